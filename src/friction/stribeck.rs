@@ -1,0 +1,105 @@
+//! The paper's Stribeck law, section 5:
+//! `phi(u) = (1 - alpha)/(1 + eps gamma u) + alpha + eps beta u^2`.
+//!
+//! Departures from the text: the paper writes the law in the signed argument x2 - V and drops the sign in
+//! its system (15); here u = |x2 - V|, which is what its figures and its condition (12) use.
+
+use super::{FirstOrder, Parameter, Range};
+use crate::point::{LawParameters, ScaledGroups};
+
+/// alpha, beta, gamma, in this order. The limits alpha = 1, beta = 0 and gamma = 0 are legal.
+pub(super) const PARAMETERS: [Parameter; 3] = [
+    Parameter {
+        name: "alpha",
+        long_name: "kinetic to static friction ratio at high slip speed",
+        min: 0.0,
+        max: 1.0,
+    },
+    Parameter {
+        name: "beta",
+        long_name: "quadratic strengthening of friction",
+        min: 0.0,
+        max: f64::INFINITY,
+    },
+    Parameter { name: "gamma", long_name: "rate of Stribeck weakening", min: 0.0, max: f64::INFINITY },
+];
+
+/// The Stribeck curve at fixed eps, alpha, beta, gamma.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stribeck {
+    epsilon: f64,
+    /// 1 - alpha.
+    drop: f64,
+    /// gamma.
+    gamma: f64,
+    /// beta.
+    beta: f64,
+    /// eps gamma.
+    rate: f64,
+}
+
+impl Stribeck {
+    pub(super) fn new(epsilon: f64, parameters: &LawParameters) -> Self {
+        let &[alpha, beta, gamma] = parameters.as_slice() else {
+            unreachable!("a Stribeck point has alpha, beta and gamma");
+        };
+        Self { epsilon, drop: 1.0 - alpha, gamma, beta, rate: epsilon * gamma }
+    }
+
+    /// phi(u).
+    #[inline]
+    pub(super) fn phi(&self, u: f64) -> f64 {
+        // 1 - drop * x/(1+x), which keeps phi(0) = 1 exact and small changes of phi accurate.
+        let x = self.rate * u;
+        1.0 - self.drop * x / (1.0 + x) + self.epsilon * self.beta * u * u
+    }
+
+    /// -phi'(u).
+    #[inline]
+    pub(super) fn weakening(&self, u: f64) -> f64 {
+        let q = 1.0 + self.rate * u;
+        self.rate * self.drop / (q * q) - 2.0 * self.epsilon * self.beta * u
+    }
+
+    /// The weakening rate falls with u, so its bounds are its end values.
+    pub(super) fn weakening_range(&self, lo: f64, hi: f64) -> Range {
+        Range { lo: self.weakening(hi), hi: self.weakening(lo) }
+    }
+
+    /// The even part of 1/(1 + k(1 - s))^2 is convex in s: least at s = 0, greatest at |s| = 1. The even
+    /// part of the linear term is its value at belt speed.
+    pub(super) fn even_weakening_range(&self, belt_speed: f64) -> Range {
+        let ScaledGroups { a, k, b, .. } = self.scaled(belt_speed, 0.0);
+        let far = 1.0 + 2.0 * k;
+        Range { lo: a / ((1.0 + k) * (1.0 + k)) - 2.0 * b, hi: 0.5 * a * (1.0 + 1.0 / (far * far)) - 2.0 * b }
+    }
+
+    /// Closed form of the average: 2A / (q (1 + k + q)) - 2b with q = sqrt(1 + 2k), free of cancellation
+    /// for all k >= 0.
+    pub(super) fn mean_weakening(&self, belt_speed: f64) -> f64 {
+        let ScaledGroups { a, k, b, .. } = self.scaled(belt_speed, 0.0);
+        let q = (1.0 + 2.0 * k).sqrt();
+        2.0 * a / (q * (1.0 + k + q)) - 2.0 * b
+    }
+
+    /// F1(u) = -gamma (1 - alpha) u + beta u^2; its average over the grazing circle is the left side of
+    /// the paper's (12) without c.
+    pub(super) fn first_order(&self, belt_speed: f64) -> FirstOrder {
+        let at_rest = self.gamma * self.drop;
+        FirstOrder {
+            mean_weakening: at_rest - 2.0 * self.beta * belt_speed,
+            weakening_range: Range { lo: at_rest - 4.0 * self.beta * belt_speed, hi: at_rest },
+        }
+    }
+
+    /// The scaled groups at belt speed V and damping force rate C = eps c.
+    #[must_use]
+    pub fn scaled(&self, belt_speed: f64, viscous: f64) -> ScaledGroups {
+        ScaledGroups {
+            a: self.rate * self.drop,
+            k: self.rate * belt_speed,
+            b: self.epsilon * self.beta * belt_speed,
+            c: viscous,
+        }
+    }
+}

@@ -1,0 +1,11 @@
+//! Where in parameter space a dry-friction oscillator on a moving belt stick-slips, which mathematical
+//! test proves it, where each test fails, and what each answer costs.
+
+pub mod certify;
+pub mod filippov;
+pub mod friction;
+pub mod map;
+pub mod point;
+pub mod simulate;
+#[cfg(feature = "store")]
+pub mod store;

@@ -1,0 +1,317 @@
+//! The grid of a map and its division into tiles.
+
+use std::ops::Range;
+
+use crate::friction::{Column, Law};
+use crate::point::{LawParameters, Point};
+
+/// What an axis varies. The order of a map's dimensions, slowest first, is eps, the law's parameters in
+/// the law's order, V, c; c is fastest because verdicts are step functions along it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AxisRole {
+    /// eps.
+    Epsilon,
+    /// The law's parameter with this position.
+    Law(usize),
+    /// The belt speed V.
+    BeltSpeed,
+    /// The damping c.
+    Damping,
+}
+
+/// One axis of the grid: strictly increasing values of one parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axis {
+    /// Name of the dimension in configurations and map files.
+    pub name: String,
+    /// One phrase for a figure's axis.
+    pub long_name: String,
+    /// What it varies.
+    pub role: AxisRole,
+    /// The nodes, finite and strictly increasing.
+    pub values: Vec<f64>,
+}
+
+/// Why a grid cannot be built.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum GridError {
+    /// The axis has no nodes.
+    #[error("axis {axis} has no values")]
+    Empty {
+        /// Name of the axis.
+        axis: String,
+    },
+    /// A node is NaN or infinite.
+    #[error("axis {axis} has the value {value}; values must be finite")]
+    NotFinite {
+        /// Name of the axis.
+        axis: String,
+        /// The value.
+        value: f64,
+    },
+    /// Nodes repeat or fall.
+    #[error("axis {axis} must increase strictly, but {next} follows {previous}")]
+    NotIncreasing {
+        /// Name of the axis.
+        axis: String,
+        /// A value.
+        previous: f64,
+        /// The value after it.
+        next: f64,
+    },
+    /// A node is outside the parameter's legal domain.
+    #[error("axis {axis} has the value {value}; it must be {domain}")]
+    OutOfDomain {
+        /// Name of the axis.
+        axis: String,
+        /// The value.
+        value: f64,
+        /// The domain in words.
+        domain: String,
+    },
+    /// The number of cells overflows.
+    #[error("the grid has more cells than can be counted")]
+    TooLarge,
+}
+
+/// The names of a law's axes with their roles and descriptions, in the order of a map's dimensions.
+fn axis_names(law: Law) -> Vec<(AxisRole, &'static str, &'static str)> {
+    let mut names = vec![(AxisRole::Epsilon, "epsilon", "size of the small terms")];
+    names.extend(law.parameters().iter().enumerate().map(|(i, p)| (AxisRole::Law(i), p.name, p.long_name)));
+    names.push((AxisRole::BeltSpeed, "V", "belt speed"));
+    names.push((AxisRole::Damping, "c", "viscous damping"));
+    names
+}
+
+/// The legal domain of one axis in words, and whether a value is in it.
+fn domain(law: Law, role: AxisRole, value: f64) -> (bool, String) {
+    match role {
+        AxisRole::Epsilon | AxisRole::BeltSpeed => (value > 0.0, "greater than 0".into()),
+        AxisRole::Damping => (value >= 0.0, "at least 0".into()),
+        AxisRole::Law(i) => {
+            let p = &law.parameters()[i];
+            let words = if p.max.is_finite() {
+                format!("between {} and {}", p.min, p.max)
+            } else {
+                format!("at least {}", p.min)
+            };
+            ((p.min..=p.max).contains(&value), words)
+        }
+    }
+}
+
+/// The six-axis grid (for the Stribeck law) of a map.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Grid {
+    law: Law,
+    axes: Vec<Axis>,
+}
+
+impl Grid {
+    /// Names of the axes of `law`, slowest dimension first.
+    #[must_use]
+    pub fn axis_names(law: Law) -> Vec<&'static str> {
+        axis_names(law).into_iter().map(|(_, name, _)| name).collect()
+    }
+
+    /// Checks one value of one axis against its legal domain.
+    ///
+    /// # Errors
+    /// [`GridError::NotFinite`] or [`GridError::OutOfDomain`].
+    pub fn check_value(law: Law, role: AxisRole, axis: &str, value: f64) -> Result<(), GridError> {
+        if !value.is_finite() {
+            return Err(GridError::NotFinite { axis: axis.into(), value });
+        }
+        match domain(law, role, value) {
+            (true, _) => Ok(()),
+            (false, domain) => Err(GridError::OutOfDomain { axis: axis.into(), value, domain }),
+        }
+    }
+
+    /// Builds the grid from the nodes of each axis, in the order of [`Grid::axis_names`].
+    ///
+    /// # Errors
+    /// A [`GridError`] that names the axis.
+    ///
+    /// # Panics
+    /// If the number of axes is not that of the law.
+    pub fn new(law: Law, nodes: Vec<Vec<f64>>) -> Result<Self, GridError> {
+        let names = axis_names(law);
+        assert_eq!(names.len(), nodes.len(), "one list of nodes per axis");
+        let mut axes = Vec::with_capacity(names.len());
+        for ((role, name, long_name), values) in names.into_iter().zip(nodes) {
+            if values.is_empty() {
+                return Err(GridError::Empty { axis: name.into() });
+            }
+            for &value in &values {
+                Self::check_value(law, role, name, value)?;
+            }
+            if let Some(pair) = values.windows(2).find(|pair| pair[0] >= pair[1]) {
+                return Err(GridError::NotIncreasing { axis: name.into(), previous: pair[0], next: pair[1] });
+            }
+            axes.push(Axis { name: name.into(), long_name: long_name.into(), role, values });
+        }
+        let grid = Self { law, axes };
+        let cells = grid.shape().iter().try_fold(1usize, |n, &len| n.checked_mul(len));
+        match cells {
+            Some(_) => Ok(grid),
+            None => Err(GridError::TooLarge),
+        }
+    }
+
+    /// The friction law.
+    #[must_use]
+    pub fn law(&self) -> Law {
+        self.law
+    }
+
+    /// The axes, slowest first; the last is c.
+    #[must_use]
+    pub fn axes(&self) -> &[Axis] {
+        &self.axes
+    }
+
+    /// Number of nodes of each axis, slowest first.
+    #[must_use]
+    pub fn shape(&self) -> Vec<usize> {
+        self.axes.iter().map(|axis| axis.values.len()).collect()
+    }
+
+    /// Number of cells.
+    #[must_use]
+    pub fn cells(&self) -> usize {
+        self.shape().iter().product()
+    }
+
+    /// The nodes of the damping axis.
+    #[must_use]
+    pub fn dampings(&self) -> &[f64] {
+        self.axes.last().map_or(&[], |axis| &axis.values)
+    }
+
+    /// The point at the given index on each axis.
+    #[must_use]
+    pub fn point(&self, index: &[usize]) -> Point {
+        let mut law = Vec::with_capacity(self.axes.len() - 3);
+        let (mut epsilon, mut belt_speed, mut damping) = (0.0, 0.0, 0.0);
+        for (axis, &i) in self.axes.iter().zip(index) {
+            let value = axis.values[i];
+            match axis.role {
+                AxisRole::Epsilon => epsilon = value,
+                AxisRole::Law(_) => law.push(value),
+                AxisRole::BeltSpeed => belt_speed = value,
+                AxisRole::Damping => damping = value,
+            }
+        }
+        Point { epsilon, law: LawParameters::new(&law), belt_speed, damping }
+    }
+
+    /// The column at the given index on each axis (the last, that of c, is ignored).
+    #[must_use]
+    pub fn column(&self, index: &[usize]) -> Column {
+        self.law.column(&self.point(index))
+    }
+
+    /// Shape of a tile: the box of at most `target_cells` cells that takes whole the fastest axes. It is
+    /// also the shape of the chunks of the map file, so that one tile fills one chunk.
+    #[must_use]
+    pub fn tile_shape(&self, target_cells: usize) -> Vec<usize> {
+        let mut room = target_cells.max(1);
+        let mut shape: Vec<usize> = self
+            .shape()
+            .iter()
+            .rev()
+            .map(|&len| {
+                let taken = len.min(room);
+                room = if taken == len { room / len } else { 1 };
+                taken
+            })
+            .collect();
+        shape.reverse();
+        shape
+    }
+
+    /// Number of tiles of the given shape that cover the grid.
+    #[must_use]
+    pub fn tile_count(&self, tile_shape: &[usize]) -> usize {
+        self.shape().iter().zip(tile_shape).map(|(&len, &tile)| len.div_ceil(tile)).product()
+    }
+
+    /// The tile with a given number, 0 <= number < [`Grid::tile_count`].
+    #[must_use]
+    pub fn tile(&self, tile_shape: &[usize], number: usize) -> Tile {
+        let mut rest = number;
+        let mut ranges: Vec<Range<usize>> = self
+            .shape()
+            .iter()
+            .zip(tile_shape)
+            .rev()
+            .map(|(&len, &tile)| {
+                let count = len.div_ceil(tile);
+                let start = (rest % count) * tile;
+                rest /= count;
+                start..(start + tile).min(len)
+            })
+            .collect();
+        ranges.reverse();
+        Tile { number, ranges }
+    }
+}
+
+/// A box of cells: one range of indices per axis.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Tile {
+    /// Its number, row-major over the grid of tiles.
+    pub number: usize,
+    /// Index ranges, slowest axis first; clipped to the grid.
+    pub ranges: Vec<Range<usize>>,
+}
+
+impl Tile {
+    /// Number of cells on each axis.
+    #[must_use]
+    pub fn shape(&self) -> Vec<usize> {
+        self.ranges.iter().map(ExactSizeIterator::len).collect()
+    }
+
+    /// Number of cells.
+    #[must_use]
+    pub fn cells(&self) -> usize {
+        self.ranges.iter().map(ExactSizeIterator::len).product()
+    }
+
+    /// Number of columns, complete or cut.
+    #[must_use]
+    pub fn columns(&self) -> usize {
+        let outer = self.ranges.len() - 1;
+        self.ranges[..outer].iter().map(ExactSizeIterator::len).product()
+    }
+
+    /// Index range on the damping axis.
+    #[must_use]
+    pub fn damping_range(&self) -> Range<usize> {
+        self.ranges.last().cloned().unwrap_or(0..0)
+    }
+
+    /// Grid index of the tile's column with position `column` (row-major), at the tile's first damping.
+    #[must_use]
+    pub fn column_index(&self, column: usize) -> Vec<usize> {
+        let mut rest = column;
+        let mut index: Vec<usize> = self
+            .ranges
+            .iter()
+            .rev()
+            .enumerate()
+            .map(|(from_last, range)| {
+                if from_last == 0 {
+                    return range.start;
+                }
+                let at = range.start + rest % range.len();
+                rest /= range.len();
+                at
+            })
+            .collect();
+        index.reverse();
+        index
+    }
+}

@@ -1,0 +1,1 @@
+//! The Filippov system in its original variables.

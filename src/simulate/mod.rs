@@ -1,0 +1,60 @@
+//! The simulated Filippov flow: what becomes of the orbit that leaves the belt at the exit point.
+//!
+//! Two engines share nothing but the friction law and answer alike: [`direct`] integrates the system in
+//! its original variables (x1, x2), `return_map` the scalar form in polar coordinates of (x2, x2').
+
+pub mod direct;
+
+/// Where and when a slipping orbit sticks again, and how the stick-slip cycle continues.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Landing {
+    /// x1 at which the mass begins to stick.
+    pub x1: f64,
+    /// Time from the exit point to the landing.
+    pub slip_time: f64,
+    /// Time of sticking, from the landing to the exit point.
+    pub stick_time: f64,
+    /// How often the orbit crossed the belt line before it stuck: 0, or 1 if it sticks from above.
+    pub crossings: u32,
+}
+
+/// What becomes of the orbit from the exit point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Fate {
+    /// It sticks again: a stick-slip limit cycle exists.
+    Sticks(Landing),
+    /// Its first turn closes inside itself: it never comes back to the belt line.
+    SpiralsInward,
+    /// It crosses the belt line, comes back through it without sticking, and so, orbits being nested,
+    /// never sticks.
+    CrossesForever,
+    /// The grazing margin is smaller than its error estimate.
+    TooCloseToCall,
+    /// No answer.
+    Failed(Failure),
+}
+
+/// Why an integration gave no answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Failure {
+    /// The step budget ran out.
+    StepBudget,
+    /// The step size underflowed before the tolerance was met.
+    StepUnderflow,
+    /// The state left the finite numbers.
+    NotFinite,
+}
+
+/// The answer of an engine at one point, and what it cost.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Flow {
+    /// What becomes of the orbit.
+    pub fate: Fate,
+    /// The scaled grazing margin m / V: how far beyond the belt line (negative: short of it) the lower
+    /// flow, continued, carries the first maximum of x2. NaN where the orbit has no such maximum or runs far past the belt line.
+    pub margin: f64,
+    /// Estimate of the absolute error of `margin`.
+    pub margin_error: f64,
+    /// Evaluations of the right-hand side.
+    pub rhs: u64,
+}
