@@ -2,6 +2,8 @@
 //! test proves it, where each test fails, and what each answer costs.
 
 pub mod certify;
+#[cfg(feature = "cli")]
+pub mod config;
 pub mod filippov;
 pub mod friction;
 pub mod map;
