@@ -40,6 +40,8 @@ use crate::map::{Engine, Field, Grid, GridError, Method, Plan};
 /// Cells in a tile, one chunk of the map file: 64 KiB of verdicts, 512 KiB of a real field.
 const TILE_CELLS: usize = 1 << 16;
 
+/// Bound on the error of the scaled grazing margin where none is asked for.
+pub const DEFAULT_TOLERANCE: f64 = 1e-9;
 /// The tightest tolerance that double precision can meet on a margin of order one.
 const TIGHTEST_TOLERANCE: f64 = 1e-14;
 /// Beyond this an error of the margin is no longer small against the margin itself.
@@ -102,7 +104,7 @@ impl Job {
             Some(node) => choice(&node, &Engine::ALL.map(|engine| (engine.name(), engine)), "engine")?,
         };
         let tolerance = match simulation.get("tolerance") {
-            None => 1e-9,
+            None => DEFAULT_TOLERANCE,
             Some(node) => tolerance(&node)?,
         };
 
@@ -261,13 +263,21 @@ fn grid_error(error: &GridError, names: &[&str], nodes: &[(Vec<f64>, Node)]) -> 
 /// Reads the tolerance.
 fn tolerance(node: &Node) -> Result<f64, ConfigError> {
     let value = node.number()?;
+    check_tolerance(value).map(|()| value).map_err(|problem| {
+        node.error(&problem, "choose a bound on the error of the scaled grazing margin; 1e-9 suits most maps")
+    })
+}
+
+/// Checks a bound on the error of the scaled grazing margin.
+///
+/// # Errors
+/// What it must be.
+pub fn check_tolerance(value: f64) -> Result<(), String> {
     if (TIGHTEST_TOLERANCE..=LOOSEST_TOLERANCE).contains(&value) {
-        return Ok(value);
+        Ok(())
+    } else {
+        Err(format!("the tolerance must be from {TIGHTEST_TOLERANCE:e} to {LOOSEST_TOLERANCE:e}"))
     }
-    Err(node.error(
-        &format!("must be from {TIGHTEST_TOLERANCE:e} to {LOOSEST_TOLERANCE:e}"),
-        "choose a bound on the error of the scaled grazing margin; 1e-9 suits most maps",
-    ))
 }
 
 /// Reads the path of the map file.

@@ -3,6 +3,8 @@
 
 pub mod certify;
 #[cfg(feature = "cli")]
+pub mod cli;
+#[cfg(feature = "cli")]
 pub mod config;
 pub mod filippov;
 pub mod friction;
