@@ -95,7 +95,10 @@ pub(super) fn closing(outcome: &Outcome) -> Vec<(String, Value)> {
         ("wall_seconds".to_owned(), outcome.wall_seconds.into()),
     ];
     attributes.extend(
-        outcome.seconds.iter().map(|(method, seconds)| (format!("seconds_{}", method.name()), (*seconds).into())),
+        outcome
+            .seconds
+            .iter()
+            .map(|(method, seconds)| (format!("seconds_{}", method.name()), (*seconds).into())),
     );
     if let Some(audit) = outcome.audit {
         attributes.push(("audit_cells".into(), integer(audit.cells)));

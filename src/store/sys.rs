@@ -32,14 +32,7 @@ pub(super) fn write_chunk(dataset: &Dataset, offset: &[usize], bytes: &[u8]) -> 
     hdf5::sync::sync(|| {
         // SAFETY: the library reads `offset.len()` offsets (asserted above) and `bytes.len()` bytes.
         checked(unsafe {
-            H5Dwrite_chunk(
-                dataset.id(),
-                H5P_DEFAULT,
-                0,
-                offset.as_ptr(),
-                bytes.len(),
-                bytes.as_ptr().cast(),
-            )
+            H5Dwrite_chunk(dataset.id(), H5P_DEFAULT, 0, offset.as_ptr(), bytes.len(), bytes.as_ptr().cast())
         })
     })
 }

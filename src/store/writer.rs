@@ -137,7 +137,8 @@ impl MapWriter {
                 });
             }
             let codes = variable.codes().unwrap_or_default();
-            let not_computed = codes.iter().zip(&written.counts).find(|((_, name), _)| *name == "not_computed");
+            let not_computed =
+                codes.iter().zip(&written.counts).find(|((_, name), _)| *name == "not_computed");
             if let Some((_, &cells @ 1..)) = not_computed
                 && outcome.not_computed.is_none()
             {
