@@ -60,8 +60,6 @@ pub struct Job {
     pub config_text: String,
     /// The map file to write.
     pub output: PathBuf,
-    /// zlib level, 0 (none) to 9.
-    pub compression: u8,
 }
 
 impl Job {
@@ -132,14 +130,13 @@ impl Job {
         };
 
         let tile_shape = grid.tile_shape(TILE_CELLS);
-        let plan = Plan { grid, methods, fields, engine, tolerance, audit_cells, tile_shape };
+        let plan = Plan { grid, methods, fields, engine, tolerance, audit_cells, tile_shape, compression };
         Ok(Job {
             plan,
             title,
             config_file: source.file().to_owned(),
             config_text: source.text(),
             output: path,
-            compression,
         })
     }
 }
@@ -381,7 +378,7 @@ c = { from = 0, to = 1, points = 5 }
         let job = load(MINIMAL, &[]).unwrap();
         assert_eq!(job.title, "job");
         assert_eq!(job.output, Path::new("results/job.h5"));
-        assert_eq!(job.compression, 4);
+        assert_eq!(job.plan.compression, 4);
         assert_eq!(job.config_text, MINIMAL);
         let plan = job.plan;
         assert_eq!(plan.grid.shape(), [1, 2, 1, 3, 1, 5]);

@@ -133,13 +133,20 @@ fn of_test(method: Method, claim: &Claim, c: f64) -> MethodAnswer {
         if *claim == Claim::NOTHING {
             "the test does not apply to this law".into()
         } else if c < edge && c < claim.sticks_from {
-            format!("the orbit returns, but might land beyond the stick segment; c >= {} would rule that out", short(claim.sticks_from))
+            format!(
+                "the orbit returns, but might land beyond the stick segment; c >= {} would rule that out",
+                short(claim.sticks_from)
+            )
         } else if claim.absent_above.is_infinite() {
             format!("the test proves only presence, and that below c = {}", short(edge))
         } else if edge == f64::NEG_INFINITY {
             format!("the test proves only absence here, and that above c = {}", short(claim.absent_above))
         } else {
-            format!("the test decides only below c = {} and above c = {}", short(edge), short(claim.absent_above))
+            format!(
+                "the test decides only below c = {} and above c = {}",
+                short(edge),
+                short(claim.absent_above)
+            )
         }
     });
     MethodAnswer {
@@ -152,11 +159,7 @@ fn of_test(method: Method, claim: &Claim, c: f64) -> MethodAnswer {
 }
 
 /// What the simulated flow says.
-fn of_simulation(
-    flow: &Flow,
-    critical: &Result<CriticalDamping, NoCriticalDamping>,
-    c: f64,
-) -> MethodAnswer {
+fn of_simulation(flow: &Flow, critical: &Result<CriticalDamping, NoCriticalDamping>, c: f64) -> MethodAnswer {
     let root = critical.as_ref().ok().map(|critical| critical.c);
     MethodAnswer {
         method: Method::Simulation,
@@ -208,7 +211,9 @@ pub(super) fn fate_name(fate: &Fate) -> &'static str {
 pub(super) fn failure_words(failure: Failure) -> &'static str {
     match failure {
         Failure::StepBudget => "the integration used up its steps before the orbit's fate was settled",
-        Failure::StepUnderflow => "the step size underflowed before the tolerance was met; try a larger --tolerance",
+        Failure::StepUnderflow => {
+            "the step size underflowed before the tolerance was met; try a larger --tolerance"
+        }
         Failure::NotFinite => "the orbit left the range of double precision",
     }
 }

@@ -33,7 +33,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         return Err(Failure::BadInput(format!("{name}: there is no such file\n  help: check the path")));
     }
     if arguments.map.is_dir() {
-        return Err(Failure::BadInput(format!("{name}: this is a folder\n  help: name a map file inside it")));
+        return Err(Failure::BadInput(format!(
+            "{name}: this is a folder\n  help: name a map file inside it"
+        )));
     }
     let report = store::check(&arguments.map).map_err(|error| Failure::BadInput(error.to_string()))?;
     let problems: Vec<String> = report.problems.iter().map(ToString::to_string).collect();

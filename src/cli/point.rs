@@ -2,8 +2,8 @@
 
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, Id};
 
-use super::output::exact;
 use super::Failure;
+use super::output::exact;
 use crate::friction::Law;
 use crate::map::{Grid, GridError};
 use crate::point::Point;
@@ -65,7 +65,9 @@ impl PointArguments {
         let values: Vec<f64> = axes.iter().filter_map(|name| value(name)).collect();
         from_values(law, &values).map_err(|error| {
             let (name, value, wanted) = complaint(&error);
-            Failure::BadInput(format!("--{name} {value}: {name} must be {wanted}\n  help: choose a value that is"))
+            Failure::BadInput(format!(
+                "--{name} {value}: {name} must be {wanted}\n  help: choose a value that is"
+            ))
         })
     }
 }

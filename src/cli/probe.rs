@@ -66,7 +66,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     if let (Some(input), Some(output)) = (&arguments.points, &arguments.out) {
         if !arguments.point.is_empty() {
             return Err(Failure::BadInput(
-                "both a point and a table were given\n  help: leave out either the parameters or --points".into(),
+                "both a point and a table were given\n  help: leave out either the parameters or --points"
+                    .into(),
             ));
         }
         return probe_table::run(&probe_table::Job {
@@ -155,7 +156,12 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         "critical damping",
         match &answer.critical {
             Ok(root) => {
-                format!("c* = {} +- {} ({} right-hand sides)", exact(root.c), short(root.error), count(root.rhs))
+                format!(
+                    "c* = {} +- {} ({} right-hand sides)",
+                    exact(root.c),
+                    short(root.error),
+                    count(root.rhs)
+                )
             }
             Err(why) => format!("none: {why}"),
         },
@@ -175,13 +181,20 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
     );
     line(
         "sticking segment",
-        format!("{} < x1 < {}, x2 = {belt}", short(oscillator.upper_tangency_x1()), short(oscillator.exit_x1())),
+        format!(
+            "{} < x1 < {}, x2 = {belt}",
+            short(oscillator.upper_tangency_x1()),
+            short(oscillator.exit_x1())
+        ),
     );
     line("exit point", format!("({}, {belt})", short(oscillator.exit_x1())));
     match answer.landing() {
         None => line("stick-slip cycle", "none".into()),
         Some(landing) => {
-            line("landing", format!("({}, {belt}), after {} crossings", short(landing.x1), landing.crossings));
+            line(
+                "landing",
+                format!("({}, {belt}), after {} crossings", short(landing.x1), landing.crossings),
+            );
             line("slip time", short(landing.slip_time));
             line("stick time", short(landing.stick_time));
             line("period", short(landing.slip_time + landing.stick_time));

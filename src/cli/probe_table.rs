@@ -70,7 +70,8 @@ fn convert(
         header.push_field(name.as_bytes());
     }
     let mut writer = WriterBuilder::new().from_writer(&mut output.file);
-    let write_error = |error: csv::Error| Failure::Broken(format!("cannot write {}: {error}", job.output.display()));
+    let write_error =
+        |error: csv::Error| Failure::Broken(format!("cannot write {}: {error}", job.output.display()));
     writer.write_byte_record(&header).map_err(write_error)?;
     loop {
         let batch = input.batch()?;
@@ -138,7 +139,10 @@ impl Columns {
                 return Err(bad(format!("the column `{name}` is missing"), remedy));
             };
             if found.next().is_some() {
-                return Err(bad(format!("the column `{name}` is there twice"), "take one of them out".into()));
+                return Err(bad(
+                    format!("the column `{name}` is there twice"),
+                    "take one of them out".into(),
+                ));
             }
             positions.push(position);
         }
@@ -168,7 +172,12 @@ impl Columns {
         }
         let point = point::from_values(job.law, &values).map_err(|error| {
             let (name, value, wanted) = point::complaint(&error);
-            bad(&name, &value, &format!("is out of range: {name} must be {wanted}"), "mend or remove this row")
+            bad(
+                &name,
+                &value,
+                &format!("is out of range: {name} must be {wanted}"),
+                "mend or remove this row",
+            )
         })?;
 
         let answer = Answer::of(job.law, &point, job.tolerance);
@@ -211,7 +220,9 @@ impl Input {
                 io::ErrorKind::NotFound => {
                     Failure::BadInput(format!("{name}: there is no such file\n  help: check the path"))
                 }
-                _ => Failure::BadInput(format!("{name}: cannot be read: {error}\n  help: check its permissions")),
+                _ => Failure::BadInput(format!(
+                    "{name}: cannot be read: {error}\n  help: check its permissions"
+                )),
             })?;
             (name, Box::new(BufReader::new(file)))
         };
@@ -282,7 +293,9 @@ impl Output {
         }
         let name = path.display();
         if path.is_dir() {
-            return Err(Failure::BadInput(format!("--out {name}: this is a folder\n  help: name a CSV file")));
+            return Err(Failure::BadInput(format!(
+                "--out {name}: this is a folder\n  help: name a CSV file"
+            )));
         }
         if !overwrite && path.symlink_metadata().is_ok() {
             return Err(exists(path));
@@ -318,10 +331,10 @@ impl Output {
                 Ok(out.flush()?)
             }
             Spool::Beside { file, path } => {
-                let failed = |error: io::Error| Failure::Broken(format!("cannot write {}: {error}", path.display()));
+                let failed =
+                    |error: io::Error| Failure::Broken(format!("cannot write {}: {error}", path.display()));
                 let file = file.into_inner().map_err(|error| failed(error.into_error()))?;
-                let named =
-                    if self.overwrite { file.persist(&path) } else { file.persist_noclobber(&path) };
+                let named = if self.overwrite { file.persist(&path) } else { file.persist_noclobber(&path) };
                 match named {
                     Ok(_) => Ok(()),
                     Err(error) if error.error.kind() == io::ErrorKind::AlreadyExists => Err(exists(&path)),

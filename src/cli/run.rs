@@ -62,7 +62,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         say(&format!("note: {} ({}) will be replaced", job.output.display(), bytes(size.into())));
     }
     let existing = if arguments.overwrite { Existing::Replace } else { Existing::Refuse };
-    let writer = MapWriter::create(&job.output, &job.plan, &provenance(&job), existing).map_err(create_failure)?;
+    let writer =
+        MapWriter::create(&job.output, &job.plan, &provenance(&job), existing).map_err(create_failure)?;
 
     let bar = progress::bar(arguments.quiet, Some(job.plan.grid.cells() as u64), "cells");
     let watch = Watch { sink: &writer, grid: &job.plan.grid, found: Mutex::new(Vec::new()) };
@@ -79,7 +80,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     writer.finish(&outcome(&job, &summary)).map_err(|error| Failure::Broken(error.to_string()))?;
 
     let report = Report { job: &job, summary: &summary, failed_cells: &failed_cells };
-    if arguments.json { summary::json(&report)? } else { summary::print(&report)? }
+    if arguments.json {
+        summary::json(&report)?
+    } else {
+        summary::print(&report)?
+    }
     Ok(if report.is_flawed() { Ended::Flawed } else { Ended::Fine })
 }
 
@@ -117,8 +122,11 @@ impl Room {
         let needed = job.plan.bytes();
         if let Some(free) = free.filter(|&free| needed > u128::from(free)) {
             let grid = &job.plan.grid;
-            let sizes: Vec<String> =
-                grid.axes().iter().map(|axis| format!("{} {}", axis.name, count(axis.values.len()))).collect();
+            let sizes: Vec<String> = grid
+                .axes()
+                .iter()
+                .map(|axis| format!("{} {}", axis.name, count(axis.values.len())))
+                .collect();
             return Err(Failure::BadInput(format!(
                 "{}: the grid has {} cells ({}), {} before compression, but {} is free for {name}\n  \
                  help: take fewer points on the longest axes or fewer output.fields, or choose another disk",
@@ -181,7 +189,11 @@ fn command_line() -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_./=,:+@%".contains(c);
     let quoted = std::env::args_os().skip(1).map(|argument| {
         let text = argument.to_string_lossy().into_owned();
-        if !text.is_empty() && text.chars().all(plain) { text } else { format!("'{}'", text.replace('\'', "'\\''")) }
+        if !text.is_empty() && text.chars().all(plain) {
+            text
+        } else {
+            format!("'{}'", text.replace('\'', "'\\''"))
+        }
     });
     std::iter::once("slipmap".to_owned()).chain(quoted).collect::<Vec<_>>().join(" ")
 }

@@ -91,7 +91,9 @@ pub(super) fn print(report: &Report) -> Result<(), Failure> {
             .paths
             .iter()
             .filter(|(_, cells)| *cells > 0)
-            .map(|(path, cells)| format!("{} {} ({} %)", path.replace('_', " "), count(*cells), percent(*cells, simulated)))
+            .map(|(path, cells)| {
+                format!("{} {} ({} %)", path.replace('_', " "), count(*cells), percent(*cells, simulated))
+            })
             .collect();
         writeln!(out, "simulation decided by: {}", paths.join(", "))?;
     }

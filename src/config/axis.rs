@@ -3,7 +3,7 @@
 use super::source::{ConfigError, Node, Section, Shape};
 
 /// A longer axis is a slip of the pen, and would fill the memory before the grid could be refused.
-const MOST_POINTS: i64 = 10_000_000;
+const MOST_POINTS: i64 = 1_000_000;
 
 /// The keys of a range.
 pub(super) const RANGE_KEYS: [&str; 4] = ["from", "to", "points", "spacing"];
@@ -92,7 +92,7 @@ fn range_nodes(node: &Node, range: &Section) -> Result<Vec<f64>, ConfigError> {
 ///
 /// A linear node is `(from * (n-1-i) + to * i) / (n-1)`, which gives 0.3 where `from + i * step` gives
 /// 0.30000000000000004.
-#[allow(clippy::cast_precision_loss)] // at most ten million points
+#[allow(clippy::cast_precision_loss)] // at most a million points
 fn spread(from: f64, to: f64, points: i64, spacing: Spacing) -> Vec<f64> {
     let last = points - 1;
     let between = |i: i64| {
