@@ -23,9 +23,9 @@ pub(super) struct Arguments {
     /// Friction law
     #[arg(long, value_parser = parse_law, default_value = Law::ALL[0].name())]
     law: Law,
-    /// Bound on the error of the scaled grazing margin m / V that the simulation aims at
-    #[arg(long, value_parser = parse_tolerance, default_value_t = DEFAULT_TOLERANCE)]
-    tolerance: f64,
+    /// Bound on the error of the scaled grazing margin m / V that the simulation aims at [default: 1e-9]
+    #[arg(long, value_name = "NUMBER", value_parser = parse_tolerance)]
+    tolerance: Option<f64>,
     /// Print JSON instead of text
     #[arg(long, conflicts_with = "points")]
     json: bool,
@@ -63,6 +63,7 @@ fn parse_tolerance(text: &str) -> Result<f64, String> {
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
+    let tolerance = arguments.tolerance.unwrap_or(DEFAULT_TOLERANCE);
     if let (Some(input), Some(output)) = (&arguments.points, &arguments.out) {
         if !arguments.point.is_empty() {
             return Err(Failure::BadInput(
@@ -75,14 +76,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
             output,
             overwrite: arguments.overwrite,
             law: arguments.law,
-            tolerance: arguments.tolerance,
+            tolerance,
             threads: arguments.threads.map(usize::from),
             quiet: arguments.quiet,
         });
     }
     let point = arguments.point.point(arguments.law)?;
-    let answer = Answer::of(arguments.law, &point, arguments.tolerance);
-    let direct = simulate::direct::flow(&answer.oscillator, arguments.tolerance);
+    let answer = Answer::of(arguments.law, &point, tolerance);
+    let direct = simulate::direct::flow(&answer.oscillator, tolerance);
     if arguments.json {
         json(&answer.json(&direct))?;
     } else {
@@ -201,4 +202,18 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         }
     }
     table.write(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory as _;
+
+    use super::*;
+
+    #[test]
+    fn help_tells_the_default_tolerance() {
+        let help =
+            crate::cli::Arguments::command().find_subcommand_mut("probe").unwrap().render_help().to_string();
+        assert!(help.contains(&format!("[default: {}]", exact(DEFAULT_TOLERANCE))), "{help}");
+    }
 }
