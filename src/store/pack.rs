@@ -41,8 +41,7 @@ pub struct PackedTile {
 /// # Panics
 /// If the tile brings another number of cells than the plan asks for: a bug of the engine.
 pub(super) fn pack(schema: &Schema, level: u8, data: &TileData) -> PackedTile {
-    let mut compressor =
-        (level > 0).then(|| Compressor::new(CompressionLvl::new(level.into()).unwrap_or_default()));
+    let mut deflate = (level > 0).then(|| Deflate::new(level));
     let mut chunks = Vec::with_capacity(schema.variables.len());
     for (position, variable) in schema.variables.iter().enumerate() {
         let Some(number) = schema.chunk_number(variable, data.tile.number) else { continue };
@@ -66,8 +65,8 @@ pub(super) fn pack(schema: &Schema, level: u8, data: &TileData) -> PackedTile {
                 (fingerprint_reals(reals), Vec::new(), Cow::Owned(plain))
             }
         };
-        let bytes = match &mut compressor {
-            Some(compressor) => compress(compressor, &plain),
+        let bytes = match &mut deflate {
+            Some(deflate) => deflate.stream(&plain),
             None => plain.into_owned(),
         };
         let offset = ranges.iter().map(|range| range.start).collect();
@@ -102,9 +101,15 @@ pub(super) fn combine<'a>(fingerprints: impl IntoIterator<Item = &'a Fingerprint
 
 /// Number of cells with each code of `variable`, in the order of its `flag_values`.
 pub(super) fn count(variable: &Variable, codes: &[i8]) -> Vec<u64> {
-    let known = variable.codes().unwrap_or_default();
-    // One pass per code: comparisons in vector registers, over cells that fit the second-level cache.
-    known.iter().map(|&(code, _)| codes.iter().filter(|&&cell| cell == code).count() as u64).collect()
+    // Sums of 255 comparisons fit a byte, so that whole vector registers of cells are compared at once:
+    // a dozen times faster than counting into 64-bit numbers one by one.
+    let count = |code: i8| -> u64 {
+        codes
+            .chunks(255)
+            .map(|part| u64::from(part.iter().map(|&cell| u8::from(cell == code)).sum::<u8>()))
+            .sum()
+    };
+    variable.codes().unwrap_or_default().into_iter().map(|(code, _)| count(code)).collect()
 }
 
 /// The one NaN that is stored, so that maps do not depend on which instruction made it.
@@ -131,16 +136,30 @@ fn shuffle(values: &[f64]) -> Vec<u8> {
     out
 }
 
-/// A zlib stream of `plain`, as HDF5's deflate filter makes it.
-fn compress(compressor: &mut Compressor, plain: &[u8]) -> Vec<u8> {
-    let mut out = vec![0u8; compressor.zlib_compress_bound(plain.len())];
-    // The bound is exact by the library's contract, so that this fails for no input.
-    let length = compressor.zlib_compress(plain, &mut out).unwrap_or_else(|error| {
-        panic!("libdeflate broke its own bound of {} bytes: {error:?}", out.len());
-    });
-    out.truncate(length);
-    out.shrink_to_fit();
-    out
+/// Makes the zlib streams of HDF5's deflate filter.
+struct Deflate {
+    compressor: Compressor,
+    scratch: Vec<u8>,
+}
+
+impl Deflate {
+    fn new(level: u8) -> Self {
+        // Both scales go from 1, fast, to 9, small; libdeflate's continues to 12.
+        let level = CompressionLvl::new(level.into()).unwrap_or_default();
+        Self { compressor: Compressor::new(level), scratch: Vec::new() }
+    }
+
+    fn stream(&mut self, plain: &[u8]) -> Vec<u8> {
+        let bound = self.compressor.zlib_compress_bound(plain.len());
+        if self.scratch.len() < bound {
+            self.scratch.resize(bound, 0);
+        }
+        // The bound holds by the library's contract, so that this fails for no input.
+        match self.compressor.zlib_compress(plain, &mut self.scratch) {
+            Ok(length) => self.scratch[..length].to_vec(),
+            Err(error) => panic!("libdeflate broke its own bound of {bound} bytes: {error}"),
+        }
+    }
 }
 
 /// The cells of a tile of the given shape as a whole chunk; borrowed where the tile is one.
