@@ -9,7 +9,7 @@ use crate::filippov::{Eigenvalues, Oscillator};
 use crate::friction::Law;
 use crate::map::{self, Method, Regime, Verdict};
 use crate::point::Point;
-use crate::simulate::{self, CriticalDamping, Failure, Fate, Flow, Landing, NoCriticalDamping};
+use crate::simulate::{self, CriticalDamping, Fate, Flow, Landing, NoCriticalDamping};
 
 /// What one method says.
 #[derive(Debug)]
@@ -41,7 +41,7 @@ pub(super) struct Answer {
     pub(super) methods: Vec<MethodAnswer>,
     /// The flow by the return map.
     pub(super) flow: Flow,
-    /// The exact critical damping.
+    /// The exact critical damping; negative where no legal damping is small enough for a cycle.
     pub(super) critical: Result<CriticalDamping, NoCriticalDamping>,
     /// The long-run behaviour.
     pub(super) regime: Regime,
@@ -129,32 +129,43 @@ impl Answer {
 fn of_test(method: Method, claim: &Claim, c: f64) -> MethodAnswer {
     let decision = claim.decide(c);
     let edge = claim.present_below;
-    let reason = (decision == Decision::Undecided).then(|| {
-        if *claim == Claim::NOTHING {
-            "the test does not apply to this law".into()
-        } else if c < edge && c < claim.sticks_from {
-            format!(
-                "the orbit returns, but might land beyond the stick segment; c >= {} would rule that out",
-                short(claim.sticks_from)
-            )
-        } else if claim.absent_above.is_infinite() {
-            format!("the test proves only presence, and that below c = {}", short(edge))
-        } else if edge == f64::NEG_INFINITY {
-            format!("the test proves only absence here, and that above c = {}", short(claim.absent_above))
-        } else {
-            format!(
-                "the test decides only below c = {} and above c = {}",
-                short(edge),
-                short(claim.absent_above)
-            )
-        }
-    });
+    let reason = (decision == Decision::Undecided).then(|| why_undecided(claim, c));
     MethodAnswer {
         method,
         verdict: decision.into(),
         margin: claim.margin(c),
         critical_c: (edge >= 0.0).then_some(edge),
         reason,
+    }
+}
+
+/// Why a claim says nothing at damping `c`.
+fn why_undecided(claim: &Claim, c: f64) -> String {
+    let Claim { sticks_from, present_below, absent_above } = *claim;
+    if *claim == Claim::NOTHING {
+        return "the test does not apply to this law".into();
+    }
+    if c < present_below && c < sticks_from {
+        let from = match sticks_from.is_finite() {
+            true => format!("c >= {} would rule that out", short(sticks_from)),
+            false => "no damping rules that out".into(),
+        };
+        return format!("the orbit returns, but might land beyond the stick segment; {from}");
+    }
+    match (present_below >= 0.0, absent_above.is_finite()) {
+        (true, true) => format!(
+            "the test claims presence below c = {} and absence above c = {} only",
+            short(present_below),
+            short(absent_above)
+        ),
+        (true, false) => {
+            format!("the test claims presence only, and that below c = {}", short(present_below))
+        }
+        (false, true) => format!(
+            "the test claims absence only at these parameters, and that above c = {}",
+            short(absent_above)
+        ),
+        (false, false) => "the test claims presence only, and none at these parameters".into(),
     }
 }
 
@@ -165,14 +176,14 @@ fn of_simulation(flow: &Flow, critical: &Result<CriticalDamping, NoCriticalDampi
         method: Method::Simulation,
         verdict: verdict(&flow.fate),
         margin: root.map_or(f64::NAN, |root| root - c),
-        critical_c: root,
+        critical_c: root.filter(|&root| root >= 0.0),
         reason: match flow.fate {
             Fate::TooCloseToCall => Some(format!(
                 "the grazing margin {} is smaller than its error {}",
                 signed(flow.margin),
                 short(flow.margin_error)
             )),
-            Fate::Failed(failure) => Some(failure_words(failure).into()),
+            Fate::Failed(failure) => Some(failure.to_string()),
             Fate::Sticks(_) | Fate::SpiralsInward | Fate::CrossesForever => None,
         },
     }
@@ -204,17 +215,6 @@ pub(super) fn fate_name(fate: &Fate) -> &'static str {
         Fate::CrossesForever => "crosses_forever",
         Fate::TooCloseToCall => "too_close_to_call",
         Fate::Failed(_) => "failed",
-    }
-}
-
-/// Why an integration gave no answer, in words.
-pub(super) fn failure_words(failure: Failure) -> &'static str {
-    match failure {
-        Failure::StepBudget => "the integration used up its steps before the orbit's fate was settled",
-        Failure::StepUnderflow => {
-            "the step size underflowed before the tolerance was met; try a larger --tolerance"
-        }
-        Failure::NotFinite => "the orbit left the range of double precision",
     }
 }
 
@@ -250,7 +250,7 @@ fn flow_json(flow: &Flow) -> Value {
         "rhs": flow.rhs,
         "landing": landing(flow).map(|landing| landing_json(&landing)),
         "reason": match flow.fate {
-            Fate::Failed(failure) => Some(failure_words(failure)),
+            Fate::Failed(failure) => Some(failure.to_string()),
             _ => None,
         },
     })

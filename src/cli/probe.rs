@@ -156,14 +156,13 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
     line(
         "critical damping",
         match &answer.critical {
-            Ok(root) => {
-                format!(
-                    "c* = {} +- {} ({} right-hand sides)",
-                    exact(root.c),
-                    short(root.error),
-                    count(root.rhs)
-                )
-            }
+            Ok(root) => format!(
+                "c* = {} +- {} ({} right-hand sides){}",
+                exact(root.c),
+                short(root.error),
+                count(root.rhs),
+                if root.c < 0.0 { ": no cycle at any damping" } else { "" }
+            ),
             Err(why) => format!("none: {why}"),
         },
     );

@@ -186,7 +186,8 @@ impl Columns {
             row.push_field(method.verdict.name().as_bytes());
             row.push_field(number(method.margin).as_bytes());
         }
-        row.push_field(answer.critical.as_ref().map_or(String::new(), |root| number(root.c)).as_bytes());
+        let critical = answer.critical.as_ref().ok().map(|root| root.c).filter(|&root| root >= 0.0);
+        row.push_field(critical.map_or(String::new(), number).as_bytes());
         row.push_field(answer.regime.name().as_bytes());
         let landing = answer.landing();
         for value in [
