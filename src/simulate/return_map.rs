@@ -9,7 +9,7 @@ use std::sync::{LazyLock, OnceLock};
 use super::landing::{Approach, Arrival, approach};
 use super::{Fate, Flow, Landing, direct};
 use crate::filippov::Oscillator;
-use crate::friction::Curve;
+use crate::friction::{Column, Curve};
 use super::dop853::{Field, NODES, STAGES, step};
 use super::polar::{Angle, LANES, Lanes};
 use crate::point::ScaledGroups;
@@ -176,6 +176,19 @@ pub fn turns(groups: &[ScaledGroups], tolerance: f64) -> Vec<Turn> {
     answers
 }
 
+/// Margins of one column's orbits at the dampings `cs`, see [`turns`].
+#[must_use]
+pub fn turns_of(column: &Column, cs: &[f64], tolerance: f64) -> Vec<Turn> {
+    let groups: Vec<ScaledGroups> =
+        cs.iter().map(|&c| scaled(&Oscillator::in_column(column, c))).collect();
+    turns(&groups, tolerance)
+}
+
+fn scaled(oscillator: &Oscillator) -> ScaledGroups {
+    let Curve::Stribeck(law) = &oscillator.curve;
+    law.scaled(oscillator.belt_speed, oscillator.viscous)
+}
+
 /// The smallest tolerance worth asking for: round-off takes over.
 const FINEST_TOLERANCE: f64 = 1e-16;
 
@@ -204,9 +217,7 @@ fn decisive_turn(groups: &ScaledGroups, tolerance: f64) -> Turn {
 /// `tolerance` bounds the error of the scaled grazing margin m/V and of the landing.
 #[must_use]
 pub fn flow(oscillator: &Oscillator, tolerance: f64) -> Flow {
-    let Curve::Stribeck(law) = &oscillator.curve;
-    let groups = law.scaled(oscillator.belt_speed, oscillator.viscous);
-    let turn = decisive_turn(&groups, tolerance);
+    let turn = decisive_turn(&scaled(oscillator), tolerance);
     let (Turn::Complete { rhs, .. } | Turn::HandOver { rhs }) = turn;
     let mut rhs = u64::from(rhs);
     let (margin, margin_error) = match turn {
