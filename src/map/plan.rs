@@ -81,6 +81,8 @@ pub struct Plan {
     pub audit_cells: usize,
     /// Shape of the tiles, see [`Grid::tile_shape`].
     pub tile_shape: Vec<usize>,
+    /// How hard the stored map is compressed: 0 (not at all) to 9 (smallest file).
+    pub compression: u8,
 }
 
 impl Plan {

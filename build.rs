@@ -1,0 +1,42 @@
+//! Tells the crate from which commit it is built, for the provenance of the maps it writes.
+
+use std::path::Path;
+use std::process::Command;
+
+/// What the binary is made of.
+const SOURCES: [&str; 4] = ["src", "Cargo.toml", "Cargo.lock", "build.rs"];
+
+/// Output of a git command run in the crate's folder; `None` without git or outside a repository. Without
+/// optional locks, so that looking at the repository leaves no trace that would call for a new build.
+fn git(arguments: &[&str]) -> Option<String> {
+    let output = Command::new("git").arg("--no-optional-locks").args(arguments).output().ok()?;
+    output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
+}
+
+/// The commit, with "modified" if the sources differ from it; `None` if the crate's folder is not the top
+/// of a repository (then the commit would be that of somebody else's project).
+fn state() -> Option<String> {
+    let top = git(&["rev-parse", "--show-toplevel"])?;
+    let here = std::env::var("CARGO_MANIFEST_DIR").ok()?;
+    if Path::new(&top).canonicalize().ok()? != Path::new(&here).canonicalize().ok()? {
+        return None;
+    }
+    let commit = git(&["rev-parse", "HEAD"])?;
+    let mut status = vec!["status", "--porcelain", "--"];
+    status.extend(SOURCES);
+    Some(if git(&status)?.is_empty() { commit } else { format!("{commit}, modified") })
+}
+
+fn main() {
+    let state = state();
+    println!("cargo::rustc-env=SLIPMAP_GIT={}", state.as_deref().unwrap_or("unknown"));
+    for source in SOURCES {
+        println!("cargo::rerun-if-changed={source}");
+    }
+    // Where a commit or a change of branch leaves its traces.
+    for trace in ["HEAD", "logs/HEAD"] {
+        if let Some(path) = git(&["rev-parse", "--git-path", trace]).filter(|path| Path::new(path).exists()) {
+            println!("cargo::rerun-if-changed={path}");
+        }
+    }
+}

@@ -1,0 +1,240 @@
+#!/usr/bin/env python3
+"""Reads a map with the programs its users have, and recomputes its closed-form verdicts.
+
+    check_clients.py MAP.h5
+
+Opens the map with xarray (engines netcdf4 and h5netcdf), h5py and ncdump; checks dimensions, types,
+attributes and dimension scales as each of them sees them; recomputes every fingerprint of cells; and
+compares the verdicts of the closed-form tests with their conditions, evaluated here from the
+coordinates alone. Nothing is shared with the program that wrote the map. Exit code 0 if all holds.
+"""
+
+import argparse
+import hashlib
+import itertools
+import shutil
+import subprocess
+import sys
+
+import h5py
+import numpy as np
+import xarray as xr
+
+AXES = {"stribeck": ("epsilon", "alpha", "beta", "gamma", "V", "c")}
+VERDICTS = ((-1, 0, 1, 2, 3), "absent undecided present failed not_computed")
+REGIMES = ((0, 1, 2, 3, 4, 5), "equilibrium stick_slip bistable pure_slip crossing failed")
+GUARANTEES = {"asymptotic", "finite_epsilon", "numerical", "validated", "none"}
+ROOT_TEXTS = (
+    "Conventions title history source references crate_version git machine law methods fields engine "
+    "config config_sha256"
+).split()
+ROOT_NUMBERS = "schema tolerance compression threads wall_seconds complete".split()
+
+failures = 0
+
+
+def expect(holds, what):
+    """Counts and reports an expectation that does not hold."""
+    global failures
+    if not holds:
+        failures += 1
+        print(f"FAILED: {what}")
+
+
+def text(value):
+    """A text attribute as h5py returns it, decoded."""
+    return value.decode() if isinstance(value, bytes) else value
+
+
+def check_xarray(path, engine):
+    """The map as xarray sees it."""
+    with xr.open_dataset(path, engine=engine) as data:
+        law = data.attrs["law"]
+        axes = AXES.get(law, tuple(data.coords))
+        expect(data.attrs["Conventions"] == "CF-1.11", f"{engine}: Conventions")
+        for name in ROOT_TEXTS:
+            if name != "title":  # a map may have none
+                expect(isinstance(data.attrs.get(name), str), f"{engine}: text attribute {name}")
+        for name in ROOT_NUMBERS:
+            expect(isinstance(data.attrs.get(name), np.number), f"{engine}: number attribute {name}")
+        expect(data.attrs["complete"] == 1, f"{engine}: complete")
+        digest = hashlib.sha256(data.attrs["config"].encode()).hexdigest()
+        expect(data.attrs["config_sha256"] == digest, f"{engine}: config_sha256")
+        expect(set(data.coords) == set(axes), f"{engine}: coordinates {list(data.coords)}")
+        for name in axes:
+            values = data[name]
+            expect(values.dtype == np.float64 and values.dims == (name,), f"{engine}: axis {name}")
+            expect(bool((np.diff(values) > 0).all()), f"{engine}: axis {name} increases")
+        methods = data.attrs["methods"].split()
+        expect([f"verdict_{m}" for m in methods] == [v for v in data if v.startswith("verdict_")], f"{engine}: methods")
+        for name, variable in data.items():
+            codes = name.startswith("verdict_") or name == "regime"
+            dims = axes[:-1] if name.startswith("critical_c_") else axes
+            expect(variable.dims == dims, f"{engine}: {name} has dimensions {variable.dims}")
+            expect(variable.dtype == (np.int8 if codes else np.float64), f"{engine}: {name} is {variable.dtype}")
+            expect(variable.attrs.get("units") == "1", f"{engine}: {name} units")
+            expect(bool(variable.attrs.get("long_name")), f"{engine}: {name} long_name")
+            for place in (variable.attrs, variable.encoding):
+                expect("_FillValue" not in place, f"{engine}: {name} has a _FillValue")
+            if codes:
+                values, meanings = REGIMES if name == "regime" else VERDICTS
+                flags = variable.attrs["flag_values"]
+                expect(flags.dtype == np.int8 and tuple(flags) == values, f"{engine}: {name} flag_values")
+                expect(variable.attrs["flag_meanings"] == meanings, f"{engine}: {name} flag_meanings")
+            if "_".join(name.split("_")[1:]) in methods:
+                expect(variable.attrs.get("guarantee") in GUARANTEES, f"{engine}: {name} guarantee")
+                expect(bool(variable.attrs.get("equation")), f"{engine}: {name} equation")
+        print(f"xarray, {engine}: {len(data.data_vars)} variables over {dict(data.sizes)}")
+        corner = {name: 0 for name in axes}
+        return {name: variable.isel(corner, missing_dims="ignore").item() for name, variable in data.items()}
+
+
+def check_h5py(path):
+    """The map as h5py sees it, and the fingerprints of its cells."""
+    with h5py.File(path, "r") as file:
+        axes = AXES.get(text(file.attrs["law"]))
+        tile = tuple(int(n) for n in np.atleast_1d(file.attrs["tile_shape"]))
+        corner = {}
+        for name, data in file.items():
+            if data.is_scale:
+                expect(h5py.h5ds.get_scale_name(data.id) == name.encode(), f"h5py: name of scale {name}")
+                expect(digest([data[:]]) == text(data.attrs["sha256"]), f"h5py: sha256 of {name}")
+                continue
+            scales = [[scale.name.strip("/") for scale in d.values()] for d in data.dims]
+            expect(axes is None or scales == [[axis] for axis in axes[: data.ndim]], f"h5py: scales of {name}: {scales}")
+            for axis, dimension in enumerate(data.dims):
+                for scale in dimension.values():
+                    expect(h5py.h5ds.is_attached(data.id, scale.id, axis), f"h5py: {name} and {scale.name}")
+            expect(data.chunks == tile[: data.ndim], f"h5py: chunks of {name}")
+            expect(data.fletcher32 is False and data.scaleoffset is None, f"h5py: filters of {name}")
+            expect(digest(boxes(data, tile)) == text(data.attrs["sha256"]), f"h5py: sha256 of {name}")
+            corner[name] = data[(0,) * data.ndim].item()
+        print(f"h5py: {len(corner)} variables, chunks {tile}, fingerprints recomputed")
+        return corner
+
+
+def boxes(data, tile):
+    """The variable tile by tile, slowest axis first."""
+    ranges = [range(0, n, step) for n, step in zip(data.shape, tile)]
+    for start in itertools.product(*ranges):
+        yield data[tuple(slice(i, i + step) for i, step in zip(start, tile))]
+
+
+def digest(tiles):
+    """SHA-256 of the tiles' own SHA-256s, each over little-endian cells with one NaN."""
+    whole = hashlib.sha256()
+    for cells in tiles:
+        if cells.dtype.kind == "f":
+            cells = np.where(np.isnan(cells), np.nan, cells).astype("<f8")
+        whole.update(hashlib.sha256(np.ascontiguousarray(cells).tobytes()).digest())
+    return whole.hexdigest()
+
+
+def check_ncdump(path):
+    """The map as the NetCDF library's own tool sees it."""
+    if shutil.which("ncdump") is None:
+        expect(False, "ncdump is not installed (Debian package netcdf-bin)")
+        return
+    run = subprocess.run(["ncdump", "-h", path], capture_output=True, text=True)
+    expect(run.returncode == 0, f"ncdump: {run.stderr.strip()}")
+    header = run.stdout
+    expect(header.startswith("netcdf "), "ncdump: header")
+    expect("byte verdict_" in header, "ncdump: verdicts are bytes")
+    expect("phony_dim" not in header, "ncdump: every dimension has its name")
+    expect("_FillValue" not in header, "ncdump: no _FillValue")
+    expect("string " not in header, "ncdump: texts are of the kind every NetCDF tool reads")
+    print(f"ncdump: {len(header.splitlines())} lines of header")
+
+
+def conditions(epsilon, alpha, beta, gamma, V, c):
+    """For each test: quantities positive where it claims presence, and where it claims absence.
+
+    Each is a difference together with the size of its terms, against which rounding is measured. None
+    where the test claims nothing. The third entry: whether presence also needs that the mass lands on
+    the stick segment, a condition on V that is not recomputed here.
+    """
+    weakening = gamma * (1 - alpha)
+    k = epsilon * gamma * V
+    q = np.sqrt(1 + 2 * k)
+    loss = 2 * beta * V
+    hump = 2 * weakening / (q * (1 + k + q))
+    odd = weakening * (1 + 1 / (1 + 2 * k) ** 2) / 2
+
+    def minus_c(*terms):
+        return sum(terms) - c, sum(abs(term) for term in terms) + c
+
+    def c_minus(*terms):
+        return c - sum(terms), sum(abs(term) for term in terms) + c
+
+    return {
+        "perturbation": (minus_c(weakening, -loss), c_minus(weakening, -loss), False),
+        "instability": (minus_c(weakening / (1 + k) ** 2, -loss), None, True),
+        "bendixson_leading": (minus_c(weakening, -2 * loss), c_minus(weakening), False),
+        "symmetric": (minus_c(weakening / (1 + k) ** 2, -loss), c_minus(odd, -loss), True),
+        "harmonic_balance": (minus_c(hump, -loss), c_minus(hump, -loss), True),
+    }
+
+
+def check_verdicts(path):
+    """Stored verdicts against the conditions of the tests, one epsilon at a time."""
+    with h5py.File(path, "r") as file:
+        if text(file.attrs["law"]) != "stribeck":
+            print("verdicts: the conditions written here are those of the Stribeck law; not compared")
+            return
+        axes = AXES["stribeck"]
+        _, *rest = np.ix_(*(file[name][:] for name in axes))
+        counts = {}
+        for i, epsilon in enumerate(file["epsilon"][:]):
+            alpha, beta, gamma, V, c = (axis[0] for axis in rest)
+            for name, (present, absent, lands) in conditions(epsilon, alpha, beta, gamma, V, c).items():
+                if f"verdict_{name}" not in file:
+                    continue
+                stored = file[f"verdict_{name}"][i]
+                count = counts.setdefault(name, dict.fromkeys(("cells", "ties", "not landing", "wrong"), 0))
+                claims = [claimed(condition, stored.shape) for condition in (present, absent)]
+                (yes, tie_yes), (no, tie_no) = claims
+                expected = np.where(yes, 1, np.where(no, -1, 0))
+                # Within rounding of its edge a condition may come out either way.
+                tie = tie_yes | tie_no
+                # A fast belt may carry the mass beyond the stick segment; a test that is right at every
+                # epsilon then rightly stays undecided. For slow belts the landing speed is too small.
+                fast = lands & (expected == 1) & (stored == 0) & (V > 0.3)
+                wrong = (stored != expected) & ~tie & ~fast
+                count["cells"] += stored.size
+                count["ties"] += int(tie.sum())
+                count["not landing"] += int(fast.sum())
+                count["wrong"] += int(wrong.sum())
+                if wrong.any() and count["wrong"] == wrong.sum():
+                    at = tuple(index[0] for index in np.nonzero(wrong))
+                    point = dict(zip(axes, (epsilon, *(file[n][j] for n, j in zip(axes[1:], at)))))
+                    print(f"  {name} stores {stored[at]} where its condition says {expected[at]}: {point}")
+        for name, count in counts.items():
+            expect(count["wrong"] == 0, f"verdicts of {name}: {count['wrong']} of {count['cells']} cells differ")
+            print(f"verdicts, {name}: " + ", ".join(f"{n} {what}" for what, n in count.items()))
+
+
+def claimed(condition, shape):
+    """Where a condition holds, and where rounding decides."""
+    if condition is None:
+        return np.zeros(shape, bool), np.zeros(shape, bool)
+    # A dozen roundings on either side, each of half a unit in the last place of the largest term.
+    difference, size = (np.broadcast_to(part, shape) for part in condition)
+    return difference > 0, np.abs(difference) <= 12 * np.finfo(float).eps * size
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("map")
+    path = parser.parse_args().map
+    views = [check_xarray(path, engine) for engine in ("netcdf4", "h5netcdf")]
+    views.append(check_h5py(path))
+    same = all(np.array_equal([view[n] for n in views[0]], [view.get(n) for n in views[0]], equal_nan=True) for view in views)
+    expect(same, "the readers disagree on the first cell")
+    check_ncdump(path)
+    check_verdicts(path)
+    print("all clients agree" if failures == 0 else f"{failures} expectations failed")
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,138 @@
+//! Where a map comes from and how its run went.
+
+use sha2::{Digest, Sha256};
+
+use crate::map::{Method, Plan};
+
+use super::schema::SCHEMA;
+use super::value::{Value, hex};
+
+/// Where the mathematics of the tests comes from.
+const REFERENCES: &str = "O. Makarenkov, A new test for stick-slip limit cycles in dry-friction \
+                          oscillators with small nonlinear friction characteristics";
+
+/// What a map tells of its origin, known before the run.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Provenance {
+    /// The map's title.
+    pub title: String,
+    /// Where the configuration came from.
+    pub config_path: String,
+    /// The configuration in full, changes from the command line included.
+    pub config_text: String,
+    /// The command that started the run.
+    pub command_line: String,
+}
+
+/// How a run went, known at its end.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Outcome {
+    /// Number of worker threads.
+    pub threads: usize,
+    /// Duration of the run in seconds.
+    pub wall_seconds: f64,
+    /// Seconds of all threads together spent on each method.
+    pub seconds: Vec<(Method, f64)>,
+    /// What the audit found, if there was one.
+    pub audit: Option<Audit>,
+    /// Why cells were left out. Without a reason a map with cells that were not computed is refused.
+    pub not_computed: Option<String>,
+    /// Further attributes of the file.
+    pub extra: Vec<(String, Value)>,
+}
+
+/// Numbers of the audit by the independent engine.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Audit {
+    /// Cells decided again.
+    pub cells: u64,
+    /// Cells on which the engines contradict each other.
+    pub disagreements: u64,
+}
+
+/// A number as an attribute; beyond the range of the file's integers it is cut off there.
+fn integer(number: impl TryInto<i64>) -> Value {
+    Value::Integers(vec![number.try_into().unwrap_or(i64::MAX)])
+}
+
+/// Words in a row, as in `flag_meanings`.
+fn words<'a>(list: impl IntoIterator<Item = &'a str>) -> Value {
+    Value::Text(list.into_iter().collect::<Vec<_>>().join(" "))
+}
+
+/// The root attributes known before the run.
+pub(super) fn opening(plan: &Plan, provenance: &Provenance) -> Vec<(String, Value)> {
+    let version = env!("CARGO_PKG_VERSION");
+    let date = humantime::format_rfc3339_seconds(std::time::SystemTime::now());
+    let attributes: Vec<(&str, Value)> = vec![
+        ("Conventions", "CF-1.11".into()),
+        ("title", provenance.title.as_str().into()),
+        ("history", format!("{date} slipmap {version}: {}", provenance.command_line).into()),
+        ("source", format!("slipmap {version}").into()),
+        ("references", REFERENCES.into()),
+        ("schema", SCHEMA.into()),
+        ("crate_version", version.into()),
+        ("git", env!("SLIPMAP_GIT").into()),
+        ("machine", machine().into()),
+        ("law", plan.grid.law().name().into()),
+        ("methods", words(plan.methods.iter().map(Method::name))),
+        ("fields", words(plan.fields.iter().map(|field| field.name()))),
+        ("engine", plan.engine.name().into()),
+        ("tolerance", plan.tolerance.into()),
+        ("tile_shape", Value::Integers(plan.tile_shape.iter().map(|&len| len as i64).collect())),
+        ("compression", integer(plan.compression)),
+        ("config", provenance.config_text.as_str().into()),
+        ("config_path", provenance.config_path.as_str().into()),
+        ("config_sha256", text_digest(&provenance.config_text).into()),
+    ];
+    attributes.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+}
+
+/// The root attributes known at the end.
+pub(super) fn closing(outcome: &Outcome) -> Vec<(String, Value)> {
+    let mut attributes = vec![
+        ("threads".to_owned(), integer(outcome.threads)),
+        ("wall_seconds".to_owned(), outcome.wall_seconds.into()),
+    ];
+    attributes.extend(
+        outcome
+            .seconds
+            .iter()
+            .map(|(method, seconds)| (format!("seconds_{}", method.name()), (*seconds).into())),
+    );
+    if let Some(audit) = outcome.audit {
+        attributes.push(("audit_cells".into(), integer(audit.cells)));
+        attributes.push(("audit_disagreements".into(), integer(audit.disagreements)));
+    }
+    if let Some(reason) = &outcome.not_computed {
+        attributes.push(("not_computed".into(), reason.as_str().into()));
+    }
+    attributes.extend(outcome.extra.iter().cloned());
+    attributes.push(("complete".into(), 1.into()));
+    attributes
+}
+
+/// Fingerprint of a text.
+pub(super) fn text_digest(text: &str) -> String {
+    hex(&Sha256::digest(text.as_bytes()))
+}
+
+/// Host name, processor and number of usable cores; what the system does not tell is "unknown".
+fn machine() -> String {
+    let read = |path: &str| std::fs::read_to_string(path).ok().filter(|text| !text.trim().is_empty());
+    let host = read("/proc/sys/kernel/hostname")
+        .map(|name| name.trim().to_owned())
+        .or_else(|| std::env::var("HOSTNAME").ok())
+        .or_else(|| std::env::var("COMPUTERNAME").ok());
+    let processor = read("/proc/cpuinfo").and_then(|text| {
+        let line = text.lines().find(|line| line.starts_with("model name"))?;
+        Some(line.split_once(':')?.1.trim().to_owned())
+    });
+    let unknown = || "unknown".to_owned();
+    let cores = std::thread::available_parallelism().map_or_else(|_| unknown(), |cores| cores.to_string());
+    format!(
+        "host {}, processor {}, {cores} cores",
+        host.unwrap_or_else(unknown),
+        processor.unwrap_or_else(unknown)
+    )
+}

@@ -1,0 +1,337 @@
+//! Reading a map.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::Read;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use hdf5::{Dataset, File, SliceOrIndex};
+use ndarray::{ArrayD, Axis as Dim};
+
+use crate::friction::Law;
+use crate::map::{Field, Grid, Tile};
+
+use super::error::StoreError;
+use super::schema::{MethodInfo, SCHEMA, Schema};
+use super::value::{self, Value};
+
+/// The first bytes of an HDF5 file.
+const SIGNATURE: [u8; 8] = *b"\x89HDF\r\n\x1a\n";
+
+/// A stored map, open for reading. Cells stay on disk until they are asked for.
+#[derive(Debug)]
+pub struct MapFile {
+    path: PathBuf,
+    file: File,
+    schema: Schema,
+    attributes: BTreeMap<String, Value>,
+}
+
+impl MapFile {
+    /// Opens the map at `path`.
+    ///
+    /// # Errors
+    /// [`StoreError::NotAMap`] for a file that no version of this program wrote, or that this version
+    /// cannot read; otherwise the file system's or the library's reasons.
+    pub fn open(path: &Path) -> Result<Self, StoreError> {
+        let file = open_file(path)?;
+        let attributes = root_attributes(&file, path)?;
+        let schema = read_schema(&file, path, &attributes)?;
+        Ok(Self { path: path.to_path_buf(), file, schema, attributes })
+    }
+
+    /// Where the map lies.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The grid: friction law and axes, slowest first.
+    #[must_use]
+    pub fn grid(&self) -> &Grid {
+        &self.schema.grid
+    }
+
+    /// Shape of the tiles in which cells are stored: reading tile by tile ([`Grid::tile`],
+    /// [`MapFile::codes`]) touches every byte once.
+    #[must_use]
+    pub fn tile_shape(&self) -> &[usize] {
+        &self.schema.tile_shape
+    }
+
+    /// The methods, in the order of the file.
+    #[must_use]
+    pub fn methods(&self) -> &[MethodInfo] {
+        &self.schema.methods
+    }
+
+    /// The stored fields.
+    #[must_use]
+    pub fn fields(&self) -> &[Field] {
+        &self.schema.fields
+    }
+
+    /// Names of the variables over the grid, in the order of the file.
+    pub fn variables(&self) -> impl Iterator<Item = &str> {
+        self.schema.variables.iter().map(|variable| variable.name.as_str())
+    }
+
+    /// Whether the map has this variable.
+    #[must_use]
+    pub fn has(&self, variable: &str) -> bool {
+        self.variables().any(|name| name == variable)
+    }
+
+    /// The file's attributes, by name.
+    #[must_use]
+    pub fn attributes(&self) -> &BTreeMap<String, Value> {
+        &self.attributes
+    }
+
+    /// A text among the file's attributes.
+    #[must_use]
+    pub fn text(&self, name: &str) -> Option<&str> {
+        match self.attributes.get(name) {
+            Some(Value::Text(text)) => Some(text),
+            _ => None,
+        }
+    }
+
+    /// A single number among the file's attributes, for instance `seconds_METHOD` or `audit_cells`.
+    #[must_use]
+    pub fn number(&self, name: &str) -> Option<f64> {
+        match self.attributes.get(name).map(|value| value) {
+            Some(Value::Reals(values)) if values.len() == 1 => Some(values[0]),
+            Some(Value::Integers(values)) if values.len() == 1 => Some(values[0] as f64),
+            _ => None,
+        }
+    }
+
+    /// Number of cells with each code of a variable of codes, in the order of its `flag_values`, as
+    /// recorded when the map was written.
+    ///
+    /// # Errors
+    /// [`StoreError::NoVariable`] if there is no such variable of codes; otherwise the library's reasons.
+    pub fn counts(&self, variable: &str) -> Result<Vec<u64>, StoreError> {
+        let dataset = self.dataset(variable)?;
+        let read = value::read(&dataset, "flag_counts").map_err(|error| self.failed(variable, &error))?;
+        match read {
+            Some(Value::Integers(counts)) => {
+                Ok(counts.into_iter().map(|count| u64::try_from(count).unwrap_or(0)).collect())
+            }
+            _ => Err(StoreError::NotAMap {
+                path: self.path.clone(),
+                why: format!("the counts of {variable} are not integers"),
+            }),
+        }
+    }
+
+    /// Codes (verdicts, regimes) in a box of cells, one index range per dimension of the variable.
+    ///
+    /// # Errors
+    /// [`StoreError::NoVariable`] or [`StoreError::OutOfRange`]; otherwise the library's reasons.
+    pub fn codes(&self, variable: &str, ranges: &[Range<usize>]) -> Result<ArrayD<i8>, StoreError> {
+        self.read(variable, ranges)
+    }
+
+    /// Real numbers (margins, critical dampings, landings) in a box of cells, as [`MapFile::codes`].
+    ///
+    /// # Errors
+    /// As [`MapFile::codes`].
+    pub fn reals(&self, variable: &str, ranges: &[Range<usize>]) -> Result<ArrayD<f64>, StoreError> {
+        self.read(variable, ranges)
+    }
+
+    /// Codes on a slice: each dimension is either held at an index, and dropped, or kept whole.
+    ///
+    /// # Errors
+    /// As [`MapFile::codes`].
+    pub fn code_slice(&self, variable: &str, at: &[Option<usize>]) -> Result<ArrayD<i8>, StoreError> {
+        self.slice(variable, at)
+    }
+
+    /// Real numbers on a slice, as [`MapFile::code_slice`].
+    ///
+    /// # Errors
+    /// As [`MapFile::codes`].
+    pub fn real_slice(&self, variable: &str, at: &[Option<usize>]) -> Result<ArrayD<f64>, StoreError> {
+        self.slice(variable, at)
+    }
+
+    /// The tiles of the map, in the order of the file.
+    pub fn tiles(&self) -> impl Iterator<Item = Tile> {
+        (0..self.schema.tiles()).map(|number| self.schema.grid.tile(&self.schema.tile_shape, number))
+    }
+
+    /// The file, for [`super::check`].
+    pub(super) fn file(&self) -> &File {
+        &self.file
+    }
+
+    /// The layout, for [`super::check`].
+    pub(super) fn schema(&self) -> &Schema {
+        &self.schema
+    }
+
+    /// Opens a variable.
+    fn dataset(&self, variable: &str) -> Result<Dataset, StoreError> {
+        if !self.has(variable) {
+            return Err(StoreError::NoVariable {
+                path: self.path.clone(),
+                name: variable.into(),
+                available: self.variables().collect::<Vec<_>>().join(", "),
+            });
+        }
+        self.file.dataset(variable).map_err(|error| self.failed(variable, &error))
+    }
+
+    /// Reads a box of cells.
+    fn read<T: hdf5::H5Type>(
+        &self,
+        variable: &str,
+        ranges: &[Range<usize>],
+    ) -> Result<ArrayD<T>, StoreError> {
+        let dataset = self.dataset(variable)?;
+        let shape = dataset.shape();
+        let fits = |(range, &len): (&Range<usize>, &usize)| range.start <= range.end && range.end <= len;
+        if ranges.len() != shape.len() || !ranges.iter().zip(&shape).all(fits) {
+            return Err(StoreError::OutOfRange {
+                path: self.path.clone(),
+                name: variable.into(),
+                selection: format!("{ranges:?}"),
+                shape: format!("{shape:?}"),
+            });
+        }
+        read_box(&dataset, ranges).map_err(|error| self.failed(variable, &error))
+    }
+
+    /// Reads a slice.
+    fn slice<T: hdf5::H5Type>(&self, variable: &str, at: &[Option<usize>]) -> Result<ArrayD<T>, StoreError> {
+        let shape = self.dataset(variable)?.shape();
+        let ranges: Vec<Range<usize>> = at
+            .iter()
+            .zip(shape.iter().map(Some).chain(std::iter::repeat(None)))
+            .map(|(held, len)| match held {
+                Some(index) => *index..*index + 1,
+                None => 0..len.copied().unwrap_or(0),
+            })
+            .collect();
+        let mut cells = self.read(variable, &ranges)?;
+        for (dimension, _) in at.iter().enumerate().rev().filter(|(_, held)| held.is_some()) {
+            cells = cells.index_axis_move(Dim(dimension), 0);
+        }
+        Ok(cells)
+    }
+
+    /// An error of the library while reading a variable.
+    fn failed(&self, variable: &str, error: &hdf5::Error) -> StoreError {
+        StoreError::hdf5(format!("read {variable} in"), &self.path, error)
+    }
+}
+
+/// Reads a box of cells that is known to fit.
+pub(super) fn read_box<T: hdf5::H5Type>(
+    dataset: &Dataset,
+    ranges: &[Range<usize>],
+) -> hdf5::Result<ArrayD<T>> {
+    let selection: Vec<SliceOrIndex> = ranges
+        .iter()
+        .map(|range| SliceOrIndex::SliceTo { start: range.start, step: 1, end: range.end, block: 1 })
+        .collect();
+    dataset.read_slice(hdf5::Hyperslab::from(selection))
+}
+
+/// Opens an HDF5 file, telling apart why that may fail.
+pub(super) fn open_file(path: &Path) -> Result<File, StoreError> {
+    let mut head = Vec::new();
+    fs::File::open(path)
+        .and_then(|file| file.take(SIGNATURE.len() as u64).read_to_end(&mut head))
+        .map_err(|source| StoreError::io("open", path, source))?;
+    if head != SIGNATURE {
+        return Err(StoreError::NotAMap { path: path.to_path_buf(), why: "it is no HDF5 file".into() });
+    }
+    File::open(path).map_err(|error| StoreError::hdf5("open", path, &error))
+}
+
+/// The file's attributes.
+fn root_attributes(file: &File, path: &Path) -> Result<BTreeMap<String, Value>, StoreError> {
+    let attributes =
+        value::read_all(file).map_err(|error| StoreError::hdf5("read the attributes of", path, &error))?;
+    Ok(attributes.into_iter().filter_map(|(name, value)| Some((name, value?))).collect())
+}
+
+/// Finds out the layout of a map from its attributes and coordinates.
+fn read_schema(file: &File, path: &Path, attributes: &BTreeMap<String, Value>) -> Result<Schema, StoreError> {
+    let not_a_map = |why: String| StoreError::NotAMap { path: path.to_path_buf(), why };
+    let text = |name: &str| match attributes.get(name) {
+        Some(Value::Text(text)) => Ok(text.as_str()),
+        _ => Err(not_a_map(format!("it has no text attribute {name}"))),
+    };
+    match attributes.get("schema") {
+        Some(Value::Integers(version)) if version == &[SCHEMA] => {}
+        Some(Value::Integers(version)) => {
+            return Err(not_a_map(format!(
+                "its layout has number {version:?}, and this version of slipmap reads number {SCHEMA}; use the \
+                 version that wrote it"
+            )));
+        }
+        _ => return Err(not_a_map("it has no integer attribute schema".into())),
+    }
+    let law = text("law")?;
+    let law = Law::ALL
+        .into_iter()
+        .find(|known| known.name() == law)
+        .ok_or_else(|| not_a_map(format!("this version of slipmap does not know its friction law {law}")))?;
+    let mut nodes = Vec::new();
+    for name in Grid::axis_names(law) {
+        let axis = file.dataset(name).and_then(|dataset| dataset.read_raw::<f64>());
+        nodes.push(axis.map_err(|error| StoreError::hdf5(format!("read the axis {name} of"), path, &error))?);
+    }
+    let grid = Grid::new(law, nodes).map_err(|error| not_a_map(error.to_string()))?;
+    let tile_shape: Vec<usize> = match attributes.get("tile_shape") {
+        Some(Value::Integers(lengths)) => {
+            lengths.iter().filter_map(|&len| usize::try_from(len).ok()).collect()
+        }
+        _ => Vec::new(),
+    };
+    let shape = grid.shape();
+    if tile_shape.len() != shape.len()
+        || !tile_shape.iter().zip(&shape).all(|(tile, len)| (1..=*len).contains(tile))
+    {
+        return Err(not_a_map("its attribute tile_shape does not fit its axes".into()));
+    }
+    let mut fields = Vec::new();
+    for name in text("fields")?.split_whitespace() {
+        let known = Field::ALL.into_iter().find(|field| field.name() == name);
+        fields.push(known.ok_or_else(|| not_a_map(format!("this version does not know its field {name}")))?);
+    }
+    let mut methods = Vec::new();
+    for name in text("methods")?.split_whitespace() {
+        methods.push(method_info(file, name).map_err(|error| {
+            StoreError::hdf5(format!("read the attributes of verdict_{name} in"), path, &error)
+        })?);
+    }
+    Ok(Schema::new(grid, tile_shape, methods, fields))
+}
+
+/// What the file says of a method. The texts are taken from there and not from the table of methods,
+/// because a map may be older or newer than the program.
+fn method_info(file: &File, name: &str) -> hdf5::Result<MethodInfo> {
+    let dataset = file.dataset(&format!("verdict_{name}"))?;
+    let text = |attribute: &str| -> hdf5::Result<String> {
+        match value::read(&dataset, attribute)? {
+            Some(Value::Text(text)) => Ok(text),
+            _ => Ok(String::new()),
+        }
+    };
+    let long_name = text("long_name")?;
+    // `long_name` says first what a verdict is about.
+    let long_name = long_name.split_once(": ").map_or(long_name.as_str(), |(_, phrase)| phrase).to_owned();
+    Ok(MethodInfo {
+        name: name.into(),
+        long_name,
+        equation: text("equation")?,
+        guarantee: text("guarantee")?,
+    })
+}

@@ -1,0 +1,252 @@
+//! What a map file holds: one description, used to write maps, to read them and to check them.
+
+use crate::map::{Field, Grid, Method, Plan, Regime, TileData, Verdict};
+
+use super::value::Value;
+
+/// Number of this layout of map files; raised when a reader of the old layout would misread the new one.
+pub(super) const SCHEMA: i64 = 1;
+
+/// What a map says of one of its methods.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MethodInfo {
+    /// Name, as in `verdict_NAME`.
+    pub name: String,
+    /// One phrase for legends.
+    pub long_name: String,
+    /// Its place in the paper or in the theory pages.
+    pub equation: String,
+    /// What its verdicts are worth, a [`crate::certify::Guarantee`] in words.
+    pub guarantee: String,
+}
+
+impl From<&Method> for MethodInfo {
+    fn from(method: &Method) -> Self {
+        Self {
+            name: method.name().into(),
+            long_name: method.long_name().into(),
+            equation: method.equation().into(),
+            guarantee: method.guarantee().name().into(),
+        }
+    }
+}
+
+/// Where a variable's cells come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Content {
+    /// Verdicts of the method with this position.
+    Verdict(usize),
+    /// Margins of the method with this position.
+    Margin(usize),
+    /// Critical dampings of the method with this position.
+    CriticalC(usize),
+    /// Regimes.
+    Regime,
+    /// x1 at landing.
+    LandingX1,
+    /// Stick times.
+    StickTime,
+    /// Slip times.
+    SlipTime,
+}
+
+/// Cells of a variable in memory.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Cells<'a> {
+    /// Codes.
+    Codes(&'a [i8]),
+    /// Real numbers.
+    Reals(&'a [f64]),
+}
+
+/// A variable over the grid.
+#[derive(Clone, Debug)]
+pub(super) struct Variable {
+    /// Name of the dataset.
+    pub(super) name: String,
+    /// Where its cells come from.
+    pub(super) content: Content,
+    /// Its attributes, apart from fingerprints and counts, which are known only at the end.
+    pub(super) attributes: Vec<(&'static str, Value)>,
+}
+
+impl Variable {
+    /// The codes that its cells may have, with their meanings; `None` for real numbers.
+    pub(super) fn codes(&self) -> Option<Vec<(i8, &'static str)>> {
+        match self.content {
+            Content::Verdict(_) => Some(Verdict::ALL.iter().map(|v| (v.code(), v.name())).collect()),
+            Content::Regime => Some(Regime::ALL.iter().map(|r| (r.code(), r.name())).collect()),
+            _ => None,
+        }
+    }
+
+    /// The code of cells that were never written.
+    pub(super) fn fill_code(&self) -> i8 {
+        match self.content {
+            Content::Regime => Regime::Failed.code(),
+            _ => Verdict::NotComputed.code(),
+        }
+    }
+
+    /// Number of its dimensions on a grid of `axes` axes: a critical damping has no damping axis.
+    pub(super) fn rank(&self, axes: usize) -> usize {
+        match self.content {
+            Content::CriticalC(_) => axes - 1,
+            _ => axes,
+        }
+    }
+
+    /// Its cells in a computed tile.
+    pub(super) fn cells<'a>(&self, data: &'a TileData) -> Cells<'a> {
+        match self.content {
+            Content::Verdict(method) => Cells::Codes(&data.methods[method].verdicts),
+            Content::Margin(method) => Cells::Reals(&data.methods[method].margins),
+            Content::CriticalC(method) => Cells::Reals(&data.methods[method].critical),
+            Content::Regime => Cells::Codes(&data.regime),
+            Content::LandingX1 => Cells::Reals(&data.landing_x1),
+            Content::StickTime => Cells::Reals(&data.stick_time),
+            Content::SlipTime => Cells::Reals(&data.slip_time),
+        }
+    }
+}
+
+/// The layout of one map.
+#[derive(Clone, Debug)]
+pub(super) struct Schema {
+    /// The grid.
+    pub(super) grid: Grid,
+    /// Shape of tiles and chunks.
+    pub(super) tile_shape: Vec<usize>,
+    /// The methods.
+    pub(super) methods: Vec<MethodInfo>,
+    /// The fields.
+    pub(super) fields: Vec<Field>,
+    /// The variables, in the order of the file.
+    pub(super) variables: Vec<Variable>,
+}
+
+impl Schema {
+    /// The layout of the map that `plan` asks for.
+    pub(super) fn of(plan: &Plan) -> Self {
+        let methods = plan.methods.iter().map(MethodInfo::from).collect();
+        Self::new(plan.grid.clone(), plan.tile_shape.clone(), methods, plan.fields.clone())
+    }
+
+    /// The layout of a map with these contents.
+    pub(super) fn new(
+        grid: Grid,
+        tile_shape: Vec<usize>,
+        methods: Vec<MethodInfo>,
+        fields: Vec<Field>,
+    ) -> Self {
+        let mut variables = Vec::new();
+        for field in Field::ALL {
+            if field != Field::Verdict && !fields.contains(&field) {
+                continue;
+            }
+            match field {
+                Field::Verdict => per_method(&mut variables, &methods, "verdict", Content::Verdict),
+                Field::Margin => per_method(&mut variables, &methods, "margin", Content::Margin),
+                Field::CriticalC => per_method(&mut variables, &methods, "critical_c", Content::CriticalC),
+                Field::Regime => variables.push(plain(
+                    "regime",
+                    "long-run behaviour according to the simulated flow",
+                    Content::Regime,
+                )),
+                Field::Landing => variables.extend([
+                    plain("landing_x1", "x1 at which the mass begins to stick", Content::LandingX1),
+                    plain("stick_time", "time of sticking per period", Content::StickTime),
+                    plain("slip_time", "time of slipping per period", Content::SlipTime),
+                ]),
+            }
+        }
+        Self { grid, tile_shape, methods, fields, variables }
+    }
+
+    /// Names of the dimensions, slowest first.
+    pub(super) fn dimensions(&self) -> Vec<&str> {
+        self.grid.axes().iter().map(|axis| axis.name.as_str()).collect()
+    }
+
+    /// Number of tiles.
+    pub(super) fn tiles(&self) -> usize {
+        self.grid.tile_count(&self.tile_shape)
+    }
+
+    /// Number of tiles that follow each other along the damping axis alone. A variable without that axis
+    /// takes its cells from the first of them.
+    pub(super) fn tiles_per_column(&self) -> usize {
+        match self.tile_shape.last() {
+            Some(&tile) => self.grid.dampings().len().div_ceil(tile),
+            None => 1,
+        }
+    }
+
+    /// Shape of a variable.
+    pub(super) fn shape(&self, variable: &Variable) -> Vec<usize> {
+        let mut shape = self.grid.shape();
+        shape.truncate(variable.rank(shape.len()));
+        shape
+    }
+
+    /// Shape of a variable's chunks.
+    pub(super) fn chunk(&self, variable: &Variable) -> Vec<usize> {
+        self.tile_shape[..variable.rank(self.tile_shape.len())].to_vec()
+    }
+
+    /// Number of a variable's chunks.
+    pub(super) fn chunks(&self, variable: &Variable) -> usize {
+        match variable.content {
+            Content::CriticalC(_) => self.tiles() / self.tiles_per_column(),
+            _ => self.tiles(),
+        }
+    }
+
+    /// The chunk of a variable that a tile fills, if it fills one.
+    pub(super) fn chunk_number(&self, variable: &Variable, tile: usize) -> Option<usize> {
+        let per_column = self.tiles_per_column();
+        match variable.content {
+            Content::CriticalC(_) => tile.is_multiple_of(per_column).then_some(tile / per_column),
+            _ => Some(tile),
+        }
+    }
+}
+
+/// Adds one variable per method.
+fn per_method(
+    variables: &mut Vec<Variable>,
+    methods: &[MethodInfo],
+    field: &str,
+    content: fn(usize) -> Content,
+) {
+    for (position, method) in methods.iter().enumerate() {
+        let content = content(position);
+        let what = match content {
+            Content::Margin(_) => "margin of the verdict: ",
+            Content::CriticalC(_) => "critical damping: ",
+            _ => "does a stick-slip limit cycle exist: ",
+        };
+        let mut variable =
+            plain(&format!("{field}_{}", method.name), &format!("{what}{}", method.long_name), content);
+        variable.attributes.push(("guarantee", method.guarantee.as_str().into()));
+        variable.attributes.push(("equation", method.equation.as_str().into()));
+        variables.push(variable);
+    }
+}
+
+/// A variable with the attributes that all have.
+fn plain(name: &str, long_name: &str, content: Content) -> Variable {
+    let mut variable = Variable {
+        name: name.into(),
+        content,
+        attributes: vec![("long_name", long_name.into()), ("units", "1".into())],
+    };
+    if let Some(codes) = variable.codes() {
+        let meanings: Vec<&str> = codes.iter().map(|&(_, meaning)| meaning).collect();
+        variable
+            .attributes
+            .push(("flag_values", Value::Codes(codes.iter().map(|&(code, _)| code).collect())));
+        variable.attributes.push(("flag_meanings", meanings.join(" ").into()));
+    }
+    variable
+}

@@ -1,0 +1,147 @@
+//! How a map comes into being at once: sealed, forced to disk, and only then given its name.
+//!
+//! The seal is one line of text after the last byte of the HDF5 file, which HDF5 readers do not look at:
+//! the SHA-256 of every byte before it. It covers what no checksum of HDF5 covers (unused bytes, the
+//! heap of references, raw coordinates), and a program that opens the map for writing cuts it off.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use sha2::{Digest, Sha256};
+
+use super::error::StoreError;
+use super::value::hex;
+use super::writer::Existing;
+
+/// What stands before the 64 digits.
+const LABEL: &str = "\nslipmap seal, sha256 of every byte before this line: ";
+
+/// Length of the seal in bytes.
+const LENGTH: u64 = LABEL.len() as u64 + 64 + 1;
+
+/// What became of a file's seal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Seal {
+    /// Every byte is as it was when the map was finished.
+    Whole,
+    /// Some byte has changed.
+    Broken,
+    /// There is none.
+    Missing,
+}
+
+/// Fingerprint of the next `length` bytes.
+fn fingerprint(file: &mut File, length: u64) -> io::Result<String> {
+    let mut hash = Sha256::new();
+    let mut buffer = vec![0u8; 1 << 20];
+    let mut left = length;
+    while left > 0 {
+        let part = usize::try_from(left).map_or(buffer.len(), |left| left.min(buffer.len()));
+        file.read_exact(&mut buffer[..part])?;
+        hash.update(&buffer[..part]);
+        left -= part as u64;
+    }
+    Ok(hex(&hash.finalize()))
+}
+
+/// Appends the seal to a closed file and forces all of it to disk.
+pub(super) fn seal(path: &Path) -> io::Result<()> {
+    let mut file = OpenOptions::new().read(true).write(true).open(path)?;
+    let length = file.metadata()?.len();
+    let digits = fingerprint(&mut file, length)?;
+    file.seek(SeekFrom::End(0))?;
+    file.write_all(format!("{LABEL}{digits}\n").as_bytes())?;
+    file.sync_all()
+}
+
+/// Compares a file with its seal.
+pub(super) fn verify(path: &Path) -> io::Result<Seal> {
+    let mut file = File::open(path)?;
+    let Some(length) = file.metadata()?.len().checked_sub(LENGTH) else { return Ok(Seal::Missing) };
+    file.seek(SeekFrom::Start(length))?;
+    let mut line = Vec::new();
+    file.read_to_end(&mut line)?;
+    let Some(digits) = line.strip_prefix(LABEL.as_bytes()) else { return Ok(Seal::Missing) };
+    file.rewind()?;
+    let expected = fingerprint(&mut file, length)? + "\n";
+    Ok(if digits == expected.as_bytes() { Seal::Whole } else { Seal::Broken })
+}
+
+/// A file beside the output that is removed again unless it takes the output's name.
+#[derive(Debug)]
+pub(super) struct Temporary {
+    path: PathBuf,
+    keep: bool,
+}
+
+impl Temporary {
+    /// Creates the empty file beside `output`, under a name that no other run uses.
+    pub(super) fn beside(output: &Path) -> Result<Self, StoreError> {
+        let folder = match output.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder,
+            _ => Path::new("."),
+        };
+        let Some(name) = output.file_name() else {
+            let source = io::Error::new(io::ErrorKind::InvalidInput, "the path names no file");
+            return Err(StoreError::io("write", output, source));
+        };
+        if !folder.is_dir() {
+            return Err(StoreError::NoFolder { folder: folder.to_path_buf() });
+        }
+        // The process is unique on its machine, the time tells machines that share the folder apart.
+        let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
+        let mut own = name.to_os_string();
+        own.push(format!(".part-{}-{:x}", std::process::id(), now.as_nanos()));
+        let path = folder.join(own);
+        match OpenOptions::new().write(true).create_new(true).open(&path) {
+            Ok(_) => Ok(Self { path, keep: false }),
+            Err(source) => Err(StoreError::io("write in", folder, source)),
+        }
+    }
+
+    /// Where it is.
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Gives the finished file its name, and makes that last through a power cut.
+    pub(super) fn publish(mut self, output: &Path, existing: Existing) -> Result<(), StoreError> {
+        let failed = |source| StoreError::io("write", output, source);
+        match existing {
+            Existing::Replace => fs::rename(&self.path, output).map_err(failed)?,
+            // A link, unlike a renaming, never replaces what came to be there during the run.
+            Existing::Refuse => match fs::hard_link(&self.path, output) {
+                Ok(()) => fs::remove_file(&self.path).map_err(failed)?,
+                // Some file systems know no links; there the name is looked at before it is taken.
+                Err(source) if source.kind() != io::ErrorKind::AlreadyExists && !output.exists() => {
+                    fs::rename(&self.path, output).map_err(failed)?;
+                }
+                Err(_) => {
+                    // A finished map is too dear to throw away.
+                    self.keep = true;
+                    return Err(StoreError::Overtaken {
+                        path: output.to_path_buf(),
+                        kept: self.path.clone(),
+                    });
+                }
+            },
+        }
+        self.keep = true;
+        // The name lies in the folder, which has to reach the disk as well. Where folders cannot be
+        // opened (not on Unix) the system sees to it.
+        if let Some(Ok(folder)) = self.path.parent().map(File::open) {
+            folder.sync_all().map_err(failed)?;
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Temporary {
+    fn drop(&mut self) {
+        if !self.keep {
+            // Nothing more can be done if even this fails; the name tells what it is.
+            let _ = fs::remove_file(&self.path);
+        }
+    }
+}

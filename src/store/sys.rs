@@ -1,0 +1,108 @@
+//! The few calls of the HDF5 C library that the safe layer does not offer.
+//!
+//! This is the only place with unsafe code. Every call runs inside [`hdf5::sync::sync`], the lock that
+//! the safe layer takes around its own calls, because the system's library is not thread-safe. The
+//! identifiers come from live objects of the safe layer, borrowed for the whole call, and every buffer's
+//! length is checked against what the library reads or writes.
+#![allow(unsafe_code)]
+
+use hdf5::types::TypeDescriptor;
+use hdf5::{Attribute, Dataset, Datatype, Error, H5Type, Location, ObjectReference1};
+use hdf5_sys::h5::{herr_t, hsize_t};
+use hdf5_sys::h5a::{H5Aread, H5Awrite};
+use hdf5_sys::h5d::H5Dwrite_chunk;
+use hdf5_sys::h5p::H5P_DEFAULT;
+use hdf5_sys::h5t::{H5T_str_t, H5Tset_strpad};
+
+/// The library's error, if `status` says that there is one. To be called under the lock.
+fn checked(status: herr_t) -> hdf5::Result<()> {
+    if status < 0 { Err(Error::query().unwrap_or_else(|error| error)) } else { Ok(()) }
+}
+
+/// Writes one chunk as it is to lie in the file: all filters applied.
+///
+/// # Errors
+/// The library's own.
+///
+/// # Panics
+/// If `offset` has not one entry per dimension.
+pub(super) fn write_chunk(dataset: &Dataset, offset: &[usize], bytes: &[u8]) -> hdf5::Result<()> {
+    assert_eq!(offset.len(), dataset.ndim(), "one offset per dimension");
+    let offset: Vec<hsize_t> = offset.iter().map(|&start| start as hsize_t).collect();
+    hdf5::sync::sync(|| {
+        // SAFETY: the library reads `offset.len()` offsets (asserted above) and `bytes.len()` bytes.
+        checked(unsafe {
+            H5Dwrite_chunk(dataset.id(), H5P_DEFAULT, 0, offset.as_ptr(), bytes.len(), bytes.as_ptr().cast())
+        })
+    })
+}
+
+/// How the end of a text of fixed length is marked.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Ending {
+    /// Not at all: UTF-8 of exactly the text's length.
+    Exact,
+    /// By a zero byte: ASCII, what the dimension-scale specification asks for.
+    Zero,
+}
+
+/// Attaches a text of fixed length, which lies beside the object under the library's metadata checksum
+/// (texts of variable length lie elsewhere, without one) and which every NetCDF tool can read.
+///
+/// # Errors
+/// The library's own; a text without a single byte cannot be stored.
+pub(super) fn write_text(place: &Location, name: &str, text: &str, ending: Ending) -> hdf5::Result<()> {
+    let mut bytes = text.as_bytes().to_vec();
+    let datatype = match ending {
+        Ending::Exact => Datatype::from_descriptor(&TypeDescriptor::FixedUnicode(bytes.len()))?,
+        Ending::Zero => {
+            bytes.push(0);
+            let datatype = Datatype::from_descriptor(&TypeDescriptor::FixedAscii(bytes.len()))?;
+            // SAFETY: changes a datatype that only this function holds.
+            hdf5::sync::sync(|| {
+                checked(unsafe { H5Tset_strpad(datatype.id(), H5T_str_t::H5T_STR_NULLTERM) })
+            })?;
+            datatype
+        }
+    };
+    let attribute = place.new_attr_builder().empty_as(&datatype).create(name)?;
+    hdf5::sync::sync(|| {
+        // SAFETY: one element of `datatype`, whose size is `bytes.len()`.
+        checked(unsafe { H5Awrite(attribute.id(), datatype.id(), bytes.as_ptr().cast()) })
+    })
+}
+
+/// Reads a text of fixed length; `None` if the attribute is something else.
+///
+/// # Errors
+/// The library's own, or that the text is not UTF-8.
+pub(super) fn read_fixed_text(attribute: &Attribute) -> hdf5::Result<Option<String>> {
+    let datatype = attribute.dtype()?;
+    let (TypeDescriptor::FixedUnicode(size) | TypeDescriptor::FixedAscii(size)) = datatype.to_descriptor()?
+    else {
+        return Ok(None);
+    };
+    if attribute.size() != 1 {
+        return Ok(None);
+    }
+    let mut bytes = vec![0u8; size];
+    hdf5::sync::sync(|| {
+        // SAFETY: one element of `datatype`, whose size is `bytes.len()`.
+        checked(unsafe { H5Aread(attribute.id(), datatype.id(), bytes.as_mut_ptr().cast()) })
+    })?;
+    while bytes.last() == Some(&0) {
+        bytes.pop();
+    }
+    String::from_utf8(bytes).map(Some).map_err(|_| Error::from("the text is not UTF-8"))
+}
+
+/// One entry of a dimension scale's `REFERENCE_LIST`: a variable that uses the scale, and for which of its
+/// dimensions. The layout is that of the dimension-scale specification.
+#[derive(Clone, Copy, H5Type)]
+#[repr(C)]
+pub(super) struct ScaleUse {
+    /// The variable.
+    pub(super) dataset: ObjectReference1,
+    /// The dimension.
+    pub(super) dimension: i32,
+}

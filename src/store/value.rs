@@ -1,0 +1,131 @@
+//! Attributes: named texts and numbers attached to the file and to its variables.
+
+use hdf5::Location;
+use hdf5::types::{FloatSize, IntSize, TypeDescriptor, VarLenAscii, VarLenUnicode};
+use sha2::{Digest, Sha256};
+
+use super::sys::{self, Ending};
+
+/// The value of an attribute.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// A text. Empty texts are not stored.
+    Text(String),
+    /// One or more integers.
+    Integers(Vec<i64>),
+    /// One or more codes of a variable of codes (`flag_values`).
+    Codes(Vec<i8>),
+    /// One or more real numbers.
+    Reals(Vec<f64>),
+}
+
+impl From<&str> for Value {
+    fn from(text: &str) -> Self {
+        Value::Text(text.into())
+    }
+}
+
+impl From<String> for Value {
+    fn from(text: String) -> Self {
+        Value::Text(text)
+    }
+}
+
+impl From<i64> for Value {
+    fn from(number: i64) -> Self {
+        Value::Integers(vec![number])
+    }
+}
+
+impl From<f64> for Value {
+    fn from(number: f64) -> Self {
+        Value::Reals(vec![number])
+    }
+}
+
+/// The attributes that make a dataset a dimension, or tie a variable to its dimensions. They hold
+/// references, not values, and `check` follows them instead of fingerprinting them.
+pub(super) const STRUCTURAL: [&str; 4] = ["CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST"];
+
+/// Name of the fingerprint of an object's other attributes.
+pub(super) const ATTRIBUTES_DIGEST: &str = "sha256_attributes";
+
+/// Attaches `value` to `place`; an empty text or list is left out.
+pub(super) fn write(place: &Location, name: &str, value: &Value) -> hdf5::Result<()> {
+    fn numbers<T: hdf5::H5Type>(place: &Location, name: &str, values: &[T]) -> hdf5::Result<()> {
+        match values {
+            [] => Ok(()),
+            [one] => place.new_attr::<T>().create(name)?.write_scalar(one),
+            many => place.new_attr_builder().with_data(many).create(name).map(drop),
+        }
+    }
+    match value {
+        Value::Text(text) if text.is_empty() => Ok(()),
+        Value::Text(text) => sys::write_text(place, name, text, Ending::Exact),
+        Value::Integers(values) => numbers(place, name, values),
+        Value::Codes(values) => numbers(place, name, values),
+        Value::Reals(values) => numbers(place, name, values),
+    }
+}
+
+/// Reads an attribute; `None` if it has a type or shape that no map uses.
+pub(super) fn read(place: &Location, name: &str) -> hdf5::Result<Option<Value>> {
+    let attribute = place.attr(name)?;
+    if attribute.ndim() > 1 {
+        return Ok(None);
+    }
+    Ok(match attribute.dtype()?.to_descriptor()? {
+        TypeDescriptor::FixedAscii(_) | TypeDescriptor::FixedUnicode(_) => {
+            sys::read_fixed_text(&attribute)?.map(Value::Text)
+        }
+        // Not written by this program, but by tools that copy maps.
+        TypeDescriptor::VarLenUnicode if attribute.size() == 1 => {
+            attribute.read_raw::<VarLenUnicode>()?.first().map(|text| Value::Text(text.to_string()))
+        }
+        TypeDescriptor::VarLenAscii if attribute.size() == 1 => {
+            attribute.read_raw::<VarLenAscii>()?.first().map(|text| Value::Text(text.to_string()))
+        }
+        TypeDescriptor::Integer(IntSize::U1) => Some(Value::Codes(attribute.read_raw()?)),
+        TypeDescriptor::Integer(_) => Some(Value::Integers(attribute.read_raw()?)),
+        TypeDescriptor::Float(FloatSize::U8) => Some(Value::Reals(attribute.read_raw()?)),
+        _ => None,
+    })
+}
+
+/// Reads every attribute of `place` but the structural ones, by name; `None` for a value that no map uses.
+pub(super) fn read_all(place: &Location) -> hdf5::Result<Vec<(String, Option<Value>)>> {
+    let mut names = place.attr_names()?;
+    names.retain(|name| !STRUCTURAL.contains(&name.as_str()));
+    names.sort_unstable();
+    names.into_iter().map(|name| read(place, &name).map(|value| (name, value))).collect()
+}
+
+/// Fingerprint of attributes sorted by name, their own fingerprint left out. Lengths come before
+/// contents, so that no two lists read alike.
+pub(super) fn digest<'a>(attributes: impl IntoIterator<Item = (&'a str, &'a Value)>) -> String {
+    fn piece(hash: &mut Sha256, bytes: &[u8]) {
+        hash.update((bytes.len() as u64).to_le_bytes());
+        hash.update(bytes);
+    }
+    let mut hash = Sha256::new();
+    for (name, value) in attributes {
+        if name == ATTRIBUTES_DIGEST {
+            continue;
+        }
+        piece(&mut hash, name.as_bytes());
+        let (kind, bytes): (u8, Vec<u8>) = match value {
+            Value::Text(text) => (b't', text.as_bytes().to_vec()),
+            Value::Integers(values) => (b'i', values.iter().flat_map(|v| v.to_le_bytes()).collect()),
+            Value::Codes(values) => (b'c', values.iter().flat_map(|v| v.to_le_bytes()).collect()),
+            Value::Reals(values) => (b'r', values.iter().flat_map(|v| v.to_le_bytes()).collect()),
+        };
+        hash.update([kind]);
+        piece(&mut hash, &bytes);
+    }
+    hex(&hash.finalize())
+}
+
+/// Lower-case hexadecimal digits.
+pub(super) fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}

@@ -1,0 +1,303 @@
+//! Writing a map.
+
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use hdf5::file::{FileCloseDegree, LibraryVersion};
+use hdf5::plist::file_create::{AttrCreationOrder, AttrPhaseChange, LinkCreationOrder};
+use hdf5::types::VarLenArray;
+use hdf5::{Dataset, File, Location, ObjectReference1};
+
+use crate::map::{Axis, Plan, Sink, TileData};
+
+use super::error::StoreError;
+use super::pack::{self, Fingerprint, PackedTile};
+use super::provenance::{self, Outcome, Provenance};
+use super::schema::{Schema, Variable};
+use super::seal::{self, Temporary};
+use super::sys::{self, Ending, ScaleUse};
+use super::value::{self, ATTRIBUTES_DIGEST, Value};
+
+/// What to do with an output that is there already.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Existing {
+    /// Leave it and report an error.
+    Refuse,
+    /// Replace it, at the very end and in one step.
+    Replace,
+}
+
+/// What has been written of one variable.
+#[derive(Debug)]
+struct Written {
+    /// Fingerprint of each chunk, once it is written.
+    chunks: Vec<Option<Fingerprint>>,
+    /// Number of cells with each of the variable's codes.
+    counts: Vec<u64>,
+}
+
+/// A map being written. Until [`MapWriter::finish`] it lies beside the output under a temporary name;
+/// dropping the writer removes it.
+#[derive(Debug)]
+pub struct MapWriter {
+    // Handles come before the temporary file: dropped in this order, the file is closed, then removed.
+    datasets: Vec<Dataset>,
+    file: File,
+    temporary: Temporary,
+    output: PathBuf,
+    existing: Existing,
+    schema: Schema,
+    compression: u8,
+    written: Mutex<Vec<Written>>,
+}
+
+impl MapWriter {
+    /// Starts the map that `plan` asks for.
+    ///
+    /// # Errors
+    /// [`StoreError::Exists`] if `path` exists and is not to be replaced; otherwise the file system's or
+    /// the library's reasons.
+    pub fn create(
+        path: &Path,
+        plan: &Plan,
+        provenance: &Provenance,
+        existing: Existing,
+    ) -> Result<Self, StoreError> {
+        if existing == Existing::Refuse && path.symlink_metadata().is_ok() {
+            return Err(StoreError::Exists { path: path.to_path_buf() });
+        }
+        let temporary = Temporary::beside(path)?;
+        let schema = Schema::of(plan);
+        let failed = |error: hdf5::Error| StoreError::hdf5("create", temporary.path(), &error);
+        let file = create_file(temporary.path()).map_err(failed)?;
+        for (name, value) in provenance::opening(plan, provenance) {
+            value::write(&file, &name, &value).map_err(failed)?;
+        }
+        let datasets = create_datasets(&file, &schema, plan.compression).map_err(failed)?;
+        let written = schema
+            .variables
+            .iter()
+            .map(|variable| Written {
+                chunks: vec![None; schema.chunks(variable)],
+                counts: vec![0; variable.codes().map_or(0, |codes| codes.len())],
+            })
+            .collect();
+        Ok(Self {
+            datasets,
+            file,
+            temporary,
+            output: path.to_path_buf(),
+            existing,
+            schema,
+            compression: plan.compression,
+            written: Mutex::new(written),
+        })
+    }
+
+    /// Completes the map, seals it, forces it to disk, and gives it its name.
+    ///
+    /// # Errors
+    /// [`StoreError::Incomplete`] if tiles are missing, [`StoreError::NotComputed`] if cells are and
+    /// `outcome` gives no reason, [`StoreError::Overtaken`] if the output appeared meanwhile and is not to
+    /// be replaced; otherwise the file system's or the library's reasons. In every case but `Overtaken` the
+    /// temporary file is removed.
+    pub fn finish(self, outcome: &Outcome) -> Result<(), StoreError> {
+        self.check_complete(outcome)?;
+        let Self { datasets, file, temporary, output, existing, schema, written, .. } = self;
+        let written = written.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let failed = |error: hdf5::Error| StoreError::hdf5("finish", temporary.path(), &error);
+        for ((dataset, variable), written) in datasets.iter().zip(&schema.variables).zip(&written) {
+            close_variable(dataset, variable, written).map_err(failed)?;
+        }
+        for axis in schema.grid.axes() {
+            seal_attributes(&*file.dataset(&axis.name).map_err(failed)?).map_err(failed)?;
+        }
+        for (name, value) in provenance::closing(outcome) {
+            value::write(&file, &name, &value).map_err(failed)?;
+        }
+        seal_attributes(&file).map_err(failed)?;
+        drop(datasets);
+        file.flush().map_err(failed)?;
+        file.close().map_err(failed)?;
+        seal::seal(temporary.path()).map_err(|source| StoreError::io("write", temporary.path(), source))?;
+        temporary.publish(&output, existing)
+    }
+
+    /// Whether every tile was written and every cell computed.
+    fn check_complete(&self, outcome: &Outcome) -> Result<(), StoreError> {
+        let written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
+        for (variable, written) in self.schema.variables.iter().zip(written.iter()) {
+            let missing = || written.chunks.iter().enumerate().filter(|(_, chunk)| chunk.is_none());
+            if let Some((first, _)) = missing().next() {
+                return Err(StoreError::Incomplete {
+                    path: self.output.clone(),
+                    missing: missing().count(),
+                    tiles: written.chunks.len(),
+                    first,
+                });
+            }
+            let codes = variable.codes().unwrap_or_default();
+            let not_computed =
+                codes.iter().zip(&written.counts).find(|((_, name), _)| *name == "not_computed");
+            if let Some((_, &cells @ 1..)) = not_computed
+                && outcome.not_computed.is_none()
+            {
+                return Err(StoreError::NotComputed {
+                    path: self.output.clone(),
+                    variable: variable.name.clone(),
+                    cells,
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Sink for MapWriter {
+    type Packed = PackedTile;
+    type Error = StoreError;
+
+    fn pack(&self, data: &TileData) -> Result<PackedTile, StoreError> {
+        Ok(pack::pack(&self.schema, self.compression, data))
+    }
+
+    fn write(&self, packed: PackedTile) -> Result<(), StoreError> {
+        for chunk in packed.chunks {
+            sys::write_chunk(&self.datasets[chunk.variable], &chunk.offset, &chunk.bytes)
+                .map_err(|error| StoreError::hdf5("write", self.temporary.path(), &error))?;
+            let mut written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
+            let Written { chunks, counts } = &mut written[chunk.variable];
+            assert!(chunks[chunk.number].is_none(), "chunk {} was written twice", chunk.number);
+            chunks[chunk.number] = Some(chunk.fingerprint);
+            counts.iter_mut().zip(chunk.counts).for_each(|(sum, cells)| *sum += cells);
+        }
+        Ok(())
+    }
+}
+
+/// Creates the HDF5 file.
+///
+/// The format is that of HDF5 1.8: its metadata carry checksums, and every NetCDF-4 reader knows it, which is
+/// not so of later ones (netcdf-java, the reader in Panoply, has its own implementation). Creation order
+/// is recorded because NetCDF lists dimensions, variables and attributes in that order.
+fn create_file(path: &Path) -> hdf5::Result<File> {
+    hdf5::FileBuilder::new()
+        .with_fapl(|access| {
+            access
+                .libver_bounds(LibraryVersion::V18, LibraryVersion::V18)
+                .fclose_degree(FileCloseDegree::Strong)
+        })
+        .with_fcpl(|creation| {
+            creation
+                .link_creation_order(LinkCreationOrder::Indexed)
+                .attr_creation_order(AttrCreationOrder::Indexed)
+                .attr_phase_change(ATTRIBUTES_IN_HEADER.max_compact, ATTRIBUTES_IN_HEADER.min_dense)
+                .obj_track_times(false)
+        })
+        .create(path)
+}
+
+/// Attributes lie in their object's header, not in a heap of their own: the simplest form for readers.
+const ATTRIBUTES_IN_HEADER: AttrPhaseChange = AttrPhaseChange { max_compact: 1024, min_dense: 0 };
+
+/// Creates the dimensions and the variables, and ties them together.
+fn create_datasets(file: &File, schema: &Schema, compression: u8) -> hdf5::Result<Vec<Dataset>> {
+    let axes = schema.grid.axes();
+    let scales: Vec<Dataset> = axes.iter().map(|axis| create_scale(file, axis)).collect::<Result<_, _>>()?;
+    let references = reference_list(file, axes.iter().map(|axis| axis.name.as_str()))?;
+    let datasets: Vec<Dataset> = schema
+        .variables
+        .iter()
+        .map(|variable| create_variable(file, schema, variable, compression))
+        .collect::<Result<_, _>>()?;
+    let mut uses: Vec<Vec<ScaleUse>> = vec![Vec::new(); axes.len()];
+    let variables = reference_list(file, schema.variables.iter().map(|variable| variable.name.as_str()))?;
+    for ((dataset, variable), &reference) in datasets.iter().zip(&schema.variables).zip(&variables) {
+        let rank = variable.rank(axes.len());
+        let list: Vec<VarLenArray<ObjectReference1>> =
+            references[..rank].iter().map(|scale| VarLenArray::from_slice(&[*scale])).collect();
+        dataset.new_attr_builder().with_data(&list).create("DIMENSION_LIST")?;
+        for (dimension, uses) in (0..).zip(&mut uses[..rank]) {
+            uses.push(ScaleUse { dataset: reference, dimension });
+        }
+    }
+    for (scale, uses) in scales.iter().zip(&uses) {
+        scale.new_attr_builder().with_data(uses).create("REFERENCE_LIST")?;
+    }
+    Ok(datasets)
+}
+
+/// References to datasets of the root group.
+fn reference_list<'a>(
+    file: &File,
+    names: impl IntoIterator<Item = &'a str>,
+) -> hdf5::Result<Vec<ObjectReference1>> {
+    names.into_iter().map(|name| file.reference(name)).collect()
+}
+
+/// Creates a coordinate, which is also a dimension (HDF5 dimension scale).
+fn create_scale(file: &File, axis: &Axis) -> hdf5::Result<Dataset> {
+    let dataset = file
+        .new_dataset_builder()
+        .with_data(&axis.values)
+        .obj_track_times(false)
+        .attr_creation_order(AttrCreationOrder::Indexed)
+        .attr_phase_change(ATTRIBUTES_IN_HEADER.max_compact, ATTRIBUTES_IN_HEADER.min_dense)
+        .create(axis.name.as_str())?;
+    sys::write_text(&dataset, "CLASS", "DIMENSION_SCALE", Ending::Zero)?;
+    sys::write_text(&dataset, "NAME", &axis.name, Ending::Zero)?;
+    value::write(&dataset, "long_name", &axis.long_name.as_str().into())?;
+    value::write(&dataset, "units", &"1".into())?;
+    let fingerprint = pack::combine([&pack::fingerprint_reals(&axis.values)]);
+    value::write(&dataset, "sha256", &value::hex(&fingerprint).into())?;
+    Ok(dataset)
+}
+
+/// Creates an empty variable.
+fn create_variable(
+    file: &File,
+    schema: &Schema,
+    variable: &Variable,
+    compression: u8,
+) -> hdf5::Result<Dataset> {
+    let codes = variable.codes().is_some();
+    let builder = file.new_dataset_builder();
+    let builder = if codes { builder.empty::<i8>() } else { builder.empty::<f64>() };
+    let mut builder = builder
+        .shape(schema.shape(variable))
+        .chunk(schema.chunk(variable))
+        .obj_track_times(false)
+        .attr_creation_order(AttrCreationOrder::Indexed)
+        .attr_phase_change(ATTRIBUTES_IN_HEADER.max_compact, ATTRIBUTES_IN_HEADER.min_dense);
+    builder = if codes { builder.fill_value(variable.fill_code()) } else { builder.fill_value(f64::NAN) };
+    if compression > 0 {
+        if !codes {
+            builder = builder.shuffle();
+        }
+        builder = builder.deflate(compression.min(9));
+    }
+    let dataset = builder.create(variable.name.as_str())?;
+    for (name, value) in &variable.attributes {
+        value::write(&dataset, name, value)?;
+    }
+    Ok(dataset)
+}
+
+/// Adds what is known of a variable at the end.
+fn close_variable(dataset: &Dataset, variable: &Variable, written: &Written) -> hdf5::Result<()> {
+    if variable.codes().is_some() {
+        let counts = written.counts.iter().map(|&cells| i64::try_from(cells).unwrap_or(i64::MAX)).collect();
+        value::write(dataset, "flag_counts", &Value::Integers(counts))?;
+    }
+    let fingerprint = pack::combine(written.chunks.iter().flatten());
+    value::write(dataset, "sha256", &value::hex(&fingerprint).into())?;
+    seal_attributes(dataset)
+}
+
+/// Adds the fingerprint of an object's attributes.
+fn seal_attributes(place: &Location) -> hdf5::Result<()> {
+    let attributes = value::read_all(place)?;
+    let known = attributes.iter().filter_map(|(name, value)| Some((name.as_str(), value.as_ref()?)));
+    let digest = value::digest(known);
+    value::write(place, ATTRIBUTES_DIGEST, &digest.into())
+}
