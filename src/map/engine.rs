@@ -105,11 +105,7 @@ struct Cost {
 ///
 /// # Errors
 /// [`ComputeError`]; the sink then holds an incomplete map.
-pub fn compute<S: Sink>(
-    plan: &Plan,
-    sink: &S,
-    control: &Control,
-) -> Result<Summary, ComputeError<S::Error>> {
+pub fn compute<S: Sink>(plan: &Plan, sink: &S, control: &Control) -> Result<Summary, ComputeError<S::Error>> {
     let start = Instant::now();
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(control.threads.unwrap_or(0))
@@ -180,7 +176,8 @@ pub fn compute<S: Sink>(
     if control.stop.load(Ordering::Relaxed) {
         return Err(ComputeError::Interrupted);
     }
-    let by_point = |d: &super::Disagreement| (d.point.law, d.point.epsilon, d.point.belt_speed, d.point.damping);
+    let by_point =
+        |d: &super::Disagreement| (d.point.law, d.point.epsilon, d.point.belt_speed, d.point.damping);
     summary.audit.disagreements.sort_by(|a, b| {
         let ((law_a, e_a, v_a, c_a), (law_b, e_b, v_b, c_b)) = (by_point(a), by_point(b));
         let numbers_a = [e_a].into_iter().chain(law_a.as_slice().iter().copied()).chain([v_a, c_a]);
@@ -270,8 +267,8 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> Computed {
         slip_time: Vec::new(),
     };
     if plan.stores(Field::Regime) || plan.stores(Field::Landing) {
-        let simulated = simulated
-            .unwrap_or_else(|| simulate(&columns, cs, plan.engine, plan.tolerance, false));
+        let simulated =
+            simulated.unwrap_or_else(|| simulate(&columns, cs, plan.engine, plan.tolerance, false));
         describe(plan, &columns, cs, &simulated.ends, &mut data);
     }
     let start = Instant::now();
@@ -357,16 +354,14 @@ fn describe(plan: &Plan, columns: &[Column], cs: &[f64], ends: &[End], data: &mu
             let landing = match end {
                 End::Sticks => match flow(&oscillator, plan.tolerance).fate {
                     Fate::Sticks(landing) => Some(landing),
-                    Fate::SpiralsInward
-                    | Fate::CrossesForever
-                    | Fate::TooCloseToCall
-                    | Fate::Failed(_) => None,
+                    Fate::SpiralsInward | Fate::CrossesForever | Fate::TooCloseToCall | Fate::Failed(_) => {
+                        None
+                    }
                 },
                 End::Inward | End::Crosses | End::TooClose | End::Failed => None,
             };
-            let number = |value: fn(&crate::simulate::Landing) -> f64| {
-                landing.as_ref().map_or(f64::NAN, value)
-            };
+            let number =
+                |value: fn(&crate::simulate::Landing) -> f64| landing.as_ref().map_or(f64::NAN, value);
             data.landing_x1.push(number(|landing| landing.x1));
             data.stick_time.push(number(|landing| landing.stick_time));
             data.slip_time.push(number(|landing| landing.slip_time));

@@ -6,12 +6,12 @@
 
 use std::sync::{LazyLock, OnceLock};
 
+use super::dop853::{Field, NODES, STAGES, step};
 use super::landing::{Approach, Arrival, approach};
+use super::polar::{Angle, LANES, Lanes};
 use super::{Fate, Flow, Landing, direct};
 use crate::filippov::Oscillator;
 use crate::friction::{Column, Curve};
-use super::dop853::{Field, NODES, STAGES, step};
-use super::polar::{Angle, LANES, Lanes};
 use crate::point::ScaledGroups;
 
 /// Numbers of equal steps per turn, coarse to fine. Lanes of one vector share their angles, so their
@@ -154,9 +154,10 @@ pub fn turns(groups: &[ScaledGroups], tolerance: f64) -> Vec<Turn> {
                 let inside = lap.room[lane] > 0.0 && margin.is_finite();
                 let (rhs, error) = match answers[orbit] {
                     Turn::HandOver { rhs } => (rhs, f64::INFINITY),
-                    Turn::Complete { margin: coarser, rhs, .. } => {
-                        (rhs, ERROR_PER_DISTANCE * (margin - coarser).abs() + ERROR_PER_EMBEDDED * lap.error[lane])
-                    }
+                    Turn::Complete { margin: coarser, rhs, .. } => (
+                        rhs,
+                        ERROR_PER_DISTANCE * (margin - coarser).abs() + ERROR_PER_EMBEDDED * lap.error[lane],
+                    ),
                 };
                 let rhs = rhs + rung_cost;
                 let next = if inside {
@@ -179,8 +180,7 @@ pub fn turns(groups: &[ScaledGroups], tolerance: f64) -> Vec<Turn> {
 /// Margins of one column's orbits at the dampings `cs`, see [`turns`].
 #[must_use]
 pub fn turns_of(column: &Column, cs: &[f64], tolerance: f64) -> Vec<Turn> {
-    let groups: Vec<ScaledGroups> =
-        cs.iter().map(|&c| scaled(&Oscillator::in_column(column, c))).collect();
+    let groups: Vec<ScaledGroups> = cs.iter().map(|&c| scaled(&Oscillator::in_column(column, c))).collect();
     turns(&groups, tolerance)
 }
 
