@@ -1,9 +1,9 @@
 //! Every configuration that cannot be used ends in one message with place, value and remedy, exit code 2,
 //! and nothing written.
 
-mod common;
+mod cli_common;
 
-use common::Scratch;
+use cli_common::Scratch;
 
 /// A legal configuration, one statement a line, so that a test can replace one.
 const LEGAL: &str = "\

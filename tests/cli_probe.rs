@@ -1,10 +1,10 @@
 //! `slipmap probe`: one point and tables of points.
 
-mod common;
+mod cli_common;
 
 use std::process::Stdio;
 
-use common::{Run, Scratch};
+use cli_common::{Run, Scratch};
 use serde_json::Value;
 
 const POINT: [(&str, f64); 6] =

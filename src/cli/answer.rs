@@ -18,7 +18,8 @@ pub(super) struct MethodAnswer {
     pub(super) method: Method,
     /// Its verdict.
     pub(super) verdict: Verdict,
-    /// Signed distance in c from the point to the edge of presence; NaN where the method has none.
+    /// As in a map: of a test the signed distance in c to the edge of presence, -infinity where the test
+    /// claims none; of the simulation the scaled grazing margin m / V, NaN where the flow has none.
     pub(super) margin: f64,
     /// The edge of presence; `None` where the method has none at c >= 0.
     pub(super) critical_c: Option<f64>,
@@ -57,7 +58,7 @@ impl Answer {
         let methods = Method::all()
             .map(|method| match method {
                 Method::Test(test) => of_test(method, &(test.claim)(&column), point.damping),
-                Method::Simulation => of_simulation(&flow, &critical, point.damping),
+                Method::Simulation => of_simulation(&flow, &critical),
             })
             .collect();
         let regime = map::regime(&oscillator, &flow);
@@ -175,7 +176,7 @@ fn of_simulation(flow: &Flow, critical: &Result<CriticalDamping, NoCriticalDampi
     MethodAnswer {
         method: Method::Simulation,
         verdict: verdict(&flow.fate),
-        margin: root.map_or(f64::NAN, |root| root - c),
+        margin: flow.margin,
         critical_c: root.filter(|&root| root >= 0.0),
         reason: match flow.fate {
             Fate::TooCloseToCall => Some(format!(

@@ -75,6 +75,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         Ok(summary) => summary,
         // Dropping the writer removes the temporary file.
         Err(ComputeError::Interrupted) => return Err(Failure::Interrupted),
+        Err(error @ ComputeError::Threads(_)) => return Err(Failure::Broken(error.to_string())),
         Err(ComputeError::Sink(error)) => return Err(Failure::Broken(error.to_string())),
     };
     writer.finish(&outcome(&job, &summary)).map_err(|error| Failure::Broken(error.to_string()))?;
@@ -205,14 +206,20 @@ fn outcome(job: &Job, summary: &Summary) -> Outcome {
         wall_seconds: summary.seconds,
         seconds: summary.methods.iter().map(|method| (method.method, method.seconds)).collect(),
         audit: audited.then(|| store::Audit {
-            cells: summary.audit.checked,
+            cells: summary.audit.cells,
             disagreements: summary.audit.disagreements.len() as u64,
         }),
         not_computed: None,
         extra: summary
             .paths
-            .iter()
-            .map(|(path, cells)| (format!("cells_by_{path}"), (*cells as i64).into()))
+            .named()
+            .into_iter()
+            .map(|(path, cells)| (format!("cells_by_{path}"), cells.cast_signed().into()))
+            .chain([
+                ("rhs".to_owned(), summary.rhs.cast_signed().into()),
+                ("audit_seconds".to_owned(), summary.audit_seconds.into()),
+                ("pack_seconds".to_owned(), summary.pack_seconds.into()),
+            ])
             .collect(),
     }
 }

@@ -63,7 +63,7 @@ pub(super) fn print(report: &Report) -> Result<(), Failure> {
         duration(summary.seconds),
         summary.threads,
         if summary.threads == 1 { "" } else { "s" },
-        short(rate(summary.cells as u64, summary.seconds))
+        short(rate(summary.cells, summary.seconds))
     )?;
 
     let shown = [Verdict::Present, Verdict::Absent, Verdict::Undecided, Verdict::Failed];
@@ -85,7 +85,7 @@ pub(super) fn print(report: &Report) -> Result<(), Failure> {
     table.write(&mut out)?;
 
     writeln!(out)?;
-    let simulated: u64 = summary.paths.iter().map(|(_, cells)| cells).sum();
+    let simulated: u64 = paths.iter().map(|(_, cells)| cells).sum();
     if simulated > 0 {
         let paths: Vec<String> = summary
             .paths
@@ -146,7 +146,7 @@ pub(super) fn json(report: &Report) -> Result<(), Failure> {
         })
         .collect();
     let paths: Map<String, Value> =
-        summary.paths.iter().map(|(path, cells)| ((*path).to_owned(), json!(cells))).collect();
+        paths.iter().map(|(path, cells)| ((*path).to_owned(), json!(cells))).collect();
     let disagreements: Vec<Value> = summary
         .audit
         .disagreements

@@ -84,8 +84,10 @@ impl Circle {
                 2.0 * sum / size as f64
             })
             .collect();
-        let antiderivative =
-            (0..size).flat_map(|i| (0..size).map(move |j| (i, j))).map(|(i, j)| h[(size + i - j) % size] + h[j]).collect();
+        let antiderivative = (0..size)
+            .flat_map(|i| (0..size).map(move |j| (i, j)))
+            .map(|(i, j)| h[(size + i - j) % size] + h[j])
+            .collect();
         Self { angles, antiderivative }
     }
 
@@ -231,8 +233,7 @@ fn spectral(starts: &[ScaledGroups], tolerance: f64) -> Vec<Spectral> {
                 }
                 let unit = scale(&starts[lane]);
                 let change = before.map_or(f64::INFINITY, |before| (viscous - before).abs());
-                let uncertain =
-                    (LAST_CHANGE_WEIGHT * change).max(CHANGE_BEFORE_WEIGHT * changes[column]);
+                let uncertain = (LAST_CHANGE_WEIGHT * change).max(CHANGE_BEFORE_WEIGHT * changes[column]);
                 changes[column] = change;
                 let error = uncertain + enough[lane] + ROUND_OFF * unit;
                 answers[column] = Spectral::Root { viscous, error, rhs };
@@ -264,7 +265,7 @@ pub fn critical_dampings(
     columns: &[Column],
     tolerance: f64,
 ) -> Vec<Result<CriticalDamping, NoCriticalDamping>> {
-        let starts: Vec<ScaledGroups> = columns
+    let starts: Vec<ScaledGroups> = columns
         .iter()
         .map(|column| {
             let Curve::Stribeck(law) = &column.curve;

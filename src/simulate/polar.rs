@@ -20,7 +20,6 @@ const SLOWEST_TURN: f64 = 0.05;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Angle {
     pub cos: f64,
-    pub sin: f64,
     pub sin_cos: f64,
     pub sin_squared: f64,
 }
@@ -28,7 +27,7 @@ pub(super) struct Angle {
 impl Angle {
     pub(super) fn new(theta: f64) -> Self {
         let (sin, cos) = theta.sin_cos();
-        Self { cos, sin, sin_cos: sin * cos, sin_squared: sin * sin }
+        Self { cos, sin_cos: sin * cos, sin_squared: sin * sin }
     }
 }
 
@@ -54,12 +53,7 @@ impl Lanes {
     /// `room` collects over all calls how far each lane stays inside the domain of the polar form; a lane
     /// whose room is not positive at the end (or whose state is not finite) has no answer.
     #[inline(always)]
-    pub(super) fn slope(
-        &self,
-        angle: Angle,
-        delta: &[f64; LANES],
-        room: &mut [f64; LANES],
-    ) -> [f64; LANES] {
+    pub(super) fn slope(&self, angle: Angle, delta: &[f64; LANES], room: &mut [f64; LANES]) -> [f64; LANES] {
         let mut slope = [0.0; LANES];
         for lane in 0..LANES {
             let r = 1.0 + delta[lane];

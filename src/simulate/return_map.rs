@@ -6,12 +6,12 @@
 
 use std::sync::{LazyLock, OnceLock};
 
+use super::dop853::{Field, NODES, STAGES, step};
 use super::landing::{Approach, Arrival, approach};
+use super::polar::{Angle, LANES, Lanes};
 use super::{Fate, Flow, Landing, direct};
 use crate::filippov::Oscillator;
-use crate::friction::Curve;
-use super::dop853::{Field, NODES, STAGES, step};
-use super::polar::{Angle, LANES, Lanes};
+use crate::friction::{Column, Curve};
 use crate::point::ScaledGroups;
 
 /// Numbers of equal steps per turn, coarse to fine. Lanes of one vector share their angles, so their
@@ -154,9 +154,10 @@ pub fn turns(groups: &[ScaledGroups], tolerance: f64) -> Vec<Turn> {
                 let inside = lap.room[lane] > 0.0 && margin.is_finite();
                 let (rhs, error) = match answers[orbit] {
                     Turn::HandOver { rhs } => (rhs, f64::INFINITY),
-                    Turn::Complete { margin: coarser, rhs, .. } => {
-                        (rhs, ERROR_PER_DISTANCE * (margin - coarser).abs() + ERROR_PER_EMBEDDED * lap.error[lane])
-                    }
+                    Turn::Complete { margin: coarser, rhs, .. } => (
+                        rhs,
+                        ERROR_PER_DISTANCE * (margin - coarser).abs() + ERROR_PER_EMBEDDED * lap.error[lane],
+                    ),
                 };
                 let rhs = rhs + rung_cost;
                 let next = if inside {
@@ -174,6 +175,18 @@ pub fn turns(groups: &[ScaledGroups], tolerance: f64) -> Vec<Turn> {
         }
     }
     answers
+}
+
+/// Margins of one column's orbits at the dampings `cs`, see [`turns`].
+#[must_use]
+pub fn turns_of(column: &Column, cs: &[f64], tolerance: f64) -> Vec<Turn> {
+    let groups: Vec<ScaledGroups> = cs.iter().map(|&c| scaled(&Oscillator::in_column(column, c))).collect();
+    turns(&groups, tolerance)
+}
+
+fn scaled(oscillator: &Oscillator) -> ScaledGroups {
+    let Curve::Stribeck(law) = &oscillator.curve;
+    law.scaled(oscillator.belt_speed, oscillator.viscous)
 }
 
 /// The smallest tolerance worth asking for: round-off takes over.
@@ -204,9 +217,7 @@ fn decisive_turn(groups: &ScaledGroups, tolerance: f64) -> Turn {
 /// `tolerance` bounds the error of the scaled grazing margin m/V and of the landing.
 #[must_use]
 pub fn flow(oscillator: &Oscillator, tolerance: f64) -> Flow {
-    let Curve::Stribeck(law) = &oscillator.curve;
-    let groups = law.scaled(oscillator.belt_speed, oscillator.viscous);
-    let turn = decisive_turn(&groups, tolerance);
+    let turn = decisive_turn(&scaled(oscillator), tolerance);
     let (Turn::Complete { rhs, .. } | Turn::HandOver { rhs }) = turn;
     let mut rhs = u64::from(rhs);
     let (margin, margin_error) = match turn {

@@ -1,86 +1,102 @@
-//! Driving the real binary in a scratch folder.
-#![allow(dead_code)] // each test file uses a part
+//! The reference tables of `tests/data`, made by `scripts/reference.py` in 150 to 200 bit arithmetic that
+//! shares nothing with the crate. Their numbers are correct to f64 rounding, and so are the parameters:
+//! parsing a column gives the very f64 that the reference used.
+
+#![allow(dead_code)] // every test file compiles this module and uses its own part
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
 
-/// A scratch folder in which the program runs.
-pub struct Scratch {
-    folder: tempfile::TempDir,
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use slipmap::point::{LawParameters, Point};
+
+/// A row of `critical_damping.csv`.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub struct CriticalPoint {
+    pub epsilon: f64,
+    pub alpha: f64,
+    pub beta: f64,
+    pub gamma: f64,
+    #[serde(rename = "V")]
+    pub belt_speed: f64,
+    /// Damping at which the grazing margin vanishes.
+    pub critical_c: f64,
 }
 
-impl Scratch {
-    pub fn new() -> Self {
-        Self { folder: tempfile::tempdir().unwrap() }
-    }
+/// A row of `margins.csv`: what becomes of the orbit from the exit point.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub struct MarginPoint {
+    pub epsilon: f64,
+    pub alpha: f64,
+    pub beta: f64,
+    pub gamma: f64,
+    #[serde(rename = "c")]
+    pub damping: f64,
+    #[serde(rename = "V")]
+    pub belt_speed: f64,
+    /// Scaled grazing margin m / V of the lower flow continued beyond the belt line; `None` where |D| >= 2
+    /// along it, or where it is singular.
+    pub margin: Option<f64>,
+    /// x2' at the first return to the belt line from below; `None` for [`ReferenceFate::Inward`].
+    pub landing_speed: Option<f64>,
+    pub fate: ReferenceFate,
+    /// Time from the exit point to the landing; `None` unless it sticks, as the next two.
+    pub slip_time: Option<f64>,
+    /// Time from the landing to the exit point.
+    pub stick_time: Option<f64>,
+    pub landing_x1: Option<f64>,
+}
 
-    pub fn path(&self) -> &Path {
-        self.folder.path()
-    }
+/// The fates that the reference tells apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ReferenceFate {
+    /// It sticks at its first return.
+    Sticks,
+    /// It crosses the belt line once and sticks when it comes back to it.
+    SticksFromAbove,
+    /// It crosses and crosses back, and does not stick in six more loops.
+    CrossesForever,
+    /// It never comes back to the belt line.
+    Inward,
+}
 
-    pub fn file(&self, name: &str, contents: impl AsRef<[u8]>) -> PathBuf {
-        let path = self.path().join(name);
-        std::fs::write(&path, contents).unwrap();
-        path
-    }
-
-    pub fn read(&self, name: &str) -> String {
-        std::fs::read_to_string(self.path().join(name)).unwrap()
-    }
-
-    /// The names in the folder, hidden ones too, sorted.
-    pub fn names(&self) -> Vec<String> {
-        let entries = std::fs::read_dir(self.path()).unwrap();
-        let mut names: Vec<String> =
-            entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
-        names.sort();
-        names
-    }
-
-    pub fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_slipmap"));
-        command.args(arguments).current_dir(self.path()).stdin(Stdio::null());
-        command
-    }
-
-    pub fn run(&self, arguments: &[&str]) -> Run {
-        Run::of(self.command(arguments).output().unwrap())
+impl CriticalPoint {
+    /// The point of parameter space at damping `c`.
+    pub fn at(&self, c: f64) -> Point {
+        stribeck(self.epsilon, self.alpha, self.beta, self.gamma, self.belt_speed, c)
     }
 }
 
-/// How the program ended and what it said.
-#[derive(Debug)]
-pub struct Run {
-    pub code: i32,
-    pub out: String,
-    pub err: String,
+impl MarginPoint {
+    /// The point of parameter space.
+    pub fn point(&self) -> Point {
+        stribeck(self.epsilon, self.alpha, self.beta, self.gamma, self.belt_speed, self.damping)
+    }
 }
 
-impl Run {
-    pub fn of(output: Output) -> Self {
-        Self {
-            code: output.status.code().unwrap_or(-1),
-            out: String::from_utf8(output.stdout).unwrap(),
-            err: String::from_utf8(output.stderr).unwrap(),
-        }
-    }
+fn stribeck(epsilon: f64, alpha: f64, beta: f64, gamma: f64, belt_speed: f64, damping: f64) -> Point {
+    Point { epsilon, law: LawParameters::new(&[alpha, beta, gamma]), belt_speed, damping }
+}
 
-    /// The run ended with `code`; its output is shown otherwise.
-    #[track_caller]
-    pub fn ends_with(self, code: i32) -> Self {
-        assert_eq!(self.code, code, "\nstdout:\n{}\nstderr:\n{}", self.out, self.err);
-        self
-    }
+/// All rows of `critical_damping.csv`.
+pub fn critical_points() -> Vec<CriticalPoint> {
+    rows("critical_damping.csv")
+}
 
-    /// Bad input: exit code 2, nothing on standard output, one message that contains every one of `parts`.
-    #[track_caller]
-    pub fn refuses(self, parts: &[&str]) -> Self {
-        let run = self.ends_with(2);
-        assert_eq!(run.out, "", "a refusal prints no data");
-        assert_eq!(run.err.matches("error:").count(), 1, "one message:\n{}", run.err);
-        for part in parts {
-            assert!(run.err.contains(part), "no `{part}` in\n{}", run.err);
-        }
-        run
-    }
+/// All rows of `margins.csv`.
+pub fn margin_points() -> Vec<MarginPoint> {
+    rows("margins.csv")
+}
+
+/// Where the tables are.
+pub fn data_path(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
+}
+
+fn rows<Row: DeserializeOwned>(name: &str) -> Vec<Row> {
+    let read = || -> Result<Vec<Row>, csv::Error> {
+        csv::ReaderBuilder::new().comment(Some(b'#')).from_path(data_path(name))?.into_deserialize().collect()
+    };
+    read().unwrap_or_else(|error| panic!("{name}: {error}"))
 }
