@@ -4,6 +4,57 @@
 //! again?", and every one of them turns into thresholds along the damping axis: a [`Claim`] per
 //! [`Column`]. This module knows nothing of `simulate`: the agreement of the two is evidence only while
 //! they are independent.
+//!
+//! # Equation numbers
+//! The paper is O. Makarenkov, "A new test for stick-slip limit cycles in dry-friction oscillators with
+//! small nonlinear friction characteristics". Numbers here count its numbered equations: (6) is the
+//! perturbation test for any law, (12) the same for the Stribeck law, (13) the Stribeck oscillator and
+//! (14) the divergence at the equilibrium. Where the perturbation test is called "(13)" and the
+//! divergence test "(14)", the first means the inequality (12), which is stated for the system (13).
+//! Everywhere else tests go by name.
+//!
+//! # What the finite-eps tests share
+//! Write v = x2, w = x2' and D(u) = weakening(u) - eps c. Below the belt line the flow is v' = w,
+//! w' = -v + D(V - v) w, and the exit point is (V, 0). Put s = -v, p = -w in the lower half plane and
+//! s = v, p = w in the upper one: in both, p > 0 and
+//!
+//! ```text
+//! dp/ds = D - s / p,        u = V + s in the lower half plane, u = V - s in the upper one.   (H)
+//! ```
+//!
+//! One turn is a lower half, from s = -V to the turning point s = R (the *amplitude*), and an upper half,
+//! from s = -R to the belt line s = V, where the mass arrives with speed p = `wL` (the *landing speed*).
+//! It sticks there iff `wL` < 2, see [`landing`]. An orbit may also fail to come back: its upper half may
+//! turn at some s < V, and then it is trapped inside its own first turn; or a half may never end, because
+//! the orbit creeps into a stable node at the origin or runs away to infinity.
+//!
+//! **Comparison lemma.** If D >= D~ along two solutions of (H) and p >= p~ >= 0 at the start, then p >= p~
+//! as long as both last; p > p~ at the end, even if p~ = 0 there, if moreover p > p~ at the start or D > D~
+//! on an interval. *Proof.* z = (p^2 - p~^2)/2 solves
+//!
+//! ```text
+//! z' = (D - D~) p + a z,      a = 2 D~ / (p + p~),
+//! ```
+//!
+//! a linear equation with a source >= 0, whose coefficient is integrable up to and including turning
+//! points, where p behaves like the square root of the distance. No bound on D is needed: the lemma holds
+//! for nodes (|D| >= 2) as for foci. []
+//!
+//! **Monotonicity in c.** D falls with c, so, by the lemma, do the amplitude and the landing speed. An
+//! orbit that comes back at some damping comes back at every smaller one at which it does not run away, and
+//! one that does not run away at some damping does not at any larger one. Hence presence proved at one
+//! damping and a landing speed proved below 2 at a smaller one settle everything between them.
+
+pub mod bendixson;
+pub mod bendixson_leading;
+pub mod harmonic_balance;
+pub mod instability;
+pub mod landing;
+pub mod perturbation;
+pub mod symmetric;
+
+#[cfg(test)]
+mod test_columns;
 
 use crate::friction::Column;
 
@@ -18,8 +69,8 @@ pub enum Decision {
     Undecided,
 }
 
-/// What a test says along a whole column: presence for c in [`sticks_from`, `present_below`), absence for
-/// c > `absent_above`, nothing elsewhere. Infinite thresholds mean "never" or "no limit".
+/// What a test says along a whole column: presence for c >= 0 in [`sticks_from`, `present_below`), absence
+/// for c > `absent_above`, nothing elsewhere. Infinite thresholds mean "never" or "no limit".
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Claim {
     /// Presence is claimed only from this damping up: below it the orbit may land beyond the stick
@@ -104,4 +155,48 @@ pub struct Test {
 }
 
 /// Every closed-form test, in the order in which maps and tables list them.
-pub static TESTS: [Test; 0] = [];
+pub static TESTS: [Test; 6] = [
+    perturbation::TEST,
+    instability::TEST,
+    bendixson_leading::TEST,
+    bendixson::TEST,
+    symmetric::TEST,
+    harmonic_balance::TEST,
+];
+
+/// The test of this name; `None` if there is none.
+#[must_use]
+pub fn by_name(name: &str) -> Option<&'static Test> {
+    TESTS.iter().find(|test| test.name == name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_claim_decides_by_its_thresholds() {
+        let claim = Claim { sticks_from: 0.5, present_below: 1.0, absent_above: 2.0 };
+        for (c, decision) in [
+            (0.25, Decision::Undecided),
+            (0.5, Decision::Present),
+            (0.75, Decision::Present),
+            (1.0, Decision::Undecided),
+            (2.0, Decision::Undecided),
+            (2.5, Decision::Absent),
+        ] {
+            assert_eq!(claim.decide(c), decision, "c = {c}");
+        }
+        assert_eq!(claim.margin(0.25), 0.75);
+        assert_eq!(Claim::NOTHING.decide(0.0), Decision::Undecided);
+    }
+
+    #[test]
+    fn names_are_distinct_and_found() {
+        for test in &TESTS {
+            let found = by_name(test.name).expect("in the table");
+            assert!(std::ptr::eq(found, test), "{} names two tests", test.name);
+        }
+        assert!(by_name("divergence").is_none());
+    }
+}

@@ -1,13 +1,19 @@
 //! Maps: axes, grid, tiles, the parallel engine, and what a sink of cells is.
 
+mod audit;
+mod engine;
 mod grid;
 mod method;
 mod plan;
+mod simulation;
 mod sink;
 mod verdict;
 
+pub use audit::{Audit, Disagreement};
+pub use engine::{ComputeError, Control, MethodSummary, Summary, compute, regime};
 pub use grid::{Axis, AxisRole, Grid, GridError, Tile};
 pub use method::Method;
 pub use plan::{Engine, Field, Plan};
+pub use simulation::Paths;
 pub use sink::{MethodCells, Sink, TileData};
 pub use verdict::{Regime, Verdict};

@@ -1,9 +1,19 @@
 //! The simulated Filippov flow: what becomes of the orbit that leaves the belt at the exit point.
 //!
 //! Two engines share nothing but the friction law and answer alike: [`direct`] integrates the system in
-//! its original variables (x1, x2), `return_map` the scalar form in polar coordinates of (x2, x2').
+//! its original variables (x1, x2), [`return_map`] the scalar form in polar coordinates of (x2, x2').
+//! [`flow`] is the second, handed over to the first where it does not apply. [`critical_damping`] answers
+//! for a whole column at once.
 
+pub mod critical;
 pub mod direct;
+mod dop853;
+mod landing;
+mod polar;
+pub mod return_map;
+
+pub use critical::{CriticalDamping, NoCriticalDamping, critical_damping};
+pub use return_map::flow;
 
 /// Where and when a slipping orbit sticks again, and how the stick-slip cycle continues.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,13 +55,24 @@ pub enum Failure {
     NotFinite,
 }
 
+impl std::fmt::Display for Failure {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Failure::StepBudget => "the step budget ran out",
+            Failure::StepUnderflow => "the step size underflowed before the tolerance was met",
+            Failure::NotFinite => "the orbit left the finite numbers",
+        })
+    }
+}
+
 /// The answer of an engine at one point, and what it cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Flow {
     /// What becomes of the orbit.
     pub fate: Fate,
     /// The scaled grazing margin m / V: how far beyond the belt line (negative: short of it) the lower
-    /// flow, continued, carries the first maximum of x2. NaN where the orbit has no such maximum or runs far past the belt line.
+    /// flow, continued, carries the first maximum of x2. NaN where the orbit has no such maximum or runs
+    /// far past the belt line.
     pub margin: f64,
     /// Estimate of the absolute error of `margin`.
     pub margin_error: f64,

@@ -1,0 +1,52 @@
+//! Bendixson's criterion to first order in eps, as the paper sketches it.
+//!
+//! ```text
+//! present if  c < min over u in [0, 2 V] of -F1'(u)
+//! ```
+//!
+//! which for the Stribeck law is gamma (1 - alpha) - 4 beta V (paper, section 5.1: the divergence along the
+//! orbit, with x2 >= -V).
+//!
+//! **Domain**: laws with an expansion in eps; none is claimed for others.
+//! **Guarantee**: asymptotic. At finite eps the weakening has faded at u = 2 V and the orbit
+//! overshoots -V, so that the claim may be wrong; [`super::bendixson`] is the same idea made rigorous.
+//! The landing is not checked, as in [`super::perturbation`].
+//! **Idea**: where the divergence is positive along and inside a closed orbit there is none, so that an
+//! orbit from the exit point, spiralling away from the equilibrium, has nothing to hold it below the belt
+//! line.
+//!
+//! Departures from the paper: none in the formula. The paper takes the inequality along the supposed
+//! cycle; the bound x2 >= -V on that cycle is what makes it a formula.
+
+use super::{Claim, Guarantee, Test};
+use crate::friction::Column;
+
+/// The test.
+pub const TEST: Test = Test {
+    name: "bendixson_leading",
+    long_name: "Bendixson criterion at first order",
+    equation: "paper section 5.1, first order",
+    guarantee: Guarantee::Asymptotic,
+    claim,
+};
+
+fn claim(column: &Column) -> Claim {
+    match column.curve.first_order(column.belt_speed) {
+        Some(first_order) => Claim { present_below: first_order.weakening_range.lo, ..Claim::NOTHING },
+        None => Claim::NOTHING,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::certify::test_columns::stribeck;
+
+    #[test]
+    fn edge_by_hand() {
+        // gamma (1 - alpha) - 4 beta V = 1 - 1/16.
+        let claim = (TEST.claim)(&stribeck(1.0, 0.5, 0.0078125, 2.0, 2.0));
+        assert_eq!(claim.present_below, 0.9375);
+        assert_eq!(claim.absent_above, f64::INFINITY);
+    }
+}

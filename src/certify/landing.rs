@@ -1,0 +1,300 @@
+//! Where the orbit lands: a proved upper bound on its landing speed.
+//!
+//! An orbit that comes back to the belt line from below with speed x2' = `wL` lands at x1 = 1 - eps c V -
+//! `wL`. The stick segment is |x1 + eps c V| < 1, so that the mass sticks iff 0 < `wL` < 2 (`wL` = 0 is
+//! grazing). Faster orbits cross; what they do above the belt is beyond these tests, which then claim
+//! nothing.
+//!
+//! # The bound
+//! In the notation of [`super`], e = s^2 + p^2 obeys de/ds = 2 D p. The turn is cut into strips of s. In
+//! each, the slip speed u = V + s or V - s is known exactly, so that D <= d, the upper end of
+//! `weakening_range` less eps c. By the comparison lemma the flow with D = d, started from an upper bound
+//! of e at the strip's entry, is an upper bound at its exit, and that flow itself is bounded by algebra
+//! (`approach`, `recede`). No bound on d is needed, so that nodes are covered. Only the turning point of
+//! the lower half plane, which is not known beforehand, is reached with the closed form of the linear flow
+//! (`turning_point`): that takes d < 2, and the bound is infinite where it fails.
+//!
+//! All this is done in units of the belt speed, in which the orbit starts from e = 1: nothing overflows
+//! that the law does not. The strips' widths fall linearly towards the turning points, as p does. The
+//! bound falls to the landing speed like 1 / strips.
+//!
+//! # Round-off
+//! A strip costs some ten operations on terms not larger than its new e, which is therefore inflated by 16
+//! units in the last place, as is the turning point. Slip speeds, and D on them, are taken as computed.
+//! That makes the bound a theorem evaluated in double precision, not a validated one.
+
+use crate::friction::Column;
+
+/// Inflation per strip, 1 + 2^-48.
+const INFLATE: f64 = 1.0 + 16.0 * f64::EPSILON;
+
+/// Strips per quarter turn, tried in this order. The first settles most columns in about 0.1 microseconds;
+/// the last leaves the bound half a per cent above the landing speed (median of random points).
+const REFINEMENTS: [u32; 3] = [2, 8, 48];
+
+/// `sticks_from` is located to 2^-10 of the interval in which it is sought.
+const HALVINGS: u32 = 10;
+
+/// The smallest damping c >= 0 found at which the landing speed is proved below 2; by monotonicity it is
+/// below 2 at every larger one. Sought in [0, `present_below`]; 0 if that is empty, infinity if the bound
+/// fails even at `present_below`.
+pub(super) fn sticks_from(column: &Column, present_below: f64) -> f64 {
+    if present_below <= 0.0 || lands_on_stick_segment(column, 0.0) {
+        return 0.0;
+    }
+    if !lands_on_stick_segment(column, present_below) {
+        return f64::INFINITY;
+    }
+    let (mut failed, mut verified) = (0.0, present_below);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (failed + verified);
+        if lands_on_stick_segment(column, middle) {
+            verified = middle;
+        } else {
+            failed = middle;
+        }
+    }
+    verified
+}
+
+fn lands_on_stick_segment(column: &Column, c: f64) -> bool {
+    REFINEMENTS.iter().any(|&strips| speed_bound(column, c, strips) < 2.0)
+}
+
+/// An upper bound of the landing speed at damping `c`, from `strips` >= 1 strips per quarter turn. Infinite
+/// where none was found; 0 if the bound shows that the orbit does not come back to the belt line at all.
+#[must_use]
+pub fn speed_bound(column: &Column, c: f64, strips: u32) -> f64 {
+    let flow = Flow { column, viscous: column.epsilon * c };
+    let reach = flow.amplitude(strips);
+    if !reach.is_finite() {
+        return f64::INFINITY;
+    }
+    let mut energy = reach * reach;
+    let mut s = -reach;
+    for i in 1..=strips {
+        let tau = f64::from(i) / f64::from(strips);
+        let next = -reach * (1.0 - tau * tau);
+        energy = approach(energy, s, next, flow.divergence_bound(1.0 - next, 1.0 - s));
+        s = next;
+    }
+    let mut u = 1.0;
+    for i in 1..=strips {
+        let tau = f64::from(strips - i) / f64::from(strips);
+        let next = tau * tau;
+        match recede(energy, 1.0 - u, 1.0 - next, flow.divergence_bound(next, u)) {
+            Some(after) => energy = after,
+            None => return 0.0,
+        }
+        u = next;
+    }
+    let squared = energy - 1.0;
+    if squared.is_nan() { f64::INFINITY } else { column.belt_speed * squared.max(0.0).sqrt() }
+}
+
+/// An upper bound of the amplitude R, the largest -x2 on the lower half of the first turn, at damping `c`,
+/// from `strips` >= 1 strips per quarter turn. Infinite where none was found.
+#[must_use]
+pub fn amplitude_bound(column: &Column, c: f64, strips: u32) -> f64 {
+    column.belt_speed * Flow { column, viscous: column.epsilon * c }.amplitude(strips)
+}
+
+/// The flow below the belt line at one damping; speeds are in units of the belt speed.
+struct Flow<'a> {
+    column: &'a Column,
+    /// eps c.
+    viscous: f64,
+}
+
+impl Flow<'_> {
+    /// Upper bound of D over the slip speeds [`lo`, `hi`].
+    fn divergence_bound(&self, lo: f64, hi: f64) -> f64 {
+        let belt = self.column.belt_speed;
+        self.column.curve.weakening_range(belt * lo, belt * hi).hi - self.viscous
+    }
+
+    /// Upper bound of the turning point of the lower half plane.
+    fn amplitude(&self, strips: u32) -> f64 {
+        debug_assert!(strips > 0);
+        let mut energy = 1.0;
+        let mut u = 0.0;
+        for i in 1..=strips {
+            let tau = f64::from(i) / f64::from(strips);
+            let next = tau * tau;
+            energy = approach(energy, u - 1.0, next - 1.0, self.divergence_bound(u, next));
+            u = next;
+        }
+        // At s = 0, e = p^2. Without divergence the orbit would turn at s = p: that sets the scale.
+        let scale = energy.sqrt();
+        if !scale.is_finite() {
+            return f64::INFINITY;
+        }
+        let mut s = 0.0;
+        for i in 1..strips {
+            let tau = f64::from(strips - i) / f64::from(strips);
+            let next = scale * (1.0 - tau * tau);
+            match recede(energy, s, next, self.divergence_bound(1.0 + s, 1.0 + next)) {
+                Some(after) => energy = after,
+                // It turns inside this strip.
+                None => return next,
+            }
+            s = next;
+        }
+        self.turning_point(energy, s)
+    }
+
+    /// Upper bound of the turning point of a lower half orbit that passes `s` >= 0 with e <= `energy`.
+    ///
+    /// If D <= 0 from here on, e falls and the orbit turns before sqrt(e). Otherwise let D <= d < 2 up to
+    /// some trial reach. The flow with D = d multiplies q = s^2 - d s p + p^2 by e^(d t), turns at time t
+    /// = angle / omega, omega = sqrt(1 - d^2/4), and its turning point sqrt(q) e^(d t / 2) is a bound if
+    /// it is within the trial reach.
+    fn turning_point(&self, energy: f64, s: f64) -> f64 {
+        let unforced = energy.sqrt();
+        let squared = energy - s * s;
+        if squared < 0.0 {
+            // The bound says that the orbit does not come as far as `s`.
+            return s;
+        }
+        let p = squared.sqrt();
+        let mut trial = 2.0 * unforced;
+        for _ in 0..8 {
+            let d = self.divergence_bound(1.0 + s, 1.0 + trial);
+            if d <= 0.0 {
+                return unforced * INFLATE;
+            }
+            if d >= 2.0 {
+                return f64::INFINITY;
+            }
+            let omega = ((1.0 - 0.5 * d) * (1.0 + 0.5 * d)).sqrt();
+            let time = (omega * p).atan2(s - 0.5 * d * p) / omega;
+            let q = s * s - d * s * p + p * p;
+            let turning = q.sqrt() * (0.5 * d * time).exp() * INFLATE;
+            if turning <= trial {
+                return turning;
+            }
+            trial = turning + 0.5 * (turning - trial);
+        }
+        f64::INFINITY
+    }
+}
+
+/// Takes an upper bound `energy` of e = s^2 + p^2 from s = `from` < 0 to `to` in (`from`, 0], where D <= `d`.
+///
+/// Consider the solution with D = d. By de/ds = 2 d p, e(to) = e + 2 d times the integral of
+/// p = sqrt(e(s) - s^2). Let h = to - from.
+///
+/// d >= 0: e(s) <= e(to), and sqrt(e(to) - s^2) is concave, so that its mean is at most its value at the
+/// middle, m. With x = sqrt(e(to) - m^2): x^2 - 2 d h x <= e - m^2.
+///
+/// d < 0: e(s) >= e(to), so that p >= x = sqrt(e(to) - m^2) with m the farther end, m = from, and the same
+/// inequality holds; if e(to) < m^2, the bound below holds trivially.
+///
+/// In both cases e(to) = m^2 + x^2 with x <= d h + sqrt((d h)^2 + e - m^2). Here e >= m^2, but for round-off.
+#[inline]
+fn approach(energy: f64, from: f64, to: f64, d: f64) -> f64 {
+    debug_assert!(from <= to && to <= 0.0);
+    let kick = d * (to - from);
+    let m = if d >= 0.0 { 0.5 * (from + to) } else { from };
+    let gap = energy - m * m;
+    exit_energy(kick, if gap < 0.0 { 0.0 } else { gap }, m)
+}
+
+/// The same from s = `from` >= 0 to `to` > `from`. The farther end is `to` now, and e >= m^2 need not
+/// hold: `None` if no x >= 0 fulfils the inequality, which means that the orbit turns before `to`.
+#[inline]
+fn recede(energy: f64, from: f64, to: f64, d: f64) -> Option<f64> {
+    debug_assert!(0.0 <= from && from <= to);
+    let kick = d * (to - from);
+    let m = if d >= 0.0 { 0.5 * (from + to) } else { to };
+    let gap = energy - m * m;
+    let unreachable = if d >= 0.0 { kick * kick + gap < 0.0 } else { gap < 0.0 };
+    if unreachable { None } else { Some(exit_energy(kick, gap, m)) }
+}
+
+/// m^2 + x^2 with x = kick + sqrt(kick^2 + gap) >= 0, inflated.
+#[inline]
+fn exit_energy(kick: f64, gap: f64, m: f64) -> f64 {
+    let x = kick + (kick * kick + gap).sqrt();
+    // Written so that a NaN passes through and ends as a failed bound.
+    let x = if x < 0.0 { 0.0 } else { x };
+    (m * m + x * x) * INFLATE
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::certify::test_columns::{random_columns, stribeck};
+
+    /// With V this small eps gamma V is below round-off and D = eps gamma (1 - alpha) - eps c is constant.
+    const TINY_BELT: f64 = 1e-18;
+
+    #[test]
+    fn amplitude_of_the_linear_flow() {
+        for (gamma, c) in [(1.0, 0.5), (1.0, 2.0), (1.5, 0.0), (1.0, 1.0)] {
+            let d: f64 = gamma - c;
+            let exact = TINY_BELT * (std::f64::consts::PI * d / (4.0 - d * d).sqrt()).exp();
+            let column = stribeck(1.0, 0.0, 0.0, gamma, TINY_BELT);
+            let excess = |strips| amplitude_bound(&column, c, strips) / exact - 1.0;
+            let (coarse, fine) = (excess(64), excess(128));
+            assert!(fine >= 0.0, "d = {d}: below the exact amplitude by {fine}");
+            // First order in the width of the strips; at d = 0 only the inflation of 256 strips is left.
+            let inflation = 256.0 * (INFLATE - 1.0);
+            assert!(fine <= 0.6 * coarse + inflation, "d = {d}: {coarse} {fine}");
+        }
+    }
+
+    #[test]
+    fn no_bound_where_the_orbit_runs_away() {
+        // D = 3 - c everywhere: an unstable node up to c = 1, whose orbits never turn.
+        let column = stribeck(1.0, 0.0, 0.0, 3.0, TINY_BELT);
+        for c in [0.0, 0.5, 1.0] {
+            assert_eq!(amplitude_bound(&column, c, 32), f64::INFINITY);
+            assert_eq!(speed_bound(&column, c, 32), f64::INFINITY);
+        }
+        assert!(speed_bound(&column, 1.5, 32) < 2.0);
+        let from = sticks_from(&column, 3.0);
+        assert!(from > 1.0 && from < 1.5, "{from}");
+    }
+
+    #[test]
+    fn says_so_when_the_orbit_cannot_come_back() {
+        let column = stribeck(1.0, 0.0, 0.0, 1.0, TINY_BELT);
+        assert_eq!(speed_bound(&column, 2.5, 8), 0.0);
+        // Overdamped: a stable node.
+        assert_eq!(speed_bound(&column, 10.0, 8), 0.0);
+    }
+
+    #[test]
+    fn overflow_is_no_bound() {
+        // eps gamma overflows, and D(0) = infinity - c.
+        let column = stribeck(10.0, 0.5, 0.5, 1e308, 1.0);
+        assert_eq!(speed_bound(&column, 0.1, 4), f64::INFINITY);
+        assert_eq!(sticks_from(&column, 0.1), f64::INFINITY);
+    }
+
+    #[test]
+    fn belt_speeds_far_from_one_neither_overflow_nor_underflow() {
+        // The same scaled orbit, D = 0.5: squares of these speeds are not representable.
+        let at = |v: f64| speed_bound(&stribeck(1.0, 0.0, 0.0, 1.0, v), 0.5, 16) / v;
+        let expected = at(TINY_BELT);
+        assert!(expected > 1.0);
+        for v in [1e-300, 1e-200] {
+            assert!((at(v) / expected - 1.0).abs() < 64.0 * (INFLATE - 1.0));
+        }
+    }
+
+    #[test]
+    fn nothing_to_verify_below_zero_damping() {
+        assert_eq!(sticks_from(&stribeck(0.1, 0.5, 1.0, 1.0, 5.0), -1.0), 0.0);
+    }
+
+    #[test]
+    fn refining_tightens_the_bound() {
+        for column in random_columns(500) {
+            let bounds = REFINEMENTS.map(|strips| speed_bound(&column, 0.3, strips));
+            // Near the end of the scale the bound is pure inflation; it can only grow by that.
+            assert!(bounds[2] <= bounds[0] * (1.0 + 1e-9) || bounds[2] < 1e-6, "{column:?} {bounds:?}");
+        }
+    }
+}

@@ -1,0 +1,170 @@
+//! The self-audit: cells decided again by the independent direct engine.
+//!
+//! Half of the cells are drawn anywhere, half next to a change of verdict along c, where methods fail.
+//! The draw depends on the grid alone, so it is the same for any number of threads.
+
+use super::{Grid, Plan, Tile, Verdict};
+use crate::certify::Guarantee;
+use crate::filippov::Oscillator;
+use crate::point::Point;
+use crate::simulate::{Fate, Flow, direct};
+
+/// One decision that the direct engine contradicts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Disagreement {
+    /// The cell's point.
+    pub point: Point,
+    /// Name of the method.
+    pub method: &'static str,
+    /// What the map says.
+    pub stored: Verdict,
+    /// What the direct engine found.
+    pub direct: Flow,
+}
+
+/// Counts over audited cells. A decision is one method's verdict, present or absent, on one audited cell;
+/// audited methods are `simulation` and the tests that are theorems at finite eps.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Audit {
+    /// Cells decided again.
+    pub cells: u64,
+    /// Decisions checked.
+    pub checked: u64,
+    /// Decisions that the direct engine confirms.
+    pub agreed: u64,
+    /// Decisions on which it is closer to the boundary than its error.
+    pub within_margin: u64,
+    /// Decisions on cells in which the direct engine itself gives no answer.
+    pub unresolved: u64,
+    /// Decisions that it contradicts.
+    pub disagreements: Vec<Disagreement>,
+}
+
+impl Audit {
+    pub(super) fn add(&mut self, other: Audit) {
+        self.cells += other.cells;
+        self.checked += other.checked;
+        self.agreed += other.agreed;
+        self.within_margin += other.within_margin;
+        self.unresolved += other.unresolved;
+        self.disagreements.extend(other.disagreements);
+    }
+}
+
+/// A drawn cell: which column, and where along it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Draw {
+    column: usize,
+    along: Along,
+}
+
+/// Where along a column the audited cell lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Along {
+    /// At this index of the damping axis.
+    At(usize),
+    /// Next to the first change of verdict; on its lower or upper side.
+    NextToBoundary { upper: bool },
+}
+
+/// The cells to audit, by tile.
+#[derive(Debug)]
+pub(super) struct Draws {
+    by_tile: Vec<Vec<Draw>>,
+}
+
+/// SplitMix64, enough to spread cells over a grid.
+fn random(state: &mut u64) -> u64 {
+    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let mut z = *state;
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+impl Draws {
+    pub(super) fn new(plan: &Plan) -> Self {
+        let grid: &Grid = &plan.grid;
+        let tiles = grid.tile_count(&plan.tile_shape);
+        let mut by_tile = vec![Vec::new(); tiles];
+        let mut state = 0;
+        for i in 0..plan.audit_cells {
+            let tile_number = (random(&mut state) % tiles as u64) as usize;
+            let tile = grid.tile(&plan.tile_shape, tile_number);
+            let column = (random(&mut state) % tile.columns() as u64) as usize;
+            let node = (random(&mut state) % tile.damping_range().len() as u64) as usize;
+            let along =
+                if i % 2 == 0 { Along::At(node) } else { Along::NextToBoundary { upper: i % 4 == 1 } };
+            by_tile[tile_number].push(Draw { column, along });
+        }
+        Self { by_tile }
+    }
+
+    /// Audits the drawn cells of one tile against the verdicts just computed, `verdicts[method][cell]`.
+    pub(super) fn audit(&self, plan: &Plan, tile: &Tile, verdicts: &[&[i8]]) -> Audit {
+        let mut audit = Audit::default();
+        let width = tile.damping_range().len();
+        let reference = plan.methods.iter().position(|method| method.guarantee() == Guarantee::Numerical);
+        for draw in &self.by_tile[tile.number] {
+            let cells = draw.column * width..(draw.column + 1) * width;
+            let along = match draw.along {
+                Along::At(node) => node,
+                Along::NextToBoundary { upper } => {
+                    let row = &verdicts[reference.unwrap_or(0)][cells.clone()];
+                    let change = row.windows(2).position(|pair| pair[0] != pair[1]);
+                    change.map_or(width - 1, |lower| lower + usize::from(upper))
+                }
+            };
+            let mut index = tile.column_index(draw.column);
+            if let Some(last) = index.last_mut() {
+                *last += along;
+            }
+            let codes = verdicts.iter().map(|codes| codes[cells.start + along]);
+            audit.add(audit_cell(plan, plan.grid.point(&index), codes));
+        }
+        audit
+    }
+}
+
+/// Decides one cell again and compares every method that promises to be right.
+fn audit_cell(plan: &Plan, point: Point, codes: impl Iterator<Item = i8>) -> Audit {
+    let mut audit = Audit { cells: 1, ..Audit::default() };
+    let direct = direct::flow(&Oscillator::new(plan.grid.law(), &point), plan.tolerance);
+    for (method, code) in plan.methods.iter().zip(codes) {
+        let stored = if code == Verdict::Present.code() {
+            Verdict::Present
+        } else if code == Verdict::Absent.code() {
+            Verdict::Absent
+        } else {
+            continue;
+        };
+        let promises = match method.guarantee() {
+            Guarantee::FiniteEpsilon | Guarantee::Numerical | Guarantee::Validated => true,
+            Guarantee::Asymptotic | Guarantee::None => false,
+        };
+        if !promises {
+            continue;
+        }
+        audit.checked += 1;
+        let found = match direct.fate {
+            Fate::Sticks(_) => Some(Verdict::Present),
+            Fate::SpiralsInward | Fate::CrossesForever => Some(Verdict::Absent),
+            Fate::TooCloseToCall => {
+                audit.within_margin += 1;
+                continue;
+            }
+            Fate::Failed(_) => None,
+        };
+        match found {
+            None => audit.unresolved += 1,
+            Some(found) if found == stored => audit.agreed += 1,
+            Some(_) if direct.margin.abs() <= direct.margin_error + plan.tolerance => {
+                audit.within_margin += 1;
+            }
+            Some(_) => {
+                audit.disagreements.push(Disagreement { point, method: method.name(), stored, direct });
+            }
+        }
+    }
+    audit
+}

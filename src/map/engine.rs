@@ -1,0 +1,391 @@
+//! The parallel engine: tiles are computed and packed by the workers of a pool, and written by the
+//! calling thread. A bounded channel between them bounds memory; every tile's content depends on the plan
+//! alone, so maps are equal for any number of threads.
+
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc::sync_channel;
+use std::time::{Duration, Instant};
+
+use super::audit::{Audit, Draws};
+use super::simulation::{End, Paths, Simulated, simulate};
+use super::{Field, Method, MethodCells, Plan, Regime, Sink, Tile, TileData, Verdict};
+use crate::certify::Claim;
+use crate::filippov::Oscillator;
+use crate::friction::Column;
+use crate::simulate::{Fate, flow, return_map::Turn, return_map::turns_of};
+
+/// How a computation is steered from outside.
+pub struct Control<'a> {
+    /// Number of worker threads; all cores if `None`.
+    pub threads: Option<usize>,
+    /// Called with the number of cells just computed, from any worker.
+    pub on_cells: &'a (dyn Fn(usize) + Sync),
+    /// Set to true to stop after the tiles in work.
+    pub stop: &'a AtomicBool,
+}
+
+/// What one method did.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MethodSummary {
+    /// The method.
+    pub method: Method,
+    /// Cells computed.
+    pub cells: u64,
+    /// Processor seconds, summed over the workers.
+    pub seconds: f64,
+    /// Cells of each verdict, in the order of [`Verdict::ALL`].
+    pub counts: [u64; 5],
+}
+
+/// What a run did.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Summary {
+    /// Cells of the grid.
+    pub cells: u64,
+    /// Wall-clock seconds.
+    pub seconds: f64,
+    /// Worker threads.
+    pub threads: usize,
+    /// One entry per method of the plan.
+    pub methods: Vec<MethodSummary>,
+    /// How many cells each path of `simulation` decided.
+    pub paths: Paths,
+    /// Evaluations of the right-hand side by `simulation`.
+    pub rhs: u64,
+    /// The self-audit.
+    pub audit: Audit,
+    /// Processor seconds of the self-audit.
+    pub audit_seconds: f64,
+    /// Processor seconds spent packing tiles.
+    pub pack_seconds: f64,
+}
+
+/// Why a computation ended early.
+#[derive(Debug, thiserror::Error)]
+pub enum ComputeError<E: std::error::Error> {
+    /// [`Control::stop`] was set.
+    #[error("interrupted")]
+    Interrupted,
+    /// The worker threads could not be started.
+    #[error("cannot start the worker threads: {0}")]
+    Threads(String),
+    /// The sink failed.
+    #[error(transparent)]
+    Sink(E),
+}
+
+/// One computed tile and what it cost.
+struct Computed {
+    data: TileData,
+    seconds: Vec<Duration>,
+    paths: Paths,
+    rhs: u64,
+    audit: Audit,
+    audit_seconds: Duration,
+}
+
+/// A tile on its way to the writer.
+struct Message<P> {
+    packed: P,
+    cost: Cost,
+}
+
+/// The counts of a tile.
+struct Cost {
+    methods: Vec<(Duration, [u64; 5])>,
+    cells: u64,
+    paths: Paths,
+    rhs: u64,
+    audit: Audit,
+    audit_seconds: Duration,
+    pack_seconds: Duration,
+}
+
+/// Computes the map of `plan` into `sink`.
+///
+/// # Errors
+/// [`ComputeError`]; the sink then holds an incomplete map.
+pub fn compute<S: Sink>(plan: &Plan, sink: &S, control: &Control) -> Result<Summary, ComputeError<S::Error>> {
+    let start = Instant::now();
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(control.threads.unwrap_or(0))
+        .build()
+        .map_err(|error| ComputeError::Threads(error.to_string()))?;
+    let threads = pool.current_num_threads();
+    let tiles = plan.grid.tile_count(&plan.tile_shape);
+    let draws = Draws::new(plan);
+    let next = AtomicUsize::new(0);
+    let failed = AtomicBool::new(false);
+    let (sender, receiver) = sync_channel::<Result<Message<S::Packed>, S::Error>>(2 * threads);
+
+    let mut summary = Summary {
+        cells: plan.grid.cells() as u64,
+        seconds: 0.0,
+        threads,
+        methods: plan
+            .methods
+            .iter()
+            .map(|&method| MethodSummary { method, cells: 0, seconds: 0.0, counts: [0; 5] })
+            .collect(),
+        paths: Paths::default(),
+        rhs: 0,
+        audit: Audit::default(),
+        audit_seconds: 0.0,
+        pack_seconds: 0.0,
+    };
+    let mut outcome = Ok(());
+    std::thread::scope(|scope| {
+        let (next, failed, draws, pool) = (&next, &failed, &draws, &pool);
+        scope.spawn(move || {
+            pool.broadcast(|_| {
+                let sender = sender.clone();
+                loop {
+                    let number = next.fetch_add(1, Ordering::Relaxed);
+                    let stopped = control.stop.load(Ordering::Relaxed) || failed.load(Ordering::Relaxed);
+                    if number >= tiles || stopped {
+                        break;
+                    }
+                    let message = work(plan, sink, draws, &plan.grid.tile(&plan.tile_shape, number));
+                    if let Ok(message) = &message {
+                        (control.on_cells)(message.cost.cells as usize);
+                    }
+                    if sender.send(message).is_err() {
+                        break;
+                    }
+                }
+            });
+        });
+        for message in receiver {
+            if outcome.is_err() {
+                continue;
+            }
+            let written = message.and_then(|message| {
+                sink.write(message.packed)?;
+                Ok(message.cost)
+            });
+            match written {
+                Ok(cost) => account(&mut summary, cost),
+                Err(error) => {
+                    failed.store(true, Ordering::Relaxed);
+                    outcome = Err(ComputeError::Sink(error));
+                }
+            }
+        }
+    });
+    outcome?;
+    if control.stop.load(Ordering::Relaxed) {
+        return Err(ComputeError::Interrupted);
+    }
+    let by_point =
+        |d: &super::Disagreement| (d.point.law, d.point.epsilon, d.point.belt_speed, d.point.damping);
+    summary.audit.disagreements.sort_by(|a, b| {
+        let ((law_a, e_a, v_a, c_a), (law_b, e_b, v_b, c_b)) = (by_point(a), by_point(b));
+        let numbers_a = [e_a].into_iter().chain(law_a.as_slice().iter().copied()).chain([v_a, c_a]);
+        let numbers_b = [e_b].into_iter().chain(law_b.as_slice().iter().copied()).chain([v_b, c_b]);
+        numbers_a.partial_cmp(numbers_b).unwrap_or(std::cmp::Ordering::Equal).then(a.method.cmp(b.method))
+    });
+    summary.seconds = start.elapsed().as_secs_f64();
+    Ok(summary)
+}
+
+/// Computes and packs one tile.
+fn work<S: Sink>(plan: &Plan, sink: &S, draws: &Draws, tile: &Tile) -> Result<Message<S::Packed>, S::Error> {
+    let computed = compute_tile(plan, draws, tile);
+    let start = Instant::now();
+    let packed = sink.pack(&computed.data)?;
+    let pack_seconds = start.elapsed();
+    let methods = computed
+        .data
+        .methods
+        .iter()
+        .zip(computed.seconds)
+        .map(|(cells, seconds)| (seconds, count(&cells.verdicts)))
+        .collect();
+    let cost = Cost {
+        methods,
+        cells: tile.cells() as u64,
+        paths: computed.paths,
+        rhs: computed.rhs,
+        audit: computed.audit,
+        audit_seconds: computed.audit_seconds,
+        pack_seconds,
+    };
+    Ok(Message { packed, cost })
+}
+
+fn account(summary: &mut Summary, cost: Cost) {
+    for (method, (seconds, counts)) in summary.methods.iter_mut().zip(cost.methods) {
+        method.cells += cost.cells;
+        method.seconds += seconds.as_secs_f64();
+        for (total, count) in method.counts.iter_mut().zip(counts) {
+            *total += count;
+        }
+    }
+    summary.paths.add(&cost.paths);
+    summary.rhs += cost.rhs;
+    summary.audit.add(cost.audit);
+    summary.audit_seconds += cost.audit_seconds.as_secs_f64();
+    summary.pack_seconds += cost.pack_seconds.as_secs_f64();
+}
+
+/// Cells of each verdict.
+fn count(codes: &[i8]) -> [u64; 5] {
+    // One pass per verdict vectorises; a table lookup per cell does not.
+    Verdict::ALL.map(|verdict| {
+        let code = verdict.code();
+        codes.chunks(255).map(|chunk| u64::from(chunk.iter().map(|&c| u8::from(c == code)).sum::<u8>())).sum()
+    })
+}
+
+/// Computes one tile: all methods, and the optional fields.
+fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> Computed {
+    let columns: Vec<Column> =
+        (0..tile.columns()).map(|column| plan.grid.column(&tile.column_index(column))).collect();
+    let cs = &plan.grid.dampings()[tile.damping_range()];
+    let mut seconds = Vec::with_capacity(plan.methods.len());
+    let mut methods = Vec::with_capacity(plan.methods.len());
+    let mut simulated = None;
+    for &method in &plan.methods {
+        let start = Instant::now();
+        methods.push(match method {
+            Method::Test(test) => closed_form(plan, method, test.claim, &columns, cs),
+            Method::Simulation => {
+                let (cells, ends) = simulation(plan, method, &columns, cs);
+                simulated = Some(ends);
+                cells
+            }
+        });
+        seconds.push(start.elapsed());
+    }
+    let (paths, rhs) = simulated.as_ref().map_or((Paths::default(), 0), |s: &Simulated| (s.paths, s.rhs));
+    let mut data = TileData {
+        tile: tile.clone(),
+        methods,
+        regime: Vec::new(),
+        landing_x1: Vec::new(),
+        stick_time: Vec::new(),
+        slip_time: Vec::new(),
+    };
+    if plan.stores(Field::Regime) || plan.stores(Field::Landing) {
+        let simulated =
+            simulated.unwrap_or_else(|| simulate(&columns, cs, plan.engine, plan.tolerance, false));
+        describe(plan, &columns, cs, &simulated.ends, &mut data);
+    }
+    let start = Instant::now();
+    let verdicts: Vec<&[i8]> = data.methods.iter().map(|cells| cells.verdicts.as_slice()).collect();
+    let audit = draws.audit(plan, tile, &verdicts);
+    Computed { audit, audit_seconds: start.elapsed(), data, seconds, paths, rhs }
+}
+
+/// A closed-form test on the columns of a tile.
+fn closed_form(
+    plan: &Plan,
+    method: Method,
+    claim: fn(&Column) -> Claim,
+    columns: &[Column],
+    cs: &[f64],
+) -> MethodCells {
+    let mut cells = MethodCells {
+        method,
+        verdicts: Vec::with_capacity(columns.len() * cs.len()),
+        margins: Vec::new(),
+        critical: Vec::new(),
+    };
+    for column in columns {
+        let claim = claim(column);
+        // Along the axis: undecided below sticks_from, present, undecided, absent.
+        let present_to = cs.partition_point(|&c| c < claim.present_below);
+        let present_from = cs.partition_point(|&c| c < claim.sticks_from).min(present_to);
+        let absent_from = cs.partition_point(|&c| c <= claim.absent_above).max(present_to);
+        for (length, verdict) in [
+            (present_from, Verdict::Undecided),
+            (present_to - present_from, Verdict::Present),
+            (absent_from - present_to, Verdict::Undecided),
+            (cs.len() - absent_from, Verdict::Absent),
+        ] {
+            cells.verdicts.resize(cells.verdicts.len() + length, verdict.code());
+        }
+        if plan.stores(Field::Margin) {
+            cells.margins.extend(cs.iter().map(|&c| claim.margin(c)));
+        }
+        if plan.stores(Field::CriticalC) {
+            let critical = claim.present_below;
+            cells.critical.push(if (0.0..f64::INFINITY).contains(&critical) { critical } else { f64::NAN });
+        }
+    }
+    cells
+}
+
+/// The simulated flow on the columns of a tile.
+fn simulation(plan: &Plan, method: Method, columns: &[Column], cs: &[f64]) -> (MethodCells, Simulated) {
+    let want_critical = plan.stores(Field::CriticalC);
+    let simulated = simulate(columns, cs, plan.engine, plan.tolerance, want_critical);
+    let mut cells = MethodCells {
+        method,
+        verdicts: simulated.ends.iter().map(|end| end.verdict().code()).collect(),
+        margins: Vec::new(),
+        critical: Vec::new(),
+    };
+    if plan.stores(Field::Margin) {
+        for column in columns {
+            cells.margins.extend(turns_of(column, cs, plan.tolerance).iter().map(|turn| match *turn {
+                Turn::Complete { margin, .. } => margin,
+                Turn::HandOver { .. } => f64::NAN,
+            }));
+        }
+    }
+    if want_critical {
+        cells.critical.extend(simulated.critical.iter().map(|critical| match critical {
+            Some(critical) if critical.c >= 0.0 => critical.c,
+            Some(_) | None => f64::NAN,
+        }));
+    }
+    (cells, simulated)
+}
+
+/// Fills the fields that describe the simulated orbit.
+fn describe(plan: &Plan, columns: &[Column], cs: &[f64], ends: &[End], data: &mut TileData) {
+    let cells = columns.iter().flat_map(|column| cs.iter().map(move |&c| Oscillator::in_column(column, c)));
+    for (oscillator, &end) in cells.zip(ends) {
+        if plan.stores(Field::Regime) {
+            data.regime.push(regime_of(&oscillator, end).code());
+        }
+        if plan.stores(Field::Landing) {
+            let landing = match end {
+                End::Sticks => match flow(&oscillator, plan.tolerance).fate {
+                    Fate::Sticks(landing) => Some(landing),
+                    Fate::SpiralsInward | Fate::CrossesForever | Fate::TooCloseToCall | Fate::Failed(_) => {
+                        None
+                    }
+                },
+                End::Inward | End::Crosses | End::TooClose | End::Failed => None,
+            };
+            let number =
+                |value: fn(&crate::simulate::Landing) -> f64| landing.as_ref().map_or(f64::NAN, value);
+            data.landing_x1.push(number(|landing| landing.x1));
+            data.stick_time.push(number(|landing| landing.stick_time));
+            data.slip_time.push(number(|landing| landing.slip_time));
+        }
+    }
+}
+
+/// The regime of a point whose orbit from the exit point ends as `flow` says.
+#[must_use]
+pub fn regime(oscillator: &Oscillator, flow: &crate::simulate::Flow) -> Regime {
+    regime_of(oscillator, End::of(flow))
+}
+
+/// An orbit that spirals inward around an unstable equilibrium must tend to a slip cycle between the two
+/// (Poincare-Bendixson); around a stable one the equilibrium attracts. A stick-slip cycle around a stable
+/// equilibrium coexists with it.
+fn regime_of(oscillator: &Oscillator, end: End) -> Regime {
+    let stable = oscillator.eigenvalues().is_stable();
+    match end {
+        End::Sticks if stable => Regime::Bistable,
+        End::Sticks => Regime::StickSlip,
+        End::Inward if stable => Regime::Equilibrium,
+        End::Inward => Regime::PureSlip,
+        End::Crosses => Regime::Crossing,
+        End::TooClose | End::Failed => Regime::Failed,
+    }
+}

@@ -1,0 +1,255 @@
+//! The method `simulation` on the columns of a tile.
+//!
+//! Along a column every orbit shrinks as c grows (the right-hand side of the scalar form increases with
+//! the divergence), so fates come in one order: crosses for ever, sticks, spirals inward. One root, or two
+//! searches by halving, label a column of any length.
+
+use super::{Engine, Verdict};
+use crate::certify::{self, Claim, Decision};
+use crate::filippov::Oscillator;
+use crate::friction::Column;
+use crate::simulate::{
+    CriticalDamping, Fate, Flow, NoCriticalDamping, critical::critical_dampings, direct, flow,
+    return_map::Turn, return_map::turns_of,
+};
+
+/// How the orbit of a cell ends, without its details.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum End {
+    /// It sticks again.
+    Sticks,
+    /// It spirals inward.
+    Inward,
+    /// It crosses the belt line for ever.
+    Crosses,
+    /// Within the error of the boundary.
+    TooClose,
+    /// No answer.
+    Failed,
+}
+
+impl End {
+    pub(super) fn of(flow: &Flow) -> Self {
+        match flow.fate {
+            Fate::Sticks(_) => End::Sticks,
+            Fate::SpiralsInward => End::Inward,
+            Fate::CrossesForever => End::Crosses,
+            Fate::TooCloseToCall => End::TooClose,
+            Fate::Failed(_) => End::Failed,
+        }
+    }
+
+    pub(super) fn verdict(self) -> Verdict {
+        match self {
+            End::Sticks => Verdict::Present,
+            End::Inward | End::Crosses => Verdict::Absent,
+            End::TooClose => Verdict::Undecided,
+            End::Failed => Verdict::Failed,
+        }
+    }
+}
+
+/// How many cells each path decided.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Paths {
+    /// Columns decided whole by the certificate `symmetric`, never simulated.
+    pub certificate: u64,
+    /// By comparison with the column's critical damping.
+    pub critical_surface: u64,
+    /// By the monotone order of fates between two simulated cells of the column.
+    pub order: u64,
+    /// By an orbit of their own: the return map, or the direct engine where it does not apply.
+    pub return_map: u64,
+    /// By the direct engine, as configured.
+    pub direct: u64,
+}
+
+impl Paths {
+    /// The paths and their counts, for reports.
+    #[must_use]
+    pub fn named(&self) -> [(&'static str, u64); 5] {
+        [
+            ("certificate", self.certificate),
+            ("critical_surface", self.critical_surface),
+            ("order", self.order),
+            ("return_map", self.return_map),
+            ("direct", self.direct),
+        ]
+    }
+
+    pub(super) fn add(&mut self, other: &Paths) {
+        self.certificate += other.certificate;
+        self.critical_surface += other.critical_surface;
+        self.order += other.order;
+        self.return_map += other.return_map;
+        self.direct += other.direct;
+    }
+}
+
+/// What the simulation says of the cells of a tile.
+#[derive(Debug, Default)]
+pub(super) struct Simulated {
+    /// The end of each cell's orbit, column by column.
+    pub ends: Vec<End>,
+    /// Critical damping of each column; empty unless asked for.
+    pub critical: Vec<Option<CriticalDamping>>,
+    pub paths: Paths,
+    pub rhs: u64,
+}
+
+/// Decides the cells of `columns` at the dampings `cs`.
+pub(super) fn simulate(
+    columns: &[Column],
+    cs: &[f64],
+    engine: Engine,
+    tolerance: f64,
+    want_critical: bool,
+) -> Simulated {
+    let mut done = Simulated { ends: Vec::with_capacity(columns.len() * cs.len()), ..Simulated::default() };
+    match engine {
+        Engine::Direct => {
+            for column in columns {
+                for &c in cs {
+                    let answer = direct::flow(&Oscillator::in_column(column, c), tolerance);
+                    done.rhs += answer.rhs;
+                    done.ends.push(End::of(&answer));
+                }
+            }
+            done.paths.direct = done.ends.len() as u64;
+        }
+        Engine::ReturnMap => {
+            for column in columns {
+                return_map_column(column, cs, tolerance, &mut done);
+            }
+        }
+        Engine::CriticalSurface | Engine::Auto => by_column(columns, cs, engine, tolerance, &mut done),
+    }
+    if want_critical && done.critical.is_empty() {
+        done.critical = critical_dampings(columns, tolerance).into_iter().map(Result::ok).collect();
+        done.rhs += done.critical.iter().flatten().map(|critical| critical.rhs).sum::<u64>();
+    }
+    done
+}
+
+/// Every cell of a column by its own orbit: vectors of turns, and single orbits where the margin's sign or
+/// the landing is not settled by the turn.
+fn return_map_column(column: &Column, cs: &[f64], tolerance: f64, done: &mut Simulated) {
+    for (turn, &c) in turns_of(column, cs, tolerance).iter().zip(cs) {
+        let oscillator = Oscillator::in_column(column, c);
+        let (Turn::Complete { rhs, .. } | Turn::HandOver { rhs }) = turn;
+        done.rhs += u64::from(*rhs);
+        let end = match *turn {
+            Turn::Complete { margin, error, .. } if margin < -error => End::Inward,
+            Turn::Complete { margin, error, .. } if margin > error && lands_on_stick(&oscillator, margin) => {
+                End::Sticks
+            }
+            Turn::Complete { .. } | Turn::HandOver { .. } => {
+                let answer = flow(&oscillator, tolerance);
+                done.rhs += answer.rhs;
+                End::of(&answer)
+            }
+        };
+        done.ends.push(end);
+    }
+    done.paths.return_map += cs.len() as u64;
+}
+
+/// Whether an orbit of positive margin certainly lands on the stick segment. Continued beyond the landing,
+/// the lower flow turns outward while D > 0, so r at the landing is at most V (1 + m); with
+/// wL^2 = r^2 - V^2 that bounds the landing speed. D at slip speeds below zero is the continuation's, at
+/// least D(0) for a friction that weakens less and less.
+fn lands_on_stick(oscillator: &Oscillator, margin: f64) -> bool {
+    oscillator.divergence(0.0) > 0.0 && oscillator.belt_speed * (margin * (2.0 + margin)).sqrt() < 2.0
+}
+
+/// Whole columns: certificates where allowed, then one root per column, then comparison.
+fn by_column(columns: &[Column], cs: &[f64], engine: Engine, tolerance: f64, done: &mut Simulated) {
+    let claims: Vec<Claim> = columns.iter().map(certify::symmetric::TEST.claim).collect();
+    let decided_whole =
+        |claim: &Claim| engine == Engine::Auto && cs.iter().all(|&c| claim.decide(c) != Decision::Undecided);
+    let rooted: Vec<Column> = columns
+        .iter()
+        .zip(&claims)
+        .filter(|(_, claim)| !decided_whole(claim))
+        .map(|(column, _)| *column)
+        .collect();
+    let mut roots = critical_dampings(&rooted, tolerance).into_iter();
+    for (column, claim) in columns.iter().zip(&claims) {
+        if decided_whole(claim) {
+            done.paths.certificate += cs.len() as u64;
+            done.ends.extend(cs.iter().map(|&c| match claim.decide(c) {
+                Decision::Present => End::Sticks,
+                Decision::Absent | Decision::Undecided => End::Inward,
+            }));
+        } else {
+            let root = roots.next().unwrap_or(Err(NoCriticalDamping::NoVerdict));
+            column_by_root(column, cs, claim, root, tolerance, done);
+        }
+    }
+}
+
+/// Labels one column from its critical damping.
+fn column_by_root(
+    column: &Column,
+    cs: &[f64],
+    claim: &Claim,
+    root: Result<CriticalDamping, NoCriticalDamping>,
+    tolerance: f64,
+    done: &mut Simulated,
+) {
+    let Ok(CriticalDamping { c: critical, error, rhs }) = root else {
+        return by_order(column, cs, tolerance, done);
+    };
+    done.rhs += rhs;
+    // Cells up to here are present or beyond the stick segment, cells from there on are absent; those
+    // between are closer to the boundary than its error and get an orbit of their own.
+    let returning = cs.partition_point(|&c| c < critical - error);
+    let inward = cs.partition_point(|&c| c <= critical + error);
+    let sticking = cs.partition_point(|&c| c < claim.sticks_from).min(returning);
+    by_order(column, &cs[..sticking], tolerance, done);
+    done.ends.extend(std::iter::repeat_n(End::Sticks, returning - sticking));
+    for &c in &cs[returning..inward] {
+        let answer = flow(&Oscillator::in_column(column, c), tolerance);
+        done.rhs += answer.rhs;
+        done.ends.push(End::of(&answer));
+    }
+    done.ends.extend(std::iter::repeat_n(End::Inward, cs.len() - inward));
+    done.paths.critical_surface += (returning - sticking + cs.len() - inward) as u64;
+    done.paths.return_map += (inward - returning) as u64;
+}
+
+/// Labels cells by the order of fates along the column: orbits at both ends, and by halving wherever the
+/// ends of an interval differ. A cell without a clear end is followed by its neighbours one by one.
+fn by_order(column: &Column, cs: &[f64], tolerance: f64, done: &mut Simulated) {
+    let mut orbit = |c: f64| {
+        let answer = flow(&Oscillator::in_column(column, c), tolerance);
+        done.rhs += answer.rhs;
+        done.paths.return_map += 1;
+        End::of(&answer)
+    };
+    let mut ends: Vec<Option<End>> = vec![None; cs.len()];
+    let mut intervals = Vec::new();
+    if let Some(last) = cs.len().checked_sub(1) {
+        ends[0] = Some(orbit(cs[0]));
+        if last > 0 {
+            ends[last] = Some(orbit(cs[last]));
+            intervals.push((0, last));
+        }
+    }
+    while let Some((from, to)) = intervals.pop() {
+        if to - from < 2 {
+            continue;
+        }
+        let settled = |end: Option<End>| matches!(end, Some(End::Sticks | End::Inward | End::Crosses));
+        if ends[from] == ends[to] && settled(ends[from]) {
+            let end = ends[from];
+            ends[from + 1..to].fill(end);
+            done.paths.order += (to - from - 1) as u64;
+        } else {
+            let middle = from + (to - from) / 2;
+            ends[middle] = Some(orbit(cs[middle]));
+            intervals.extend([(from, middle), (middle, to)]);
+        }
+    }
+    done.ends.extend(ends.into_iter().map(|end| end.unwrap_or(End::Failed)));
+}

@@ -1,1 +1,0 @@
-//! The Filippov system in its original variables.

@@ -1,0 +1,546 @@
+//! Slipping on one side of the belt line, step by step, with its two events: the orbit comes back to the
+//! line, or turns away again short of it.
+//!
+//! **Why no event is missed.** With v = x2, w = x2' the flow is v' = w, w' = -v + D w, so the direction
+//! of (v, w) turns at the rate 1 + D sin cos <= 1 + |D|/2, and always forward where w = 0. Two sign
+//! changes of w are therefore half a turn apart, at least pi / (1 + |D|/2) in time. Steps are at most
+//! 1 / (1 + |D|/2) long, with D from the left end, which may triple inside the step before two sign
+//! changes fit in. Between sign changes x2 is monotone, so the values of x2 and w at the ends of a step
+//! tell what happened inside, however shallow the contact.
+//!
+//! **Beyond the belt line.** A step that contains an event, and the margin of an orbit that lands, need
+//! the field of one side continued past x2 = V, where the friction formula has a pole at a slip speed
+//! u < 0 that depends on the law. Steps are shortened so that no stage lies farther beyond the line
+//! than [`Slip::reach`], over which the continuation is tame.
+
+use super::dop853::{self, Compensated, ROUNDING_AMPLIFICATION};
+use crate::filippov::{Oscillator, Side};
+use crate::simulate::Failure;
+use std::f64::consts::TAU;
+
+/// Trial steps before an integration gives up; a turn takes about 20 to 200.
+const STEP_BUDGET: u32 = 100_000;
+
+/// A step this much shorter than the time in which the direction can turn by a radian has underflowed.
+const SHORTEST_STEP: f64 = 1e-14;
+
+/// The event is located once the correction to its time is this small against the time scale of the
+/// flow; the correction is still made, to second order, which leaves its cube: 1e-18.
+const EVENT_WINDOW: f64 = 1e-6;
+
+/// The largest tolerance that is honoured: the geometry of a turn must be resolved in any case.
+const LOOSEST: f64 = 1e-3;
+
+/// A state on an orbit, on a known side of the belt line.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct State {
+    /// x1 and x2, as offsets from the exit point.
+    offset: [Compensated; 2],
+    /// w = x2'.
+    pub(super) w: f64,
+    /// Divergence D of the field.
+    divergence: f64,
+    /// Time since the start.
+    pub(super) time: f64,
+}
+
+impl State {
+    /// x1 minus that of the exit point.
+    pub(super) fn x1_offset(&self) -> f64 {
+        self.offset[0].value()
+    }
+
+    /// x2 - V.
+    pub(super) fn x2_offset(&self) -> f64 {
+        self.offset[1].value()
+    }
+}
+
+/// Whether the orbit moves away from the belt line or back towards it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Motion {
+    /// |x2 - V| grows.
+    Away,
+    /// |x2 - V| falls.
+    Back,
+}
+
+/// What happened in one accepted step.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Event {
+    /// Nothing; or the turn at the far end, which nobody needs to know about.
+    Moved,
+    /// The orbit turned away again at this state, short of the belt line.
+    NearMiss(State),
+    /// The orbit came back to the belt line.
+    Landed(Contact),
+}
+
+/// The arrival at the belt line.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Contact {
+    /// The state on the line.
+    pub(super) at: State,
+    /// The extremum of x2 that the continued field reaches, if it lies in the same step.
+    pub(super) turn: Option<State>,
+    /// The end of the step, beyond the line.
+    pub(super) beyond: State,
+}
+
+/// How far the continued field carries an orbit beyond the belt line.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Overshoot {
+    /// It turns back at this state.
+    Turns(State),
+    /// It leaves the range of the continuation; it was followed to here.
+    Farther(State),
+}
+
+/// Why an orbit will never come back to the belt line; v = x2, w = x2'. Both arguments use sign-certain
+/// bounds of the divergence D over the slip speeds in question.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Rest {
+    /// r^2 = v^2 + w^2 obeys r r' = D w^2, so where D <= 0 for all |v| <= r it never grows.
+    Trapped {
+        /// r, a bound on all later x2.
+        radius: f64,
+    },
+    /// Where D <= -2 between here and the equilibrium, the wedge between w = 0 and w = -v is never left:
+    /// on w = -v, (v + w)' = -v (D + 2) points inward, and so does w' = -v on w = 0. In it |v| falls
+    /// monotonically to zero: x2 has no maximum any more.
+    Creeping,
+}
+
+/// Why a step cannot be made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Obstacle {
+    /// It would evaluate the field too far beyond the belt line.
+    OutOfReach,
+    /// The state or the field overflows, or is not a number.
+    NotFinite,
+}
+
+/// An event inside a step, to be located.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Target {
+    /// x2' = 0.
+    Turn,
+    /// x2 = V, on the way back to the line.
+    BeltLine,
+}
+
+/// An orbit being integrated on one side of the belt line.
+#[derive(Clone, Debug)]
+pub(super) struct Slip<'a> {
+    oscillator: &'a Oscillator,
+    exit_x1: f64,
+    side: Side,
+    /// How far beyond the belt line a field is evaluated.
+    reach: f64,
+    /// The error of x2 in units of V that the local errors of one turn may add up to, in [0, 1e-3].
+    pub(super) tolerance: f64,
+    /// The largest angle by which a step may turn, radians.
+    longest_turn: f64,
+    here: State,
+    motion: Motion,
+    next_step: f64,
+    /// Bound on the distance of `here` from the exact orbit, as far as the local error estimates go.
+    pub(super) error: f64,
+    /// Evaluations of the right-hand side so far.
+    pub(super) rhs: u64,
+    steps_left: u32,
+}
+
+impl<'a> Slip<'a> {
+    /// The orbit from the exit point, where it leaves the belt downward.
+    ///
+    /// The start is a tangency, x2 - V = x2' = 0, and both are set, not computed; x2'' = -V there, so the
+    /// orbit moves away below the line.
+    pub(super) fn from_exit(oscillator: &'a Oscillator, tolerance: f64) -> Self {
+        let mut slip = Self {
+            oscillator,
+            exit_x1: oscillator.exit_x1(),
+            side: Side::Below,
+            reach: continuation_reach(oscillator),
+            tolerance: if tolerance > 0.0 { tolerance.min(LOOSEST) } else { 0.0 },
+            longest_turn: 1.0,
+            here: State { offset: [Compensated::default(); 2], w: 0.0, divergence: 0.0, time: 0.0 },
+            motion: Motion::Away,
+            next_step: 0.0,
+            error: 0.0,
+            rhs: 0,
+            steps_left: STEP_BUDGET,
+        };
+        slip.leave_exit(0.0);
+        slip
+    }
+
+    /// Limits the angle by which a step may turn, in radians, below the one radian that is the default.
+    pub(super) fn with_longest_turn(mut self, angle: f64) -> Self {
+        self.longest_turn = angle.min(1.0);
+        self
+    }
+
+    /// The present state.
+    pub(super) fn here(&self) -> &State {
+        &self.here
+    }
+
+    /// The belt speed V.
+    pub(super) fn belt_speed(&self) -> f64 {
+        self.oscillator.belt_speed
+    }
+
+    /// The side of the belt line on which the orbit slips.
+    pub(super) fn side(&self) -> Side {
+        self.side
+    }
+
+    /// Moves to the exit point at `time`, to slip from there.
+    pub(super) fn leave_exit(&mut self, time: f64) {
+        self.side = Side::Below;
+        let offset = [Compensated::default(); 2];
+        self.begin(State { offset, w: 0.0, divergence: self.oscillator.divergence(0.0), time }, Motion::Away);
+    }
+
+    /// Crosses the belt line at `at`, to slip on the other side.
+    pub(super) fn cross(&mut self, at: &State) {
+        self.side = match self.side {
+            Side::Below => Side::Above,
+            Side::Above => Side::Below,
+        };
+        let state = self.state(at.offset, at.time);
+        self.begin(state, Motion::Away);
+    }
+
+    /// Moves to any state off the belt line, or on it where the orbit crosses, at `time`.
+    pub(super) fn place(&mut self, x1: f64, x2: f64, side: Side, time: f64) {
+        self.side = side;
+        let offset = [x1 - self.exit_x1, x2 - self.oscillator.belt_speed].map(Compensated::from);
+        let state = self.state(offset, time);
+        // At x2' = 0 the second derivative is -x2.
+        let pull = if state.w == 0.0 { -x2 } else { state.w };
+        let on_line = state.x2_offset() == 0.0;
+        let motion = if on_line || self.outward() * pull > 0.0 { Motion::Away } else { Motion::Back };
+        self.begin(state, motion);
+    }
+
+    fn begin(&mut self, state: State, motion: Motion) {
+        self.here = state;
+        self.motion = motion;
+        // A cautious first step; the error control takes over from it.
+        self.next_step = 0.2 * self.time_scale(&state);
+    }
+
+    /// Distance of a state from the belt line; negative beyond it.
+    fn depth(&self, state: &State) -> f64 {
+        self.outward() * state.x2_offset()
+    }
+
+    /// Rate of change of the depth.
+    fn outward_speed(&self, state: &State) -> f64 {
+        self.outward() * state.w
+    }
+
+    /// Direction of x2 away from the belt line.
+    fn outward(&self) -> f64 {
+        match self.side {
+            Side::Below => -1.0,
+            Side::Above => 1.0,
+        }
+    }
+
+    /// A time in which the direction of (v, w) turns by at most one radian.
+    fn time_scale(&self, state: &State) -> f64 {
+        1.0 / (1.0 + 0.5 * state.divergence.abs())
+    }
+
+    /// x2'' = -x2 + D x2'.
+    fn jerk(&self, state: &State) -> f64 {
+        state.divergence * state.w - (self.oscillator.belt_speed + state.x2_offset())
+    }
+
+    fn acceleration(&mut self, offset: [f64; 2]) -> f64 {
+        self.rhs += 1;
+        let [x1, x2] = [self.exit_x1 + offset[0], self.oscillator.belt_speed + offset[1]];
+        self.oscillator.acceleration(self.side, x1, x2)
+    }
+
+    /// Completes a state from its position.
+    fn state(&mut self, offset: [Compensated; 2], time: f64) -> State {
+        let values = offset.map(Compensated::value);
+        let w = self.acceleration(values);
+        State { offset, w, divergence: self.oscillator.divergence(self.outward() * values[1]), time }
+    }
+
+    /// Scale of the rounding errors of x2', in units of 2^-53: the terms that cancel in it, and x2, whose
+    /// own rounding acts through the slope of the friction law.
+    fn magnitude(&self, state: &State) -> f64 {
+        let x2 = (self.oscillator.belt_speed + state.x2_offset()).abs().max(self.oscillator.belt_speed);
+        let x1 = (self.exit_x1 + state.x1_offset()).abs();
+        let terms = x1 + state.w.abs() + (self.oscillator.viscous + state.divergence.abs()) * x2;
+        terms.max(x2).max(1.0)
+    }
+
+    /// The state a time `h` after `from`, and the estimate of the local error.
+    fn after(&mut self, from: &State, h: f64) -> Result<(State, f64), Obstacle> {
+        let belt_speed = self.oscillator.belt_speed;
+        let first = [belt_speed + from.x2_offset(), from.w];
+        let increment = dop853::step(from.offset, first, h, |offset| {
+            self.within_reach(offset[1])?;
+            let w = self.acceleration(offset);
+            if w.is_finite() { Ok([belt_speed + offset[1], w]) } else { Err(Obstacle::NotFinite) }
+        })?;
+        let offset = [from.offset[0].plus(increment.by[0]), from.offset[1].plus(increment.by[1])];
+        self.within_reach(offset[1].value())?;
+        let state = self.state(offset, from.time + h);
+        let finite = state.w.is_finite() && increment.error.is_finite();
+        if finite { Ok((state, increment.error)) } else { Err(Obstacle::NotFinite) }
+    }
+
+    fn within_reach(&self, x2_offset: f64) -> Result<(), Obstacle> {
+        let beyond = -self.outward() * x2_offset;
+        if beyond > self.reach { Err(Obstacle::OutOfReach) } else { Ok(()) }
+    }
+
+    /// One accepted step, not beyond `end_time`.
+    pub(super) fn advance(&mut self, end_time: f64) -> Result<Event, Failure> {
+        let before = (self.here, self.motion, self.error);
+        loop {
+            let left = self.here;
+            let right = self.accepted_step(&left, end_time)?;
+            if let Some(event) = self.event_between(&left, &right) {
+                return Ok(event);
+            }
+            // Between two stages of the step the field leads out of reach.
+            (self.here, self.motion, self.error) = before;
+            self.next_step = 0.5 * (right.time - left.time);
+        }
+    }
+
+    /// Moves to the end of an accepted step and says what happened on the way. `None` if an event cannot
+    /// be located because the field would have to be evaluated out of reach.
+    fn event_between(&mut self, left: &State, right: &State) -> Option<Event> {
+        self.here = *right;
+        let speed = self.outward_speed(right);
+        let lands = |at, turn| Some(Event::Landed(Contact { at, turn, beyond: *right }));
+        match self.motion {
+            Motion::Away if speed >= 0.0 => Some(Event::Moved),
+            Motion::Away => {
+                self.motion = Motion::Back;
+                if self.depth(right) >= 0.0 {
+                    return Some(Event::Moved);
+                }
+                // The whole excursion fits into this step: after a crossing near the upper tangency.
+                let far = self.locate(Target::Turn, left, [left, right])?;
+                lands(self.locate(Target::BeltLine, left, [&far, right])?, None)
+            }
+            Motion::Back if speed <= 0.0 && self.depth(right) > 0.0 => Some(Event::Moved),
+            Motion::Back if speed <= 0.0 => lands(self.locate(Target::BeltLine, left, [left, right])?, None),
+            Motion::Back => {
+                let near = self.locate(Target::Turn, left, [left, right])?;
+                if self.depth(&near) > 0.0 {
+                    self.motion = Motion::Away;
+                    return Some(Event::NearMiss(near));
+                }
+                lands(self.locate(Target::BeltLine, left, [left, &near])?, Some(near))
+            }
+        }
+    }
+
+    /// Follows the continued field from beyond the belt line to the extremum of x2, if that lies within
+    /// reach. The orbit's own state is lost.
+    pub(super) fn overshoot(mut self, beyond: State) -> (Overshoot, Self) {
+        let mut farthest = beyond;
+        self.next_step = self.time_scale(&beyond);
+        // What still rises so close to the limit would be followed in ever shorter steps.
+        while self.depth(&farthest) > -0.9 * self.reach {
+            let Ok(right) = self.accepted_step(&farthest, f64::INFINITY) else { break };
+            if self.outward_speed(&right) <= 0.0 {
+                farthest = right;
+            } else if let Some(turn) = self.locate(Target::Turn, &farthest, [&farthest, &right]) {
+                return (Overshoot::Turns(turn), self);
+            } else {
+                self.next_step = 0.5 * (right.time - farthest.time);
+            }
+        }
+        (Overshoot::Farther(farthest), self)
+    }
+
+    /// How much farther an orbit on its way back rises at least: half its speed squared over the greatest
+    /// deceleration, with the divergence taken as constant.
+    pub(super) fn further_rise(&self, state: &State) -> f64 {
+        let speed = state.w.abs();
+        let x2 = (self.oscillator.belt_speed + state.x2_offset()).abs();
+        0.5 * speed * speed / (x2 + self.reach + speed * (-state.divergence).max(0.0))
+    }
+
+    /// The longest step from `left` that meets the tolerance and stays within reach.
+    fn accepted_step(&mut self, left: &State, end_time: f64) -> Result<State, Failure> {
+        let scale = self.time_scale(left);
+        if !(scale.is_finite() && left.w.is_finite()) {
+            return Err(Failure::NotFinite);
+        }
+        // The rounding errors of independent slopes, each a few units in the last place.
+        let rounding_rate = ROUNDING_AMPLIFICATION * f64::EPSILON * self.magnitude(left);
+        // A turn lasts 2 pi, give or take: its local errors then add up to the tolerance.
+        let allowed_rate = (self.tolerance * self.oscillator.belt_speed / TAU).max(rounding_rate);
+        let mut h = self.next_step.min(self.longest_turn * scale).min(end_time - left.time);
+        let mut failure = Failure::StepUnderflow;
+        loop {
+            let clipped = h >= end_time - left.time;
+            if h <= SHORTEST_STEP * scale && !clipped {
+                return Err(failure);
+            }
+            self.steps_left = self.steps_left.checked_sub(1).ok_or(Failure::StepBudget)?;
+            let (right, error) = match self.after(left, h) {
+                Ok(reached) => reached,
+                Err(obstacle) => {
+                    failure = match obstacle {
+                        Obstacle::NotFinite => Failure::NotFinite,
+                        Obstacle::OutOfReach => Failure::StepUnderflow,
+                    };
+                    h = self.shortened(left, h);
+                    continue;
+                }
+            };
+            let allowed = allowed_rate * h;
+            // The error per unit step falls like the 7th power of the step.
+            let factor = (0.9 * (allowed / error).powf(1.0 / 7.0)).clamp(0.2, 5.0);
+            if error <= allowed {
+                // In the Euclidean norm of (x1, x2) neighbouring orbits separate at most at the rate D.
+                let growth = left.divergence.max(right.divergence).max(0.0);
+                self.error = self.error * (growth * h).exp() + error + rounding_rate * h;
+                // Steps clipped by an event or the end of time say nothing about the next one.
+                self.next_step = (h * factor).max(self.next_step.min(h * 5.0));
+                return Ok(right);
+            }
+            h *= factor.min(0.9);
+            self.next_step = h;
+        }
+    }
+
+    /// A shorter step than `h` from `left`, after `h` led out of reach or to infinity: if the orbit is on
+    /// its way to the line, about up to the line.
+    fn shortened(&self, left: &State, h: f64) -> f64 {
+        let (depth, speed) = (self.depth(left), self.outward_speed(left));
+        let to_line = (depth + 0.5 * self.reach) / -speed;
+        if speed < 0.0 && to_line > 0.0 { to_line.min(0.5 * h) } else { 0.5 * h }
+    }
+
+    /// Locates the event that lies between two states of the step from `left`: x2' changes its sign, or
+    /// x2 comes back through V.
+    ///
+    /// Every trial integrates anew from the left end of the step, so the state at the event is as good as
+    /// a state at the end of a step. The corrections are Newton's for x2' and, for x2 (which at a grazing
+    /// contact has nearly a double root), those of its quadratic Taylor polynomial; a bracket safeguards
+    /// both.
+    ///
+    /// `None` if a trial leads out of reach.
+    fn locate(&mut self, target: Target, left: &State, within: [&State; 2]) -> Option<State> {
+        let mut bracket = within.map(|state| state.time - left.time);
+        let value = |slip: &Self, state: &State| match target {
+            Target::Turn => slip.outward_speed(state),
+            Target::BeltLine => slip.depth(state),
+        };
+        // The value changes from this sign to the other.
+        let before = match target {
+            Target::BeltLine => 1.0,
+            Target::Turn if self.outward_speed(within[1]) < 0.0 => 1.0,
+            Target::Turn => -1.0,
+        };
+        let nearer = value(self, within[0]).abs() <= value(self, within[1]).abs();
+        let mut state = *within[usize::from(!nearer)];
+        let window = EVENT_WINDOW * self.time_scale(&state);
+        // Every third trial bisects, which alone would end in 52 of them.
+        for trial in 1..=3 * 52 {
+            let offset = self.correction(target, &state);
+            let at = state.time - left.time;
+            if before * value(self, &state) > 0.0 {
+                bracket[0] = bracket[0].max(at);
+            } else {
+                bracket[1] = bracket[1].min(at);
+            }
+            if offset.abs() <= window {
+                return Some(self.shifted(target, &state, offset));
+            }
+            let mut next = at + offset;
+            let inside = next > bracket[0] && next < bracket[1];
+            if !inside || trial % 3 == 0 {
+                next = 0.5 * (bracket[0] + bracket[1]);
+            }
+            (state, _) = self.after(left, next).ok()?;
+        }
+        // The bracket is down to neighbouring numbers.
+        Some(self.shifted(target, &state, 0.0))
+    }
+
+    /// The time from `state` to the event, to the order of the method in [`Slip::locate`]; NaN if the
+    /// polynomial has no root.
+    fn correction(&self, target: Target, state: &State) -> f64 {
+        match target {
+            Target::Turn => -state.w / self.jerk(state),
+            Target::BeltLine => {
+                let (depth, speed) = (self.depth(state), self.outward_speed(state));
+                let curvature = self.outward() * self.jerk(state);
+                // The root on the way back to the line, in the form without cancellation.
+                2.0 * depth / ((speed * speed - 2.0 * curvature * depth).sqrt() - speed)
+            }
+        }
+    }
+
+    /// The state a very short time `tau` after `state`, with what is known at the event put in.
+    fn shifted(&mut self, target: Target, state: &State, tau: f64) -> State {
+        let x2 = self.oscillator.belt_speed + state.x2_offset();
+        let x1 = state.offset[0].plus(tau * (x2 + 0.5 * tau * state.w));
+        let time = state.time + tau;
+        match target {
+            Target::Turn => {
+                let x2 = state.offset[1].plus(tau * (state.w + 0.5 * tau * self.jerk(state)));
+                State { offset: [x1, x2], w: 0.0, time, ..*state }
+            }
+            Target::BeltLine => self.state([x1, Compensated::default()], time),
+        }
+    }
+
+    /// Whether the orbit is known to stay below the belt line for ever; spirals are asked only within
+    /// `radius` of the equilibrium.
+    pub(super) fn rest(&self, radius: f64) -> Option<Rest> {
+        let belt_speed = self.oscillator.belt_speed;
+        let (v, w) = (belt_speed + self.here.x2_offset(), self.here.w);
+        if self.side == Side::Above || v.abs() > belt_speed {
+            return None;
+        }
+        let divergence_at_most = |bound: f64, lo: f64, hi: f64| {
+            self.oscillator.curve.weakening_range(lo, hi).hi - self.oscillator.viscous <= bound
+        };
+        let r = v.hypot(w);
+        if r <= radius.min(belt_speed) && divergence_at_most(0.0, belt_speed - r, belt_speed + r) {
+            return Some(Rest::Trapped { radius: r });
+        }
+        let u = belt_speed - v;
+        let in_wedge = v * w < 0.0 && w.abs() < v.abs() - 2.0 * self.error;
+        let creeps = in_wedge && divergence_at_most(-2.0, u.min(belt_speed), u.max(belt_speed));
+        creeps.then_some(Rest::Creeping)
+    }
+}
+
+/// How far beyond the belt line the field of one side can be continued without meeting anything violent:
+/// at most V/8, and less if the divergence changes there much faster than on the near side.
+///
+/// The divergence is compared at equal distances d on both sides of the line, its changes from the line
+/// itself may differ by a factor of four. For a pole at distance p that is met up to d = 0.42 p, and as d is doubled
+/// from a tiny value upwards the pole cannot be stepped over.
+fn continuation_reach(oscillator: &Oscillator) -> f64 {
+    let at_line = oscillator.divergence(0.0);
+    let rounding = 16.0 * f64::EPSILON * (at_line.abs() + oscillator.viscous);
+    let tame = |d: f64| {
+        let beyond = (oscillator.divergence(-d) - at_line).abs();
+        beyond <= 4.0 * (oscillator.divergence(d) - at_line).abs() + rounding
+    };
+    let mut reach = oscillator.belt_speed / f64::from(1_u32 << 30);
+    while reach < oscillator.belt_speed / 8.0 && tame(2.0 * reach) {
+        reach *= 2.0;
+    }
+    reach
+}

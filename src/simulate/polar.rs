@@ -1,0 +1,121 @@
+//! The lower flow in polar coordinates (theory, section 3): with v = x2 = r cos th and w = x2' = -r sin th,
+//!
+//! ```text
+//! dr/dth = D r sin^2 th / (1 + D sin th cos th),    dt/dth = 1 / (1 + D sin th cos th),    D = D(V - v)
+//! ```
+//!
+//! The state is delta = r/V - 1, which is zero at the exit point: the margin m/V = delta(2 pi) then has a
+//! small *relative* error, which is what decides points next to grazing.
+
+use crate::point::ScaledGroups;
+
+/// Orbits integrated side by side: two AVX2 or one AVX-512 register.
+pub(super) const LANES: usize = 8;
+
+/// The angle's speed dth/dt relative to the undamped oscillator may not fall below this: next to zero the
+/// angle is no clock any more (an overdamped node) and the point is handed over.
+const SLOWEST_TURN: f64 = 0.05;
+
+/// Trigonometric functions at an angle of the orbit.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Angle {
+    pub cos: f64,
+    pub sin_cos: f64,
+    pub sin_squared: f64,
+}
+
+impl Angle {
+    pub(super) fn new(theta: f64) -> Self {
+        let (sin, cos) = theta.sin_cos();
+        Self { cos, sin_cos: sin * cos, sin_squared: sin * sin }
+    }
+}
+
+/// The divergence of [`LANES`] oscillators as a fraction of two polynomials, so that the polar field
+/// costs one division.
+#[derive(Clone, Debug)]
+pub(super) struct Lanes {
+    a: [f64; LANES],
+    k: [f64; LANES],
+    b2: [f64; LANES],
+    c: [f64; LANES],
+}
+
+impl Lanes {
+    /// Lanes of the scaled oscillators that `groups` names.
+    pub(super) fn new<'a>(groups: impl Fn(usize) -> &'a ScaledGroups) -> Self {
+        let pick = |value: fn(&ScaledGroups) -> f64| std::array::from_fn(|lane| value(groups(lane)));
+        Self { a: pick(|g| g.a), k: pick(|g| g.k), b2: pick(|g| 2.0 * g.b), c: pick(|g| g.c) }
+    }
+
+    /// d delta / d theta of every lane.
+    ///
+    /// `room` collects over all calls how far each lane stays inside the domain of the polar form; a lane
+    /// whose room is not positive at the end (or whose state is not finite) has no answer.
+    #[inline(always)]
+    pub(super) fn slope(&self, angle: Angle, delta: &[f64; LANES], room: &mut [f64; LANES]) -> [f64; LANES] {
+        let mut slope = [0.0; LANES];
+        for lane in 0..LANES {
+            let r = 1.0 + delta[lane];
+            let terms = self.terms(lane, angle, r, &mut room[lane]);
+            slope[lane] = r * angle.sin_squared * terms.numerator / terms.turn;
+        }
+        slope
+    }
+
+    /// d ln r / d theta of every lane, and its derivative by C = eps c.
+    #[inline(always)]
+    pub(super) fn log_slope(
+        &self,
+        angle: Angle,
+        r: &[f64; LANES],
+        room: &mut [f64; LANES],
+    ) -> ([f64; LANES], [f64; LANES]) {
+        let (mut slope, mut by_c) = ([0.0; LANES], [0.0; LANES]);
+        for lane in 0..LANES {
+            let terms = self.terms(lane, angle, r[lane], &mut room[lane]);
+            let inverse = 1.0 / terms.turn;
+            let ratio = terms.q2 * inverse;
+            slope[lane] = angle.sin_squared * terms.numerator * inverse;
+            by_c[lane] = -angle.sin_squared * ratio * ratio;
+        }
+        (slope, by_c)
+    }
+
+    /// Changes C = eps c of every lane.
+    #[inline(always)]
+    pub(super) fn shift_damping(&mut self, change: &[f64; LANES]) {
+        for (c, change) in self.c.iter_mut().zip(change) {
+            *c += change;
+        }
+    }
+
+    /// C = eps c of every lane.
+    #[inline(always)]
+    pub(super) fn damping(&self) -> &[f64; LANES] {
+        &self.c
+    }
+
+    /// The divergence at scaled radius `r` as numerator / q2, and turn = q2 dth/dt.
+    #[inline(always)]
+    fn terms(&self, lane: usize, angle: Angle, r: f64, room: &mut f64) -> Terms {
+        let s = (-r).mul_add(angle.cos, 1.0);
+        let q = self.k[lane].mul_add(s, 1.0);
+        let q2 = q * q;
+        let linear = self.b2[lane].mul_add(s, self.c[lane]);
+        let numerator = (-linear).mul_add(q2, self.a[lane]);
+        let turn = numerator.mul_add(angle.sin_cos, q2);
+        // q = 0 is the pole of the lower field continued above the belt line.
+        let excess = (-SLOWEST_TURN).mul_add(q2, turn);
+        let tightest = if excess < q - SLOWEST_TURN { excess } else { q - SLOWEST_TURN };
+        *room = if tightest < *room { tightest } else { *room };
+        Terms { numerator, q2, turn }
+    }
+}
+
+/// See [`Lanes::terms`].
+struct Terms {
+    numerator: f64,
+    q2: f64,
+    turn: f64,
+}
