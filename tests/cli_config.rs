@@ -1,6 +1,8 @@
 //! Every configuration that cannot be used ends in one message with place, value and remedy, exit code 2,
 //! and nothing written.
 
+#![cfg(feature = "cli")]
+
 mod cli_common;
 
 use cli_common::Scratch;

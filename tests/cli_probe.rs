@@ -1,5 +1,7 @@
 //! `slipmap probe`: one point and tables of points.
 
+#![cfg(feature = "cli")]
+
 mod cli_common;
 
 use std::process::Stdio;

@@ -171,7 +171,7 @@ fn why_undecided(claim: &Claim, c: f64) -> String {
 }
 
 /// What the simulated flow says.
-fn of_simulation(flow: &Flow, critical: &Result<CriticalDamping, NoCriticalDamping>, c: f64) -> MethodAnswer {
+fn of_simulation(flow: &Flow, critical: &Result<CriticalDamping, NoCriticalDamping>) -> MethodAnswer {
     let root = critical.as_ref().ok().map(|critical| critical.c);
     MethodAnswer {
         method: Method::Simulation,

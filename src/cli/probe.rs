@@ -123,7 +123,10 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         ]);
     }
     table.write(out)?;
-    writeln!(out, "  (margin: in c to the edge of presence, or m/V of the simulation; positive means presence)")?;
+    writeln!(
+        out,
+        "  (margin: in c to the edge of presence, or m/V of the simulation; positive means presence)"
+    )?;
     for method in &answer.methods {
         if let Some(reason) = &method.reason {
             writeln!(out, "  {}: {} because {reason}", method.method.name(), method.verdict.name())?;

@@ -85,26 +85,25 @@ pub(super) fn print(report: &Report) -> Result<(), Failure> {
     table.write(&mut out)?;
 
     writeln!(out)?;
+    let paths = summary.paths.named();
     let simulated: u64 = paths.iter().map(|(_, cells)| cells).sum();
     if simulated > 0 {
-        let paths: Vec<String> = summary
-            .paths
-            .iter()
-            .filter(|(_, cells)| *cells > 0)
-            .map(|(path, cells)| {
-                format!("{} {} ({} %)", path.replace('_', " "), count(*cells), percent(*cells, simulated))
-            })
-            .collect();
-        writeln!(out, "simulation decided by: {}", paths.join(", "))?;
+        let shares = paths.iter().filter(|(_, cells)| *cells > 0).map(|(path, cells)| {
+            format!("{} {} ({} %)", path.replace('_', " "), count(*cells), percent(*cells, simulated))
+        });
+        writeln!(out, "simulation decided by: {}", shares.collect::<Vec<_>>().join(", "))?;
     }
     let audit = &summary.audit;
-    if audit.checked > 0 {
+    if audit.cells > 0 {
         writeln!(
             out,
-            "audit: {} cells decided again by the direct engine: {} agree, {} within the error of the margin, {} disagree",
+            "audit: {} cells decided again by the direct engine, {} verdicts checked: {} confirmed, {} within the \
+             error of the margin, {} without an answer, {} contradicted",
+            count(audit.cells),
             count(audit.checked),
             count(audit.agreed),
             count(audit.within_margin),
+            count(audit.unresolved),
             count(audit.disagreements.len())
         )?;
     }
@@ -120,7 +119,8 @@ pub(super) fn print(report: &Report) -> Result<(), Failure> {
         )?;
     }
     if report.failed() > 0 {
-        writeln!(out, "failed: {} answers", count(report.failed()))?;
+        let listed = report.failed_cells.len();
+        writeln!(out, "{} verdicts failed; the first {listed}:", count(report.failed()))?;
         for cell in report.failed_cells {
             writeln!(out, "  {}: {}", cell.method.name(), probe_line(law, &cell.point, tolerance))?;
         }
@@ -146,7 +146,7 @@ pub(super) fn json(report: &Report) -> Result<(), Failure> {
         })
         .collect();
     let paths: Map<String, Value> =
-        paths.iter().map(|(path, cells)| ((*path).to_owned(), json!(cells))).collect();
+        summary.paths.named().into_iter().map(|(path, cells)| (path.to_owned(), json!(cells))).collect();
     let disagreements: Vec<Value> = summary
         .audit
         .disagreements
@@ -175,11 +175,16 @@ pub(super) fn json(report: &Report) -> Result<(), Failure> {
         "methods": methods,
         "paths": paths,
         "audit": {
+            "cells": summary.audit.cells,
             "checked": summary.audit.checked,
             "agreed": summary.audit.agreed,
             "within_margin": summary.audit.within_margin,
+            "unresolved": summary.audit.unresolved,
             "disagreements": disagreements,
+            "cpu_seconds": summary.audit_seconds,
         },
+        "rhs": summary.rhs,
+        "pack_cpu_seconds": summary.pack_seconds,
         "failed": report.failed(),
         "failed_cells": failed,
     }))
