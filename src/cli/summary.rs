@@ -63,7 +63,7 @@ pub(super) fn print(report: &Report) -> Result<(), Failure> {
         duration(summary.seconds),
         summary.threads,
         if summary.threads == 1 { "" } else { "s" },
-        short(rate(summary.cells, summary.seconds))
+        short3(rate(summary.cells, summary.seconds))
     )?;
 
     let shown = [Verdict::Present, Verdict::Absent, Verdict::Undecided, Verdict::Failed];
@@ -195,14 +195,15 @@ fn rate(cells: u64, seconds: f64) -> f64 {
     cells as f64 / seconds
 }
 
-/// A share in per cent; a share that is not all or nothing never reads 100.0 or 0.0.
+/// A share in per cent. Only nothing reads 0 and only all reads 100.
 #[allow(clippy::cast_precision_loss)] // shown with three digits
 fn percent(part: u64, whole: u64) -> String {
-    let share = 100.0 * part as f64 / whole as f64;
-    match part {
-        0 => "0".into(),
+    match 100.0 * part as f64 / whole as f64 {
+        _ if part == 0 => "0".into(),
         _ if part == whole => "100".into(),
-        _ => format!("{:.1}", share.clamp(0.1, 99.9)),
+        share if share < 0.05 => "<0.1".into(),
+        share if share >= 99.95 => ">99.9".into(),
+        share => format!("{share:.1}"),
     }
 }
 
