@@ -8,6 +8,7 @@
 //! from the exit point (1 - eps c V, V), summed with compensation. Departures from the paper: none.
 
 mod dop853;
+mod orbit;
 mod slip;
 mod trace;
 
@@ -15,7 +16,8 @@ pub use trace::{Ending, Phase, Sample, Start, Trace, trace};
 
 use super::{Failure, Fate, Flow, Landing};
 use crate::filippov::Oscillator;
-use slip::{Contact, Event, Overshoot, Rest, Slip, State};
+use orbit::{Contact, Event, Overshoot, Rest, State};
+use slip::Slip;
 
 /// Width of the sliding segment in x1: the force of static friction acts both ways.
 const SLIDING_WIDTH: f64 = 2.0;
