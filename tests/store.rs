@@ -401,6 +401,53 @@ fn a_place_that_cannot_be_written_is_named() {
     assert!(matches!(error, StoreError::NoFolder { .. }), "{error}");
 }
 
+/// Tells this test program, started again under a limit on file sizes, where to write.
+#[cfg(unix)]
+const FULL_DISK: &str = "SLIPMAP_TEST_FULL_DISK";
+
+#[cfg(unix)]
+#[test]
+fn a_full_disk_is_reported_and_leaves_nothing() {
+    let plan = plan([2, 1, 3, 1, 5, 4], 15, &Field::ALL);
+    if let Some(folder) = std::env::var_os(FULL_DISK) {
+        let path = PathBuf::from(folder).join("map.h5");
+        let write = || {
+            let writer = MapWriter::create(&path, &plan, &provenance(), Existing::Refuse)?;
+            for number in tiles(&plan) {
+                let data = tile_data(&plan, plan.grid.tile(&plan.tile_shape, number));
+                writer.write(writer.pack(&data)?)?;
+            }
+            writer.finish(&outcome())
+        };
+        let error = write().unwrap_err();
+        assert!(matches!(error, StoreError::DiskFull { .. }), "{error}");
+        return;
+    }
+    let (_folder, path, _) = small_map();
+    let blocks = fs::metadata(&path).unwrap().len() / 512;
+    // Room for nothing, for some chunks, for all chunks, for all but the seal.
+    for limit in [0, blocks / 4, blocks / 2, 3 * blocks / 4, blocks - 1, blocks] {
+        let folder = TempDir::new().unwrap();
+        let child = std::process::Command::new("sh")
+            .args([
+                "-c",
+                "trap '' XFSZ; ulimit -f $1; exec \"$0\" --exact a_full_disk_is_reported_and_leaves_nothing",
+            ])
+            .arg(std::env::current_exe().unwrap())
+            .arg(limit.to_string())
+            .env(FULL_DISK, folder.path())
+            .output()
+            .unwrap();
+        assert!(
+            child.status.success(),
+            "limit of {limit} blocks: {}",
+            String::from_utf8_lossy(&child.stdout)
+        );
+        assert_eq!(files(folder.path()), Vec::<String>::new());
+        assert_eq!(String::from_utf8_lossy(&child.stderr), "", "HDF5 is to be silent");
+    }
+}
+
 #[test]
 fn every_flipped_byte_is_found() {
     let folder = TempDir::new().unwrap();

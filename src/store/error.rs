@@ -35,8 +35,11 @@ pub enum StoreError {
         /// On what.
         path: PathBuf,
     },
-    /// The disk is full, or a quota is used up.
-    #[error("no room left for {path}; free space on that disk, write elsewhere, or store fewer fields")]
+    /// The disk is full, or a quota or a limit on the size of files is used up.
+    #[error(
+        "no room left for {path} (disk, quota or limit on file sizes); free space, write elsewhere, or \
+         store fewer fields"
+    )]
     DiskFull {
         /// The file being written.
         path: PathBuf,
@@ -122,7 +125,9 @@ impl StoreError {
     pub(super) fn io(doing: &'static str, path: &Path, source: io::Error) -> Self {
         let path = path.to_path_buf();
         match source.kind() {
-            io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => StoreError::DiskFull { path },
+            io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded | io::ErrorKind::FileTooLarge => {
+                StoreError::DiskFull { path }
+            }
             io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
                 StoreError::NoPermission { doing, path }
             }
@@ -138,7 +143,8 @@ impl StoreError {
         let messages: Vec<&str> =
             frames.iter().flat_map(|stack| stack.iter()).map(hdf5::ErrorFrame::description).collect();
         let says = |signs: &[&str]| messages.iter().any(|m| signs.iter().any(|sign| m.contains(sign)));
-        if says(&["errno = 28,", "errno = 122,", "No space left on device", "Disk quota exceeded"]) {
+        // ENOSPC, EDQUOT and EFBIG, in the words of the C library.
+        if says(&["No space left on device", "Disk quota exceeded", "File too large"]) {
             return StoreError::DiskFull { path };
         }
         let detail = if says(&["unable to lock file"]) {

@@ -101,7 +101,7 @@ impl MapFile {
     /// A single number among the file's attributes, for instance `seconds_METHOD` or `audit_cells`.
     #[must_use]
     pub fn number(&self, name: &str) -> Option<f64> {
-        match self.attributes.get(name).map(|value| value) {
+        match self.attributes.get(name) {
             Some(Value::Reals(values)) if values.len() == 1 => Some(values[0]),
             Some(Value::Integers(values)) if values.len() == 1 => Some(values[0] as f64),
             _ => None,

@@ -68,7 +68,7 @@ impl MapWriter {
         }
         let temporary = Temporary::beside(path)?;
         let schema = Schema::of(plan);
-        let failed = |error: hdf5::Error| StoreError::hdf5("create", temporary.path(), &error);
+        let failed = |error: hdf5::Error| StoreError::hdf5("create", path, &error);
         let file = create_file(temporary.path()).map_err(failed)?;
         for (name, value) in provenance::opening(plan, provenance) {
             value::write(&file, &name, &value).map_err(failed)?;
@@ -105,7 +105,7 @@ impl MapWriter {
         self.check_complete(outcome)?;
         let Self { datasets, file, temporary, output, existing, schema, written, .. } = self;
         let written = written.into_inner().unwrap_or_else(PoisonError::into_inner);
-        let failed = |error: hdf5::Error| StoreError::hdf5("finish", temporary.path(), &error);
+        let failed = |error: hdf5::Error| StoreError::hdf5("finish", &output, &error);
         for ((dataset, variable), written) in datasets.iter().zip(&schema.variables).zip(&written) {
             close_variable(dataset, variable, written).map_err(failed)?;
         }
@@ -119,7 +119,7 @@ impl MapWriter {
         drop(datasets);
         file.flush().map_err(failed)?;
         file.close().map_err(failed)?;
-        seal::seal(temporary.path()).map_err(|source| StoreError::io("write", temporary.path(), source))?;
+        seal::seal(temporary.path()).map_err(|source| StoreError::io("write", &output, source))?;
         temporary.publish(&output, existing)
     }
 
@@ -164,7 +164,7 @@ impl Sink for MapWriter {
     fn write(&self, packed: PackedTile) -> Result<(), StoreError> {
         for chunk in packed.chunks {
             sys::write_chunk(&self.datasets[chunk.variable], &chunk.offset, &chunk.bytes)
-                .map_err(|error| StoreError::hdf5("write", self.temporary.path(), &error))?;
+                .map_err(|error| StoreError::hdf5("write", &self.output, &error))?;
             let mut written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
             let Written { chunks, counts } = &mut written[chunk.variable];
             assert!(chunks[chunk.number].is_none(), "chunk {} was written twice", chunk.number);
