@@ -261,10 +261,15 @@ fn presence_begins_where_the_orbit_lands_on_the_stick_segment() {
         if !(from > 0.0 && from < to) {
             continue;
         }
-        for share in [0.0, 0.5, 0.999] {
-            let p = Stribeck { c: from + share * (to - from), ..base };
+        for c in [0.0, 0.5 * from, from, 0.5 * (from + to), from + 0.999 * (to - from)] {
+            let p = Stribeck { c, ..base };
             let fate = oracle::turn(&p, STEPS_PER_TURN).fate;
-            assert!(matches!(fate, Fate::Sticks(_)), "{p:?} {fate:?}");
+            let sticks = matches!(fate, Fate::Sticks(_));
+            assert!(sticks || c < from, "{p:?} {fate:?}");
+            for test in ["instability", "bendixson", "symmetric"] {
+                let present = p.decide(test) == Decision::Present;
+                assert!(sticks || !present, "{test} ignores the landing: {p:?} {fate:?}");
+            }
         }
         // The true end of the stick segment, by bisection with the oracle.
         let sticks =
