@@ -71,7 +71,7 @@ pub(super) fn print(report: &Report) -> Result<(), Failure> {
     for verdict in shown {
         columns.extend([(verdict.name(), Right), ("%", Right)]);
     }
-    columns.extend([("CPU s", Right), ("cells/CPU s", Right)]);
+    columns.extend([("thread s", Right), ("cells/thread s", Right)]);
     let mut table = Table::new(&columns);
     for method in &summary.methods {
         let mut row = vec![method.method.name().to_owned()];
@@ -181,10 +181,10 @@ pub(super) fn json(report: &Report) -> Result<(), Failure> {
             "within_margin": summary.audit.within_margin,
             "unresolved": summary.audit.unresolved,
             "disagreements": disagreements,
-            "cpu_seconds": summary.audit_seconds,
+            "thread_seconds": summary.audit_seconds,
         },
         "rhs": summary.rhs,
-        "pack_cpu_seconds": summary.pack_seconds,
+        "pack_thread_seconds": summary.pack_seconds,
         "failed": report.failed(),
         "failed_cells": failed,
     }))
