@@ -86,7 +86,7 @@ impl Job {
         let stem = file.file_stem().map_or_else(|| "map".into(), |stem| stem.to_string_lossy().into_owned());
         let title = match root.get("title") {
             None => stem.clone(),
-            Some(node) => node.text()?.to_owned(),
+            Some(node) => line(&node)?.to_owned(),
         };
 
         let grid = grid(&root.section("grid")?, law)?;
@@ -283,11 +283,23 @@ pub fn check_tolerance(value: f64) -> Result<(), String> {
     }
 }
 
+/// Reads a text of one line.
+fn line<'a>(node: &Node<'a>) -> Result<&'a str, ConfigError> {
+    let text = node.text()?;
+    if text.trim().is_empty() {
+        return Err(node.error("the text is empty", "write something, or leave the key out"));
+    }
+    if text.chars().any(char::is_control) {
+        return Err(node.error("the text has line breaks or control characters", "write it on one line"));
+    }
+    Ok(text)
+}
+
 /// Reads the path of the map file.
 fn output_path(node: &Node) -> Result<PathBuf, ConfigError> {
-    let text = node.text()?;
+    let text = line(node)?;
     let path = Path::new(text);
-    if text.is_empty() || text.ends_with(['/', std::path::MAIN_SEPARATOR]) || path.file_name().is_none() {
+    if text.ends_with(['/', std::path::MAIN_SEPARATOR]) || path.file_name().is_none() {
         return Err(node.error("this names no file", "write a file name such as \"results/map.h5\""));
     }
     if path.is_dir() {

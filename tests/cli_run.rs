@@ -174,6 +174,25 @@ fn an_existing_map_is_kept_unless_told_otherwise() {
 }
 
 #[test]
+fn the_configuration_itself_is_never_the_output() {
+    let scratch = scratch();
+    let onto_itself = ["run", "small.toml", "--overwrite", "--set", "output.path=./small.toml"];
+    scratch.run(&onto_itself).refuses(&["is the configuration itself", "help: "]);
+    assert_eq!(scratch.read("small.toml"), SMALL);
+    assert_eq!(scratch.names(), ["small.toml"]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_standard_output_is_an_error() {
+    let scratch = scratch();
+    let mut command = scratch.command(&["run", "small.toml"]);
+    command.stdout(std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap());
+    let run = Run::of(command.stderr(Stdio::piped()).output().unwrap()).ends_with(1);
+    assert!(run.err.contains("cannot write to standard output"), "{}", run.err);
+}
+
+#[test]
 fn a_dry_run_tells_the_size_and_writes_nothing() {
     let scratch = scratch();
     let told = parse(&scratch.run(&["run", "small.toml", "--dry-run", "--json"]).ends_with(0));

@@ -1,6 +1,6 @@
 //! The report of a finished run.
 
-use std::io::{self, Write as _};
+use std::io::Write;
 
 use serde_json::{Map, Value, json};
 
@@ -49,10 +49,9 @@ fn cells_with(method: &MethodSummary, verdict: Verdict) -> u64 {
 }
 
 /// Prints it for a person.
-pub(super) fn print(report: &Report) -> Result<(), Failure> {
+pub(super) fn print(report: &Report, out: &mut dyn Write) -> Result<(), Failure> {
     use Align::{Left, Right};
     let Report { job, summary, .. } = report;
-    let mut out = io::stdout().lock();
     let size = report.file_size().map_or(String::new(), |size| format!(", {}", bytes(size.into())));
     writeln!(out, "{}: {}{size}", job.title, job.output.display())?;
     writeln!(
@@ -82,7 +81,7 @@ pub(super) fn print(report: &Report) -> Result<(), Failure> {
         row.extend([short3(method.seconds), short3(rate(method.cells, method.seconds))]);
         table.row(row);
     }
-    table.write(&mut out)?;
+    table.write(out)?;
 
     writeln!(out)?;
     let paths = summary.paths.named();
@@ -210,4 +209,84 @@ fn percent(part: u64, whole: u64) -> String {
 /// A number with three significant digits.
 fn short3(x: f64) -> String {
     short(format!("{x:.2e}").parse().unwrap_or(x))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::friction::Law;
+    use crate::map::{Audit, Disagreement, Method, Paths};
+    use crate::simulate::{Failure as Breakdown, Fate, Flow};
+
+    fn job() -> Job {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("job.toml");
+        let axes = ["epsilon = 0.1", "alpha = 0.5", "beta = 0.0", "gamma = 1.0", "V = 1.0", "c = [0.0, 1.0]"];
+        std::fs::write(&file, format!("[grid]\n{}\n", axes.join("\n"))).unwrap();
+        Job::load(&file, &[]).unwrap()
+    }
+
+    fn summary(failed: u64, disagreements: Vec<Disagreement>) -> Summary {
+        let counts = Verdict::ALL.map(|verdict| if verdict == Verdict::Failed { failed } else { 0 });
+        Summary {
+            cells: 2,
+            seconds: 1.0,
+            threads: 1,
+            methods: vec![MethodSummary { method: Method::Simulation, cells: 2, seconds: 1.0, counts }],
+            paths: Paths::default(),
+            rhs: 0,
+            audit: Audit { cells: 2, checked: 2, agreed: 1, disagreements, ..Audit::default() },
+            audit_seconds: 0.0,
+            pack_seconds: 0.0,
+        }
+    }
+
+    fn text(report: &Report) -> String {
+        let mut out = Vec::new();
+        print(report, &mut out).unwrap();
+        String::from_utf8(out).unwrap()
+    }
+
+    #[test]
+    fn failures_and_contradictions_are_told_with_their_points() {
+        let job = job();
+        let point = job.plan.grid.point(&[0, 0, 0, 0, 0, 1]);
+        let line = "slipmap probe --epsilon 0.1 --alpha 0.5 --beta 0 --gamma 1 --V 1 --c 1";
+        assert_eq!(probe_line(Law::Stribeck, &point, job.plan.tolerance), line);
+
+        let fine = summary(0, Vec::new());
+        let report = Report { job: &job, summary: &fine, failed_cells: &[] };
+        assert!(!report.is_flawed());
+        assert!(!text(&report).contains("slipmap probe"));
+
+        let failed = summary(1, Vec::new());
+        let cells = [FailedCell { point, method: Method::Simulation }];
+        let report = Report { job: &job, summary: &failed, failed_cells: &cells };
+        assert!(report.is_flawed());
+        assert!(text(&report).contains(&format!("simulation: {line}\n")), "{}", text(&report));
+
+        let fate = Fate::Failed(Breakdown::StepBudget);
+        let direct = Flow { fate, margin: f64::NAN, margin_error: f64::NAN, rhs: 0 };
+        let disagreement = Disagreement { point, method: "symmetric", stored: Verdict::Present, direct };
+        let contradicted = summary(0, vec![disagreement]);
+        let report = Report { job: &job, summary: &contradicted, failed_cells: &[] };
+        assert!(report.is_flawed());
+        assert!(
+            text(&report).contains(&format!("symmetric says present, the direct engine failed: {line}\n"))
+        );
+    }
+
+    #[test]
+    fn shares_never_round_to_nothing_or_all() {
+        let cases = [
+            ((0, 9), "0"),
+            ((9, 9), "100"),
+            ((1, 3), "33.3"),
+            ((1, 10_000), "<0.1"),
+            ((9_999, 10_000), ">99.9"),
+        ];
+        for ((part, whole), text) in cases {
+            assert_eq!(percent(part, whole), text);
+        }
+    }
 }
