@@ -171,7 +171,7 @@ fn check_keys(root: &Section, law: Law) -> Result<(), ConfigError> {
             None => root,
             Some(name) => &root.section(name)?,
         };
-        for key in section.keys().iter().filter(|key| !known.contains(&key.as_str())) {
+        if let Some(key) = section.keys().iter().find(|key| !known.contains(&key.as_str())) {
             let home = schema.iter().find(|(_, keys)| keys.contains(&key.as_str()));
             let remedy = match home {
                 Some((Some(home), _)) => format!("`{key}` belongs in [{home}]"),

@@ -2,6 +2,7 @@
 //! and nothing written.
 
 #![cfg(feature = "cli")]
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 
 mod cli_common;
 

@@ -1,6 +1,7 @@
 //! `slipmap probe`: one point and tables of points.
 
 #![cfg(feature = "cli")]
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 
 mod cli_common;
 

@@ -1,5 +1,6 @@
 //! `slipmap run` and `slipmap check`: maps made, refused, interrupted and damaged.
 #![cfg(feature = "cli")]
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 
 mod cli_common;
 

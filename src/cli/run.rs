@@ -217,7 +217,7 @@ fn outcome(job: &Job, summary: &Summary) -> Outcome {
         threads: summary.threads,
         wall_seconds: summary.seconds,
         seconds: summary.methods.iter().map(|method| (method.method, method.seconds)).collect(),
-        audit: audited.then(|| store::Audit {
+        audit: audited.then_some(store::Audit {
             cells: summary.audit.cells,
             disagreements: summary.audit.disagreements.len() as u64,
         }),
