@@ -524,7 +524,11 @@ fn critical_damping(mut margin: impl FnMut(f64) -> Option<oracle::Known>) -> Opt
         if known.value.abs() <= known.error {
             return Some(middle);
         }
-        if known.value > 0.0 { (lo, at_lo) = (middle, known.value) } else { (hi, at_hi) = (middle, known.value) }
+        if known.value > 0.0 {
+            (lo, at_lo) = (middle, known.value)
+        } else {
+            (hi, at_hi) = (middle, known.value)
+        }
     }
     Some(0.5 * (lo + hi))
 }

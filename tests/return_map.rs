@@ -82,7 +82,10 @@ fn fates_and_landings() {
                     // Next to grazing the landing is the root of a double zero: the square root of the
                     // tolerance is all that the flow's tolerance promises.
                     let expected = expected.unwrap();
-                    assert!((found - expected).abs() <= 1e-5 * (1.0 + expected.abs()), "{point:?} {answer:?}");
+                    assert!(
+                        (found - expected).abs() <= 1e-5 * (1.0 + expected.abs()),
+                        "{point:?} {answer:?}"
+                    );
                 }
             }
             (Fate::SpiralsInward, ReferenceFate::Inward)
