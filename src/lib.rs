@@ -2,6 +2,10 @@
 //! test proves it, where each test fails, and what each answer costs.
 
 pub mod certify;
+#[cfg(feature = "cli")]
+pub mod cli;
+#[cfg(feature = "cli")]
+pub mod config;
 pub mod filippov;
 pub mod friction;
 pub mod map;

@@ -30,9 +30,9 @@ const MOST_SWEEPS: u32 = 40;
 /// Round-off of C in units of its scale: sums of up to 256 terms of that size, with random signs of error.
 const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
 /// Error estimate of C in units of its change from the last circle: the error oscillates as it falls.
-const LAST_CHANGE_WEIGHT: f64 = 5.0;
+const LAST_CHANGE_WEIGHT: f64 = 8.0;
 /// And in units of the change before: two circles may agree by chance, three do not.
-const CHANGE_BEFORE_WEIGHT: f64 = 0.1;
+const CHANGE_BEFORE_WEIGHT: f64 = 0.2;
 /// Largest |ln(r/V)| that [`exp`] covers.
 const LARGEST_LOG: f64 = 0.7;
 
@@ -154,7 +154,9 @@ fn sweep(lanes: &mut Lanes, circle: &Circle, enough: &[f64; LANES]) -> Sweeps {
             change[lane] = -mean[lane] / mean_by_c[lane];
         }
         lanes.shift_damping(&change);
-        if (0..LANES).all(|lane| !(change[lane].abs() > enough[lane]) || !(room[lane] > 0.0)) {
+        // The first sweep sees the unperturbed circle, whatever its size: only from the second on does a
+        // small change mean convergence.
+        if sweeps > 1 && (0..LANES).all(|lane| !(change[lane].abs() > enough[lane]) || !(room[lane] > 0.0)) {
             break;
         }
         for i in 0..size {

@@ -19,13 +19,13 @@ use crate::point::ScaledGroups;
 const LADDER: [usize; 13] = [4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256];
 
 /// Error of a turn in units of its distance from the turn one rung below. The method has order 8 and a
-/// rung is at most 3/4 of the next, so the distance is asymptotically at least 10 times the error; half of
-/// that is kept for rungs that are not asymptotic yet.
-const ERROR_PER_DISTANCE: f64 = 0.25;
+/// rung is at most 3/4 of the next, so the distance is asymptotically at least ten times the error; coarse
+/// rungs are far from asymptotic, and three times the distance is kept.
+const ERROR_PER_DISTANCE: f64 = 3.0;
 
 /// Share of the embedded error estimate (of lower order, hence pessimistic) that is added, so that a chance
 /// agreement of two coarse turns is not taken for accuracy.
-const ERROR_PER_EMBEDDED: f64 = 0.05;
+const ERROR_PER_EMBEDDED: f64 = 0.1;
 
 /// A turn that leaves the domain of the polar form on a rung below this one is tried again on it: coarse
 /// steps may stray out of a domain in which the orbit itself stays.

@@ -14,6 +14,7 @@
 //! than [`Slip::reach`], over which the continuation is tame.
 
 use super::dop853::{self, Compensated, ROUNDING_AMPLIFICATION};
+use super::orbit::{Contact, Event, Motion, Overshoot, Rest, State};
 use crate::filippov::{Oscillator, Side};
 use crate::simulate::Failure;
 use std::f64::consts::TAU;
@@ -30,86 +31,6 @@ const EVENT_WINDOW: f64 = 1e-6;
 
 /// The largest tolerance that is honoured: the geometry of a turn must be resolved in any case.
 const LOOSEST: f64 = 1e-3;
-
-/// A state on an orbit, on a known side of the belt line.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct State {
-    /// x1 and x2, as offsets from the exit point.
-    offset: [Compensated; 2],
-    /// w = x2'.
-    pub(super) w: f64,
-    /// Divergence D of the field.
-    divergence: f64,
-    /// Time since the start.
-    pub(super) time: f64,
-}
-
-impl State {
-    /// x1 minus that of the exit point.
-    pub(super) fn x1_offset(&self) -> f64 {
-        self.offset[0].value()
-    }
-
-    /// x2 - V.
-    pub(super) fn x2_offset(&self) -> f64 {
-        self.offset[1].value()
-    }
-}
-
-/// Whether the orbit moves away from the belt line or back towards it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Motion {
-    /// |x2 - V| grows.
-    Away,
-    /// |x2 - V| falls.
-    Back,
-}
-
-/// What happened in one accepted step.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Event {
-    /// Nothing; or the turn at the far end, which nobody needs to know about.
-    Moved,
-    /// The orbit turned away again at this state, short of the belt line.
-    NearMiss(State),
-    /// The orbit came back to the belt line.
-    Landed(Contact),
-}
-
-/// The arrival at the belt line.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Contact {
-    /// The state on the line.
-    pub(super) at: State,
-    /// The extremum of x2 that the continued field reaches, if it lies in the same step.
-    pub(super) turn: Option<State>,
-    /// The end of the step, beyond the line.
-    pub(super) beyond: State,
-}
-
-/// How far the continued field carries an orbit beyond the belt line.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Overshoot {
-    /// It turns back at this state.
-    Turns(State),
-    /// It leaves the range of the continuation; it was followed to here.
-    Farther(State),
-}
-
-/// Why an orbit will never come back to the belt line; v = x2, w = x2'. Both arguments use sign-certain
-/// bounds of the divergence D over the slip speeds in question.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Rest {
-    /// r^2 = v^2 + w^2 obeys r r' = D w^2, so where D <= 0 for all |v| <= r it never grows.
-    Trapped {
-        /// r, a bound on all later x2.
-        radius: f64,
-    },
-    /// Where D <= -2 between here and the equilibrium, the wedge between w = 0 and w = -v is never left:
-    /// on w = -v, (v + w)' = -v (D + 2) points inward, and so does w' = -v on w = 0. In it |v| falls
-    /// monotonically to zero: x2 has no maximum any more.
-    Creeping,
-}
 
 /// Why a step cannot be made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -144,6 +65,9 @@ pub(super) struct Slip<'a> {
     here: State,
     motion: Motion,
     next_step: f64,
+    /// Length and estimated error of the last accepted step; no error where an arc begins.
+    last_step: f64,
+    last_error: f64,
     /// Bound on the distance of `here` from the exact orbit, as far as the local error estimates go.
     pub(super) error: f64,
     /// Evaluations of the right-hand side so far.
@@ -167,6 +91,8 @@ impl<'a> Slip<'a> {
             here: State { offset: [Compensated::default(); 2], w: 0.0, divergence: 0.0, time: 0.0 },
             motion: Motion::Away,
             next_step: 0.0,
+            last_step: 1.0,
+            last_error: 0.0,
             error: 0.0,
             rhs: 0,
             steps_left: STEP_BUDGET,
@@ -228,6 +154,7 @@ impl<'a> Slip<'a> {
     fn begin(&mut self, state: State, motion: Motion) {
         self.here = state;
         self.motion = motion;
+        self.last_error = 0.0;
         // A cautious first step; the error control takes over from it.
         self.next_step = 0.2 * self.time_scale(&state);
     }
@@ -381,8 +308,8 @@ impl<'a> Slip<'a> {
         if !(scale.is_finite() && left.w.is_finite()) {
             return Err(Failure::NotFinite);
         }
-        // The rounding errors of independent slopes, each a few units in the last place.
-        let rounding_rate = ROUNDING_AMPLIFICATION * f64::EPSILON * self.magnitude(left);
+        // The slopes of a step have independent rounding errors of about 2^-53 of their terms.
+        let rounding_rate = ROUNDING_AMPLIFICATION * 0.5 * f64::EPSILON * self.magnitude(left);
         // A turn lasts 2 pi, give or take: its local errors then add up to the tolerance.
         let allowed_rate = (self.tolerance * self.oscillator.belt_speed / TAU).max(rounding_rate);
         let mut h = self.next_step.min(self.longest_turn * scale).min(end_time - left.time);
@@ -405,9 +332,12 @@ impl<'a> Slip<'a> {
                 }
             };
             let allowed = allowed_rate * h;
+            // Estimates pass through zero where errors do not, so the next step is not built on one alone.
+            let last = self.last_error * (h / self.last_step).powi(8);
             // The error per unit step falls like the 7th power of the step.
-            let factor = (0.9 * (allowed / error).powf(1.0 / 7.0)).clamp(0.2, 5.0);
+            let factor = (0.9 * (allowed / error.max(last)).powf(1.0 / 7.0)).clamp(0.2, 5.0);
             if error <= allowed {
+                (self.last_step, self.last_error) = (h, error);
                 // In the Euclidean norm of (x1, x2) neighbouring orbits separate at most at the rate D.
                 let growth = left.divergence.max(right.divergence).max(0.0);
                 self.error = self.error * (growth * h).exp() + error + rounding_rate * h;
@@ -528,9 +458,9 @@ impl<'a> Slip<'a> {
 /// How far beyond the belt line the field of one side can be continued without meeting anything violent:
 /// at most V/8, and less if the divergence changes there much faster than on the near side.
 ///
-/// The divergence is compared at equal distances d on both sides of the line, its changes from the line
-/// itself may differ by a factor of four. For a pole at distance p that is met up to d = 0.42 p, and as d is doubled
-/// from a tiny value upwards the pole cannot be stepped over.
+/// The divergence is compared at equal distances d on both sides of the line: its changes from the line
+/// itself may differ by a factor of four. With a pole 1/(d - p)^2 that holds for d up to 0.42 p, and as d
+/// is doubled from a tiny value upwards the pole cannot be stepped over.
 fn continuation_reach(oscillator: &Oscillator) -> f64 {
     let at_line = oscillator.divergence(0.0);
     let rounding = 16.0 * f64::EPSILON * (at_line.abs() + oscillator.viscous);

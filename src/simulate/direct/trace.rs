@@ -1,6 +1,7 @@
 //! Sampled orbits, for phase portraits and for questions about basins.
 
-use super::slip::{Contact, Event, Rest, Slip};
+use super::orbit::{Contact, Event, Rest};
+use super::slip::Slip;
 use super::{Failure, SLIDING_WIDTH};
 use crate::filippov::{BeltRegion, Oscillator, Side};
 

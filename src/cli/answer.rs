@@ -1,0 +1,268 @@
+//! Everything that is known of one point.
+
+use serde_json::{Map, Value, json};
+
+use super::output::{short, signed};
+use super::point::coordinates;
+use crate::certify::{Claim, Decision};
+use crate::filippov::{Eigenvalues, Oscillator};
+use crate::friction::Law;
+use crate::map::{self, Method, Regime, Verdict};
+use crate::point::Point;
+use crate::simulate::{self, CriticalDamping, Fate, Flow, Landing, NoCriticalDamping};
+
+/// What one method says.
+#[derive(Debug)]
+pub(super) struct MethodAnswer {
+    /// The method.
+    pub(super) method: Method,
+    /// Its verdict.
+    pub(super) verdict: Verdict,
+    /// As in a map: of a test the signed distance in c to the edge of presence, -infinity where the test
+    /// claims none; of the simulation the scaled grazing margin m / V, NaN where the flow has none.
+    pub(super) margin: f64,
+    /// The edge of presence; `None` where the method has none at c >= 0.
+    pub(super) critical_c: Option<f64>,
+    /// Why the verdict is neither presence nor absence.
+    pub(super) reason: Option<String>,
+}
+
+/// All answers but the second engine's.
+#[derive(Debug)]
+pub(super) struct Answer {
+    /// The friction law.
+    pub(super) law: Law,
+    /// The point.
+    pub(super) point: Point,
+    /// Bound on the error of the grazing margin that the simulation aimed at.
+    pub(super) tolerance: f64,
+    /// The oscillator there.
+    pub(super) oscillator: Oscillator,
+    /// One answer per method, in the order of [`Method::all`].
+    pub(super) methods: Vec<MethodAnswer>,
+    /// The flow by the return map.
+    pub(super) flow: Flow,
+    /// The exact critical damping; negative where no legal damping is small enough for a cycle.
+    pub(super) critical: Result<CriticalDamping, NoCriticalDamping>,
+    /// The long-run behaviour.
+    pub(super) regime: Regime,
+}
+
+impl Answer {
+    /// Asks every method.
+    pub(super) fn of(law: Law, point: &Point, tolerance: f64) -> Self {
+        let column = law.column(point);
+        let oscillator = Oscillator::new(law, point);
+        let flow = simulate::flow(&oscillator, tolerance);
+        let critical = simulate::critical_damping(&column, tolerance);
+        let methods = Method::all()
+            .map(|method| match method {
+                Method::Test(test) => of_test(method, &(test.claim)(&column), point.damping),
+                Method::Simulation => of_simulation(&flow, &critical),
+            })
+            .collect();
+        let regime = map::regime(&oscillator, &flow);
+        Self { law, point: *point, tolerance, oscillator, methods, flow, critical, regime }
+    }
+
+    /// Where and when the orbit sticks, if it does.
+    pub(super) fn landing(&self) -> Option<Landing> {
+        landing(&self.flow)
+    }
+
+    /// Everything, for `--json`, with the flow of the second engine.
+    pub(super) fn json(&self, direct: &Flow) -> Value {
+        let point: Map<String, Value> = coordinates(self.law, &self.point)
+            .into_iter()
+            .map(|(name, value)| (name.to_owned(), json!(value)))
+            .collect();
+        let methods: Map<String, Value> = self
+            .methods
+            .iter()
+            .map(|answer| {
+                let entry = json!({
+                    "verdict": answer.verdict.name(),
+                    "margin": answer.margin,
+                    "critical_c": answer.critical_c,
+                    "guarantee": answer.method.guarantee().name(),
+                    "equation": answer.method.equation(),
+                    "reason": answer.reason,
+                });
+                (answer.method.name().to_owned(), entry)
+            })
+            .collect();
+        let critical = match &self.critical {
+            Ok(root) => json!({ "value": root.c, "error": root.error, "rhs": root.rhs, "reason": null }),
+            Err(why) => json!({ "value": null, "error": null, "rhs": null, "reason": why.to_string() }),
+        };
+        let oscillator = &self.oscillator;
+        let eigenvalues = match oscillator.eigenvalues() {
+            Eigenvalues::Complex { re, im } => json!([{ "re": re, "im": -im }, { "re": re, "im": im }]),
+            Eigenvalues::Real { slow, fast } => json!([{ "re": slow, "im": 0.0 }, { "re": fast, "im": 0.0 }]),
+        };
+        json!({
+            "law": self.law.name(),
+            "point": point,
+            "tolerance": self.tolerance,
+            "methods": methods,
+            "flow": { "return_map": flow_json(&self.flow), "direct": flow_json(direct) },
+            "critical_c": critical,
+            "regime": self.regime.name(),
+            "equilibrium": {
+                "x1": oscillator.equilibrium_x1(),
+                "x2": 0.0,
+                "divergence": oscillator.divergence(oscillator.belt_speed),
+                "type": equilibrium_type(oscillator),
+                "eigenvalues": eigenvalues,
+            },
+            "sliding_segment": {
+                "from_x1": oscillator.upper_tangency_x1(),
+                "to_x1": oscillator.exit_x1(),
+                "x2": oscillator.belt_speed,
+            },
+            "exit_point": { "x1": oscillator.exit_x1(), "x2": oscillator.belt_speed },
+            "landing": self.landing().map(|landing| landing_json(&landing)),
+        })
+    }
+}
+
+/// What a closed-form test says.
+fn of_test(method: Method, claim: &Claim, c: f64) -> MethodAnswer {
+    let decision = claim.decide(c);
+    let edge = claim.present_below;
+    let reason = (decision == Decision::Undecided).then(|| why_undecided(claim, c));
+    MethodAnswer {
+        method,
+        verdict: decision.into(),
+        margin: claim.margin(c),
+        critical_c: (edge >= 0.0).then_some(edge),
+        reason,
+    }
+}
+
+/// Why a claim says nothing at damping `c`.
+fn why_undecided(claim: &Claim, c: f64) -> String {
+    let Claim { sticks_from, present_below, absent_above } = *claim;
+    if *claim == Claim::NOTHING {
+        return "the test does not apply to this law".into();
+    }
+    if c < present_below && c < sticks_from {
+        let from = match sticks_from.is_finite() {
+            true => format!("c >= {} would rule that out", short(sticks_from)),
+            false => "no damping rules that out".into(),
+        };
+        return format!("the orbit returns, but might land beyond the stick segment; {from}");
+    }
+    match (present_below >= 0.0, absent_above.is_finite()) {
+        (true, true) => format!(
+            "the test claims presence below c = {} and absence above c = {} only",
+            short(present_below),
+            short(absent_above)
+        ),
+        (true, false) => {
+            format!("the test claims presence only, and that below c = {}", short(present_below))
+        }
+        (false, true) => format!(
+            "the test claims absence only at these parameters, and that above c = {}",
+            short(absent_above)
+        ),
+        (false, false) => "the test claims presence only, and none at these parameters".into(),
+    }
+}
+
+/// What the simulated flow says.
+fn of_simulation(flow: &Flow, critical: &Result<CriticalDamping, NoCriticalDamping>) -> MethodAnswer {
+    let root = critical.as_ref().ok().map(|critical| critical.c);
+    MethodAnswer {
+        method: Method::Simulation,
+        verdict: verdict(&flow.fate),
+        margin: flow.margin,
+        critical_c: root.filter(|&root| root >= 0.0),
+        reason: match flow.fate {
+            Fate::TooCloseToCall => Some(format!(
+                "the grazing margin {} is smaller than its error {}",
+                signed(flow.margin),
+                short(flow.margin_error)
+            )),
+            Fate::Failed(failure) => Some(failure.to_string()),
+            Fate::Sticks(_) | Fate::SpiralsInward | Fate::CrossesForever => None,
+        },
+    }
+}
+
+/// The verdict that a fate means.
+pub(super) fn verdict(fate: &Fate) -> Verdict {
+    match fate {
+        Fate::Sticks(_) => Verdict::Present,
+        Fate::SpiralsInward | Fate::CrossesForever => Verdict::Absent,
+        Fate::TooCloseToCall => Verdict::Undecided,
+        Fate::Failed(_) => Verdict::Failed,
+    }
+}
+
+/// Where and when the orbit sticks, if it does.
+pub(super) fn landing(flow: &Flow) -> Option<Landing> {
+    match flow.fate {
+        Fate::Sticks(landing) => Some(landing),
+        _ => None,
+    }
+}
+
+/// A fate in one word.
+pub(super) fn fate_name(fate: &Fate) -> &'static str {
+    match fate {
+        Fate::Sticks(_) => "sticks",
+        Fate::SpiralsInward => "spirals_inward",
+        Fate::CrossesForever => "crosses_forever",
+        Fate::TooCloseToCall => "too_close_to_call",
+        Fate::Failed(_) => "failed",
+    }
+}
+
+/// "unstable focus" and the like.
+pub(super) fn equilibrium_type(oscillator: &Oscillator) -> &'static str {
+    match oscillator.eigenvalues() {
+        Eigenvalues::Complex { re, .. } if re < 0.0 => "stable focus",
+        Eigenvalues::Complex { re, .. } if re > 0.0 => "unstable focus",
+        Eigenvalues::Complex { .. } => "centre of the linearisation",
+        Eigenvalues::Real { slow, .. } if slow < 0.0 => "stable node",
+        Eigenvalues::Real { .. } => "unstable node",
+    }
+}
+
+/// A regime in words.
+pub(super) fn regime_words(regime: Regime) -> &'static str {
+    match regime {
+        Regime::Equilibrium => "steady slip at the equilibrium is the only attractor",
+        Regime::StickSlip => "the stick-slip cycle is the only attractor",
+        Regime::Bistable => "the equilibrium and the stick-slip cycle both attract",
+        Regime::PureSlip => "a cycle that slips all the time below the belt line",
+        Regime::Crossing => "a cycle that crosses the belt line and never sticks",
+        Regime::Failed => "not determined",
+    }
+}
+
+fn flow_json(flow: &Flow) -> Value {
+    json!({
+        "fate": fate_name(&flow.fate),
+        "verdict": verdict(&flow.fate).name(),
+        "margin": flow.margin,
+        "margin_error": flow.margin_error,
+        "rhs": flow.rhs,
+        "landing": landing(flow).map(|landing| landing_json(&landing)),
+        "reason": match flow.fate {
+            Fate::Failed(failure) => Some(failure.to_string()),
+            _ => None,
+        },
+    })
+}
+
+fn landing_json(landing: &Landing) -> Value {
+    json!({
+        "x1": landing.x1,
+        "slip_time": landing.slip_time,
+        "stick_time": landing.stick_time,
+        "period": landing.slip_time + landing.stick_time,
+        "crossings": landing.crossings,
+    })
+}

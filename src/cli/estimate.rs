@@ -1,0 +1,173 @@
+//! `slipmap run --dry-run`: how large a map would be and how long it would take.
+
+use std::convert::Infallible;
+use std::io::{self, Write as _};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
+use serde_json::{Map, Value, json};
+
+use super::output::{self, Align, Table, bytes, count, duration};
+use super::run::Room;
+use super::{Ended, Failure};
+use crate::config::Job;
+use crate::filippov::Oscillator;
+use crate::map::{self, Control, Grid, Plan, Sink, TileData};
+use crate::simulate;
+
+/// A sample that takes this long is long enough to extrapolate from.
+const ENOUGH: Duration = Duration::from_millis(200);
+/// A sample is broken off after this long.
+const TOO_LONG: Duration = Duration::from_secs(1);
+/// Each sample has this many times the columns of the one before.
+const GROWTH: usize = 4;
+/// Cells of the audit that are timed.
+const AUDITED: usize = 8;
+
+/// Reports on `job` without computing it.
+pub(super) fn run(job: &Job, room: &Room, threads: Option<usize>, as_json: bool) -> Result<Ended, Failure> {
+    let plan = &job.plan;
+    let grid = &plan.grid;
+    let columns = columns(grid);
+    let tiles = grid.tile_count(&plan.tile_shape);
+    let seconds = seconds(plan, threads);
+
+    if as_json {
+        let axes: Map<String, Value> =
+            grid.axes().iter().map(|axis| (axis.name.clone(), json!(axis.values.len()))).collect();
+        output::json(&json!({
+            "title": job.title,
+            "output": job.output.to_string_lossy(),
+            "replaces": room.replaces.is_some(),
+            "axes": axes,
+            "cells": grid.cells(),
+            "columns": columns,
+            "tiles": tiles,
+            "bytes": u64::try_from(plan.bytes()).ok(),
+            "free_bytes": room.free,
+            "seconds": seconds,
+        }))?;
+        return Ok(Ended::Fine);
+    }
+
+    let mut out = io::stdout().lock();
+    writeln!(out, "{} (dry run: nothing is written)", job.title)?;
+    let sizes: Vec<String> =
+        grid.axes().iter().map(|axis| format!("{} {}", axis.name, count(axis.values.len()))).collect();
+    let mut table = Table::new(&[("", Align::Left), ("", Align::Left)]);
+    let mut line = |name: &str, text: String| table.row([name.to_owned(), text]);
+    line("grid", sizes.join(" x "));
+    line("cells", format!("{} in {} columns, {} tiles", count(grid.cells()), count(columns), count(tiles)));
+    line("methods", plan.methods.iter().map(|method| method.name()).collect::<Vec<_>>().join(", "));
+    line("fields", plan.fields.iter().map(|field| field.name()).collect::<Vec<_>>().join(", "));
+    line("output", job.output.display().to_string());
+    if let Some(size) = room.replaces {
+        line("replaces", format!("a file of {}", bytes(size.into())));
+    }
+    line("size", format!("{} before compression", bytes(plan.bytes())));
+    line("free", room.free.map_or("unknown".into(), |free| bytes(free.into())));
+    line("time", format!("about {}, from a timed sample", duration(seconds)));
+    table.write(&mut out)?;
+    Ok(Ended::Fine)
+}
+
+fn columns(grid: &Grid) -> usize {
+    grid.cells() / grid.dampings().len().max(1)
+}
+
+/// Estimated duration of the run: samples of the grid, each larger than the one before, until one takes
+/// long enough to be timed.
+#[allow(clippy::cast_precision_loss)] // an estimate
+fn seconds(plan: &Plan, threads: Option<usize>) -> f64 {
+    let mut wanted = 1;
+    let main = loop {
+        let sample = sample(&plan.grid, wanted);
+        let (cells, elapsed) = timed(plan, &sample, threads);
+        let whole = columns(&sample) == columns(&plan.grid);
+        if elapsed >= ENOUGH || whole {
+            break elapsed.as_secs_f64() * plan.grid.cells() as f64 / cells.max(1) as f64;
+        }
+        wanted *= GROWTH;
+    };
+    main + audit_seconds(plan, threads)
+}
+
+/// A coarser grid of at most `wanted` columns (at least one), spread over the whole. Dampings stay, since
+/// methods work on whole columns.
+fn sample(grid: &Grid, wanted: usize) -> Grid {
+    let mut kept = grid.shape();
+    let outer = kept.len() - 1;
+    while kept[..outer].iter().product::<usize>() > wanted {
+        match kept[..outer].iter_mut().max() {
+            Some(longest) if *longest > 1 => *longest = longest.div_ceil(2),
+            _ => break,
+        }
+    }
+    let nodes = grid.axes().iter().zip(&kept).map(|(axis, &kept)| spread(&axis.values, kept)).collect();
+    // Nodes of a legal grid make a legal grid.
+    Grid::new(grid.law(), nodes).unwrap_or_else(|_| grid.clone())
+}
+
+/// `kept` of the values, evenly spread: the middle of each of `kept` equal stretches.
+fn spread(values: &[f64], kept: usize) -> Vec<f64> {
+    (0..kept).map(|i| values[(2 * i + 1) * values.len() / (2 * kept)]).collect()
+}
+
+/// Computes a sample; number of cells done, and the time it took.
+fn timed(plan: &Plan, sample: &Grid, threads: Option<usize>) -> (usize, Duration) {
+    let workers = threads.unwrap_or_else(rayon::current_num_threads).max(1);
+    // Enough tiles to keep every thread busy.
+    let tile = (sample.cells() / (4 * workers)).max(sample.dampings().len());
+    let tile_shape = sample.tile_shape(tile.min(plan.tile_shape.iter().product()));
+    let plan = Plan { grid: sample.clone(), audit_cells: 0, tile_shape, ..plan.clone() };
+    let (done, stop, start) = (AtomicUsize::new(0), AtomicBool::new(false), Instant::now());
+    let on_cells = |cells| {
+        done.fetch_add(cells, Ordering::Relaxed);
+        if start.elapsed() > TOO_LONG {
+            stop.store(true, Ordering::Relaxed);
+        }
+    };
+    // Interrupted or not, the cells done in the time are what counts.
+    let _ = map::compute(&plan, &Nowhere, &Control { threads, on_cells: &on_cells, stop: &stop });
+    (done.load(Ordering::Relaxed), start.elapsed())
+}
+
+/// Estimated duration of the audit, from a few cells of it.
+#[allow(clippy::cast_precision_loss)] // an estimate
+fn audit_seconds(plan: &Plan, threads: Option<usize>) -> f64 {
+    let cells = plan.audit_cells.min(plan.grid.cells());
+    if cells == 0 {
+        return 0.0;
+    }
+    let grid = sample(&plan.grid, AUDITED);
+    let (start, mut timed) = (Instant::now(), 0);
+    let all = vec![1; grid.axes().len()];
+    for number in (0..grid.cells()).step_by((grid.cells() / AUDITED).max(1)) {
+        let tile = grid.tile(&all, number);
+        let index: Vec<usize> = tile.ranges.iter().map(|range| range.start).collect();
+        let oscillator = Oscillator::new(grid.law(), &grid.point(&index));
+        std::hint::black_box(simulate::direct::flow(&oscillator, plan.tolerance));
+        timed += 1;
+        if start.elapsed() > ENOUGH {
+            break;
+        }
+    }
+    let workers = threads.unwrap_or_else(rayon::current_num_threads).max(1);
+    start.elapsed().as_secs_f64() / f64::from(timed) * cells as f64 / workers as f64
+}
+
+/// A sink that forgets.
+struct Nowhere;
+
+impl Sink for Nowhere {
+    type Packed = ();
+    type Error = Infallible;
+
+    fn pack(&self, _: &TileData) -> Result<(), Infallible> {
+        Ok(())
+    }
+
+    fn write(&self, (): ()) -> Result<(), Infallible> {
+        Ok(())
+    }
+}

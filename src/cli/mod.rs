@@ -1,0 +1,118 @@
+//! The command-line program. Data goes to standard output, progress and messages to standard error.
+//!
+//! Exit codes: 0 all is well; 1 the job ran but something in it failed; 2 bad input, with nothing written;
+//! 130 interrupted.
+
+mod answer;
+mod check;
+mod estimate;
+mod interrupt;
+mod output;
+mod point;
+mod probe;
+mod probe_table;
+mod progress;
+mod run;
+mod summary;
+
+use std::io::{self, Write as _};
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use crate::config::ConfigError;
+
+/// Maps where in parameter space a dry-friction oscillator on a moving belt stick-slips, which mathematical
+/// test proves it, where each test fails, and what each answer costs.
+#[derive(Debug, Parser)]
+#[command(name = "slipmap", version = VERSION, max_term_width = 100, after_help = EXAMPLES)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+/// The version and the state of the sources that it was built from.
+const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (git ", env!("SLIPMAP_GIT"), ")");
+
+const EXAMPLES: &str = "\
+Examples:
+  slipmap run configs/quickstart.toml
+  slipmap probe --epsilon 0.1 --alpha 0.3 --beta 0.1 --gamma 2 --V 1 --c 0.5
+  slipmap check results/quickstart.h5
+
+Exit codes: 0 ok, 1 the job ran but something in it failed, 2 bad input, 130 interrupted";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Compute a map from a configuration file
+    Run(run::Arguments),
+    /// Ask every method about one point, or about each row of a table
+    Probe(probe::Arguments),
+    /// Verify a map file: completeness, checksums, schema
+    Check(check::Arguments),
+}
+
+/// How a command ended when nothing stopped it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Ended {
+    /// All is well.
+    Fine,
+    /// The job ran, but something in it failed; the report says what.
+    Flawed,
+}
+
+/// Why a command stopped.
+#[derive(Debug)]
+enum Failure {
+    /// The input cannot be used; nothing was written.
+    BadInput(String),
+    /// The input was fine, but the job could not be done.
+    Broken(String),
+    /// The user stopped it.
+    Interrupted,
+    /// Nobody reads our output any more: a reason to stop, not an error.
+    ReaderGone,
+}
+
+impl From<ConfigError> for Failure {
+    fn from(error: ConfigError) -> Self {
+        Failure::BadInput(error.to_string())
+    }
+}
+
+/// Errors of writing to standard output; files have their own messages.
+impl From<io::Error> for Failure {
+    fn from(error: io::Error) -> Self {
+        match error.kind() {
+            io::ErrorKind::BrokenPipe => Failure::ReaderGone,
+            _ => Failure::Broken(format!("cannot write to standard output: {error}")),
+        }
+    }
+}
+
+/// Runs the program on the arguments of the process.
+#[must_use]
+pub fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let result = match arguments.command {
+        Command::Run(arguments) => run::run(&arguments),
+        Command::Probe(arguments) => probe::run(&arguments),
+        Command::Check(arguments) => check::run(&arguments),
+    };
+    let (code, message) = match result {
+        Ok(Ended::Fine) | Err(Failure::ReaderGone) => (0, None),
+        Ok(Ended::Flawed) => (1, None),
+        Err(Failure::Broken(message)) => (1, Some(message)),
+        Err(Failure::BadInput(message)) => (2, Some(message)),
+        Err(Failure::Interrupted) => (130, Some("interrupted; nothing was written".into())),
+    };
+    if let Some(message) = message {
+        say(&format!("error: {message}"));
+    }
+    ExitCode::from(code)
+}
+
+/// Writes a message to standard error. If that is closed, there is nobody left to tell.
+fn say(message: &str) {
+    let _ = writeln!(io::stderr().lock(), "{message}");
+}

@@ -1,0 +1,200 @@
+//! What is printed: numbers, aligned tables, JSON.
+
+use std::io::{self, Write};
+
+use serde::Serialize;
+
+/// A number with six significant digits, trailing zeros dropped: 0.25, 1.5e-9, 123457.
+pub(super) fn short(x: f64) -> String {
+    const DIGITS: i32 = 6;
+    if x == 0.0 {
+        return "0".into();
+    }
+    if !x.is_finite() {
+        return if x.is_nan() {
+            "-".into()
+        } else if x > 0.0 {
+            "+inf".into()
+        } else {
+            "-inf".into()
+        };
+    }
+    // The exponent after rounding to six digits, so that 0.9999999 becomes 1 and not 1.00000.
+    let rounded = format!("{x:.*e}", (DIGITS - 1) as usize);
+    let (mantissa, exponent) = rounded.split_once('e').unwrap_or((&rounded, "0"));
+    let exponent: i32 = exponent.parse().unwrap_or(0);
+    let trim = |text: &str| match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text.to_owned(),
+    };
+    if (-4..DIGITS).contains(&exponent) {
+        trim(&format!("{x:.*}", (DIGITS - 1 - exponent) as usize))
+    } else {
+        format!("{}e{exponent}", trim(mantissa))
+    }
+}
+
+/// A number with its sign, see [`short`].
+pub(super) fn signed(x: f64) -> String {
+    let text = short(x);
+    if x > 0.0 && x.is_finite() { format!("+{text}") } else { text }
+}
+
+/// A number that reads back as itself: the shortest such decimal.
+pub(super) fn exact(x: f64) -> String {
+    // Unlike `{}`, `{:?}` turns to an exponent for very large and very small numbers.
+    let text = format!("{x:?}");
+    text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
+}
+
+/// A count in groups of three digits: 1,234,567.
+pub(super) fn count(n: impl TryInto<u128>) -> String {
+    let digits = n.try_into().unwrap_or(u128::MAX).to_string();
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i) % 3 == 0 {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// A number of bytes in the unit that suits it.
+#[allow(clippy::cast_precision_loss)] // three digits are shown
+pub(super) fn bytes(n: u128) -> String {
+    const UNITS: [&str; 7] = ["B", "kB", "MB", "GB", "TB", "PB", "EB"];
+    let mut size = n as f64;
+    let mut unit = 0;
+    while size >= 999.5 && unit + 1 < UNITS.len() {
+        size /= 1000.0;
+        unit += 1;
+    }
+    match unit {
+        0 => format!("{n} B"),
+        _ if size < 9.995 => format!("{size:.2} {}", UNITS[unit]),
+        _ if size < 99.95 => format!("{size:.1} {}", UNITS[unit]),
+        _ => format!("{size:.0} {}", UNITS[unit]),
+    }
+}
+
+/// A duration in words that suit it.
+pub(super) fn duration(seconds: f64) -> String {
+    if seconds < 1.0 {
+        format!("{:.0} ms", seconds * 1e3)
+    } else if seconds < 100.0 {
+        format!("{seconds:.1} s")
+    } else if seconds < 5400.0 {
+        format!("{:.0} min", seconds / 60.0)
+    } else if seconds < 172_800.0 {
+        format!("{:.1} h", seconds / 3600.0)
+    } else {
+        format!("{:.1} days", seconds / 86_400.0)
+    }
+}
+
+/// On which side a column is flush.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Align {
+    /// Words.
+    Left,
+    /// Numbers.
+    Right,
+}
+
+/// A table whose columns are as wide as their widest cell.
+#[derive(Debug)]
+pub(super) struct Table {
+    align: Vec<Align>,
+    rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    /// A table with the given columns; an empty heading everywhere means none.
+    pub(super) fn new(columns: &[(&str, Align)]) -> Self {
+        let headings: Vec<String> = columns.iter().map(|(heading, _)| (*heading).to_owned()).collect();
+        let rows = if headings.iter().all(String::is_empty) { Vec::new() } else { vec![headings] };
+        Self { align: columns.iter().map(|(_, align)| *align).collect(), rows }
+    }
+
+    /// Appends a row.
+    pub(super) fn row(&mut self, cells: impl IntoIterator<Item = String>) {
+        self.rows.push(cells.into_iter().collect());
+    }
+
+    /// Writes it, indented by two spaces.
+    pub(super) fn write(&self, out: &mut dyn Write) -> io::Result<()> {
+        let width = |column: usize| {
+            self.rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max()
+        };
+        let widths: Vec<usize> = (0..self.align.len()).map(|column| width(column).unwrap_or(0)).collect();
+        for row in &self.rows {
+            let mut line = String::new();
+            for ((cell, &width), align) in row.iter().zip(&widths).zip(&self.align) {
+                line.push_str("  ");
+                match align {
+                    Align::Left => line.push_str(&format!("{cell:<width$}")),
+                    Align::Right => line.push_str(&format!("{cell:>width$}")),
+                }
+            }
+            writeln!(out, "{}", line.trim_end())?;
+        }
+        Ok(())
+    }
+}
+
+/// Prints `value` as JSON. What is not a finite number is null there.
+pub(super) fn json(value: &impl Serialize) -> Result<(), super::Failure> {
+    let text = serde_json::to_string_pretty(value)
+        .map_err(|error| super::Failure::Broken(format!("cannot form the JSON: {error}")))?;
+    Ok(writeln!(io::stdout().lock(), "{text}")?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_read_well() {
+        let cases = [
+            (0.25, "0.25"),
+            (1.5e-9, "1.5e-9"),
+            (123_456.7, "123457"),
+            (1_234_567.0, "1.23457e6"),
+            (0.999_999_99, "1"),
+            (-0.1, "-0.1"),
+            (0.0001, "0.0001"),
+            (100.0, "100"),
+            (f64::NAN, "-"),
+            (f64::NEG_INFINITY, "-inf"),
+        ];
+        for (x, text) in cases {
+            assert_eq!(short(x), text);
+        }
+        assert_eq!(signed(0.5), "+0.5");
+        assert_eq!(count(1_234_567_u64), "1,234,567");
+        assert_eq!(count(999_u64), "999");
+        assert_eq!(bytes(999), "999 B");
+        assert_eq!(bytes(1_234_567), "1.23 MB");
+        assert_eq!(bytes(999_999), "1.00 MB");
+    }
+
+    #[test]
+    fn exact_numbers_read_back() {
+        for x in [0.1, 1.0, 1e-300, 5e-324, f64::MAX, -2.5e17, 1.0 / 3.0] {
+            assert_eq!(exact(x).parse::<f64>().unwrap().to_bits(), x.to_bits(), "{}", exact(x));
+            assert!(exact(x).len() < 25, "{}", exact(x));
+        }
+        assert_eq!(exact(32.0), "32");
+    }
+
+    #[test]
+    fn tables_align() {
+        let mut table = Table::new(&[("name", Align::Left), ("n", Align::Right)]);
+        table.row(["a".into(), "10".into()]);
+        table.row(["longer".into(), "1".into()]);
+        let mut text = Vec::new();
+        table.write(&mut text).unwrap();
+        assert_eq!(String::from_utf8(text).unwrap(), "  name     n\n  a       10\n  longer   1\n");
+    }
+}

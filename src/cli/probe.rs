@@ -1,0 +1,222 @@
+//! `slipmap probe`: every answer about one point.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::answer::{self, Answer};
+use super::output::{Align, Table, count, exact, json, short, signed};
+use super::point::{PointArguments, coordinates, parse_law};
+use super::{Ended, Failure, probe_table};
+use crate::config::{DEFAULT_TOLERANCE, check_tolerance};
+use crate::filippov::Eigenvalues;
+use crate::friction::Law;
+use crate::simulate::{self, Flow};
+
+/// Ask every method about one point, or about each row of a table.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(super) struct Arguments {
+    #[command(flatten)]
+    point: PointArguments,
+    /// Friction law
+    #[arg(long, value_parser = parse_law, default_value = Law::ALL[0].name())]
+    law: Law,
+    /// Bound on the error of the scaled grazing margin m / V that the simulation aims at [default: 1e-9]
+    #[arg(long, value_name = "NUMBER", value_parser = parse_tolerance)]
+    tolerance: Option<f64>,
+    /// Print JSON instead of text
+    #[arg(long, conflicts_with = "points")]
+    json: bool,
+    /// Read points from this table, `-` for standard input; its header names a column for each parameter, in
+    /// any order; other columns are kept
+    #[arg(long, value_name = "IN.csv", requires = "out")]
+    points: Option<PathBuf>,
+    /// Write the table with the answers appended here, `-` for standard output
+    #[arg(long, value_name = "OUT.csv", requires = "points")]
+    out: Option<PathBuf>,
+    /// Replace OUT.csv if it exists
+    #[arg(long, requires = "points")]
+    overwrite: bool,
+    /// Number of threads for a table; default: one per core
+    #[arg(long, requires = "points", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+    /// No progress bar
+    #[arg(long, requires = "points")]
+    quiet: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  slipmap probe --epsilon 0.1 --alpha 0.3 --beta 0.1 --gamma 2 --V 1 --c 0.5
+  slipmap probe --points points.csv --out answers.csv
+
+A table with the header epsilon,alpha,beta,gamma,V,c (and any other columns) gains the columns
+verdict_METHOD and margin_METHOD of every method, critical_c, regime, landing_x1, stick_time and
+slip_time. A cell is empty where there is no such number.";
+
+fn parse_tolerance(text: &str) -> Result<f64, String> {
+    let value = text.parse().map_err(|_| "this is not a number; write for example 1e-9".to_owned())?;
+    check_tolerance(value).map(|()| value)
+}
+
+/// Runs the command.
+pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
+    let tolerance = arguments.tolerance.unwrap_or(DEFAULT_TOLERANCE);
+    if let (Some(input), Some(output)) = (&arguments.points, &arguments.out) {
+        if !arguments.point.is_empty() {
+            return Err(Failure::BadInput(
+                "both a point and a table were given\n  help: leave out either the parameters or --points"
+                    .into(),
+            ));
+        }
+        return probe_table::run(&probe_table::Job {
+            input,
+            output,
+            overwrite: arguments.overwrite,
+            law: arguments.law,
+            tolerance,
+            threads: arguments.threads.map(usize::from),
+            quiet: arguments.quiet,
+        });
+    }
+    let point = arguments.point.point(arguments.law)?;
+    let answer = Answer::of(arguments.law, &point, tolerance);
+    let direct = simulate::direct::flow(&answer.oscillator, tolerance);
+    if arguments.json {
+        json(&answer.json(&direct))?;
+    } else {
+        write(&mut io::stdout().lock(), &answer, &direct)?;
+    }
+    Ok(Ended::Fine)
+}
+
+/// Writes everything for a person to read.
+fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> {
+    use Align::{Left, Right};
+
+    writeln!(out, "Point of the law `{}`", answer.law.name())?;
+    let words: Vec<String> = coordinates(answer.law, &answer.point)
+        .into_iter()
+        .map(|(name, value)| format!("{name} = {}", exact(value)))
+        .collect();
+    writeln!(out, "  {}\n", words.join("   "))?;
+
+    writeln!(out, "Does a stick-slip limit cycle exist?")?;
+    let mut table = Table::new(&[
+        ("method", Left),
+        ("verdict", Left),
+        ("margin", Right),
+        ("critical c", Right),
+        ("guarantee", Left),
+        ("equation", Left),
+    ]);
+    for method in &answer.methods {
+        table.row([
+            method.method.name().into(),
+            method.verdict.name().into(),
+            signed(method.margin),
+            method.critical_c.map_or("-".into(), short),
+            method.method.guarantee().name().into(),
+            method.method.equation().into(),
+        ]);
+    }
+    table.write(out)?;
+    writeln!(
+        out,
+        "  (margin: in c to the edge of presence, or m/V of the simulation; positive means presence)"
+    )?;
+    for method in &answer.methods {
+        if let Some(reason) = &method.reason {
+            writeln!(out, "  {}: {} because {reason}", method.method.name(), method.verdict.name())?;
+        }
+    }
+
+    writeln!(out, "\nThe flow from the exit point, tolerance {}", short(answer.tolerance))?;
+    let mut table = Table::new(&[
+        ("engine", Left),
+        ("fate", Left),
+        ("margin m/V", Right),
+        ("error", Right),
+        ("right-hand sides", Right),
+    ]);
+    for (name, flow) in [("return map", &answer.flow), ("direct", direct)] {
+        table.row([
+            name.into(),
+            answer::fate_name(&flow.fate).replace('_', " "),
+            signed(flow.margin),
+            short(flow.margin_error),
+            count(flow.rhs),
+        ]);
+    }
+    table.write(out)?;
+
+    writeln!(out)?;
+    let mut table = Table::new(&[("", Left), ("", Left)]);
+    let mut line = |name: &str, text: String| table.row([name.to_owned(), text]);
+    let oscillator = &answer.oscillator;
+    let belt = short(oscillator.belt_speed);
+    line(
+        "critical damping",
+        match &answer.critical {
+            Ok(root) => format!(
+                "c* = {} +- {} ({} right-hand sides){}",
+                exact(root.c),
+                short(root.error),
+                count(root.rhs),
+                if root.c < 0.0 { ": no cycle at any damping" } else { "" }
+            ),
+            Err(why) => format!("none: {why}"),
+        },
+    );
+    line("regime", format!("{}: {}", answer.regime.name(), answer::regime_words(answer.regime)));
+    let eigenvalues = match oscillator.eigenvalues() {
+        Eigenvalues::Complex { re, im } => format!("{} +- {} i", short(re), short(im)),
+        Eigenvalues::Real { slow, fast } => format!("{} and {}", short(slow), short(fast)),
+    };
+    line(
+        "equilibrium",
+        format!(
+            "({}, 0), {}, eigenvalues {eigenvalues}",
+            short(oscillator.equilibrium_x1()),
+            answer::equilibrium_type(oscillator)
+        ),
+    );
+    line(
+        "sticking segment",
+        format!(
+            "{} < x1 < {}, x2 = {belt}",
+            short(oscillator.upper_tangency_x1()),
+            short(oscillator.exit_x1())
+        ),
+    );
+    line("exit point", format!("({}, {belt})", short(oscillator.exit_x1())));
+    match answer.landing() {
+        None => line("stick-slip cycle", "none".into()),
+        Some(landing) => {
+            line(
+                "landing",
+                format!("({}, {belt}), after {} crossings", short(landing.x1), landing.crossings),
+            );
+            line("slip time", short(landing.slip_time));
+            line("stick time", short(landing.stick_time));
+            line("period", short(landing.slip_time + landing.stick_time));
+        }
+    }
+    table.write(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory as _;
+
+    use super::*;
+
+    #[test]
+    fn help_tells_the_default_tolerance() {
+        let help =
+            crate::cli::Arguments::command().find_subcommand_mut("probe").unwrap().render_help().to_string();
+        assert!(help.contains(&format!("[default: {}]", exact(DEFAULT_TOLERANCE))), "{help}");
+    }
+}

@@ -1,0 +1,414 @@
+//! Configuration files: from the text a person wrote to a validated [`Job`].
+//!
+//! ```toml
+//! title = "..."                        # default: the file's name
+//! [friction]
+//! law = "stribeck"                     # default
+//! [grid]                               # every axis of the law; a number, a list, or a range
+//! epsilon = [0.01, 0.1]
+//! alpha = { from = 0.0, to = 0.9, points = 32 }
+//! gamma = { from = 0.1, to = 10.0, points = 32, spacing = "log" }
+//! # beta, V and c likewise
+//! [methods]
+//! run = ["perturbation", "simulation"] # default: all
+//! [simulation]
+//! engine = "auto"                      # default; or direct, return_map, critical_surface
+//! tolerance = 1e-9                     # default
+//! [audit]
+//! cells = 1000                         # default
+//! [output]
+//! path = "results/name.h5"             # default: results/<name of the file>.h5
+//! fields = ["verdict"]                 # default; also: margin, critical_c, regime, landing
+//! compression = 4                      # default
+//! ```
+//!
+//! The output path is relative to the current folder; the folders that it names are created when the run
+//! starts. Everything is checked before anything is computed or written. The text kept in the job is the
+//! one in force, with overrides applied and comments kept.
+
+mod axis;
+mod source;
+
+use std::path::{Path, PathBuf};
+
+pub use source::ConfigError;
+use source::{Node, Section, Source};
+
+use crate::friction::Law;
+use crate::map::{Engine, Field, Grid, GridError, Method, Plan};
+
+/// Cells in a tile, one chunk of the map file: 64 KiB of verdicts, 512 KiB of a real field.
+const TILE_CELLS: usize = 1 << 16;
+
+/// Bound on the error of the scaled grazing margin where none is asked for.
+pub const DEFAULT_TOLERANCE: f64 = 1e-9;
+/// The tightest tolerance that double precision can meet on a margin of order one.
+const TIGHTEST_TOLERANCE: f64 = 1e-14;
+/// Beyond this an error of the margin is no longer small against the margin itself.
+const LOOSEST_TOLERANCE: f64 = 1e-2;
+
+/// A map to be computed, and where it goes.
+#[derive(Clone, Debug)]
+pub struct Job {
+    /// What to compute.
+    pub plan: Plan,
+    /// Title of the map.
+    pub title: String,
+    /// The configuration file.
+    pub config_file: PathBuf,
+    /// The configuration in force, overrides applied.
+    pub config_text: String,
+    /// The map file to write.
+    pub output: PathBuf,
+}
+
+impl Job {
+    /// Reads and validates `file` under the overrides `sets`, each `key.path=value` with a TOML value.
+    ///
+    /// # Errors
+    /// The first thing wrong, with its place, its value and a remedy.
+    pub fn load(file: &Path, sets: &[String]) -> Result<Job, ConfigError> {
+        let source = Source::load(file, sets)?;
+        let root = source.root();
+        let friction = root.section("friction")?;
+        let law = match friction.get("law") {
+            None => Law::Stribeck,
+            Some(node) => choice(&node, &Law::ALL.map(|law| (law.name(), law)), "law")?,
+        };
+        check_keys(&root, law)?;
+
+        let stem = file.file_stem().map_or_else(|| "map".into(), |stem| stem.to_string_lossy().into_owned());
+        let title = match root.get("title") {
+            None => stem.clone(),
+            Some(node) => node.text()?.to_owned(),
+        };
+
+        let grid = grid(&root.section("grid")?, law)?;
+
+        let methods = root.section("methods")?;
+        let methods: Vec<Method> = match methods.get("run") {
+            None => Method::all().collect(),
+            Some(node) => {
+                let all: Vec<_> = Method::all().map(|method| (method.name(), method)).collect();
+                let chosen = choices(&node, &all, "method")?;
+                // Maps and tables list methods in one order, whatever order they were asked for in.
+                Method::all().filter(|method| chosen.contains(method)).collect()
+            }
+        };
+
+        let simulation = root.section("simulation")?;
+        let engine = match simulation.get("engine") {
+            None => Engine::Auto,
+            Some(node) => choice(&node, &Engine::ALL.map(|engine| (engine.name(), engine)), "engine")?,
+        };
+        let tolerance = match simulation.get("tolerance") {
+            None => DEFAULT_TOLERANCE,
+            Some(node) => tolerance(&node)?,
+        };
+
+        let audit_cells = match root.section("audit")?.get("cells") {
+            None => 1000,
+            // The upper limit is that of the type; a grid with fewer cells is audited whole.
+            Some(node) => usize::try_from(node.integer(0, i64::MAX)?).unwrap_or(usize::MAX),
+        };
+        // Without a simulation there is nothing to decide again.
+        let simulated = methods.contains(&Method::Simulation);
+        let audit_cells = if simulated { audit_cells } else { 0 };
+
+        let output = root.section("output")?;
+        let path = match output.get("path") {
+            None => Path::new("results").join(format!("{stem}.h5")),
+            Some(node) => output_path(&node)?,
+        };
+        let fields = match output.get("fields") {
+            None => vec![Field::Verdict],
+            Some(node) => fields(&node, simulated)?,
+        };
+        let compression = match output.get("compression") {
+            None => 4,
+            Some(node) => u8::try_from(node.integer(0, 9)?).unwrap_or(9),
+        };
+
+        let tile_shape = grid.tile_shape(TILE_CELLS);
+        let plan = Plan { grid, methods, fields, engine, tolerance, audit_cells, tile_shape, compression };
+        Ok(Job {
+            plan,
+            title,
+            config_file: source.file().to_owned(),
+            config_text: source.text(),
+            output: path,
+        })
+    }
+}
+
+/// The keys of each section of a configuration for `law`; `None` is the top level.
+fn schema(law: Law) -> Vec<(Option<&'static str>, Vec<&'static str>)> {
+    let sections = vec![
+        ("friction", vec!["law"]),
+        ("grid", Grid::axis_names(law)),
+        ("methods", vec!["run"]),
+        ("simulation", vec!["engine", "tolerance"]),
+        ("audit", vec!["cells"]),
+        ("output", vec!["path", "fields", "compression"]),
+    ];
+    let top = std::iter::once("title").chain(sections.iter().map(|(name, _)| *name)).collect();
+    let mut schema = vec![(None, top)];
+    schema.extend(sections.into_iter().map(|(name, keys)| (Some(name), keys)));
+    schema
+}
+
+/// Refuses every key that no one would read, and says which was probably meant.
+fn check_keys(root: &Section, law: Law) -> Result<(), ConfigError> {
+    let schema = schema(law);
+    for (name, known) in &schema {
+        let section = match name {
+            None => root,
+            Some(name) => &root.section(name)?,
+        };
+        for key in section.keys().iter().filter(|key| !known.contains(&key.as_str())) {
+            let home = schema.iter().find(|(_, keys)| keys.contains(&key.as_str()));
+            let remedy = match home {
+                Some((Some(home), _)) => format!("`{key}` belongs in [{home}]"),
+                Some((None, _)) => format!("`{key}` belongs at the top of the file, before any [section]"),
+                None => nearest("key", key, known),
+            };
+            return Err(section.unknown(key, remedy));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses the keys of `section` that are not `known`.
+fn refuse_unknown_keys(section: &Section, known: &[&'static str]) -> Result<(), ConfigError> {
+    match section.keys().iter().find(|key| !known.contains(&key.as_str())) {
+        Some(key) => Err(section.unknown(key, nearest("key", key, known))),
+        None => Ok(()),
+    }
+}
+
+/// Reads every axis of `law`.
+fn grid(section: &Section, law: Law) -> Result<Grid, ConfigError> {
+    let names = Grid::axis_names(law);
+    let how = |name: &str| {
+        format!(
+            "every axis of the law `{}` ({}) needs one; a fixed value is written {name} = 1.0",
+            law.name(),
+            names.join(", ")
+        )
+    };
+    if !section.is_present() {
+        return Err(section.missing(names[0], how(names[0])));
+    }
+    let mut nodes = Vec::with_capacity(names.len());
+    for name in &names {
+        let node = section.get(name).ok_or_else(|| section.missing(name, how(name)))?;
+        nodes.push((axis::nodes(&node)?, node));
+    }
+    let values = nodes.iter().map(|(values, _)| values.clone()).collect();
+    Grid::new(law, values).map_err(|error| grid_error(&error, &names, &nodes))
+}
+
+/// Finds the value that a [`GridError`] speaks of.
+fn grid_error(error: &GridError, names: &[&str], nodes: &[(Vec<f64>, Node)]) -> ConfigError {
+    let same = |a: f64, b: f64| a == b || (a.is_nan() && b.is_nan());
+    let find = |axis: &str, wanted: &dyn Fn(&[f64], usize) -> bool| {
+        let which = names.iter().position(|name| *name == axis).unwrap_or(0);
+        let (values, node) = &nodes[which];
+        let at = (0..values.len()).find(|&i| wanted(values, i)).unwrap_or(0);
+        (node, at)
+    };
+    let report = |(node, at): (&Node, usize), problem: String, remedy: String| match node.shape() {
+        source::Shape::List(elements) => elements[at].error(&problem, remedy),
+        _ => node.error(&problem, remedy),
+    };
+    match error {
+        GridError::Empty { axis } => report(
+            find(axis, &|_, _| true),
+            "the axis has no values".into(),
+            "give it at least one number".into(),
+        ),
+        GridError::NotFinite { axis, value } => report(
+            find(axis, &|values, i| same(values[i], *value)),
+            format!("{axis} must be finite"),
+            "write a number".into(),
+        ),
+        GridError::OutOfDomain { axis, value, domain } => report(
+            find(axis, &|values, i| same(values[i], *value)),
+            format!("{axis} must be {domain}"),
+            format!("choose values of {axis} that are {domain}"),
+        ),
+        GridError::NotIncreasing { axis, previous, next } => {
+            let at =
+                find(axis, &|values, i| i > 0 && same(values[i - 1], *previous) && same(values[i], *next));
+            if previous == next {
+                report(at, format!("{next} appears twice"), "take out the repetition".into())
+            } else {
+                report(at, format!("{next} follows {previous}"), "sort the list: axes increase".into())
+            }
+        }
+        GridError::TooLarge => {
+            let sizes: Vec<String> =
+                names.iter().zip(nodes).map(|(name, (v, _))| format!("{name} {}", v.len())).collect();
+            nodes[0].1.error(
+                &format!("the grid has more cells than can be counted: {}", sizes.join(" x ")),
+                "take fewer points on the longest axes",
+            )
+        }
+    }
+}
+
+/// Reads the tolerance.
+fn tolerance(node: &Node) -> Result<f64, ConfigError> {
+    let value = node.number()?;
+    check_tolerance(value).map(|()| value).map_err(|problem| {
+        node.error(&problem, "choose a bound on the error of the scaled grazing margin; 1e-9 suits most maps")
+    })
+}
+
+/// Checks a bound on the error of the scaled grazing margin.
+///
+/// # Errors
+/// What it must be.
+pub fn check_tolerance(value: f64) -> Result<(), String> {
+    if (TIGHTEST_TOLERANCE..=LOOSEST_TOLERANCE).contains(&value) {
+        Ok(())
+    } else {
+        Err(format!("the tolerance must be from {TIGHTEST_TOLERANCE:e} to {LOOSEST_TOLERANCE:e}"))
+    }
+}
+
+/// Reads the path of the map file.
+fn output_path(node: &Node) -> Result<PathBuf, ConfigError> {
+    let text = node.text()?;
+    let path = Path::new(text);
+    if text.is_empty() || text.ends_with(['/', std::path::MAIN_SEPARATOR]) || path.file_name().is_none() {
+        return Err(node.error("this names no file", "write a file name such as \"results/map.h5\""));
+    }
+    if path.is_dir() {
+        return Err(node.error("this is a folder", "write a file name such as \"results/map.h5\""));
+    }
+    Ok(path.to_owned())
+}
+
+/// Reads the stored fields.
+fn fields(node: &Node, simulated: bool) -> Result<Vec<Field>, ConfigError> {
+    let chosen = choices(node, &Field::ALL.map(|field| (field.name(), field)), "field")?;
+    let needs_flow = chosen.iter().find(|field| matches!(field, Field::Regime | Field::Landing));
+    if let (false, Some(field)) = (simulated, needs_flow) {
+        return Err(node.error(
+            &format!("the field `{}` comes from the method `simulation`, which is not run", field.name()),
+            format!("add \"simulation\" to methods.run, or leave \"{}\" out", field.name()),
+        ));
+    }
+    // The verdicts are what a map is; they are stored whether asked for or not.
+    Ok(Field::ALL.into_iter().filter(|field| *field == Field::Verdict || chosen.contains(field)).collect())
+}
+
+/// Reads one of several words.
+fn choice<T: Clone>(node: &Node, table: &[(&'static str, T)], noun: &str) -> Result<T, ConfigError> {
+    let word = node.text()?;
+    match table.iter().find(|(name, _)| *name == word) {
+        Some((_, value)) => Ok(value.clone()),
+        None => {
+            let names: Vec<_> = table.iter().map(|(name, _)| *name).collect();
+            Err(node.error(&format!("unknown {noun}"), nearest(noun, word, &names)))
+        }
+    }
+}
+
+/// Reads a list of several words, at least one, none twice.
+fn choices<T: Clone>(node: &Node, table: &[(&'static str, T)], noun: &str) -> Result<Vec<T>, ConfigError> {
+    let elements = node.list(&format!("a list of {noun}s such as [\"{}\"]", table[0].0))?;
+    if elements.is_empty() {
+        return Err(node.error(
+            &format!("no {noun} is named"),
+            format!("name at least one {noun}, or leave the key out"),
+        ));
+    }
+    let mut seen = Vec::new();
+    let mut chosen = Vec::new();
+    for element in &elements {
+        chosen.push(choice(element, table, noun)?);
+        let word = element.text()?;
+        if seen.contains(&word) {
+            return Err(element.error("named twice", "take out the repetition"));
+        }
+        seen.push(word);
+    }
+    Ok(chosen)
+}
+
+/// "the nearest valid key is `alpha`; valid are: .."
+fn nearest(noun: &str, word: &str, valid: &[&'static str]) -> String {
+    let distance = |name: &&&str| strsim::damerau_levenshtein(&word.to_lowercase(), &name.to_lowercase());
+    match valid.iter().min_by_key(distance) {
+        Some(best) if valid.len() > 1 => {
+            format!("the nearest valid {noun} is `{best}`; valid are: {}", valid.join(", "))
+        }
+        Some(only) => format!("the only valid {noun} here is `{only}`"),
+        None => String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MINIMAL: &str = "\
+# my map
+[grid]
+epsilon = 0.1 # small
+alpha = [0, 0.5]
+beta = 0
+gamma = { from = 1, to = 100, points = 3, spacing = \"log\" }
+V = 1.0
+c = { from = 0, to = 1, points = 5 }
+";
+
+    fn load(text: &str, sets: &[&str]) -> Result<Job, ConfigError> {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("job.toml");
+        std::fs::write(&file, text).unwrap();
+        let sets: Vec<String> = sets.iter().map(|&set| set.to_owned()).collect();
+        Job::load(&file, &sets)
+    }
+
+    #[test]
+    fn defaults_and_grid() {
+        let job = load(MINIMAL, &[]).unwrap();
+        assert_eq!(job.title, "job");
+        assert_eq!(job.output, Path::new("results/job.h5"));
+        assert_eq!(job.plan.compression, 4);
+        assert_eq!(job.config_text, MINIMAL);
+        let plan = job.plan;
+        assert_eq!(plan.grid.shape(), [1, 2, 1, 3, 1, 5]);
+        assert_eq!(plan.grid.dampings(), [0.0, 0.25, 0.5, 0.75, 1.0]);
+        assert_eq!(plan.methods, Method::all().collect::<Vec<_>>());
+        assert_eq!((plan.engine, plan.tolerance, plan.audit_cells), (Engine::Auto, 1e-9, 1000));
+        assert_eq!(plan.fields, [Field::Verdict]);
+    }
+
+    #[test]
+    fn overrides_replace_values_and_keep_comments() {
+        let sets = [
+            "grid.epsilon=[0.1, 0.2]",
+            "grid.c.points=3",
+            "title=a bare title",
+            "output.path=elsewhere/map.h5",
+            "methods.run=['simulation']",
+            "simulation.engine=direct",
+        ];
+        let job = load(MINIMAL, &sets).unwrap();
+        assert_eq!(job.plan.grid.shape(), [2, 2, 1, 3, 1, 3]);
+        assert_eq!(job.title, "a bare title");
+        assert_eq!(job.output, Path::new("elsewhere/map.h5"));
+        assert_eq!(job.plan.engine, Engine::Direct);
+        assert!(job.config_text.contains("# my map\n[grid]\n"), "{}", job.config_text);
+        assert!(job.config_text.contains("epsilon = [0.1, 0.2] # small\n"), "{}", job.config_text);
+        // The text in force, read again, is the same job.
+        let again = load(&job.config_text, &[]).unwrap();
+        assert_eq!(again.plan.grid, job.plan.grid);
+        assert_eq!((again.title, again.output), (job.title, job.output));
+        assert_eq!(again.config_text, job.config_text);
+    }
+}

@@ -1,0 +1,486 @@
+//! A configuration file as it was written, the `--set` overrides on top of it, and the place in either
+//! from which each value came, so that every complaint can say where to look.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use toml_edit::{Array, Document, DocumentMut, InlineTable, Item, Key, Table, TableLike, Value};
+
+/// A configuration that cannot be used: where, what, why, and what to do about it.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{place}: {problem}\n  help: {remedy}")]
+pub struct ConfigError {
+    /// `file:line:column`, or the `--set` argument.
+    pub place: String,
+    /// The key, its value and what is wrong with it.
+    pub problem: String,
+    /// What would be right.
+    pub remedy: String,
+}
+
+/// One `--set key.path=value`.
+#[derive(Clone, Debug)]
+struct Override {
+    /// The argument as it was typed.
+    argument: String,
+    /// The key it sets.
+    path: Vec<Step>,
+}
+
+/// One step from a table to an entry, or from a list to an element.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Step {
+    Key(String),
+    Index(usize),
+}
+
+/// A configuration file with its overrides applied.
+#[derive(Debug)]
+pub(super) struct Source {
+    file: PathBuf,
+    original: Document<String>,
+    effective: DocumentMut,
+    overrides: Vec<Override>,
+}
+
+impl Source {
+    /// Reads `file` and applies the overrides in turn, each `key.path=value`.
+    pub(super) fn load(file: &Path, sets: &[String]) -> Result<Self, ConfigError> {
+        let original = parse(file, read(file)?)?;
+        let effective = original.clone().into_mut();
+        let mut source = Self { file: file.to_owned(), original, effective, overrides: Vec::new() };
+        for argument in sets {
+            source.set(argument)?;
+        }
+        Ok(source)
+    }
+
+    /// The file's name.
+    pub(super) fn file(&self) -> &Path {
+        &self.file
+    }
+
+    /// The text in force: the file's, comments included, with the overridden values replaced.
+    pub(super) fn text(&self) -> String {
+        self.effective.to_string()
+    }
+
+    /// The whole document as a table.
+    pub(super) fn root(&self) -> Section<'_> {
+        Section { source: self, path: Vec::new(), table: Some(self.effective.as_table()) }
+    }
+
+    /// Applies one override.
+    fn set(&mut self, argument: &str) -> Result<(), ConfigError> {
+        let error = |problem: String, remedy: &str| ConfigError {
+            place: format!("--set {argument}"),
+            problem,
+            remedy: remedy.into(),
+        };
+        let usage = "write --set key.path=value, for example --set simulation.tolerance=1e-10";
+        let Some((key, value)) = argument.split_once('=') else {
+            return Err(error("there is no `=` in it".into(), usage));
+        };
+        let keys = Key::parse(key.trim())
+            .map_err(|e| error(format!("`{key}` is not a key path: {}", e.message().trim()), usage))?;
+        let value = override_value(value.trim()).map_err(|why| {
+            error(format!("its value is not valid TOML: {why}"), "quote text, close every bracket")
+        })?;
+
+        let Some((last, parents)) = keys.split_last() else {
+            return Err(error("it names no key".into(), usage));
+        };
+        let mut table: &mut dyn TableLike = self.effective.as_table_mut();
+        for (depth, key) in parents.iter().enumerate() {
+            // Sections become [tables], anything deeper an inline table: what a person would have written.
+            let missing =
+                if depth == 0 { Item::Table(Table::new()) } else { Item::Value(InlineTable::new().into()) };
+            let item = table.entry(key.get()).or_insert(missing);
+            let what = kind_of(item);
+            table = item.as_table_like_mut().ok_or_else(|| {
+                error(
+                    format!("`{}` is {what}, which has no key `{}`", key.get(), last.get()),
+                    "set the whole value instead",
+                )
+            })?;
+        }
+        match table.get_mut(last.get()).and_then(Item::as_value_mut) {
+            Some(old) => {
+                // The decoration is the white space and the comment around the old value.
+                let decor = old.decor().clone();
+                *old = value;
+                *old.decor_mut() = decor;
+            }
+            None => drop(table.insert(last.get(), Item::Value(value))),
+        }
+        let path = keys.iter().map(|key| Step::Key(key.get().into())).collect();
+        self.overrides.push(Override { argument: argument.into(), path });
+        Ok(())
+    }
+
+    /// Where the entry at `path` was written: at its key, or at its value. For an entry that is missing,
+    /// where its nearest parent was.
+    fn place(&self, path: &[Step], at_key: bool) -> String {
+        if let Some(set) = self.overrides.iter().rev().find(|set| path.starts_with(&set.path)) {
+            return format!("--set {}", set.argument);
+        }
+        let mut offset = 0;
+        let mut found = 0;
+        let mut at = Some(Entry::Item(self.original.as_item()));
+        for (i, step) in path.iter().enumerate() {
+            let (key, next) = match (at, step) {
+                (Some(Entry::Item(item)), Step::Key(key)) => {
+                    match item.as_table_like().and_then(|t| t.get_key_value(key)) {
+                        Some((key, item)) => (key.span(), Some(Entry::Item(item))),
+                        None => break,
+                    }
+                }
+                (Some(entry), Step::Index(index)) => match entry.as_array().and_then(|a| a.get(*index)) {
+                    Some(value) => (None, Some(Entry::Value(value))),
+                    None => break,
+                },
+                _ => break,
+            };
+            let value = next.and_then(|entry| entry.span());
+            let last = i + 1 == path.len();
+            let span = if last && at_key { key.or(value) } else { value.or(key) };
+            offset = span.map_or(offset, |span| span.start);
+            found = i + 1;
+            at = next;
+        }
+        // What is missing from the file may be missing from a table that an override made.
+        let maker = path
+            .get(..=found)
+            .and_then(|made| self.overrides.iter().rev().find(|set| set.path.starts_with(made)));
+        if let Some(set) = maker {
+            return format!("--set {}", set.argument);
+        }
+        position(&self.file, self.original.raw(), offset)
+    }
+
+    fn error(&self, path: &[Step], at_key: bool, problem: String, remedy: String) -> ConfigError {
+        ConfigError { place: self.place(path, at_key), problem, remedy }
+    }
+}
+
+/// An item of a table or an element of a list.
+#[derive(Clone, Copy)]
+enum Entry<'a> {
+    Item(&'a Item),
+    Value(&'a Value),
+}
+
+impl<'a> Entry<'a> {
+    fn as_array(self) -> Option<&'a Array> {
+        match self {
+            Entry::Item(item) => item.as_array(),
+            Entry::Value(value) => value.as_array(),
+        }
+    }
+
+    fn as_value(self) -> Option<&'a Value> {
+        match self {
+            Entry::Item(item) => item.as_value(),
+            Entry::Value(value) => Some(value),
+        }
+    }
+
+    fn as_table(self) -> Option<&'a dyn TableLike> {
+        match self {
+            Entry::Item(item) => item.as_table_like(),
+            Entry::Value(value) => value.as_inline_table().map(|table| table as &dyn TableLike),
+        }
+    }
+
+    fn span(self) -> Option<std::ops::Range<usize>> {
+        match self {
+            Entry::Item(item) => item.span(),
+            Entry::Value(value) => value.span(),
+        }
+    }
+
+    fn kind(self) -> &'static str {
+        match self {
+            Entry::Item(item) => kind_of(item),
+            Entry::Value(value) => kind_of_value(value),
+        }
+    }
+}
+
+/// A table of the configuration, or one left out.
+pub(super) struct Section<'a> {
+    source: &'a Source,
+    path: Vec<Step>,
+    table: Option<&'a dyn TableLike>,
+}
+
+impl<'a> Section<'a> {
+    /// The entry of this name, if there is one.
+    pub(super) fn get(&self, key: &str) -> Option<Node<'a>> {
+        let item = self.table?.get(key).filter(|item| !item.is_none())?;
+        Some(Node { source: self.source, path: self.child(key), entry: Entry::Item(item) })
+    }
+
+    /// The table of this name; an empty one if it is left out.
+    pub(super) fn section(&self, key: &str) -> Result<Section<'a>, ConfigError> {
+        match self.get(key) {
+            Some(node) => node.table("a table"),
+            None => Ok(Section { source: self.source, path: self.child(key), table: None }),
+        }
+    }
+
+    /// Whether the file or an override has this table.
+    pub(super) fn is_present(&self) -> bool {
+        self.table.is_some()
+    }
+
+    /// Names of all entries.
+    pub(super) fn keys(&self) -> Vec<String> {
+        self.table.map_or(Vec::new(), |table| {
+            table.iter().filter(|(_, item)| !item.is_none()).map(|(key, _)| key.into()).collect()
+        })
+    }
+
+    /// A complaint about an entry that should not be here.
+    pub(super) fn unknown(&self, key: &str, remedy: String) -> ConfigError {
+        let problem = match self.name() {
+            section if section.is_empty() => format!("unknown key `{key}`"),
+            section => format!("unknown key `{key}` in {section}"),
+        };
+        self.source.error(&self.child(key), true, problem, remedy)
+    }
+
+    /// A complaint about an entry that is missing.
+    pub(super) fn missing(&self, key: &str, remedy: String) -> ConfigError {
+        let problem = match self.name() {
+            section if section.is_empty() => format!("`{key}` is missing"),
+            section => format!("`{key}` is missing from {section}"),
+        };
+        self.source.error(&self.child(key), true, problem, remedy)
+    }
+
+    /// `[section]`, or `grid.alpha` for a table that is a value.
+    fn name(&self) -> String {
+        match self.path.as_slice() {
+            [] => String::new(),
+            [Step::Key(section)] => format!("[{section}]"),
+            path => dotted(path),
+        }
+    }
+
+    fn child(&self, key: &str) -> Vec<Step> {
+        let mut path = self.path.clone();
+        path.push(Step::Key(key.into()));
+        path
+    }
+}
+
+/// One value of the configuration.
+pub(super) struct Node<'a> {
+    source: &'a Source,
+    path: Vec<Step>,
+    entry: Entry<'a>,
+}
+
+/// What a value is, for a caller that accepts several kinds.
+pub(super) enum Shape<'a> {
+    /// A number.
+    Number(f64),
+    /// A list.
+    List(Vec<Node<'a>>),
+    /// A table.
+    Table(Section<'a>),
+    /// Anything else.
+    Other,
+}
+
+impl<'a> Node<'a> {
+    /// The value by kind.
+    pub(super) fn shape(&self) -> Shape<'a> {
+        if let Some(number) = self.entry.as_value().and_then(as_number) {
+            Shape::Number(number)
+        } else if let Some(array) = self.entry.as_array() {
+            Shape::List(self.elements(array))
+        } else if let Some(table) = self.entry.as_table() {
+            Shape::Table(Section { source: self.source, path: self.path.clone(), table: Some(table) })
+        } else {
+            Shape::Other
+        }
+    }
+
+    /// A number, whole or not.
+    pub(super) fn number(&self) -> Result<f64, ConfigError> {
+        self.entry.as_value().and_then(as_number).ok_or_else(|| self.wrong_kind("a number"))
+    }
+
+    /// A whole number from `lo` to `hi`.
+    pub(super) fn integer(&self, lo: i64, hi: i64) -> Result<i64, ConfigError> {
+        let value = self.entry.as_value().and_then(Value::as_integer);
+        let value = value.ok_or_else(|| self.wrong_kind("a whole number"))?;
+        if (lo..=hi).contains(&value) {
+            Ok(value)
+        } else {
+            let (problem, remedy) = if hi == i64::MAX {
+                (format!("must be at least {lo}"), format!("choose a whole number of at least {lo}"))
+            } else {
+                (format!("must be from {lo} to {hi}"), format!("choose a whole number from {lo} to {hi}"))
+            };
+            Err(self.error(&problem, remedy))
+        }
+    }
+
+    /// Text.
+    pub(super) fn text(&self) -> Result<&'a str, ConfigError> {
+        self.entry.as_value().and_then(Value::as_str).ok_or_else(|| self.wrong_kind("text in quotes"))
+    }
+
+    /// The elements of a list; `wanted` says of what.
+    pub(super) fn list(&self, wanted: &str) -> Result<Vec<Node<'a>>, ConfigError> {
+        let array = self.entry.as_array().ok_or_else(|| self.wrong_kind(wanted))?;
+        Ok(self.elements(array))
+    }
+
+    fn table(&self, wanted: &str) -> Result<Section<'a>, ConfigError> {
+        let table = self.entry.as_table().ok_or_else(|| self.wrong_kind(wanted))?;
+        Ok(Section { source: self.source, path: self.path.clone(), table: Some(table) })
+    }
+
+    fn elements(&self, array: &'a Array) -> Vec<Node<'a>> {
+        let node = |(i, value)| {
+            let mut path = self.path.clone();
+            path.push(Step::Index(i));
+            Node { source: self.source, path, entry: Entry::Value(value) }
+        };
+        array.iter().enumerate().map(node).collect()
+    }
+
+    /// A complaint about this value.
+    pub(super) fn error(&self, problem: &str, remedy: impl Into<String>) -> ConfigError {
+        let problem = format!("{} = {}: {problem}", dotted(&self.path), self.written());
+        self.source.error(&self.path, false, problem, remedy.into())
+    }
+
+    /// A complaint that this value is of another kind than `wanted`.
+    pub(super) fn wrong_kind(&self, wanted: &str) -> ConfigError {
+        self.error(&format!("this is {}, not {wanted}", self.entry.kind()), format!("write {wanted}"))
+    }
+
+    /// The value as it was written, shortened to fit into a line.
+    fn written(&self) -> String {
+        let text = match self.entry {
+            Entry::Value(value) => value.to_string(),
+            Entry::Item(Item::Value(value)) => value.to_string(),
+            Entry::Item(_) => "[..]".into(),
+        };
+        shorten(text.trim())
+    }
+}
+
+/// A whole or a real number.
+#[allow(clippy::cast_precision_loss)] // whole numbers above 2^53 mean nothing here
+fn as_number(value: &Value) -> Option<f64> {
+    value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64))
+}
+
+fn kind_of(item: &Item) -> &'static str {
+    match item {
+        Item::None => "nothing",
+        Item::Value(value) => kind_of_value(value),
+        Item::Table(_) => "a table",
+        Item::ArrayOfTables(_) => "a list of tables",
+    }
+}
+
+fn kind_of_value(value: &Value) -> &'static str {
+    match value {
+        Value::String(_) => "text",
+        Value::Integer(_) => "a whole number",
+        Value::Float(_) => "a number",
+        Value::Boolean(_) => "a truth value",
+        Value::Datetime(_) => "a date",
+        Value::Array(_) => "a list",
+        Value::InlineTable(_) => "a table",
+    }
+}
+
+/// `grid.alpha[2]`.
+fn dotted(path: &[Step]) -> String {
+    let mut text = String::new();
+    for step in path {
+        match step {
+            Step::Key(key) if text.is_empty() => text.push_str(key),
+            Step::Key(key) => drop(write!(text, ".{key}")),
+            Step::Index(i) => drop(write!(text, "[{i}]")),
+        }
+    }
+    text
+}
+
+/// One line of at most 60 characters.
+fn shorten(text: &str) -> String {
+    const LONGEST: usize = 60;
+    let line: Vec<&str> = text.split_whitespace().collect();
+    let line = line.join(" ");
+    match line.char_indices().nth(LONGEST) {
+        Some((cut, _)) => format!("{} ..", &line[..cut]),
+        None => line,
+    }
+}
+
+/// The value of an override: TOML, or bare words taken as text.
+fn override_value(text: &str) -> Result<Value, String> {
+    match text.parse::<Value>() {
+        Ok(value) => Ok(value),
+        // What opens like a TOML string, list or table was meant as one.
+        Err(error) if text.is_empty() || text.starts_with(['"', '\'', '[', '{']) => {
+            Err(error.message().trim().replace('\n', " "))
+        }
+        Err(_) => Ok(Value::from(text)),
+    }
+}
+
+/// The file's text.
+fn read(file: &Path) -> Result<String, ConfigError> {
+    let error = |problem: String, remedy: &str| ConfigError {
+        place: file.display().to_string(),
+        problem,
+        remedy: remedy.into(),
+    };
+    if file.is_dir() {
+        return Err(error(
+            "this is a folder, not a configuration file".into(),
+            "name a TOML file inside it, for example configs/quickstart.toml",
+        ));
+    }
+    let bytes = std::fs::read(file).map_err(|e| match e.kind() {
+        std::io::ErrorKind::NotFound => error(
+            "there is no such file".into(),
+            "check the path; configs/quickstart.toml is a configuration to start from",
+        ),
+        _ => error(format!("cannot be read: {e}"), "check the file's permissions"),
+    })?;
+    String::from_utf8(bytes).map_err(|e| {
+        let valid = String::from_utf8_lossy(&e.as_bytes()[..e.utf8_error().valid_up_to()]).into_owned();
+        ConfigError {
+            place: position(file, &valid, valid.len()),
+            problem: "the text is not UTF-8 from here on".into(),
+            remedy: "save the file with the encoding UTF-8".into(),
+        }
+    })
+}
+
+fn parse(file: &Path, text: String) -> Result<Document<String>, ConfigError> {
+    Document::parse(text.clone()).map_err(|e| ConfigError {
+        place: position(file, &text, e.span().map_or(0, |span| span.start)),
+        problem: format!("not valid TOML: {}", e.message().trim().replace('\n', " ")),
+        remedy: "mend this line; configs/quickstart.toml shows how each value is written".into(),
+    })
+}
+
+/// `file:line:column`, counted from 1 in characters.
+fn position(file: &Path, text: &str, offset: usize) -> String {
+    let before = text.get(..offset).unwrap_or(text);
+    let line = before.matches('\n').count() + 1;
+    let column = before.rsplit('\n').next().map_or(0, |rest| rest.chars().count()) + 1;
+    format!("{}:{line}:{column}", file.display())
+}
