@@ -2,6 +2,7 @@
 //!
 //! In a program of its own: it starts processes, and those inherit the locks of whatever files HDF5 has open.
 #![cfg(all(unix, feature = "store"))]
+#![allow(clippy::expect_used)] // helpers of tests, which clippy.toml exempts only inside test functions
 
 use std::fs;
 use std::path::{Path, PathBuf};
