@@ -103,7 +103,7 @@ fn the_critical_damping_separates_the_verdicts() {
         let simulation = &json(&[("c", damping)])["methods"]["simulation"];
         assert_eq!(simulation["verdict"], verdict);
         assert_eq!(simulation["critical_c"], c);
-        assert_eq!(simulation["margin"], c - damping);
+        assert_eq!(simulation["margin"].as_f64().unwrap() > 0.0, verdict == "present");
     }
 }
 
