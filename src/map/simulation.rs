@@ -124,9 +124,20 @@ pub(super) fn simulate(
         }
         Engine::CriticalSurface | Engine::Auto => by_column(columns, cs, engine, tolerance, &mut done),
     }
-    if want_critical && done.critical.is_empty() {
-        done.critical = critical_dampings(columns, tolerance).into_iter().map(Result::ok).collect();
-        done.rhs += done.critical.iter().flatten().map(|critical| critical.rhs).sum::<u64>();
+    if want_critical {
+        done.critical = vec![None; columns.len()];
+        // Where the certificate rules out a cycle at every c >= 0 there is no critical damping to look for.
+        let (numbers, searched): (Vec<usize>, Vec<Column>) = columns
+            .iter()
+            .enumerate()
+            .filter(|(_, column)| (certify::symmetric::TEST.claim)(column).absent_above >= 0.0)
+            .unzip();
+        for (number, found) in numbers.into_iter().zip(critical_dampings(&searched, tolerance)) {
+            if let Ok(critical) = found {
+                done.rhs += critical.rhs;
+                done.critical[number] = Some(critical);
+            }
+        }
     }
     done
 }
