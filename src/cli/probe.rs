@@ -12,6 +12,7 @@ use super::{Ended, Failure, probe_table};
 use crate::config::{DEFAULT_TOLERANCE, check_tolerance};
 use crate::filippov::Eigenvalues;
 use crate::friction::Law;
+use crate::map::Method;
 use crate::simulate::{self, Flow};
 
 /// Ask every method about one point, or about each row of a table.
@@ -82,7 +83,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         });
     }
     let point = arguments.point.point(arguments.law)?;
-    let answer = Answer::of(arguments.law, &point, tolerance);
+    let answer = Answer::of(arguments.law, &point, tolerance, Method::all());
     let direct = simulate::direct::flow(&answer.oscillator, tolerance);
     if arguments.json {
         json(&answer.json(&direct))?;
