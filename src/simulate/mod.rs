@@ -11,6 +11,7 @@ mod dop853;
 mod landing;
 mod polar;
 pub mod return_map;
+pub mod surface;
 
 pub use critical::{CriticalDamping, NoCriticalDamping, critical_damping};
 pub use return_map::flow;
