@@ -169,9 +169,9 @@ def conditions(epsilon, alpha, beta, gamma, V, c):
     return {
         "perturbation": (minus_c(weakening, -loss), c_minus(weakening, -loss), False),
         "instability": (minus_c(weakening / (1 + k) ** 2, -loss), None, True),
-        "bendixson_leading": (minus_c(weakening, -2 * loss), c_minus(weakening), False),
+        "bendixson_leading": (minus_c(weakening, -2 * loss), None, False),
         "symmetric": (minus_c(weakening / (1 + k) ** 2, -loss), c_minus(odd, -loss), True),
-        "harmonic_balance": (minus_c(hump, -loss), c_minus(hump, -loss), True),
+        "harmonic_balance": (minus_c(hump, -loss), c_minus(hump, -loss), False),
     }
 
 

@@ -288,9 +288,10 @@ def follow(point, accuracy, extra_loops=6):
     reach = lambda v, w: v - belt
 
     def trapped(v, w):
-        # D <= 0 wherever |v| <= rho < V makes the energy v^2 + w^2 fall for ever: the belt is out of reach.
+        # D <= 0 wherever |v| <= rho < V makes the energy v^2 + w^2 fall for ever: the belt is out of reach. Asking
+        # for -2 leaves alone the orbits that turn and have a margin; the others creep towards a node.
         radius = gmpy2.sqrt(v * v + w * w)
-        return radius < belt and below.divergence(radius) <= 0
+        return radius < belt and below.divergence(radius) <= -2
 
     orbit = Orbit("inward")
     start = (zero, belt, zero)

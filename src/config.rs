@@ -37,8 +37,14 @@ use source::{Node, Section, Source};
 use crate::friction::Law;
 use crate::map::{Engine, Field, Grid, GridError, Method, Plan};
 
-/// Cells in a tile, one chunk of the map file: 64 KiB of verdicts, 512 KiB of a real field.
-const TILE_CELLS: usize = 1 << 16;
+/// A tile is a task of one worker and a chunk of the map file. At most 64 KiB of verdicts, 512 KiB of a
+/// real field, which suits readers of HDF5 ..
+const MOST_TILE_CELLS: usize = 1 << 16;
+/// .. at least so much that a tile's own costs do not show ..
+const LEAST_TILE_CELLS: usize = 1 << 12;
+/// .. and in between so many tiles that workers finish together and an interruption is heeded soon. All
+/// three depend on the grid alone, so that maps do not depend on the machine.
+const TILES: usize = 256;
 
 /// Bound on the error of the scaled grazing margin where none is asked for.
 pub const DEFAULT_TOLERANCE: f64 = 1e-9;
@@ -80,7 +86,7 @@ impl Job {
         let stem = file.file_stem().map_or_else(|| "map".into(), |stem| stem.to_string_lossy().into_owned());
         let title = match root.get("title") {
             None => stem.clone(),
-            Some(node) => node.text()?.to_owned(),
+            Some(node) => line(&node)?.to_owned(),
         };
 
         let grid = grid(&root.section("grid")?, law)?;
@@ -129,7 +135,7 @@ impl Job {
             Some(node) => u8::try_from(node.integer(0, 9)?).unwrap_or(9),
         };
 
-        let tile_shape = grid.tile_shape(TILE_CELLS);
+        let tile_shape = grid.tile_shape((grid.cells() / TILES).clamp(LEAST_TILE_CELLS, MOST_TILE_CELLS));
         let plan = Plan { grid, methods, fields, engine, tolerance, audit_cells, tile_shape, compression };
         Ok(Job {
             plan,
@@ -165,7 +171,7 @@ fn check_keys(root: &Section, law: Law) -> Result<(), ConfigError> {
             None => root,
             Some(name) => &root.section(name)?,
         };
-        for key in section.keys().iter().filter(|key| !known.contains(&key.as_str())) {
+        if let Some(key) = section.keys().iter().find(|key| !known.contains(&key.as_str())) {
             let home = schema.iter().find(|(_, keys)| keys.contains(&key.as_str()));
             let remedy = match home {
                 Some((Some(home), _)) => format!("`{key}` belongs in [{home}]"),
@@ -277,11 +283,23 @@ pub fn check_tolerance(value: f64) -> Result<(), String> {
     }
 }
 
+/// Reads a text of one line.
+fn line<'a>(node: &Node<'a>) -> Result<&'a str, ConfigError> {
+    let text = node.text()?;
+    if text.trim().is_empty() {
+        return Err(node.error("the text is empty", "write something, or leave the key out"));
+    }
+    if text.chars().any(char::is_control) {
+        return Err(node.error("the text has line breaks or control characters", "write it on one line"));
+    }
+    Ok(text)
+}
+
 /// Reads the path of the map file.
 fn output_path(node: &Node) -> Result<PathBuf, ConfigError> {
-    let text = node.text()?;
+    let text = line(node)?;
     let path = Path::new(text);
-    if text.is_empty() || text.ends_with(['/', std::path::MAIN_SEPARATOR]) || path.file_name().is_none() {
+    if text.ends_with(['/', std::path::MAIN_SEPARATOR]) || path.file_name().is_none() {
         return Err(node.error("this names no file", "write a file name such as \"results/map.h5\""));
     }
     if path.is_dir() {

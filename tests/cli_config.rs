@@ -2,6 +2,7 @@
 //! and nothing written.
 
 #![cfg(feature = "cli")]
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 
 mod cli_common;
 
@@ -280,7 +281,10 @@ fn overrides_rescue_a_bad_file() {
 
 #[test]
 fn outputs_that_cannot_be_written() {
-    refused(with("path", "path = \"\""), &["bad.toml:19:8", "names no file"]);
+    refused(with("path", "path = \"\""), &["bad.toml:19:8", "empty"]);
+    refused(with("path", "path = \"..\""), &["bad.toml:19:8", "names no file"]);
+    refused(with("path", "path = \"a\\u0000b\""), &["bad.toml:19:8", "control characters"]);
+    refused(with("title", "title = \"two\\nlines\""), &["bad.toml:1:9", "control characters"]);
     refused(with("path", "path = \"folder/\""), &["bad.toml:19:8", "names no file"]);
     refused(with("path", "path = \"bad.toml\""), &["bad.toml exists already", "--overwrite"]);
     refused(

@@ -66,30 +66,16 @@ fn lands_on_stick_segment(column: &Column, c: f64) -> bool {
 #[must_use]
 pub fn speed_bound(column: &Column, c: f64, strips: u32) -> f64 {
     let flow = Flow { column, viscous: column.epsilon * c };
-    let reach = flow.amplitude(strips);
-    if !reach.is_finite() {
+    let amplitude = flow.amplitude(strips);
+    if !amplitude.is_finite() {
         return f64::INFINITY;
     }
-    let mut energy = reach * reach;
-    let mut s = -reach;
-    for i in 1..=strips {
-        let tau = f64::from(i) / f64::from(strips);
-        let next = -reach * (1.0 - tau * tau);
-        energy = approach(energy, s, next, flow.divergence_bound(1.0 - next, 1.0 - s));
-        s = next;
+    let at_axis = flow.to_axis(Half::Upper, amplitude, strips);
+    match flow.axis_to_belt(at_axis, strips) {
+        None => 0.0,
+        Some(energy) if energy.is_nan() => f64::INFINITY,
+        Some(energy) => column.belt_speed * (energy - 1.0).max(0.0).sqrt(),
     }
-    let mut u = 1.0;
-    for i in 1..=strips {
-        let tau = f64::from(strips - i) / f64::from(strips);
-        let next = tau * tau;
-        match recede(energy, 1.0 - u, 1.0 - next, flow.divergence_bound(next, u)) {
-            Some(after) => energy = after,
-            None => return 0.0,
-        }
-        u = next;
-    }
-    let squared = energy - 1.0;
-    if squared.is_nan() { f64::INFINITY } else { column.belt_speed * squared.max(0.0).sqrt() }
 }
 
 /// An upper bound of the amplitude R, the largest -x2 on the lower half of the first turn, at damping `c`,
@@ -97,6 +83,13 @@ pub fn speed_bound(column: &Column, c: f64, strips: u32) -> f64 {
 #[must_use]
 pub fn amplitude_bound(column: &Column, c: f64, strips: u32) -> f64 {
     column.belt_speed * Flow { column, viscous: column.epsilon * c }.amplitude(strips)
+}
+
+/// The lower (x2' < 0) and the upper half plane.
+#[derive(Clone, Copy, Debug)]
+enum Half {
+    Lower,
+    Upper,
 }
 
 /// The flow below the belt line at one damping; speeds are in units of the belt speed.
@@ -107,37 +100,66 @@ struct Flow<'a> {
 }
 
 impl Flow<'_> {
-    /// Upper bound of D over the slip speeds [`lo`, `hi`].
-    fn divergence_bound(&self, lo: f64, hi: f64) -> f64 {
+    /// Upper bound of D between s = `from` and s = `to` > `from`.
+    fn divergence_bound(&self, half: Half, from: f64, to: f64) -> f64 {
+        let (least, most) = match half {
+            Half::Lower => (1.0 + from, 1.0 + to),
+            Half::Upper => (1.0 - to, 1.0 - from),
+        };
         let belt = self.column.belt_speed;
-        self.column.curve.weakening_range(belt * lo, belt * hi).hi - self.viscous
+        self.column.curve.weakening_range(belt * least, belt * most).hi - self.viscous
     }
 
     /// Upper bound of the turning point of the lower half plane.
     fn amplitude(&self, strips: u32) -> f64 {
+        let at_axis = self.to_axis(Half::Lower, 1.0, strips);
+        self.axis_to_turning(at_axis, strips)
+    }
+
+    /// The first quarter of each half: upper bound of e at s = 0 on the orbit from s = -`start`, p = 0.
+    fn to_axis(&self, half: Half, start: f64, strips: u32) -> f64 {
         debug_assert!(strips > 0);
-        let mut energy = 1.0;
-        let mut u = 0.0;
+        let mut energy = start * start;
+        let mut s = -start;
         for i in 1..=strips {
             let tau = f64::from(i) / f64::from(strips);
-            let next = tau * tau;
-            energy = approach(energy, u - 1.0, next - 1.0, self.divergence_bound(u, next));
-            u = next;
+            let next = -start * (1.0 - tau * tau);
+            energy = approach(energy, s, next, self.divergence_bound(half, s, next));
+            s = next;
         }
+        energy
+    }
+
+    /// The upper half's second quarter: upper bound of e at the belt line, s = 1; `None` if the orbit
+    /// turns before.
+    fn axis_to_belt(&self, at_axis: f64, strips: u32) -> Option<f64> {
+        let mut energy = at_axis;
+        let mut s = 0.0;
+        for i in 1..=strips {
+            let tau = f64::from(strips - i) / f64::from(strips);
+            let next = 1.0 - tau * tau;
+            energy = recede(energy, s, next, self.divergence_bound(Half::Upper, s, next))?;
+            s = next;
+        }
+        Some(energy)
+    }
+
+    /// The lower half's second quarter: upper bound of the turning point.
+    fn axis_to_turning(&self, at_axis: f64, strips: u32) -> f64 {
         // At s = 0, e = p^2. Without divergence the orbit would turn at s = p: that sets the scale.
-        let scale = energy.sqrt();
+        let scale = at_axis.sqrt();
         if !scale.is_finite() {
             return f64::INFINITY;
         }
+        let mut energy = at_axis;
         let mut s = 0.0;
         for i in 1..strips {
             let tau = f64::from(strips - i) / f64::from(strips);
             let next = scale * (1.0 - tau * tau);
-            match recede(energy, s, next, self.divergence_bound(1.0 + s, 1.0 + next)) {
-                Some(after) => energy = after,
-                // It turns inside this strip.
-                None => return next,
-            }
+            let Some(after) = recede(energy, s, next, self.divergence_bound(Half::Lower, s, next)) else {
+                break;
+            };
+            energy = after;
             s = next;
         }
         self.turning_point(energy, s)
@@ -159,7 +181,7 @@ impl Flow<'_> {
         let p = squared.sqrt();
         let mut trial = 2.0 * unforced;
         for _ in 0..8 {
-            let d = self.divergence_bound(1.0 + s, 1.0 + trial);
+            let d = self.divergence_bound(Half::Lower, s, trial);
             if d <= 0.0 {
                 return unforced * INFLATE;
             }
@@ -241,6 +263,64 @@ mod tests {
             // First order in the width of the strips; at d = 0 only the inflation of 256 strips is left.
             let inflation = 256.0 * (INFLATE - 1.0);
             assert!(fine <= 0.6 * coarse + inflation, "d = {d}: {coarse} {fine}");
+        }
+    }
+
+    /// Integrates s' = p, p' = D p - s from (`s`, `p`) to where `done` turns true; the classical
+    /// Runge-Kutta method.
+    fn integrate(flow: &Flow, half: Half, state: (f64, f64), done: impl Fn(f64, f64) -> bool) -> (f64, f64) {
+        let rate = |s: f64, p: f64| {
+            let u = match half {
+                Half::Lower => 1.0 + s,
+                Half::Upper => 1.0 - s,
+            };
+            let d = flow.column.curve.weakening(flow.column.belt_speed * u) - flow.viscous;
+            (p, d * p - s)
+        };
+        let step = |(s, p): (f64, f64), h: f64| {
+            let (a, b) = rate(s, p);
+            let (c, d) = rate(s + 0.5 * h * a, p + 0.5 * h * b);
+            let (e, f) = rate(s + 0.5 * h * c, p + 0.5 * h * d);
+            let (g, i) = rate(s + h * e, p + h * f);
+            (s + h / 6.0 * (a + 2.0 * c + 2.0 * e + g), p + h / 6.0 * (b + 2.0 * d + 2.0 * f + i))
+        };
+        let (mut state, mut h) = (state, 1e-3);
+        while h > 1e-15 {
+            let next = step(state, h);
+            if done(next.0, next.1) {
+                h *= 0.5;
+            } else {
+                state = next;
+            }
+        }
+        state
+    }
+
+    /// Each quarter by itself, so that slack in one cannot hide an error in another.
+    #[test]
+    fn every_quarter_is_bounded_and_the_bound_is_sharp() {
+        // Laws that weaken fast: D changes most where the slip speed is least.
+        for (gamma, c) in [(1.0, 0.1), (4.0, 0.0), (10.0, 0.2), (40.0, 0.5)] {
+            let column = stribeck(1.0, 0.5, 0.01, gamma, 1.0);
+            let flow = Flow { column: &column, viscous: c };
+            let energy = |(s, p): (f64, f64)| s * s + p * p;
+            let check = |name: &str, exact: f64, bound: &dyn Fn(u32) -> f64| {
+                let [coarse, fine, finest] = [16, 512, 1024].map(|strips| bound(strips) - exact);
+                // The integration's error is a thousandth of the step to the fourth power.
+                assert!(coarse >= 0.0 && fine >= 0.0 && finest > -1e-12, "{name}, gamma = {gamma}: {fine}");
+                // First order in the strips' width; where D < 0 throughout, up to the inflation.
+                assert!(finest <= 0.55 * fine + 1e-11 * exact, "{name}, gamma = {gamma}: {fine} {finest}");
+            };
+            for (half, start) in [(Half::Lower, 1.0), (Half::Upper, 1.5)] {
+                let end = integrate(&flow, half, (-start, 0.0), |s, _| s > 0.0);
+                check("to the axis", energy(end), &|strips| flow.to_axis(half, start, strips));
+            }
+            let turn = integrate(&flow, Half::Lower, (0.0, 1.5), |_, p| p < 0.0);
+            check("to the turning point", turn.0, &|strips| flow.axis_to_turning(2.25, strips));
+            let belt = integrate(&flow, Half::Upper, (0.0, 1.5), |s, _| s > 1.0);
+            check("to the belt line", energy(belt), &|strips| {
+                flow.axis_to_belt(2.25, strips).expect("it arrives")
+            });
         }
     }
 

@@ -58,8 +58,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         let mut out = io::stdout().lock();
         writeln!(
             out,
-            "{name}: {} variables over {} cells in {} tiles; checked: the seal of the whole file, the layout and \
-             the attributes, the fingerprint of every variable, and that every cell holds a legal value",
+            "{name}: {} variables over {} cells in {} tiles\n\
+             checked: the seal of the whole file, layout and attributes, fingerprints, that every cell is legal",
             report.variables,
             count(report.cells),
             count(report.tiles)

@@ -171,3 +171,24 @@ impl Sink for Nowhere {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::friction::Law;
+
+    #[test]
+    fn samples_are_coarser_grids_with_whole_columns() {
+        let nodes = |n: u32| (1..=n).map(|i| f64::from(i) / 16.0).collect::<Vec<_>>();
+        let grid = Grid::new(Law::Stribeck, [3, 10, 1, 16, 5, 7].map(nodes).to_vec()).unwrap();
+        for wanted in [1, 4, 16, 64, 256, 1024, 4096] {
+            let sample = sample(&grid, wanted);
+            assert!(columns(&sample) <= wanted.min(columns(&grid)), "{wanted}");
+            assert_eq!(sample.dampings(), grid.dampings());
+            for (coarse, fine) in sample.axes().iter().zip(grid.axes()) {
+                assert!(coarse.values.iter().all(|value| fine.values.contains(value)));
+            }
+        }
+        assert_eq!(sample(&grid, columns(&grid)), grid);
+    }
+}

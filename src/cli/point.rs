@@ -111,22 +111,17 @@ impl FromArgMatches for PointArguments {
     }
 }
 
-/// What an axis is, in one phrase: that of the first law that has it.
+/// What an axis is, in one phrase.
 fn description(name: &str) -> String {
-    let of_law = |law: &Law| {
-        // Any legal grid tells its axes' descriptions; the parameters' own bounds make one.
-        law.parameters().iter().find(|parameter| parameter.name == name).map(|p| p.long_name)
+    let of_law = |law: Law| law.parameters().iter().find(|parameter| parameter.name == name);
+    let phrase = match (name, Law::ALL.into_iter().find_map(of_law)) {
+        (_, Some(parameter)) => parameter.long_name,
+        ("epsilon", None) => "size of the small terms, greater than 0",
+        ("V", None) => "belt speed, greater than 0",
+        (_, None) => "viscous damping, at least 0",
     };
-    match name {
-        "epsilon" => "Size of the small terms, greater than 0".into(),
-        "V" => "Belt speed, greater than 0".into(),
-        "c" => "Viscous damping, at least 0".into(),
-        _ => {
-            let phrase = Law::ALL.iter().find_map(of_law).unwrap_or("parameter of the law");
-            let mut letters = phrase.chars();
-            letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
-        }
-    }
+    let mut letters = phrase.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 /// The point with the given value on each axis, in the order of [`Grid::axis_names`].
@@ -167,4 +162,35 @@ pub(super) fn probe_line(law: Law, point: &Point, tolerance: f64) -> String {
         line.push_str(&format!(" --tolerance {}", exact(tolerance)));
     }
     line
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser as _;
+
+    use super::*;
+
+    #[derive(clap::Parser)]
+    struct Line {
+        #[command(flatten)]
+        point: PointArguments,
+        #[arg(long)]
+        tolerance: Option<f64>,
+    }
+
+    #[test]
+    fn a_probe_line_is_the_point() {
+        let values = [1e-3, 1.0 / 3.0, 0.0, 1e17, 2.0, 5e-324];
+        let point = from_values(Law::Stribeck, &values).unwrap();
+        assert_eq!(
+            coordinates(Law::Stribeck, &point).iter().map(|(_, value)| *value).collect::<Vec<_>>(),
+            values
+        );
+        for tolerance in [crate::config::DEFAULT_TOLERANCE, 1e-12] {
+            let line = probe_line(Law::Stribeck, &point, tolerance);
+            let read = Line::try_parse_from(line.strip_prefix("slipmap ").unwrap().split(' ')).unwrap();
+            assert_eq!(read.point.point(Law::Stribeck).unwrap(), point);
+            assert_eq!(read.tolerance.unwrap_or(crate::config::DEFAULT_TOLERANCE), tolerance);
+        }
+    }
 }

@@ -42,9 +42,10 @@ pub(super) struct Job<'a> {
 
 /// Runs the command.
 pub(super) fn run(job: &Job) -> Result<Ended, Failure> {
-    let mut output = Output::open(job.output, job.overwrite)?;
-    let input = Input::open(job.input)?;
+    // Listening comes first, so that an interruption at any time removes the temporary file.
     let stop = interrupt::flag();
+    let input = Input::open(job.input)?;
+    let mut output = Output::open(job.output, job.overwrite)?;
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(job.threads.unwrap_or(0))
         .build()

@@ -1,9 +1,12 @@
 //! The progress bar: on a terminal only.
 
+use std::fmt;
 use std::io::{self, IsTerminal as _};
 use std::time::Duration;
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressState, ProgressStyle};
+
+use super::output::count;
 
 /// A bar that counts `unit`s up to `total`, if that is known. Hidden unless standard error is a terminal.
 pub(super) fn bar(quiet: bool, total: Option<u64>, unit: &str) -> ProgressBar {
@@ -13,13 +16,21 @@ pub(super) fn bar(quiet: bool, total: Option<u64>, unit: &str) -> ProgressBar {
     let (bar, template) = match total {
         Some(total) => (
             ProgressBar::new(total),
-            format!("{{bar:30}} {{human_pos}} of {{human_len}} {unit}, {{per_sec}}, {{eta}} left"),
+            format!("{{bar:30}} {{human_pos}} of {{human_len}} {unit}, {{rate}}, {{eta}} left"),
         ),
-        None => (ProgressBar::no_length(), format!("{{spinner}} {{human_pos}} {unit}, {{per_sec}}")),
+        None => (ProgressBar::no_length(), format!("{{spinner}} {{human_pos}} {unit}, {{rate}}")),
     };
     // A template that indicatif does not understand costs the looks, not the run.
     let style = ProgressStyle::with_template(&template).unwrap_or_else(|_| ProgressStyle::default_bar());
-    bar.set_style(style);
+    bar.set_style(style.with_key("rate", rate));
     bar.enable_steady_tick(Duration::from_millis(200));
     bar
+}
+
+/// The speed with three significant digits.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a speed is positive
+fn rate(state: &ProgressState, out: &mut dyn fmt::Write) {
+    let rounded = format!("{:.2e}", state.per_sec()).parse::<f64>().unwrap_or(0.0);
+    // A bar that cannot be drawn is not worth stopping for.
+    let _ = write!(out, "{}/s", count(rounded as u64));
 }

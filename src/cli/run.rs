@@ -1,5 +1,6 @@
 //! `slipmap run`: computes a map.
 
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
@@ -81,12 +82,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     writer.finish(&outcome(&job, &summary)).map_err(|error| Failure::Broken(error.to_string()))?;
 
     let report = Report { job: &job, summary: &summary, failed_cells: &failed_cells };
-    if arguments.json {
-        summary::json(&report)?
-    } else {
-        summary::print(&report)?
+    let printed = match arguments.json {
+        true => summary::json(&report),
+        false => summary::print(&report, &mut io::stdout().lock()),
+    };
+    match printed {
+        // What is wrong with the map is wrong whether or not someone reads about it.
+        Ok(()) | Err(Failure::ReaderGone) if report.is_flawed() => Ok(Ended::Flawed),
+        Ok(()) => Ok(Ended::Fine),
+        Err(failure) => Err(failure),
     }
-    Ok(if report.is_flawed() { Ended::Flawed } else { Ended::Fine })
 }
 
 /// What is at the place of the output, and how much room there is.
@@ -111,6 +116,13 @@ impl Room {
             }
             Ok(metadata) => Some(metadata.len()),
         };
+        let same =
+            |a: &Path, b: &Path| a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b));
+        if same(&job.output, &job.config_file) {
+            return Err(Failure::BadInput(format!(
+                "{name} is the configuration itself\n  help: choose another place with --set output.path=.."
+            )));
+        }
         let folder = first_folder(&job.output);
         // The only sure way to know whether one may write somewhere is to try; the file has no name.
         tempfile::tempfile_in(&folder).map_err(|error| {
@@ -205,7 +217,7 @@ fn outcome(job: &Job, summary: &Summary) -> Outcome {
         threads: summary.threads,
         wall_seconds: summary.seconds,
         seconds: summary.methods.iter().map(|method| (method.method, method.seconds)).collect(),
-        audit: audited.then(|| store::Audit {
+        audit: audited.then_some(store::Audit {
             cells: summary.audit.cells,
             disagreements: summary.audit.disagreements.len() as u64,
         }),
@@ -278,5 +290,70 @@ impl<S: Sink> Sink for Watch<'_, S> {
 
     fn write(&self, packed: S::Packed) -> Result<(), S::Error> {
         self.sink.write(packed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::convert::Infallible;
+
+    use super::*;
+    use crate::friction::Law;
+    use crate::map::{MethodCells, Tile};
+
+    /// A sink that takes anything.
+    struct Anything;
+
+    impl Sink for Anything {
+        type Packed = usize;
+        type Error = Infallible;
+
+        fn pack(&self, data: &TileData) -> Result<usize, Infallible> {
+            Ok(data.tile.number)
+        }
+
+        fn write(&self, _: usize) -> Result<(), Infallible> {
+            Ok(())
+        }
+    }
+
+    fn tile_data(tile: Tile, failed: &[usize]) -> TileData {
+        let mut verdicts = vec![Verdict::Absent.code(); tile.cells()];
+        for &cell in failed {
+            verdicts[cell] = Verdict::Failed.code();
+        }
+        let methods = vec![MethodCells {
+            method: Method::Simulation,
+            verdicts,
+            margins: Vec::new(),
+            critical: Vec::new(),
+        }];
+        let empty = Vec::new;
+        TileData {
+            tile,
+            methods,
+            regime: Vec::new(),
+            landing_x1: empty(),
+            stick_time: empty(),
+            slip_time: empty(),
+        }
+    }
+
+    #[test]
+    fn failed_cells_are_found_with_their_points() {
+        let axis = |values: &[f64]| values.to_vec();
+        let nodes =
+            [&[0.1, 0.2][..], &[0.5], &[0.0], &[1.0, 2.0, 3.0], &[1.0], &[0.0, 0.5, 1.0, 1.5]].map(axis);
+        let grid = Grid::new(Law::Stribeck, nodes.to_vec()).unwrap();
+        // Two columns a tile, and a tile of one at the end of each gamma axis.
+        let shape = [1, 1, 1, 2, 1, 4];
+        let watch = Watch { sink: &Anything, grid: &grid, found: Mutex::new(Vec::new()) };
+        let last = grid.tile_count(&shape) - 1;
+        // Tiles come in any order; those found are in the grid's.
+        watch.pack(&tile_data(grid.tile(&shape, last), &[2])).unwrap();
+        watch.pack(&tile_data(grid.tile(&shape, 0), &[1, 7])).unwrap();
+        let points: Vec<Point> = watch.found().into_iter().map(|cell| cell.point).collect();
+        let at = |index: &[usize]| grid.point(index);
+        assert_eq!(points, [at(&[0, 0, 0, 0, 0, 1]), at(&[0, 0, 0, 1, 0, 3]), at(&[1, 0, 0, 2, 0, 2])]);
     }
 }

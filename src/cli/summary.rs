@@ -1,6 +1,6 @@
 //! The report of a finished run.
 
-use std::io::{self, Write as _};
+use std::io::Write;
 
 use serde_json::{Map, Value, json};
 
@@ -49,10 +49,9 @@ fn cells_with(method: &MethodSummary, verdict: Verdict) -> u64 {
 }
 
 /// Prints it for a person.
-pub(super) fn print(report: &Report) -> Result<(), Failure> {
+pub(super) fn print(report: &Report, out: &mut dyn Write) -> Result<(), Failure> {
     use Align::{Left, Right};
     let Report { job, summary, .. } = report;
-    let mut out = io::stdout().lock();
     let size = report.file_size().map_or(String::new(), |size| format!(", {}", bytes(size.into())));
     writeln!(out, "{}: {}{size}", job.title, job.output.display())?;
     writeln!(
@@ -63,7 +62,7 @@ pub(super) fn print(report: &Report) -> Result<(), Failure> {
         duration(summary.seconds),
         summary.threads,
         if summary.threads == 1 { "" } else { "s" },
-        short(rate(summary.cells, summary.seconds))
+        short3(rate(summary.cells, summary.seconds))
     )?;
 
     let shown = [Verdict::Present, Verdict::Absent, Verdict::Undecided, Verdict::Failed];
@@ -71,7 +70,7 @@ pub(super) fn print(report: &Report) -> Result<(), Failure> {
     for verdict in shown {
         columns.extend([(verdict.name(), Right), ("%", Right)]);
     }
-    columns.extend([("CPU s", Right), ("cells/CPU s", Right)]);
+    columns.extend([("thread s", Right), ("cells/thread s", Right)]);
     let mut table = Table::new(&columns);
     for method in &summary.methods {
         let mut row = vec![method.method.name().to_owned()];
@@ -82,7 +81,7 @@ pub(super) fn print(report: &Report) -> Result<(), Failure> {
         row.extend([short3(method.seconds), short3(rate(method.cells, method.seconds))]);
         table.row(row);
     }
-    table.write(&mut out)?;
+    table.write(out)?;
 
     writeln!(out)?;
     let paths = summary.paths.named();
@@ -181,10 +180,10 @@ pub(super) fn json(report: &Report) -> Result<(), Failure> {
             "within_margin": summary.audit.within_margin,
             "unresolved": summary.audit.unresolved,
             "disagreements": disagreements,
-            "cpu_seconds": summary.audit_seconds,
+            "thread_seconds": summary.audit_seconds,
         },
         "rhs": summary.rhs,
-        "pack_cpu_seconds": summary.pack_seconds,
+        "pack_thread_seconds": summary.pack_seconds,
         "failed": report.failed(),
         "failed_cells": failed,
     }))
@@ -195,18 +194,99 @@ fn rate(cells: u64, seconds: f64) -> f64 {
     cells as f64 / seconds
 }
 
-/// A share in per cent; a share that is not all or nothing never reads 100.0 or 0.0.
+/// A share in per cent. Only nothing reads 0 and only all reads 100.
 #[allow(clippy::cast_precision_loss)] // shown with three digits
 fn percent(part: u64, whole: u64) -> String {
-    let share = 100.0 * part as f64 / whole as f64;
-    match part {
-        0 => "0".into(),
+    match 100.0 * part as f64 / whole as f64 {
+        _ if part == 0 => "0".into(),
         _ if part == whole => "100".into(),
-        _ => format!("{:.1}", share.clamp(0.1, 99.9)),
+        share if share < 0.05 => "<0.1".into(),
+        share if share >= 99.95 => ">99.9".into(),
+        share => format!("{share:.1}"),
     }
 }
 
 /// A number with three significant digits.
 fn short3(x: f64) -> String {
     short(format!("{x:.2e}").parse().unwrap_or(x))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::friction::Law;
+    use crate::map::{Audit, Disagreement, Method, Paths};
+    use crate::simulate::{Failure as Breakdown, Fate, Flow};
+
+    fn job() -> Job {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("job.toml");
+        let axes = ["epsilon = 0.1", "alpha = 0.5", "beta = 0.0", "gamma = 1.0", "V = 1.0", "c = [0.0, 1.0]"];
+        std::fs::write(&file, format!("[grid]\n{}\n", axes.join("\n"))).unwrap();
+        Job::load(&file, &[]).unwrap()
+    }
+
+    fn summary(failed: u64, disagreements: Vec<Disagreement>) -> Summary {
+        let counts = Verdict::ALL.map(|verdict| if verdict == Verdict::Failed { failed } else { 0 });
+        Summary {
+            cells: 2,
+            seconds: 1.0,
+            threads: 1,
+            methods: vec![MethodSummary { method: Method::Simulation, cells: 2, seconds: 1.0, counts }],
+            paths: Paths::default(),
+            rhs: 0,
+            audit: Audit { cells: 2, checked: 2, agreed: 1, disagreements, ..Audit::default() },
+            audit_seconds: 0.0,
+            pack_seconds: 0.0,
+        }
+    }
+
+    fn text(report: &Report) -> String {
+        let mut out = Vec::new();
+        print(report, &mut out).unwrap();
+        String::from_utf8(out).unwrap()
+    }
+
+    #[test]
+    fn failures_and_contradictions_are_told_with_their_points() {
+        let job = job();
+        let point = job.plan.grid.point(&[0, 0, 0, 0, 0, 1]);
+        let line = "slipmap probe --epsilon 0.1 --alpha 0.5 --beta 0 --gamma 1 --V 1 --c 1";
+        assert_eq!(probe_line(Law::Stribeck, &point, job.plan.tolerance), line);
+
+        let fine = summary(0, Vec::new());
+        let report = Report { job: &job, summary: &fine, failed_cells: &[] };
+        assert!(!report.is_flawed());
+        assert!(!text(&report).contains("slipmap probe"));
+
+        let failed = summary(1, Vec::new());
+        let cells = [FailedCell { point, method: Method::Simulation }];
+        let report = Report { job: &job, summary: &failed, failed_cells: &cells };
+        assert!(report.is_flawed());
+        assert!(text(&report).contains(&format!("simulation: {line}\n")), "{}", text(&report));
+
+        let fate = Fate::Failed(Breakdown::StepBudget);
+        let direct = Flow { fate, margin: f64::NAN, margin_error: f64::NAN, rhs: 0 };
+        let disagreement = Disagreement { point, method: "symmetric", stored: Verdict::Present, direct };
+        let contradicted = summary(0, vec![disagreement]);
+        let report = Report { job: &job, summary: &contradicted, failed_cells: &[] };
+        assert!(report.is_flawed());
+        assert!(
+            text(&report).contains(&format!("symmetric says present, the direct engine failed: {line}\n"))
+        );
+    }
+
+    #[test]
+    fn shares_never_round_to_nothing_or_all() {
+        let cases = [
+            ((0, 9), "0"),
+            ((9, 9), "100"),
+            ((1, 3), "33.3"),
+            ((1, 10_000), "<0.1"),
+            ((9_999, 10_000), ">99.9"),
+        ];
+        for ((part, whole), text) in cases {
+            assert_eq!(percent(part, whole), text);
+        }
+    }
 }

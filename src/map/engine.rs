@@ -31,7 +31,7 @@ pub struct MethodSummary {
     pub method: Method,
     /// Cells computed.
     pub cells: u64,
-    /// Processor seconds, summed over the workers.
+    /// Seconds that the workers spent on it, summed over them (elapsed time, not processor time).
     pub seconds: f64,
     /// Cells of each verdict, in the order of [`Verdict::ALL`].
     pub counts: [u64; 5],
@@ -54,9 +54,9 @@ pub struct Summary {
     pub rhs: u64,
     /// The self-audit.
     pub audit: Audit,
-    /// Processor seconds of the self-audit.
+    /// Seconds that the workers spent on the self-audit.
     pub audit_seconds: f64,
-    /// Processor seconds spent packing tiles.
+    /// Seconds that the workers spent packing tiles.
     pub pack_seconds: f64,
 }
 

@@ -11,6 +11,7 @@ mod dop853;
 mod landing;
 mod polar;
 pub mod return_map;
+pub mod surface;
 
 pub use critical::{CriticalDamping, NoCriticalDamping, critical_damping};
 pub use return_map::flow;
@@ -71,8 +72,8 @@ pub struct Flow {
     /// What becomes of the orbit.
     pub fate: Fate,
     /// The scaled grazing margin m / V: how far beyond the belt line (negative: short of it) the lower
-    /// flow, continued, carries the first maximum of x2. NaN where the orbit has no such maximum or runs
-    /// far past the belt line.
+    /// flow, continued, carries the first maximum of x2. -1 where the orbit creeps into a node without a
+    /// maximum (the limit of ever smaller ones), NaN where it runs far past the belt line.
     pub margin: f64,
     /// Estimate of the absolute error of `margin`.
     pub margin_error: f64,

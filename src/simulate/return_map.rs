@@ -218,12 +218,14 @@ fn decisive_turn(groups: &ScaledGroups, tolerance: f64) -> Turn {
 #[must_use]
 pub fn flow(oscillator: &Oscillator, tolerance: f64) -> Flow {
     let turn = decisive_turn(&scaled(oscillator), tolerance);
-    let (Turn::Complete { rhs, .. } | Turn::HandOver { rhs }) = turn;
-    let mut rhs = u64::from(rhs);
-    let (margin, margin_error) = match turn {
-        Turn::Complete { margin, error, .. } => (margin, error),
-        Turn::HandOver { .. } => (f64::NAN, f64::NAN),
+    let (margin, margin_error, rhs) = match turn {
+        Turn::Complete { margin, error, rhs } => (margin, error, rhs),
+        Turn::HandOver { rhs } => {
+            let answer = direct::flow(oscillator, tolerance);
+            return Flow { rhs: u64::from(rhs) + answer.rhs, ..answer };
+        }
     };
+    let mut rhs = u64::from(rhs);
     let answer = |fate, rhs| Flow { fate, margin, margin_error, rhs };
     if margin < -margin_error {
         return answer(Fate::SpiralsInward, rhs);
@@ -241,16 +243,9 @@ pub fn flow(oscillator: &Oscillator, tolerance: f64) -> Flow {
             };
             answer(Fate::Sticks(landing), rhs)
         }
-        Approach::StaysBelow if margin.is_nan() => answer(Fate::SpiralsInward, rhs),
         Approach::Arrives(_) | Approach::StaysBelow | Approach::NoAnswer => {
             let direct = direct::flow(oscillator, tolerance);
-            let known = margin.is_finite();
-            Flow {
-                fate: direct.fate,
-                margin: if known { margin } else { direct.margin },
-                margin_error: if known { margin_error } else { direct.margin_error },
-                rhs: rhs + direct.rhs,
-            }
+            answer(direct.fate, rhs + direct.rhs)
         }
     }
 }

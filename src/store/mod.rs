@@ -1,4 +1,38 @@
 //! The map file: HDF5 that is also valid NetCDF-4. The only place that knows HDF5.
+//!
+//! # The format
+//!
+//! Each axis of the grid is a one-dimensional `f64` dataset of its name and an HDF5 dimension scale, in the
+//! order eps, the law's parameters, V, c (slowest first). Over these lie
+//!
+//! | variable | type | contents |
+//! | --- | --- | --- |
+//! | `verdict_METHOD` | `i8` | -1 absent, 0 undecided, 1 present, 2 failed, 3 not computed |
+//! | `margin_METHOD` | `f64` | margin of the verdict |
+//! | `critical_c_METHOD` | `f64` | critical damping, without the axis c; NaN where there is none |
+//! | `regime` | `i8` | 0 equilibrium, 1 stick-slip, 2 bistable, 3 pure slip, 4 crossing, 5 failed |
+//! | `landing_x1`, `stick_time`, `slip_time` | `f64` | the stick-slip cycle; NaN where there is none |
+//!
+//! each with `long_name` and `units`, those of a method with its `guarantee` and `equation`, those of codes
+//! with `flag_values`, `flag_meanings` and `flag_counts` (number of cells with each code). No variable
+//! has a `_FillValue`, which would make readers turn codes into floating-point numbers. Chunks have the
+//! shape of the engine's tiles (attribute `tile_shape`); codes are compressed by deflate, real numbers
+//! by shuffle and deflate. The file's own attributes tell where it comes from ([`Provenance`]) and how the
+//! run went ([`Outcome`]); `complete` = 1 comes last. Texts have fixed lengths, since not every NetCDF
+//! tool reads the other kind.
+//!
+//! # What protects it
+//!
+//! - A map lies under a temporary name, `NAME.part-...`, until it is complete, sealed and on disk. A killed
+//!   run may leave that file; nothing under the map's own name.
+//! - `sha256` of a variable: SHA-256 of the concatenated SHA-256s of its tiles, row-major, each over the
+//!   tile's cells (not the padding of its chunk), little-endian, with one bit pattern for NaN. It depends
+//!   neither on the number of threads nor on the compression, and survives copying by other tools.
+//! - `sha256_attributes` of the file and of every variable: over its other attributes, so that [`check`] can
+//!   say where one was changed.
+//! - The seal: a line of text after the end of the HDF5 file with the SHA-256 of every byte before it. HDF5
+//!   readers do not look there. It finds any change of any byte; a program that opens the map for
+//!   writing cuts it off.
 
 mod check;
 mod error;

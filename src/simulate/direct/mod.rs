@@ -30,10 +30,12 @@ const SLIDING_WIDTH: f64 = 2.0;
 ///
 /// **Guarantee.** None is proved. `margin_error` is the sum of the local error estimates and of the
 /// expected rounding errors, each magnified by exp of the integral of max(D, 0) over the rest of the
-/// orbit, the most by which neighbouring orbits can separate (the Euclidean logarithmic norm of the Jacobian
-/// is max(D, 0)). Verdicts inside it are [`Fate::TooCloseToCall`]; so are orbits that come back
-/// from above within that distance of the exit point. A landing state is less accurate than the margin:
-/// its x1 has the error V `margin_error` (1 + V / wL), wL the landing speed x2', large near grazing.
+/// orbit, the most by which neighbouring orbits can separate (the Euclidean logarithmic norm of the
+/// Jacobian is max(D, 0)). Against slow references it held in all but one of 188,000 flows (17,128 points
+/// with V from 1e-3 to 100, tolerances from 1e-4 to 1e-14), where it was too small by a fifth. Verdicts
+/// inside it are [`Fate::TooCloseToCall`]; so are orbits that come back from above within that distance
+/// of the exit point. A landing state is less accurate than the margin: its x1 has the error
+/// V `margin_error` (1 + V / wL), wL the landing speed x2', large near grazing.
 ///
 /// **Margin.** -1 for an orbit that tends to the equilibrium without another maximum of x2, the limit of
 /// ever smaller maxima; the error is then a bound on them. NaN if the continued lower field carries the

@@ -65,6 +65,9 @@ pub(super) struct Slip<'a> {
     here: State,
     motion: Motion,
     next_step: f64,
+    /// Length and estimated error of the last accepted step; no error where an arc begins.
+    last_step: f64,
+    last_error: f64,
     /// Bound on the distance of `here` from the exact orbit, as far as the local error estimates go.
     pub(super) error: f64,
     /// Evaluations of the right-hand side so far.
@@ -88,6 +91,8 @@ impl<'a> Slip<'a> {
             here: State { offset: [Compensated::default(); 2], w: 0.0, divergence: 0.0, time: 0.0 },
             motion: Motion::Away,
             next_step: 0.0,
+            last_step: 1.0,
+            last_error: 0.0,
             error: 0.0,
             rhs: 0,
             steps_left: STEP_BUDGET,
@@ -149,6 +154,7 @@ impl<'a> Slip<'a> {
     fn begin(&mut self, state: State, motion: Motion) {
         self.here = state;
         self.motion = motion;
+        self.last_error = 0.0;
         // A cautious first step; the error control takes over from it.
         self.next_step = 0.2 * self.time_scale(&state);
     }
@@ -326,9 +332,12 @@ impl<'a> Slip<'a> {
                 }
             };
             let allowed = allowed_rate * h;
+            // Estimates pass through zero where errors do not, so the next step is not built on one alone.
+            let last = self.last_error * (h / self.last_step).powi(8);
             // The error per unit step falls like the 7th power of the step.
-            let factor = (0.9 * (allowed / error).powf(1.0 / 7.0)).clamp(0.2, 5.0);
+            let factor = (0.9 * (allowed / error.max(last)).powf(1.0 / 7.0)).clamp(0.2, 5.0);
             if error <= allowed {
+                (self.last_step, self.last_error) = (h, error);
                 // In the Euclidean norm of (x1, x2) neighbouring orbits separate at most at the rate D.
                 let growth = left.divergence.max(right.divergence).max(0.0);
                 self.error = self.error * (growth * h).exp() + error + rounding_rate * h;

@@ -1,0 +1,51 @@
+# Shared by the scripts beside it (sourced, not run): finds or installs what a fresh machine needs.
+# Nothing is installed that is already there; without the rights to install, says what is missing.
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+
+# need_packages TEST PACKAGE...: installs the Debian packages unless the shell command TEST succeeds.
+need_packages() {
+    local present=$1
+    shift
+    if eval "$present" >/dev/null 2>&1; then
+        return
+    fi
+    local sudo=""
+    if [ "$(id -u)" -ne 0 ]; then
+        sudo="sudo -n"
+    fi
+    if command -v apt-get >/dev/null && $sudo true 2>/dev/null; then
+        echo "installing: $*" >&2
+        $sudo apt-get update -qq >&2
+        DEBIAN_FRONTEND=noninteractive $sudo apt-get install -y -qq --no-install-recommends "$@" >&2
+    else
+        echo "slipmap needs these packages (names as on Debian and Ubuntu), please install them: $*" >&2
+        exit 2
+    fi
+}
+
+need_build_tools() {
+    if ! command -v cargo >/dev/null && [ -f "$HOME/.cargo/env" ]; then
+        . "$HOME/.cargo/env"
+    fi
+    if ! command -v cargo >/dev/null; then
+        echo "slipmap needs Rust 1.88 or newer: https://rustup.rs" >&2
+        exit 2
+    fi
+    need_packages "command -v cc && command -v pkg-config && pkg-config --exists hdf5" \
+        build-essential pkg-config libhdf5-dev
+}
+
+# The Python programs that read maps as users do, in a folder of their own that git ignores.
+need_python() {
+    need_packages "python3 -m venv --help && python3 -m ensurepip --version" python3-venv python3-pip
+    need_packages "command -v ncdump && command -v h5dump" netcdf-bin hdf5-tools
+    local wanted="$root/scripts/requirements.txt" venv="$root/target/venv"
+    if ! cmp -s "$wanted" "$venv/requirements.txt"; then
+        mkdir -p "$root/target"
+        python3 -m venv --clear "$venv"
+        "$venv/bin/pip" install -q --disable-pip-version-check -r "$wanted"
+        cp "$wanted" "$venv/requirements.txt"
+    fi
+    python="$venv/bin/python"
+}

@@ -1,0 +1,318 @@
+//! `slipmap run` and `slipmap check`: maps made, refused, interrupted and damaged.
+#![cfg(feature = "cli")]
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+
+mod cli_common;
+
+use std::path::Path;
+use std::process::Stdio;
+use std::time::{Duration, Instant};
+
+use cli_common::{Run, Scratch};
+use serde_json::Value;
+use slipmap::store::MapFile;
+
+/// A small map across the boundary of existence.
+const SMALL: &str = "\
+title = \"small\" # a comment to keep
+[grid]
+epsilon = [0.05, 0.2]
+alpha = { from = 0.0, to = 0.8, points = 5 }
+beta = [0.0, 0.2]
+gamma = { from = 0.5, to = 8.0, points = 5, spacing = \"log\" }
+V = [0.5, 2.0]
+c = { from = 0.0, to = 3.0, points = 13 }
+[audit]
+cells = 50
+[output]
+path = \"maps/small.h5\"
+fields = [\"verdict\", \"margin\", \"critical_c\", \"regime\", \"landing\"]
+";
+const CELLS: u64 = 2 * 5 * 2 * 5 * 2 * 13;
+
+fn scratch() -> Scratch {
+    let scratch = Scratch::new();
+    scratch.file("small.toml", SMALL);
+    scratch
+}
+
+fn parse(run: &Run) -> Value {
+    serde_json::from_str(&run.out).unwrap_or_else(|error| panic!("{error} in\n{}", run.out))
+}
+
+fn maps(scratch: &Scratch) -> Vec<String> {
+    let entries = std::fs::read_dir(scratch.path().join("maps")).unwrap();
+    entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
+}
+
+#[test]
+fn a_run_makes_a_sound_map_and_accounts_for_every_cell() {
+    let scratch = scratch();
+    let run = scratch.run(&["run", "small.toml", "--json", "--set", "title=renamed"]).ends_with(0);
+    assert_eq!(run.err, "", "no progress bar without a terminal");
+    let summary = parse(&run);
+    assert_eq!(summary["title"], "renamed");
+    assert_eq!(summary["output"], "maps/small.h5");
+    assert_eq!(summary["cells"], CELLS);
+    assert_eq!(summary["columns"], CELLS / 13);
+    let methods = summary["methods"].as_object().unwrap();
+    assert_eq!(methods.len(), 7);
+    for (name, method) in methods {
+        let count = |verdict: &str| method[verdict].as_u64().unwrap();
+        assert_eq!(count("cells"), CELLS, "{name}");
+        let verdicts = ["present", "absent", "undecided", "failed", "not_computed"];
+        assert_eq!(verdicts.into_iter().map(count).sum::<u64>(), CELLS, "{name}");
+    }
+    // The grid lies across the boundary, so neither answer is missing.
+    assert!(methods["simulation"]["present"].as_u64() > Some(0));
+    assert!(methods["simulation"]["absent"].as_u64() > Some(0));
+    let paths: u64 =
+        summary["paths"].as_object().unwrap().values().map(|cells| cells.as_u64().unwrap()).sum();
+    assert_eq!(paths, CELLS, "every simulated cell was decided on some path");
+    assert_eq!(summary["audit"]["cells"], 50);
+    assert_eq!(summary["audit"]["disagreements"], Value::Array(Vec::new()));
+    assert_eq!(maps(&scratch), ["small.h5"], "no temporary file stays");
+    assert_eq!(summary["bytes"], std::fs::metadata(scratch.path().join("maps/small.h5")).unwrap().len());
+
+    let map = MapFile::open(&scratch.path().join("maps/small.h5")).unwrap();
+    assert_eq!(map.text("title"), Some("renamed"));
+    let config = map.text("config").unwrap();
+    assert!(config.contains("title = \"renamed\" # a comment to keep"), "{config}");
+    assert!(map.text("history").unwrap().ends_with(": slipmap run small.toml --json --set title=renamed"));
+    for (name, method) in methods {
+        let stored = map.counts(&format!("verdict_{name}")).unwrap();
+        let told = ["absent", "undecided", "present", "failed", "not_computed"];
+        assert_eq!(stored, told.map(|verdict| method[verdict].as_u64().unwrap()), "{name}");
+    }
+
+    let check = scratch.run(&["check", "maps/small.h5"]).ends_with(0);
+    assert!(check.out.contains("2,600 cells") && check.out.contains("sound"), "{}", check.out);
+}
+
+#[test]
+fn the_table_of_a_run_names_every_method() {
+    let scratch = scratch();
+    let run = scratch.run(&["run", "small.toml", "--quiet", "--threads", "1"]).ends_with(0);
+    assert_eq!(run.err, "");
+    for part in [
+        "small: maps/small.h5",
+        "2,600 cells in 200 columns",
+        "on 1 thread",
+        "present",
+        "undecided",
+        "perturbation",
+        "simulation",
+        "simulation decided by:",
+        "audit: 50 cells",
+        "0 contradicted",
+    ] {
+        assert!(run.out.contains(part), "no `{part}` in\n{}", run.out);
+    }
+}
+
+#[test]
+fn the_fields_of_a_map_are_the_answers_of_probe() {
+    let scratch = scratch();
+    scratch.run(&["run", "small.toml"]).ends_with(0);
+    let map = MapFile::open(&scratch.path().join("maps/small.h5")).unwrap();
+    let grid = map.grid();
+    let shape = grid.shape();
+    // A few cells on a diagonal through the grid.
+    for i in 0..13 {
+        let index: Vec<usize> = shape.iter().map(|&len| i * len / 13).collect();
+        let cell: Vec<_> = index.iter().map(|&i| i..i + 1).collect();
+        let point = grid.point(&index);
+        let mut arguments = vec!["probe".to_owned(), "--json".into()];
+        for axis in grid.axes().iter().zip(&index) {
+            arguments.extend([format!("--{}", axis.0.name), format!("{:?}", axis.0.values[*axis.1])]);
+        }
+        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+        let answer = parse(&scratch.run(&arguments).ends_with(0));
+        let code = |variable: &str| map.codes(variable, &cell).unwrap().iter().copied().next().unwrap();
+        let real = |variable: &str| map.reals(variable, &cell).unwrap().iter().copied().next().unwrap();
+        for method in map.methods() {
+            let name = &method.name;
+            let verdict = ["absent", "undecided", "present", "failed", "not_computed"]
+                [usize::try_from(code(&format!("verdict_{name}")) + 1).unwrap()];
+            assert_eq!(answer["methods"][name]["verdict"], verdict, "{name} at {point:?}");
+            let margin = real(&format!("margin_{name}"));
+            match answer["methods"][name]["margin"].as_f64() {
+                // Both come from the same arithmetic but for the simulation, whose lanes may take another
+                // rung of the ladder: within the tolerance of both.
+                Some(probed) => {
+                    assert!((margin - probed).abs() <= 2e-9, "{name}: {margin} and {probed} at {point:?}")
+                }
+                None => assert!(!margin.is_finite(), "{name}: {margin} at {point:?}"),
+            }
+        }
+        let regimes = ["equilibrium", "stick_slip", "bistable", "pure_slip", "crossing", "failed"];
+        assert_eq!(answer["regime"], regimes[usize::try_from(code("regime")).unwrap()]);
+        match answer["landing"]["x1"].as_f64() {
+            Some(x1) => assert_eq!(real("landing_x1"), x1),
+            None => assert!(real("landing_x1").is_nan()),
+        }
+    }
+}
+
+#[test]
+fn an_existing_map_is_kept_unless_told_otherwise() {
+    let scratch = scratch();
+    let small = ["run", "small.toml", "--set", "output.fields=[\"verdict\"]"];
+    scratch.run(&small).ends_with(0);
+    let path = scratch.path().join("maps/small.h5");
+    let before = std::fs::read(&path).unwrap();
+    scratch.run(&["run", "small.toml"]).refuses(&[
+        "maps/small.h5 exists already",
+        "--overwrite",
+        "output.path",
+    ]);
+    scratch.run(&["run", "small.toml", "--dry-run"]).refuses(&["maps/small.h5 exists already"]);
+    assert_eq!(std::fs::read(&path).unwrap(), before);
+    let run = scratch.run(&["run", "small.toml", "--overwrite"]).ends_with(0);
+    assert!(run.err.contains("maps/small.h5") && run.err.contains("will be replaced"), "{}", run.err);
+    assert_ne!(std::fs::read(&path).unwrap(), before);
+    assert_eq!(maps(&scratch), ["small.h5"]);
+}
+
+#[test]
+fn the_configuration_itself_is_never_the_output() {
+    let scratch = scratch();
+    let onto_itself = ["run", "small.toml", "--overwrite", "--set", "output.path=./small.toml"];
+    scratch.run(&onto_itself).refuses(&["is the configuration itself", "help: "]);
+    assert_eq!(scratch.read("small.toml"), SMALL);
+    assert_eq!(scratch.names(), ["small.toml"]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_standard_output_is_an_error() {
+    let scratch = scratch();
+    let mut command = scratch.command(&["run", "small.toml"]);
+    command.stdout(std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap());
+    let run = Run::of(command.stderr(Stdio::piped()).output().unwrap()).ends_with(1);
+    assert!(run.err.contains("cannot write to standard output"), "{}", run.err);
+}
+
+#[test]
+fn a_dry_run_tells_the_size_and_writes_nothing() {
+    let scratch = scratch();
+    let told = parse(&scratch.run(&["run", "small.toml", "--dry-run", "--json"]).ends_with(0));
+    assert_eq!(told["cells"], CELLS);
+    assert_eq!(told["columns"], CELLS / 13);
+    assert_eq!(told["axes"]["alpha"], 5);
+    // Seven verdicts of one byte, seven margins and three numbers of the landing of eight, one regime, and
+    // a critical damping for each method and column.
+    assert_eq!(told["bytes"], CELLS * (7 + 8 * 7 + 8 * 3 + 1) + 8 * 7 * CELLS / 13);
+    assert!(told["seconds"].as_f64().unwrap() > 0.0);
+    assert!(told["free_bytes"].as_u64().unwrap() > 0);
+    let text = scratch.run(&["run", "small.toml", "--dry-run"]).ends_with(0).out;
+    assert!(text.contains("nothing is written") && text.contains("2,600 in 200 columns"), "{text}");
+    assert_eq!(scratch.names(), ["small.toml"]);
+}
+
+#[test]
+fn methods_can_be_left_out() {
+    let scratch = scratch();
+    let sets =
+        ["--set", "methods.run=[\"symmetric\", \"perturbation\"]", "--set", "output.fields=[\"verdict\"]"];
+    let run = scratch.run(&[&["run", "small.toml", "--json"], &sets[..]].concat()).ends_with(0);
+    let methods = &parse(&run)["methods"];
+    assert_eq!(methods.as_object().unwrap().keys().collect::<Vec<_>>(), ["perturbation", "symmetric"]);
+    scratch.run(&["check", "maps/small.h5"]).ends_with(0);
+}
+
+#[test]
+fn check_tells_sound_damaged_and_foreign_files_apart() {
+    let scratch = scratch();
+    scratch.run(&["run", "small.toml"]).ends_with(0);
+    let mut bytes = std::fs::read(scratch.path().join("maps/small.h5")).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 0x10;
+    scratch.file("damaged.h5", &bytes);
+    let check = scratch.run(&["check", "damaged.h5", "--json"]);
+    // One flipped bit may also hit what makes it a map at all.
+    assert!(check.code == 1 || check.code == 2, "{check:?}");
+    if check.code == 1 {
+        let report = parse(&check);
+        assert_eq!(report["sound"], false);
+        assert!(!report["problems"].as_array().unwrap().is_empty());
+    }
+    scratch.run(&["check", "small.toml"]).refuses(&["small.toml cannot be read as a map", "help: "]);
+    scratch.run(&["check", "none.h5"]).refuses(&["none.h5: there is no such file", "help: "]);
+    scratch.run(&["check", "maps"]).refuses(&["maps: this is a folder", "help: "]);
+}
+
+#[test]
+fn the_shipped_configurations_are_legal() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs");
+    for (name, dimensions) in [("quickstart", 6), ("paper", 6)] {
+        let scratch = Scratch::new();
+        let file = folder.join(format!("{name}.toml"));
+        let run = scratch.run(&["run", file.to_str().unwrap(), "--dry-run", "--json"]).ends_with(0);
+        assert_eq!(parse(&run)["axes"].as_object().unwrap().len(), dimensions);
+        assert_eq!(parse(&run)["output"], format!("results/{name}.h5"));
+        assert!(scratch.names().is_empty());
+    }
+}
+
+#[test]
+fn usage_errors_and_help() {
+    let scratch = scratch();
+    scratch.run(&["run"]).refuses(&["CONFIG.toml"]);
+    scratch.run(&["fly"]).refuses(&["fly"]);
+    scratch.run(&["run", "small.toml", "--threads", "0"]).refuses(&["--threads"]);
+    for command in ["run", "probe", "check"] {
+        let help = scratch.run(&[command, "--help"]).ends_with(0).out;
+        assert!(help.contains(&format!("slipmap {command}")) && help.contains("Example"), "{help}");
+    }
+    let version = scratch.run(&["--version"]).ends_with(0).out;
+    assert!(version.starts_with(&format!("slipmap {} (git ", env!("CARGO_PKG_VERSION"))), "{version}");
+    assert_eq!(scratch.names(), ["small.toml"]);
+}
+
+/// Asks a process to stop as Ctrl-C does.
+#[cfg(unix)]
+fn interrupt(process: u32) {
+    let status = std::process::Command::new("kill").args(["-INT", &process.to_string()]).status().unwrap();
+    assert!(status.success());
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_leaves_nothing_behind() {
+    let scratch = scratch();
+    // Cell by cell with the slow engine: minutes of work in tiles of a fraction of a second.
+    let sets =
+        ["--set", "simulation.engine=direct", "--set", "grid.alpha.points=200", "--set", "grid.c.points=64"];
+    let mut command = scratch.command(&[&["run", "small.toml"], &sets[..]].concat());
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    // Once the temporary file is there the run has begun.
+    let start = Instant::now();
+    while !scratch.path().join("maps").exists() || maps(&scratch).is_empty() {
+        assert!(start.elapsed() < Duration::from_secs(60), "the run never began");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    interrupt(child.id());
+    let run = Run::of(child.wait_with_output().unwrap()).ends_with(130);
+    assert!(run.err.contains("interrupted"), "{}", run.err);
+    assert!(maps(&scratch).is_empty(), "{:?}", maps(&scratch));
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_table_leaves_nothing_behind() {
+    let scratch = Scratch::new();
+    let row = |i: usize| format!("0.5,0.1,0.1,{},{},0.1\n", 2.0 + i as f64 * 1e-4, 0.5 + i as f64 * 1e-4);
+    let rows = "epsilon,alpha,beta,gamma,V,c\n".to_owned() + &(0..100_000).map(row).collect::<String>();
+    scratch.file("in.csv", rows);
+    let mut command = scratch.command(&["probe", "--points", "in.csv", "--out", "out.csv"]);
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let start = Instant::now();
+    while scratch.names().len() < 2 {
+        assert!(start.elapsed() < Duration::from_secs(60), "the table was never begun");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    interrupt(child.id());
+    Run::of(child.wait_with_output().unwrap()).ends_with(130);
+    assert_eq!(scratch.names(), ["in.csv"]);
+}

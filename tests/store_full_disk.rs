@@ -1,0 +1,95 @@
+//! A map that finds no room is reported and leaves nothing behind.
+//!
+//! In a program of its own: it starts processes, and those inherit the locks of whatever files HDF5 has open.
+#![cfg(all(unix, feature = "store"))]
+#![allow(clippy::expect_used)] // helpers of tests, which clippy.toml exempts only inside test functions
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use slipmap::friction::Law;
+use slipmap::map::{Engine, Field, Grid, Method, MethodCells, Plan, Sink, TileData};
+use slipmap::store::{Existing, MapWriter, Outcome, Provenance, StoreError};
+use tempfile::TempDir;
+
+/// Tells this program, started again under a limit on the size of files, where to write.
+const FOLDER: &str = "SLIPMAP_TEST_FULL_DISK";
+
+/// Writes a map of eight tiles whose margins no compression can shrink.
+fn write(path: &Path) -> Result<(), StoreError> {
+    let nodes = [4usize, 1, 1, 1, 16, 32].map(|len| (1..=len).map(|i| i as f64 / 64.0).collect());
+    let grid = Grid::new(Law::Stribeck, nodes.into()).expect("legal axes");
+    let tile_shape = grid.tile_shape(8 * 32);
+    let method = Method::Simulation;
+    let plan = Plan {
+        methods: vec![method],
+        fields: vec![Field::Verdict, Field::Margin],
+        engine: Engine::Auto,
+        tolerance: 1e-9,
+        audit_cells: 0,
+        compression: 4,
+        tile_shape,
+        grid,
+    };
+    let writer = MapWriter::create(path, &plan, &Provenance::default(), Existing::Refuse)?;
+    let mut state = 1u64;
+    for number in 0..plan.grid.tile_count(&plan.tile_shape) {
+        let tile = plan.grid.tile(&plan.tile_shape, number);
+        let margins = (0..tile.cells()).map(|_| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            f64::from_bits(state >> 2)
+        });
+        let margins = margins.collect();
+        let verdicts = vec![1; tile.cells()];
+        let data = TileData {
+            methods: vec![MethodCells { method, verdicts, margins, critical: vec![] }],
+            regime: vec![],
+            landing_x1: vec![],
+            stick_time: vec![],
+            slip_time: vec![],
+            tile,
+        };
+        writer.write(writer.pack(&data)?)?;
+    }
+    writer.finish(&Outcome::default())
+}
+
+#[test]
+fn a_full_disk_is_reported_and_leaves_nothing() {
+    if let Some(folder) = std::env::var_os(FOLDER) {
+        let error = write(&PathBuf::from(folder).join("map.h5")).expect_err("there is no room");
+        assert!(matches!(error, StoreError::DiskFull { .. }), "{error}");
+        return;
+    }
+    let folder = TempDir::new().expect("a scratch folder");
+    let path = folder.path().join("map.h5");
+    write(&path).expect("there is room");
+    // The shell counts in blocks of 512 bytes; the last one is not full, or just full.
+    let blocks = (fs::metadata(&path).expect("it was written").len() - 1) / 512;
+    // Room for nothing, for some chunks, for all chunks, for all but the seal.
+    for limit in [0, blocks / 4, blocks / 2, 3 * blocks / 4, blocks - 1, blocks] {
+        let folder = TempDir::new().expect("a scratch folder");
+        let child = Command::new("sh")
+            .args([
+                "-c",
+                "trap '' XFSZ; ulimit -f $1; exec \"$0\" --exact a_full_disk_is_reported_and_leaves_nothing",
+            ])
+            .arg(std::env::current_exe().expect("this program"))
+            .arg(limit.to_string())
+            .env(FOLDER, folder.path())
+            .output()
+            .expect("the shell runs");
+        assert!(
+            child.status.success(),
+            "limit of {limit} blocks: {}",
+            String::from_utf8_lossy(&child.stdout)
+        );
+        assert_eq!(
+            fs::read_dir(folder.path()).expect("the folder is there").count(),
+            0,
+            "limit of {limit} blocks"
+        );
+        assert_eq!(String::from_utf8_lossy(&child.stderr), "", "HDF5 is to be silent");
+    }
+}
