@@ -34,6 +34,13 @@ pub struct Tick {
     pub label: Rich,
 }
 
+impl Tick {
+    /// Length of its line; minor ticks are shorter.
+    fn length(&self) -> f64 {
+        if self.label.pieces.is_empty() { 0.6 * TICK } else { TICK }
+    }
+}
+
 impl Scale {
     /// A linear scale; one number alone gets room around it.
     #[must_use]
@@ -189,21 +196,26 @@ impl Panel {
 
     /// Draws frame, ticks and numbers.
     pub fn axes(&self, scene: &mut Scene, labels: Labels) {
-        let Rect { x, y, w, h } = self.rect;
+        let Rect { x, y, h, .. } = self.rect;
         scene.frame(self.rect, &AXIS);
-        let tick_length = |tick: &Tick| if tick.label.pieces.is_empty() { 0.6 * TICK } else { TICK };
-        for tick in self.x_ticks() {
-            let at = x + w * self.x.unit(tick.value);
-            scene.line(&[(at, y + h), (at, y + h - tick_length(&tick))], &AXIS);
-            if labels.x {
-                scene.text((at, y + h + SMALL_TEXT + 1.5), &tick.label, SMALL_TEXT, Anchor::Middle);
-            }
-        }
+        self.x_axis(scene, labels);
         for tick in self.y_ticks() {
             let at = y + h * (1.0 - self.y.unit(tick.value));
-            scene.line(&[(x, at), (x + tick_length(&tick), at)], &AXIS);
+            scene.line(&[(x, at), (x + tick.length(), at)], &AXIS);
             if labels.y {
                 scene.text((x - 3.0, at + 0.36 * SMALL_TEXT), &tick.label, SMALL_TEXT, Anchor::End);
+            }
+        }
+    }
+
+    /// Draws ticks and numbers of the horizontal axis.
+    pub fn x_axis(&self, scene: &mut Scene, labels: Labels) {
+        let Rect { x, y, w, h } = self.rect;
+        for tick in self.x_ticks() {
+            let at = x + w * self.x.unit(tick.value);
+            scene.line(&[(at, y + h), (at, y + h - tick.length())], &AXIS);
+            if labels.x {
+                scene.text((at, y + h + SMALL_TEXT + 1.5), &tick.label, SMALL_TEXT, Anchor::Middle);
             }
         }
     }
@@ -248,7 +260,12 @@ impl Panel {
     pub fn y_name(&self, scene: &mut Scene, name: &Rich, labels_width: f64) {
         let Rect { x, y, h, .. } = self.rect;
         let right = x - labels_width - 5.5;
-        scene.text_up((right, y + 0.5 * h), name, TEXT, Anchor::Middle);
+        let middle = y + 0.5 * h;
+        if text_width(name, TEXT) < TEXT {
+            scene.text((right, middle + 0.36 * TEXT), name, TEXT, Anchor::End);
+        } else {
+            scene.text_up((right, middle), name, TEXT, Anchor::Middle);
+        }
     }
 
     /// Writes a title above the panel.
@@ -309,6 +326,15 @@ impl Panels {
             labels_width,
             bottom: TITLE_MARGIN + rows * row - TITLE_MARGIN - 4.0 + BOTTOM_MARGIN,
         }
+    }
+
+    /// Moves all panels.
+    pub fn shift(&mut self, (right, down): Place) {
+        for panel in &mut self.panels {
+            panel.rect.x += right;
+            panel.rect.y += down;
+        }
+        self.bottom += down;
     }
 
     /// Draws the axes: names and numbers on the left and at the bottom only.

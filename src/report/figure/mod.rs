@@ -1,6 +1,11 @@
 //! Figures, one file each. Every figure is a function from data to a [`Scene`].
 
 pub mod axis;
+pub mod bistable;
+pub mod critical;
+mod curves;
+pub mod deciders;
+pub mod errors;
 pub mod exact;
 pub mod legend;
 pub mod palette;
@@ -34,7 +39,11 @@ pub struct Figure {
 ///
 /// # Errors
 /// [`ReportError::Map`] if the map cannot be read.
-pub fn all(map: &MapFile, _report: &Report) -> Result<Vec<Figure>, ReportError> {
-    let figures = slices::slices(map)?;
+pub fn all(map: &MapFile, report: &Report) -> Result<Vec<Figure>, ReportError> {
+    let mut figures = slices::slices(map)?;
+    figures.push(deciders::deciders(map, report)?);
+    figures.push(critical::critical(map));
+    figures.extend(errors::errors(map, report));
+    figures.push(bistable::bistable(map));
     Ok(figures)
 }
