@@ -157,7 +157,7 @@ impl Scale {
 
 /// The label of a tick on a logarithmic axis: plain numbers where all are short.
 fn log_label(factor: u8, exponent: i32, (from, to): (f64, f64)) -> Rich {
-    if from > 0.8e-2 && to < 1.2e3 {
+    if from > 0.8e-3 && to < 1.2e3 {
         return Rich::number(f64::from(factor) * 10.0_f64.powi(exponent), 3);
     }
     let exponent = exponent.to_string().replace('-', "−");
@@ -285,10 +285,13 @@ pub const BOTTOM_MARGIN: f64 = SMALL_TEXT + TEXT + 7.0;
 /// Room above a panel for its title.
 pub const TITLE_MARGIN: f64 = SMALL_TEXT + 4.5;
 
-/// Room on the right of the last panel: half of a number.
-const RIGHT_MARGIN: f64 = 8.0;
 /// Room between panels.
 const GAP: f64 = 9.0;
+
+/// Width of the widest number at ticks.
+fn text_width_of(ticks: &[Tick]) -> f64 {
+    ticks.iter().map(|tick| text_width(&tick.label, SMALL_TEXT)).fold(0.0, f64::max)
+}
 
 /// Panels of equal size in rows, sharing their axes' names.
 #[derive(Clone, Debug)]
@@ -307,10 +310,16 @@ impl Panels {
     #[must_use]
     pub fn new(width: f64, columns: usize, count: usize, aspect: f64, x: Scale, y: Scale) -> Self {
         let columns = columns.clamp(1, count.max(1));
-        let labels_width = Panel::y_labels_width(y, 0.3 * aspect * width);
-        let left = left_margin(labels_width);
-        let w = (width - left - RIGHT_MARGIN - GAP * (columns - 1) as f64) / columns as f64;
-        let h = aspect * w;
+        let right = 0.5 * text_width_of(&x.ticks(5)).max(8.0);
+        let size = |labels_width: f64| {
+            let left = left_margin(labels_width);
+            let w = (width - left - right - GAP * (columns - 1) as f64) / columns as f64;
+            (left, w, aspect * w)
+        };
+        // The numbers depend on the height and the height on the numbers; the second round settles it.
+        let labels_width = Panel::y_labels_width(y, size(20.0).2);
+        let labels_width = Panel::y_labels_width(y, size(labels_width).2);
+        let (left, w, h) = size(labels_width);
         let row = h + TITLE_MARGIN + 4.0;
         let panels = (0..count)
             .map(|i| {

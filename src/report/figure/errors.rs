@@ -18,18 +18,15 @@ fn drawn(method: &MethodBoundary, epsilon: usize) -> Option<(f64, f64, f64)> {
     Some((median, high, errors.worst.as_ref().map_or(high, |worst| worst.error.abs()).max(high)))
 }
 
-/// A logarithmic scale of whole decades around all errors.
+/// A logarithmic scale around all errors that are drawn.
 fn scale(report: &Report, epsilons: usize) -> Option<Scale> {
     let methods = &report.boundaries.methods;
     let all = methods.iter().flat_map(|method| (0..epsilons).filter_map(|e| drawn(method, e)));
+    // The worst errors are drawn at one eps only.
+    let high_of = |(_, high, worst): (f64, f64, f64)| if epsilons == 1 { worst } else { high };
     let (low, high) = all
-        .fold((f64::INFINITY, 0.0_f64), |(low, high), (median, _, worst)| (low.min(median), high.max(worst)));
-    (low <= high).then(|| {
-        Scale::logarithmic(
-            10.0_f64.powf((0.7 * low).log10().floor()),
-            10.0_f64.powf((1.4 * high).log10().ceil()),
-        )
-    })
+        .fold((f64::INFINITY, 0.0_f64), |(low, high), errors| (low.min(errors.0), high.max(high_of(errors))));
+    (low <= high).then(|| Scale::logarithmic(0.5 * low, 2.0 * high))
 }
 
 /// The figure; `None` if no method has a boundary error to show.

@@ -9,7 +9,9 @@ pub mod errors;
 pub mod exact;
 pub mod legend;
 pub mod palette;
+pub mod paper;
 pub mod plot;
+pub mod portrait;
 pub mod region;
 pub mod render;
 pub mod scene;
@@ -17,6 +19,7 @@ pub mod slice;
 pub mod slices;
 
 pub use plot::{Plot, plot};
+pub use portrait::portrait;
 pub use scene::{Scene, Width};
 pub use slice::{ChoiceError, Held, Slice};
 
@@ -45,5 +48,7 @@ pub fn all(map: &MapFile, report: &Report) -> Result<Vec<Figure>, ReportError> {
     figures.push(critical::critical(map));
     figures.extend(errors::errors(map, report));
     figures.push(bistable::bistable(map));
+    figures.extend(portrait::portraits(map));
+    figures.extend(paper::figures());
     Ok(figures)
 }
