@@ -34,6 +34,8 @@ pub enum Show {
     AsIs,
     /// This many significant digits.
     Significant(usize),
+    /// At most this many significant digits, zeros at the end dropped: for parameters.
+    Trimmed(usize),
     /// This many decimals.
     Decimals(usize),
 }
@@ -78,10 +80,12 @@ enum Style {
     Counts,
     Decimals(usize),
     Significant(usize),
+    Trimmed(usize),
     Scientific(usize),
 }
 
-/// Numbers outside of this range make their column show powers of ten.
+/// Numbers outside of this range are shown with a power of ten; in LaTeX, where numbers are aligned, so is
+/// their whole column.
 const PLAIN: std::ops::Range<f64> = 1e-3..1e6;
 
 impl Table {
@@ -92,21 +96,25 @@ impl Table {
     }
 
     fn style(&self, column: usize) -> Style {
-        let reals = self.rows.iter().filter_map(|row| match row[column] {
-            Cell::Real(value) => Some(value.abs()),
-            _ => None,
-        });
         match self.columns[column].show {
             _ if !self.is_numeric(column) => Style::Words,
             Show::AsIs => Style::Counts,
             Show::Decimals(digits) => Style::Decimals(digits),
-            Show::Significant(digits) => {
-                let mut sizes = reals.filter(|size| *size > 0.0);
-                match sizes.all(|size| PLAIN.contains(&size)) {
-                    true => Style::Significant(digits),
-                    false => Style::Scientific(digits),
-                }
-            }
+            Show::Significant(digits) => Style::Significant(digits),
+            Show::Trimmed(digits) => Style::Trimmed(digits),
+        }
+    }
+
+    /// The style of a column whose numbers are aligned.
+    fn aligned_style(&self, column: usize) -> Style {
+        let style = self.style(column);
+        let plain = self.rows.iter().all(|row| match row[column] {
+            Cell::Real(value) => is_plain(value),
+            _ => true,
+        });
+        match style {
+            Style::Significant(digits) | Style::Trimmed(digits) if !plain => Style::Scientific(digits),
+            _ => style,
         }
     }
 
@@ -171,7 +179,7 @@ impl Table {
     /// As a LaTeX `table` for `\input`; needs `booktabs` and `siunitx`.
     #[must_use]
     pub fn latex(&self) -> String {
-        let styles: Vec<Style> = (0..self.columns.len()).map(|column| self.style(column)).collect();
+        let styles: Vec<Style> = (0..self.columns.len()).map(|column| self.aligned_style(column)).collect();
         let mut text = format!(
             "% Needs \\usepackage{{booktabs}} and \\usepackage{{siunitx}}.\n\\begin{{table}}\n\\centering\n\\caption{{{}}}\n\
              \\label{{tab:slipmap-{}}}\n\\begin{{tabular}}{{",
@@ -259,13 +267,18 @@ fn in_full(cell: &Cell) -> String {
     }
 }
 
+/// Whether a number is shown without a power of ten.
+fn is_plain(value: f64) -> bool {
+    value == 0.0 || PLAIN.contains(&value.abs())
+}
+
 /// A number in the style of its column.
 fn decimal(cell: &Cell, style: Style) -> Option<Decimal> {
     let plain = |mantissa: String| Some(Decimal { mantissa, exponent: 0 });
     let value = match *cell {
         Cell::Count(count) => match style {
             Style::Words | Style::Counts => return plain(count.to_string()),
-            Style::Decimals(_) | Style::Significant(_) | Style::Scientific(_) => count as f64,
+            _ => count as f64,
         },
         Cell::Real(value) if value.is_finite() => value,
         Cell::Real(_) | Cell::Words(_) | Cell::Missing => return None,
@@ -273,13 +286,22 @@ fn decimal(cell: &Cell, style: Style) -> Option<Decimal> {
     match style {
         Style::Words | Style::Counts => plain(format!("{value}")),
         Style::Decimals(digits) => plain(format!("{value:.digits$}")),
-        Style::Significant(_) if value == 0.0 => plain("0".into()),
+        Style::Significant(_) | Style::Trimmed(_) | Style::Scientific(_) if value == 0.0 => plain("0".into()),
+        Style::Significant(digits) | Style::Trimmed(digits) if !is_plain(value) => {
+            Some(scientific(value, digits))
+        }
+        Style::Trimmed(digits) => {
+            let text = decimal(cell, Style::Significant(digits))?.mantissa;
+            plain(match text.contains('.') {
+                true => text.trim_end_matches('0').trim_end_matches('.').into(),
+                false => text,
+            })
+        }
         Style::Significant(digits) => {
             let exponent = scientific(value, digits).exponent;
             let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
             plain(format!("{value:.decimals$}"))
         }
-        Style::Scientific(_) if value == 0.0 => plain("0".into()),
         Style::Scientific(digits) => Some(scientific(value, digits)),
     }
 }
@@ -361,7 +383,7 @@ mod tests {
     fn each_format_says_the_same() {
         let table = table();
         assert!(table.markdown().contains("| a\\_b | 1\u{202f}234\u{202f}567 | 12.3 | −1.50e-7 |"));
-        assert!(table.markdown().contains("| c\\|d | 0 | – | 2.50e-1 |"));
+        assert!(table.markdown().contains("| c\\|d | 0 | – | 0.250 |"));
         assert!(table.html().contains("<td class=\"number\">−1.50 × 10<sup>−7</sup></td>"));
         let latex = table.latex();
         assert!(latex.contains("a\\_b & 1234567 & 12.3 & -1.50e-7 \\\\"), "{latex}");

@@ -2,7 +2,7 @@
 
 use super::table::{Cell, Column, Show, Table};
 use super::text::{Rich, rich};
-use super::{Confusion, Report, SIMULATION};
+use super::{Confusion, Report};
 use crate::map::Verdict;
 use crate::store::{MapFile, Value};
 
@@ -35,7 +35,7 @@ fn epsilons(map: &MapFile) -> &[f64] {
 }
 
 /// Significant digits with which eps is shown.
-const EPSILON_DIGITS: Show = Show::Significant(3);
+const EPSILON_DIGITS: Show = Show::Trimmed(4);
 
 fn percent(part: f64, whole: f64) -> Option<f64> {
     (whole > 0.0).then(|| 100.0 * part / whole)
@@ -54,17 +54,18 @@ pub fn volume(map: &MapFile, report: &Report) -> Table {
             // The quotient of two uncertain volumes, at its worst.
             let relative_error = relative.map(|reference| {
                 let middle = volume.claimed / reference.claimed;
-                let high = (volume.claimed + volume.error) / (reference.claimed - reference.error).max(0.0);
-                let low = (volume.claimed - volume.error).max(0.0) / (reference.claimed + reference.error);
+                let (error, error_of_reference) = (volume.error_in_c, reference.error_in_c);
+                let high = (volume.claimed + error) / (reference.claimed - error_of_reference).max(0.0);
+                let low = (volume.claimed - error).max(0.0) / (reference.claimed + error_of_reference);
                 100.0 * (high - middle).max(middle - low)
             });
             rows.push(vec![
                 Cell::Real(epsilon),
                 words(&method.name),
                 Cell::Real(volume.claimed),
+                Cell::Real(volume.error_in_c),
                 Cell::Real(volume.error),
                 percent(volume.claimed, verdicts.box_volume).into(),
-                percent(volume.error, verdicts.box_volume).into(),
                 relative.and_then(|reference| percent(volume.claimed, reference.claimed)).into(),
                 relative_error
                     .filter(|_| Some(&method.name) != simulation_name(map, verdicts.simulation))
@@ -75,8 +76,10 @@ pub fn volume(map: &MapFile, report: &Report) -> Table {
     }
     let mut notes = vec![rich(
         "The volume is that of the points at which a method claims a stick-slip cycle, by the trapezoidal rule \
-         over the axes of more than one node except {epsilon}. Its error (±) is bounded by the boxes between \
-         neighbouring nodes whose corners do not all have the same verdict.",
+         over the axes of more than one node except {epsilon}. Its error is bounded twice: along {c} alone, the nodes \
+         of the other axes taken as they are, by half of every step of {c} over which the verdict changes; and along \
+         all axes by the boxes between neighbouring nodes whose corners do not all have the same verdict, a bound that \
+         is wide where an axis has few nodes. The error of the percentage of the simulation is that along {c}.",
     )];
     if verdicts.dimensions == 0 {
         notes.push(rich(
@@ -93,9 +96,9 @@ pub fn volume(map: &MapFile, report: &Report) -> Table {
             column("epsilon", "{epsilon}", EPSILON_DIGITS),
             column("method", "method", Show::AsIs),
             column("volume", "volume", Show::Significant(4)),
-            column("volume_error", "±", Show::Significant(2)),
+            column("volume_error_in_c", "± in {c}", Show::Significant(2)),
+            column("volume_error", "± in all", Show::Significant(2)),
             column("percent_of_box", "% of the box", Show::Decimals(2)),
-            column("percent_of_box_error", "±", Show::Decimals(2)),
             column("percent_of_simulation", "% of simulation", Show::Decimals(2)),
             column("percent_of_simulation_error", "±", Show::Decimals(2)),
             column("percent_of_simulation_confirmed", "% confirmed", Show::Decimals(2)),
@@ -246,7 +249,7 @@ pub fn boundary(map: &MapFile, report: &Report) -> Table {
         let heading = rich("worst ").then(Rich::symbol(&parameter.name));
         // Column names of CSV files are fixed for each law; leaking a few of them would be no harm, but the
         // laws' own names are static.
-        columns.push(Column { key: worst_key(map, &parameter.name), heading, show: Show::Significant(4) });
+        columns.push(Column { key: worst_key(map, &parameter.name), heading, show: Show::Trimmed(4) });
     }
     let origin = if boundaries.stored { "read from the map" } else { "computed again for this report" };
     let mut notes = vec![rich(&format!(
@@ -436,8 +439,8 @@ pub fn axes(map: &MapFile) -> Table {
             column("axis", "axis", Show::AsIs),
             column("long_name", "what it is", Show::AsIs),
             column("nodes", "nodes", Show::AsIs),
-            column("from", "from", Show::Significant(4)),
-            column("to", "to", Show::Significant(4)),
+            column("from", "from", Show::Trimmed(6)),
+            column("to", "to", Show::Trimmed(6)),
             column("spacing", "spacing", Show::AsIs),
         ],
         rows: rows.collect(),
@@ -503,9 +506,4 @@ pub fn provenance(map: &MapFile) -> Table {
         rows: rows.collect(),
         notes: Vec::new(),
     }
-}
-
-/// Whether a method is the simulation.
-pub(super) fn is_simulation(name: &str) -> bool {
-    name == SIMULATION
 }

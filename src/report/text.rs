@@ -228,18 +228,25 @@ pub fn html(words: &str) -> String {
 #[must_use]
 pub fn markdown(words: &str) -> String {
     let mut text = String::with_capacity(words.len());
-    for c in words.chars() {
+    let mut letters = words.chars().peekable();
+    while let Some(c) = letters.next() {
+        let before = text.trim_start();
+        // Some characters only act at the start of a line, or where a bare address is made a link.
+        let acts = match c {
+            '.' => {
+                let lower = before.to_ascii_lowercase();
+                before.bytes().all(|b| b.is_ascii_digit()) || lower.ends_with("www")
+            }
+            ':' => letters.peek() == Some(&'/'),
+            ',' | ';' | '/' | '%' | '\'' | '"' | '?' | '=' | '(' | ')' | '-' => before.is_empty(),
+            c => c.is_ascii_punctuation(),
+        };
         match c {
             '&' => text.push_str("&amp;"),
             '<' => text.push_str("&lt;"),
             '>' => text.push_str("&gt;"),
             c if c.is_control() => text.push(' '),
-            // Harmless in the middle of a line, and too common to spoil the source.
-            ',' | ';' | '/' | '%' | '\'' | '"' | '?' | '=' | '(' | ')' => text.push(c),
-            c if c.is_ascii_punctuation() => {
-                text.push('\\');
-                text.push(c);
-            }
+            c if acts => text.extend(['\\', c]),
             c => text.push(c),
         }
     }

@@ -63,8 +63,12 @@ fn place(verdict: Verdict) -> usize {
 pub struct Volume {
     /// Volume of the claim.
     pub claimed: f64,
-    /// Bound of its error: the boxes whose corners disagree, each with the larger of its two shares. It
-    /// holds if no box whose corners all agree hides a piece of the boundary.
+    /// Bound of its error along c, the other axes' nodes taken as they are: half of every step of c over
+    /// which the verdict changes.
+    pub error_in_c: f64,
+    /// Bound of its error along all axes: the boxes whose corners disagree, each with the larger of its two
+    /// shares. It holds if no box whose corners all agree hides a piece of the boundary. Large where an axis
+    /// has few nodes.
     pub error: f64,
     /// Volume on which the simulation finds the cycle too.
     pub confirmed: f64,
@@ -135,6 +139,7 @@ impl Verdicts {
                 let volume = boxes.volume(&codes, simulated.as_ref());
                 let sum = &mut self.volumes[method][epsilon];
                 sum.claimed += volume.claimed;
+                sum.error_in_c += volume.error_in_c;
                 sum.error += volume.error;
                 sum.confirmed += volume.confirmed;
             }
@@ -198,17 +203,25 @@ impl Boxes {
 
     fn volume(&self, codes: &ArrayViewD<i8>, simulated: Option<&ArrayViewD<i8>>) -> Volume {
         let present = |codes: &ArrayViewD<i8>| codes.mapv(|code| u16::from(code == Verdict::Present.code()));
-        let claimed = present(codes);
-        let confirmed = simulated.map(|simulated| &claimed * &present(simulated));
-        let (claimed, error) = self.weigh(claimed);
-        Volume { claimed, error, confirmed: confirmed.map_or(0.0, |confirmed| self.weigh(confirmed).0) }
+        let inside = present(codes);
+        let confirmed = simulated.map(|simulated| self.weigh(&inside * &present(simulated), 0).0);
+        let damping = self.lengths.len() - 1;
+        let error_in_c = self.lengths[damping].as_ref().map_or(0.0, |steps| {
+            let side = |from: usize| inside.slice_axis(Dim(damping), Slice::from(from..from + steps.len()));
+            let changes = ndarray::Zip::from(&side(0)).and(&side(1)).map_collect(|a, b| a ^ b);
+            // Each change counts half a step, just as each corner of a step does.
+            self.weigh(changes, 1).0
+        });
+        let (claimed, error) = self.weigh(inside, 0);
+        Volume { claimed, error_in_c, error, confirmed: confirmed.unwrap_or(0.0) }
     }
 
-    /// Volume of a set given by the nodes in it (1) and outside (0), and the bound of its error.
-    fn weigh(&self, inside: ArrayD<u16>) -> (f64, f64) {
+    /// Volume of a set given by the nodes in it (1) and outside (0), and the bound of its error. The last
+    /// `done` axes hold numbers of whole steps, not of nodes.
+    fn weigh(&self, inside: ArrayD<u16>, done: usize) -> (f64, f64) {
         let mut corners = inside;
-        let mut full: u16 = 1;
-        for (axis, lengths) in self.lengths.iter().enumerate() {
+        let mut full: u16 = 1 << self.lengths[self.lengths.len() - done..].iter().flatten().count();
+        for (axis, lengths) in self.lengths[..self.lengths.len() - done].iter().enumerate() {
             if let Some(lengths) = lengths {
                 let side =
                     |from: usize| corners.slice_axis(Dim(axis), Slice::from(from..from + lengths.len()));

@@ -34,6 +34,13 @@ pub struct Tick {
     pub label: Rich,
 }
 
+impl Tick {
+    /// Length of its line; minor ticks are shorter.
+    fn length(&self) -> f64 {
+        if self.label.pieces.is_empty() { 0.6 * TICK } else { TICK }
+    }
+}
+
 impl Scale {
     /// A linear scale; one number alone gets room around it.
     #[must_use]
@@ -150,7 +157,7 @@ impl Scale {
 
 /// The label of a tick on a logarithmic axis: plain numbers where all are short.
 fn log_label(factor: u8, exponent: i32, (from, to): (f64, f64)) -> Rich {
-    if from > 0.8e-2 && to < 1.2e3 {
+    if from > 0.8e-3 && to < 1.2e3 {
         return Rich::number(f64::from(factor) * 10.0_f64.powi(exponent), 3);
     }
     let exponent = exponent.to_string().replace('-', "−");
@@ -189,21 +196,26 @@ impl Panel {
 
     /// Draws frame, ticks and numbers.
     pub fn axes(&self, scene: &mut Scene, labels: Labels) {
-        let Rect { x, y, w, h } = self.rect;
+        let Rect { x, y, h, .. } = self.rect;
         scene.frame(self.rect, &AXIS);
-        let tick_length = |tick: &Tick| if tick.label.pieces.is_empty() { 0.6 * TICK } else { TICK };
-        for tick in self.x_ticks() {
-            let at = x + w * self.x.unit(tick.value);
-            scene.line(&[(at, y + h), (at, y + h - tick_length(&tick))], &AXIS);
-            if labels.x {
-                scene.text((at, y + h + SMALL_TEXT + 1.5), &tick.label, SMALL_TEXT, Anchor::Middle);
-            }
-        }
+        self.x_axis(scene, labels);
         for tick in self.y_ticks() {
             let at = y + h * (1.0 - self.y.unit(tick.value));
-            scene.line(&[(x, at), (x + tick_length(&tick), at)], &AXIS);
+            scene.line(&[(x, at), (x + tick.length(), at)], &AXIS);
             if labels.y {
                 scene.text((x - 3.0, at + 0.36 * SMALL_TEXT), &tick.label, SMALL_TEXT, Anchor::End);
+            }
+        }
+    }
+
+    /// Draws ticks and numbers of the horizontal axis.
+    pub fn x_axis(&self, scene: &mut Scene, labels: Labels) {
+        let Rect { x, y, w, h } = self.rect;
+        for tick in self.x_ticks() {
+            let at = x + w * self.x.unit(tick.value);
+            scene.line(&[(at, y + h), (at, y + h - tick.length())], &AXIS);
+            if labels.x {
+                scene.text((at, y + h + SMALL_TEXT + 1.5), &tick.label, SMALL_TEXT, Anchor::Middle);
             }
         }
     }
@@ -248,7 +260,12 @@ impl Panel {
     pub fn y_name(&self, scene: &mut Scene, name: &Rich, labels_width: f64) {
         let Rect { x, y, h, .. } = self.rect;
         let right = x - labels_width - 5.5;
-        scene.text_up((right, y + 0.5 * h), name, TEXT, Anchor::Middle);
+        let middle = y + 0.5 * h;
+        if text_width(name, TEXT) < TEXT {
+            scene.text((right, middle + 0.36 * TEXT), name, TEXT, Anchor::End);
+        } else {
+            scene.text_up((right, middle), name, TEXT, Anchor::Middle);
+        }
     }
 
     /// Writes a title above the panel.
@@ -268,10 +285,13 @@ pub const BOTTOM_MARGIN: f64 = SMALL_TEXT + TEXT + 7.0;
 /// Room above a panel for its title.
 pub const TITLE_MARGIN: f64 = SMALL_TEXT + 4.5;
 
-/// Room on the right of the last panel: half of a number.
-const RIGHT_MARGIN: f64 = 8.0;
 /// Room between panels.
 const GAP: f64 = 9.0;
+
+/// Width of the widest number at ticks.
+fn text_width_of(ticks: &[Tick]) -> f64 {
+    ticks.iter().map(|tick| text_width(&tick.label, SMALL_TEXT)).fold(0.0, f64::max)
+}
 
 /// Panels of equal size in rows, sharing their axes' names.
 #[derive(Clone, Debug)]
@@ -290,10 +310,16 @@ impl Panels {
     #[must_use]
     pub fn new(width: f64, columns: usize, count: usize, aspect: f64, x: Scale, y: Scale) -> Self {
         let columns = columns.clamp(1, count.max(1));
-        let labels_width = Panel::y_labels_width(y, 0.3 * aspect * width);
-        let left = left_margin(labels_width);
-        let w = (width - left - RIGHT_MARGIN - GAP * (columns - 1) as f64) / columns as f64;
-        let h = aspect * w;
+        let right = 0.5 * text_width_of(&x.ticks(5)).max(8.0);
+        let size = |labels_width: f64| {
+            let left = left_margin(labels_width);
+            let w = (width - left - right - GAP * (columns - 1) as f64) / columns as f64;
+            (left, w, aspect * w)
+        };
+        // The numbers depend on the height and the height on the numbers; the second round settles it.
+        let labels_width = Panel::y_labels_width(y, size(20.0).2);
+        let labels_width = Panel::y_labels_width(y, size(labels_width).2);
+        let (left, w, h) = size(labels_width);
         let row = h + TITLE_MARGIN + 4.0;
         let panels = (0..count)
             .map(|i| {
@@ -309,6 +335,15 @@ impl Panels {
             labels_width,
             bottom: TITLE_MARGIN + rows * row - TITLE_MARGIN - 4.0 + BOTTOM_MARGIN,
         }
+    }
+
+    /// Moves all panels.
+    pub fn shift(&mut self, (right, down): Place) {
+        for panel in &mut self.panels {
+            panel.rect.x += right;
+            panel.rect.y += down;
+        }
+        self.bottom += down;
     }
 
     /// Draws the axes: names and numbers on the left and at the bottom only.

@@ -58,6 +58,16 @@ impl Legend {
         self.entries.len().div_ceil(self.columns(width).0) as f64 * ROW
     }
 
+    /// Draws it below the panels of a figure, and ends the figure there.
+    pub fn below(&self, scene: &mut Scene, left: f64, top: f64) {
+        // Flush with the panels if it fits there in as few rows as over the whole width.
+        let whole = scene.width - 8.0;
+        let room = scene.width - left - 4.0;
+        let (left, room) = if self.height(room) > self.height(whole) { (4.0, whole) } else { (left, room) };
+        scene.height = top + if self.is_empty() { 0.0 } else { self.height(room) } + 4.0;
+        self.draw(scene, left, top, room);
+    }
+
     /// Draws it with its upper left corner at a place.
     pub fn draw(&self, scene: &mut Scene, left: f64, top: f64, width: f64) {
         let (columns, cell) = self.columns(width);

@@ -64,9 +64,9 @@ pub const ABSENT: Fill = Fill::plain("#f7e3bf");
 /// Not decided.
 pub const UNDECIDED: Fill = Fill::hatched(WHITE, Hatch::Rising, "#b4b4b4");
 /// Claims a cycle that does not exist.
-pub const WRONG_PRESENCE: Fill = Fill::hatched(VERMILION, Hatch::Crossed, WHITE);
+pub const WRONG_PRESENCE: Fill = Fill::hatched(VERMILION, Hatch::Falling, WHITE);
 /// Denies a cycle that exists.
-pub const WRONG_ABSENCE: Fill = Fill::hatched(PURPLE, Hatch::Falling, BLACK);
+pub const WRONG_ABSENCE: Fill = Fill::hatched(PURPLE, Hatch::Crossed, BLACK);
 /// Broke down.
 pub const FAILED: Fill = Fill::plain(BLACK);
 /// Not computed.

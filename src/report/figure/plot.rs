@@ -158,9 +158,7 @@ impl<'a> Page<'a> {
         }
         self.axes();
         let Rect { x, y, h, .. } = self.panel.rect;
-        let (top, room) = (y + h + BOTTOM_MARGIN, self.scene.width - x - 4.0);
-        legend.draw(&mut self.scene, x, top, room);
-        self.scene.height = top + legend.height(room) + 4.0;
+        legend.below(&mut self.scene, x, y + h + BOTTOM_MARGIN);
         self.scene
     }
 
@@ -218,10 +216,7 @@ impl<'a> Page<'a> {
         }
         self.axes();
         let Rect { x, y, h, .. } = self.panel.rect;
-        let (top, room) = (y + h + BOTTOM_MARGIN, self.scene.width - x - 4.0);
-        let legend_height = if legend.is_empty() { 0.0 } else { legend.height(room) };
-        legend.draw(&mut self.scene, x, top, room);
-        self.scene.height = top + legend_height + 4.0;
+        legend.below(&mut self.scene, x, y + h + BOTTOM_MARGIN);
         self.scene
     }
 

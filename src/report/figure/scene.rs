@@ -188,7 +188,7 @@ impl Scene {
     /// Draws the head of an arrow with its tip at a place.
     pub fn arrow_head(&mut self, tip: Place, direction: Place, color: &'static str, size: f64) {
         let length = direction.0.hypot(direction.1);
-        if !(length > 0.0) {
+        if length == 0.0 {
             return;
         }
         let (ux, uy) = (direction.0 / length, direction.1 / length);

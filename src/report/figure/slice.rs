@@ -7,6 +7,7 @@ use super::super::text::{Rich, rich};
 use crate::friction::Law;
 use crate::map::Axis;
 use crate::point::{LawParameters, Point};
+use crate::simulate::critical::critical_dampings;
 use crate::store::MapFile;
 
 /// Why a slice cannot be drawn.
@@ -218,7 +219,17 @@ impl<'a> Slice<'a> {
     /// "ε = 0.1, β = 0.5", every axis that is held.
     #[must_use]
     pub fn held(&self) -> Rich {
-        let axes = self.map.grid().axes().iter().enumerate();
+        self.held_from(0)
+    }
+
+    /// The same without eps, for figures with a panel for each.
+    #[must_use]
+    pub fn held_but_epsilon(&self) -> Rich {
+        self.held_from(1)
+    }
+
+    fn held_from(&self, first: usize) -> Rich {
+        let axes = self.map.grid().axes().iter().enumerate().skip(first);
         let mut text = Rich::default();
         for (i, axis) in axes.filter(|(i, _)| *i != self.x && *i != self.y) {
             if !text.pieces.is_empty() {
@@ -240,6 +251,40 @@ pub fn equals(axis: &str, value: f64) -> Rich {
 #[must_use]
 pub fn middle(axes: &[Axis]) -> Vec<usize> {
     axes.iter().map(|axis| (axis.values.len() - 1) / 2).collect()
+}
+
+/// Nodes of a map at which there is something to see: the middle ones if a cycle exists in their column,
+/// else those of a column among first, middle and last nodes of every axis whose critical damping is the
+/// median of all that are positive.
+#[must_use]
+pub fn telling(map: &MapFile) -> Vec<usize> {
+    let axes = map.grid().axes();
+    let middle = middle(axes);
+    let mut candidates = vec![middle.clone()];
+    for axis in 1..axes.len() - 1 {
+        let mut nodes = vec![0, middle[axis], axes[axis].values.len() - 1];
+        nodes.dedup();
+        candidates = candidates
+            .into_iter()
+            .flat_map(|candidate| {
+                nodes.iter().map(move |&node| {
+                    let mut candidate = candidate.clone();
+                    candidate[axis] = node;
+                    candidate
+                })
+            })
+            .collect();
+    }
+    let columns: Vec<_> =
+        candidates.iter().chain([&middle]).map(|candidate| map.grid().column(candidate)).collect();
+    let roots = critical_dampings(&columns, 1e-6);
+    let root = |i: usize| roots[i].as_ref().map_or(f64::NEG_INFINITY, |root| root.c);
+    if root(candidates.len()) > 0.0 {
+        return middle;
+    }
+    let mut positive: Vec<usize> = (0..candidates.len()).filter(|&i| root(i) > 0.0).collect();
+    positive.sort_by(|&a, &b| root(a).total_cmp(&root(b)));
+    positive.get(positive.len() / 2).map_or(middle, |&i| candidates[i].clone())
 }
 
 /// The node nearest to a value.

@@ -1,6 +1,5 @@
 //! Slices of the map: one panel per method, with the exact boundary as a curve.
 
-use super::super::tables::is_simulation;
 use super::super::text::{Rich, rich};
 use super::super::{ReportError, SIMULATION};
 use super::Figure;
@@ -10,7 +9,7 @@ use super::legend::{Legend, Sample};
 use super::palette;
 use super::region::{cell_edges, outlines};
 use super::scene::{Fill, Place, Scene, Stroke, Width};
-use super::slice::{Slice, equals, middle, nearest};
+use super::slice::{Slice, nearest, telling};
 use crate::map::Verdict;
 use crate::simulate::critical_damping;
 use crate::store::MapFile;
@@ -109,12 +108,13 @@ pub fn slices(map: &MapFile) -> Result<Vec<Figure>, ReportError> {
     let axes = map.grid().axes();
     let c = axes.len() - 1;
     let (x, y) = main_plane(map);
-    let mut planes = vec![(x, y, middle(axes))];
+    let index = telling(map);
+    let mut planes = vec![(x, y, index.clone())];
     // A second plane, across the law's parameters and V at fixed c.
     let mut others: Vec<usize> = (1..c).filter(|&axis| axes[axis].values.len() > 1 && axis != x).collect();
     others.sort_by_key(|&axis| std::cmp::Reverse(axes[axis].values.len()));
     if let (Some(&second), true) = (others.first(), y == c && x > 0) {
-        let mut index = middle(axes);
+        let mut index = index;
         index[c] = telling_damping(map, &index);
         planes.push((x.min(second), x.max(second), index));
     }
@@ -190,10 +190,7 @@ fn figure(map: &MapFile, slice: &Slice) -> Result<Figure, ReportError> {
         if exact.as_ref().is_some_and(|(_, curves)| !curves.is_empty()) {
             legend.add(Sample::Line(EXACT), rich("exact boundary"));
         }
-        let left = panels.panels[0].rect.x;
-        let room = scene.width - left - 4.0;
-        scene.height = panels.bottom + legend.height(room) + 4.0;
-        legend.draw(&mut scene, left, panels.bottom, room);
+        legend.below(&mut scene, panels.panels[0].rect.x, panels.bottom);
         scenes.push((width, scene));
     }
     let epsilon = match slice.x {
@@ -224,7 +221,7 @@ pub(super) fn method_title(name: &str) -> Rich {
     Rich::foreign(&name.replace('_', " "))
 }
 
-/// Draws the exact boundary of a slice into its panel.
+/// Draws the exact boundary of a slice into its panel; `false` if there is none.
 pub(super) fn draw_exact(scene: &mut Scene, slice: &Slice, panel: &Panel) -> bool {
     let curves = boundary(slice, panel);
     scene.clipped(panel.rect, |scene| {
@@ -234,14 +231,4 @@ pub(super) fn draw_exact(scene: &mut Scene, slice: &Slice, panel: &Panel) -> boo
         }
     });
     !curves.is_empty()
-}
-
-/// "eps = 0.1" of a slice.
-pub(super) fn epsilon_title(map: &MapFile, epsilon: usize) -> Rich {
-    equals("epsilon", map.grid().axes()[0].values[epsilon])
-}
-
-/// The closed-form methods of a map, by name.
-pub(super) fn tests(map: &MapFile) -> impl Iterator<Item = &str> {
-    map.methods().iter().map(|method| method.name.as_str()).filter(|name| !is_simulation(name))
 }
