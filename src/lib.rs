@@ -10,6 +10,8 @@ pub mod filippov;
 pub mod friction;
 pub mod map;
 pub mod point;
+#[cfg(feature = "report")]
+pub mod report;
 pub mod simulate;
 #[cfg(feature = "store")]
 pub mod store;

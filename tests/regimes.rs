@@ -1,6 +1,8 @@
 //! The flow's attractors and what separates them, against the direct engine, closed forms and the small-eps
 //! limit.
 
+#![allow(clippy::unwrap_used)] // helpers of tests, which clippy.toml exempts only inside test functions
+
 use std::f64::consts::{PI, TAU};
 
 use slipmap::certify;

@@ -8,10 +8,12 @@ mod check;
 mod estimate;
 mod interrupt;
 mod output;
+mod plot;
 mod point;
 mod probe;
 mod probe_table;
 mod progress;
+mod report;
 mod run;
 mod summary;
 
@@ -39,6 +41,7 @@ Examples:
   slipmap run configs/quickstart.toml
   slipmap probe --epsilon 0.1 --alpha 0.3 --beta 0.1 --gamma 2 --V 1 --c 0.5
   slipmap check results/quickstart.h5
+  slipmap report results/quickstart.h5
 
 Exit codes: 0 ok, 1 the job ran but something in it failed, 2 bad input, 130 interrupted";
 
@@ -48,6 +51,10 @@ enum Command {
     Run(run::Arguments),
     /// Ask every method about one point, or about each row of a table
     Probe(probe::Arguments),
+    /// Write tables and figures that compare the methods of a map
+    Report(report::Arguments),
+    /// Draw one slice of a map
+    Plot(plot::Arguments),
     /// Verify a map file: completeness, checksums, schema
     Check(check::Arguments),
 }
@@ -97,6 +104,8 @@ pub fn main() -> ExitCode {
     let result = match arguments.command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Probe(arguments) => probe::run(&arguments),
+        Command::Report(arguments) => report::run(&arguments),
+        Command::Plot(arguments) => plot::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
     };
     let (code, message) = match result {

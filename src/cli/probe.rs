@@ -8,11 +8,14 @@ use clap::Args;
 use super::answer::{self, Answer};
 use super::output::{Align, Table, count, exact, json, short, signed};
 use super::point::{PointArguments, coordinates, parse_law};
+use super::report::{existing, failure};
 use super::{Ended, Failure, probe_table};
 use crate::config::{DEFAULT_TOLERANCE, check_tolerance};
 use crate::filippov::Eigenvalues;
 use crate::friction::Law;
 use crate::map::Method;
+use crate::report::figure::{self, Width};
+use crate::report::write_figure;
 use crate::simulate::{self, Flow};
 
 /// Ask every method about one point, or about each row of a table.
@@ -30,6 +33,9 @@ pub(super) struct Arguments {
     /// Print JSON instead of text
     #[arg(long, conflicts_with = "points")]
     json: bool,
+    /// Draw the phase portrait; .svg, .pdf or .png
+    #[arg(long, value_name = "FILE", conflicts_with = "points")]
+    figure: Option<PathBuf>,
     /// Read points from this table, `-` for standard input; its header names a column for each parameter, in
     /// any order; other columns are kept
     #[arg(long, value_name = "IN.csv", requires = "out")]
@@ -37,8 +43,8 @@ pub(super) struct Arguments {
     /// Write the table with the answers appended here, `-` for standard output
     #[arg(long, value_name = "OUT.csv", requires = "points")]
     out: Option<PathBuf>,
-    /// Replace OUT.csv if it exists
-    #[arg(long, requires = "points")]
+    /// Replace OUT.csv or the figure if it exists
+    #[arg(long)]
     overwrite: bool,
     /// Number of threads for a table; default: one per core
     #[arg(long, requires = "points", value_parser = clap::value_parser!(u16).range(1..))]
@@ -51,6 +57,7 @@ pub(super) struct Arguments {
 const EXAMPLES: &str = "\
 Examples:
   slipmap probe --epsilon 0.1 --alpha 0.3 --beta 0.1 --gamma 2 --V 1 --c 0.5
+  slipmap probe --epsilon 0.1 --alpha 0.3 --beta 0.1 --gamma 2 --V 1 --c 0.5 --figure portrait.svg
   slipmap probe --points points.csv --out answers.csv
 
 A table with the header epsilon,alpha,beta,gamma,V,c (and any other columns) gains the columns
@@ -83,6 +90,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         });
     }
     let point = arguments.point.point(arguments.law)?;
+    if let Some(path) = &arguments.figure {
+        let (scene, caption) = figure::portrait(arguments.law, &point, Width::OneColumn);
+        write_figure(&scene, &caption, path, existing(arguments.overwrite)).map_err(failure)?;
+    }
     let answer = Answer::of(arguments.law, &point, tolerance, Method::all());
     let direct = simulate::direct::flow(&answer.oscillator, tolerance);
     if arguments.json {

@@ -10,7 +10,7 @@ use crate::filippov::Oscillator;
 use crate::friction::Column;
 use crate::simulate::{
     CriticalDamping, Fate, Flow, NoCriticalDamping, critical::critical_dampings, direct, flow,
-    return_map::Turn, return_map::turns_of,
+    return_map::Turn, return_map::turns_of, surface,
 };
 
 /// How the orbit of a cell ends, without its details.
@@ -54,7 +54,9 @@ impl End {
 pub struct Paths {
     /// Columns decided whole by the certificate `symmetric`, never simulated.
     pub certificate: u64,
-    /// By comparison with the column's critical damping.
+    /// By comparison with the column's critical damping, read off the universal surface.
+    pub universal_surface: u64,
+    /// By comparison with the column's critical damping, solved for.
     pub critical_surface: u64,
     /// By the monotone order of fates between two simulated cells of the column.
     pub order: u64,
@@ -67,9 +69,10 @@ pub struct Paths {
 impl Paths {
     /// The paths and their counts, for reports.
     #[must_use]
-    pub fn named(&self) -> [(&'static str, u64); 5] {
+    pub fn named(&self) -> [(&'static str, u64); 6] {
         [
             ("certificate", self.certificate),
+            ("universal_surface", self.universal_surface),
             ("critical_surface", self.critical_surface),
             ("order", self.order),
             ("return_map", self.return_map),
@@ -79,6 +82,7 @@ impl Paths {
 
     pub(super) fn add(&mut self, other: &Paths) {
         self.certificate += other.certificate;
+        self.universal_surface += other.universal_surface;
         self.critical_surface += other.critical_surface;
         self.order += other.order;
         self.return_map += other.return_map;
@@ -173,44 +177,68 @@ fn lands_on_stick(oscillator: &Oscillator, margin: f64) -> bool {
     oscillator.divergence(0.0) > 0.0 && oscillator.belt_speed * (margin * (2.0 + margin)).sqrt() < 2.0
 }
 
-/// Whole columns: certificates where allowed, then one root per column, then comparison.
+/// How a column is labelled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Way {
+    /// The certificate decides every cell.
+    Certificate,
+    /// The universal surface's bound decides every cell that the landing leaves to it.
+    Surface(CriticalDamping),
+    /// A root of the column's own.
+    Root,
+}
+
+/// Whole columns: for `auto` by certificate or by the universal surface where they decide every cell, else by
+/// one root per column and comparison.
 fn by_column(columns: &[Column], cs: &[f64], engine: Engine, tolerance: f64, done: &mut Simulated) {
     let claims: Vec<Claim> = columns.iter().map(certify::symmetric::TEST.claim).collect();
-    let decided_whole =
-        |claim: &Claim| engine == Engine::Auto && cs.iter().all(|&c| claim.decide(c) != Decision::Undecided);
-    let rooted: Vec<Column> = columns
-        .iter()
-        .zip(&claims)
-        .filter(|(_, claim)| !decided_whole(claim))
-        .map(|(column, _)| *column)
-        .collect();
+    let way = |column: &Column, claim: &Claim| {
+        if engine != Engine::Auto {
+            return Way::Root;
+        }
+        if cs.iter().all(|&c| claim.decide(c) != Decision::Undecided) {
+            return Way::Certificate;
+        }
+        let clear = |known: &CriticalDamping| cs.iter().all(|&c| (c - known.c).abs() > known.error);
+        surface::critical_damping(column).filter(clear).map_or(Way::Root, Way::Surface)
+    };
+    let ways: Vec<Way> = columns.iter().zip(&claims).map(|(column, claim)| way(column, claim)).collect();
+    let rooted: Vec<Column> =
+        columns.iter().zip(&ways).filter(|(_, way)| **way == Way::Root).map(|(column, _)| *column).collect();
     let mut roots = critical_dampings(&rooted, tolerance).into_iter();
-    for (column, claim) in columns.iter().zip(&claims) {
-        if decided_whole(claim) {
-            done.paths.certificate += cs.len() as u64;
-            done.ends.extend(cs.iter().map(|&c| match claim.decide(c) {
-                Decision::Present => End::Sticks,
-                Decision::Absent | Decision::Undecided => End::Inward,
-            }));
-        } else {
-            let root = roots.next().unwrap_or(Err(NoCriticalDamping::NoVerdict));
-            column_by_root(column, cs, claim, root, tolerance, done);
+    for ((column, claim), way) in columns.iter().zip(&claims).zip(ways) {
+        match way {
+            Way::Certificate => {
+                done.paths.certificate += cs.len() as u64;
+                done.ends.extend(cs.iter().map(|&c| match claim.decide(c) {
+                    Decision::Present => End::Sticks,
+                    Decision::Absent | Decision::Undecided => End::Inward,
+                }));
+            }
+            Way::Surface(critical) => {
+                done.paths.universal_surface += column_by_root(column, cs, claim, critical, tolerance, done);
+            }
+            Way::Root => match roots.next() {
+                Some(Ok(critical)) => {
+                    done.paths.critical_surface +=
+                        column_by_root(column, cs, claim, critical, tolerance, done);
+                }
+                Some(Err(NoCriticalDamping::NoVerdict)) | None => by_order(column, cs, tolerance, done),
+            },
         }
     }
 }
 
-/// Labels one column from its critical damping.
+/// Labels one column from its critical damping; returns the number of cells that comparison decided.
 fn column_by_root(
     column: &Column,
     cs: &[f64],
     claim: &Claim,
-    root: Result<CriticalDamping, NoCriticalDamping>,
+    critical: CriticalDamping,
     tolerance: f64,
     done: &mut Simulated,
-) {
-    let Ok(CriticalDamping { c: critical, error, rhs }) = root else {
-        return by_order(column, cs, tolerance, done);
-    };
+) -> u64 {
+    let CriticalDamping { c: critical, error, rhs } = critical;
     done.rhs += rhs;
     // Cells up to here are present or beyond the stick segment, cells from there on are absent; those
     // between are closer to the boundary than its error and get an orbit of their own.
@@ -225,8 +253,8 @@ fn column_by_root(
         done.ends.push(End::of(&answer));
     }
     done.ends.extend(std::iter::repeat_n(End::Inward, cs.len() - inward));
-    done.paths.critical_surface += (returning - sticking + cs.len() - inward) as u64;
     done.paths.return_map += (inward - returning) as u64;
+    (returning - sticking + cs.len() - inward) as u64
 }
 
 /// Labels cells by the order of fates along the column: orbits at both ends, and by halving wherever the

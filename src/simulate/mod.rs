@@ -16,6 +16,7 @@ pub mod naive;
 mod polar;
 pub mod return_map;
 pub mod slip_cycle;
+pub mod surface;
 
 pub use critical::{CriticalDamping, NoCriticalDamping, critical_damping};
 pub use dynamics::{Dynamics, dynamics};

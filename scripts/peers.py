@@ -1,0 +1,353 @@
+"""Other people's integrators on this project's question: the grazing margin m/V of many cells, at equal accuracy.
+
+Called by scripts/peers. Every peer answers the same random cells of the box below; its tolerance is the loosest of a
+ladder at which the largest error over its cells is at most `TARGET`, so that times compare at equal accuracy.
+Errors are against the (v, w) flow in 100-bit Taylor arithmetic (flow.py), good to 1e-18 here. Times are processor
+time of one thread, the least of a few passes; compiling, reading and writing are not counted. Slow peers take fewer
+cells: each row says how many. A row is `plausible` if its largest error is at most `TARGET` (for a peer that answers
+with verdicts alone: if none is wrong) and no cell went unanswered.
+"""
+
+import argparse
+import csv
+import datetime
+import os
+import random
+import re
+import subprocess
+import sys
+import time
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+
+from flow import Accuracy, Point, follow
+
+ROOT = Path(__file__).resolve().parent.parent
+TARGET = 1e-9
+LADDER = [10.0 ** (-k / 2) for k in range(10, 28)]
+REFERENCE = Accuracy(bits=100, order=24, tolerance="1e-20", cap="0.4")
+BOX = "eps 0.05, alpha [0,1], beta [0,0.5], gamma [0,4], c [0,1], V [0.2,1.5]"
+COLUMNS = [
+    "peer", "version", "form", "tolerance", "lanes", "cells", "seconds_per_cell", "rhs_per_cell",
+    "median_error", "max_error", "wrong_verdicts", "no_answer", "plausible", "note",
+]  # fmt: skip
+
+
+def draw_cells(count):
+    """Rows epsilon, alpha, beta, gamma, c, V; a longer sample begins with the shorter one."""
+    rng = random.Random(20260414)
+    draw = lambda: [0.05, rng.random(), 0.5 * rng.random(), 4 * rng.random(), rng.random(), 0.2 + 1.3 * rng.random()]
+    return np.array([draw() for _ in range(count)])
+
+
+def reference_margins(cells):
+    def margin(cell):
+        epsilon, alpha, beta, gamma, c, belt = map(float, cell)
+        return float(follow(Point(epsilon, alpha, beta, gamma, c, belt), REFERENCE).margin)
+
+    return np.array([margin(cell) for cell in cells])
+
+
+def timed(passes, work):
+    """The least processor time of some passes, and the last one's result."""
+    best = float("inf")
+    for _ in range(passes):
+        start = time.process_time()
+        result = work()
+        best = min(best, time.process_time() - start)
+    return best, result
+
+
+def scaled_groups(cells):
+    epsilon, alpha, beta, gamma, c, belt = cells.T
+    rate = epsilon * gamma
+    return np.array([rate * (1 - alpha), rate * belt, epsilon * beta * belt, epsilon * c])
+
+
+# --- peers: each is a function (cells, tolerance) -> (seconds, margins, rhs per cell or None) -------------------------
+
+
+class Heyoka:
+    """heyoka's batch mode on the scalar form dr/dtheta, r(0) = 1, over [0, 2 pi]: no event location needed."""
+
+    name, form, package = "heyoka (batch)", "scalar, Taylor", "heyoka"
+
+    def __init__(self, lanes):
+        self.lanes, self.compiled = lanes, {}
+
+    def integrator(self, tolerance):
+        import heyoka as hy
+
+        if tolerance not in self.compiled:
+            r = hy.make_vars("r")
+            sin, cos = hy.sin(hy.time), hy.cos(hy.time)
+            s = 1.0 - r * cos
+            q = 1.0 + hy.par[1] * s
+            d = hy.par[0] / (q * q) - hy.par[3] - 2.0 * hy.par[2] * s
+            rhs = d * r * sin * sin / (1.0 + d * sin * cos)
+            start, pars = np.ones((1, self.lanes)), np.zeros((4, self.lanes))
+            self.compiled[tolerance] = hy.taylor_adaptive_batch([(r, rhs)], start, pars=pars, tol=tolerance)
+        return self.compiled[tolerance]
+
+    def __call__(self, cells, tolerance):
+        ta, lanes = self.integrator(tolerance), self.lanes
+        groups = scaled_groups(cells)
+        groups = np.pad(groups, ((0, 0), (0, -len(cells) % lanes)), mode="edge")
+        margins = np.empty(groups.shape[1])
+
+        def work(end):
+            turn = [end] * lanes
+            for i in range(0, groups.shape[1], lanes):
+                ta.set_time(0.0)
+                ta.state[:] = 1.0
+                ta.pars[:] = groups[:, i : i + lanes]
+                ta.propagate_until(turn)
+                margins[i : i + lanes] = ta.state[0]
+
+        # A step of no length costs one expansion and all the calls from Python: an upper bound of the latter.
+        self.overhead = timed(3, lambda: work(1e-9))[0] / len(cells)
+        seconds, _ = timed(5, lambda: work(2 * np.pi))
+        return seconds, margins[: len(cells)] - 1, None
+
+
+def lower_flow(cell):
+    """(right-hand side, start, x2') of the lower flow in (x1, x2), analytically continued above the belt line."""
+    epsilon, alpha, beta, gamma, c, belt = map(float, cell)
+
+    def acceleration(x1, x2):
+        u = belt - x2
+        return -x1 - epsilon * c * x2 + (1 - alpha) / (1 + epsilon * gamma * u) + alpha + epsilon * beta * u * u
+
+    rhs = lambda t, x: (x[1], acceleration(x[0], x[1]))
+    return rhs, (1 - epsilon * c * belt, belt), lambda t, x: acceleration(x[0], x[1])
+
+
+class ScipyMargin:
+    """solve_ivp with the event x2' = 0: rising to the minimum of x2, then falling to its maximum (in one go it would
+    fire at the start, where x2' vanishes as well)."""
+
+    name, form, package, lanes = "SciPy solve_ivp", "(x1,x2), DOP853 + events", "scipy", 1
+
+    def __call__(self, cells, tolerance):
+        from scipy.integrate import solve_ivp
+
+        options = dict(method="DOP853", rtol=max(tolerance, 2.3e-14), atol=tolerance)
+        margins, calls = np.full(len(cells), np.nan), [0]
+
+        def extremum(rhs, span, start, event):
+            solution = solve_ivp(rhs, span, start, events=event, **options)
+            calls[0] += solution.nfev
+            return (solution.t_events[0][-1], solution.y_events[0][-1]) if len(solution.t_events[0]) else None
+
+        def work():
+            calls[0] = 0
+            for i, cell in enumerate(cells):
+                rhs, start, turning = lower_flow(cell)
+                up, down = (lambda t, x: turning(t, x)), (lambda t, x: turning(t, x))
+                up.terminal = down.terminal = True
+                up.direction, down.direction = 1, -1
+                bottom = extremum(rhs, (0, 20), start, up)
+                top = bottom and extremum(rhs, (bottom[0], 40), bottom[1], down)
+                if top:
+                    margins[i] = top[1][1] / cell[5] - 1
+
+        seconds, _ = timed(2, work)
+        return seconds, margins, calls[0] / len(cells)
+
+
+class ScipyVerdict:
+    """What a first script would do: solve_ivp from the exit point, present if the event x2 = V, rising, fires within
+    8 time units. Its `margins` are +1 and -1: only verdicts count."""
+
+    name, form, package, lanes = "SciPy solve_ivp, verdict only", "(x1,x2), DOP853 + event x2 = V", "scipy", 1
+
+    def __call__(self, cells, tolerance):
+        from scipy.integrate import solve_ivp
+
+        verdicts, calls = np.full(len(cells), np.nan), [0]
+
+        def work():
+            calls[0] = 0
+            for i, cell in enumerate(cells):
+                rhs, start, _ = lower_flow(cell)
+                reach = lambda t, x: x[1] - cell[5]
+                reach.terminal, reach.direction = True, 1
+                solution = solve_ivp(rhs, (0, 8), start, method="DOP853", rtol=tolerance, atol=tolerance, events=reach)
+                calls[0] += solution.nfev
+                verdicts[i] = 1 if len(solution.t_events[0]) else -1
+
+        seconds, _ = timed(2, work)
+        return seconds, verdicts, calls[0] / len(cells)
+
+
+class Crate:
+    """A Rust crate (or our own engine) by way of scripts/peers-rs."""
+
+    program = ROOT / "target/peers-rs/release/peers"
+    lanes = 1
+
+    def __init__(self, package, form, name=None, program_name=None):
+        self.package, self.form, self.name, self.program_name = package, form, name or package, program_name or package
+
+    def __call__(self, cells, tolerance):
+        path = ROOT / "target/peers-cells.txt"
+        path.write_text("".join(" ".join(map(repr, map(float, cell))) + "\n" for cell in cells))
+        command = [self.program, self.program_name, repr(tolerance), path, "5"]
+        lines = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split("\n")
+        answers = np.array([line.split() for line in lines[1:] if line], dtype=float)
+        return float(lines[0]), answers[:, 0], answers[:, 1].mean()
+
+
+def crate_version(package):
+    lock = (ROOT / "scripts/peers-rs/Cargo.lock").read_text()
+    return re.search(rf'name = "{package}"\nversion = "([^"]+)"', lock).group(1)
+
+
+# --- measuring --------------------------------------------------------------------------------------------------------
+
+
+def calibrate(peer, cells, exact):
+    """The loosest tolerance of the ladder at which no error exceeds the target; the tightest if none does."""
+    for tolerance in LADDER:
+        _, margins, _ = peer(cells, tolerance)
+        if np.all(np.abs(margins - exact) <= TARGET):
+            return tolerance, ""
+    return LADDER[-1], "misses the target at every tolerance"
+
+
+def measure(peer, cells, exact, tolerance=None, note=""):
+    verdict_only = isinstance(peer, ScipyVerdict)
+    if tolerance is None:
+        tolerance, said = calibrate(peer, cells, exact)
+        note = "; ".join(filter(None, (note, said)))
+    seconds, margins, rhs = peer(cells, tolerance)
+    answered = np.isfinite(margins)
+    error = np.abs(margins - exact)[answered]
+    worst = error.max() if len(error) else np.inf
+    missed = int(np.sum((margins < 0) & (exact > 0)))
+    invented = int(np.sum((margins > 0) & (exact < 0)))
+    wrong, missing = missed + invented, int(np.sum(~answered))
+    if wrong:
+        note = "; ".join(filter(None, (note, f"{missed} returns missed, {invented} invented")))
+    plausible = not missing and (wrong == 0 if verdict_only else worst <= TARGET)
+    if isinstance(peer, Crate):
+        package_version = crate_version(peer.package)
+    else:
+        package_version = version(peer.package)
+    return {
+        "peer": peer.name,
+        "version": package_version,
+        "form": peer.form,
+        "tolerance": f"{tolerance:.1e}",
+        "lanes": peer.lanes,
+        "cells": len(cells),
+        "seconds_per_cell": f"{seconds / len(cells):.3e}",
+        "rhs_per_cell": "" if rhs is None else f"{rhs:.0f}",
+        "median_error": "" if verdict_only else f"{np.median(error):.1e}",
+        "max_error": "" if verdict_only else f"{worst:.1e}",
+        "wrong_verdicts": wrong,
+        "no_answer": missing,
+        "plausible": "yes" if plausible else "NO",
+        "note": note,
+    }
+
+
+def heyoka_rows(cells, exact):
+    """At the width that heyoka recommends for this machine, and at the fastest of wider ones: a wider batch does more
+    work per call from Python."""
+    import heyoka as hy
+
+    native = hy.recommended_simd_size()
+    tolerance, said = calibrate(Heyoka(native), cells, exact)
+    rows = []
+    for factor in (1, 4, 16):
+        peer = Heyoka(native * factor)
+        row = measure(peer, cells, exact, tolerance, said)
+        width = "width recommended for this machine" if factor == 1 else f"{factor} times that width"
+        row["note"] = "; ".join(filter(None, (said, width, f"of it at most {peer.overhead:.1e} s in calls from Python")))
+        rows.append(row)
+    return rows
+
+
+def own_rows(cells, exact):
+    """Our own return map through the library, at the tolerance that maps use; nothing where it was not built in."""
+    try:
+        return [measure(Crate("slipmap", "scalar, return map", program_name="own"), cells, exact, TARGET, "tolerance as in maps")]
+    except subprocess.CalledProcessError:
+        return []
+
+
+def own_chart(date):
+    """Runs our own `slipmap work-precision` on a grid of the same box, where the program has that command. It makes
+    its own chart and files, under results/; nothing of it enters the table."""
+    program = ROOT / "target/release/slipmap"
+    probe = program.exists() and subprocess.run([program, "work-precision", "--help"], capture_output=True, text=True)
+    if not probe or probe.returncode != 0 or "work-precision" not in probe.stdout:
+        print("slipmap work-precision: not available, skipped", file=sys.stderr)
+        return
+    axis = lambda lo, hi: f"{{ from = {lo}, to = {hi}, points = 4 }}"
+    config = ROOT / "target/peers.toml"
+    config.write_text(
+        'title = "box of scripts/peers"\n[friction]\nlaw = "stribeck"\n[grid]\nepsilon = 0.05\n'
+        f"alpha = {axis(0.0, 1.0)}\nbeta = {axis(0.0, 0.5)}\ngamma = {axis(0.0, 4.0)}\n"
+        f"V = {axis(0.2, 1.5)}\nc = {axis(0.0, 1.0)}\n"
+    )
+    out = ROOT / f"results/peers-{date}-work-precision"
+    ran = subprocess.run([program, "work-precision", config, "--out", out])
+    if ran.returncode != 0:
+        print(f"slipmap work-precision: exit code {ran.returncode}", file=sys.stderr)
+
+
+def show(rows):
+    columns = [column for column in COLUMNS if column != "note"]
+    widths = [max(len(column), *(len(str(row[column])) for row in rows)) for column in columns]
+    for line in [dict(zip(columns, columns)), *rows]:
+        print("  ".join(str(line[column]).ljust(width) for column, width in zip(columns, widths)).rstrip())
+
+
+def machine():
+    cpu = re.search(r"model name\s*: (.*)", Path("/proc/cpuinfo").read_text())
+    return f"{cpu.group(1) if cpu else 'unknown processor'}, {os.cpu_count()} logical, load {os.getloadavg()[0]:.1f}"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--cells", type=int, default=4096, help="cells for the fast peers; the slow take a fraction")
+    parser.add_argument("--date", default=datetime.date.today().isoformat(), help="date in the result's name")
+    args = parser.parse_args()
+    if hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})  # one core for everything, children included
+
+    cells = draw_cells(args.cells)
+    exact = reference_margins(cells)
+    closest = float(np.min(np.abs(exact)))
+    print(f"{len(cells)} cells, {int(np.sum(exact > 0))} with a return; smallest |m/V| {closest:.1e}", file=sys.stderr)
+    few = max(len(cells) // 16, 1)
+
+    rows = heyoka_rows(cells, exact)
+    verner = Crate("differential-equations", "(x1,x2), Verner 6(5) + event")
+    rows.append(measure(verner, cells, exact))
+    scalar = Crate("differential-equations", "scalar, DOP853", program_name="differential-equations-scalar")
+    rows.append(measure(scalar, cells, exact))
+    rows.append(measure(Crate("diffsol", "(x1,x2), TSIT45 + root"), cells, exact))
+    rows.append(measure(Crate("ode_solvers", "scalar, DOPRI5"), cells, exact))
+    rows.append(measure(ScipyMargin(), cells[:few], exact[:few]))
+    rows.append(measure(ScipyVerdict(), cells[:few], exact[:few], 1e-9, "tolerance fixed"))
+    rows += own_rows(cells, exact)
+
+    path = ROOT / f"results/peers-{args.date}.csv"
+    path.parent.mkdir(exist_ok=True)
+    with open(path, "w", newline="") as out:
+        out.write(f"# {BOX}, {len(cells)} random cells; target error {TARGET}; smallest |m/V| {closest:.1e}\n")
+        out.write(f"# one thread, processor time; {machine()}\n")
+        writer = csv.DictWriter(out, COLUMNS, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+    show(rows)
+    own_chart(args.date)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,89 @@
+//! `slipmap plot`: one variable on one slice of a stored map.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use super::output::exact;
+use super::report::{existing, failure, open};
+use super::{Ended, Failure, say};
+use crate::report::figure::{self, Plot, Width};
+use crate::report::write_figure;
+
+/// Draw one slice of a map.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  slipmap plot results/quickstart.h5 --x gamma --y c --out slice.svg
+  slipmap plot results/quickstart.h5 --x alpha --y gamma --at c=0.5 --at V=2 --variable regime --out slice.png
+
+An axis that is neither shown nor given with --at is held at its middle node.")]
+pub(super) struct Arguments {
+    /// The map
+    #[arg(value_name = "MAP.h5")]
+    map: PathBuf,
+    /// Axis across
+    #[arg(long, value_name = "AXIS")]
+    x: String,
+    /// Axis upwards
+    #[arg(long, value_name = "AXIS")]
+    y: String,
+    /// Hold an axis at the node nearest to a value; may be repeated
+    #[arg(long, value_name = "AXIS=VALUE", value_parser = parse_at)]
+    at: Vec<(String, f64)>,
+    /// What to draw, for instance verdict_symmetric, critical_c_simulation, margin_simulation or regime;
+    /// default: verdict_simulation
+    #[arg(long, value_name = "NAME")]
+    variable: Option<String>,
+    /// The figure; .svg, .pdf or .png
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// Width of the figure: one column of a journal (84 mm) or two (174 mm)
+    #[arg(long, value_enum, default_value_t = Columns::One)]
+    columns: Columns,
+    /// Replace the figure if it exists
+    #[arg(long)]
+    overwrite: bool,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Columns {
+    #[value(name = "1")]
+    One,
+    #[value(name = "2")]
+    Two,
+}
+
+fn parse_at(text: &str) -> Result<(String, f64), String> {
+    let help = "write the name of an axis, =, and a number, for instance gamma=2.0";
+    let (axis, value) = text.split_once('=').ok_or(help)?;
+    let value = value.trim().parse::<f64>().map_err(|_| help)?;
+    Ok((axis.trim().into(), value))
+}
+
+/// Runs the command.
+pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
+    let map = open(&arguments.map)?;
+    let plot = Plot {
+        x: &arguments.x,
+        y: &arguments.y,
+        at: &arguments.at,
+        variable: arguments.variable.as_deref(),
+        width: match arguments.columns {
+            Columns::One => Width::OneColumn,
+            Columns::Two => Width::TwoColumns,
+        },
+    };
+    let plotted = figure::plot(&map, &plot).map_err(failure)?;
+    write_figure(&plotted.scene, &plotted.caption, &arguments.out, existing(arguments.overwrite))
+        .map_err(failure)?;
+    for held in &plotted.held {
+        let why = match held.wanted {
+            None => " (the middle node)".into(),
+            Some(wanted) if wanted == held.used => String::new(),
+            Some(wanted) => format!(" (the node nearest to {})", exact(wanted)),
+        };
+        say(&format!("{} = {}{why}", held.axis, exact(held.used)));
+    }
+    Ok(Ended::Fine)
+}

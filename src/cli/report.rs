@@ -1,0 +1,89 @@
+//! `slipmap report`: tables and figures from a stored map.
+
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::{Ended, Failure, interrupt, progress};
+use crate::report::{self, Control, Existing, Report, ReportError};
+use crate::store::{MapFile, StoreError};
+
+/// Write tables and figures that compare the methods of a map.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  slipmap report results/quickstart.h5
+  slipmap report results/quickstart.h5 --out paper/map
+
+Writes report.md, report.html, report.tex, tables/NAME.tex and .csv, and figures/NAME-1col (84 mm) and
+NAME-2col (174 mm) as .svg, .pdf and .png.")]
+pub(super) struct Arguments {
+    /// The map
+    #[arg(value_name = "MAP.h5")]
+    map: PathBuf,
+    /// The folder to write; default: MAP-report beside the map
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Replace the files of an earlier report
+    #[arg(long)]
+    overwrite: bool,
+    /// No progress bar
+    #[arg(long)]
+    quiet: bool,
+}
+
+/// Runs the command.
+pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
+    let map = open(&arguments.map)?;
+    let folder = arguments.out.clone().unwrap_or_else(|| {
+        let mut name = arguments.map.file_stem().unwrap_or_default().to_owned();
+        name.push("-report");
+        arguments.map.with_file_name(name)
+    });
+    let existing = existing(arguments.overwrite);
+    // Known before the work is done.
+    if existing == Existing::Refuse && folder.symlink_metadata().is_ok() {
+        return Err(failure(ReportError::Exists { path: folder }));
+    }
+    if folder.is_file() {
+        return Err(Failure::BadInput(format!(
+            "--out {}: this is a file\n  help: name a folder",
+            folder.display()
+        )));
+    }
+    let bar = progress::bar(arguments.quiet, Some(map.grid().cells() as u64), "cells");
+    let control = Control { on_cells: &|cells| bar.inc(cells as u64), stop: interrupt::flag() };
+    let report = Report::gather(&map, &control).map_err(failure)?;
+    bar.finish_and_clear();
+    report::write(&map, &report, &folder, existing).map_err(failure)?;
+    writeln!(io::stdout().lock(), "{}", folder.join("report.md").display())?;
+    Ok(Ended::Fine)
+}
+
+/// Opens a map; one that cannot be read is bad input.
+pub(super) fn open(path: &Path) -> Result<MapFile, Failure> {
+    MapFile::open(path).map_err(|error| {
+        let help = match &error {
+            StoreError::NotAMap { .. } => "\n  help: name a file written by `slipmap run`",
+            _ => "",
+        };
+        Failure::BadInput(format!("{error}{help}"))
+    })
+}
+
+pub(super) fn existing(overwrite: bool) -> Existing {
+    if overwrite { Existing::Replace } else { Existing::Refuse }
+}
+
+pub(super) fn failure(error: ReportError) -> Failure {
+    match error {
+        ReportError::Exists { path } => Failure::BadInput(format!(
+            "{} exists already\n  help: add --overwrite to replace it, or choose another place with --out",
+            path.display()
+        )),
+        ReportError::Format { .. } | ReportError::Choice(_) => Failure::BadInput(error.to_string()),
+        ReportError::Interrupted => Failure::Interrupted,
+        _ => Failure::Broken(error.to_string()),
+    }
+}

@@ -1,0 +1,393 @@
+//! Axes: scales, ticks and the frame of a panel.
+
+use super::super::text::{Piece, Rich, Symbol};
+use super::scene::{Anchor, Place, Rect, Scene, Stroke, text_width};
+
+/// Size of the numbers at ticks and in legends, in points.
+pub const SMALL_TEXT: f64 = 7.0;
+/// Size of axis labels and panel titles, in points.
+pub const TEXT: f64 = 8.0;
+
+/// Lines of frames and ticks.
+pub const AXIS: Stroke = Stroke::solid("#000000", 0.6);
+
+/// Length of a tick, inward.
+const TICK: f64 = 3.0;
+
+/// How numbers are laid out along an axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scale {
+    /// Number at the start.
+    pub from: f64,
+    /// Number at the end.
+    pub to: f64,
+    /// Whether equal lengths are equal ratios.
+    pub log: bool,
+}
+
+/// A tick.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tick {
+    /// Its number.
+    pub value: f64,
+    /// What is written there; empty for a minor tick.
+    pub label: Rich,
+}
+
+impl Tick {
+    /// Length of its line; minor ticks are shorter.
+    fn length(&self) -> f64 {
+        if self.label.pieces.is_empty() { 0.6 * TICK } else { TICK }
+    }
+}
+
+impl Scale {
+    /// A linear scale; one number alone gets room around it.
+    #[must_use]
+    pub fn linear(from: f64, to: f64) -> Self {
+        if to > from {
+            return Self { from, to, log: false };
+        }
+        let room = if from == 0.0 { 1.0 } else { 0.5 * from.abs() };
+        Self { from: from - room, to: from + room, log: false }
+    }
+
+    /// A logarithmic scale of positive numbers; one number alone gets room around it.
+    #[must_use]
+    pub fn logarithmic(from: f64, to: f64) -> Self {
+        if to > from {
+            Self { from, to, log: true }
+        } else {
+            Self { from: from / 2.0, to: from * 2.0, log: true }
+        }
+    }
+
+    /// The scale that suits the nodes of an axis.
+    #[must_use]
+    pub fn of_nodes(values: &[f64]) -> Self {
+        let (first, last) = (values[0], values[values.len() - 1]);
+        if values.len() > 2 && super::super::tables::is_logarithmic(values) {
+            Self::logarithmic(first, last)
+        } else {
+            Self::linear(first, last)
+        }
+    }
+
+    /// Position of a number: 0 at the start, 1 at the end.
+    #[must_use]
+    pub fn unit(&self, value: f64) -> f64 {
+        if self.log {
+            (value / self.from).ln() / (self.to / self.from).ln()
+        } else {
+            (value - self.from) / (self.to - self.from)
+        }
+    }
+
+    /// The number at a position, inverse of [`Scale::unit`].
+    #[must_use]
+    pub fn value(&self, unit: f64) -> f64 {
+        if self.log {
+            self.from * (self.to / self.from).powf(unit)
+        } else {
+            self.from + (self.to - self.from) * unit
+        }
+    }
+
+    /// Ticks, at most about `most` of them labelled.
+    #[must_use]
+    pub fn ticks(&self, most: usize) -> Vec<Tick> {
+        if self.log { self.log_ticks(most.max(2)) } else { self.linear_ticks(most.max(2)) }
+    }
+
+    fn linear_ticks(&self, most: usize) -> Vec<Tick> {
+        let span = self.to - self.from;
+        let rough = span / most as f64;
+        let power = 10.0_f64.powf(rough.log10().floor());
+        let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|step| *step >= rough);
+        let step = step.unwrap_or(10.0 * power);
+        let slack = 1e-9 * span;
+        let first = ((self.from - slack) / step).ceil() as i64;
+        let last = ((self.to + slack) / step).floor() as i64;
+        let values: Vec<f64> = (first..=last).map(|i| i as f64 * step).collect();
+        let largest = values.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
+        let decimals = (-step.log10().floor()).max(0.0) as usize;
+        values
+            .into_iter()
+            .map(|value| {
+                let label = if (1e-4..1e5).contains(&largest) && decimals < 5 {
+                    Rich::foreign(&format!("{value:.decimals$}").replace('-', "−"))
+                } else {
+                    let digits = 1 + (largest / step).log10().ceil().max(0.0) as usize;
+                    Rich::number(if value.abs() < slack { 0.0 } else { value }, digits)
+                };
+                Tick { value, label }
+            })
+            .collect()
+    }
+
+    fn log_ticks(&self, most: usize) -> Vec<Tick> {
+        let (low, high) = (self.from * (1.0 - 1e-9), self.to * (1.0 + 1e-9));
+        let (first, last) = (low.log10().floor() as i32, high.log10().ceil() as i32);
+        let decades = (high / low).log10();
+        // Labels at powers of ten; on short axes at 2 and 5 times these, too.
+        let every = ((decades / most as f64).ceil() as i32).max(1);
+        let labelled: &[u8] = match decades {
+            d if d < 0.8 => &[1, 2, 3, 4, 5, 6, 8],
+            d if d < 1.7 && most > 3 => &[1, 2, 5],
+            _ => &[1],
+        };
+        let mut ticks = Vec::new();
+        for exponent in first..=last {
+            for factor in 1..10u8 {
+                let value = f64::from(factor) * 10.0_f64.powi(exponent);
+                if !(low..=high).contains(&value) || (every > 1 && factor > 1) {
+                    continue;
+                }
+                let label = if labelled.contains(&factor) && (factor > 1 || exponent.rem_euclid(every) == 0) {
+                    log_label(factor, exponent, (self.from, self.to))
+                } else {
+                    Rich::default()
+                };
+                ticks.push(Tick { value, label });
+            }
+        }
+        ticks
+    }
+}
+
+/// The label of a tick on a logarithmic axis: plain numbers where all are short.
+fn log_label(factor: u8, exponent: i32, (from, to): (f64, f64)) -> Rich {
+    if from > 0.8e-3 && to < 1.2e3 {
+        return Rich::number(f64::from(factor) * 10.0_f64.powi(exponent), 3);
+    }
+    let exponent = exponent.to_string().replace('-', "−");
+    let power =
+        Rich { pieces: vec![Piece::Symbol(Symbol { base: "10".into(), index: String::new(), exponent })] };
+    if factor == 1 { power } else { Rich::foreign(&format!("{factor} × ")).then(power) }
+}
+
+/// A panel with two axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Panel {
+    /// The frame.
+    pub rect: Rect,
+    /// Horizontal scale.
+    pub x: Scale,
+    /// Vertical scale.
+    pub y: Scale,
+}
+
+/// Which parts of a panel's axes are labelled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Labels {
+    /// Numbers along the horizontal axis.
+    pub x: bool,
+    /// Numbers along the vertical axis.
+    pub y: bool,
+}
+
+impl Panel {
+    /// The place of a pair of numbers.
+    #[must_use]
+    pub fn place(&self, x: f64, y: f64) -> Place {
+        let Rect { x: left, y: top, w, h } = self.rect;
+        (left + w * self.x.unit(x), top + h * (1.0 - self.y.unit(y)))
+    }
+
+    /// Draws frame, ticks and numbers.
+    pub fn axes(&self, scene: &mut Scene, labels: Labels) {
+        let Rect { x, y, h, .. } = self.rect;
+        scene.frame(self.rect, &AXIS);
+        self.x_axis(scene, labels);
+        for tick in self.y_ticks() {
+            let at = y + h * (1.0 - self.y.unit(tick.value));
+            scene.line(&[(x, at), (x + tick.length(), at)], &AXIS);
+            if labels.y {
+                scene.text((x - 3.0, at + 0.36 * SMALL_TEXT), &tick.label, SMALL_TEXT, Anchor::End);
+            }
+        }
+    }
+
+    /// Draws ticks and numbers of the horizontal axis.
+    pub fn x_axis(&self, scene: &mut Scene, labels: Labels) {
+        let Rect { x, y, w, h } = self.rect;
+        for tick in self.x_ticks() {
+            let at = x + w * self.x.unit(tick.value);
+            scene.line(&[(at, y + h), (at, y + h - tick.length())], &AXIS);
+            if labels.x {
+                scene.text((at, y + h + SMALL_TEXT + 1.5), &tick.label, SMALL_TEXT, Anchor::Middle);
+            }
+        }
+    }
+
+    /// Horizontal ticks, so many that their numbers do not touch.
+    fn x_ticks(&self) -> Vec<Tick> {
+        let mut most = 9;
+        loop {
+            let ticks = self.x.ticks(most);
+            let widest = ticks.iter().map(|tick| text_width(&tick.label, SMALL_TEXT)).fold(0.0, f64::max);
+            let places: Vec<f64> = ticks
+                .iter()
+                .filter(|tick| !tick.label.pieces.is_empty())
+                .map(|tick| self.rect.w * self.x.unit(tick.value))
+                .collect();
+            if most <= 2 || places.windows(2).all(|pair| pair[1] - pair[0] > widest + 0.8 * SMALL_TEXT) {
+                return ticks;
+            }
+            most -= 1;
+        }
+    }
+
+    fn y_ticks(&self) -> Vec<Tick> {
+        let most = (self.rect.h / (2.4 * SMALL_TEXT)) as usize;
+        self.y.ticks(most.clamp(2, 7))
+    }
+
+    /// Width of the numbers along the vertical axis.
+    #[must_use]
+    pub fn y_labels_width(y: Scale, height: f64) -> f64 {
+        let panel = Panel { rect: Rect { x: 0.0, y: 0.0, w: 1.0, h: height }, x: Scale::linear(0.0, 1.0), y };
+        panel.y_ticks().iter().map(|tick| text_width(&tick.label, SMALL_TEXT)).fold(0.0, f64::max)
+    }
+
+    /// Writes the name of the horizontal axis below its numbers.
+    pub fn x_name(&self, scene: &mut Scene, name: &Rich) {
+        let Rect { x, y, w, h } = self.rect;
+        scene.text((x + 0.5 * w, y + h + SMALL_TEXT + TEXT + 3.5), name, TEXT, Anchor::Middle);
+    }
+
+    /// Writes the name of the vertical axis left of its numbers: upright if it is short, else upwards.
+    pub fn y_name(&self, scene: &mut Scene, name: &Rich, labels_width: f64) {
+        let Rect { x, y, h, .. } = self.rect;
+        let right = x - labels_width - 5.5;
+        let middle = y + 0.5 * h;
+        if text_width(name, TEXT) < TEXT {
+            scene.text((right, middle + 0.36 * TEXT), name, TEXT, Anchor::End);
+        } else {
+            scene.text_up((right, middle), name, TEXT, Anchor::Middle);
+        }
+    }
+
+    /// Writes a title above the panel.
+    pub fn title(&self, scene: &mut Scene, title: &Rich) {
+        scene.text((self.rect.x, self.rect.y - 3.0), title, SMALL_TEXT, Anchor::Start);
+    }
+}
+
+/// Room left of a panel for numbers and the axis' name.
+#[must_use]
+pub fn left_margin(labels_width: f64) -> f64 {
+    labels_width + TEXT + 6.5
+}
+
+/// Room below a panel for numbers and the axis' name.
+pub const BOTTOM_MARGIN: f64 = SMALL_TEXT + TEXT + 7.0;
+/// Room above a panel for its title.
+pub const TITLE_MARGIN: f64 = SMALL_TEXT + 4.5;
+
+/// Room between panels.
+const GAP: f64 = 9.0;
+
+/// Width of the widest number at ticks.
+fn text_width_of(ticks: &[Tick]) -> f64 {
+    ticks.iter().map(|tick| text_width(&tick.label, SMALL_TEXT)).fold(0.0, f64::max)
+}
+
+/// Panels of equal size in rows, sharing their axes' names.
+#[derive(Clone, Debug)]
+pub struct Panels {
+    /// The panels, row by row.
+    pub panels: Vec<Panel>,
+    columns: usize,
+    labels_width: f64,
+    /// Where the panels and their axes end.
+    pub bottom: f64,
+}
+
+impl Panels {
+    /// `count` panels in `columns` columns over the width of a figure; each is `aspect` times as high as
+    /// wide.
+    #[must_use]
+    pub fn new(width: f64, columns: usize, count: usize, aspect: f64, x: Scale, y: Scale) -> Self {
+        let columns = columns.clamp(1, count.max(1));
+        let right = 0.5 * text_width_of(&x.ticks(5)).max(8.0);
+        let size = |labels_width: f64| {
+            let left = left_margin(labels_width);
+            let w = (width - left - right - GAP * (columns - 1) as f64) / columns as f64;
+            (left, w, aspect * w)
+        };
+        // The numbers depend on the height and the height on the numbers; the second round settles it.
+        let labels_width = Panel::y_labels_width(y, size(20.0).2);
+        let labels_width = Panel::y_labels_width(y, size(labels_width).2);
+        let (left, w, h) = size(labels_width);
+        let row = h + TITLE_MARGIN + 4.0;
+        let panels = (0..count)
+            .map(|i| {
+                let (column, line) = ((i % columns) as f64, (i / columns) as f64);
+                let rect = Rect { x: left + column * (w + GAP), y: TITLE_MARGIN + line * row, w, h };
+                Panel { rect, x, y }
+            })
+            .collect();
+        let rows = count.div_ceil(columns) as f64;
+        Self {
+            panels,
+            columns,
+            labels_width,
+            bottom: TITLE_MARGIN + rows * row - TITLE_MARGIN - 4.0 + BOTTOM_MARGIN,
+        }
+    }
+
+    /// Moves all panels.
+    pub fn shift(&mut self, (right, down): Place) {
+        for panel in &mut self.panels {
+            panel.rect.x += right;
+            panel.rect.y += down;
+        }
+        self.bottom += down;
+    }
+
+    /// Draws the axes: names and numbers on the left and at the bottom only.
+    pub fn axes(&self, scene: &mut Scene, x_name: &Rich, y_name: &Rich) {
+        for (i, panel) in self.panels.iter().enumerate() {
+            let labels = Labels { x: i + self.columns >= self.panels.len(), y: i % self.columns == 0 };
+            panel.axes(scene, labels);
+            if labels.x {
+                panel.x_name(scene, x_name);
+            }
+            if labels.y {
+                panel.y_name(scene, y_name, self.labels_width);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn labels(scale: Scale, most: usize) -> Vec<String> {
+        let ticks = scale.ticks(most);
+        ticks.iter().map(|tick| tick.label.plain()).filter(|label| !label.is_empty()).collect()
+    }
+
+    #[test]
+    fn ticks_are_round_numbers() {
+        assert_eq!(labels(Scale::linear(0.0, 1.0), 5), ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
+        assert_eq!(labels(Scale::linear(-1.0, 3.0), 4), ["−1", "0", "1", "2", "3"]);
+        assert_eq!(labels(Scale::logarithmic(0.1, 10.0), 5), ["0.1", "1", "10"]);
+        assert_eq!(labels(Scale::logarithmic(1e-9, 1e-3), 3), ["10−8", "10−6", "10−4"]);
+        // One number alone still has an axis around it.
+        assert!(labels(Scale::linear(2.0, 2.0), 4).contains(&"2.0".to_owned()));
+        assert!(labels(Scale::logarithmic(0.5, 0.5), 4).contains(&"0.5".to_owned()));
+    }
+
+    #[test]
+    fn scales_go_there_and_back() {
+        for scale in [Scale::linear(-2.0, 5.0), Scale::logarithmic(1e-3, 20.0)] {
+            for unit in [0.0, 0.3, 1.0] {
+                // Two roundings of numbers near 1.
+                assert!((scale.unit(scale.value(unit)) - unit).abs() < 1e-14);
+            }
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! The bistable band: dampings between the loss of stability of the equilibrium and the critical damping,
+//! at which steady slip and the stick-slip cycle both attract.
+
+use super::super::text::{Rich, rich};
+use super::axis::{Panel, Panels, Scale};
+use super::legend::{Legend, Sample};
+use super::scene::{Fill, Hatch, Marker, Place, Scene, Stroke, Width};
+use super::slice::{equals, telling};
+use super::{Figure, curves, palette};
+use crate::store::MapFile;
+
+const BISTABLE: Fill = Fill::hatched(palette::SKY, Hatch::Rising, palette::BLACK);
+
+/// The figure: (a) the band in the plane of V and c at the largest eps, (b) its width against eps.
+#[must_use]
+pub fn bistable(map: &MapFile) -> Figure {
+    let axes = map.grid().axes();
+    let v = axes.len() - 2;
+    let mut index = telling(map);
+    index[0] = axes[0].values.len() - 1;
+    let belt = &axes[v].values;
+    let (first, last) = (belt[0], belt[belt.len() - 1]);
+    let x = if belt.len() > 1 { Scale::linear(first, last) } else { Scale::linear(0.1 * first, 2.0 * first) };
+    let values = curves::samples(x);
+    let columns = curves::columns(map, &index, v, &values);
+    let upper = curves::exact(&columns);
+    let lower: Vec<f64> = columns.iter().map(curves::stability).collect();
+    let most = upper.iter().copied().filter(|c| c.is_finite()).fold(0.0, f64::max);
+    let y = Scale::linear(0.0, 1.15 * most);
+
+    let epsilons = &axes[0].values;
+    let widths = Scale::logarithmic(epsilons[0] / 10.0, epsilons[epsilons.len() - 1].max(epsilons[0] * 1.01));
+    let eps_values = curves::samples(widths);
+    let mut speeds = vec![0, index[v], belt.len() - 1];
+    speeds.dedup();
+    let bands: Vec<(f64, Vec<f64>)> = speeds
+        .iter()
+        .map(|&speed| {
+            let mut index = index.clone();
+            index[v] = speed;
+            let columns = curves::columns(map, &index, 0, &eps_values);
+            let roots = curves::exact(&columns);
+            let width = roots.iter().zip(&columns).map(|(root, column)| {
+                // Both ends at legal dampings; on logarithmic axes only a positive width shows.
+                let width = root - curves::stability(column).max(0.0);
+                // Below this the difference is rounding of two critical dampings.
+                if width > 1e-8 * root.abs() { width } else { f64::NAN }
+            });
+            (belt[speed], width.collect())
+        })
+        .collect();
+    let drawn = || bands.iter().flat_map(|(_, width)| width).copied().filter(|width| width.is_finite());
+    let (least, largest) = (drawn().fold(f64::INFINITY, f64::min), drawn().fold(0.0, f64::max));
+    let width_scale = if least < largest {
+        Scale::logarithmic(0.8 * least, 1.5 * largest)
+    } else {
+        Scale::logarithmic(1e-6, 1.0)
+    };
+
+    let mut scenes = Vec::new();
+    for width in Width::ALL {
+        let mut scene = Scene::new(width.points(), 0.0);
+        let half = match width {
+            Width::OneColumn => scene.width,
+            Width::TwoColumns => 0.5 * scene.width,
+        };
+        let first = Panels::new(half, 1, 1, 0.7, x, y);
+        let panel = first.panels[0];
+        band(&mut scene, &panel, &values, &lower, &upper);
+        panel.title(&mut scene, &rich("(a) ").then(equals("epsilon", axes[0].values[index[0]])));
+        first.axes(&mut scene, &Rich::symbol("V"), &Rich::symbol("c"));
+
+        let mut second = Panels::new(half, 1, 1, 0.7, widths, width_scale);
+        let shift = match width {
+            Width::OneColumn => (0.0, first.bottom + 4.0),
+            Width::TwoColumns => (half, 0.0),
+        };
+        second.shift(shift);
+        let panel = second.panels[0];
+        let mut legend = Legend::default();
+        for (fill, name) in [
+            (palette::PRESENT, "stick-slip only"),
+            (BISTABLE, "stick-slip and steady slip"),
+            (palette::ABSENT, "steady slip only"),
+        ] {
+            legend.add(Sample::Area(fill), rich(name));
+        }
+        let styles = [
+            (Stroke::solid(palette::BLUE, 1.2), Marker::Circle),
+            (Stroke { color: palette::VERMILION, width: 1.2, dash: &[5.0, 2.0] }, Marker::Square),
+            (Stroke { color: palette::GREEN, width: 1.2, dash: &[1.5, 1.5] }, Marker::Triangle),
+        ];
+        for (turn, ((speed, widths), (stroke, marker))) in bands.iter().zip(styles).enumerate() {
+            let style = palette::MethodStyle { stroke, marker };
+            curves::draw(&mut scene, &panel, &eps_values, widths, &style, 2 * turn);
+            legend.add(Sample::Method(style), equals("V", *speed));
+        }
+        // A guide of slope 2 below the curves.
+        if least < largest {
+            let (from, to) = (widths.value(0.35), widths.value(0.75));
+            let start = width_scale.value(0.12);
+            let line = [panel.place(from, start), panel.place(to, start * (to / from) * (to / from))];
+            scene.clipped(panel.rect, |scene| scene.line(&line, &curves::GUIDE));
+            legend.add(Sample::Line(curves::GUIDE), rich("slope of {epsilon^2}"));
+        }
+        panel.title(&mut scene, &rich("(b) width of the band"));
+        second.axes(&mut scene, &Rich::symbol("epsilon"), &rich("width in {c}"));
+        let bottom = first.bottom.max(second.bottom);
+        legend.below(&mut scene, first.panels[0].rect.x, bottom);
+        scenes.push((width, scene));
+    }
+    let mut held = Rich::default();
+    for (axis, &i) in axes[1..v].iter().zip(&index[1..]) {
+        let join = rich(if held.pieces.is_empty() { " at " } else { ", " });
+        held = held.then(join).then(equals(&axis.name, axis.values[i]));
+    }
+    let caption = rich(
+        "Bistable band between the damping at which the equilibrium becomes stable and the critical damping {c^*}",
+    )
+    .then(held)
+    .then(rich(". (b) Its width at legal dampings {c} ≥ 0, against {epsilon}."));
+    Figure { name: "bistable".into(), caption, scenes }
+}
+
+/// The three areas between the curves and the frame.
+fn band(scene: &mut Scene, panel: &Panel, x: &[f64], lower: &[f64], upper: &[f64]) {
+    scene.rect(panel.rect, palette::ABSENT);
+    let under = |curve: &dyn Fn(usize) -> f64| -> Vec<Place> {
+        let finite = |c: f64| if c.is_finite() { c.max(panel.y.from) } else { panel.y.from };
+        let top = (0..x.len()).map(|i| panel.place(x[i], finite(curve(i))));
+        top.chain([panel.place(x[x.len() - 1], panel.y.from), panel.place(x[0], panel.y.from)]).collect()
+    };
+    scene.clipped(panel.rect, |scene| {
+        scene.area(&[under(&|i| upper[i])], BISTABLE);
+        scene.area(&[under(&|i| lower[i].min(upper[i]))], palette::PRESENT);
+        let line = |curve: &[f64]| x.iter().zip(curve).map(|(&x, &y)| panel.place(x, y)).collect::<Vec<_>>();
+        scene.line(&line(lower), &Stroke { color: palette::BLACK, width: 0.8, dash: &[3.0, 2.0] });
+        scene.line(&line(upper), &Stroke::solid(palette::BLACK, 1.0));
+    });
+}

@@ -1,0 +1,76 @@
+//! Critical damping against belt speed, every method.
+
+use super::super::text::{Rich, rich};
+use super::axis::{Panels, Scale};
+use super::legend::{Legend, Sample};
+use super::scene::{Scene, Width};
+use super::slice::{Slice, equals, telling};
+use super::slices::chosen_epsilons;
+use super::{Figure, curves, palette};
+use crate::store::MapFile;
+
+/// The range of V that is shown where a map has one V only, as a factor up and down.
+const SPREAD: f64 = 10.0;
+
+/// Critical damping against V, one panel per eps.
+#[must_use]
+pub fn critical(map: &MapFile) -> Figure {
+    let axes = map.grid().axes();
+    let (c, v) = (axes.len() - 1, axes.len() - 2);
+    let nodes = &axes[v].values;
+    let x = match nodes.as_slice() {
+        [only] => Scale::logarithmic(only / SPREAD, only * SPREAD),
+        nodes => {
+            let (first, last) = (nodes[0], nodes[nodes.len() - 1]);
+            if last > 5.0 * first { Scale::logarithmic(first, last) } else { Scale::linear(first, last) }
+        }
+    };
+    let values = curves::samples(x);
+    let epsilons = chosen_epsilons(map);
+    let index = telling(map);
+    let panels: Vec<Vec<(String, Vec<f64>)>> = epsilons
+        .iter()
+        .map(|&epsilon| {
+            let mut index = index.clone();
+            index[0] = epsilon;
+            curves::by_method(map, &curves::columns(map, &index, v, &values))
+        })
+        .collect();
+    let most = panels.iter().flatten().flat_map(|(_, curve)| curve).copied().filter(|c| c.is_finite());
+    let y = Scale::linear(0.0, most.fold(0.0, f64::max) * 1.04);
+    let mut scenes = Vec::new();
+    for width in Width::ALL {
+        let mut scene = Scene::new(width.points(), 0.0);
+        let columns = match (width, epsilons.len()) {
+            (Width::OneColumn, _) => 1,
+            (Width::TwoColumns, _) => 2,
+        };
+        let frames = Panels::new(scene.width, columns, epsilons.len(), 0.66, x, y);
+        let mut legend = Legend::default();
+        for (i, (panel, methods)) in frames.panels.iter().zip(&panels).enumerate() {
+            for (turn, (name, curve)) in methods.iter().enumerate() {
+                let style = palette::method(name);
+                curves::draw(&mut scene, panel, &values, curve, &style, turn);
+                if i == 0 {
+                    legend.add(Sample::Method(style), super::slices::method_title(name));
+                }
+            }
+            panel.title(&mut scene, &equals("epsilon", axes[0].values[epsilons[i]]));
+        }
+        frames.axes(&mut scene, &Rich::symbol("V"), &rich("critical damping {c}"));
+        legend.below(&mut scene, frames.panels[0].rect.x, frames.bottom);
+        scenes.push((width, scene));
+    }
+    // The law's parameters alone are held.
+    let held = Slice::new(map, v, c, index).held_but_epsilon();
+    let mut caption =
+        rich("The damping {c} up to which each method claims a stick-slip cycle, against belt speed {V}");
+    if !held.pieces.is_empty() {
+        caption = caption.then(rich(" at ")).then(held);
+    }
+    caption = caption.then(rich("; simulation: the exact critical damping {c^*}."));
+    if nodes.len() == 1 {
+        caption = caption.then(rich(" The map has one {V} only; the curves go beyond it."));
+    }
+    Figure { name: "critical-damping".into(), caption, scenes }
+}

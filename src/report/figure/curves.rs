@@ -1,0 +1,91 @@
+//! Critical dampings along one parameter, and how curves are drawn.
+
+use super::axis::Panel;
+use super::palette::{self, MethodStyle};
+use super::scene::{Place, Scene, Stroke};
+use super::slice::point;
+use crate::friction::Column;
+use crate::map::{Axis, Method};
+use crate::simulate::critical::critical_dampings;
+use crate::store::MapFile;
+
+/// Points of a curve.
+const POINTS: usize = 160;
+/// Marks on a curve.
+const MARKS: usize = 6;
+/// Accuracy of critical dampings in figures, far below the width of a line.
+const TOLERANCE: f64 = 1e-9;
+
+/// Evenly spaced numbers on a scale.
+#[must_use]
+pub(super) fn samples(scale: super::axis::Scale) -> Vec<f64> {
+    (0..=POINTS).map(|i| scale.value(i as f64 / POINTS as f64)).collect()
+}
+
+/// The columns of a map's law in which `axis` takes the given values and the others are held at nodes.
+#[must_use]
+pub(super) fn columns(map: &MapFile, index: &[usize], axis: usize, values: &[f64]) -> Vec<Column> {
+    let axes: &[Axis] = map.grid().axes();
+    values
+        .iter()
+        .map(|&value| {
+            let mut at: Vec<f64> = axes.iter().zip(index).map(|(axis, &i)| axis.values[i]).collect();
+            at[axis] = value;
+            map.grid().law().column(&point(&at))
+        })
+        .collect()
+}
+
+/// The exact critical damping of each column; NaN where there is none.
+#[must_use]
+pub(super) fn exact(columns: &[Column]) -> Vec<f64> {
+    critical_dampings(columns, TOLERANCE)
+        .into_iter()
+        .map(|root| root.map_or(f64::NAN, |root| root.c))
+        .collect()
+}
+
+/// The damping at which the equilibrium changes its stability: the divergence there is
+/// weakening(V) - eps c.
+#[must_use]
+pub(super) fn stability(column: &Column) -> f64 {
+    column.curve.weakening(column.belt_speed) / column.epsilon
+}
+
+/// The boundary of each method of a map that this program knows, the simulation last.
+#[must_use]
+pub(super) fn by_method(map: &MapFile, columns: &[Column]) -> Vec<(String, Vec<f64>)> {
+    let mut curves: Vec<(String, Vec<f64>)> = map
+        .methods()
+        .iter()
+        .filter_map(|method| match Method::by_name(&method.name)? {
+            Method::Test(test) => {
+                let edges = columns.iter().map(|column| (test.claim)(column).present_below);
+                Some((method.name.clone(), edges.map(|c| if c.is_finite() { c } else { f64::NAN }).collect()))
+            }
+            Method::Simulation | Method::Naive(..) => None,
+        })
+        .collect();
+    curves.push((super::super::SIMULATION.into(), exact(columns)));
+    curves
+}
+
+/// Draws the curve of a method with its marks. Curves of different `turn` have their marks at different
+/// places.
+pub(super) fn draw(scene: &mut Scene, panel: &Panel, x: &[f64], y: &[f64], style: &MethodStyle, turn: usize) {
+    let places: Vec<Place> = x.iter().zip(y).map(|(&x, &y)| panel.place(x, y)).collect();
+    scene.clipped(panel.rect, |scene| scene.line(&places, &style.stroke));
+    let step = places.len() / MARKS;
+    let inside = |place: &Place| {
+        let r = panel.rect;
+        (r.x..=r.x + r.w).contains(&place.0) && (r.y..=r.y + r.h).contains(&place.1)
+    };
+    for place in places.iter().skip(step * (turn % 7) / 7 + step / 8).step_by(step.max(1)) {
+        if inside(place) {
+            scene.marker(style.marker, *place, 4.2, style.stroke.color, false);
+        }
+    }
+}
+
+/// A guide line that matters less than the data.
+pub(super) const GUIDE: Stroke = Stroke { color: palette::GREY, width: 0.7, dash: &[3.0, 2.0] };

@@ -1,0 +1,141 @@
+//! Error of each method's boundary: against eps on logarithmic axes, or method by method at one eps.
+
+use super::super::text::{Rich, rich};
+use super::super::{MethodBoundary, Report};
+use super::axis::{AXIS, Labels, Panel, Panels, SMALL_TEXT, Scale, TITLE_MARGIN};
+use super::legend::{Legend, Sample};
+use super::scene::{Anchor, Rect, Scene, Stroke, Width, text_width};
+use super::slices::method_title;
+use super::{Figure, palette};
+use crate::store::MapFile;
+
+/// Median, 95 % and worst size of the error of a method at an eps, if they can be drawn on a logarithmic
+/// axis.
+fn drawn(method: &MethodBoundary, epsilon: usize) -> Option<(f64, f64, f64)> {
+    let errors = &method.errors[epsilon];
+    let median = errors.sizes.quantile(0.5).filter(|median| *median > 0.0)?;
+    let high = errors.sizes.quantile(0.95)?.max(median);
+    Some((median, high, errors.worst.as_ref().map_or(high, |worst| worst.error.abs()).max(high)))
+}
+
+/// A logarithmic scale around all errors that are drawn.
+fn scale(report: &Report, epsilons: usize) -> Option<Scale> {
+    let methods = &report.boundaries.methods;
+    let all = methods.iter().flat_map(|method| (0..epsilons).filter_map(|e| drawn(method, e)));
+    // The worst errors are drawn at one eps only.
+    let high_of = |(_, high, worst): (f64, f64, f64)| if epsilons == 1 { worst } else { high };
+    let (low, high) = all
+        .fold((f64::INFINITY, 0.0_f64), |(low, high), errors| (low.min(errors.0), high.max(high_of(errors))));
+    (low <= high).then(|| Scale::logarithmic(0.5 * low, 2.0 * high))
+}
+
+/// The figure; `None` if no method has a boundary error to show.
+#[must_use]
+pub fn errors(map: &MapFile, report: &Report) -> Option<Figure> {
+    let epsilons = &map.grid().axes()[0].values;
+    let scale = scale(report, epsilons.len())?;
+    let one = epsilons.len() == 1;
+    let scenes = Width::ALL
+        .into_iter()
+        .map(|width| {
+            (width, if one { dots(report, scale, width) } else { lines(report, epsilons, scale, width) })
+        })
+        .collect();
+    let caption = rich(
+        "Size of the error in {c} of each method's boundary against the exact critical damping, over the columns of \
+         the map that have both",
+    )
+    .then(match one {
+        true => rich(": median (mark), 95 % (bar), worst (tick)."),
+        false => rich(
+            ": median (marks) and 95 % (bars). {p}: order of the median in {epsilon}, with its 95 % confidence interval \
+             if more than two {epsilon} are in the fit.",
+        ),
+    });
+    Some(Figure { name: "boundary-error".into(), caption, scenes })
+}
+
+fn lines(report: &Report, epsilons: &[f64], y: Scale, width: Width) -> Scene {
+    let mut scene = Scene::new(width.points(), 0.0);
+    let (first, last) = (epsilons[0], epsilons[epsilons.len() - 1]);
+    let x = Scale::logarithmic(first / 1.3, last * 1.3);
+    let aspect = match width {
+        Width::OneColumn => 0.85,
+        Width::TwoColumns => 0.5,
+    };
+    let panels = Panels::new(scene.width, 1, 1, aspect, x, y);
+    let panel = panels.panels[0];
+    let mut legend = Legend::default();
+    let methods = &report.boundaries.methods;
+    for (m, method) in methods.iter().enumerate() {
+        let style = palette::method(&method.method);
+        // Bars of different methods stand side by side.
+        let aside = 2.4 * (m as f64 - 0.5 * (methods.len() - 1) as f64);
+        let mut places = Vec::new();
+        let mut bars = Vec::new();
+        for (e, &epsilon) in epsilons.iter().enumerate() {
+            if let Some((median, high, _)) = drawn(method, e) {
+                let (x, y) = panel.place(epsilon, median);
+                places.push((x + aside, y));
+                bars.push(((x + aside, y), (x + aside, panel.place(epsilon, high).1)));
+            }
+        }
+        if places.is_empty() {
+            continue;
+        }
+        for (from, to) in bars {
+            let stroke = Stroke::solid(style.stroke.color, 0.8);
+            scene.line(&[from, to], &stroke);
+            scene.line(&[(to.0 - 1.6, to.1), (to.0 + 1.6, to.1)], &stroke);
+        }
+        scene.line(&places, &style.stroke);
+        for place in &places {
+            scene.marker(style.marker, *place, 5.0, style.stroke.color, false);
+        }
+        let name = method_title(&method.method).then(order(method));
+        legend.add(Sample::Method(style), name);
+    }
+    panels.axes(&mut scene, &Rich::symbol("epsilon"), &rich("error in {c}"));
+    legend.below(&mut scene, panel.rect.x, panels.bottom);
+    scene
+}
+
+/// ", p = 2.01 ± 0.02".
+fn order(method: &MethodBoundary) -> Rich {
+    let Some(order) = method.order else { return Rich::default() };
+    let text = rich(", {p} = ").then(Rich::foreign(&format!("{:.2}", order.order).replace('-', "−")));
+    match order.half_width {
+        Some(half_width) => text.then(Rich::foreign(&format!(" ± {half_width:.2}"))),
+        None => text,
+    }
+}
+
+/// One row per method.
+fn dots(report: &Report, x: Scale, width: Width) -> Scene {
+    const ROW: f64 = 15.0;
+    let methods: Vec<&MethodBoundary> =
+        report.boundaries.methods.iter().filter(|method| drawn(method, 0).is_some()).collect();
+    let mut scene = Scene::new(width.points(), 0.0);
+    let names: Vec<Rich> = methods.iter().map(|method| method_title(&method.method)).collect();
+    let left = names.iter().map(|name| text_width(name, SMALL_TEXT)).fold(0.0, f64::max) + 10.0;
+    let rect = Rect { x: left, y: TITLE_MARGIN, w: scene.width - left - 12.0, h: ROW * methods.len() as f64 };
+    let panel = Panel { rect, x, y: Scale::linear(0.0, 1.0) };
+    for (row, (method, name)) in methods.iter().zip(&names).enumerate() {
+        let y = rect.y + ROW * (row as f64 + 0.5);
+        let style = palette::method(&method.method);
+        let at = |value: f64| (panel.place(value, 0.5).0, y);
+        scene.text((left - 4.0, y + 0.36 * SMALL_TEXT), name, SMALL_TEXT, Anchor::End);
+        if let Some((median, high, worst)) = drawn(method, 0) {
+            let thin = Stroke::solid(style.stroke.color, 0.8);
+            scene.line(&[at(median), at(high)], &Stroke::solid(style.stroke.color, 2.0));
+            scene.line(&[at(high), at(worst)], &thin);
+            scene.line(&[(at(worst).0, y - 3.0), (at(worst).0, y + 3.0)], &thin);
+            scene.marker(style.marker, at(median), 5.5, style.stroke.color, false);
+        }
+    }
+    scene.frame(rect, &AXIS);
+    panel.x_axis(&mut scene, Labels { x: true, y: false });
+    panel.x_name(&mut scene, &rich("error in {c}"));
+    scene.height = rect.y + rect.h + super::axis::BOTTOM_MARGIN + 2.0;
+    scene
+}

@@ -1,0 +1,140 @@
+//! Colours, hatchings, dashes and markers: told apart with colour-blind eyes, and in grey.
+//!
+//! The colours are those of Okabe and Ito. Lines differ in dash and marker as well, areas in lightness or
+//! hatching.
+
+use super::scene::{Fill, Hatch, Marker, Stroke};
+use crate::map::{Regime, Verdict};
+
+/// Black.
+pub const BLACK: &str = "#000000";
+/// White.
+pub const WHITE: &str = "#ffffff";
+/// For what matters less.
+pub const GREY: &str = "#8c8c8c";
+/// Light grey, for guides.
+pub const LIGHT_GREY: &str = "#c8c8c8";
+/// Okabe and Ito's orange.
+pub const ORANGE: &str = "#e69f00";
+/// Sky blue.
+pub const SKY: &str = "#56b4e9";
+/// Bluish green.
+pub const GREEN: &str = "#009e73";
+/// Yellow.
+pub const YELLOW: &str = "#f0e442";
+/// Blue.
+pub const BLUE: &str = "#0072b2";
+/// Vermilion.
+pub const VERMILION: &str = "#d55e00";
+/// Reddish purple.
+pub const PURPLE: &str = "#cc79a7";
+
+/// How a method's lines and marks are drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MethodStyle {
+    /// Its line.
+    pub stroke: Stroke,
+    /// Its mark.
+    pub marker: Marker,
+}
+
+const fn style(color: &'static str, width: f64, dash: &'static [f64], marker: Marker) -> MethodStyle {
+    MethodStyle { stroke: Stroke { color, width, dash }, marker }
+}
+
+/// The style of a method; methods that this program does not know share one.
+#[must_use]
+pub fn method(name: &str) -> MethodStyle {
+    match name {
+        "simulation" => style(BLACK, 1.3, &[], Marker::Circle),
+        "perturbation" => style(VERMILION, 1.2, &[5.0, 2.0], Marker::Square),
+        "instability" => style(SKY, 1.2, &[], Marker::Diamond),
+        "bendixson_leading" => style(ORANGE, 1.2, &[1.2, 1.6], Marker::Cross),
+        "bendixson" => style(PURPLE, 1.2, &[5.0, 1.6, 1.2, 1.6], Marker::TriangleDown),
+        "symmetric" => style(BLUE, 1.2, &[2.6, 1.4], Marker::Triangle),
+        "harmonic_balance" => style(GREEN, 1.2, &[8.0, 2.0, 1.2, 2.0, 1.2, 2.0], Marker::Plus),
+        _ => style(GREY, 1.0, &[1.0, 1.0], Marker::Circle),
+    }
+}
+
+/// Present.
+pub const PRESENT: Fill = Fill::plain(BLUE);
+/// Absent.
+pub const ABSENT: Fill = Fill::plain("#f7e3bf");
+/// Not decided.
+pub const UNDECIDED: Fill = Fill::hatched(WHITE, Hatch::Rising, "#b4b4b4");
+/// Claims a cycle that does not exist.
+pub const WRONG_PRESENCE: Fill = Fill::hatched(VERMILION, Hatch::Falling, WHITE);
+/// Denies a cycle that exists.
+pub const WRONG_ABSENCE: Fill = Fill::hatched(PURPLE, Hatch::Crossed, BLACK);
+/// Broke down.
+pub const FAILED: Fill = Fill::plain(BLACK);
+/// Not computed.
+pub const NOT_COMPUTED: Fill = Fill::hatched(WHITE, Hatch::Dots, BLACK);
+
+/// The fill of a verdict.
+#[must_use]
+pub fn verdict(verdict: Verdict) -> Fill {
+    match verdict {
+        Verdict::Present => PRESENT,
+        Verdict::Absent => ABSENT,
+        Verdict::Undecided => UNDECIDED,
+        Verdict::Failed => FAILED,
+        Verdict::NotComputed => NOT_COMPUTED,
+    }
+}
+
+/// The fill of a regime.
+#[must_use]
+pub fn regime(regime: Regime) -> Fill {
+    match regime {
+        Regime::StickSlip => PRESENT,
+        Regime::Equilibrium => ABSENT,
+        Regime::Bistable => Fill::hatched(SKY, Hatch::Rising, BLACK),
+        Regime::PureSlip => Fill::hatched(GREEN, Hatch::Falling, WHITE),
+        Regime::Crossing => Fill::hatched(VERMILION, Hatch::Crossed, WHITE),
+        Regime::Failed => FAILED,
+    }
+}
+
+/// Anchors of the map `viridis` of matplotlib, whose lightness rises evenly.
+const VIRIDIS: [[u8; 3]; 11] = [
+    [68, 1, 84],
+    [72, 36, 117],
+    [65, 68, 135],
+    [53, 95, 141],
+    [42, 120, 142],
+    [33, 145, 140],
+    [34, 168, 132],
+    [68, 191, 112],
+    [122, 209, 81],
+    [189, 223, 38],
+    [253, 231, 37],
+];
+
+/// Blue below, vermilion above, light in the middle.
+const DIVERGING: [[u8; 3]; 3] = [[0, 114, 178], [247, 247, 247], [213, 94, 0]];
+
+fn between(anchors: &[[u8; 3]], unit: f64) -> String {
+    let last = anchors.len() - 1;
+    let at = unit.clamp(0.0, 1.0) * last as f64;
+    let i = (at.floor() as usize).min(last.saturating_sub(1));
+    let f = at - i as f64;
+    let mix = |channel: usize| {
+        let (a, b) = (f64::from(anchors[i][channel]), f64::from(anchors[(i + 1).min(last)][channel]));
+        (a + f * (b - a)).round() as u8
+    };
+    format!("#{:02x}{:02x}{:02x}", mix(0), mix(1), mix(2))
+}
+
+/// The colour of a quantity between its least (0) and its greatest (1) value.
+#[must_use]
+pub fn sequential(unit: f64) -> String {
+    between(&VIRIDIS, unit)
+}
+
+/// The colour of a quantity with a sign: -1 to 1 as 0 to 1.
+#[must_use]
+pub fn diverging(unit: f64) -> String {
+    between(&DIVERGING, unit)
+}

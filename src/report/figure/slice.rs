@@ -1,0 +1,306 @@
+//! Slices of a map: two axes, the others held at nodes.
+
+use ndarray::{Array2, ArrayD, Ix2};
+
+use super::super::ReportError;
+use super::super::text::{Rich, rich};
+use crate::friction::Law;
+use crate::map::Axis;
+use crate::point::{LawParameters, Point};
+use crate::simulate::critical::critical_dampings;
+use crate::store::MapFile;
+
+/// Why a slice cannot be drawn.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ChoiceError {
+    /// A name that the map does not have.
+    #[error("the map has no {kind} `{name}`; the nearest is `{nearest}`, and there are: {available}")]
+    Unknown {
+        /// "axis" or "variable".
+        kind: &'static str,
+        /// What was asked for.
+        name: String,
+        /// The most similar name.
+        nearest: String,
+        /// What there is.
+        available: String,
+    },
+    /// Both directions were to show the same axis.
+    #[error("both directions show the axis `{axis}`; choose two different axes")]
+    SameAxis {
+        /// The axis.
+        axis: String,
+    },
+    /// An axis was to be shown and held.
+    #[error("the axis `{axis}` is shown, so it cannot be held at a value; leave one of the two out")]
+    Shown {
+        /// The axis.
+        axis: String,
+    },
+    /// A value to hold an axis at that is no number.
+    #[error("the axis `{axis}` cannot be held at {value}; give a finite number")]
+    NotFinite {
+        /// The axis.
+        axis: String,
+        /// The value, in words.
+        value: String,
+    },
+    /// An axis that the variable does not have.
+    #[error(
+        "the variable `{variable}` does not vary along `{axis}`; choose another axis or another variable"
+    )]
+    NotAlong {
+        /// The variable.
+        variable: String,
+        /// The axis.
+        axis: String,
+    },
+}
+
+impl ChoiceError {
+    /// A name that is not among those that there are.
+    pub(super) fn unknown<'a>(
+        kind: &'static str,
+        name: &str,
+        available: impl Iterator<Item = &'a str>,
+    ) -> Self {
+        let available: Vec<&str> = available.collect();
+        let distance =
+            |known: &&&str| strsim::damerau_levenshtein(&name.to_lowercase(), &known.to_lowercase());
+        let nearest = available.iter().min_by_key(distance).map_or(String::new(), |name| (*name).to_owned());
+        Self::Unknown { kind, name: name.into(), nearest, available: available.join(", ") }
+    }
+}
+
+/// An axis that is held, and where.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Held {
+    /// Name of the axis.
+    pub axis: String,
+    /// What was asked for; `None` if nothing was, and the middle node was taken.
+    pub wanted: Option<f64>,
+    /// The node's value.
+    pub used: f64,
+}
+
+/// A slice of a map.
+#[derive(Clone, Debug)]
+pub struct Slice<'a> {
+    map: &'a MapFile,
+    /// Position of the horizontal axis.
+    pub x: usize,
+    /// Position of the vertical axis.
+    pub y: usize,
+    /// Node at which each axis is held; meaningless for the two that are shown.
+    pub index: Vec<usize>,
+}
+
+impl<'a> Slice<'a> {
+    /// The slice along two axes, the others held at the given nodes.
+    #[must_use]
+    pub fn new(map: &'a MapFile, x: usize, y: usize, index: Vec<usize>) -> Self {
+        Self { map, x, y, index }
+    }
+
+    /// The slice along the axes of these names. Other axes are held at the node nearest to the value given
+    /// for them, or else at their middle node.
+    ///
+    /// # Errors
+    /// [`ChoiceError`].
+    pub fn choose(
+        map: &'a MapFile,
+        x: &str,
+        y: &str,
+        at: &[(String, f64)],
+    ) -> Result<(Self, Vec<Held>), ChoiceError> {
+        let axes = map.grid().axes();
+        let find = |name: &str| {
+            let names = axes.iter().map(|axis| axis.name.as_str());
+            axes.iter()
+                .position(|axis| axis.name == name)
+                .ok_or_else(|| ChoiceError::unknown("axis", name, names))
+        };
+        let (x, y) = (find(x)?, find(y)?);
+        if x == y {
+            return Err(ChoiceError::SameAxis { axis: axes[x].name.clone() });
+        }
+        let mut index = middle(axes);
+        let mut wanted = vec![None; axes.len()];
+        for (name, value) in at {
+            let axis = find(name)?;
+            if axis == x || axis == y {
+                return Err(ChoiceError::Shown { axis: name.clone() });
+            }
+            if !value.is_finite() {
+                return Err(ChoiceError::NotFinite { axis: name.clone(), value: value.to_string() });
+            }
+            index[axis] = nearest(&axes[axis].values, *value);
+            wanted[axis] = Some(*value);
+        }
+        let held = axes
+            .iter()
+            .enumerate()
+            .filter(|(axis, _)| *axis != x && *axis != y)
+            .map(|(i, axis)| Held { axis: axis.name.clone(), wanted: wanted[i], used: axis.values[index[i]] })
+            .collect();
+        Ok((Self::new(map, x, y, index), held))
+    }
+
+    /// The friction law.
+    #[must_use]
+    pub fn law(&self) -> Law {
+        self.map.grid().law()
+    }
+
+    /// The horizontal axis.
+    #[must_use]
+    pub fn x_axis(&self) -> &'a Axis {
+        &self.map.grid().axes()[self.x]
+    }
+
+    /// The vertical axis.
+    #[must_use]
+    pub fn y_axis(&self) -> &'a Axis {
+        &self.map.grid().axes()[self.y]
+    }
+
+    /// The point of the slice with these coordinates, which need not be nodes.
+    #[must_use]
+    pub fn point(&self, x: f64, y: f64) -> Point {
+        let axes = self.map.grid().axes();
+        let clamp = |axis: &Axis, value: f64| value.clamp(axis.values[0], axis.values[axis.values.len() - 1]);
+        let mut values: Vec<f64> = axes.iter().zip(&self.index).map(|(axis, &i)| axis.values[i]).collect();
+        values[self.x] = clamp(&axes[self.x], x);
+        values[self.y] = clamp(&axes[self.y], y);
+        point(&values)
+    }
+
+    /// Codes over the slice, `[x, y]`.
+    ///
+    /// # Errors
+    /// [`ReportError::Map`], [`ReportError::Choice`].
+    pub fn codes(&self, variable: &str) -> Result<Array2<i8>, ReportError> {
+        Ok(self
+            .turned(self.map.code_slice(variable, &self.selection(variable, self.map.grid().axes().len())?)?))
+    }
+
+    /// Real numbers over the slice, `[x, y]`.
+    ///
+    /// # Errors
+    /// [`ReportError::Map`], [`ReportError::Choice`].
+    pub fn reals(&self, variable: &str) -> Result<Array2<f64>, ReportError> {
+        let axes = self.map.grid().axes().len();
+        let rank = if variable.starts_with("critical_c_") { axes - 1 } else { axes };
+        Ok(self.turned(self.map.real_slice(variable, &self.selection(variable, rank)?)?))
+    }
+
+    fn selection(&self, variable: &str, rank: usize) -> Result<Vec<Option<usize>>, ChoiceError> {
+        for axis in [self.x, self.y] {
+            if axis >= rank {
+                let axis = self.map.grid().axes()[axis].name.clone();
+                return Err(ChoiceError::NotAlong { variable: variable.into(), axis });
+            }
+        }
+        Ok((0..rank).map(|axis| (axis != self.x && axis != self.y).then_some(self.index[axis])).collect())
+    }
+
+    fn turned<T: Clone>(&self, cells: ArrayD<T>) -> Array2<T> {
+        let shape = (self.x_axis().values.len(), self.y_axis().values.len());
+        let turn = self.x > self.y;
+        let stored = if turn { (shape.1, shape.0) } else { shape };
+        // The reader drops every held axis, so two are left.
+        let cells = match cells.into_dimensionality::<Ix2>() {
+            Ok(cells) => cells,
+            Err(_) => unreachable!("a slice of {stored:?} has two axes"),
+        };
+        if turn { cells.reversed_axes() } else { cells }
+    }
+
+    /// "ε = 0.1, β = 0.5", every axis that is held.
+    #[must_use]
+    pub fn held(&self) -> Rich {
+        self.held_from(0)
+    }
+
+    /// The same without eps, for figures with a panel for each.
+    #[must_use]
+    pub fn held_but_epsilon(&self) -> Rich {
+        self.held_from(1)
+    }
+
+    fn held_from(&self, first: usize) -> Rich {
+        let axes = self.map.grid().axes().iter().enumerate().skip(first);
+        let mut text = Rich::default();
+        for (i, axis) in axes.filter(|(i, _)| *i != self.x && *i != self.y) {
+            if !text.pieces.is_empty() {
+                text = text.then(rich(", "));
+            }
+            text = text.then(equals(&axis.name, axis.values[self.index[i]]));
+        }
+        text
+    }
+}
+
+/// "ε = 0.1".
+#[must_use]
+pub fn equals(axis: &str, value: f64) -> Rich {
+    Rich::symbol(axis).then(rich(" = ")).then(Rich::number(value, 4))
+}
+
+/// The middle node of each axis.
+#[must_use]
+pub fn middle(axes: &[Axis]) -> Vec<usize> {
+    axes.iter().map(|axis| (axis.values.len() - 1) / 2).collect()
+}
+
+/// Nodes of a map at which there is something to see: the middle ones if a cycle exists in their column,
+/// else those of a column among first, middle and last nodes of every axis whose critical damping is the
+/// median of all that are positive.
+#[must_use]
+pub fn telling(map: &MapFile) -> Vec<usize> {
+    let axes = map.grid().axes();
+    let middle = middle(axes);
+    let mut candidates = vec![middle.clone()];
+    for axis in 1..axes.len() - 1 {
+        let mut nodes = vec![0, middle[axis], axes[axis].values.len() - 1];
+        nodes.dedup();
+        candidates = candidates
+            .into_iter()
+            .flat_map(|candidate| {
+                nodes.iter().map(move |&node| {
+                    let mut candidate = candidate.clone();
+                    candidate[axis] = node;
+                    candidate
+                })
+            })
+            .collect();
+    }
+    let columns: Vec<_> =
+        candidates.iter().chain([&middle]).map(|candidate| map.grid().column(candidate)).collect();
+    let roots = critical_dampings(&columns, 1e-6);
+    let root = |i: usize| roots[i].as_ref().map_or(f64::NEG_INFINITY, |root| root.c);
+    if root(candidates.len()) > 0.0 {
+        return middle;
+    }
+    let mut positive: Vec<usize> = (0..candidates.len()).filter(|&i| root(i) > 0.0).collect();
+    positive.sort_by(|&a, &b| root(a).total_cmp(&root(b)));
+    positive.get(positive.len() / 2).map_or(middle, |&i| candidates[i].clone())
+}
+
+/// The node nearest to a value.
+#[must_use]
+pub fn nearest(values: &[f64], value: f64) -> usize {
+    let distance = |i: &usize| (values[*i] - value).abs();
+    (0..values.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
+}
+
+/// The point with the given value on each axis, in the order of the map.
+pub(super) fn point(values: &[f64]) -> Point {
+    let last = values.len() - 1;
+    Point {
+        epsilon: values[0],
+        law: LawParameters::new(&values[1..last - 1]),
+        belt_speed: values[last - 1],
+        damping: values[last],
+    }
+}

@@ -1,0 +1,107 @@
+//! Reports of stored maps for papers: numbers, tables and figures that compare the methods.
+//!
+//! Numbers are gathered tile by tile ([`Report::gather`]), so maps may be far larger than memory. Every
+//! table exists once, without a format ([`tables`]), and is written as Markdown, HTML, LaTeX and CSV; every
+//! figure is drawn once as a scene ([`figure`]) and written as SVG, PDF and PNG.
+
+mod boundary;
+mod document;
+pub mod figure;
+mod table;
+pub mod tables;
+mod text;
+mod verdicts;
+mod write;
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+pub use boundary::{Boundaries, BoundaryError, MethodBoundary, Order, Sizes, Worst};
+pub use table::{Cell, Column, Show, Table};
+pub use text::{Piece, Rich, Symbol, rich};
+pub use verdicts::{Confusion, Verdicts, Volume};
+pub use write::{Existing, write, write_figure};
+
+use crate::store::{MapFile, StoreError};
+
+/// Name of the method against which all others are measured.
+pub const SIMULATION: &str = "simulation";
+
+/// Why there is no report.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReportError {
+    /// The map cannot be read.
+    #[error(transparent)]
+    Map(#[from] StoreError),
+    /// The output is there already.
+    #[error("{path} exists already; choose another place, or ask for it to be replaced")]
+    Exists {
+        /// The output.
+        path: PathBuf,
+    },
+    /// The name of a figure does not say its format.
+    #[error("{path} does not end in .svg, .pdf or .png; give the figure one of these endings")]
+    Format {
+        /// The output.
+        path: PathBuf,
+    },
+    /// The file system refuses.
+    #[error("cannot write {path}: {source}")]
+    Io {
+        /// What was to be written.
+        path: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// A figure could not be converted from SVG.
+    #[error("cannot draw {figure}: {why}")]
+    Render {
+        /// Name of the figure.
+        figure: String,
+        /// The reason.
+        why: String,
+    },
+    /// The map has no such axis, variable or the like.
+    #[error(transparent)]
+    Choice(#[from] figure::ChoiceError),
+    /// [`Control::stop`] was set.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+/// How gathering is steered from outside.
+pub struct Control<'a> {
+    /// Called with the number of cells just read.
+    pub on_cells: &'a dyn Fn(usize),
+    /// Set to true to stop soon.
+    pub stop: &'a AtomicBool,
+}
+
+impl Control<'_> {
+    fn check(&self) -> Result<(), ReportError> {
+        match self.stop.load(Ordering::Relaxed) {
+            true => Err(ReportError::Interrupted),
+            false => Ok(()),
+        }
+    }
+}
+
+/// Everything that a report says of a map in numbers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Report {
+    /// What the verdicts say.
+    pub verdicts: Verdicts,
+    /// Where the boundaries lie.
+    pub boundaries: Boundaries,
+}
+
+impl Report {
+    /// Reads a map, tile by tile.
+    ///
+    /// # Errors
+    /// [`ReportError::Map`] if the map cannot be read, [`ReportError::Interrupted`].
+    pub fn gather(map: &MapFile, control: &Control) -> Result<Self, ReportError> {
+        Ok(Self { verdicts: Verdicts::read(map, control)?, boundaries: Boundaries::read(map, control)? })
+    }
+}

@@ -1,0 +1,401 @@
+//! A table without a format, and its formats: Markdown, HTML, LaTeX and CSV.
+
+use super::text::{Rich, html, latex, markdown};
+
+/// The contents of a cell.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Cell {
+    /// Words, possibly from the map file.
+    Words(String),
+    /// A number of things.
+    Count(u64),
+    /// A real number.
+    Real(f64),
+    /// There is no such number here.
+    Missing,
+}
+
+impl From<Option<f64>> for Cell {
+    fn from(value: Option<f64>) -> Self {
+        value.filter(|value| value.is_finite()).map_or(Cell::Missing, Cell::Real)
+    }
+}
+
+impl From<Option<u64>> for Cell {
+    fn from(value: Option<u64>) -> Self {
+        value.map_or(Cell::Missing, Cell::Count)
+    }
+}
+
+/// How the numbers of a column are shown. CSV holds them in full whatever this says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Show {
+    /// Words or counts.
+    AsIs,
+    /// This many significant digits.
+    Significant(usize),
+    /// At most this many significant digits, zeros at the end dropped: for parameters.
+    Trimmed(usize),
+    /// This many decimals.
+    Decimals(usize),
+}
+
+/// A column.
+#[derive(Clone, Debug)]
+pub struct Column {
+    /// Its name in CSV files.
+    pub key: &'static str,
+    /// Its heading.
+    pub heading: Rich,
+    /// How its numbers are shown.
+    pub show: Show,
+}
+
+/// A table.
+#[derive(Clone, Debug)]
+pub struct Table {
+    /// Name of its files, and of its label in LaTeX.
+    pub name: &'static str,
+    /// What it shows.
+    pub caption: Rich,
+    /// The columns.
+    pub columns: Vec<Column>,
+    /// The rows, each with one cell per column.
+    pub rows: Vec<Vec<Cell>>,
+    /// Remarks below it.
+    pub notes: Vec<Rich>,
+}
+
+/// A number as it is shown: a decimal, and a power of ten if that is not 0.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Decimal {
+    mantissa: String,
+    exponent: i32,
+}
+
+/// How all numbers of one column are shown.
+#[derive(Clone, Copy, Debug)]
+enum Style {
+    Words,
+    Counts,
+    Decimals(usize),
+    Significant(usize),
+    Trimmed(usize),
+    Scientific(usize),
+}
+
+/// Numbers outside of this range are shown with a power of ten; in LaTeX, where numbers are aligned, so is
+/// their whole column.
+const PLAIN: std::ops::Range<f64> = 1e-3..1e6;
+
+impl Table {
+    /// Whether a column holds numbers.
+    fn is_numeric(&self, column: usize) -> bool {
+        self.rows.iter().any(|row| matches!(row[column], Cell::Count(_) | Cell::Real(_)))
+            && !self.rows.iter().any(|row| matches!(row[column], Cell::Words(_)))
+    }
+
+    fn style(&self, column: usize) -> Style {
+        match self.columns[column].show {
+            _ if !self.is_numeric(column) => Style::Words,
+            Show::AsIs => Style::Counts,
+            Show::Decimals(digits) => Style::Decimals(digits),
+            Show::Significant(digits) => Style::Significant(digits),
+            Show::Trimmed(digits) => Style::Trimmed(digits),
+        }
+    }
+
+    /// The style of a column whose numbers are aligned.
+    fn aligned_style(&self, column: usize) -> Style {
+        let style = self.style(column);
+        let plain = self.rows.iter().all(|row| match row[column] {
+            Cell::Real(value) => is_plain(value),
+            _ => true,
+        });
+        match style {
+            Style::Significant(digits) | Style::Trimmed(digits) if !plain => Style::Scientific(digits),
+            _ => style,
+        }
+    }
+
+    /// As a Markdown table with its caption and notes.
+    #[must_use]
+    pub fn markdown(&self) -> String {
+        let styles: Vec<Style> = (0..self.columns.len()).map(|column| self.style(column)).collect();
+        let mut text = format!("{}\n\n|", self.caption.markdown());
+        for column in &self.columns {
+            text.push_str(&format!(" {} |", column.heading.markdown()));
+        }
+        text.push_str("\n|");
+        for style in &styles {
+            text.push_str(if matches!(style, Style::Words) { " :-- |" } else { " --: |" });
+        }
+        text.push('\n');
+        for row in &self.rows {
+            text.push('|');
+            for (cell, style) in row.iter().zip(&styles) {
+                let shown = match cell {
+                    Cell::Words(words) => markdown(words),
+                    _ => plain_number(cell, *style),
+                };
+                text.push_str(&format!(" {shown} |"));
+            }
+            text.push('\n');
+        }
+        for note in &self.notes {
+            text.push_str(&format!("\n{}\n", note.markdown()));
+        }
+        text
+    }
+
+    /// As an HTML table.
+    #[must_use]
+    pub fn html(&self) -> String {
+        let styles: Vec<Style> = (0..self.columns.len()).map(|column| self.style(column)).collect();
+        let class = |style: &Style| if matches!(style, Style::Words) { "" } else { " class=\"number\"" };
+        let mut text = format!("<table>\n<caption>{}</caption>\n<thead><tr>", self.caption.html());
+        for (column, style) in self.columns.iter().zip(&styles) {
+            text.push_str(&format!("<th scope=\"col\"{}>{}</th>", class(style), column.heading.html()));
+        }
+        text.push_str("</tr></thead>\n<tbody>\n");
+        for row in &self.rows {
+            text.push_str("<tr>");
+            for (cell, style) in row.iter().zip(&styles) {
+                let shown = match cell {
+                    Cell::Words(words) => html(words),
+                    _ => html_number(cell, *style),
+                };
+                text.push_str(&format!("<td{}>{shown}</td>", class(style)));
+            }
+            text.push_str("</tr>\n");
+        }
+        text.push_str("</tbody>\n</table>\n");
+        for note in &self.notes {
+            text.push_str(&format!("<p class=\"note\">{}</p>\n", note.html()));
+        }
+        text
+    }
+
+    /// As a LaTeX `table` for `\input`; needs `booktabs` and `siunitx`.
+    #[must_use]
+    pub fn latex(&self) -> String {
+        let styles: Vec<Style> = (0..self.columns.len()).map(|column| self.aligned_style(column)).collect();
+        let mut text = format!(
+            "% Needs \\usepackage{{booktabs}} and \\usepackage{{siunitx}}.\n\\begin{{table}}\n\\centering\n\\caption{{{}}}\n\
+             \\label{{tab:slipmap-{}}}\n\\begin{{tabular}}{{",
+            self.caption.latex(),
+            self.name
+        );
+        for (column, style) in styles.iter().enumerate() {
+            text.push_str(&self.latex_column(column, *style));
+        }
+        text.push_str("}\n\\toprule\n");
+        let headings: Vec<String> =
+            self.columns.iter().map(|column| format!("{{{}}}", column.heading.latex())).collect();
+        text.push_str(&format!("{} \\\\\n\\midrule\n", headings.join(" & ")));
+        for row in &self.rows {
+            let cells: Vec<String> = row
+                .iter()
+                .zip(&styles)
+                .map(|(cell, style)| match cell {
+                    Cell::Words(words) => latex(words),
+                    Cell::Missing if matches!(style, Style::Words) => "--".into(),
+                    Cell::Missing => "{--}".into(),
+                    _ => match decimal(cell, *style) {
+                        Some(Decimal { mantissa, exponent: 0 }) if !matches!(style, Style::Scientific(_)) => {
+                            mantissa
+                        }
+                        Some(Decimal { mantissa, exponent }) => format!("{mantissa}e{exponent}"),
+                        None => "{--}".into(),
+                    },
+                })
+                .collect();
+            text.push_str(&format!("{} \\\\\n", cells.join(" & ")));
+        }
+        text.push_str("\\bottomrule\n\\end{tabular}\n");
+        for note in &self.notes {
+            text.push_str(&format!("\\par\\smallskip{{\\footnotesize {}\\par}}\n", note.latex()));
+        }
+        text.push_str("\\end{table}\n");
+        text
+    }
+
+    /// The column of `tabular` with room for the widest number.
+    fn latex_column(&self, column: usize, style: Style) -> String {
+        if matches!(style, Style::Words) {
+            return "l".into();
+        }
+        let numbers: Vec<Decimal> = self.rows.iter().filter_map(|row| decimal(&row[column], style)).collect();
+        let widest = |count: fn(&Decimal) -> usize| numbers.iter().map(count).max().unwrap_or(1);
+        let whole = widest(|n| n.mantissa.trim_start_matches('-').split('.').next().map_or(1, str::len));
+        let decimals = widest(|n| n.mantissa.split_once('.').map_or(0, |(_, decimals)| decimals.len()));
+        let exponent = widest(|n| n.exponent.unsigned_abs().to_string().len());
+        let sign = if numbers.iter().any(|n| n.mantissa.starts_with('-')) { "-" } else { "" };
+        match style {
+            Style::Scientific(_) => {
+                let down = if numbers.iter().any(|n| n.exponent < 0) { "-" } else { "" };
+                format!("S[table-format={sign}{whole}.{decimals}e{down}{exponent}]")
+            }
+            _ => format!("S[table-format={sign}{whole}.{decimals}]"),
+        }
+    }
+
+    /// As CSV, numbers in full.
+    #[must_use]
+    pub fn csv(&self) -> String {
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        let heading = self.columns.iter().map(|column| column.key.to_owned()).collect();
+        let rows = self.rows.iter().map(|row| row.iter().map(in_full).collect());
+        for record in std::iter::once(heading).chain(rows) {
+            let record: Vec<String> = record;
+            // Writing to memory does not fail, and every record has the same length.
+            let _ = writer.write_record(&record);
+        }
+        writer
+            .into_inner()
+            .map_or_else(|_| String::new(), |bytes| String::from_utf8_lossy(&bytes).into_owned())
+    }
+}
+
+/// A cell of a CSV file.
+fn in_full(cell: &Cell) -> String {
+    match cell {
+        Cell::Words(words) => words.clone(),
+        Cell::Count(count) => count.to_string(),
+        Cell::Real(value) => format!("{value:?}"),
+        Cell::Missing => String::new(),
+    }
+}
+
+/// Whether a number is shown without a power of ten.
+fn is_plain(value: f64) -> bool {
+    value == 0.0 || PLAIN.contains(&value.abs())
+}
+
+/// A number in the style of its column.
+fn decimal(cell: &Cell, style: Style) -> Option<Decimal> {
+    let plain = |mantissa: String| Some(Decimal { mantissa, exponent: 0 });
+    let value = match *cell {
+        Cell::Count(count) => match style {
+            Style::Words | Style::Counts => return plain(count.to_string()),
+            _ => count as f64,
+        },
+        Cell::Real(value) if value.is_finite() => value,
+        Cell::Real(_) | Cell::Words(_) | Cell::Missing => return None,
+    };
+    match style {
+        Style::Words | Style::Counts => plain(format!("{value}")),
+        Style::Decimals(digits) => plain(format!("{value:.digits$}")),
+        Style::Significant(_) | Style::Trimmed(_) | Style::Scientific(_) if value == 0.0 => plain("0".into()),
+        Style::Significant(digits) | Style::Trimmed(digits) if !is_plain(value) => {
+            Some(scientific(value, digits))
+        }
+        Style::Trimmed(digits) => {
+            let text = decimal(cell, Style::Significant(digits))?.mantissa;
+            plain(match text.contains('.') {
+                true => text.trim_end_matches('0').trim_end_matches('.').into(),
+                false => text,
+            })
+        }
+        Style::Significant(digits) => {
+            let exponent = scientific(value, digits).exponent;
+            let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
+            plain(format!("{value:.decimals$}"))
+        }
+        Style::Scientific(digits) => Some(scientific(value, digits)),
+    }
+}
+
+/// A number as a decimal with one digit before the point, and a power of ten.
+fn scientific(value: f64, digits: usize) -> Decimal {
+    let text = format!("{value:.*e}", digits.saturating_sub(1));
+    let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+    Decimal { mantissa: mantissa.into(), exponent: exponent.parse().unwrap_or(0) }
+}
+
+/// Digits in groups of three, set apart by thin spaces.
+fn grouped(mantissa: &str) -> String {
+    let (whole, decimals) = mantissa.split_once('.').map_or((mantissa, None), |(w, d)| (w, Some(d)));
+    let digits = whole.trim_start_matches('-');
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && digits.len() > 4 && (digits.len() - i) % 3 == 0 {
+            text.push('\u{202f}');
+        }
+        text.push(digit);
+    }
+    let sign = if whole.starts_with('-') { "−" } else { "" };
+    match decimals {
+        Some(decimals) => format!("{sign}{text}.{decimals}"),
+        None => format!("{sign}{text}"),
+    }
+}
+
+fn plain_number(cell: &Cell, style: Style) -> String {
+    match decimal(cell, style) {
+        None => "–".into(),
+        Some(Decimal { mantissa, exponent: 0 }) => grouped(&mantissa),
+        Some(Decimal { mantissa, exponent }) => format!("{}e{exponent}", grouped(&mantissa)),
+    }
+}
+
+fn html_number(cell: &Cell, style: Style) -> String {
+    match decimal(cell, style) {
+        None => "–".into(),
+        Some(Decimal { mantissa, exponent: 0 }) => grouped(&mantissa),
+        Some(Decimal { mantissa, exponent }) => {
+            let sign = if exponent < 0 { "−" } else { "" };
+            format!("{} × 10<sup>{sign}{}</sup>", grouped(&mantissa), exponent.unsigned_abs())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::text::rich;
+    use super::*;
+
+    fn table() -> Table {
+        let column = |key, heading: &str, show| Column { key, heading: rich(heading), show };
+        Table {
+            name: "example",
+            caption: rich("Errors in {c}."),
+            columns: vec![
+                column("method", "method", Show::AsIs),
+                column("cells", "cells", Show::AsIs),
+                column("share", "%", Show::Decimals(1)),
+                column("error", "error", Show::Significant(3)),
+            ],
+            rows: vec![
+                vec![
+                    Cell::Words("a_b".into()),
+                    Cell::Count(1_234_567),
+                    Cell::Real(12.345),
+                    Cell::Real(-1.5e-7),
+                ],
+                vec![Cell::Words("c|d".into()), Cell::Count(0), Cell::Missing, Cell::Real(0.25)],
+            ],
+            notes: vec![],
+        }
+    }
+
+    #[test]
+    fn each_format_says_the_same() {
+        let table = table();
+        assert!(table.markdown().contains("| a\\_b | 1\u{202f}234\u{202f}567 | 12.3 | −1.50e-7 |"));
+        assert!(table.markdown().contains("| c\\|d | 0 | – | 0.250 |"));
+        assert!(table.html().contains("<td class=\"number\">−1.50 × 10<sup>−7</sup></td>"));
+        let latex = table.latex();
+        assert!(latex.contains("a\\_b & 1234567 & 12.3 & -1.50e-7 \\\\"), "{latex}");
+        assert!(latex.contains("c\\textbar{}d & 0 & {--} & 2.50e-1 \\\\"), "{latex}");
+        assert!(
+            latex.contains("{lS[table-format=7.0]S[table-format=2.1]S[table-format=-1.2e-1]}"),
+            "{latex}"
+        );
+        assert_eq!(
+            table.csv(),
+            "method,cells,share,error\na_b,1234567,12.345,-1.5e-7\nc|d,0,,0.25\n",
+            "CSV holds numbers in full"
+        );
+    }
+}

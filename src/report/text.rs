@@ -1,0 +1,328 @@
+//! Text with mathematical symbols, written alike into Markdown, HTML, LaTeX and figures.
+//!
+//! Words that come from a map file enter through [`Rich::foreign`] and are escaped for each format; the
+//! program's own words may hold symbols in braces, see [`rich`].
+
+/// A part of a text.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Piece {
+    /// Words.
+    Words(String),
+    /// A mathematical symbol.
+    Symbol(Symbol),
+}
+
+/// A letter with an optional index and an optional exponent.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Symbol {
+    /// The letter, or a word where there is no letter.
+    pub base: String,
+    /// Index, empty if none.
+    pub index: String,
+    /// Exponent, empty if none.
+    pub exponent: String,
+}
+
+/// Names of Greek letters as axes and templates spell them, the letter, and LaTeX's name.
+const GREEK: [(&str, &str, &str); 16] = [
+    ("alpha", "α", r"\alpha"),
+    ("beta", "β", r"\beta"),
+    ("gamma", "γ", r"\gamma"),
+    ("delta", "δ", r"\delta"),
+    ("epsilon", "ε", r"\varepsilon"),
+    ("zeta", "ζ", r"\zeta"),
+    ("eta", "η", r"\eta"),
+    ("theta", "θ", r"\theta"),
+    ("kappa", "κ", r"\kappa"),
+    ("lambda", "λ", r"\lambda"),
+    ("mu", "μ", r"\mu"),
+    ("nu", "ν", r"\nu"),
+    ("rho", "ρ", r"\rho"),
+    ("sigma", "σ", r"\sigma"),
+    ("tau", "τ", r"\tau"),
+    ("phi", "φ", r"\varphi"),
+];
+
+impl Symbol {
+    /// The symbol of an axis or quantity: `gamma` is γ, `x_1` is x with an index, `c^*` has an exponent.
+    #[must_use]
+    pub fn of(name: &str) -> Self {
+        let (rest, exponent) = name.split_once('^').unwrap_or((name, ""));
+        let (base, index) = rest.split_once('_').unwrap_or((rest, ""));
+        let letter = GREEK.iter().find(|(word, _, _)| *word == base).map_or(base, |(_, letter, _)| letter);
+        Self { base: letter.into(), index: index.into(), exponent: exponent.into() }
+    }
+
+    /// Whether the base is one letter, set in italics; a word is set upright.
+    #[must_use]
+    pub fn is_letter(&self) -> bool {
+        self.base.chars().count() == 1
+    }
+
+    fn latex(&self) -> String {
+        let letter = GREEK.iter().find(|(_, letter, _)| *letter == self.base);
+        let mut text = match letter {
+            Some((_, _, command)) => (*command).to_owned(),
+            None if self.is_letter() || self.base.bytes().all(|b| b.is_ascii_digit()) => latex(&self.base),
+            None => format!(r"\mathrm{{{}}}", latex(&self.base)),
+        };
+        if !self.index.is_empty() {
+            text.push_str(&format!("_{{{}}}", index_latex(&self.index)));
+        }
+        match self.exponent.as_str() {
+            "" => {}
+            "*" => text.push_str(r"^{\ast}"),
+            other => text.push_str(&format!("^{{{}}}", latex(other))),
+        }
+        format!("${text}$")
+    }
+
+    fn markup(&self, escape: fn(&str) -> String) -> String {
+        let base = escape(&self.base);
+        let mut text = if self.is_letter() { format!("<i>{base}</i>") } else { base };
+        if !self.index.is_empty() {
+            text.push_str(&format!("<sub>{}</sub>", escape(&self.index)));
+        }
+        if !self.exponent.is_empty() {
+            text.push_str(&format!("<sup>{}</sup>", escape(&self.exponent)));
+        }
+        text
+    }
+
+    fn plain(&self) -> String {
+        format!("{}{}{}", self.base, self.index, self.exponent)
+    }
+}
+
+/// A text.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Rich {
+    /// Its parts, in order.
+    pub pieces: Vec<Piece>,
+}
+
+/// The program's own words, with symbols in braces: `"share of {c}"`, `"{x_1}"`, `"{c^*}"`.
+#[must_use]
+pub fn rich(template: &str) -> Rich {
+    let mut text = Rich::default();
+    for (i, part) in template.split(['{', '}']).enumerate() {
+        // Braces alternate, so every other part was between braces.
+        if i % 2 == 1 {
+            text.pieces.push(Piece::Symbol(Symbol::of(part)));
+        } else if !part.is_empty() {
+            text.pieces.push(Piece::Words(part.into()));
+        }
+    }
+    text
+}
+
+impl Rich {
+    /// Words that come from a file or from a user, whatever they hold.
+    #[must_use]
+    pub fn foreign(words: &str) -> Self {
+        Self { pieces: vec![Piece::Words(words.into())] }
+    }
+
+    /// The symbol of an axis.
+    #[must_use]
+    pub fn symbol(name: &str) -> Self {
+        Self { pieces: vec![Piece::Symbol(Symbol::of(name))] }
+    }
+
+    /// A number with up to `digits` significant digits, very large and very small ones with a power of ten.
+    #[must_use]
+    pub fn number(value: f64, digits: usize) -> Self {
+        let scientific = format!("{value:.*e}", digits.saturating_sub(1));
+        let Some((mantissa, Ok(exponent))) =
+            scientific.split_once('e').map(|(mantissa, exponent)| (mantissa, exponent.parse::<i32>()))
+        else {
+            return Self::foreign(&scientific);
+        };
+        let trim = |text: &str| {
+            let text =
+                if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text };
+            text.replace('-', "−")
+        };
+        if value == 0.0 || (-3..=5).contains(&exponent) {
+            let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
+            return Self::foreign(&trim(&format!("{value:.decimals$}")));
+        }
+        let power = Symbol { base: "10".into(), index: String::new(), exponent: trim(&exponent.to_string()) };
+        let factor = match trim(mantissa).as_str() {
+            "1" => String::new(),
+            "−1" => "−".into(),
+            mantissa => format!("{mantissa} × "),
+        };
+        let mut text = Self::default();
+        if !factor.is_empty() {
+            text.pieces.push(Piece::Words(factor));
+        }
+        text.pieces.push(Piece::Symbol(power));
+        text
+    }
+
+    /// Appends another text.
+    #[must_use]
+    pub fn then(mut self, more: Rich) -> Self {
+        self.pieces.extend(more.pieces);
+        self
+    }
+
+    /// Without any markup, for file names, CSV and messages.
+    #[must_use]
+    pub fn plain(&self) -> String {
+        self.write(str::to_owned, Symbol::plain)
+    }
+
+    /// As Markdown.
+    #[must_use]
+    pub fn markdown(&self) -> String {
+        self.write(markdown, |symbol| symbol.markup(markdown))
+    }
+
+    /// As HTML.
+    #[must_use]
+    pub fn html(&self) -> String {
+        self.write(html, |symbol| symbol.markup(html))
+    }
+
+    /// As LaTeX.
+    #[must_use]
+    pub fn latex(&self) -> String {
+        self.write(latex, Symbol::latex)
+    }
+
+    fn write(&self, words: fn(&str) -> String, symbol: fn(&Symbol) -> String) -> String {
+        self.pieces
+            .iter()
+            .map(|piece| match piece {
+                Piece::Words(text) => words(text),
+                Piece::Symbol(s) => symbol(s),
+            })
+            .collect()
+    }
+}
+
+/// Escapes words for HTML and for SVG, in elements and in quoted attributes. What no XML document may hold
+/// becomes a space.
+#[must_use]
+pub fn html(words: &str) -> String {
+    let mut text = String::with_capacity(words.len());
+    for c in words.chars() {
+        match c {
+            '&' => text.push_str("&amp;"),
+            '<' => text.push_str("&lt;"),
+            '>' => text.push_str("&gt;"),
+            '"' => text.push_str("&quot;"),
+            '\'' => text.push_str("&#39;"),
+            '\n' | '\t' => text.push(c),
+            '\u{fffe}' | '\u{ffff}' => text.push(' '),
+            c if c.is_control() => text.push(' '),
+            c => text.push(c),
+        }
+    }
+    text
+}
+
+/// Escapes words for a line of Markdown, inside a table too.
+#[must_use]
+pub fn markdown(words: &str) -> String {
+    let mut text = String::with_capacity(words.len());
+    let mut letters = words.chars().peekable();
+    while let Some(c) = letters.next() {
+        let before = text.trim_start();
+        // Some characters only act at the start of a line, or where a bare address is made a link.
+        let acts = match c {
+            '.' => {
+                let lower = before.to_ascii_lowercase();
+                before.bytes().all(|b| b.is_ascii_digit()) || lower.ends_with("www")
+            }
+            ':' => letters.peek() == Some(&'/'),
+            ',' | ';' | '/' | '%' | '\'' | '"' | '?' | '=' | '(' | ')' | '-' => before.is_empty(),
+            c => c.is_ascii_punctuation(),
+        };
+        match c {
+            '&' => text.push_str("&amp;"),
+            '<' => text.push_str("&lt;"),
+            '>' => text.push_str("&gt;"),
+            c if c.is_control() => text.push(' '),
+            c if acts => text.extend(['\\', c]),
+            c => text.push(c),
+        }
+    }
+    text
+}
+
+/// Escapes words for LaTeX. Characters that pdfLaTeX does not know by default are spelt by their number.
+#[must_use]
+pub fn latex(words: &str) -> String {
+    let mut text = String::with_capacity(words.len());
+    for c in words.chars() {
+        match c {
+            '\\' => text.push_str(r"\textbackslash{}"),
+            '~' => text.push_str(r"\textasciitilde{}"),
+            '^' => text.push_str(r"\textasciicircum{}"),
+            '{' | '}' | '$' | '&' | '#' | '%' | '_' => {
+                text.push('\\');
+                text.push(c);
+            }
+            '<' => text.push_str(r"\textless{}"),
+            '>' => text.push_str(r"\textgreater{}"),
+            '|' => text.push_str(r"\textbar{}"),
+            '"' => text.push_str(r"\textquotedbl{}"),
+            '\'' => text.push_str(r"\textquotesingle{}"),
+            '`' => text.push_str(r"\textasciigrave{}"),
+            // No ligatures: `--` and `?`` would print as other characters.
+            '-' => text.push_str("-{}"),
+            '×' => text.push_str(r"\ensuremath{\times}"),
+            '−' => text.push_str(r"\ensuremath{-}"),
+            '±' => text.push_str(r"\ensuremath{\pm}"),
+            '–' => text.push_str("--"),
+            c if c.is_control() => text.push(' '),
+            c if c.is_ascii() || ('\u{c0}'..'\u{180}').contains(&c) => text.push(c),
+            c => match GREEK.iter().find(|(_, letter, _)| letter.chars().eq([c])) {
+                Some((_, _, command)) => text.push_str(&format!(r"\ensuremath{{{command}}}")),
+                None => text.push_str(&format!("[U+{:04X}]", u32::from(c))),
+            },
+        }
+    }
+    text
+}
+
+fn index_latex(index: &str) -> String {
+    if index.chars().count() == 1 { latex(index) } else { format!(r"\mathrm{{{}}}", latex(index)) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn symbols_read_alike_everywhere() {
+        let text = rich("error of {c^*} at {epsilon}, {x_1}");
+        assert_eq!(text.plain(), "error of c* at ε, x1");
+        assert_eq!(text.latex(), r"error of $c^{\ast}$ at $\varepsilon$, $x_{1}$");
+        assert_eq!(text.html(), "error of <i>c</i><sup>*</sup> at <i>ε</i>, <i>x</i><sub>1</sub>");
+        assert_eq!(Rich::symbol("width").latex(), r"$\mathrm{width}$");
+    }
+
+    #[test]
+    fn foreign_words_lose_their_power() {
+        let hostile =
+            "<script>alert('x')</script> & \\input{/etc/passwd} $x$ | `rm` [a](http://b) {c}\n# d\0";
+        let text = Rich::foreign(hostile);
+        let html = text.html();
+        assert!(!html.contains('<') && !html.contains('\0') && html.contains("&lt;script&gt;"), "{html}");
+        let latex = text.latex();
+        assert!(latex.contains(r"\textbackslash{}input\{/etc/passwd\} \$x\$"), "{latex}");
+        assert!(!latex.contains('\n'), "{latex}");
+        let markdown = text.markdown();
+        assert!(markdown.contains(r"\|") && markdown.contains(r"\[a\](http\:"), "{markdown}");
+        assert!(!markdown.contains('\n') && !markdown.contains('<'), "{markdown}");
+        assert_eq!(latex_of("中é"), "[U+4E2D]é");
+    }
+
+    fn latex_of(words: &str) -> String {
+        latex(words)
+    }
+}

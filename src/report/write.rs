@@ -1,0 +1,138 @@
+//! Writing a report into a folder, and single figures into files.
+
+use std::fs;
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+
+use super::figure::{Figure, Scene, render};
+use super::table::Table;
+use super::text::Rich;
+use super::{Report, ReportError, document, figure, tables};
+use crate::store::MapFile;
+
+/// What to do with an output that is there already.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Existing {
+    /// Leave it and report an error.
+    Refuse,
+    /// Replace it.
+    Replace,
+}
+
+/// Writes the report of `map` into `folder`. Files are made in a folder beside it first, so that an error
+/// leaves nothing behind. To replace means to replace files of the same names; others in the folder stay.
+///
+/// # Errors
+/// [`ReportError::Exists`], or why something could not be drawn or written.
+pub fn write(map: &MapFile, report: &Report, folder: &Path, existing: Existing) -> Result<(), ReportError> {
+    let there = folder.symlink_metadata().is_ok();
+    if there && existing == Existing::Refuse {
+        return Err(ReportError::Exists { path: folder.to_path_buf() });
+    }
+    let tables = tables::all(map, report);
+    let figures = figure::all(map, report)?;
+    let parent = match folder.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    create(parent)?;
+    let scratch = tempfile::Builder::new()
+        .prefix(".slipmap-report-")
+        .tempdir_in(parent)
+        .map_err(|source| ReportError::Io { path: folder.to_path_buf(), source })?;
+    let files = files(map, &tables, &figures)?;
+    for (name, contents) in &files {
+        put(&scratch.path().join(name), contents)?;
+    }
+    // Only now is anything visible changed.
+    for (name, _) in &files {
+        let (from, to) = (scratch.path().join(name), folder.join(name));
+        create(to.parent().unwrap_or(folder))?;
+        fs::rename(&from, &to).map_err(|source| ReportError::Io { path: to, source })?;
+    }
+    Ok(())
+}
+
+/// Every file of a report, by its path in the folder.
+fn files(
+    map: &MapFile,
+    tables: &[Table],
+    figures: &[Figure],
+) -> Result<Vec<(PathBuf, Vec<u8>)>, ReportError> {
+    let mut files: Vec<(PathBuf, Vec<u8>)> = Vec::new();
+    let mut add = |path: String, contents: Vec<u8>| files.push((PathBuf::from(path), contents));
+    for table in tables {
+        add(format!("tables/{}.tex", table.name), table.latex().into_bytes());
+        add(format!("tables/{}.csv", table.name), table.csv().into_bytes());
+    }
+    for figure in figures {
+        for (width, scene) in &figure.scenes {
+            let name = format!("{}-{}", figure.name, width.name());
+            let svg = scene.svg(&name, &figure.caption);
+            add(format!("figures/{name}.png"), render::png(&name, &svg)?);
+            add(format!("figures/{name}.pdf"), render::pdf(&name, &svg)?);
+            add(format!("figures/{name}.svg"), svg.into_bytes());
+        }
+    }
+    add("report.md".into(), document::markdown(map, tables, figures).into_bytes());
+    add("report.html".into(), document::html(map, tables, figures).into_bytes());
+    add("report.tex".into(), document::latex(map, tables, figures).into_bytes());
+    Ok(files)
+}
+
+fn create(folder: &Path) -> Result<(), ReportError> {
+    fs::create_dir_all(folder).map_err(|source| ReportError::Io { path: folder.to_path_buf(), source })
+}
+
+fn put(path: &Path, contents: &[u8]) -> Result<(), ReportError> {
+    create(path.parent().unwrap_or(Path::new(".")))?;
+    fs::write(path, contents).map_err(|source| ReportError::Io { path: path.to_path_buf(), source })
+}
+
+/// Writes one figure; the ending of `path` says its format.
+///
+/// # Errors
+/// [`ReportError::Format`] for another ending than svg, png or pdf, [`ReportError::Exists`], or why it
+/// could not be written.
+pub fn write_figure(
+    scene: &Scene,
+    caption: &Rich,
+    path: &Path,
+    existing: Existing,
+) -> Result<(), ReportError> {
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
+    let name = path.file_stem().map_or("figure".into(), |stem| stem.to_string_lossy());
+    let svg = scene.svg(&name, caption);
+    let contents = match ending.as_deref() {
+        Some("svg") => svg.into_bytes(),
+        Some("png") => render::png(&name, &svg)?,
+        Some("pdf") => render::pdf(&name, &svg)?,
+        _ => return Err(ReportError::Format { path: path.to_path_buf() }),
+    };
+    let failed = |source: io::Error| match source.kind() {
+        io::ErrorKind::AlreadyExists => ReportError::Exists { path: path.to_path_buf() },
+        _ => ReportError::Io { path: path.to_path_buf(), source },
+    };
+    if existing == Existing::Refuse && path.symlink_metadata().is_ok() {
+        return Err(ReportError::Exists { path: path.to_path_buf() });
+    }
+    let folder = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".slipmap-figure-");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt as _;
+        // Those of any new file; the default of temporary files is readable by their owner only.
+        builder.permissions(fs::Permissions::from_mode(0o666));
+    }
+    let mut file = builder.tempfile_in(folder).map_err(failed)?;
+    file.write_all(&contents).map_err(failed)?;
+    let named = match existing {
+        Existing::Replace => file.persist(path),
+        Existing::Refuse => file.persist_noclobber(path),
+    };
+    named.map(drop).map_err(|error| failed(error.error))
+}
