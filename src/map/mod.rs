@@ -2,7 +2,9 @@
 
 mod audit;
 mod engine;
+pub mod failures;
 mod grid;
+pub mod limits;
 mod method;
 mod plan;
 mod simulation;
