@@ -10,7 +10,14 @@
 //! gamma = { from = 0.1, to = 10.0, points = 32, spacing = "log" }
 //! # beta, V and c likewise
 //! [methods]
-//! run = ["perturbation", "simulation"] # default: all
+//! run = ["perturbation", "simulation"] # default: all but smoothed, stick_band, fixed_step, event_step
+//! [naive]                              # choices of these four, see [`NaiveKnobs`]
+//! smoothing_width = 1e-3               # default; velocity d of tanh(s/d)
+//! stick_band_width = 1e-4              # default; velocity
+//! step = 1e-2                          # default; time
+//! tolerance = 1e-8                     # default; of adaptive steps
+//! turns = 20                           # default; before the verdict
+//! start_pause = 0.1                    # default; time without events after a start on the belt line
 //! [simulation]
 //! engine = "auto"                      # default; or direct, return_map, critical_surface
 //! tolerance = 1e-9                     # default
@@ -36,6 +43,7 @@ use source::{Node, Section, Source};
 
 use crate::friction::Law;
 use crate::map::{Engine, Field, Grid, GridError, Method, Plan};
+use crate::simulate::naive::NaiveKnobs;
 
 /// A tile is a task of one worker and a chunk of the map file. At most 64 KiB of verdicts, 512 KiB of a
 /// real field, which suits readers of HDF5 ..
@@ -93,7 +101,7 @@ impl Job {
 
         let methods = root.section("methods")?;
         let methods: Vec<Method> = match methods.get("run") {
-            None => Method::all().collect(),
+            None => Method::usual().collect(),
             Some(node) => {
                 let all: Vec<_> = Method::all().map(|method| (method.name(), method)).collect();
                 let chosen = choices(&node, &all, "method")?;
@@ -101,6 +109,8 @@ impl Job {
                 Method::all().filter(|method| chosen.contains(method)).collect()
             }
         };
+        let knobs = knobs(&root.section("naive")?)?;
+        let methods = methods.into_iter().map(|method| method.with_knobs(knobs)).collect::<Vec<_>>();
 
         let simulation = root.section("simulation")?;
         let engine = match simulation.get("engine") {
@@ -154,6 +164,7 @@ fn schema(law: Law) -> Vec<(Option<&'static str>, Vec<&'static str>)> {
         ("grid", Grid::axis_names(law)),
         ("methods", vec!["run"]),
         ("simulation", vec!["engine", "tolerance"]),
+        ("naive", NAIVE_KEYS.to_vec()),
         ("audit", vec!["cells"]),
         ("output", vec!["path", "fields", "compression"]),
     ];
@@ -261,6 +272,39 @@ fn grid_error(error: &GridError, names: &[&str], nodes: &[(Vec<f64>, Node)]) -> 
             )
         }
     }
+}
+
+/// The keys of `[naive]`.
+const NAIVE_KEYS: [&str; 6] =
+    ["smoothing_width", "stick_band_width", "step", "tolerance", "turns", "start_pause"];
+
+/// Reads the choices of the naive methods.
+fn knobs(section: &Section) -> Result<NaiveKnobs, ConfigError> {
+    let number = |key: &str, default: f64, least: f64, remedy: &str| match section.get(key) {
+        None => Ok(default),
+        Some(node) => {
+            let value = node.number()?;
+            let legal = value.is_finite() && value >= least;
+            if legal {
+                Ok(value)
+            } else {
+                Err(node.error(&format!("{key} must be {remedy}"), "choose another value"))
+            }
+        }
+    };
+    let default = NaiveKnobs::default();
+    let least = f64::MIN_POSITIVE;
+    Ok(NaiveKnobs {
+        smoothing_width: number("smoothing_width", default.smoothing_width, least, "greater than 0")?,
+        stick_band_width: number("stick_band_width", default.stick_band_width, least, "greater than 0")?,
+        step: number("step", default.step, least, "greater than 0")?,
+        tolerance: number("tolerance", default.tolerance, TIGHTEST_TOLERANCE, "at least 1e-14")?,
+        turns: match section.get("turns") {
+            None => default.turns,
+            Some(node) => u32::try_from(node.integer(1, i64::from(u32::MAX))?).unwrap_or(u32::MAX),
+        },
+        start_pause: number("start_pause", default.start_pause, 0.0, "at least 0")?,
+    })
 }
 
 /// Reads the tolerance.
@@ -401,7 +445,7 @@ c = { from = 0, to = 1, points = 5 }
         let plan = job.plan;
         assert_eq!(plan.grid.shape(), [1, 2, 1, 3, 1, 5]);
         assert_eq!(plan.grid.dampings(), [0.0, 0.25, 0.5, 0.75, 1.0]);
-        assert_eq!(plan.methods, Method::all().collect::<Vec<_>>());
+        assert_eq!(plan.methods, Method::usual().collect::<Vec<_>>());
         assert_eq!((plan.engine, plan.tolerance, plan.audit_cells), (Engine::Auto, 1e-9, 1000));
         assert_eq!(plan.fields, [Field::Verdict]);
     }

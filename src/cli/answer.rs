@@ -9,6 +9,7 @@ use crate::filippov::{Eigenvalues, Oscillator};
 use crate::friction::Law;
 use crate::map::{self, Method, Regime, Verdict};
 use crate::point::Point;
+use crate::simulate::naive::NaiveVerdict;
 use crate::simulate::{self, CriticalDamping, Fate, Flow, Landing, NoCriticalDamping};
 
 /// What one method says.
@@ -38,7 +39,7 @@ pub(super) struct Answer {
     pub(super) tolerance: f64,
     /// The oscillator there.
     pub(super) oscillator: Oscillator,
-    /// One answer per method, in the order of [`Method::all`].
+    /// One answer per method that was asked.
     pub(super) methods: Vec<MethodAnswer>,
     /// The flow by the return map.
     pub(super) flow: Flow,
@@ -49,16 +50,17 @@ pub(super) struct Answer {
 }
 
 impl Answer {
-    /// Asks every method.
-    pub(super) fn of(law: Law, point: &Point, tolerance: f64) -> Self {
+    /// Asks `methods`.
+    pub(super) fn of(law: Law, point: &Point, tolerance: f64, methods: impl Iterator<Item = Method>) -> Self {
         let column = law.column(point);
         let oscillator = Oscillator::new(law, point);
         let flow = simulate::flow(&oscillator, tolerance);
         let critical = simulate::critical_damping(&column, tolerance);
-        let methods = Method::all()
+        let methods = methods
             .map(|method| match method {
                 Method::Test(test) => of_test(method, &(test.claim)(&column), point.damping),
                 Method::Simulation => of_simulation(&flow, &critical),
+                Method::Naive(naive, knobs) => of_naive(method, naive.decide(&oscillator, &knobs).verdict),
             })
             .collect();
         let regime = map::regime(&oscillator, &flow);
@@ -188,6 +190,15 @@ fn of_simulation(flow: &Flow, critical: &Result<CriticalDamping, NoCriticalDampi
             Fate::Sticks(_) | Fate::SpiralsInward | Fate::CrossesForever => None,
         },
     }
+}
+
+/// What a naive method says.
+fn of_naive(method: Method, verdict: NaiveVerdict) -> MethodAnswer {
+    let reason = match verdict {
+        NaiveVerdict::Failed(failure) => Some(failure.to_string()),
+        NaiveVerdict::Sticks { .. } | NaiveVerdict::NeverSticks => None,
+    };
+    MethodAnswer { method, verdict: verdict.into(), margin: f64::NAN, critical_c: None, reason }
 }
 
 /// The verdict that a fate means.

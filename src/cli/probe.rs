@@ -13,6 +13,7 @@ use super::{Ended, Failure, probe_table};
 use crate::config::{DEFAULT_TOLERANCE, check_tolerance};
 use crate::filippov::Eigenvalues;
 use crate::friction::Law;
+use crate::map::Method;
 use crate::report::figure::{self, Width};
 use crate::report::write_figure;
 use crate::simulate::{self, Flow};
@@ -93,7 +94,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         let (scene, caption) = figure::portrait(arguments.law, &point, Width::OneColumn);
         write_figure(&scene, &caption, path, existing(arguments.overwrite)).map_err(failure)?;
     }
-    let answer = Answer::of(arguments.law, &point, tolerance);
+    let answer = Answer::of(arguments.law, &point, tolerance, Method::all());
     let direct = simulate::direct::flow(&answer.oscillator, tolerance);
     if arguments.json {
         json(&answer.json(&direct))?;

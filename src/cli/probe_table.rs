@@ -101,7 +101,7 @@ fn convert(
 /// Names of the columns that are added.
 fn answer_columns() -> Vec<String> {
     let mut names = Vec::new();
-    for method in Method::all() {
+    for method in Method::usual() {
         names.push(format!("verdict_{}", method.name()));
         names.push(format!("margin_{}", method.name()));
     }
@@ -181,7 +181,7 @@ impl Columns {
             )
         })?;
 
-        let answer = Answer::of(job.law, &point, job.tolerance);
+        let answer = Answer::of(job.law, &point, job.tolerance, Method::usual());
         let number = |x: f64| if x.is_nan() { String::new() } else { exact(x) };
         for method in &answer.methods {
             row.push_field(method.verdict.name().as_bytes());

@@ -254,6 +254,19 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> Computed {
                 simulated = Some(ends);
                 cells
             }
+            Method::Naive(naive, knobs) => {
+                let verdicts = oscillators(&columns, cs)
+                    .map(|oscillator| Verdict::from(naive.decide(&oscillator, &knobs).verdict).code())
+                    .collect();
+                // These methods know neither margins nor critical dampings.
+                let nothing = |field, length| vec![f64::NAN; if plan.stores(field) { length } else { 0 }];
+                MethodCells {
+                    method,
+                    verdicts,
+                    margins: nothing(Field::Margin, columns.len() * cs.len()),
+                    critical: nothing(Field::CriticalC, columns.len()),
+                }
+            }
         });
         seconds.push(start.elapsed());
     }
@@ -275,6 +288,11 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> Computed {
     let verdicts: Vec<&[i8]> = data.methods.iter().map(|cells| cells.verdicts.as_slice()).collect();
     let audit = draws.audit(plan, tile, &verdicts);
     Computed { audit, audit_seconds: start.elapsed(), data, seconds, paths, rhs }
+}
+
+/// The cells of a tile, column by column.
+fn oscillators(columns: &[Column], cs: &[f64]) -> impl Iterator<Item = Oscillator> {
+    columns.iter().flat_map(move |column| cs.iter().map(move |&c| Oscillator::in_column(column, c)))
 }
 
 /// A closed-form test on the columns of a tile.
@@ -345,8 +363,7 @@ fn simulation(plan: &Plan, method: Method, columns: &[Column], cs: &[f64]) -> (M
 
 /// Fills the fields that describe the simulated orbit.
 fn describe(plan: &Plan, columns: &[Column], cs: &[f64], ends: &[End], data: &mut TileData) {
-    let cells = columns.iter().flat_map(|column| cs.iter().map(move |&c| Oscillator::in_column(column, c)));
-    for (oscillator, &end) in cells.zip(ends) {
+    for (oscillator, &end) in oscillators(columns, cs).zip(ends) {
         if plan.stores(Field::Regime) {
             data.regime.push(regime_of(&oscillator, end).code());
         }

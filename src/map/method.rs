@@ -1,6 +1,8 @@
-//! The methods a map can compare: the closed-form tests, and the simulated flow.
+//! The methods a map can compare: the closed-form tests, the simulated flow, and the simulations that people
+//! use today.
 
 use crate::certify::{Guarantee, TESTS, Test};
+use crate::simulate::naive::{NaiveKnobs, NaiveMethod};
 
 /// One method of a map.
 #[derive(Clone, Copy, Debug)]
@@ -9,6 +11,8 @@ pub enum Method {
     Test(&'static Test),
     /// The simulated Filippov flow.
     Simulation,
+    /// A simulation as its users write it, here to be measured.
+    Naive(NaiveMethod, NaiveKnobs),
 }
 
 impl PartialEq for Method {
@@ -18,8 +22,14 @@ impl PartialEq for Method {
 }
 
 impl Method {
-    /// Every method, in the order in which maps and tables list them.
+    /// Every method, in the order in which maps and tables list them; naive ones with their default knobs.
     pub fn all() -> impl Iterator<Item = Method> {
+        let naive = NaiveMethod::ALL.map(|method| Method::Naive(method, NaiveKnobs::default()));
+        Self::usual().chain(naive)
+    }
+
+    /// The methods that are run where none are named: all that are meant to be right.
+    pub fn usual() -> impl Iterator<Item = Method> {
         TESTS.iter().map(Method::Test).chain([Method::Simulation])
     }
 
@@ -29,12 +39,22 @@ impl Method {
         Self::all().find(|method| method.name() == name)
     }
 
+    /// The method with these knobs, if it has any.
+    #[must_use]
+    pub fn with_knobs(self, knobs: NaiveKnobs) -> Method {
+        match self {
+            Method::Test(_) | Method::Simulation => self,
+            Method::Naive(naive, _) => Method::Naive(naive, knobs),
+        }
+    }
+
     /// Name in configurations and map files.
     #[must_use]
     pub fn name(&self) -> &'static str {
         match self {
             Method::Test(test) => test.name,
             Method::Simulation => "simulation",
+            Method::Naive(naive, _) => naive.name(),
         }
     }
 
@@ -44,6 +64,7 @@ impl Method {
         match self {
             Method::Test(test) => test.long_name,
             Method::Simulation => "simulated Filippov flow from the exit point",
+            Method::Naive(naive, _) => naive.long_name(),
         }
     }
 
@@ -53,6 +74,7 @@ impl Method {
         match self {
             Method::Test(test) => test.equation,
             Method::Simulation => "paper, Proposition 1: the orbit from the exit point sticks again",
+            Method::Naive(naive, _) => naive.equation(),
         }
     }
 
@@ -62,6 +84,7 @@ impl Method {
         match self {
             Method::Test(test) => test.guarantee,
             Method::Simulation => Guarantee::Numerical,
+            Method::Naive(..) => Guarantee::None,
         }
     }
 }

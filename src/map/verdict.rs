@@ -1,6 +1,7 @@
 //! The labels a map stores.
 
 use crate::certify::Decision;
+use crate::simulate::naive::NaiveVerdict;
 
 /// A method's verdict on one cell, with the code stored in `verdict_METHOD`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,6 +49,16 @@ impl From<Decision> for Verdict {
             Decision::Present => Verdict::Present,
             Decision::Absent => Verdict::Absent,
             Decision::Undecided => Verdict::Undecided,
+        }
+    }
+}
+
+impl From<NaiveVerdict> for Verdict {
+    fn from(verdict: NaiveVerdict) -> Self {
+        match verdict {
+            NaiveVerdict::Sticks { .. } => Verdict::Present,
+            NaiveVerdict::NeverSticks => Verdict::Absent,
+            NaiveVerdict::Failed(_) => Verdict::Failed,
         }
     }
 }

@@ -148,7 +148,7 @@ impl Boundaries {
             let source = match Method::by_name(&method.name) {
                 _ if map.has(&variable) => Source::Stored(variable),
                 Some(Method::Test(test)) => Source::Claim(test.claim),
-                Some(Method::Simulation) | None => {
+                Some(Method::Simulation | Method::Naive(..)) | None => {
                     boundaries.unknown.push(method.name.clone());
                     continue;
                 }

@@ -9,6 +9,7 @@ pub mod critical;
 pub mod direct;
 mod dop853;
 mod landing;
+pub mod naive;
 mod polar;
 pub mod return_map;
 pub mod surface;

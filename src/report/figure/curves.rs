@@ -63,7 +63,7 @@ pub(super) fn by_method(map: &MapFile, columns: &[Column]) -> Vec<(String, Vec<f
                 let edges = columns.iter().map(|column| (test.claim)(column).present_below);
                 Some((method.name.clone(), edges.map(|c| if c.is_finite() { c } else { f64::NAN }).collect()))
             }
-            Method::Simulation => None,
+            Method::Simulation | Method::Naive(..) => None,
         })
         .collect();
     curves.push((super::super::SIMULATION.into(), exact(columns)));

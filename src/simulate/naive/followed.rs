@@ -1,0 +1,179 @@
+//! `smoothed`, `stick_band` and `fixed_step`: one field for all of the plane, and a watcher who looks at what
+//! the field is asked for.
+
+use super::super::Failure;
+use super::runge_kutta::{Control, State, classical, dormand_prince};
+use super::{NaiveKnobs, NaiveVerdict, RHS_BUDGET, enough_time};
+use crate::filippov::{Oscillator, Side};
+
+/// Watches an orbit turn by turn.
+struct Watch {
+    /// Turns to go.
+    turns: u32,
+    /// When time is up.
+    end: f64,
+    /// Whether the orbit has stuck since the last turn began.
+    stuck: bool,
+    /// When it was last seen to stick, and the time it had slipped before that.
+    last_stick: f64,
+    slip_time: f64,
+}
+
+impl Watch {
+    fn new(oscillator: &Oscillator, knobs: &NaiveKnobs) -> Self {
+        let turns = knobs.turns.max(1);
+        let end = enough_time(oscillator, turns);
+        Self { turns, end, stuck: false, last_stick: 0.0, slip_time: 0.0 }
+    }
+
+    /// Takes note of a step that ends at `time`, in which the orbit `sticks` or not; the verdict, once there
+    /// is one.
+    fn step(&mut self, [from, to]: [&State; 2], time: f64, sticks: bool) -> Option<NaiveVerdict> {
+        if sticks {
+            if !self.stuck {
+                self.slip_time = time - self.last_stick;
+            }
+            self.stuck = true;
+            self.last_stick = time;
+        }
+        let turned = from[1] > 0.0 && to[1] <= 0.0;
+        if turned {
+            self.turns -= 1;
+        }
+        let in_time = time < self.end;
+        if self.turns == 0 || !in_time {
+            // An orbit that does not turn is asked about the second half of its time.
+            let still = self.stuck && (in_time || self.last_stick > 0.5 * self.end);
+            let slip_time = self.slip_time;
+            return Some(if still { NaiveVerdict::Sticks { slip_time } } else { NaiveVerdict::NeverSticks });
+        }
+        if turned {
+            self.stuck = false;
+        }
+        None
+    }
+}
+
+/// The mass rides on the belt, in the middle of the sticking segment.
+fn riding(oscillator: &Oscillator) -> State {
+    [-oscillator.viscous * oscillator.belt_speed, oscillator.belt_speed]
+}
+
+/// Whether static friction could hold the mass at this state.
+fn holds(oscillator: &Oscillator, [x1, x2]: &State) -> bool {
+    oscillator.viscous.mul_add(*x2, *x1).abs() < 1.0
+}
+
+/// The field with tanh((x2 - V)/d) for the sign.
+pub(super) fn smoothed(
+    oscillator: &Oscillator,
+    knobs: &NaiveKnobs,
+    rhs: &mut u64,
+) -> Result<NaiveVerdict, Failure> {
+    let d = knobs.smoothing_width;
+    adaptive(oscillator, knobs, rhs, |state| {
+        let [x1, x2] = *state;
+        let s = x2 - oscillator.belt_speed;
+        let friction = (s / d).tanh() * oscillator.curve.phi(s.abs());
+        let slope = [x2, -x1 - oscillator.viscous * x2 - friction];
+        (slope, s.abs() <= d && holds(oscillator, state))
+    })
+}
+
+/// The switch model: in the band, static friction balances the other forces if it can and then drives the
+/// slip speed to zero at the oscillator's own frequency (stick); if it cannot, it acts with full force
+/// (transition). Outside the band the mass slips.
+pub(super) fn stick_band(
+    oscillator: &Oscillator,
+    knobs: &NaiveKnobs,
+    rhs: &mut u64,
+) -> Result<NaiveVerdict, Failure> {
+    let eta = knobs.stick_band_width;
+    adaptive(oscillator, knobs, rhs, |state| {
+        let [x1, x2] = *state;
+        let s = x2 - oscillator.belt_speed;
+        let applied = -x1 - oscillator.viscous * x2;
+        if s.abs() >= eta {
+            let side = if s > 0.0 { Side::Above } else { Side::Below };
+            ([x2, oscillator.acceleration(side, x1, x2)], false)
+        } else if holds(oscillator, state) {
+            ([oscillator.belt_speed, -s], true)
+        } else {
+            ([x2, applied - applied.signum()], false)
+        }
+    })
+}
+
+/// Adaptive steps of a field that also says whether it takes a state for sticking.
+fn adaptive(
+    oscillator: &Oscillator,
+    knobs: &NaiveKnobs,
+    rhs: &mut u64,
+    field: impl Fn(&State) -> (State, bool),
+) -> Result<NaiveVerdict, Failure> {
+    let mut watch = Watch::new(oscillator, knobs);
+    let mut control = Control::new(knobs.tolerance, 5.0);
+    let (mut state, mut time) = (riding(oscillator), 0.0);
+    loop {
+        let h = control.step;
+        let mut sticks = false;
+        let (next, error) = dormand_prince(&state, h, &mut |at| {
+            *rhs += 1;
+            let (slope, stuck) = field(at);
+            sticks |= stuck;
+            slope
+        });
+        if *rhs > RHS_BUDGET {
+            return Err(Failure::StepBudget);
+        }
+        if control.accepts(h, [&state, &next], &error, time)? {
+            time += h;
+            let verdict = watch.step([&state, &next], time, sticks);
+            state = next;
+            if let Some(verdict) = verdict {
+                return Ok(verdict);
+            }
+        }
+    }
+}
+
+/// Fixed steps of the field with the sign function, sign(0) = 0.
+pub(super) fn fixed_step(
+    oscillator: &Oscillator,
+    knobs: &NaiveKnobs,
+    rhs: &mut u64,
+) -> Result<NaiveVerdict, Failure> {
+    let h = knobs.step;
+    let mut watch = Watch::new(oscillator, knobs);
+    let (mut state, mut time) = (riding(oscillator), 0.0);
+    loop {
+        let (mut below, mut above, mut held) = (false, false, false);
+        let next = classical(&state, h, &mut |at| {
+            *rhs += 1;
+            let [x1, x2] = *at;
+            let s = x2 - oscillator.belt_speed;
+            below |= s <= 0.0;
+            above |= s >= 0.0;
+            held |= holds(oscillator, at);
+            if s > 0.0 {
+                [x2, oscillator.acceleration(Side::Above, x1, x2)]
+            } else if s < 0.0 {
+                [x2, oscillator.acceleration(Side::Below, x1, x2)]
+            } else {
+                [x2, -x1 - oscillator.viscous * x2]
+            }
+        });
+        if *rhs > RHS_BUDGET {
+            return Err(Failure::StepBudget);
+        }
+        if !(next[0].is_finite() && next[1].is_finite()) {
+            return Err(Failure::NotFinite);
+        }
+        time += h;
+        let verdict = watch.step([&state, &next], time, below && above && held);
+        state = next;
+        if let Some(verdict) = verdict {
+            return Ok(verdict);
+        }
+    }
+}

@@ -1,0 +1,159 @@
+//! The methods people use today, each as its literature has it. They are here to be measured, not trusted.
+//!
+//! | name | equation solved | integrator | when a turn sticks | knobs | known defect |
+//! | --- | --- | --- | --- | --- | --- |
+//! | `smoothed` | sign(s) replaced by tanh(s/d) | adaptive Runge-Kutta 5(4) | \|x2 - V\| <= d and \|x1 + eps c x2\| < 1 | d = `smoothing_width` | bias O(d) in x2, hence O(d / (eps V)) in the critical damping |
+//! | `stick_band` | the switch model: stick, transition and slip by \|x2 - V\| < eta | the same, no events | in the stick branch | eta = `stick_band_width` | steps jump the band; the band catches what passes below the belt |
+//! | `fixed_step` | the field with sign(x2 - V), sign(0) = 0 | classical Runge-Kutta, step h | the belt line is met within a step and \|x1 + eps c x2\| < 1 | h = `step` | chatter of size O(h) on the belt, so it leaves the belt off the exit point |
+//! | `event_step` | the field of the side on which the orbit was last seen | Dormand-Prince 8(5,3), large steps | x2 - V changed its sign between the ends of a step, and \|x1 + eps c V\| < 1 there | `start_pause` | two crossings inside one step go unseen; the start at a tangency needs a pause, which hides short arcs |
+//!
+//! Sources: for `smoothed` and `stick_band` R. I. Leine, D. H. van Campen, A. de Kraker and L. van den Steen,
+//! *Stick-slip vibrations induced by alternate friction models*, Nonlinear Dynamics 16 (1998), whose
+//! smoothing is (2/pi) arctan(s/d) where codes written since mostly take tanh; for `fixed_step` any
+//! textbook; for `event_step` the event rule of SciPy's `solve_ivp` and of MATLAB's `ode45`.
+//!
+//! **Verdict.** Nobody who uses these methods knows of the exit point, so all but `event_step` start where
+//! the mass rides on the belt, in the middle of the sticking segment. The orbit is followed for `turns`
+//! turns, counted by x2 falling through zero; it stick-slips if it still sticks in the last of them, that
+//! is, if it has met the belt within the limits of static friction. An orbit that does not turn (an
+//! overdamped one) is given the time that as many stick-slip cycles could take, and must stick in the
+//! second half of it. `event_step` switches
+//! between the exact stick phase and slipping, so it starts at the exit point, and the first time it
+//! sticks is the verdict.
+
+mod event_step;
+mod followed;
+mod runge_kutta;
+
+use super::Failure;
+use crate::filippov::Oscillator;
+
+/// Which of the methods.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NaiveMethod {
+    /// Friction made smooth by tanh.
+    Smoothed,
+    /// The switch model with a band of slip speeds that counts as sticking.
+    StickBand,
+    /// Fixed steps of the discontinuous field.
+    FixedStep,
+    /// Events by change of sign between the ends of large steps.
+    EventStep,
+}
+
+/// The choices that the methods leave to their user, and that decide what they answer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NaiveKnobs {
+    /// Width d of tanh(s/d), a velocity.
+    pub smoothing_width: f64,
+    /// Half width eta of the band |x2 - V| < eta that counts as sticking, a velocity.
+    pub stick_band_width: f64,
+    /// Step h of `fixed_step`, a time.
+    pub step: f64,
+    /// Relative and absolute error per step that the adaptive integrators aim at.
+    pub tolerance: f64,
+    /// Turns after which the orbit is taken to have settled, at least 1.
+    pub turns: u32,
+    /// Time after a start on the belt line during which `event_step` looks away. At 0 the start itself is an
+    /// event.
+    pub start_pause: f64,
+}
+
+impl Default for NaiveKnobs {
+    /// Values found in published codes for oscillators of unit mass and stiffness: 1e-3 for smoothing, 1e-4
+    /// for the band, 1e-8 for both tolerances; some 600 fixed steps per turn; 20 turns.
+    fn default() -> Self {
+        Self {
+            smoothing_width: 1e-3,
+            stick_band_width: 1e-4,
+            step: 1e-2,
+            tolerance: 1e-8,
+            turns: 20,
+            start_pause: 0.1,
+        }
+    }
+}
+
+/// What a naive method says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum NaiveVerdict {
+    /// The orbit stick-slips.
+    Sticks {
+        /// The last time between leaving the belt and sticking to it, as the method sees it.
+        slip_time: f64,
+    },
+    /// It slips, or crosses the belt line, all the time.
+    NeverSticks,
+    /// No answer.
+    Failed(Failure),
+}
+
+/// The answer of a naive method, and what it cost.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NaiveAnswer {
+    /// What it says.
+    pub verdict: NaiveVerdict,
+    /// Evaluations of the right-hand side.
+    pub rhs: u64,
+}
+
+/// Evaluations of the right-hand side after which a method gives up: a few hundred times what the default
+/// knobs cost at moderate parameters, a second or less.
+const RHS_BUDGET: u64 = 20_000_000;
+
+impl NaiveMethod {
+    /// Every method, in the order in which maps and tables list them.
+    pub const ALL: [NaiveMethod; 4] =
+        [NaiveMethod::Smoothed, NaiveMethod::StickBand, NaiveMethod::FixedStep, NaiveMethod::EventStep];
+
+    /// Name in configurations and map files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            NaiveMethod::Smoothed => "smoothed",
+            NaiveMethod::StickBand => "stick_band",
+            NaiveMethod::FixedStep => "fixed_step",
+            NaiveMethod::EventStep => "event_step",
+        }
+    }
+
+    /// One phrase for legends and `long_name`.
+    #[must_use]
+    pub fn long_name(self) -> &'static str {
+        match self {
+            NaiveMethod::Smoothed => "orbit of the oscillator with friction smoothed by tanh",
+            NaiveMethod::StickBand => "orbit of the switch model with a stick band",
+            NaiveMethod::FixedStep => "orbit by fixed Runge-Kutta steps of the discontinuous field",
+            NaiveMethod::EventStep => "orbit by large steps with events at their ends",
+        }
+    }
+
+    /// The formula of the method.
+    #[must_use]
+    pub fn equation(self) -> &'static str {
+        match self {
+            NaiveMethod::Smoothed => "sign(x2 - V) replaced by tanh((x2 - V)/d)",
+            NaiveMethod::StickBand => "Leine et al. 1998: |x2 - V| < eta counts as sticking",
+            NaiveMethod::FixedStep => "classical Runge-Kutta with sign(x2 - V)",
+            NaiveMethod::EventStep => "event: x2 - V changes its sign between the ends of a step",
+        }
+    }
+
+    /// Asks the method about one oscillator. At most 20 million right-hand sides are spent.
+    #[must_use]
+    pub fn decide(self, oscillator: &Oscillator, knobs: &NaiveKnobs) -> NaiveAnswer {
+        let mut rhs = 0;
+        let result = match self {
+            NaiveMethod::Smoothed => followed::smoothed(oscillator, knobs, &mut rhs),
+            NaiveMethod::StickBand => followed::stick_band(oscillator, knobs, &mut rhs),
+            NaiveMethod::FixedStep => followed::fixed_step(oscillator, knobs, &mut rhs),
+            NaiveMethod::EventStep => event_step::decide(oscillator, knobs, &mut rhs),
+        };
+        NaiveAnswer { verdict: result.unwrap_or_else(NaiveVerdict::Failed), rhs }
+    }
+}
+
+/// The time that is enough for `turns` stick-slip cycles: a turn takes about 2 pi, sticking at most 2/V.
+fn enough_time(oscillator: &Oscillator, turns: u32) -> f64 {
+    f64::from(turns) * (2.0 * std::f64::consts::TAU + 2.0 / oscillator.belt_speed)
+}
