@@ -437,7 +437,8 @@ fn check_svg(svg: &str) {
 
 #[test]
 fn degenerate_maps_have_reports() {
-    let cases: [(&str, [&[f64]; 6], &[&str]); 7] = [
+    type Case = (&'static str, [&'static [f64]; 6], &'static [&'static str]);
+    let cases: [Case; 7] = [
         ("one cell", [&[0.1], &[0.3], &[0.1], &[2.0], &[1.0], &[0.5]], &["perturbation", "simulation"]),
         (
             "one eps",
