@@ -435,9 +435,11 @@ fn check_svg(svg: &str) {
     assert!(!svg.contains("href") && !svg.contains("<script"), "nothing from elsewhere");
 }
 
+/// What a map lacks, its axes and its methods.
+type Case<'a> = (&'a str, [&'a [f64]; 6], &'a [&'a str]);
+
 #[test]
 fn degenerate_maps_have_reports() {
-    type Case = (&'static str, [&'static [f64]; 6], &'static [&'static str]);
     let cases: [Case; 7] = [
         ("one cell", [&[0.1], &[0.3], &[0.1], &[2.0], &[1.0], &[0.5]], &["perturbation", "simulation"]),
         (
