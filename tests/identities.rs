@@ -32,7 +32,7 @@ fn margin(sample: Sample) -> (f64, f64) {
 }
 
 fn critical(sample: Sample) -> f64 {
-    critical_damping(&sample.column(), 1e-15).unwrap().c
+    critical_damping(&sample.column(), 1e-15).map_or(f64::NAN, |critical| critical.c)
 }
 
 /// Rounding of the parameters themselves moves the margin by a few ulps of the divergence over a turn.
