@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::output::exact;
+use super::output::{exact, short};
 use super::report::{existing, failure, open};
 use super::{Ended, Failure, say};
 use crate::report::figure::{self, Plot, Width};
@@ -83,7 +83,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
             Some(wanted) if wanted == held.used => String::new(),
             Some(wanted) => format!(" (the node nearest to {})", exact(wanted)),
         };
-        say(&format!("{} = {}{why}", held.axis, exact(held.used)));
+        say(&format!("{} = {}{why}", held.axis, short(held.used)));
     }
     Ok(Ended::Fine)
 }

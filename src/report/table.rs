@@ -84,6 +84,9 @@ enum Style {
     Scientific(usize),
 }
 
+/// Tables of more columns than this are set smaller in LaTeX.
+const WIDE: usize = 10;
+
 /// Numbers outside of this range are shown with a power of ten; in LaTeX, where numbers are aligned, so is
 /// their whole column.
 const PLAIN: std::ops::Range<f64> = 1e-3..1e6;
@@ -181,8 +184,9 @@ impl Table {
     pub fn latex(&self) -> String {
         let styles: Vec<Style> = (0..self.columns.len()).map(|column| self.aligned_style(column)).collect();
         let mut text = format!(
-            "% Needs \\usepackage{{booktabs}} and \\usepackage{{siunitx}}.\n\\begin{{table}}\n\\centering\n\\caption{{{}}}\n\
+            "% Needs \\usepackage{{booktabs}} and \\usepackage{{siunitx}}.\n\\begin{{table}}\n\\centering\n\\{}\n\\setlength{{\\tabcolsep}}{{3pt}}\n\\caption{{{}}}\n\
              \\label{{tab:slipmap-{}}}\n\\begin{{tabular}}{{",
+            if self.columns.len() > WIDE { "scriptsize" } else { "footnotesize" },
             self.caption.latex(),
             self.name
         );
@@ -198,7 +202,7 @@ impl Table {
                 .iter()
                 .zip(&styles)
                 .map(|(cell, style)| match cell {
-                    Cell::Words(words) => latex(words),
+                    Cell::Words(words) => breakable(words),
                     Cell::Missing if matches!(style, Style::Words) => "--".into(),
                     Cell::Missing => "{--}".into(),
                     _ => match decimal(cell, *style) {
@@ -223,7 +227,7 @@ impl Table {
     /// The column of `tabular` with room for the widest number.
     fn latex_column(&self, column: usize, style: Style) -> String {
         if matches!(style, Style::Words) {
-            return "l".into();
+            return self.latex_words_column(column);
         }
         let numbers: Vec<Decimal> = self.rows.iter().filter_map(|row| decimal(&row[column], style)).collect();
         let widest = |count: fn(&Decimal) -> usize| numbers.iter().map(count).max().unwrap_or(1);
@@ -238,6 +242,26 @@ impl Table {
             }
             _ => format!("S[table-format={sign}{whole}.{decimals}]"),
         }
+    }
+
+    /// A column of words: of paragraphs if the words of the table do not fit on a line.
+    fn latex_words_column(&self, column: usize) -> String {
+        const LINE: usize = 90;
+        let longest = |column: usize| {
+            let lengths = self.rows.iter().map(|row| match &row[column] {
+                Cell::Words(words) => words.chars().count(),
+                _ => 0,
+            });
+            lengths.max().unwrap_or(0)
+        };
+        let all: Vec<usize> = (0..self.columns.len()).map(longest).collect();
+        let room = LINE.saturating_sub(all.iter().filter(|length| **length <= LINE / 4).sum());
+        if all.iter().sum::<usize>() <= LINE || all[column] <= LINE / 4 {
+            return "l".into();
+        }
+        // The long columns share what the short ones leave.
+        let long = all.iter().filter(|length| **length > LINE / 4).count();
+        format!("p{{{:.2}\\linewidth}}", (room as f64 / LINE as f64).max(0.3) / long as f64)
     }
 
     /// As CSV, numbers in full.
@@ -255,6 +279,18 @@ impl Table {
             .into_inner()
             .map_or_else(|_| String::new(), |bytes| String::from_utf8_lossy(&bytes).into_owned())
     }
+}
+
+/// Words for LaTeX; fingerprints may be broken anywhere.
+fn breakable(words: &str) -> String {
+    const LONGEST: usize = 40;
+    let parts = words.split(' ').map(|word| match word.is_ascii() && word.len() > LONGEST {
+        true => {
+            word.as_bytes().chunks(8).map(|part| latex(&String::from_utf8_lossy(part))).collect::<Vec<_>>()
+        }
+        false => vec![latex(word)],
+    });
+    parts.map(|parts| parts.join("\\allowbreak{}")).collect::<Vec<_>>().join(" ")
 }
 
 /// A cell of a CSV file.

@@ -257,7 +257,8 @@ pub fn markdown(words: &str) -> String {
 #[must_use]
 pub fn latex(words: &str) -> String {
     let mut text = String::with_capacity(words.len());
-    for c in words.chars() {
+    let mut letters = words.chars().peekable();
+    while let Some(c) = letters.next() {
         match c {
             '\\' => text.push_str(r"\textbackslash{}"),
             '~' => text.push_str(r"\textasciitilde{}"),
@@ -270,12 +271,16 @@ pub fn latex(words: &str) -> String {
             '>' => text.push_str(r"\textgreater{}"),
             '|' => text.push_str(r"\textbar{}"),
             '"' => text.push_str(r"\textquotedbl{}"),
-            '\'' => text.push_str(r"\textquotesingle{}"),
             '`' => text.push_str(r"\textasciigrave{}"),
-            // No ligatures: `--` and `?`` would print as other characters.
-            '-' => text.push_str("-{}"),
+            // No ligatures: `--` would print as one long dash.
+            '-' | '\'' | ',' if letters.peek() == Some(&c) => {
+                text.push(c);
+                text.push_str("{}");
+            }
             '×' => text.push_str(r"\ensuremath{\times}"),
             '−' => text.push_str(r"\ensuremath{-}"),
+            '≥' => text.push_str(r"\ensuremath{\ge}"),
+            '≤' => text.push_str(r"\ensuremath{\le}"),
             '±' => text.push_str(r"\ensuremath{\pm}"),
             '–' => text.push_str("--"),
             c if c.is_control() => text.push(' '),

@@ -2,12 +2,13 @@
 
 use super::super::text::{Rich, rich};
 use super::super::{Report, ReportError, SIMULATION};
-use super::axis::{Panels, Scale};
+use super::axis::{Panel, Panels, Scale};
+use super::exact::boundary;
 use super::legend::{Legend, Sample};
 use super::region::{cell_edges, outlines};
-use super::scene::{Fill, Hatch, Scene, Width};
+use super::scene::{Fill, Hatch, Rect, Scene, Width};
 use super::slice::{Slice, telling};
-use super::slices::{EXACT, chosen_epsilons, draw_exact, main_plane, method_title};
+use super::slices::{EXACT, chosen_epsilons, draw_curves, main_plane, method_title};
 use super::{Figure, palette, slice::equals};
 use crate::map::Verdict;
 use crate::store::MapFile;
@@ -65,6 +66,9 @@ pub fn deciders(map: &MapFile, report: &Report) -> Result<Figure, ReportError> {
     let (x_axis, y_axis) = (slices[0].0.x_axis(), slices[0].0.y_axis());
     let (x_scale, y_scale) = (Scale::of_nodes(&x_axis.values), Scale::of_nodes(&y_axis.values));
     let (x_edges, y_edges) = (cell_edges(&x_axis.values, x_scale), cell_edges(&y_axis.values, y_scale));
+    // Searched once, in a panel of unit size.
+    let unit = Panel { rect: Rect { x: 0.0, y: 0.0, w: 1.0, h: 1.0 }, x: x_scale, y: y_scale };
+    let exact: Vec<_> = slices.iter().map(|(slice, _)| boundary(slice, &unit)).collect();
     let mut scenes = Vec::new();
     for width in Width::ALL {
         let mut scene = Scene::new(width.points(), 0.0);
@@ -74,8 +78,7 @@ pub fn deciders(map: &MapFile, report: &Report) -> Result<Figure, ReportError> {
         };
         let panels = Panels::new(scene.width, columns, slices.len(), 0.66, x_scale, y_scale);
         let mut used = vec![false; kinds.len()];
-        let mut curves = false;
-        for (panel, (slice, codes)) in panels.panels.iter().zip(&slices) {
+        for ((panel, (slice, codes)), curves) in panels.panels.iter().zip(&slices).zip(&exact) {
             for (kind, (fill, _)) in kinds.iter().enumerate() {
                 let areas = outlines(panel, &x_edges, &y_edges, |i, j| {
                     let first = codes.iter().position(|codes| decides(codes[[i, j]]));
@@ -84,7 +87,7 @@ pub fn deciders(map: &MapFile, report: &Report) -> Result<Figure, ReportError> {
                 used[kind] |= !areas.is_empty();
                 scene.area(&areas, *fill);
             }
-            curves |= draw_exact(&mut scene, slice, panel);
+            draw_curves(&mut scene, curves, &unit, panel);
             panel.title(&mut scene, &equals("epsilon", map.grid().axes()[0].values[slice.index[0]]));
         }
         panels.axes(&mut scene, &Rich::symbol(&x_axis.name), &Rich::symbol(&y_axis.name));
@@ -92,7 +95,7 @@ pub fn deciders(map: &MapFile, report: &Report) -> Result<Figure, ReportError> {
         for ((fill, name), _) in kinds.iter().zip(&used).filter(|(_, used)| **used) {
             legend.add(Sample::Area(*fill), name.clone());
         }
-        if curves {
+        if exact.iter().any(|curves| !curves.is_empty()) {
             legend.add(Sample::Line(EXACT), rich("exact boundary"));
         }
         legend.below(&mut scene, panels.panels[0].rect.x, panels.bottom);

@@ -12,7 +12,7 @@ use crate::simulate::{Fate, flow};
 
 /// The slice is first searched on this many steps along each axis; parts of the boundary that fit between
 /// its nodes are missed.
-const STEPS: usize = 72;
+const STEPS: usize = 48;
 /// Halvings of a step: to a hundred-thousandth of the panel.
 const HALVINGS: usize = 11;
 /// Accuracy of the grazing margin, far below the width of a line.

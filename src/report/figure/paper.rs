@@ -48,7 +48,7 @@ fn single(
         let labels_width = 18.0;
         let left = super::axis::left_margin(labels_width);
         let w = scene.width - left - 10.0;
-        let (x, y, h) = equal_scales(extent, w, (0.4, 0.8));
+        let (x, y, h) = equal_scales(extent, w, (0.25, 0.8));
         let panel = Panel { rect: Rect { x: left, y: TITLE_MARGIN - 4.0, w, h }, x, y };
         let mut legend = Legend::default();
         draw(&mut scene, &panel, &mut legend);
@@ -78,26 +78,26 @@ fn exit_point(scene: &mut Scene, panel: &Panel, oscillator: &Oscillator) {
 
 /// Figure 2: the two fields along the belt line.
 fn fields() -> Figure {
-    const LENGTH: f64 = 0.36;
+    const LENGTH: f64 = 0.27;
     let oscillator = Oscillator::in_column(&column(0.1, [0.3, 0.1, 2.0]), 0.5);
     let v = oscillator.belt_speed;
     let caption = rich(
         "The vector fields on both sides of the belt line {x_2} = {V} (the paper's figure 2). On the sticking segment both \
          point to the line; {epsilon} = 0.1, {alpha} = 0.3, {beta} = 0.1, {gamma} = 2, {V} = 1, {c} = 0.5.",
     );
-    single("paper-figure-2", caption, [-2.2, 2.2, v - 0.85, v + 0.85], |scene, panel, legend| {
+    single("paper-figure-2", caption, [-2.2, 2.2, v - 0.45, v + 0.45], |scene, panel, legend| {
         belt(scene, panel, &oscillator);
         let above = Stroke::solid(palette::VERMILION, 0.9);
         let below = Stroke::solid(palette::BLUE, 0.9);
-        for i in -9..=9 {
-            let x1 = 0.22 * f64::from(i);
+        for i in -6..=6 {
+            let x1 = 0.34 * f64::from(i);
             for (side, stroke, from) in [(Side::Above, &above, 0.08), (Side::Below, &below, -0.08)] {
                 let (dx, dy) = (v, oscillator.acceleration(side, x1, v));
                 let scale = LENGTH / dx.hypot(dy);
                 let (dx, dy) = (scale * dx, scale * dy);
                 // Arrows towards the line end there, the others start there.
                 let towards = (dy < 0.0) == (from > 0.0);
-                let start = if towards { (x1 - dx, v + from - dy) } else { (x1, v + from) };
+                let start = (x1 - 0.5 * dx, if towards { v + from - dy } else { v + from });
                 let end = (start.0 + dx, start.1 + dy);
                 scene.clipped(panel.rect, |scene| {
                     scene.arrow(panel.place(start.0, start.1), panel.place(end.0, end.1), stroke);
@@ -126,8 +126,8 @@ fn coulomb() -> Figure {
     single("paper-figure-3", caption, [-1.2, 2.2, -1.15, 1.2], |scene, panel, legend| {
         belt(scene, panel, &damped);
         scene.clipped(panel.rect, |scene| {
-            orbit(scene, panel, &outward.samples, &OTHER);
-            orbit(scene, panel, &inward.samples, &ORBIT);
+            orbit(scene, panel, &oscillator, &outward.samples, &OTHER);
+            orbit(scene, panel, &damped, &inward.samples, &ORBIT);
         });
         exit_point(scene, panel, &damped);
         let equilibrium = panel.place(damped.equilibrium_x1(), 0.0);
@@ -143,7 +143,7 @@ fn coulomb() -> Figure {
 fn cases() -> Figure {
     let column = column(0.1, [0.3, 0.1, 2.0]);
     let critical = curves::exact(&[column])[0];
-    let cases = [(1.8, "{c} > {c^*}"), (1.0, "{c} = {c^*}"), (0.2, "{c} < {c^*}")];
+    let cases = [(1.8, "{c} > {c^*}"), (1.0, "{c} = {c^*}"), (0.55, "{c} < {c^*}")];
     let unperturbed: Vec<Place> = (0..=200)
         .map(|i| {
             let t = TAU * f64::from(i) / 200.0;
@@ -163,7 +163,7 @@ fn cases() -> Figure {
             cases.iter().zip(&panels.panels).zip(["(a) ", "(b) ", "(c) "])
         {
             let oscillator = Oscillator::in_column(&column, factor * critical);
-            let orbit_of = trace(&oscillator, Start::ExitPoint, TOLERANCE, 1.3 * TAU);
+            let orbit_of = trace(&oscillator, Start::ExitPoint, TOLERANCE, 1.08 * TAU);
             belt(&mut scene, panel, &oscillator);
             scene.clipped(panel.rect, |scene| {
                 let places: Vec<Place> = unperturbed.iter().map(|p| panel.place(p.0, p.1)).collect();
@@ -175,7 +175,7 @@ fn cases() -> Figure {
                     .take_while(|s| s.t == 0.0 || s.phase != Phase::Stick)
                     .collect();
                 let end = (slipping.len() + 1).min(orbit_of.samples.len());
-                orbit(scene, panel, &orbit_of.samples[..end], &ORBIT);
+                orbit(scene, panel, &oscillator, &orbit_of.samples[..end], &ORBIT);
                 if let Some(landing) = orbit_of.samples.iter().find(|s| s.t > 0.0 && s.phase == Phase::Stick)
                 {
                     let at = panel.place(landing.x1, landing.x2);
@@ -244,9 +244,9 @@ fn divergence() -> Figure {
             let end = panel.place(centre + reach * (exit - centre), reach * oscillator.belt_speed);
             scene.line(&[panel.place(centre, 0.0), end], &Stroke::solid(palette::BLACK, 0.6));
             scene.text((end.0 + 3.0, end.1 + 5.0), &rich("{L}"), SMALL_TEXT, Anchor::Start);
-            orbit(scene, panel, &inner.samples, &OTHER);
-            orbit(scene, panel, &closed.samples, &closed_stroke);
-            orbit(scene, panel, &outer.samples, &ORBIT);
+            orbit(scene, panel, &oscillator, &inner.samples, &OTHER);
+            orbit(scene, panel, &oscillator, &closed.samples, &closed_stroke);
+            orbit(scene, panel, &oscillator, &outer.samples, &ORBIT);
         });
         exit_point(scene, panel, &oscillator);
         scene.marker(Marker::Square, panel.place(centre, 0.0), 5.0, palette::BLACK, true);

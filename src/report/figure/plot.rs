@@ -9,7 +9,7 @@ use super::legend::{Legend, Sample};
 use super::palette;
 use super::region::{cell_edges, outlines};
 use super::scene::{Anchor, Fill, Hatch, Rect, Scene, Width, text_width};
-use super::slice::{ChoiceError, Held, Slice};
+use super::slice::{ChoiceError, Held, Slice, equals};
 use super::slices::{EXACT, draw_exact};
 use crate::map::{Regime, Verdict};
 use crate::store::MapFile;
@@ -51,7 +51,7 @@ const BAR_WIDTH: f64 = 8.0;
 /// # Errors
 /// [`ReportError::Choice`] for names that the map does not have, [`ReportError::Map`] if it cannot be read.
 pub fn plot(map: &MapFile, plot: &Plot) -> Result<Plotted, ReportError> {
-    let (slice, held) = Slice::choose(map, plot.x, plot.y, plot.at)?;
+    let (slice, mut held) = Slice::choose(map, plot.x, plot.y, plot.at)?;
     let default = format!("verdict_{SIMULATION}");
     let variable = match plot.variable {
         Some(name) if map.has(name) => name,
@@ -59,14 +59,22 @@ pub fn plot(map: &MapFile, plot: &Plot) -> Result<Plotted, ReportError> {
         None if map.has(&default) => &default,
         None => map.variables().next().unwrap_or(&default),
     };
+    if variable.starts_with("critical_c_") {
+        held.retain(|held| held.axis != "c");
+    }
+    let mut at = Rich::default();
+    for held in &held {
+        let join = rich(if at.pieces.is_empty() { "" } else { ", " });
+        at = at.then(join).then(equals(&held.axis, held.used));
+    }
     let caption = title(variable)
         .then(rich(" over "))
         .then(Rich::symbol(plot.x))
         .then(rich(" and "))
         .then(Rich::symbol(plot.y))
         .then(rich(" at "))
-        .then(slice.held());
-    let page = Page::new(&slice, plot.width, &title(variable));
+        .then(at.clone());
+    let page = Page::new(&slice, plot.width, &title(variable), &at);
     let scene = if variable.starts_with("verdict_") {
         let codes: Vec<(i8, Fill, &str)> = Verdict::ALL
             .into_iter()
@@ -108,7 +116,7 @@ struct Page<'a> {
 }
 
 impl<'a> Page<'a> {
-    fn new(slice: &'a Slice<'a>, width: Width, title: &Rich) -> Self {
+    fn new(slice: &'a Slice<'a>, width: Width, title: &Rich, held: &Rich) -> Self {
         let (x, y) = (&slice.x_axis().values, &slice.y_axis().values);
         let (x_scale, y_scale) = (Scale::of_nodes(x), Scale::of_nodes(y));
         let mut scene = Scene::new(width.points(), 0.0);
@@ -118,7 +126,7 @@ impl<'a> Page<'a> {
         };
         let labels_width = Panel::y_labels_width(y_scale, height);
         let left = left_margin(labels_width);
-        let held = wrap(&slice.held(), scene.width - left - 8.0);
+        let held = wrap(held, scene.width - left - 8.0);
         let mut top = TITLE_MARGIN - 3.0;
         scene.text((left, top), title, SMALL_TEXT, Anchor::Start);
         for line in &held {

@@ -83,14 +83,14 @@ impl Portrait {
             let (exit, tangency) = (oscillator.exit_x1(), oscillator.upper_tangency_x1());
             scene.line(&[at(panel.x.from, v), at(panel.x.to, v)], &BELT);
             scene.line(&[at(tangency, v), at(exit, v)], &SEGMENT);
-            orbit(scene, panel, &self.inner.samples, &OTHER);
+            orbit(scene, panel, oscillator, &self.inner.samples, &OTHER);
             // Slipping and sticking parts one after the other.
             let mut samples = self.orbit.samples.as_slice();
             while let Some(first) = samples.first() {
                 let sticking = first.phase == Phase::Stick;
                 let end = samples.iter().take_while(|s| (s.phase == Phase::Stick) == sticking).count();
                 let part = &samples[..(end + 1).min(samples.len())];
-                orbit(scene, panel, part, if sticking { &STICK } else { &ORBIT });
+                orbit(scene, panel, oscillator, part, if sticking { &STICK } else { &ORBIT });
                 samples = &samples[end..];
             }
             scene.marker(Marker::Circle, at(exit, v), 5.0, palette::BLACK, true);
@@ -158,9 +158,15 @@ impl Portrayed {
 }
 
 /// Draws an orbit with arrows along it.
-pub(super) fn orbit(scene: &mut Scene, panel: &Panel, samples: &[State], stroke: &Stroke) {
+pub(super) fn orbit(
+    scene: &mut Scene,
+    panel: &Panel,
+    oscillator: &Oscillator,
+    samples: &[State],
+    stroke: &Stroke,
+) {
     const BETWEEN: f64 = 75.0;
-    let places: Vec<Place> = samples.iter().map(|s| panel.place(s.x1, s.x2)).collect();
+    let places: Vec<Place> = smooth(oscillator, samples).iter().map(|p| panel.place(p.0, p.1)).collect();
     scene.line(&places, stroke);
     // An arrow after the first third of the distance, then every so often.
     let mut walked = 0.6 * BETWEEN;
@@ -172,6 +178,32 @@ pub(super) fn orbit(scene: &mut Scene, panel: &Panel, samples: &[State], stroke:
             scene.arrow_head(pair[1], (dx, dy), stroke.color, 5.0);
         }
     }
+}
+
+/// Points of an orbit between its samples, by cubic interpolation of the states and their rates of change.
+fn smooth(oscillator: &Oscillator, samples: &[State]) -> Vec<(f64, f64)> {
+    const PIECES: u8 = 5;
+    let mut points = Vec::with_capacity(usize::from(PIECES) * samples.len());
+    for pair in samples.windows(2) {
+        let (from, to) = (&pair[0], &pair[1]);
+        points.push((from.x1, from.x2));
+        let Phase::Slip(side) = from.phase else { continue };
+        let h = to.t - from.t;
+        let rate = |state: &State| oscillator.acceleration(side, state.x1, state.x2);
+        let hermite = |s: f64, a: f64, rate_a: f64, b: f64, rate_b: f64| {
+            let r = 1.0 - s;
+            r * r * (1.0 + 2.0 * s) * a + s * s * (1.0 + 2.0 * r) * b + h * s * r * (r * rate_a - s * rate_b)
+        };
+        for piece in 1..PIECES {
+            let s = f64::from(piece) / f64::from(PIECES);
+            points.push((
+                hermite(s, from.x1, from.x2, to.x1, to.x2),
+                hermite(s, from.x2, rate(from), to.x2, rate(to)),
+            ));
+        }
+    }
+    points.extend(samples.last().map(|last| (last.x1, last.x2)));
+    points
 }
 
 /// Scales of equal units around an extent, for a panel of width `w`, and the panel's height.

@@ -45,6 +45,9 @@ pub fn outlines(
             }
         }
     }
+    let straight = |a: (usize, usize), b: (usize, usize), c: (usize, usize)| {
+        (a.0 == b.0 && b.0 == c.0) || (a.1 == b.1 && b.1 == c.1)
+    };
     let mut outlines = Vec::new();
     while let Some((&start, _)) = edges.iter().next() {
         let mut corners: Vec<(usize, usize)> = Vec::new();
@@ -53,9 +56,6 @@ pub fn outlines(
             if edges.get(&at).is_some_and(Vec::is_empty) {
                 edges.remove(&at);
             }
-            let straight = |a: (usize, usize), b: (usize, usize), c: (usize, usize)| {
-                (a.0 == b.0 && b.0 == c.0) || (a.1 == b.1 && b.1 == c.1)
-            };
             if corners.len() > 1 && straight(corners[corners.len() - 2], corners[corners.len() - 1], at) {
                 corners.pop();
             }
@@ -64,6 +64,17 @@ pub fn outlines(
             if at == start {
                 break;
             }
+        }
+        // The walk may have ended in the middle of a side, or started there.
+        if let [.., before, last] = corners[..]
+            && straight(before, last, start)
+        {
+            corners.pop();
+        }
+        if let [first, second, .., last] = corners[..]
+            && straight(last, first, second)
+        {
+            corners.remove(0);
         }
         outlines.push(corners.iter().map(|&(i, j)| panel.place(x[i], y[j])).collect());
     }
@@ -98,9 +109,9 @@ mod tests {
             let found = outlines(&panel, &x, &y, inside);
             assert_eq!(area(&found), f64::from(cells.count_ones()), "{cells:b}: {found:?}");
         }
-        assert_eq!(
-            outlines(&panel, &x, &y, |_, _| true),
-            [vec![(0.0, 3.0), (4.0, 3.0), (4.0, 0.0), (0.0, 0.0)]]
-        );
+        let mut whole = outlines(&panel, &x, &y, |_, _| true);
+        assert_eq!(whole.len(), 1);
+        whole[0].sort_by(|a, b| a.partial_cmp(b).unwrap());
+        assert_eq!(whole[0], [(0.0, 0.0), (0.0, 3.0), (4.0, 0.0), (4.0, 3.0)]);
     }
 }

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, LazyLock};
 
-use resvg::tiny_skia::{Pixmap, Transform};
+use resvg::tiny_skia::{Color, Pixmap, Transform};
 use resvg::usvg::fontdb::{Database, Source};
 use resvg::usvg::{Options, Tree};
 
@@ -39,6 +39,8 @@ pub fn png(name: &str, svg: &str) -> Result<Vec<u8>, ReportError> {
     let size = tree.size().to_int_size().scale_by(scale).ok_or_else(|| failed(name, "it has no size"))?;
     let mut pixels =
         Pixmap::new(size.width(), size.height()).ok_or_else(|| failed(name, "it is too large"))?;
+    // The last row and column are covered in part only; nothing of the page may show through there.
+    pixels.fill(Color::WHITE);
     resvg::render(&tree, Transform::from_scale(scale, scale), &mut pixels.as_mut());
     pixels.encode_png().map_err(|error| failed(name, error))
 }
@@ -48,8 +50,10 @@ pub fn png(name: &str, svg: &str) -> Result<Vec<u8>, ReportError> {
 /// # Errors
 /// [`ReportError::Render`].
 pub fn pdf(name: &str, svg: &str) -> Result<Vec<u8>, ReportError> {
-    // The figure's own options would have to be of the same release of usvg; the dependency sees to that.
-    let tree = svg2pdf::usvg::Tree::from_str(svg, &OPTIONS).map_err(|error| failed(name, error))?;
-    svg2pdf::to_pdf(&tree, svg2pdf::ConversionOptions::default(), svg2pdf::PageOptions { dpi: 96.0 })
-        .map_err(|error| failed(name, error))
+    svg2pdf::to_pdf(
+        &tree(name, svg)?,
+        svg2pdf::ConversionOptions::default(),
+        svg2pdf::PageOptions { dpi: 96.0 },
+    )
+    .map_err(|error| failed(name, error))
 }

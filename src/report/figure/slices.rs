@@ -170,13 +170,7 @@ fn figure(map: &MapFile, slice: &Slice) -> Result<Figure, ReportError> {
             }
             // The boundary is searched once and moved from panel to panel.
             let (drawn, curves) = exact.get_or_insert_with(|| (*panel, boundary(slice, panel)));
-            scene.clipped(panel.rect, |scene| {
-                for curve in curves {
-                    let moved: Vec<Place> = curve.iter().map(|place| moved(*place, drawn, panel)).collect();
-                    scene.line(&moved, &HALO);
-                    scene.line(&moved, &EXACT);
-                }
-            });
+            draw_curves(&mut scene, curves, drawn, panel);
             let letter = char::from(b'a' + (m % 26) as u8);
             panel.title(&mut scene, &rich(&format!("({letter}) ")).then(method_title(&method.name)));
         }
@@ -221,14 +215,20 @@ pub(super) fn method_title(name: &str) -> Rich {
     Rich::foreign(&name.replace('_', " "))
 }
 
+/// Draws boundaries that were searched in another panel of the same scales.
+pub(super) fn draw_curves(scene: &mut Scene, curves: &[Vec<Place>], from: &Panel, to: &Panel) {
+    scene.clipped(to.rect, |scene| {
+        for curve in curves {
+            let moved: Vec<Place> = curve.iter().map(|place| moved(*place, from, to)).collect();
+            scene.line(&moved, &HALO);
+            scene.line(&moved, &EXACT);
+        }
+    });
+}
+
 /// Draws the exact boundary of a slice into its panel; `false` if there is none.
 pub(super) fn draw_exact(scene: &mut Scene, slice: &Slice, panel: &Panel) -> bool {
     let curves = boundary(slice, panel);
-    scene.clipped(panel.rect, |scene| {
-        for curve in &curves {
-            scene.line(curve, &HALO);
-            scene.line(curve, &EXACT);
-        }
-    });
+    draw_curves(scene, &curves, panel, panel);
     !curves.is_empty()
 }
