@@ -19,7 +19,7 @@ use rayon::prelude::*;
 pub use mechanism::Mechanism;
 
 use super::limits::{EpsilonRange, nearest_change};
-use super::{Method, Verdict};
+use super::{Grid, Method, Verdict};
 use crate::filippov::Oscillator;
 use crate::friction::{Column, Law};
 use crate::point::Point;
@@ -185,6 +185,22 @@ struct Examined {
     findings: Vec<Finding>,
     distance_c: f64,
     distance_epsilon: f64,
+}
+
+/// The points of all cells of a grid, in its order.
+#[must_use]
+pub fn points_of(grid: &Grid) -> Vec<Point> {
+    let shape = grid.shape();
+    (0..grid.cells())
+        .map(|cell| {
+            let mut rest = cell;
+            let mut index = vec![0; shape.len()];
+            for (place, size) in index.iter_mut().zip(&shape).rev() {
+                (*place, rest) = (rest % size, rest / size);
+            }
+            grid.point(&index)
+        })
+        .collect()
 }
 
 /// Compares every method with the simulated flow at every point. The result depends on the points and their

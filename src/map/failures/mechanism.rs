@@ -200,7 +200,8 @@ fn of_naive(naive: NaiveMethod, knobs: &NaiveKnobs, oscillator: &Oscillator, tru
         }
         NaiveMethod::FixedStep => {
             let finer = |by: f64| (Mechanism::Chatter, NaiveKnobs { step: by * n.step, ..n });
-            vec![finer(0.1), finer(0.01), transient]
+            let finest = NaiveKnobs { step: 1e-3 * n.step, turns: n.turns.min(5), ..n };
+            vec![finer(0.1), finer(0.01), (Mechanism::Chatter, finest), transient]
         }
         NaiveMethod::EventStep => vec![
             (Mechanism::TangentStart, NaiveKnobs { start_pause: 1e-9, ..n }),
