@@ -26,7 +26,8 @@
 //! cells = 1000                         # default
 //! [output]
 //! path = "results/name.h5"             # default: results/<name of the file>.h5
-//! fields = ["verdict"]                 # default; also: margin, critical_c, regime, landing
+//! fields = ["verdict"]                 # default; also: margin, critical_c, regime, landing, cycle, basin,
+//!                                      # epsilon_limit
 //! compression = 4                      # default
 //! ```
 //!
@@ -357,7 +358,7 @@ fn output_path(node: &Node) -> Result<PathBuf, ConfigError> {
 /// Reads the stored fields.
 fn fields(node: &Node, simulated: bool) -> Result<Vec<Field>, ConfigError> {
     let chosen = choices(node, &Field::ALL.map(|field| (field.name(), field)), "field")?;
-    let needs_flow = chosen.iter().find(|field| matches!(field, Field::Regime | Field::Landing));
+    let needs_flow = chosen.iter().find(|field| field.needs_flow());
     if let (false, Some(field)) = (simulated, needs_flow) {
         return Err(node.error(
             &format!("the field `{}` comes from the method `simulation`, which is not run", field.name()),

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 
 pub use mechanism::Mechanism;
 
-use super::limits::{EpsilonRange, nearest_change};
+use super::limits::Ray;
 use super::{Grid, Method, Verdict};
 use crate::filippov::Oscillator;
 use crate::friction::{Column, Law};
@@ -311,7 +311,7 @@ fn examine(point: &Point, comparison: &Comparison) -> Examined {
         examined.distance_c = distance_in_c(&column, point.damping, &first, tolerance);
     }
     if examined.findings.iter().any(|finding| finding.kind != Kind::Undecided) {
-        let change = nearest_change(comparison.law, point, &EpsilonRange::default(), tolerance);
+        let change = Ray::new(comparison.law, point, tolerance).nearest_change(point.epsilon);
         examined.distance_epsilon = change.map_or(f64::NAN, |change| (change - point.epsilon).abs());
     }
     examined
