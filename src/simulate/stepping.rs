@@ -9,20 +9,20 @@ use crate::point::ScaledGroups;
 
 /// Numbers of equal steps per turn, coarse to fine. Lanes of one vector share their angles, so their
 /// sines come from one table per rung.
-const LADDER: [usize; 13] = [4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256];
+const LADDER: [usize; 11] = [8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256];
 
 /// Error of a turn in units of its distance from the turn one rung below. The method has order 8 and a
 /// rung is at most 3/4 of the next, so the distance is asymptotically at least ten times the error; coarse
-/// rungs are far from asymptotic, and three times the distance is kept.
-const ERROR_PER_DISTANCE: f64 = 3.0;
+/// rungs are far from asymptotic, and six times the distance is kept.
+const ERROR_PER_DISTANCE: f64 = 6.0;
 
 /// Share of the embedded error estimate (of lower order, hence pessimistic) that is added, so that a chance
 /// agreement of two coarse turns is not taken for accuracy.
-const ERROR_PER_EMBEDDED: f64 = 0.1;
+const ERROR_PER_EMBEDDED: f64 = 0.5;
 
 /// A turn that leaves the domain of the polar form on a rung below this one is tried again on it: coarse
 /// steps may stray out of a domain in which the orbit itself stays.
-const RETRY_RUNG: usize = 6;
+const RETRY_RUNG: usize = 4;
 
 /// Angles at the stages of every step of a rung.
 fn angles(rung: usize) -> &'static [[Angle; STAGES]] {
@@ -96,7 +96,8 @@ impl pulp::WithSimd for Dispatched<'_> {
 /// by counting evaluations over random points; a wrong guess costs one more turn, not accuracy.
 fn first_rung(groups: &ScaledGroups, tolerance: f64) -> usize {
     let strength = groups.divergence(0.0).abs().max(groups.divergence(2.0).abs());
-    let steps = 0.9 * (1.0 + groups.k).sqrt() * (strength / tolerance).powf(0.125);
+    // Fewer steps than the first bound do not see the pole of the divergence, and the estimate nothing.
+    let steps = (1.0 + groups.k).sqrt() * (0.9 * (strength / tolerance).powf(0.125)).max(4.0);
     LADDER.iter().position(|&n| n as f64 >= steps).unwrap_or(LADDER.len() - 2).min(LADDER.len() - 2)
 }
 

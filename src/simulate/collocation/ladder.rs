@@ -33,6 +33,9 @@ const ITERATION: [[f64; 3]; 3] = [[-8.2, 3.7, 1.8], [-11.2, 4.2, 3.3], [-18.8, 6
 
 /// Greatest divergence at belt speed of orbits that are not handed over at once.
 const NEAR: f64 = 0.5;
+/// And greatest k: beyond, the pole of the divergence is so close to the ends of the turn that the nodes
+/// do not see it.
+const GREATEST_K: f64 = 4.0;
 
 /// Greatest error estimate of ln r that is taken for one.
 const MEANINGFUL: f64 = 0.01;
@@ -53,7 +56,7 @@ impl Rung {
     /// The rung to try first; `None` far from the circle.
     fn first(groups: &ScaledGroups, tolerance: f64) -> Option<Self> {
         let at_belt_speed = groups.divergence(1.0);
-        if !(at_belt_speed.abs() <= NEAR) {
+        if !(at_belt_speed.abs() <= NEAR && groups.k <= GREATEST_K) {
             return None;
         }
         let ends = [0.0, 2.0].map(|s| (groups.divergence(s) - at_belt_speed).abs());

@@ -18,6 +18,9 @@ const STRETCH: f64 = 0.85;
 /// Most pairs of nodes of a rung.
 pub(super) const MOST_PAIRS: usize = 20;
 
+/// Harmonics that the quadrature is tried on: those that dominate along an orbit near the circle.
+const HARMONICS: u32 = 4;
+
 /// Weights of one pair's values in the antiderivative at another.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Entry {
@@ -37,6 +40,8 @@ pub(super) struct Nodes {
     pub sin: Vec<f64>,
     /// The integral over the turn of sin^2 theta g is the sum of these times g(early) + g(late).
     pub weight: Vec<f64>,
+    /// Largest error of the quadrature over the turn for the lowest harmonics, which are no polynomials in X.
+    pub harmonic_error: f64,
     /// Row by row, see [`Nodes::matrix`].
     entries: Vec<Entry>,
     /// Functions that the first guess combines: cos theta and cos^2 theta, even in xi, xi cos theta / pi and
@@ -89,6 +94,13 @@ impl Nodes {
             })
             .collect();
         let guess_half = weight.iter().zip(&guess).map(|(weight, guess)| weight * guess[1]).sum();
+        let harmonic_error = (1..=HARMONICS)
+            .map(|l| {
+                let terms = xi.iter().zip(&weight).map(|(xi, w)| 2.0 * w * (f64::from(l) * xi).cos());
+                let exact = if l == 2 { -0.5 * PI } else { 0.0 };
+                (terms.sum::<f64>() - exact).abs()
+            })
+            .fold(0.0, f64::max);
         let tail = |degrees: std::ops::Range<usize>| -> Vec<f64> {
             degrees
                 .step_by(2)
@@ -104,6 +116,7 @@ impl Nodes {
             cos,
             sin,
             weight,
+            harmonic_error,
             entries,
             guess,
             guess_integral,

@@ -241,7 +241,7 @@ impl<S: Simd> Orbit<S> {
         // Gauss's rule squares the convergence of the coefficients, less so the closer the pole q = 0.
         let squared = (stiffness * stiffness).mul_add(zero.same(200.0), zero.same(2.0));
         let near_pole = (field.k * field.k).mul_add(zero.same(80.0), one);
-        let truncation = tail / size * squared * near_pole;
+        let truncation = size.mul_add(zero.same(nodes.harmonic_error), tail / size * squared * near_pole);
         // The J of the guess is wrong by its own size times that of the guess and by its interpolation, which
         // knows no pole; and what the short series of `cosh_sinh` and `grow` leave out stays.
         let z = field.mu.abs().mul_add(zero.same(0.5 * PI), size);
