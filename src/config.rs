@@ -16,6 +16,7 @@
 //! stick_band_width = 1e-4              # default; velocity
 //! step = 1e-2                          # default; time
 //! tolerance = 1e-8                     # default; of adaptive steps
+//! longest_step = 0.1                   # default: unbounded; of adaptive steps
 //! turns = 20                           # default; before the verdict
 //! start_pause = 0.1                    # default; time without events after a start on the belt line
 //! [simulation]
@@ -25,7 +26,8 @@
 //! cells = 1000                         # default
 //! [output]
 //! path = "results/name.h5"             # default: results/<name of the file>.h5
-//! fields = ["verdict"]                 # default; also: margin, critical_c, regime, landing
+//! fields = ["verdict"]                 # default; also: margin, critical_c, regime, landing, cycle, basin,
+//!                                      # epsilon_limit
 //! compression = 4                      # default
 //! ```
 //!
@@ -275,8 +277,8 @@ fn grid_error(error: &GridError, names: &[&str], nodes: &[(Vec<f64>, Node)]) -> 
 }
 
 /// The keys of `[naive]`.
-const NAIVE_KEYS: [&str; 6] =
-    ["smoothing_width", "stick_band_width", "step", "tolerance", "turns", "start_pause"];
+const NAIVE_KEYS: [&str; 7] =
+    ["smoothing_width", "stick_band_width", "step", "tolerance", "longest_step", "turns", "start_pause"];
 
 /// Reads the choices of the naive methods.
 fn knobs(section: &Section) -> Result<NaiveKnobs, ConfigError> {
@@ -299,6 +301,7 @@ fn knobs(section: &Section) -> Result<NaiveKnobs, ConfigError> {
         stick_band_width: number("stick_band_width", default.stick_band_width, least, "greater than 0")?,
         step: number("step", default.step, least, "greater than 0")?,
         tolerance: number("tolerance", default.tolerance, TIGHTEST_TOLERANCE, "at least 1e-14")?,
+        longest_step: number("longest_step", default.longest_step, least, "greater than 0")?,
         turns: match section.get("turns") {
             None => default.turns,
             Some(node) => u32::try_from(node.integer(1, i64::from(u32::MAX))?).unwrap_or(u32::MAX),
@@ -355,7 +358,7 @@ fn output_path(node: &Node) -> Result<PathBuf, ConfigError> {
 /// Reads the stored fields.
 fn fields(node: &Node, simulated: bool) -> Result<Vec<Field>, ConfigError> {
     let chosen = choices(node, &Field::ALL.map(|field| (field.name(), field)), "field")?;
-    let needs_flow = chosen.iter().find(|field| matches!(field, Field::Regime | Field::Landing));
+    let needs_flow = chosen.iter().find(|field| field.needs_flow());
     if let (false, Some(field)) = (simulated, needs_flow) {
         return Err(node.error(
             &format!("the field `{}` comes from the method `simulation`, which is not run", field.name()),

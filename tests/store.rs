@@ -109,9 +109,10 @@ fn tile_data(plan: &Plan, tile: Tile) -> TileData {
         } else {
             Vec::new()
         },
-        landing_x1: reals(Field::Landing, 20, &cells),
-        stick_time: reals(Field::Landing, 21, &cells),
-        slip_time: reals(Field::Landing, 22, &cells),
+        quantities: (20..)
+            .zip(plan.quantities())
+            .map(|(number, _)| cells.iter().map(|&cell| real(number, cell)).collect())
+            .collect(),
         tile,
     }
 }

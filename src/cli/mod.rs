@@ -6,6 +6,7 @@
 mod answer;
 mod check;
 mod estimate;
+mod failures;
 mod interrupt;
 mod output;
 mod plot;
@@ -55,6 +56,8 @@ enum Command {
     Report(report::Arguments),
     /// Draw one slice of a map
     Plot(plot::Arguments),
+    /// Compare every method with the simulated flow on a grid, and explain each failure
+    Failures(failures::Arguments),
     /// Verify a map file: completeness, checksums, schema
     Check(check::Arguments),
 }
@@ -106,6 +109,7 @@ pub fn main() -> ExitCode {
         Command::Probe(arguments) => probe::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),
         Command::Plot(arguments) => plot::run(&arguments),
+        Command::Failures(arguments) => failures::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
     };
     let (code, message) = match result {

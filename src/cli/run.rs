@@ -328,15 +328,7 @@ mod tests {
             margins: Vec::new(),
             critical: Vec::new(),
         }];
-        let empty = Vec::new;
-        TileData {
-            tile,
-            methods,
-            regime: Vec::new(),
-            landing_x1: empty(),
-            stick_time: empty(),
-            slip_time: empty(),
-        }
+        TileData { tile, methods, regime: Vec::new(), quantities: Vec::new() }
     }
 
     #[test]

@@ -1,7 +1,11 @@
 //! The methods a map can compare: the closed-form tests, the simulated flow, and the simulations that people
 //! use today.
 
+use super::Verdict;
 use crate::certify::{Guarantee, TESTS, Test};
+use crate::filippov::Oscillator;
+use crate::friction::Column;
+use crate::simulate::flow;
 use crate::simulate::naive::{NaiveKnobs, NaiveMethod};
 
 /// One method of a map.
@@ -45,6 +49,17 @@ impl Method {
         match self {
             Method::Test(_) | Method::Simulation => self,
             Method::Naive(naive, _) => Method::Naive(naive, knobs),
+        }
+    }
+
+    /// What the method says at damping `c` of a column; `tolerance` is that of the simulation.
+    #[must_use]
+    pub fn decide(&self, column: &Column, c: f64, tolerance: f64) -> Verdict {
+        let oscillator = Oscillator::in_column(column, c);
+        match self {
+            Method::Test(test) => (test.claim)(column).decide(c).into(),
+            Method::Simulation => Verdict::from(&flow(&oscillator, tolerance).fate),
+            Method::Naive(naive, knobs) => naive.decide(&oscillator, knobs).verdict.into(),
         }
     }
 
