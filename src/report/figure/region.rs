@@ -65,11 +65,11 @@ pub fn outlines(
                 break;
             }
         }
-        // The walk may have started in the middle of a side.
-        if let [first, second, .., last] = corners[..]
-            && straight(last, first, second)
+        // The first corner is the lowest of its column and so a true one; the last may lie on the way to it.
+        if let [first, .., before, last] = corners[..]
+            && straight(before, last, first)
         {
-            corners.remove(0);
+            corners.pop();
         }
         outlines.push(corners.iter().map(|&(i, j)| panel.place(x[i], y[j])).collect());
     }
@@ -106,7 +106,7 @@ mod tests {
         }
         assert_eq!(
             outlines(&panel, &x, &y, |_, _| true),
-            [vec![(0.0, 0.0), (0.0, 3.0), (4.0, 0.0), (4.0, 3.0)]]
+            [vec![(0.0, 3.0), (4.0, 3.0), (4.0, 0.0), (0.0, 0.0)]]
         );
     }
 }
