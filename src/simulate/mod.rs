@@ -5,17 +5,24 @@
 //! [`flow`] is the second, handed over to the first where it does not apply. [`critical_damping`] answers
 //! for a whole column at once.
 
+mod arc;
 pub mod critical;
+pub mod crossing;
 pub mod direct;
 mod dop853;
+mod dynamics;
 mod landing;
 pub mod naive;
 mod polar;
 pub mod return_map;
+pub mod slip_cycle;
 pub mod surface;
 
 pub use critical::{CriticalDamping, NoCriticalDamping, critical_damping};
+pub use dynamics::{Dynamics, dynamics};
 pub use return_map::flow;
+
+pub use crate::friction::Range;
 
 /// Where and when a slipping orbit sticks again, and how the stick-slip cycle continues.
 #[derive(Clone, Copy, Debug, PartialEq)]

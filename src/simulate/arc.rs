@@ -1,0 +1,299 @@
+//! Orbits in the Liénard form, side by side of the belt line, with what stability needs.
+//!
+//! With v = x2, w = x2' the flow on either side is v' = w, w' = -v + D(u) w, u = |v - V| (theory, section 3),
+//! and x1 follows from x2' = w. Along with the state goes `growth`, the integral of D: by Liouville's
+//! formula the flow stretches areas by exp(growth), which is the multiplier of a cycle up to the angles at
+//! which its orbit passes the sections.
+//!
+//! This serves the questions about cycles; verdicts come from elsewhere.
+
+use std::f64::consts::TAU;
+
+use super::Failure;
+use super::dop853::{Field, step};
+use crate::filippov::{Oscillator, Side};
+
+/// Steps after which an arc gives up; a turn takes some 20.
+const STEP_BUDGET: u32 = 100_000;
+/// A step this much shorter than the time scale of the flow has underflowed.
+const SHORTEST_STEP: f64 = 1e-14;
+/// Trials that locate a point within a step; every third bisects, which alone would end in 52.
+const TRIALS: u32 = 3 * 52;
+
+/// A state on an orbit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct State {
+    /// x2.
+    pub(super) v: f64,
+    /// x2', by the field of the side on which the orbit is.
+    pub(super) w: f64,
+    /// Integral of the divergence since the start.
+    pub(super) growth: f64,
+    /// Time since the start.
+    pub(super) time: f64,
+}
+
+/// How an arc below the belt line ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum LowerEnd {
+    /// x2 has a maximum below V here.
+    Turns(State),
+    /// It comes back to x2 = V here.
+    Meets(State),
+    /// It creeps into the equilibrium and has no maximum any more.
+    Rests,
+}
+
+/// An orbit on one side of the belt line.
+#[derive(Clone, Debug)]
+pub(super) struct Walk<'a> {
+    oscillator: &'a Oscillator,
+    side: Side,
+    /// Local error allowed per unit of time.
+    allowed: f64,
+    pub(super) here: State,
+    next_step: f64,
+    steps_left: u32,
+    /// Evaluations of the right-hand side.
+    pub(super) rhs: u64,
+}
+
+/// The field in the state [v, w, growth].
+struct Lienard<'a> {
+    oscillator: &'a Oscillator,
+    side: Side,
+    rhs: &'a mut u64,
+}
+
+impl Field<3> for Lienard<'_> {
+    fn slope(&mut self, _stage: usize, &[v, w, _]: &[f64; 3]) -> [f64; 3] {
+        *self.rhs += 1;
+        let d = divergence(self.oscillator, self.side, v);
+        [w, d.mul_add(w, -v), d]
+    }
+}
+
+/// D at velocity `v`. Beyond the belt line it stays at its value there: steps that pass the line are taken
+/// back to it, so this only has to be tame.
+fn divergence(oscillator: &Oscillator, side: Side, v: f64) -> f64 {
+    let slip = match side {
+        Side::Below => oscillator.belt_speed - v,
+        Side::Above => v - oscillator.belt_speed,
+    };
+    oscillator.divergence(slip.max(0.0))
+}
+
+impl<'a> Walk<'a> {
+    /// An orbit that starts at (v, w). The local errors of a turn add up to about `tolerance` times `scale`,
+    /// a velocity.
+    pub(super) fn new(
+        oscillator: &'a Oscillator,
+        side: Side,
+        [v, w]: [f64; 2],
+        tolerance: f64,
+        scale: f64,
+    ) -> Self {
+        Self {
+            oscillator,
+            side,
+            allowed: tolerance.max(1e-14) * scale / TAU,
+            here: State { v, w, growth: 0.0, time: 0.0 },
+            // The friction law may change on a scale much smaller than V next to the belt line; steps grow
+            // from a size that sees it.
+            next_step: 1e-3 * oscillator.belt_speed / (v.abs() + w.abs()),
+            steps_left: STEP_BUDGET,
+            rhs: 0,
+        }
+    }
+
+    /// x1 at a state, from x2' = w.
+    pub(super) fn x1(&self, state: &State) -> f64 {
+        let Oscillator { curve, viscous, belt_speed } = self.oscillator;
+        let friction = match self.side {
+            Side::Below => curve.phi((belt_speed - state.v).max(0.0)),
+            Side::Above => -curve.phi((state.v - belt_speed).max(0.0)),
+        };
+        friction - viscous * state.v - state.w
+    }
+
+    /// The state a time `h` after `from`, and its local error.
+    fn after(&mut self, from: &State, h: f64) -> (State, f64) {
+        let mut field = Lienard { oscillator: self.oscillator, side: self.side, rhs: &mut self.rhs };
+        let ([v, w, growth], error) = step(h, &[from.v, from.w, from.growth], &mut field);
+        (State { v, w, growth, time: from.time + h }, error[0].hypot(error[1]))
+    }
+
+    /// Whether a state lies beyond the belt line.
+    fn beyond(&self, state: &State) -> bool {
+        match self.side {
+            Side::Below => state.v > self.oscillator.belt_speed,
+            Side::Above => state.v < self.oscillator.belt_speed,
+        }
+    }
+
+    /// Takes one step, and returns where it began. The direction of (v, w) turns at the rate
+    /// 1 + D sin cos <= 1 + |D|/2; steps are short enough that x2' changes its sign at most once.
+    ///
+    /// # Errors
+    /// [`Failure`].
+    pub(super) fn advance(&mut self) -> Result<State, Failure> {
+        let from = self.here;
+        let scale = 1.0 / (1.0 + 0.5 * divergence(self.oscillator, self.side, from.v).abs());
+        let mut h = self.next_step.min(scale);
+        loop {
+            self.steps_left = self.steps_left.checked_sub(1).ok_or(Failure::StepBudget)?;
+            if !(h > SHORTEST_STEP * scale) {
+                return Err(if h.is_nan() { Failure::NotFinite } else { Failure::StepUnderflow });
+            }
+            let (to, error) = self.after(&from, h);
+            if !(to.v.is_finite() && to.w.is_finite()) {
+                h *= 0.1;
+                continue;
+            }
+            let allowed = self.allowed * h;
+            let factor = (0.9 * (allowed / error).powf(1.0 / 7.0)).clamp(0.2, 5.0);
+            // A step across the belt line meets a kink of the continued field; what counts is the shorter
+            // one that ends there, see `is_accurate`.
+            if error <= allowed || self.beyond(&to) {
+                if error <= allowed {
+                    self.next_step = h * factor;
+                }
+                self.here = to;
+                return Ok(from);
+            }
+            h *= factor.min(0.9);
+        }
+    }
+
+    /// The state between `from` and `from` + `h` at which `value` passes through zero, where it has opposite
+    /// signs (or is zero) at the ends. Every trial integrates anew from `from`.
+    pub(super) fn locate(&mut self, from: &State, h: f64, value: impl Fn(&Self, &State) -> f64) -> State {
+        let (mut low, mut high) = (0.0, h);
+        let first = value(self, from);
+        let mut at = self.after(from, h).0;
+        let (mut f_low, mut f_high) = (first, value(self, &at));
+        for trial in 1..=TRIALS {
+            if f_high == 0.0 || high - low <= 2.0 * f64::EPSILON * h {
+                break;
+            }
+            let secant = low - f_low * (high - low) / (f_high - f_low);
+            let inside = secant > low && secant < high && trial % 3 != 0;
+            let middle = if inside { secant } else { 0.5 * (low + high) };
+            if middle <= low || middle >= high {
+                break;
+            }
+            let (trial_state, _) = self.after(from, middle);
+            let f = value(self, &trial_state);
+            if f != 0.0 && (f > 0.0) == (first > 0.0) {
+                (low, f_low) = (middle, f);
+            } else {
+                (high, f_high) = (middle, f);
+                at = trial_state;
+            }
+        }
+        at
+    }
+
+    /// Follows an arc below the belt line, from anywhere on or below it, to the next maximum of x2 or to the
+    /// line, whichever comes first. `visit` sees every step: where it begins, and its end.
+    ///
+    /// # Errors
+    /// [`Failure`].
+    pub(super) fn lower_arc(
+        &mut self,
+        mut visit: impl FnMut(&mut Self, &State, &State),
+    ) -> Result<LowerEnd, Failure> {
+        let belt_speed = self.oscillator.belt_speed;
+        loop {
+            let from = self.advance()?;
+            let mut to = self.here;
+            let turns = from.w > 0.0 && to.w <= 0.0;
+            if turns {
+                to = self.locate(&from, to.time - from.time, |_, state| state.w);
+                to.w = 0.0;
+            }
+            let meets = to.v > belt_speed || (to.v == belt_speed && to.w >= 0.0);
+            if meets {
+                to = self.locate(&from, to.time - from.time, |_, state| state.v - belt_speed);
+                to.v = belt_speed;
+            }
+            if (meets || turns) && !self.is_accurate(&from, &to) {
+                continue;
+            }
+            self.here = to;
+            visit(self, &from, &to);
+            if meets {
+                return Ok(LowerEnd::Meets(to));
+            }
+            if turns {
+                return Ok(LowerEnd::Turns(to));
+            }
+            if self.creeps() {
+                return Ok(LowerEnd::Rests);
+            }
+        }
+    }
+
+    /// Follows an arc above the belt line, which starts on it with x2' > 0, back to the line.
+    ///
+    /// # Errors
+    /// [`Failure`].
+    pub(super) fn upper_arc(
+        &mut self,
+        mut visit: impl FnMut(&mut Self, &State, &State),
+    ) -> Result<State, Failure> {
+        let belt_speed = self.oscillator.belt_speed;
+        loop {
+            let from = self.advance()?;
+            let mut to = self.here;
+            let meets = to.v <= belt_speed;
+            if meets {
+                // The height over the line, per time, has a simple root even for the shortest arc.
+                let (start, time) = (from.v - belt_speed, from.time);
+                to = self.locate(&from, to.time - from.time, |_, state| {
+                    let elapsed = state.time - time;
+                    match (start > 0.0, elapsed > 0.0) {
+                        (true, _) => state.v - belt_speed,
+                        (false, true) => (state.v - belt_speed) / elapsed,
+                        (false, false) => state.w,
+                    }
+                });
+                to.v = belt_speed;
+                if !self.is_accurate(&from, &to) {
+                    continue;
+                }
+            }
+            self.here = to;
+            visit(self, &from, &to);
+            if meets {
+                return Ok(to);
+            }
+        }
+    }
+
+    /// Whether a located event may be kept. If the step to it misses the tolerance, the orbit is put back to
+    /// where the step began, to go on with a shorter one.
+    fn is_accurate(&mut self, from: &State, to: &State) -> bool {
+        let h = to.time - from.time;
+        let (_, error) = self.after(from, h);
+        let scale = 1.0 / (1.0 + 0.5 * divergence(self.oscillator, self.side, from.v).abs());
+        let accurate = error <= self.allowed * h || h <= 1e-6 * scale;
+        if !accurate {
+            self.here = *from;
+            self.next_step = 0.5 * h;
+        }
+        accurate
+    }
+
+    /// Whether the orbit certainly has no maximum of x2 any more: where D <= -2 between here and the
+    /// equilibrium, the wedge between w = 0 and w = -v is never left, and |v| falls in it monotonically.
+    fn creeps(&self) -> bool {
+        let State { v, w, .. } = self.here;
+        let (belt_speed, slip) = (self.oscillator.belt_speed, self.oscillator.belt_speed - self.here.v);
+        let in_wedge = self.side == Side::Below && v * w < 0.0 && w.abs() < v.abs();
+        in_wedge && {
+            let (near, far) = (slip.max(0.0).min(belt_speed), slip.max(belt_speed));
+            self.oscillator.curve.weakening_range(near, far).hi - self.oscillator.viscous <= -2.0
+        }
+    }
+}

@@ -1,0 +1,206 @@
+//! Cycles that touch the belt line: crossing cycles, which never stick, and the stick-slip cycle's shape.
+//!
+//! A point (e + y, V), y > 0, beyond the exit point e = 1 - eps c V is crossed downward with x2' = -y. The
+//! loop from it goes below the belt line, comes back there with x2' = wL, crosses upward if wL > 2 (the
+//! other side's x2' is less by 2, twice the static friction) and comes back with x2' = W < 0 above; it
+//! crosses again if y' = -(W + 2) > 0. Fixed points of y -> y' are the crossing cycles. The map is monotone,
+//! since orbits do not cross.
+//!
+//! **Multiplier.** From one passage of the belt line to the next, dx1 at the end is dx1 at the start times
+//! exp(integral of D) times the ratio of the passing speeds |x2'|, start over end, each by the field of the
+//! arc. The slope of the loop map is the product over both arcs.
+
+use super::arc::{LowerEnd, Walk};
+use super::slip_cycle::Extent;
+use super::{Failure, Fate, Flow, Range};
+use crate::filippov::{Oscillator, Side};
+
+/// Jump of x2' across the belt line: friction acts with the static force, 1, both ways.
+const JUMP: f64 = 2.0;
+/// Values of y at which the sign of y' - y is looked at, per factor of ten; cycles closer to each other than
+/// that are missed in pairs.
+const PER_DECADE: i32 = 8;
+/// They are looked for between these decades, in units of max(1, V). Orbits farther out see dry friction as
+/// a loss: the belt's motion no longer matters to them.
+const DECADES: std::ops::RangeInclusive<i32> = -6..=2;
+/// Newton steps and bisections that find a fixed point.
+const MOST_TRIALS: u32 = 100;
+
+/// A loop from a downward crossing of the belt line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Loop {
+    /// It crosses again.
+    Crosses {
+        /// y', the new distance beyond the exit point.
+        beyond_exit: f64,
+        /// Slope of the loop map.
+        slope: f64,
+        /// Time of the loop.
+        time: f64,
+    },
+    /// It sticks.
+    Sticks,
+    /// It stays below the belt line.
+    SpiralsInward,
+}
+
+/// A cycle that crosses the belt line twice a period and never sticks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CrossingCycle {
+    /// x1 at which it crosses downward, less that of the exit point.
+    pub beyond_exit: f64,
+    /// Velocities x2 on it.
+    pub velocity: Range,
+    /// Positions x1 on it.
+    pub displacement: Range,
+    /// Floquet multiplier.
+    pub multiplier: f64,
+    /// Period.
+    pub period: f64,
+}
+
+impl CrossingCycle {
+    /// Whether it attracts.
+    #[must_use]
+    pub fn is_stable(&self) -> bool {
+        self.multiplier < 1.0
+    }
+}
+
+/// The shape of the stick-slip cycle. Its multiplier is zero: it is reached in finite time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StickSlipCycle {
+    /// Period: slip time and stick time.
+    pub period: f64,
+    /// Velocities x2 on it.
+    pub velocity: Range,
+    /// Positions x1 on it.
+    pub displacement: Range,
+}
+
+/// Where a loop leads, and the extremes on its way.
+struct Looped {
+    end: Loop,
+    extent: Extent,
+}
+
+/// The loop from (e + `beyond_exit`, V), `beyond_exit` >= 0, with the error `tolerance` relative to the
+/// larger of V and `beyond_exit`.
+///
+/// # Errors
+/// [`Failure`].
+pub fn crossing_loop(oscillator: &Oscillator, beyond_exit: f64, tolerance: f64) -> Result<Loop, Failure> {
+    looped(oscillator, beyond_exit, tolerance).map(|looped| looped.end)
+}
+
+fn looped(oscillator: &Oscillator, y: f64, tolerance: f64) -> Result<Looped, Failure> {
+    let belt_speed = oscillator.belt_speed;
+    let scale = belt_speed.max(y);
+    let mut lower = Walk::new(oscillator, Side::Below, [belt_speed, -y], tolerance, scale);
+    let mut extent = Extent::new(&lower);
+    let up = match lower.lower_arc(|walk, from, to| extent.step(walk, from, to))? {
+        LowerEnd::Meets(up) => up,
+        LowerEnd::Turns(_) | LowerEnd::Rests => return Ok(Looped { end: Loop::SpiralsInward, extent }),
+    };
+    let rise = up.w - JUMP;
+    if rise <= 0.0 {
+        return Ok(Looped { end: Loop::Sticks, extent });
+    }
+    let mut upper = Walk::new(oscillator, Side::Above, [belt_speed, rise], tolerance, scale);
+    let down = upper.upper_arc(|walk, from, to| extent.step(walk, from, to))?;
+    let beyond_exit = -(down.w + JUMP);
+    if beyond_exit <= 0.0 {
+        return Ok(Looped { end: Loop::Sticks, extent });
+    }
+    let slope = (up.growth + down.growth).exp() * (y / up.w) * (rise / -down.w);
+    Ok(Looped { end: Loop::Crosses { beyond_exit, slope, time: up.time + down.time }, extent })
+}
+
+/// Whether a loop leads farther out.
+fn outward(from: f64, end: &Loop) -> bool {
+    matches!(end, Loop::Crosses { beyond_exit, .. } if *beyond_exit > from)
+}
+
+/// The crossing cycles, by growing size. An orbit from the exit point that never sticks tends to the first
+/// of them, if there is any; otherwise it grows without bound.
+///
+/// # Errors
+/// [`Failure`] of one of the loops.
+pub fn crossing_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<CrossingCycle>, Failure> {
+    let unit = oscillator.belt_speed.max(1.0);
+    let mut cycles = Vec::new();
+    let (mut low, mut low_outward) = (0.0, outward(0.0, &crossing_loop(oscillator, 0.0, tolerance)?));
+    for i in DECADES.start() * PER_DECADE..=DECADES.end() * PER_DECADE {
+        let high = unit * 10_f64.powf(f64::from(i) / f64::from(PER_DECADE));
+        let high_outward = outward(high, &crossing_loop(oscillator, high, tolerance)?);
+        if low_outward != high_outward {
+            cycles.extend(cycle_between(oscillator, [low, high], low_outward, tolerance)?);
+        }
+        (low, low_outward) = (high, high_outward);
+    }
+    Ok(cycles)
+}
+
+/// The cycle between two distances beyond the exit point, of which one leads outward and one inward; `None`
+/// if loops change from outward to sticking there without passing through a cycle.
+fn cycle_between(
+    oscillator: &Oscillator,
+    [mut low, mut high]: [f64; 2],
+    low_outward: bool,
+    tolerance: f64,
+) -> Result<Option<CrossingCycle>, Failure> {
+    let mut y = 0.5 * (low + high);
+    for _ in 0..MOST_TRIALS {
+        let here = crossing_loop(oscillator, y, tolerance)?;
+        if outward(y, &here) == low_outward {
+            low = y;
+        } else {
+            high = y;
+        }
+        let newton = match here {
+            Loop::Crosses { beyond_exit, slope, .. } => y + (beyond_exit - y) / (1.0 - slope),
+            Loop::Sticks | Loop::SpiralsInward => f64::NAN,
+        };
+        let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+        let moved = (next - y).abs();
+        y = next;
+        if moved <= 0.1 * tolerance * y || next <= low || next >= high {
+            break;
+        }
+    }
+    let Looped { end, extent } = looped(oscillator, y, tolerance)?;
+    Ok(match end {
+        Loop::Crosses { slope, time, .. } => Some(CrossingCycle {
+            beyond_exit: y,
+            velocity: extent.velocity,
+            displacement: extent.displacement,
+            multiplier: slope,
+            period: time,
+        }),
+        Loop::Sticks | Loop::SpiralsInward => None,
+    })
+}
+
+/// The shape of the stick-slip cycle that `flow` found; `None` if it found none.
+///
+/// # Errors
+/// [`Failure`] of the arcs.
+pub fn stick_slip_cycle(
+    oscillator: &Oscillator,
+    flow: &Flow,
+    tolerance: f64,
+) -> Result<Option<StickSlipCycle>, Failure> {
+    let Fate::Sticks(landing) = flow.fate else {
+        return Ok(None);
+    };
+    let Extent { velocity, displacement } = looped(oscillator, 0.0, tolerance)?.extent;
+    Ok(Some(StickSlipCycle {
+        period: landing.slip_time + landing.stick_time,
+        velocity,
+        // While it sticks the mass moves from the landing to the exit point.
+        displacement: Range {
+            lo: displacement.lo.min(landing.x1),
+            hi: displacement.hi.max(oscillator.exit_x1()),
+        },
+    }))
+}

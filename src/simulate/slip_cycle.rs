@@ -1,0 +1,233 @@
+//! Cycles that slip all the time below the belt line, and what separates the basins.
+//!
+//! The return map P takes a maximum r of x2, 0 < r < V, to the next one. Its fixed points are the slip
+//! cycles; their Floquet multiplier is its slope there. At r = 0 its slope tells the stability of the
+//! equilibrium, at r = V the sign of P(r) - r is that of the grazing margin. Where both the equilibrium and
+//! the stick-slip cycle attract, an unstable slip cycle lies between them: the boundary of their basins.
+//!
+//! **Slope.** The flow stretches areas by exp(integral of D), and passes the section x2' = 0 at the rate
+//! x2'' = -r. Hence P'(r) = (r / P(r)) exp(integral of D along the turn): no derivative of the friction
+//! law is needed. At a fixed point the angles cancel.
+
+use super::arc::{LowerEnd, State, Walk};
+use super::{Failure, Range};
+use crate::filippov::{Oscillator, Side};
+
+/// Radii at which the sign of P(r) - r is looked at. Cycles closer to each other than this grid tells apart
+/// are missed in pairs; a Stribeck law has at most one.
+const RADII: u32 = 32;
+/// Newton steps and bisections that find a fixed point.
+const MOST_TRIALS: u32 = 100;
+
+/// One turn below the belt line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SlipTurn {
+    /// x2 has its next maximum below V.
+    Returns {
+        /// The maximum, P(r).
+        radius: f64,
+        /// P'(r).
+        slope: f64,
+        /// Time of the turn.
+        time: f64,
+    },
+    /// The orbit comes to the belt line.
+    MeetsBelt,
+    /// It creeps into the equilibrium.
+    Rests,
+}
+
+/// A cycle that slips all the time below the belt line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SlipCycle {
+    /// Velocities x2 on it; the upper one is the fixed point of the return map.
+    pub velocity: Range,
+    /// Positions x1 on it.
+    pub displacement: Range,
+    /// Floquet multiplier: it attracts if this is below 1 and repels if it is above.
+    pub multiplier: f64,
+    /// Period.
+    pub period: f64,
+}
+
+impl SlipCycle {
+    /// Whether it attracts.
+    #[must_use]
+    pub fn is_stable(&self) -> bool {
+        self.multiplier < 1.0
+    }
+}
+
+/// Sudden changes of velocity that carry the mass from steady slip, at rest at the equilibrium, onto the
+/// basin boundary: any larger one ends in stick-slip (or in whatever else lies outside).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Kick {
+    /// Along the belt's motion, > 0.
+    pub forward: f64,
+    /// Against it, as a positive number.
+    pub backward: f64,
+}
+
+/// The turn below the belt line that starts at a maximum `radius` of x2, 0 < `radius` <= V, with the error
+/// `tolerance` relative to it.
+///
+/// # Errors
+/// [`Failure`].
+pub fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Result<SlipTurn, Failure> {
+    let mut walk = Walk::new(oscillator, Side::Below, [radius, 0.0], tolerance, radius);
+    Ok(match walk.lower_arc(|_, _, _| ())? {
+        LowerEnd::Turns(end) => {
+            SlipTurn::Returns { radius: end.v, slope: radius / end.v * end.growth.exp(), time: end.time }
+        }
+        LowerEnd::Meets(_) => SlipTurn::MeetsBelt,
+        LowerEnd::Rests => SlipTurn::Rests,
+    })
+}
+
+/// Whether a turn leads outward.
+fn outward(from: f64, turn: &SlipTurn) -> bool {
+    match turn {
+        SlipTurn::Returns { radius, .. } => *radius > from,
+        SlipTurn::MeetsBelt => true,
+        SlipTurn::Rests => false,
+    }
+}
+
+/// The slip cycles, by growing amplitude, located with the relative error `tolerance` of one turn divided by
+/// |1 - multiplier|.
+///
+/// They alternate in stability. The equilibrium's own stability and the turn from the belt line are put in,
+/// so the number found is even or odd as it must be.
+///
+/// # Errors
+/// [`Failure`] of one of the turns.
+pub fn slip_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<SlipCycle>, Failure> {
+    let belt_speed = oscillator.belt_speed;
+    let mut cycles = Vec::new();
+    let (mut low, mut low_outward) = (0.0, !oscillator.eigenvalues().is_stable());
+    for i in 1..=RADII {
+        let high = belt_speed * f64::from(i) / f64::from(RADII);
+        let high_outward = outward(high, &turn(oscillator, high, tolerance)?);
+        if low_outward != high_outward {
+            let radius = fixed_point(oscillator, [low, high], low_outward, tolerance)?;
+            if radius > 0.0 {
+                cycles.push(cycle_at(oscillator, radius, tolerance)?);
+            }
+        }
+        (low, low_outward) = (high, high_outward);
+    }
+    Ok(cycles)
+}
+
+/// The fixed point between two radii; turns lead outward at the lower one or not, and at the higher one the
+/// other way.
+fn fixed_point(
+    oscillator: &Oscillator,
+    [mut low, mut high]: [f64; 2],
+    low_outward: bool,
+    tolerance: f64,
+) -> Result<f64, Failure> {
+    let mut radius = 0.5 * (low + high);
+    for _ in 0..MOST_TRIALS {
+        let here = turn(oscillator, radius, tolerance)?;
+        if outward(radius, &here) == low_outward {
+            low = radius;
+        } else {
+            high = radius;
+        }
+        let newton = match here {
+            SlipTurn::Returns { radius: next, slope, .. } => radius + (next - radius) / (1.0 - slope),
+            SlipTurn::MeetsBelt | SlipTurn::Rests => f64::NAN,
+        };
+        let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+        let moved = (next - radius).abs();
+        radius = next;
+        if moved <= 0.1 * tolerance * radius || next <= low || next >= high {
+            break;
+        }
+    }
+    Ok(radius)
+}
+
+/// Extremes and multiplier of the cycle through (x2, x2') = (`radius`, 0).
+fn cycle_at(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Result<SlipCycle, Failure> {
+    let mut walk = Walk::new(oscillator, Side::Below, [radius, 0.0], tolerance, radius);
+    let mut extent = Extent::new(&walk);
+    let end = walk.lower_arc(|walk, from, to| extent.step(walk, from, to))?;
+    let (LowerEnd::Turns(State { growth, time, .. }) | LowerEnd::Meets(State { growth, time, .. })) = end
+    else {
+        // A cycle does not creep into the equilibrium.
+        return Err(Failure::StepUnderflow);
+    };
+    Ok(SlipCycle {
+        velocity: extent.velocity,
+        displacement: extent.displacement,
+        multiplier: growth.exp(),
+        period: time,
+    })
+}
+
+/// The extremes of x1 and x2 on an orbit, step by step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Extent {
+    pub(super) velocity: Range,
+    pub(super) displacement: Range,
+}
+
+impl Extent {
+    pub(super) fn new(walk: &Walk) -> Self {
+        let mut extent = Self {
+            velocity: Range { lo: f64::INFINITY, hi: f64::NEG_INFINITY },
+            displacement: Range { lo: f64::INFINITY, hi: f64::NEG_INFINITY },
+        };
+        extent.include(walk, &walk.here);
+        extent
+    }
+
+    fn include(&mut self, walk: &Walk, state: &State) {
+        let widen = |range: &mut Range, x: f64| {
+            *range = Range { lo: range.lo.min(x), hi: range.hi.max(x) };
+        };
+        widen(&mut self.velocity, state.v);
+        widen(&mut self.displacement, walk.x1(state));
+    }
+
+    /// Extremes of x2 lie at x2' = 0, those of x1 at x2 = 0; steps are short enough to hold one of each.
+    pub(super) fn step(&mut self, walk: &mut Walk, from: &State, to: &State) {
+        self.include(walk, to);
+        let h = to.time - from.time;
+        if from.w * to.w < 0.0 {
+            let at = walk.locate(from, h, |_, state| state.w);
+            self.include(walk, &at);
+        }
+        if from.v * to.v < 0.0 {
+            let at = walk.locate(from, h, |_, state| state.v);
+            self.include(walk, &at);
+        }
+    }
+}
+
+/// The kicks that carry the equilibrium onto `cycle`: the velocities at which the cycle passes the
+/// equilibrium's x1.
+///
+/// # Errors
+/// [`Failure`].
+pub fn kick_onto(oscillator: &Oscillator, cycle: &SlipCycle, tolerance: f64) -> Result<Kick, Failure> {
+    let radius = cycle.velocity.hi;
+    let rest = oscillator.equilibrium_x1();
+    let mut walk = Walk::new(oscillator, Side::Below, [radius, 0.0], tolerance, radius);
+    let mut kick = Kick { forward: radius, backward: -cycle.velocity.lo };
+    walk.lower_arc(|walk, from, to| {
+        let [before, after] = [from, to].map(|state| walk.x1(state) - rest);
+        if before * after <= 0.0 && before != after {
+            let at = walk.locate(from, to.time - from.time, |walk, state| walk.x1(state) - rest);
+            // x1' = x2: the cycle passes once on the way forward and once on the way back.
+            if at.v > 0.0 {
+                kick.forward = at.v;
+            } else {
+                kick.backward = -at.v;
+            }
+        }
+    })?;
+    Ok(kick)
+}
