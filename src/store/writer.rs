@@ -118,6 +118,7 @@ impl MapWriter {
         seal_attributes(&file).map_err(failed)?;
         drop(datasets);
         file.flush().map_err(failed)?;
+        sys::unlock(&file).map_err(failed)?;
         file.close().map_err(failed)?;
         seal::seal(temporary.path()).map_err(|source| StoreError::io("write", &output, source))?;
         temporary.publish(&output, existing)
