@@ -16,6 +16,7 @@ mod progress;
 mod report;
 mod run;
 mod summary;
+mod work_precision;
 
 use std::io::{self, Write as _};
 use std::process::ExitCode;
@@ -55,6 +56,8 @@ enum Command {
     Report(report::Arguments),
     /// Draw one slice of a map
     Plot(plot::Arguments),
+    /// Chart the speed of every method and engine against its accuracy
+    WorkPrecision(work_precision::Arguments),
     /// Verify a map file: completeness, checksums, schema
     Check(check::Arguments),
 }
@@ -106,6 +109,7 @@ pub fn main() -> ExitCode {
         Command::Probe(arguments) => probe::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),
         Command::Plot(arguments) => plot::run(&arguments),
+        Command::WorkPrecision(arguments) => work_precision::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
     };
     let (code, message) = match result {

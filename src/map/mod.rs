@@ -14,6 +14,6 @@ pub use engine::{ComputeError, Control, MethodSummary, Summary, compute, regime}
 pub use grid::{Axis, AxisRole, Grid, GridError, Tile};
 pub use method::Method;
 pub use plan::{Engine, Field, Plan};
-pub use simulation::Paths;
+pub use simulation::{Paths, decide};
 pub use sink::{MethodCells, Sink, TileData};
 pub use verdict::{Regime, Verdict};
