@@ -541,6 +541,24 @@ fn files_that_are_no_maps_are_called_so() {
     assert!(matches!(error, StoreError::Io { .. }), "{error}");
 }
 
+#[cfg(unix)]
+#[test]
+fn a_map_can_be_read_while_a_process_started_during_its_writing_runs() {
+    // Such a process inherits the open file, and with it the lock.
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("map.h5");
+    let plan = plan([1, 1, 1, 1, 1, 2], 100, &[Field::Verdict]);
+    let writer = MapWriter::create(&path, &plan, &provenance(), Existing::Refuse).unwrap();
+    let mut child = std::process::Command::new("sleep").arg("60").spawn().unwrap();
+    let tile = plan.grid.tile(&plan.tile_shape, 0);
+    writer.write(writer.pack(&tile_data(&plan, tile)).unwrap()).unwrap();
+    writer.finish(&outcome()).unwrap();
+    let opened = MapFile::open(&path);
+    child.kill().unwrap();
+    child.wait().unwrap();
+    opened.unwrap();
+}
+
 #[test]
 fn regimes_and_verdicts_have_the_documented_codes() {
     // The file format promises these numbers to other people's scripts.
