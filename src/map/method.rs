@@ -1,7 +1,7 @@
 //! The methods a map can compare: the closed-form tests, the simulated flow, and the simulations that people
 //! use today.
 
-use crate::certify::{Guarantee, TESTS, Test};
+use crate::certify::{Guarantee, TESTS, Test, validated};
 use crate::simulate::naive::{NaiveKnobs, NaiveMethod};
 
 /// One method of a map.
@@ -25,10 +25,10 @@ impl Method {
     /// Every method, in the order in which maps and tables list them; naive ones with their default knobs.
     pub fn all() -> impl Iterator<Item = Method> {
         let naive = NaiveMethod::ALL.map(|method| Method::Naive(method, NaiveKnobs::default()));
-        Self::usual().chain(naive)
+        Self::usual().chain([Method::Test(&validated::TEST)]).chain(naive)
     }
 
-    /// The methods that are run where none are named: all that are meant to be right.
+    /// The methods that are run where none are named: all that are meant to be right and cost microseconds.
     pub fn usual() -> impl Iterator<Item = Method> {
         TESTS.iter().map(Method::Test).chain([Method::Simulation])
     }
