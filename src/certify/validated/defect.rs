@@ -23,7 +23,7 @@
 //! dF/dy = -D'(s) r cos sin^2 / (1 + D sin cos)^2,    dF/dC = -sin^2 / (1 + D sin cos)^2.
 //! ```
 //!
-//! The circle is cut into cells, one around each sampled angle; in each, all quantities are bounded over the
+//! The circle is cut into cells around every [`STRIDES`]-th sampled angle; in each, all quantities are bounded over the
 //! tube, 1 + k s and 1 + D sin cos from below by positive numbers. That gives upper bounds
 //!
 //! ```text
@@ -53,6 +53,11 @@ use super::interval::Interval;
 const TUBE: f64 = 1e-3;
 /// Half-width of the tube in C.
 const SPAN: f64 = 1e-3;
+
+/// Angles per cell, tried in this order; they divide the sizes of all circles.
+const STRIDES: [usize; 2] = [8, 1];
+/// Exponent in Gronwall's lemma up to which coarse cells are good enough.
+const COARSE_EXPONENT: f64 = 2.0;
 
 /// The groups A, k, b of a column, enclosed.
 #[derive(Clone, Copy, Debug)]
@@ -208,22 +213,33 @@ struct Integrals {
     response_least: Interval,
 }
 
-/// Sums the bounds over the cells; `None` where the tube leaves the domain of the polar form.
-fn integrate(groups: &Groups, seen: &Seen, factors: &Factors, circle: &Circle) -> Option<Integrals> {
+/// Sums the bounds over cells of `stride` sampled angles; `None` where the tube leaves the domain of the
+/// polar form.
+fn integrate(
+    groups: &Groups,
+    seen: &Seen,
+    factors: &Factors,
+    circle: &Circle,
+    stride: usize,
+) -> Option<Integrals> {
     let one = Interval::ONE;
     let Groups { a, k, b } = *groups;
     let twice_b = b + b;
     let size = circle.size();
-    let half_cell = reach(size).hi;
-    let around = Interval::new(-half_cell, half_cell);
+    let half_step = reach(size).hi;
+    let between = Interval::new(-half_step, half_step);
+    let around = between * Interval::of(stride as f64);
     let e_to_the_tube = Interval::ball(1.0, 1.01 * TUBE);
-    let change = around * (Interval::of(seen.slope) * Interval::of(factors.slope));
+    let change = between * (Interval::of(seen.slope) * Interval::of(factors.slope));
     let viscous = seen.viscous + Interval::new(-SPAN, SPAN);
     let residual = Interval::of(seen.defect) * Interval::of(factors.defect);
     let zero = Interval::ZERO;
     let mut sums =
         Integrals { growth: zero, decay: zero, defect: zero, response_most: zero, response_least: zero };
-    for (j, &radius) in seen.radius.iter().enumerate() {
+    for j in (0..size).step_by(stride) {
+        // The angles of the cell; every other one of it is within half a step of them.
+        let angles = (j + size - stride / 2)..=(j + size + stride / 2);
+        let radius = angles.map(|i| seen.radius[i % size]).reduce(Interval::hull).unwrap_or(Interval::WHOLE);
         // Cosine and sine change by at most the angle, their product likewise.
         let (cos, sin) = (circle.cos(j), circle.sin(j));
         let (cos, sin, product) = (cos + around, sin + around, sin * cos + around);
@@ -254,7 +270,7 @@ fn integrate(groups: &Groups, seen: &Seen, factors: &Factors, circle: &Circle) -
         sums.response_most = sums.response_most + Interval::of(response.hi);
         sums.response_least = sums.response_least + Interval::of(response.lo.max(0.0));
     }
-    let width = (Interval::pi() + Interval::pi()).over(Interval::of(size as f64));
+    let width = (Interval::pi() + Interval::pi()).over(Interval::of((size / stride) as f64));
     let Integrals { growth, decay, defect, response_most, response_least } = sums;
     Some(Integrals {
         growth: growth * width,
@@ -273,7 +289,11 @@ pub(super) fn radius_of_proof(
     factors: &Factors,
     circle: &Circle,
 ) -> Option<f64> {
-    let sums = integrate(groups, seen, factors, circle)?;
+    let sums = STRIDES.iter().find_map(|&stride| {
+        let fine = stride == 1;
+        integrate(groups, seen, factors, circle, stride)
+            .filter(|sums| fine || sums.growth.hi + sums.decay.hi < COARSE_EXPONENT)
+    })?;
     let exp = |x: Interval| Interval::of(Interval::exp_bound(x.hi));
     let error = exp(sums.growth) * sums.defect;
     // E / mu; a little more makes the inequality strict.
