@@ -30,6 +30,7 @@ const CHEAP: NaiveKnobs = NaiveKnobs {
     tolerance: 1e-4,
     turns: 2,
     start_pause: 0.1,
+    longest_step: f64::INFINITY,
 };
 
 /// A plan with tiles so small that columns, boxes and blocks all reach across them.

@@ -190,7 +190,7 @@ mod tests {
         fn number(&mut self) -> f64 {
             self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             let bits = self.0 >> 11;
-            if bits % 61 == 0 {
+            if bits.is_multiple_of(61) {
                 return 0.0;
             }
             let exponent = (bits % 121) as i32 - 60;

@@ -58,7 +58,7 @@ impl Flow {
     }
 
     /// e at s = 0 from e = s^2 at `start` < 0; the slip speed is 1 + `sign` s.
-    fn to_axis(&self, start: f64, sign: f64, strips: u32) -> f64 {
+    fn to_axis(self, start: f64, sign: f64, strips: u32) -> f64 {
         let one = Interval::ONE;
         let mut energy = Interval::of(start).square().hi;
         let mut s = start;
@@ -116,7 +116,7 @@ impl Flow {
     }
 
     /// e at the belt line s = 1 from its value at s = 0; `None` if the orbit turns before.
-    fn to_belt(&self, at_axis: f64, strips: u32) -> Option<f64> {
+    fn to_belt(self, at_axis: f64, strips: u32) -> Option<f64> {
         let (mut energy, mut s) = (at_axis, 0.0);
         for i in 1..=strips {
             let tau = f64::from(strips - i) / f64::from(strips);
@@ -152,7 +152,6 @@ fn exit_energy(energy: f64, h: Interval, m: Interval, d: f64) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::certify::landing::speed_bound;
     use crate::certify::test_columns::random_columns;
     use crate::certify::validated::Enclosed;
