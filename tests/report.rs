@@ -370,7 +370,8 @@ fn boundary_errors_and_orders_are_those_of_the_columns() {
                 }
             }
             let found = orders.rows.iter().find(|row| row[0] == Cell::Words(method.into())).unwrap();
-            if medians.len() < 2 {
+            // Distances below the error of c* itself (those of the proved bounds) have no order.
+            if medians.len() < 2 || medians.iter().all(|(_, error)| error.exp() < 1e-9) {
                 assert_eq!(found[1], Cell::Missing);
                 continue;
             }
