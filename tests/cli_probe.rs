@@ -53,8 +53,8 @@ fn json_tells_everything_and_agrees_with_closed_forms() {
         assert_eq!(answer["point"][name], value, "{name}");
     }
     let methods = answer["methods"].as_object().unwrap();
-    let naive = ["smoothed", "stick_band", "fixed_step", "event_step"];
-    assert_eq!(methods.keys().collect::<Vec<_>>(), [METHODS.as_slice(), &naive].concat());
+    let others = ["validated", "smoothed", "stick_band", "fixed_step", "event_step"];
+    assert_eq!(methods.keys().collect::<Vec<_>>(), [METHODS.as_slice(), &others].concat());
     for (name, method) in methods {
         let verdict = method["verdict"].as_str().unwrap();
         assert!(["present", "absent", "undecided", "failed"].contains(&verdict), "{name}");

@@ -17,6 +17,7 @@ mod progress;
 mod report;
 mod run;
 mod summary;
+mod work_precision;
 
 use std::io::{self, Write as _};
 use std::process::ExitCode;
@@ -58,6 +59,8 @@ enum Command {
     Plot(plot::Arguments),
     /// Compare every method with the simulated flow on a grid, and explain each failure
     Failures(failures::Arguments),
+    /// Chart the speed of every method and engine against its accuracy
+    WorkPrecision(work_precision::Arguments),
     /// Verify a map file: completeness, checksums, schema
     Check(check::Arguments),
 }
@@ -110,6 +113,7 @@ pub fn main() -> ExitCode {
         Command::Report(arguments) => report::run(&arguments),
         Command::Plot(arguments) => plot::run(&arguments),
         Command::Failures(arguments) => failures::run(&arguments),
+        Command::WorkPrecision(arguments) => work_precision::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
     };
     let (code, message) = match result {

@@ -2,7 +2,7 @@
 //! use today.
 
 use super::Verdict;
-use crate::certify::{Guarantee, TESTS, Test};
+use crate::certify::{Guarantee, TESTS, Test, validated};
 use crate::filippov::Oscillator;
 use crate::friction::Column;
 use crate::simulate::flow;
@@ -29,10 +29,10 @@ impl Method {
     /// Every method, in the order in which maps and tables list them; naive ones with their default knobs.
     pub fn all() -> impl Iterator<Item = Method> {
         let naive = NaiveMethod::ALL.map(|method| Method::Naive(method, NaiveKnobs::default()));
-        Self::usual().chain(naive)
+        Self::usual().chain([Method::Test(&validated::TEST)]).chain(naive)
     }
 
-    /// The methods that are run where none are named: all that are meant to be right.
+    /// The methods that are run where none are named: all that are meant to be right and cost microseconds.
     pub fn usual() -> impl Iterator<Item = Method> {
         TESTS.iter().map(Method::Test).chain([Method::Simulation])
     }

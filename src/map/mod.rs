@@ -18,6 +18,6 @@ pub use grid::{Axis, AxisRole, Grid, GridError, Tile};
 pub use method::Method;
 pub use plan::{Engine, Field, Plan};
 pub use quantity::{AttractingCycle, Description, Quantity, attracting_cycle, basin_boundary};
-pub use simulation::Paths;
+pub use simulation::{Paths, decide};
 pub use sink::{MethodCells, Sink, TileData};
 pub use verdict::{Regime, Verdict};
