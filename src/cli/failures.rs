@@ -12,6 +12,7 @@ use super::point::{coordinates, probe_line};
 use super::{Ended, Failure, interrupt, progress};
 use crate::config::Job;
 use crate::map::failures::{self, Catalogue, Class, Comparison, Kind, MethodFailures};
+use crate::map::limits::HIGHEST;
 use crate::map::{Grid, Method};
 use crate::simulate::naive::NaiveKnobs;
 
@@ -79,7 +80,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let found = pool.install(|| failures::catalogue(&points, &comparison));
     bar.finish_and_clear();
     let catalogue = found.map_err(|failures::Interrupted| Failure::Interrupted)?;
-    let report = Report { job: &job, catalogue: &catalogue };
+    let report = Report { command: command(arguments), job: &job, catalogue: &catalogue };
     match &arguments.out {
         None => io::stdout().lock().write_all(report.markdown().as_bytes())?,
         Some(folder) => {
@@ -88,6 +89,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         }
     }
     Ok(if catalogue.truth.open > 0 { Ended::Flawed } else { Ended::Fine })
+}
+
+/// The command as it can be given again.
+fn command(arguments: &Arguments) -> String {
+    let mut line = format!("slipmap failures {}", arguments.config.display());
+    for set in &arguments.sets {
+        line.push_str(&format!(" --set '{set}'"));
+    }
+    if let Some(folder) = &arguments.out {
+        line.push_str(&format!(" --out {}", folder.display()));
+    }
+    line
 }
 
 /// Names of the files.
@@ -126,6 +139,8 @@ fn write_files(folder: &Path, report: &Report) -> Result<(), Failure> {
 
 /// What is written.
 struct Report<'a> {
+    /// The command that made it.
+    command: String,
     job: &'a Job,
     catalogue: &'a Catalogue,
 }
@@ -141,6 +156,7 @@ impl Report<'_> {
     fn write_markdown(&self, out: &mut String) -> std::fmt::Result {
         let Catalogue { truth, methods } = self.catalogue;
         writeln!(out, "# {}\n", self.job.title)?;
+        writeln!(out, "Made by `{}`.\n", self.command)?;
         writeln!(out, "{}\n", self.box_in_words())?;
         writeln!(
             out,
@@ -173,24 +189,30 @@ impl Report<'_> {
         writeln!(
             out,
             "\nThe last two columns are the largest distance from a wrong cell to the nearest damping, or epsilon, at which \
-             the simulated verdict changes.\n\n## Classes of failure\n"
+             the simulated verdict changes; cells from which it changes nowhere (in epsilon: nowhere up to {}) are not \
+             counted there.\n\n## Classes of failure\n\n\
+             A mechanism explains a failure if the same method without it does not fail there. The numbers are those of \
+             the theory's section on where methods fail: 1 missed double crossing, 2 start at a tangency, 3 first order \
+             in epsilon, 4 overshoot, 5 nodes, 6 smoothed or stepped sign, 7 degenerate laws.\n",
+            short(HIGHEST)
         )?;
         writeln!(
             out,
-            "| method | failure | mechanism | cells | farthest in c | farthest in epsilon | because |"
+            "| method | failure | mechanism | no. | cells | farthest in c | farthest in epsilon | because |"
         )?;
-        writeln!(out, "| --- | --- | --- | ---: | ---: | ---: | --- |")?;
+        writeln!(out, "| --- | --- | --- | ---: | ---: | ---: | ---: | --- |")?;
         for (method, class) in self.classes() {
             writeln!(
                 out,
-                "| {} | {} | {} | {} | {} | {} | {} |",
+                "| {} | {} | {} | {} | {} | {} | {} | {} |",
                 method.method.name(),
                 class.kind.name().replace('_', " "),
                 class.mechanism.name().replace('_', " "),
+                class.mechanism.number().map_or("-".into(), |number| number.to_string()),
                 count(class.cells),
                 short(class.farthest_c),
                 short(class.farthest_epsilon),
-                class.mechanism.explanation()
+                class.mechanism.explanation().replace('|', "\\|")
             )?;
         }
         writeln!(out, "\n## One cell of each class\n")?;
@@ -258,12 +280,14 @@ impl Report<'_> {
 
     fn classes_csv(&self) -> Result<String, Failure> {
         let law = self.job.plan.grid.law();
-        let mut header = vec!["method", "failure", "mechanism", "cells", "farthest_c", "farthest_epsilon"];
+        let mut header =
+            vec!["method", "failure", "mechanism", "number", "cells", "farthest_c", "farthest_epsilon"];
         header.extend(Grid::axis_names(law));
         header.push("probe");
         let rows = self.classes().map(|(method, class)| {
             let words = [method.method.name(), class.kind.name(), class.mechanism.name()];
             let mut row: Vec<String> = words.map(str::to_owned).into();
+            row.push(class.mechanism.number().map_or(String::new(), |number| number.to_string()));
             row.push(class.cells.to_string());
             row.extend([class.farthest_c, class.farthest_epsilon].map(number));
             row.extend(coordinates(law, &class.example).into_iter().map(|(_, value)| exact(value)));

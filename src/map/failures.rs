@@ -85,7 +85,8 @@ pub struct Class {
     /// The largest distance |c - c'| to the nearest damping c' at which the verdict of the simulated flow
     /// changes; NaN where it changes at none.
     pub farthest_c: f64,
-    /// The same in eps; NaN where it changes at none, and for undecided cells, where it is not looked for.
+    /// The same in eps, up to [`super::limits::HIGHEST`]; NaN where it changes at none, and for undecided cells,
+    /// where it is not looked for.
     pub farthest_epsilon: f64,
     /// The cell of `farthest_c`, or the first cell.
     pub example: Point,
