@@ -75,7 +75,9 @@ fn the_stored_tables_fit_together() {
     let [methods, classes] =
         ["methods", "classes"].map(|name| rows(&repository(&format!("results/failures/{name}.csv"))));
     let names: Vec<&str> = methods.iter().map(|row| row["method"].as_str()).collect();
-    assert_eq!(names, Method::all().map(|method| method.name()).collect::<Vec<_>>());
+    // The catalogue's configuration leaves out the proved verdicts.
+    let listed = Method::all().map(|method| method.name()).filter(|name| *name != "validated");
+    assert_eq!(names, listed.collect::<Vec<_>>());
     let number = |text: &String| text.parse::<u64>().unwrap();
     for method in &methods {
         let mut failures = 0;
@@ -138,8 +140,9 @@ fn a_catalogue_is_made_and_its_lines_hold() {
         .refuses(&["made/failures.md exists already", "--overwrite"]);
     scratch.run(&["failures", "small.toml", "--out", "made", "--overwrite"]).ends_with(0);
     scratch.run(&["failures", "nowhere.toml"]).refuses(&["nowhere.toml", "help: "]);
-    let huge = "grid.c={ from = 0, to = 1, points = 3000000 }";
+    let (long, wide) =
+        ("grid.c={ from = 0, to = 1, points = 1000000 }", "grid.V={ from = 1, to = 2, points = 20 }");
     scratch
-        .run(&["failures", "small.toml", "--set", huge])
+        .run(&["failures", "small.toml", "--set", long, "--set", wide])
         .refuses(&["a catalogue takes at most 10,000,000"]);
 }
