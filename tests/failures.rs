@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 use slipmap::certify::{self, Decision};
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Law};
-use slipmap::map::{Method, Verdict};
+use slipmap::map::Verdict;
 use slipmap::point::{LawParameters, Point};
 use slipmap::simulate::naive::{NaiveKnobs, NaiveMethod, NaiveVerdict};
 use slipmap::simulate::return_map::{Turn, turns_of};
@@ -235,7 +235,7 @@ fn mechanism_6_smoothed_sign() {
     let knobs = NaiveKnobs { turns: 400, tolerance: 1e-9, ..NaiveKnobs::default() };
     assert_eq!(naive(NaiveMethod::Smoothed, &between, knobs), Verdict::Absent);
     assert_eq!(truth(&between), Verdict::Present);
-    let ours = edge(&column, 0.5 * critical, 2.0 * critical, |oscillator| truth_of_margin(oscillator));
+    let ours = edge(&column, 0.5 * critical, 2.0 * critical, truth_of_margin);
     assert!((ours - critical).abs() < 1e-9, "{ours} {critical}");
 }
 
