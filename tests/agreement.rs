@@ -48,11 +48,22 @@ impl Case {
         margins
     }
 
-    /// The largest distance of two margins in units of the sum of their errors.
+    /// The largest distance of two margins or landings in units of the sum of their errors.
     fn discord(&self) -> f64 {
         let margins = self.margins();
         let pairs = margins.iter().flat_map(|a| margins.iter().map(move |b| (a, b)));
-        pairs.map(|(a, b)| if a == b { 0.0 } else { (a.0 - b.0).abs() / (a.1 + b.1) }).fold(0.0, f64::max)
+        let ratios = pairs.map(|(a, b)| if a == b { 0.0 } else { (a.0 - b.0).abs() / (a.1 + b.1) });
+        ratios.fold(self.landing_discord(), f64::max)
+    }
+
+    /// Along the belt line the error of x2 is magnified by the slope at which the orbit meets it: x1 has
+    /// the error V margin_error (1 + V / wL).
+    fn landing_discord(&self) -> f64 {
+        let (Fate::Sticks(one), Fate::Sticks(two)) = (self.direct.fate, self.map.fate) else { return 0.0 };
+        let belt_speed = self.sample.belt_speed;
+        let across = belt_speed * (self.direct.margin_error + self.map.margin_error);
+        let along = across * (1.0 + belt_speed / (self.sample.oscillator().exit_x1() - one.x1));
+        if one.x1 == two.x1 { 0.0 } else { (one.x1 - two.x1).abs() / along }
     }
 
     /// Whether some engine records a margin below its error: then the point is too close to the grazing
@@ -78,7 +89,7 @@ fn kind(fate: &Fate) -> &'static str {
 struct Tally {
     /// Points per pair of fates, of the direct engine and of the return map.
     fates: BTreeMap<(&'static str, &'static str), u64>,
-    /// Points whose margins differ by more than their errors, and by how many errors at worst.
+    /// Points whose margins or landings differ by more than their errors, and by how many errors at worst.
     discords: u64,
     worst_discord: f64,
     /// Points that both claim of presence and of absence are wrong at, per test.
@@ -118,7 +129,7 @@ impl Tally {
         self.judge(!fates.contains(&"failed"), "failed", case);
     }
 
-    /// Margins agree within their errors. These are estimates, and at k = eps gamma V > 15 that of the
+    /// Margins and landings agree within their errors. These are estimates, and at k = eps gamma V > 15 that of the
     /// direct engine is now and then fooled by the steep friction next to the belt line: then both must
     /// agree at a thousandth of the tolerance, and the fooled estimate must not be far off.
     fn judge_margins(&mut self, case: &Case) {
@@ -130,27 +141,18 @@ impl Tally {
         }
     }
 
-    /// Both engines land at the same x1. Along the belt line the error of x2 is magnified by the slope at
-    /// which the orbit meets it: V margin_error (1 + V / wL).
+    /// Landings are on the stick segment, and sticking ends at the exit point.
     fn judge_landings(&mut self, case: &Case) {
         let exit = case.sample.oscillator().exit_x1();
-        let belt_speed = case.sample.belt_speed;
         for flow in [&case.direct, &case.map] {
             if let Fate::Sticks(landing) = flow.fate {
                 let on_segment = exit - 2.0 <= landing.x1 && landing.x1 < exit;
                 self.judge(on_segment && landing.slip_time > 0.0, "landing off the segment", case);
                 // Three roundings of numbers of this size.
                 let rounding = 4.0 * f64::EPSILON * (1.0 + exit.abs() + landing.x1.abs());
-                let leaves_at = landing.x1 + belt_speed * landing.stick_time;
+                let leaves_at = landing.x1 + case.sample.belt_speed * landing.stick_time;
                 self.judge((leaves_at - exit).abs() <= rounding, "stick time", case);
             }
-        }
-        if let (Fate::Sticks(one), Fate::Sticks(two)) = (case.direct.fate, case.map.fate) {
-            let across = belt_speed * (case.direct.margin_error + case.map.margin_error);
-            let along = across * (1.0 + belt_speed / (exit - one.x1));
-            // Where the margins are at odds by some factor, so are the landings.
-            let allowed = along * case.discord().max(1.0);
-            self.judge((one.x1 - two.x1).abs() <= allowed, "landings differ", case);
         }
     }
 
@@ -236,7 +238,9 @@ fn survey(count: u64) -> Tally {
         println!("{points:8}  {direct}, {map}");
     }
     let Tally { discords, worst_discord, .. } = tally;
-    println!("margins differ by more than their errors at {discords}, by {worst_discord:.2} errors at worst");
+    println!(
+        "margins or landings differ by more than their errors at {discords}, by {worst_discord:.2} errors at worst"
+    );
     for (i, test) in TESTS.iter().enumerate() {
         let (presence, absence) = (tally.false_presence[i], tally.false_absence[i]);
         println!("{presence:8} false claims of presence, {absence} of absence: {}", test.name);
