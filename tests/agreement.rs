@@ -12,8 +12,8 @@ use slipmap::simulate::return_map::{Turn, turns_of};
 use slipmap::simulate::{Fate, Flow, Landing, direct, flow};
 use std::collections::BTreeMap;
 use std::convert::Infallible;
-use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
+use std::sync::{Mutex, PoisonError};
 
 /// The tolerance of maps.
 const TOLERANCE: f64 = 1e-9;
@@ -280,7 +280,7 @@ impl Sink for Verdicts {
     }
 
     fn write(&self, verdicts: Vec<i8>) -> Result<(), Infallible> {
-        *self.0.lock().unwrap() = verdicts;
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = verdicts;
         Ok(())
     }
 }
