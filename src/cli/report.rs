@@ -83,7 +83,7 @@ pub(super) fn failure(error: ReportError) -> Failure {
             path.display()
         )),
         ReportError::Format { .. } | ReportError::Choice(_) => Failure::BadInput(error.to_string()),
-        ReportError::Interrupted => Failure::Interrupted,
+        ReportError::Interrupted => Failure::Interrupted(super::NOTHING_LEFT.into()),
         _ => Failure::Broken(error.to_string()),
     }
 }

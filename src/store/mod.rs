@@ -35,8 +35,11 @@
 //!   writing cuts it off.
 
 mod check;
+mod codec;
 mod error;
+mod journal;
 mod pack;
+mod partial;
 mod provenance;
 mod reader;
 mod schema;
@@ -48,8 +51,11 @@ mod writer;
 pub use check::{CheckReport, Problem, check};
 pub use error::StoreError;
 pub use pack::PackedTile;
+pub use partial::{
+    Damage, PackedRecord, Packer, PartialMap, Resumed, is_unfinished, plan_digest, remove_unfinished,
+};
 pub use provenance::{Audit, Outcome, Provenance};
-pub use reader::MapFile;
+pub use reader::{MapFile, SIGNATURE};
 pub use schema::MethodInfo;
 pub use value::Value;
 pub use writer::{Existing, MapWriter};

@@ -63,11 +63,9 @@ fn words<'a>(list: impl IntoIterator<Item = &'a str>) -> Value {
 /// The root attributes known before the run.
 pub(super) fn opening(plan: &Plan, provenance: &Provenance) -> Vec<(String, Value)> {
     let version = env!("CARGO_PKG_VERSION");
-    let date = humantime::format_rfc3339_seconds(std::time::SystemTime::now());
     let attributes: Vec<(&str, Value)> = vec![
         ("Conventions", "CF-1.11".into()),
         ("title", provenance.title.as_str().into()),
-        ("history", format!("{date} slipmap {version}: {}", provenance.command_line).into()),
         ("source", format!("slipmap {version}").into()),
         ("references", REFERENCES.into()),
         ("schema", SCHEMA.into()),
@@ -86,6 +84,12 @@ pub(super) fn opening(plan: &Plan, provenance: &Provenance) -> Vec<(String, Valu
         ("config_sha256", text_digest(&provenance.config_text).into()),
     ];
     attributes.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+}
+
+/// One line of the attribute `history`: when, what, by which command.
+pub(super) fn history(provenance: &Provenance) -> String {
+    let date = humantime::format_rfc3339_seconds(std::time::SystemTime::now());
+    format!("{date} slipmap {}: {}", env!("CARGO_PKG_VERSION"), provenance.command_line)
 }
 
 /// The root attributes known at the end.
