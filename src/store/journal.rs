@@ -354,7 +354,10 @@ mod tests {
         Journal::open(&folder.path().join("map.h5.part")).unwrap()
     }
 
-    fn frames(journal: &mut Journal) -> (Vec<(Kind, Vec<u8>, Vec<u8>)>, Damage) {
+    /// A frame: its kind and its two parts.
+    type Frame = (Kind, Vec<u8>, Vec<u8>);
+
+    fn frames(journal: &mut Journal) -> (Vec<Frame>, Damage) {
         let mut found = Vec::new();
         let damage = journal
             .replay(1 << 20, |kind, a, b| {
@@ -366,7 +369,7 @@ mod tests {
     }
 
     /// Frames of several lengths, some of which contain the magic.
-    fn written(journal: &mut Journal) -> Vec<(Kind, Vec<u8>, Vec<u8>)> {
+    fn written(journal: &mut Journal) -> Vec<Frame> {
         let all: Vec<_> = (0..5u8)
             .map(|i| {
                 let a: Vec<u8> = MAGIC.iter().copied().cycle().take(7 * usize::from(i)).collect();
