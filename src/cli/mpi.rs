@@ -208,11 +208,11 @@ impl Ranks {
         let mut outcome = Ok(());
         let mut at_work = self.count() - 1;
         while at_work > 0 {
-            let Some((message, status)) = world.any_process().immediate_matched_probe() else {
+            let Some(message) = world.any_process().immediate_matched_probe() else {
                 std::thread::sleep(NAP);
                 continue;
             };
-            let (bytes, _) = message.matched_receive_vec::<u8>();
+            let (bytes, status) = message.matched_receive_vec::<u8>();
             if status.tag() == BYE {
                 at_work -= 1;
                 if bytes != [0] && outcome.is_ok() {
