@@ -84,7 +84,10 @@ impl Ranks {
         let (Ok(job), Some((&BEGIN, ahead))) = (job, go.split_first()) else { return Ok(Ended::Fine) };
 
         let (more, tiles) = channel();
-        ahead.iter().filter_map(|&tile| usize::try_from(tile).ok()).for_each(|tile| drop(more.send(tile)));
+        for tile in ahead.iter().filter_map(|&tile| usize::try_from(tile).ok()) {
+            // The other end waits below.
+            let _ = more.send(tile);
+        }
         // Without a tile ahead there is none at all.
         let more = (!ahead.is_empty()).then_some(more);
         let tiles = Mutex::new(tiles);
@@ -126,7 +129,9 @@ impl Ranks {
             }
             let (next, _) = writer.receive_vec_with_tag::<u64>(NEXT);
             match (next.first().and_then(|&tile| usize::try_from(tile).ok()), &more) {
-                (Some(tile), Some(more)) => drop(more.send(tile)),
+                (Some(tile), Some(more)) => {
+                    let _ = more.send(tile);
+                }
                 _ => more = None,
             }
         }
@@ -260,7 +265,7 @@ impl Sink for Outbox {
 
     fn write(&self, packed: PackedRecord, account: &Account) -> Result<(), Infallible> {
         // The receiver lives as long as there is a sender.
-        drop(self.outbox.send(self.packer.to_bytes(&packed, account)));
+        let _ = self.outbox.send(self.packer.to_bytes(&packed, account));
         Ok(())
     }
 }

@@ -440,7 +440,7 @@ fn provenance(job: &Job) -> Provenance {
 }
 
 /// The command as one would type it, word by word.
-fn command_line() -> Vec<String> {
+pub(super) fn command_line() -> Vec<String> {
     let plain = |c: char| c.is_alphanumeric() || "-_./=,:+@%".contains(c);
     let quoted = std::env::args_os().skip(1).map(|argument| {
         let text = argument.to_string_lossy().into_owned();

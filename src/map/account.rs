@@ -112,15 +112,7 @@ mod tests {
         }
         let (margins, critical) = (Vec::new(), Vec::new());
         let methods = vec![MethodCells { method: Method::Simulation, verdicts, margins, critical }];
-        let empty = Vec::new;
-        TileData {
-            tile,
-            methods,
-            regime: Vec::new(),
-            landing_x1: empty(),
-            stick_time: empty(),
-            slip_time: empty(),
-        }
+        TileData { tile, methods, regime: Vec::new(), quantities: Vec::new() }
     }
 
     #[test]

@@ -6,6 +6,7 @@
 //! for a whole column at once.
 
 mod arc;
+mod collocation;
 pub mod critical;
 pub mod crossing;
 pub mod direct;
@@ -16,6 +17,7 @@ pub mod naive;
 mod polar;
 pub mod return_map;
 pub mod slip_cycle;
+mod stepping;
 pub mod surface;
 
 pub use critical::{CriticalDamping, NoCriticalDamping, critical_damping};

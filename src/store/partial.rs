@@ -23,7 +23,7 @@ use super::codec::{Decoder, Encoder};
 use super::error::StoreError;
 use super::journal::{Journal, Kind, Part};
 use super::pack::{self, PackedTile};
-use super::provenance::{self, Outcome, Provenance, text_digest};
+use super::provenance::{self, Outcome, Provenance, fingerprint};
 use super::reader::MapFile;
 use super::schema::Schema;
 use super::seal::{Temporary, beside};
@@ -115,17 +115,16 @@ impl Packer {
 /// Fingerprint of all that the cells of a map depend on: the plan, and the program that computes it.
 #[must_use]
 pub fn plan_digest(plan: &Plan) -> String {
-    let methods: Vec<String> = plan
-        .methods
+    let Plan { grid, methods, fields, engine, tolerance, audit_cells, tile_shape, compression } = plan;
+    let methods: Vec<String> = methods
         .iter()
         .map(|method| match method {
             Method::Test(_) | Method::Simulation => method.name().to_owned(),
             Method::Naive(naive, knobs) => format!("{naive:?} {knobs:?}"),
         })
         .collect();
-    let Plan { grid, fields, engine, tolerance, audit_cells, tile_shape, compression, .. } = plan;
     // The text that Rust gives a number reads back as the same number, so that equal texts are equal plans.
-    text_digest(&format!(
+    fingerprint(&format!(
         "{} {} {grid:?} {methods:?} {fields:?} {engine:?} {tolerance:?} {audit_cells} {tile_shape:?} {compression}",
         env!("CARGO_PKG_VERSION"),
         env!("SLIPMAP_GIT")
