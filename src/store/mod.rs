@@ -27,7 +27,8 @@
 //! # What protects it
 //!
 //! - A map lies under a temporary name, `NAME.part-...`, until it is complete, sealed and on disk. A killed
-//!   run may leave that file; nothing under the map's own name.
+//!   run may leave that file and `NAME.part`, the journal of its finished tiles ([`PartialMap`]); nothing
+//!   under the map's own name.
 //! - `sha256` of a variable: SHA-256 of the concatenated SHA-256s of its tiles, row-major, each over the
 //!   tile's cells (not the padding of its chunk), little-endian, with one bit pattern for NaN. It depends
 //!   neither on the number of threads nor on the compression, and survives copying by other tools.
