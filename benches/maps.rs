@@ -15,7 +15,7 @@ use std::sync::{Mutex, PoisonError};
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use slipmap::friction::Law;
-use slipmap::map::{Control, Engine, Field, Grid, Method, Plan, Sink, TileData, compute};
+use slipmap::map::{Account, Control, Engine, Field, Grid, Method, Plan, Sink, TileData, compute};
 
 fn main() {
     divan::main();
@@ -34,7 +34,7 @@ impl Sink for Verdicts {
         Ok((data.tile.number, simulation.map(|cells| cells.verdicts.clone()).unwrap_or_default()))
     }
 
-    fn write(&self, packed: Self::Packed) -> Result<(), Infallible> {
+    fn write(&self, packed: Self::Packed, _: &Account) -> Result<(), Infallible> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).push(packed);
         Ok(())
     }

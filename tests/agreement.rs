@@ -7,7 +7,9 @@ use rayon::prelude::*;
 use sample::{Random, Sample};
 use slipmap::certify::{Decision, Guarantee, TESTS};
 use slipmap::friction::Law;
-use slipmap::map::{Control, Engine, Field, Grid, Method, Plan, Sink, TileData, Verdict, compute, decide};
+use slipmap::map::{
+    Account, Control, Engine, Field, Grid, Method, Plan, Sink, TileData, Verdict, compute, decide,
+};
 use slipmap::simulate::return_map::{Turn, turns_of};
 use slipmap::simulate::{Fate, Flow, Landing, critical_damping, direct, flow};
 use std::collections::BTreeMap;
@@ -279,7 +281,7 @@ impl Sink for Verdicts {
         Ok(data.methods[0].verdicts.clone())
     }
 
-    fn write(&self, verdicts: Vec<i8>) -> Result<(), Infallible> {
+    fn write(&self, verdicts: Vec<i8>, _: &Account) -> Result<(), Infallible> {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = verdicts;
         Ok(())
     }

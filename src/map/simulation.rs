@@ -80,6 +80,18 @@ impl Paths {
         ]
     }
 
+    /// The counts, in the order of [`Paths::named`].
+    pub fn counts_mut(&mut self) -> [&mut u64; 6] {
+        [
+            &mut self.certificate,
+            &mut self.universal_surface,
+            &mut self.critical_surface,
+            &mut self.order,
+            &mut self.return_map,
+            &mut self.direct,
+        ]
+    }
+
     pub(super) fn add(&mut self, other: &Paths) {
         self.certificate += other.certificate;
         self.universal_surface += other.universal_surface;
