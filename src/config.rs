@@ -3,7 +3,10 @@
 //! ```toml
 //! title = "..."                        # default: the file's name
 //! [friction]
-//! law = "stribeck"                     # default
+//! law = "stribeck"                     # default; or exponential, lorentzian, expression, table
+//! phi = "mu + (1 - mu)*exp(-u/vs)"     # of law = "expression": u, eps, and names that become axes
+//! file = "measured.csv"                # of law = "table": slip speed and friction; seen from this file
+//! static = 1.0                         # default; friction at u = 0 of these two, which divides them
 //! [grid]                               # every axis of the law; a number, a list, or a range
 //! epsilon = [0.01, 0.1]
 //! alpha = { from = 0.0, to = 0.9, points = 32 }
@@ -34,10 +37,12 @@
 //! one in force, with overrides applied and comments kept.
 
 mod axis;
+mod law;
 mod source;
 
 use std::path::{Path, PathBuf};
 
+pub use law::{point_into, read_table};
 pub use source::ConfigError;
 use source::{Node, Section, Source};
 
@@ -85,10 +90,9 @@ impl Job {
         let source = Source::load(file, sets)?;
         let root = source.root();
         let friction = root.section("friction")?;
-        let law = match friction.get("law") {
-            None => Law::Stribeck,
-            Some(node) => choice(&node, &Law::ALL.map(|law| (law.name(), law)), "law")?,
-        };
+        let folder = file.parent().unwrap_or(Path::new(""));
+        let law = law::read(&friction, folder)?;
+        law::check_symbols(law, &friction, &root.section("grid")?)?;
         check_keys(&root, law)?;
 
         let stem = file.file_stem().map_or_else(|| "map".into(), |stem| stem.to_string_lossy().into_owned());
@@ -98,6 +102,7 @@ impl Job {
         };
 
         let grid = grid(&root.section("grid")?, law)?;
+        law::check_range(&friction, &grid)?;
 
         let methods = root.section("methods")?;
         let methods: Vec<Method> = match methods.get("run") {
@@ -160,7 +165,7 @@ impl Job {
 /// The keys of each section of a configuration for `law`; `None` is the top level.
 fn schema(law: Law) -> Vec<(Option<&'static str>, Vec<&'static str>)> {
     let sections = vec![
-        ("friction", vec!["law"]),
+        ("friction", law::KEYS.to_vec()),
         ("grid", Grid::axis_names(law)),
         ("methods", vec!["run"]),
         ("simulation", vec!["engine", "tolerance"]),

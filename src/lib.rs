@@ -8,6 +8,7 @@ pub mod cli;
 pub mod config;
 pub mod filippov;
 pub mod friction;
+pub mod machine;
 pub mod map;
 pub mod point;
 #[cfg(feature = "report")]

@@ -6,10 +6,11 @@ use super::output::{short, signed};
 use super::point::coordinates;
 use crate::certify::{Claim, Decision};
 use crate::filippov::{Eigenvalues, Oscillator};
-use crate::friction::Law;
+use crate::friction::{Column, Law};
 use crate::map::{self, Method, Regime, Verdict};
 use crate::point::Point;
 use crate::simulate::naive::NaiveVerdict;
+use crate::simulate::slip_cycle::{SlipCycle, slip_cycles};
 use crate::simulate::{self, CriticalDamping, Fate, Flow, Landing, NoCriticalDamping};
 
 /// What one method says.
@@ -58,7 +59,7 @@ impl Answer {
         let critical = simulate::critical_damping(&column, tolerance);
         let methods = methods
             .map(|method| match method {
-                Method::Test(test) => of_test(method, &(test.claim)(&column), point.damping),
+                Method::Test(test) => of_test(method, &(test.claim)(&column), &column, point.damping),
                 Method::Simulation => of_simulation(&flow, &critical),
                 Method::Naive(naive, knobs) => of_naive(method, naive.decide(&oscillator, &knobs).verdict),
             })
@@ -70,6 +71,11 @@ impl Answer {
     /// Where and when the orbit sticks, if it does.
     pub(super) fn landing(&self) -> Option<Landing> {
         landing(&self.flow)
+    }
+
+    /// The cycles that slip all the time below the belt line.
+    pub(super) fn slip_cycles(&self) -> Result<Vec<SlipCycle>, simulate::Failure> {
+        slip_cycles(&self.oscillator, self.tolerance)
     }
 
     /// Everything, for `--json`, with the flow of the second engine.
@@ -110,6 +116,7 @@ impl Answer {
             "flow": { "return_map": flow_json(&self.flow), "direct": flow_json(direct) },
             "critical_c": critical,
             "regime": self.regime.name(),
+            "slip_cycles": self.slip_cycles().ok().map(|cycles| cycles.iter().map(cycle_json).collect::<Vec<_>>()),
             "equilibrium": {
                 "x1": oscillator.equilibrium_x1(),
                 "x2": 0.0,
@@ -129,10 +136,14 @@ impl Answer {
 }
 
 /// What a closed-form test says.
-fn of_test(method: Method, claim: &Claim, c: f64) -> MethodAnswer {
+fn of_test(method: Method, claim: &Claim, column: &Column, c: f64) -> MethodAnswer {
     let decision = claim.decide(c);
     let edge = claim.present_below;
-    let reason = (decision == Decision::Undecided).then(|| why_undecided(claim, c));
+    let reason =
+        (decision == Decision::Undecided).then(|| match column.curve.first_order(column.belt_speed) {
+            Err(why) if *claim == Claim::NOTHING => why.to_string(),
+            _ => why_undecided(claim, c),
+        });
     MethodAnswer {
         method,
         verdict: decision.into(),
@@ -145,9 +156,6 @@ fn of_test(method: Method, claim: &Claim, c: f64) -> MethodAnswer {
 /// Why a claim says nothing at damping `c`.
 fn why_undecided(claim: &Claim, c: f64) -> String {
     let Claim { sticks_from, present_below, absent_above } = *claim;
-    if *claim == Claim::NOTHING {
-        return "the test does not apply to this law".into();
-    }
     if c < present_below && c < sticks_from {
         let from = match sticks_from.is_finite() {
             true => format!("c >= {} would rule that out", short(sticks_from)),
@@ -250,7 +258,21 @@ pub(super) fn regime_words(regime: Regime) -> &'static str {
         Regime::PureSlip => "a cycle that slips all the time below the belt line",
         Regime::Crossing => "a cycle that crosses the belt line and never sticks",
         Regime::Failed => "not determined",
+        Regime::PureSlipAndStickSlip => {
+            "a cycle that slips all the time and the stick-slip cycle both attract"
+        }
+        Regime::PureSlipAndEquilibrium => "a cycle that slips all the time and the equilibrium both attract",
     }
+}
+
+fn cycle_json(cycle: &SlipCycle) -> Value {
+    json!({
+        "x1": [cycle.displacement.lo, cycle.displacement.hi],
+        "x2": [cycle.velocity.lo, cycle.velocity.hi],
+        "multiplier": cycle.multiplier,
+        "period": cycle.period,
+        "stable": cycle.is_stable(),
+    })
 }
 
 fn flow_json(flow: &Flow) -> Value {

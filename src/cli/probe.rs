@@ -7,15 +7,15 @@ use clap::Args;
 
 use super::answer::{self, Answer};
 use super::output::{Align, Table, count, exact, json, short, signed};
-use super::point::{PointArguments, coordinates, parse_law};
+use super::point::{LawArguments, PointArguments, coordinates};
 use super::report::{existing, failure};
 use super::{Ended, Failure, probe_table};
 use crate::config::{DEFAULT_TOLERANCE, check_tolerance};
 use crate::filippov::Eigenvalues;
-use crate::friction::Law;
 use crate::map::Method;
 use crate::report::figure::{self, Width};
 use crate::report::write_figure;
+use crate::simulate::slip_cycle::none_proved;
 use crate::simulate::{self, Flow};
 
 /// Ask every method about one point, or about each row of a table.
@@ -24,9 +24,8 @@ use crate::simulate::{self, Flow};
 pub(super) struct Arguments {
     #[command(flatten)]
     point: PointArguments,
-    /// Friction law
-    #[arg(long, value_parser = parse_law, default_value = Law::ALL[0].name())]
-    law: Law,
+    #[command(flatten)]
+    law: LawArguments,
     /// Bound on the error of the scaled grazing margin m / V that the simulation aims at [default: 1e-9]
     #[arg(long, value_name = "NUMBER", value_parser = parse_tolerance)]
     tolerance: Option<f64>,
@@ -58,6 +57,8 @@ const EXAMPLES: &str = "\
 Examples:
   slipmap probe --epsilon 0.1 --alpha 0.3 --beta 0.1 --gamma 2 --V 1 --c 0.5
   slipmap probe --epsilon 0.1 --alpha 0.3 --beta 0.1 --gamma 2 --V 1 --c 0.5 --figure portrait.svg
+  slipmap probe --law lorentzian --epsilon 1 --mu 0.5 --vs 1 --eta 0 --V 0.6 --c 0.2
+  slipmap probe --phi 'mu + (1 - mu)*exp(-u/vs)' --epsilon 1 --set mu=0.5 --set vs=1 --V 0.6 --c 0.1
   slipmap probe --points points.csv --out answers.csv
 
 A table with the header epsilon,alpha,beta,gamma,V,c (and any other columns) gains the columns
@@ -72,6 +73,7 @@ fn parse_tolerance(text: &str) -> Result<f64, String> {
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let tolerance = arguments.tolerance.unwrap_or(DEFAULT_TOLERANCE);
+    let law = arguments.law.law()?;
     if let (Some(input), Some(output)) = (&arguments.points, &arguments.out) {
         if !arguments.point.is_empty() {
             return Err(Failure::BadInput(
@@ -83,18 +85,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
             input,
             output,
             overwrite: arguments.overwrite,
-            law: arguments.law,
+            law,
             tolerance,
             threads: arguments.threads.map(usize::from),
             quiet: arguments.quiet,
         });
     }
-    let point = arguments.point.point(arguments.law)?;
+    let point = arguments.point.point(law)?;
     if let Some(path) = &arguments.figure {
-        let (scene, caption) = figure::portrait(arguments.law, &point, Width::OneColumn);
+        let (scene, caption) = figure::portrait(law, &point, Width::OneColumn);
         write_figure(&scene, &caption, path, existing(arguments.overwrite)).map_err(failure)?;
     }
-    let answer = Answer::of(arguments.law, &point, tolerance, Method::all());
+    let answer = Answer::of(law, &point, tolerance, Method::all());
     let direct = simulate::direct::flow(&answer.oscillator, tolerance);
     if arguments.json {
         json(&answer.json(&direct))?;
@@ -204,6 +206,30 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         ),
     );
     line("exit point", format!("({}, {belt})", short(oscillator.exit_x1())));
+    match answer.slip_cycles() {
+        Err(failure) => line("slip cycles", format!("not determined: {failure}")),
+        Ok(cycles) if cycles.is_empty() && none_proved(oscillator) => {
+            line("slip cycles", "none: the even part of the divergence has one sign (proved)".into());
+        }
+        Ok(cycles) if cycles.is_empty() => line("slip cycles", "none found".into()),
+        Ok(cycles) => {
+            for cycle in &cycles {
+                let amplitude = 0.5 * (cycle.displacement.hi - cycle.displacement.lo);
+                line(
+                    "slip cycle",
+                    format!(
+                        "{}, amplitude {}, {} <= x2 <= {}, multiplier {}, period {}",
+                        if cycle.is_stable() { "attracts" } else { "repels" },
+                        short(amplitude),
+                        short(cycle.velocity.lo),
+                        short(cycle.velocity.hi),
+                        short(cycle.multiplier),
+                        short(cycle.period)
+                    ),
+                );
+            }
+        }
+    }
     match answer.landing() {
         None => line("stick-slip cycle", "none".into()),
         Some(landing) => {

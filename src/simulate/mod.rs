@@ -11,6 +11,7 @@ pub mod crossing;
 pub mod direct;
 mod dop853;
 mod dynamics;
+mod general;
 mod landing;
 pub mod naive;
 mod polar;

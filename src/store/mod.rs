@@ -10,7 +10,7 @@
 //! | `verdict_METHOD` | `i8` | -1 absent, 0 undecided, 1 present, 2 failed, 3 not computed |
 //! | `margin_METHOD` | `f64` | margin of the verdict |
 //! | `critical_c_METHOD` | `f64` | critical damping, without the axis c; NaN where there is none |
-//! | `regime` | `i8` | 0 equilibrium, 1 stick-slip, 2 bistable, 3 pure slip, 4 crossing, 5 failed |
+//! | `regime` | `i8` | 0 equilibrium, 1 stick-slip, 2 bistable, 3 pure slip, 4 crossing, 5 failed, 6 pure slip and stick-slip, 7 pure slip and equilibrium |
 //! | `landing_x1`, `stick_time`, `slip_time` | `f64` | the stick-slip cycle; NaN where there is none |
 //!
 //! each with `long_name` and `units`, those of a method with its `guarantee` and `equation`, those of codes
