@@ -12,6 +12,10 @@
 //! alpha = { from = 0.0, to = 0.9, points = 32 }
 //! gamma = { from = 0.1, to = 10.0, points = 32, spacing = "log" }
 //! # beta, V and c likewise
+//! [machine]                            # instead of [grid]: SI units, see [`crate::machine`]
+//! mass = 2.0                           # also stiffness, normal_force, static_friction, kinetic_friction,
+//! belt_speed = { from = 0.05, to = 1.0, points = 40 } # stribeck_velocity, strengthening (default 0); belt_speed
+//! damping = [2.0, 5.0, 10.0]           # and damping may be lists or ranges
 //! [methods]
 //! run = ["perturbation", "simulation"] # default: all but smoothed, stick_band, fixed_step, event_step
 //! [naive]                              # choices of these four, see [`NaiveKnobs`]
@@ -38,15 +42,18 @@
 
 mod axis;
 mod law;
+mod machine;
 mod source;
 
 use std::path::{Path, PathBuf};
 
 pub use law::{point_into, read_table};
+pub use machine::{MachineJob, load_machine};
 pub use source::ConfigError;
 use source::{Node, Section, Source};
 
 use crate::friction::Law;
+use crate::machine::Machine;
 use crate::map::{Engine, Field, Grid, GridError, Method, Plan};
 use crate::simulate::naive::NaiveKnobs;
 
@@ -73,6 +80,8 @@ pub struct Job {
     pub plan: Plan,
     /// Title of the map.
     pub title: String,
+    /// The machine that the grid is about, at its first belt speed and damping.
+    pub machine: Option<Machine>,
     /// The configuration file.
     pub config_file: PathBuf,
     /// The configuration in force, overrides applied.
@@ -92,7 +101,6 @@ impl Job {
         let friction = root.section("friction")?;
         let folder = file.parent().unwrap_or(Path::new(""));
         let law = law::read(&friction, folder)?;
-        law::check_symbols(law, &friction, &root.section("grid")?)?;
         check_keys(&root, law)?;
 
         let stem = file.file_stem().map_or_else(|| "map".into(), |stem| stem.to_string_lossy().into_owned());
@@ -101,7 +109,21 @@ impl Job {
             Some(node) => line(&node)?.to_owned(),
         };
 
-        let grid = grid(&root.section("grid")?, law)?;
+        let (axes, machine) = (root.section("grid")?, root.section("machine")?);
+        let (grid, machine) = match (axes.is_present(), machine.is_present()) {
+            (true, true) => {
+                let remedy = "give the axes in [grid] or the machine in [machine], and leave the other out";
+                return Err(root.unknown("machine", remedy.into()));
+            }
+            (false, true) => {
+                let job = machine::read(&machine, law)?;
+                (machine::grid(&machine, &job)?, Some(job.machine))
+            }
+            (_, false) => {
+                law::check_symbols(law, &friction, &axes)?;
+                (grid(&axes, law)?, None)
+            }
+        };
         law::check_range(&friction, &grid)?;
 
         let methods = root.section("methods")?;
@@ -155,6 +177,7 @@ impl Job {
         Ok(Job {
             plan,
             title,
+            machine,
             config_file: source.file().to_owned(),
             config_text: source.text(),
             output: path,
@@ -167,6 +190,7 @@ fn schema(law: Law) -> Vec<(Option<&'static str>, Vec<&'static str>)> {
     let sections = vec![
         ("friction", law::KEYS.to_vec()),
         ("grid", Grid::axis_names(law)),
+        ("machine", machine::KEYS.to_vec()),
         ("methods", vec!["run"]),
         ("simulation", vec!["engine", "tolerance"]),
         ("naive", NAIVE_KEYS.to_vec()),

@@ -66,7 +66,44 @@ pub struct Units {
     pub damping: f64,
 }
 
+/// Name of the attribute in which a map keeps its machine, as [`Machine::to_array`].
+pub const SI_ATTRIBUTE: &str = "machine_si";
+
 impl Machine {
+    /// All quantities in the order of the fields.
+    #[must_use]
+    pub fn to_array(&self) -> [f64; 9] {
+        [
+            self.mass,
+            self.stiffness,
+            self.damping,
+            self.normal_force,
+            self.static_friction,
+            self.kinetic_friction,
+            self.stribeck_velocity,
+            self.strengthening,
+            self.belt_speed,
+        ]
+    }
+
+    /// The machine of such an array.
+    #[must_use]
+    pub fn from_array(numbers: [f64; 9]) -> Self {
+        let [mass, stiffness, damping, normal_force, static_friction, kinetic_friction, rest @ ..] = numbers;
+        let [stribeck_velocity, strengthening, belt_speed] = rest;
+        Self {
+            mass,
+            stiffness,
+            damping,
+            normal_force,
+            static_friction,
+            kinetic_friction,
+            stribeck_velocity,
+            strengthening,
+            belt_speed,
+        }
+    }
+
     /// The units in which it is measured.
     #[must_use]
     pub fn units(&self) -> Units {

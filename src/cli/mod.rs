@@ -7,6 +7,7 @@ mod answer;
 mod check;
 mod estimate;
 mod interrupt;
+mod machine;
 mod output;
 mod plot;
 mod point;

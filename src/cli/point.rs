@@ -109,6 +109,11 @@ fn parse_setting(text: &str) -> Result<(String, f64), String> {
 }
 
 impl PointArguments {
+    /// What was given.
+    pub(super) fn given(&self) -> &[(String, f64)] {
+        &self.given
+    }
+
     /// Whether any parameter was given.
     pub(super) fn is_empty(&self) -> bool {
         self.given.is_empty()

@@ -12,6 +12,7 @@ use super::report::{existing, failure};
 use super::{Ended, Failure, probe_table};
 use crate::config::{DEFAULT_TOLERANCE, check_tolerance};
 use crate::filippov::Eigenvalues;
+use crate::machine::behaviour;
 use crate::map::Method;
 use crate::report::figure::{self, Width};
 use crate::report::write_figure;
@@ -26,6 +27,10 @@ pub(super) struct Arguments {
     point: PointArguments,
     #[command(flatten)]
     law: LawArguments,
+    /// The machine in SI units described in the tables [machine] and [friction] of a configuration, in place of
+    /// the point; --set belt_speed=.. and --set damping=.. choose others than the file's
+    #[arg(long, value_name = "FILE.toml", conflicts_with_all = ["points", "law", "phi", "table"])]
+    machine: Option<PathBuf>,
     /// Bound on the error of the scaled grazing margin m / V that the simulation aims at [default: 1e-9]
     #[arg(long, value_name = "NUMBER", value_parser = parse_tolerance)]
     tolerance: Option<f64>,
@@ -59,6 +64,7 @@ Examples:
   slipmap probe --epsilon 0.1 --alpha 0.3 --beta 0.1 --gamma 2 --V 1 --c 0.5 --figure portrait.svg
   slipmap probe --law lorentzian --epsilon 1 --mu 0.5 --vs 1 --eta 0 --V 0.6 --c 0.2
   slipmap probe --phi 'mu + (1 - mu)*exp(-u/vs)' --epsilon 1 --set mu=0.5 --set vs=1 --V 0.6 --c 0.1
+  slipmap probe --machine configs/brake_pad.toml --set belt_speed=0.05
   slipmap probe --points points.csv --out answers.csv
 
 A table with the header epsilon,alpha,beta,gamma,V,c (and any other columns) gains the columns
@@ -73,7 +79,9 @@ fn parse_tolerance(text: &str) -> Result<f64, String> {
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let tolerance = arguments.tolerance.unwrap_or(DEFAULT_TOLERANCE);
-    let law = arguments.law.law()?;
+    let machine =
+        arguments.machine.as_ref().map(|file| super::machine::load(file, &arguments.point)).transpose()?;
+    let law = machine.map_or_else(|| arguments.law.law(), |(law, _)| Ok(law))?;
     if let (Some(input), Some(output)) = (&arguments.points, &arguments.out) {
         if !arguments.point.is_empty() {
             return Err(Failure::BadInput(
@@ -91,17 +99,29 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
             quiet: arguments.quiet,
         });
     }
-    let point = arguments.point.point(law)?;
+    let point = match machine.and_then(|(law, machine)| machine.point(law)) {
+        Some(point) => point,
+        None => arguments.point.point(law)?,
+    };
     if let Some(path) = &arguments.figure {
         let (scene, caption) = figure::portrait(law, &point, Width::OneColumn);
         write_figure(&scene, &caption, path, existing(arguments.overwrite)).map_err(failure)?;
     }
     let answer = Answer::of(law, &point, tolerance, Method::all());
     let direct = simulate::direct::flow(&answer.oscillator, tolerance);
+    let behaviour = machine.and_then(|(law, machine)| Some((machine, behaviour(&machine, law, tolerance)?)));
     if arguments.json {
-        json(&answer.json(&direct))?;
+        let mut whole = answer.json(&direct);
+        if let Some((machine, behaviour)) = &behaviour {
+            whole["machine"] = super::machine::json(machine, behaviour);
+        }
+        json(&whole)?;
     } else {
-        write(&mut io::stdout().lock(), &answer, &direct)?;
+        let mut out = io::stdout().lock();
+        write(&mut out, &answer, &direct)?;
+        if let Some((machine, behaviour)) = &behaviour {
+            super::machine::write(&mut out, machine, behaviour)?;
+        }
     }
     Ok(Ended::Fine)
 }

@@ -10,9 +10,10 @@ use super::output::{bytes, count};
 use super::summary::{self, Report};
 use super::{Ended, Failure, estimate, interrupt, progress, say};
 use crate::config::Job;
+use crate::machine::SI_ATTRIBUTE;
 use crate::map::{self, ComputeError, Control, Grid, Method, Sink, Summary, TileData, Verdict};
 use crate::point::Point;
-use crate::store::{self, Existing, MapWriter, Outcome, Provenance, StoreError};
+use crate::store::{self, Existing, MapWriter, Outcome, Provenance, StoreError, Value};
 
 /// Compute a map from a configuration file.
 #[derive(Debug, Args)]
@@ -232,6 +233,10 @@ fn outcome(job: &Job, summary: &Summary) -> Outcome {
                 ("audit_seconds".to_owned(), summary.audit_seconds.into()),
                 ("pack_seconds".to_owned(), summary.pack_seconds.into()),
             ])
+            .chain(
+                job.machine
+                    .map(|machine| (SI_ATTRIBUTE.to_owned(), Value::Reals(machine.to_array().to_vec()))),
+            )
             .collect(),
     }
 }
