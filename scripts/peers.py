@@ -1,6 +1,7 @@
 """Other people's integrators on this project's question: the grazing margin m/V of many cells, at equal accuracy.
 
-Called by scripts/peers. Every peer answers the same random cells of the box below; its tolerance is the loosest of a
+Called by scripts/peers. With --cells-from, peers answer the cells of `slipmap work-precision` at several tolerances, and
+the result is for its chart; the rest of this text is about the table made without it. Every peer answers the same random cells of the box below; its tolerance is the loosest of a
 ladder at which the largest error over its cells is at most `TARGET`, so that times compare at equal accuracy.
 Errors are against the (v, w) flow in 100-bit Taylor arithmetic (flow.py), good to 1e-18 here. Times are processor
 time of one thread, the least of a few passes; compiling, reading and writing are not counted. Slow peers take fewer
@@ -11,6 +12,7 @@ with verdicts alone: if none is wrong) and no cell went unanswered.
 import argparse
 import csv
 import datetime
+import hashlib
 import os
 import random
 import re
@@ -27,11 +29,13 @@ from flow import Accuracy, Point, follow
 ROOT = Path(__file__).resolve().parent.parent
 TARGET = 1e-9
 LADDER = [10.0 ** (-k / 2) for k in range(10, 28)]
+CHART = [1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-13]
 REFERENCE = Accuracy(bits=100, order=24, tolerance="1e-20", cap="0.4")
 BOX = "eps 0.05, alpha [0,1], beta [0,0.5], gamma [0,4], c [0,1], V [0.2,1.5]"
 COLUMNS = [
     "peer", "version", "form", "tolerance", "lanes", "cells", "seconds_per_cell", "rhs_per_cell",
-    "median_error", "max_error", "wrong_verdicts", "no_answer", "plausible", "note",
+    "median_error", "max_error", "wrong_verdicts", "no_answer", "plausible", "near_cells", "near_wrong",
+    "near_no_answer", "note",
 ]  # fmt: skip
 
 
@@ -40,6 +44,15 @@ def draw_cells(count):
     rng = random.Random(20260414)
     draw = lambda: [0.05, rng.random(), 0.5 * rng.random(), 4 * rng.random(), rng.random(), 0.2 + 1.3 * rng.random()]
     return np.array([draw() for _ in range(count)])
+
+
+def read_cells(path):
+    """The cells of `slipmap work-precision`, which of them lie next to the boundary, and the table's fingerprint."""
+    text = path.read_bytes()
+    rows = list(csv.DictReader(text.decode().splitlines()))
+    names = ("epsilon", "alpha", "beta", "gamma", "c", "V")
+    cells = np.array([[float(row[name]) for name in names] for row in rows])
+    return cells, np.array([row["near"] == "1" for row in rows]), hashlib.sha256(text).hexdigest()
 
 
 def reference_margins(cells):
@@ -217,7 +230,7 @@ def calibrate(peer, cells, exact):
     return LADDER[-1], "misses the target at every tolerance"
 
 
-def measure(peer, cells, exact, tolerance=None, note=""):
+def measure(peer, cells, exact, tolerance=None, note="", near=None):
     verdict_only = isinstance(peer, ScipyVerdict)
     if tolerance is None:
         tolerance, said = calibrate(peer, cells, exact)
@@ -236,6 +249,7 @@ def measure(peer, cells, exact, tolerance=None, note=""):
         package_version = crate_version(peer.package)
     else:
         package_version = version(peer.package)
+    near = np.zeros(len(cells), bool) if near is None else near
     return {
         "peer": peer.name,
         "version": package_version,
@@ -250,6 +264,9 @@ def measure(peer, cells, exact, tolerance=None, note=""):
         "wrong_verdicts": wrong,
         "no_answer": missing,
         "plausible": "yes" if plausible else "NO",
+        "near_cells": int(np.sum(near)),
+        "near_wrong": int(np.sum(near & answered & ((margins > 0) != (exact > 0)))),
+        "near_no_answer": int(np.sum(near & ~answered)),
         "note": note,
     }
 
@@ -279,25 +296,41 @@ def own_rows(cells, exact):
         return []
 
 
-def own_chart(date):
-    """Runs our own `slipmap work-precision` on a grid of the same box, where the program has that command. It makes
-    its own chart and files, under results/; nothing of it enters the table."""
-    program = ROOT / "target/release/slipmap"
-    probe = program.exists() and subprocess.run([program, "work-precision", "--help"], capture_output=True, text=True)
-    if not probe or probe.returncode != 0 or "work-precision" not in probe.stdout:
-        print("slipmap work-precision: not available, skipped", file=sys.stderr)
-        return
-    axis = lambda lo, hi: f"{{ from = {lo}, to = {hi}, points = 4 }}"
-    config = ROOT / "target/peers.toml"
-    config.write_text(
-        'title = "box of scripts/peers"\n[friction]\nlaw = "stribeck"\n[grid]\nepsilon = 0.05\n'
-        f"alpha = {axis(0.0, 1.0)}\nbeta = {axis(0.0, 0.5)}\ngamma = {axis(0.0, 4.0)}\n"
-        f"V = {axis(0.2, 1.5)}\nc = {axis(0.0, 1.0)}\n"
-    )
-    out = ROOT / f"results/peers-{date}-work-precision"
-    ran = subprocess.run([program, "work-precision", config, "--out", out])
-    if ran.returncode != 0:
-        print(f"slipmap work-precision: exit code {ran.returncode}", file=sys.stderr)
+def table_rows(cells, exact):
+    """Every peer at the loosest tolerance that meets the target."""
+    few = max(len(cells) // 16, 1)
+    rows = heyoka_rows(cells, exact)
+    verner = Crate("differential-equations", "(x1,x2), Verner 6(5) + event")
+    rows.append(measure(verner, cells, exact))
+    scalar = Crate("differential-equations", "scalar, DOP853", program_name="differential-equations-scalar")
+    rows.append(measure(scalar, cells, exact))
+    rows.append(measure(Crate("diffsol", "(x1,x2), TSIT45 + root"), cells, exact))
+    rows.append(measure(Crate("ode_solvers", "scalar, DOPRI5"), cells, exact))
+    rows.append(measure(ScipyMargin(), cells[:few], exact[:few]))
+    rows.append(measure(ScipyVerdict(), cells[:few], exact[:few], 1e-9, "tolerance fixed"))
+    return rows + own_rows(cells, exact)
+
+
+def chart_rows(cells, exact, near):
+    """Every peer over its tolerance. A peer that breaks down at one is left out there."""
+    import heyoka as hy
+
+    few = min(len(cells), 256)
+    everyone = [
+        (Heyoka(4 * hy.recommended_simd_size()), len(cells)),
+        (Crate("differential-equations", "(x1,x2), Verner 6(5) + event"), len(cells)),
+        (Crate("differential-equations", "scalar, DOP853", program_name="differential-equations-scalar"), len(cells)),
+        (Crate("diffsol", "(x1,x2), TSIT45 + root"), len(cells)),
+        (Crate("ode_solvers", "scalar, DOPRI5"), len(cells)),
+        (ScipyMargin(), few),
+        (ScipyVerdict(), few),
+    ]
+    for peer, count in everyone:
+        for tolerance in CHART:
+            try:
+                yield measure(peer, cells[:count], exact[:count], tolerance, near=near[:count])
+            except (subprocess.CalledProcessError, ValueError) as error:
+                print(f"{peer.name} at {tolerance}: {error}", file=sys.stderr)
 
 
 def show(rows):
@@ -316,37 +349,34 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--cells", type=int, default=4096, help="cells for the fast peers; the slow take a fraction")
     parser.add_argument("--date", default=datetime.date.today().isoformat(), help="date in the result's name")
+    parser.add_argument("--cells-from", type=Path, metavar="CELLS.csv", help="cells.csv of slipmap work-precision")
     args = parser.parse_args()
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})  # one core for everything, children included
 
-    cells = draw_cells(args.cells)
+    if args.cells_from:
+        cells, near, fingerprint = read_cells(args.cells_from)
+    else:
+        cells, near, fingerprint = draw_cells(args.cells), None, None
     exact = reference_margins(cells)
     closest = float(np.min(np.abs(exact)))
     print(f"{len(cells)} cells, {int(np.sum(exact > 0))} with a return; smallest |m/V| {closest:.1e}", file=sys.stderr)
-    few = max(len(cells) // 16, 1)
-
-    rows = heyoka_rows(cells, exact)
-    verner = Crate("differential-equations", "(x1,x2), Verner 6(5) + event")
-    rows.append(measure(verner, cells, exact))
-    scalar = Crate("differential-equations", "scalar, DOP853", program_name="differential-equations-scalar")
-    rows.append(measure(scalar, cells, exact))
-    rows.append(measure(Crate("diffsol", "(x1,x2), TSIT45 + root"), cells, exact))
-    rows.append(measure(Crate("ode_solvers", "scalar, DOPRI5"), cells, exact))
-    rows.append(measure(ScipyMargin(), cells[:few], exact[:few]))
-    rows.append(measure(ScipyVerdict(), cells[:few], exact[:few], 1e-9, "tolerance fixed"))
-    rows += own_rows(cells, exact)
-
-    path = ROOT / f"results/peers-{args.date}.csv"
+    if args.cells_from:
+        rows = list(chart_rows(cells, exact, near))
+        said = f"# cells sha256 {fingerprint}\n# {len(cells)} cells of slipmap work-precision; smallest |m/V| {closest:.1e}\n"
+        path = ROOT / f"results/peers-{args.date}-work-precision.csv"
+    else:
+        rows = table_rows(cells, exact)
+        said = f"# {BOX}, {len(cells)} random cells; target error {TARGET}; smallest |m/V| {closest:.1e}\n"
+        path = ROOT / f"results/peers-{args.date}.csv"
     path.parent.mkdir(exist_ok=True)
     with open(path, "w", newline="") as out:
-        out.write(f"# {BOX}, {len(cells)} random cells; target error {TARGET}; smallest |m/V| {closest:.1e}\n")
+        out.write(said)
         out.write(f"# one thread, processor time; {machine()}\n")
         writer = csv.DictWriter(out, COLUMNS, lineterminator="\n")
         writer.writeheader()
         writer.writerows(rows)
     show(rows)
-    own_chart(args.date)
 
 
 if __name__ == "__main__":

@@ -23,6 +23,7 @@
 //! stick_band_width = 1e-4              # default; velocity
 //! step = 1e-2                          # default; time
 //! tolerance = 1e-8                     # default; of adaptive steps
+//! longest_step = 0.1                   # default: unbounded; of adaptive steps
 //! turns = 20                           # default; before the verdict
 //! start_pause = 0.1                    # default; time without events after a start on the belt line
 //! [simulation]
@@ -32,8 +33,13 @@
 //! cells = 1000                         # default
 //! [output]
 //! path = "results/name.h5"             # default: results/<name of the file>.h5
-//! fields = ["verdict"]                 # default; also: margin, critical_c, regime, landing
+//! fields = ["verdict"]                 # default; also: margin, critical_c, regime, landing, cycle, basin,
+//!                                      # epsilon_limit
 //! compression = 4                      # default
+//! [work_precision]                     # for `slipmap work-precision` alone
+//! cells = 1024                         # default
+//! near = 0.01                          # default; distance in c from the boundary of half of the cells
+//! seconds = 1.0                        # default; for each method at each setting
 //! ```
 //!
 //! The output path is relative to the current folder; the folders that it names are created when the run
@@ -55,6 +61,7 @@ use source::{Node, Section, Source};
 use crate::friction::Law;
 use crate::machine::Machine;
 use crate::map::{Engine, Field, Grid, GridError, Method, Plan};
+use crate::report::work_precision::Settings;
 use crate::simulate::naive::NaiveKnobs;
 
 /// A tile is a task of one worker and a chunk of the map file. At most 64 KiB of verdicts, 512 KiB of a
@@ -88,6 +95,8 @@ pub struct Job {
     pub config_text: String,
     /// The map file to write.
     pub output: PathBuf,
+    /// What a study of speed against accuracy is to do.
+    pub work_precision: Settings,
 }
 
 impl Job {
@@ -101,6 +110,10 @@ impl Job {
         let friction = root.section("friction")?;
         let folder = file.parent().unwrap_or(Path::new(""));
         let law = law::read(&friction, folder)?;
+        let (axes, machine) = (root.section("grid")?, root.section("machine")?);
+        if axes.is_present() || !machine.is_present() {
+            law::check_symbols(law, &friction, &axes)?;
+        }
         check_keys(&root, law)?;
 
         let stem = file.file_stem().map_or_else(|| "map".into(), |stem| stem.to_string_lossy().into_owned());
@@ -109,7 +122,6 @@ impl Job {
             Some(node) => line(&node)?.to_owned(),
         };
 
-        let (axes, machine) = (root.section("grid")?, root.section("machine")?);
         let (grid, machine) = match (axes.is_present(), machine.is_present()) {
             (true, true) => {
                 let remedy = "give the axes in [grid] or the machine in [machine], and leave the other out";
@@ -119,10 +131,7 @@ impl Job {
                 let job = machine::read(&machine, law)?;
                 (machine::grid(&machine, &job)?, Some(job.machine))
             }
-            (_, false) => {
-                law::check_symbols(law, &friction, &axes)?;
-                (grid(&axes, law)?, None)
-            }
+            (_, false) => (grid(&axes, law)?, None),
         };
         law::check_range(&friction, &grid)?;
 
@@ -172,6 +181,8 @@ impl Job {
             Some(node) => u8::try_from(node.integer(0, 9)?).unwrap_or(9),
         };
 
+        let work_precision = work_precision(&root.section("work_precision")?)?;
+
         let tile_shape = grid.tile_shape((grid.cells() / TILES).clamp(LEAST_TILE_CELLS, MOST_TILE_CELLS));
         let plan = Plan { grid, methods, fields, engine, tolerance, audit_cells, tile_shape, compression };
         Ok(Job {
@@ -181,6 +192,7 @@ impl Job {
             config_file: source.file().to_owned(),
             config_text: source.text(),
             output: path,
+            work_precision,
         })
     }
 }
@@ -196,6 +208,7 @@ fn schema(law: Law) -> Vec<(Option<&'static str>, Vec<&'static str>)> {
         ("naive", NAIVE_KEYS.to_vec()),
         ("audit", vec!["cells"]),
         ("output", vec!["path", "fields", "compression"]),
+        ("work_precision", vec!["cells", "near", "seconds"]),
     ];
     let top = std::iter::once("title").chain(sections.iter().map(|(name, _)| *name)).collect();
     let mut schema = vec![(None, top)];
@@ -304,8 +317,8 @@ fn grid_error(error: &GridError, names: &[&str], nodes: &[(Vec<f64>, Node)]) -> 
 }
 
 /// The keys of `[naive]`.
-const NAIVE_KEYS: [&str; 6] =
-    ["smoothing_width", "stick_band_width", "step", "tolerance", "turns", "start_pause"];
+const NAIVE_KEYS: [&str; 7] =
+    ["smoothing_width", "stick_band_width", "step", "tolerance", "longest_step", "turns", "start_pause"];
 
 /// Reads the choices of the naive methods.
 fn knobs(section: &Section) -> Result<NaiveKnobs, ConfigError> {
@@ -328,11 +341,32 @@ fn knobs(section: &Section) -> Result<NaiveKnobs, ConfigError> {
         stick_band_width: number("stick_band_width", default.stick_band_width, least, "greater than 0")?,
         step: number("step", default.step, least, "greater than 0")?,
         tolerance: number("tolerance", default.tolerance, TIGHTEST_TOLERANCE, "at least 1e-14")?,
+        longest_step: number("longest_step", default.longest_step, least, "greater than 0")?,
         turns: match section.get("turns") {
             None => default.turns,
             Some(node) => u32::try_from(node.integer(1, i64::from(u32::MAX))?).unwrap_or(u32::MAX),
         },
         start_pause: number("start_pause", default.start_pause, 0.0, "at least 0")?,
+    })
+}
+
+/// Reads what a study of speed against accuracy is to do.
+fn work_precision(section: &Section) -> Result<Settings, ConfigError> {
+    let default = Settings::default();
+    let positive = |key: &str, default: f64| match section.get(key) {
+        None => Ok(default),
+        Some(node) => match node.number()? {
+            value if value.is_finite() && value > 0.0 => Ok(value),
+            _ => Err(node.error(&format!("{key} must be greater than 0"), "choose another value")),
+        },
+    };
+    Ok(Settings {
+        cells: match section.get("cells") {
+            None => default.cells,
+            Some(node) => usize::try_from(node.integer(2, 1_000_000)?).unwrap_or(default.cells),
+        },
+        near: positive("near", default.near)?,
+        seconds: positive("seconds", default.seconds)?,
     })
 }
 
@@ -384,7 +418,7 @@ fn output_path(node: &Node) -> Result<PathBuf, ConfigError> {
 /// Reads the stored fields.
 fn fields(node: &Node, simulated: bool) -> Result<Vec<Field>, ConfigError> {
     let chosen = choices(node, &Field::ALL.map(|field| (field.name(), field)), "field")?;
-    let needs_flow = chosen.iter().find(|field| matches!(field, Field::Regime | Field::Landing));
+    let needs_flow = chosen.iter().find(|field| field.needs_flow());
     if let (false, Some(field)) = (simulated, needs_flow) {
         return Err(node.error(
             &format!("the field `{}` comes from the method `simulation`, which is not run", field.name()),

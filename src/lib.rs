@@ -1,6 +1,8 @@
 //! Where in parameter space a dry-friction oscillator on a moving belt stick-slips, which mathematical
 //! test proves it, where each test fails, and what each answer costs.
 
+#[cfg(feature = "report")]
+pub mod benchmark;
 pub mod certify;
 #[cfg(feature = "cli")]
 pub mod cli;

@@ -1,4 +1,6 @@
 //! Friction laws from configuration to map, report and figure, through the real binary.
+#![cfg(feature = "cli")]
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 
 mod cli_common;
 
@@ -105,7 +107,7 @@ fn probe_asks_any_law() {
     with(&["--law", "exponential", "--mu", "0.5", "--vs", "0", "--eta", "0"])
         .refuses(&["--vs 0", "greater than 0"]);
     with(&["--law", "exponential", "--mu", "0.5", "--vs", "1"]).refuses(&["--eta"]);
-    with(&["--phi", "mu + (1 - mu)*exp(-u/vs)", "--set", "mu=0.5"]).refuses(&["--set vs="]);
+    with(&["--phi", "mu + (1 - mu)*exp(-u/w)", "--set", "mu=0.5"]).refuses(&["also needs --set w="]);
     with(&["--phi", "1 - 0.1*u/(u - 0.7)"]).refuses(&["vanishes at u = 0.7", "^^^^^^^^^"]);
     with(&["--law", "expression"]).refuses(&["needs --phi"]);
 }

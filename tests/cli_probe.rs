@@ -53,8 +53,8 @@ fn json_tells_everything_and_agrees_with_closed_forms() {
         assert_eq!(answer["point"][name], value, "{name}");
     }
     let methods = answer["methods"].as_object().unwrap();
-    let naive = ["smoothed", "stick_band", "fixed_step", "event_step"];
-    assert_eq!(methods.keys().collect::<Vec<_>>(), [METHODS.as_slice(), &naive].concat());
+    let others = ["validated", "smoothed", "stick_band", "fixed_step", "event_step"];
+    assert_eq!(methods.keys().collect::<Vec<_>>(), [METHODS.as_slice(), &others].concat());
     for (name, method) in methods {
         let verdict = method["verdict"].as_str().unwrap();
         assert!(["present", "absent", "undecided", "failed"].contains(&verdict), "{name}");
@@ -135,6 +135,9 @@ fn the_text_names_every_answer() {
         "exit point",
         "landing",
         "period",
+        "multiplier",
+        "epsilon limit",
+        "bistable for c",
     ]) {
         assert!(text.contains(part), "no `{part}` in\n{text}");
     }
@@ -171,7 +174,7 @@ lines\",0.1,0.1
 fn a_table_keeps_its_columns_and_gains_the_answers() {
     let scratch = Scratch::new();
     scratch.file("in.csv", TABLE);
-    scratch.run(&["probe", "--points", "in.csv", "--out", "out.csv"]).ends_with(0);
+    scratch.run(&["probe", "--points", "in.csv", "--out", "out.csv", "--epsilon-limits"]).ends_with(0);
     assert_eq!(scratch.names(), ["in.csv", "out.csv"]);
 
     let text = scratch.read("out.csv");
@@ -186,7 +189,15 @@ fn a_table_keeps_its_columns_and_gains_the_answers() {
     );
     let mut added: Vec<String> =
         METHODS.iter().flat_map(|name| [format!("verdict_{name}"), format!("margin_{name}")]).collect();
-    added.extend(["critical_c", "regime", "landing_x1", "stick_time", "slip_time"].map(str::to_owned));
+    added.extend(
+        ["critical_c", "regime", "landing_x1", "stick_time", "slip_time", "crossings"].map(str::to_owned),
+    );
+    added
+        .extend(["period", "amplitude_x1", "amplitude_x2", "multiplier"].map(|name| format!("cycle_{name}")));
+    added.extend(
+        ["boundary_velocity", "boundary_multiplier", "kick_forward", "kick_backward"].map(str::to_owned),
+    );
+    added.extend(METHODS.iter().map(|name| format!("epsilon_limit_{name}")));
     assert_eq!(header.iter().skip(kept).collect::<Vec<_>>(), added);
 
     let at = |row: &csv::StringRecord, name: &str| {
@@ -209,6 +220,7 @@ fn a_table_keeps_its_columns_and_gains_the_answers() {
         for method in METHODS {
             same(&at(row, &format!("verdict_{method}")), &single["methods"][method]["verdict"]);
             same(&at(row, &format!("margin_{method}")), &single["methods"][method]["margin"]);
+            same(&at(row, &format!("epsilon_limit_{method}")), &single["methods"][method]["epsilon_limit"]);
         }
         same(&at(row, "critical_c"), &single["methods"]["simulation"]["critical_c"]);
         same(&at(row, "regime"), &single["regime"]);
@@ -216,6 +228,9 @@ fn a_table_keeps_its_columns_and_gains_the_answers() {
         same(&at(row, "landing_x1"), &landing("x1"));
         same(&at(row, "stick_time"), &landing("stick_time"));
         same(&at(row, "slip_time"), &landing("slip_time"));
+        same(&at(row, "crossings"), &landing("crossings"));
+        let cycle = single["attracting_cycle"].get("period").cloned().unwrap_or(Value::Null);
+        same(&at(row, "cycle_period"), &cycle);
     }
     assert_eq!(at(&rows[0], "verdict_simulation"), "present");
     assert_eq!(at(&rows[1], "verdict_simulation"), "absent");

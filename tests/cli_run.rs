@@ -155,6 +155,65 @@ fn the_fields_of_a_map_are_the_answers_of_probe() {
 }
 
 #[test]
+fn the_cycles_basins_and_limits_of_a_map_are_those_of_probe() {
+    let scratch = scratch();
+    // At epsilon = 0.4, c = 0.3 both states attract; on the fast belt at c = 0 orbits cross for ever.
+    let sets = [
+        "output.fields=['landing', 'cycle', 'basin', 'epsilon_limit', 'regime']",
+        "grid.epsilon=[0.1, 0.4]",
+        "grid.alpha=0.2",
+        "grid.gamma=2.0",
+        "grid.V=[1.0, 16.0]",
+        "grid.c=[0.0, 0.3, 2.0]",
+        "grid.beta=0.001",
+        "methods.run=['perturbation', 'bendixson', 'simulation']",
+    ];
+    let arguments = sets.iter().flat_map(|set| ["--set", set]);
+    scratch.run(&["run", "small.toml"].into_iter().chain(arguments).collect::<Vec<_>>()).ends_with(0);
+    let map = MapFile::open(&scratch.path().join("maps/small.h5")).unwrap();
+    let grid = map.grid();
+    let mut met = [0; 6];
+    for number in 0..grid.cells() {
+        let index: Vec<usize> = grid.tile(&[1; 6], number).ranges.iter().map(|range| range.start).collect();
+        let cell: Vec<_> = index.iter().map(|&i| i..i + 1).collect();
+        let mut arguments = vec!["probe".to_owned(), "--json".into()];
+        for (axis, &i) in grid.axes().iter().zip(&index) {
+            arguments.extend([format!("--{}", axis.name), format!("{:?}", axis.values[i])]);
+        }
+        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+        let answer = parse(&scratch.run(&arguments).ends_with(0));
+        let regime = map.codes("regime", &cell).unwrap().iter().copied().next().unwrap();
+        met[usize::try_from(regime).unwrap()] += 1;
+        let same = |variable: &str, probed: Option<f64>| {
+            let stored = map.reals(variable, &cell).unwrap().iter().copied().next().unwrap();
+            match probed {
+                Some(probed) => assert_eq!(stored, probed, "{variable} at {:?}", grid.point(&index)),
+                None => assert!(stored.is_nan(), "{variable} at {:?}", grid.point(&index)),
+            }
+        };
+        let half = |range: &Value| Some(0.5 * (range["to"].as_f64()? - range["from"].as_f64()?));
+        let cycle = &answer["attracting_cycle"];
+        same("crossings", answer["landing"]["crossings"].as_f64());
+        same("cycle_period", cycle["period"].as_f64());
+        same("cycle_amplitude_x1", half(&cycle["x1"]));
+        same("cycle_amplitude_x2", half(&cycle["x2"]));
+        same("cycle_multiplier", cycle["multiplier"].as_f64());
+        let basin = &answer["basin_boundary"];
+        same("boundary_velocity", basin["cycle"]["x2"]["to"].as_f64());
+        same("boundary_multiplier", basin["cycle"]["multiplier"].as_f64());
+        same("kick_forward", basin["kick"]["forward"].as_f64());
+        same("kick_backward", basin["kick"]["backward"].as_f64());
+        for method in map.methods() {
+            let limit = &answer["methods"][&method.name]["epsilon_limit"];
+            let limit = if *limit == "inf" { Some(f64::INFINITY) } else { limit.as_f64() };
+            same(&format!("epsilon_limit_{}", method.name), limit);
+        }
+    }
+    // Steady slip, stick-slip, both, and crossing for ever are all there.
+    assert!([0, 1, 2, 4].iter().all(|&regime| met[regime] > 0), "{met:?}");
+}
+
+#[test]
 fn an_existing_map_is_kept_unless_told_otherwise() {
     let scratch = scratch();
     let small = ["run", "small.toml", "--set", "output.fields=[\"verdict\"]"];
@@ -200,9 +259,9 @@ fn a_dry_run_tells_the_size_and_writes_nothing() {
     assert_eq!(told["cells"], CELLS);
     assert_eq!(told["columns"], CELLS / 13);
     assert_eq!(told["axes"]["alpha"], 5);
-    // Seven verdicts of one byte, seven margins and three numbers of the landing of eight, one regime, and
+    // Seven verdicts of one byte, seven margins and four numbers of the landing of eight, one regime, and
     // a critical damping for each method and column.
-    assert_eq!(told["bytes"], CELLS * (7 + 8 * 7 + 8 * 3 + 1) + 8 * 7 * CELLS / 13);
+    assert_eq!(told["bytes"], CELLS * (7 + 8 * 7 + 8 * 4 + 1) + 8 * 7 * CELLS / 13);
     assert!(told["seconds"].as_f64().unwrap() > 0.0);
     assert!(told["free_bytes"].as_u64().unwrap() > 0);
     let text = scratch.run(&["run", "small.toml", "--dry-run"]).ends_with(0).out;

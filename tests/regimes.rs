@@ -88,9 +88,9 @@ fn the_edges_of_the_band_are_where_the_attractors_change() {
         let loses_stability = bisect(left, right, |c| !at(c).eigenvalues().is_stable());
         assert!((loses_stability - low).abs() < 1e-13, "{loses_stability} {low}");
 
-        // A turn from the belt line leads inward beyond c*. Its error of 1e-14 turns into one of c through the
+        // A turn from the belt line leads inward beyond c*. Its error of 1e-13 turns into one of c through the
         // margin's slope, about pi eps >= 0.15.
-        let outward = |c: f64| match turn(&at(c), column.belt_speed, 1e-14).unwrap() {
+        let outward = |c: f64| match turn(&at(c), column.belt_speed, 1e-13).unwrap() {
             SlipTurn::Returns { radius, .. } => radius > column.belt_speed,
             SlipTurn::MeetsBelt => true,
             SlipTurn::Rests => false,

@@ -5,7 +5,8 @@ mod common;
 use common::{ReferenceFate, critical_points, margin_points};
 use slipmap::filippov::Oscillator;
 use slipmap::friction::Law;
-use slipmap::simulate::return_map::{Turn, turns_of};
+use slipmap::point::ScaledGroups;
+use slipmap::simulate::return_map::{Turn, turns, turns_of};
 use slipmap::simulate::{Fate, critical_damping, flow};
 
 #[test]
@@ -93,4 +94,73 @@ fn fates_and_landings() {
             _ => panic!("{point:?} {answer:?}"),
         }
     }
+}
+
+/// Numbers in [0, 1) from a Weyl sequence: fills a box evenly and always the same way.
+fn spread(i: usize, axis: i32) -> f64 {
+    // Powers of the inverse of the plastic number's cousin for five dimensions.
+    (0.5 + (i + 1) as f64 * 0.885_650_730_6_f64.powi(axis + 1)).fract()
+}
+
+/// The box of the speed goals: eps = 0.05, alpha in [0, 1], beta in [0, 0.5], gamma in [0, 4], c in [0, 1],
+/// V in [0.2, 1.5].
+fn small_eps(i: usize) -> ScaledGroups {
+    let [alpha, beta, gamma, c, v] = std::array::from_fn(|axis| spread(i, axis as i32));
+    let (rate, belt_speed) = (0.05 * 4.0 * gamma, 0.2 + 1.3 * v);
+    ScaledGroups { a: rate * (1.0 - alpha), k: rate * belt_speed, b: 0.025 * beta * belt_speed, c: 0.05 * c }
+}
+
+/// Divergences from tiny to overdamped and k up to 100, more of them small than large.
+fn wide(i: usize) -> ScaledGroups {
+    let [a, k, b, c, few] = std::array::from_fn(|axis| spread(i, axis as i32));
+    let a = 10f64.powf(-5.0 + 5.5 * a);
+    let c = if few < 0.2 { 0.0 } else { a * 3.0 * c };
+    ScaledGroups { a, k: 10f64.powf(-3.0 + 5.0 * k), b: a * b * b, c }
+}
+
+#[test]
+fn error_estimates_hold_on_random_points() {
+    for groups in [small_eps, wide] {
+        let groups: Vec<ScaledGroups> = (0..20_000).map(groups).collect();
+        let fine = turns(&groups, 1e-15);
+        for tolerance in [1e-4, 1e-6, 1e-8, 1e-9, 1e-10, 1e-12] {
+            let mut compared = 0;
+            for ((turn, fine), groups) in turns(&groups, tolerance).iter().zip(&fine).zip(&groups) {
+                let (Turn::Complete { margin, error, .. }, Turn::Complete { margin: sharp, error: blur, .. }) =
+                    (turn, fine)
+                else {
+                    continue;
+                };
+                compared += 1;
+                assert!(
+                    (margin - sharp).abs() <= error + blur,
+                    "{tolerance:e} {groups:?}: {turn:?} {fine:?}"
+                );
+            }
+            assert!(compared > 17_000, "{tolerance:e}: {compared}");
+        }
+    }
+}
+
+#[test]
+fn an_orbit_does_not_feel_its_neighbours() {
+    let groups: Vec<ScaledGroups> = (0..3000).map(wide).collect();
+    let together = turns(&groups, 1e-9);
+    for (groups, turn) in groups.iter().zip(together).step_by(7) {
+        assert_eq!(turns(std::slice::from_ref(groups), 1e-9)[0], turn, "{groups:?}");
+    }
+}
+
+#[test]
+fn work_counter() {
+    let groups: Vec<ScaledGroups> = (0..20_000).map(small_eps).collect();
+    let spent: u64 = turns(&groups, 1e-9)
+        .iter()
+        .map(|turn| match turn {
+            Turn::Complete { rhs, .. } => u64::from(*rhs),
+            Turn::HandOver { .. } => panic!("{turn:?}"),
+        })
+        .sum();
+    // Counted: 46.6. A change that costs more than a few per cent should say why.
+    assert!(spent / 20_000 < 50, "{}", spent as f64 / 20_000.0);
 }

@@ -109,9 +109,10 @@ fn tile_data(plan: &Plan, tile: Tile) -> TileData {
         } else {
             Vec::new()
         },
-        landing_x1: reals(Field::Landing, 20, &cells),
-        stick_time: reals(Field::Landing, 21, &cells),
-        slip_time: reals(Field::Landing, 22, &cells),
+        quantities: (20..)
+            .zip(plan.quantities())
+            .map(|(number, _)| cells.iter().map(|&cell| real(number, cell)).collect())
+            .collect(),
         tile,
     }
 }
@@ -248,10 +249,11 @@ fn slices_drop_the_axes_that_are_held() {
     let slice =
         map.code_slice("verdict_simulation", &[Some(1), Some(0), None, Some(0), None, Some(2)]).unwrap();
     assert_eq!(slice.shape(), [3, 5]);
+    let simulation = plan.methods.iter().position(|method| method.name() == "simulation").unwrap();
     for beta in 0..3 {
         for v in 0..5 {
             let cell = number(&[1, 0, beta, 0, v, 2], &shape);
-            assert_eq!(slice[[beta, v]], verdict(plan.methods.len() - 1, cell));
+            assert_eq!(slice[[beta, v]], verdict(simulation, cell));
         }
     }
     let line = map.real_slice("critical_c_simulation", &[Some(0), Some(0), Some(2), Some(0), None]).unwrap();
@@ -538,6 +540,24 @@ fn files_that_are_no_maps_are_called_so() {
     assert!(matches!(error, StoreError::Io { .. }), "{error}");
     let error = MapFile::open(folder.path()).unwrap_err();
     assert!(matches!(error, StoreError::Io { .. }), "{error}");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_map_can_be_read_while_a_process_started_during_its_writing_runs() {
+    // Such a process inherits the open file, and with it the lock.
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("map.h5");
+    let plan = plan([1, 1, 1, 1, 1, 2], 100, &[Field::Verdict]);
+    let writer = MapWriter::create(&path, &plan, &provenance(), Existing::Refuse).unwrap();
+    let mut child = std::process::Command::new("sleep").arg("60").spawn().unwrap();
+    let tile = plan.grid.tile(&plan.tile_shape, 0);
+    writer.write(writer.pack(&tile_data(&plan, tile)).unwrap()).unwrap();
+    writer.finish(&outcome()).unwrap();
+    let opened = MapFile::open(&path);
+    child.kill().unwrap();
+    child.wait().unwrap();
+    opened.unwrap();
 }
 
 #[test]

@@ -45,9 +45,7 @@ fn write(path: &Path) -> Result<(), StoreError> {
         let data = TileData {
             methods: vec![MethodCells { method, verdicts, margins, critical: vec![] }],
             regime: vec![],
-            landing_x1: vec![],
-            stick_time: vec![],
-            slip_time: vec![],
+            quantities: vec![],
             tile,
         };
         writer.write(writer.pack(&data)?)?;

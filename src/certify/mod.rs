@@ -52,6 +52,7 @@ pub mod instability;
 pub mod landing;
 pub mod perturbation;
 pub mod symmetric;
+pub mod validated;
 
 #[cfg(test)]
 mod test_columns;
@@ -164,10 +165,10 @@ pub static TESTS: [Test; 6] = [
     harmonic_balance::TEST,
 ];
 
-/// The test of this name; `None` if there is none.
+/// The test of this name, [`validated::TEST`] included; `None` if there is none.
 #[must_use]
 pub fn by_name(name: &str) -> Option<&'static Test> {
-    TESTS.iter().find(|test| test.name == name)
+    TESTS.iter().chain([&validated::TEST]).find(|test| test.name == name)
 }
 
 #[cfg(test)]
@@ -193,7 +194,7 @@ mod tests {
 
     #[test]
     fn names_are_distinct_and_found() {
-        for test in &TESTS {
+        for test in TESTS.iter().chain([&validated::TEST]) {
             let found = by_name(test.name).expect("in the table");
             assert!(std::ptr::eq(found, test), "{} names two tests", test.name);
         }

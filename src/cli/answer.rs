@@ -4,14 +4,15 @@ use serde_json::{Map, Value, json};
 
 use super::output::{short, signed};
 use super::point::coordinates;
-use crate::certify::{Claim, Decision};
+use crate::certify::{Claim, Decision, Guarantee};
 use crate::filippov::{Eigenvalues, Oscillator};
-use crate::friction::{Column, Law};
-use crate::map::{self, Method, Regime, Verdict};
+use crate::friction::{Column, Curve, Law};
+use crate::map::limits::{EpsilonLimit, Limit, Ray};
+use crate::map::{self, AttractingCycle, Method, Regime, Verdict};
 use crate::point::Point;
 use crate::simulate::naive::NaiveVerdict;
-use crate::simulate::slip_cycle::{SlipCycle, slip_cycles};
-use crate::simulate::{self, CriticalDamping, Fate, Flow, Landing, NoCriticalDamping};
+use crate::simulate::slip_cycle::{Kick, SlipCycle, slip_cycles};
+use crate::simulate::{self, CriticalDamping, Dynamics, Fate, Flow, Landing, NoCriticalDamping, Range};
 
 /// What one method says.
 #[derive(Debug)]
@@ -48,6 +49,10 @@ pub(super) struct Answer {
     pub(super) critical: Result<CriticalDamping, NoCriticalDamping>,
     /// The long-run behaviour.
     pub(super) regime: Regime,
+    /// The cycle that attracts.
+    pub(super) cycle: Option<AttractingCycle>,
+    /// The boundary of the basin of steady slip in the bistable regime, and the kicks onto it.
+    pub(super) basin: Option<(SlipCycle, Kick)>,
 }
 
 impl Answer {
@@ -65,7 +70,32 @@ impl Answer {
             })
             .collect();
         let regime = map::regime(&oscillator, &flow);
-        Self { law, point: *point, tolerance, oscillator, methods, flow, critical, regime }
+        let cycle = map::attracting_cycle(&oscillator, &flow, regime, tolerance);
+        let basin = map::basin_boundary(&oscillator, regime, tolerance);
+        Self { law, point: *point, tolerance, oscillator, methods, flow, critical, regime, cycle, basin }
+    }
+
+    /// The dampings c >= 0 between which steady slip and stick-slip both attract: from where the equilibrium
+    /// becomes stable to c*, with the error of the latter. The landing is another matter.
+    pub(super) fn bistable_band(&self) -> Option<[f64; 3]> {
+        let epsilon = self.point.epsilon;
+        let becomes_stable = self.oscillator.curve.weakening(self.oscillator.belt_speed) / epsilon;
+        let root = self.critical.as_ref().ok()?;
+        // No zero with a sign: this is printed.
+        let from = if becomes_stable > 0.0 { becomes_stable } else { 0.0 };
+        (from < root.c).then_some([from, root.c, root.error])
+    }
+
+    /// Up to which eps each method says what the flow says, the other parameters being as they are. Much more
+    /// work than all other answers.
+    pub(super) fn limits(&self) -> Vec<EpsilonLimit> {
+        let ray = Ray::new(self.law, &self.point, self.tolerance);
+        self.methods.iter().map(|answer| ray.limit(answer.method)).collect()
+    }
+
+    /// Everything that is not an attractor is left out of [`Answer`]; this is all of it.
+    pub(super) fn dynamics(&self) -> Result<Dynamics, simulate::Failure> {
+        simulate::dynamics(&self.oscillator, &self.flow, self.tolerance)
     }
 
     /// Where and when the orbit sticks, if it does.
@@ -87,7 +117,8 @@ impl Answer {
         let methods: Map<String, Value> = self
             .methods
             .iter()
-            .map(|answer| {
+            .zip(self.limits())
+            .map(|(answer, limit)| {
                 let entry = json!({
                     "verdict": answer.verdict.name(),
                     "margin": answer.margin,
@@ -95,6 +126,8 @@ impl Answer {
                     "guarantee": answer.method.guarantee().name(),
                     "equation": answer.method.equation(),
                     "reason": answer.reason,
+                    "epsilon_limit": limit_json(limit.equal),
+                    "epsilon_limit_sound": limit_json(limit.sound),
                 });
                 (answer.method.name().to_owned(), entry)
             })
@@ -116,7 +149,6 @@ impl Answer {
             "flow": { "return_map": flow_json(&self.flow), "direct": flow_json(direct) },
             "critical_c": critical,
             "regime": self.regime.name(),
-            "slip_cycles": self.slip_cycles().ok().map(|cycles| cycles.iter().map(cycle_json).collect::<Vec<_>>()),
             "equilibrium": {
                 "x1": oscillator.equilibrium_x1(),
                 "x2": 0.0,
@@ -131,25 +163,102 @@ impl Answer {
             },
             "exit_point": { "x1": oscillator.exit_x1(), "x2": oscillator.belt_speed },
             "landing": self.landing().map(|landing| landing_json(&landing)),
+            "bistable_band": self.bistable_band().map(|[from, to, error]| {
+                json!({ "from_c": from, "to_c": to, "error": error })
+            }),
+            "attracting_cycle": self.cycle.map(|cycle| json!({
+                "period": cycle.period,
+                "x1": range_json(cycle.displacement),
+                "x2": range_json(cycle.velocity),
+                "multiplier": cycle.multiplier,
+            })),
+            "basin_boundary": self.basin.map(|(cycle, kick)| json!({
+                "cycle": slip_cycle_json(&cycle),
+                "kick": { "forward": kick.forward, "backward": kick.backward },
+            })),
+            "cycles": match self.dynamics() {
+                Ok(dynamics) => dynamics_json(&dynamics),
+                Err(failure) => json!({ "reason": failure.to_string() }),
+            },
         })
     }
+}
+
+/// 0 for never; a text where the limit is beyond all that was looked at, since JSON knows no infinity.
+fn limit_json(limit: Limit) -> Value {
+    match limit {
+        Limit::Never | Limit::UpTo(_) => json!(limit.value()),
+        Limit::Throughout => json!("inf"),
+    }
+}
+
+fn range_json(range: Range) -> Value {
+    json!({ "from": range.lo, "to": range.hi })
+}
+
+fn slip_cycle_json(cycle: &SlipCycle) -> Value {
+    json!({
+        "stable": cycle.is_stable(),
+        "multiplier": cycle.multiplier,
+        "period": cycle.period,
+        "x1": range_json(cycle.displacement),
+        "x2": range_json(cycle.velocity),
+    })
+}
+
+fn dynamics_json(dynamics: &Dynamics) -> Value {
+    let crossing: Vec<Value> = dynamics
+        .crossing
+        .iter()
+        .map(|cycle| {
+            json!({
+                "stable": cycle.is_stable(),
+                "multiplier": cycle.multiplier,
+                "period": cycle.period,
+                "beyond_exit": cycle.beyond_exit,
+                "x1": range_json(cycle.displacement),
+                "x2": range_json(cycle.velocity),
+            })
+        })
+        .collect();
+    json!({
+        "stick_slip": dynamics.stick_slip.map(|cycle| json!({
+            "stable": true,
+            "multiplier": 0.0,
+            "period": cycle.period,
+            "x1": range_json(cycle.displacement),
+            "x2": range_json(cycle.velocity),
+        })),
+        "slip": dynamics.slip.iter().map(slip_cycle_json).collect::<Vec<_>>(),
+        "crossing": crossing,
+    })
 }
 
 /// What a closed-form test says.
 fn of_test(method: Method, claim: &Claim, column: &Column, c: f64) -> MethodAnswer {
     let decision = claim.decide(c);
     let edge = claim.present_below;
-    let reason =
-        (decision == Decision::Undecided).then(|| match column.curve.first_order(column.belt_speed) {
-            Err(why) if *claim == Claim::NOTHING => why.to_string(),
-            _ => why_undecided(claim, c),
-        });
+    let reason = (decision == Decision::Undecided)
+        .then(|| why_inapplicable(method, claim, column).unwrap_or_else(|| why_undecided(claim, c)));
     MethodAnswer {
         method,
         verdict: decision.into(),
         margin: claim.margin(c),
         critical_c: (edge >= 0.0).then_some(edge),
         reason,
+    }
+}
+
+/// Why a test says nothing about the law of a column, if it is the law.
+fn why_inapplicable(method: Method, claim: &Claim, column: &Column) -> Option<String> {
+    if *claim != Claim::NOTHING {
+        return None;
+    }
+    match method.guarantee() {
+        Guarantee::Asymptotic => column.curve.first_order(column.belt_speed).err().map(|why| why.to_string()),
+        Guarantee::Validated => (!matches!(column.curve, Curve::Stribeck(_)))
+            .then(|| "the proof covers the law stribeck only".into()),
+        Guarantee::FiniteEpsilon | Guarantee::Numerical | Guarantee::None => None,
     }
 }
 
@@ -263,16 +372,6 @@ pub(super) fn regime_words(regime: Regime) -> &'static str {
         }
         Regime::PureSlipAndEquilibrium => "a cycle that slips all the time and the equilibrium both attract",
     }
-}
-
-fn cycle_json(cycle: &SlipCycle) -> Value {
-    json!({
-        "x1": [cycle.displacement.lo, cycle.displacement.hi],
-        "x2": [cycle.velocity.lo, cycle.velocity.hi],
-        "multiplier": cycle.multiplier,
-        "period": cycle.period,
-        "stable": cycle.is_stable(),
-    })
 }
 
 fn flow_json(flow: &Flow) -> Value {

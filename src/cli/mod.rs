@@ -6,6 +6,7 @@
 mod answer;
 mod check;
 mod estimate;
+mod failures;
 mod interrupt;
 mod machine;
 mod output;
@@ -17,6 +18,7 @@ mod progress;
 mod report;
 mod run;
 mod summary;
+mod work_precision;
 
 use std::io::{self, Write as _};
 use std::process::ExitCode;
@@ -56,6 +58,10 @@ enum Command {
     Report(report::Arguments),
     /// Draw one slice of a map
     Plot(plot::Arguments),
+    /// Compare every method with the simulated flow on a grid, and explain each failure
+    Failures(failures::Arguments),
+    /// Chart the speed of every method and engine against its accuracy
+    WorkPrecision(work_precision::Arguments),
     /// Verify a map file: completeness, checksums, schema
     Check(check::Arguments),
 }
@@ -107,6 +113,8 @@ pub fn main() -> ExitCode {
         Command::Probe(arguments) => probe::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),
         Command::Plot(arguments) => plot::run(&arguments),
+        Command::Failures(arguments) => failures::run(&arguments),
+        Command::WorkPrecision(arguments) => work_precision::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
     };
     let (code, message) = match result {

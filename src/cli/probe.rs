@@ -14,10 +14,11 @@ use crate::config::{DEFAULT_TOLERANCE, check_tolerance};
 use crate::filippov::Eigenvalues;
 use crate::machine::behaviour;
 use crate::map::Method;
+use crate::map::limits::HIGHEST;
 use crate::report::figure::{self, Width};
 use crate::report::write_figure;
 use crate::simulate::slip_cycle::none_proved;
-use crate::simulate::{self, Flow};
+use crate::simulate::{self, Flow, Range};
 
 /// Ask every method about one point, or about each row of a table.
 #[derive(Debug, Args)]
@@ -53,6 +54,10 @@ pub(super) struct Arguments {
     /// Number of threads for a table; default: one per core
     #[arg(long, requires = "points", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
+    /// Also append epsilon_limit_METHOD: up to which epsilon each method says what the simulation says; takes
+    /// some twenty times as long
+    #[arg(long, requires = "points")]
+    epsilon_limits: bool,
     /// No progress bar
     #[arg(long, requires = "points")]
     quiet: bool,
@@ -68,8 +73,8 @@ Examples:
   slipmap probe --points points.csv --out answers.csv
 
 A table with the header epsilon,alpha,beta,gamma,V,c (and any other columns) gains the columns
-verdict_METHOD and margin_METHOD of every method, critical_c, regime, landing_x1, stick_time and
-slip_time. A cell is empty where there is no such number.";
+verdict_METHOD and margin_METHOD of every method, critical_c, regime, stick_time, slip_time, crossings, cycle_period, cycle_amplitude_x1, cycle_amplitude_x2,
+cycle_multiplier, boundary_velocity, boundary_multiplier, kick_forward and kick_backward. A cell is empty where there is no such number.";
 
 fn parse_tolerance(text: &str) -> Result<f64, String> {
     let value = text.parse().map_err(|_| "this is not a number; write for example 1e-9".to_owned())?;
@@ -96,6 +101,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
             law,
             tolerance,
             threads: arguments.threads.map(usize::from),
+            epsilon_limits: arguments.epsilon_limits,
             quiet: arguments.quiet,
         });
     }
@@ -143,15 +149,17 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         ("verdict", Left),
         ("margin", Right),
         ("critical c", Right),
+        ("epsilon limit", Right),
         ("guarantee", Left),
         ("equation", Left),
     ]);
-    for method in &answer.methods {
+    for (method, limit) in answer.methods.iter().zip(answer.limits()) {
         table.row([
             method.method.name().into(),
             method.verdict.name().into(),
             signed(method.margin),
             method.critical_c.map_or("-".into(), short),
+            short(limit.equal.value()),
             method.method.guarantee().name().into(),
             method.method.equation().into(),
         ]);
@@ -159,7 +167,9 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
     table.write(out)?;
     writeln!(
         out,
-        "  (margin: in c to the edge of presence, or m/V of the simulation; positive means presence)"
+        "  (margin: in c to the edge of presence, or m/V of the simulation; positive means presence)\n  \
+         (epsilon limit: says what the simulation says at every smaller epsilon; +inf: up to {} at least)",
+        short(HIGHEST)
     )?;
     for method in &answer.methods {
         if let Some(reason) = &method.reason {
@@ -251,7 +261,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         }
     }
     match answer.landing() {
-        None => line("stick-slip cycle", "none".into()),
+        None => line("landing", "none: the orbit from the exit point never sticks".into()),
         Some(landing) => {
             line(
                 "landing",
@@ -259,8 +269,34 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
             );
             line("slip time", short(landing.slip_time));
             line("stick time", short(landing.stick_time));
-            line("period", short(landing.slip_time + landing.stick_time));
         }
+    }
+    let range = |range: Range| format!("{} to {}", short(range.lo), short(range.hi));
+    if let Some(cycle) = &answer.cycle {
+        let shape = format!("x1 from {}, x2 from {}", range(cycle.displacement), range(cycle.velocity));
+        let multiplier = short(cycle.multiplier);
+        line("attracting cycle", format!("period {}, {shape}, multiplier {multiplier}", short(cycle.period)));
+    }
+    if let Some([from, to, error]) = answer.bistable_band() {
+        line("bistable for c", format!("{} to {} +- {}", exact(from), exact(to), short(error)));
+    }
+    if let Some((cycle, kick)) = &answer.basin {
+        line(
+            "unstable slip cycle",
+            format!(
+                "x2 from {}, multiplier {}: inside it the mass settles, outside it stick-slips",
+                range(cycle.velocity),
+                short(cycle.multiplier)
+            ),
+        );
+        line(
+            "kick that starts it",
+            format!(
+                "of velocity {} with the belt, or {} against it",
+                short(kick.forward),
+                short(kick.backward)
+            ),
+        );
     }
     table.write(out)
 }

@@ -13,7 +13,7 @@ use super::answer::Answer;
 use super::output::exact;
 use super::{Ended, Failure, interrupt, point};
 use crate::friction::Law;
-use crate::map::{Grid, Method};
+use crate::map::{Description, Field, Grid, Method, Quantity};
 
 /// Rows computed between reading and writing: enough to keep all cores busy, little enough to hold.
 const BATCH: usize = 8192;
@@ -36,6 +36,8 @@ pub(super) struct Job<'a> {
     pub(super) tolerance: f64,
     /// Number of threads; `None` for one per core.
     pub(super) threads: Option<usize>,
+    /// Whether to append the limits in eps.
+    pub(super) epsilon_limits: bool,
     /// Whether to leave out the progress bar.
     pub(super) quiet: bool,
 }
@@ -65,9 +67,9 @@ fn convert(
     stop: &AtomicBool,
     bar: &ProgressBar,
 ) -> Result<(), Failure> {
-    let columns = Columns::find(&mut input, job.law)?;
+    let columns = Columns::find(&mut input, job)?;
     let mut header = input.header.clone();
-    for name in answer_columns() {
+    for name in answer_columns(job.epsilon_limits) {
         header.push_field(name.as_bytes());
     }
     let mut writer = WriterBuilder::new().from_writer(&mut output.file);
@@ -99,15 +101,23 @@ fn convert(
 }
 
 /// Names of the columns that are added.
-fn answer_columns() -> Vec<String> {
+fn answer_columns(epsilon_limits: bool) -> Vec<String> {
     let mut names = Vec::new();
     for method in Method::usual() {
         names.push(format!("verdict_{}", method.name()));
         names.push(format!("margin_{}", method.name()));
     }
-    names.extend(["critical_c", "regime", "landing_x1", "stick_time", "slip_time"].map(str::to_owned));
+    names.extend(["critical_c", "regime"].map(str::to_owned));
+    names
+        .extend(QUANTITIES.into_iter().flat_map(|field| Quantity::of(field, 0)).map(|q| q.name().to_owned()));
+    if epsilon_limits {
+        names.extend(Method::usual().map(|method| format!("epsilon_limit_{}", method.name())));
+    }
     names
 }
+
+/// The fields of a map whose quantities are added.
+const QUANTITIES: [Field; 3] = [Field::Landing, Field::Cycle, Field::Basin];
 
 /// Where the parameters stand in a row.
 struct Columns {
@@ -116,11 +126,11 @@ struct Columns {
 }
 
 impl Columns {
-    /// Finds the columns of the parameters of `law` in the header.
-    fn find(input: &mut Input, law: Law) -> Result<Self, Failure> {
+    /// Finds the columns of the parameters in the header.
+    fn find(input: &mut Input, job: &Job) -> Result<Self, Failure> {
         let header: Vec<String> =
             input.header.iter().map(|field| String::from_utf8_lossy(field).trim().to_owned()).collect();
-        let names = Grid::axis_names(law);
+        let names = Grid::axis_names(job.law);
         let bad = |problem: String, remedy: String| {
             Failure::BadInput(format!("{}:1: {problem}\n  help: {remedy}", input.name))
         };
@@ -147,7 +157,8 @@ impl Columns {
             }
             positions.push(position);
         }
-        if let Some(taken) = answer_columns().into_iter().find(|name| header.contains(name)) {
+        if let Some(taken) = answer_columns(job.epsilon_limits).into_iter().find(|name| header.contains(name))
+        {
             return Err(bad(
                 format!("the column `{taken}` is there already, and would be added"),
                 "rename it or take it out".into(),
@@ -193,13 +204,15 @@ impl Columns {
         let critical = answer.critical.as_ref().ok().map(|root| root.c).filter(|&root| root >= 0.0);
         row.push_field(critical.map_or(String::new(), number).as_bytes());
         row.push_field(answer.regime.name().as_bytes());
-        let landing = answer.landing();
-        for value in [
-            landing.map(|landing| landing.x1),
-            landing.map(|landing| landing.stick_time),
-            landing.map(|landing| landing.slip_time),
-        ] {
-            row.push_field(value.map_or(String::new(), number).as_bytes());
+        let described =
+            Description { landing: answer.landing(), cycle: answer.cycle, boundary: answer.basin };
+        for quantity in QUANTITIES.into_iter().flat_map(|field| Quantity::of(field, 0)) {
+            row.push_field(number(described.value(quantity)).as_bytes());
+        }
+        if job.epsilon_limits {
+            for limit in answer.limits() {
+                row.push_field(number(limit.equal.value()).as_bytes());
+            }
         }
         Ok(row)
     }

@@ -82,7 +82,10 @@ pub(super) fn failure(error: ReportError) -> Failure {
             "{} exists already\n  help: add --overwrite to replace it, or choose another place with --out",
             path.display()
         )),
-        ReportError::Format { .. } | ReportError::Choice(_) => Failure::BadInput(error.to_string()),
+        ReportError::Format { .. }
+        | ReportError::Choice(_)
+        | ReportError::NoReference { .. }
+        | ReportError::Peers { .. } => Failure::BadInput(error.to_string()),
         ReportError::Interrupted => Failure::Interrupted,
         _ => Failure::Broken(error.to_string()),
     }

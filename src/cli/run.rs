@@ -199,7 +199,7 @@ fn provenance(job: &Job) -> Provenance {
 }
 
 /// The command as one would type it.
-fn command_line() -> String {
+pub(super) fn command_line() -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_./=,:+@%".contains(c);
     let quoted = std::env::args_os().skip(1).map(|argument| {
         let text = argument.to_string_lossy().into_owned();
@@ -333,15 +333,7 @@ mod tests {
             margins: Vec::new(),
             critical: Vec::new(),
         }];
-        let empty = Vec::new;
-        TileData {
-            tile,
-            methods,
-            regime: Vec::new(),
-            landing_x1: empty(),
-            stick_time: empty(),
-            slip_time: empty(),
-        }
+        TileData { tile, methods, regime: Vec::new(), quantities: Vec::new() }
     }
 
     #[test]

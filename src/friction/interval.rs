@@ -192,7 +192,8 @@ mod tests {
     #[test]
     fn images_enclose_and_are_tight() {
         let x = Interval::new(0.3, 0.7);
-        let cases: [(Interval, fn(f64) -> f64); 7] = [
+        type Case = (Interval, fn(f64) -> f64);
+        let cases: [Case; 7] = [
             (x.exp(), f64::exp),
             (x.ln(), f64::ln),
             (x.sqrt(), f64::sqrt),

@@ -274,6 +274,16 @@ impl Curve {
         }
     }
 
+    /// Slip speeds > 0, in growing order, at which the slope of the weakening rate jumps: everywhere else the
+    /// curve is smooth.
+    #[must_use]
+    pub fn corners(&self) -> &'static [f64] {
+        match self {
+            Curve::Table(law) => law.corners(),
+            Curve::Stribeck(_) | Curve::Exponential(_) | Curve::Lorentzian(_) | Curve::Expression(_) => &[],
+        }
+    }
+
     /// Whether the weakening rate certainly never rises with the slip speed, the continuation to u < 0 included.
     #[must_use]
     pub fn weakens_less_and_less(&self) -> bool {

@@ -38,6 +38,15 @@ pub struct Stribeck {
     rate: f64,
 }
 
+/// Parameters of the law, exact but for one rounding.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Parts {
+    pub(crate) beta: f64,
+    pub(crate) gamma: f64,
+    /// 1 - alpha, rounded to the nearest f64.
+    pub(crate) drop: f64,
+}
+
 impl Stribeck {
     pub(super) fn new(epsilon: f64, parameters: &LawParameters) -> Self {
         let &[alpha, beta, gamma] = parameters.as_slice() else {
@@ -90,6 +99,11 @@ impl Stribeck {
             mean_weakening: at_rest - 2.0 * self.beta * belt_speed,
             weakening_range: Range { lo: at_rest - 4.0 * self.beta * belt_speed, hi: at_rest },
         }
+    }
+
+    /// The parameters as they were given, for arithmetic that encloses its roundings.
+    pub(crate) fn parts(&self) -> Parts {
+        Parts { beta: self.beta, gamma: self.gamma, drop: self.drop }
     }
 
     /// The scaled groups at belt speed V and damping force rate C = eps c.

@@ -134,6 +134,11 @@ impl Table {
         self.0.u[self.0.u.len() - 1]
     }
 
+    /// Where two cubics meet.
+    pub(super) fn corners(&self) -> &'static [f64] {
+        &self.0.u[1..self.pieces()]
+    }
+
     /// Number of pieces.
     fn pieces(&self) -> usize {
         self.0.u.len() - 1

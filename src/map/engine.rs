@@ -7,13 +7,14 @@ use std::sync::mpsc::sync_channel;
 use std::time::{Duration, Instant};
 
 use super::audit::{Audit, Draws};
+use super::quantity::describe;
 use super::simulation::{End, Paths, Simulated, simulate};
 use super::{Field, Method, MethodCells, Plan, Regime, Sink, Tile, TileData, Verdict};
 use crate::certify::Claim;
 use crate::filippov::Oscillator;
 use crate::friction::Column;
+use crate::simulate::return_map::{Turn, turns_of};
 use crate::simulate::slip_cycle::{SlipCycle, slip_cycles};
-use crate::simulate::{Fate, flow, return_map::Turn, return_map::turns_of};
 
 /// How a computation is steered from outside.
 pub struct Control<'a> {
@@ -272,18 +273,15 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> Computed {
         seconds.push(start.elapsed());
     }
     let (paths, rhs) = simulated.as_ref().map_or((Paths::default(), 0), |s: &Simulated| (s.paths, s.rhs));
-    let mut data = TileData {
-        tile: tile.clone(),
-        methods,
-        regime: Vec::new(),
-        landing_x1: Vec::new(),
-        stick_time: Vec::new(),
-        slip_time: Vec::new(),
-    };
-    if plan.stores(Field::Regime) || plan.stores(Field::Landing) {
+    let mut data = TileData { tile: tile.clone(), methods, regime: Vec::new(), quantities: Vec::new() };
+    if plan.fields.iter().any(|field| field.needs_flow()) {
         let simulated =
             simulated.unwrap_or_else(|| simulate(&columns, cs, plan.engine, plan.tolerance, false));
-        describe(plan, &columns, cs, &simulated.ends, &mut data);
+        if plan.stores(Field::Regime) {
+            let regime = |(oscillator, end): (Oscillator, &End)| regime_of(&oscillator, *end).code();
+            data.regime = oscillators(&columns, cs).zip(&simulated.ends).map(regime).collect();
+        }
+        data.quantities = describe(plan, tile, &simulated.ends);
     }
     let start = Instant::now();
     let verdicts: Vec<&[i8]> = data.methods.iter().map(|cells| cells.verdicts.as_slice()).collect();
@@ -362,31 +360,6 @@ fn simulation(plan: &Plan, method: Method, columns: &[Column], cs: &[f64]) -> (M
     (cells, simulated)
 }
 
-/// Fills the fields that describe the simulated orbit.
-fn describe(plan: &Plan, columns: &[Column], cs: &[f64], ends: &[End], data: &mut TileData) {
-    for (oscillator, &end) in oscillators(columns, cs).zip(ends) {
-        if plan.stores(Field::Regime) {
-            data.regime.push(regime_of(&oscillator, end).code());
-        }
-        if plan.stores(Field::Landing) {
-            let landing = match end {
-                End::Sticks => match flow(&oscillator, plan.tolerance).fate {
-                    Fate::Sticks(landing) => Some(landing),
-                    Fate::SpiralsInward | Fate::CrossesForever | Fate::TooCloseToCall | Fate::Failed(_) => {
-                        None
-                    }
-                },
-                End::Inward | End::Crosses | End::TooClose | End::Failed => None,
-            };
-            let number =
-                |value: fn(&crate::simulate::Landing) -> f64| landing.as_ref().map_or(f64::NAN, value);
-            data.landing_x1.push(number(|landing| landing.x1));
-            data.stick_time.push(number(|landing| landing.stick_time));
-            data.slip_time.push(number(|landing| landing.slip_time));
-        }
-    }
-}
-
 /// The regime of a point whose orbit from the exit point ends as `flow` says.
 #[must_use]
 pub fn regime(oscillator: &Oscillator, flow: &crate::simulate::Flow) -> Regime {
@@ -400,7 +373,7 @@ const SLIP_TOLERANCE: f64 = 1e-10;
 /// (Poincare-Bendixson); around a stable one the equilibrium attracts. A stick-slip cycle around a stable
 /// equilibrium coexists with it. Laws whose weakening rises somewhere may have further slip cycles, which are
 /// looked for.
-fn regime_of(oscillator: &Oscillator, end: End) -> Regime {
+pub(super) fn regime_of(oscillator: &Oscillator, end: End) -> Regime {
     let stable = oscillator.eigenvalues().is_stable();
     let slips = match end {
         End::Crosses | End::TooClose | End::Failed => false,

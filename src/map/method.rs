@@ -1,7 +1,11 @@
 //! The methods a map can compare: the closed-form tests, the simulated flow, and the simulations that people
 //! use today.
 
-use crate::certify::{Guarantee, TESTS, Test};
+use super::Verdict;
+use crate::certify::{Guarantee, TESTS, Test, validated};
+use crate::filippov::Oscillator;
+use crate::friction::Column;
+use crate::simulate::flow;
 use crate::simulate::naive::{NaiveKnobs, NaiveMethod};
 
 /// One method of a map.
@@ -25,10 +29,10 @@ impl Method {
     /// Every method, in the order in which maps and tables list them; naive ones with their default knobs.
     pub fn all() -> impl Iterator<Item = Method> {
         let naive = NaiveMethod::ALL.map(|method| Method::Naive(method, NaiveKnobs::default()));
-        Self::usual().chain(naive)
+        Self::usual().chain([Method::Test(&validated::TEST)]).chain(naive)
     }
 
-    /// The methods that are run where none are named: all that are meant to be right.
+    /// The methods that are run where none are named: all that are meant to be right and cost microseconds.
     pub fn usual() -> impl Iterator<Item = Method> {
         TESTS.iter().map(Method::Test).chain([Method::Simulation])
     }
@@ -45,6 +49,17 @@ impl Method {
         match self {
             Method::Test(_) | Method::Simulation => self,
             Method::Naive(naive, _) => Method::Naive(naive, knobs),
+        }
+    }
+
+    /// What the method says at damping `c` of a column; `tolerance` is that of the simulation.
+    #[must_use]
+    pub fn decide(&self, column: &Column, c: f64, tolerance: f64) -> Verdict {
+        let oscillator = Oscillator::in_column(column, c);
+        match self {
+            Method::Test(test) => (test.claim)(column).decide(c).into(),
+            Method::Simulation => Verdict::from(&flow(&oscillator, tolerance).fate),
+            Method::Naive(naive, knobs) => naive.decide(&oscillator, knobs).verdict.into(),
         }
     }
 

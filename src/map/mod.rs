@@ -2,9 +2,12 @@
 
 mod audit;
 mod engine;
+pub mod failures;
 mod grid;
+pub mod limits;
 mod method;
 mod plan;
+mod quantity;
 mod simulation;
 mod sink;
 mod verdict;
@@ -14,6 +17,7 @@ pub use engine::{ComputeError, Control, MethodSummary, Summary, compute, regime}
 pub use grid::{Axis, AxisRole, Grid, GridError, Tile};
 pub use method::Method;
 pub use plan::{Engine, Field, Plan};
-pub use simulation::Paths;
+pub use quantity::{AttractingCycle, Description, Quantity, attracting_cycle, basin_boundary};
+pub use simulation::{Paths, decide};
 pub use sink::{MethodCells, Sink, TileData};
 pub use verdict::{Regime, Verdict};

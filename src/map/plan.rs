@@ -1,6 +1,6 @@
 //! What is to be computed.
 
-use super::{Grid, Method};
+use super::{Grid, Method, Quantity};
 
 /// How the method `simulation` decides cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,14 +42,28 @@ pub enum Field {
     CriticalC,
     /// `regime`.
     Regime,
-    /// `landing_x1`, `stick_time` and `slip_time`.
+    /// `landing_x1`, `stick_time`, `slip_time` and `crossings`.
     Landing,
+    /// Period, amplitudes and multiplier of the attracting cycle.
+    Cycle,
+    /// The unstable slip cycle around steady slip, and the kicks that start stick-slip.
+    Basin,
+    /// `epsilon_limit_METHOD`.
+    EpsilonLimit,
 }
 
 impl Field {
     /// Every field.
-    pub const ALL: [Field; 5] =
-        [Field::Verdict, Field::Margin, Field::CriticalC, Field::Regime, Field::Landing];
+    pub const ALL: [Field; 8] = [
+        Field::Verdict,
+        Field::Margin,
+        Field::CriticalC,
+        Field::Regime,
+        Field::Landing,
+        Field::Cycle,
+        Field::Basin,
+        Field::EpsilonLimit,
+    ];
 
     /// Name in configurations.
     #[must_use]
@@ -60,6 +74,18 @@ impl Field {
             Field::CriticalC => "critical_c",
             Field::Regime => "regime",
             Field::Landing => "landing",
+            Field::Cycle => "cycle",
+            Field::Basin => "basin",
+            Field::EpsilonLimit => "epsilon_limit",
+        }
+    }
+
+    /// Whether it comes from the simulated flow, whatever the methods.
+    #[must_use]
+    pub fn needs_flow(self) -> bool {
+        match self {
+            Field::Verdict | Field::Margin | Field::CriticalC => false,
+            Field::Regime | Field::Landing | Field::Cycle | Field::Basin | Field::EpsilonLimit => true,
         }
     }
 }
@@ -71,7 +97,7 @@ pub struct Plan {
     pub grid: Grid,
     /// The methods, in the order of [`Method::all`], without repetition.
     pub methods: Vec<Method>,
-    /// The stored fields; [`Field::Verdict`] is always among them.
+    /// The stored fields, in the order of [`Field::ALL`]; [`Field::Verdict`] is always among them.
     pub fields: Vec<Field>,
     /// How `simulation` decides cells.
     pub engine: Engine,
@@ -92,6 +118,12 @@ impl Plan {
         self.fields.contains(&field)
     }
 
+    /// The quantities of the stored fields, in the order in which a map lists them.
+    #[must_use]
+    pub fn quantities(&self) -> Vec<Quantity> {
+        self.fields.iter().flat_map(|field| Quantity::of(*field, self.methods.len())).collect()
+    }
+
     /// Bytes of the map before compression.
     #[must_use]
     pub fn bytes(&self) -> u128 {
@@ -103,7 +135,9 @@ impl Plan {
             Field::Margin => 8 * methods * cells,
             Field::CriticalC => 8 * methods * columns,
             Field::Regime => cells,
-            Field::Landing => 24 * cells,
+            Field::Landing | Field::Cycle | Field::Basin | Field::EpsilonLimit => {
+                8 * cells * Quantity::of(*field, self.methods.len()).len() as u128
+            }
         };
         self.fields.iter().map(per_field).sum()
     }

@@ -146,6 +146,12 @@ pub(super) fn simulate(
     done
 }
 
+/// The verdicts of the method `simulation` on the cells of `columns` at the dampings `cs`, column by column.
+#[must_use]
+pub fn decide(columns: &[Column], cs: &[f64], engine: Engine, tolerance: f64) -> Vec<Verdict> {
+    simulate(columns, cs, engine, tolerance, false).ends.into_iter().map(End::verdict).collect()
+}
+
 /// Every cell of a column by its own orbit: vectors of turns, and single orbits where the margin's sign or
 /// the landing is not settled by the turn.
 fn return_map_column(column: &Column, cs: &[f64], tolerance: f64, done: &mut Simulated) {

@@ -25,12 +25,9 @@ pub struct TileData {
     pub methods: Vec<MethodCells>,
     /// Regime codes; empty unless stored.
     pub regime: Vec<i8>,
-    /// x1 at landing, NaN where the orbit does not stick; empty unless stored.
-    pub landing_x1: Vec<f64>,
-    /// Stick time, NaN where the orbit does not stick; empty unless stored.
-    pub stick_time: Vec<f64>,
-    /// Slip time, NaN where the orbit does not stick; empty unless stored.
-    pub slip_time: Vec<f64>,
+    /// The values of each of the plan's [`Plan::quantities`](super::Plan::quantities), in its order, row-major
+    /// over the tile's shape.
+    pub quantities: Vec<Vec<f64>>,
 }
 
 /// A receiver of tiles. The workers call [`Sink::pack`] in parallel, one thread calls [`Sink::write`];

@@ -1,6 +1,7 @@
 //! The labels a map stores.
 
 use crate::certify::Decision;
+use crate::simulate::Fate;
 use crate::simulate::naive::NaiveVerdict;
 
 /// A method's verdict on one cell, with the code stored in `verdict_METHOD`.
@@ -49,6 +50,17 @@ impl From<Decision> for Verdict {
             Decision::Present => Verdict::Present,
             Decision::Absent => Verdict::Absent,
             Decision::Undecided => Verdict::Undecided,
+        }
+    }
+}
+
+impl From<&Fate> for Verdict {
+    fn from(fate: &Fate) -> Self {
+        match fate {
+            Fate::Sticks(_) => Verdict::Present,
+            Fate::SpiralsInward | Fate::CrossesForever => Verdict::Absent,
+            Fate::TooCloseToCall => Verdict::Undecided,
+            Fate::Failed(_) => Verdict::Failed,
         }
     }
 }

@@ -146,9 +146,11 @@ impl Boundaries {
         for method in map.methods().iter().filter(|method| method.name != SIMULATION) {
             let variable = format!("critical_c_{}", method.name);
             let source = match Method::by_name(&method.name) {
+                // These know no critical damping, only verdicts.
+                Some(Method::Naive(..)) => continue,
                 _ if map.has(&variable) => Source::Stored(variable),
                 Some(Method::Test(test)) => Source::Claim(test.claim),
-                Some(Method::Simulation | Method::Naive(..)) | None => {
+                Some(Method::Simulation) | None => {
                     boundaries.unknown.push(method.name.clone());
                     continue;
                 }

@@ -46,10 +46,10 @@ pub(super) fn markdown(map: &MapFile, tables: &[Table], figures: &[Figure]) -> S
         ));
     }
     if let Some(config) = map.text("config") {
-        // A fence longer than any run of backticks inside.
+        let config: String = config.chars().filter(|c| !c.is_control() || matches!(c, '\n' | '\t')).collect();
+        // A fence longer than any run of backticks in what is shown.
         let longest = config.split(|c| c != '`').map(str::len).max().unwrap_or(0);
         let fence = "`".repeat(longest.max(2) + 1);
-        let config: String = config.chars().filter(|c| !c.is_control() || matches!(c, '\n' | '\t')).collect();
         text.push_str(&format!("\n## Configuration\n\n{fence}toml\n{}\n{fence}\n", config.trim_end()));
     }
     text

@@ -11,6 +11,7 @@ mod table;
 pub mod tables;
 mod text;
 mod verdicts;
+pub mod work_precision;
 mod write;
 
 use std::path::PathBuf;
@@ -65,6 +66,23 @@ pub enum ReportError {
     /// The map has no such axis, variable or the like.
     #[error(transparent)]
     Choice(#[from] figure::ChoiceError),
+    /// Work and precision can only be compared where there is a reference.
+    #[error(
+        "there is no reference to measure against: the law `{law}` has none, or every cell of the box lies outside its \
+         domain; the law `stribeck` at moderate epsilon has one"
+    )]
+    NoReference {
+        /// The friction law.
+        law: &'static str,
+    },
+    /// The peers' measurements cannot be read.
+    #[error("{path}: {why}; make it anew with scripts/peers, or name another file")]
+    Peers {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        why: String,
+    },
     /// [`Control::stop`] was set.
     #[error("interrupted")]
     Interrupted,

@@ -8,7 +8,7 @@ use super::figure::{Figure, Scene, render};
 use super::table::Table;
 use super::text::Rich;
 use super::{Report, ReportError, document, figure, tables};
-use crate::store::MapFile;
+use crate::store::{MapFile, StoreError};
 
 /// What to do with an output that is there already.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,12 +25,24 @@ pub enum Existing {
 /// # Errors
 /// [`ReportError::Exists`], or why something could not be drawn or written.
 pub fn write(map: &MapFile, report: &Report, folder: &Path, existing: Existing) -> Result<(), ReportError> {
-    let there = folder.symlink_metadata().is_ok();
-    if there && existing == Existing::Refuse {
-        return Err(ReportError::Exists { path: folder.to_path_buf() });
-    }
     let tables = tables::all(map, report);
     let figures = figure::all(map, report)?;
+    publish(folder, existing, &files(map, &tables, &figures)?, &[])
+}
+
+/// A file that somebody else writes: its name, and how.
+pub(super) type Written<'a> = (&'a str, &'a dyn Fn(&Path) -> Result<(), StoreError>);
+
+/// Puts files into `folder`: all of them, or none if anything fails before the last step, the renaming.
+pub(super) fn publish(
+    folder: &Path,
+    existing: Existing,
+    files: &[(PathBuf, Vec<u8>)],
+    written: &[Written],
+) -> Result<(), ReportError> {
+    if existing == Existing::Refuse && folder.symlink_metadata().is_ok() {
+        return Err(ReportError::Exists { path: folder.to_path_buf() });
+    }
     let parent = match folder.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
@@ -40,15 +52,30 @@ pub fn write(map: &MapFile, report: &Report, folder: &Path, existing: Existing) 
         .prefix(".slipmap-report-")
         .tempdir_in(parent)
         .map_err(|source| ReportError::Io { path: folder.to_path_buf(), source })?;
-    let files = files(map, &tables, &figures)?;
-    for (name, contents) in &files {
+    for (name, contents) in files {
         put(&scratch.path().join(name), contents)?;
     }
+    for (name, write) in written {
+        write(&scratch.path().join(name))?;
+    }
     // Only now is anything visible changed.
-    for (name, _) in &files {
+    let names = files.iter().map(|(name, _)| name.as_path());
+    for name in names.chain(written.iter().map(|(name, _)| Path::new(name))) {
         let (from, to) = (scratch.path().join(name), folder.join(name));
         create(to.parent().unwrap_or(folder))?;
         fs::rename(&from, &to).map_err(|source| ReportError::Io { path: to, source })?;
+    }
+    Ok(())
+}
+
+/// Adds a figure's files, at the top of the folder.
+pub(super) fn add_figure(files: &mut Vec<(PathBuf, Vec<u8>)>, figure: &Figure) -> Result<(), ReportError> {
+    for (width, scene) in &figure.scenes {
+        let name = format!("{}-{}", figure.name, width.name());
+        let svg = scene.svg(&name, &figure.caption);
+        files.push((format!("{name}.png").into(), render::png(&name, &svg)?));
+        files.push((format!("{name}.pdf").into(), render::pdf(&name, &svg)?));
+        files.push((format!("{name}.svg").into(), svg.into_bytes()));
     }
     Ok(())
 }

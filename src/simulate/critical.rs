@@ -10,7 +10,7 @@
 //!
 //! by trigonometric interpolation. The sweep contracts fast because p moves D only through D'(u), and the
 //! error falls geometrically with M because the orbit is analytic. Convergence is judged by two successive
-//! M, never by one. Columns outside the domain of the polar form are bisected with [`flow`].
+//! M, never by one. Columns outside the domain of the polar form are searched with [`flow`].
 
 use std::f64::consts::TAU;
 use std::sync::{LazyLock, OnceLock};
@@ -285,7 +285,7 @@ pub fn critical_dampings(
             Some(Spectral::NoAnswer { rhs }) => Err(rhs),
             None => general::critical_damping(column, tolerance),
         };
-        answer.or_else(|rhs| bisect(column, tolerance, rhs))
+        answer.or_else(|rhs| search(column, tolerance, rhs))
     };
     columns.iter().map(answer).collect()
 }
@@ -298,16 +298,19 @@ pub fn critical_damping(column: &Column, tolerance: f64) -> Result<CriticalDampi
     critical_dampings(std::slice::from_ref(column), tolerance)[0]
 }
 
-/// Bisects a column with the simulated flow, which decides overdamped points too.
-fn bisect(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, NoCriticalDamping> {
+/// Searches a column with the simulated flow, which decides overdamped points too: the ITP method of
+/// Oliveira and Takahashi (ACM Trans. Math. Softw. 47, 2020), which is as fast as the secant where the margin
+/// is smooth and never slower than bisection where only its sign is known.
+fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, NoCriticalDamping> {
     let mut rhs = rhs;
-    let mut returns = |c: f64| {
+    let mut margin = |c: f64| {
         let answer = flow(&Oscillator::in_column(column, c), tolerance.max(1e-12));
         rhs += answer.rhs;
+        let size = if answer.margin.is_finite() { answer.margin.abs().min(1.0) } else { 1.0 };
         match answer.fate {
-            Fate::Sticks(_) | Fate::CrossesForever => Ok(Some(true)),
-            Fate::SpiralsInward => Ok(Some(false)),
-            Fate::TooCloseToCall => Ok(None),
+            Fate::Sticks(_) | Fate::CrossesForever => Ok(size),
+            Fate::SpiralsInward => Ok(-size),
+            Fate::TooCloseToCall => Ok(0.0),
             Fate::Failed(_) => Err(NoCriticalDamping::NoVerdict),
         }
     };
@@ -316,21 +319,37 @@ fn bisect(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, 
     let width = (range.hi - range.lo).abs() / column.epsilon;
     let pad = 1e-6 * width + 1e-12 * (range.hi.abs() + range.lo.abs()) / column.epsilon;
     let (mut low, mut high) = (range.lo / column.epsilon - pad, range.hi / column.epsilon + pad);
-    if returns(low)? == Some(false) || returns(high)? == Some(true) {
+    if low < 0.0 && high > 0.0 && margin(0.0)? < 0.0 {
+        // No legal damping is small enough: how negative c* is concerns nobody.
+        return Ok(CriticalDamping { c: 0.5 * low, error: -0.5 * low, rhs });
+    }
+    let (mut at_low, mut at_high) = (margin(low)?, margin(high)?);
+    if at_low < 0.0 || at_high > 0.0 {
         return Err(NoCriticalDamping::NoVerdict);
     }
-    while high - low > tolerance.max(4.0 * f64::EPSILON) * (low.abs() + high.abs()) {
+    let enough = tolerance.max(4.0 * f64::EPSILON) * (low.abs() + high.abs());
+    let truncation = 0.2 / (high - low);
+    // Half the width that bisection alone would leave, with one step to spare.
+    let mut allowance = high - low;
+    while high - low > enough {
         let middle = 0.5 * (low + high);
         if middle <= low || middle >= high {
             break;
         }
-        match returns(middle)? {
-            Some(true) => low = middle,
-            Some(false) => high = middle,
-            None => {
-                // Decided to the flow's own accuracy.
-                return Ok(CriticalDamping { c: middle, error: high - low, rhs });
-            }
+        let secant = (at_low * high - at_high * low) / (at_low - at_high);
+        let towards = (middle - secant).signum();
+        let shift = truncation * (high - low) * (high - low);
+        let moved = if shift <= (middle - secant).abs() { secant + towards * shift } else { middle };
+        let reach = (allowance - 0.5 * (high - low)).max(0.0);
+        allowance *= 0.5;
+        let next = if (moved - middle).abs() <= reach { moved } else { middle - towards * reach };
+        // Round-off must not let the secant stand still on an end.
+        let next = if next > low && next < high { next } else { middle };
+        match margin(next)? {
+            found if found > 0.0 => (low, at_low) = (next, found),
+            found if found < 0.0 => (high, at_high) = (next, found),
+            // Decided to the flow's own accuracy.
+            _ => return Ok(CriticalDamping { c: next, error: high - low, rhs }),
         }
     }
     Ok(CriticalDamping { c: 0.5 * (low + high), error: high - low, rhs })

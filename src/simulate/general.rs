@@ -8,6 +8,7 @@
 
 use std::f64::consts::{PI, TAU};
 
+use super::corners::{self, End};
 use super::critical::CriticalDamping;
 use super::dop853::{Field, NODES, STAGES, step};
 use super::return_map::Turn;
@@ -49,6 +50,15 @@ impl Field<2> for Polar<'_> {
     }
 }
 
+/// The slip speed at an angle, and its rate of change with it.
+fn slip(oscillator: &Oscillator, theta: f64, state: &[f64; 2]) -> End {
+    let (sin, cos) = theta.sin_cos();
+    let r = 1.0 + state[0];
+    let slip = oscillator.belt_speed * (-r).mul_add(cos, 1.0);
+    let turning = oscillator.divergence(slip).mul_add(sin * cos, 1.0);
+    End { slip, rate: oscillator.belt_speed * r * sin / turning }
+}
+
 /// One turn of the orbit from the exit point, with an error of at most `tolerance` where that can be had.
 pub(super) fn turn(oscillator: &Oscillator, tolerance: f64) -> Turn {
     let mut rhs = 0;
@@ -61,14 +71,23 @@ pub(super) fn turn(oscillator: &Oscillator, tolerance: f64) -> Turn {
         let width = if last { TAU - theta } else { h };
         let mut field = Polar { oscillator, from: theta, h: width, slowest: f64::INFINITY, steepest };
         let (next, local) = step(width, &state, &mut field);
+        // Estimates pass through zero where errors do not: that of the other component does so elsewhere.
+        let local = local[0].hypot(local[1]);
         rhs += STAGES as u32;
         let inside = field.slowest > SLOWEST_TURN && next[0].is_finite();
+        if inside {
+            let ends = [slip(oscillator, theta, &state), slip(oscillator, theta + width, &next)];
+            if let Some(shorter) = corners::shortened(&oscillator.curve, oscillator.belt_speed, ends, width) {
+                h = shorter;
+                continue;
+            }
+        }
         // Round-off is all that is left below a few units in the last place of the increments.
         let floor = 4.0 * f64::EPSILON * field.steepest.max(next[0].abs());
         let allowed = (SHARE * tolerance / TAU).max(floor) * width;
-        if !inside || local[0] > allowed {
+        if !inside || local > allowed {
             let factor =
-                if inside { (0.9 * (allowed / local[0]).powf(1.0 / 7.0)).clamp(0.1, 0.9) } else { 0.25 };
+                if inside { (0.9 * (allowed / local).powf(1.0 / 7.0)).clamp(0.1, 0.9) } else { 0.25 };
             h = width * factor;
             if !(h > SHORTEST_STEP) {
                 return Turn::HandOver { rhs };
@@ -84,14 +103,14 @@ pub(super) fn turn(oscillator: &Oscillator, tolerance: f64) -> Turn {
             r * d.mul_add(sin * cos, 1.0)
         };
         let carry = speed(theta, &state) / speed(theta + width, &next) * (next[1] - state[1]).exp();
-        error = error * carry.abs() + local[0];
+        error = error * carry.abs() + local;
         state = next;
         theta += width;
         if last {
             let round_off = 16.0 * f64::EPSILON * state[0].abs().max(steepest);
             return Turn::Complete { margin: state[0], error: error / SHARE + round_off, rhs };
         }
-        let grown = if local[0] > 0.0 { 0.9 * (allowed / local[0]).powf(1.0 / 7.0) } else { 5.0 };
+        let grown = if local > 0.0 { 0.9 * (allowed / local).powf(1.0 / 7.0) } else { 5.0 };
         h = (width * grown.clamp(0.2, 5.0)).min(LONGEST_STEP);
     }
     Turn::HandOver { rhs }

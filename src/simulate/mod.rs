@@ -6,6 +6,8 @@
 //! for a whole column at once.
 
 mod arc;
+mod collocation;
+mod corners;
 pub mod critical;
 pub mod crossing;
 pub mod direct;
@@ -17,6 +19,7 @@ pub mod naive;
 mod polar;
 pub mod return_map;
 pub mod slip_cycle;
+mod stepping;
 pub mod surface;
 
 pub use critical::{CriticalDamping, NoCriticalDamping, critical_damping};

@@ -11,7 +11,7 @@ use crate::certify::Guarantee;
 
 use super::error::StoreError;
 use super::pack::{self, Fingerprint};
-use super::provenance::text_digest;
+use super::provenance::fingerprint;
 use super::reader::{MapFile, read_box};
 use super::schema::{Content, Variable};
 use super::seal::{self, Seal};
@@ -134,7 +134,7 @@ fn check_root(map: &MapFile, report: &mut CheckReport) {
         attribute("complete", "is not 1: the run did not finish");
     }
     let config = map.text("config").unwrap_or_default();
-    if map.text("config_sha256") != Some(text_digest(config).as_str()) {
+    if map.text("config_sha256") != Some(fingerprint(config).as_str()) {
         attribute("config_sha256", "is not the fingerprint of the attribute config");
     }
     for name in ["source", "history", "references", "crate_version", "git", "machine", "engine"] {

@@ -60,20 +60,29 @@ fn words<'a>(list: impl IntoIterator<Item = &'a str>) -> Value {
     Value::Text(list.into_iter().collect::<Vec<_>>().join(" "))
 }
 
-/// The root attributes known before the run.
-pub(super) fn opening(plan: &Plan, provenance: &Provenance) -> Vec<(String, Value)> {
+/// The attributes that tell where any of our files comes from.
+pub(super) fn origin(provenance: &Provenance) -> Vec<(&'static str, Value)> {
     let version = env!("CARGO_PKG_VERSION");
     let date = humantime::format_rfc3339_seconds(std::time::SystemTime::now());
-    let attributes: Vec<(&str, Value)> = vec![
+    vec![
         ("Conventions", "CF-1.11".into()),
         ("title", provenance.title.as_str().into()),
         ("history", format!("{date} slipmap {version}: {}", provenance.command_line).into()),
         ("source", format!("slipmap {version}").into()),
         ("references", REFERENCES.into()),
-        ("schema", SCHEMA.into()),
         ("crate_version", version.into()),
         ("git", env!("SLIPMAP_GIT").into()),
         ("machine", machine().into()),
+        ("config", provenance.config_text.as_str().into()),
+        ("config_path", provenance.config_path.as_str().into()),
+        ("config_sha256", fingerprint(&provenance.config_text).into()),
+    ]
+}
+
+/// The root attributes known before the run.
+pub(super) fn opening(plan: &Plan, provenance: &Provenance) -> Vec<(String, Value)> {
+    let of_maps: Vec<(&str, Value)> = vec![
+        ("schema", SCHEMA.into()),
         ("law", plan.grid.law().name().into()),
         ("law_definition", plan.grid.law().definition().into()),
         ("methods", words(plan.methods.iter().map(Method::name))),
@@ -82,11 +91,9 @@ pub(super) fn opening(plan: &Plan, provenance: &Provenance) -> Vec<(String, Valu
         ("tolerance", plan.tolerance.into()),
         ("tile_shape", Value::Integers(plan.tile_shape.iter().map(|&len| len as i64).collect())),
         ("compression", integer(plan.compression)),
-        ("config", provenance.config_text.as_str().into()),
-        ("config_path", provenance.config_path.as_str().into()),
-        ("config_sha256", text_digest(&provenance.config_text).into()),
     ];
-    attributes.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+    let attributes = origin(provenance).into_iter().chain(of_maps);
+    attributes.map(|(name, value)| (name.to_owned(), value)).collect()
 }
 
 /// The root attributes known at the end.
@@ -113,8 +120,9 @@ pub(super) fn closing(outcome: &Outcome) -> Vec<(String, Value)> {
     attributes
 }
 
-/// Fingerprint of a text.
-pub(super) fn text_digest(text: &str) -> String {
+/// SHA-256 of a text, in hexadecimal digits.
+#[must_use]
+pub fn fingerprint(text: &str) -> String {
     hex(&Sha256::digest(text.as_bytes()))
 }
 

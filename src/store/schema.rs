@@ -1,6 +1,6 @@
 //! What a map file holds: one description, used to write maps, to read them and to check them.
 
-use crate::map::{Field, Grid, Method, Plan, Regime, TileData, Verdict};
+use crate::map::{Field, Grid, Method, Plan, Quantity, Regime, TileData, Verdict};
 
 use super::value::Value;
 
@@ -42,12 +42,8 @@ pub(super) enum Content {
     CriticalC(usize),
     /// Regimes.
     Regime,
-    /// x1 at landing.
-    LandingX1,
-    /// Stick times.
-    StickTime,
-    /// Slip times.
-    SlipTime,
+    /// The quantity with this position among those of the plan.
+    Quantity(usize),
 }
 
 /// Cells of a variable in memory.
@@ -103,9 +99,7 @@ impl Variable {
             Content::Margin(method) => Cells::Reals(&data.methods[method].margins),
             Content::CriticalC(method) => Cells::Reals(&data.methods[method].critical),
             Content::Regime => Cells::Codes(&data.regime),
-            Content::LandingX1 => Cells::Reals(&data.landing_x1),
-            Content::StickTime => Cells::Reals(&data.stick_time),
-            Content::SlipTime => Cells::Reals(&data.slip_time),
+            Content::Quantity(position) => Cells::Reals(&data.quantities[position]),
         }
     }
 }
@@ -140,6 +134,7 @@ impl Schema {
         fields: Vec<Field>,
     ) -> Self {
         let mut variables = Vec::new();
+        let mut quantities = 0;
         for field in Field::ALL {
             if field != Field::Verdict && !fields.contains(&field) {
                 continue;
@@ -153,11 +148,12 @@ impl Schema {
                     "long-run behaviour according to the simulated flow",
                     Content::Regime,
                 )),
-                Field::Landing => variables.extend([
-                    plain("landing_x1", "x1 at which the mass begins to stick", Content::LandingX1),
-                    plain("stick_time", "time of sticking per period", Content::StickTime),
-                    plain("slip_time", "time of slipping per period", Content::SlipTime),
-                ]),
+                Field::Landing | Field::Cycle | Field::Basin | Field::EpsilonLimit => {
+                    for quantity in Quantity::of(field, methods.len()) {
+                        variables.push(of_quantity(quantity, &methods, Content::Quantity(quantities)));
+                        quantities += 1;
+                    }
+                }
             }
         }
         Self { grid, tile_shape, methods, fields, variables }
@@ -231,6 +227,18 @@ fn per_method(
         variable.attributes.push(("guarantee", method.guarantee.as_str().into()));
         variable.attributes.push(("equation", method.equation.as_str().into()));
         variables.push(variable);
+    }
+}
+
+/// The variable of a quantity; what is one per method is named after it.
+fn of_quantity(quantity: Quantity, methods: &[MethodInfo], content: Content) -> Variable {
+    match quantity {
+        Quantity::EpsilonLimit(method) => {
+            let MethodInfo { name, long_name, .. } = &methods[method];
+            let name = format!("{}_{name}", quantity.name());
+            plain(&name, &format!("{}: {long_name}", quantity.long_name()), content)
+        }
+        _ => plain(quantity.name(), quantity.long_name(), content),
     }
 }
 

@@ -7,10 +7,12 @@
 #![allow(unsafe_code)]
 
 use hdf5::types::TypeDescriptor;
-use hdf5::{Attribute, Dataset, Datatype, Error, H5Type, Location, ObjectReference1};
+use hdf5::{Attribute, Dataset, Datatype, Error, File, H5Type, Location, ObjectReference1};
 use hdf5_sys::h5::{herr_t, hsize_t};
 use hdf5_sys::h5a::{H5Aread, H5Awrite};
 use hdf5_sys::h5d::H5Dwrite_chunk;
+#[cfg(unix)]
+use hdf5_sys::h5f::H5Fget_vfd_handle;
 use hdf5_sys::h5p::H5P_DEFAULT;
 use hdf5_sys::h5t::{H5T_str_t, H5Tset_strpad};
 
@@ -35,6 +37,33 @@ pub(super) fn write_chunk(dataset: &Dataset, offset: &[usize], bytes: &[u8]) -> 
             H5Dwrite_chunk(dataset.id(), H5P_DEFAULT, 0, offset.as_ptr(), bytes.len(), bytes.as_ptr().cast())
         })
     })
+}
+
+/// Releases the library's lock on a file that is about to be closed.
+///
+/// Closing alone is not enough: the lock belongs to the open file, and a process started meanwhile by another
+/// thread has inherited it. The file would stay locked for as long as that process runs.
+///
+/// # Errors
+/// The library's own. That the file system knows no locks is no error.
+#[cfg(unix)]
+pub(super) fn unlock(file: &File) -> hdf5::Result<()> {
+    hdf5::sync::sync(|| {
+        let mut handle = std::ptr::null_mut();
+        // SAFETY: the library stores one pointer.
+        checked(unsafe { H5Fget_vfd_handle(file.id(), H5P_DEFAULT, &raw mut handle) })?;
+        // SAFETY: for the default driver, with which all our files are opened, that pointer is to the file
+        // descriptor, which stays open while `file` lives.
+        let descriptor = unsafe { std::os::fd::BorrowedFd::borrow_raw(*handle.cast::<i32>()) };
+        let _ = rustix::fs::flock(descriptor, rustix::fs::FlockOperation::Unlock);
+        Ok(())
+    })
+}
+
+/// Elsewhere locks are not inherited.
+#[cfg(not(unix))]
+pub(super) fn unlock(_: &File) -> hdf5::Result<()> {
+    Ok(())
 }
 
 /// How the end of a text of fixed length is marked.

@@ -118,6 +118,7 @@ impl MapWriter {
         seal_attributes(&file).map_err(failed)?;
         drop(datasets);
         file.flush().map_err(failed)?;
+        sys::unlock(&file).map_err(failed)?;
         file.close().map_err(failed)?;
         seal::seal(temporary.path()).map_err(|source| StoreError::io("write", &output, source))?;
         temporary.publish(&output, existing)
@@ -180,7 +181,7 @@ impl Sink for MapWriter {
 /// The format is that of HDF5 1.8: its metadata carry checksums, and every NetCDF-4 reader knows it, which is
 /// not so of later ones (netcdf-java, the reader in Panoply, has its own implementation). Creation order
 /// is recorded because NetCDF lists dimensions, variables and attributes in that order.
-fn create_file(path: &Path) -> hdf5::Result<File> {
+pub(super) fn create_file(path: &Path) -> hdf5::Result<File> {
     hdf5::FileBuilder::new()
         .with_fapl(|access| {
             access
@@ -295,7 +296,7 @@ fn close_variable(dataset: &Dataset, variable: &Variable, written: &Written) -> 
 }
 
 /// Adds the fingerprint of an object's attributes.
-fn seal_attributes(place: &Location) -> hdf5::Result<()> {
+pub(super) fn seal_attributes(place: &Location) -> hdf5::Result<()> {
     let attributes = value::read_all(place)?;
     let known = attributes.iter().filter_map(|(name, value)| Some((name.as_str(), value.as_ref()?)));
     let digest = value::digest(known);

@@ -20,7 +20,14 @@ pub fn bistable(map: &MapFile) -> Figure {
     index[0] = axes[0].values.len() - 1;
     let belt = &axes[v].values;
     let (first, last) = (belt[0], belt[belt.len() - 1]);
-    let x = if belt.len() > 1 { Scale::linear(first, last) } else { Scale::linear(0.1 * first, 2.0 * first) };
+    let full = match belt.as_slice() {
+        [only] => Scale::linear(0.1 * only, 2.0 * only),
+        _ if last > 5.0 * first => Scale::logarithmic(first, last),
+        _ => Scale::linear(first, last),
+    };
+    let samples = curves::samples(full);
+    let roots = curves::exact(&curves::columns(map, &index, v, &samples));
+    let x = curves::cut(full, &samples, |i| roots[i]);
     let values = curves::samples(x);
     let columns = curves::columns(map, &index, v, &values);
     let upper = curves::exact(&columns);

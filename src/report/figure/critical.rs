@@ -18,24 +18,31 @@ pub fn critical(map: &MapFile) -> Figure {
     let axes = map.grid().axes();
     let (c, v) = (axes.len() - 1, axes.len() - 2);
     let nodes = &axes[v].values;
-    let x = match nodes.as_slice() {
+    let full = match nodes.as_slice() {
         [only] => Scale::logarithmic(only / SPREAD, only * SPREAD),
         nodes => {
             let (first, last) = (nodes[0], nodes[nodes.len() - 1]);
             if last > 5.0 * first { Scale::logarithmic(first, last) } else { Scale::linear(first, last) }
         }
     };
-    let values = curves::samples(x);
     let epsilons = chosen_epsilons(map);
     let index = telling(map);
-    let panels: Vec<Vec<(String, Vec<f64>)>> = epsilons
-        .iter()
-        .map(|&epsilon| {
+    let curves_over = |values: &[f64]| -> Vec<Vec<(String, Vec<f64>)>> {
+        let of = |&epsilon: &usize| {
             let mut index = index.clone();
             index[0] = epsilon;
-            curves::by_method(map, &curves::columns(map, &index, v, &values))
-        })
-        .collect();
+            curves::by_method(map, &curves::columns(map, &index, v, values))
+        };
+        epsilons.iter().map(of).collect()
+    };
+    // Belts so fast that no method claims a cycle are left out.
+    let values = curves::samples(full);
+    let all = curves_over(&values);
+    let x = curves::cut(full, &values, |i| {
+        all.iter().flatten().map(|(_, curve)| curve[i]).fold(f64::NEG_INFINITY, f64::max)
+    });
+    let values = curves::samples(x);
+    let panels = curves_over(&values);
     let most = panels.iter().flatten().flat_map(|(_, curve)| curve).copied().filter(|c| c.is_finite());
     let y = Scale::linear(0.0, most.fold(0.0, f64::max) * 1.04);
     let mut scenes = Vec::new();

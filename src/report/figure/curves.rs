@@ -1,6 +1,6 @@
 //! Critical dampings along one parameter, and how curves are drawn.
 
-use super::axis::Panel;
+use super::axis::{Panel, Scale};
 use super::palette::{self, MethodStyle};
 use super::scene::{Place, Scene, Stroke};
 use super::slice::point;
@@ -18,8 +18,21 @@ const TOLERANCE: f64 = 1e-9;
 
 /// Evenly spaced numbers on a scale.
 #[must_use]
-pub(super) fn samples(scale: super::axis::Scale) -> Vec<f64> {
+pub(super) fn samples(scale: Scale) -> Vec<f64> {
     (0..=POINTS).map(|i| scale.value(i as f64 / POINTS as f64)).collect()
+}
+
+/// A scale without its end, where nothing is positive; the same if nothing is positive anywhere. `most` is
+/// the largest value at each sample of the scale.
+#[must_use]
+pub(super) fn cut(scale: Scale, samples: &[f64], most: impl Fn(usize) -> f64) -> Scale {
+    match (0..samples.len()).rev().find(|&i| most(i) > 0.0) {
+        Some(last) => {
+            let end = (1.05 * scale.unit(samples[last]) + 0.02).min(1.0);
+            Scale { to: scale.value(end), ..scale }
+        }
+        None => scale,
+    }
 }
 
 /// The columns of a map's law in which `axis` takes the given values and the others are held at nodes.

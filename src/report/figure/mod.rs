@@ -17,6 +17,7 @@ pub mod render;
 pub mod scene;
 pub mod slice;
 pub mod slices;
+pub mod work_precision;
 
 pub use plot::{Plot, plot};
 pub use portrait::portrait;

@@ -53,8 +53,32 @@ pub fn method(name: &str) -> MethodStyle {
         "bendixson" => style(PURPLE, 1.2, &[5.0, 1.6, 1.2, 1.6], Marker::TriangleDown),
         "symmetric" => style(BLUE, 1.2, &[2.6, 1.4], Marker::Triangle),
         "harmonic_balance" => style(GREEN, 1.2, &[8.0, 2.0, 1.2, 2.0, 1.2, 2.0], Marker::Plus),
+        "universal_surface" => style(BLUE, 1.0, &[], Marker::Circle),
+        "critical_surface" => style(GREEN, 1.0, &[], Marker::Diamond),
+        "return_map" => style(BLACK, 1.0, &[], Marker::Circle),
+        "auto" => style(PURPLE, 1.0, &[], Marker::TriangleDown),
+        "direct" => style(VERMILION, 1.0, &[], Marker::Square),
+        "smoothed" => style(ORANGE, 1.0, &[3.0, 1.5], Marker::Plus),
+        "stick_band" => style(PURPLE, 1.0, &[3.0, 1.5], Marker::Diamond),
+        "fixed_step" => style(SKY, 1.0, &[3.0, 1.5], Marker::Cross),
+        "event_step" => style(GREEN, 1.0, &[3.0, 1.5], Marker::Triangle),
         _ => style(GREY, 1.0, &[1.0, 1.0], Marker::Circle),
     }
+}
+
+/// The style of the peer with this number: grey and dotted, told apart by its mark.
+#[must_use]
+pub fn peer(number: usize) -> MethodStyle {
+    const MARKERS: [Marker; 7] = [
+        Marker::Circle,
+        Marker::Square,
+        Marker::Triangle,
+        Marker::Diamond,
+        Marker::TriangleDown,
+        Marker::Plus,
+        Marker::Cross,
+    ];
+    style("#6e6e6e", 0.8, &[1.0, 1.4], MARKERS[number % MARKERS.len()])
 }
 
 /// Present.

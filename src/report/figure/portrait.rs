@@ -56,8 +56,8 @@ impl Portrait {
 
     /// The smallest rectangle around everything: x1 and x2, least and greatest.
     fn extent(&self) -> [f64; 4] {
-        let mut extent =
-            [self.oscillator.upper_tangency_x1(), self.oscillator.exit_x1(), 0.0, self.oscillator.belt_speed];
+        let (exit, v) = (self.oscillator.exit_x1(), self.oscillator.belt_speed);
+        let mut extent = [exit, exit, 0.0, v];
         for state in self.orbit.samples.iter().chain(&self.inner.samples) {
             extent = [
                 extent[0].min(state.x1),
@@ -66,6 +66,8 @@ impl Portrait {
                 extent[3].max(state.x2),
             ];
         }
+        // The sticking segment whole, unless that would make the orbit tiny.
+        extent[0] = extent[0].min(self.oscillator.upper_tangency_x1().max(extent[0] - v));
         extent
     }
 

@@ -254,8 +254,8 @@ pub fn middle(axes: &[Axis]) -> Vec<usize> {
 }
 
 /// Nodes of a map at which there is something to see: the middle ones if a cycle exists in their column,
-/// else those of a column among first, middle and last nodes of every axis whose critical damping is the
-/// median of all that are positive.
+/// else those of the most similar column among first, middle and last nodes of every axis that has one:
+/// with V in its middle if possible, few axes moved, and the largest critical damping of these.
 #[must_use]
 pub fn telling(map: &MapFile) -> Vec<usize> {
     let axes = map.grid().axes();
@@ -275,16 +275,18 @@ pub fn telling(map: &MapFile) -> Vec<usize> {
             })
             .collect();
     }
-    let columns: Vec<_> =
-        candidates.iter().chain([&middle]).map(|candidate| map.grid().column(candidate)).collect();
+    let columns: Vec<_> = candidates.iter().map(|candidate| map.grid().column(candidate)).collect();
     let roots = critical_dampings(&columns, 1e-6);
-    let root = |i: usize| roots[i].as_ref().map_or(f64::NEG_INFINITY, |root| root.c);
-    if root(candidates.len()) > 0.0 {
-        return middle;
-    }
-    let mut positive: Vec<usize> = (0..candidates.len()).filter(|&i| root(i) > 0.0).collect();
-    positive.sort_by(|&a, &b| root(a).total_cmp(&root(b)));
-    positive.get(positive.len() / 2).map_or(middle, |&i| candidates[i].clone())
+    let positive = candidates.into_iter().zip(roots).filter_map(|(candidate, root)| {
+        let root = root.ok().filter(|root| root.c > 0.0)?;
+        let moved = |axis: usize| candidate[axis] != middle[axis];
+        let belt_speed = axes.len() - 2;
+        let distance = (moved(belt_speed), (0..belt_speed).filter(|&axis| moved(axis)).count());
+        Some((candidate, distance, root.c))
+    });
+    positive
+        .min_by(|a, b| a.1.cmp(&b.1).then(b.2.total_cmp(&a.2)))
+        .map_or_else(|| middle.clone(), |(candidate, _, _)| candidate)
 }
 
 /// The node nearest to a value.

@@ -36,7 +36,7 @@ pub(super) fn decide(
     let (mut state, mut time) = ([oscillator.exit_x1(), belt_speed], 0.0);
     let (mut side, mut last_event, mut turns) = (Side::Below, 0.0, 0);
     loop {
-        let h = control.step;
+        let h = control.step.min(knobs.longest_step);
         let (next, error) = step(h, &state, &mut OneSided { oscillator, side, rhs });
         if *rhs > RHS_BUDGET {
             return Err(Failure::StepBudget);

@@ -6,6 +6,10 @@ use super::runge_kutta::{Control, State, classical, dormand_prince};
 use super::{NaiveKnobs, NaiveVerdict, RHS_BUDGET, enough_time};
 use crate::filippov::{Oscillator, Side};
 
+/// Slip speed in units of d from which tanh is taken for saturated: tanh 5 = 0.9999. On a sticking orbit the
+/// friction balances the other forces, which near the exit point takes slip speeds of several d.
+const SATURATION: f64 = 5.0;
+
 /// Watches an orbit turn by turn.
 struct Watch {
     /// Turns to go.
@@ -76,7 +80,7 @@ pub(super) fn smoothed(
         let s = x2 - oscillator.belt_speed;
         let friction = (s / d).tanh() * oscillator.curve.phi(s.abs());
         let slope = [x2, -x1 - oscillator.viscous * x2 - friction];
-        (slope, s.abs() <= d && holds(oscillator, state))
+        (slope, s.abs() <= SATURATION * d && holds(oscillator, state))
     })
 }
 
@@ -115,7 +119,7 @@ fn adaptive(
     let mut control = Control::new(knobs.tolerance, 5.0);
     let (mut state, mut time) = (riding(oscillator), 0.0);
     loop {
-        let h = control.step;
+        let h = control.step.min(knobs.longest_step);
         let mut sticks = false;
         let (next, error) = dormand_prince(&state, h, &mut |at| {
             *rhs += 1;

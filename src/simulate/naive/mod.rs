@@ -2,7 +2,7 @@
 //!
 //! | name | equation solved | integrator | when a turn sticks | knobs | known defect |
 //! | --- | --- | --- | --- | --- | --- |
-//! | `smoothed` | sign(s) replaced by tanh(s/d) | adaptive Runge-Kutta 5(4) | \|x2 - V\| <= d and \|x1 + eps c x2\| < 1 | d = `smoothing_width` | bias O(d) in x2, hence O(d / (eps V)) in the critical damping |
+//! | `smoothed` | sign(s) replaced by tanh(s/d) | adaptive Runge-Kutta 5(4) | \|x2 - V\| <= 5 d and \|x1 + eps c x2\| < 1 | d = `smoothing_width` | bias O(d) in x2, hence O(d / (eps V)) in the critical damping |
 //! | `stick_band` | the switch model: stick, transition and slip by \|x2 - V\| < eta | the same, no events | in the stick branch | eta = `stick_band_width` | steps jump the band; the band catches what passes below the belt |
 //! | `fixed_step` | the field with sign(x2 - V), sign(0) = 0 | classical Runge-Kutta, step h | the belt line is met within a step and \|x1 + eps c x2\| < 1 | h = `step` | chatter of size O(h) on the belt, so it leaves the belt off the exit point |
 //! | `event_step` | the field of the side on which the orbit was last seen | Dormand-Prince 8(5,3), large steps | x2 - V changed its sign between the ends of a step, and \|x1 + eps c V\| < 1 there | `start_pause` | two crossings inside one step go unseen; the start at a tangency needs a pause, which hides short arcs |
@@ -52,6 +52,9 @@ pub struct NaiveKnobs {
     pub step: f64,
     /// Relative and absolute error per step that the adaptive integrators aim at.
     pub tolerance: f64,
+    /// Longest step of the adaptive integrators, a time; infinite where their users do not bound it, which is
+    /// the rule.
+    pub longest_step: f64,
     /// Turns after which the orbit is taken to have settled, at least 1.
     pub turns: u32,
     /// Time after a start on the belt line during which `event_step` looks away. At 0 the start itself is an
@@ -68,6 +71,7 @@ impl Default for NaiveKnobs {
             stick_band_width: 1e-4,
             step: 1e-2,
             tolerance: 1e-8,
+            longest_step: f64::INFINITY,
             turns: 20,
             start_pause: 0.1,
         }

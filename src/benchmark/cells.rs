@@ -1,0 +1,140 @@
+//! The cells on which methods are compared: some anywhere in the box of a grid, some next to the boundary.
+
+use rayon::prelude::*;
+
+use super::reference::{Reference, reference};
+use crate::filippov::Oscillator;
+use crate::friction::{Column, Law};
+use crate::map::{AxisRole, Grid, Verdict};
+use crate::point::{LawParameters, Point};
+use crate::simulate::{Fate, critical_damping, return_map};
+
+/// A cell, with what is true of it.
+#[derive(Clone, Copy, Debug)]
+pub struct Cell {
+    /// Where it is.
+    pub point: Point,
+    /// Its column.
+    pub column: Column,
+    /// Whether it was drawn next to the boundary.
+    pub near: bool,
+    /// What is known to more than double precision.
+    pub reference: Reference,
+    /// The true verdict: the margin's sign, and for an orbit that comes back whether it sticks.
+    pub verdict: Verdict,
+}
+
+/// Accuracy of the critical damping from which the reference starts, and of the landing.
+const TOLERANCE: f64 = 1e-13;
+
+/// The generator of Kronecker's sequence in d dimensions: the powers of the root of x^(d + 1) = x + 1 (M. Roberts), whose
+/// points fill a box evenly however many are taken.
+fn generators(dimensions: usize) -> Vec<f64> {
+    let root = (0..64).fold(2.0_f64, |x, _| (1.0 + x).powf(1.0 / (dimensions as f64 + 1.0)));
+    (1..=dimensions).map(|power| root.powi(-(power as i32))).collect()
+}
+
+/// The value of an axis at a share of its extent, by ratios if its nodes have equal ratios.
+fn along(values: &[f64], share: f64) -> f64 {
+    let (first, last) = (values[0], values[values.len() - 1]);
+    let middle = values[values.len() / 2];
+    let ratio = |x: f64| (x / first).ln() / (last / first).ln();
+    let place = (values.len() / 2) as f64 / (values.len().max(2) - 1) as f64;
+    if values.len() > 2 && first > 0.0 && (ratio(middle) - place).abs() < 1e-6 {
+        first * (last / first).powf(share)
+    } else {
+        first + (last - first) * share
+    }
+}
+
+/// Draws about `count` cells from the box that `grid` spans: by turns one anywhere in it and, where the
+/// column has a boundary at c > `near`, one at most `near` away from it along c. Always the same for the
+/// same grid, and the first of many are the same as fewer.
+///
+/// Cells of which the truth is not certain are left out.
+#[must_use]
+pub fn draw(grid: &Grid, count: usize, near: f64) -> Vec<Cell> {
+    let axes = grid.axes();
+    // One dimension for each axis, and one for the distance from the boundary.
+    let generators = generators(axes.len() + 1);
+    let share = |i: usize, dimension: usize| (0.5 + (i + 1) as f64 * generators[dimension]).fract();
+    let columns: Vec<Vec<Cell>> = (0..count.div_ceil(2))
+        .into_par_iter()
+        .map(|i| {
+            let mut law = Vec::new();
+            let (mut epsilon, mut belt_speed, mut damping) = (0.0, 0.0, 0.0);
+            for (dimension, axis) in axes.iter().enumerate() {
+                let value = along(&axis.values, share(i, dimension));
+                match axis.role {
+                    AxisRole::Epsilon => epsilon = value,
+                    AxisRole::Law(_) => law.push(value),
+                    AxisRole::BeltSpeed => belt_speed = value,
+                    AxisRole::Damping => damping = value,
+                }
+            }
+            let point = Point { epsilon, law: LawParameters::new(&law), belt_speed, damping };
+            let column = grid.law().column(&point);
+            let critical = critical_damping(&column, TOLERANCE).ok().map(|root| root.c);
+            let offset = near * (2.0 * share(i, axes.len()) - 1.0);
+            let beside = critical
+                .filter(|c| *c > near)
+                .and_then(|c| cell(grid.law(), Point { damping: c + offset, ..point }, critical, true));
+            [cell(grid.law(), point, critical, false), beside].into_iter().flatten().collect()
+        })
+        .collect();
+    columns.concat()
+}
+
+/// A cell with its truth, if that is certain.
+fn cell(law: Law, point: Point, critical: Option<f64>, near: bool) -> Option<Cell> {
+    let column = law.column(&point);
+    let reference = reference(&point, critical);
+    let margin = reference.margin?;
+    let value = margin.value.value();
+    let verdict = if value.abs() <= 2.0 * margin.error {
+        return None;
+    } else if value < 0.0 {
+        Verdict::Absent
+    } else {
+        match return_map::flow(&Oscillator::in_column(&column, point.damping), TOLERANCE).fate {
+            Fate::Sticks(_) => Verdict::Present,
+            Fate::CrossesForever => Verdict::Absent,
+            // A margin of 1e-15 is certain here and not there; its orbit lands gently.
+            Fate::TooCloseToCall => Verdict::Present,
+            Fate::SpiralsInward | Fate::Failed(_) => return None,
+        }
+    };
+    Some(Cell { point, column, near, reference, verdict })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grid() -> Grid {
+        let nodes =
+            [vec![0.05], vec![0.0, 0.9], vec![0.0, 0.3], vec![0.5, 1.0, 2.0], vec![0.2, 1.5], vec![0.0, 2.0]];
+        Grid::new(Law::Stribeck, nodes.to_vec()).unwrap()
+    }
+
+    #[test]
+    fn cells_are_where_they_should_be() {
+        let cells = draw(&grid(), 100, 0.01);
+        let fewer = draw(&grid(), 20, 0.01);
+        assert!(fewer.iter().zip(&cells).all(|(a, b)| a.point == b.point));
+        let near: Vec<&Cell> = cells.iter().filter(|cell| cell.near).collect();
+        assert!(near.len() > 30 && cells.len() - near.len() == 50, "{} near", near.len());
+        for cell in &cells {
+            let critical = cell.reference.critical.map(|c| c.value.value());
+            let margin = cell.reference.margin.unwrap().value.value();
+            if let Some(critical) = critical {
+                assert_eq!(margin > 0.0, cell.point.damping < critical, "{cell:?}");
+                assert!(!cell.near || (cell.point.damping - critical).abs() <= 0.01);
+            }
+            assert!((0.5..=2.0).contains(&cell.point.law.as_slice()[2]));
+        }
+        for verdict in [Verdict::Present, Verdict::Absent] {
+            assert!(cells.iter().filter(|cell| cell.verdict == verdict).count() > 20);
+        }
+    }
+}

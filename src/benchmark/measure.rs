@@ -1,0 +1,244 @@
+//! Time and error of one contestant.
+
+use std::hint::black_box;
+use std::time::Duration;
+
+use super::cells::Cell;
+use super::clock::processor_time;
+use super::contestants::{Answer, Contestant, Gives, Way, closed_form};
+use crate::filippov::Oscillator;
+use crate::map::Verdict;
+
+/// Sizes of errors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Errors {
+    /// How many.
+    pub count: usize,
+    /// The median.
+    pub median: f64,
+    /// What 95 % do not exceed.
+    pub high: f64,
+    /// The largest.
+    pub worst: f64,
+}
+
+impl Errors {
+    /// Sums up; `None` if there are none.
+    #[must_use]
+    pub fn of(mut sizes: Vec<f64>) -> Option<Self> {
+        sizes.sort_by(f64::total_cmp);
+        let at = |q: f64| sizes[((q * sizes.len() as f64).ceil() as usize).max(1) - 1];
+        let worst = *sizes.last()?;
+        Some(Self { count: sizes.len(), median: at(0.5), high: at(0.95), worst })
+    }
+}
+
+/// How cells were labelled.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Labels {
+    /// Cells asked about.
+    pub cells: usize,
+    /// Wrong verdicts.
+    pub wrong: usize,
+    /// No verdict: undecided or failed.
+    pub none: usize,
+}
+
+impl Labels {
+    fn add(&mut self, verdict: Verdict, truth: Verdict) {
+        self.cells += 1;
+        match verdict {
+            Verdict::Present | Verdict::Absent => self.wrong += usize::from(verdict != truth),
+            Verdict::Undecided | Verdict::Failed | Verdict::NotComputed => self.none += 1,
+        }
+    }
+
+    /// The share of cells without the right label.
+    #[must_use]
+    pub fn missed(&self) -> Option<f64> {
+        (self.cells > 0).then(|| (self.wrong + self.none) as f64 / self.cells as f64)
+    }
+}
+
+/// What was found of one contestant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measurement {
+    /// Cells that it was asked about: all, or as many as its time allowed.
+    pub cells: usize,
+    /// Processor time per cell.
+    pub seconds: f64,
+    /// Error of the scaled grazing margin; that of the critical damping as a margin for those who give none.
+    pub margin: Option<Errors>,
+    /// Error of the critical damping; that of the margin as a damping for those who give none.
+    pub critical: Option<Errors>,
+    /// Cells on whose margin or critical damping nothing was said though there is one.
+    pub unanswered: usize,
+    /// Labels of the cells next to the boundary.
+    pub near: Labels,
+    /// Labels of the cells anywhere.
+    pub anywhere: Labels,
+}
+
+/// Least number of cells that slow contestants are asked about, whatever that takes.
+const LEAST_CELLS: usize = 4;
+/// A pass over the cells is repeated until it takes at least this long: a thousand ticks of the clock.
+const LONG_ENOUGH: Duration = Duration::from_micros(500);
+/// Passes of which the fastest counts.
+const PASSES: usize = 5;
+
+/// Asks a contestant about `cells`, or about as many of the first of them as take about `seconds`.
+#[must_use]
+pub fn measure(contestant: &Contestant, cells: &[Cell], seconds: f64) -> Measurement {
+    let budget = Duration::from_secs_f64(seconds);
+    let (count, time, answers) = match contestant.way {
+        Way::Batch(ask) => timed(cells, cells.len(), budget, |cells| ask(cells, contestant.setting)),
+        Way::Each(ask) => one_by_one(cells, budget, |cell| ask(cell, contestant.setting)),
+        Way::Test(test) => one_by_one(cells, budget, |cell| closed_form(test, cell)),
+        Way::Naive(method, knobs) => one_by_one(cells, budget, |cell| {
+            let oscillator = Oscillator::in_column(&cell.column, cell.point.damping);
+            let verdict = method.decide(&oscillator, &knobs).verdict.into();
+            Answer { verdict, margin: None, critical: None }
+        }),
+    };
+    let mut found = Measurement {
+        cells: count,
+        seconds: time / count.max(1) as f64,
+        margin: None,
+        critical: None,
+        unanswered: 0,
+        near: Labels::default(),
+        anywhere: Labels::default(),
+    };
+    let mut errors = Sizes::default();
+    for (answer, cell) in answers.iter().zip(cells) {
+        let labels = if cell.near { &mut found.near } else { &mut found.anywhere };
+        labels.add(answer.verdict, cell.verdict);
+        found.unanswered += usize::from(!errors.add(contestant.gives, answer, cell));
+    }
+    if let Way::Naive(method, knobs) = contestant.way {
+        let ask = |cell: &Cell, c: f64| {
+            method.decide(&Oscillator::in_column(&cell.column, c), &knobs).verdict.into()
+        };
+        search(cells, budget, ask, &mut errors);
+    }
+    found.margin = Errors::of(errors.margin);
+    found.critical = Errors::of(errors.critical);
+    found
+}
+
+/// Asks about one cell after the other, about as many as `budget` allows.
+fn one_by_one(cells: &[Cell], budget: Duration, ask: impl Fn(&Cell) -> Answer) -> (usize, f64, Vec<Answer>) {
+    // Tables are made at first use.
+    if let Some(first) = cells.first() {
+        black_box(ask(first));
+    }
+    let start = processor_time();
+    let late = |(i, cell): (usize, &Cell)| {
+        black_box(ask(cell));
+        i + 1 >= LEAST_CELLS && processor_time() - start > budget
+    };
+    let affordable = cells.iter().enumerate().position(late).map_or(cells.len(), |last| last + 1);
+    timed(cells, affordable, budget, |cells| cells.iter().map(&ask).collect())
+}
+
+/// The time that the first `count` cells take, and their answers.
+fn timed(
+    cells: &[Cell],
+    count: usize,
+    budget: Duration,
+    mut ask: impl FnMut(&[Cell]) -> Vec<Answer>,
+) -> (usize, f64, Vec<Answer>) {
+    let cells = &cells[..count];
+    let start = processor_time();
+    let mut answers = black_box(ask(cells));
+    let once = processor_time() - start;
+    let repeats = (LONG_ENOUGH.as_secs_f64() / once.as_secs_f64().max(1e-9)).ceil().max(1.0) as u32;
+    let mut least = once;
+    for _ in 1..PASSES {
+        let begin = processor_time();
+        if begin - start > budget {
+            break;
+        }
+        for _ in 0..repeats {
+            answers = black_box(ask(black_box(cells)));
+        }
+        least = least.min((processor_time() - begin) / repeats);
+    }
+    (count, least.as_secs_f64(), answers)
+}
+
+/// Sizes of errors, as margins and as dampings.
+#[derive(Default)]
+struct Sizes {
+    margin: Vec<f64>,
+    critical: Vec<f64>,
+}
+
+impl Sizes {
+    /// Adds the error of an answer; false if it says nothing where there is something to say.
+    fn add(&mut self, gives: Gives, answer: &Answer, cell: &Cell) -> bool {
+        let reference = &cell.reference;
+        if let (Some(margin), Some(exact)) = (answer.margin, &reference.margin) {
+            let error = exact.distance(margin);
+            self.margin.push(error);
+            self.critical.extend(reference.slope.map(|slope| error / slope));
+            return true;
+        }
+        let (Some(exact), Some(slope)) = (&reference.critical, reference.slope) else {
+            // A column without a boundary: only a margin could be wrong.
+            return gives != Gives::Margins;
+        };
+        match answer.critical.filter(|critical| critical.is_finite()) {
+            Some(critical) => {
+                self.add_damping(exact.distance(critical), slope);
+                true
+            }
+            None => gives == Gives::Nothing,
+        }
+    }
+
+    fn add_damping(&mut self, error: f64, slope: f64) {
+        self.critical.push(error);
+        self.margin.push(error * slope);
+    }
+}
+
+/// First and last distance from the critical damping at which a boundary is searched for.
+const NEAREST: f64 = 1e-9;
+const FARTHEST: f64 = 4.0;
+
+/// Searches the damping at which the verdicts of a method change, in the columns of the cells next to the
+/// boundary, as many as `budget` allows. Where they do not change between c = 0 and [`FARTHEST`] above the critical
+/// damping, the distance searched counts as the error, which is larger.
+fn search(cells: &[Cell], budget: Duration, ask: impl Fn(&Cell, f64) -> Verdict, errors: &mut Sizes) {
+    let start = processor_time();
+    for (number, cell) in cells.iter().filter(|cell| cell.near).enumerate() {
+        if number >= LEAST_CELLS / 2 && processor_time() - start > budget {
+            break;
+        }
+        let (Some(exact), Some(slope)) = (&cell.reference.critical, cell.reference.slope) else { continue };
+        let critical = exact.value.value();
+        let present = |offset: f64| ask(cell, critical + offset) == Verdict::Present;
+        // Presence at c* means a boundary above it. Towards it, the distance is multiplied until the verdict
+        // changes, then halved in ratio until it is known to 5 %.
+        let above = present(0.0);
+        let side = if above { 1.0 } else { -1.0 };
+        let farthest = if above { FARTHEST } else { critical };
+        let (mut inner, mut outer) = (0.0, NEAREST);
+        while outer < farthest && present(side * outer) == above {
+            (inner, outer) = (outer, 8.0 * outer);
+        }
+        outer = outer.min(farthest);
+        if outer < farthest || present(side * outer) != above {
+            while outer > 1.05 * inner && outer > NEAREST {
+                let middle = if inner == 0.0 { 0.5 * outer } else { (inner * outer).sqrt() };
+                if present(side * middle) == above {
+                    inner = middle;
+                } else {
+                    outer = middle;
+                }
+            }
+        }
+        errors.add_damping(outer, slope);
+    }
+}

@@ -1,0 +1,43 @@
+//! Speed against accuracy: every method and engine over its own knob, on the same cells, against a reference of
+//! some 25 digits. The data of the work-precision chart.
+//!
+//! | what | how |
+//! | --- | --- |
+//! | cells | [`cells::draw`]: half anywhere in the box of the configuration's grid, half within a stated distance in c of the boundary |
+//! | reference | [`reference::reference`]: margin and critical damping in double-double arithmetic |
+//! | time | processor time of one thread from the cell's friction curve to its answer, each cell on its own: nothing is shared between the cells of a column, as maps do it |
+//! | error | of the scaled grazing margin m/V where a method gives one; else of the critical damping, times abs(dm/dc)/V at the boundary, which makes it the margin of the orbit that the method takes for the grazing one |
+//! | labels | verdicts on the cells next to the boundary: right, wrong, or none |
+
+pub mod cells;
+mod clock;
+mod contestants;
+pub mod double_double;
+mod measure;
+pub mod reference;
+
+pub use cells::Cell;
+pub use contestants::{Contestant, Kind, contestants};
+pub use measure::{Errors, Labels, Measurement, measure};
+
+/// Marks the points of the Pareto front: those for which no other has both less time and less error.
+/// Points without a number are never on it.
+#[must_use]
+pub fn pareto(points: &[Option<(f64, f64)>]) -> Vec<bool> {
+    let beats = |a: (f64, f64), b: (f64, f64)| a.0 <= b.0 && a.1 <= b.1 && a != b;
+    points
+        .iter()
+        .map(|point| point.is_some_and(|point| !points.iter().flatten().any(|other| beats(*other, point))))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_front_is_what_nothing_beats() {
+        let points =
+            [Some((1.0, 4.0)), Some((2.0, 2.0)), None, Some((3.0, 3.0)), Some((2.0, 2.0)), Some((4.0, 1.0))];
+        assert_eq!(super::pareto(&points), [true, true, false, false, true, true]);
+        assert!(super::pareto(&[]).is_empty());
+    }
+}

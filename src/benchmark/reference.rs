@@ -1,0 +1,178 @@
+//! Reference answers to some 25 digits: the scalar form in double-double arithmetic.
+//!
+//! One turn of the polar form (theory, section 3) by extrapolation (Gragg, Bulirsch and Stoer): the modified
+//! midpoint rule has an error expansion in even powers of its step, so that [`SEQUENCE`] makes a method of
+//! order 24 without a single tabulated coefficient. The number of equal steps is doubled until two turns
+//! agree. Nothing is shared with the engines that are measured against it but the differential equation,
+//! and that is checked against an integration in other variables (`tests/data/margins.csv`).
+
+use std::sync::{LazyLock, OnceLock};
+
+use super::double_double::{Double2, TAU};
+use crate::point::Point;
+
+/// Numbers of midpoint steps.
+const SEQUENCE: [usize; 12] = [2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24];
+/// Numbers of extrapolated steps per turn.
+const STEPS: [usize; 5] = [8, 16, 32, 64, 128];
+/// Two turns that agree to this are good to this. Rounding errors are a few thousand times 2^-106.
+const AGREEMENT: f64 = 1e-24;
+/// Below this the angle, or the distance from the pole of the friction law, is too small for the polar
+/// form; as in the return map.
+const SLOWEST_TURN: f64 = 0.05;
+/// Newton's steps to a root: from 16 digits each multiplies their number by nearly two.
+const ROOT_STEPS: usize = 3;
+
+/// The scaled groups (A, k, b, C) of a Stribeck oscillator without rounding errors of double precision.
+#[derive(Clone, Copy, Debug)]
+struct Groups {
+    a: Double2,
+    k: Double2,
+    b: Double2,
+    c: Double2,
+}
+
+/// A number to more digits than a double holds, and a bound on its error.
+#[derive(Clone, Copy, Debug)]
+pub struct Exact {
+    /// The number.
+    pub value: Double2,
+    /// How far it may be off.
+    pub error: f64,
+}
+
+impl Exact {
+    /// Distance of a double from it.
+    #[must_use]
+    pub fn distance(&self, from: f64) -> f64 {
+        (self.value - from).value().abs()
+    }
+}
+
+/// What is known of the column and of the cell at a point.
+#[derive(Clone, Copy, Debug)]
+pub struct Reference {
+    /// The scaled grazing margin m/V; `None` where the polar form does not apply.
+    pub margin: Option<Exact>,
+    /// The critical damping c* of the point's column, if there is one at c >= 0.
+    pub critical: Option<Exact>,
+    /// |dm/dc| / V at c*: what an error of c is worth as an error of the margin.
+    pub slope: Option<f64>,
+}
+
+/// cos, sin cos and sin^2 at an angle.
+type Angle = [Double2; 3];
+
+/// The angles of every midpoint rule of one step.
+type Rules = Vec<Vec<Angle>>;
+
+/// The angles of every step.
+fn angles(rung: usize) -> &'static [Rules] {
+    static TABLES: LazyLock<[OnceLock<Vec<Rules>>; STEPS.len()]> = LazyLock::new(Default::default);
+    TABLES[rung].get_or_init(|| {
+        let angle = |step: usize, of: usize, parts: usize| -> Angle {
+            let turns = Double2::from((step * parts + of) as f64) / (STEPS[rung] * parts) as f64;
+            let (sin, cos) = (TAU * turns).sin_cos();
+            [cos, sin * cos, sin * sin]
+        };
+        (0..STEPS[rung])
+            .map(|step| {
+                let rule = |&parts: &usize| (0..=parts).map(|of| angle(step, of, parts)).collect();
+                SEQUENCE.iter().map(rule).collect()
+            })
+            .collect()
+    })
+}
+
+impl Groups {
+    fn of(point: &Point, damping: Double2) -> Option<Self> {
+        let &[alpha, beta, gamma] = point.law.as_slice() else { return None };
+        let epsilon = Double2::from(point.epsilon);
+        let rate = epsilon * gamma;
+        Some(Self {
+            a: rate * (Double2::from(1.0) - alpha),
+            k: rate * point.belt_speed,
+            b: epsilon * beta * point.belt_speed,
+            c: epsilon * damping,
+        })
+    }
+
+    /// d delta / d theta with delta = r/V - 1; `None` outside the domain of the polar form.
+    fn slope(&self, [cos, sin_cos, sin_squared]: &Angle, delta: Double2) -> Option<Double2> {
+        let one = Double2::from(1.0);
+        let r = one + delta;
+        let s = one - r * *cos;
+        let q = one + self.k * s;
+        let divergence = self.a / (q * q) - self.c - self.b * s * 2.0;
+        let turn = one + divergence * *sin_cos;
+        // Written so that NaN is refused, too.
+        (turn.value() > SLOWEST_TURN && q.value() > SLOWEST_TURN)
+            .then(|| divergence * r * *sin_squared / turn)
+    }
+
+    /// delta after one turn.
+    fn turn(&self, rung: usize) -> Option<Double2> {
+        let step = TAU / STEPS[rung] as f64;
+        let mut delta = Double2::from(0.0);
+        for rules in angles(rung) {
+            let mut row: Vec<Double2> = Vec::with_capacity(SEQUENCE.len());
+            for (i, rule) in rules.iter().enumerate() {
+                // Gragg's modified midpoint rule, then Aitken's and Neville's scheme in its step squared.
+                let h = step / SEQUENCE[i] as f64;
+                let (mut before, mut at) = (delta, delta + h * self.slope(&rule[0], delta)?);
+                for angle in &rule[1..SEQUENCE[i]] {
+                    (before, at) = (at, before + h * 2.0 * self.slope(angle, at)?);
+                }
+                let mut better = at;
+                for (back, coarse) in (1..=i).zip(&mut row) {
+                    let ratio = Double2::from(SEQUENCE[i] as f64) / SEQUENCE[i - back] as f64;
+                    let next = better + (better - *coarse) / (ratio * ratio - 1.0);
+                    *coarse = better;
+                    better = next;
+                }
+                row.push(better);
+            }
+            delta = row[SEQUENCE.len() - 1];
+        }
+        Some(delta)
+    }
+
+    /// m/V.
+    fn margin(&self) -> Option<Exact> {
+        let mut coarse = self.turn(0);
+        for rung in 1..STEPS.len() {
+            let fine = self.turn(rung);
+            if let (Some(coarse), Some(fine)) = (coarse, fine) {
+                let error = (fine - coarse).value().abs();
+                if error <= AGREEMENT {
+                    return Some(Exact { value: fine, error: error.max(AGREEMENT) });
+                }
+            }
+            coarse = fine;
+        }
+        None
+    }
+}
+
+/// The reference at a point of the Stribeck law, searching its column's root from `near`, a critical damping
+/// to double precision.
+#[must_use]
+pub fn reference(point: &Point, near: Option<f64>) -> Reference {
+    let margin = |damping: Double2| Groups::of(point, damping)?.margin();
+    let own = margin(Double2::from(point.damping));
+    let root = near.filter(|c| *c >= 0.0).and_then(|near| {
+        let mut c = Double2::from(near);
+        // One slope is enough: each step then multiplies the error by the relative error of the slope.
+        let apart = 1e-7 * near.max(1e-3);
+        let slope = (margin(c + apart)?.value - margin(c - apart)?.value) / (2.0 * apart);
+        let mut last = f64::INFINITY;
+        for _ in 0..ROOT_STEPS {
+            let change = margin(c)?.value / slope;
+            c = c - change;
+            last = change.value().abs();
+        }
+        let slope = slope.value().abs();
+        Some((Exact { value: c, error: last + AGREEMENT / slope }, slope))
+    });
+    Reference { margin: own, critical: root.map(|(c, _)| c), slope: root.map(|(_, slope)| slope) }
+}

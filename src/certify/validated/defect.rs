@@ -1,0 +1,304 @@
+//! From an approximate grazing orbit to a proved enclosure of the critical damping.
+//!
+//! # The argument
+//! In the scaled groups the polar form for y = ln r is y' = F(theta, y, C) with
+//!
+//! ```text
+//! F = D sin^2 / (1 + D sin cos),    D = A/q^2 - 2 b s - C,    q = 1 + k s,    s = 1 - e^y cos theta.
+//! ```
+//!
+//! Let r0 be a trigonometric polynomial of degree M in theta with r0(0) = 1, positive, and C0 a number. Its
+//! defect y0' - F(theta, y0, C0), y0 = ln r0, is G / (q^2 r0 (1 + D sin cos)) with
+//!
+//! ```text
+//! G = r0' (q^2 + N sin cos) - N r0 sin^2,     N = A - q^2 (C0 + 2 b s):
+//! ```
+//!
+//! a trigonometric polynomial of degree 4 M + 5, so that its values on enough equal angles bound it
+//! everywhere ([`super::circle::riesz_factor`]). So do those of r0 and of r0 cos theta.
+//!
+//! Let |y - y0| <= [`TUBE`] and |C - C0| <= [`SPAN`] bound a tube. In it,
+//!
+//! ```text
+//! dF/dy = -D'(s) r cos sin^2 / (1 + D sin cos)^2,    dF/dC = -sin^2 / (1 + D sin cos)^2.
+//! ```
+//!
+//! The circle is cut into cells around every [`STRIDES`]-th sampled angle; in each, all quantities are bounded over the
+//! tube, 1 + k s and 1 + D sin cos from below by positive numbers. That gives upper bounds
+//!
+//! ```text
+//! L+ and L- of the integrals of the positive and the negative part of dF/dy,
+//! X of the integral of |defect|,   S of that of |dF/dC|,   and a lower bound T of the latter.
+//! ```
+//!
+//! Hence, as long as the solution y(theta; C) stays in the tube (Gronwall),
+//!
+//! ```text
+//! |y - y0| <= e^L+ (X + S |C - C0|),      |y(2 pi; C0)| <= e^L+ X =: E,                         (1)
+//! -dy(2 pi)/dC >= e^-L- T =: mu.
+//! ```
+//!
+//! If eta > E/mu and the right side of (1) at |C - C0| = eta is below [`TUBE`], solutions cannot leave the tube
+//! for |C - C0| <= eta; y(2 pi; C0 - eta) > 0 > y(2 pi; C0 + eta), and the angle advances along all of them
+//! (1 + D sin cos > 0), so that they are orbits. At C0 - eta the orbit from the exit point comes back to the
+//! belt line, at C0 + eta it does not; by monotonicity ([`super`]) C* lies between. []
+//!
+//! All numbers may depend on parameters in which r0 and C0 are polynomials, see [`super::tile`]: then the
+//! samples are taken there too, and one proof serves a whole box.
+
+use super::circle::{Circle, reach, riesz_factor};
+use super::interval::Interval;
+
+/// Half-width of the tube in y.
+const TUBE: f64 = 1e-3;
+/// Half-width of the tube in C.
+const SPAN: f64 = 1e-3;
+
+/// Angles per cell, tried in this order; they divide the sizes of all circles.
+const STRIDES: [usize; 2] = [8, 1];
+/// Exponent in Gronwall's lemma up to which coarse cells are good enough.
+const COARSE_EXPONENT: f64 = 2.0;
+
+/// The groups A, k, b of a column, enclosed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Groups {
+    pub(super) a: Interval,
+    pub(super) k: Interval,
+    pub(super) b: Interval,
+}
+
+/// An approximate grazing orbit, exactly: r0 = 1 + sum of `cosines` (cos n theta - 1) + `sines` sin n theta.
+pub(super) struct Candidate<'a> {
+    pub(super) viscous: Interval,
+    pub(super) cosines: &'a [f64],
+    pub(super) sines: &'a [f64],
+    /// Bound on the error of each coefficient.
+    pub(super) error: f64,
+}
+
+/// What the samples of a candidate, or of many, show.
+#[derive(Clone, Debug)]
+pub(super) struct Seen {
+    /// Largest |G|.
+    defect: f64,
+    /// Hull of r0 at each angle.
+    radius: Vec<Interval>,
+    /// Largest |r0'|.
+    slope: f64,
+    /// Hull of C0.
+    viscous: Interval,
+}
+
+/// Factors from samples to bounds.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Factors {
+    /// Of G.
+    pub(super) defect: f64,
+    /// Of r0 at the sampled angles, as a function of the parameters; 1 without any.
+    pub(super) radius: f64,
+    /// Of r0'.
+    pub(super) slope: f64,
+}
+
+/// Degree in theta of G for `harmonics` harmonics of r0.
+fn defect_degree(harmonics: usize) -> usize {
+    4 * harmonics + 5
+}
+
+/// The circle on which candidates of `harmonics` harmonics are sampled, and its factors.
+pub(super) fn sampling(harmonics: usize) -> Option<(&'static Circle, Factors)> {
+    let degree = defect_degree(harmonics);
+    let circle = Circle::with_at_least(degree * 5 / 2)?;
+    let reach = reach(circle.size());
+    Some((
+        circle,
+        Factors { defect: riesz_factor(degree, reach), radius: 1.0, slope: riesz_factor(harmonics, reach) },
+    ))
+}
+
+impl Seen {
+    /// Samples one candidate on the circle.
+    pub(super) fn of(groups: &Groups, candidate: &Candidate, circle: &Circle) -> Self {
+        let size = circle.size();
+        let Candidate { cosines, sines, .. } = *candidate;
+        // Sums of products are computed in plain f64. Of n terms c t with |t| <= 1, where t is known to
+        // within e and c to within f, the error is at most (n + 2) u sum|c| + e sum|c| + n f (with u = 2^-53
+        // and (n + 2)^2 u < 1); doubled, this covers the rounding of the bound itself.
+        let count = 2.0 * cosines.len() as f64;
+        let (mut sum, mut weighted, mut base) = (0.0, 0.0, Interval::ONE);
+        for (i, (a, b)) in cosines.iter().zip(sines).enumerate() {
+            sum += a.abs() + b.abs();
+            weighted += (i + 1) as f64 * (a.abs() + b.abs());
+            base = base - Interval::of(*a);
+        }
+        let unit = (count + 4.0) * 0.5 * f64::EPSILON + circle.middle_error();
+        let (loose, tiny) = (candidate.error * count, f64::MIN_POSITIVE);
+        let value_error = 2.0 * (unit * sum + loose) + tiny;
+        let slope_error = 2.0 * (unit * weighted + loose * (cosines.len() as f64 + 1.0)) + tiny;
+        base = base + Interval::new(-loose, loose);
+
+        let Groups { a, k, b } = *groups;
+        let twice_b = b + b;
+        let c0 = candidate.viscous;
+        let mut seen =
+            Self { defect: 0.0, radius: vec![Interval::ONE; size], slope: 0.0, viscous: candidate.viscous };
+        for j in 0..=size / 2 {
+            // Parts of r0 that are even and odd in theta, and of r0'.
+            let (mut even, mut odd, mut slope_odd, mut slope_even) = (0.0, 0.0, 0.0, 0.0);
+            let mut at = 0;
+            for (n, (a, b)) in cosines.iter().zip(sines).enumerate() {
+                at += j;
+                if at >= size {
+                    at -= size;
+                }
+                let (cos, sin, n) = (circle.cos_middle(at), circle.sin_middle(at), (n + 1) as f64);
+                even += a * cos;
+                odd += b * sin;
+                slope_odd -= n * a * sin;
+                slope_even += n * b * cos;
+            }
+            let (cos, sin) = (circle.cos(j), circle.sin(j));
+            let sin2 = sin.square();
+            for (j, sin, r, slope) in [
+                (j, sin, even + odd, slope_even + slope_odd),
+                ((size - j) % size, -sin, even - odd, slope_even - slope_odd),
+            ] {
+                let r = base + Interval::ball(r, value_error);
+                let slope = Interval::ball(slope, slope_error);
+                let v = r * cos;
+                let s = Interval::ONE - v;
+                let q2 = (Interval::ONE + k * s).square();
+                let numerator = a - q2 * (c0 + twice_b * s);
+                let g = slope * (q2 + numerator * (sin * cos)) - numerator * (r * sin2);
+                seen.defect = seen.defect.max(g.size());
+                seen.slope = seen.slope.max(slope.size());
+                seen.radius[j] = r;
+            }
+        }
+        seen
+    }
+
+    /// What both show.
+    pub(super) fn with(mut self, other: &Seen) -> Seen {
+        for (radius, other) in self.radius.iter_mut().zip(&other.radius) {
+            *radius = radius.hull(*other);
+        }
+        Seen {
+            defect: self.defect.max(other.defect),
+            radius: self.radius,
+            slope: self.slope.max(other.slope),
+            viscous: self.viscous.hull(other.viscous),
+        }
+    }
+}
+
+/// Widens the hull of a polynomial's samples to a bound of the polynomial: the distance from the hull's
+/// middle is itself a polynomial.
+fn widen(hull: Interval, factor: f64) -> Interval {
+    let middle = Interval::of(0.5 * (hull.lo + hull.hi));
+    let distance = (hull - middle).size();
+    middle + Interval::new(-1.0, 1.0) * (Interval::of(distance) * Interval::of(factor))
+}
+
+/// The integrals named in the module's text.
+#[derive(Clone, Copy, Debug)]
+struct Integrals {
+    /// L+, L-.
+    growth: Interval,
+    decay: Interval,
+    /// X.
+    defect: Interval,
+    /// S, T.
+    response_most: Interval,
+    response_least: Interval,
+}
+
+/// Sums the bounds over cells of `stride` sampled angles; `None` where the tube leaves the domain of the
+/// polar form.
+fn integrate(
+    groups: &Groups,
+    seen: &Seen,
+    factors: &Factors,
+    circle: &Circle,
+    stride: usize,
+) -> Option<Integrals> {
+    let one = Interval::ONE;
+    let Groups { a, k, b } = *groups;
+    let twice_b = b + b;
+    let size = circle.size();
+    let half_step = reach(size).hi;
+    let between = Interval::new(-half_step, half_step);
+    let around = between * Interval::of(stride as f64);
+    let e_to_the_tube = Interval::ball(1.0, 1.01 * TUBE);
+    let change = between * (Interval::of(seen.slope) * Interval::of(factors.slope));
+    let viscous = seen.viscous + Interval::new(-SPAN, SPAN);
+    let residual = Interval::of(seen.defect) * Interval::of(factors.defect);
+    let zero = Interval::ZERO;
+    let mut sums =
+        Integrals { growth: zero, decay: zero, defect: zero, response_most: zero, response_least: zero };
+    for j in (0..size).step_by(stride) {
+        // The angles of the cell; every other one of it is within half a step of them.
+        let angles = (j + size - stride / 2)..=(j + size + stride / 2);
+        let radius = angles.map(|i| seen.radius[i % size]).reduce(Interval::hull).unwrap_or(Interval::WHOLE);
+        // Cosine and sine change by at most the angle, their product likewise.
+        let (cos, sin) = (circle.cos(j), circle.sin(j));
+        let (cos, sin, product) = (cos + around, sin + around, sin * cos + around);
+        let sin2 = sin.square();
+        let r0 = widen(radius, factors.radius) + change;
+        let r = r0 * e_to_the_tube;
+        let s = one - r * cos;
+        let (q, q_most) = (Interval::of((one + k * s).lo), one + k * Interval::of(s.hi));
+        if !(r0.lo > 0.0 && q.lo > 0.0) {
+            return None;
+        }
+        // D falls with s.
+        let linear = twice_b * s + viscous;
+        let most = a.over(q.square()) - linear;
+        let least = Interval::of(a.lo).over(q_most.square()) - linear;
+        let speed = one + Interval::new(least.lo, most.hi) * product;
+        if !(speed.lo > 0.0) {
+            return None;
+        }
+        let speed2 = speed.square();
+        let steep = (a * k).over(q.square() * q) + b; // -D'/2 at most, and at least 0
+        let slope = (Interval::new(0.0, (steep + steep).hi) * r * cos * sin2).over(speed2);
+        let floor = Interval::of((q.square() * r0 * speed).lo);
+        let response = sin2.over(speed2);
+        sums.growth = sums.growth + Interval::of(slope.hi.max(0.0));
+        sums.decay = sums.decay + Interval::of((-slope.lo).max(0.0));
+        sums.defect = sums.defect + residual.over(floor);
+        sums.response_most = sums.response_most + Interval::of(response.hi);
+        sums.response_least = sums.response_least + Interval::of(response.lo.max(0.0));
+    }
+    let width = (Interval::pi() + Interval::pi()).over(Interval::of((size / stride) as f64));
+    let Integrals { growth, decay, defect, response_most, response_least } = sums;
+    Some(Integrals {
+        growth: growth * width,
+        decay: decay * width,
+        defect: defect * width,
+        response_most: response_most * width,
+        response_least: response_least * width,
+    })
+}
+
+/// A bound eta on |C* - C0|, for all groups within `groups` whose candidates were `seen`; `None` where the
+/// proof does not go through.
+pub(super) fn radius_of_proof(
+    groups: &Groups,
+    seen: &Seen,
+    factors: &Factors,
+    circle: &Circle,
+) -> Option<f64> {
+    let sums = STRIDES.iter().find_map(|&stride| {
+        let fine = stride == 1;
+        integrate(groups, seen, factors, circle, stride)
+            .filter(|sums| fine || sums.growth.hi + sums.decay.hi < COARSE_EXPONENT)
+    })?;
+    let exp = |x: Interval| Interval::of(Interval::exp_bound(x.hi));
+    let error = exp(sums.growth) * sums.defect;
+    // E / mu; a little more makes the inequality strict.
+    let eta = (error * exp(sums.decay)).over(Interval::of(sums.response_least.lo)) * Interval::of(1.0 + 1e-9);
+    let eta = eta.hi.max(f64::MIN_POSITIVE);
+    let excursion = error + exp(sums.growth) * sums.response_most * Interval::of(eta);
+    (excursion.hi < TUBE && eta < SPAN).then_some(eta)
+}

@@ -1,0 +1,262 @@
+//! Verdicts that are theorems, round-off included.
+//!
+//! The critical damping C* = eps c* of a column is enclosed between two numbers by a computer-assisted proof;
+//! below the lower the orbit from the exit point comes back to the belt line, above the upper it does not,
+//! and a bound on the landing speed, rounded outwards as well, settles whether it sticks.
+//!
+//! # Statements
+//! **Scaling.** With v = x2 / V and s = u / V = 1 - v, equation (H) of [`super`] keeps its form with
+//!
+//! ```text
+//! D(s) = -C + A / (1 + k s)^2 - 2 b s,
+//! A = eps gamma (1 - alpha),  k = eps gamma V,  b = eps beta V,  C = eps c,
+//! ```
+//!
+//! because D(u) = eps (-c + gamma (1 - alpha) / (1 + eps gamma u)^2 - 2 beta u) and both sides of dp/ds = D -
+//! s/p are unchanged when s and p are measured in units of V. The exit point becomes (1, 0), and the mass
+//! sticks iff the scaled landing speed is below 2/V. So C* is a function of A, k and b alone. []
+//!
+//! **Polar form and sufficiency of one turn.** Put v = r cos theta, x2'/V = -r sin theta, theta from 0. Then
+//!
+//! ```text
+//! dr/dtheta = D r sin^2 / (1 + D sin cos),    dtheta/dt = 1 + D sin cos,    r(0) = 1,
+//! ```
+//!
+//! as v' = w, w' = -v + D w give r r' = D w^2 and theta' = (v w' ... ) / r^2. Where the solution exists up to
+//! theta = 2 pi with 1 + D sin cos > 0, it is one turn of the orbit. On (0, pi) the velocity v falls, on
+//! (pi, 2 pi) it rises to r(2 pi), so that it passes v = 1, the belt line, before the end of the turn iff
+//! r(2 pi) > 1. The law of D at s < 0, above the belt line, does not matter for that: two continuations give
+//! the same orbit up to the belt line. If r(2 pi) < 1 the orbit closes a turn inside itself, and since orbits
+//! do not cross it never leaves the region that the turn and the segment from (r(2 pi), 0) to (1, 0) bound:
+//! one turn decides. []
+//!
+//! **Monotonicity.** By the comparison lemma of [`super`], which holds for nodes as for foci, the set of C at
+//! which the orbit comes back or runs away is an interval unbounded below. If the polar form shows r(2 pi) >
+//! 1 at C1 and r(2 pi) < 1 at C2, then at every C <= C1 the orbit comes back unless it runs away, which the
+//! bound on the landing speed excludes, and at every C >= C2 it does not. The point's own C need not be in
+//! the domain of the polar form: |D| >= 2, where the simulation hands over to another flow, is nothing
+//! special here. Since D falls with b and, at s >= 0, with k, and rises with A, the same lemma makes C* fall with
+//! b and k and rise with A. []
+//!
+//! **Enclosure.** See [`Enclosed::critical`] and the source of `validated::defect`: a trigonometric polynomial that
+//! nearly solves the polar form, its defect bounded through samples by M. Riesz's inequality, and Gronwall's
+//! lemma.
+//!
+//! **Where the enclosure fails** (strongly varying D), the even part of D, [`super::symmetric`], still encloses
+//! C*, less sharply: A/(1+k)^2 - 2b <= C* <= (A/2)(1 + 1/(1+2k)^2) - 2b.
+//!
+//! | statement | function | test |
+//! | --- | --- | --- |
+//! | outward rounding | `interval::Interval` | `operations_hold_the_exact_results`, `broken_rounding_is_caught` |
+//! | samples bound a polynomial | `circle::riesz_factor` | `samples_bound_polynomials` |
+//! | C* enclosed | [`Enclosed::critical`] | `tests/validated.rs` against 150-bit references |
+//! | landing speed bounded | `landing::Flow` | `agrees_with_the_bound_in_double_precision`, `tests/validated.rs` |
+//!
+//! # Arithmetic
+//! `interval::Interval` rounds outwards by one unit in the last place around each operation of plain f64.
+//! Sines and cosines are enclosed by half-angle formulas from exact values.
+
+pub mod boxes;
+mod circle;
+mod defect;
+mod interval;
+mod landing;
+mod orbit;
+pub mod surface;
+pub mod tile;
+
+use super::{Claim, Decision, Guarantee, Test};
+use crate::friction::{Column, Curve};
+use defect::{Candidate, Groups, Seen, radius_of_proof, sampling};
+use interval::Interval;
+use landing::Flow;
+use orbit::{Guess, approximate};
+
+/// The method.
+pub static TEST: Test = Test {
+    name: "validated",
+    long_name: "interval proof of the grazing orbit and of the landing",
+    equation: "paper, Proposition 1, by a computer-assisted proof, see certify::validated",
+    guarantee: Guarantee::Validated,
+    claim,
+};
+
+/// `sticks_from` is located to 2^-10 of the interval in which it is sought.
+const HALVINGS: u32 = 10;
+
+/// An enclosure of C* = eps c*.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CriticalEnclosure {
+    /// Proved lower bound.
+    pub lo: f64,
+    /// Proved upper bound.
+    pub hi: f64,
+}
+
+/// A column whose parameters are known to lie within intervals.
+#[derive(Clone, Copy, Debug)]
+pub struct Enclosed {
+    groups: Groups,
+    epsilon: Interval,
+    belt_speed: Interval,
+}
+
+impl Enclosed {
+    /// The column, with the roundings of its scaled groups enclosed; `None` for laws other than Stribeck's,
+    /// which the proof does not cover.
+    #[must_use]
+    pub fn of(column: &Column) -> Option<Self> {
+        let Curve::Stribeck(law) = &column.curve else { return None };
+        let parts = law.parts();
+        // 1 - alpha was rounded once, but for 0 and 1, which it keeps.
+        let drop = match parts.drop {
+            0.0 => Interval::ZERO,
+            drop => Interval::new(drop.next_down(), drop.next_up().min(1.0)),
+        };
+        let (epsilon, belt_speed) = (Interval::of(column.epsilon), Interval::of(column.belt_speed));
+        let rate = epsilon * Interval::of(parts.gamma);
+        let groups = Groups {
+            a: (rate * drop).at_least_zero(),
+            k: (rate * belt_speed).at_least_zero(),
+            b: (epsilon * Interval::of(parts.beta) * belt_speed).at_least_zero(),
+        };
+        Some(Self { groups, epsilon, belt_speed })
+    }
+
+    /// The critical damping C* = eps c*, enclosed.
+    #[must_use]
+    pub fn critical(&self) -> CriticalEnclosure {
+        let even = self.even_part_bounds();
+        match self.proved_critical() {
+            Some(c) => CriticalEnclosure { lo: c.lo.max(even.lo), hi: c.hi.min(even.hi) },
+            None => CriticalEnclosure { lo: even.lo, hi: even.hi },
+        }
+    }
+
+    /// The enclosure by the grazing orbit; `None` where the proof does not go through.
+    fn proved_critical(&self) -> Option<Interval> {
+        let middle = |x: Interval| 0.5 * (x.lo + x.hi);
+        let Groups { a, k, b } = self.groups;
+        let orbit = approximate(Guess { a: middle(a), k: middle(k), b: middle(b) })?;
+        let (circle, factors) = sampling(orbit.cosines.len())?;
+        let candidate = Candidate {
+            viscous: Interval::of(orbit.viscous),
+            cosines: &orbit.cosines,
+            sines: &orbit.sines,
+            error: 0.0,
+        };
+        let seen = Seen::of(&self.groups, &candidate, circle);
+        let eta = radius_of_proof(&self.groups, &seen, &factors, circle)?;
+        Some(Interval::ball(orbit.viscous, eta))
+    }
+
+    /// The enclosure by the even part of the divergence.
+    fn even_part_bounds(&self) -> Interval {
+        even_part_bounds(&self.groups)
+    }
+
+    /// The orbit at damping `c`.
+    fn flow(&self, c: f64) -> Flow {
+        Flow { groups: self.groups, viscous: self.epsilon * Interval::of(c), belt_speed: self.belt_speed }
+    }
+
+    /// The smallest damping found from which on the landing is proved, see [`super::landing`]; infinity if
+    /// none is.
+    fn sticks_from(&self, present_below: f64) -> f64 {
+        let lands = |c: f64| self.flow(c).lands();
+        if present_below <= 0.0 || lands(0.0) {
+            return 0.0;
+        }
+        if !lands(present_below) {
+            return f64::INFINITY;
+        }
+        let (mut failed, mut verified) = (0.0, present_below);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (failed + verified);
+            if lands(middle) {
+                verified = middle;
+            } else {
+                failed = middle;
+            }
+        }
+        verified
+    }
+}
+
+/// Bounds of C* over all groups, by the even part of the divergence.
+fn even_part_bounds(groups: &Groups) -> Interval {
+    let one = Interval::ONE;
+    let Groups { a, k, b } = *groups;
+    let near = a.over((one + k).square());
+    let far = one.over((one + k + k).square());
+    let (lo, hi) = (near - (b + b), Interval::of(0.5) * a * (one + far) - (b + b));
+    Interval::new(lo.lo, hi.hi)
+}
+
+fn claim(column: &Column) -> Claim {
+    let Some(enclosed) = Enclosed::of(column) else { return Claim::NOTHING };
+    let even = enclosed.even_part_bounds();
+    // Where no legal damping is small enough for a cycle, nobody needs to know C*.
+    let critical = match even.hi < 0.0 {
+        true => even,
+        false => {
+            let CriticalEnclosure { lo, hi } = enclosed.critical();
+            Interval::new(lo, hi)
+        }
+    };
+    let c = critical.over(enclosed.epsilon);
+    // Below c.lo, eps c < C*; what went wrong is the whole line, which claims nothing.
+    Claim { sticks_from: enclosed.sticks_from(c.lo), present_below: c.lo, absent_above: c.hi }
+}
+
+/// The verdict at one damping of a column: that of [`TEST`]'s claim, at a fraction of its cost where the even
+/// part of the divergence decides.
+#[must_use]
+pub fn decide(column: &Column, c: f64) -> Decision {
+    let Some(enclosed) = Enclosed::of(column) else { return Decision::Undecided };
+    let viscous = enclosed.epsilon * Interval::of(c);
+    let mut critical = enclosed.even_part_bounds();
+    if critical.lo <= viscous.hi && viscous.lo <= critical.hi {
+        let CriticalEnclosure { lo, hi } = enclosed.critical();
+        critical = Interval::new(lo, hi);
+    }
+    if viscous.lo > critical.hi {
+        Decision::Absent
+    } else if viscous.hi < critical.lo && enclosed.flow(c).lands() {
+        Decision::Present
+    } else {
+        Decision::Undecided
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::certify::test_columns::{random_columns, stribeck};
+
+    #[test]
+    fn odd_divergence_has_an_exact_critical_damping() {
+        // Without weakening D = -C - 2 b + 2 b v: C* = -2 b, since the rest is odd.
+        for (epsilon, beta, v) in [(0.1, 0.3, 1.0), (0.5, 0.5, 1.5), (0.01, 0.1, 0.2)] {
+            let exact = -2.0 * epsilon * beta * v;
+            let found = Enclosed::of(&stribeck(epsilon, 1.0, beta, 2.0, v)).unwrap().critical();
+            assert!(found.lo <= exact && exact <= found.hi, "{found:?} {exact}");
+            // Some tens of roundings, amplified by the samples' factor.
+            assert!(found.hi - found.lo < 1e-12 * exact.abs(), "{found:?}");
+        }
+    }
+
+    #[test]
+    fn most_columns_are_enclosed_sharply() {
+        let (mut sharp, mut all) = (0, 0);
+        for column in random_columns(2000) {
+            let enclosed = Enclosed::of(&column).unwrap();
+            let found = enclosed.critical();
+            assert!(found.lo <= found.hi);
+            all += 1;
+            let groups = enclosed.groups;
+            sharp += u32::from(found.hi - found.lo < 1e-10 * groups.a.hi.max(groups.b.hi));
+        }
+        assert!(10 * sharp > 8 * all, "{sharp} of {all}");
+    }
+}

@@ -1,0 +1,160 @@
+//! The grazing orbit, approximately: plain f64, no claim of accuracy. What it finds is a guess that the proof
+//! then bounds.
+//!
+//! At the critical damping the orbit from the exit point closes: r is a periodic function of the angle with
+//! r(0) = 1. On N equal angles, sweep
+//!
+//! ```text
+//! g = D r sin^2 / (1 + D sin cos),     C <- C + mean(g) / mean(-dg/dC),     r <- 1 + antiderivative of g
+//! ```
+//!
+//! with trigonometric interpolation, and take more angles until the Fourier coefficients have died away.
+
+use std::f64::consts::TAU;
+use std::sync::OnceLock;
+
+/// Numbers of angles, coarse to fine.
+const SIZES: [usize; 11] = [16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512];
+/// Sweeps after which the iteration is taken to diverge.
+const MOST_SWEEPS: usize = 80;
+/// Size of a coefficient, relative to the divergence, that counts as round-off.
+const NEGLIGIBLE: f64 = 4e-16;
+
+/// The groups A, k, b of a column as plain numbers.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Guess {
+    pub(super) a: f64,
+    pub(super) k: f64,
+    pub(super) b: f64,
+}
+
+/// r = 1 + sum over n of `cosines[n-1]` (cos n theta - 1) + `sines[n-1]` sin n theta, and its damping.
+#[derive(Clone, Debug)]
+pub(super) struct Orbit {
+    pub(super) viscous: f64,
+    pub(super) cosines: Vec<f64>,
+    pub(super) sines: Vec<f64>,
+}
+
+/// N equal angles.
+struct Mesh {
+    cos: Vec<f64>,
+    sin: Vec<f64>,
+    /// Column by column, the matrix from samples of a function of zero mean to its antiderivative from angle 0.
+    antiderivative: Vec<f64>,
+}
+
+impl Mesh {
+    fn get(which: usize) -> &'static Mesh {
+        static MESHES: [OnceLock<Mesh>; SIZES.len()] = [const { OnceLock::new() }; SIZES.len()];
+        MESHES[which].get_or_init(|| Mesh::new(SIZES[which]))
+    }
+
+    fn new(size: usize) -> Self {
+        let angle = |j: usize| TAU * (j % size) as f64 / size as f64;
+        let cos = (0..size).map(|j| angle(j).cos()).collect();
+        let sin: Vec<f64> = (0..size).map(|j| angle(j).sin()).collect();
+        // The interpolant of a unit sample at angle j is the sum of cos n(theta - theta_j), times 2/N, over
+        // the harmonics n < N/2; the last cannot be integrated and is dropped.
+        let integral: Vec<f64> = (0..size)
+            .map(|d| (1..size / 2).map(|n| sin[n * d % size] / n as f64).sum::<f64>() * 2.0 / size as f64)
+            .collect();
+        let antiderivative = (0..size * size)
+            .map(|at| (at % size, at / size))
+            .map(|(i, j)| integral[(size + i - j) % size] + integral[j])
+            .collect();
+        Self { cos, sin, antiderivative }
+    }
+
+    fn size(&self) -> usize {
+        self.cos.len()
+    }
+}
+
+/// The grazing orbit of a column; `None` where the iteration does not settle, which is the case outside the
+/// domain of the polar form.
+pub(super) fn approximate(groups: Guess) -> Option<Orbit> {
+    let Guess { a, k, b } = groups;
+    let scale = a.max(b);
+    if !(scale > 0.0) {
+        return Some(Orbit { viscous: 0.0, cosines: Vec::new(), sines: Vec::new() });
+    }
+    let q = (1.0 + 2.0 * k).sqrt();
+    let mut viscous = 2.0 * a / (q * (1.0 + k + q)) - 2.0 * b;
+    // 1/(1 + k s) is analytic in the angle up to a distance of arcosh(1 + 1/k): harmonics fall that fast.
+    let harmonics = 60.0 / (1.0 + 1.0 / k).acosh();
+    let first = SIZES.iter().position(|&n| n as f64 >= harmonics).unwrap_or(SIZES.len() - 1);
+    (first..SIZES.len()).find_map(|which| {
+        let mesh = Mesh::get(which);
+        let growth = settle(groups, mesh, &mut viscous, scale)?;
+        transform(mesh, &growth, viscous, scale)
+    })
+}
+
+/// Sweeps until nothing changes any more; returns r - 1, which keeps the digits of small changes.
+fn settle(groups: Guess, mesh: &Mesh, viscous: &mut f64, scale: f64) -> Option<Vec<f64>> {
+    let Guess { a, k, b } = groups;
+    let size = mesh.size();
+    let (mut growth, mut next) = (vec![0.0; size], vec![0.0; size]);
+    let (mut g, mut by_c) = (vec![0.0; size], vec![0.0; size]);
+    let mut last = f64::INFINITY;
+    let mut c = *viscous;
+    for _ in 0..MOST_SWEEPS {
+        let (mut mean, mut mean_by_c) = (0.0, 0.0);
+        for j in 0..size {
+            let (cos, sin) = (mesh.cos[j], mesh.sin[j]);
+            let r = 1.0 + growth[j];
+            let s = 1.0 - r * cos;
+            let q = 1.0 + k * s;
+            let d = a / (q * q) - 2.0 * b * s - c;
+            let speed = 1.0 + d * sin * cos;
+            if !(speed > 0.0 && q > 0.0) {
+                return None;
+            }
+            g[j] = d * r * sin * sin / speed;
+            by_c[j] = r * sin * sin / (speed * speed);
+            mean += g[j];
+            mean_by_c += by_c[j];
+        }
+        let step = mean / mean_by_c;
+        c += step;
+        next.fill(0.0);
+        for ((weights, g), by_c) in mesh.antiderivative.chunks_exact(size).zip(&g).zip(&by_c) {
+            let g = g - step * by_c;
+            for (next, weight) in next.iter_mut().zip(weights) {
+                *next += weight * g;
+            }
+        }
+        let change =
+            growth.iter().zip(&next).fold(step.abs(), |most, (old, new)| most.max((new - old).abs()));
+        std::mem::swap(&mut growth, &mut next);
+        if !change.is_finite() {
+            return None;
+        }
+        // Once close, stop when round-off is all that moves.
+        if change <= 2.0 * f64::EPSILON * scale || (change <= 1e-12 * scale && change >= 0.5 * last) {
+            *viscous = c;
+            return Some(growth);
+        }
+        last = change;
+    }
+    None
+}
+
+/// Fourier coefficients of the samples of r - 1; `None` if they have not died away.
+fn transform(mesh: &Mesh, growth: &[f64], viscous: f64, scale: f64) -> Option<Orbit> {
+    let size = mesh.size();
+    let coefficient = |n: usize, table: &[f64]| {
+        let sum: f64 = growth.iter().enumerate().map(|(j, growth)| growth * table[n * j % size]).sum();
+        sum * 2.0 / size as f64
+    };
+    let cosines: Vec<f64> = (1..size / 2).map(|n| coefficient(n, &mesh.cos)).collect();
+    let sines: Vec<f64> = (1..size / 2).map(|n| coefficient(n, &mesh.sin)).collect();
+    let negligible = |n: &usize| cosines[*n].abs().max(sines[*n].abs()) <= NEGLIGIBLE * scale;
+    let kept = (0..cosines.len()).rev().take_while(negligible).last().unwrap_or(cosines.len());
+    // Some harmonics at the end must be seen to be small.
+    if kept + 2 > cosines.len() && size < SIZES[SIZES.len() - 1] {
+        return None;
+    }
+    Some(Orbit { viscous, cosines: cosines[..kept].to_vec(), sines: sines[..kept].to_vec() })
+}

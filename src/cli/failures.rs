@@ -1,0 +1,315 @@
+//! `slipmap failures`: where and why each method fails on a grid.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::output::{count, exact, short};
+use super::point::{coordinates, probe_line};
+use super::{Ended, Failure, interrupt, progress};
+use crate::config::Job;
+use crate::map::failures::{self, Catalogue, Class, Comparison, Kind, MethodFailures};
+use crate::map::limits::HIGHEST;
+use crate::map::{Grid, Method};
+use crate::simulate::naive::NaiveKnobs;
+
+/// More cells than this would take hours.
+const MOST_CELLS: usize = 10_000_000;
+
+/// Compare every method with the simulated flow on a grid, and explain each failure.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  slipmap failures configs/failures.toml
+  slipmap failures configs/failures.toml --out results/failures
+
+The configuration is that of `slipmap run`; its methods are compared at every cell of its grid, nothing is
+stored as a map. Without --out the tables are printed as Markdown. With it, DIR/failures.md holds them,
+DIR/methods.csv one row per method and DIR/classes.csv one row per class of failure.")]
+pub(super) struct Arguments {
+    /// The configuration
+    #[arg(value_name = "CONFIG.toml")]
+    config: PathBuf,
+    /// Replace one value of the configuration; may be repeated. The value is TOML; a bare word is text
+    #[arg(long = "set", value_name = "key.path=value")]
+    sets: Vec<String>,
+    /// The folder to write
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Replace the files of an earlier catalogue
+    #[arg(long, requires = "out")]
+    overwrite: bool,
+    /// Number of threads; default: one per core
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+    /// No progress bar
+    #[arg(long)]
+    quiet: bool,
+}
+
+/// Runs the command.
+pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
+    let job = Job::load(&arguments.config, &arguments.sets)?;
+    let grid = &job.plan.grid;
+    if grid.cells() > MOST_CELLS {
+        return Err(Failure::BadInput(format!(
+            "the grid has {} cells; a catalogue takes at most {}\n  help: take fewer points on the axes",
+            count(grid.cells()),
+            count(MOST_CELLS)
+        )));
+    }
+    if let Some(folder) = &arguments.out {
+        refuse_existing(folder, arguments.overwrite)?;
+    }
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(arguments.threads.map_or(0, usize::from))
+        .build()
+        .map_err(|error| Failure::Broken(format!("cannot start the worker threads: {error}")))?;
+    let points = failures::points_of(grid);
+    let bar = progress::bar(arguments.quiet, Some(points.len() as u64), "cells");
+    let comparison = Comparison {
+        law: grid.law(),
+        methods: &job.plan.methods,
+        tolerance: job.plan.tolerance,
+        on_point: &|| bar.inc(1),
+        stop: interrupt::flag(),
+    };
+    let found = pool.install(|| failures::catalogue(&points, &comparison));
+    bar.finish_and_clear();
+    let catalogue = found.map_err(|failures::Interrupted| Failure::Interrupted)?;
+    let report = Report { command: command(arguments), job: &job, catalogue: &catalogue };
+    match &arguments.out {
+        None => io::stdout().lock().write_all(report.markdown().as_bytes())?,
+        Some(folder) => {
+            write_files(folder, &report)?;
+            writeln!(io::stdout().lock(), "{}", folder.join(FILES[0]).display())?;
+        }
+    }
+    Ok(if catalogue.truth.open > 0 { Ended::Flawed } else { Ended::Fine })
+}
+
+/// The command as it can be given again.
+fn command(arguments: &Arguments) -> String {
+    let mut line = format!("slipmap failures {}", arguments.config.display());
+    for set in &arguments.sets {
+        line.push_str(&format!(" --set '{set}'"));
+    }
+    if let Some(folder) = &arguments.out {
+        line.push_str(&format!(" --out {}", folder.display()));
+    }
+    line
+}
+
+/// Names of the files.
+const FILES: [&str; 3] = ["failures.md", "methods.csv", "classes.csv"];
+
+/// Refuses to write over an earlier catalogue unless asked to, before anything is computed.
+fn refuse_existing(folder: &Path, overwrite: bool) -> Result<(), Failure> {
+    let there = FILES.iter().map(|name| folder.join(name)).find(|path| path.symlink_metadata().is_ok());
+    match there {
+        Some(path) if !overwrite => Err(Failure::BadInput(format!(
+            "{} exists already\n  help: add --overwrite to replace it, or choose another folder with --out",
+            path.display()
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// Writes every file beside its name first, so that none is ever half there.
+fn write_files(folder: &Path, report: &Report) -> Result<(), Failure> {
+    let broken =
+        |path: &Path, error: io::Error| Failure::Broken(format!("cannot write {}: {error}", path.display()));
+    fs::create_dir_all(folder).map_err(|error| broken(folder, error))?;
+    let texts = [report.markdown(), report.methods_csv()?, report.classes_csv()?];
+    for (name, text) in FILES.iter().zip(texts) {
+        let path = folder.join(name);
+        let write = || {
+            let mut file = tempfile::NamedTempFile::new_in(folder)?;
+            file.write_all(text.as_bytes())?;
+            file.persist(&path)?;
+            Ok(())
+        };
+        write().map_err(|error| broken(&path, error))?;
+    }
+    Ok(())
+}
+
+/// What is written.
+struct Report<'a> {
+    /// The command that made it.
+    command: String,
+    job: &'a Job,
+    catalogue: &'a Catalogue,
+}
+
+impl Report<'_> {
+    fn markdown(&self) -> String {
+        let mut text = String::new();
+        // Writing to a String cannot fail.
+        let _ = self.write_markdown(&mut text);
+        text
+    }
+
+    fn write_markdown(&self, out: &mut String) -> std::fmt::Result {
+        let Catalogue { truth, methods } = self.catalogue;
+        writeln!(out, "# {}\n", self.job.title)?;
+        writeln!(out, "Made by `{}`.\n", self.command)?;
+        writeln!(out, "{}\n", self.box_in_words())?;
+        writeln!(
+            out,
+            "Truth is the simulated flow, on which two independent engines agree: {} cells with a stick-slip cycle, {} \
+             whose orbit spirals inward, {} whose orbit crosses the belt line for ever. {} cells are too close to a \
+             boundary to call and {} without an answer; they are left out.\n",
+            count(truth.present),
+            count(truth.inward),
+            count(truth.crossing),
+            count(truth.too_close),
+            count(truth.open)
+        )?;
+        writeln!(
+            out,
+            "| method | guarantee | right | wrong presence | wrong absence | undecided | failed | farthest wrong in c | \
+             farthest wrong in epsilon |"
+        )?;
+        writeln!(out, "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |")?;
+        for method in methods {
+            let counts = Kind::ALL.map(|kind| count(method.count(kind))).join(" | ");
+            let [c, epsilon] = method.farthest_wrong().map(short);
+            writeln!(
+                out,
+                "| {} | {} | {} | {counts} | {c} | {epsilon} |",
+                method.method.name(),
+                method.method.guarantee().name(),
+                count(method.right())
+            )?;
+        }
+        writeln!(
+            out,
+            "\nThe last two columns are the largest distance from a wrong cell to the nearest damping, or epsilon, at which \
+             the simulated verdict changes; cells from which it changes nowhere (in epsilon: nowhere up to {}) are not \
+             counted there.\n\n## Classes of failure\n\n\
+             A mechanism explains a failure if the same method without it does not fail there. The numbers are those of \
+             the theory's section on where methods fail: 1 missed double crossing, 2 start at a tangency, 3 first order \
+             in epsilon, 4 overshoot, 5 nodes, 6 smoothed or stepped sign, 7 degenerate laws.\n",
+            short(HIGHEST)
+        )?;
+        writeln!(
+            out,
+            "| method | failure | mechanism | no. | cells | farthest in c | farthest in epsilon | because |"
+        )?;
+        writeln!(out, "| --- | --- | --- | ---: | ---: | ---: | ---: | --- |")?;
+        for (method, class) in self.classes() {
+            writeln!(
+                out,
+                "| {} | {} | {} | {} | {} | {} | {} | {} |",
+                method.method.name(),
+                class.kind.name().replace('_', " "),
+                class.mechanism.name().replace('_', " "),
+                class.mechanism.number().map_or("-".into(), |number| number.to_string()),
+                count(class.cells),
+                short(class.farthest_c),
+                short(class.farthest_epsilon),
+                class.mechanism.explanation().replace('|', "\\|")
+            )?;
+        }
+        writeln!(out, "\n## One cell of each class\n")?;
+        if let Some(knobs) = self.knobs() {
+            writeln!(
+                out,
+                "`slipmap probe` asks naive methods with their default choices; here they were {knobs}.\n"
+            )?;
+        }
+        writeln!(out, "```sh")?;
+        for (method, class) in self.classes() {
+            let words = [method.method.name(), class.kind.name(), class.mechanism.name()].join(": ");
+            writeln!(out, "# {}", words.replace('_', " "))?;
+            writeln!(out, "{}", self.probe(class))?;
+        }
+        writeln!(out, "```")
+    }
+
+    fn classes(&self) -> impl Iterator<Item = (&MethodFailures, &Class)> {
+        self.catalogue
+            .methods
+            .iter()
+            .flat_map(|method| method.classes.iter().map(move |class| (method, class)))
+    }
+
+    fn probe(&self, class: &Class) -> String {
+        probe_line(self.job.plan.grid.law(), &class.example, self.job.plan.tolerance)
+    }
+
+    /// The choices of the naive methods, unless they are the default ones.
+    fn knobs(&self) -> Option<String> {
+        let chosen = self.job.plan.methods.iter().find_map(|method| match method {
+            Method::Naive(_, knobs) if *knobs != NaiveKnobs::default() => Some(knobs),
+            _ => None,
+        })?;
+        Some(format!("{chosen:?}"))
+    }
+
+    /// "1,200 cells: 5 epsilon from 0.001 to 1, .."
+    fn box_in_words(&self) -> String {
+        let grid = &self.job.plan.grid;
+        let axes = grid.axes().iter().map(|axis| match axis.values.as_slice() {
+            [only] => format!("{} = {}", axis.name, exact(*only)),
+            [first, .., last] => {
+                format!("{} {} from {} to {}", axis.values.len(), axis.name, exact(*first), exact(*last))
+            }
+            [] => axis.name.to_string(),
+        });
+        format!("{} cells: {}.", count(grid.cells()), axes.collect::<Vec<_>>().join(", "))
+    }
+
+    fn methods_csv(&self) -> Result<String, Failure> {
+        let mut header = vec!["method", "guarantee", "cells", "right"];
+        header.extend(Kind::ALL.map(Kind::name));
+        header.extend(["farthest_wrong_c", "farthest_wrong_epsilon"]);
+        let rows = self.catalogue.methods.iter().map(|method| {
+            let mut row = vec![method.method.name().to_owned(), method.method.guarantee().name().to_owned()];
+            row.extend([method.cells, method.right()].map(|n| n.to_string()));
+            row.extend(Kind::ALL.map(|kind| method.count(kind).to_string()));
+            row.extend(method.farthest_wrong().map(number));
+            row
+        });
+        csv(&header, rows)
+    }
+
+    fn classes_csv(&self) -> Result<String, Failure> {
+        let law = self.job.plan.grid.law();
+        let mut header =
+            vec!["method", "failure", "mechanism", "number", "cells", "farthest_c", "farthest_epsilon"];
+        header.extend(Grid::axis_names(law));
+        header.push("probe");
+        let rows = self.classes().map(|(method, class)| {
+            let words = [method.method.name(), class.kind.name(), class.mechanism.name()];
+            let mut row: Vec<String> = words.map(str::to_owned).into();
+            row.push(class.mechanism.number().map_or(String::new(), |number| number.to_string()));
+            row.push(class.cells.to_string());
+            row.extend([class.farthest_c, class.farthest_epsilon].map(number));
+            row.extend(coordinates(law, &class.example).into_iter().map(|(_, value)| exact(value)));
+            row.push(self.probe(class));
+            row
+        });
+        csv(&header, rows)
+    }
+}
+
+/// A number for a table; nothing where there is none.
+fn number(x: f64) -> String {
+    if x.is_nan() { String::new() } else { exact(x) }
+}
+
+fn csv(header: &[&str], rows: impl Iterator<Item = Vec<String>>) -> Result<String, Failure> {
+    let broken = |error: String| Failure::Broken(format!("cannot form a table: {error}"));
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(header).map_err(|error| broken(error.to_string()))?;
+    for row in rows {
+        writer.write_record(&row).map_err(|error| broken(error.to_string()))?;
+    }
+    let bytes = writer.into_inner().map_err(|error| broken(error.to_string()))?;
+    String::from_utf8(bytes).map_err(|error| broken(error.to_string()))
+}

@@ -1,0 +1,96 @@
+//! `slipmap work-precision`: speed charted against accuracy.
+
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+
+use clap::Args;
+
+use super::report::{existing, failure};
+use super::run::command_line;
+use super::{Ended, Failure, interrupt, progress, say};
+use crate::benchmark::contestants;
+use crate::config::Job;
+use crate::report::work_precision::Study;
+use crate::report::{Existing, ReportError};
+use crate::store::Provenance;
+
+/// Chart the time per cell of every method and engine against its error, each over its own knob, on the same
+/// cells, against a reference of more than 20 digits.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  slipmap work-precision configs/work-precision.toml
+  slipmap work-precision configs/work-precision.toml --set work_precision.cells=256 --out quick
+
+Cells are drawn from the box that the configuration's [grid] spans. Writes work-precision.csv, .h5, .md and .tex, the
+chart work-precision-1col and -2col as .svg, .pdf and .png, and cells.csv, on which `scripts/peers --cells-from cells.csv`
+measures other people's integrators. Run this command again afterwards, and they are in the chart.")]
+pub(super) struct Arguments {
+    /// The configuration
+    #[arg(value_name = "CONFIG.toml")]
+    config: PathBuf,
+    /// Replace a value of the configuration; may be repeated
+    #[arg(long, value_name = "KEY.PATH=VALUE")]
+    set: Vec<String>,
+    /// The folder to write; default: results/ and the name of the configuration
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// What scripts/peers measured; default: of the files results/peers-*.csv the newest about the same cells, or
+    /// else the newest
+    #[arg(long, value_name = "FILE.csv")]
+    peers: Option<PathBuf>,
+    /// Replace the files of an earlier study
+    #[arg(long)]
+    overwrite: bool,
+    /// No progress bar
+    #[arg(long)]
+    quiet: bool,
+}
+
+/// Runs the command.
+pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
+    let job = Job::load(&arguments.config, &arguments.set)?;
+    let folder = arguments.out.clone().unwrap_or_else(|| {
+        let name = arguments.config.file_stem().unwrap_or_default();
+        Path::new("results").join(name)
+    });
+    let existing = existing(arguments.overwrite);
+    if existing == Existing::Refuse && folder.symlink_metadata().is_ok() {
+        return Err(failure(ReportError::Exists { path: folder }));
+    }
+    // Before minutes of work.
+    if let Some(peers) = arguments.peers.as_ref().filter(|peers| !peers.is_file()) {
+        return Err(Failure::BadInput(format!(
+            "--peers {}: there is no such file\n  help: scripts/peers makes one",
+            peers.display()
+        )));
+    }
+    let who = contestants();
+    let bar = progress::bar(arguments.quiet, Some(who.len() as u64), "settings");
+    let on_row = |done: usize, _: &str| bar.set_position(done as u64);
+    let stop = interrupt::flag();
+    let go_on = || !stop.load(Ordering::Relaxed);
+    let mut study = Study::run(&job.plan.grid, job.work_precision, &who, &on_row, &go_on).map_err(failure)?;
+    bar.finish_and_clear();
+    study.add_peers(arguments.peers.as_deref(), Path::new("results")).map_err(failure)?;
+    match &study.peers {
+        None => say("no peers: results/ has no peers-*.csv; scripts/peers makes one"),
+        Some((file, false)) => {
+            say(&format!(
+                "peers of {file} are about other cells; for the same: scripts/peers --cells-from {}",
+                folder.join("cells.csv").display()
+            ));
+        }
+        Some((_, true)) => {}
+    }
+    let provenance = Provenance {
+        title: job.title,
+        config_path: job.config_file.display().to_string(),
+        config_text: job.config_text,
+        command_line: command_line(),
+    };
+    study.write(&provenance, &folder, existing).map_err(failure)?;
+    writeln!(io::stdout().lock(), "{}", folder.join("work-precision.md").display())?;
+    Ok(Ended::Fine)
+}

@@ -1,0 +1,338 @@
+//! Where methods fail: every method compared with the simulated flow, cell by cell, and every failure given
+//! the mechanism that explains it.
+//!
+//! **Truth** at a point is the verdict on which the two engines of the simulated flow agree; points on which
+//! they do not, or which are closer to the boundary than their errors, are set aside as open.
+//!
+//! **Mechanisms** are attributed by removal: a defect explains a failure if the same method without it does
+//! not fail there. Without the expansion in eps `perturbation` is `harmonic_balance`, and
+//! `bendixson_leading` is `bendixson`; the naive methods are asked again with the knob turned that causes
+//! their defect. What no removal mends is counted as [`Mechanism::Unexplained`]. Why a test leaves a cell
+//! undecided follows from its claim.
+
+mod mechanism;
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use rayon::prelude::*;
+
+pub use mechanism::Mechanism;
+
+use super::limits::Ray;
+use super::{Grid, Method, Verdict};
+use crate::filippov::Oscillator;
+use crate::friction::{Column, Law};
+use crate::point::Point;
+use crate::simulate::{Fate, critical_damping, direct, flow};
+
+/// The dampings between sticking and crossing are found to this share of the interval searched.
+const HALVINGS: u32 = 40;
+
+/// In which way a method fails at a cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kind {
+    /// It says present, and no stick-slip cycle exists.
+    WrongPresence,
+    /// It says absent, and one exists.
+    WrongAbsence,
+    /// It does not decide.
+    Undecided,
+    /// It breaks down.
+    Failed,
+}
+
+impl Kind {
+    /// Every kind.
+    pub const ALL: [Kind; 4] = [Kind::WrongPresence, Kind::WrongAbsence, Kind::Undecided, Kind::Failed];
+
+    /// The word used in tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::WrongPresence => "wrong_presence",
+            Kind::WrongAbsence => "wrong_absence",
+            Kind::Undecided => "undecided",
+            Kind::Failed => "failed",
+        }
+    }
+
+    /// The failure of a verdict; `None` if it is right.
+    fn of(said: Verdict, truth: Verdict) -> Option<Kind> {
+        match said {
+            Verdict::Present if truth == Verdict::Absent => Some(Kind::WrongPresence),
+            Verdict::Absent if truth == Verdict::Present => Some(Kind::WrongAbsence),
+            Verdict::Present | Verdict::Absent => None,
+            Verdict::Undecided | Verdict::NotComputed => Some(Kind::Undecided),
+            Verdict::Failed => Some(Kind::Failed),
+        }
+    }
+
+    /// Whether the method answers, and wrongly.
+    fn is_wrong(self) -> bool {
+        matches!(self, Kind::WrongPresence | Kind::WrongAbsence)
+    }
+}
+
+/// The cells at which one method fails in one way for one reason.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Class {
+    /// In which way.
+    pub kind: Kind,
+    /// Why.
+    pub mechanism: Mechanism,
+    /// Number of cells.
+    pub cells: u64,
+    /// The largest distance |c - c'| to the nearest damping c' at which the verdict of the simulated flow
+    /// changes; NaN where it changes at none.
+    pub farthest_c: f64,
+    /// The same in eps, up to [`super::limits::HIGHEST`]; NaN where it changes at none, and for undecided cells,
+    /// where it is not looked for.
+    pub farthest_epsilon: f64,
+    /// The cell of `farthest_c`, or the first cell.
+    pub example: Point,
+}
+
+/// The failures of one method.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MethodFailures {
+    /// The method.
+    pub method: Method,
+    /// Cells at which it was compared.
+    pub cells: u64,
+    /// Its classes of failure: by kind, the largest first.
+    pub classes: Vec<Class>,
+}
+
+impl MethodFailures {
+    /// Cells of one kind of failure.
+    #[must_use]
+    pub fn count(&self, kind: Kind) -> u64 {
+        self.classes.iter().filter(|class| class.kind == kind).map(|class| class.cells).sum()
+    }
+
+    /// Cells on which the method is right.
+    #[must_use]
+    pub fn right(&self) -> u64 {
+        self.cells - self.classes.iter().map(|class| class.cells).sum::<u64>()
+    }
+
+    /// The largest distances from the true boundary, in c and in eps, at which the method answers wrongly;
+    /// NaN where it never does.
+    #[must_use]
+    pub fn farthest_wrong(&self) -> [f64; 2] {
+        let wrong = self.classes.iter().filter(|class| class.kind.is_wrong());
+        wrong.fold([f64::NAN; 2], |[c, epsilon], class| {
+            [c.max(class.farthest_c), epsilon.max(class.farthest_epsilon)]
+        })
+    }
+}
+
+/// What is known of the cells themselves.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Truth {
+    /// Cells with a stick-slip cycle.
+    pub present: u64,
+    /// Cells whose orbit from the exit point spirals inward.
+    pub inward: u64,
+    /// Cells whose orbit crosses the belt line for ever.
+    pub crossing: u64,
+    /// Cells too close to a boundary to call.
+    pub too_close: u64,
+    /// Cells in which an engine gives no answer, or the two contradict each other.
+    pub open: u64,
+}
+
+/// The catalogue of failures over a set of points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Catalogue {
+    /// The points themselves.
+    pub truth: Truth,
+    /// The methods.
+    pub methods: Vec<MethodFailures>,
+}
+
+/// The catalogue was stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("interrupted")]
+pub struct Interrupted;
+
+/// What is compared.
+#[derive(Clone, Copy)]
+pub struct Comparison<'a> {
+    /// The friction law.
+    pub law: Law,
+    /// The methods.
+    pub methods: &'a [Method],
+    /// Bound on the error of the scaled grazing margin that the engines aim at.
+    pub tolerance: f64,
+    /// Called after every point, from any thread of the current pool.
+    pub on_point: &'a (dyn Fn() + Sync),
+    /// Set to true to stop.
+    pub stop: &'a AtomicBool,
+}
+
+/// One failure of one method at one point.
+struct Finding {
+    method: usize,
+    kind: Kind,
+    mechanism: Mechanism,
+}
+
+/// What is found at one point.
+struct Examined {
+    truth: Truth,
+    /// Whether the methods were compared.
+    compared: bool,
+    findings: Vec<Finding>,
+    distance_c: f64,
+    distance_epsilon: f64,
+}
+
+/// The points of all cells of a grid, in its order.
+#[must_use]
+pub fn points_of(grid: &Grid) -> Vec<Point> {
+    let shape = grid.shape();
+    (0..grid.cells())
+        .map(|cell| {
+            let mut rest = cell;
+            let mut index = vec![0; shape.len()];
+            for (place, size) in index.iter_mut().zip(&shape).rev() {
+                (*place, rest) = (rest % size, rest / size);
+            }
+            grid.point(&index)
+        })
+        .collect()
+}
+
+/// Compares every method with the simulated flow at every point. The result depends on the points and their
+/// order alone, not on the number of threads.
+///
+/// # Errors
+/// [`Interrupted`] if `comparison.stop` was set.
+pub fn catalogue(points: &[Point], comparison: &Comparison) -> Result<Catalogue, Interrupted> {
+    let examined: Vec<Examined> = points
+        .par_iter()
+        .map(|point| {
+            if comparison.stop.load(Ordering::Relaxed) {
+                return Err(Interrupted);
+            }
+            let examined = examine(point, comparison);
+            (comparison.on_point)();
+            Ok(examined)
+        })
+        .collect::<Result<_, _>>()?;
+    let mut truth = Truth::default();
+    let mut methods: Vec<MethodFailures> = comparison
+        .methods
+        .iter()
+        .map(|&method| MethodFailures { method, cells: 0, classes: Vec::new() })
+        .collect();
+    for (point, examined) in points.iter().zip(&examined) {
+        truth.present += examined.truth.present;
+        truth.inward += examined.truth.inward;
+        truth.crossing += examined.truth.crossing;
+        truth.too_close += examined.truth.too_close;
+        truth.open += examined.truth.open;
+        for method in &mut methods {
+            method.cells += u64::from(examined.compared);
+        }
+        for finding in &examined.findings {
+            methods[finding.method].add(point, examined, finding);
+        }
+    }
+    for method in &mut methods {
+        method.classes.sort_by_key(|class| (class.kind, std::cmp::Reverse(class.cells)));
+    }
+    Ok(Catalogue { truth, methods })
+}
+
+impl MethodFailures {
+    fn add(&mut self, point: &Point, examined: &Examined, finding: &Finding) {
+        let Finding { kind, mechanism, .. } = *finding;
+        let place = self.classes.iter().position(|class| class.kind == kind && class.mechanism == mechanism);
+        let place = place.unwrap_or_else(|| {
+            self.classes.push(Class {
+                kind,
+                mechanism,
+                cells: 0,
+                farthest_c: f64::NAN,
+                farthest_epsilon: f64::NAN,
+                example: *point,
+            });
+            self.classes.len() - 1
+        });
+        let class = &mut self.classes[place];
+        class.cells += 1;
+        // A comparison with NaN is false both ways: the first number replaces it.
+        if !(examined.distance_c <= class.farthest_c) && !examined.distance_c.is_nan() {
+            (class.farthest_c, class.example) = (examined.distance_c, *point);
+        }
+        if kind != Kind::Undecided {
+            class.farthest_epsilon = class.farthest_epsilon.max(examined.distance_epsilon);
+        }
+    }
+}
+
+/// Compares the methods at one point.
+fn examine(point: &Point, comparison: &Comparison) -> Examined {
+    let column = comparison.law.column(point);
+    let oscillator = Oscillator::in_column(&column, point.damping);
+    let tolerance = comparison.tolerance;
+    let mut examined = Examined {
+        truth: Truth::default(),
+        compared: false,
+        findings: Vec::new(),
+        distance_c: f64::NAN,
+        distance_epsilon: f64::NAN,
+    };
+    let (first, second) = (flow(&oscillator, tolerance).fate, direct::flow(&oscillator, tolerance).fate);
+    if first == Fate::TooCloseToCall || second == Fate::TooCloseToCall {
+        examined.truth.too_close = 1;
+        return examined;
+    }
+    let truth = Verdict::from(&first);
+    if truth == Verdict::Failed || truth != Verdict::from(&second) {
+        examined.truth.open = 1;
+        return examined;
+    }
+    examined.compared = true;
+    match first {
+        Fate::Sticks(_) => examined.truth.present = 1,
+        Fate::SpiralsInward => examined.truth.inward = 1,
+        Fate::CrossesForever | Fate::TooCloseToCall | Fate::Failed(_) => examined.truth.crossing = 1,
+    }
+    for (number, method) in comparison.methods.iter().enumerate() {
+        let said = method.decide(&column, point.damping, tolerance);
+        if let Some(kind) = Kind::of(said, truth) {
+            let mechanism = mechanism::of(*method, &column, point.damping, kind, &first);
+            examined.findings.push(Finding { method: number, kind, mechanism });
+        }
+    }
+    if !examined.findings.is_empty() {
+        examined.distance_c = distance_in_c(&column, point.damping, &first, tolerance);
+    }
+    if examined.findings.iter().any(|finding| finding.kind != Kind::Undecided) {
+        let change = Ray::new(comparison.law, point, tolerance).nearest_change(point.epsilon);
+        examined.distance_epsilon = change.map_or(f64::NAN, |change| (change - point.epsilon).abs());
+    }
+    examined
+}
+
+/// The distance from `c` to the nearest damping at which the simulated verdict changes: the critical damping, or
+/// the damping below which orbits cross for ever. NaN if there is neither.
+fn distance_in_c(column: &Column, c: f64, fate: &Fate, tolerance: f64) -> f64 {
+    let Ok(critical) = critical_damping(column, tolerance) else { return f64::NAN };
+    let to_grazing = (critical.c - c).abs();
+    // Fates come in one order along the column: crossing, sticking, inward.
+    let crosses = |c: f64| flow(&Oscillator::in_column(column, c), tolerance).fate == Fate::CrossesForever;
+    let (mut low, mut high) = match fate {
+        Fate::CrossesForever => (c, critical.c),
+        Fate::Sticks(_) if c > 0.0 && crosses(0.0) => (0.0, c),
+        _ => return to_grazing,
+    };
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        *(if crosses(middle) { &mut low } else { &mut high }) = middle;
+    }
+    to_grazing.min((0.5 * (low + high) - c).abs())
+}

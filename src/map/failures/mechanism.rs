@@ -1,0 +1,229 @@
+//! The mechanisms by which methods fail (theory, section 5), and their attribution.
+
+use super::Kind;
+use crate::certify::{self, Claim, Decision};
+use crate::filippov::Oscillator;
+use crate::friction::Column;
+use crate::map::{Method, Verdict};
+use crate::simulate::naive::{NaiveKnobs, NaiveMethod};
+use crate::simulate::{Failure, Fate};
+
+/// Why a method fails at a cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mechanism {
+    /// A condition of first order in eps at a finite eps: a band of width O(eps) next to the critical damping.
+    FirstOrderInEps,
+    /// The energy balance is taken along the circle of the undamped oscillator, which the orbit is not.
+    Circle,
+    /// |D| reaches 2 along the orbit, which then is far from a circle and may never turn.
+    Node,
+    /// The orbit comes back, but lands beyond the stick segment and crosses for ever; the test ignores the
+    /// landing.
+    Overshoot,
+    /// Within a few widths of the belt line smoothed friction neither holds the mass nor lets it go.
+    Smoothing,
+    /// The band counts as sticking what is not, or the mass leaves it off the exit point.
+    StickBand,
+    /// Fixed steps chatter about the belt line and leave it off the exit point.
+    Chatter,
+    /// The orbit is above the belt line, or inside the stick band, for less than a step, and both crossings go
+    /// unseen.
+    MissedDoubleCrossing,
+    /// Events next to a start on the belt line are ignored (or the start itself is one).
+    TangentStart,
+    /// The orbit has not settled in the turns that it was given.
+    Transient,
+    /// The errors of the adaptive steps add up to more than the margin.
+    StepError,
+    /// The test claims one side only, and the cell is on the other.
+    OneSided,
+    /// The cell lies between the test's claims of presence and of absence, or exactly where they meet.
+    Gap,
+    /// The test proves that the orbit comes back, but not that it lands on the stick segment.
+    LandingUnproved,
+    /// The integration gave up.
+    Breakdown(Failure),
+    /// No removal of a known defect mends it.
+    Unexplained,
+}
+
+impl Mechanism {
+    /// The word used in tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Mechanism::FirstOrderInEps => "first_order_in_eps",
+            Mechanism::Circle => "circle",
+            Mechanism::Node => "node",
+            Mechanism::Overshoot => "overshoot",
+            Mechanism::Smoothing => "smoothing",
+            Mechanism::StickBand => "stick_band",
+            Mechanism::Chatter => "chatter",
+            Mechanism::MissedDoubleCrossing => "missed_double_crossing",
+            Mechanism::TangentStart => "tangent_start",
+            Mechanism::Transient => "transient",
+            Mechanism::StepError => "step_error",
+            Mechanism::OneSided => "one_sided",
+            Mechanism::Gap => "gap",
+            Mechanism::LandingUnproved => "landing_unproved",
+            Mechanism::Breakdown(Failure::StepBudget) => "breakdown_step_budget",
+            Mechanism::Breakdown(Failure::StepUnderflow) => "breakdown_step_underflow",
+            Mechanism::Breakdown(Failure::NotFinite) => "breakdown_not_finite",
+            Mechanism::Unexplained => "unexplained",
+        }
+    }
+
+    /// Its number among the mechanisms by which methods fail, as the theory (section 5) counts them: 1 missed
+    /// double crossing, 2 start at a tangency, 3 first order in eps, 4 overshoot, 5 nodes, 6 smoothed or
+    /// stepped sign; degenerate laws, 7, do not make any method here fail. `None` for what is no defect but the
+    /// reach of a test.
+    #[must_use]
+    pub fn number(self) -> Option<u32> {
+        match self {
+            Mechanism::MissedDoubleCrossing => Some(1),
+            Mechanism::TangentStart => Some(2),
+            Mechanism::FirstOrderInEps => Some(3),
+            Mechanism::Overshoot | Mechanism::LandingUnproved => Some(4),
+            Mechanism::Node => Some(5),
+            Mechanism::Smoothing | Mechanism::StickBand | Mechanism::Chatter => Some(6),
+            Mechanism::Circle
+            | Mechanism::Transient
+            | Mechanism::StepError
+            | Mechanism::OneSided
+            | Mechanism::Gap
+            | Mechanism::Breakdown(_)
+            | Mechanism::Unexplained => None,
+        }
+    }
+
+    /// One sentence for people.
+    #[must_use]
+    pub fn explanation(self) -> &'static str {
+        match self {
+            Mechanism::FirstOrderInEps => "the condition is of first order in eps, and eps is finite here",
+            Mechanism::Circle => "energy is balanced along a circle, and the orbit is not quite one",
+            Mechanism::Node => "|D| reaches 2 along the orbit, which is far from a circle and may never turn",
+            Mechanism::Overshoot => "the orbit lands beyond the stick segment and crosses for ever",
+            Mechanism::Smoothing => {
+                "within a few widths d of the belt line smoothed friction neither holds nor lets go"
+            }
+            Mechanism::StickBand => {
+                "the stick band is wider than the orbit's distance from the belt, or is left off the exit point"
+            }
+            Mechanism::Chatter => "fixed steps chatter about the belt line and leave it off the exit point",
+            Mechanism::MissedDoubleCrossing => "the orbit is beyond the belt line for less than a step",
+            Mechanism::TangentStart => "events next to a start on the belt line are ignored",
+            Mechanism::Transient => "the orbit has not settled in the turns it was given",
+            Mechanism::StepError => "errors of the adaptive steps add up to more than the margin",
+            Mechanism::OneSided => "the test claims the other side only",
+            Mechanism::Gap => "between the test's claims of presence and absence, or exactly where they meet",
+            Mechanism::LandingUnproved => {
+                "the orbit comes back, but its landing on the stick segment is not proved"
+            }
+            Mechanism::Breakdown(Failure::StepBudget) => "the step budget ran out",
+            Mechanism::Breakdown(Failure::StepUnderflow) => "the step size underflowed",
+            Mechanism::Breakdown(Failure::NotFinite) => "the orbit left the finite numbers",
+            Mechanism::Unexplained => "no removal of a known defect that the step budget allows mends it",
+        }
+    }
+}
+
+/// Why `method` fails as it does at damping `c` of a column, where the orbit has the given fate.
+pub(super) fn of(method: Method, column: &Column, c: f64, kind: Kind, fate: &Fate) -> Mechanism {
+    match method {
+        Method::Test(test) if kind == Kind::Undecided => undecided(&(test.claim)(column), c),
+        Method::Test(test) => of_test(test.name, column, c, kind, fate),
+        Method::Simulation => Mechanism::Unexplained,
+        Method::Naive(naive, knobs) => {
+            of_naive(naive, &knobs, &Oscillator::in_column(column, c), Verdict::from(fate))
+        }
+    }
+}
+
+/// Why a claim leaves a cell undecided.
+fn undecided(claim: &Claim, c: f64) -> Mechanism {
+    if c < claim.present_below && c < claim.sticks_from {
+        Mechanism::LandingUnproved
+    } else if claim.present_below.is_finite() && claim.absent_above.is_finite() {
+        Mechanism::Gap
+    } else {
+        Mechanism::OneSided
+    }
+}
+
+/// Why a closed-form test answers wrongly.
+fn of_test(name: &str, column: &Column, c: f64, kind: Kind, fate: &Fate) -> Mechanism {
+    if *fate == Fate::CrossesForever {
+        return Mechanism::Overshoot;
+    }
+    // The same test without the expansion in eps.
+    let finite = match name {
+        "perturbation" => Some(certify::harmonic_balance::TEST),
+        "bendixson_leading" => Some(certify::bendixson::TEST),
+        _ => None,
+    };
+    let mended = finite.is_some_and(|test| {
+        let wrong = match kind {
+            Kind::WrongPresence => Decision::Present,
+            Kind::WrongAbsence | Kind::Undecided | Kind::Failed => Decision::Absent,
+        };
+        (test.claim)(column).decide(c) != wrong
+    });
+    let range = column.curve.weakening_range(0.0, 2.0 * column.belt_speed);
+    let viscous = column.epsilon * c;
+    if mended {
+        Mechanism::FirstOrderInEps
+    } else if (range.lo - viscous).abs().max((range.hi - viscous).abs()) >= 2.0 {
+        Mechanism::Node
+    } else if matches!(name, "perturbation" | "harmonic_balance") {
+        Mechanism::Circle
+    } else {
+        Mechanism::Unexplained
+    }
+}
+
+/// Why a naive method answers wrongly or breaks down: the first of its defects without which it is right.
+fn of_naive(naive: NaiveMethod, knobs: &NaiveKnobs, oscillator: &Oscillator, truth: Verdict) -> Mechanism {
+    let (n, d) = (*knobs, naive);
+    // A few units of time in which a grazing orbit is beyond the belt line are the shortest thing to see: steps
+    // of a thousandth are shorter than that down to margins of 1e-7.
+    let short = |n: NaiveKnobs| NaiveKnobs { longest_step: 1e-3, ..n };
+    let transient = (Mechanism::Transient, NaiveKnobs { turns: n.turns.saturating_mul(10), ..n });
+    let error = (Mechanism::StepError, NaiveKnobs { tolerance: (1e-4 * n.tolerance).max(1e-13), ..n });
+    let removals: Vec<(Mechanism, NaiveKnobs)> = match d {
+        NaiveMethod::Smoothed => {
+            let finer = |by: f64| NaiveKnobs { smoothing_width: by * n.smoothing_width, ..n };
+            let smoothing = [0.1, 0.01].map(|by| (Mechanism::Smoothing, finer(by)));
+            smoothing.into_iter().chain([transient, error]).collect()
+        }
+        NaiveMethod::StickBand => {
+            let finer = |by: f64| NaiveKnobs { stick_band_width: by * n.stick_band_width, ..n };
+            vec![
+                (Mechanism::MissedDoubleCrossing, short(n)),
+                (Mechanism::StickBand, finer(0.01)),
+                (Mechanism::StickBand, short(finer(0.01))),
+                transient,
+                error,
+            ]
+        }
+        NaiveMethod::FixedStep => {
+            let finer = |by: f64| (Mechanism::Chatter, NaiveKnobs { step: by * n.step, ..n });
+            let finest = NaiveKnobs { step: 1e-3 * n.step, turns: n.turns.min(5), ..n };
+            vec![finer(0.1), finer(0.01), (Mechanism::Chatter, finest), transient]
+        }
+        NaiveMethod::EventStep => vec![
+            (Mechanism::TangentStart, NaiveKnobs { start_pause: 1e-9, ..n }),
+            (Mechanism::MissedDoubleCrossing, short(n)),
+            (Mechanism::MissedDoubleCrossing, NaiveKnobs { longest_step: 3e-5, turns: 1, ..n }),
+            (Mechanism::TangentStart, short(NaiveKnobs { start_pause: 1e-9, ..n })),
+            transient,
+            error,
+        ],
+    };
+    let mended = |knobs: &NaiveKnobs| Verdict::from(naive.decide(oscillator, knobs).verdict) == truth;
+    let found = removals.iter().find(|(_, knobs)| mended(knobs)).map(|(mechanism, _)| *mechanism);
+    found.unwrap_or_else(|| match naive.decide(oscillator, knobs).verdict {
+        crate::simulate::naive::NaiveVerdict::Failed(failure) => Mechanism::Breakdown(failure),
+        _ => Mechanism::Unexplained,
+    })
+}

@@ -1,0 +1,344 @@
+//! How small is "sufficiently small": up to which eps a method says what the simulated flow says.
+//!
+//! With all parameters but eps fixed, the verdict of a method and that of the simulated flow are step functions
+//! of eps. [`Ray`] finds the steps of the flow once; [`Ray::limit`] the first eps at which a method parts from
+//! it. Steps are located by halving, to a relative width of 1e-12; no grid enters.
+//!
+//! # What "for all smaller eps" rests on
+//! **Theorems, for the Stribeck law** ([`Proved`]). Both edges of the test `symmetric`, as functions of eps, fall;
+//! so the orbit from the exit point comes back for every eps below one closed form, and for none above another.
+//! The landing speed is bounded by that of the linear flow with the largest divergence, which grows with eps; so
+//! the orbit sticks for every eps below a third closed form. All three together leave an interval of eps, often
+//! empty or narrow, in which the flow must be asked. Where gamma (1-alpha) - 2 beta V <= c it is empty: no
+//! cycle exists at any eps > 0.
+//!
+//! **Search, in that interval** (for other laws, in all of [[`LOWEST`], [`HIGHEST`]]): the flow is asked at
+//! [`PER_DECADE`] nodes per factor of ten, and every interval between nodes with different verdicts is halved.
+//! Two steps between neighbouring nodes would be missed. Towards grazing there is no reason for two, since c*
+//! falls with eps wherever that was tried (tests/limits.rs). Towards the landing there may be: the orbit lands
+//! ever farther out and then ever closer again. So between nodes next to its farthest landing the maximum is
+//! searched for.
+//!
+//! **Methods.** The edges of `perturbation` and `bendixson_leading` do not depend on eps, those of `instability`,
+//! `symmetric` and `harmonic_balance` fall with it, so each is crossed at most once and halving finds it. What the
+//! nodes could miss is a claim of `bendixson`, or of a landing, that is given and taken back between two of
+//! them; and the answers of naive methods, which flicker: their limit is that of the nodes.
+
+use std::f64::consts::TAU;
+
+use super::{Method, Verdict};
+use crate::filippov::Oscillator;
+use crate::friction::Law;
+use crate::point::Point;
+use crate::simulate::{Fate, Flow, flow};
+
+/// The smallest eps at which methods are asked; what they say here they are taken to say below.
+pub const LOWEST: f64 = 1e-6;
+/// The largest eps that is looked at.
+pub const HIGHEST: f64 = 10.0;
+/// Nodes per factor of ten.
+pub const PER_DECADE: u32 = 8;
+/// Halvings after which an interval between nodes is down to 1e-12 of itself.
+const HALVINGS: u32 = 40;
+/// Golden sections of the search for the farthest landing: from the ratio of two nodes to 1e-5.
+const SECTIONS: u32 = 24;
+
+/// Up to which eps something holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Limit {
+    /// Not even as eps -> 0.
+    Never,
+    /// At all smaller eps, and not just beyond.
+    UpTo(f64),
+    /// At every eps up to [`HIGHEST`].
+    Throughout,
+}
+
+impl Limit {
+    /// The limit as a number: 0 for never, infinity for throughout.
+    #[must_use]
+    pub fn value(self) -> f64 {
+        match self {
+            Limit::Never => 0.0,
+            Limit::UpTo(epsilon) => epsilon,
+            Limit::Throughout => f64::INFINITY,
+        }
+    }
+}
+
+/// How far a method can be trusted along a ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EpsilonLimit {
+    /// Its verdict equals that of the simulated flow at all smaller eps.
+    pub equal: Limit,
+    /// It does not contradict the simulated flow at any smaller eps, though it may be undecided.
+    pub sound: Limit,
+}
+
+/// What closed forms say of all eps at once.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Proved {
+    /// A stick-slip cycle exists at every eps below this.
+    pub present_below: f64,
+    /// None exists at any eps above this, nor does the orbit from the exit point come back.
+    pub absent_above: f64,
+}
+
+impl Proved {
+    /// Nothing is known.
+    const NOTHING: Proved = Proved { present_below: 0.0, absent_above: f64::INFINITY };
+
+    /// For the ray through `point`, whose own eps does not matter.
+    ///
+    /// For the Stribeck law with g = gamma (1-alpha) and s = c + 2 beta V, by the theorem of
+    /// [`crate::certify::symmetric`]: the orbit returns if s < g / (1 + eps gamma V)^2, and does not if
+    /// s > (g/2) (1 + 1/(1 + 2 eps gamma V)^2). The divergence is at most d = eps (g - c), and in the linear flow
+    /// with that divergence v^2 + v'^2 grows in one turn by exp(2 pi d / sqrt(1 - d^2/4)); so, by the comparison
+    /// lemma of [`crate::certify`], the landing speed is below 2 if V^2 times that less 1 is below 4.
+    #[must_use]
+    pub fn of(law: Law, point: &Point) -> Self {
+        let (Law::Stribeck, &[alpha, beta, gamma]) = (law, point.law.as_slice()) else {
+            return Self::NOTHING;
+        };
+        let (speed, c) = (point.belt_speed, point.damping);
+        let (drop, loss) = (gamma * (1.0 - alpha), c + 2.0 * beta * speed);
+        if drop == 0.0 && loss == 0.0 {
+            // No divergence at all: every orbit is a circle.
+            return Self::NOTHING;
+        }
+        if drop <= loss {
+            return Self { present_below: 0.0, absent_above: 0.0 };
+        }
+        let rate = gamma * speed;
+        let returns = ((drop / loss).sqrt() - 1.0) / rate;
+        let energy = (1.0 + 4.0 / (speed * speed)).ln() / TAU;
+        let lands = energy / (1.0 + 0.25 * energy * energy).sqrt() / (drop - c);
+        let share = 2.0 * loss / drop - 1.0;
+        let absent_above =
+            if share > 0.0 { (1.0 / share.sqrt() - 1.0) / (2.0 * rate) } else { f64::INFINITY };
+        Self { present_below: returns.min(lands), absent_above }
+    }
+}
+
+/// The points that share all parameters but eps, and the verdicts of the simulated flow along them.
+#[derive(Clone, Debug)]
+pub struct Ray {
+    law: Law,
+    point: Point,
+    tolerance: f64,
+    /// The verdict as eps -> 0.
+    first: Verdict,
+    /// Where it changes, in increasing order, and what it changes to.
+    changes: Vec<(f64, Verdict)>,
+}
+
+/// How far out the orbit lands: 0 next to grazing, 2 at the far end of the sticking segment, 4 where it has
+/// crossed, come back, and sticks just so. `None` unless it sticks.
+fn reach(oscillator: &Oscillator, flow: &Flow) -> Option<f64> {
+    let Fate::Sticks(landing) = flow.fate else { return None };
+    let from_exit = oscillator.exit_x1() - landing.x1;
+    Some(if landing.crossings == 0 { from_exit } else { 4.0 - from_exit })
+}
+
+/// The verdict of the simulated flow. At the very boundary, within its error, it is read off the margin's sign,
+/// which halving needs; undecided if there is none, as there is none for circles.
+fn verdict_of(flow: &Flow) -> Verdict {
+    match flow.fate {
+        Fate::TooCloseToCall if flow.margin > 0.0 => Verdict::Present,
+        Fate::TooCloseToCall if flow.margin < 0.0 => Verdict::Absent,
+        _ => Verdict::from(&flow.fate),
+    }
+}
+
+/// Whether a verdict says anything.
+fn decided(verdict: Verdict) -> bool {
+    matches!(verdict, Verdict::Present | Verdict::Absent)
+}
+
+/// Nodes of equal ratio from `from` to `to`, both included; none if `from` > `to`.
+fn nodes(from: f64, to: f64) -> impl Iterator<Item = f64> {
+    let decades = (to / from).log10();
+    let intervals = (decades * f64::from(PER_DECADE)).ceil().max(1.0);
+    let count = if from <= to { intervals as u32 + 1 } else { 0 };
+    (0..count).map(move |i| {
+        let share = f64::from(i) / intervals;
+        if share < 1.0 { from * 10_f64.powf(decades * share) } else { to }
+    })
+}
+
+/// The place between `low`, at which `holds`, and `high`, at which it does not.
+fn halve(mut low: f64, mut high: f64, holds: impl Fn(f64) -> bool) -> f64 {
+    for _ in 0..HALVINGS {
+        let middle = (low * high).sqrt();
+        *(if holds(middle) { &mut low } else { &mut high }) = middle;
+    }
+    (low * high).sqrt()
+}
+
+impl Ray {
+    /// The ray through `point`, whose own eps does not matter; `tolerance` is that of the simulation.
+    #[must_use]
+    pub fn new(law: Law, point: &Point, tolerance: f64) -> Self {
+        let proved = Proved::of(law, point);
+        let from = proved.present_below.max(LOWEST);
+        let to = proved.absent_above.min(HIGHEST);
+        let mut ray = Self { law, point: *point, tolerance, first: Verdict::Undecided, changes: Vec::new() };
+        let asked: Vec<(f64, Verdict, Option<f64>)> = nodes(from, to)
+            .map(|epsilon| {
+                let oscillator = Oscillator::new(law, &ray.at(epsilon));
+                let flow = flow(&oscillator, tolerance);
+                (epsilon, verdict_of(&flow), reach(&oscillator, &flow))
+            })
+            .collect();
+        ray.first = match asked.first() {
+            _ if proved.present_below > 0.0 => Verdict::Present,
+            _ if proved.absent_above == 0.0 => Verdict::Absent,
+            Some((_, verdict, _)) => *verdict,
+            // An interval of eps below LOWEST: absence begins there.
+            None => Verdict::Absent,
+        };
+        let mut last = (from, ray.first);
+        for (i, &(epsilon, verdict, reach)) in asked.iter().enumerate() {
+            // A flow without an answer is no step.
+            if decided(verdict) && decided(last.1) && verdict != last.1 {
+                let place = halve(last.0, epsilon, |e| ray.simulated(e) == last.1);
+                ray.changes.push((place, verdict));
+            } else if let Some([low, farthest, high]) = ray.overshoot_beside(&asked, i, reach) {
+                ray.changes
+                    .push((halve(low, farthest, |e| ray.simulated(e) == Verdict::Present), Verdict::Absent));
+                let again = halve(farthest, high, |e| ray.simulated(e) != Verdict::Present);
+                ray.changes.push((again, Verdict::Present));
+            }
+            if decided(verdict) {
+                last = (epsilon, verdict);
+            }
+        }
+        // What is proved needs no asking, not even beyond the last node.
+        if to < HIGHEST && decided(last.1) && last.1 != Verdict::Absent {
+            ray.changes.push((to, Verdict::Absent));
+        }
+        ray.changes.sort_by(|a, b| a.0.total_cmp(&b.0));
+        ray
+    }
+
+    /// If node `i` is one at which the orbit lands farther out than at its neighbours, and all three stick: the
+    /// place of an orbit between them that does not, with those of the neighbours.
+    fn overshoot_beside(
+        &self,
+        asked: &[(f64, Verdict, Option<f64>)],
+        i: usize,
+        reach_here: Option<f64>,
+    ) -> Option<[f64; 3]> {
+        let (before, after) = (asked.get(i.checked_sub(1)?)?, asked.get(i + 1)?);
+        let (here, left, right) = (reach_here?, before.2?, after.2?);
+        if here < left || here < right {
+            return None;
+        }
+        // The orbit never sticks where its reach passes 4.
+        let value = |epsilon: f64| {
+            let oscillator = Oscillator::new(self.law, &self.at(epsilon));
+            let flow = flow(&oscillator, self.tolerance);
+            reach(&oscillator, &flow).unwrap_or(if flow.fate == Fate::CrossesForever { 5.0 } else { 0.0 })
+        };
+        let golden = 0.5 * (5_f64.sqrt() - 1.0);
+        let (mut low, mut high) = (before.0.ln(), after.0.ln());
+        let inner = |low: f64, high: f64| [high - golden * (high - low), low + golden * (high - low)];
+        let mut places = inner(low, high);
+        let mut values = places.map(|place| value(place.exp()));
+        for _ in 0..SECTIONS {
+            if let Some(which) = values.iter().position(|&value| value > 4.0) {
+                return Some([before.0, places[which].exp(), after.0]);
+            }
+            if values[0] < values[1] {
+                (low, places[0], values[0]) = (places[0], places[1], values[1]);
+                places[1] = inner(low, high)[1];
+                values[1] = value(places[1].exp());
+            } else {
+                (high, places[1], values[1]) = (places[1], places[0], values[0]);
+                places[0] = inner(low, high)[0];
+                values[0] = value(places[0].exp());
+            }
+        }
+        None
+    }
+
+    /// The point of the ray at `epsilon`.
+    #[must_use]
+    pub fn at(&self, epsilon: f64) -> Point {
+        Point { epsilon, ..self.point }
+    }
+
+    fn simulated(&self, epsilon: f64) -> Verdict {
+        verdict_of(&flow(&Oscillator::new(self.law, &self.at(epsilon)), self.tolerance))
+    }
+
+    /// The verdict of the flow as eps -> 0, and where it changes up to [`HIGHEST`], to what.
+    #[must_use]
+    pub fn steps(&self) -> (Verdict, &[(f64, Verdict)]) {
+        (self.first, &self.changes)
+    }
+
+    /// The eps nearest to `epsilon` at which the verdict of the flow changes; `None` if it changes nowhere up to
+    /// [`HIGHEST`].
+    #[must_use]
+    pub fn nearest_change(&self, epsilon: f64) -> Option<f64> {
+        let places = self.changes.iter().map(|(place, _)| *place);
+        places.min_by(|a, b| (a - epsilon).abs().total_cmp(&(b - epsilon).abs()))
+    }
+
+    /// Up to which eps `method` says what the flow says.
+    #[must_use]
+    pub fn limit(&self, method: Method) -> EpsilonLimit {
+        if method == Method::Simulation {
+            return EpsilonLimit { equal: Limit::Throughout, sound: Limit::Throughout };
+        }
+        let said = |epsilon: f64| {
+            let here = self.at(epsilon);
+            method.decide(&self.law.column(&here), here.damping, self.tolerance)
+        };
+        let mut limit = EpsilonLimit { equal: Limit::Throughout, sound: Limit::Throughout };
+        // The pairs (method, flow) in increasing eps, each with the place where it begins.
+        let mut pair = (said(LOWEST), self.first);
+        let mut meet = |place: Option<f64>, (said, truth): (Verdict, Verdict)| {
+            let found = place.map_or(Limit::Never, Limit::UpTo);
+            // Where the flow has no answer there is nothing to compare.
+            if decided(truth) && said != truth {
+                if limit.equal == Limit::Throughout {
+                    limit.equal = found;
+                }
+                if limit.sound == Limit::Throughout && decided(said) {
+                    limit.sound = found;
+                }
+            }
+            limit.sound != Limit::Throughout
+        };
+        if meet(None, pair) {
+            return limit;
+        }
+        let mut truth = self.changes.iter().peekable();
+        let mut low = LOWEST;
+        for high in nodes(LOWEST, HIGHEST).skip(1) {
+            let after = said(high);
+            let mut own = (after != pair.0).then(|| halve(low, high, |e| said(e) == pair.0));
+            loop {
+                let flow_changes = truth.peek().filter(|(place, _)| *place <= high).map(|(place, _)| *place);
+                let place = match (own, flow_changes) {
+                    (None, None) => break,
+                    (Some(own), Some(flow)) if own < flow => own,
+                    (Some(own), None) => own,
+                    (_, Some(flow)) => flow,
+                };
+                if own == Some(place) {
+                    (pair.0, own) = (after, None);
+                } else if let Some((_, verdict)) = truth.next() {
+                    pair.1 = *verdict;
+                }
+                if meet(Some(place), pair) {
+                    return limit;
+                }
+            }
+            low = high;
+        }
+        limit
+    }
+}

@@ -1,0 +1,277 @@
+//! The real numbers that a map can store in every cell besides margins: what the flow does there, and how far
+//! methods can be trusted.
+
+use std::collections::HashMap;
+
+use super::engine::regime_of;
+use super::limits::Ray;
+use super::simulation::End;
+use super::{Field, Plan, Regime, Tile};
+use crate::filippov::Oscillator;
+use crate::point::Point;
+use crate::simulate::crossing::{CrossingCycle, StickSlipCycle, crossing_cycles, stick_slip_cycle};
+use crate::simulate::slip_cycle::{Kick, SlipCycle, kick_onto, slip_cycles};
+use crate::simulate::{Fate, Flow, Landing, Range, flow};
+
+/// The relative error of a turn asked for where slip cycles are concerned: their amplitude is the less certain
+/// the closer the multiplier is to 1.
+const TIGHT: f64 = 1e-13;
+
+/// A real number per cell. NaN where the cell has no such number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// x1 at which the mass begins to stick.
+    LandingX1,
+    /// Time of sticking per period.
+    StickTime,
+    /// Time of slipping per period.
+    SlipTime,
+    /// Crossings of the belt line before the mass sticks.
+    Crossings,
+    /// Period of the cycle that attracts.
+    CyclePeriod,
+    /// Half the range of its positions.
+    CycleAmplitudeX1,
+    /// Half the range of its velocities.
+    CycleAmplitudeX2,
+    /// Its Floquet multiplier.
+    CycleMultiplier,
+    /// Largest velocity on the unstable slip cycle that bounds the basin of steady slip.
+    BoundaryVelocity,
+    /// Floquet multiplier of that cycle.
+    BoundaryMultiplier,
+    /// The sudden change of velocity with the belt that carries steady slip out of its basin.
+    KickForward,
+    /// The same against the belt.
+    KickBackward,
+    /// Up to which eps the method with this position says what the simulated flow says.
+    EpsilonLimit(usize),
+}
+
+impl Quantity {
+    /// The quantities of a field, with `methods` methods.
+    #[must_use]
+    pub fn of(field: Field, methods: usize) -> Vec<Quantity> {
+        use Quantity::*;
+        match field {
+            Field::Verdict | Field::Margin | Field::CriticalC | Field::Regime => Vec::new(),
+            Field::Landing => vec![LandingX1, StickTime, SlipTime, Crossings],
+            Field::Cycle => vec![CyclePeriod, CycleAmplitudeX1, CycleAmplitudeX2, CycleMultiplier],
+            Field::Basin => vec![BoundaryVelocity, BoundaryMultiplier, KickForward, KickBackward],
+            Field::EpsilonLimit => (0..methods).map(EpsilonLimit).collect(),
+        }
+    }
+
+    /// Its name in a map; that of [`Quantity::EpsilonLimit`] is followed by its method's.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Quantity::LandingX1 => "landing_x1",
+            Quantity::StickTime => "stick_time",
+            Quantity::SlipTime => "slip_time",
+            Quantity::Crossings => "crossings",
+            Quantity::CyclePeriod => "cycle_period",
+            Quantity::CycleAmplitudeX1 => "cycle_amplitude_x1",
+            Quantity::CycleAmplitudeX2 => "cycle_amplitude_x2",
+            Quantity::CycleMultiplier => "cycle_multiplier",
+            Quantity::BoundaryVelocity => "boundary_velocity",
+            Quantity::BoundaryMultiplier => "boundary_multiplier",
+            Quantity::KickForward => "kick_forward",
+            Quantity::KickBackward => "kick_backward",
+            Quantity::EpsilonLimit(_) => "epsilon_limit",
+        }
+    }
+
+    /// One phrase for `long_name`.
+    #[must_use]
+    pub fn long_name(self) -> &'static str {
+        match self {
+            Quantity::LandingX1 => "x1 at which the mass begins to stick",
+            Quantity::StickTime => "time of sticking per period",
+            Quantity::SlipTime => "time of slipping per period",
+            Quantity::Crossings => "crossings of the belt line before the mass sticks",
+            Quantity::CyclePeriod => "period of the attracting cycle",
+            Quantity::CycleAmplitudeX1 => "half the range of x1 on the attracting cycle",
+            Quantity::CycleAmplitudeX2 => "half the range of x2 on the attracting cycle",
+            Quantity::CycleMultiplier => "Floquet multiplier of the attracting cycle, 0 if it sticks",
+            Quantity::BoundaryVelocity => "largest x2 on the unstable slip cycle around steady slip",
+            Quantity::BoundaryMultiplier => {
+                "Floquet multiplier of the unstable slip cycle around steady slip"
+            }
+            Quantity::KickForward => {
+                "smallest kick along the belt's motion that starts stick-slip from steady slip"
+            }
+            Quantity::KickBackward => {
+                "smallest kick against the belt's motion that starts stick-slip from steady slip"
+            }
+            Quantity::EpsilonLimit(_) => {
+                "largest epsilon up to which the verdict equals the simulated one, at these other parameters \
+                 (0: never; inf: up to 10 at least)"
+            }
+        }
+    }
+}
+
+/// A cycle that attracts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AttractingCycle {
+    /// Period.
+    pub period: f64,
+    /// Positions x1 on it.
+    pub displacement: Range,
+    /// Velocities x2 on it.
+    pub velocity: Range,
+    /// Floquet multiplier; 0 for the stick-slip cycle, which is reached in finite time.
+    pub multiplier: f64,
+}
+
+/// The cycle that attracts in `regime`, where the orbit from the exit point ends as `flow` says: the stick-slip
+/// cycle before a slip cycle, of slip cycles the largest. `None` where there is none, or where it cannot be
+/// followed.
+#[must_use]
+pub fn attracting_cycle(
+    oscillator: &Oscillator,
+    flow: &Flow,
+    regime: Regime,
+    tolerance: f64,
+) -> Option<AttractingCycle> {
+    match regime {
+        Regime::StickSlip | Regime::Bistable | Regime::PureSlipAndStickSlip => {
+            let StickSlipCycle { period, velocity, displacement } =
+                stick_slip_cycle(oscillator, flow, tolerance).ok()??;
+            Some(AttractingCycle { period, displacement, velocity, multiplier: 0.0 })
+        }
+        Regime::Crossing => {
+            let cycles = crossing_cycles(oscillator, tolerance).ok()?;
+            let CrossingCycle { period, displacement, velocity, multiplier, .. } =
+                cycles.into_iter().find(CrossingCycle::is_stable)?;
+            Some(AttractingCycle { period, displacement, velocity, multiplier })
+        }
+        Regime::PureSlip | Regime::PureSlipAndEquilibrium => {
+            let cycles = slip_cycles(oscillator, tolerance.min(TIGHT)).ok()?;
+            let SlipCycle { period, displacement, velocity, multiplier } =
+                cycles.into_iter().rfind(SlipCycle::is_stable)?;
+            Some(AttractingCycle { period, displacement, velocity, multiplier })
+        }
+        Regime::Equilibrium | Regime::Failed => None,
+    }
+}
+
+/// The unstable slip cycle within which the mass does not stick-slip, in the regimes in which the stick-slip
+/// cycle and something within attract, and the kicks onto it. `None` in other regimes, or where it cannot be
+/// followed.
+#[must_use]
+pub fn basin_boundary(oscillator: &Oscillator, regime: Regime, tolerance: f64) -> Option<(SlipCycle, Kick)> {
+    if !matches!(regime, Regime::Bistable | Regime::PureSlipAndStickSlip) {
+        return None;
+    }
+    let tolerance = tolerance.min(TIGHT);
+    let cycle = slip_cycles(oscillator, tolerance).ok()?.pop().filter(|cycle| !cycle.is_stable())?;
+    let kick = kick_onto(oscillator, &cycle, tolerance).ok()?;
+    Some((cycle, kick))
+}
+
+/// The values of the quantities of `plan` in the cells of a tile, in the order of [`Plan::quantities`].
+pub(super) fn describe(plan: &Plan, tile: &Tile, ends: &[End]) -> Vec<Vec<f64>> {
+    let quantities = plan.quantities();
+    let mut values =
+        vec![Vec::with_capacity(if quantities.is_empty() { 0 } else { tile.cells() }); quantities.len()];
+    if quantities.is_empty() {
+        return values;
+    }
+    let law = plan.grid.law();
+    let cs = &plan.grid.dampings()[tile.damping_range()];
+    let mut limits = Limits { plan, known: HashMap::new() };
+    for column in 0..tile.columns() {
+        let start = plan.grid.point(&tile.column_index(column));
+        for (i, &c) in cs.iter().enumerate() {
+            let point = Point { damping: c, ..start };
+            let cell = Description::of(plan, &Oscillator::new(law, &point), ends[column * cs.len() + i]);
+            let limits = plan.stores(Field::EpsilonLimit).then(|| limits.at(&point));
+            for (values, quantity) in values.iter_mut().zip(&quantities) {
+                values.push(match quantity {
+                    Quantity::EpsilonLimit(method) => {
+                        limits.as_ref().map_or(f64::NAN, |limits| limits[*method])
+                    }
+                    other => cell.value(*other),
+                });
+            }
+        }
+    }
+    values
+}
+
+/// What is known of the orbits of one cell.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Description {
+    /// Where and when the orbit from the exit point sticks.
+    pub landing: Option<Landing>,
+    /// The cycle that attracts.
+    pub cycle: Option<AttractingCycle>,
+    /// The boundary of the basin of steady slip.
+    pub boundary: Option<(SlipCycle, Kick)>,
+}
+
+impl Description {
+    /// Follows the orbits that the plan's fields need.
+    fn of(plan: &Plan, oscillator: &Oscillator, end: End) -> Self {
+        let regime = regime_of(oscillator, end);
+        let (cycle, basin) = (plan.stores(Field::Cycle), plan.stores(Field::Basin));
+        let cycle = cycle && !matches!(regime, Regime::Equilibrium | Regime::Failed);
+        let lands = end == End::Sticks && plan.stores(Field::Landing);
+        let flow = (lands || cycle).then(|| flow(oscillator, plan.tolerance));
+        Self {
+            landing: match flow.map(|flow| flow.fate) {
+                Some(Fate::Sticks(landing)) => Some(landing),
+                _ => None,
+            },
+            cycle: flow
+                .filter(|_| cycle)
+                .and_then(|flow| attracting_cycle(oscillator, &flow, regime, plan.tolerance)),
+            boundary: basin.then(|| basin_boundary(oscillator, regime, plan.tolerance)).flatten(),
+        }
+    }
+
+    /// A quantity of the flow; NaN if it is not known, as limits in eps are not here.
+    #[must_use]
+    pub fn value(&self, quantity: Quantity) -> f64 {
+        let half = |range: Range| 0.5 * (range.hi - range.lo);
+        let landing = self.landing.as_ref();
+        let cycle = self.cycle.as_ref();
+        let boundary = self.boundary.as_ref();
+        let value = match quantity {
+            Quantity::LandingX1 => landing.map(|landing| landing.x1),
+            Quantity::StickTime => landing.map(|landing| landing.stick_time),
+            Quantity::SlipTime => landing.map(|landing| landing.slip_time),
+            Quantity::Crossings => landing.map(|landing| f64::from(landing.crossings)),
+            Quantity::CyclePeriod => cycle.map(|cycle| cycle.period),
+            Quantity::CycleAmplitudeX1 => cycle.map(|cycle| half(cycle.displacement)),
+            Quantity::CycleAmplitudeX2 => cycle.map(|cycle| half(cycle.velocity)),
+            Quantity::CycleMultiplier => cycle.map(|cycle| cycle.multiplier),
+            Quantity::BoundaryVelocity => boundary.map(|(cycle, _)| cycle.velocity.hi),
+            Quantity::BoundaryMultiplier => boundary.map(|(cycle, _)| cycle.multiplier),
+            Quantity::KickForward => boundary.map(|(_, kick)| kick.forward),
+            Quantity::KickBackward => boundary.map(|(_, kick)| kick.backward),
+            Quantity::EpsilonLimit(_) => None,
+        };
+        value.unwrap_or(f64::NAN)
+    }
+}
+
+/// The limits in eps of the plan's methods. They do not depend on eps, so cells of one tile that differ in
+/// nothing else share them.
+struct Limits<'a> {
+    plan: &'a Plan,
+    known: HashMap<Vec<u64>, Vec<f64>>,
+}
+
+impl Limits<'_> {
+    fn at(&mut self, point: &Point) -> &[f64] {
+        let plan = self.plan;
+        let rest = point.law.as_slice().iter().chain([&point.belt_speed, &point.damping]);
+        self.known.entry(rest.map(|value| value.to_bits()).collect()).or_insert_with(|| {
+            let ray = Ray::new(plan.grid.law(), point, plan.tolerance);
+            plan.methods.iter().map(|method| ray.limit(*method).equal.value()).collect()
+        })
+    }
+}

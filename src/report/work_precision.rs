@@ -1,0 +1,448 @@
+//! The work-precision study: measured, written as a table, as HDF5, and drawn.
+
+use std::path::{Path, PathBuf};
+
+use super::figure::Figure;
+use super::table::{Cell as Entry, Column, Show, Table};
+use super::text::{Rich, rich};
+use super::{Existing, ReportError, figure, write};
+use crate::benchmark::{self, Cell, Contestant, Errors, Kind, Labels, Measurement, measure, pareto};
+use crate::map::{AxisRole, Grid};
+use crate::store::{self, Provenance, Records, Series, Value};
+
+/// What a study is to do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Number of cells, half of them next to the boundary as far as there is one.
+    pub cells: usize,
+    /// Largest distance in c from the boundary of the cells next to it.
+    pub near: f64,
+    /// Seconds of processor time that slow methods may take at each setting.
+    pub seconds: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { cells: 1024, near: 0.01, seconds: 1.0 }
+    }
+}
+
+/// Somebody at one setting, and what was measured.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// What it is.
+    pub kind: Kind,
+    /// Its name.
+    pub name: String,
+    /// Its knob and where that stands.
+    pub setting: Option<(String, f64)>,
+    /// Cells that it was asked about.
+    pub cells: usize,
+    /// Processor time per cell in seconds.
+    pub seconds: f64,
+    /// Sizes of the error of the scaled margin.
+    pub margin: Option<Errors>,
+    /// Sizes of the error of the critical damping.
+    pub critical: Option<Errors>,
+    /// Cells without an answer.
+    pub unanswered: usize,
+    /// Labels next to the boundary; `None` if it was not asked about such cells.
+    pub near: Option<Labels>,
+    /// Labels anywhere.
+    pub anywhere: Option<Labels>,
+    /// Whether it is on the Pareto front of time and largest error.
+    pub front_error: bool,
+    /// Whether it is on the Pareto front of time and share of cells not labelled right.
+    pub front_labels: bool,
+}
+
+/// A finished study.
+#[derive(Clone, Debug)]
+pub struct Study {
+    /// What was asked for.
+    pub settings: Settings,
+    /// The box.
+    pub grid: Grid,
+    /// The cells.
+    pub cells: Vec<Cell>,
+    /// The measurements, methods in their order, each from coarse to fine.
+    pub rows: Vec<Row>,
+    /// Where the peers' rows come from, and whether they are about the same cells.
+    pub peers: Option<(String, bool)>,
+}
+
+/// The smallest error that is told apart from none: what a double next to 1 can differ by is 1e-16; errors of
+/// small margins are smaller.
+const NO_ERROR: f64 = 1e-18;
+
+impl Study {
+    /// Draws the cells and measures `who` on them. `on_row` is called before each with its number and name.
+    ///
+    /// # Errors
+    /// [`ReportError::Interrupted`] if `go_on` says so; [`ReportError::NoReference`] if no cell of the grid has
+    /// a reference.
+    pub fn run(
+        grid: &Grid,
+        settings: Settings,
+        who: &[Contestant],
+        on_row: &dyn Fn(usize, &str),
+        go_on: &dyn Fn() -> bool,
+    ) -> Result<Self, ReportError> {
+        let cells = benchmark::cells::draw(grid, settings.cells, settings.near);
+        if cells.is_empty() {
+            return Err(ReportError::NoReference { law: grid.law().name() });
+        }
+        let mut rows = Vec::with_capacity(who.len());
+        for (number, contestant) in who.iter().enumerate() {
+            if !go_on() {
+                return Err(ReportError::Interrupted);
+            }
+            on_row(number, contestant.name);
+            let Measurement { cells, seconds, margin, critical, unanswered, near, anywhere } =
+                measure(contestant, &cells, settings.seconds);
+            rows.push(Row {
+                kind: contestant.kind,
+                name: contestant.name.into(),
+                setting: contestant.knob.map(|knob| (knob.into(), contestant.setting)),
+                cells,
+                seconds,
+                margin,
+                critical,
+                unanswered,
+                near: Some(near),
+                anywhere: Some(anywhere),
+                front_error: false,
+                front_labels: false,
+            });
+        }
+        let mut study = Self { settings, grid: grid.clone(), cells, rows, peers: None };
+        study.mark_fronts();
+        Ok(study)
+    }
+
+    fn mark_fronts(&mut self) {
+        let worst = |row: &Row| row.margin.map(|errors| (row.seconds, errors.worst.max(NO_ERROR)));
+        let missed = |row: &Row| row.near.and_then(|labels| Some((row.seconds, labels.missed()?)));
+        let by_error = pareto(&self.rows.iter().map(worst).collect::<Vec<_>>());
+        let by_labels = pareto(&self.rows.iter().map(missed).collect::<Vec<_>>());
+        for (row, (error, labels)) in self.rows.iter_mut().zip(by_error.into_iter().zip(by_labels)) {
+            (row.front_error, row.front_labels) = (error, labels);
+        }
+    }
+
+    /// The cells as a table for `scripts/peers`.
+    #[must_use]
+    pub fn cells_csv(&self) -> String {
+        let axes = self.grid.axes();
+        let names: Vec<&str> = axes.iter().map(|axis| axis.name.as_str()).chain(["near"]).collect();
+        let mut text = names.join(",") + "\n";
+        for cell in &self.cells {
+            for axis in axes {
+                text.push_str(&format!("{:?},", coordinate(cell, axis.role)));
+            }
+            text.push_str(if cell.near { "1\n" } else { "0\n" });
+        }
+        text
+    }
+
+    /// Adds what `scripts/peers` measured: from `path`, or from that of the files `peers-*.csv` of `folder`
+    /// which is about the same cells, the newest if none is.
+    ///
+    /// # Errors
+    /// [`ReportError::Peers`] if the file cannot be read or is something else.
+    pub fn add_peers(&mut self, path: Option<&Path>, folder: &Path) -> Result<(), ReportError> {
+        let own = store::fingerprint(&self.cells_csv());
+        let Some(file) = (match path {
+            Some(path) => Some(PeerFile::read(path)?),
+            None => {
+                let mut files = Vec::new();
+                for path in peer_files(folder) {
+                    files.push(PeerFile::read(&path)?);
+                }
+                // In the order of their dates.
+                let same = files.iter().rposition(|file| file.cells.as_ref() == Some(&own));
+                let newest = same.or(files.len().checked_sub(1));
+                newest.map(|newest| files.swap_remove(newest))
+            }
+        }) else {
+            return Ok(());
+        };
+        let same = file.cells.as_ref() == Some(&own);
+        let name = file.path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+        self.peers = Some((name, same));
+        self.rows.retain(|row| row.kind != Kind::Peer);
+        self.rows.extend(file.rows);
+        self.mark_fronts();
+        Ok(())
+    }
+
+    /// Every number.
+    #[must_use]
+    pub fn table(&self) -> Table {
+        let column = |key, heading: &str, show| Column { key, heading: rich(heading), show };
+        let sizes = |errors: &Option<Errors>| {
+            let number = |of: fn(&Errors) -> f64| Entry::from(errors.as_ref().map(of));
+            [number(|e| e.median), number(|e| e.high), number(|e| e.worst)]
+        };
+        let labels = |labels: &Option<Labels>| {
+            let count = |of: fn(&Labels) -> usize| Entry::from(labels.as_ref().map(|l| of(l) as u64));
+            [count(|l| l.cells), count(|l| l.wrong), count(|l| l.none)]
+        };
+        let yes = |yes: bool| Entry::Words(if yes { "yes" } else { "" }.into());
+        let rows = self.rows.iter().map(|row| {
+            let mut cells = vec![
+                Entry::Words(row.kind.name().into()),
+                Entry::Words(row.name.clone()),
+                row.setting.as_ref().map_or(Entry::Missing, |(knob, _)| Entry::Words(knob.clone())),
+                row.setting.as_ref().map(|(_, setting)| *setting).into(),
+                Entry::Count(row.cells as u64),
+                Entry::Real(row.seconds),
+            ];
+            cells.extend(sizes(&row.margin));
+            cells.extend(sizes(&row.critical));
+            cells.push(Entry::Count(row.unanswered as u64));
+            cells.extend(labels(&row.near));
+            cells.extend(labels(&row.anywhere));
+            cells.extend([yes(row.front_error), yes(row.front_labels)]);
+            cells
+        });
+        let digits = Show::Significant(2);
+        Table {
+            name: "work-precision",
+            caption: rich(&format!(
+                "Time per cell against error, on {} cells, of which {} lie within {} of the boundary in {{c}}.",
+                self.cells.len(),
+                self.cells.iter().filter(|cell| cell.near).count(),
+                self.settings.near
+            )),
+            columns: vec![
+                column("kind", "kind", Show::AsIs),
+                column("method", "method", Show::AsIs),
+                column("knob", "knob", Show::AsIs),
+                column("setting", "setting", Show::Trimmed(3)),
+                column("cells", "cells", Show::AsIs),
+                column("seconds_per_cell", "seconds per cell", Show::Significant(3)),
+                column("margin_error_median", "error of {m}/{V}: median", digits),
+                column("margin_error_95", "95 %", digits),
+                column("margin_error_worst", "worst", digits),
+                column("critical_c_error_median", "error of {c^*}: median", digits),
+                column("critical_c_error_95", "95 %", digits),
+                column("critical_c_error_worst", "worst", digits),
+                column("unanswered", "unanswered", Show::AsIs),
+                column("near_cells", "near the boundary", Show::AsIs),
+                column("near_wrong", "wrong", Show::AsIs),
+                column("near_undecided", "undecided", Show::AsIs),
+                column("anywhere_cells", "anywhere", Show::AsIs),
+                column("anywhere_wrong", "wrong", Show::AsIs),
+                column("anywhere_undecided", "undecided", Show::AsIs),
+                column("front_error", "front: error", Show::AsIs),
+                column("front_labels", "front: labels", Show::AsIs),
+            ],
+            rows: rows.collect(),
+            notes: self.notes(),
+        }
+    }
+
+    /// What one has to know to read the numbers.
+    fn notes(&self) -> Vec<Rich> {
+        let mut notes = vec![rich(
+            "Time: processor time of one thread, the least of a few passes; each cell on its own, nothing shared \
+             between the cells of a column as it is in maps. Errors are against margins and critical dampings to more \
+             than 20 digits. Methods that give {c^*} and no margin have the error of {c^*} times |d{m}/d{c}|/{V} there, the \
+             margin of the orbit that they take for the grazing one; for methods that give verdicts alone the damping \
+             at which these change was searched. Undecided: no verdict, for whatever reason. Front: nobody else has both \
+             less time and less error.",
+        )];
+        notes.extend(self.peers.as_ref().map(|(file, same)| {
+            Rich::foreign(&format!(
+                "Peers: measured by scripts/peers, {file}, on {}; cells near the boundary only where it counted them.",
+                if *same { "the same cells" } else { "other cells" }
+            ))
+        }));
+        notes
+    }
+
+    /// The study as records for HDF5.
+    fn records(&self, provenance: &Provenance) -> Records {
+        let table = self.table();
+        let texts = |column: usize| -> Vec<String> {
+            let text = |row: &Vec<Entry>| match &row[column] {
+                Entry::Words(words) => words.clone(),
+                Entry::Missing => "none".into(),
+                Entry::Count(_) | Entry::Real(_) => String::new(),
+            };
+            table.rows.iter().map(text).collect()
+        };
+        let numbers = |column: usize| -> Vec<f64> {
+            let number = |row: &Vec<Entry>| match row[column] {
+                Entry::Count(count) => count as f64,
+                Entry::Real(value) => value,
+                Entry::Words(ref words) => f64::from(u8::from(words == "yes")),
+                Entry::Missing => f64::NAN,
+            };
+            table.rows.iter().map(number).collect()
+        };
+        let mut series = Vec::new();
+        for (column, heading) in table.columns.iter().enumerate() {
+            let long_name = heading.heading.plain();
+            series.push(match heading.key {
+                "kind" | "method" | "knob" => Series::words("point", heading.key, &long_name, texts(column)),
+                key => Series::reals("point", key, &long_name, numbers(column)),
+            });
+        }
+        let cell = |key: &str, long_name: &str, of: &dyn Fn(&Cell) -> f64| {
+            Series::reals("cell", key, long_name, self.cells.iter().map(of).collect())
+        };
+        for axis in self.grid.axes() {
+            series.push(cell(&axis.name, &axis.long_name, &|cell| coordinate(cell, axis.role)));
+        }
+        let known =
+            |exact: Option<benchmark::reference::Exact>| exact.map_or(f64::NAN, |exact| exact.value.value());
+        series.push(cell("near", "drawn next to the boundary", &|cell| f64::from(u8::from(cell.near))));
+        series.push(cell("margin", "scaled grazing margin m / V", &|cell| known(cell.reference.margin)));
+        series.push(cell("critical_c", "critical damping of the column", &|cell| {
+            known(cell.reference.critical)
+        }));
+        series.push(cell("verdict", "1 present, -1 absent", &|cell| f64::from(cell.verdict.code())));
+        let attributes = vec![
+            ("cells_near".to_owned(), Value::from(self.settings.near)),
+            ("seconds".to_owned(), self.settings.seconds.into()),
+            ("cells_sha256".to_owned(), store::fingerprint(&self.cells_csv()).into()),
+        ];
+        Records { provenance: provenance.clone(), series, attributes }
+    }
+
+    /// Writes `work-precision.csv`, `.h5`, `.md`, `.tex`, `cells.csv` and the chart into `folder`.
+    ///
+    /// # Errors
+    /// [`ReportError::Exists`], or why something could not be drawn or written.
+    pub fn write(
+        &self,
+        provenance: &Provenance,
+        folder: &Path,
+        existing: Existing,
+    ) -> Result<(), ReportError> {
+        let table = self.table();
+        let chart = figure::work_precision::chart(self);
+        let mut files: Vec<(PathBuf, Vec<u8>)> = vec![
+            ("work-precision.csv".into(), table.csv().into_bytes()),
+            ("work-precision.md".into(), self.markdown(&table, &chart).into_bytes()),
+            ("work-precision.tex".into(), table.latex().into_bytes()),
+            ("cells.csv".into(), self.cells_csv().into_bytes()),
+        ];
+        write::add_figure(&mut files, &chart)?;
+        write::publish(
+            folder,
+            existing,
+            &files,
+            &[("work-precision.h5", &|path: &Path| store::write_records(path, &self.records(provenance)))],
+        )
+    }
+
+    fn markdown(&self, table: &Table, chart: &Figure) -> String {
+        let mut text = String::from("# Speed against accuracy\n\n");
+        text.push_str(&format!("![{0}]({0}-2col.png)\n\n{1}\n\n", chart.name, chart.caption.markdown()));
+        text.push_str(&table.markdown());
+        text
+    }
+}
+
+/// A cell's place on an axis.
+fn coordinate(cell: &Cell, role: AxisRole) -> f64 {
+    match role {
+        AxisRole::Epsilon => cell.point.epsilon,
+        AxisRole::Law(parameter) => cell.point.law.as_slice()[parameter],
+        AxisRole::BeltSpeed => cell.point.belt_speed,
+        AxisRole::Damping => cell.point.damping,
+    }
+}
+
+/// What `scripts/peers` wrote.
+struct PeerFile {
+    path: PathBuf,
+    /// Fingerprint of the table of cells, if they came from one.
+    cells: Option<String>,
+    rows: Vec<Row>,
+}
+
+/// A short name: "SciPy solve_ivp" with "(x1,x2), DOP853 + events" is "SciPy DOP853".
+fn peer_name(peer: &str, form: &str) -> String {
+    let (program, what) = peer.split_once(',').map_or((peer, ""), |(program, what)| (program, what.trim()));
+    let program = program.split(' ').next().unwrap_or(program);
+    let method = form.rsplit(", ").next().unwrap_or(form).split(" +").next().unwrap_or(form);
+    match what {
+        "" => format!("{program} {method}"),
+        what => format!("{program} {method}, {what}"),
+    }
+}
+
+/// The files `peers-*.csv` of a folder in the order of their names, that is, of their dates.
+fn peer_files(folder: &Path) -> Vec<PathBuf> {
+    let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
+    let mut files: Vec<PathBuf> = entries
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .filter(|path| {
+            let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+            name.starts_with("peers-") && name.ends_with(".csv")
+        })
+        .collect();
+    files.sort();
+    files
+}
+
+impl PeerFile {
+    fn read(path: &Path) -> Result<Self, ReportError> {
+        let failed = |why: String| ReportError::Peers { path: path.to_path_buf(), why };
+        let text = std::fs::read_to_string(path).map_err(|error| failed(error.to_string()))?;
+        const MARK: &str = "# cells sha256 ";
+        let cells = text.lines().find_map(|line| Some(line.strip_prefix(MARK)?.trim().to_owned()));
+        let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(text.as_bytes());
+        let header = reader.headers().map_err(|error| failed(error.to_string()))?.clone();
+        let place = |name: &str| header.iter().position(|column| column == name);
+        for needed in ["peer", "form", "tolerance", "cells", "seconds_per_cell", "max_error"] {
+            if place(needed).is_none() {
+                return Err(failed(format!("it has no column `{needed}`")));
+            }
+        }
+        let mut rows = Vec::new();
+        for record in reader.records() {
+            let record = record.map_err(|error| failed(error.to_string()))?;
+            let word = |name: &str| place(name).and_then(|column| record.get(column)).unwrap_or_default();
+            let number = |name: &str| word(name).parse::<f64>().ok().filter(|number| number.is_finite());
+            let count = |name: &str| word(name).parse::<usize>().ok();
+            let Some(seconds) = number("seconds_per_cell").filter(|seconds| *seconds > 0.0) else {
+                return Err(failed(format!("a row of {} has no time", word("peer"))));
+            };
+            // This program measures itself.
+            if word("peer") == "slipmap" {
+                continue;
+            }
+            let cells = count("cells").unwrap_or(0);
+            let worst = number("max_error");
+            let labels = |cells: &str, wrong: &str, none: &str| {
+                let labels = Labels { cells: count(cells)?, wrong: count(wrong)?, none: count(none)? };
+                (labels.cells > 0).then_some(labels)
+            };
+            rows.push(Row {
+                kind: Kind::Peer,
+                name: peer_name(word("peer"), word("form")),
+                setting: number("tolerance").map(|tolerance| ("tolerance".into(), tolerance)),
+                cells,
+                seconds,
+                margin: worst.map(|worst| Errors {
+                    count: cells,
+                    median: number("median_error").unwrap_or(worst),
+                    high: f64::NAN,
+                    worst,
+                }),
+                critical: None,
+                unanswered: count("no_answer").unwrap_or(0),
+                near: labels("near_cells", "near_wrong", "near_no_answer"),
+                anywhere: None,
+                front_error: false,
+                front_labels: false,
+            });
+        }
+        Ok(Self { path: path.to_path_buf(), cells, rows })
+    }
+}

@@ -1,0 +1,200 @@
+//! Which rung an orbit is given: the cheapest expected to reach the tolerance, and dearer ones until its
+//! error estimate does.
+
+use std::sync::{LazyLock, OnceLock};
+
+use super::nodes::Nodes;
+use super::{Lap, Laps};
+use crate::point::ScaledGroups;
+use crate::simulate::return_map::Turn;
+
+/// Numbers of pairs of nodes, and log2 of the truncation error on them as about
+/// `[0] + [1] log2(variation of D) + [2] k / (1 + k)`. Chosen for the fewest evaluations over random
+/// points; a wrong guess costs one more lap, not accuracy.
+const TRUNCATION: [(usize, [f64; 3]); 10] = [
+    (4, [-4.8, 1.0, 0.0]),
+    (5, [-11.7, 1.1, 18.8]),
+    (6, [-12.4, 1.5, 17.0]),
+    (7, [-14.2, 1.3, 2.5]),
+    (8, [-22.9, 1.3, 10.9]),
+    (9, [-25.0, 2.0, 32.0]),
+    (11, [-24.5, 2.0, 17.8]),
+    (14, [-31.9, 2.5, 15.6]),
+    (17, [-25.0, 5.0, 9.3]),
+    (20, [-27.5, 7.1, 15.2]),
+];
+
+/// Fewest evaluations of H per node.
+const FEWEST: u32 = 2;
+
+/// And log2 of the error after 2, 3 and 4 evaluations of H per node as about
+/// `[0] + [1] log2(variation of D) + [2] log2(variation + size of D)`.
+const ITERATION: [[f64; 3]; 3] = [[-8.2, 3.7, 1.8], [-11.2, 4.2, 3.3], [-18.8, 6.3, 5.3]];
+
+/// Greatest divergence at belt speed of orbits that are not handed over at once.
+const NEAR: f64 = 0.5;
+/// And greatest k: beyond, the pole of the divergence is so close to the ends of the turn that the nodes
+/// do not see it.
+const GREATEST_K: f64 = 4.0;
+
+/// Greatest error estimate of ln r that is taken for one.
+const MEANINGFUL: f64 = 0.01;
+
+/// log2(x) of a positive number, to 0.09.
+fn rough_log2(x: f64) -> f64 {
+    x.to_bits() as f64 * 2f64.powi(-52) - 1023.0
+}
+
+/// Where an orbit is on the ladder: indices into [`TRUNCATION`] and [`ITERATION`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Rung {
+    size: usize,
+    sweeps: usize,
+}
+
+impl Rung {
+    /// The rung to try first; `None` far from the circle.
+    fn first(groups: &ScaledGroups, tolerance: f64) -> Option<Self> {
+        let at_belt_speed = groups.divergence(1.0);
+        if !(at_belt_speed.abs() <= NEAR && groups.k <= GREATEST_K) {
+            return None;
+        }
+        let ends = [0.0, 2.0].map(|s| (groups.divergence(s) - at_belt_speed).abs());
+        let variation = ends[0].max(ends[1]).max(f64::MIN_POSITIVE);
+        let log_variation = rough_log2(variation);
+        let log_size = rough_log2(variation + at_belt_speed.abs());
+        let log_tolerance = rough_log2(tolerance.max(f64::MIN_POSITIVE));
+        let hyperbolic = groups.k / (1.0 + groups.k);
+        let exceeds =
+            |fit: &[f64; 3], other: f64| fit[0] + fit[1] * log_variation + fit[2] * other > log_tolerance;
+        let size = TRUNCATION.iter().position(|(_, fit)| !exceeds(fit, hyperbolic))?;
+        let sweeps = ITERATION.iter().position(|fit| !exceeds(fit, log_size))?;
+        Some(Self { size, sweeps })
+    }
+
+    /// The next rung for want of nodes.
+    fn finer(self) -> Option<Self> {
+        (self.size + 1 < TRUNCATION.len()).then_some(Self { size: self.size + 1, ..self })
+    }
+
+    /// The next rung for want of sweeps.
+    fn longer(self) -> Option<Self> {
+        (self.sweeps + 1 < ITERATION.len()).then_some(Self { sweeps: self.sweeps + 1, ..self })
+    }
+
+    fn nodes(self) -> &'static Nodes {
+        static NODES: LazyLock<[OnceLock<Nodes>; TRUNCATION.len()]> = LazyLock::new(Default::default);
+        NODES[self.size].get_or_init(|| Nodes::new(TRUNCATION[self.size].0))
+    }
+
+    /// Evaluations of H per node.
+    fn evaluations(self) -> u32 {
+        FEWEST + self.sweeps as u32
+    }
+
+    /// Evaluations of H in all.
+    fn cost(self) -> u32 {
+        2 * TRUNCATION[self.size].0 as u32 * self.evaluations()
+    }
+}
+
+/// Orbits that go through the ladder together: enough to fill the vectors of every rung, few enough for
+/// what is known of them to stay in the cache.
+const TOGETHER: usize = 2048;
+
+/// One turn of every orbit, each with an error estimate of at most `tolerance`, or of the rounding error
+/// where that is greater; an orbit that no rung serves so well is handed over.
+///
+/// An orbit's answer does not depend on its neighbours in the slice, nor on the machine's vector width.
+pub(in crate::simulate) fn turns(groups: &[ScaledGroups], tolerance: f64) -> Vec<Turn> {
+    let mut turns = vec![Turn::HandOver { rhs: 0 }; groups.len()];
+    let mut ladder = Ladder::default();
+    for (groups, turns) in groups.chunks(TOGETHER).zip(turns.chunks_mut(TOGETHER)) {
+        ladder.climb(groups, tolerance, turns);
+    }
+    turns
+}
+
+/// Orbits waiting on their rungs.
+#[derive(Default)]
+struct Ladder {
+    waiting: [[Vec<u32>; ITERATION.len()]; TRUNCATION.len()],
+    laps: Vec<Lap>,
+}
+
+impl Ladder {
+    /// Laps of every orbit, on dearer and dearer rungs until the error is small enough.
+    fn climb(&mut self, groups: &[ScaledGroups], tolerance: f64, turns: &mut [Turn]) {
+        for (orbit, groups) in (0..).zip(groups) {
+            if let Some(rung) = Rung::first(groups, tolerance) {
+                self.waiting[rung.size][rung.sweeps].push(orbit);
+            }
+        }
+        for size in 0..TRUNCATION.len() {
+            for sweeps in 0..ITERATION.len() {
+                let rung = Rung { size, sweeps };
+                let mut orbits = std::mem::take(&mut self.waiting[size][sweeps]);
+                if orbits.is_empty() {
+                    continue;
+                }
+                self.laps.clear();
+                pulp::Arch::new().dispatch(Laps {
+                    nodes: rung.nodes(),
+                    evaluations: rung.evaluations(),
+                    groups,
+                    orbits: &orbits,
+                    laps: &mut self.laps,
+                });
+                for (&orbit, lap) in orbits.iter().zip(&self.laps) {
+                    let turn = &mut turns[orbit as usize];
+                    let (Turn::HandOver { rhs } | Turn::Complete { rhs, .. }) = *turn;
+                    let rhs = rhs + rung.cost();
+                    *turn = Turn::HandOver { rhs };
+                    let next = match judge(lap, tolerance) {
+                        Judgement::Enough { error } => {
+                            *turn = Turn::Complete { margin: lap.margin, error, rhs };
+                            None
+                        }
+                        Judgement::MoreNodes => rung.finer(),
+                        Judgement::MoreSweeps => rung.longer(),
+                        Judgement::Outside => None,
+                    };
+                    if let Some(next) = next {
+                        self.waiting[next.size][next.sweeps].push(orbit);
+                    }
+                }
+                // The room of the list is kept for the next orbits.
+                orbits.clear();
+                self.waiting[size][sweeps] = orbits;
+            }
+        }
+    }
+}
+
+/// What a lap calls for.
+enum Judgement {
+    /// Nothing: the margin has this error.
+    Enough {
+        error: f64,
+    },
+    MoreNodes,
+    MoreSweeps,
+    /// Another method: the orbit is not near the circle.
+    Outside,
+}
+
+fn judge(lap: &Lap, tolerance: f64) -> Judgement {
+    // Of ln r, which the estimates are made for; they mean nothing where they are not small.
+    let error = lap.truncation + lap.iteration;
+    if !(lap.room > 0.0 && error < MEANINGFUL) {
+        return Judgement::Outside;
+    }
+    let reach = 1.0 + lap.margin;
+    if reach * error <= tolerance.max(reach * lap.rounding) {
+        Judgement::Enough { error: reach * (error + lap.rounding) }
+    } else if lap.iteration > lap.truncation {
+        Judgement::MoreSweeps
+    } else {
+        Judgement::MoreNodes
+    }
+}

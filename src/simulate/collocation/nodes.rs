@@ -1,0 +1,293 @@
+//! Where the polar field is evaluated, and how its values there integrate over one turn.
+//!
+//! With xi = theta - pi in [-pi, pi], functions are interpolated by polynomials in
+//! X = sin(BAND xi) / STRETCH. That resolves oscillations almost as evenly as Fourier's angles do, and
+//! still does not ask for periodicity, which no orbit but the grazing one has. The nodes are Gauss's for
+//! the weight sin^2 theta that every integrand here carries: 2 M of them integrate sin^2 theta p(X) exactly
+//! up to degree 4 M - 1, and the values at theta = 0 and pi, where nothing happens, are not wasted on.
+//!
+//! Nodes come in pairs pi -+ xi. Sums and differences over a pair sample an even and an odd function, whose
+//! antiderivatives are odd and even, so that integration takes two matrices of a quarter of the size.
+
+use std::f64::consts::PI;
+
+/// arcsin of the sine that xi = pi is mapped to, see the module. 0 gives Gauss-Legendre nodes, 1 those of
+/// trigonometric polynomials of twice the period; in between, fewer nodes do.
+const STRETCH: f64 = 0.85;
+
+/// Most pairs of nodes of a rung.
+pub(super) const MOST_PAIRS: usize = 20;
+
+/// Harmonics that the quadrature is tried on: those that dominate along an orbit near the circle.
+const HARMONICS: u32 = 4;
+
+/// Weights of one pair's values in the antiderivative at another.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Entry {
+    /// Of the sum g(early) + g(late), in the odd part of the antiderivative of sin^2 theta g.
+    pub even: f64,
+    /// Of the difference g(late) - g(early), in the even part, which vanishes at the ends of the turn.
+    pub odd: f64,
+}
+
+/// Nodes, weights and matrices; the late node of each pair first.
+pub(super) struct Nodes {
+    /// xi of the late node of each pair, in (0, pi).
+    pub xi: Vec<f64>,
+    /// cos theta, the same at both nodes.
+    pub cos: Vec<f64>,
+    /// sin theta at the early node, minus that at the late one.
+    pub sin: Vec<f64>,
+    /// The integral over the turn of sin^2 theta g is the sum of these times g(early) + g(late).
+    pub weight: Vec<f64>,
+    /// Largest error of the quadrature over the turn for the lowest harmonics, which are no polynomials in X.
+    pub harmonic_error: f64,
+    /// Row by row, see [`Nodes::matrix`].
+    entries: Vec<Entry>,
+    /// Functions that the first guess combines: cos theta and cos^2 theta, even in xi, xi cos theta / pi and
+    /// sin theta, odd (and given at the late node).
+    pub guess: Vec<[f64; 4]>,
+    /// Their antiderivatives with weight sin^2 theta at the late node, less half the integral over the turn.
+    pub guess_integral: Vec<[f64; 4]>,
+    /// Half the integral over the turn of cos^2 theta; those of the others vanish.
+    pub guess_half: f64,
+    /// Rows of a matrix from sums to the coefficients of g along the last of the even orthonormal
+    /// polynomials.
+    pub tail_of_sums: Vec<f64>,
+    /// The same from differences to odd ones.
+    pub tail_of_differences: Vec<f64>,
+}
+
+impl Nodes {
+    /// `pairs` pairs of nodes.
+    pub(super) fn new(pairs: usize) -> Self {
+        let size = 2 * pairs;
+        let polynomials = Polynomials::new(size);
+        let xi: Vec<f64> = (0..pairs).map(|i| polynomials.root(i)).collect();
+        let values: Vec<Vec<f64>> = xi.iter().map(|&xi| polynomials.at(xi)).collect();
+        let weight: Vec<f64> =
+            values.iter().map(|p| p[..size].iter().map(|p| p * p).sum::<f64>().recip()).collect();
+        // The coefficient of g along polynomial l is the sum of weight * p_l * g over the nodes.
+        let row = |parity: usize, from: f64, to: f64| -> Vec<f64> {
+            let integrals = polynomials.integrals(from, to);
+            let entry = |j: usize| {
+                let terms = (parity..size).step_by(2).rev().map(|l| values[j][l] * integrals[l]);
+                weight[j] * terms.sum::<f64>()
+            };
+            (0..pairs).map(entry).collect()
+        };
+        let rows: Vec<(Vec<f64>, Vec<f64>)> =
+            xi.iter().map(|&xi| (row(0, 0.0, xi), row(1, PI, xi))).collect();
+        let entries = rows
+            .iter()
+            .flat_map(|(even, odd)| even.iter().zip(odd).map(|(&even, &odd)| Entry { even, odd }))
+            .collect();
+        let guess: Vec<[f64; 4]> =
+            xi.iter().map(|xi| [-xi.cos(), xi.cos() * xi.cos(), -xi.cos() * xi / PI, -xi.sin()]).collect();
+        let guess_integral = rows
+            .iter()
+            .map(|(even, odd)| {
+                std::array::from_fn(|f| {
+                    let row = if f < 2 { even } else { odd };
+                    row.iter().zip(&guess).map(|(entry, guess)| 2.0 * entry * guess[f]).sum()
+                })
+            })
+            .collect();
+        let guess_half = weight.iter().zip(&guess).map(|(weight, guess)| weight * guess[1]).sum();
+        let harmonic_error = (1..=HARMONICS)
+            .map(|l| {
+                let terms = xi.iter().zip(&weight).map(|(xi, w)| 2.0 * w * (f64::from(l) * xi).cos());
+                let exact = if l == 2 { -0.5 * PI } else { 0.0 };
+                (terms.sum::<f64>() - exact).abs()
+            })
+            .fold(0.0, f64::max);
+        let tail = |degrees: std::ops::Range<usize>| -> Vec<f64> {
+            degrees
+                .step_by(2)
+                .flat_map(|l| (0..pairs).map(move |i| (l, i)))
+                .map(|(l, i)| weight[i] * values[i][l])
+                .collect()
+        };
+        let from = size - Self::tail(pairs);
+        let (tail_of_sums, tail_of_differences) = (tail(from..size), tail(from + 1..size));
+        let (cos, sin) = xi.iter().map(|xi| (-xi.cos(), xi.sin())).unzip();
+        Self {
+            xi,
+            cos,
+            sin,
+            weight,
+            harmonic_error,
+            entries,
+            guess,
+            guess_integral,
+            guess_half,
+            tail_of_sums,
+            tail_of_differences,
+        }
+    }
+
+    /// Number of coefficients that judge the resolution: enough for one not to vanish by chance, and a
+    /// quarter of all on finer nodes, whose coefficients beat slowly.
+    fn tail(pairs: usize) -> usize {
+        if pairs <= 10 { 4 } else { 2 * (pairs / 4) }
+    }
+
+    /// The number of pairs.
+    #[inline(always)]
+    pub(super) fn pairs(&self) -> usize {
+        self.xi.len()
+    }
+
+    /// Weights of all pairs in the antiderivative at the first pair, at the second, and so on.
+    #[inline(always)]
+    pub(super) fn matrix(&self) -> &[Entry] {
+        &self.entries
+    }
+}
+
+/// The orthonormal polynomials in X with weight sin^2 xi d xi on [-pi, pi]:
+/// X p_j = b_{j+1} p_{j+1} + b_j p_{j-1}.
+struct Polynomials {
+    /// b_0 = 0 to b_size.
+    b: Vec<f64>,
+    /// Nodes and weights on [-1, 1] of a rule that integrates all products to rounding.
+    rule: Vec<(f64, f64)>,
+}
+
+impl Polynomials {
+    /// Polynomials up to degree `size`, by Stieltjes's procedure.
+    fn new(size: usize) -> Self {
+        // The integrands are entire functions of xi of type (2 size + 1) BAND + 2 < size + 2.
+        let rule = fejer(2 * size + 64);
+        let points: Vec<(f64, f64)> =
+            rule.iter().map(|&(t, w)| (argument(PI * t), w * PI * (PI * t).sin().powi(2))).collect();
+        let mut b = vec![0.0];
+        let mut last = vec![0.0; points.len()];
+        let mut this = vec![constant(); points.len()];
+        for j in 0..size {
+            let mut next: Vec<f64> =
+                (0..points.len()).map(|i| points[i].0 * this[i] - b[j] * last[i]).collect();
+            let norm = next.iter().zip(&points).map(|(p, (_, w))| w * p * p).sum::<f64>().sqrt();
+            next.iter_mut().for_each(|p| *p /= norm);
+            b.push(norm);
+            (last, this) = (this, next);
+        }
+        Self { b, rule }
+    }
+
+    /// All of them at xi.
+    fn at(&self, xi: f64) -> Vec<f64> {
+        let x = argument(xi);
+        let mut p = vec![constant()];
+        for j in 1..self.b.len() {
+            let before = if j == 1 { 0.0 } else { self.b[j - 1] * p[j - 2] };
+            p.push((x * p[j - 1] - before) / self.b[j]);
+        }
+        p
+    }
+
+    /// The i-th positive root of the last one, smallest first: as many roots are greater than xi as the
+    /// sequence of polynomials changes its sign there.
+    fn root(&self, i: usize) -> f64 {
+        let beyond = self.b.len() / 2 - i;
+        let (mut low, mut high) = (0.0, PI);
+        loop {
+            let middle = 0.5 * (low + high);
+            if middle <= low || middle >= high {
+                return middle;
+            }
+            let changes = self.at(middle).windows(2).filter(|p| (p[0] < 0.0) != (p[1] < 0.0)).count();
+            if changes >= beyond { low = middle } else { high = middle }
+        }
+    }
+
+    /// Integrals of sin^2 xi times each of them.
+    fn integrals(&self, from: f64, to: f64) -> Vec<f64> {
+        let mut sums = vec![0.0; self.b.len()];
+        for &(t, w) in &self.rule {
+            let xi = 0.5 * ((to + from) + (to - from) * t);
+            let w = 0.5 * w * (to - from) * xi.sin().powi(2);
+            for (sum, p) in sums.iter_mut().zip(self.at(xi)) {
+                *sum += w * p;
+            }
+        }
+        sums
+    }
+}
+
+/// X at xi.
+fn argument(xi: f64) -> f64 {
+    (STRETCH.asin() / PI * xi).sin() / STRETCH
+}
+
+/// The polynomial of degree 0: the weight integrates to pi.
+fn constant() -> f64 {
+    PI.sqrt().recip()
+}
+
+/// Fejer's first rule on [-1, 1]: nodes and weights.
+fn fejer(size: usize) -> Vec<(f64, f64)> {
+    (0..size)
+        .map(|i| {
+            let angle = (i as f64 + 0.5) * PI / size as f64;
+            let terms = (1..=size / 2).rev().map(|j| (2.0 * j as f64 * angle).cos() / (4 * j * j - 1) as f64);
+            (angle.cos(), 2.0 / size as f64 * (1.0 - 2.0 * terms.sum::<f64>()))
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rounding of sums of up to a few hundred terms whose sizes add up to about one.
+    const ROUNDING: f64 = 1e-14;
+
+    #[test]
+    fn fejer_integrates_polynomials() {
+        let rule = fejer(12);
+        for power in 0..12 {
+            let sum: f64 = rule.iter().map(|(t, w)| w * t.powi(power)).sum();
+            let exact = if power % 2 == 0 { 2.0 / f64::from(power + 1) } else { 0.0 };
+            assert!((sum - exact).abs() < ROUNDING, "{power}: {sum}");
+        }
+    }
+
+    #[test]
+    fn antiderivatives_of_low_degrees_are_exact() {
+        for pairs in [4, 9, MOST_PAIRS] {
+            let nodes = Nodes::new(pairs);
+            assert!(
+                nodes.xi.windows(2).all(|xi| xi[0] < xi[1]) && nodes.xi[0] > 0.0 && nodes.xi[pairs - 1] < PI
+            );
+            let total: f64 = nodes.weight.iter().map(|w| 2.0 * w).sum();
+            assert!((total - PI).abs() < ROUNDING, "{total}");
+            for (i, row) in nodes.matrix().chunks(pairs).enumerate() {
+                // sin^2 integrates to (xi - sin xi cos xi) / 2, and sin^2 X to a closed form with the sines
+                // of BAND, 2 - BAND and 2 + BAND times xi.
+                let ones: f64 = row.iter().map(|m| 2.0 * m.even).sum();
+                let (xi, band) = (nodes.xi[i], STRETCH.asin() / PI);
+                assert!((ones - 0.5 * (xi - xi.sin() * xi.cos())).abs() < ROUNDING, "{ones}");
+                let x: f64 = row.iter().zip(&nodes.xi).map(|(m, &xi)| 2.0 * m.odd * argument(xi)).sum();
+                let antiderivative = |xi: f64| {
+                    let part = |k: f64| (k * xi).cos() / k;
+                    (-part(band) / 2.0 + (part(2.0 + band) - part(2.0 - band)) / 4.0) / STRETCH
+                };
+                assert!((x - (antiderivative(xi) - antiderivative(PI))).abs() < ROUNDING, "{x}");
+            }
+        }
+    }
+
+    #[test]
+    fn quadrature_is_gaussian() {
+        // Exact up to degree 4 M - 1 in X: the square of the polynomial of degree 2 M - 1 has norm one.
+        let nodes = Nodes::new(7);
+        let polynomials = Polynomials::new(14);
+        for l in 0..14 {
+            let squares =
+                nodes.xi.iter().zip(&nodes.weight).map(|(&xi, w)| 2.0 * w * polynomials.at(xi)[l].powi(2));
+            let norm: f64 = squares.sum();
+            assert!((norm - 1.0).abs() < ROUNDING, "{l}: {norm}");
+        }
+    }
+}

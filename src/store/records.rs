@@ -1,0 +1,149 @@
+//! Tables as HDF5 that is also valid NetCDF-4: one dimension for each kind of row, one variable for each column.
+
+use std::path::Path;
+
+use hdf5::types::VarLenArray;
+use hdf5::{Dataset, File, ObjectReference1};
+
+use super::error::StoreError;
+use super::provenance::{self, Provenance};
+use super::sys::{self, Ending, ScaleUse};
+use super::value::{self, Value};
+use super::writer::{create_file, seal_attributes};
+
+/// The contents of a column.
+#[derive(Clone, Debug, PartialEq)]
+enum Contents {
+    /// Numbers.
+    Reals(Vec<f64>),
+    /// Words, stored as the numbers of `flag_meanings`.
+    Words(Vec<String>),
+}
+
+/// One column of a table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series {
+    dimension: &'static str,
+    name: String,
+    long_name: String,
+    contents: Contents,
+}
+
+impl Series {
+    /// A column of numbers along `dimension`; NaN where there is none.
+    #[must_use]
+    pub fn reals(dimension: &'static str, name: &str, long_name: &str, values: Vec<f64>) -> Self {
+        Self { dimension, name: name.into(), long_name: long_name.into(), contents: Contents::Reals(values) }
+    }
+
+    /// A column of words along `dimension`.
+    #[must_use]
+    pub fn words(dimension: &'static str, name: &str, long_name: &str, values: Vec<String>) -> Self {
+        Self { dimension, name: name.into(), long_name: long_name.into(), contents: Contents::Words(values) }
+    }
+
+    fn len(&self) -> usize {
+        match &self.contents {
+            Contents::Reals(values) => values.len(),
+            Contents::Words(values) => values.len(),
+        }
+    }
+}
+
+/// Tables with their origin. All columns along one dimension have the same length.
+#[derive(Clone, Debug, Default)]
+pub struct Records {
+    /// Where they come from.
+    pub provenance: Provenance,
+    /// The columns.
+    pub series: Vec<Series>,
+    /// Further attributes of the file.
+    pub attributes: Vec<(String, Value)>,
+}
+
+/// Writes `records` to a new file.
+///
+/// # Errors
+/// The file system's or the library's reasons.
+pub fn write_records(path: &Path, records: &Records) -> Result<(), StoreError> {
+    let failed = |error: hdf5::Error| StoreError::hdf5("write", path, &error);
+    let file = create_file(path).map_err(failed)?;
+    fill(&file, records).map_err(failed)?;
+    file.flush().map_err(failed)?;
+    sys::unlock(&file).map_err(failed)?;
+    file.close().map_err(failed)
+}
+
+fn fill(file: &File, records: &Records) -> hdf5::Result<()> {
+    for (name, value) in provenance::origin(&records.provenance) {
+        value::write(file, name, &value)?;
+    }
+    for (name, value) in &records.attributes {
+        value::write(file, name, value)?;
+    }
+    let mut dimensions: Vec<&'static str> = Vec::new();
+    for series in &records.series {
+        if !dimensions.contains(&series.dimension) {
+            dimensions.push(series.dimension);
+        }
+    }
+    for dimension in dimensions {
+        let along: Vec<&Series> =
+            records.series.iter().filter(|series| series.dimension == dimension).collect();
+        let length = along.first().map_or(0, |series| series.len());
+        let numbers: Vec<f64> = (1..=length).map(|number| number as f64).collect();
+        let scale =
+            file.new_dataset_builder().with_data(&numbers).obj_track_times(false).create(dimension)?;
+        sys::write_text(&scale, "CLASS", "DIMENSION_SCALE", Ending::Zero)?;
+        sys::write_text(&scale, "NAME", dimension, Ending::Zero)?;
+        value::write(&scale, "long_name", &format!("number of the {dimension}").into())?;
+        value::write(&scale, "units", &"1".into())?;
+        seal_attributes(&scale)?;
+        let reference: ObjectReference1 = file.reference(dimension)?;
+        let mut uses = Vec::with_capacity(along.len());
+        for series in along {
+            let dataset = write_series(file, series)?;
+            let list = [VarLenArray::from_slice(&[reference])];
+            dataset.new_attr_builder().with_data(&list).create("DIMENSION_LIST")?;
+            uses.push(ScaleUse { dataset: file.reference(&series.name)?, dimension: 0 });
+            seal_attributes(&dataset)?;
+        }
+        scale.new_attr_builder().with_data(&uses).create("REFERENCE_LIST")?;
+    }
+    seal_attributes(file)
+}
+
+fn write_series(file: &File, series: &Series) -> hdf5::Result<Dataset> {
+    let builder = file.new_dataset_builder();
+    let dataset = match &series.contents {
+        Contents::Reals(values) => {
+            builder.with_data(values).obj_track_times(false).create(series.name.as_str())?
+        }
+        Contents::Words(words) => {
+            let mut meanings: Vec<&String> = Vec::new();
+            let codes: Vec<i8> = words
+                .iter()
+                .map(|word| {
+                    let known = meanings.iter().position(|meaning| *meaning == word);
+                    let code = known.unwrap_or_else(|| {
+                        meanings.push(word);
+                        meanings.len() - 1
+                    });
+                    i8::try_from(code).unwrap_or(i8::MAX)
+                })
+                .collect();
+            let dataset = builder.with_data(&codes).obj_track_times(false).create(series.name.as_str())?;
+            let flags = (0..meanings.len()).map(|code| i8::try_from(code).unwrap_or(i8::MAX)).collect();
+            value::write(&dataset, "flag_values", &Value::Codes(flags))?;
+            // Words of a meaning may not be apart.
+            let meanings: Vec<String> =
+                meanings.iter().map(|word| word.split_whitespace().collect::<Vec<_>>().join("_")).collect();
+            value::write(&dataset, "flag_meanings", &meanings.join(" ").into())?;
+            dataset
+        }
+    };
+    value::write(&dataset, "long_name", &series.long_name.as_str().into())?;
+    let units = if series.name.starts_with("seconds") { "s" } else { "1" };
+    value::write(&dataset, "units", &units.into())?;
+    Ok(dataset)
+}
