@@ -571,6 +571,15 @@ fn regimes_and_verdicts_have_the_documented_codes() {
         [(-1, "absent"), (0, "undecided"), (1, "present"), (2, "failed"), (3, "not_computed")]
     );
     let regimes: Vec<(i8, &str)> = Regime::ALL.iter().map(|r| (r.code(), r.name())).collect();
-    let names = ["equilibrium", "stick_slip", "bistable", "pure_slip", "crossing", "failed"];
+    let names = [
+        "equilibrium",
+        "stick_slip",
+        "bistable",
+        "pure_slip",
+        "crossing",
+        "failed",
+        "pure_slip_and_stick_slip",
+        "pure_slip_and_equilibrium",
+    ];
     assert_eq!(regimes, (0..).zip(names).collect::<Vec<(i8, &str)>>());
 }
