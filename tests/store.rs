@@ -491,7 +491,7 @@ fn a_changed_attribute_or_layout_is_found() {
         }),
         ("regime, attribute flag_values", |file| {
             let dataset = file.dataset("regime").unwrap();
-            dataset.attr("flag_values").unwrap().write(&[9i8, 8, 7, 6, 5, 4]).unwrap();
+            dataset.attr("flag_values").unwrap().write(&[9i8, 8, 7, 6, 5, 4, 3, 2]).unwrap();
         }),
         ("regime, attribute DIMENSION_LIST", |file| {
             let dataset = file.dataset("regime").unwrap();

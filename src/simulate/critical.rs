@@ -278,7 +278,8 @@ pub fn critical_dampings(
     let starts: Vec<ScaledGroups> = columns.iter().filter_map(scaled).collect();
     let mut vectorised = spectral(&starts, tolerance).into_iter();
     let answer = |column: &Column| {
-        let answer = match scaled(column).and_then(|_| vectorised.next()) {
+        let is_stribeck = matches!(column.curve, Curve::Stribeck(_));
+        let answer = match is_stribeck.then(|| vectorised.next()).flatten() {
             Some(Spectral::Root { viscous, error, rhs }) => {
                 let (c, error) = (viscous / column.epsilon, error / column.epsilon);
                 Ok(CriticalDamping { c, error, rhs })
