@@ -1,0 +1,124 @@
+"""How the cost of a map grows: n nodes on each of five axes, n^5 cells in n^4 columns.
+
+Called by scripts/scaling with the path of the program and the numbers of nodes. Every map is made with one thread and
+with two, and every variable of the two files is compared by the fingerprint of its data that the file holds. The work
+of `simulation` should grow like the columns, n^4, while there are n^5 cells to fill and to write.
+"""
+
+import csv
+import datetime
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import h5py
+
+ROOT = Path(__file__).resolve().parent.parent
+CONFIG = """
+title = "n^5 cells at one epsilon"
+[friction]
+law = "stribeck"
+[grid]
+epsilon = 0.05
+alpha = {{ from = 0.0, to = 1.0, points = {n} }}
+beta = {{ from = 0.0, to = 0.5, points = {n} }}
+gamma = {{ from = 0.0, to = 4.0, points = {n} }}
+V = {{ from = 0.2, to = 1.5, points = {n} }}
+c = {{ from = 0.0, to = 1.0, points = {n} }}
+[output]
+path = "{path}"
+fields = ["verdict"]
+"""
+COLUMNS = [
+    "n", "threads", "cells", "columns", "wall_seconds", "processor_seconds", "peak_MiB", "file_MB",
+    "simulation_thread_seconds", "rhs", "audit_contradicted", "variables_equal_to_one_thread",
+]  # fmt: skip
+
+
+def fingerprints(path):
+    with h5py.File(path) as file:
+        return {name: bytes(dataset.attrs["sha256"]) for name, dataset in file.items()}
+
+
+def make_map(slipmap, folder, n, threads):
+    """A row of the table but its last column, and the fingerprints of the map."""
+    config, path = Path(folder) / "scaling.toml", Path(folder) / "scaling.h5"
+    config.write_text(CONFIG.format(n=n, path=path))
+    start = time.monotonic()
+    run = subprocess.Popen(
+        [slipmap, "run", config, "--json", "--quiet", "--overwrite", "--threads", str(threads)],
+        stdout=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    summary = json.loads(run.stdout.read())
+    _, status, used = os.wait4(run.pid, 0)
+    wall = time.monotonic() - start
+    if status != 0:
+        sys.exit(f"slipmap run ended with status {status}")
+    row = [
+        n, threads, summary["cells"], summary["columns"], f"{wall:.2f}", f"{used.ru_utime + used.ru_stime:.2f}",
+        f"{used.ru_maxrss / 1024:.0f}", f"{path.stat().st_size / 1e6:.2f}",
+        f'{summary["methods"]["simulation"]["seconds"]:.3f}', summary["rhs"],
+        len(summary["audit"].get("disagreements", [])),
+    ]  # fmt: skip
+    found = fingerprints(path)
+    path.unlink()
+    return row, found
+
+
+def chart(rows, path):
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    plt.rcParams.update({"font.size": 8, "lines.linewidth": 1.2, "lines.markersize": 4})
+    figure, axes = plt.subplots(figsize=(3.31, 2.9))  # one column
+    two = [row for row in rows if row[1] == 2]
+    n = [row[0] for row in two]
+    series = [
+        ("whole map, 2 threads", [float(row[4]) for row in two], "o-", "#000000"),
+        ("of it simulation, thread s", [float(row[8]) for row in two], "s--", "#0072b2"),
+    ]
+    for name, values, style, color in series:
+        axes.loglog(n, values, style, color=color, label=name)
+    for power, style, anchor in [(5, ":", series[0][1][-1]), (4, "-.", series[1][1][-1])]:
+        guide = [anchor * (x / n[-1]) ** power for x in n]
+        axes.loglog(n, guide, style, color="0.5", linewidth=0.8, label=f"$n^{power}$")
+    axes.set_xticks(n, [str(x) for x in n])
+    axes.minorticks_off()
+    axes.set_xlabel("nodes per axis $n$ ($n^5$ cells)")
+    axes.set_ylabel("seconds")
+    axes.legend(frameon=False)
+    figure.tight_layout(pad=0.3)
+    figure.savefig(path, dpi=300)
+
+
+def main():
+    slipmap, *sizes = sys.argv[1:]
+    sizes = [int(n) for n in sizes] or [16, 24, 32, 48, 64]
+    out = ROOT / "results" / f"scaling-{datetime.date.today().isoformat()}.csv"
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        for n in sizes:
+            one, expected = make_map(slipmap, folder, n, 1)
+            two, found = make_map(slipmap, folder, n, 2)
+            equal = sum(found.get(name) == value for name, value in expected.items())
+            rows += [one + [""], two + [f"{equal} of {len(expected)}"]]
+            for row in rows[-2:]:
+                print("  ".join(f"{name} {value}" for name, value in zip(COLUMNS, row)), flush=True)
+            if equal != len(expected) or len(found) != len(expected):
+                sys.exit(f"n = {n}: the maps of one and of two threads differ")
+    with open(out, "w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(COLUMNS)
+        writer.writerows(rows)
+    chart(rows, out.with_suffix(".png"))
+    print(f"written: {out.relative_to(ROOT)} and .png")
+
+
+if __name__ == "__main__":
+    main()
