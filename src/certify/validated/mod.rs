@@ -22,7 +22,8 @@
 //! dr/dtheta = D r sin^2 / (1 + D sin cos),    dtheta/dt = 1 + D sin cos,    r(0) = 1,
 //! ```
 //!
-//! as v' = w, w' = -v + D w give r r' = D w^2 and theta' = (v w' ... ) / r^2. Where the solution exists up to
+//! as v' = w, w' = -v + D w give r dr/dt = v w + w (-v + D w) = D w^2, hence dr/dt = D r sin^2, and
+//! r^2 dtheta/dt = w^2 - v w' = r^2 (1 + D sin cos). Where the solution exists up to
 //! theta = 2 pi with 1 + D sin cos > 0, it is one turn of the orbit. On (0, pi) the velocity v falls, on
 //! (pi, 2 pi) it rises to r(2 pi), so that it passes v = 1, the belt line, before the end of the turn iff
 //! r(2 pi) > 1. The law of D at s < 0, above the belt line, does not matter for that: two continuations give
@@ -67,7 +68,7 @@ pub mod tile;
 
 use super::{Claim, Decision, Guarantee, Test};
 use crate::friction::{Column, Curve};
-use defect::{Candidate, Groups, Seen, radius_of_proof, sampling};
+use defect::{Bounds, Candidate, Groups, Seen, radius_of_proof, sampling};
 use interval::Interval;
 use landing::Flow;
 use orbit::{Guess, approximate};
@@ -148,7 +149,7 @@ impl Enclosed {
             error: 0.0,
         };
         let seen = Seen::of(&self.groups, &candidate, circle);
-        let eta = radius_of_proof(&self.groups, &seen, &factors, circle)?;
+        let eta = radius_of_proof(&self.groups, &Bounds::new(&seen, &factors), circle)?;
         Some(Interval::ball(orbit.viscous, eta))
     }
 
