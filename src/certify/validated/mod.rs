@@ -236,6 +236,26 @@ pub fn decide(column: &Column, c: f64) -> Decision {
 mod tests {
     use super::*;
     use crate::certify::test_columns::{random_columns, stribeck};
+    /// c* <= c_HB is no theorem: at k = 56 the orbit comes back at c_HB. (It does so with 2.7e-4 V to spare,
+    /// far more than the simulation's error, but this is a proof.)
+    #[test]
+    fn harmonic_balance_is_exceeded_at_large_k() {
+        let enclosed = Enclosed::of(&stribeck(0.79377, 0.32659, 0.0, 9.5262, 7.4949));
+        let balance = balance_critical(&enclosed.groups);
+        assert!(enclosed.critical().lo > balance.hi);
+        // The bound is not empty: below k = 1 the orbit does not come back at c_HB.
+        for k in [0.1, 0.3, 0.9] {
+            let enclosed = Enclosed::of(&stribeck(k, 0.2, 0.1, 1.0, 1.0));
+            assert!(enclosed.critical().hi < balance_critical(&enclosed.groups).lo, "{k}");
+        }
+    }
+
+    /// C at which energy is balanced over the grazing circle, 2 A / (q (1 + k + q)) - 2 b with q^2 = 1 + 2 k.
+    fn balance_critical(groups: &Groups) -> Interval {
+        let Groups { a, k, b } = *groups;
+        let q = (Interval::ONE + k + k).sqrt();
+        (a + a).over(q * (Interval::ONE + k + q)) - (b + b)
+    }
 
     #[test]
     fn odd_divergence_has_an_exact_critical_damping() {
