@@ -6,7 +6,7 @@
 /// The largest number of parameters a friction law may bring.
 pub const MAX_LAW_PARAMETERS: usize = 8;
 
-/// Values of a friction law's own parameters, in the order of [`crate::friction::Law::axes`].
+/// Values of a friction law's own parameters, in the order of [`crate::friction::Law::parameters`].
 ///
 /// Stored inline so that points can be copied freely in hot loops.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -177,7 +177,12 @@ impl Rich {
     /// As Markdown.
     #[must_use]
     pub fn markdown(&self) -> String {
-        self.write(markdown, |symbol| symbol.markup(markdown))
+        let piece = |(number, piece): (usize, &Piece)| match piece {
+            Piece::Words(words) if number == 0 => markdown(words),
+            Piece::Words(words) => markdown_after("x", words),
+            Piece::Symbol(symbol) => symbol.markup(|text| markdown_after("x", text)),
+        };
+        self.pieces.iter().enumerate().map(piece).collect()
     }
 
     /// As HTML.
@@ -227,10 +232,15 @@ pub fn html(words: &str) -> String {
 /// Escapes words for a line of Markdown, inside a table too.
 #[must_use]
 pub fn markdown(words: &str) -> String {
+    markdown_after("", words)
+}
+
+/// The same for words that follow others on their line.
+fn markdown_after(line: &str, words: &str) -> String {
     let mut text = String::with_capacity(words.len());
     let mut letters = words.chars().peekable();
     while let Some(c) = letters.next() {
-        let before = text.trim_start();
+        let before = if line.is_empty() { text.trim_start() } else { line };
         // Some characters only act at the start of a line, or where a bare address is made a link.
         let acts = match c {
             '.' => {

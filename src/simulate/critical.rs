@@ -12,6 +12,7 @@
 //! error falls geometrically with M because the orbit is analytic. Convergence is judged by two successive
 //! M, never by one. Columns outside the domain of the polar form are searched with [`flow`].
 
+use std::cell::Cell;
 use std::f64::consts::TAU;
 use std::sync::{LazyLock, OnceLock};
 
@@ -299,6 +300,8 @@ pub fn critical_damping(column: &Column, tolerance: f64) -> Result<CriticalDampi
 /// is smooth and never slower than bisection where only its sign is known.
 fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, NoCriticalDamping> {
     let mut rhs = rhs;
+    // Error of the margin where it leaves the sign open.
+    let undecided = Cell::new(0.0);
     let mut margin = |c: f64| {
         let answer = flow(&Oscillator::in_column(column, c), tolerance.max(1e-12));
         rhs += answer.rhs;
@@ -306,7 +309,10 @@ fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, 
         match answer.fate {
             Fate::Sticks(_) | Fate::CrossesForever => Ok(size),
             Fate::SpiralsInward => Ok(-size),
-            Fate::TooCloseToCall => Ok(0.0),
+            Fate::TooCloseToCall => {
+                undecided.set(answer.margin_error);
+                Ok(0.0)
+            }
             Fate::Failed(_) => Err(NoCriticalDamping::NoVerdict),
         }
     };
@@ -344,8 +350,19 @@ fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, 
         match margin(next)? {
             found if found > 0.0 => (low, at_low) = (next, found),
             found if found < 0.0 => (high, at_high) = (next, found),
-            // Decided to the flow's own accuracy.
-            _ => return Ok(CriticalDamping { c: next, error: high - low, rhs }),
+            _ => {
+                // As near as the flow sees, though a secant may have left the other end far behind: c* is as
+                // near as the next dampings, on either side, that it tells apart.
+                let slope = (at_low - at_high) / (high - low);
+                let mut near = (2.0 * undecided.get() / slope).max(enough);
+                while near < next - low && near < high - next {
+                    if margin(next - near)? > 0.0 && margin(next + near)? < 0.0 {
+                        return Ok(CriticalDamping { c: next, error: near, rhs });
+                    }
+                    near *= 2.0;
+                }
+                return Ok(CriticalDamping { c: next, error: high - low, rhs });
+            }
         }
     }
     Ok(CriticalDamping { c: 0.5 * (low + high), error: high - low, rhs })

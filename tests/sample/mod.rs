@@ -141,3 +141,38 @@ impl Random {
         }
     }
 }
+
+/// A measured difference, its leading term, and what is known beyond that: the next term, relative to the
+/// leading one, and a bound of the rest.
+pub struct Expansion {
+    pub epsilon: f64,
+    pub measured: f64,
+    pub leading: f64,
+    pub next: f64,
+    pub rest: f64,
+}
+
+/// The measured values follow the leading term with the relative deviation `next`, up to `rest`; so their
+/// order along halvings of eps is that of the leading term, which tends to `order`.
+pub fn check_order(name: &str, order: f64, halvings: &[Expansion]) {
+    for e in halvings {
+        let deviation = e.measured / e.leading - 1.0;
+        println!(
+            "{name}: eps {:.5}, ratio - 1 {deviation:+.3e}, next term {:+.3e} +- {:.1e}",
+            e.epsilon, e.next, e.rest
+        );
+        assert!((deviation - e.next).abs() <= e.rest, "{name} at eps = {}", e.epsilon);
+    }
+    let mut last_order = f64::NAN;
+    for pair in halvings.windows(2) {
+        let measured = (pair[0].measured / pair[1].measured).log2();
+        let leading = (pair[0].leading / pair[1].leading).log2();
+        println!("{name}: measured order {measured:.4}, of the leading term {leading:.4}");
+        let slack = |e: &Expansion| (e.next.abs() + e.rest) / (1.0 - e.next.abs() - e.rest);
+        let slack = (slack(&pair[0]) + slack(&pair[1])) / std::f64::consts::LN_2;
+        assert!((measured - leading).abs() <= slack, "{name}: order {measured} instead of {leading}");
+        last_order = leading;
+    }
+    // The leading term is a power of eps only in the limit: the nearest integer tells which.
+    assert!((last_order - order).abs() < 0.5 && halvings.len() >= 4, "{name}: order {last_order}");
+}
