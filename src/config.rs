@@ -22,6 +22,8 @@
 //! [simulation]
 //! engine = "auto"                      # default; or direct, return_map, critical_surface
 //! tolerance = 1e-9                     # default
+//! [validated]
+//! boxes = 32                           # default; boxes of scaled parameters to prove between the nodes, 0: none
 //! [audit]
 //! cells = 1000                         # default
 //! [output]
@@ -47,6 +49,7 @@ use std::path::{Path, PathBuf};
 pub use source::ConfigError;
 use source::{Node, Section, Source};
 
+use crate::certify::validated;
 use crate::friction::Law;
 use crate::map::{Engine, Field, Grid, GridError, Method, Plan};
 use crate::report::work_precision::Settings;
@@ -67,6 +70,9 @@ pub const DEFAULT_TOLERANCE: f64 = 1e-9;
 const TIGHTEST_TOLERANCE: f64 = 1e-14;
 /// Beyond this an error of the margin is no longer small against the margin itself.
 const LOOSEST_TOLERANCE: f64 = 1e-2;
+
+/// Boxes that `validated` tries to prove where no number is asked for: half a minute or so.
+pub const DEFAULT_PROOF_BOXES: usize = 32;
 
 /// A map to be computed, and where it goes.
 #[derive(Clone, Debug)]
@@ -140,6 +146,13 @@ impl Job {
         let simulated = methods.contains(&Method::Simulation);
         let audit_cells = if simulated { audit_cells } else { 0 };
 
+        let proof_boxes = match root.section("validated")?.get("boxes") {
+            None => DEFAULT_PROOF_BOXES,
+            Some(node) => usize::try_from(node.integer(0, 1_000_000)?).unwrap_or(DEFAULT_PROOF_BOXES),
+        };
+        let proves = methods.contains(&Method::Test(&validated::TEST));
+        let proof_boxes = if proves { proof_boxes } else { 0 };
+
         let output = root.section("output")?;
         let path = match output.get("path") {
             None => Path::new("results").join(format!("{stem}.h5")),
@@ -157,7 +170,17 @@ impl Job {
         let work_precision = work_precision(&root.section("work_precision")?)?;
 
         let tile_shape = grid.tile_shape((grid.cells() / TILES).clamp(LEAST_TILE_CELLS, MOST_TILE_CELLS));
-        let plan = Plan { grid, methods, fields, engine, tolerance, audit_cells, tile_shape, compression };
+        let plan = Plan {
+            grid,
+            methods,
+            fields,
+            engine,
+            tolerance,
+            audit_cells,
+            proof_boxes,
+            tile_shape,
+            compression,
+        };
         Ok(Job {
             plan,
             title,
@@ -177,6 +200,7 @@ fn schema(law: Law) -> Vec<(Option<&'static str>, Vec<&'static str>)> {
         ("methods", vec!["run"]),
         ("simulation", vec!["engine", "tolerance"]),
         ("naive", NAIVE_KEYS.to_vec()),
+        ("validated", vec!["boxes"]),
         ("audit", vec!["cells"]),
         ("output", vec!["path", "fields", "compression"]),
         ("work_precision", vec!["cells", "near", "seconds"]),

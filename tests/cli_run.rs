@@ -375,3 +375,34 @@ fn an_interrupted_table_leaves_nothing_behind() {
     Run::of(child.wait_with_output().unwrap()).ends_with(130);
     assert_eq!(scratch.names(), ["in.csv"]);
 }
+
+#[test]
+fn what_is_proved_between_the_nodes_is_told_stored_and_reported() {
+    let scratch = scratch();
+    let run = |boxes: &str| {
+        let boxes = format!("validated.boxes={boxes}");
+        let narrow = ["grid.epsilon=0.05", "grid.gamma=[0.5, 2.0]", "output.fields=[\"verdict\"]", &boxes];
+        let mut arguments = vec!["run", "small.toml", "--json", "--overwrite"];
+        arguments.extend(["--set", "methods.run=[\"validated\"]"]);
+        narrow.iter().for_each(|set| arguments.extend(["--set", *set]));
+        parse(&scratch.run(&arguments).ends_with(0))["proved"].clone()
+    };
+    let share = |proved: &Value, name: &str| proved[name].as_f64().unwrap();
+    assert_eq!(run("0"), Value::Null);
+    let (few, more) = (run("1"), run("4"));
+    assert!(share(&more, "undecided_at_most") < share(&few, "undecided_at_most"), "{few} {more}");
+    let sum: f64 = ["present", "absent", "undecided"].iter().map(|name| share(&more, name)).sum();
+    assert!((sum - 1.0).abs() < 1e-12, "{more}");
+    // On the grid the method decides nearly all; between the nodes it must not decide otherwise.
+    assert!(share(&more, "present") > 0.1 && share(&more, "absent") > 0.1, "{more}");
+
+    let map = MapFile::open(&scratch.path().join("maps/small.h5")).unwrap();
+    for name in ["present", "absent", "undecided", "undecided_at_most"] {
+        assert_eq!(map.number(&format!("proved_{name}")), Some(share(&more, name)));
+    }
+    scratch.run(&["check", "maps/small.h5"]).ends_with(0);
+    scratch.run(&["report", "maps/small.h5", "--out", "report"]).ends_with(0);
+    let table = std::fs::read_to_string(scratch.path().join("report/tables/proved_volume.csv")).unwrap();
+    let percent = 100.0 * share(&more, "present");
+    assert!(table.contains(&format!("present,{percent}")), "{table}");
+}

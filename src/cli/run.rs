@@ -232,6 +232,18 @@ fn outcome(job: &Job, summary: &Summary) -> Outcome {
                 ("audit_seconds".to_owned(), summary.audit_seconds.into()),
                 ("pack_seconds".to_owned(), summary.pack_seconds.into()),
             ])
+            .chain(summary.proved.iter().flat_map(|proved| {
+                let volumes = &proved.volumes;
+                [
+                    ("proved_present", volumes.present.into()),
+                    ("proved_absent", volumes.absent.into()),
+                    ("proved_undecided", volumes.undecided.into()),
+                    ("proved_undecided_at_most", volumes.undecided_at_most.into()),
+                    ("proved_boxes", store::Value::from(volumes.tiles.cast_signed() as i64)),
+                    ("proved_seconds", proved.seconds.into()),
+                ]
+                .map(|(name, value)| (name.to_owned(), value))
+            }))
             .collect(),
     }
 }

@@ -7,6 +7,7 @@ use std::sync::mpsc::sync_channel;
 use std::time::{Duration, Instant};
 
 use super::audit::{Audit, Draws};
+use super::proved::{Proved, prove};
 use super::quantity::describe;
 use super::simulation::{End, Paths, Simulated, simulate};
 use super::{Field, Method, MethodCells, Plan, Regime, Sink, Tile, TileData, Verdict};
@@ -59,6 +60,8 @@ pub struct Summary {
     pub audit_seconds: f64,
     /// Seconds that the workers spent packing tiles.
     pub pack_seconds: f64,
+    /// What is proved between the nodes.
+    pub proved: Option<Proved>,
 }
 
 /// Why a computation ended early.
@@ -133,6 +136,7 @@ pub fn compute<S: Sink>(plan: &Plan, sink: &S, control: &Control) -> Result<Summ
         audit: Audit::default(),
         audit_seconds: 0.0,
         pack_seconds: 0.0,
+        proved: None,
     };
     let mut outcome = Ok(());
     std::thread::scope(|scope| {
@@ -174,6 +178,8 @@ pub fn compute<S: Sink>(plan: &Plan, sink: &S, control: &Control) -> Result<Summ
         }
     });
     outcome?;
+    // Proofs use the pool from within, so that they too keep to the number of threads.
+    summary.proved = pool.install(|| prove(plan, control.stop));
     if control.stop.load(Ordering::Relaxed) {
         return Err(ComputeError::Interrupted);
     }

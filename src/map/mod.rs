@@ -7,6 +7,7 @@ mod grid;
 pub mod limits;
 mod method;
 mod plan;
+mod proved;
 mod quantity;
 mod simulation;
 mod sink;
@@ -17,6 +18,7 @@ pub use engine::{ComputeError, Control, MethodSummary, Summary, compute, regime}
 pub use grid::{Axis, AxisRole, Grid, GridError, Tile};
 pub use method::Method;
 pub use plan::{Engine, Field, Plan};
+pub use proved::Proved;
 pub use quantity::{AttractingCycle, Description, Quantity, attracting_cycle, basin_boundary};
 pub use simulation::{Paths, decide};
 pub use sink::{MethodCells, Sink, TileData};

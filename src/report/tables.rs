@@ -1,5 +1,6 @@
 //! The tables of a report.
 
+use super::proved;
 use super::table::{Cell, Column, Show, Table};
 use super::text::{Rich, rich};
 use super::{Confusion, Report};
@@ -9,8 +10,9 @@ use crate::store::{MapFile, Value};
 /// All tables, in the order of the report.
 #[must_use]
 pub fn all(map: &MapFile, report: &Report) -> Vec<Table> {
-    vec![
-        volume(map, report),
+    let mut tables = vec![volume(map, report)];
+    tables.extend(proved::volume(map));
+    tables.extend([
         agreement(map, report),
         boundary(map, report),
         order(map, report),
@@ -19,7 +21,8 @@ pub fn all(map: &MapFile, report: &Report) -> Vec<Table> {
         methods(map),
         axes(map),
         provenance(map),
-    ]
+    ]);
+    tables
 }
 
 fn column(key: &'static str, heading: &str, show: Show) -> Column {

@@ -19,6 +19,8 @@ const DEGREES: [usize; 3] = [2, 8, 2];
 const HIGHEST: usize = 8;
 /// Size of a harmonic, relative to the first, that is left out.
 const NEGLIGIBLE: f64 = 1e-12;
+/// Coefficients are multiples of this, so that they are short in a file.
+pub const UNIT: f64 = 1.0 / (1u64 << 46) as f64;
 /// Numbers of Chebyshev points: four of them fit a circle of [`super::circle`].
 const POINTS: [usize; 6] = [8, 12, 16, 24, 32, 48];
 /// Largest degree times reach of the samples; 1/cos of it is their factor.
@@ -78,16 +80,15 @@ impl GroupBox {
 
 /// C*(A, k, b) = a polynomial up to `radius`, proved over a box.
 ///
-/// Polynomials are sums over modes, i + 3 (j + 9 l) the mode T_i T_j T_l of the Chebyshev polynomials in A, k and b
+/// Polynomials are sums over modes, number i + 3 (j + 9 l) the mode T_i T_j T_l of the Chebyshev polynomials in A, k and b
 /// scaled to [-1, 1] over the box.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "cli", derive(serde::Serialize, serde::Deserialize))]
 pub struct Tile {
     /// Where it holds.
     pub domain: GroupBox,
     /// The proved bound on |C* - polynomial|.
     pub radius: f64,
-    /// The polynomial, by modes.
+    /// The polynomial, by modes; every coefficient is a multiple of [`UNIT`].
     pub viscous: Vec<f64>,
     /// The witness: r0 = 1 + sum over n of cosines\[n-1\] (cos n theta - 1) + sines\[n-1\] sin n theta, each by
     /// modes.
@@ -305,7 +306,7 @@ fn interpolate(domain: GroupBox) -> Option<Tile> {
                         value(orbit) * (0..3).map(|axis| table(axis, at[axis], wanted[axis])).product::<f64>()
                     })
                     .sum();
-                sum * (0..3).map(share).product::<f64>()
+                (sum * (0..3).map(share).product::<f64>() / UNIT).round() * UNIT
             })
             .collect()
     };

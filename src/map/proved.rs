@@ -1,0 +1,50 @@
+//! What the method `validated` proves of the whole box of parameters, between the nodes of the grid.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use super::{Method, Plan};
+use crate::certify::validated;
+use crate::certify::validated::boxes::{BoxProof, Budget, ParameterBox, Volumes};
+use crate::certify::validated::surface::Surface;
+use crate::friction::Law;
+
+/// A box, and what is proved of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Proved {
+    /// From the first to the last node of every axis.
+    pub parameters: ParameterBox,
+    /// Proved volumes, as shares of the box.
+    pub volumes: Volumes,
+    /// Wall-clock seconds.
+    pub seconds: f64,
+    /// The proofs.
+    pub surface: Surface,
+}
+
+/// Proves what the plan asks for, on the current thread pool; `None` if it asks for nothing.
+pub(super) fn prove(plan: &Plan, stop: &AtomicBool) -> Option<Proved> {
+    let asked = plan.proof_boxes > 0 && plan.methods.contains(&Method::Test(&validated::TEST));
+    let parameters = asked.then(|| parameters(plan))?;
+    let start = Instant::now();
+    let mut proof = BoxProof::new(&parameters);
+    proof.refine(Budget::of_boxes(plan.proof_boxes), &|| !stop.load(Ordering::Relaxed));
+    let (volumes, seconds) = (proof.volumes(), start.elapsed().as_secs_f64());
+    Some(Proved { parameters, volumes, seconds, surface: proof.into_surface() })
+}
+
+fn parameters(plan: &Plan) -> ParameterBox {
+    let ranges: Vec<[f64; 2]> =
+        plan.grid.axes().iter().map(|axis| [axis.values[0], axis.values[axis.values.len() - 1]]).collect();
+    match plan.grid.law() {
+        // The order of the axes: eps, the law's parameters, V, c.
+        Law::Stribeck => ParameterBox {
+            epsilon: ranges[0],
+            alpha: ranges[1],
+            beta: ranges[2],
+            gamma: ranges[3],
+            belt_speed: ranges[4],
+            damping: ranges[5],
+        },
+    }
+}
