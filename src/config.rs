@@ -24,6 +24,7 @@
 //! tolerance = 1e-9                     # default
 //! [validated]
 //! boxes = 32                           # default; boxes of scaled parameters to prove between the nodes, 0: none
+//! proof = "results/name.json"          # default: none; where their certificate goes
 //! [audit]
 //! cells = 1000                         # default
 //! [output]
@@ -87,6 +88,8 @@ pub struct Job {
     pub config_text: String,
     /// The map file to write.
     pub output: PathBuf,
+    /// Where the certificate of what is proved between the nodes goes.
+    pub proof: Option<PathBuf>,
     /// What a study of speed against accuracy is to do.
     pub work_precision: Settings,
 }
@@ -146,12 +149,23 @@ impl Job {
         let simulated = methods.contains(&Method::Simulation);
         let audit_cells = if simulated { audit_cells } else { 0 };
 
-        let proof_boxes = match root.section("validated")?.get("boxes") {
+        let section = root.section("validated")?;
+        let proof_boxes = match section.get("boxes") {
             None => DEFAULT_PROOF_BOXES,
             Some(node) => usize::try_from(node.integer(0, 1_000_000)?).unwrap_or(DEFAULT_PROOF_BOXES),
         };
         let proves = methods.contains(&Method::Test(&validated::TEST));
         let proof_boxes = if proves { proof_boxes } else { 0 };
+        let proof = match section.get("proof") {
+            None => None,
+            Some(node) if proof_boxes == 0 => {
+                return Err(node.error(
+                    "this run proves nothing that could be stored",
+                    "add \"validated\" to methods.run with at least one of validated.boxes, or leave the proof out",
+                ));
+            }
+            Some(node) => Some(output_path(&node)?),
+        };
 
         let output = root.section("output")?;
         let path = match output.get("path") {
@@ -187,6 +201,7 @@ impl Job {
             config_file: source.file().to_owned(),
             config_text: source.text(),
             output: path,
+            proof,
             work_precision,
         })
     }
@@ -200,7 +215,7 @@ fn schema(law: Law) -> Vec<(Option<&'static str>, Vec<&'static str>)> {
         ("methods", vec!["run"]),
         ("simulation", vec!["engine", "tolerance"]),
         ("naive", NAIVE_KEYS.to_vec()),
-        ("validated", vec!["boxes"]),
+        ("validated", vec!["boxes", "proof"]),
         ("audit", vec!["cells"]),
         ("output", vec!["path", "fields", "compression"]),
         ("work_precision", vec!["cells", "near", "seconds"]),

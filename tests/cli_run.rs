@@ -380,8 +380,10 @@ fn an_interrupted_table_leaves_nothing_behind() {
 fn what_is_proved_between_the_nodes_is_told_stored_and_reported() {
     let scratch = scratch();
     let run = |boxes: &str| {
+        let proof = if boxes == "0" { "title=none" } else { "validated.proof=proof.json" };
         let boxes = format!("validated.boxes={boxes}");
-        let narrow = ["grid.epsilon=0.05", "grid.gamma=[0.5, 2.0]", "output.fields=[\"verdict\"]", &boxes];
+        let narrow =
+            ["grid.epsilon=0.05", "grid.gamma=[0.5, 2.0]", "output.fields=[\"verdict\"]", &boxes, proof];
         let mut arguments = vec!["run", "small.toml", "--json", "--overwrite"];
         arguments.extend(["--set", "methods.run=[\"validated\"]"]);
         narrow.iter().for_each(|set| arguments.extend(["--set", *set]));
@@ -401,6 +403,25 @@ fn what_is_proved_between_the_nodes_is_told_stored_and_reported() {
         assert_eq!(map.number(&format!("proved_{name}")), Some(share(&more, name)));
     }
     scratch.run(&["check", "maps/small.h5"]).ends_with(0);
+
+    let proof = parse(&scratch.run(&["check", "--proof", "proof.json", "--json"]).ends_with(0));
+    assert!(proof["confirmed"].as_u64().unwrap() >= 2 && proof["sound"] == true, "{proof}");
+    // The claim of the first tile made a hundred times sharper, and a tile taken out.
+    let text = scratch.read("proof.json");
+    let mut sharp: Value = serde_json::from_str(&text).unwrap();
+    let mut gap = sharp.clone();
+    let radius = sharp["tiles"][0]["radius"].as_f64().unwrap();
+    sharp["tiles"][0]["radius"] = (radius / 100.0).into();
+    gap["tiles"].as_array_mut().unwrap().pop();
+    for (wrong, problem) in [(sharp, "tile 1 "), (gap, "do not cover")] {
+        scratch.file("wrong.json", wrong.to_string());
+        let run = scratch.run(&["check", "--proof", "wrong.json"]).ends_with(1);
+        assert!(run.out.contains(problem), "{}", run.out);
+    }
+    scratch.file("cut.json", &text[..text.len() / 2]);
+    let run = scratch.run(&["check", "--proof", "cut.json"]).ends_with(2);
+    assert!(run.err.contains("cut.json: is no proof") && run.err.contains("help:"), "{}", run.err);
+
     scratch.run(&["report", "maps/small.h5", "--out", "report"]).ends_with(0);
     let table = std::fs::read_to_string(scratch.path().join("report/tables/proved_volume.csv")).unwrap();
     let percent = 100.0 * share(&more, "present");

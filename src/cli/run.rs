@@ -8,7 +8,7 @@ use clap::Args;
 
 use super::output::{bytes, count};
 use super::summary::{self, Report};
-use super::{Ended, Failure, estimate, interrupt, progress, say};
+use super::{Ended, Failure, estimate, interrupt, progress, proof, say};
 use crate::config::Job;
 use crate::map::{self, ComputeError, Control, Grid, Method, Sink, Summary, TileData, Verdict};
 use crate::point::Point;
@@ -79,6 +79,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         Err(error @ ComputeError::Threads(_)) => return Err(Failure::Broken(error.to_string())),
         Err(ComputeError::Sink(error)) => return Err(Failure::Broken(error.to_string())),
     };
+    if let (Some(path), Some(proved)) = (&job.proof, &summary.proved) {
+        proof::write(&proved.surface, path, arguments.overwrite)?;
+    }
     writer.finish(&outcome(&job, &summary)).map_err(|error| Failure::Broken(error.to_string()))?;
 
     let report = Report { job: &job, summary: &summary, failed_cells: &failed_cells };
@@ -116,6 +119,13 @@ impl Room {
             }
             Ok(metadata) => Some(metadata.len()),
         };
+        if let Some(proof) = job.proof.as_ref().filter(|proof| !overwrite && proof.symlink_metadata().is_ok())
+        {
+            return Err(Failure::BadInput(format!(
+                "{} exists already\n  help: add --overwrite to replace it, or choose another place with --set validated.proof=..",
+                proof.display()
+            )));
+        }
         let same =
             |a: &Path, b: &Path| a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b));
         if same(&job.output, &job.config_file) {

@@ -98,7 +98,7 @@ pub struct Tile {
 }
 
 /// Number of modes.
-pub(super) const MODES: usize = (DEGREES[0] + 1) * (DEGREES[1] + 1) * (DEGREES[2] + 1);
+pub const MODES: usize = (DEGREES[0] + 1) * (DEGREES[1] + 1) * (DEGREES[2] + 1);
 
 /// The degrees of mode `mode` in A, k, b.
 pub(super) fn degrees(mode: usize) -> [usize; 3] {
