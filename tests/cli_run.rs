@@ -338,7 +338,7 @@ fn interrupt(process: u32) {
 
 #[cfg(unix)]
 #[test]
-fn an_interrupted_run_leaves_nothing_behind() {
+fn an_interrupted_run_leaves_finished_tiles_and_nothing_else() {
     let scratch = scratch();
     // Cell by cell with the slow engine: minutes of work in tiles of a fraction of a second.
     let sets =
@@ -353,8 +353,13 @@ fn an_interrupted_run_leaves_nothing_behind() {
     }
     interrupt(child.id());
     let run = Run::of(child.wait_with_output().unwrap()).ends_with(130);
-    assert!(run.err.contains("interrupted"), "{}", run.err);
-    assert!(maps(&scratch).is_empty(), "{:?}", maps(&scratch));
+    // Whether a tile was finished by then is chance; what the program says of it is not.
+    if run.err.contains("interrupted; no tile was finished") {
+        assert!(maps(&scratch).is_empty(), "{:?}", maps(&scratch));
+    } else {
+        assert!(run.err.contains("are finished and kept"), "{}", run.err);
+        assert_eq!(maps(&scratch), ["small.h5.part"]);
+    }
 }
 
 #[cfg(unix)]
@@ -426,4 +431,33 @@ fn what_is_proved_between_the_nodes_is_told_stored_and_reported() {
     let table = std::fs::read_to_string(scratch.path().join("report/tables/proved_volume.csv")).unwrap();
     let percent = 100.0 * share(&more, "present");
     assert!(table.contains(&format!("present,{percent}")), "{table}");
+}
+
+/// Flips random bits of a finished map, one at a time: `check` finds every one, and never crashes.
+fn flip_bits(flips: usize, seed: u64) {
+    let scratch = scratch();
+    scratch.run(&["run", "small.toml"]).ends_with(0);
+    let whole = std::fs::read(scratch.path().join("maps/small.h5")).unwrap();
+    let mut state = seed;
+    for _ in 0..flips {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        let place = usize::try_from(state >> 16).unwrap() % whole.len();
+        let mut bytes = whole.clone();
+        bytes[place] ^= 1 << (state >> 13 & 7);
+        scratch.file("flipped.h5", &bytes);
+        let check = scratch.run(&["check", "flipped.h5"]);
+        assert!(check.code == 1 || check.code == 2, "bit {} of byte {place}: {check:?}", state >> 13 & 7);
+    }
+    println!("{flips} flips in a map of {} bytes, all found", whole.len());
+}
+
+#[test]
+fn a_hundred_flipped_bits_are_found() {
+    flip_bits(100, 1);
+}
+
+#[test]
+#[ignore = "a minute or two: two thousand flips; cargo test --test cli_run -- --ignored"]
+fn two_thousand_flipped_bits_are_found() {
+    flip_bits(2000, 2);
 }

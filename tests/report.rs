@@ -552,8 +552,8 @@ fn failed_cells_are_counted_and_drawn() {
             }
             self.0.pack(&data)
         }
-        fn write(&self, packed: Self::Packed) -> Result<(), Self::Error> {
-            self.0.write(packed)
+        fn write(&self, packed: Self::Packed, account: &slipmap::map::Account) -> Result<(), Self::Error> {
+            self.0.write(packed, account)
         }
     }
     let folder = tempfile::tempdir().unwrap();

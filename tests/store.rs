@@ -7,7 +7,9 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use slipmap::friction::Law;
-use slipmap::map::{Engine, Field, Grid, Method, MethodCells, Plan, Regime, Sink, Tile, TileData, Verdict};
+use slipmap::map::{
+    Account, Engine, Field, Grid, Method, MethodCells, Plan, Regime, Sink, Tile, TileData, Verdict,
+};
 use slipmap::store::{
     Audit, CheckReport, Existing, MapFile, MapWriter, Outcome, Provenance, StoreError, Value, check,
 };
@@ -122,7 +124,7 @@ fn tile_data(plan: &Plan, tile: Tile) -> TileData {
 fn write_tiles(writer: &MapWriter, plan: &Plan, tiles: impl IntoIterator<Item = usize>) {
     for number in tiles {
         let data = tile_data(plan, plan.grid.tile(&plan.tile_shape, number));
-        writer.write(writer.pack(&data).unwrap()).unwrap();
+        writer.write(writer.pack(&data).unwrap(), &Account::none(plan)).unwrap();
     }
 }
 
@@ -351,7 +353,7 @@ fn cells_left_out_must_be_announced() {
     data.methods[0].verdicts[7] = Verdict::NotComputed.code();
     let write = |outcome: &Outcome| {
         let writer = MapWriter::create(&path, &plan, &provenance(), Existing::Refuse).unwrap();
-        writer.write(writer.pack(&data).unwrap()).unwrap();
+        writer.write(writer.pack(&data).unwrap(), &Account::none(&plan)).unwrap();
         writer.finish(outcome)
     };
     let error = write(&outcome()).unwrap_err();
@@ -553,7 +555,7 @@ fn a_map_can_be_read_while_a_process_started_during_its_writing_runs() {
     let writer = MapWriter::create(&path, &plan, &provenance(), Existing::Refuse).unwrap();
     let mut child = std::process::Command::new("sleep").arg("60").spawn().unwrap();
     let tile = plan.grid.tile(&plan.tile_shape, 0);
-    writer.write(writer.pack(&tile_data(&plan, tile)).unwrap()).unwrap();
+    writer.write(writer.pack(&tile_data(&plan, tile)).unwrap(), &Account::none(&plan)).unwrap();
     writer.finish(&outcome()).unwrap();
     let opened = MapFile::open(&path);
     child.kill().unwrap();

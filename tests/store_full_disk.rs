@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use slipmap::friction::Law;
-use slipmap::map::{Engine, Field, Grid, Method, MethodCells, Plan, Sink, TileData};
+use slipmap::map::{Account, Engine, Field, Grid, Method, MethodCells, Plan, Sink, TileData};
 use slipmap::store::{Existing, MapWriter, Outcome, Provenance, StoreError};
 use tempfile::TempDir;
 
@@ -49,7 +49,7 @@ fn write(path: &Path) -> Result<(), StoreError> {
             quantities: vec![],
             tile,
         };
-        writer.write(writer.pack(&data)?)?;
+        writer.write(writer.pack(&data)?, &Account::none(&plan))?;
     }
     writer.finish(&Outcome::default())
 }

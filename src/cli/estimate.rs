@@ -12,7 +12,7 @@ use super::run::Room;
 use super::{Ended, Failure};
 use crate::config::Job;
 use crate::filippov::Oscillator;
-use crate::map::{self, Control, Grid, Plan, Sink, TileData};
+use crate::map::{self, Account, Control, Grid, Plan, Sink, TileData};
 use crate::simulate;
 
 /// A sample that takes this long is long enough to extrapolate from.
@@ -61,8 +61,8 @@ pub(super) fn run(job: &Job, room: &Room, threads: Option<usize>, as_json: bool)
     line("methods", plan.methods.iter().map(|method| method.name()).collect::<Vec<_>>().join(", "));
     line("fields", plan.fields.iter().map(|field| field.name()).collect::<Vec<_>>().join(", "));
     line("output", job.output.display().to_string());
-    if let Some(size) = room.replaces {
-        line("replaces", format!("a file of {}", bytes(size.into())));
+    if let Some(replaced) = &room.replaces {
+        line("replaces", replaced.clone());
     }
     line("size", format!("{} before compression", bytes(plan.bytes())));
     line("free", room.free.map_or("unknown".into(), |free| bytes(free.into())));
@@ -167,7 +167,7 @@ impl Sink for Nowhere {
         Ok(())
     }
 
-    fn write(&self, (): ()) -> Result<(), Infallible> {
+    fn write(&self, (): (), _: &Account) -> Result<(), Infallible> {
         Ok(())
     }
 }

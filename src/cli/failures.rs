@@ -79,7 +79,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     };
     let found = pool.install(|| failures::catalogue(&points, &comparison));
     bar.finish_and_clear();
-    let catalogue = found.map_err(|failures::Interrupted| Failure::Interrupted)?;
+    let catalogue =
+        found.map_err(|failures::Interrupted| Failure::Interrupted(super::NOTHING_LEFT.into()))?;
     let report = Report { command: command(arguments), job: &job, catalogue: &catalogue };
     match &arguments.out {
         None => io::stdout().lock().write_all(report.markdown().as_bytes())?,

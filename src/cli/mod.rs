@@ -1,13 +1,15 @@
 //! The command-line program. Data goes to standard output, progress and messages to standard error.
 //!
 //! Exit codes: 0 all is well; 1 the job ran but something in it failed; 2 bad input, with nothing written;
-//! 130 interrupted.
+//! 130 interrupted by Ctrl-C, 143 by a request to terminate.
 
 mod answer;
 mod check;
 mod estimate;
 mod failures;
 mod interrupt;
+#[cfg(feature = "mpi")]
+mod mpi;
 mod output;
 mod plot;
 mod point;
@@ -46,7 +48,7 @@ Examples:
   slipmap check results/quickstart.h5
   slipmap report results/quickstart.h5
 
-Exit codes: 0 ok, 1 the job ran but something in it failed, 2 bad input, 130 interrupted";
+Exit codes: 0 ok, 1 the job ran but something in it failed, 2 bad input, 130 or 143 interrupted";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -82,8 +84,8 @@ enum Failure {
     BadInput(String),
     /// The input was fine, but the job could not be done.
     Broken(String),
-    /// The user stopped it.
-    Interrupted,
+    /// The user stopped it; what is left of it.
+    Interrupted(String),
     /// Nobody reads our output any more: a reason to stop, not an error.
     ReaderGone,
 }
@@ -122,13 +124,19 @@ pub fn main() -> ExitCode {
         Ok(Ended::Flawed) => (1, None),
         Err(Failure::Broken(message)) => (1, Some(message)),
         Err(Failure::BadInput(message)) => (2, Some(message)),
-        Err(Failure::Interrupted) => (130, Some("interrupted; nothing was written".into())),
+        Err(Failure::Interrupted(left)) => {
+            say(&format!("interrupted; {left}"));
+            (interrupt::code(), None)
+        }
     };
     if let Some(message) = message {
         say(&format!("error: {message}"));
     }
     ExitCode::from(code)
 }
+
+/// What is left of a job that writes nothing before it is done.
+const NOTHING_LEFT: &str = "nothing was written";
 
 /// Writes a message to standard error. If that is closed, there is nobody left to tell.
 fn say(message: &str) {

@@ -85,7 +85,7 @@ fn convert(
             .into_par_iter()
             .map(|row| {
                 if stop.load(Ordering::Relaxed) {
-                    return Err(Failure::Interrupted);
+                    return Err(Failure::Interrupted(super::NOTHING_LEFT.into()));
                 }
                 columns.answer(row, job, &input.name)
             })

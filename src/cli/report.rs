@@ -86,7 +86,7 @@ pub(super) fn failure(error: ReportError) -> Failure {
         | ReportError::Choice(_)
         | ReportError::NoReference { .. }
         | ReportError::Peers { .. } => Failure::BadInput(error.to_string()),
-        ReportError::Interrupted => Failure::Interrupted,
+        ReportError::Interrupted => Failure::Interrupted(super::NOTHING_LEFT.into()),
         _ => Failure::Broken(error.to_string()),
     }
 }

@@ -1,18 +1,19 @@
 //! `slipmap run`: computes a map.
 
-use std::io;
+use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use clap::Args;
+use serde_json::json;
 
 use super::output::{bytes, count};
 use super::summary::{self, Report};
-use super::{Ended, Failure, estimate, interrupt, progress, proof, say};
+use super::{Ended, Failure, estimate, interrupt, output, progress, proof, say};
 use crate::config::Job;
-use crate::map::{self, ComputeError, Control, Grid, Method, Sink, Summary, TileData, Verdict};
-use crate::point::Point;
-use crate::store::{self, Existing, MapWriter, Outcome, Provenance, StoreError};
+use crate::map::{self, Account, ComputeError, Control, Queue, Summary};
+use crate::store::{self, Existing, Outcome, PartialMap, Provenance, Resumed, StoreError};
 
 /// Compute a map from a configuration file.
 #[derive(Debug, Args)]
@@ -21,9 +22,11 @@ Examples:
   slipmap run configs/quickstart.toml
   slipmap run configs/paper.toml --dry-run
   slipmap run configs/paper.toml --set grid.V=2.5 --set output.path=results/fast-belt.h5 --threads 8
+  slipmap run configs/paper.toml --resume
 
 The configuration is explained in configs/quickstart.toml. The map appears under its name only when it is
-complete; the folders that its path names are created.")]
+complete; the folders that its path names are created. Finished tiles are kept in NAME.part beside it until
+then: a run that was stopped, by whatever, goes on with --resume as if nothing had happened.")]
 pub(super) struct Arguments {
     /// The configuration
     #[arg(value_name = "CONFIG.toml")]
@@ -37,7 +40,10 @@ pub(super) struct Arguments {
     /// Say how large the map would be and how long it would take, and write nothing
     #[arg(long)]
     dry_run: bool,
-    /// Replace the map if it exists
+    /// Continue an interrupted run; starts one if there is none, and does nothing if the map is complete
+    #[arg(long, conflicts_with = "overwrite")]
+    resume: bool,
+    /// Replace the map, or what an interrupted run has left of it
     #[arg(long)]
     overwrite: bool,
     /// Print the summary as JSON
@@ -48,43 +54,166 @@ pub(super) struct Arguments {
     quiet: bool,
 }
 
+/// Tiles in work when the run is interrupted are waited for so long and then given up.
+const PATIENCE: Duration = Duration::from_secs(10);
+
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
-    let job = Job::load(&arguments.config, &arguments.sets)?;
-    let room = Room::check(&job, arguments.overwrite)?;
-    let threads = arguments.threads.map(usize::from);
     let stop = interrupt::flag();
-    if arguments.dry_run {
-        return estimate::run(&job, &room, threads, arguments.json);
+    match launched() {
+        0 | 1 => alone(arguments, stop),
+        processes => together(arguments, stop, processes),
     }
+}
 
-    create_folders(&job.output)?;
-    if let Some(size) = room.replaces {
-        say(&format!("note: {} ({}) will be replaced", job.output.display(), bytes(size.into())));
+/// Number of processes that a launcher such as mpirun has started, as the launchers of Open MPI and MPICH
+/// (and Slurm with either) tell them; 0 without one.
+fn launched() -> usize {
+    let told = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"].into_iter().find_map(|name| std::env::var(name).ok());
+    told.and_then(|count| count.parse().ok()).unwrap_or(0)
+}
+
+/// One process does it all.
+fn alone(arguments: &Arguments, stop: &'static AtomicBool) -> Result<Ended, Failure> {
+    match prepare(arguments, arguments.job()?, stop)? {
+        None => Ok(Ended::Fine),
+        Some((job, map)) => compute(arguments, &job, map, stop, |map, control, queue| {
+            map::compute_tiles(&job.plan, map, control, &|| queue.take())
+        }),
     }
-    let existing = if arguments.overwrite { Existing::Replace } else { Existing::Refuse };
-    let writer =
-        MapWriter::create(&job.output, &job.plan, &provenance(&job), existing).map_err(create_failure)?;
+}
 
-    let bar = progress::bar(arguments.quiet, Some(job.plan.grid.cells() as u64), "cells");
-    let watch = Watch { sink: &writer, grid: &job.plan.grid, found: Mutex::new(Vec::new()) };
-    let control = Control { threads, on_cells: &|cells| bar.inc(cells as u64), stop };
-    let computed = map::compute(&job.plan, &watch, &control);
-    bar.finish_and_clear();
-    let failed_cells = watch.found();
-    let summary = match computed {
-        Ok(summary) => summary,
-        // Dropping the writer removes the temporary file.
-        Err(ComputeError::Interrupted) => return Err(Failure::Interrupted),
-        Err(error @ ComputeError::Threads(_)) => return Err(Failure::Broken(error.to_string())),
-        Err(ComputeError::Sink(error)) => return Err(Failure::Broken(error.to_string())),
+/// Many processes started by a launcher do it together.
+#[cfg(feature = "mpi")]
+fn together(arguments: &Arguments, stop: &'static AtomicBool, _: usize) -> Result<Ended, Failure> {
+    let ranks = super::mpi::Ranks::join()?;
+    let threads = arguments.threads.map(usize::from);
+    if !ranks.is_writer() {
+        return ranks.work(arguments.job(), threads, stop);
+    }
+    // Whatever went wrong here, the others wait to be told.
+    let prepared = arguments.job().and_then(|job| prepare(arguments, job, stop));
+    let Ok(Some((job, map))) = prepared else {
+        let others = ranks.begin(None);
+        return prepared.and(others).map(|_| Ended::Fine);
     };
-    if let (Some(path), Some(proved)) = (&job.proof, &summary.proved) {
-        proof::write(&proved.surface, path, arguments.overwrite)?;
-    }
-    writer.finish(&outcome(&job, &summary)).map_err(|error| Failure::Broken(error.to_string()))?;
+    compute(arguments, &job, map, stop, |map, control, queue| -> Result<_, Stopped> {
+        let others = ranks.begin(Some((&job.plan, queue)))?;
+        let local = || map::compute_tiles(&job.plan, map, control, &|| queue.take());
+        let (account, threads) = ranks.serve(map, queue, stop, control.on_cells, local)?;
+        Ok((account, threads + others))
+    })
+}
 
-    let report = Report { job: &job, summary: &summary, failed_cells: &failed_cells };
+/// This build cannot: without a word each of them would make the same map.
+#[cfg(not(feature = "mpi"))]
+fn together(_: &Arguments, _: &'static AtomicBool, processes: usize) -> Result<Ended, Failure> {
+    Err(Failure::BadInput(format!(
+        "{processes} processes were started together, but this slipmap was built without MPI\n  \
+         help: build it with cargo build --release --features mpi, or start one process with --threads"
+    )))
+}
+
+impl Arguments {
+    fn job(&self) -> Result<Job, Failure> {
+        Ok(Job::load(&self.config, &self.sets)?)
+    }
+}
+
+/// Everything up to the computation; `None` if there is none to be done.
+fn prepare(
+    arguments: &Arguments,
+    job: Job,
+    stop: &'static AtomicBool,
+) -> Result<Option<(Job, PartialMap)>, Failure> {
+    let room = Room::check(&job, arguments)?;
+    if arguments.dry_run {
+        estimate::run(&job, &room, arguments.threads.map(usize::from), arguments.json)?;
+        return Ok(None);
+    }
+    create_folders(&job.output)?;
+    let name = job.output.display();
+    let provenance = provenance(&job);
+    let map = if arguments.resume {
+        match PartialMap::resume(&job.output, &job.plan, &provenance).map_err(create_failure)? {
+            Resumed::Partial(map) => *map,
+            Resumed::Complete => {
+                say(&format!("note: {name} is complete already; nothing was computed"));
+                if arguments.json {
+                    output::json(
+                        &json!({ "output": job.output.to_string_lossy(), "complete_already": true }),
+                    )?;
+                }
+                return Ok(None);
+            }
+        }
+    } else {
+        if let Some(replaced) = &room.replaces {
+            say(&format!("note: {replaced} will be replaced"));
+        }
+        let existing = if arguments.overwrite { Existing::Replace } else { Existing::Refuse };
+        PartialMap::begin(&job.output, &job.plan, &provenance, existing).map_err(create_failure)?
+    };
+    tell_of_resumption(&map, arguments.resume);
+    end_in_time(stop, job.output.clone());
+    Ok(Some((job, map)))
+}
+
+/// Why tiles were not all computed.
+enum Stopped {
+    Early(ComputeError<StoreError>),
+    #[cfg(feature = "mpi")]
+    Never(Failure),
+}
+
+impl From<ComputeError<StoreError>> for Stopped {
+    fn from(error: ComputeError<StoreError>) -> Self {
+        Stopped::Early(error)
+    }
+}
+
+#[cfg(feature = "mpi")]
+impl From<Failure> for Stopped {
+    fn from(failure: Failure) -> Self {
+        Stopped::Never(failure)
+    }
+}
+
+/// Computes what is missing by way of `tiles`, completes the map and reports.
+fn compute<E: Into<Stopped>>(
+    arguments: &Arguments,
+    job: &Job,
+    map: PartialMap,
+    stop: &AtomicBool,
+    tiles: impl FnOnce(&PartialMap, &Control, &Queue) -> Result<(Account, usize), E>,
+) -> Result<Ended, Failure> {
+    let bar = progress::bar(arguments.quiet, Some(job.plan.grid.cells() as u64), "cells");
+    bar.inc(map.account().cells);
+    let resumed_tiles = map.tiles();
+    let queue = Queue::new(map.finished().to_vec());
+    let on_cells = |cells| bar.inc(cells as u64);
+    let control = Control { threads: arguments.threads.map(usize::from), on_cells: &on_cells, stop };
+    let (computed, seconds) = timed(|| tiles(&map, &control, &queue));
+    bar.finish_and_clear();
+    let mut summary = match computed.map_err(Into::into) {
+        Ok((mut account, threads)) => {
+            account.add(map.account().clone());
+            Summary::new(&job.plan, account, threads, map.seconds() + seconds)
+        }
+        Err(Stopped::Early(error)) => return Err(stopped(&map, &error)),
+        #[cfg(feature = "mpi")]
+        Err(Stopped::Never(failure)) => return Err(failure),
+    };
+    summary.proved = map::prove(&job.plan, control.threads, stop);
+    if stop.load(Ordering::Relaxed) {
+        return Err(stopped(&map, &ComputeError::Interrupted));
+    }
+    if let (Some(path), Some(proved)) = (&job.proof, &summary.proved) {
+        proof::write(&proved.surface, path, arguments.overwrite || arguments.resume)?;
+    }
+    map.finish(&outcome(job, &summary)).map_err(|error| Failure::Broken(with_way_on(&error)))?;
+
+    let report = Report { job, summary: &summary, resumed_tiles };
     let printed = match arguments.json {
         true => summary::json(&report),
         false => summary::print(&report, &mut io::stdout().lock()),
@@ -97,30 +226,99 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     }
 }
 
+/// A result and the seconds it took.
+fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
+    let start = std::time::Instant::now();
+    let result = work();
+    (result, start.elapsed().as_secs_f64())
+}
+
+/// Says what is known of the run to be continued and of its safety.
+fn tell_of_resumption(map: &PartialMap, resume: bool) {
+    let (done, all) = (map.tiles(), map.finished().len());
+    if done > 0 {
+        say(&format!("note: resuming with {} of {} tiles finished", count(done), count(all)));
+    } else if resume {
+        say("note: there is nothing to resume; starting from the beginning");
+    }
+    let damage = map.damage();
+    if damage.places > 0 {
+        say(&format!(
+            "warning: finished tiles were damaged on the disk in {} place{}; they are computed again",
+            damage.places,
+            if damage.places == 1 { "" } else { "s" }
+        ));
+    }
+    if !map.is_locked() {
+        say("warning: this file system knows no locks; take care that no second run writes the same map");
+    }
+}
+
+/// Lets an interrupted run end in bounded time: ends the process if tiles in work take too long. Whatever
+/// the other threads are at, the journal holds each finished tile or does not.
+fn end_in_time(stop: &'static AtomicBool, output: PathBuf) {
+    let watch = move || {
+        while !stop.load(Ordering::Relaxed) {
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        std::thread::sleep(PATIENCE);
+        store::remove_unfinished(&output);
+        say(&format!("interrupted; the tiles in work were given up, finished ones are kept\n{}", way_on()));
+        // At once: cleaning up might wait for what is being waited for.
+        signal_hook::low_level::exit(interrupt::code().into());
+    };
+    // Without this thread an interruption only takes longer.
+    drop(std::thread::Builder::new().spawn(watch));
+}
+
+/// What to say of a run that ended early.
+fn stopped(map: &PartialMap, error: &ComputeError<StoreError>) -> Failure {
+    // The error that stopped the run says more than one of this could.
+    let _ = map.sync();
+    let (done, all) = (map.tiles(), map.finished().len());
+    match error {
+        ComputeError::Interrupted if done == 0 => Failure::Interrupted("no tile was finished".into()),
+        ComputeError::Interrupted => Failure::Interrupted(format!(
+            "{} of {} tiles are finished and kept\n{}",
+            count(done),
+            count(all),
+            way_on()
+        )),
+        ComputeError::Threads(_) => Failure::Broken(error.to_string()),
+        ComputeError::Sink(error) => Failure::Broken(with_way_on(error)),
+    }
+}
+
+/// A failure of the file system, and that not all is lost.
+fn with_way_on(error: &StoreError) -> String {
+    format!("{error}\n  finished tiles are kept; when the cause is mended,\n{}", way_on())
+}
+
+/// How to continue this run.
+fn way_on() -> String {
+    let mut arguments = command_line();
+    if !arguments.contains(&"--resume".to_owned()) {
+        arguments.retain(|argument| argument != "--overwrite");
+        arguments.push("--resume".into());
+    }
+    format!("  to continue: {}", arguments.join(" "))
+}
+
 /// What is at the place of the output, and how much room there is.
 #[derive(Debug)]
 pub(super) struct Room {
-    /// Size of the map that will be replaced, if there is one.
-    pub(super) replaces: Option<u64>,
+    /// The map that will be replaced, if there is one, and its size.
+    pub(super) replaces: Option<String>,
     /// Free bytes on its disk, if the system tells.
     pub(super) free: Option<u64>,
 }
 
 impl Room {
     /// Refuses an output that cannot be written, before anything is computed or created.
-    fn check(job: &Job, overwrite: bool) -> Result<Self, Failure> {
+    fn check(job: &Job, arguments: &Arguments) -> Result<Self, Failure> {
         let name = job.output.display();
-        let replaces = match job.output.symlink_metadata() {
-            Err(_) => None,
-            Ok(_) if !overwrite => {
-                return Err(Failure::BadInput(format!(
-                    "{name} exists already\n  help: add --overwrite to replace it, or choose another place with --set output.path=.."
-                )));
-            }
-            Ok(metadata) => Some(metadata.len()),
-        };
-        if let Some(proof) = job.proof.as_ref().filter(|proof| !overwrite && proof.symlink_metadata().is_ok())
-        {
+        let proof = job.proof.as_ref().filter(|proof| proof.symlink_metadata().is_ok());
+        if let (Some(proof), false) = (proof, arguments.overwrite || arguments.resume) {
             return Err(Failure::BadInput(format!(
                 "{} exists already\n  help: add --overwrite to replace it, or choose another place with --set validated.proof=..",
                 proof.display()
@@ -133,6 +331,16 @@ impl Room {
                 "{name} is the configuration itself\n  help: choose another place with --set output.path=.."
             )));
         }
+        let replaces = match job.output.symlink_metadata() {
+            Err(_) => None,
+            Ok(_) if arguments.resume => None,
+            Ok(_) if !arguments.overwrite => {
+                return Err(Failure::BadInput(format!(
+                    "{name} exists already\n  help: add --overwrite to replace it, or choose another place with --set output.path=.."
+                )));
+            }
+            Ok(metadata) => Some(replaced(&job.output, &metadata)?),
+        };
         let folder = first_folder(&job.output);
         // The only sure way to know whether one may write somewhere is to try; the file has no name.
         tempfile::tempfile_in(&folder).map_err(|error| {
@@ -143,7 +351,9 @@ impl Room {
         })?;
         let free = fs4::available_space(&folder).ok();
         let needed = job.plan.bytes();
-        if let Some(free) = free.filter(|&free| needed > u128::from(free)) {
+        // No deflated stream is smaller than that.
+        let least = if job.plan.compression > 0 { needed / DEFLATE_RATIO } else { needed };
+        if let Some(free) = free.filter(|&free| least > u128::from(free)) {
             let grid = &job.plan.grid;
             let sizes: Vec<String> = grid
                 .axes()
@@ -162,6 +372,28 @@ impl Room {
         }
         Ok(Self { replaces, free })
     }
+}
+
+/// Deflate shrinks at most by this factor: 258 bytes in two bits.
+const DEFLATE_RATIO: u128 = 1032;
+
+/// What `--overwrite` will replace: a map, or nothing at all.
+fn replaced(output: &Path, metadata: &std::fs::Metadata) -> Result<String, Failure> {
+    let name = output.display();
+    if metadata.is_symlink() {
+        let target = std::fs::read_link(output).unwrap_or_default();
+        return Ok(format!("the link {name} to {}, not what it leads to,", target.display()));
+    }
+    let mut first = Vec::new();
+    let is_map = std::fs::File::open(output)
+        .and_then(|file| file.take(store::SIGNATURE.len() as u64).read_to_end(&mut first))
+        .is_ok_and(|_| first == store::SIGNATURE || first.is_empty());
+    if !metadata.is_file() || !is_map {
+        return Err(Failure::BadInput(format!(
+            "{name} is no map, and only maps are replaced\n  help: move it away, or choose another place with --set output.path=.."
+        )));
+    }
+    Ok(format!("{name} ({})", bytes(metadata.len().into())))
 }
 
 /// The folder of `output`, or the nearest above it that exists.
@@ -190,10 +422,24 @@ fn create_folders(output: &Path) -> Result<(), Failure> {
 
 /// An output that cannot be begun is bad input, a failure later is not.
 fn create_failure(error: StoreError) -> Failure {
-    match error {
-        StoreError::Exists { .. } | StoreError::NoFolder { .. } | StoreError::NoPermission { .. } => {
-            Failure::BadInput(error.to_string())
+    let help = match error {
+        StoreError::Unfinished { .. } => {
+            "\n  help: add --resume to continue it, or --overwrite to start anew"
         }
+        StoreError::Unusable { .. } => "\n  help: start anew with --overwrite",
+        StoreError::Changed { .. } => "\n  help: go back to what it was, or start anew with --overwrite",
+        _ => "",
+    };
+    match error {
+        StoreError::Exists { .. }
+        | StoreError::NoFolder { .. }
+        | StoreError::NoPermission { .. }
+        | StoreError::Busy { .. }
+        | StoreError::InTheWay { .. }
+        | StoreError::Unfinished { .. }
+        | StoreError::Unusable { .. }
+        | StoreError::Changed { .. }
+        | StoreError::NotAMap { .. } => Failure::BadInput(format!("{error}{help}")),
         _ => Failure::Broken(error.to_string()),
     }
 }
@@ -203,12 +449,12 @@ fn provenance(job: &Job) -> Provenance {
         title: job.title.clone(),
         config_path: job.config_file.display().to_string(),
         config_text: job.config_text.clone(),
-        command_line: command_line(),
+        command_line: command_line().join(" "),
     }
 }
 
-/// The command as one would type it.
-pub(super) fn command_line() -> String {
+/// The command as one would type it, word by word.
+pub(super) fn command_line() -> Vec<String> {
     let plain = |c: char| c.is_alphanumeric() || "-_./=,:+@%".contains(c);
     let quoted = std::env::args_os().skip(1).map(|argument| {
         let text = argument.to_string_lossy().into_owned();
@@ -218,7 +464,7 @@ pub(super) fn command_line() -> String {
             format!("'{}'", text.replace('\'', "'\\''"))
         }
     });
-    std::iter::once("slipmap".to_owned()).chain(quoted).collect::<Vec<_>>().join(" ")
+    std::iter::once("slipmap".to_owned()).chain(quoted).collect()
 }
 
 fn outcome(job: &Job, summary: &Summary) -> Outcome {
@@ -255,119 +501,5 @@ fn outcome(job: &Job, summary: &Summary) -> Outcome {
                 .map(|(name, value)| (name.to_owned(), value))
             }))
             .collect(),
-    }
-}
-
-/// A cell on which a method broke down.
-#[derive(Clone, Debug)]
-pub(super) struct FailedCell {
-    /// Where.
-    pub(super) point: Point,
-    /// The method.
-    pub(super) method: Method,
-}
-
-/// Notes the first failed cells on their way to the map.
-struct Watch<'a, S> {
-    sink: &'a S,
-    grid: &'a Grid,
-    /// With the number of the tile, since tiles come in any order.
-    found: Mutex<Vec<(usize, FailedCell)>>,
-}
-
-/// How many failed cells are listed one by one, and noted of each tile.
-pub(super) const LISTED: usize = 10;
-
-impl<S> Watch<'_, S> {
-    /// The first of the failed cells, in the order of the grid.
-    fn found(&self) -> Vec<FailedCell> {
-        let mut found = self.found.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        found.sort_by_key(|(tile, _)| *tile);
-        found.into_iter().map(|(_, cell)| cell).take(LISTED).collect()
-    }
-}
-
-impl<S: Sink> Sink for Watch<'_, S> {
-    type Packed = S::Packed;
-    type Error = S::Error;
-
-    fn pack(&self, data: &TileData) -> Result<S::Packed, S::Error> {
-        let dampings = data.tile.damping_range();
-        let failed = data.methods.iter().flat_map(|cells| {
-            let codes = cells.verdicts.iter().enumerate();
-            codes.filter(|(_, code)| **code == Verdict::Failed.code()).map(|(cell, _)| {
-                let mut index = data.tile.column_index(cell / dampings.len());
-                if let Some(last) = index.last_mut() {
-                    *last += cell % dampings.len();
-                }
-                (data.tile.number, FailedCell { point: self.grid.point(&index), method: cells.method })
-            })
-        });
-        let failed: Vec<_> = failed.take(LISTED).collect();
-        if !failed.is_empty() {
-            self.found.lock().unwrap_or_else(PoisonError::into_inner).extend(failed);
-        }
-        self.sink.pack(data)
-    }
-
-    fn write(&self, packed: S::Packed) -> Result<(), S::Error> {
-        self.sink.write(packed)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use std::convert::Infallible;
-
-    use super::*;
-    use crate::friction::Law;
-    use crate::map::{MethodCells, Tile};
-
-    /// A sink that takes anything.
-    struct Anything;
-
-    impl Sink for Anything {
-        type Packed = usize;
-        type Error = Infallible;
-
-        fn pack(&self, data: &TileData) -> Result<usize, Infallible> {
-            Ok(data.tile.number)
-        }
-
-        fn write(&self, _: usize) -> Result<(), Infallible> {
-            Ok(())
-        }
-    }
-
-    fn tile_data(tile: Tile, failed: &[usize]) -> TileData {
-        let mut verdicts = vec![Verdict::Absent.code(); tile.cells()];
-        for &cell in failed {
-            verdicts[cell] = Verdict::Failed.code();
-        }
-        let methods = vec![MethodCells {
-            method: Method::Simulation,
-            verdicts,
-            margins: Vec::new(),
-            critical: Vec::new(),
-        }];
-        TileData { tile, methods, regime: Vec::new(), quantities: Vec::new() }
-    }
-
-    #[test]
-    fn failed_cells_are_found_with_their_points() {
-        let axis = |values: &[f64]| values.to_vec();
-        let nodes =
-            [&[0.1, 0.2][..], &[0.5], &[0.0], &[1.0, 2.0, 3.0], &[1.0], &[0.0, 0.5, 1.0, 1.5]].map(axis);
-        let grid = Grid::new(Law::Stribeck, nodes.to_vec()).unwrap();
-        // Two columns a tile, and a tile of one at the end of each gamma axis.
-        let shape = [1, 1, 1, 2, 1, 4];
-        let watch = Watch { sink: &Anything, grid: &grid, found: Mutex::new(Vec::new()) };
-        let last = grid.tile_count(&shape) - 1;
-        // Tiles come in any order; those found are in the grid's.
-        watch.pack(&tile_data(grid.tile(&shape, last), &[2])).unwrap();
-        watch.pack(&tile_data(grid.tile(&shape, 0), &[1, 7])).unwrap();
-        let points: Vec<Point> = watch.found().into_iter().map(|cell| cell.point).collect();
-        let at = |index: &[usize]| grid.point(index);
-        assert_eq!(points, [at(&[0, 0, 0, 0, 0, 1]), at(&[0, 0, 0, 1, 0, 3]), at(&[1, 0, 0, 2, 0, 2])]);
     }
 }

@@ -8,9 +8,8 @@ use super::Failure;
 use super::answer::{fate_name, verdict};
 use super::output::{self, Align, Table, bytes, count, duration, short};
 use super::point::probe_line;
-use super::run::{FailedCell, LISTED};
 use crate::config::Job;
-use crate::map::{MethodSummary, Summary, Verdict};
+use crate::map::{LISTED, MethodSummary, Summary, Verdict};
 
 /// What there is to report.
 pub(super) struct Report<'a> {
@@ -18,8 +17,8 @@ pub(super) struct Report<'a> {
     pub(super) job: &'a Job,
     /// How it went.
     pub(super) summary: &'a Summary,
-    /// The first failed cells.
-    pub(super) failed_cells: &'a [FailedCell],
+    /// Number of tiles that earlier runs had finished.
+    pub(super) resumed_tiles: usize,
 }
 
 impl Report<'_> {
@@ -84,6 +83,16 @@ pub(super) fn print(report: &Report, out: &mut dyn Write) -> Result<(), Failure>
     table.write(out)?;
 
     writeln!(out)?;
+    if report.resumed_tiles > 0 {
+        let grid = &job.plan.grid;
+        let tiles = grid.tile_count(&job.plan.tile_shape);
+        writeln!(
+            out,
+            "resumed: {} of {} tiles were finished before; seconds are those of all runs",
+            count(report.resumed_tiles),
+            count(tiles)
+        )?;
+    }
     let paths = summary.paths.named();
     let simulated: u64 = paths.iter().map(|(_, cells)| cells).sum();
     if simulated > 0 {
@@ -132,9 +141,9 @@ pub(super) fn print(report: &Report, out: &mut dyn Write) -> Result<(), Failure>
         )?;
     }
     if report.failed() > 0 {
-        let listed = report.failed_cells.len();
+        let listed = summary.failed_cells.len();
         writeln!(out, "{} verdicts failed; the first {listed}:", count(report.failed()))?;
-        for cell in report.failed_cells {
+        for cell in &summary.failed_cells {
             writeln!(out, "  {}: {}", cell.method.name(), probe_line(law, &cell.point, tolerance))?;
         }
     }
@@ -143,7 +152,7 @@ pub(super) fn print(report: &Report, out: &mut dyn Write) -> Result<(), Failure>
 
 /// Prints it as JSON.
 pub(super) fn json(report: &Report) -> Result<(), Failure> {
-    let Report { job, summary, failed_cells } = report;
+    let Report { job, summary, resumed_tiles } = report;
     let (law, tolerance) = (job.plan.grid.law(), job.plan.tolerance);
     let methods: Map<String, Value> = summary
         .methods
@@ -173,7 +182,8 @@ pub(super) fn json(report: &Report) -> Result<(), Failure> {
             })
         })
         .collect();
-    let failed: Vec<Value> = failed_cells
+    let failed: Vec<Value> = summary
+        .failed_cells
         .iter()
         .map(|cell| json!({ "method": cell.method.name(), "probe": probe_line(law, &cell.point, tolerance) }))
         .collect();
@@ -184,6 +194,7 @@ pub(super) fn json(report: &Report) -> Result<(), Failure> {
         "cells": summary.cells,
         "columns": report.columns(),
         "seconds": summary.seconds,
+        "resumed_tiles": resumed_tiles,
         "threads": summary.threads,
         "methods": methods,
         "paths": paths,
@@ -238,7 +249,7 @@ fn short3(x: f64) -> String {
 mod tests {
     use super::*;
     use crate::friction::Law;
-    use crate::map::{Audit, Disagreement, Method, Paths};
+    use crate::map::{Audit, Disagreement, FailedCell, Method, Paths};
     use crate::simulate::{Failure as Breakdown, Fate, Flow};
 
     fn job() -> Job {
@@ -261,6 +272,7 @@ mod tests {
             audit: Audit { cells: 2, checked: 2, agreed: 1, disagreements, ..Audit::default() },
             audit_seconds: 0.0,
             pack_seconds: 0.0,
+            failed_cells: Vec::new(),
             proved: None,
         }
     }
@@ -279,13 +291,13 @@ mod tests {
         assert_eq!(probe_line(Law::Stribeck, &point, job.plan.tolerance), line);
 
         let fine = summary(0, Vec::new());
-        let report = Report { job: &job, summary: &fine, failed_cells: &[] };
+        let report = Report { job: &job, summary: &fine, resumed_tiles: 0 };
         assert!(!report.is_flawed());
         assert!(!text(&report).contains("slipmap probe"));
 
-        let failed = summary(1, Vec::new());
-        let cells = [FailedCell { point, method: Method::Simulation }];
-        let report = Report { job: &job, summary: &failed, failed_cells: &cells };
+        let mut failed = summary(1, Vec::new());
+        failed.failed_cells = vec![FailedCell { tile: 0, point, method: Method::Simulation }];
+        let report = Report { job: &job, summary: &failed, resumed_tiles: 0 };
         assert!(report.is_flawed());
         assert!(text(&report).contains(&format!("simulation: {line}\n")), "{}", text(&report));
 
@@ -293,7 +305,7 @@ mod tests {
         let direct = Flow { fate, margin: f64::NAN, margin_error: f64::NAN, rhs: 0 };
         let disagreement = Disagreement { point, method: "symmetric", stored: Verdict::Present, direct };
         let contradicted = summary(0, vec![disagreement]);
-        let report = Report { job: &job, summary: &contradicted, failed_cells: &[] };
+        let report = Report { job: &job, summary: &contradicted, resumed_tiles: 0 };
         assert!(report.is_flawed());
         assert!(
             text(&report).contains(&format!("symmetric says present, the direct engine failed: {line}\n"))

@@ -88,7 +88,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         title: job.title,
         config_path: job.config_file.display().to_string(),
         config_text: job.config_text,
-        command_line: command_line(),
+        command_line: command_line().join(" "),
     };
     study.write(&provenance, &folder, existing).map_err(failure)?;
     writeln!(io::stdout().lock(), "{}", folder.join("work-precision.md").display())?;

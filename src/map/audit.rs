@@ -3,6 +3,8 @@
 //! Half of the cells are drawn anywhere, half next to a change of verdict along c, where methods fail.
 //! The draw depends on the grid alone, so it is the same for any number of threads.
 
+use std::collections::HashMap;
+
 use super::{Grid, Plan, Tile, Verdict};
 use crate::certify::Guarantee;
 use crate::filippov::Oscillator;
@@ -49,6 +51,28 @@ impl Audit {
         self.unresolved += other.unresolved;
         self.disagreements.extend(other.disagreements);
     }
+
+    /// Puts the disagreements in the order of the grid, whatever order their tiles came in.
+    pub(super) fn sort(&mut self) {
+        let numbers = |d: &Disagreement| {
+            let Point { epsilon, law, belt_speed, damping } = d.point;
+            [epsilon].into_iter().chain(law.as_slice().to_vec()).chain([belt_speed, damping])
+        };
+        self.disagreements.sort_by(|a, b| {
+            let order = numbers(a).partial_cmp(numbers(b)).unwrap_or(std::cmp::Ordering::Equal);
+            order.then(a.method.cmp(b.method))
+        });
+    }
+}
+
+impl Disagreement {
+    /// The disagreement on a cell that the audit of `plan` found before: the direct engine's answer is
+    /// computed again.
+    #[must_use]
+    pub fn again(plan: &Plan, point: Point, method: &'static str, stored: Verdict) -> Self {
+        let direct = direct::flow(&Oscillator::new(plan.grid.law(), &point), plan.tolerance);
+        Self { point, method, stored, direct }
+    }
 }
 
 /// A drawn cell: which column, and where along it.
@@ -70,7 +94,7 @@ enum Along {
 /// The cells to audit, by tile.
 #[derive(Debug)]
 pub(super) struct Draws {
-    by_tile: Vec<Vec<Draw>>,
+    by_tile: HashMap<usize, Vec<Draw>>,
 }
 
 /// SplitMix64, enough to spread cells over a grid.
@@ -86,7 +110,7 @@ impl Draws {
     pub(super) fn new(plan: &Plan) -> Self {
         let grid: &Grid = &plan.grid;
         let tiles = grid.tile_count(&plan.tile_shape);
-        let mut by_tile = vec![Vec::new(); tiles];
+        let mut by_tile: HashMap<usize, Vec<Draw>> = HashMap::new();
         let mut state = 0;
         for i in 0..plan.audit_cells {
             let tile_number = (random(&mut state) % tiles as u64) as usize;
@@ -95,7 +119,7 @@ impl Draws {
             let node = (random(&mut state) % tile.damping_range().len() as u64) as usize;
             let along =
                 if i % 2 == 0 { Along::At(node) } else { Along::NextToBoundary { upper: i % 4 == 1 } };
-            by_tile[tile_number].push(Draw { column, along });
+            by_tile.entry(tile_number).or_default().push(Draw { column, along });
         }
         Self { by_tile }
     }
@@ -105,7 +129,7 @@ impl Draws {
         let mut audit = Audit::default();
         let width = tile.damping_range().len();
         let reference = plan.methods.iter().position(|method| method.guarantee() == Guarantee::Numerical);
-        for draw in &self.by_tile[tile.number] {
+        for draw in self.by_tile.get(&tile.number).into_iter().flatten() {
             let cells = draw.column * width..(draw.column + 1) * width;
             let along = match draw.along {
                 Along::At(node) => node,

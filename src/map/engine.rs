@@ -6,8 +6,9 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::sync_channel;
 use std::time::{Duration, Instant};
 
+use super::account::{Account, FailedCell, MethodAccount, count, failed_cells};
 use super::audit::{Audit, Draws};
-use super::proved::{Proved, prove};
+use super::proved::Proved;
 use super::quantity::describe;
 use super::simulation::{End, Paths, Simulated, simulate};
 use super::{Field, Method, MethodCells, Plan, Regime, Sink, Tile, TileData, Verdict};
@@ -60,8 +61,40 @@ pub struct Summary {
     pub audit_seconds: f64,
     /// Seconds that the workers spent packing tiles.
     pub pack_seconds: f64,
-    /// What is proved between the nodes.
+    /// The first failed cells.
+    pub failed_cells: Vec<FailedCell>,
+    /// What is proved between the nodes, if the plan asks for that; see [`super::prove`].
     pub proved: Option<Proved>,
+}
+
+impl Summary {
+    /// The summary of a run whose tiles' accounts sum up to `account`.
+    #[must_use]
+    pub fn new(plan: &Plan, account: Account, threads: usize, seconds: f64) -> Self {
+        let mut audit = account.audit;
+        audit.sort();
+        let methods = plan.methods.iter().zip(account.methods);
+        Self {
+            cells: plan.grid.cells() as u64,
+            seconds,
+            threads,
+            methods: methods
+                .map(|(&method, MethodAccount { seconds, counts })| MethodSummary {
+                    method,
+                    cells: account.cells,
+                    seconds,
+                    counts,
+                })
+                .collect(),
+            paths: account.paths,
+            rhs: account.rhs,
+            audit,
+            audit_seconds: account.audit_seconds,
+            pack_seconds: account.pack_seconds,
+            failed_cells: account.failed,
+            proved: None,
+        }
+    }
 }
 
 /// Why a computation ended early.
@@ -91,18 +124,34 @@ struct Computed {
 /// A tile on its way to the writer.
 struct Message<P> {
     packed: P,
-    cost: Cost,
+    account: Account,
 }
 
-/// The counts of a tile.
-struct Cost {
-    methods: Vec<(Duration, [u64; 5])>,
-    cells: u64,
-    paths: Paths,
-    rhs: u64,
-    audit: Audit,
-    audit_seconds: Duration,
-    pack_seconds: Duration,
+/// The tiles of a plan, each handed out once.
+#[derive(Debug)]
+pub struct Queue {
+    next: AtomicUsize,
+    finished: Vec<bool>,
+}
+
+impl Queue {
+    /// The tiles that are not `finished` yet: one entry per tile of the grid.
+    #[must_use]
+    pub fn new(finished: Vec<bool>) -> Self {
+        Self { next: AtomicUsize::new(0), finished }
+    }
+
+    /// Number of the next tile to compute; `None` when all are handed out.
+    pub fn take(&self) -> Option<usize> {
+        loop {
+            let number = self.next.fetch_add(1, Ordering::Relaxed);
+            match self.finished.get(number) {
+                Some(true) => {}
+                Some(false) => return Some(number),
+                None => return None,
+            }
+        }
+    }
 }
 
 /// Computes the map of `plan` into `sink`.
@@ -111,48 +160,45 @@ struct Cost {
 /// [`ComputeError`]; the sink then holds an incomplete map.
 pub fn compute<S: Sink>(plan: &Plan, sink: &S, control: &Control) -> Result<Summary, ComputeError<S::Error>> {
     let start = Instant::now();
+    let queue = Queue::new(vec![false; plan.grid.tile_count(&plan.tile_shape)]);
+    let (account, threads) = compute_tiles(plan, sink, control, &|| queue.take())?;
+    Ok(Summary::new(plan, account, threads, start.elapsed().as_secs_f64()))
+}
+
+/// Computes into `sink` the tiles whose numbers `next` hands out to the workers, until it gives `None`. The
+/// sum of their accounts, and the number of workers.
+///
+/// # Errors
+/// [`ComputeError`]; tiles that were handed out may then be missing in the sink.
+pub fn compute_tiles<S: Sink>(
+    plan: &Plan,
+    sink: &S,
+    control: &Control,
+    next: &(dyn Fn() -> Option<usize> + Sync),
+) -> Result<(Account, usize), ComputeError<S::Error>> {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(control.threads.unwrap_or(0))
         .build()
         .map_err(|error| ComputeError::Threads(error.to_string()))?;
     let threads = pool.current_num_threads();
-    let tiles = plan.grid.tile_count(&plan.tile_shape);
     let draws = Draws::new(plan);
-    let next = AtomicUsize::new(0);
     let failed = AtomicBool::new(false);
     let (sender, receiver) = sync_channel::<Result<Message<S::Packed>, S::Error>>(2 * threads);
 
-    let mut summary = Summary {
-        cells: plan.grid.cells() as u64,
-        seconds: 0.0,
-        threads,
-        methods: plan
-            .methods
-            .iter()
-            .map(|&method| MethodSummary { method, cells: 0, seconds: 0.0, counts: [0; 5] })
-            .collect(),
-        paths: Paths::default(),
-        rhs: 0,
-        audit: Audit::default(),
-        audit_seconds: 0.0,
-        pack_seconds: 0.0,
-        proved: None,
-    };
+    let mut sum = Account::none(plan);
     let mut outcome = Ok(());
     std::thread::scope(|scope| {
-        let (next, failed, draws, pool) = (&next, &failed, &draws, &pool);
+        let (failed, draws, pool) = (&failed, &draws, &pool);
         scope.spawn(move || {
             pool.broadcast(|_| {
                 let sender = sender.clone();
-                loop {
-                    let number = next.fetch_add(1, Ordering::Relaxed);
-                    let stopped = control.stop.load(Ordering::Relaxed) || failed.load(Ordering::Relaxed);
-                    if number >= tiles || stopped {
+                while let Some(number) = next() {
+                    if control.stop.load(Ordering::Relaxed) || failed.load(Ordering::Relaxed) {
                         break;
                     }
                     let message = work(plan, sink, draws, &plan.grid.tile(&plan.tile_shape, number));
                     if let Ok(message) = &message {
-                        (control.on_cells)(message.cost.cells as usize);
+                        (control.on_cells)(message.account.cells as usize);
                     }
                     if sender.send(message).is_err() {
                         break;
@@ -165,11 +211,11 @@ pub fn compute<S: Sink>(plan: &Plan, sink: &S, control: &Control) -> Result<Summ
                 continue;
             }
             let written = message.and_then(|message| {
-                sink.write(message.packed)?;
-                Ok(message.cost)
+                sink.write(message.packed, &message.account)?;
+                Ok(message.account)
             });
             match written {
-                Ok(cost) => account(&mut summary, cost),
+                Ok(account) => sum.add(account),
                 Err(error) => {
                     failed.store(true, Ordering::Relaxed);
                     outcome = Err(ComputeError::Sink(error));
@@ -178,21 +224,10 @@ pub fn compute<S: Sink>(plan: &Plan, sink: &S, control: &Control) -> Result<Summ
         }
     });
     outcome?;
-    // Proofs use the pool from within, so that they too keep to the number of threads.
-    summary.proved = pool.install(|| prove(plan, control.stop));
     if control.stop.load(Ordering::Relaxed) {
         return Err(ComputeError::Interrupted);
     }
-    let by_point =
-        |d: &super::Disagreement| (d.point.law, d.point.epsilon, d.point.belt_speed, d.point.damping);
-    summary.audit.disagreements.sort_by(|a, b| {
-        let ((law_a, e_a, v_a, c_a), (law_b, e_b, v_b, c_b)) = (by_point(a), by_point(b));
-        let numbers_a = [e_a].into_iter().chain(law_a.as_slice().iter().copied()).chain([v_a, c_a]);
-        let numbers_b = [e_b].into_iter().chain(law_b.as_slice().iter().copied()).chain([v_b, c_b]);
-        numbers_a.partial_cmp(numbers_b).unwrap_or(std::cmp::Ordering::Equal).then(a.method.cmp(b.method))
-    });
-    summary.seconds = start.elapsed().as_secs_f64();
-    Ok(summary)
+    Ok((sum, threads))
 }
 
 /// Computes and packs one tile.
@@ -200,48 +235,30 @@ fn work<S: Sink>(plan: &Plan, sink: &S, draws: &Draws, tile: &Tile) -> Result<Me
     let computed = compute_tile(plan, draws, tile);
     let start = Instant::now();
     let packed = sink.pack(&computed.data)?;
-    let pack_seconds = start.elapsed();
-    let methods = computed
+    let pack_seconds = start.elapsed().as_secs_f64();
+    let methods: Vec<MethodAccount> = computed
         .data
         .methods
         .iter()
-        .zip(computed.seconds)
-        .map(|(cells, seconds)| (seconds, count(&cells.verdicts)))
+        .zip(&computed.seconds)
+        .map(|(cells, seconds)| MethodAccount {
+            seconds: seconds.as_secs_f64(),
+            counts: count(&cells.verdicts),
+        })
         .collect();
-    let cost = Cost {
-        methods,
+    let failures = Verdict::ALL.iter().position(|verdict| *verdict == Verdict::Failed);
+    let any_failed = failures.is_some_and(|failed| methods.iter().any(|method| method.counts[failed] > 0));
+    let account = Account {
         cells: tile.cells() as u64,
+        methods,
         paths: computed.paths,
         rhs: computed.rhs,
         audit: computed.audit,
-        audit_seconds: computed.audit_seconds,
+        audit_seconds: computed.audit_seconds.as_secs_f64(),
         pack_seconds,
+        failed: if any_failed { failed_cells(plan, &computed.data) } else { Vec::new() },
     };
-    Ok(Message { packed, cost })
-}
-
-fn account(summary: &mut Summary, cost: Cost) {
-    for (method, (seconds, counts)) in summary.methods.iter_mut().zip(cost.methods) {
-        method.cells += cost.cells;
-        method.seconds += seconds.as_secs_f64();
-        for (total, count) in method.counts.iter_mut().zip(counts) {
-            *total += count;
-        }
-    }
-    summary.paths.add(&cost.paths);
-    summary.rhs += cost.rhs;
-    summary.audit.add(cost.audit);
-    summary.audit_seconds += cost.audit_seconds.as_secs_f64();
-    summary.pack_seconds += cost.pack_seconds.as_secs_f64();
-}
-
-/// Cells of each verdict.
-fn count(codes: &[i8]) -> [u64; 5] {
-    // One pass per verdict vectorises; a table lookup per cell does not.
-    Verdict::ALL.map(|verdict| {
-        let code = verdict.code();
-        codes.chunks(255).map(|chunk| u64::from(chunk.iter().map(|&c| u8::from(c == code)).sum::<u8>())).sum()
-    })
+    Ok(Message { packed, account })
 }
 
 /// Computes one tile: all methods, and the optional fields.

@@ -1,5 +1,6 @@
 //! Maps: axes, grid, tiles, the parallel engine, and what a sink of cells is.
 
+mod account;
 mod audit;
 mod engine;
 pub mod failures;
@@ -13,12 +14,13 @@ mod simulation;
 mod sink;
 mod verdict;
 
+pub use account::{Account, FailedCell, LISTED, MethodAccount};
 pub use audit::{Audit, Disagreement};
-pub use engine::{ComputeError, Control, MethodSummary, Summary, compute, regime};
+pub use engine::{ComputeError, Control, MethodSummary, Queue, Summary, compute, compute_tiles, regime};
 pub use grid::{Axis, AxisRole, Grid, GridError, Tile};
 pub use method::Method;
 pub use plan::{Engine, Field, Plan};
-pub use proved::Proved;
+pub use proved::{Proved, prove};
 pub use quantity::{AttractingCycle, Description, Quantity, attracting_cycle, basin_boundary};
 pub use simulation::{Paths, decide};
 pub use sink::{MethodCells, Sink, TileData};

@@ -22,15 +22,22 @@ pub struct Proved {
     pub surface: Surface,
 }
 
-/// Proves what the plan asks for, on the current thread pool; `None` if it asks for nothing.
-pub(super) fn prove(plan: &Plan, stop: &AtomicBool) -> Option<Proved> {
+/// Proves what the plan asks for with `threads` workers (all cores if `None`), or less if `stop` is set;
+/// `None` if it asks for nothing, or if the workers cannot be started.
+#[must_use]
+pub fn prove(plan: &Plan, threads: Option<usize>, stop: &AtomicBool) -> Option<Proved> {
     let asked = plan.proof_boxes > 0 && plan.methods.contains(&Method::Test(&validated::TEST));
     let parameters = asked.then(|| parameters(plan))?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build().ok()?;
+    Some(pool.install(|| subdivide(plan, parameters, stop)))
+}
+
+fn subdivide(plan: &Plan, parameters: ParameterBox, stop: &AtomicBool) -> Proved {
     let start = Instant::now();
     let mut proof = BoxProof::new(&parameters);
     proof.refine(Budget::of_boxes(plan.proof_boxes), &|| !stop.load(Ordering::Relaxed));
     let (volumes, seconds) = (proof.volumes(), start.elapsed().as_secs_f64());
-    Some(Proved { parameters, volumes, seconds, surface: proof.into_surface() })
+    Proved { parameters, volumes, seconds, surface: proof.into_surface() }
 }
 
 fn parameters(plan: &Plan) -> ParameterBox {

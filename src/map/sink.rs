@@ -1,6 +1,6 @@
 //! Where computed tiles go.
 
-use super::{Method, Tile};
+use super::{Account, Method, Tile};
 
 /// What one method says of the cells of a tile.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,9 +44,9 @@ pub trait Sink: Sync {
     /// The sink's own.
     fn pack(&self, data: &TileData) -> Result<Self::Packed, Self::Error>;
 
-    /// Writes a packed tile.
+    /// Writes a packed tile. Its account is known only now: packing is part of it.
     ///
     /// # Errors
     /// The sink's own.
-    fn write(&self, packed: Self::Packed) -> Result<(), Self::Error>;
+    fn write(&self, packed: Self::Packed, account: &Account) -> Result<(), Self::Error>;
 }

@@ -355,8 +355,10 @@ fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, 
                 // near as the next dampings, on either side, that it tells apart.
                 let slope = (at_low - at_high) / (high - low);
                 let mut near = (2.0 * undecided.get() / slope).max(enough);
-                while near < next - low && near < high - next {
-                    if margin(next - near)? > 0.0 && margin(next + near)? < 0.0 {
+                while near < high - low {
+                    let told_below = next - near <= low || margin(next - near)? > 0.0;
+                    let told_above = next + near >= high || margin(next + near)? < 0.0;
+                    if told_below && told_above {
                         return Ok(CriticalDamping { c: next, error: near, rhs });
                     }
                     near *= 2.0;

@@ -13,6 +13,40 @@ pub enum StoreError {
         /// The output.
         path: PathBuf,
     },
+    /// Another process is writing the same map.
+    #[error(
+        "another run is writing this map: it holds the lock on {path}; wait for it, or choose another output"
+    )]
+    Busy {
+        /// The journal of the other run.
+        path: PathBuf,
+    },
+    /// An interrupted run has left its finished tiles.
+    #[error("{path} holds the finished tiles of an interrupted run")]
+    Unfinished {
+        /// The journal of that run.
+        path: PathBuf,
+    },
+    /// Something else has the name that the journal of the run is to have.
+    #[error("{path} is in the way, and is nothing that slipmap wrote; move it, or choose another output")]
+    InTheWay {
+        /// What is in the way.
+        path: PathBuf,
+    },
+    /// The journal of a run is damaged beyond use.
+    #[error("{path} is damaged so much that the interrupted run cannot be resumed")]
+    Unusable {
+        /// The journal.
+        path: PathBuf,
+    },
+    /// What is to be resumed was something else.
+    #[error("{path} was begun as something else (- then, + now):\n{difference}")]
+    Changed {
+        /// The journal, or the finished map.
+        path: PathBuf,
+        /// The difference, line by line.
+        difference: String,
+    },
     /// The output appeared while the map was computed.
     #[error("{path} was made by something else during the run; the finished map is kept as {kept}")]
     Overtaken {

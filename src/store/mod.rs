@@ -27,7 +27,8 @@
 //! # What protects it
 //!
 //! - A map lies under a temporary name, `NAME.part-...`, until it is complete, sealed and on disk. A killed
-//!   run may leave that file; nothing under the map's own name.
+//!   run may leave that file and `NAME.part`, the journal of its finished tiles ([`PartialMap`]); nothing
+//!   under the map's own name.
 //! - `sha256` of a variable: SHA-256 of the concatenated SHA-256s of its tiles, row-major, each over the
 //!   tile's cells (not the padding of its chunk), little-endian, with one bit pattern for NaN. It depends
 //!   neither on the number of threads nor on the compression, and survives copying by other tools.
@@ -38,8 +39,11 @@
 //!   writing cuts it off.
 
 mod check;
+mod codec;
 mod error;
+mod journal;
 mod pack;
+mod partial;
 mod provenance;
 mod reader;
 mod records;
@@ -52,8 +56,11 @@ mod writer;
 pub use check::{CheckReport, Problem, check};
 pub use error::StoreError;
 pub use pack::PackedTile;
+pub use partial::{
+    Damage, PackedRecord, Packer, PartialMap, Resumed, is_unfinished, plan_digest, remove_unfinished,
+};
 pub use provenance::{Audit, Outcome, Provenance, fingerprint};
-pub use reader::MapFile;
+pub use reader::{MapFile, SIGNATURE};
 pub use records::{Records, Series, write_records};
 pub use schema::MethodInfo;
 pub use value::Value;

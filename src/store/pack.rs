@@ -32,6 +32,8 @@ pub(super) struct PackedChunk {
 /// A tile ready to be written.
 #[derive(Debug)]
 pub struct PackedTile {
+    /// Its number.
+    pub(super) number: usize,
     /// Its chunks.
     pub(super) chunks: Vec<PackedChunk>,
 }
@@ -69,10 +71,10 @@ pub(super) fn pack(schema: &Schema, level: u8, data: &TileData) -> PackedTile {
             Some(deflate) => deflate.stream(&plain),
             None => plain.into_owned(),
         };
-        let offset = ranges.iter().map(|range| range.start).collect();
+        let offset = schema.offset(variable, data.tile.number);
         chunks.push(PackedChunk { variable: position, number, offset, bytes, fingerprint, counts });
     }
-    PackedTile { chunks }
+    PackedTile { number: data.tile.number, chunks }
 }
 
 /// Fingerprint of codes, one byte each.

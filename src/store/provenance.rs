@@ -63,11 +63,9 @@ fn words<'a>(list: impl IntoIterator<Item = &'a str>) -> Value {
 /// The attributes that tell where any of our files comes from.
 pub(super) fn origin(provenance: &Provenance) -> Vec<(&'static str, Value)> {
     let version = env!("CARGO_PKG_VERSION");
-    let date = humantime::format_rfc3339_seconds(std::time::SystemTime::now());
     vec![
         ("Conventions", "CF-1.11".into()),
         ("title", provenance.title.as_str().into()),
-        ("history", format!("{date} slipmap {version}: {}", provenance.command_line).into()),
         ("source", format!("slipmap {version}").into()),
         ("references", REFERENCES.into()),
         ("crate_version", version.into()),
@@ -93,6 +91,12 @@ pub(super) fn opening(plan: &Plan, provenance: &Provenance) -> Vec<(String, Valu
     ];
     let attributes = origin(provenance).into_iter().chain(of_maps);
     attributes.map(|(name, value)| (name.to_owned(), value)).collect()
+}
+
+/// One line of the attribute `history`: when, what, by which command.
+pub(super) fn history(provenance: &Provenance) -> String {
+    let date = humantime::format_rfc3339_seconds(std::time::SystemTime::now());
+    format!("{date} slipmap {}: {}", env!("CARGO_PKG_VERSION"), provenance.command_line)
 }
 
 /// The root attributes known at the end.

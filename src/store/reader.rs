@@ -16,8 +16,8 @@ use super::error::StoreError;
 use super::schema::{MethodInfo, SCHEMA, Schema};
 use super::value::{self, Value};
 
-/// The first bytes of an HDF5 file.
-const SIGNATURE: [u8; 8] = *b"\x89HDF\r\n\x1a\n";
+/// The first bytes of an HDF5 file, and so of every map.
+pub const SIGNATURE: [u8; 8] = *b"\x89HDF\r\n\x1a\n";
 
 /// A stored map, open for reading. Cells stay on disk until they are asked for.
 #[derive(Debug)]

@@ -78,6 +78,7 @@ fn fill(file: &File, records: &Records) -> hdf5::Result<()> {
     for (name, value) in provenance::origin(&records.provenance) {
         value::write(file, name, &value)?;
     }
+    value::write(file, "history", &provenance::history(&records.provenance).into())?;
     for (name, value) in &records.attributes {
         value::write(file, name, value)?;
     }

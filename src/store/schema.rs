@@ -198,6 +198,12 @@ impl Schema {
         }
     }
 
+    /// Index of the first cell of the chunk of a variable that a tile fills.
+    pub(super) fn offset(&self, variable: &Variable, tile: usize) -> Vec<usize> {
+        let ranges = self.grid.tile(&self.tile_shape, tile).ranges;
+        ranges[..variable.rank(ranges.len())].iter().map(|range| range.start).collect()
+    }
+
     /// The chunk of a variable that a tile fills, if it fills one.
     pub(super) fn chunk_number(&self, variable: &Variable, tile: usize) -> Option<usize> {
         let per_column = self.tiles_per_column();

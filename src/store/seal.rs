@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 
 use super::error::StoreError;
+use super::journal::sync_folder;
 use super::value::hex;
 use super::writer::Existing;
 
@@ -68,6 +69,24 @@ pub(super) fn verify(path: &Path) -> io::Result<Seal> {
     Ok(if digits == expected.as_bytes() { Seal::Whole } else { Seal::Broken })
 }
 
+/// The path of a file beside `output`, of the same name with `ending`.
+pub(super) fn beside(output: &Path, ending: &str) -> Result<PathBuf, StoreError> {
+    let folder = match output.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    let Some(name) = output.file_name() else {
+        let source = io::Error::new(io::ErrorKind::InvalidInput, "the path names no file");
+        return Err(StoreError::io("write", output, source));
+    };
+    if !folder.is_dir() {
+        return Err(StoreError::NoFolder { folder: folder.to_path_buf() });
+    }
+    let mut own = name.to_os_string();
+    own.push(ending);
+    Ok(folder.join(own))
+}
+
 /// A file beside the output that is removed again unless it takes the output's name.
 #[derive(Debug)]
 pub(super) struct Temporary {
@@ -78,25 +97,25 @@ pub(super) struct Temporary {
 impl Temporary {
     /// Creates the empty file beside `output`, under a name that no other run uses.
     pub(super) fn beside(output: &Path) -> Result<Self, StoreError> {
-        let folder = match output.parent() {
-            Some(folder) if !folder.as_os_str().is_empty() => folder,
-            _ => Path::new("."),
-        };
-        let Some(name) = output.file_name() else {
-            let source = io::Error::new(io::ErrorKind::InvalidInput, "the path names no file");
-            return Err(StoreError::io("write", output, source));
-        };
-        if !folder.is_dir() {
-            return Err(StoreError::NoFolder { folder: folder.to_path_buf() });
-        }
         // The process is unique on its machine, the time tells machines that share the folder apart.
         let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
-        let mut own = name.to_os_string();
-        own.push(format!(".part-{}-{:x}", std::process::id(), now.as_nanos()));
-        let path = folder.join(own);
+        Self::create(beside(output, &format!(".part-{}-{:x}", std::process::id(), now.as_nanos()))?)
+    }
+
+    /// Creates the empty file at `path`, in place of what a killed run has left there.
+    pub(super) fn instead(path: PathBuf) -> Result<Self, StoreError> {
+        match fs::remove_file(&path) {
+            Ok(()) => {}
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+            Err(source) => return Err(StoreError::io("remove", &path, source)),
+        }
+        Self::create(path)
+    }
+
+    fn create(path: PathBuf) -> Result<Self, StoreError> {
         match OpenOptions::new().write(true).create_new(true).open(&path) {
             Ok(_) => Ok(Self { path, keep: false }),
-            Err(source) => Err(StoreError::io("write in", folder, source)),
+            Err(source) => Err(StoreError::io("write", &path, source)),
         }
     }
 
@@ -128,12 +147,8 @@ impl Temporary {
             },
         }
         self.keep = true;
-        // The name lies in the folder, which has to reach the disk as well. Where folders cannot be
-        // opened (not on Unix) the system sees to it.
-        if let Some(Ok(folder)) = self.path.parent().map(File::open) {
-            folder.sync_all().map_err(failed)?;
-        }
-        Ok(())
+        // The name lies in the folder, which has to reach the disk as well.
+        sync_folder(output).map_err(failed)
     }
 }
 

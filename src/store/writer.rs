@@ -8,7 +8,7 @@ use hdf5::plist::file_create::{AttrCreationOrder, AttrPhaseChange, LinkCreationO
 use hdf5::types::VarLenArray;
 use hdf5::{Dataset, File, Location, ObjectReference1};
 
-use crate::map::{Axis, Plan, Sink, TileData};
+use crate::map::{Account, Axis, Plan, Sink, TileData};
 
 use super::error::StoreError;
 use super::pack::{self, Fingerprint, PackedTile};
@@ -46,6 +46,7 @@ pub struct MapWriter {
     temporary: Temporary,
     output: PathBuf,
     existing: Existing,
+    history: String,
     schema: Schema,
     compression: u8,
     written: Mutex<Vec<Written>>,
@@ -66,12 +67,25 @@ impl MapWriter {
         if existing == Existing::Refuse && path.symlink_metadata().is_ok() {
             return Err(StoreError::Exists { path: path.to_path_buf() });
         }
-        let temporary = Temporary::beside(path)?;
+        let opening = provenance::opening(plan, provenance);
+        let history = provenance::history(provenance);
+        Self::begin(path, Temporary::beside(path)?, plan, &opening, history, existing)
+    }
+
+    /// Starts the map with these attributes in this file.
+    pub(super) fn begin(
+        path: &Path,
+        temporary: Temporary,
+        plan: &Plan,
+        opening: &[(String, Value)],
+        history: String,
+        existing: Existing,
+    ) -> Result<Self, StoreError> {
         let schema = Schema::of(plan);
         let failed = |error: hdf5::Error| StoreError::hdf5("create", path, &error);
         let file = create_file(temporary.path()).map_err(failed)?;
-        for (name, value) in provenance::opening(plan, provenance) {
-            value::write(&file, &name, &value).map_err(failed)?;
+        for (name, value) in opening {
+            value::write(&file, name, value).map_err(failed)?;
         }
         let datasets = create_datasets(&file, &schema, plan.compression).map_err(failed)?;
         let written = schema
@@ -88,6 +102,7 @@ impl MapWriter {
             temporary,
             output: path.to_path_buf(),
             existing,
+            history,
             schema,
             compression: plan.compression,
             written: Mutex::new(written),
@@ -103,7 +118,7 @@ impl MapWriter {
     /// temporary file is removed.
     pub fn finish(self, outcome: &Outcome) -> Result<(), StoreError> {
         self.check_complete(outcome)?;
-        let Self { datasets, file, temporary, output, existing, schema, written, .. } = self;
+        let Self { datasets, file, temporary, output, existing, history, schema, written, .. } = self;
         let written = written.into_inner().unwrap_or_else(PoisonError::into_inner);
         let failed = |error: hdf5::Error| StoreError::hdf5("finish", &output, &error);
         for ((dataset, variable), written) in datasets.iter().zip(&schema.variables).zip(&written) {
@@ -112,6 +127,7 @@ impl MapWriter {
         for axis in schema.grid.axes() {
             seal_attributes(&*file.dataset(&axis.name).map_err(failed)?).map_err(failed)?;
         }
+        value::write(&file, "history", &history.into()).map_err(failed)?;
         for (name, value) in provenance::closing(outcome) {
             value::write(&file, &name, &value).map_err(failed)?;
         }
@@ -122,6 +138,30 @@ impl MapWriter {
         file.close().map_err(failed)?;
         seal::seal(temporary.path()).map_err(|source| StoreError::io("write", &output, source))?;
         temporary.publish(&output, existing)
+    }
+
+    /// Writes a packed tile.
+    pub(super) fn put(&self, packed: PackedTile) -> Result<(), StoreError> {
+        for chunk in packed.chunks {
+            sys::write_chunk(&self.datasets[chunk.variable], &chunk.offset, &chunk.bytes)
+                .map_err(|error| StoreError::hdf5("write", &self.output, &error))?;
+            let mut written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
+            let Written { chunks, counts } = &mut written[chunk.variable];
+            assert!(chunks[chunk.number].is_none(), "chunk {} was written twice", chunk.number);
+            chunks[chunk.number] = Some(chunk.fingerprint);
+            counts.iter_mut().zip(chunk.counts).for_each(|(sum, cells)| *sum += cells);
+        }
+        Ok(())
+    }
+
+    /// Replaces what the map will say of how it came about.
+    pub(super) fn set_history(&mut self, history: String) {
+        self.history = history;
+    }
+
+    /// The layout.
+    pub(super) fn schema(&self) -> &Schema {
+        &self.schema
     }
 
     /// Whether every tile was written and every cell computed.
@@ -162,17 +202,8 @@ impl Sink for MapWriter {
         Ok(pack::pack(&self.schema, self.compression, data))
     }
 
-    fn write(&self, packed: PackedTile) -> Result<(), StoreError> {
-        for chunk in packed.chunks {
-            sys::write_chunk(&self.datasets[chunk.variable], &chunk.offset, &chunk.bytes)
-                .map_err(|error| StoreError::hdf5("write", &self.output, &error))?;
-            let mut written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
-            let Written { chunks, counts } = &mut written[chunk.variable];
-            assert!(chunks[chunk.number].is_none(), "chunk {} was written twice", chunk.number);
-            chunks[chunk.number] = Some(chunk.fingerprint);
-            counts.iter_mut().zip(chunk.counts).for_each(|(sum, cells)| *sum += cells);
-        }
-        Ok(())
+    fn write(&self, packed: PackedTile, _: &Account) -> Result<(), StoreError> {
+        self.put(packed)
     }
 }
 

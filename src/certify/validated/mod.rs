@@ -51,12 +51,16 @@
 //! | outward rounding | `interval::Interval` | `operations_hold_the_exact_results`, `broken_rounding_is_caught` |
 //! | samples bound a polynomial | `circle::riesz_factor` | `samples_bound_polynomials` |
 //! | C* enclosed | [`Enclosed::critical`] | `tests/validated.rs` against 150-bit references |
+//! | C* enclosed over a box | [`tile::Tile::prove`] | `a_tile_holds_the_points_inside`, `bounds_hold_between_the_samples_and_samples_alone_do_not`, [`super::recheck`] |
+//! | volumes proved | [`boxes::BoxProof`] | `more_subdivision_leaves_less`, `the_box_and_its_columns_agree` |
+//! | C* < C_HB over a box; false at k = 56 | [`balance::compare`] | `the_balance_is_a_bound_over_a_box`, `harmonic_balance_is_exceeded_at_large_k` |
 //! | landing speed bounded | `landing::Flow` | `agrees_with_the_bound_in_double_precision`, `tests/validated.rs` |
 //!
 //! # Arithmetic
 //! `interval::Interval` rounds outwards by one unit in the last place around each operation of plain f64.
 //! Sines and cosines are enclosed by half-angle formulas from exact values.
 
+pub mod balance;
 pub mod boxes;
 mod circle;
 mod defect;
@@ -236,6 +240,7 @@ pub fn decide(column: &Column, c: f64) -> Decision {
 mod tests {
     use super::*;
     use crate::certify::test_columns::{random_columns, stribeck};
+
     /// c* <= c_HB is no theorem: at k = 56 the orbit comes back at c_HB. (It does so with 2.7e-4 V to spare,
     /// far more than the simulation's error, but this is a proof.)
     #[test]
@@ -243,7 +248,7 @@ mod tests {
         let enclosed = Enclosed::of(&stribeck(0.79377, 0.32659, 0.0, 9.5262, 7.4949));
         let balance = balance_critical(&enclosed.groups);
         assert!(enclosed.critical().lo > balance.hi);
-        // The bound is not empty: below k = 1 the orbit does not come back at c_HB.
+        // The comparison is not empty: below k = 1 the orbit does not come back at c_HB.
         for k in [0.1, 0.3, 0.9] {
             let enclosed = Enclosed::of(&stribeck(k, 0.2, 0.1, 1.0, 1.0));
             assert!(enclosed.critical().hi < balance_critical(&enclosed.groups).lo, "{k}");

@@ -1,0 +1,271 @@
+//! One map by many processes, on one machine or on many (feature `mpi`).
+//!
+//! Rank 0 owns the journal and the map, hands out tiles, and computes as well. Every other rank computes
+//! and packs tiles and sends them to rank 0; the answer to a finished tile is the number of another one, so
+//! that fast ranks get more. A few tiles are handed out ahead, which hides the way of a message. What is
+//! written is what a single process writes: a run can be resumed by any number of ranks, or by none.
+//!
+//! All messages are sent by the main thread of each process (`MPI_THREAD_FUNNELED`).
+
+use std::convert::Infallible;
+use std::sync::Mutex;
+use std::sync::PoisonError;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, channel, sync_channel};
+use std::time::Duration;
+
+use mpi::Threading;
+use mpi::environment::Universe;
+use mpi::traits::*;
+
+use super::{Ended, Failure};
+use crate::config::Job;
+use crate::map::{self, Account, ComputeError, Control, Queue, Sink, TileData};
+use crate::store::{PackedRecord, Packer, PartialMap, StoreError, plan_digest};
+
+/// A rank introduces itself: fingerprint of its plan and number of threads, or what is wrong with its job.
+const HELLO: i32 = 1;
+/// Rank 0 answers: [`BEGIN`] and the first tiles, or nothing at all if the run does not begin.
+const GO: i32 = 2;
+/// See [`GO`].
+const BEGIN: u64 = 1;
+/// A finished tile.
+const TILE: i32 = 3;
+/// Rank 0 hands out tiles; none: there are no more.
+const NEXT: i32 = 4;
+/// A rank has no more tiles in work.
+const BYE: i32 = 5;
+
+/// Between two looks for messages: MPI's own waiting would keep a core busy.
+const NAP: Duration = Duration::from_micros(100);
+
+/// The processes of a run.
+pub(super) struct Ranks {
+    universe: Universe,
+}
+
+impl Ranks {
+    /// Joins the other processes.
+    pub(super) fn join() -> Result<Self, Failure> {
+        match mpi::initialize_with_threading(Threading::Funneled) {
+            Some((universe, threading)) if threading >= Threading::Funneled => Ok(Self { universe }),
+            _ => Err(Failure::Broken("this MPI library cannot be used by programs with threads".into())),
+        }
+    }
+
+    /// How many they are.
+    pub(super) fn count(&self) -> usize {
+        usize::try_from(self.universe.world().size()).unwrap_or(1)
+    }
+
+    /// Whether this is the one that writes.
+    pub(super) fn is_writer(&self) -> bool {
+        self.universe.world().rank() == 0
+    }
+
+    /// On the other ranks: computes what rank 0 hands out.
+    pub(super) fn work(
+        &self,
+        job: Result<Job, Failure>,
+        threads: Option<usize>,
+        stop: &AtomicBool,
+    ) -> Result<Ended, Failure> {
+        let threads = threads.unwrap_or_else(rayon::current_num_threads).max(1);
+        let hello = match &job {
+            Ok(job) => format!("{} {threads}", plan_digest(&job.plan)),
+            Err(Failure::BadInput(message) | Failure::Broken(message)) => format!("! {message}"),
+            Err(_) => "! it cannot read its configuration".into(),
+        };
+        let world = self.universe.world();
+        let writer = world.process_at_rank(0);
+        writer.send_with_tag(hello.as_bytes(), HELLO);
+        let (go, _) = writer.receive_vec_with_tag::<u64>(GO);
+        // What is wrong is told by rank 0, once.
+        let (Ok(job), Some((&BEGIN, ahead))) = (job, go.split_first()) else { return Ok(Ended::Fine) };
+
+        let (more, tiles) = channel();
+        for tile in ahead.iter().filter_map(|&tile| usize::try_from(tile).ok()) {
+            // The other end waits below.
+            let _ = more.send(tile);
+        }
+        // Without a tile ahead there is none at all.
+        let more = (!ahead.is_empty()).then_some(more);
+        let tiles = Mutex::new(tiles);
+        let (outbox, finished) = sync_channel(2 * threads);
+        let sink = Outbox { packer: Packer::new(&job.plan), outbox };
+        let control = Control { threads: Some(threads), on_cells: &|_| (), stop };
+        std::thread::scope(|scope| {
+            let (job, tiles) = (&job, &tiles);
+            scope.spawn(move || {
+                let next = || tiles.lock().unwrap_or_else(PoisonError::into_inner).recv().ok();
+                // An interruption is told by rank 0; nothing else can happen here.
+                let _ = map::compute_tiles(&job.plan, &sink, &control, &next);
+            });
+            self.send_all(&finished, more, stop);
+        });
+        let interrupted = u8::from(stop.load(Ordering::Relaxed));
+        writer.send_with_tag(&[interrupted][..], BYE);
+        Ok(Ended::Fine)
+    }
+
+    /// Sends finished tiles to rank 0 and passes on the new ones.
+    ///
+    /// `more` is dropped when no more tiles will come, which ends the workers that wait for one.
+    fn send_all(&self, finished: &Receiver<Vec<u8>>, mut more: Option<Sender<usize>>, stop: &AtomicBool) {
+        let world = self.universe.world();
+        let writer = world.process_at_rank(0);
+        loop {
+            if stop.load(Ordering::Relaxed) {
+                more = None;
+            }
+            let bytes = match finished.recv_timeout(Duration::from_millis(100)) {
+                Ok(bytes) => bytes,
+                Err(RecvTimeoutError::Timeout) => continue,
+                Err(RecvTimeoutError::Disconnected) => break,
+            };
+            writer.send_with_tag(&bytes[..], TILE);
+            while writer.immediate_probe_with_tag(NEXT).is_none() {
+                std::thread::sleep(NAP);
+            }
+            let (next, _) = writer.receive_vec_with_tag::<u64>(NEXT);
+            match (next.first().and_then(|&tile| usize::try_from(tile).ok()), &more) {
+                (Some(tile), Some(more)) => {
+                    let _ = more.send(tile);
+                }
+                _ => more = None,
+            }
+        }
+    }
+
+    /// On rank 0: waits for the others, and sends them to work, or home if there is no plan. The number of
+    /// threads of all of them together.
+    pub(super) fn begin(&self, plan: Option<(&map::Plan, &Queue)>) -> Result<usize, Failure> {
+        let world = self.universe.world();
+        let mut threads = vec![0; self.count()];
+        let mut wrong = None;
+        let digest = plan.map(|(plan, _)| plan_digest(plan));
+        for (rank, threads) in (0..).zip(&mut threads).skip(1) {
+            let (hello, _) = world.process_at_rank(rank).receive_vec_with_tag::<u8>(HELLO);
+            let hello = String::from_utf8_lossy(&hello).into_owned();
+            if let Some(message) = hello.strip_prefix("! ") {
+                wrong.get_or_insert_with(|| format!("rank {rank}: {message}"));
+            } else if let Some((theirs, count)) = hello.split_once(' ') {
+                *threads = count.parse().unwrap_or(1);
+                if digest.as_ref().is_some_and(|digest| digest != theirs) {
+                    wrong.get_or_insert_with(|| {
+                        format!(
+                            "rank {rank} would compute another map: its configuration or its version of slipmap \
+                             is not that of rank 0\n  help: give all ranks the same files"
+                        )
+                    });
+                }
+            }
+        }
+        let plan = plan.filter(|_| wrong.is_none());
+        for (rank, &threads) in (0..).zip(&threads).skip(1) {
+            let answer: Vec<u64> = match plan {
+                Some((_, queue)) => {
+                    let ahead = (0..2 * threads + 2).map_while(|_| queue.take()).map(|tile| tile as u64);
+                    std::iter::once(BEGIN).chain(ahead).collect()
+                }
+                None => Vec::new(),
+            };
+            world.process_at_rank(rank).send_with_tag(&answer[..], GO);
+        }
+        match wrong {
+            Some(message) => Err(Failure::BadInput(message)),
+            None => Ok(threads.iter().sum()),
+        }
+    }
+
+    /// On rank 0: serves the others while `local` computes here. The sum of the others' accounts and of the
+    /// local one.
+    pub(super) fn serve(
+        &self,
+        map: &PartialMap,
+        queue: &Queue,
+        stop: &AtomicBool,
+        on_cells: &(dyn Fn(usize) + Sync),
+        local: impl FnOnce() -> Result<(Account, usize), ComputeError<StoreError>> + Send,
+    ) -> Result<(Account, usize), ComputeError<StoreError>> {
+        std::thread::scope(|scope| {
+            let local = scope.spawn(local);
+            let served = self.serve_others(map, queue, stop, on_cells);
+            let local = match local.join() {
+                Ok(done) => done,
+                Err(panic) => std::panic::resume_unwind(panic),
+            };
+            let (mut account, threads) = local?;
+            account.add(served?);
+            Ok((account, threads))
+        })
+    }
+
+    fn serve_others(
+        &self,
+        map: &PartialMap,
+        queue: &Queue,
+        stop: &AtomicBool,
+        on_cells: &(dyn Fn(usize) + Sync),
+    ) -> Result<Account, ComputeError<StoreError>> {
+        let world = self.universe.world();
+        let mut sum = Account::none(map.plan());
+        let mut outcome = Ok(());
+        let mut at_work = self.count() - 1;
+        while at_work > 0 {
+            let Some(message) = world.any_process().immediate_matched_probe() else {
+                std::thread::sleep(NAP);
+                continue;
+            };
+            let (bytes, status) = message.matched_receive_vec::<u8>();
+            if status.tag() == BYE {
+                at_work -= 1;
+                if bytes != [0] && outcome.is_ok() {
+                    outcome = Err(ComputeError::Interrupted);
+                }
+                continue;
+            }
+            // The next tile goes out first: the sender waits for it.
+            let go_on = outcome.is_ok() && !stop.load(Ordering::Relaxed);
+            let next: Vec<u64> =
+                if go_on { queue.take().map(|tile| tile as u64).into_iter().collect() } else { Vec::new() };
+            world.process_at_rank(status.source_rank()).send_with_tag(&next[..], NEXT);
+            if outcome.is_err() {
+                continue;
+            }
+            match map.packer().from_bytes(&bytes) {
+                Some((packed, account)) => match map.write(packed, &account) {
+                    Ok(()) => {
+                        on_cells(usize::try_from(account.cells).unwrap_or(0));
+                        sum.add(account);
+                    }
+                    Err(error) => outcome = Err(ComputeError::Sink(error)),
+                },
+                // The plans are equal by their fingerprints: a network that garbles messages.
+                None => outcome = Err(ComputeError::Interrupted),
+            }
+        }
+        outcome.map(|()| sum)
+    }
+}
+
+/// A sink whose tiles are sent to rank 0.
+struct Outbox {
+    packer: Packer,
+    outbox: SyncSender<Vec<u8>>,
+}
+
+impl Sink for Outbox {
+    type Packed = PackedRecord;
+    type Error = Infallible;
+
+    fn pack(&self, data: &TileData) -> Result<PackedRecord, Infallible> {
+        Ok(self.packer.pack(data))
+    }
+
+    fn write(&self, packed: PackedRecord, account: &Account) -> Result<(), Infallible> {
+        // The receiver lives as long as there is a sender.
+        let _ = self.outbox.send(self.packer.to_bytes(&packed, account));
+        Ok(())
+    }
+}

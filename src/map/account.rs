@@ -1,0 +1,169 @@
+//! What tiles took and gave beyond their cells: counts, seconds, the audit.
+
+use super::{Audit, Method, Paths, Plan, TileData, Verdict};
+use crate::point::Point;
+
+/// How many failed cells are kept one by one, of a tile and of a run.
+pub const LISTED: usize = 10;
+
+/// A cell on which a method broke down.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FailedCell {
+    /// Number of its tile.
+    pub tile: usize,
+    /// Where.
+    pub point: Point,
+    /// The method.
+    pub method: Method,
+}
+
+/// What one method did on some tiles.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MethodAccount {
+    /// Seconds that the workers spent on it, summed over them (elapsed time, not processor time).
+    pub seconds: f64,
+    /// Cells of each verdict, in the order of [`Verdict::ALL`].
+    pub counts: [u64; 5],
+}
+
+/// The account of one tile, or the sum of those of many. All but the seconds depends on the plan alone.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Account {
+    /// Cells computed.
+    pub cells: u64,
+    /// One entry per method of the plan.
+    pub methods: Vec<MethodAccount>,
+    /// How many cells each path of `simulation` decided.
+    pub paths: Paths,
+    /// Evaluations of the right-hand side by `simulation`.
+    pub rhs: u64,
+    /// The self-audit.
+    pub audit: Audit,
+    /// Seconds that the workers spent on the self-audit.
+    pub audit_seconds: f64,
+    /// Seconds that the workers spent packing tiles.
+    pub pack_seconds: f64,
+    /// The first failed cells, at most [`LISTED`], in the order of tiles.
+    pub failed: Vec<FailedCell>,
+}
+
+impl Account {
+    /// That of no tile.
+    #[must_use]
+    pub fn none(plan: &Plan) -> Self {
+        Self { methods: vec![MethodAccount::default(); plan.methods.len()], ..Self::default() }
+    }
+
+    /// Adds another.
+    pub fn add(&mut self, other: Account) {
+        self.cells += other.cells;
+        for (sum, method) in self.methods.iter_mut().zip(other.methods) {
+            sum.seconds += method.seconds;
+            sum.counts.iter_mut().zip(method.counts).for_each(|(total, count)| *total += count);
+        }
+        self.paths.add(&other.paths);
+        self.rhs += other.rhs;
+        self.audit.add(other.audit);
+        self.audit_seconds += other.audit_seconds;
+        self.pack_seconds += other.pack_seconds;
+        if !other.failed.is_empty() {
+            self.failed.extend(other.failed);
+            self.failed.sort_by_key(|cell| cell.tile);
+            self.failed.truncate(LISTED);
+        }
+    }
+}
+
+/// Cells of each verdict.
+pub(super) fn count(codes: &[i8]) -> [u64; 5] {
+    // One pass per verdict vectorises; a table lookup per cell does not.
+    Verdict::ALL.map(|verdict| {
+        let code = verdict.code();
+        codes.chunks(255).map(|chunk| u64::from(chunk.iter().map(|&c| u8::from(c == code)).sum::<u8>())).sum()
+    })
+}
+
+/// The first failed cells of a tile, at most [`LISTED`], method by method.
+pub(super) fn failed_cells(plan: &Plan, data: &TileData) -> Vec<FailedCell> {
+    let dampings = data.tile.damping_range().len();
+    let failed = data.methods.iter().flat_map(|cells| {
+        let codes = cells.verdicts.iter().enumerate();
+        codes.filter(|(_, code)| **code == Verdict::Failed.code()).map(|(cell, _)| {
+            let mut index = data.tile.column_index(cell / dampings);
+            if let Some(last) = index.last_mut() {
+                *last += cell % dampings;
+            }
+            FailedCell { tile: data.tile.number, point: plan.grid.point(&index), method: cells.method }
+        })
+    });
+    failed.take(LISTED).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::friction::Law;
+    use crate::map::{Engine, Field, Grid, MethodCells, Tile};
+
+    fn tile_data(tile: Tile, failed: &[usize]) -> TileData {
+        let mut verdicts = vec![Verdict::Absent.code(); tile.cells()];
+        for &cell in failed {
+            verdicts[cell] = Verdict::Failed.code();
+        }
+        let (margins, critical) = (Vec::new(), Vec::new());
+        let methods = vec![MethodCells { method: Method::Simulation, verdicts, margins, critical }];
+        TileData { tile, methods, regime: Vec::new(), quantities: Vec::new() }
+    }
+
+    #[test]
+    fn failed_cells_are_found_with_their_points() {
+        let axis = |values: &[f64]| values.to_vec();
+        let nodes =
+            [&[0.1, 0.2][..], &[0.5], &[0.0], &[1.0, 2.0, 3.0], &[1.0], &[0.0, 0.5, 1.0, 1.5]].map(axis);
+        let grid = Grid::new(Law::Stribeck, nodes.to_vec()).unwrap();
+        // Two columns a tile, and a tile of one at the end of each gamma axis.
+        let tile_shape = vec![1, 1, 1, 2, 1, 4];
+        let plan = Plan {
+            methods: vec![Method::Simulation],
+            fields: vec![Field::Verdict],
+            engine: Engine::Auto,
+            tolerance: 1e-9,
+            audit_cells: 0,
+            proof_boxes: 0,
+            compression: 4,
+            tile_shape,
+            grid,
+        };
+        let mut sum = Account::none(&plan);
+        let last = plan.grid.tile_count(&plan.tile_shape) - 1;
+        // Tiles come in any order; those found are in the grid's.
+        for (number, failed) in [(last, &[2][..]), (0, &[1, 7])] {
+            let data = tile_data(plan.grid.tile(&plan.tile_shape, number), failed);
+            sum.add(Account { failed: failed_cells(&plan, &data), ..Account::none(&plan) });
+        }
+        let points: Vec<Point> = sum.failed.into_iter().map(|cell| cell.point).collect();
+        let at = |index: &[usize]| plan.grid.point(index);
+        assert_eq!(points, [at(&[0, 0, 0, 0, 0, 1]), at(&[0, 0, 0, 1, 0, 3]), at(&[1, 0, 0, 2, 0, 2])]);
+    }
+
+    #[test]
+    fn only_the_first_failed_cells_are_kept() {
+        let nodes = [1, 1, 1, 1, 1, 32usize].map(|len| (0..len).map(|i| 0.5 + i as f64).collect());
+        let grid = Grid::new(Law::Stribeck, nodes.to_vec()).unwrap();
+        let plan = Plan {
+            methods: vec![Method::Simulation],
+            fields: vec![Field::Verdict],
+            engine: Engine::Auto,
+            tolerance: 1e-9,
+            audit_cells: 0,
+            proof_boxes: 0,
+            compression: 4,
+            tile_shape: vec![1, 1, 1, 1, 1, 32],
+            grid,
+        };
+        let data = tile_data(plan.grid.tile(&plan.tile_shape, 0), &(0..32).collect::<Vec<_>>());
+        let found = failed_cells(&plan, &data);
+        assert_eq!(found.len(), LISTED);
+        assert_eq!(found[9].point.damping, 9.5);
+    }
+}

@@ -1,0 +1,460 @@
+//! The journal of a run: finished tiles, each with its fingerprint, in a file that only grows.
+//!
+//! ```text
+//! frame = magic (8 bytes) | kind u64 | length of a u64 | length of b u64 | digest (32 bytes) | a | b
+//! digest = SHA-256(magic | kind | lengths | SHA-256(a) | b)
+//! ```
+//!
+//! A frame is whole or it is nothing: what a kill, a power cut or a full disk has left of the last one is
+//! cut off when the journal is opened again, and a damaged one in the middle is passed over, at the next
+//! magic. The journal is locked (`flock`) for as long as its process lives and no longer.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use fs4::TryLockError;
+use sha2::{Digest, Sha256};
+
+use super::error::StoreError;
+use super::pack::Fingerprint;
+
+/// The first bytes of every frame, and so of every journal. The line ends are as in PNG's signature.
+pub(super) const MAGIC: [u8; 8] = *b"\x89slip\r\n\x1a";
+
+/// Bytes of a frame before its contents.
+const HEAD: usize = 64;
+
+/// Finished tiles reach the disk at least so often, should the power go.
+const SYNC_EVERY: Duration = Duration::from_secs(10);
+
+/// What a frame holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// What the run is to compute: a, the attributes; b, empty. The first frames, twice.
+    Header,
+    /// One more start of the program: a, what it adds to the history.
+    Session,
+    /// A finished tile: a, its chunks; b, its account.
+    Tile,
+}
+
+impl Kind {
+    fn code(self) -> u64 {
+        match self {
+            Kind::Header => 1,
+            Kind::Session => 2,
+            Kind::Tile => 3,
+        }
+    }
+
+    fn of(code: u64) -> Option<Self> {
+        [Kind::Header, Kind::Session, Kind::Tile].into_iter().find(|kind| kind.code() == code)
+    }
+}
+
+/// A frame's first part with its fingerprint, which workers make.
+#[derive(Debug)]
+pub(super) struct Part {
+    pub(super) bytes: Vec<u8>,
+    fingerprint: Fingerprint,
+}
+
+impl Part {
+    pub(super) fn new(bytes: Vec<u8>) -> Self {
+        let fingerprint = Sha256::digest(&bytes).into();
+        Self { bytes, fingerprint }
+    }
+}
+
+/// The bytes of a frame before its contents.
+fn head(kind: u64, a: u64, fingerprint: &Fingerprint, b: &[u8]) -> [u8; HEAD] {
+    let mut head = [0; HEAD];
+    head[..8].copy_from_slice(&MAGIC);
+    for (place, number) in head[8..32].chunks_exact_mut(8).zip([kind, a, b.len() as u64]) {
+        place.copy_from_slice(&number.to_le_bytes());
+    }
+    let digest = Sha256::new().chain_update(&head[..32]).chain_update(fingerprint).chain_update(b).finalize();
+    head[32..].copy_from_slice(&digest);
+    head
+}
+
+/// A journal, locked and open for appending.
+#[derive(Debug)]
+pub(super) struct Journal {
+    path: PathBuf,
+    file: File,
+    end: u64,
+    synced: Instant,
+    locked: bool,
+    /// Whether there is something in it that should outlive this process.
+    keep: bool,
+}
+
+/// What was damaged in the journal of a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Damage {
+    /// Places between whole frames at which there was something else.
+    pub places: u64,
+    /// Bytes cut off at the end.
+    pub cut: u64,
+}
+
+impl Journal {
+    /// Opens and locks the journal at `path`; makes an empty one if there is none.
+    ///
+    /// # Errors
+    /// [`StoreError::Busy`] if a running process holds it; [`StoreError::InTheWay`] if there is something
+    /// that is no journal; otherwise the file system's reasons.
+    pub(super) fn open(path: &Path) -> Result<Self, StoreError> {
+        let failed = |source| StoreError::io("write", path, source);
+        loop {
+            // A link could lead anywhere; what is no plain file is none of ours.
+            if path.symlink_metadata().is_ok_and(|metadata| !metadata.is_file()) {
+                return Err(StoreError::InTheWay { path: path.to_path_buf() });
+            }
+            let mut options = OpenOptions::new();
+            let mut file =
+                options.read(true).write(true).create(true).truncate(false).open(path).map_err(failed)?;
+            let locked = match fs4::FileExt::try_lock(&file) {
+                Ok(()) => true,
+                Err(TryLockError::WouldBlock) => {
+                    return Err(StoreError::Busy { path: path.to_path_buf() });
+                }
+                // A file system without locks (some of clusters): the caller is told, see `is_locked`.
+                Err(TryLockError::Error(_)) => false,
+            };
+            if !still_there(&file, path) {
+                continue; // The run that held the lock has just finished and removed it.
+            }
+            let mut first = [0; MAGIC.len()];
+            let length = file.metadata().map_err(failed)?.len();
+            let known = read_up_to(&mut file, &mut first).map_err(failed)?;
+            // Also what a kill within the first write has left: a part of the magic, or nothing.
+            if !MAGIC.starts_with(&first[..known]) {
+                return Err(StoreError::InTheWay { path: path.to_path_buf() });
+            }
+            let (path, synced, keep) = (path.to_path_buf(), Instant::now(), length > 0);
+            return Ok(Self { path, file, end: length, synced, locked, keep });
+        }
+    }
+
+    /// Whether there is a journal of a run at `path`.
+    pub(super) fn is_at(path: &Path) -> bool {
+        path.symlink_metadata().is_ok_and(|metadata| metadata.is_file() && metadata.len() > 0)
+    }
+
+    /// Where it is.
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Whether other processes are kept out; not so on file systems without locks.
+    pub(super) fn is_locked(&self) -> bool {
+        self.locked
+    }
+
+    /// Throws away all that is in it.
+    pub(super) fn clear(&mut self) -> Result<(), StoreError> {
+        self.file.set_len(0).map_err(|source| StoreError::io("write", &self.path, source))?;
+        self.end = 0;
+        self.keep = false;
+        Ok(())
+    }
+
+    /// Bytes in it.
+    pub(super) fn length(&self) -> u64 {
+        self.end
+    }
+
+    /// Appends a frame.
+    pub(super) fn append(&mut self, kind: Kind, a: &Part, b: &[u8]) -> Result<(), StoreError> {
+        let mut frame = Vec::with_capacity(HEAD + a.bytes.len() + b.len());
+        frame.extend_from_slice(&head(kind.code(), a.bytes.len() as u64, &a.fingerprint, b));
+        frame.extend_from_slice(&a.bytes);
+        frame.extend_from_slice(b);
+        let written = self.file.seek(SeekFrom::Start(self.end)).and_then(|_| self.file.write_all(&frame));
+        if let Err(source) = written {
+            // What there was room for is of no use; should even this fail, the next start cuts it off.
+            let _ = self.file.set_len(self.end);
+            return Err(StoreError::io("write", &self.path, source));
+        }
+        self.end += frame.len() as u64;
+        self.keep |= kind == Kind::Tile;
+        if self.synced.elapsed() > SYNC_EVERY { self.sync() } else { Ok(()) }
+    }
+
+    /// Forces all of it to disk.
+    pub(super) fn sync(&mut self) -> Result<(), StoreError> {
+        self.synced = Instant::now();
+        self.file.sync_data().map_err(|source| StoreError::io("write", &self.path, source))
+    }
+
+    /// Forces its name to disk.
+    pub(super) fn sync_name(&self) -> Result<(), StoreError> {
+        sync_folder(&self.path).map_err(|source| StoreError::io("write", &self.path, source))
+    }
+
+    /// Hands every whole frame of at most `longest` bytes to `visit`, which says whether it can use it, and
+    /// cuts off what follows the last. One frame at a time is in memory.
+    pub(super) fn replay(
+        &mut self,
+        longest: u64,
+        mut visit: impl FnMut(Kind, &[u8], &[u8]) -> Result<bool, StoreError>,
+    ) -> Result<Damage, StoreError> {
+        let path = self.path.clone();
+        let failed = |source| StoreError::io("read", &path, source);
+        let length = self.file.metadata().map_err(failed)?.len();
+        let mut reader = BufReader::with_capacity(1 << 20, &self.file);
+        reader.seek(SeekFrom::Start(0)).map_err(failed)?;
+        let (mut at, mut end, mut damage) = (0, 0, Damage::default());
+        let mut contents = Vec::new();
+        // Beginnings of frames that promise more than there is, one after the other, would be read over and
+        // over: damage does not look like that, and is not searched for ever.
+        let mut in_vain = 0;
+        while at < length {
+            contents.clear();
+            let frame = read_frame(&mut reader, length - at, longest, &mut contents).map_err(failed)?;
+            if let Some((kind, a)) = frame
+                && visit(kind, &contents[..a], &contents[a..])?
+            {
+                damage.places += u64::from(end < at);
+                at += (HEAD + contents.len()) as u64;
+                end = at;
+            } else {
+                in_vain += contents.len() as u64;
+                contents.clear();
+                if in_vain > length.saturating_add(longest.saturating_mul(16)) {
+                    return Err(StoreError::Unusable { path });
+                }
+                // Not one of ours: on from the next magic.
+                reader.seek(SeekFrom::Start(at + 1)).map_err(failed)?;
+                at = next_magic(&mut reader, at + 1).map_err(failed)?.unwrap_or(length);
+                reader.seek(SeekFrom::Start(at)).map_err(failed)?;
+            }
+        }
+        drop(reader);
+        damage.cut = length - end;
+        if damage.cut > 0 && end > 0 {
+            self.file.set_len(end).map_err(|source| StoreError::io("write", &path, source))?;
+        }
+        self.end = end;
+        Ok(damage)
+    }
+
+    /// Removes it: the map is finished, or nothing was.
+    pub(super) fn remove(mut self) -> Result<(), StoreError> {
+        self.keep = true; // Not to be removed a second time.
+        fs::remove_file(&self.path).map_err(|source| StoreError::io("remove", &self.path, source))
+    }
+}
+
+impl Drop for Journal {
+    fn drop(&mut self) {
+        if !self.keep {
+            // Nothing more can be done if even this fails.
+            let _ = fs::remove_file(&self.path);
+        }
+    }
+}
+
+/// Forces the entry of `path` in its folder to disk. Where folders cannot be opened (not on Unix) the
+/// system sees to it.
+pub(super) fn sync_folder(path: &Path) -> io::Result<()> {
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    match File::open(folder) {
+        Ok(folder) => folder.sync_all(),
+        Err(_) => Ok(()),
+    }
+}
+
+/// Whether `path` still leads to the opened file.
+#[cfg(unix)]
+fn still_there(file: &File, path: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let same = |a: fs::Metadata, b: fs::Metadata| (a.dev(), a.ino()) == (b.dev(), b.ino());
+    file.metadata().is_ok_and(|opened| path.symlink_metadata().is_ok_and(|named| same(opened, named)))
+}
+
+/// Elsewhere open files cannot be removed.
+#[cfg(not(unix))]
+fn still_there(_: &File, _: &Path) -> bool {
+    true
+}
+
+/// Fills `buffer` as far as the file goes.
+fn read_up_to(reader: &mut impl Read, buffer: &mut [u8]) -> io::Result<usize> {
+    let mut filled = 0;
+    while filled < buffer.len() {
+        match reader.read(&mut buffer[filled..]) {
+            Ok(0) => break,
+            Ok(n) => filled += n,
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(filled)
+}
+
+/// Reads the frame here into `contents`: its kind and the length of its first part; `None` if there is no
+/// whole one.
+fn read_frame(
+    reader: &mut impl Read,
+    left: u64,
+    longest: u64,
+    contents: &mut Vec<u8>,
+) -> io::Result<Option<(Kind, usize)>> {
+    let mut found = [0; HEAD];
+    if read_up_to(reader, &mut found)? < HEAD || found[..8] != MAGIC {
+        return Ok(None);
+    }
+    let number = |at: usize| found[at..at + 8].iter().rev().fold(0, |n, &byte| n << 8 | u64::from(byte));
+    let (code, a, b) = (number(8), number(16), number(24));
+    let Some(kind) = Kind::of(code) else { return Ok(None) };
+    let Some(length) = a.checked_add(b).filter(|&length| length <= longest.min(left - HEAD as u64)) else {
+        return Ok(None);
+    };
+    let (Ok(length), Ok(first)) = (usize::try_from(length), usize::try_from(a)) else { return Ok(None) };
+    contents.resize(length, 0);
+    if read_up_to(reader, contents)? < length {
+        return Ok(None);
+    }
+    let fingerprint = Sha256::digest(&contents[..first]).into();
+    Ok((head(code, a, &fingerprint, &contents[first..]) == found).then_some((kind, first)))
+}
+
+/// Where the next magic begins, read from the place `at` on.
+fn next_magic(reader: &mut impl Read, mut at: u64) -> io::Result<Option<u64>> {
+    let mut window = vec![0; 1 << 16];
+    let mut kept = 0;
+    loop {
+        let filled = kept + read_up_to(reader, &mut window[kept..])?;
+        if let Some(found) = window[..filled].windows(MAGIC.len()).position(|bytes| bytes == MAGIC) {
+            return Ok(Some(at + found as u64));
+        }
+        if filled < window.len() {
+            return Ok(None);
+        }
+        // The end may be the beginning of a magic.
+        kept = MAGIC.len() - 1;
+        at += (filled - kept) as u64;
+        window.copy_within(filled - kept..filled, 0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn journal(folder: &tempfile::TempDir) -> Journal {
+        Journal::open(&folder.path().join("map.h5.part")).unwrap()
+    }
+
+    /// A frame: its kind and its two parts.
+    type Frame = (Kind, Vec<u8>, Vec<u8>);
+
+    fn frames(journal: &mut Journal) -> (Vec<Frame>, Damage) {
+        let mut found = Vec::new();
+        let damage = journal
+            .replay(1 << 20, |kind, a, b| {
+                found.push((kind, a.to_vec(), b.to_vec()));
+                Ok(true)
+            })
+            .unwrap();
+        (found, damage)
+    }
+
+    /// Frames of several lengths, some of which contain the magic.
+    fn written(journal: &mut Journal) -> Vec<Frame> {
+        let all: Vec<_> = (0..5u8)
+            .map(|i| {
+                let a: Vec<u8> = MAGIC.iter().copied().cycle().take(7 * usize::from(i)).collect();
+                (if i == 0 { Kind::Header } else { Kind::Tile }, a, vec![i; usize::from(i) % 3])
+            })
+            .collect();
+        for (kind, a, b) in &all {
+            journal.append(*kind, &Part::new(a.clone()), b).unwrap();
+        }
+        all
+    }
+
+    #[test]
+    fn every_cut_leaves_the_frames_before_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut journal = journal(&folder);
+        let all = written(&mut journal);
+        let ends: Vec<u64> = all
+            .iter()
+            .scan(0, |end, (_, a, b)| {
+                *end += (HEAD + a.len() + b.len()) as u64;
+                Some(*end)
+            })
+            .collect();
+        let bytes = fs::read(journal.path()).unwrap();
+        assert_eq!(bytes.len() as u64, ends[4]);
+        for cut in 0..=bytes.len() {
+            journal.file.set_len(0).unwrap();
+            journal.file.seek(SeekFrom::Start(0)).unwrap();
+            journal.file.write_all(&bytes[..cut]).unwrap();
+            let whole = ends.iter().filter(|&&end| end <= cut as u64).count();
+            let (found, damage) = frames(&mut journal);
+            assert_eq!(found, all[..whole], "cut at {cut}");
+            let end = if whole == 0 { 0 } else { ends[whole - 1] };
+            assert_eq!(damage, Damage { places: 0, cut: cut as u64 - end });
+            // It goes on from there.
+            journal.append(Kind::Tile, &Part::new(vec![9; 9]), b"on").unwrap();
+            assert_eq!(frames(&mut journal).0.len(), whole + 1);
+        }
+    }
+
+    #[test]
+    fn every_flipped_byte_costs_one_frame() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut journal = journal(&folder);
+        let all = written(&mut journal);
+        let bytes = fs::read(journal.path()).unwrap();
+        for place in 0..bytes.len() {
+            let mut damaged = bytes.clone();
+            damaged[place] ^= 1 << (place % 8);
+            journal.file.set_len(0).unwrap();
+            journal.file.seek(SeekFrom::Start(0)).unwrap();
+            journal.file.write_all(&damaged).unwrap();
+            let (found, damage) = frames(&mut journal);
+            assert_eq!(found.len(), all.len() - 1, "flip at {place}");
+            assert!(found.iter().all(|frame| all.contains(frame)), "flip at {place}");
+            assert!(damage.places == 1 || damage.cut > 0, "flip at {place}");
+        }
+    }
+
+    #[test]
+    fn a_second_opening_is_refused_until_the_first_is_closed() {
+        let folder = tempfile::tempdir().unwrap();
+        let first = journal(&folder);
+        assert!(first.is_locked());
+        let path = first.path().to_path_buf();
+        assert!(matches!(Journal::open(&path), Err(StoreError::Busy { .. })));
+        drop(first);
+        Journal::open(&path).unwrap().remove().unwrap();
+        assert!(!path.exists());
+    }
+
+    #[test]
+    fn what_is_no_journal_is_left_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("map.h5.part");
+        fs::write(&path, "my notes").unwrap();
+        assert!(matches!(Journal::open(&path), Err(StoreError::InTheWay { .. })));
+        assert_eq!(fs::read_to_string(&path).unwrap(), "my notes");
+        #[cfg(unix)]
+        {
+            let link = folder.path().join("link.part");
+            std::os::unix::fs::symlink(folder.path().join("target"), &link).unwrap();
+            assert!(matches!(Journal::open(&link), Err(StoreError::InTheWay { .. })));
+            assert!(!folder.path().join("target").exists());
+        }
+    }
+}

@@ -1,0 +1,530 @@
+//! A map in the making that survives whatever stops its run.
+//!
+//! Beside the output `NAME` lie, while the map is made,
+//!
+//! - `NAME.part`, the journal: every finished tile as it is to lie in the map, with its account. It alone is
+//!   what a stopped run leaves of worth, and what resumes it;
+//! - `NAME.part-map`, the map itself as far as it is. HDF5 promises nothing of a file that was being written
+//!   when its process died, so that it is made anew from the journal when the run is resumed.
+//!
+//! Both are gone once the map has its name.
+
+use std::fs;
+use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+
+use similar::{ChangeTag, TextDiff};
+
+use crate::map::{Account, Method, Plan, Sink, TileData};
+
+use super::codec::{Decoder, Encoder};
+use super::error::StoreError;
+use super::journal::{Journal, Kind, Part};
+use super::pack::{self, PackedTile};
+use super::provenance::{self, Outcome, Provenance, fingerprint};
+use super::reader::MapFile;
+use super::schema::Schema;
+use super::seal::{Temporary, beside};
+use super::value::Value;
+use super::writer::{Existing, MapWriter};
+
+pub use super::journal::Damage;
+
+/// Ending of the journal's name.
+const JOURNAL: &str = ".part";
+/// Ending of the unfinished map's name.
+const UNFINISHED: &str = ".part-map";
+
+/// In the journal's header: fingerprint of all that the result depends on.
+const PLAN: &str = "plan_sha256";
+/// In the journal's header: whether the run was told to replace its output.
+const REPLACES: &str = "replaces";
+
+/// Attributes that tell one computation from another, in the order in which differences are shown.
+const IDENTITY: [&str; 13] = [
+    "config",
+    "crate_version",
+    "git",
+    "schema",
+    "law",
+    "methods",
+    "fields",
+    "engine",
+    "tolerance",
+    "tile_shape",
+    "compression",
+    "title",
+    PLAN,
+];
+
+/// No header is longer than this; a tile's frame may be.
+const LONGEST_HEADER: u64 = 1 << 26;
+
+/// Makes tiles ready for a map in the making, here or on another machine.
+#[derive(Debug)]
+pub struct Packer {
+    schema: Schema,
+    plan: Plan,
+}
+
+/// A tile ready for the map and for the journal.
+#[derive(Debug)]
+pub struct PackedRecord {
+    tile: PackedTile,
+    part: Part,
+}
+
+impl Packer {
+    /// For the map of `plan`.
+    #[must_use]
+    pub fn new(plan: &Plan) -> Self {
+        Self { schema: Schema::of(plan), plan: plan.clone() }
+    }
+
+    /// Packs a tile.
+    #[must_use]
+    pub fn pack(&self, data: &TileData) -> PackedRecord {
+        let tile = pack::pack(&self.schema, self.plan.compression, data);
+        let mut bytes = Encoder::default();
+        bytes.tile(&tile);
+        PackedRecord { tile, part: Part::new(bytes.0) }
+    }
+
+    /// A packed tile and its account as one string of bytes, to be sent to the process that writes.
+    #[must_use]
+    pub fn to_bytes(&self, packed: &PackedRecord, account: &Account) -> Vec<u8> {
+        let mut bytes = Encoder::default();
+        bytes.bytes(&packed.part.bytes);
+        bytes.account(&self.plan, account);
+        bytes.0
+    }
+
+    /// What [`Packer::to_bytes`] has made; `None` if it has not made this.
+    #[must_use]
+    pub fn from_bytes(&self, bytes: &[u8]) -> Option<(PackedRecord, Account)> {
+        let mut decoder = Decoder(bytes);
+        let part = decoder.bytes()?;
+        let tile = Decoder(part).tile(&self.schema)?;
+        let account = decoder.account(&self.plan)?;
+        Some((PackedRecord { tile, part: Part::new(part.to_vec()) }, account))
+    }
+}
+
+/// Fingerprint of all that the cells of a map depend on: the plan but for what is proved between the cells, and the
+/// program that computes it.
+#[must_use]
+pub fn plan_digest(plan: &Plan) -> String {
+    let Plan {
+        grid,
+        methods,
+        fields,
+        engine,
+        tolerance,
+        audit_cells,
+        proof_boxes: _,
+        tile_shape,
+        compression,
+    } = plan;
+    let methods: Vec<String> = methods
+        .iter()
+        .map(|method| match method {
+            Method::Test(_) | Method::Simulation => method.name().to_owned(),
+            Method::Naive(naive, knobs) => format!("{naive:?} {knobs:?}"),
+        })
+        .collect();
+    // The text that Rust gives a number reads back as the same number, so that equal texts are equal plans.
+    fingerprint(&format!(
+        "{} {} {grid:?} {methods:?} {fields:?} {engine:?} {tolerance:?} {audit_cells} {tile_shape:?} {compression}",
+        env!("CARGO_PKG_VERSION"),
+        env!("SLIPMAP_GIT")
+    ))
+}
+
+/// A map in the making.
+#[derive(Debug)]
+pub struct PartialMap {
+    // The map comes first: it is closed and removed while the journal is still locked.
+    map: MapWriter,
+    journal: Mutex<Journal>,
+    packer: Packer,
+    started: Instant,
+    found: Found,
+    written: AtomicUsize,
+}
+
+/// What an earlier run has left.
+#[derive(Debug)]
+struct Found {
+    finished: Vec<bool>,
+    account: Account,
+    seconds: f64,
+    history: String,
+    damage: Damage,
+}
+
+impl Found {
+    fn nothing(plan: &Plan, history: String) -> Self {
+        Self {
+            finished: vec![false; plan.grid.tile_count(&plan.tile_shape)],
+            account: Account::none(plan),
+            seconds: 0.0,
+            history,
+            damage: Damage::default(),
+        }
+    }
+}
+
+/// What was there to resume.
+#[derive(Debug)]
+pub enum Resumed {
+    /// Finished tiles, perhaps none: the rest is to be computed.
+    Partial(Box<PartialMap>),
+    /// The finished map itself: nothing is to be done.
+    Complete,
+}
+
+impl PartialMap {
+    /// Starts the map that `plan` asks for.
+    ///
+    /// # Errors
+    /// [`StoreError::Exists`] if the map is there already, [`StoreError::Unfinished`] if an interrupted run has
+    /// left tiles, both unless they are to be replaced; [`StoreError::Busy`] if another process is at it;
+    /// [`StoreError::InTheWay`] if something else has the name of the journal; otherwise the file system's
+    /// or the library's reasons.
+    pub fn begin(
+        path: &Path,
+        plan: &Plan,
+        provenance: &Provenance,
+        existing: Existing,
+    ) -> Result<Self, StoreError> {
+        if existing == Existing::Refuse && path.symlink_metadata().is_ok() {
+            return Err(StoreError::Exists { path: path.to_path_buf() });
+        }
+        let mut journal = Journal::open(&beside(path, JOURNAL)?)?;
+        if existing == Existing::Refuse {
+            let unfinished = || StoreError::Unfinished { path: beside(path, JOURNAL).unwrap_or_default() };
+            journal.replay(longest(plan), |kind, _, _| match kind {
+                Kind::Tile => Err(unfinished()),
+                Kind::Header | Kind::Session => Ok(true),
+            })?;
+        }
+        let opening = provenance::opening(plan, provenance);
+        let history = provenance::history(provenance);
+        Self::fresh(path, plan, &opening, history, existing, journal)
+    }
+
+    /// Continues the map that an interrupted run has left, starts it if there is none, or finds that it is
+    /// complete.
+    ///
+    /// # Errors
+    /// [`StoreError::Changed`] if what is there is the map of another plan, configuration or version of the
+    /// program; [`StoreError::Busy`] if another process is at it; [`StoreError::Unusable`] if the journal's
+    /// header is lost; otherwise as [`PartialMap::begin`].
+    pub fn resume(path: &Path, plan: &Plan, provenance: &Provenance) -> Result<Resumed, StoreError> {
+        let journal_path = beside(path, JOURNAL)?;
+        let opening = provenance::opening(plan, provenance);
+        if !Journal::is_at(&journal_path) {
+            if path.symlink_metadata().is_err() {
+                let begun = Self::begin(path, plan, provenance, Existing::Refuse)?;
+                return Ok(Resumed::Partial(Box::new(begun)));
+            }
+            check_finished(path, &opening)?;
+            return Ok(Resumed::Complete);
+        }
+        let journal = Journal::open(&journal_path)?;
+        Self::replayed(path, plan, provenance, &opening, journal)
+    }
+
+    /// Reads the journal of an interrupted run into a new file.
+    fn replayed(
+        path: &Path,
+        plan: &Plan,
+        provenance: &Provenance,
+        opening: &[(String, Value)],
+        mut journal: Journal,
+    ) -> Result<Resumed, StoreError> {
+        let journal_path = journal.path().to_path_buf();
+        let mut now = opening.to_vec();
+        now.push((PLAN.into(), plan_digest(plan).into()));
+        let mut found = Found::nothing(plan, String::new());
+        let mut map: Option<MapWriter> = None;
+        let mut session_seconds = 0.0;
+        let mut finished_already = false;
+        let header_length = header(opening, plan, "", Existing::Refuse).bytes.len() as u64;
+        let length = journal.length();
+        let damage = journal.replay(longest(plan), |kind, a, b| match (kind, &map) {
+            (Kind::Header, Some(_)) => Ok(true),
+            (Kind::Header, None) => {
+                let Some(mut then) = Decoder(a).attributes() else { return Ok(false) };
+                if let Some(difference) = difference(&then, &now) {
+                    return Err(StoreError::Changed { path: journal_path.clone(), difference });
+                }
+                let replaces = get(&then, REPLACES) == Some(&Value::from(1));
+                let existing = if replaces { Existing::Replace } else { Existing::Refuse };
+                if !replaces && path.symlink_metadata().is_ok() {
+                    // The run that wrote it was stopped before it could remove the journal.
+                    check_finished(path, opening)?;
+                    finished_already = true;
+                }
+                if let Some(Value::Text(history)) = get(&then, "history") {
+                    found.history.clone_from(history);
+                }
+                then.retain(|(name, _)| ![PLAN, REPLACES, "history"].contains(&name.as_str()));
+                let temporary = Temporary::instead(beside(path, UNFINISHED)?)?;
+                map = Some(MapWriter::begin(path, temporary, plan, &then, found.history.clone(), existing)?);
+                Ok(true)
+            }
+            (Kind::Session, _) => {
+                found.seconds += std::mem::take(&mut session_seconds);
+                if let Some(line) = Decoder(a).text() {
+                    found.history = format!("{}\n{line}", found.history);
+                }
+                Ok(true)
+            }
+            (Kind::Tile, None) => Ok(false),
+            (Kind::Tile, Some(map)) => {
+                let Some(tile) = Decoder(a).tile(map.schema()) else { return Ok(false) };
+                let mut rest = Decoder(b);
+                let (Some(seconds), Some(account)) = (rest.real(), rest.account(plan)) else {
+                    return Ok(false);
+                };
+                let number = tile.number;
+                if !found.finished[number] {
+                    map.put(tile)?;
+                    found.finished[number] = true;
+                    found.account.add(account);
+                }
+                session_seconds = seconds;
+                Ok(true)
+            }
+        })?;
+        if finished_already {
+            drop(map);
+            journal.remove()?;
+            return Ok(Resumed::Complete);
+        }
+        let Some(mut map) = map else {
+            // Stopped before the header was written, there is nothing to lose; otherwise there is.
+            if length > 2 * (header_length + 4096) {
+                return Err(StoreError::Unusable { path: journal_path });
+            }
+            let history = provenance::history(provenance);
+            let begun = Self::fresh(path, plan, opening, history, Existing::Refuse, journal)?;
+            return Ok(Resumed::Partial(Box::new(begun)));
+        };
+        found.seconds += session_seconds;
+        found.damage = damage;
+        let tiles = found.finished.iter().filter(|finished| **finished).count();
+        let line = format!(
+            "{} (resumed with {tiles} of {} tiles)",
+            provenance::history(provenance),
+            found.finished.len()
+        );
+        let mut session = Encoder::default();
+        session.text(&line);
+        journal.append(Kind::Session, &Part::new(session.0), &[])?;
+        found.history = format!("{}\n{line}", found.history);
+        map.set_history(found.history.clone());
+        Ok(Resumed::Partial(Box::new(Self::with(map, journal, plan, found))))
+    }
+
+    /// Starts from nothing in an open journal.
+    fn fresh(
+        path: &Path,
+        plan: &Plan,
+        opening: &[(String, Value)],
+        history: String,
+        existing: Existing,
+        mut journal: Journal,
+    ) -> Result<Self, StoreError> {
+        journal.clear()?;
+        let temporary = Temporary::instead(beside(path, UNFINISHED)?)?;
+        let map = MapWriter::begin(path, temporary, plan, opening, history.clone(), existing)?;
+        // Twice, so that no single damage makes all tiles useless.
+        let header = header(opening, plan, &history, existing);
+        journal.append(Kind::Header, &header, &[])?;
+        journal.append(Kind::Header, &header, &[])?;
+        journal.sync()?;
+        journal.sync_name()?;
+        Ok(Self::with(map, journal, plan, Found::nothing(plan, history)))
+    }
+
+    fn with(map: MapWriter, journal: Journal, plan: &Plan, found: Found) -> Self {
+        Self {
+            map,
+            journal: Mutex::new(journal),
+            packer: Packer::new(plan),
+            started: Instant::now(),
+            written: AtomicUsize::new(found.finished.iter().filter(|finished| **finished).count()),
+            found,
+        }
+    }
+
+    fn journal(&self) -> MutexGuard<'_, Journal> {
+        self.journal.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// For each tile of the grid, whether an earlier run has finished it.
+    #[must_use]
+    pub fn finished(&self) -> &[bool] {
+        &self.found.finished
+    }
+
+    /// The sum of the accounts of the tiles that earlier runs have finished.
+    #[must_use]
+    pub fn account(&self) -> &Account {
+        &self.found.account
+    }
+
+    /// Seconds that earlier runs took, up to their last finished tiles.
+    #[must_use]
+    pub fn seconds(&self) -> f64 {
+        self.found.seconds
+    }
+
+    /// What was damaged in the journal; the tiles in question are not among the finished ones.
+    #[must_use]
+    pub fn damage(&self) -> Damage {
+        self.found.damage
+    }
+
+    /// Number of tiles that are safe in the journal by now.
+    #[must_use]
+    pub fn tiles(&self) -> usize {
+        self.written.load(Ordering::Relaxed)
+    }
+
+    /// What is computed.
+    #[must_use]
+    pub fn plan(&self) -> &Plan {
+        &self.packer.plan
+    }
+
+    /// What packs its tiles, here or elsewhere.
+    #[must_use]
+    pub fn packer(&self) -> &Packer {
+        &self.packer
+    }
+
+    /// Whether other processes are kept out; not so on file systems without locks.
+    #[must_use]
+    pub fn is_locked(&self) -> bool {
+        self.journal().is_locked()
+    }
+
+    /// Forces the journal to disk: to be called before leaving the map to a later run.
+    ///
+    /// # Errors
+    /// The file system's reasons.
+    pub fn sync(&self) -> Result<(), StoreError> {
+        self.journal().sync()
+    }
+
+    /// Completes the map, seals it, forces it to disk, gives it its name, and removes the journal.
+    ///
+    /// # Errors
+    /// As [`MapWriter::finish`]. The journal stays, so that nothing computed is lost.
+    pub fn finish(self, outcome: &Outcome) -> Result<(), StoreError> {
+        let Self { map, journal, .. } = self;
+        map.finish(outcome)?;
+        journal.into_inner().unwrap_or_else(PoisonError::into_inner).remove()
+    }
+}
+
+impl Sink for PartialMap {
+    type Packed = PackedRecord;
+    type Error = StoreError;
+
+    fn pack(&self, data: &TileData) -> Result<PackedRecord, StoreError> {
+        Ok(self.packer.pack(data))
+    }
+
+    fn write(&self, packed: PackedRecord, account: &Account) -> Result<(), StoreError> {
+        let mut bytes = Encoder::default();
+        bytes.real(self.started.elapsed().as_secs_f64());
+        bytes.account(&self.packer.plan, account);
+        self.journal().append(Kind::Tile, &packed.part, &bytes.0)?;
+        self.written.fetch_add(1, Ordering::Relaxed);
+        self.map.put(packed.tile)
+    }
+}
+
+/// The journal's first frame.
+fn header(opening: &[(String, Value)], plan: &Plan, history: &str, existing: Existing) -> Part {
+    let mut attributes = opening.to_vec();
+    attributes.push((PLAN.into(), plan_digest(plan).into()));
+    attributes.push((REPLACES.into(), Value::from(i64::from(existing == Existing::Replace))));
+    attributes.push(("history".into(), history.into()));
+    let mut bytes = Encoder::default();
+    bytes.attributes(&attributes);
+    Part::new(bytes.0)
+}
+
+/// Bytes of the contents of the longest frame that a run of `plan` writes.
+fn longest(plan: &Plan) -> u64 {
+    let schema = Schema::of(plan);
+    let chunk = |variable| schema.chunk(variable).iter().product::<usize>() as u64;
+    let plain: u64 = schema.variables.iter().map(|variable| 8 * chunk(variable) + 4096).sum();
+    // Deflate makes what it cannot shrink longer by far less than this.
+    LONGEST_HEADER.max(plain + plain / 16)
+}
+
+/// Refuses a finished map that is not the one that `opening` describes.
+fn check_finished(path: &Path, opening: &[(String, Value)]) -> Result<(), StoreError> {
+    let then: Vec<(String, Value)> =
+        MapFile::open(path)?.attributes().iter().map(|(name, value)| (name.clone(), value.clone())).collect();
+    match difference(&then, opening) {
+        None => Ok(()),
+        Some(difference) => Err(StoreError::Changed { path: path.to_path_buf(), difference }),
+    }
+}
+
+fn get<'a>(attributes: &'a [(String, Value)], name: &str) -> Option<&'a Value> {
+    attributes.iter().find(|(known, _)| known == name).map(|(_, value)| value)
+}
+
+/// In what two computations differ, line by line; `None` if in nothing that both tell of.
+fn difference(then: &[(String, Value)], now: &[(String, Value)]) -> Option<String> {
+    let mut lines = Vec::new();
+    for name in IDENTITY {
+        let (Some(old), Some(new)) = (get(then, name), get(now, name)) else { continue };
+        if old == new || (name == PLAN && !lines.is_empty()) {
+            continue;
+        }
+        let (old, new) = (shown(old), shown(new));
+        lines.push(format!("  {name}"));
+        let changes = TextDiff::from_lines(&old, &new);
+        lines.extend(changes.iter_all_changes().filter_map(|change| match change.tag() {
+            ChangeTag::Delete => Some(format!("    - {}", change.value().trim_end())),
+            ChangeTag::Insert => Some(format!("    + {}", change.value().trim_end())),
+            ChangeTag::Equal => None,
+        }));
+    }
+    (!lines.is_empty()).then(|| lines.join("\n"))
+}
+
+/// A value as text of lines.
+fn shown(value: &Value) -> String {
+    match value {
+        Value::Text(text) => text.clone(),
+        Value::Integers(values) => format!("{values:?}"),
+        Value::Codes(values) => format!("{values:?}"),
+        Value::Reals(values) => format!("{values:?}"),
+    }
+}
+
+/// Whether an interrupted run has left something to resume to `path`.
+#[must_use]
+pub fn is_unfinished(path: &Path) -> bool {
+    beside(path, JOURNAL).is_ok_and(|journal| Journal::is_at(&journal))
+}
+
+/// Removes the unfinished map, not the journal: what a process that cannot end in order leaves to be done.
+pub fn remove_unfinished(path: &Path) {
+    if let Ok(unfinished) = beside(path, UNFINISHED) {
+        // If it cannot be removed now, the next run does.
+        let _ = fs::remove_file(unfinished);
+    }
+}
