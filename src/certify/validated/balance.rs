@@ -136,7 +136,7 @@ mod tests {
 
     #[test]
     fn the_balance_is_a_bound_over_a_box() {
-        let domain = GroupBox { a: [0.3, 0.5], k: [0.5, 0.75], b: [0.0, 0.05] };
+        let domain = GroupBox { a: [0.4, 0.5], k: [0.6, 0.75], b: [0.0, 0.02] };
         let found = compare(domain, 24);
         assert!(found.open.is_empty(), "{} below, {} open", found.below.len(), found.open.len());
         assert!(crate::certify::recheck::covers(&domain, &found.below));
