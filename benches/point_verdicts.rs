@@ -50,7 +50,8 @@ fn main() {
         let mut decided = 0;
         for point in near {
             let column = Law::Stribeck.column(point);
-            let critical = validated::Enclosed::of(&column).critical();
+            let Some(enclosed) = validated::Enclosed::of(&column) else { continue };
+            let critical = enclosed.critical();
             let c = critical.lo / point.epsilon * (1.0 - 1e-9);
             decided += usize::from(validated::decide(&column, c.max(0.0)) != Decision::Undecided);
         }

@@ -27,7 +27,7 @@ pub struct Proved {
 #[must_use]
 pub fn prove(plan: &Plan, threads: Option<usize>, stop: &AtomicBool) -> Option<Proved> {
     let asked = plan.proof_boxes > 0 && plan.methods.contains(&Method::Test(&validated::TEST));
-    let parameters = asked.then(|| parameters(plan))?;
+    let parameters = asked.then(|| parameters(plan))??;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build().ok()?;
     Some(pool.install(|| subdivide(plan, parameters, stop)))
 }
@@ -40,18 +40,20 @@ fn subdivide(plan: &Plan, parameters: ParameterBox, stop: &AtomicBool) -> Proved
     Proved { parameters, volumes, seconds, surface: proof.into_surface() }
 }
 
-fn parameters(plan: &Plan) -> ParameterBox {
+/// The whole box; `None` for laws whose boxes are not proved.
+fn parameters(plan: &Plan) -> Option<ParameterBox> {
     let ranges: Vec<[f64; 2]> =
         plan.grid.axes().iter().map(|axis| [axis.values[0], axis.values[axis.values.len() - 1]]).collect();
     match plan.grid.law() {
         // The order of the axes: eps, the law's parameters, V, c.
-        Law::Stribeck => ParameterBox {
+        Law::Stribeck => Some(ParameterBox {
             epsilon: ranges[0],
             alpha: ranges[1],
             beta: ranges[2],
             gamma: ranges[3],
             belt_speed: ranges[4],
             damping: ranges[5],
-        },
+        }),
+        Law::Exponential | Law::Lorentzian | Law::Expression(_) | Law::Table(_) => None,
     }
 }

@@ -1,5 +1,7 @@
 //! The tables of a report.
 
+mod machine;
+
 use super::proved;
 use super::table::{Cell, Column, Show, Table};
 use super::text::{Rich, rich};
@@ -22,6 +24,10 @@ pub fn all(map: &MapFile, report: &Report) -> Vec<Table> {
         axes(map),
         provenance(map),
     ]);
+    // What an engineer looks for comes first.
+    if let Some(table) = machine::machine(map) {
+        tables.insert(0, table);
+    }
     tables
 }
 
