@@ -63,6 +63,7 @@ fn plan(engine: Engine, n: usize) -> Plan {
         engine,
         tolerance: 1e-9,
         audit_cells: 0,
+        proof_boxes: 0,
         compression: 0,
     }
 }

@@ -29,6 +29,9 @@
 //! [simulation]
 //! engine = "auto"                      # default; or direct, return_map, critical_surface
 //! tolerance = 1e-9                     # default
+//! [validated]
+//! boxes = 32                           # default; boxes of scaled parameters to prove between the nodes, 0: none
+//! proof = "results/name.json"          # default: none; where their certificate goes
 //! [audit]
 //! cells = 1000                         # default
 //! [output]
@@ -58,6 +61,7 @@ pub use machine::{MachineJob, load_machine};
 pub use source::ConfigError;
 use source::{Node, Section, Source};
 
+use crate::certify::validated;
 use crate::friction::Law;
 use crate::machine::Machine;
 use crate::map::{Engine, Field, Grid, GridError, Method, Plan};
@@ -80,6 +84,9 @@ const TIGHTEST_TOLERANCE: f64 = 1e-14;
 /// Beyond this an error of the margin is no longer small against the margin itself.
 const LOOSEST_TOLERANCE: f64 = 1e-2;
 
+/// Boxes that `validated` tries to prove where no number is asked for: half a minute or so.
+pub const DEFAULT_PROOF_BOXES: usize = 32;
+
 /// A map to be computed, and where it goes.
 #[derive(Clone, Debug)]
 pub struct Job {
@@ -95,6 +102,8 @@ pub struct Job {
     pub config_text: String,
     /// The map file to write.
     pub output: PathBuf,
+    /// Where the certificate of what is proved between the nodes goes.
+    pub proof: Option<PathBuf>,
     /// What a study of speed against accuracy is to do.
     pub work_precision: Settings,
 }
@@ -167,6 +176,24 @@ impl Job {
         let simulated = methods.contains(&Method::Simulation);
         let audit_cells = if simulated { audit_cells } else { 0 };
 
+        let section = root.section("validated")?;
+        let proof_boxes = match section.get("boxes") {
+            None => DEFAULT_PROOF_BOXES,
+            Some(node) => usize::try_from(node.integer(0, 1_000_000)?).unwrap_or(DEFAULT_PROOF_BOXES),
+        };
+        let proves = law == Law::Stribeck && methods.contains(&Method::Test(&validated::TEST));
+        let proof_boxes = if proves { proof_boxes } else { 0 };
+        let proof = match section.get("proof") {
+            None => None,
+            Some(node) if proof_boxes == 0 => {
+                return Err(node.error(
+                    "this run proves nothing that could be stored",
+                    "run the method validated on the law stribeck with at least one of validated.boxes, or leave the proof out",
+                ));
+            }
+            Some(node) => Some(output_path(&node)?),
+        };
+
         let output = root.section("output")?;
         let path = match output.get("path") {
             None => Path::new("results").join(format!("{stem}.h5")),
@@ -184,7 +211,17 @@ impl Job {
         let work_precision = work_precision(&root.section("work_precision")?)?;
 
         let tile_shape = grid.tile_shape((grid.cells() / TILES).clamp(LEAST_TILE_CELLS, MOST_TILE_CELLS));
-        let plan = Plan { grid, methods, fields, engine, tolerance, audit_cells, tile_shape, compression };
+        let plan = Plan {
+            grid,
+            methods,
+            fields,
+            engine,
+            tolerance,
+            audit_cells,
+            proof_boxes,
+            tile_shape,
+            compression,
+        };
         Ok(Job {
             plan,
             title,
@@ -192,6 +229,7 @@ impl Job {
             config_file: source.file().to_owned(),
             config_text: source.text(),
             output: path,
+            proof,
             work_precision,
         })
     }
@@ -206,6 +244,7 @@ fn schema(law: Law) -> Vec<(Option<&'static str>, Vec<&'static str>)> {
         ("methods", vec!["run"]),
         ("simulation", vec!["engine", "tolerance"]),
         ("naive", NAIVE_KEYS.to_vec()),
+        ("validated", vec!["boxes", "proof"]),
         ("audit", vec!["cells"]),
         ("output", vec!["path", "fields", "compression"]),
         ("work_precision", vec!["cells", "near", "seconds"]),

@@ -309,6 +309,7 @@ fn every_engine_labels_every_cell_alike() {
             engine,
             tolerance: TOLERANCE,
             audit_cells: 0,
+            proof_boxes: 0,
             compression: 0,
         };
         let sink = Verdicts::default();

@@ -381,6 +381,58 @@ fn an_interrupted_table_leaves_nothing_behind() {
     assert_eq!(scratch.names(), ["in.csv"]);
 }
 
+#[test]
+fn what_is_proved_between_the_nodes_is_told_stored_and_reported() {
+    let scratch = scratch();
+    let run = |boxes: &str| {
+        let proof = if boxes == "0" { "title=none" } else { "validated.proof=proof.json" };
+        let boxes = format!("validated.boxes={boxes}");
+        let narrow =
+            ["grid.epsilon=0.05", "grid.gamma=[0.5, 2.0]", "output.fields=[\"verdict\"]", &boxes, proof];
+        let mut arguments = vec!["run", "small.toml", "--json", "--overwrite"];
+        arguments.extend(["--set", "methods.run=[\"validated\"]"]);
+        narrow.iter().for_each(|set| arguments.extend(["--set", *set]));
+        parse(&scratch.run(&arguments).ends_with(0))["proved"].clone()
+    };
+    let share = |proved: &Value, name: &str| proved[name].as_f64().unwrap();
+    assert_eq!(run("0"), Value::Null);
+    let (few, more) = (run("1"), run("4"));
+    assert!(share(&more, "undecided_at_most") < share(&few, "undecided_at_most"), "{few} {more}");
+    let sum: f64 = ["present", "absent", "undecided"].iter().map(|name| share(&more, name)).sum();
+    assert!((sum - 1.0).abs() < 1e-12, "{more}");
+    // On the grid the method decides nearly all; between the nodes it must not decide otherwise.
+    assert!(share(&more, "present") > 0.1 && share(&more, "absent") > 0.1, "{more}");
+
+    let map = MapFile::open(&scratch.path().join("maps/small.h5")).unwrap();
+    for name in ["present", "absent", "undecided", "undecided_at_most"] {
+        assert_eq!(map.number(&format!("proved_{name}")), Some(share(&more, name)));
+    }
+    scratch.run(&["check", "maps/small.h5"]).ends_with(0);
+
+    let proof = parse(&scratch.run(&["check", "--proof", "proof.json", "--json"]).ends_with(0));
+    assert!(proof["confirmed"].as_u64().unwrap() >= 2 && proof["sound"] == true, "{proof}");
+    // The claim of the first tile made a hundred times sharper, and a tile taken out.
+    let text = scratch.read("proof.json");
+    let mut sharp: Value = serde_json::from_str(&text).unwrap();
+    let mut gap = sharp.clone();
+    let radius = sharp["tiles"][0]["radius"].as_f64().unwrap();
+    sharp["tiles"][0]["radius"] = (radius / 100.0).into();
+    gap["tiles"].as_array_mut().unwrap().pop();
+    for (wrong, problem) in [(sharp, "tile 1 "), (gap, "do not cover")] {
+        scratch.file("wrong.json", wrong.to_string());
+        let run = scratch.run(&["check", "--proof", "wrong.json"]).ends_with(1);
+        assert!(run.out.contains(problem), "{}", run.out);
+    }
+    scratch.file("cut.json", &text[..text.len() / 2]);
+    let run = scratch.run(&["check", "--proof", "cut.json"]).ends_with(2);
+    assert!(run.err.contains("cut.json: is no proof") && run.err.contains("help:"), "{}", run.err);
+
+    scratch.run(&["report", "maps/small.h5", "--out", "report"]).ends_with(0);
+    let table = std::fs::read_to_string(scratch.path().join("report/tables/proved_volume.csv")).unwrap();
+    let percent = 100.0 * share(&more, "present");
+    assert!(table.contains(&format!("present,{percent}")), "{table}");
+}
+
 /// Flips random bits of a finished map, one at a time: `check` finds every one, and never crashes.
 fn flip_bits(flips: usize, seed: u64) {
     let scratch = scratch();

@@ -46,6 +46,7 @@ fn plan(nodes: [&[f64]; 6], methods: &[&str], fields: &[Field]) -> Plan {
         engine: Engine::Auto,
         tolerance: 1e-9,
         audit_cells: 3,
+        proof_boxes: 0,
         compression: 1,
     }
 }

@@ -32,6 +32,7 @@ fn plan(lengths: [usize; 6], target_cells: usize, fields: &[Field]) -> Plan {
         engine: Engine::Auto,
         tolerance: 1e-9,
         audit_cells: 0,
+        proof_boxes: 0,
         tile_shape,
         compression: 4,
     }

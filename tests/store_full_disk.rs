@@ -28,6 +28,7 @@ fn write(path: &Path) -> Result<(), StoreError> {
         engine: Engine::Auto,
         tolerance: 1e-9,
         audit_cells: 0,
+        proof_boxes: 0,
         compression: 4,
         tile_shape,
         grid,

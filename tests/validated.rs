@@ -59,7 +59,7 @@ fn no_reference_fate_is_contradicted() {
     assert!(decided + crossing + all / 50 >= all, "{decided} and {crossing} of {all}");
 }
 
-/// The reference's c* is the truth for a whole column: points at all distances from it, 1,080 of them within
+/// The reference's c* is the truth for a whole column: points at all distances from it, more than a thousand within
 /// 1e-10.
 #[test]
 fn ten_thousand_points_agree_with_the_reference_boundary() {
@@ -67,22 +67,22 @@ fn ten_thousand_points_agree_with_the_reference_boundary() {
     let (mut points, mut near, mut undecided) = (0, 0, 0);
     for row in critical_points() {
         let claim = claim(&row.at(0.0));
-        for i in 0..38 {
+        for i in 0..39 {
             let sign = if random.unit() < 0.5 { -1.0 } else { 1.0 };
-            let distance = if i < 4 { random.log(1e-15, 1e-10) } else { random.log(1e-10, 1.0) };
+            let distance = if i < 5 { random.log(1e-15, 1e-10) } else { random.log(1e-10, 1.0) };
             let c = (row.critical_c * (1.0 + sign * distance)).max(0.0);
             if (c - row.critical_c).abs() <= 4.0 * f64::EPSILON * row.critical_c {
                 continue; // the reference is known to an ulp
             }
             points += 1;
-            near += u32::from(i < 4);
+            near += u32::from(i < 5);
             let decision = claim.decide(c);
             match decision {
                 Decision::Absent => assert!(c > row.critical_c, "{row:?} {c}"),
                 Decision::Present => {
                     assert!(c < row.critical_c, "{row:?} {c}");
                     // Landing speeds rise as c falls: one look a column at the fastest orbit seen.
-                    if i == 37 {
+                    if i == 38 {
                         let flow = direct::flow(&Oscillator::new(Law::Stribeck, &row.at(c)), 1e-10);
                         assert!(matches!(flow.fate, Fate::Sticks(_) | Fate::TooCloseToCall), "{row:?} {c}");
                     }
@@ -96,7 +96,7 @@ fn ten_thousand_points_agree_with_the_reference_boundary() {
             }
         }
     }
-    assert!(points >= 10_000 && near >= 900, "{points} {near}");
+    assert!(points >= 10_000 && near >= 1_000, "{points} {near}");
     assert!(undecided < points / 10, "{undecided}");
 }
 

@@ -51,6 +51,7 @@ pub mod harmonic_balance;
 pub mod instability;
 pub mod landing;
 pub mod perturbation;
+pub mod recheck;
 pub mod symmetric;
 pub mod validated;
 

@@ -1,26 +1,30 @@
-//! `slipmap check`: verifies a stored map.
+//! `slipmap check`: verifies a stored map or a stored proof.
 
 use std::io::{self, Write as _};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde_json::json;
 
 use super::output::{count, json};
-use super::{Ended, Failure};
+use super::{Ended, Failure, proof};
 use crate::store;
 
-/// Verify a map file: completeness, checksums, schema.
+/// Verify a map file (completeness, checksums, schema), or a proof of the universal surface.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Example:
+Examples:
   slipmap check results/quickstart.h5
+  slipmap check --proof results/validated/surface.json
 
-Exit codes: 0 sound, 1 something is wrong with it, 2 it cannot be read as a map")]
+Exit codes: 0 sound, 1 something is wrong with it, 2 it cannot be read as a map or proof")]
 pub(super) struct Arguments {
     /// The map
-    #[arg(value_name = "MAP.h5")]
-    map: PathBuf,
+    #[arg(value_name = "MAP.h5", required_unless_present = "proof")]
+    map: Option<PathBuf>,
+    /// Prove every claim of this certificate again, by another argument than the run that wrote it
+    #[arg(long, value_name = "FILE", conflicts_with = "map")]
+    proof: Option<PathBuf>,
     /// Print JSON instead of text
     #[arg(long)]
     json: bool,
@@ -28,16 +32,26 @@ pub(super) struct Arguments {
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
-    let name = arguments.map.display();
-    if !arguments.map.exists() {
+    match (&arguments.map, &arguments.proof) {
+        (Some(map), _) => check_map(map, arguments.json),
+        (None, Some(file)) => proof::check(file, arguments.json),
+        (None, None) => {
+            Err(Failure::BadInput("nothing to check\n  help: name a map, or a proof with --proof".into()))
+        }
+    }
+}
+
+fn check_map(map: &Path, as_json: bool) -> Result<Ended, Failure> {
+    let name = map.display();
+    if !map.exists() {
         return Err(Failure::BadInput(format!("{name}: there is no such file\n  help: check the path")));
     }
-    if arguments.map.is_dir() {
+    if map.is_dir() {
         return Err(Failure::BadInput(format!(
             "{name}: this is a folder\n  help: name a map file inside it"
         )));
     }
-    let report = store::check(&arguments.map).map_err(|error| Failure::BadInput(error.to_string()))?;
+    let report = store::check(map).map_err(|error| Failure::BadInput(error.to_string()))?;
     let problems: Vec<String> = report.problems.iter().map(ToString::to_string).collect();
     if report.variables == 0 {
         return Err(Failure::BadInput(format!(
@@ -45,9 +59,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
             problems.join("\n  ")
         )));
     }
-    if arguments.json {
+    if as_json {
         json(&json!({
-            "map": arguments.map.to_string_lossy(),
+            "map": map.to_string_lossy(),
             "sound": report.is_sound(),
             "variables": report.variables,
             "cells": report.cells,

@@ -17,6 +17,7 @@ mod point;
 mod probe;
 mod probe_table;
 mod progress;
+mod proof;
 mod report;
 mod run;
 mod summary;
@@ -64,7 +65,7 @@ enum Command {
     Failures(failures::Arguments),
     /// Chart the speed of every method and engine against its accuracy
     WorkPrecision(work_precision::Arguments),
-    /// Verify a map file: completeness, checksums, schema
+    /// Verify a map file, or a proof
     Check(check::Arguments),
 }
 

@@ -10,7 +10,7 @@ use serde_json::json;
 
 use super::output::{bytes, count};
 use super::summary::{self, Report};
-use super::{Ended, Failure, estimate, interrupt, output, progress, say};
+use super::{Ended, Failure, estimate, interrupt, output, progress, proof, say};
 use crate::config::Job;
 use crate::machine::SI_ATTRIBUTE;
 use crate::map::{self, Account, ComputeError, Control, Queue, Summary};
@@ -196,7 +196,7 @@ fn compute<E: Into<Stopped>>(
     let control = Control { threads: arguments.threads.map(usize::from), on_cells: &on_cells, stop };
     let (computed, seconds) = timed(|| tiles(&map, &control, &queue));
     bar.finish_and_clear();
-    let summary = match computed.map_err(Into::into) {
+    let mut summary = match computed.map_err(Into::into) {
         Ok((mut account, threads)) => {
             account.add(map.account().clone());
             Summary::new(&job.plan, account, threads, map.seconds() + seconds)
@@ -205,6 +205,13 @@ fn compute<E: Into<Stopped>>(
         #[cfg(feature = "mpi")]
         Err(Stopped::Never(failure)) => return Err(failure),
     };
+    summary.proved = map::prove(&job.plan, control.threads, stop);
+    if stop.load(Ordering::Relaxed) {
+        return Err(stopped(&map, &ComputeError::Interrupted));
+    }
+    if let (Some(path), Some(proved)) = (&job.proof, &summary.proved) {
+        proof::write(&proved.surface, path, arguments.overwrite || arguments.resume)?;
+    }
     map.finish(&outcome(job, &summary)).map_err(|error| Failure::Broken(with_way_on(&error)))?;
 
     let report = Report { job, summary: &summary, resumed_tiles };
@@ -311,6 +318,13 @@ impl Room {
     /// Refuses an output that cannot be written, before anything is computed or created.
     fn check(job: &Job, arguments: &Arguments) -> Result<Self, Failure> {
         let name = job.output.display();
+        let proof = job.proof.as_ref().filter(|proof| proof.symlink_metadata().is_ok());
+        if let (Some(proof), false) = (proof, arguments.overwrite || arguments.resume) {
+            return Err(Failure::BadInput(format!(
+                "{} exists already\n  help: add --overwrite to replace it, or choose another place with --set validated.proof=..",
+                proof.display()
+            )));
+        }
         let same =
             |a: &Path, b: &Path| a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b));
         if same(&job.output, &job.config_file) {
@@ -475,6 +489,18 @@ fn outcome(job: &Job, summary: &Summary) -> Outcome {
                 ("audit_seconds".to_owned(), summary.audit_seconds.into()),
                 ("pack_seconds".to_owned(), summary.pack_seconds.into()),
             ])
+            .chain(summary.proved.iter().flat_map(|proved| {
+                let volumes = &proved.volumes;
+                [
+                    ("proved_present", volumes.present.into()),
+                    ("proved_absent", volumes.absent.into()),
+                    ("proved_undecided", volumes.undecided.into()),
+                    ("proved_undecided_at_most", volumes.undecided_at_most.into()),
+                    ("proved_boxes", store::Value::from(volumes.tiles.cast_signed() as i64)),
+                    ("proved_seconds", proved.seconds.into()),
+                ]
+                .map(|(name, value)| (name.to_owned(), value))
+            }))
             .chain(
                 job.machine
                     .map(|machine| (SI_ATTRIBUTE.to_owned(), Value::Reals(machine.to_array().to_vec()))),

@@ -101,6 +101,20 @@ pub(super) fn print(report: &Report, out: &mut dyn Write) -> Result<(), Failure>
         });
         writeln!(out, "simulation decided by: {}", shares.collect::<Vec<_>>().join(", "))?;
     }
+    if let Some(proved) = &summary.proved {
+        let volumes = &proved.volumes;
+        writeln!(
+            out,
+            "proved by validated over the whole box, all points between the nodes included: {} % present, {} % absent, \
+             {} % undecided (at most {} %, a proved bound), from {} boxes of (A, k, b) in {}",
+            short3(100.0 * volumes.present),
+            short3(100.0 * volumes.absent),
+            short3(100.0 * volumes.undecided),
+            short3(100.0 * volumes.undecided_at_most),
+            count(volumes.tiles),
+            duration(proved.seconds)
+        )?;
+    }
     let audit = &summary.audit;
     if audit.cells > 0 {
         writeln!(
@@ -193,6 +207,15 @@ pub(super) fn json(report: &Report) -> Result<(), Failure> {
             "disagreements": disagreements,
             "thread_seconds": summary.audit_seconds,
         },
+        "proved": summary.proved.as_ref().map(|proved| json!({
+            "present": proved.volumes.present,
+            "absent": proved.volumes.absent,
+            "undecided": proved.volumes.undecided,
+            "undecided_at_most": proved.volumes.undecided_at_most,
+            "boxes": proved.volumes.tiles,
+            "parts": proved.volumes.parts,
+            "seconds": proved.seconds,
+        })),
         "rhs": summary.rhs,
         "pack_thread_seconds": summary.pack_seconds,
         "failed": report.failed(),
@@ -250,6 +273,7 @@ mod tests {
             audit_seconds: 0.0,
             pack_seconds: 0.0,
             failed_cells: Vec::new(),
+            proved: None,
         }
     }
 

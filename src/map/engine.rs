@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use super::account::{Account, FailedCell, MethodAccount, count, failed_cells};
 use super::audit::{Audit, Draws};
+use super::proved::Proved;
 use super::quantity::describe;
 use super::simulation::{End, Paths, Simulated, simulate};
 use super::{Field, Method, MethodCells, Plan, Regime, Sink, Tile, TileData, Verdict};
@@ -63,6 +64,8 @@ pub struct Summary {
     pub pack_seconds: f64,
     /// The first failed cells.
     pub failed_cells: Vec<FailedCell>,
+    /// What is proved between the nodes, if the plan asks for that; see [`super::prove`].
+    pub proved: Option<Proved>,
 }
 
 impl Summary {
@@ -90,6 +93,7 @@ impl Summary {
             audit_seconds: account.audit_seconds,
             pack_seconds: account.pack_seconds,
             failed_cells: account.failed,
+            proved: None,
         }
     }
 }

@@ -8,6 +8,7 @@ mod grid;
 pub mod limits;
 mod method;
 mod plan;
+mod proved;
 mod quantity;
 mod simulation;
 mod sink;
@@ -19,6 +20,7 @@ pub use engine::{ComputeError, Control, MethodSummary, Queue, Summary, compute, 
 pub use grid::{Axis, AxisRole, Grid, GridError, Tile};
 pub use method::Method;
 pub use plan::{Engine, Field, Plan};
+pub use proved::{Proved, prove};
 pub use quantity::{AttractingCycle, Description, Quantity, attracting_cycle, basin_boundary};
 pub use simulation::{Paths, decide};
 pub use sink::{MethodCells, Sink, TileData};

@@ -105,6 +105,9 @@ pub struct Plan {
     pub tolerance: f64,
     /// Number of cells that the direct engine decides again.
     pub audit_cells: usize,
+    /// Boxes of scaled parameters that the method `validated`, if it is among the methods, tries to prove in
+    /// order to decide what lies between the nodes; 0 for none.
+    pub proof_boxes: usize,
     /// Shape of the tiles, see [`Grid::tile_shape`].
     pub tile_shape: Vec<usize>,
     /// How hard the stored map is compressed: 0 (not at all) to 9 (smallest file).

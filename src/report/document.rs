@@ -15,6 +15,7 @@ fn title(map: &MapFile) -> Rich {
 fn heading(table: &Table) -> &'static str {
     match table.name {
         "volume" => "Certified volume",
+        "proved_volume" => "Proved volume",
         "agreement" => "Agreement with the simulation",
         "boundary" => "Error of the boundary",
         "order" => "Order of the error",

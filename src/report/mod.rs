@@ -7,6 +7,7 @@
 mod boundary;
 mod document;
 pub mod figure;
+mod proved;
 mod table;
 pub mod tables;
 mod text;

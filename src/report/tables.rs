@@ -2,6 +2,7 @@
 
 mod machine;
 
+use super::proved;
 use super::table::{Cell, Column, Show, Table};
 use super::text::{Rich, rich};
 use super::{Confusion, Report};
@@ -11,8 +12,9 @@ use crate::store::{MapFile, Value};
 /// All tables, in the order of the report.
 #[must_use]
 pub fn all(map: &MapFile, report: &Report) -> Vec<Table> {
-    let mut tables = vec![
-        volume(map, report),
+    let mut tables = vec![volume(map, report)];
+    tables.extend(proved::volume(map));
+    tables.extend([
         agreement(map, report),
         boundary(map, report),
         order(map, report),
@@ -21,7 +23,7 @@ pub fn all(map: &MapFile, report: &Report) -> Vec<Table> {
         methods(map),
         axes(map),
         provenance(map),
-    ];
+    ]);
     // What an engineer looks for comes first.
     if let Some(table) = machine::machine(map) {
         tables.insert(0, table);

@@ -112,10 +112,21 @@ impl Packer {
     }
 }
 
-/// Fingerprint of all that the cells of a map depend on: the plan, and the program that computes it.
+/// Fingerprint of all that the cells of a map depend on: the plan but for what is proved between the cells, and the
+/// program that computes it.
 #[must_use]
 pub fn plan_digest(plan: &Plan) -> String {
-    let Plan { grid, methods, fields, engine, tolerance, audit_cells, tile_shape, compression } = plan;
+    let Plan {
+        grid,
+        methods,
+        fields,
+        engine,
+        tolerance,
+        audit_cells,
+        proof_boxes: _,
+        tile_shape,
+        compression,
+    } = plan;
     let methods: Vec<String> = methods
         .iter()
         .map(|method| match method {

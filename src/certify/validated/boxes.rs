@@ -22,6 +22,8 @@ use super::tile::GroupBox;
 const SAMPLES: usize = 1 << 14;
 /// `sticks_from` of a part is located to 2^-6 of the range of c.
 const HALVINGS: u32 = 6;
+/// A proof of a tile takes as long as the proofs of some thousand parts.
+const PARTS_PER_TILE: usize = 256;
 /// Pieces that hold no more than this share of the undecided volume aimed at are left alone.
 const NEGLIGIBLE: f64 = 1e-9;
 
@@ -38,7 +40,7 @@ pub struct ParameterBox {
     pub gamma: [f64; 2],
     /// Range of the belt speed V > 0.
     pub belt_speed: [f64; 2],
-    /// Range of the damping c >= 0, of positive width.
+    /// Range of the damping c >= 0.
     pub damping: [f64; 2],
 }
 
@@ -49,6 +51,14 @@ pub struct Budget {
     pub tiles: usize,
     /// Parts of the parameter box.
     pub parts: usize,
+}
+
+impl Budget {
+    /// So many boxes of (A, k, b), and parts enough that these are what is left open.
+    #[must_use]
+    pub fn of_boxes(boxes: usize) -> Self {
+        Self { tiles: boxes, parts: PARTS_PER_TILE.saturating_mul(boxes) }
+    }
 }
 
 /// Shares of the box's volume.
@@ -119,8 +129,8 @@ impl BoxProof {
         proof
     }
 
-    /// Subdivides up to the budget.
-    pub fn refine(&mut self, budget: Budget) {
+    /// Subdivides up to the budget, or until `go_on` says no.
+    pub fn refine(&mut self, budget: Budget, go_on: &dyn Fn() -> bool) {
         let columns = &self.columns;
         let share = |domain: &GroupBox| {
             let inside = |column: &&Sampled| {
@@ -128,13 +138,14 @@ impl BoxProof {
             };
             columns.iter().filter(inside).count() as f64 / SAMPLES as f64
         };
+        // Where there is but one damping, every width counts.
         let width = (self.damping[1] - self.damping[0]) * self.ranges[0][0];
-        self.surface.refine(budget.tiles, NEGLIGIBLE * width, &share);
+        self.surface.refine(budget.tiles, NEGLIGIBLE * width, &share, go_on);
         // Widths may have changed everywhere.
         for part in 0..self.parts.len() {
             self.parts[part].judged = self.judge(&self.parts[part].ranges);
         }
-        while self.parts.len() < budget.parts {
+        while self.parts.len() < budget.parts && go_on() {
             let worse = |i: &usize, j: &usize| {
                 let undecided = |at: usize| self.parts[at].judged.undecided;
                 undecided(*i).total_cmp(&undecided(*j)).then(j.cmp(i))
@@ -202,6 +213,13 @@ impl BoxProof {
             }
             verified
         };
+        if c_lo == c_hi {
+            // One damping: the part is decided as a whole.
+            let critical = self.surface.bounds(&groups).over(epsilon);
+            let decided = critical.hi < c_lo || (critical.lo > c_lo && lands(c_lo));
+            let undecided = if decided { 0.0 } else { self.share(ranges).hi };
+            return Judged { sticks_from: if lands(c_lo) { c_lo } else { f64::INFINITY }, undecided };
+        }
         let whole = Interval::of(c_hi) - Interval::of(c_lo);
         let around_critical = match even.lo > c_hi {
             true => Interval::ZERO,
@@ -233,11 +251,16 @@ impl BoxProof {
                 let Sampled { at, groups: [a, k, b] } = self.columns[column];
                 let groups = Groups { a: Interval::of(a), k: Interval::of(k), b: Interval::of(b) };
                 let critical = self.surface.critical(&groups).over(Interval::of(at[0]));
-                present += (critical.lo.min(c_hi) - part.judged.sticks_from).max(0.0);
-                absent += (c_hi - critical.hi.max(c_lo)).max(0.0);
+                if c_lo == c_hi {
+                    present += f64::from(u8::from(critical.lo > c_lo && part.judged.sticks_from <= c_lo));
+                    absent += f64::from(u8::from(critical.hi < c_lo));
+                } else {
+                    present += (critical.lo.min(c_hi) - part.judged.sticks_from).max(0.0);
+                    absent += (c_hi - critical.hi.max(c_lo)).max(0.0);
+                }
             }
         }
-        let all = SAMPLES as f64 * (c_hi - c_lo);
+        let all = SAMPLES as f64 * if c_lo == c_hi { 1.0 } else { c_hi - c_lo };
         let sum =
             self.parts.iter().fold(Interval::ZERO, |sum, part| sum + Interval::of(part.judged.undecided));
         let (present, absent) = (present / all, absent / all);
@@ -253,8 +276,8 @@ impl BoxProof {
 
     /// The surface as far as it is proved.
     #[must_use]
-    pub fn surface(&self) -> &Surface {
-        &self.surface
+    pub fn into_surface(self) -> Surface {
+        self.surface
     }
 }
 
@@ -310,7 +333,7 @@ mod tests {
         let mut proof = BoxProof::new(&parameters());
         let mut last = f64::INFINITY;
         for (tiles, parts) in [(0, 1), (0, 64), (1, 128), (3, 128)] {
-            proof.refine(Budget { tiles, parts });
+            proof.refine(Budget { tiles, parts }, &|| true);
             let volumes = proof.volumes();
             assert!(volumes.undecided_at_most < last, "{volumes:?}");
             // Measured on 16384 columns: good to a few thousandths of the whole.
@@ -320,11 +343,30 @@ mod tests {
         assert!(last < 1e-4, "{last}");
     }
 
+    #[test]
+    fn one_damping_is_a_box_too() {
+        let mut parameters = parameters();
+        parameters.damping = [0.25, 0.25];
+        let mut proof = BoxProof::new(&parameters);
+        proof.refine(Budget { tiles: 1, parts: 1024 }, &|| true);
+        let one = proof.volumes();
+        // It is the limit of thin boxes, whose undecided part no subdivision of c was needed for.
+        parameters.damping = [0.25 - 1e-4, 0.25 + 1e-4];
+        let mut proof = BoxProof::new(&parameters);
+        proof.refine(Budget { tiles: 1, parts: 1024 }, &|| true);
+        let thin = proof.volumes();
+        // Columns whose c* lies within 1e-4 of 0.25 are about so many of all.
+        assert!((one.present - thin.present).abs() < 1e-3, "{one:?} {thin:?}");
+        // Parts are decided as wholes, so that much is left along a boundary in four dimensions; but not all.
+        assert!(one.undecided <= one.undecided_at_most && one.undecided_at_most < 0.6, "{one:?}");
+        assert!(one.present > 0.1 && one.absent > 0.1, "{one:?}");
+    }
+
     /// The sets that the volumes are of, against the columns' own proofs.
     #[test]
     fn the_box_and_its_columns_agree() {
         let mut proof = BoxProof::new(&parameters());
-        proof.refine(Budget { tiles: 1, parts: 16 });
+        proof.refine(Budget { tiles: 1, parts: 16 }, &|| true);
         for column in proof.columns.iter().step_by(97) {
             let [epsilon, alpha, beta, gamma, belt_speed] = column.at;
             let single = crate::certify::test_columns::stribeck(epsilon, alpha, beta, gamma, belt_speed);

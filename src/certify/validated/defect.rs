@@ -94,7 +94,7 @@ pub(super) struct Seen {
 pub(super) struct Factors {
     /// Of G.
     pub(super) defect: f64,
-    /// Of r0 at the sampled angles, as a function of the parameters; 1 without any.
+    /// Of C0, and of r0 at the sampled angles, as functions of the parameters; 1 without any.
     pub(super) radius: f64,
     /// Of r0'.
     pub(super) slope: f64,
@@ -114,6 +114,18 @@ pub(super) fn sampling(harmonics: usize) -> Option<(&'static Circle, Factors)> {
         circle,
         Factors { defect: riesz_factor(degree, reach), radius: 1.0, slope: riesz_factor(harmonics, reach) },
     ))
+}
+
+#[cfg(test)]
+impl Seen {
+    /// Whether nothing of it is outside of the bounds of a candidate that was sampled on the same angles.
+    pub(super) fn is_within(&self, bounds: &Bounds) -> bool {
+        let within = |inner: Interval, outer: Interval| outer.lo <= inner.lo && inner.hi <= outer.hi;
+        self.defect <= bounds.defect.hi
+            && self.slope <= bounds.slope.hi
+            && within(self.viscous, bounds.viscous)
+            && self.radius.iter().zip(&bounds.radius).all(|(&inner, &outer)| within(inner, outer))
+    }
 }
 
 impl Seen {
@@ -192,6 +204,33 @@ impl Seen {
     }
 }
 
+/// What holds of a candidate everywhere: at every angle, and at all parameters. The proof sees a candidate
+/// through this alone.
+#[derive(Clone, Debug)]
+pub(super) struct Bounds {
+    /// |G| at most.
+    defect: Interval,
+    /// r0 at each sampled angle.
+    radius: Vec<Interval>,
+    /// |r0'| at most.
+    slope: Interval,
+    /// C0.
+    viscous: Interval,
+}
+
+impl Bounds {
+    /// From samples to everything: r0 at an angle and C0 are polynomials of the same degrees in the parameters, and
+    /// take values outside the hull of their samples between them.
+    pub(super) fn new(seen: &Seen, factors: &Factors) -> Self {
+        Self {
+            defect: Interval::of(seen.defect) * Interval::of(factors.defect),
+            radius: seen.radius.iter().map(|&hull| widen(hull, factors.radius)).collect(),
+            slope: Interval::of(seen.slope) * Interval::of(factors.slope),
+            viscous: widen(seen.viscous, factors.radius),
+        }
+    }
+}
+
 /// Widens the hull of a polynomial's samples to a bound of the polynomial: the distance from the hull's
 /// middle is itself a polynomial.
 fn widen(hull: Interval, factor: f64) -> Interval {
@@ -215,13 +254,7 @@ struct Integrals {
 
 /// Sums the bounds over cells of `stride` sampled angles; `None` where the tube leaves the domain of the
 /// polar form.
-fn integrate(
-    groups: &Groups,
-    seen: &Seen,
-    factors: &Factors,
-    circle: &Circle,
-    stride: usize,
-) -> Option<Integrals> {
+fn integrate(groups: &Groups, bounds: &Bounds, circle: &Circle, stride: usize) -> Option<Integrals> {
     let one = Interval::ONE;
     let Groups { a, k, b } = *groups;
     let twice_b = b + b;
@@ -230,21 +263,21 @@ fn integrate(
     let between = Interval::new(-half_step, half_step);
     let around = between * Interval::of(stride as f64);
     let e_to_the_tube = Interval::ball(1.0, 1.01 * TUBE);
-    let change = between * (Interval::of(seen.slope) * Interval::of(factors.slope));
-    let viscous = seen.viscous + Interval::new(-SPAN, SPAN);
-    let residual = Interval::of(seen.defect) * Interval::of(factors.defect);
+    let change = between * bounds.slope;
+    let viscous = bounds.viscous + Interval::new(-SPAN, SPAN);
     let zero = Interval::ZERO;
     let mut sums =
         Integrals { growth: zero, decay: zero, defect: zero, response_most: zero, response_least: zero };
     for j in (0..size).step_by(stride) {
         // The angles of the cell; every other one of it is within half a step of them.
         let angles = (j + size - stride / 2)..=(j + size + stride / 2);
-        let radius = angles.map(|i| seen.radius[i % size]).reduce(Interval::hull).unwrap_or(Interval::WHOLE);
+        let radius =
+            angles.map(|i| bounds.radius[i % size]).reduce(Interval::hull).unwrap_or(Interval::WHOLE);
         // Cosine and sine change by at most the angle, their product likewise.
         let (cos, sin) = (circle.cos(j), circle.sin(j));
         let (cos, sin, product) = (cos + around, sin + around, sin * cos + around);
         let sin2 = sin.square();
-        let r0 = widen(radius, factors.radius) + change;
+        let r0 = radius + change;
         let r = r0 * e_to_the_tube;
         let s = one - r * cos;
         let (q, q_most) = (Interval::of((one + k * s).lo), one + k * Interval::of(s.hi));
@@ -266,7 +299,7 @@ fn integrate(
         let response = sin2.over(speed2);
         sums.growth = sums.growth + Interval::of(slope.hi.max(0.0));
         sums.decay = sums.decay + Interval::of((-slope.lo).max(0.0));
-        sums.defect = sums.defect + residual.over(floor);
+        sums.defect = sums.defect + bounds.defect.over(floor);
         sums.response_most = sums.response_most + Interval::of(response.hi);
         sums.response_least = sums.response_least + Interval::of(response.lo.max(0.0));
     }
@@ -281,17 +314,12 @@ fn integrate(
     })
 }
 
-/// A bound eta on |C* - C0|, for all groups within `groups` whose candidates were `seen`; `None` where the
-/// proof does not go through.
-pub(super) fn radius_of_proof(
-    groups: &Groups,
-    seen: &Seen,
-    factors: &Factors,
-    circle: &Circle,
-) -> Option<f64> {
+/// A bound eta on |C* - C0|, for all groups within `groups`, of whose candidates `bounds` hold; `None` where
+/// the proof does not go through.
+pub(super) fn radius_of_proof(groups: &Groups, bounds: &Bounds, circle: &Circle) -> Option<f64> {
     let sums = STRIDES.iter().find_map(|&stride| {
         let fine = stride == 1;
-        integrate(groups, seen, factors, circle, stride)
+        integrate(groups, bounds, circle, stride)
             .filter(|sums| fine || sums.growth.hi + sums.decay.hi < COARSE_EXPONENT)
     })?;
     let exp = |x: Interval| Interval::of(Interval::exp_bound(x.hi));

@@ -22,7 +22,8 @@
 //! dr/dtheta = D r sin^2 / (1 + D sin cos),    dtheta/dt = 1 + D sin cos,    r(0) = 1,
 //! ```
 //!
-//! as v' = w, w' = -v + D w give r r' = D w^2 and theta' = (v w' ... ) / r^2. Where the solution exists up to
+//! as v' = w, w' = -v + D w give r dr/dt = v w + w (-v + D w) = D w^2, hence dr/dt = D r sin^2, and
+//! r^2 dtheta/dt = w^2 - v w' = r^2 (1 + D sin cos). Where the solution exists up to
 //! theta = 2 pi with 1 + D sin cos > 0, it is one turn of the orbit. On (0, pi) the velocity v falls, on
 //! (pi, 2 pi) it rises to r(2 pi), so that it passes v = 1, the belt line, before the end of the turn iff
 //! r(2 pi) > 1. The law of D at s < 0, above the belt line, does not matter for that: two continuations give
@@ -50,12 +51,16 @@
 //! | outward rounding | `interval::Interval` | `operations_hold_the_exact_results`, `broken_rounding_is_caught` |
 //! | samples bound a polynomial | `circle::riesz_factor` | `samples_bound_polynomials` |
 //! | C* enclosed | [`Enclosed::critical`] | `tests/validated.rs` against 150-bit references |
+//! | C* enclosed over a box | [`tile::Tile::prove`] | `a_tile_holds_the_points_inside`, `bounds_hold_between_the_samples_and_samples_alone_do_not`, [`super::recheck`] |
+//! | volumes proved | [`boxes::BoxProof`] | `more_subdivision_leaves_less`, `the_box_and_its_columns_agree` |
+//! | C* < C_HB over a box; false at k = 56 | [`balance::compare`] | `the_balance_is_a_bound_over_a_box`, `harmonic_balance_is_exceeded_at_large_k` |
 //! | landing speed bounded | `landing::Flow` | `agrees_with_the_bound_in_double_precision`, `tests/validated.rs` |
 //!
 //! # Arithmetic
 //! `interval::Interval` rounds outwards by one unit in the last place around each operation of plain f64.
 //! Sines and cosines are enclosed by half-angle formulas from exact values.
 
+pub mod balance;
 pub mod boxes;
 mod circle;
 mod defect;
@@ -67,7 +72,7 @@ pub mod tile;
 
 use super::{Claim, Decision, Guarantee, Test};
 use crate::friction::{Column, Curve};
-use defect::{Candidate, Groups, Seen, radius_of_proof, sampling};
+use defect::{Bounds, Candidate, Groups, Seen, radius_of_proof, sampling};
 use interval::Interval;
 use landing::Flow;
 use orbit::{Guess, approximate};
@@ -146,7 +151,7 @@ impl Enclosed {
             error: 0.0,
         };
         let seen = Seen::of(&self.groups, &candidate, circle);
-        let eta = radius_of_proof(&self.groups, &seen, &factors, circle)?;
+        let eta = radius_of_proof(&self.groups, &Bounds::new(&seen, &factors), circle)?;
         Some(Interval::ball(orbit.viscous, eta))
     }
 
@@ -233,6 +238,27 @@ pub fn decide(column: &Column, c: f64) -> Decision {
 mod tests {
     use super::*;
     use crate::certify::test_columns::{random_columns, stribeck};
+
+    /// c* <= c_HB is no theorem: at k = 56 the orbit comes back at c_HB. (It does so with 2.7e-4 V to spare,
+    /// far more than the simulation's error, but this is a proof.)
+    #[test]
+    fn harmonic_balance_is_exceeded_at_large_k() {
+        let enclosed = Enclosed::of(&stribeck(0.79377, 0.32659, 0.0, 9.5262, 7.4949)).unwrap();
+        let balance = balance_critical(&enclosed.groups);
+        assert!(enclosed.critical().lo > balance.hi);
+        // The comparison is not empty: below k = 1 the orbit does not come back at c_HB.
+        for k in [0.1, 0.3, 0.9] {
+            let enclosed = Enclosed::of(&stribeck(k, 0.2, 0.1, 1.0, 1.0)).unwrap();
+            assert!(enclosed.critical().hi < balance_critical(&enclosed.groups).lo, "{k}");
+        }
+    }
+
+    /// C at which energy is balanced over the grazing circle, 2 A / (q (1 + k + q)) - 2 b with q^2 = 1 + 2 k.
+    fn balance_critical(groups: &Groups) -> Interval {
+        let Groups { a, k, b } = *groups;
+        let q = (Interval::ONE + k + k).sqrt();
+        (a + a).over(q * (Interval::ONE + k + q)) - (b + b)
+    }
 
     #[test]
     fn odd_divergence_has_an_exact_critical_damping() {

@@ -9,6 +9,8 @@ use super::tile::{GroupBox, Tile};
 /// even part of the divergence alone.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
+    /// The whole.
+    domain: GroupBox,
     pieces: Vec<Piece>,
     tried: usize,
 }
@@ -40,14 +42,21 @@ impl Surface {
     #[must_use]
     pub fn new(domain: GroupBox) -> Self {
         let width = even_part_width(&domain);
-        Self { pieces: vec![Piece { domain, state: State::Untried, width, weight: width }], tried: 0 }
+        Self { domain, pieces: vec![Piece { domain, state: State::Untried, width, weight: width }], tried: 0 }
     }
 
     /// Tries proofs, where the weight is largest first, until `budget` have been tried in all or no piece
     /// weighs more than `enough`: of a piece that has not been tried, else of its halves. The weight of a
-    /// piece is the width of its enclosure times its `share` in the measure of the user.
-    pub fn refine(&mut self, budget: usize, enough: f64, share: &dyn Fn(&GroupBox) -> f64) {
-        while self.tried < budget {
+    /// piece is the width of its enclosure times its `share` in the measure of the user. Stops early where
+    /// `go_on` says no.
+    pub fn refine(
+        &mut self,
+        budget: usize,
+        enough: f64,
+        share: &dyn Fn(&GroupBox) -> f64,
+        go_on: &dyn Fn() -> bool,
+    ) {
+        while self.tried < budget && go_on() {
             let heavier = |i: &usize, j: &usize| {
                 self.pieces[*i].weight.total_cmp(&self.pieces[*j].weight).then(j.cmp(i))
             };
@@ -80,6 +89,12 @@ impl Surface {
         }
     }
 
+    /// The whole box.
+    #[must_use]
+    pub fn domain(&self) -> GroupBox {
+        self.domain
+    }
+
     /// Proofs tried so far.
     #[must_use]
     pub fn tried(&self) -> usize {
@@ -92,6 +107,11 @@ impl Surface {
             State::Proved(tile) => Some(&**tile),
             State::Untried | State::Failed => None,
         })
+    }
+
+    /// The parts of the box that have no proof.
+    pub fn open(&self) -> impl Iterator<Item = GroupBox> {
+        self.pieces.iter().filter(|piece| !matches!(piece.state, State::Proved(_))).map(|piece| piece.domain)
     }
 
     /// Bound on the width of the enclosure anywhere in `domain`.
@@ -114,6 +134,15 @@ impl Surface {
         .reduce(Interval::hull)
         .unwrap_or(Interval::WHOLE)
     }
+
+    /// C* over a box, enclosed: it rises with A and falls with k and b.
+    pub(super) fn bounds(&self, domain: &Groups) -> Interval {
+        let Groups { a, k, b } = *domain;
+        let corner = |a, k, b| Groups { a: Interval::of(a), k: Interval::of(k), b: Interval::of(b) };
+        let least = self.critical(&corner(a.lo, k.hi, b.hi));
+        let most = self.critical(&corner(a.hi, k.lo, b.lo));
+        Interval::new(least.lo, most.hi)
+    }
 }
 
 /// Bound on the distance of the bounds from the even part of the divergence, anywhere in the box: the
@@ -125,7 +154,7 @@ fn even_part_width(domain: &GroupBox) -> f64 {
 }
 
 /// The axis along which D varies most.
-fn widest_axis(domain: &GroupBox) -> usize {
+pub(super) fn widest_axis(domain: &GroupBox) -> usize {
     let GroupBox { a, k, b } = domain;
     let widths = [a[1] - a[0], a[1] * (k[1] - k[0]) / (1.0 + k[0]), 2.0 * (b[1] - b[0])];
     (0..3).max_by(|&i, &j| widths[i].total_cmp(&widths[j])).unwrap_or(0)

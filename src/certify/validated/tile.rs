@@ -9,7 +9,7 @@
 use rayon::prelude::*;
 
 use super::circle::{Circle, reach, riesz_factor};
-use super::defect::{Candidate, Factors, Groups, Seen, radius_of_proof, sampling};
+use super::defect::{Bounds, Candidate, Factors, Groups, Seen, radius_of_proof, sampling};
 use super::interval::Interval;
 use super::orbit::{Guess, Orbit, approximate};
 
@@ -19,6 +19,8 @@ const DEGREES: [usize; 3] = [2, 8, 2];
 const HIGHEST: usize = 8;
 /// Size of a harmonic, relative to the first, that is left out.
 const NEGLIGIBLE: f64 = 1e-12;
+/// Coefficients are multiples of this, so that they are short in a file.
+pub const UNIT: f64 = 1.0 / (1u64 << 46) as f64;
 /// Numbers of Chebyshev points: four of them fit a circle of [`super::circle`].
 const POINTS: [usize; 6] = [8, 12, 16, 24, 32, 48];
 /// Largest degree times reach of the samples; 1/cos of it is their factor.
@@ -78,16 +80,15 @@ impl GroupBox {
 
 /// C*(A, k, b) = a polynomial up to `radius`, proved over a box.
 ///
-/// Polynomials are sums over modes, i + 3 (j + 9 l) the mode T_i T_j T_l of the Chebyshev polynomials in A, k and b
+/// Polynomials are sums over modes, number i + 3 (j + 9 l) the mode T_i T_j T_l of the Chebyshev polynomials in A, k and b
 /// scaled to [-1, 1] over the box.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "cli", derive(serde::Serialize, serde::Deserialize))]
 pub struct Tile {
     /// Where it holds.
     pub domain: GroupBox,
     /// The proved bound on |C* - polynomial|.
     pub radius: f64,
-    /// The polynomial, by modes.
+    /// The polynomial, by modes; every coefficient is a multiple of [`UNIT`].
     pub viscous: Vec<f64>,
     /// The witness: r0 = 1 + sum over n of cosines\[n-1\] (cos n theta - 1) + sines\[n-1\] sin n theta, each by
     /// modes.
@@ -97,7 +98,7 @@ pub struct Tile {
 }
 
 /// Number of modes.
-pub(super) const MODES: usize = (DEGREES[0] + 1) * (DEGREES[1] + 1) * (DEGREES[2] + 1);
+pub const MODES: usize = (DEGREES[0] + 1) * (DEGREES[1] + 1) * (DEGREES[2] + 1);
 
 /// The degrees of mode `mode` in A, k, b.
 pub(super) fn degrees(mode: usize) -> [usize; 3] {
@@ -110,8 +111,16 @@ impl Tile {
     #[must_use]
     pub fn prove(domain: GroupBox) -> Option<Tile> {
         let mut tile = interpolate(domain)?;
-        let harmonics = tile.cosines.len();
-        let (circle, factors) = sampling(harmonics)?;
+        let (circle, factors) = sampling(tile.cosines.len())?;
+        let (seen, factors) = tile.survey(circle, factors)?;
+        tile.radius = radius_of_proof(&domain.groups(), &Bounds::new(&seen, &factors), circle)?;
+        Some(tile)
+    }
+
+    /// The candidates at all sampled points of the box, and the factors from these samples and those of the circle to
+    /// bounds.
+    fn survey(&self, circle: &Circle, factors: Factors) -> Option<(Seen, Factors)> {
+        let domain = self.domain;
         let axes = [0, 1, 2].map(|axis| Samples::new(&domain, axis));
         let [a, k, b] = &axes;
         let (a, k, b) = (a.as_ref()?, k.as_ref()?, b.as_ref()?);
@@ -127,7 +136,7 @@ impl Tile {
                 let (one, two) = (&a.nodes[at % a.nodes.len()], &k.nodes[at / a.nodes.len()]);
                 b.nodes
                     .iter()
-                    .map(|three| tile.sample([one, two, three], circle))
+                    .map(|three| self.sample([one, two, three], circle))
                     .reduce(|seen, next| seen.with(&next))
             })
             .reduce(
@@ -137,8 +146,7 @@ impl Tile {
                     (one, two) => one.or(two),
                 },
             )?;
-        tile.radius = radius_of_proof(&domain.groups(), &seen, &factors, circle)?;
-        Some(tile)
+        Some((seen, factors))
     }
 
     /// The candidate at one point of the box, sampled.
@@ -298,7 +306,7 @@ fn interpolate(domain: GroupBox) -> Option<Tile> {
                         value(orbit) * (0..3).map(|axis| table(axis, at[axis], wanted[axis])).product::<f64>()
                     })
                     .sum();
-                sum * (0..3).map(share).product::<f64>()
+                (sum * (0..3).map(share).product::<f64>() / UNIT).round() * UNIT
             })
             .collect()
     };
@@ -331,6 +339,32 @@ mod tests {
             let (inner, outer) = (point.critical(), tile.critical(&groups));
             assert!(outer.lo <= inner.lo && inner.hi <= outer.hi, "{groups:?} {inner:?} {outer:?}");
         }
+    }
+
+    /// Chebyshev points lie inside a box, so that its corners show what the samples miss.
+    #[test]
+    fn bounds_hold_between_the_samples_and_samples_alone_do_not() {
+        let domain = GroupBox { a: [0.1, 0.3], k: [0.15, 0.4], b: [0.0, 0.05] };
+        let tile = interpolate(domain).unwrap();
+        let (circle, factors) = sampling(tile.cosines.len()).unwrap();
+        let (seen, factors) = tile.survey(circle, factors).unwrap();
+        let bounds = Bounds::new(&seen, &factors);
+        let samples_alone = Bounds::new(&seen, &Factors { defect: 1.0, radius: 1.0, slope: 1.0 });
+        let mut missed = 0;
+        for corner in 0..8 {
+            let node = |axis: usize| {
+                let end = corner >> axis & 1;
+                // T_n(1) = 1, T_n(-1) = (-1)^n.
+                let chebyshev =
+                    std::array::from_fn(|n| Interval::of(if end == 0 && n % 2 == 1 { -1.0 } else { 1.0 }));
+                Node { value: Interval::of(domain.ranges()[axis][end]), chebyshev }
+            };
+            let there = tile.sample([&node(0), &node(1), &node(2)], circle);
+            assert!(there.is_within(&bounds), "{corner}");
+            missed += u32::from(!there.is_within(&samples_alone));
+        }
+        // C0 is nearly linear: its least and largest values are at corners.
+        assert!(missed >= 2, "{missed}");
     }
 
     #[test]

@@ -1,0 +1,66 @@
+//! How many verdicts of the method `validated` a second and core: single points, no two in one column.
+//!
+//! ```sh
+//! cargo bench --bench point_verdicts
+//! ```
+
+use std::time::Instant;
+
+use slipmap::certify::{Decision, validated};
+use slipmap::friction::Law;
+use slipmap::point::{LawParameters, Point};
+
+fn main() {
+    let mut seed = 1u64;
+    let mut unit = || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 11) as f64 / (1u64 << 53) as f64
+    };
+    // The box of configs/validated.toml.
+    let mut points = |count: usize| -> Vec<Point> {
+        let between = |unit: f64, lo: f64, hi: f64| lo + (hi - lo) * unit;
+        (0..count)
+            .map(|_| {
+                let law = [between(unit(), 0.0, 0.95), between(unit(), 0.0, 0.5), between(unit(), 0.1, 4.0)];
+                Point {
+                    epsilon: 0.05,
+                    law: LawParameters::new(&law),
+                    belt_speed: between(unit(), 0.2, 1.5),
+                    damping: between(unit(), 0.0, 2.0),
+                }
+            })
+            .collect()
+    };
+    for round in 0..3 {
+        let points = points(100_000);
+        let start = Instant::now();
+        let mut counts = [0; 3];
+        for point in &points {
+            let which = match validated::decide(&Law::Stribeck.column(point), point.damping) {
+                Decision::Present => 0,
+                Decision::Absent => 1,
+                Decision::Undecided => 2,
+            };
+            counts[which] += 1;
+        }
+        let anywhere = points.len() as f64 / start.elapsed().as_secs_f64();
+        // Next to the boundary no shortcut decides.
+        let start = Instant::now();
+        let near = &points[..10_000];
+        let mut decided = 0;
+        for point in near {
+            let column = Law::Stribeck.column(point);
+            let Some(enclosed) = validated::Enclosed::of(&column) else { continue };
+            let critical = enclosed.critical();
+            let c = critical.lo / point.epsilon * (1.0 - 1e-9);
+            decided += usize::from(validated::decide(&column, c.max(0.0)) != Decision::Undecided);
+        }
+        // Two proofs each.
+        let proofs = 2.0 * near.len() as f64 / start.elapsed().as_secs_f64();
+        println!(
+            "round {round}: {anywhere:.0} points a second anywhere in the box (present, absent, undecided {counts:?}); \
+             {proofs:.0} proofs a second next to the boundary, {decided} of {} decided",
+            near.len()
+        );
+    }
+}

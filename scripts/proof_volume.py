@@ -1,0 +1,37 @@
+#!/usr/bin/env python3
+"""Undecided volume of the box of configs/validated.toml against time.
+
+    cargo build --release && python3 scripts/proof_volume.py target/release/slipmap > results/validated/volume.csv
+
+Each row is a run of its own with the given number of boxes, on all cores.
+"""
+
+import csv
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+BOXES = [1, 2, 4, 8, 16, 32, 64, 128, 256, 512]
+
+
+def main():
+    program = Path(sys.argv[1]).resolve()
+    names = ["boxes", "parts", "seconds", "present", "absent", "undecided", "undecided_at_most"]
+    table = csv.DictWriter(sys.stdout, names, lineterminator="\n")
+    table.writeheader()
+    with tempfile.TemporaryDirectory() as folder:
+        for boxes in BOXES:
+            sets = {"validated.boxes": boxes, "validated.proof": f'"{folder}/p.json"', "output.path": f'"{folder}/m.h5"'}
+            command = [program, "run", ROOT / "configs/validated.toml", "--json", "--overwrite", "--quiet"]
+            command += [part for key, value in sets.items() for part in ("--set", f"{key}={value}")]
+            run = subprocess.run(command, check=True, capture_output=True, text=True)
+            proved = json.loads(run.stdout)["proved"]
+            table.writerow({**{name: proved[name] for name in names}, "seconds": round(proved["seconds"], 2)})
+            sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    main()
