@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::json;
 
-use super::output::{count, json};
+use super::output::{count, json, tame};
 use super::{Ended, Failure};
 use crate::store;
 
@@ -69,7 +69,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
             n => writeln!(out, "{n} problem{}:", if n == 1 { "" } else { "s" })?,
         }
         for problem in &problems {
-            writeln!(out, "  {problem}")?;
+            writeln!(out, "  {}", tame(problem))?;
         }
     }
     Ok(if report.is_sound() { Ended::Fine } else { Ended::Flawed })
