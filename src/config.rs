@@ -3,12 +3,19 @@
 //! ```toml
 //! title = "..."                        # default: the file's name
 //! [friction]
-//! law = "stribeck"                     # default
+//! law = "stribeck"                     # default; or exponential, lorentzian, expression, table
+//! phi = "mu + (1 - mu)*exp(-u/vs)"     # of law = "expression": u, eps, and names that become axes
+//! file = "measured.csv"                # of law = "table": slip speed and friction; seen from this file
+//! static = 1.0                         # default; friction at u = 0 of these two, which divides them
 //! [grid]                               # every axis of the law; a number, a list, or a range
 //! epsilon = [0.01, 0.1]
 //! alpha = { from = 0.0, to = 0.9, points = 32 }
 //! gamma = { from = 0.1, to = 10.0, points = 32, spacing = "log" }
 //! # beta, V and c likewise
+//! [machine]                            # instead of [grid]: SI units, see [`crate::machine`]
+//! mass = 2.0                           # also stiffness, normal_force, static_friction, kinetic_friction,
+//! belt_speed = { from = 0.05, to = 1.0, points = 40 } # stribeck_velocity, strengthening (default 0); belt_speed
+//! damping = [2.0, 5.0, 10.0]           # and damping may be lists or ranges
 //! [methods]
 //! run = ["perturbation", "simulation"] # default: all but smoothed, stick_band, fixed_step, event_step
 //! [naive]                              # choices of these four, see [`NaiveKnobs`]
@@ -40,15 +47,20 @@
 //! one in force, with overrides applied and comments kept.
 
 mod axis;
+mod law;
+mod machine;
 mod source;
 mod tiles;
 
 use std::path::{Path, PathBuf};
 
+pub use law::{point_into, read_table};
+pub use machine::{MachineJob, load_machine};
 pub use source::ConfigError;
 use source::{Node, Section, Source};
 
 use crate::friction::Law;
+use crate::machine::Machine;
 use crate::map::{Engine, Field, Grid, GridError, Method, Plan};
 use crate::report::work_precision::Settings;
 use crate::simulate::naive::NaiveKnobs;
@@ -67,6 +79,8 @@ pub struct Job {
     pub plan: Plan,
     /// Title of the map.
     pub title: String,
+    /// The machine that the grid is about, at its first belt speed and damping.
+    pub machine: Option<Machine>,
     /// The configuration file.
     pub config_file: PathBuf,
     /// The configuration in force, overrides applied.
@@ -86,10 +100,12 @@ impl Job {
         let source = Source::load(file, sets)?;
         let root = source.root();
         let friction = root.section("friction")?;
-        let law = match friction.get("law") {
-            None => Law::Stribeck,
-            Some(node) => choice(&node, &Law::ALL.map(|law| (law.name(), law)), "law")?,
-        };
+        let folder = file.parent().unwrap_or(Path::new(""));
+        let law = law::read(&friction, folder)?;
+        let (axes, machine) = (root.section("grid")?, root.section("machine")?);
+        if axes.is_present() || !machine.is_present() {
+            law::check_symbols(law, &friction, &axes)?;
+        }
         check_keys(&root, law)?;
 
         let stem = file.file_stem().map_or_else(|| "map".into(), |stem| stem.to_string_lossy().into_owned());
@@ -98,7 +114,18 @@ impl Job {
             Some(node) => line(&node)?.to_owned(),
         };
 
-        let grid = grid(&root.section("grid")?, law)?;
+        let (grid, machine) = match (axes.is_present(), machine.is_present()) {
+            (true, true) => {
+                let remedy = "give the axes in [grid] or the machine in [machine], and leave the other out";
+                return Err(root.unknown("machine", remedy.into()));
+            }
+            (false, true) => {
+                let job = machine::read(&machine, law)?;
+                (machine::grid(&machine, &job)?, Some(job.machine))
+            }
+            (_, false) => (grid(&axes, law)?, None),
+        };
+        law::check_range(&friction, &grid)?;
 
         let methods = root.section("methods")?;
         let methods: Vec<Method> = match methods.get("run") {
@@ -153,6 +180,7 @@ impl Job {
         Ok(Job {
             plan,
             title,
+            machine,
             config_file: source.file().to_owned(),
             config_text: source.text(),
             output: path,
@@ -164,8 +192,9 @@ impl Job {
 /// The keys of each section of a configuration for `law`; `None` is the top level.
 fn schema(law: Law) -> Vec<(Option<&'static str>, Vec<&'static str>)> {
     let sections = vec![
-        ("friction", vec!["law"]),
+        ("friction", law::KEYS.to_vec()),
         ("grid", Grid::axis_names(law)),
+        ("machine", machine::KEYS.to_vec()),
         ("methods", vec!["run"]),
         ("simulation", vec!["engine", "tolerance"]),
         ("naive", NAIVE_KEYS.to_vec()),

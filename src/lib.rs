@@ -58,6 +58,7 @@ pub mod cli;
 pub mod config;
 pub mod filippov;
 pub mod friction;
+pub mod machine;
 pub mod map;
 pub mod point;
 #[cfg(feature = "report")]

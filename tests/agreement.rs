@@ -7,9 +7,11 @@ use rayon::prelude::*;
 use sample::{Random, Sample};
 use slipmap::certify::{Decision, Guarantee, TESTS};
 use slipmap::friction::Law;
-use slipmap::map::{Account, Control, Engine, Field, Grid, Method, Plan, Sink, TileData, Verdict, compute};
+use slipmap::map::{
+    Account, Control, Engine, Field, Grid, Method, Plan, Sink, TileData, Verdict, compute, decide,
+};
 use slipmap::simulate::return_map::{Turn, turns_of};
-use slipmap::simulate::{Fate, Flow, Landing, direct, flow};
+use slipmap::simulate::{Fate, Flow, Landing, critical_damping, direct, flow};
 use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::sync::atomic::AtomicBool;
@@ -339,4 +341,34 @@ fn every_engine_labels_every_cell_alike() {
     }
     println!("verdicts by {:?}: {counts:?}", Engine::ALL.map(Engine::name));
     assert_eq!(counts.len(), 3, "present, absent, undecided: {counts:?}");
+}
+
+/// Next to the boundary nothing is lost: at c* (1 +- 1e-9) the margin is far below the tolerance of maps.
+#[test]
+fn every_engine_is_right_next_to_the_boundary() {
+    let mut random = Random(77);
+    let mut tried = 0;
+    while tried < 200 {
+        let sample = Sample {
+            epsilon: random.log(0.02, 1.0),
+            alpha: 0.95 * random.unit(),
+            beta: 0.5 * random.unit(),
+            gamma: random.log(0.3, 10.0),
+            belt_speed: random.log(0.2, 2.0),
+            damping: 0.0,
+        };
+        let column = sample.column();
+        let critical = critical_damping(&column, 1e-15).unwrap();
+        // pi eps c* 1e-9 is the margin: it must be above what the direct engine can tell, a few 1e-13.
+        if sample.epsilon * critical.c < 1e-3 {
+            continue;
+        }
+        tried += 1;
+        assert!(critical.error < 1e-11 * critical.c, "{sample:?} {critical:?}");
+        let cs = [critical.c * (1.0 - 1e-9), critical.c * (1.0 + 1e-9)];
+        for engine in Engine::ALL {
+            let verdicts = decide(&[column], &cs, engine, TOLERANCE);
+            assert_eq!(verdicts, [Verdict::Present, Verdict::Absent], "{} {sample:?}", engine.name());
+        }
+    }
 }

@@ -145,7 +145,7 @@ fn the_fields_of_a_map_are_the_answers_of_probe() {
                 None => assert!(!margin.is_finite(), "{name}: {margin} at {point:?}"),
             }
         }
-        let regimes = ["equilibrium", "stick_slip", "bistable", "pure_slip", "crossing", "failed"];
+        let regimes = slipmap::map::Regime::ALL.map(slipmap::map::Regime::name);
         assert_eq!(answer["regime"], regimes[usize::try_from(code("regime")).unwrap()]);
         match answer["landing"]["x1"].as_f64() {
             Some(x1) => assert_eq!(real("landing_x1"), x1),

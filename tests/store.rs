@@ -491,7 +491,7 @@ fn a_changed_attribute_or_layout_is_found() {
         }),
         ("regime, attribute flag_values", |file| {
             let dataset = file.dataset("regime").unwrap();
-            dataset.attr("flag_values").unwrap().write(&[9i8, 8, 7, 6, 5, 4]).unwrap();
+            dataset.attr("flag_values").unwrap().write(&[9i8, 8, 7, 6, 5, 4, 3, 2]).unwrap();
         }),
         ("regime, attribute DIMENSION_LIST", |file| {
             let dataset = file.dataset("regime").unwrap();
@@ -571,6 +571,15 @@ fn regimes_and_verdicts_have_the_documented_codes() {
         [(-1, "absent"), (0, "undecided"), (1, "present"), (2, "failed"), (3, "not_computed")]
     );
     let regimes: Vec<(i8, &str)> = Regime::ALL.iter().map(|r| (r.code(), r.name())).collect();
-    let names = ["equilibrium", "stick_slip", "bistable", "pure_slip", "crossing", "failed"];
+    let names = [
+        "equilibrium",
+        "stick_slip",
+        "bistable",
+        "pure_slip",
+        "crossing",
+        "failed",
+        "pure_slip_and_stick_slip",
+        "pure_slip_and_equilibrium",
+    ];
     assert_eq!(regimes, (0..).zip(names).collect::<Vec<(i8, &str)>>());
 }

@@ -32,8 +32,8 @@ pub const TEST: Test = Test {
 
 fn claim(column: &Column) -> Claim {
     match column.curve.first_order(column.belt_speed) {
-        Some(first_order) => Claim { present_below: first_order.weakening_range.lo, ..Claim::NOTHING },
-        None => Claim::NOTHING,
+        Ok(first_order) => Claim { present_below: first_order.weakening_range.lo, ..Claim::NOTHING },
+        Err(_) => Claim::NOTHING,
     }
 }
 

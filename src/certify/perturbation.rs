@@ -33,12 +33,12 @@ pub const TEST: Test = Test {
 
 fn claim(column: &Column) -> Claim {
     match column.curve.first_order(column.belt_speed) {
-        Some(first_order) => Claim {
+        Ok(first_order) => Claim {
             present_below: first_order.mean_weakening,
             absent_above: first_order.mean_weakening,
             ..Claim::NOTHING
         },
-        None => Claim::NOTHING,
+        Err(_) => Claim::NOTHING,
     }
 }
 

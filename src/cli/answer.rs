@@ -4,14 +4,14 @@ use serde_json::{Map, Value, json};
 
 use super::output::{short, signed};
 use super::point::coordinates;
-use crate::certify::{Claim, Decision};
+use crate::certify::{Claim, Decision, Guarantee};
 use crate::filippov::{Eigenvalues, Oscillator};
-use crate::friction::Law;
+use crate::friction::{Column, Curve, Law};
 use crate::map::limits::{EpsilonLimit, Limit, Ray};
 use crate::map::{self, AttractingCycle, Method, Regime, Verdict};
 use crate::point::Point;
 use crate::simulate::naive::NaiveVerdict;
-use crate::simulate::slip_cycle::{Kick, SlipCycle};
+use crate::simulate::slip_cycle::{Kick, SlipCycle, slip_cycles};
 use crate::simulate::{self, CriticalDamping, Dynamics, Fate, Flow, Landing, NoCriticalDamping, Range};
 
 /// What one method says.
@@ -64,7 +64,7 @@ impl Answer {
         let critical = simulate::critical_damping(&column, tolerance);
         let methods = methods
             .map(|method| match method {
-                Method::Test(test) => of_test(method, &(test.claim)(&column), point.damping),
+                Method::Test(test) => of_test(method, &(test.claim)(&column), &column, point.damping),
                 Method::Simulation => of_simulation(&flow, &critical),
                 Method::Naive(naive, knobs) => of_naive(method, naive.decide(&oscillator, &knobs).verdict),
             })
@@ -101,6 +101,11 @@ impl Answer {
     /// Where and when the orbit sticks, if it does.
     pub(super) fn landing(&self) -> Option<Landing> {
         landing(&self.flow)
+    }
+
+    /// The cycles that slip all the time below the belt line.
+    pub(super) fn slip_cycles(&self) -> Result<Vec<SlipCycle>, simulate::Failure> {
+        slip_cycles(&self.oscillator, self.tolerance)
     }
 
     /// Everything, for `--json`, with the flow of the second engine.
@@ -230,10 +235,11 @@ fn dynamics_json(dynamics: &Dynamics) -> Value {
 }
 
 /// What a closed-form test says.
-fn of_test(method: Method, claim: &Claim, c: f64) -> MethodAnswer {
+fn of_test(method: Method, claim: &Claim, column: &Column, c: f64) -> MethodAnswer {
     let decision = claim.decide(c);
     let edge = claim.present_below;
-    let reason = (decision == Decision::Undecided).then(|| why_undecided(claim, c));
+    let reason = (decision == Decision::Undecided)
+        .then(|| why_inapplicable(method, claim, column).unwrap_or_else(|| why_undecided(claim, c)));
     MethodAnswer {
         method,
         verdict: decision.into(),
@@ -243,12 +249,22 @@ fn of_test(method: Method, claim: &Claim, c: f64) -> MethodAnswer {
     }
 }
 
+/// Why a test says nothing about the law of a column, if it is the law.
+fn why_inapplicable(method: Method, claim: &Claim, column: &Column) -> Option<String> {
+    if *claim != Claim::NOTHING {
+        return None;
+    }
+    match method.guarantee() {
+        Guarantee::Asymptotic => column.curve.first_order(column.belt_speed).err().map(|why| why.to_string()),
+        Guarantee::Validated => (!matches!(column.curve, Curve::Stribeck(_)))
+            .then(|| "the proof covers the law stribeck only".into()),
+        Guarantee::FiniteEpsilon | Guarantee::Numerical | Guarantee::None => None,
+    }
+}
+
 /// Why a claim says nothing at damping `c`.
 fn why_undecided(claim: &Claim, c: f64) -> String {
     let Claim { sticks_from, present_below, absent_above } = *claim;
-    if *claim == Claim::NOTHING {
-        return "the test does not apply to this law".into();
-    }
     if c < present_below && c < sticks_from {
         let from = match sticks_from.is_finite() {
             true => format!("c >= {} would rule that out", short(sticks_from)),
@@ -351,6 +367,10 @@ pub(super) fn regime_words(regime: Regime) -> &'static str {
         Regime::PureSlip => "a cycle that slips all the time below the belt line",
         Regime::Crossing => "a cycle that crosses the belt line and never sticks",
         Regime::Failed => "not determined",
+        Regime::PureSlipAndStickSlip => {
+            "a cycle that slips all the time and the stick-slip cycle both attract"
+        }
+        Regime::PureSlipAndEquilibrium => "a cycle that slips all the time and the equilibrium both attract",
     }
 }
 

@@ -8,6 +8,7 @@ mod check;
 mod estimate;
 mod failures;
 mod interrupt;
+mod machine;
 #[cfg(feature = "mpi")]
 mod mpi;
 mod output;

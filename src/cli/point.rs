@@ -1,30 +1,97 @@
 //! A parameter point on the command line and in tables, for any friction law.
 
-use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, Id};
+use std::path::PathBuf;
+
+use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, Id};
 
 use super::Failure;
 use super::output::exact;
-use crate::friction::Law;
+use crate::config::{point_into, read_table};
+use crate::friction::{Expression, Law};
 use crate::map::{Grid, GridError};
 use crate::point::Point;
 
-/// The law of an argument `--law`.
-pub(super) fn parse_law(name: &str) -> Result<Law, String> {
-    let names: Vec<_> = Law::ALL.iter().map(|law| law.name()).collect();
-    let law = Law::ALL.into_iter().find(|law| law.name() == name);
-    law.ok_or_else(|| format!("there is no such law; choose from: {}", names.join(", ")))
+/// The friction law: `--law`, and what the laws given as text or as data need.
+#[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Friction law")]
+pub(super) struct LawArguments {
+    /// stribeck (default), exponential, lorentzian; expression with --phi; table with --table
+    #[arg(long, value_name = "NAME", value_parser = parse_name)]
+    law: Option<String>,
+    /// Friction in units of the static one, as a formula in the slip speed u, eps and any names; give their
+    /// values with --set
+    #[arg(long, value_name = "FORMULA", conflicts_with = "table")]
+    phi: Option<String>,
+    /// Measured friction: a CSV file with the columns slip speed and friction
+    #[arg(long, value_name = "FILE.csv")]
+    table: Option<PathBuf>,
+    /// Friction at slip speed 0, by which a formula or a table is divided
+    #[arg(long = "static", value_name = "NUMBER", value_parser = parse_number, default_value_t = 1.0)]
+    static_level: f64,
 }
 
-/// `--epsilon`, the parameters of every law, `--V` and `--c`, as far as they were given.
+fn parse_name(name: &str) -> Result<String, String> {
+    let names: Vec<_> = Law::names().collect();
+    let known = names.contains(&name);
+    known
+        .then(|| name.to_owned())
+        .ok_or_else(|| format!("there is no such law; choose from: {}", names.join(", ")))
+}
+
+impl LawArguments {
+    /// The law.
+    pub(super) fn law(&self) -> Result<Law, Failure> {
+        let given = match (&self.phi, &self.table) {
+            (Some(_), _) => Some("expression"),
+            (None, Some(_)) => Some("table"),
+            (None, None) => None,
+        };
+        let name = self.law.as_deref().or(given).unwrap_or(Law::Stribeck.name());
+        if let Some(given) = given.filter(|given| *given != name) {
+            let flag = if given == "table" { "--table" } else { "--phi" };
+            return Err(Failure::BadInput(format!(
+                "{flag} is for the law `{given}`, not for `{name}`\n  help: leave one of them out"
+            )));
+        }
+        if !(self.static_level > 0.0 && self.static_level.is_finite()) {
+            return Err(Failure::BadInput(format!(
+                "--static {}: the static level must be greater than 0\n  help: give the friction at slip speed 0",
+                self.static_level
+            )));
+        }
+        match (name, &self.phi, &self.table) {
+            (_, Some(phi), _) => match Expression::new(phi, self.static_level) {
+                Ok(law) => Ok(Law::Expression(law)),
+                Err(error) => {
+                    let problem = point_into(phi, &error);
+                    Err(Failure::BadInput(format!("--phi: {problem}\n  help: {}", error.remedy)))
+                }
+            },
+            (_, None, Some(path)) => match read_table(path, self.static_level) {
+                Ok(table) => Ok(Law::Table(table)),
+                Err((problem, remedy)) => {
+                    Err(Failure::BadInput(format!("--table: {problem}\n  help: {remedy}")))
+                }
+            },
+            (name, None, None) => Law::BUILT_IN.into_iter().find(|law| law.name() == name).ok_or_else(|| {
+                let flag = if name == "table" { "--table FILE.csv" } else { "--phi FORMULA" };
+                Failure::BadInput(format!("the law `{name}` needs {flag}\n  help: add it"))
+            }),
+        }
+    }
+}
+
+/// `--epsilon`, the parameters of every law, `--V` and `--c`, as far as they were given; parameters also as
+/// `--set NAME=NUMBER`.
 #[derive(Clone, Debug)]
 pub(super) struct PointArguments {
-    given: Vec<(&'static str, f64)>,
+    given: Vec<(String, f64)>,
 }
 
 /// The names of all axes of all laws, without repetition.
 fn names() -> Vec<&'static str> {
     let mut names = Vec::new();
-    for name in Law::ALL.into_iter().flat_map(Grid::axis_names) {
+    for name in Law::BUILT_IN.into_iter().flat_map(Grid::axis_names) {
         if !names.contains(&name) {
             names.push(name);
         }
@@ -36,7 +103,17 @@ fn parse_number(text: &str) -> Result<f64, String> {
     text.parse().map_err(|_| "this is not a number; write for example 0.5 or 1e-3".into())
 }
 
+fn parse_setting(text: &str) -> Result<(String, f64), String> {
+    let (name, value) = text.split_once('=').ok_or("there is no `=` in it; write for example mu=0.3")?;
+    Ok((name.trim().to_owned(), parse_number(value.trim())?))
+}
+
 impl PointArguments {
+    /// What was given.
+    pub(super) fn given(&self) -> &[(String, f64)] {
+        &self.given
+    }
+
     /// Whether any parameter was given.
     pub(super) fn is_empty(&self) -> bool {
         self.given.is_empty()
@@ -46,8 +123,11 @@ impl PointArguments {
     pub(super) fn point(&self, law: Law) -> Result<Point, Failure> {
         let axes = Grid::axis_names(law);
         let value = |name: &str| self.given.iter().find(|(given, _)| *given == name).map(|(_, value)| *value);
-        let missing: Vec<_> =
-            axes.iter().filter(|name| value(name).is_none()).map(|name| format!("--{name}")).collect();
+        let missing: Vec<_> = axes
+            .iter()
+            .filter(|name| value(name).is_none())
+            .map(|name| flag(name).trim_end().to_owned())
+            .collect();
         if !missing.is_empty() {
             return Err(Failure::BadInput(format!(
                 "the law `{}` also needs {}\n  help: give every parameter, or a table with --points IN.csv --out OUT.csv",
@@ -55,7 +135,7 @@ impl PointArguments {
                 missing.join(", ")
             )));
         }
-        if let Some((foreign, _)) = self.given.iter().find(|(name, _)| !axes.contains(name)) {
+        if let Some((foreign, _)) = self.given.iter().find(|(name, _)| !axes.contains(&name.as_str())) {
             return Err(Failure::BadInput(format!(
                 "--{foreign} is no parameter of the law `{}`\n  help: its parameters are {}",
                 law.name(),
@@ -63,17 +143,51 @@ impl PointArguments {
             )));
         }
         let values: Vec<f64> = axes.iter().filter_map(|name| value(name)).collect();
-        from_values(law, &values).map_err(|error| {
+        let point = from_values(law, &values).map_err(|error| {
             let (name, value, wanted) = complaint(&error);
             Failure::BadInput(format!(
-                "--{name} {value}: {name} must be {wanted}\n  help: choose a value that is"
+                "{}{value}: {name} must be {wanted}\n  help: choose a value that is",
+                flag(&name)
             ))
-        })
+        })?;
+        check_law(law, &point).map_err(Failure::BadInput)?;
+        Ok(point)
+    }
+}
+
+/// How a value of this axis is given: `--alpha `, or `--set name=`.
+fn flag(name: &str) -> String {
+    if names().contains(&name) { format!("--{name} ") } else { format!("--set {name}=") }
+}
+
+/// Checks that the law is legal at a point.
+pub(super) fn check_law(law: Law, point: &Point) -> Result<(), String> {
+    let fastest = 2.0 * point.belt_speed;
+    match law {
+        Law::Expression(law) => law
+            .check(point.epsilon, &point.law, fastest)
+            .map_err(|error| format!("--phi: {}\n  help: {}", point_into(law.text(), &error), error.remedy)),
+        Law::Table(table) if table.fastest() < fastest => Err(format!(
+            "--V {}: the data of {} end at slip speed {}, below 2 V\n  help: choose a lower belt speed",
+            point.belt_speed,
+            table.origin(),
+            table.fastest()
+        )),
+        Law::Stribeck | Law::Exponential | Law::Lorentzian | Law::Table(_) => Ok(()),
     }
 }
 
 impl Args for PointArguments {
     fn augment_args(command: Command) -> Command {
+        let command = command.arg(
+            Arg::new("set")
+                .long("set")
+                .value_name("NAME=NUMBER")
+                .help("A parameter of a law given as a formula; may be repeated")
+                .help_heading("Point")
+                .action(ArgAction::Append)
+                .value_parser(parse_setting),
+        );
         names().into_iter().fold(command, |command, name| {
             command.arg(
                 Arg::new(name)
@@ -98,10 +212,11 @@ impl Args for PointArguments {
 
 impl FromArgMatches for PointArguments {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
-        let given = names()
+        let flags = names()
             .into_iter()
-            .filter_map(|name| matches.get_one::<f64>(name).map(|value| (name, *value)))
-            .collect();
+            .filter_map(|name| matches.get_one::<f64>(name).map(|value| (name.to_owned(), *value)));
+        let settings = matches.get_many::<(String, f64)>("set").into_iter().flatten().cloned();
+        let given = flags.chain(settings).collect();
         Ok(Self { given })
     }
 
@@ -114,7 +229,7 @@ impl FromArgMatches for PointArguments {
 /// What an axis is, in one phrase.
 fn description(name: &str) -> String {
     let of_law = |law: Law| law.parameters().iter().find(|parameter| parameter.name == name);
-    let phrase = match (name, Law::ALL.into_iter().find_map(of_law)) {
+    let phrase = match (name, Law::BUILT_IN.into_iter().find_map(of_law)) {
         (_, Some(parameter)) => parameter.long_name,
         ("epsilon", None) => "size of the small terms, greater than 0",
         ("V", None) => "belt speed, greater than 0",
@@ -152,11 +267,22 @@ pub(super) fn complaint(error: &GridError) -> (String, String, String) {
 /// The command that explains a point, ready to paste.
 pub(super) fn probe_line(law: Law, point: &Point, tolerance: f64) -> String {
     let mut line = String::from("slipmap probe");
-    if law != Law::ALL[0] {
-        line.push_str(&format!(" --law {}", law.name()));
+    match law {
+        Law::Stribeck => {}
+        Law::Exponential | Law::Lorentzian => line.push_str(&format!(" --law {}", law.name())),
+        Law::Expression(law) => line.push_str(&format!(" --phi '{}'", law.text())),
+        Law::Table(table) => line.push_str(&format!(" --table '{}'", table.origin())),
+    }
+    let level = match law {
+        Law::Expression(law) => law.static_level(),
+        Law::Table(table) => table.static_level(),
+        Law::Stribeck | Law::Exponential | Law::Lorentzian => 1.0,
+    };
+    if level != 1.0 {
+        line.push_str(&format!(" --static {}", exact(level)));
     }
     for (name, value) in coordinates(law, point) {
-        line.push_str(&format!(" --{name} {}", exact(value)));
+        line.push_str(&format!(" {}{}", flag(name), exact(value)));
     }
     if tolerance != crate::config::DEFAULT_TOLERANCE {
         line.push_str(&format!(" --tolerance {}", exact(tolerance)));

@@ -7,16 +7,17 @@ use clap::Args;
 
 use super::answer::{self, Answer};
 use super::output::{Align, Table, count, exact, json, short, signed};
-use super::point::{PointArguments, coordinates, parse_law};
+use super::point::{LawArguments, PointArguments, coordinates};
 use super::report::{existing, failure};
 use super::{Ended, Failure, probe_table};
 use crate::config::{DEFAULT_TOLERANCE, check_tolerance};
 use crate::filippov::Eigenvalues;
-use crate::friction::Law;
+use crate::machine::behaviour;
 use crate::map::Method;
 use crate::map::limits::HIGHEST;
 use crate::report::figure::{self, Width};
 use crate::report::write_figure;
+use crate::simulate::slip_cycle::none_proved;
 use crate::simulate::{self, Flow, Range};
 
 /// Ask every method about one point, or about each row of a table.
@@ -25,9 +26,12 @@ use crate::simulate::{self, Flow, Range};
 pub(super) struct Arguments {
     #[command(flatten)]
     point: PointArguments,
-    /// Friction law
-    #[arg(long, value_parser = parse_law, default_value = Law::ALL[0].name())]
-    law: Law,
+    #[command(flatten)]
+    law: LawArguments,
+    /// The machine in SI units described in the tables [machine] and [friction] of a configuration, in place of
+    /// the point; --set belt_speed=.. and --set damping=.. choose others than the file's
+    #[arg(long, value_name = "FILE.toml", conflicts_with_all = ["points", "law", "phi", "table"])]
+    machine: Option<PathBuf>,
     /// Bound on the error of the scaled grazing margin m / V that the simulation aims at [default: 1e-9]
     #[arg(long, value_name = "NUMBER", value_parser = parse_tolerance)]
     tolerance: Option<f64>,
@@ -63,6 +67,9 @@ const EXAMPLES: &str = "\
 Examples:
   slipmap probe --epsilon 0.1 --alpha 0.3 --beta 0.1 --gamma 2 --V 1 --c 0.5
   slipmap probe --epsilon 0.1 --alpha 0.3 --beta 0.1 --gamma 2 --V 1 --c 0.5 --figure portrait.svg
+  slipmap probe --law lorentzian --epsilon 1 --mu 0.5 --vs 1 --eta 0 --V 0.6 --c 0.2
+  slipmap probe --phi 'mu + (1 - mu)*exp(-u/vs)' --epsilon 1 --set mu=0.5 --set vs=1 --V 0.6 --c 0.1
+  slipmap probe --machine configs/brake_pad.toml --set belt_speed=0.05
   slipmap probe --points points.csv --out answers.csv
 
 A table with the header epsilon,alpha,beta,gamma,V,c (and any other columns) gains the columns
@@ -77,6 +84,9 @@ fn parse_tolerance(text: &str) -> Result<f64, String> {
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let tolerance = arguments.tolerance.unwrap_or(DEFAULT_TOLERANCE);
+    let machine =
+        arguments.machine.as_ref().map(|file| super::machine::load(file, &arguments.point)).transpose()?;
+    let law = machine.map_or_else(|| arguments.law.law(), |(law, _)| Ok(law))?;
     if let (Some(input), Some(output)) = (&arguments.points, &arguments.out) {
         if !arguments.point.is_empty() {
             return Err(Failure::BadInput(
@@ -88,24 +98,36 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
             input,
             output,
             overwrite: arguments.overwrite,
-            law: arguments.law,
+            law,
             tolerance,
             threads: arguments.threads.map(usize::from),
             epsilon_limits: arguments.epsilon_limits,
             quiet: arguments.quiet,
         });
     }
-    let point = arguments.point.point(arguments.law)?;
+    let point = match machine.and_then(|(law, machine)| machine.point(law)) {
+        Some(point) => point,
+        None => arguments.point.point(law)?,
+    };
     if let Some(path) = &arguments.figure {
-        let (scene, caption) = figure::portrait(arguments.law, &point, Width::OneColumn);
+        let (scene, caption) = figure::portrait(law, &point, Width::OneColumn);
         write_figure(&scene, &caption, path, existing(arguments.overwrite)).map_err(failure)?;
     }
-    let answer = Answer::of(arguments.law, &point, tolerance, Method::all());
+    let answer = Answer::of(law, &point, tolerance, Method::all());
     let direct = simulate::direct::flow(&answer.oscillator, tolerance);
+    let behaviour = machine.and_then(|(law, machine)| Some((machine, behaviour(&machine, law, tolerance)?)));
     if arguments.json {
-        json(&answer.json(&direct))?;
+        let mut whole = answer.json(&direct);
+        if let Some((machine, behaviour)) = &behaviour {
+            whole["machine"] = super::machine::json(machine, behaviour);
+        }
+        json(&whole)?;
     } else {
-        write(&mut io::stdout().lock(), &answer, &direct)?;
+        let mut out = io::stdout().lock();
+        write(&mut out, &answer, &direct)?;
+        if let Some((machine, behaviour)) = &behaviour {
+            super::machine::write(&mut out, machine, behaviour)?;
+        }
     }
     Ok(Ended::Fine)
 }
@@ -214,6 +236,30 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         ),
     );
     line("exit point", format!("({}, {belt})", short(oscillator.exit_x1())));
+    match answer.slip_cycles() {
+        Err(failure) => line("slip cycles", format!("not determined: {failure}")),
+        Ok(cycles) if cycles.is_empty() && none_proved(oscillator) => {
+            line("slip cycles", "none: the even part of the divergence has one sign (proved)".into());
+        }
+        Ok(cycles) if cycles.is_empty() => line("slip cycles", "none found".into()),
+        Ok(cycles) => {
+            for cycle in &cycles {
+                let amplitude = 0.5 * (cycle.displacement.hi - cycle.displacement.lo);
+                line(
+                    "slip cycle",
+                    format!(
+                        "{}, amplitude {}, {} <= x2 <= {}, multiplier {}, period {}",
+                        if cycle.is_stable() { "attracts" } else { "repels" },
+                        short(amplitude),
+                        short(cycle.velocity.lo),
+                        short(cycle.velocity.hi),
+                        short(cycle.multiplier),
+                        short(cycle.period)
+                    ),
+                );
+            }
+        }
+    }
     match answer.landing() {
         None => line("landing", "none: the orbit from the exit point never sticks".into()),
         Some(landing) => {

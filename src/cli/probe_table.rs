@@ -193,6 +193,9 @@ impl Columns {
             )
         })?;
 
+        point::check_law(job.law, &point)
+            .map_err(|problem| Failure::BadInput(format!("{input}:{line}: {problem}")))?;
+
         let answer = Answer::of(job.law, &point, job.tolerance, Method::usual());
         let number = |x: f64| if x.is_nan() { String::new() } else { exact(x) };
         for method in &answer.methods {

@@ -12,8 +12,9 @@ use super::output::{bytes, count};
 use super::summary::{self, Report};
 use super::{Ended, Failure, estimate, interrupt, output, progress, say};
 use crate::config::Job;
+use crate::machine::SI_ATTRIBUTE;
 use crate::map::{self, Account, ComputeError, Control, Queue, Summary};
-use crate::store::{self, Existing, Outcome, PartialMap, Provenance, Resumed, StoreError};
+use crate::store::{self, Existing, Outcome, PartialMap, Provenance, Resumed, StoreError, Value};
 
 /// Compute a map from a configuration file.
 #[derive(Debug, Args)]
@@ -480,6 +481,10 @@ fn outcome(job: &Job, summary: &Summary) -> Outcome {
                 ("audit_seconds".to_owned(), summary.audit_seconds.into()),
                 ("pack_seconds".to_owned(), summary.pack_seconds.into()),
             ])
+            .chain(
+                job.machine
+                    .map(|machine| (SI_ATTRIBUTE.to_owned(), Value::Reals(machine.to_array().to_vec()))),
+            )
             .collect(),
     }
 }

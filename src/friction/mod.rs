@@ -5,9 +5,20 @@
 //! above this module asks a curve for its values and for sign-certain bounds; it never learns which
 //! parameters the law has.
 
+mod enclose;
+mod exponential;
+mod expression;
+mod interval;
+mod jet;
+mod lorentzian;
 mod stribeck;
+mod table;
 
+pub use exponential::Exponential;
+pub use expression::{Expression, ExpressionCurve, ExpressionError};
+pub use lorentzian::Lorentzian;
 pub use stribeck::Stribeck;
+pub use table::{Table, TableError};
 
 use crate::point::{LawParameters, Point};
 
@@ -38,17 +49,39 @@ pub struct Parameter {
 pub enum Law {
     /// The paper's law, `(1 - alpha) / (1 + eps gamma u) + alpha + eps beta u^2`.
     Stribeck,
+    /// `mu + (1 - mu) exp(-u / vs) + eta u`.
+    Exponential,
+    /// `mu + (1 - mu) / (1 + (u / vs)^2) + eta u`.
+    Lorentzian,
+    /// A law given as text.
+    Expression(Expression),
+    /// A law given by data.
+    Table(Table),
 }
 
+/// Name of the laws given as text.
+const EXPRESSION: &str = "expression";
+/// Name of the laws given by data.
+const TABLE: &str = "table";
+
 impl Law {
-    /// Every law, in the order in which messages list them.
-    pub const ALL: [Law; 1] = [Law::Stribeck];
+    /// The laws that need no definition, in the order in which messages list them.
+    pub const BUILT_IN: [Law; 3] = [Law::Stribeck, Law::Exponential, Law::Lorentzian];
+
+    /// The names of all laws.
+    pub fn names() -> impl Iterator<Item = &'static str> {
+        Self::BUILT_IN.into_iter().map(Law::name).chain([EXPRESSION, TABLE])
+    }
 
     /// The law's name in a configuration.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Law::Stribeck => "stribeck",
+            Law::Exponential => "exponential",
+            Law::Lorentzian => "lorentzian",
+            Law::Expression(_) => EXPRESSION,
+            Law::Table(_) => TABLE,
         }
     }
 
@@ -57,6 +90,46 @@ impl Law {
     pub fn parameters(self) -> &'static [Parameter] {
         match self {
             Law::Stribeck => &stribeck::PARAMETERS,
+            Law::Exponential | Law::Lorentzian => &exponential::PARAMETERS,
+            Law::Expression(law) => law.parameters(),
+            Law::Table(_) => &[],
+        }
+    }
+
+    /// What has to be known beside the name to make the law again with [`Law::from_definition`]; empty for
+    /// the built-in laws.
+    #[must_use]
+    pub fn definition(self) -> String {
+        match self {
+            Law::Stribeck | Law::Exponential | Law::Lorentzian => String::new(),
+            Law::Expression(law) => format!("{}\n{}", law.static_level(), law.text()),
+            Law::Table(table) => {
+                let rows = table.data().map(|(u, phi)| format!("\n{u},{phi}"));
+                let head = format!("{} {}", table.static_level(), table.origin());
+                std::iter::once(head).chain(rows).collect()
+            }
+        }
+    }
+
+    /// The law of this name and definition; `None` if there is none.
+    #[must_use]
+    pub fn from_definition(name: &str, definition: &str) -> Option<Law> {
+        if let Some(law) = Self::BUILT_IN.into_iter().find(|law| law.name() == name) {
+            return Some(law);
+        }
+        let (head, rest) = definition.split_once('\n')?;
+        match name {
+            EXPRESSION => Some(Law::Expression(Expression::new(rest, head.parse().ok()?).ok()?)),
+            TABLE => {
+                let row = |line: &str| {
+                    let (u, phi) = line.split_once(',')?;
+                    Some((u.parse().ok()?, phi.parse().ok()?))
+                };
+                let data: Vec<(f64, f64)> = rest.lines().map(row).collect::<Option<_>>()?;
+                let (level, origin) = head.split_once(' ')?;
+                Some(Law::Table(Table::new(origin, &data, level.parse().ok()?).ok()?))
+            }
+            _ => None,
         }
     }
 
@@ -65,6 +138,10 @@ impl Law {
     pub fn curve(self, epsilon: f64, parameters: &LawParameters) -> Curve {
         match self {
             Law::Stribeck => Curve::Stribeck(Stribeck::new(epsilon, parameters)),
+            Law::Exponential => Curve::Exponential(Exponential::new(parameters)),
+            Law::Lorentzian => Curve::Lorentzian(Lorentzian::new(parameters)),
+            Law::Expression(law) => Curve::Expression(law.curve(epsilon, parameters)),
+            Law::Table(table) => Curve::Table(table),
         }
     }
 
@@ -84,6 +161,14 @@ impl Law {
 pub enum Curve {
     /// The paper's Stribeck curve.
     Stribeck(Stribeck),
+    /// An exponential curve.
+    Exponential(Exponential),
+    /// A Lorentzian curve.
+    Lorentzian(Lorentzian),
+    /// A curve given as text.
+    Expression(ExpressionCurve),
+    /// A measured curve.
+    Table(Table),
 }
 
 /// What the first-order theory (eps -> 0) needs of a law: phi = 1 + eps F1(u) + O(eps^2).
@@ -98,6 +183,20 @@ pub struct FirstOrder {
     pub weakening_range: Range,
 }
 
+/// Why a law has no first order in eps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum NoFirstOrder {
+    /// eps does not occur in it.
+    #[error("the friction law does not depend on eps")]
+    NoEpsilon,
+    /// phi is not 1 at eps = 0.
+    #[error("the friction law is not constant at eps = 0")]
+    NotSmall,
+    /// Its derivative by eps does not exist at eps = 0.
+    #[error("the friction law has no derivative by eps at eps = 0")]
+    NotDifferentiable,
+}
+
 impl Curve {
     /// phi(u), the friction force at slip speed `u` >= 0.
     #[must_use]
@@ -105,6 +204,10 @@ impl Curve {
     pub fn phi(&self, u: f64) -> f64 {
         match self {
             Curve::Stribeck(law) => law.phi(u),
+            Curve::Exponential(law) => law.phi(u),
+            Curve::Lorentzian(law) => law.phi(u),
+            Curve::Expression(law) => law.phi(u),
+            Curve::Table(law) => law.phi(u),
         }
     }
 
@@ -115,6 +218,10 @@ impl Curve {
     pub fn weakening(&self, u: f64) -> f64 {
         match self {
             Curve::Stribeck(law) => law.weakening(u),
+            Curve::Exponential(law) => law.weakening(u),
+            Curve::Lorentzian(law) => law.weakening(u),
+            Curve::Expression(law) => law.weakening(u),
+            Curve::Table(law) => law.weakening(u),
         }
     }
 
@@ -123,6 +230,10 @@ impl Curve {
     pub fn weakening_range(&self, lo: f64, hi: f64) -> Range {
         match self {
             Curve::Stribeck(law) => law.weakening_range(lo, hi),
+            Curve::Exponential(law) => law.weakening_range(lo, hi),
+            Curve::Lorentzian(law) => law.weakening_range(lo, hi),
+            Curve::Expression(law) => law.weakening_range(lo, hi),
+            Curve::Table(law) => law.weakening_range(lo, hi),
         }
     }
 
@@ -131,6 +242,10 @@ impl Curve {
     pub fn even_weakening_range(&self, belt_speed: f64) -> Range {
         match self {
             Curve::Stribeck(law) => law.even_weakening_range(belt_speed),
+            Curve::Exponential(law) => law.even_weakening_range(belt_speed),
+            Curve::Lorentzian(law) => law.even_weakening_range(belt_speed),
+            Curve::Expression(law) => law.even_weakening_range(belt_speed),
+            Curve::Table(law) => law.even_weakening_range(belt_speed),
         }
     }
 
@@ -140,14 +255,41 @@ impl Curve {
     pub fn mean_weakening(&self, belt_speed: f64) -> f64 {
         match self {
             Curve::Stribeck(law) => law.mean_weakening(belt_speed),
+            Curve::Exponential(law) => law.mean_weakening(belt_speed),
+            Curve::Lorentzian(law) => law.mean_weakening(belt_speed),
+            Curve::Expression(law) => law.mean_weakening(belt_speed),
+            Curve::Table(law) => law.mean_weakening(belt_speed),
         }
     }
 
-    /// The law to first order in eps at belt speed V; `None` for a law that does not depend on eps.
-    #[must_use]
-    pub fn first_order(&self, belt_speed: f64) -> Option<FirstOrder> {
+    /// The law to first order in eps at belt speed V.
+    ///
+    /// # Errors
+    /// [`NoFirstOrder`] for a law that is not 1 + O(eps).
+    pub fn first_order(&self, belt_speed: f64) -> Result<FirstOrder, NoFirstOrder> {
         match self {
-            Curve::Stribeck(law) => Some(law.first_order(belt_speed)),
+            Curve::Stribeck(law) => Ok(law.first_order(belt_speed)),
+            Curve::Expression(law) => law.first_order(belt_speed),
+            Curve::Exponential(_) | Curve::Lorentzian(_) | Curve::Table(_) => Err(NoFirstOrder::NoEpsilon),
+        }
+    }
+
+    /// Slip speeds > 0, in growing order, at which the slope of the weakening rate jumps: everywhere else the
+    /// curve is smooth.
+    #[must_use]
+    pub fn corners(&self) -> &'static [f64] {
+        match self {
+            Curve::Table(law) => law.corners(),
+            Curve::Stribeck(_) | Curve::Exponential(_) | Curve::Lorentzian(_) | Curve::Expression(_) => &[],
+        }
+    }
+
+    /// Whether the weakening rate certainly never rises with the slip speed, the continuation to u < 0 included.
+    #[must_use]
+    pub fn weakens_less_and_less(&self) -> bool {
+        match self {
+            Curve::Stribeck(_) | Curve::Exponential(_) => true,
+            Curve::Lorentzian(_) | Curve::Expression(_) | Curve::Table(_) => false,
         }
     }
 }

@@ -14,7 +14,8 @@ use super::{Field, Method, MethodCells, Plan, Regime, Sink, Tile, TileData, Verd
 use crate::certify::Claim;
 use crate::filippov::Oscillator;
 use crate::friction::Column;
-use crate::simulate::{return_map::Turn, return_map::turns_of};
+use crate::simulate::return_map::{Turn, turns_of};
+use crate::simulate::slip_cycle::{SlipCycle, slip_cycles};
 
 /// How a computation is steered from outside.
 pub struct Control<'a> {
@@ -384,14 +385,30 @@ pub fn regime(oscillator: &Oscillator, flow: &crate::simulate::Flow) -> Regime {
     regime_of(oscillator, End::of(flow))
 }
 
+/// Relative error of the turns by which slip cycles are sought.
+const SLIP_TOLERANCE: f64 = 1e-10;
+
 /// An orbit that spirals inward around an unstable equilibrium must tend to a slip cycle between the two
 /// (Poincare-Bendixson); around a stable one the equilibrium attracts. A stick-slip cycle around a stable
-/// equilibrium coexists with it.
+/// equilibrium coexists with it. Laws whose weakening rises somewhere may have further slip cycles, which are
+/// looked for.
 pub(super) fn regime_of(oscillator: &Oscillator, end: End) -> Regime {
     let stable = oscillator.eigenvalues().is_stable();
+    let slips = match end {
+        End::Crosses | End::TooClose | End::Failed => false,
+        End::Sticks | End::Inward if oscillator.curve.weakens_less_and_less() => {
+            end == End::Inward && !stable
+        }
+        End::Sticks | End::Inward => match slip_cycles(oscillator, SLIP_TOLERANCE) {
+            Ok(cycles) => cycles.iter().any(SlipCycle::is_stable),
+            Err(_) => return Regime::Failed,
+        },
+    };
     match end {
+        End::Sticks if slips => Regime::PureSlipAndStickSlip,
         End::Sticks if stable => Regime::Bistable,
         End::Sticks => Regime::StickSlip,
+        End::Inward if slips && stable => Regime::PureSlipAndEquilibrium,
         End::Inward if stable => Regime::Equilibrium,
         End::Inward => Regime::PureSlip,
         End::Crosses => Regime::Crossing,

@@ -90,7 +90,11 @@ fn domain(law: Law, role: AxisRole, value: f64) -> (bool, String) {
         AxisRole::Damping => (value >= 0.0, "at least 0".into()),
         AxisRole::Law(i) => {
             let p = &law.parameters()[i];
-            let words = if p.max.is_finite() {
+            let words = if p.min == f64::MIN_POSITIVE && p.max == f64::INFINITY {
+                "greater than 0".into()
+            } else if p.min == f64::MIN {
+                "finite".into()
+            } else if p.max.is_finite() {
                 format!("between {} and {}", p.min, p.max)
             } else {
                 format!("at least {}", p.min)

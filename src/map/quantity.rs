@@ -125,8 +125,9 @@ pub struct AttractingCycle {
     pub multiplier: f64,
 }
 
-/// The cycle that attracts in `regime`, where the orbit from the exit point ends as `flow` says. `None` where
-/// there is none, or where it cannot be followed.
+/// The cycle that attracts in `regime`, where the orbit from the exit point ends as `flow` says: the stick-slip
+/// cycle before a slip cycle, of slip cycles the largest. `None` where there is none, or where it cannot be
+/// followed.
 #[must_use]
 pub fn attracting_cycle(
     oscillator: &Oscillator,
@@ -135,7 +136,7 @@ pub fn attracting_cycle(
     tolerance: f64,
 ) -> Option<AttractingCycle> {
     match regime {
-        Regime::StickSlip | Regime::Bistable => {
+        Regime::StickSlip | Regime::Bistable | Regime::PureSlipAndStickSlip => {
             let StickSlipCycle { period, velocity, displacement } =
                 stick_slip_cycle(oscillator, flow, tolerance).ok()??;
             Some(AttractingCycle { period, displacement, velocity, multiplier: 0.0 })
@@ -146,21 +147,22 @@ pub fn attracting_cycle(
                 cycles.into_iter().find(CrossingCycle::is_stable)?;
             Some(AttractingCycle { period, displacement, velocity, multiplier })
         }
-        Regime::PureSlip => {
+        Regime::PureSlip | Regime::PureSlipAndEquilibrium => {
             let cycles = slip_cycles(oscillator, tolerance.min(TIGHT)).ok()?;
             let SlipCycle { period, displacement, velocity, multiplier } =
-                cycles.into_iter().find(SlipCycle::is_stable)?;
+                cycles.into_iter().rfind(SlipCycle::is_stable)?;
             Some(AttractingCycle { period, displacement, velocity, multiplier })
         }
         Regime::Equilibrium | Regime::Failed => None,
     }
 }
 
-/// The unstable slip cycle that bounds the basin of steady slip in the bistable regime, and the kicks onto it.
-/// `None` in other regimes, or where it cannot be followed.
+/// The unstable slip cycle within which the mass does not stick-slip, in the regimes in which the stick-slip
+/// cycle and something within attract, and the kicks onto it. `None` in other regimes, or where it cannot be
+/// followed.
 #[must_use]
 pub fn basin_boundary(oscillator: &Oscillator, regime: Regime, tolerance: f64) -> Option<(SlipCycle, Kick)> {
-    if regime != Regime::Bistable {
+    if !matches!(regime, Regime::Bistable | Regime::PureSlipAndStickSlip) {
         return None;
     }
     let tolerance = tolerance.min(TIGHT);
@@ -215,8 +217,9 @@ impl Description {
     fn of(plan: &Plan, oscillator: &Oscillator, end: End) -> Self {
         let regime = regime_of(oscillator, end);
         let (cycle, basin) = (plan.stores(Field::Cycle), plan.stores(Field::Basin));
-        let sticks = end == End::Sticks && (plan.stores(Field::Landing) || cycle);
-        let flow = (sticks || cycle && end == End::Crosses).then(|| flow(oscillator, plan.tolerance));
+        let cycle = cycle && !matches!(regime, Regime::Equilibrium | Regime::Failed);
+        let lands = end == End::Sticks && plan.stores(Field::Landing);
+        let flow = (lands || cycle).then(|| flow(oscillator, plan.tolerance));
         Self {
             landing: match flow.map(|flow| flow.fate) {
                 Some(Fate::Sticks(landing)) => Some(landing),

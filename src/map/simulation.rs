@@ -107,7 +107,7 @@ impl Paths {
 pub(super) struct Simulated {
     /// The end of each cell's orbit, column by column.
     pub ends: Vec<End>,
-    /// Critical damping of each column; empty unless asked for.
+    /// Critical damping of each column, where asked for or found on the way.
     pub critical: Vec<Option<CriticalDamping>>,
     pub paths: Paths,
     pub rhs: u64,
@@ -121,14 +121,17 @@ pub(super) fn simulate(
     tolerance: f64,
     want_critical: bool,
 ) -> Simulated {
-    let mut done = Simulated { ends: Vec::with_capacity(columns.len() * cs.len()), ..Simulated::default() };
+    let mut done = Simulated {
+        ends: Vec::with_capacity(columns.len() * cs.len()),
+        critical: vec![None; columns.len()],
+        ..Simulated::default()
+    };
     match engine {
         Engine::Direct => {
             for column in columns {
                 for &c in cs {
-                    let answer = direct::flow(&Oscillator::in_column(column, c), tolerance);
-                    done.rhs += answer.rhs;
-                    done.ends.push(End::of(&answer));
+                    let end = by_direct(&Oscillator::in_column(column, c), tolerance, &mut done.rhs);
+                    done.ends.push(end);
                 }
             }
             done.paths.direct = done.ends.len() as u64;
@@ -141,27 +144,58 @@ pub(super) fn simulate(
         Engine::CriticalSurface | Engine::Auto => by_column(columns, cs, engine, tolerance, &mut done),
     }
     if want_critical {
-        done.critical = vec![None; columns.len()];
-        // Where the certificate rules out a cycle at every c >= 0 there is no critical damping to look for.
-        let (numbers, searched): (Vec<usize>, Vec<Column>) = columns
-            .iter()
-            .enumerate()
-            .filter(|(_, column)| (certify::symmetric::TEST.claim)(column).absent_above >= 0.0)
-            .unzip();
-        for (number, found) in numbers.into_iter().zip(critical_dampings(&searched, tolerance)) {
-            if let Ok(critical) = found {
-                done.rhs += critical.rhs;
-                done.critical[number] = Some(critical);
-            }
-        }
+        complete_critical(columns, engine, tolerance, &mut done);
     }
     done
+}
+
+/// Finds the critical dampings that labelling the cells did without.
+fn complete_critical(columns: &[Column], engine: Engine, tolerance: f64, done: &mut Simulated) {
+    let mut numbers = Vec::new();
+    for (number, (column, critical)) in columns.iter().zip(&mut done.critical).enumerate() {
+        // Where the certificate rules out a cycle at every c >= 0 there is no critical damping to look for.
+        if critical.is_some() || (certify::symmetric::TEST.claim)(column).absent_above < 0.0 {
+            continue;
+        }
+        if engine == Engine::Auto {
+            // The tolerance is relative to the size of the divergence.
+            let enough = tolerance * column.curve.weakening(0.0) / column.epsilon;
+            *critical = surface::critical_damping(column).filter(|found| found.error <= enough);
+        }
+        if critical.is_none() {
+            numbers.push(number);
+        }
+    }
+    let searched: Vec<Column> = numbers.iter().map(|&number| columns[number]).collect();
+    for (number, found) in numbers.into_iter().zip(critical_dampings(&searched, tolerance)) {
+        if let Ok(critical) = found {
+            done.rhs += critical.rhs;
+            done.critical[number] = Some(critical);
+        }
+    }
 }
 
 /// The verdicts of the method `simulation` on the cells of `columns` at the dampings `cs`, column by column.
 #[must_use]
 pub fn decide(columns: &[Column], cs: &[f64], engine: Engine, tolerance: f64) -> Vec<Verdict> {
     simulate(columns, cs, engine, tolerance, false).ends.into_iter().map(End::verdict).collect()
+}
+
+/// The finest tolerance of the direct engine at which round-off leaves its steps alone.
+const FINEST_DIRECT: f64 = 1e-13;
+
+/// A cell by the direct engine, at finer tolerances while it lies within the error of the boundary.
+fn by_direct(oscillator: &Oscillator, tolerance: f64, rhs: &mut u64) -> End {
+    let mut tolerance = tolerance;
+    loop {
+        let answer = direct::flow(oscillator, tolerance);
+        *rhs += answer.rhs;
+        let end = End::of(&answer);
+        if end != End::TooClose || tolerance <= FINEST_DIRECT {
+            return end;
+        }
+        tolerance = (1e-2 * tolerance).max(FINEST_DIRECT);
+    }
 }
 
 /// Every cell of a column by its own orbit: vectors of turns, and single orbits where the margin's sign or
@@ -192,7 +226,9 @@ fn return_map_column(column: &Column, cs: &[f64], tolerance: f64, done: &mut Sim
 /// wL^2 = r^2 - V^2 that bounds the landing speed. D at slip speeds below zero is the continuation's, at
 /// least D(0) for a friction that weakens less and less.
 fn lands_on_stick(oscillator: &Oscillator, margin: f64) -> bool {
-    oscillator.divergence(0.0) > 0.0 && oscillator.belt_speed * (margin * (2.0 + margin)).sqrt() < 2.0
+    oscillator.curve.weakens_less_and_less()
+        && oscillator.divergence(0.0) > 0.0
+        && oscillator.belt_speed * (margin * (2.0 + margin)).sqrt() < 2.0
 }
 
 /// How a column is labelled.
@@ -224,7 +260,7 @@ fn by_column(columns: &[Column], cs: &[f64], engine: Engine, tolerance: f64, don
     let rooted: Vec<Column> =
         columns.iter().zip(&ways).filter(|(_, way)| **way == Way::Root).map(|(column, _)| *column).collect();
     let mut roots = critical_dampings(&rooted, tolerance).into_iter();
-    for ((column, claim), way) in columns.iter().zip(&claims).zip(ways) {
+    for (number, ((column, claim), way)) in columns.iter().zip(&claims).zip(ways).enumerate() {
         match way {
             Way::Certificate => {
                 done.paths.certificate += cs.len() as u64;
@@ -238,6 +274,7 @@ fn by_column(columns: &[Column], cs: &[f64], engine: Engine, tolerance: f64, don
             }
             Way::Root => match roots.next() {
                 Some(Ok(critical)) => {
+                    done.critical[number] = Some(critical);
                     done.paths.critical_surface +=
                         column_by_root(column, cs, claim, critical, tolerance, done);
                 }

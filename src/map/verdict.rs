@@ -91,17 +91,23 @@ pub enum Regime {
     Crossing = 4,
     /// Not determined.
     Failed = 5,
+    /// A slip cycle and the stick-slip cycle both attract.
+    PureSlipAndStickSlip = 6,
+    /// A slip cycle and the equilibrium both attract.
+    PureSlipAndEquilibrium = 7,
 }
 
 impl Regime {
     /// Every regime, in the order of its code.
-    pub const ALL: [Regime; 6] = [
+    pub const ALL: [Regime; 8] = [
         Regime::Equilibrium,
         Regime::StickSlip,
         Regime::Bistable,
         Regime::PureSlip,
         Regime::Crossing,
         Regime::Failed,
+        Regime::PureSlipAndStickSlip,
+        Regime::PureSlipAndEquilibrium,
     ];
 
     /// The word used in tables and in `flag_meanings`.
@@ -114,6 +120,8 @@ impl Regime {
             Regime::PureSlip => "pure_slip",
             Regime::Crossing => "crossing",
             Regime::Failed => "failed",
+            Regime::PureSlipAndStickSlip => "pure_slip_and_stick_slip",
+            Regime::PureSlipAndEquilibrium => "pure_slip_and_equilibrium",
         }
     }
 

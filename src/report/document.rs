@@ -21,6 +21,7 @@ fn heading(table: &Table) -> &'static str {
         "cost" => "Cost",
         "failures" => "Failures and audit",
         "methods" => "Methods",
+        "machine" => "The machine in SI units",
         "axes" => "Grid",
         _ => "Provenance",
     }

@@ -1,5 +1,7 @@
 //! The tables of a report.
 
+mod machine;
+
 use super::table::{Cell, Column, Show, Table};
 use super::text::{Rich, rich};
 use super::{Confusion, Report};
@@ -9,7 +11,7 @@ use crate::store::{MapFile, Value};
 /// All tables, in the order of the report.
 #[must_use]
 pub fn all(map: &MapFile, report: &Report) -> Vec<Table> {
-    vec![
+    let mut tables = vec![
         volume(map, report),
         agreement(map, report),
         boundary(map, report),
@@ -19,7 +21,12 @@ pub fn all(map: &MapFile, report: &Report) -> Vec<Table> {
         methods(map),
         axes(map),
         provenance(map),
-    ]
+    ];
+    // What an engineer looks for comes first.
+    if let Some(table) = machine::machine(map) {
+        tables.insert(0, table);
+    }
+    tables
 }
 
 fn column(key: &'static str, heading: &str, show: Show) -> Column {

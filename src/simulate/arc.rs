@@ -10,6 +10,7 @@
 use std::f64::consts::TAU;
 
 use super::Failure;
+use super::corners::{self, End};
 use super::dop853::{Field, step};
 use crate::filippov::{Oscillator, Side};
 
@@ -123,6 +124,14 @@ impl<'a> Walk<'a> {
         (State { v, w, growth, time: from.time + h }, error[0].hypot(error[1]))
     }
 
+    /// The slip speed at a state.
+    fn slip(&self, state: &State) -> End {
+        match self.side {
+            Side::Below => End { slip: self.oscillator.belt_speed - state.v, rate: -state.w },
+            Side::Above => End { slip: state.v - self.oscillator.belt_speed, rate: state.w },
+        }
+    }
+
     /// Whether a state lies beyond the belt line.
     fn beyond(&self, state: &State) -> bool {
         match self.side {
@@ -148,6 +157,13 @@ impl<'a> Walk<'a> {
             let (to, error) = self.after(&from, h);
             if !(to.v.is_finite() && to.w.is_finite()) {
                 h *= 0.1;
+                continue;
+            }
+            let ends = [self.slip(&from), self.slip(&to)];
+            if let Some(shorter) =
+                corners::shortened(&self.oscillator.curve, self.oscillator.belt_speed, ends, h)
+            {
+                h = shorter;
                 continue;
             }
             let allowed = self.allowed * h;

@@ -17,7 +17,7 @@ use std::f64::consts::TAU;
 use std::sync::{LazyLock, OnceLock};
 
 use super::polar::{Angle, LANES, Lanes};
-use super::{Fate, flow};
+use super::{Fate, flow, general};
 use crate::filippov::Oscillator;
 use crate::friction::{Column, Curve};
 use crate::point::ScaledGroups;
@@ -268,23 +268,28 @@ pub fn critical_dampings(
     columns: &[Column],
     tolerance: f64,
 ) -> Vec<Result<CriticalDamping, NoCriticalDamping>> {
-    let starts: Vec<ScaledGroups> = columns
-        .iter()
-        .map(|column| {
-            let Curve::Stribeck(law) = &column.curve;
-            law.scaled(column.belt_speed, column.curve.mean_weakening(column.belt_speed))
-        })
-        .collect();
-    spectral(&starts, tolerance)
-        .into_iter()
-        .zip(columns)
-        .map(|(answer, column)| match answer {
-            Spectral::Root { viscous, error, rhs } => {
-                Ok(CriticalDamping { c: viscous / column.epsilon, error: error / column.epsilon, rhs })
+    let scaled = |column: &Column| match &column.curve {
+        Curve::Stribeck(law) => {
+            Some(law.scaled(column.belt_speed, column.curve.mean_weakening(column.belt_speed)))
+        }
+        Curve::Exponential(_) | Curve::Lorentzian(_) | Curve::Expression(_) | Curve::Table(_) => None,
+    };
+    // The vectorised search knows the Stribeck law; other columns go one by one.
+    let starts: Vec<ScaledGroups> = columns.iter().filter_map(scaled).collect();
+    let mut vectorised = spectral(&starts, tolerance).into_iter();
+    let answer = |column: &Column| {
+        let is_stribeck = matches!(column.curve, Curve::Stribeck(_));
+        let answer = match is_stribeck.then(|| vectorised.next()).flatten() {
+            Some(Spectral::Root { viscous, error, rhs }) => {
+                let (c, error) = (viscous / column.epsilon, error / column.epsilon);
+                Ok(CriticalDamping { c, error, rhs })
             }
-            Spectral::NoAnswer { rhs } => search(column, tolerance, rhs),
-        })
-        .collect()
+            Some(Spectral::NoAnswer { rhs }) => Err(rhs),
+            None => general::critical_damping(column, tolerance),
+        };
+        answer.or_else(|rhs| search(column, tolerance, rhs))
+    };
+    columns.iter().map(answer).collect()
 }
 
 /// The critical damping of one column, see [`critical_dampings`].
@@ -355,8 +360,10 @@ fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, 
                 // near as the next dampings, on either side, that it tells apart.
                 let slope = (at_low - at_high) / (high - low);
                 let mut near = (2.0 * undecided.get() / slope).max(enough);
-                while near < next - low && near < high - next {
-                    if margin(next - near)? > 0.0 && margin(next + near)? < 0.0 {
+                while near < high - low {
+                    let told_below = next - near <= low || margin(next - near)? > 0.0;
+                    let told_above = next + near >= high || margin(next + near)? < 0.0;
+                    if told_below && told_above {
                         return Ok(CriticalDamping { c: next, error: near, rhs });
                     }
                     near *= 2.0;

@@ -60,6 +60,10 @@ impl Field<2> for Clocked<'_> {
 /// Follows the orbit from the exit point to its first return to the belt line with the scaled error
 /// `tolerance`, and counts right-hand sides.
 pub(super) fn approach(oscillator: &Oscillator, tolerance: f64, rhs: &mut u64) -> Approach {
+    if !oscillator.curve.corners().is_empty() {
+        // Equal steps cannot end at corners.
+        return Approach::NoAnswer;
+    }
     let mut steps = STEPS;
     while steps <= MOST_STEPS {
         match attempt(oscillator, steps, tolerance, rhs) {

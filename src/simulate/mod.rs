@@ -7,11 +7,13 @@
 
 mod arc;
 mod collocation;
+mod corners;
 pub mod critical;
 pub mod crossing;
 pub mod direct;
 mod dop853;
 mod dynamics;
+mod general;
 mod landing;
 pub mod naive;
 mod polar;

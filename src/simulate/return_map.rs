@@ -5,7 +5,7 @@
 //! itself; positive, it comes back to the belt line (theory, section 3). No event is located for that.
 
 use super::landing::{Approach, Arrival, approach};
-use super::{Fate, Flow, Landing, collocation, direct, stepping};
+use super::{Fate, Flow, Landing, collocation, direct, general, stepping};
 use crate::filippov::Oscillator;
 use crate::friction::{Column, Curve};
 use crate::point::ScaledGroups;
@@ -49,27 +49,41 @@ pub fn turns(groups: &[ScaledGroups], tolerance: f64) -> Vec<Turn> {
     turns
 }
 
-/// Margins of one column's orbits at the dampings `cs`, see [`turns`].
+/// Margins of one column's orbits at the dampings `cs`, see [`turns`]; one by one for laws other than
+/// Stribeck's.
 #[must_use]
 pub fn turns_of(column: &Column, cs: &[f64], tolerance: f64) -> Vec<Turn> {
-    let groups: Vec<ScaledGroups> = cs.iter().map(|&c| scaled(&Oscillator::in_column(column, c))).collect();
-    turns(&groups, tolerance)
+    let at = |&c: &f64| Oscillator::in_column(column, c);
+    match &column.curve {
+        Curve::Stribeck(law) => {
+            let scaled = |c| law.scaled(column.belt_speed, at(c).viscous);
+            turns(&cs.iter().map(scaled).collect::<Vec<_>>(), tolerance)
+        }
+        Curve::Exponential(_) | Curve::Lorentzian(_) | Curve::Expression(_) | Curve::Table(_) => {
+            cs.iter().map(|c| general::turn(&at(c), tolerance)).collect()
+        }
+    }
 }
 
-fn scaled(oscillator: &Oscillator) -> ScaledGroups {
-    let Curve::Stribeck(law) = &oscillator.curve;
-    law.scaled(oscillator.belt_speed, oscillator.viscous)
+/// One turn of one orbit.
+fn turn_of(oscillator: &Oscillator, tolerance: f64) -> Turn {
+    match &oscillator.curve {
+        Curve::Stribeck(law) => turns(&[law.scaled(oscillator.belt_speed, oscillator.viscous)], tolerance)[0],
+        Curve::Exponential(_) | Curve::Lorentzian(_) | Curve::Expression(_) | Curve::Table(_) => {
+            general::turn(oscillator, tolerance)
+        }
+    }
 }
 
 /// The smallest tolerance worth asking for: round-off takes over.
 const FINEST_TOLERANCE: f64 = 1e-16;
 
 /// One turn of one orbit, at tolerances down to [`FINEST_TOLERANCE`] until the margin's sign is certain.
-fn decisive_turn(groups: &ScaledGroups, tolerance: f64) -> Turn {
+fn decisive_turn(oscillator: &Oscillator, tolerance: f64) -> Turn {
     let mut tolerance = tolerance;
     let mut spent = 0;
     loop {
-        match turns(std::slice::from_ref(groups), tolerance)[0] {
+        match turn_of(oscillator, tolerance) {
             Turn::Complete { margin, error, rhs } => {
                 spent += rhs;
                 if margin.abs() > error || tolerance <= FINEST_TOLERANCE {
@@ -89,7 +103,7 @@ fn decisive_turn(groups: &ScaledGroups, tolerance: f64) -> Turn {
 /// `tolerance` bounds the error of the scaled grazing margin m/V and of the landing.
 #[must_use]
 pub fn flow(oscillator: &Oscillator, tolerance: f64) -> Flow {
-    let turn = decisive_turn(&scaled(oscillator), tolerance);
+    let turn = decisive_turn(oscillator, tolerance);
     let (margin, margin_error, rhs) = match turn {
         Turn::Complete { margin, error, rhs } => (margin, error, rhs),
         Turn::HandOver { rhs } => {

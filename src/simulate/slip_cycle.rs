@@ -13,8 +13,8 @@ use super::arc::{LowerEnd, State, Walk};
 use super::{Failure, Range};
 use crate::filippov::{Oscillator, Side};
 
-/// Radii at which the sign of P(r) - r is looked at. Cycles closer to each other than this grid tells apart
-/// are missed in pairs; a Stribeck law has at most one.
+/// Radii at which the sign and the slope of P(r) - r are looked at. A pair of cycles between two of them is
+/// missed only if P(r) - r bends more than once there; a Stribeck law has at most one cycle.
 const RADII: u32 = 32;
 /// Newton steps and bisections that find a fixed point.
 const MOST_TRIALS: u32 = 100;
@@ -93,30 +93,98 @@ fn outward(from: f64, turn: &SlipTurn) -> bool {
     }
 }
 
+/// Whether it is proved that no slip cycle exists: where the even part E in v of weakening(V - v) stays above
+/// eps c for 0 < |v| <= V, every turn below the belt line leads outward, and where it stays below, inward.
+///
+/// **Proof.** That of the test `symmetric` with a start at any maximum r <= V of x2 in place of V: the bounds
+/// on |v| <= V hold on |v| <= r. []
+#[must_use]
+pub fn none_proved(oscillator: &Oscillator) -> bool {
+    let even = oscillator.curve.even_weakening_range(oscillator.belt_speed);
+    even.lo > oscillator.viscous || even.hi < oscillator.viscous
+}
+
 /// The slip cycles, by growing amplitude, located with the relative error `tolerance` of one turn divided by
 /// |1 - multiplier|.
 ///
 /// They alternate in stability. The equilibrium's own stability and the turn from the belt line are put in,
-/// so the number found is even or odd as it must be.
+/// so the number found is even or odd as it must be. Pairs between two radii of the same sign are looked for
+/// where the slope of P(r) - r at the two leaves room for an extreme. None exists where [`none_proved`].
 ///
 /// # Errors
 /// [`Failure`] of one of the turns.
 pub fn slip_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<SlipCycle>, Failure> {
     let belt_speed = oscillator.belt_speed;
     let mut cycles = Vec::new();
-    let (mut low, mut low_outward) = (0.0, !oscillator.eigenvalues().is_stable());
+    if none_proved(oscillator) {
+        return Ok(cycles);
+    }
+    let mut low = Sample { radius: 0.0, outward: !oscillator.eigenvalues().is_stable(), growth: None };
     for i in 1..=RADII {
-        let high = belt_speed * f64::from(i) / f64::from(RADII);
-        let high_outward = outward(high, &turn(oscillator, high, tolerance)?);
-        if low_outward != high_outward {
-            let radius = fixed_point(oscillator, [low, high], low_outward, tolerance)?;
+        let high = Sample::at(oscillator, belt_speed * f64::from(i) / f64::from(RADII), tolerance)?;
+        let mut brackets = Vec::new();
+        if low.outward != high.outward {
+            brackets.push([low, high]);
+        } else if let Some(between) = hidden_between(oscillator, low, high, tolerance)? {
+            brackets.extend([[low, between], [between, high]]);
+        }
+        for [low, high] in brackets {
+            let radius = fixed_point(oscillator, [low.radius, high.radius], low.outward, tolerance)?;
             if radius > 0.0 {
                 cycles.push(cycle_at(oscillator, radius, tolerance)?);
             }
         }
-        (low, low_outward) = (high, high_outward);
+        low = high;
     }
     Ok(cycles)
+}
+
+/// What is known of the return map at one radius.
+#[derive(Clone, Copy, Debug)]
+struct Sample {
+    radius: f64,
+    outward: bool,
+    /// Slope of P(r) - r.
+    growth: Option<f64>,
+}
+
+impl Sample {
+    fn at(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Result<Self, Failure> {
+        let turn = turn(oscillator, radius, tolerance)?;
+        let growth = match turn {
+            SlipTurn::Returns { slope, .. } => Some(slope - 1.0),
+            SlipTurn::MeetsBelt | SlipTurn::Rests => None,
+        };
+        Ok(Self { radius, outward: outward(radius, &turn), growth })
+    }
+}
+
+/// A radius between two of the same sign of P(r) - r at which it has the other one, if the slopes lead there.
+fn hidden_between(
+    oscillator: &Oscillator,
+    mut low: Sample,
+    mut high: Sample,
+    tolerance: f64,
+) -> Result<Option<Sample>, Failure> {
+    // Towards zero from both ends: the distance falls at the lower one and rises at the higher one.
+    let sign = if low.outward { 1.0 } else { -1.0 };
+    while let (Some(falls), Some(rises)) = (low.growth, high.growth) {
+        if !(sign * falls < 0.0 && sign * rises > 0.0) || high.radius - low.radius <= 1e-6 * high.radius {
+            return Ok(None);
+        }
+        // Where the tangent of the slopes' secant vanishes, kept away from the ends.
+        let share = (falls / (falls - rises)).clamp(0.1, 0.9);
+        let radius = low.radius + share * (high.radius - low.radius);
+        let middle = Sample::at(oscillator, radius, tolerance)?;
+        if middle.outward != low.outward {
+            return Ok(Some(middle));
+        }
+        match middle.growth {
+            Some(growth) if sign * growth < 0.0 => low = middle,
+            _ => high = middle,
+        }
+    }
+    Ok(None)
 }
 
 /// The fixed point between two radii; turns lead outward at the lower one or not, and at the higher one the

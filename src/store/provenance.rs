@@ -82,6 +82,7 @@ pub(super) fn opening(plan: &Plan, provenance: &Provenance) -> Vec<(String, Valu
     let of_maps: Vec<(&str, Value)> = vec![
         ("schema", SCHEMA.into()),
         ("law", plan.grid.law().name().into()),
+        ("law_definition", plan.grid.law().definition().into()),
         ("methods", words(plan.methods.iter().map(Method::name))),
         ("fields", words(plan.fields.iter().map(|field| field.name()))),
         ("engine", plan.engine.name().into()),

@@ -306,9 +306,11 @@ fn read_schema(
         _ => return Err(not_a_map("it has no integer attribute schema".into())),
     }
     let law = text("law")?;
-    let law = Law::ALL
-        .into_iter()
-        .find(|known| known.name() == law)
+    let definition = match attributes.get("law_definition") {
+        Some(Value::Text(text)) => text.as_str(),
+        _ => "",
+    };
+    let law = Law::from_definition(law, definition)
         .ok_or_else(|| not_a_map(format!("this version of slipmap does not know its friction law {law}")))?;
     let mut nodes = Vec::new();
     for name in Grid::axis_names(law) {

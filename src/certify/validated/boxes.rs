@@ -328,7 +328,7 @@ mod tests {
         for column in proof.columns.iter().step_by(97) {
             let [epsilon, alpha, beta, gamma, belt_speed] = column.at;
             let single = crate::certify::test_columns::stribeck(epsilon, alpha, beta, gamma, belt_speed);
-            let own = crate::certify::validated::Enclosed::of(&single).critical();
+            let own = crate::certify::validated::Enclosed::of(&single).unwrap().critical();
             let [a, k, b] = column.groups.map(Interval::of);
             let whole = proof.surface.critical(&Groups { a, k, b });
             assert!(whole.lo <= own.lo && own.hi <= whole.hi, "{column:?} {own:?} {whole:?}");

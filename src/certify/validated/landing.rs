@@ -160,7 +160,7 @@ mod tests {
     fn agrees_with_the_bound_in_double_precision() {
         let mut compared = 0;
         for column in random_columns(2000) {
-            let enclosed = Enclosed::of(&column);
+            let enclosed = Enclosed::of(&column).unwrap();
             for c in [0.0, 0.3] {
                 let flow = enclosed.flow(c);
                 for strips in [8, 48] {

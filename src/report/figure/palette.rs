@@ -118,6 +118,8 @@ pub fn regime(regime: Regime) -> Fill {
         Regime::PureSlip => Fill::hatched(GREEN, Hatch::Falling, WHITE),
         Regime::Crossing => Fill::hatched(VERMILION, Hatch::Crossed, WHITE),
         Regime::Failed => FAILED,
+        Regime::PureSlipAndStickSlip => Fill::hatched(SKY, Hatch::Falling, GREEN),
+        Regime::PureSlipAndEquilibrium => Fill::hatched(WHITE, Hatch::Falling, GREEN),
     }
 }
 

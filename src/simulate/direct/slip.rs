@@ -17,6 +17,7 @@ use super::dop853::{self, Compensated, ROUNDING_AMPLIFICATION};
 use super::orbit::{Contact, Event, Motion, Overshoot, Rest, State};
 use crate::filippov::{Oscillator, Side};
 use crate::simulate::Failure;
+use crate::simulate::corners::{self, End};
 use std::f64::consts::TAU;
 
 /// Trial steps before an integration gives up; a turn takes about 20 to 200.
@@ -331,6 +332,14 @@ impl<'a> Slip<'a> {
                     continue;
                 }
             };
+            let ends =
+                [left, &right].map(|state| End { slip: self.depth(state), rate: self.outward_speed(state) });
+            if let Some(shorter) =
+                corners::shortened(&self.oscillator.curve, self.oscillator.belt_speed, ends, h)
+            {
+                h = shorter;
+                continue;
+            }
             let allowed = allowed_rate * h;
             // Estimates pass through zero where errors do not, so the next step is not built on one alone.
             let last = self.last_error * (h / self.last_step).powi(8);

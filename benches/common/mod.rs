@@ -1,0 +1,59 @@
+//! The cells that the benches answer, and the answers that they must give.
+
+#![allow(dead_code)] // every bench compiles this module and uses its own part
+
+use slipmap::friction::{Column, Law};
+use slipmap::point::{LawParameters, Point, ScaledGroups};
+
+/// The tolerance of maps.
+pub const TOLERANCE: f64 = 1e-9;
+
+/// SplitMix64.
+pub struct Random(u64);
+
+impl Random {
+    fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+/// Random points of the box in which speeds are quoted: eps = 0.05, alpha in [0, 1], beta in [0, 0.5], gamma
+/// in [0, 4], c in [0, 1], V in [0.2, 1.5].
+pub fn points(count: usize) -> Vec<Point> {
+    let mut random = Random(20_260_414);
+    (0..count)
+        .map(|_| Point {
+            epsilon: 0.05,
+            law: LawParameters::new(&[random.unit(), 0.5 * random.unit(), 4.0 * random.unit()]),
+            damping: random.unit(),
+            belt_speed: 0.2 + 1.3 * random.unit(),
+        })
+        .collect()
+}
+
+/// Their friction curves.
+pub fn columns(points: &[Point]) -> Vec<Column> {
+    points.iter().map(|point| Law::Stribeck.column(point)).collect()
+}
+
+/// Their scaled groups.
+pub fn groups(points: &[Point]) -> Vec<ScaledGroups> {
+    points
+        .iter()
+        .map(|point| {
+            let &[alpha, beta, gamma] = point.law.as_slice() else {
+                unreachable!("Stribeck's law has three")
+            };
+            ScaledGroups {
+                a: point.epsilon * gamma * (1.0 - alpha),
+                k: point.epsilon * gamma * point.belt_speed,
+                b: point.epsilon * beta * point.belt_speed,
+                c: point.epsilon * point.damping,
+            }
+        })
+        .collect()
+}

@@ -1,0 +1,201 @@
+//! What one answer costs and what the machine could do at best; scripts/kernels makes a table of it.
+//!
+//! ```text
+//! limits peaks             divisions and fused multiply-adds per second of one thread
+//! limits time KERNEL N     seconds and right-hand sides for N cells, after checking the answers
+//! limits count KERNEL N    the same work once, for a program that counts instructions
+//! ```
+//! Kernels: `return_map`, `critical_damping`, `universal_surface`, `symmetric`, `instability`, `direct`.
+
+mod common;
+
+use std::hint::black_box;
+use std::process::ExitCode;
+
+use cpu_time::ThreadTime;
+use pulp::{Arch, Simd, WithSimd};
+use slipmap::certify;
+use slipmap::filippov::Oscillator;
+use slipmap::friction::{Column, Law};
+use slipmap::point::{Point, ScaledGroups};
+use slipmap::simulate::critical::critical_dampings;
+use slipmap::simulate::return_map::{Turn, turns};
+use slipmap::simulate::{direct, surface};
+
+use common::{TOLERANCE, columns, groups, points};
+
+/// Independent chains of one operation: enough to hide its latency.
+const CHAINS: usize = 10;
+const ROUNDS: usize = 200_000;
+
+struct Peak {
+    divide: bool,
+}
+
+impl WithSimd for Peak {
+    /// Operations on one number each.
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        let mut chains: [S::f64s; CHAINS] =
+            std::array::from_fn(|i| simd.splat_f64s(black_box(1.0 + 1e-3 * i as f64)));
+        let factor = simd.splat_f64s(black_box(1.000_000_1));
+        for _ in 0..ROUNDS {
+            for chain in &mut chains {
+                *chain = if self.divide {
+                    simd.div_f64s(*chain, factor)
+                } else {
+                    simd.mul_add_f64s(*chain, factor, factor)
+                };
+            }
+        }
+        black_box(chains);
+        (CHAINS * ROUNDS * S::F64_LANES) as f64
+    }
+}
+
+/// Operations per second, the best of several runs.
+fn peak(divide: bool) -> f64 {
+    let rate = |_| {
+        let start = ThreadTime::now();
+        let operations = Arch::new().dispatch(Peak { divide });
+        operations / start.elapsed().as_secs_f64()
+    };
+    (0..20).map(rate).fold(0.0, f64::max)
+}
+
+/// Cells in the forms that kernels take.
+struct Cells {
+    points: Vec<Point>,
+    columns: Vec<Column>,
+    groups: Vec<ScaledGroups>,
+}
+
+/// What a kernel says of all cells: right-hand sides, and a number per cell to check.
+type Kernel = fn(&Cells) -> (u64, Vec<f64>);
+
+const KERNELS: [(&str, Kernel); 6] = [
+    ("return_map", |cells| {
+        let mut rhs = 0;
+        let margins = turns(&cells.groups, TOLERANCE).into_iter().map(|turn| match turn {
+            Turn::Complete { margin, rhs: cost, .. } => {
+                rhs += u64::from(cost);
+                margin
+            }
+            Turn::HandOver { .. } => f64::NAN,
+        });
+        let margins = margins.collect();
+        (rhs, margins)
+    }),
+    ("critical_damping", |cells| {
+        let found = critical_dampings(&cells.columns, TOLERANCE);
+        let rhs = found.iter().flatten().map(|critical| critical.rhs).sum();
+        (rhs, found.into_iter().map(|critical| critical.map_or(f64::NAN, |critical| critical.c)).collect())
+    }),
+    ("universal_surface", |cells| {
+        let look = |column| surface::critical_damping(column).map_or(f64::NAN, |critical| critical.c);
+        (0, cells.columns.iter().map(look).collect())
+    }),
+    ("symmetric", |cells| edges(cells, &certify::symmetric::TEST)),
+    ("instability", |cells| edges(cells, &certify::instability::TEST)),
+    ("direct", |cells| {
+        let mut rhs = 0;
+        let margins = cells.points.iter().map(|point| {
+            let flow = direct::flow(&Oscillator::new(Law::Stribeck, point), TOLERANCE);
+            rhs += flow.rhs;
+            flow.margin
+        });
+        let margins = margins.collect();
+        (rhs, margins)
+    }),
+];
+
+fn edges(cells: &Cells, test: &certify::Test) -> (u64, Vec<f64>) {
+    (0, cells.columns.iter().map(|column| (test.claim)(black_box(column)).present_below).collect())
+}
+
+/// The answers must be those of the engine that shares nothing with them, and the closed forms must be lower bounds.
+fn check(name: &str, cells: &Cells, answers: &[f64]) {
+    let roots =
+        || critical_dampings(&cells.columns, 1e-13).into_iter().map(|root| root.map_or(f64::NAN, |r| r.c));
+    match name {
+        "return_map" | "direct" => {
+            for (point, margin) in cells.points.iter().zip(answers) {
+                let exact = direct::flow(&Oscillator::new(Law::Stribeck, point), 1e-12).margin;
+                // The direct engine gives no margin to an orbit that runs far past the belt line.
+                let right =
+                    if exact.is_nan() { !(*margin <= 0.1) } else { (margin - exact).abs() <= TOLERANCE };
+                assert!(right, "{name}: {point:?}: {margin} not {exact}");
+            }
+        }
+        "critical_damping" => {
+            for (root, answer) in roots().zip(answers) {
+                // The tolerance is relative to A and b, of which c* is 1/eps of a part.
+                assert!((answer - root).abs() <= 5.0 * TOLERANCE / 0.05, "{name}: {answer} not {root}");
+            }
+        }
+        "universal_surface" => {
+            for (root, answer) in roots().zip(answers).filter(|(_, answer)| answer.is_finite()) {
+                assert!((answer - root).abs() <= 1e-9, "{name}: {answer} not {root}");
+            }
+            // Nothing is tabulated where no damping c >= 0 is critical.
+            assert!(answers.iter().zip(roots()).all(|(a, root)| a.is_finite() || root <= 1e-9));
+        }
+        _ => {
+            for (root, answer) in roots().zip(answers) {
+                assert!(*answer <= root + 1e-9, "{name}: {answer} above {root}");
+            }
+        }
+    }
+}
+
+fn run(arguments: &[String]) -> Result<(), String> {
+    let usage = "limits peaks | limits (time|count) KERNEL N";
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    // Cargo runs benches with the flag --bench.
+    let (what, name, count) = match words[..] {
+        ["peaks"] => {
+            println!("{:e} {:e}", peak(true), peak(false));
+            return Ok(());
+        }
+        [what @ ("time" | "count"), name, count] => (what, name, count),
+        _ => return Err(usage.into()),
+    };
+    let kernel = KERNELS.iter().find(|(other, _)| *other == name).ok_or("no such kernel")?.1;
+    let count: usize = count.parse().map_err(|_| usage)?;
+    let points = points(count);
+    let cells = Cells { columns: columns(&points), groups: groups(&points), points };
+    // Tables are made at first use, on the first cells.
+    let few = Cells {
+        points: cells.points[..count.min(256)].to_vec(),
+        columns: cells.columns[..count.min(256)].to_vec(),
+        groups: cells.groups[..count.min(256)].to_vec(),
+    };
+    check(name, &few, &kernel(&few).1);
+    if what == "count" {
+        black_box(kernel(&cells));
+        return Ok(());
+    }
+    let mut best = f64::INFINITY;
+    let mut rhs = 0;
+    for _ in 0..15 {
+        let start = ThreadTime::now();
+        rhs = black_box(kernel(black_box(&cells))).0;
+        best = best.min(start.elapsed().as_secs_f64());
+    }
+    println!("{best:e} {rhs}");
+    Ok(())
+}
+
+fn main() -> ExitCode {
+    let mut arguments: Vec<String> = std::env::args().skip(1).collect();
+    arguments.retain(|argument| argument != "--bench");
+    match run(&arguments) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("{message}");
+            ExitCode::from(2)
+        }
+    }
+}

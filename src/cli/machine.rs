@@ -1,0 +1,108 @@
+//! `slipmap probe --machine`: what a machine does, in SI units.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use super::Failure;
+use super::answer::regime_words;
+use super::output::{Align, Table, short};
+use super::point::PointArguments;
+use crate::config::load_machine;
+use crate::friction::Law;
+use crate::machine::{Behaviour, Machine};
+
+/// Reads the machine of a file, with the belt speed and the damping chosen by `--set`.
+pub(super) fn load(file: &Path, chosen: &PointArguments) -> Result<(Law, Machine), Failure> {
+    let job = load_machine(file)?;
+    let mut machine = job.machine;
+    let settings = chosen.given();
+    if let Some((name, _)) =
+        settings.iter().find(|(name, _)| !["belt_speed", "damping"].contains(&name.as_str()))
+    {
+        return Err(Failure::BadInput(format!(
+            "{name} is given together with --machine\n  help: with a machine, only --set belt_speed=.. and --set \
+             damping=.. can be chosen"
+        )));
+    }
+    for (name, values, value) in [
+        ("belt_speed", &job.belt_speeds, &mut machine.belt_speed),
+        ("damping", &job.dampings, &mut machine.damping),
+    ] {
+        match settings.iter().find(|(given, _)| given == name) {
+            Some((_, chosen)) => {
+                let legal = chosen.is_finite() && (*chosen > 0.0 || (name == "damping" && *chosen == 0.0));
+                if !legal {
+                    return Err(Failure::BadInput(format!(
+                        "--set {name}={chosen}: it must be greater than 0\n  help: give it in SI units"
+                    )));
+                }
+                *value = *chosen;
+            }
+            None if values.len() > 1 => {
+                return Err(Failure::BadInput(format!(
+                    "{}: {name} has {} values\n  help: choose one, for example --set {name}={}",
+                    file.display(),
+                    values.len(),
+                    short(values[0])
+                )));
+            }
+            None => {}
+        }
+    }
+    Ok((job.law, machine))
+}
+
+/// A number with its unit, or a dash.
+fn quantity(value: Option<f64>, unit: &str) -> String {
+    value.map_or("-".into(), |value| format!("{} {unit}", short(value)))
+}
+
+/// Prints it for a person.
+pub(super) fn write(out: &mut dyn Write, machine: &Machine, behaviour: &Behaviour) -> io::Result<()> {
+    writeln!(out, "\nThe machine, in SI units")?;
+    let units = machine.units();
+    let mut table = Table::new(&[("", Align::Left), ("", Align::Left)]);
+    let [slip, stick] = behaviour.slip_and_stick_time.map_or([None; 2], |times| times.map(Some));
+    for (name, text) in [
+        ("belt speed", quantity(Some(machine.belt_speed), "m/s")),
+        ("critical belt speed", quantity(behaviour.critical_belt_speed, "m/s")),
+        ("damping", quantity(Some(machine.damping), "N s/m")),
+        ("critical damping", quantity(behaviour.critical_damping, "N s/m")),
+        ("damping ratio", short(behaviour.damping_ratio)),
+        ("critical damping ratio", quantity(behaviour.critical_damping_ratio, "")),
+        ("natural frequency", quantity(Some(behaviour.natural_frequency), "Hz")),
+        ("regime", regime_words(behaviour.regime).to_owned()),
+        ("slip time", quantity(slip, "s")),
+        ("stick time", quantity(stick, "s")),
+        ("amplitude", quantity(behaviour.amplitude, "m")),
+        ("unit of time", quantity(Some(units.time), "s")),
+        ("unit of length", quantity(Some(units.length), "m")),
+        ("unit of velocity", quantity(Some(units.velocity), "m/s")),
+    ] {
+        table.row([name.to_owned(), text.trim_end().to_owned()]);
+    }
+    table.write(out)?;
+    writeln!(out, "  (torsional machines: kg m^2, N m/rad, N m s/rad, N m, rad/s and rad instead)")
+}
+
+/// The same for `--json`.
+pub(super) fn json(machine: &Machine, behaviour: &Behaviour) -> Value {
+    let units = machine.units();
+    let [slip, stick] = behaviour.slip_and_stick_time.map_or([None; 2], |times| times.map(Some));
+    json!({
+        "belt_speed": machine.belt_speed,
+        "damping": machine.damping,
+        "critical_belt_speed": behaviour.critical_belt_speed,
+        "critical_damping": behaviour.critical_damping,
+        "critical_damping_ratio": behaviour.critical_damping_ratio,
+        "damping_ratio": behaviour.damping_ratio,
+        "natural_frequency": behaviour.natural_frequency,
+        "regime": behaviour.regime.name(),
+        "slip_time": slip,
+        "stick_time": stick,
+        "amplitude": behaviour.amplitude,
+        "units": { "time": units.time, "length": units.length, "velocity": units.velocity, "force": units.force },
+    })
+}

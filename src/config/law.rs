@@ -1,0 +1,178 @@
+//! The friction law of a configuration.
+
+use std::path::Path;
+
+use super::nearest;
+use super::source::{ConfigError, Node, Section};
+use crate::friction::{Expression, ExpressionError, Law, Table};
+use crate::map::{AxisRole, Grid};
+
+/// The keys of `[friction]`.
+pub(super) const KEYS: [&str; 4] = ["law", "phi", "static", "file"];
+
+/// Columns of the grid at which a law given as text is checked: all of a small grid, evenly spread over a
+/// large one.
+const CHECKED_COLUMNS: usize = 256;
+
+/// Reads `[friction]`; files are sought from the folder of the configuration.
+pub(super) fn read(section: &Section, folder: &Path) -> Result<Law, ConfigError> {
+    let built_in = |name: &str| Law::BUILT_IN.into_iter().find(|law| law.name() == name);
+    let node = section.get("law");
+    let name = node.as_ref().map_or(Ok(Law::Stribeck.name()), Node::text)?;
+    let law = match (name, built_in(name)) {
+        (_, Some(law)) => law,
+        ("expression", None) => {
+            let remedy = "write for example phi = \"mu + (1 - mu)*exp(-u/vs)\"";
+            let phi = section.get("phi").ok_or_else(|| section.missing("phi", remedy.into()))?;
+            let law = Expression::new(phi.text()?, static_level(section)?);
+            Law::Expression(law.map_err(|error| at_formula(&phi, &error))?)
+        }
+        ("table", None) => {
+            let remedy = "name a CSV file with the columns slip speed and friction";
+            let file = section.get("file").ok_or_else(|| section.missing("file", remedy.into()))?;
+            let path = folder.join(file.text()?);
+            let table = read_table(&path, static_level(section)?);
+            Law::Table(table.map_err(|(problem, remedy)| file.error(&problem, remedy))?)
+        }
+        (_, None) => {
+            let names: Vec<_> = Law::names().collect();
+            let error = |node: &Node| node.error("unknown law", nearest("law", name, &names));
+            return Err(node.as_ref().map_or_else(|| section.missing("law", String::new()), error));
+        }
+    };
+    for (key, of) in [("phi", "expression"), ("file", "table")] {
+        if let (true, Some(node)) = (law.name() != of, section.get(key)) {
+            let problem = format!("the law `{}` has no {key}", law.name());
+            return Err(node.error(&problem, format!("leave it out, or set law = \"{of}\"")));
+        }
+    }
+    if let (Some(law), Some(node)) = (built_in(law.name()), section.get("static")) {
+        let problem = format!("phi(0) = 1 already in the law `{}`", law.name());
+        return Err(node.error(&problem, "leave it out"));
+    }
+    Ok(law)
+}
+
+fn static_level(section: &Section) -> Result<f64, ConfigError> {
+    let Some(node) = section.get("static") else { return Ok(1.0) };
+    let level = node.number()?;
+    if level > 0.0 && level.is_finite() {
+        Ok(level)
+    } else {
+        Err(node.error("the static level must be greater than 0", "write the friction at slip speed 0"))
+    }
+}
+
+/// A complaint about a formula that points into it.
+fn at_formula(node: &Node, error: &ExpressionError) -> ConfigError {
+    let text = node.text().unwrap_or_default();
+    node.error(&point_into(text, error), error.remedy.clone())
+}
+
+/// The problem with the formula below it, and marks under the part concerned.
+#[must_use]
+pub fn point_into(text: &str, error: &ExpressionError) -> String {
+    let marks = "^".repeat(error.to.saturating_sub(error.from).max(1));
+    format!("{}\n    {text}\n    {}{marks}", error.problem, " ".repeat(error.from))
+}
+
+/// Reads a measured law: two columns, slip speed and friction, with or without a header.
+///
+/// # Errors
+/// What is wrong, with its line, and what to do.
+pub fn read_table(path: &Path, static_level: f64) -> Result<Table, (String, String)> {
+    let name = path.display();
+    let fail = |problem: String, remedy: &str| Err((problem, remedy.to_owned()));
+    let text = match std::fs::read_to_string(path) {
+        Ok(text) => text,
+        Err(error) => return fail(format!("{name} cannot be read: {error}"), "check the path"),
+    };
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .comment(Some(b'#'))
+        .trim(csv::Trim::All)
+        .flexible(true)
+        .from_reader(text.trim_start_matches('\u{feff}').as_bytes());
+    let mut data = Vec::new();
+    let mut lines = Vec::new();
+    for record in reader.records() {
+        let Ok(record) = record else {
+            return fail(format!("{name} is no CSV file"), "write two columns separated by commas");
+        };
+        let line = record.position().map_or(0, csv::Position::line);
+        let numbers: Vec<Option<f64>> = record.iter().take(2).map(|field| field.parse().ok()).collect();
+        match numbers.as_slice() {
+            [Some(u), Some(phi)] => {
+                data.push((*u, *phi));
+                lines.push(line);
+            }
+            // A header.
+            [None, None] if data.is_empty() => {}
+            _ => {
+                let row: Vec<&str> = record.iter().collect();
+                let problem = format!("{name}:{line}: `{}` is no pair of numbers", row.join(","));
+                return fail(problem, "write slip speed and friction, separated by a comma");
+            }
+        }
+    }
+    Table::new(&name.to_string(), &data, static_level).map_err(|error| {
+        let line = error.row.and_then(|row| lines.get(row)).map_or(String::new(), |line| format!(":{line}"));
+        (format!("{name}{line}: {}", error.problem), error.remedy)
+    })
+}
+
+/// Refuses names in a formula that no axis gives a value to.
+pub(super) fn check_symbols(law: Law, friction: &Section, grid: &Section) -> Result<(), ConfigError> {
+    let (Law::Expression(law), Some(phi)) = (law, friction.get("phi")) else { return Ok(()) };
+    for parameter in law.parameters() {
+        if grid.get(parameter.name).is_none() {
+            let (from, to) = law.place_of(parameter.name).unwrap_or_default();
+            let error = ExpressionError {
+                from,
+                to,
+                problem: format!("unknown symbol `{}`: no axis gives it a value", parameter.name),
+                remedy: format!(
+                    "if it is a parameter, write {} = 1.0 (or a range) in [grid]; the variables are u and eps",
+                    parameter.name
+                ),
+            };
+            return Err(at_formula(&phi, &error));
+        }
+    }
+    Ok(())
+}
+
+/// Checks that the law is legal on the slip speeds [0, 2 V] of the grid, which every orbit and every test
+/// uses.
+pub(super) fn check_range(friction: &Section, grid: &Grid) -> Result<(), ConfigError> {
+    let speeds = grid.axes().iter().find(|axis| axis.role == AxisRole::BeltSpeed);
+    let fastest = 2.0 * speeds.and_then(|axis| axis.values.last()).copied().unwrap_or(0.0);
+    match (grid.law(), friction.get("phi"), friction.get("file")) {
+        (Law::Expression(law), Some(phi), _) => {
+            let shape = grid.shape();
+            let columns = grid.cells() / shape.last().copied().unwrap_or(1).max(1);
+            let checked = columns.min(CHECKED_COLUMNS);
+            for i in 0..checked {
+                // From the first column to the last.
+                let mut rest = if checked > 1 { i * (columns - 1) / (checked - 1) } else { 0 };
+                let mut index = vec![0; shape.len()];
+                for axis in (0..shape.len() - 1).rev() {
+                    index[axis] = rest % shape[axis];
+                    rest /= shape[axis];
+                }
+                let point = grid.point(&index);
+                law.check(point.epsilon, &point.law, fastest).map_err(|error| at_formula(&phi, &error))?;
+            }
+            Ok(())
+        }
+        (Law::Table(table), _, Some(file)) if table.fastest() < fastest => {
+            let problem = format!(
+                "the data end at slip speed {}, and belt speeds up to {} need it up to {fastest}",
+                table.fastest(),
+                0.5 * fastest
+            );
+            Err(file.error(&problem, "measure farther, or choose lower belt speeds in grid.V"))
+        }
+        _ => Ok(()),
+    }
+}

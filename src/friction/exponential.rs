@@ -1,0 +1,100 @@
+//! The exponential law of Tustin and of Bo and Pavelescu, with a viscous part:
+//! `phi(u) = mu + (1 - mu) exp(-u / vs) + eta u`. It does not depend on eps.
+
+use super::jet::Real;
+use super::{Parameter, Range, enclose};
+use crate::point::LawParameters;
+
+/// mu, vs, eta, in this order; shared by the laws that fall from 1 to mu over the speed vs.
+pub(super) const PARAMETERS: [Parameter; 3] = [
+    Parameter { name: "mu", long_name: "kinetic to static friction ratio", min: 0.0, max: 1.0 },
+    Parameter { name: "vs", long_name: "Stribeck velocity", min: f64::MIN_POSITIVE, max: f64::INFINITY },
+    Parameter { name: "eta", long_name: "viscous strengthening of friction", min: 0.0, max: f64::INFINITY },
+];
+
+/// The curve at fixed parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Exponential {
+    /// 1 - mu.
+    drop: f64,
+    /// 1 / vs.
+    rate: f64,
+    eta: f64,
+}
+
+impl Exponential {
+    pub(super) fn new(parameters: &LawParameters) -> Self {
+        let &[mu, vs, eta] = parameters.as_slice() else {
+            unreachable!("an exponential point has mu, vs and eta");
+        };
+        Self { drop: 1.0 - mu, rate: 1.0 / vs, eta }
+    }
+
+    #[inline]
+    pub(super) fn phi(&self, u: f64) -> f64 {
+        1.0 + self.drop * (-self.rate * u).exp_m1() + self.eta * u
+    }
+
+    #[inline]
+    pub(super) fn weakening(&self, u: f64) -> f64 {
+        self.drop * self.rate * (-self.rate * u).exp() - self.eta
+    }
+
+    /// The weakening rate falls with u.
+    pub(super) fn weakening_range(&self, lo: f64, hi: f64) -> Range {
+        Range { lo: self.weakening(hi), hi: self.weakening(lo) }
+    }
+
+    /// The even part of exp(-(V - v) / vs) is exp(-V / vs) cosh(v / vs).
+    pub(super) fn even_weakening_range(&self, belt_speed: f64) -> Range {
+        let scale = self.drop * self.rate;
+        let fade = (-2.0 * self.rate * belt_speed).exp();
+        Range { lo: self.weakening(belt_speed), hi: 0.5 * scale * (1.0 + fade) - self.eta }
+    }
+
+    pub(super) fn mean_weakening(&self, belt_speed: f64) -> f64 {
+        enclose::mean_weakening(|u| self.weakening(u), belt_speed)
+    }
+}
+
+/// The formula itself, for tests of the closed forms.
+#[cfg_attr(not(test), allow(dead_code))]
+fn formula<T: Real>(law: &Exponential, u: T) -> T {
+    let c = T::constant;
+    c(1.0 - law.drop) + c(law.drop) * (-u * c(law.rate)).exp() + c(law.eta) * u
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::interval::Interval;
+    use super::super::jet::Jet;
+    use super::*;
+
+    #[test]
+    fn closed_forms_are_those_of_the_formula() {
+        for (mu, vs, eta) in [(0.5, 1.0, 0.1), (0.0, 0.2, 0.0), (0.9, 3.0, 1.0), (1.0, 1.0, 0.3)] {
+            let law = Exponential::new(&LawParameters::new(&[mu, vs, eta]));
+            let enclosure = |u: Interval| {
+                let jet = formula(&law, Jet::<Interval, 4>::variable(u, 1.0));
+                [1, 2, 3].map(|order| -jet.derivative(order))
+            };
+            // A few roundings of terms no larger than the slope at rest.
+            let slack = 64.0 * f64::EPSILON * (law.drop * law.rate + eta);
+            let same = |a: Range, b: Range| (a.lo - b.lo).abs() <= slack && (a.hi - b.hi).abs() <= slack;
+            assert!(same(law.weakening_range(0.2, 1.7), enclose::range(enclosure, 0.2, 1.7)));
+            assert!(same(law.even_weakening_range(1.3), enclose::even_range(enclosure, 1.3)));
+            let jet = formula(&law, Jet::<f64, 2>::variable(0.4, 1.0));
+            assert!((jet.0[0] - law.phi(0.4)).abs() <= 8.0 * f64::EPSILON);
+            assert!((jet.0[1] + law.weakening(0.4)).abs() <= slack);
+        }
+    }
+
+    #[test]
+    fn the_mean_is_a_bessel_function() {
+        // (1/pi) integral of exp(-x + x cos t) sin^2 t = 2 exp(-x) I1(x) / x, and I1(1) = 0.565159103992485
+        // from its series.
+        let law = Exponential::new(&LawParameters::new(&[0.0, 1.0, 0.0]));
+        let exact = 2.0 * 0.565_159_103_992_485 / std::f64::consts::E;
+        assert!((law.mean_weakening(1.0) - exact).abs() < 8.0 * f64::EPSILON);
+    }
+}

@@ -1,0 +1,362 @@
+//! A friction law given as text, such as `mu + (1 - mu)*exp(-u/vs)`: phi in the slip speed u, in eps, and in
+//! any other names, which become parameters of the law and axes of maps.
+//!
+//! The text is compiled to a tape that runs on Taylor series ([`super::jet`]): over numbers for phi and its
+//! derivative, over intervals for certain bounds, over series in eps for the first-order theory. Existing
+//! crates for formulas were weighed and left: the one that differentiates and is kept up (`exmex`) reads
+//! -u^2 as (-u)^2, knows no 1e-3, gives no position with its errors, and its third derivatives as formulas
+//! are hundreds of terms where a series costs ten products.
+//!
+//! **Legal laws** are checked by [`Expression::check`]: phi(0) = 1 (after division by a stated static
+//! level), phi and D finite and continuous over the slip speeds in question. `abs` is legal where its
+//! argument keeps its sign there; powers that are not integers need a positive base.
+
+mod parse;
+
+use std::sync::{Mutex, PoisonError};
+
+use super::enclose::{self, Enclosure};
+use super::interval::Interval;
+use super::jet::{Jet, Real};
+use super::{FirstOrder, NoFirstOrder, Parameter, Range};
+use crate::point::{LawParameters, MAX_LAW_PARAMETERS};
+use parse::{DEEPEST, Function, Op, Place, Tape};
+
+/// How far phi(0) may be from 1 (formulas have rounding errors).
+const STATIC_SLACK: f64 = 1e-12;
+
+/// What is wrong with a formula, and where.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{problem} (character {} of the formula)\n  help: {remedy}", .from + 1)]
+pub struct ExpressionError {
+    /// First character concerned, from 0.
+    pub from: usize,
+    /// One past the last.
+    pub to: usize,
+    /// What is wrong.
+    pub problem: String,
+    /// What to do.
+    pub remedy: String,
+}
+
+/// A law given as text.
+///
+/// A handle that can be copied: each formula is compiled once and kept for the life of the program.
+#[derive(Clone, Copy, Debug)]
+pub struct Expression(&'static Compiled);
+
+#[derive(Debug)]
+struct Compiled {
+    text: String,
+    /// phi is the formula divided by this.
+    static_level: f64,
+    tape: Tape,
+    parameters: Vec<Parameter>,
+}
+
+impl PartialEq for Expression {
+    fn eq(&self, other: &Self) -> bool {
+        std::ptr::eq(self.0, other.0)
+    }
+}
+
+impl Eq for Expression {}
+
+impl Expression {
+    /// Compiles `text`; phi is its value divided by `static_level` > 0.
+    ///
+    /// # Errors
+    /// [`ExpressionError`] where the text is no formula, or has too many parameters.
+    pub fn new(text: &str, static_level: f64) -> Result<Self, ExpressionError> {
+        static KNOWN: Mutex<Vec<&'static Compiled>> = Mutex::new(Vec::new());
+        let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+        let same = |it: &&&'static Compiled| it.text == text && it.static_level == static_level;
+        if let Some(compiled) = known.iter().find(same) {
+            return Ok(Self(compiled));
+        }
+        let tape = parse::parse(text)?;
+        if let Some((name, place)) = tape.parameters.get(MAX_LAW_PARAMETERS) {
+            return Err(ExpressionError {
+                from: place.from,
+                to: place.to,
+                problem: format!("`{name}` is one parameter more than {MAX_LAW_PARAMETERS}"),
+                remedy: "write some of them as numbers".into(),
+            });
+        }
+        let parameters = tape.parameters.iter().map(|(name, _)| Parameter {
+            name: Box::leak(name.clone().into_boxed_str()),
+            long_name: Box::leak(format!("parameter {name} of the friction law").into_boxed_str()),
+            min: f64::MIN,
+            max: f64::MAX,
+        });
+        let parameters = parameters.collect();
+        let compiled: &'static Compiled =
+            Box::leak(Box::new(Compiled { text: text.to_owned(), static_level, tape, parameters }));
+        known.push(compiled);
+        Ok(Self(compiled))
+    }
+
+    /// The formula as it was written.
+    #[must_use]
+    pub fn text(&self) -> &'static str {
+        &self.0.text
+    }
+
+    /// The value of the formula at u = 0, by which it is divided.
+    #[must_use]
+    pub fn static_level(&self) -> f64 {
+        self.0.static_level
+    }
+
+    /// The named parameters in order of appearance.
+    #[must_use]
+    pub fn parameters(&self) -> &'static [Parameter] {
+        &self.0.parameters
+    }
+
+    /// Where a parameter first stands in the text, as a character range.
+    #[must_use]
+    pub fn place_of(&self, parameter: &str) -> Option<(usize, usize)> {
+        let found = self.0.tape.parameters.iter().find(|(name, _)| name == parameter);
+        found.map(|(_, place)| (place.from, place.to))
+    }
+
+    /// The curve at one eps and one choice of parameters.
+    pub(super) fn curve(self, epsilon: f64, parameters: &LawParameters) -> ExpressionCurve {
+        ExpressionCurve { law: self, epsilon, parameters: *parameters }
+    }
+
+    /// Checks that the law is legal at one eps and one choice of parameters for slip speeds in
+    /// [0, `fastest`]: phi(0) = 1, phi and phi' finite and phi' continuous.
+    ///
+    /// # Errors
+    /// [`ExpressionError`] that names the operation at fault and the slip speed.
+    pub fn check(
+        &self,
+        epsilon: f64,
+        parameters: &LawParameters,
+        fastest: f64,
+    ) -> Result<(), ExpressionError> {
+        self.curve(epsilon, parameters).check(fastest)
+    }
+}
+
+/// A formula with all its parameters fixed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExpressionCurve {
+    law: Expression,
+    epsilon: f64,
+    parameters: LawParameters,
+}
+
+/// A function applied to a value.
+fn call<T: Real>(function: Function, x: T) -> T {
+    let exps = |x: T| (x.exp(), (-x).exp());
+    let half = T::constant(0.5);
+    match function {
+        Function::Exp => x.exp(),
+        Function::Ln => x.ln(),
+        Function::Sqrt => x.sqrt(),
+        Function::Sin => x.sin_cos().0,
+        Function::Cos => x.sin_cos().1,
+        Function::Tan => {
+            let (sin, cos) = x.sin_cos();
+            sin / cos
+        }
+        Function::Sinh => {
+            let (up, down) = exps(x);
+            half * (up - down)
+        }
+        Function::Cosh => {
+            let (up, down) = exps(x);
+            half * (up + down)
+        }
+        Function::Tanh => x.tanh(),
+        Function::Atan => x.atan(),
+        Function::Abs => x.abs(),
+    }
+}
+
+impl ExpressionCurve {
+    /// Runs the tape; `watch` sees every operation's number and result.
+    #[inline]
+    fn run<T: Real>(&self, u: T, epsilon: T, mut watch: impl FnMut(usize, &T)) -> T {
+        let mut stack = [u; DEEPEST];
+        let mut top = 0;
+        for (number, op) in self.law.0.tape.ops.iter().enumerate() {
+            let (operands, result) = match *op {
+                Op::Number(x) => (0, T::constant(x)),
+                Op::Slip => (0, u),
+                Op::Epsilon => (0, epsilon),
+                Op::Parameter(i) => (0, T::constant(self.parameters.as_slice()[i])),
+                Op::Add => (2, stack[top - 2] + stack[top - 1]),
+                Op::Subtract => (2, stack[top - 2] - stack[top - 1]),
+                Op::Multiply => (2, stack[top - 2] * stack[top - 1]),
+                Op::Divide => (2, stack[top - 2] / stack[top - 1]),
+                Op::Power => (2, (stack[top - 1] * stack[top - 2].ln()).exp()),
+                Op::Negate => (1, -stack[top - 1]),
+                Op::PowerInteger(exponent) => (1, stack[top - 1].powi(exponent)),
+                Op::Call(function) => (1, call(function, stack[top - 1])),
+            };
+            top = top - operands + 1;
+            stack[top - 1] = result;
+            watch(number, &result);
+        }
+        let level = self.law.0.static_level;
+        if level == 1.0 { stack[0] } else { stack[0] / T::constant(level) }
+    }
+
+    #[inline]
+    fn series<T: Real, const N: usize>(&self, u: T) -> Jet<T, N> {
+        self.run(Jet::variable(u, 1.0), Jet::of(T::constant(self.epsilon)), |_, _| ())
+    }
+
+    /// phi(u); below u = 0, where the flow is continued, as the formula has it, or 1 where it has nothing.
+    #[inline]
+    pub(super) fn phi(&self, u: f64) -> f64 {
+        let phi = self.run(u, self.epsilon, |_, _| ());
+        if phi.is_finite() || u >= 0.0 { phi } else { 1.0 }
+    }
+
+    /// -phi'(u).
+    #[inline]
+    pub(super) fn weakening(&self, u: f64) -> f64 {
+        let slope = self.series::<f64, 2>(u).0[1];
+        if slope.is_finite() || u >= 0.0 { -slope } else { -self.series::<f64, 2>(0.0).0[1] }
+    }
+
+    fn enclosure(&self, u: Interval) -> Enclosure {
+        let jet = self.series::<Interval, 4>(u);
+        [1, 2, 3].map(|order| -jet.derivative(order))
+    }
+
+    pub(super) fn weakening_range(&self, lo: f64, hi: f64) -> Range {
+        enclose::range(|u| self.enclosure(u), lo, hi)
+    }
+
+    pub(super) fn even_weakening_range(&self, belt_speed: f64) -> Range {
+        enclose::even_range(|u| self.enclosure(u), belt_speed)
+    }
+
+    pub(super) fn mean_weakening(&self, belt_speed: f64) -> f64 {
+        enclose::mean_weakening(|u| self.weakening(u), belt_speed)
+    }
+
+    /// The law to first order in eps, by series in eps at eps = 0.
+    pub(super) fn first_order(&self, belt_speed: f64) -> Result<FirstOrder, NoFirstOrder> {
+        if !self.law.0.tape.ops.contains(&Op::Epsilon) {
+            return Err(NoFirstOrder::NoEpsilon);
+        }
+        let at = |u: f64| self.run::<Jet<f64, 2>>(Jet::of(u), Jet::variable(0.0, 1.0), |_, _| ());
+        let samples: Vec<Jet<f64, 2>> =
+            (0..=32).map(|i| at(2.0 * belt_speed * f64::from(i) / 32.0)).collect();
+        if samples.iter().any(|jet| !(jet.0[0].is_finite() && jet.0[1].is_finite())) {
+            return Err(NoFirstOrder::NotDifferentiable);
+        }
+        if samples.iter().any(|jet| (jet.0[0] - 1.0).abs() > STATIC_SLACK) {
+            return Err(NoFirstOrder::NotSmall);
+        }
+        // (6) divided by pi V; the mean over a turn is the integral over 2 pi.
+        let integral = enclose::mean_over_turn(|t| {
+            let half = (0.5 * t).sin();
+            at(2.0 * belt_speed * half * half).0[1] * t.cos()
+        });
+        let enclosure = |u: Interval| {
+            let slip = Jet::<Jet<Interval, 2>, 4>::variable(Jet::of(u), 1.0);
+            let epsilon = Jet::of(Jet::variable(Interval::thin(0.0), 1.0));
+            let mixed = self.run(slip, epsilon, |_, _| ());
+            [1, 2, 3].map(|order| -mixed.derivative(order).0[1])
+        };
+        Ok(FirstOrder {
+            mean_weakening: 2.0 * integral / belt_speed,
+            weakening_range: enclose::range(enclosure, 0.0, 2.0 * belt_speed),
+        })
+    }
+
+    /// See [`Expression::check`].
+    fn check(&self, fastest: f64) -> Result<(), ExpressionError> {
+        let Compiled { tape, text, static_level, .. } = self.law.0;
+        // Singular operations first: they say more than a wrong value. A piece of slip speeds on which an
+        // operation's value or derivative has no bounds is halved until it is too short to matter.
+        let shortest = 1e-9 * fastest;
+        let mut pieces = vec![(0.0, fastest), (0.0, 0.0)];
+        while let Some((a, b)) = pieces.pop() {
+            let mut culprit = None;
+            let u = Jet::<Interval, 3>::variable(Interval::new(a, b), 1.0);
+            let epsilon = Jet::of(Interval::thin(self.epsilon));
+            self.run(u, epsilon, |number, jet: &Jet<Interval, 3>| {
+                let bounded = jet.0[0].is_bounded() && jet.0[1].is_bounded();
+                if culprit.is_none() && !bounded {
+                    culprit = Some(number);
+                }
+            });
+            let Some(number) = culprit else { continue };
+            if b - a > shortest {
+                let middle = 0.5 * (a + b);
+                pieces.push((middle, b));
+                pieces.push((a, middle));
+                continue;
+            }
+            return Err(self.singular(tape, number, a, b));
+        }
+        let phi_0 = self.phi(0.0);
+        if !((phi_0 - 1.0).abs() <= STATIC_SLACK) {
+            let value = phi_0 * static_level;
+            return Err(ExpressionError {
+                from: 0,
+                to: text.chars().count(),
+                problem: format!("phi(0) is {phi_0}, not 1{}", self.at_parameters()),
+                remedy: format!(
+                    "divide the formula by its static level, for example with the key static = {value}, if that is \
+                     the same at all parameters"
+                ),
+            });
+        }
+        Ok(())
+    }
+
+    /// The operation `number` is singular for slip speeds within [a, b].
+    fn singular(&self, tape: &Tape, number: usize, a: f64, b: f64) -> ExpressionError {
+        let Place { from, to } = tape.places[number];
+        let part: String = self.law.0.text.chars().skip(from).take(to - from).collect();
+        let where_ = if b == 0.0 { "u = 0".to_owned() } else { format!("u = {:.6}", 0.5 * (a + b)) };
+        let at = format!("{where_}{}", self.at_parameters());
+        let (problem, remedy) = match tape.ops[number] {
+            Op::Divide | Op::PowerInteger(_) => (
+                format!("division by zero: `{part}` vanishes at {at}"),
+                "write the law without that pole, in a form that also holds in the limit",
+            ),
+            Op::Call(Function::Abs) => (
+                format!("`{part}` has a kink at {at}, where D would jump"),
+                "smooth it, for example as sqrt(x^2 + d^2), or give the law as a table",
+            ),
+            Op::Call(Function::Sqrt) => (
+                format!("`{part}` has no finite derivative at {at}"),
+                "keep its argument positive, for example by adding a small constant",
+            ),
+            Op::Call(Function::Ln) => {
+                (format!("`{part}` is not defined at {at}"), "keep its argument positive")
+            }
+            Op::Power => (
+                format!("the base `{part}` of a power that is no integer is not positive at {at}"),
+                "add a small constant to the base, or use an integer power",
+            ),
+            Op::Call(Function::Tan) => (format!("`{part}` has a pole at {at}"), "keep away from it"),
+            _ => (format!("`{part}` overflows at {at}"), "scale the formula"),
+        };
+        ExpressionError { from, to, problem, remedy: remedy.into() }
+    }
+
+    /// The parameters in words, for messages.
+    fn at_parameters(&self) -> String {
+        let named = self.law.parameters().iter().zip(self.parameters.as_slice());
+        let mut words: Vec<String> = named.map(|(p, value)| format!("{} = {value}", p.name)).collect();
+        if self.law.0.tape.ops.contains(&Op::Epsilon) {
+            words.insert(0, format!("epsilon = {}", self.epsilon));
+        }
+        if words.is_empty() { String::new() } else { format!(" for {}", words.join(", ")) }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,141 @@
+use super::*;
+
+fn at(text: &str, epsilon: f64, parameters: &[f64]) -> ExpressionCurve {
+    Expression::new(text, 1.0).unwrap().curve(epsilon, &LawParameters::new(parameters))
+}
+
+fn value(text: &str, u: f64) -> f64 {
+    at(text, 0.1, &[]).phi(u)
+}
+
+#[test]
+fn reads_formulas_as_on_paper() {
+    for (text, expected) in [
+        ("-u^2", -9.0),
+        ("2^-1", 0.5),
+        ("2^3^2", 512.0),
+        ("2**3", 8.0),
+        ("1 - 2 - 3", -4.0),
+        ("12/2/3", 2.0),
+        ("1.5e-3 + .5", 0.5015),
+        ("2*-u", -6.0),
+        ("--u", 3.0),
+        ("exp(0) + ln(1) + sqrt(4) + tanh(0) + atan(0) + abs(-2)", 5.0),
+        ("sin(pi/2) + cos(0) + tan(0) + sinh(0) + cosh(0)", 3.0),
+        ("eps*10 + epsilon*10", 2.0),
+        ("(((u)))", 3.0),
+    ] {
+        // One rounding in the functions.
+        assert!((value(text, 3.0) - expected).abs() <= 4.0 * f64::EPSILON * expected.abs(), "{text}");
+    }
+    let law = Expression::new("b + a*u + b", 1.0).unwrap();
+    assert_eq!(law.parameters().iter().map(|p| p.name).collect::<Vec<_>>(), ["b", "a"]);
+    assert_eq!(law.place_of("a"), Some((4, 5)));
+}
+
+#[test]
+fn equal_texts_are_one_law() {
+    assert_eq!(Expression::new("1 - u/8", 1.0).unwrap(), Expression::new("1 - u/8", 1.0).unwrap());
+    assert_ne!(Expression::new("1 - u/8", 1.0).unwrap(), Expression::new("1 - u/8", 2.0).unwrap());
+}
+
+#[test]
+fn errors_of_syntax_name_their_place() {
+    for (text, place, words) in [
+        ("", (0, 1), "ends where a value"),
+        ("1 + ", (4, 5), "ends where a value"),
+        ("exp(-u/vs", (3, 4), "never closed"),
+        ("1 + epx(u)", (4, 7), "no function `epx`"),
+        ("1 - u)", (5, 6), "closes nothing"),
+        ("2 u", (2, 3), "operator such as *"),
+        ("|u - 1|", (0, 1), "`|` is not known"),
+        ("1 + #", (4, 5), "`#` is not known"),
+        ("1.2.3", (0, 5), "not a number"),
+        ("1 + V", (4, 5), "no part of a friction law"),
+        ("exp + 1", (0, 3), "needs its argument"),
+        ("1 * / 2", (4, 5), "a value is expected"),
+        ("a+b+d+e+f+g+h+i+j", (16, 17), "one parameter more"),
+    ] {
+        let error = Expression::new(text, 1.0).unwrap_err();
+        assert_eq!((error.from, error.to), place, "{text}: {error}");
+        assert!(error.problem.contains(words), "{text}: {error}");
+    }
+    let deep = format!("{}1{}", "(".repeat(5000), ")".repeat(5000));
+    assert!(Expression::new(&deep, 1.0).is_err());
+    assert!(Expression::new(&"-".repeat(100_000), 1.0).is_err());
+}
+
+#[test]
+fn lies_are_found_with_their_place() {
+    for (text, parameters, place, words) in [
+        ("0.5 + exp(-u)", &[][..], (0, 13), "phi(0) is 1.5, not 1"),
+        ("1 - 0.1*u/(u - a)", &[0.7], (10, 17), "vanishes at u = 0.7"),
+        ("tanh(u)/u", &[], (8, 9), "vanishes at u = 0"),
+        ("1 - 0.1*abs(u - 1)", &[], (8, 18), "kink at u = 1"),
+        ("1 - 0.1*sqrt(u)", &[], (8, 15), "no finite derivative at u = 0"),
+        ("1 - 0.1*sqrt(1 - u)", &[], (8, 19), "no finite derivative at u = 1"),
+        ("1 - 0.1*u^1.5", &[], (8, 9), "not positive at u = 0"),
+        ("1 + 0.1*u*ln(2 - u)", &[], (10, 19), "not defined at u = 2"),
+        ("1 - 0.1*tan(u)", &[], (8, 14), "pole at u = 1.57"),
+        ("1 - 0.1*(u - 1)^-2 + 0.1", &[], (8, 15), "vanishes at u = 1"),
+    ] {
+        let law = Expression::new(text, 1.0).unwrap();
+        let error = law.check(0.1, &LawParameters::new(parameters), 3.0).unwrap_err();
+        assert_eq!((error.from, error.to), place, "{text}: {error}");
+        assert!(error.problem.contains(words), "{text}: {error}");
+    }
+}
+
+#[test]
+fn honest_laws_pass() {
+    for (text, level, parameters) in [
+        ("mu + (1 - mu)*exp(-u/vs)", 1.0, &[0.4, 0.3][..]),
+        ("0.2 + 0.25*exp(-u)", 0.45, &[]),
+        ("1 - 0.1*abs(u + 1) + 0.1", 1.0, &[]),
+        ("(1 + u)^-0.4", 1.0, &[]),
+        ("1 - 0.1*tanh(u) + 0.01*u^3", 1.0, &[]),
+        ("1 - 0.1*(sqrt(u^2 + 0.01) - 0.1)", 1.0, &[]),
+    ] {
+        let law = Expression::new(text, level).unwrap();
+        law.check(0.1, &LawParameters::new(parameters), 3.0).unwrap();
+    }
+    // Out of reach the same pole does no harm.
+    let law = Expression::new("1 - 0.1*u/(5 - u)", 1.0).unwrap();
+    law.check(0.1, &LawParameters::new(&[]), 3.0).unwrap();
+    assert!(law.check(0.1, &LawParameters::new(&[]), 6.0).is_err());
+}
+
+#[test]
+fn first_order_is_the_paper_s_condition_six() {
+    // F1 = -gamma (1 - alpha) u + beta u^2.
+    let text = "(1 - alpha)/(1 + eps*gamma*u) + alpha + eps*beta*u^2";
+    let first = at(text, 0.3, &[0.25, 2.0, 0.1]).first_order(1.5).unwrap();
+    // A few roundings of terms of about 2.
+    assert!((first.mean_weakening - (1.5 - 0.3)).abs() <= 32.0 * f64::EPSILON, "{first:?}");
+    assert!((first.weakening_range.hi - 1.5).abs() <= 32.0 * f64::EPSILON, "{first:?}");
+    assert!((first.weakening_range.lo - (1.5 - 0.6)).abs() <= 32.0 * f64::EPSILON, "{first:?}");
+    // With a nonlinear F1: -sin u at V = 1 gives 2 J1'(..): compare with (6) summed by brute force.
+    let first = at("1 - eps*sin(u)", 0.3, &[]).first_order(1.0).unwrap();
+    let n = 4000;
+    let sum: f64 = (0..n)
+        .map(|i| std::f64::consts::TAU * f64::from(i) / f64::from(n))
+        .map(|t| -(1.0 - t.cos()).sin() * t.cos())
+        .sum();
+    assert!((first.mean_weakening - 2.0 * sum / f64::from(n)).abs() <= 1e-14);
+}
+
+#[test]
+fn without_eps_there_is_no_first_order() {
+    let why = |text: &str| at(text, 0.3, &[]).first_order(1.0).unwrap_err();
+    assert_eq!(why("exp(-u)"), NoFirstOrder::NoEpsilon);
+    assert_eq!(why("exp(-u) + eps*u"), NoFirstOrder::NotSmall);
+    assert_eq!(why("exp(-u/eps)"), NoFirstOrder::NotDifferentiable);
+}
+
+#[test]
+fn continued_below_zero_slip_as_written_or_flat() {
+    let curve = at("(1 - 0.1*u)^0.5", 0.1, &[]);
+    assert!((curve.phi(-0.5) - 1.05f64.sqrt()).abs() < 1e-15);
+    let curve = at("(1 + 10*u)^0.5", 0.1, &[]);
+    assert_eq!(curve.weakening(-0.5), curve.weakening(0.0));
+}

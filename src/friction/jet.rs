@@ -1,0 +1,280 @@
+//! Truncated Taylor series: derivatives of any order, exact but for rounding, of anything that is built
+//! from the elementary functions. Over [`super::interval::Interval`] they enclose the derivatives on a
+//! whole interval; over each other they give mixed derivatives.
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// What the elementary functions can be applied to. A value where a function is not defined is NaN, or
+/// the whole line for intervals.
+pub(super) trait Real:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
+{
+    fn constant(x: f64) -> Self;
+    fn exp(self) -> Self;
+    fn ln(self) -> Self;
+    fn sqrt(self) -> Self;
+    fn sin_cos(self) -> (Self, Self);
+    fn tanh(self) -> Self;
+    fn atan(self) -> Self;
+    fn abs(self) -> Self;
+
+    /// An integer power, by squaring.
+    fn powi(self, exponent: i32) -> Self {
+        let mut power = Self::constant(1.0);
+        let mut square = self;
+        let mut left = exponent.unsigned_abs();
+        let mut first = true;
+        while left > 0 {
+            if left & 1 == 1 {
+                power = if first { square } else { power * square };
+                first = false;
+            }
+            left >>= 1;
+            if left > 0 {
+                square = square * square;
+            }
+        }
+        if exponent < 0 { Self::constant(1.0) / power } else { power }
+    }
+}
+
+impl Real for f64 {
+    fn constant(x: f64) -> Self {
+        x
+    }
+    fn exp(self) -> Self {
+        f64::exp(self)
+    }
+    fn ln(self) -> Self {
+        if self > 0.0 { f64::ln(self) } else { f64::NAN }
+    }
+    fn sqrt(self) -> Self {
+        f64::sqrt(self)
+    }
+    fn sin_cos(self) -> (Self, Self) {
+        f64::sin_cos(self)
+    }
+    fn tanh(self) -> Self {
+        f64::tanh(self)
+    }
+    fn atan(self) -> Self {
+        f64::atan(self)
+    }
+    fn abs(self) -> Self {
+        f64::abs(self)
+    }
+}
+
+/// The first N Taylor coefficients of a function: f, f', f''/2, ...
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Jet<T, const N: usize>(pub(super) [T; N]);
+
+impl<T: Real, const N: usize> Jet<T, N> {
+    /// The variable itself at `x`, times `slope`.
+    pub(super) fn variable(x: T, slope: f64) -> Self {
+        let mut jet = Self::of(x);
+        if N > 1 {
+            jet.0[1] = T::constant(slope);
+        }
+        jet
+    }
+
+    /// What does not depend on the variable.
+    pub(super) fn of(x: T) -> Self {
+        let mut coefficients = [T::constant(0.0); N];
+        coefficients[0] = x;
+        Self(coefficients)
+    }
+
+    /// The `order`-th derivative.
+    pub(super) fn derivative(&self, order: usize) -> T {
+        let factorial: f64 = (1..=order).map(|k| k as f64).product();
+        self.0[order] * T::constant(factorial)
+    }
+
+    /// The series with first coefficient `start` whose derivative is g' times `rate`, g = `self`; the rate's
+    /// coefficient k may depend on the result's up to k.
+    fn integrate(&self, start: T, mut rate: impl FnMut(&[T; N], usize) -> T) -> Self {
+        let mut sum = [T::constant(0.0); N];
+        sum[0] = start;
+        let mut rates = [T::constant(0.0); N];
+        for k in 1..N {
+            rates[k - 1] = rate(&sum, k - 1);
+            let mut total = T::constant(0.0);
+            for j in 1..=k {
+                total = total + T::constant(j as f64) * self.0[j] * rates[k - j];
+            }
+            sum[k] = total / T::constant(k as f64);
+        }
+        Self(sum)
+    }
+}
+
+/// Coefficient k of a product.
+fn product<T: Real, const N: usize>(a: &[T; N], b: &[T; N], k: usize) -> T {
+    let mut sum = a[0] * b[k];
+    for j in 1..=k {
+        sum = sum + a[j] * b[k - j];
+    }
+    sum
+}
+
+impl<T: Real, const N: usize> Neg for Jet<T, N> {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self(self.0.map(|x| -x))
+    }
+}
+
+impl<T: Real, const N: usize> Add for Jet<T, N> {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self(std::array::from_fn(|k| self.0[k] + other.0[k]))
+    }
+}
+
+impl<T: Real, const N: usize> Sub for Jet<T, N> {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        Self(std::array::from_fn(|k| self.0[k] - other.0[k]))
+    }
+}
+
+impl<T: Real, const N: usize> Mul for Jet<T, N> {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
+        Self(std::array::from_fn(|k| product(&self.0, &other.0, k)))
+    }
+}
+
+impl<T: Real, const N: usize> Div for Jet<T, N> {
+    type Output = Self;
+    fn div(self, other: Self) -> Self {
+        let mut quotient = [T::constant(0.0); N];
+        for k in 0..N {
+            let mut rest = self.0[k];
+            for j in 1..=k {
+                rest = rest - other.0[j] * quotient[k - j];
+            }
+            quotient[k] = rest / other.0[0];
+        }
+        Self(quotient)
+    }
+}
+
+impl<T: Real, const N: usize> Real for Jet<T, N> {
+    fn constant(x: f64) -> Self {
+        Self::of(T::constant(x))
+    }
+
+    fn exp(self) -> Self {
+        self.integrate(self.0[0].exp(), |exp, k| exp[k])
+    }
+
+    fn ln(self) -> Self {
+        // g' / g, whose coefficients follow from those of 1/g.
+        let inverse = Self::constant(1.0) / self;
+        self.integrate(self.0[0].ln(), |_, k| inverse.0[k])
+    }
+
+    fn sqrt(self) -> Self {
+        let mut root = [T::constant(0.0); N];
+        root[0] = self.0[0].sqrt();
+        let twice = root[0] + root[0];
+        for k in 1..N {
+            let mut rest = self.0[k];
+            for j in 1..k {
+                rest = rest - root[j] * root[k - j];
+            }
+            root[k] = rest / twice;
+        }
+        Self(root)
+    }
+
+    fn sin_cos(self) -> (Self, Self) {
+        let (mut sin, mut cos) = ([T::constant(0.0); N], [T::constant(0.0); N]);
+        (sin[0], cos[0]) = self.0[0].sin_cos();
+        for k in 1..N {
+            let (mut s, mut c) = (T::constant(0.0), T::constant(0.0));
+            for j in 1..=k {
+                let rate = T::constant(j as f64) * self.0[j];
+                s = s + rate * cos[k - j];
+                c = c - rate * sin[k - j];
+            }
+            let order = T::constant(k as f64);
+            (sin[k], cos[k]) = (s / order, c / order);
+        }
+        (Self(sin), Self(cos))
+    }
+
+    fn tanh(self) -> Self {
+        // tanh' = 1 - tanh^2.
+        self.integrate(self.0[0].tanh(), |tanh, k| {
+            let one = if k == 0 { T::constant(1.0) } else { T::constant(0.0) };
+            one - product(tanh, tanh, k)
+        })
+    }
+
+    fn atan(self) -> Self {
+        let rate = Self::constant(1.0) / (Self::constant(1.0) + self * self);
+        self.integrate(self.0[0].atan(), |_, k| rate.0[k])
+    }
+
+    fn abs(self) -> Self {
+        // |g| = g sign(g), and |g_0| / g_0 is the sign, or not defined.
+        let sign = self.0[0].abs() / self.0[0];
+        let mut series = self.0.map(|x| x * sign);
+        series[0] = self.0[0].abs();
+        Self(series)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Derivatives of compositions with known ones.
+    #[test]
+    fn derivatives_to_third_order() {
+        let x = Jet::<f64, 4>::variable(0.7, 1.0);
+        let check = |jet: Jet<f64, 4>, exact: [f64; 4]| {
+            for (order, exact) in exact.into_iter().enumerate() {
+                let found = jet.derivative(order);
+                // A dozen roundings of terms of a few units.
+                assert!(
+                    (found - exact).abs() <= 64.0 * f64::EPSILON * exact.abs().max(1.0),
+                    "{order}: {found} {exact}"
+                );
+            }
+        };
+        let (s, c) = 0.7f64.sin_cos();
+        check(x.sin_cos().0, [s, c, -s, -c]);
+        check(x.sin_cos().1, [c, -s, -c, s]);
+        check(
+            (x * Jet::constant(2.0)).exp(),
+            [1.4f64.exp(), 2.0 * 1.4f64.exp(), 4.0 * 1.4f64.exp(), 8.0 * 1.4f64.exp()],
+        );
+        check(x.ln(), [0.7f64.ln(), 1.0 / 0.7, -1.0 / 0.49, 2.0 / 0.343]);
+        let r = 0.7f64.sqrt();
+        check(x.sqrt(), [r, 0.5 / r, -0.25 / (0.7 * r), 0.375 / (0.49 * r)]);
+        let t = 0.7f64.tanh();
+        let d = 1.0 - t * t;
+        check(x.tanh(), [t, d, -2.0 * t * d, d * (6.0 * t * t - 2.0)]);
+        let q = 1.0 / 1.49;
+        check(x.atan(), [0.7f64.atan(), q, -1.4 * q * q, 2.0 * q * q * (4.0 * 0.49 * q - 1.0)]);
+        check(x.powi(3), [0.343, 3.0 * 0.49, 6.0 * 0.7, 6.0]);
+        check(x.powi(-1), [1.0 / 0.7, -1.0 / 0.49, 2.0 / 0.343, -6.0 / 0.2401]);
+        check((-x).abs(), [0.7, 1.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn jets_of_jets_are_mixed_derivatives() {
+        // f = exp(x y): d2f/dxdy = (1 + x y) exp(x y).
+        let (x, y) = (0.3, 0.8);
+        let outer = Jet::<Jet<f64, 2>, 2>::variable(Jet::of(x), 1.0);
+        let inner = Jet::<Jet<f64, 2>, 2>::of(Jet::variable(y, 1.0));
+        let f = (outer * inner).exp();
+        let exact = (1.0 + x * y) * (x * y).exp();
+        assert!((f.0[1].0[1] - exact).abs() <= 8.0 * f64::EPSILON * exact);
+    }
+}

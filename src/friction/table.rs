@@ -1,0 +1,399 @@
+//! A measured law: phi(u) at increasing slip speeds, joined by cubics that keep the shape of the data.
+//!
+//! The slopes at the data are those of Fritsch and Butland (SIAM J. Sci. Stat. Comput. 5, 1984): between two
+//! data phi is monotone, and phi' is continuous, so that D is too. Beyond the last datum the law is not
+//! known: phi is NaN there, orbits that come so far fail, and tests that would have to know it are
+//! undecided.
+
+use std::sync::{LazyLock, Mutex, PoisonError};
+
+use super::Range;
+
+/// How far phi(0) may be from 1: measured values are rounded.
+const STATIC_SLACK: f64 = 1e-9;
+
+/// Why a table is no friction law.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{problem}\n  help: {remedy}")]
+pub struct TableError {
+    /// The datum concerned, from 0; `None` for the whole table.
+    pub row: Option<usize>,
+    /// What is wrong.
+    pub problem: String,
+    /// What to do.
+    pub remedy: String,
+}
+
+/// A law given by data.
+///
+/// A handle that can be copied: each table is kept once, for the life of the program.
+#[derive(Clone, Copy, Debug)]
+pub struct Table(&'static Cubics);
+
+impl PartialEq for Table {
+    fn eq(&self, other: &Self) -> bool {
+        std::ptr::eq(self.0, other.0)
+    }
+}
+
+impl Eq for Table {}
+
+#[derive(Debug)]
+struct Cubics {
+    /// Where the data came from.
+    origin: String,
+    /// Friction at slip speed 0.
+    static_level: f64,
+    /// Friction as given.
+    friction: Vec<f64>,
+    /// Slip speeds, from 0, and friction in units of the static one.
+    u: Vec<f64>,
+    phi: Vec<f64>,
+    /// phi' at the data.
+    slope: Vec<f64>,
+}
+
+/// phi on one piece as phi_0 + t (s_0 + t (c_2 + t c_3)), t = u - u_0.
+struct Piece {
+    start: f64,
+    phi: f64,
+    slope: f64,
+    c2: f64,
+    c3: f64,
+}
+
+impl Table {
+    /// Makes a law of measured pairs (u, friction); phi is the friction divided by `static_level` > 0.
+    /// `origin` names the data in messages.
+    ///
+    /// # Errors
+    /// [`TableError`].
+    pub fn new(origin: &str, data: &[(f64, f64)], static_level: f64) -> Result<Self, TableError> {
+        let error =
+            |row, problem: String, remedy: &str| Err(TableError { row, problem, remedy: remedy.to_owned() });
+        if data.len() < 3 {
+            return error(None, format!("there are only {} data", data.len()), "give at least three");
+        }
+        for (row, &(u, phi)) in data.iter().enumerate() {
+            if !(u.is_finite() && phi.is_finite()) {
+                return error(Some(row), "a datum is not finite".into(), "mend or remove this row");
+            }
+            if row > 0 && u <= data[row - 1].0 {
+                let problem = format!("the slip speed {u} follows {}", data[row - 1].0);
+                return error(Some(row), problem, "sort the rows by slip speed, without repetition");
+            }
+        }
+        if data[0].0 != 0.0 {
+            let problem = format!("the first slip speed is {}, not 0", data[0].0);
+            return error(Some(0), problem, "begin with the static friction, at slip speed 0");
+        }
+        let phi: Vec<f64> = data.iter().map(|(_, phi)| phi / static_level).collect();
+        if !((phi[0] - 1.0).abs() <= STATIC_SLACK) {
+            let problem = format!("phi(0) is {}, not 1", phi[0]);
+            let remedy = format!("friction is in units of the static one: set static = {}", data[0].1);
+            return error(Some(0), problem, &remedy);
+        }
+        let u: Vec<f64> = data.iter().map(|(u, _)| *u).collect();
+        static KNOWN: Mutex<Vec<&'static Cubics>> = Mutex::new(Vec::new());
+        let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+        let friction: Vec<f64> = data.iter().map(|(_, friction)| *friction).collect();
+        let same = |it: &&&'static Cubics| {
+            it.origin == origin && it.static_level == static_level && it.u == u && it.friction == friction
+        };
+        if let Some(table) = known.iter().find(same) {
+            return Ok(Self(table));
+        }
+        let slope = slopes(&u, &phi);
+        let origin = origin.to_owned();
+        let table: &'static Cubics =
+            Box::leak(Box::new(Cubics { origin, static_level, friction, u, phi, slope }));
+        known.push(table);
+        Ok(Self(table))
+    }
+
+    /// Where the data came from.
+    #[must_use]
+    pub fn origin(&self) -> &'static str {
+        &self.0.origin
+    }
+
+    /// Friction at slip speed 0, by which the data are divided.
+    #[must_use]
+    pub fn static_level(&self) -> f64 {
+        self.0.static_level
+    }
+
+    /// The data as given: slip speed and friction.
+    pub fn data(&self) -> impl Iterator<Item = (f64, f64)> {
+        self.0.u.iter().copied().zip(self.0.friction.iter().copied())
+    }
+
+    /// The largest slip speed for which the law is known.
+    #[must_use]
+    pub fn fastest(&self) -> f64 {
+        self.0.u[self.0.u.len() - 1]
+    }
+
+    /// Where two cubics meet.
+    pub(super) fn corners(&self) -> &'static [f64] {
+        &self.0.u[1..self.pieces()]
+    }
+
+    /// Number of pieces.
+    fn pieces(&self) -> usize {
+        self.0.u.len() - 1
+    }
+
+    /// The piece that holds `u`; the first below zero.
+    fn piece_at(&self, u: f64) -> usize {
+        let after = self.0.u.partition_point(|knot| *knot <= u);
+        after.saturating_sub(1).min(self.pieces() - 1)
+    }
+
+    fn piece(&self, i: usize) -> Piece {
+        let Cubics { u, phi, slope, .. } = self.0;
+        let h = u[i + 1] - u[i];
+        let secant = (phi[i + 1] - phi[i]) / h;
+        let c2 = (3.0 * secant - 2.0 * slope[i] - slope[i + 1]) / h;
+        let c3 = (slope[i] + slope[i + 1] - 2.0 * secant) / (h * h);
+        Piece { start: u[i], phi: phi[i], slope: slope[i], c2, c3 }
+    }
+
+    /// phi(u); below u = 0, where the flow is continued, the first cubic.
+    pub(super) fn phi(&self, u: f64) -> f64 {
+        if u > self.fastest() {
+            return f64::NAN;
+        }
+        let Piece { start, phi, slope, c2, c3 } = self.piece(self.piece_at(u));
+        let t = u - start;
+        phi + t * (slope + t * (c2 + t * c3))
+    }
+
+    /// -phi'(u).
+    pub(super) fn weakening(&self, u: f64) -> f64 {
+        if u > self.fastest() {
+            return f64::NAN;
+        }
+        self.weakening_on(self.piece_at(u), u)
+    }
+
+    /// -phi'(u) by the cubic of piece `i`.
+    fn weakening_on(&self, i: usize, u: f64) -> f64 {
+        let Piece { start, slope, c2, c3, .. } = self.piece(i);
+        let t = u - start;
+        -(slope + t * (2.0 * c2 + t * (3.0 * c3)))
+    }
+
+    /// Ends of the parabolas of -phi' within (lo, hi).
+    fn knots(&self, lo: f64, hi: f64) -> impl Iterator<Item = f64> {
+        self.0.u.iter().copied().filter(move |knot| lo < *knot && *knot < hi)
+    }
+
+    pub(super) fn weakening_range(&self, lo: f64, hi: f64) -> Range {
+        if !(hi <= self.fastest()) {
+            return Range { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
+        }
+        let mut ends = vec![lo];
+        ends.extend(self.knots(lo, hi));
+        ends.push(hi);
+        range_of_parabolas(&ends, |a, b, u| self.weakening_on(self.piece_at(0.5 * (a + b)), u))
+    }
+
+    pub(super) fn even_weakening_range(&self, belt_speed: f64) -> Range {
+        if !(2.0 * belt_speed <= self.fastest()) {
+            return Range { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
+        }
+        let mut ends = vec![0.0, belt_speed];
+        ends.extend(self.knots(0.0, 2.0 * belt_speed).map(|knot| (knot - belt_speed).abs()));
+        ends.sort_by(f64::total_cmp);
+        ends.dedup();
+        range_of_parabolas(&ends, |a, b, v| {
+            let middle = 0.5 * (a + b);
+            let [near, far] = [-1.0, 1.0].map(|sign| {
+                let piece = self.piece_at(belt_speed + sign * middle);
+                self.weakening_on(piece, belt_speed + sign * v)
+            });
+            0.5 * (near + far)
+        })
+    }
+
+    /// By Gauss quadrature between the data: the integrand is smooth there.
+    pub(super) fn mean_weakening(&self, belt_speed: f64) -> f64 {
+        if !(2.0 * belt_speed <= self.fastest()) {
+            return f64::NAN;
+        }
+        let angle = |u: f64| 2.0 * (0.5 * u / belt_speed).sqrt().min(1.0).asin();
+        let mut ends = vec![0.0];
+        ends.extend(self.knots(0.0, 2.0 * belt_speed).map(angle));
+        ends.push(std::f64::consts::PI);
+        let total: f64 = ends
+            .windows(2)
+            .map(|ends| {
+                let (middle, half) = (0.5 * (ends[0] + ends[1]), 0.5 * (ends[1] - ends[0]));
+                let sum: f64 = GAUSS
+                    .iter()
+                    .map(|(x, weight)| {
+                        let t = middle + half * x;
+                        let sin_half = (0.5 * t).sin();
+                        weight * self.weakening(2.0 * belt_speed * sin_half * sin_half) * t.sin() * t.sin()
+                    })
+                    .sum();
+                half * sum
+            })
+            .sum();
+        2.0 / std::f64::consts::PI * total
+    }
+}
+
+/// Slopes at the data, Fritsch and Butland: zero at extremes, else a harmonic mean of the secants; at the
+/// ends a one-sided parabola, limited to keep the shape.
+fn slopes(u: &[f64], phi: &[f64]) -> Vec<f64> {
+    let h: Vec<f64> = u.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let secant: Vec<f64> = phi.windows(2).zip(&h).map(|(pair, h)| (pair[1] - pair[0]) / h).collect();
+    let end = |h0: f64, h1: f64, s0: f64, s1: f64| {
+        let slope = ((2.0 * h0 + h1) * s0 - h0 * s1) / (h0 + h1);
+        if slope * s0 <= 0.0 {
+            0.0
+        } else if s0 * s1 <= 0.0 && slope.abs() > 3.0 * s0.abs() {
+            3.0 * s0
+        } else {
+            slope
+        }
+    };
+    let last = h.len() - 1;
+    let mut slopes = vec![end(h[0], h[1], secant[0], secant[1])];
+    for i in 1..=last {
+        let (before, after) = (secant[i - 1], secant[i]);
+        slopes.push(if before * after <= 0.0 {
+            0.0
+        } else {
+            let (w1, w2) = (2.0 * h[i] + h[i - 1], h[i] + 2.0 * h[i - 1]);
+            (w1 + w2) / (w1 / before + w2 / after)
+        });
+    }
+    slopes.push(end(h[last], h[last - 1], secant[last], secant[last - 1]));
+    slopes
+}
+
+/// Bounds of a function that is a parabola between neighbouring `ends`: `f(a, b, x)` is its value at x by
+/// the parabola of [a, b]. Widened by the rounding of a dozen operations.
+fn range_of_parabolas(ends: &[f64], f: impl Fn(f64, f64, f64) -> f64) -> Range {
+    let (mut lo, mut hi, mut size) = (f64::INFINITY, f64::NEG_INFINITY, 0.0_f64);
+    let mut include = |value: f64| {
+        lo = lo.min(value);
+        hi = hi.max(value);
+        size = size.max(value.abs());
+    };
+    if let [only] = ends {
+        include(f(*only, *only, *only));
+    }
+    for pair in ends.windows(2) {
+        let (a, b) = (pair[0], pair[1]);
+        let middle = 0.5 * (a + b);
+        let [at_a, at_middle, at_b] = [a, middle, b].map(|x| f(a, b, x));
+        include(at_a);
+        include(at_b);
+        // With x = middle + half z: value = at_middle + slope z + bend z^2.
+        let (slope, bend) = (0.5 * (at_b - at_a), 0.5 * (at_a + at_b) - at_middle);
+        if slope.abs() < 2.0 * bend.abs() {
+            include(at_middle - 0.25 * slope * slope / bend);
+        }
+    }
+    let slack = 32.0 * f64::EPSILON * size;
+    Range { lo: lo - slack, hi: hi + slack }
+}
+
+/// Nodes and weights of Gauss's rule of sixteen points on [-1, 1].
+static GAUSS: LazyLock<[(f64, f64); 16]> = LazyLock::new(|| {
+    std::array::from_fn(|i| {
+        // Newton's iteration on the Legendre polynomial from the usual guess.
+        let n = 16.0;
+        let mut x = (std::f64::consts::PI * (i as f64 + 0.75) / (n + 0.5)).cos();
+        let mut slope = 0.0;
+        for _ in 0..8 {
+            let (mut before, mut here) = (1.0, x);
+            for k in 2..=16 {
+                let k = f64::from(k);
+                (before, here) = (here, ((2.0 * k - 1.0) * x * here - (k - 1.0) * before) / k);
+            }
+            slope = n * (x * here - before) / (x * x - 1.0);
+            x -= here / slope;
+        }
+        (x, 2.0 / ((1.0 - x * x) * slope * slope))
+    })
+});
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn falling() -> Table {
+        let data = [(0.0, 1.0), (0.1, 0.8), (0.3, 0.65), (0.6, 0.6), (1.0, 0.62), (2.0, 0.7), (4.0, 0.9)];
+        Table::new("falling", &data, 1.0).unwrap()
+    }
+
+    #[test]
+    fn meets_the_data_keeps_the_shape_and_has_a_continuous_slope() {
+        let table = falling();
+        for (u, phi) in table.data() {
+            assert!((table.phi(u) - phi).abs() <= 4.0 * f64::EPSILON, "{u}");
+        }
+        for i in 1..table.pieces() {
+            let knot = table.0.u[i];
+            let (left, right) = (table.weakening_on(i - 1, knot), table.weakening_on(i, knot));
+            assert!((left - right).abs() <= 64.0 * f64::EPSILON, "{knot}: {left} {right}");
+        }
+        let at = |i: u32| table.phi(4.0 * f64::from(i) / 4000.0);
+        for i in 0..4000 {
+            // Falling up to the least datum, rising from there.
+            let falls = i < 600;
+            assert!((at(i + 1) <= at(i) + 1e-15) == falls || (at(i + 1) - at(i)).abs() < 1e-15, "{i}");
+        }
+        assert!(table.phi(4.1).is_nan() && table.weakening(4.1).is_nan());
+    }
+
+    #[test]
+    fn bounds_hold_at_samples_and_are_met() {
+        let table = falling();
+        for (lo, hi) in [(0.0, 4.0), (0.05, 0.25), (0.2, 2.5), (0.7, 0.7)] {
+            let range = table.weakening_range(lo, hi);
+            let samples = (0..=20_000).map(|i| table.weakening(lo + (hi - lo) * f64::from(i) / 20_000.0));
+            let (l, h) = samples.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+            // Samples miss an extreme by a curvature of at most 100 times the square of their distance.
+            let miss = 100.0 * ((hi - lo) / 20_000.0f64).powi(2) + 1e-13;
+            assert!(range.lo <= l && l - range.lo <= miss, "{range:?} {l}");
+            assert!(range.hi >= h && range.hi - h <= miss, "{range:?} {h}");
+        }
+        let range = table.even_weakening_range(1.1);
+        let even = (0..=20_000).map(|i| 1.1 * f64::from(i) / 20_000.0);
+        let even = even.map(|v| 0.5 * (table.weakening(1.1 - v) + table.weakening(1.1 + v)));
+        let (l, h) = even.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+        assert!(range.lo <= l && l - range.lo <= 1e-6 && range.hi >= h && range.hi - h <= 1e-6);
+        assert_eq!(table.even_weakening_range(2.1).hi, f64::INFINITY);
+    }
+
+    #[test]
+    fn a_cubic_between_dense_data_has_the_mean_of_the_cubic() {
+        // phi = 1 - u^2/8 sampled: weakening u/4, whose mean is V/4. The slopes are second order.
+        let data: Vec<(f64, f64)> =
+            (0..=4000).map(|i| f64::from(i) / 1000.0).map(|u| (u, 1.0 - u * u / 8.0)).collect();
+        let table = Table::new("parabola", &data, 1.0).unwrap();
+        assert!((table.mean_weakening(1.5) - 0.375).abs() < 1e-5);
+        let weights: f64 = GAUSS.iter().map(|(_, weight)| weight).sum();
+        let fourth: f64 = GAUSS.iter().map(|(x, weight)| weight * x.powi(30)).sum();
+        // Gauss's rule of sixteen points is exact to degree 31.
+        assert!((weights - 2.0).abs() < 1e-14 && (fourth - 2.0 / 31.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn bad_data_are_refused_with_their_row() {
+        let row = |data: &[(f64, f64)], level| Table::new("bad", data, level).unwrap_err().row;
+        assert_eq!(row(&[(0.0, 1.0), (1.0, 0.5)], 1.0), None);
+        assert_eq!(row(&[(0.0, 1.0), (1.0, 0.5), (1.0, 0.4)], 1.0), Some(2));
+        assert_eq!(row(&[(0.0, 1.0), (1.0, f64::NAN), (2.0, 0.4)], 1.0), Some(1));
+        assert_eq!(row(&[(0.1, 1.0), (1.0, 0.5), (2.0, 0.4)], 1.0), Some(0));
+        let error = Table::new("bad", &[(0.0, 0.4), (1.0, 0.3), (2.0, 0.2)], 1.0).unwrap_err();
+        assert!(error.remedy.contains("static = 0.4"), "{error}");
+        assert!(Table::new("good", &[(0.0, 0.4), (1.0, 0.3), (2.0, 0.2)], 0.4).is_ok());
+    }
+}

@@ -1,0 +1,53 @@
+//! Steps end at the corners of a measured law.
+//!
+//! Where phi is given by data D is continuous and piecewise smooth. A step across a corner of D has an error of
+//! low order that the embedded estimates, made for smooth fields, may miss by orders of magnitude. So steps are
+//! shortened until they end at the corner, as they are at any other event.
+
+use crate::friction::Curve;
+
+/// A corner this close to the end of a step, relative to the speeds that are subtracted to give the slip speed,
+/// counts as met. D is off by its change of slope times this, over less than one step.
+const WIDTH: f64 = 1e-13;
+
+/// One end of a step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct End {
+    /// Slip speed.
+    pub(super) slip: f64,
+    /// Its rate of change in the variable of integration.
+    pub(super) rate: f64,
+}
+
+/// The length to try next where a trial step of length `h` has a corner of the law inside; `None` where it has
+/// none.
+pub(super) fn shortened(curve: &Curve, belt_speed: f64, [from, to]: [End; 2], h: f64) -> Option<f64> {
+    let corners = curve.corners();
+    if corners.is_empty() || !(from.slip.is_finite() && to.slip.is_finite()) {
+        return None;
+    }
+    let (low, high) = (from.slip.min(to.slip), from.slip.max(to.slip));
+    let width = WIDTH * (belt_speed + high.abs());
+    if let Some(corner) = first_within(corners, from.slip, [low + width, high - width]) {
+        let newton = h - (to.slip - corner) / to.rate;
+        let secant = h * (corner - from.slip) / (to.slip - from.slip);
+        return Some(if newton > 0.0 && newton < h { newton } else { secant });
+    }
+    // The slip speed turns inside the step: by how much it may exceed the ends there, from the speeds at the ends.
+    let turns = h * from.rate / (from.rate - to.rate);
+    if from.rate * to.rate < 0.0 && turns > 0.0 && turns < h {
+        let excess = (from.rate * turns).abs().min((to.rate * (h - turns)).abs());
+        let outside =
+            if from.rate > 0.0 { [high + width, high + excess] } else { [low - excess, low - width] };
+        return first_within(corners, from.slip, outside).map(|_| turns);
+    }
+    None
+}
+
+/// The corner in [lo, hi] that is nearest to `from`, which lies outside.
+fn first_within(corners: &[f64], from: f64, [lo, hi]: [f64; 2]) -> Option<f64> {
+    let start = corners.partition_point(|corner| *corner < lo);
+    let end = corners.partition_point(|corner| *corner <= hi);
+    let inside = corners.get(start..end)?;
+    if from <= lo { inside.first().copied() } else { inside.last().copied() }
+}
