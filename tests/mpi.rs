@@ -149,8 +149,8 @@ fn ranks_that_disagree_do_not_begin() {
 fn timed(scratch: &Scratch, ranks: u32, map: &str) -> (f64, f64) {
     let axes = ["alpha", "beta", "gamma", "V", "c"]
         .map(|name| format!("{name} = {{ from = 0.05, to = 1.0, points = 40 }}"));
-    let output = format!("[output]\npath = \"{map}\"\n");
-    scratch.file("rate.toml", format!("[grid]\nepsilon = 0.05\n{}\n{output}", axes.join("\n")));
+    let grid = format!("[grid]\nepsilon = 0.05\n{}\n", axes.join("\n"));
+    scratch.file("rate.toml", grid + "[output]\npath = \"rate.h5\"\n");
     let mut command = mpirun(scratch, ranks, &["run", "rate.toml", "--threads", "1", "--quiet"]);
     if ranks == 1 {
         command = scratch.command(&["run", "rate.toml", "--threads", "1", "--quiet"]);
@@ -167,6 +167,7 @@ fn timed(scratch: &Scratch, ranks: u32, map: &str) -> (f64, f64) {
     let start = Instant::now();
     let times = Run::of(shell.output().unwrap()).ends_with(0).out;
     let seconds = start.elapsed().as_secs_f64();
+    fs::rename(scratch.path().join("rate.h5"), scratch.path().join(map)).unwrap();
     let children = times.lines().nth(1).unwrap();
     let read = |text: &str| {
         let (minutes, seconds) = text.trim_end_matches('s').split_once('m').unwrap();
