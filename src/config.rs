@@ -53,6 +53,7 @@ mod axis;
 mod law;
 mod machine;
 mod source;
+mod tiles;
 
 use std::path::{Path, PathBuf};
 
@@ -67,15 +68,6 @@ use crate::machine::Machine;
 use crate::map::{Engine, Field, Grid, GridError, Method, Plan};
 use crate::report::work_precision::Settings;
 use crate::simulate::naive::NaiveKnobs;
-
-/// A tile is a task of one worker and a chunk of the map file. At most 64 KiB of verdicts, 512 KiB of a
-/// real field, which suits readers of HDF5 ..
-const MOST_TILE_CELLS: usize = 1 << 16;
-/// .. at least so much that a tile's own costs do not show ..
-const LEAST_TILE_CELLS: usize = 1 << 12;
-/// .. and in between so many tiles that workers finish together and an interruption is heeded soon. All
-/// three depend on the grid alone, so that maps do not depend on the machine.
-const TILES: usize = 256;
 
 /// Bound on the error of the scaled grazing margin where none is asked for.
 pub const DEFAULT_TOLERANCE: f64 = 1e-9;
@@ -210,7 +202,7 @@ impl Job {
 
         let work_precision = work_precision(&root.section("work_precision")?)?;
 
-        let tile_shape = grid.tile_shape((grid.cells() / TILES).clamp(LEAST_TILE_CELLS, MOST_TILE_CELLS));
+        let tile_shape = grid.tile_shape(tiles::cells(grid.cells()));
         let plan = Plan {
             grid,
             methods,

@@ -68,3 +68,5 @@ pub mod simulate;
 pub mod store;
 #[doc = include_str!("theory.md")]
 pub mod theory {}
+#[doc = include_str!("clusters.md")]
+pub mod clusters {}

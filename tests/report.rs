@@ -614,7 +614,8 @@ fn hostile_texts_stay_texts() {
     let csv = read("tables/provenance.csv");
     let mut records = csv::Reader::from_reader(csv.as_bytes());
     let first = records.records().next().unwrap().unwrap();
-    assert_eq!(&first[1], title, "CSV keeps texts as they are");
+    let tame: String = title.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    assert_eq!(&first[1], tame, "CSV keeps texts as they are, but for control characters");
 }
 
 #[test]

@@ -8,12 +8,16 @@ mod map_equal;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 use std::time::{Duration, Instant};
 
 use cli_common::{Run, Scratch};
-use map_equal::assert_same;
+use map_equal::{assert_same, contents};
+use slipmap::friction::Law;
+use slipmap::map::{Account, Control, Engine, Field, Grid, Method, Plan, Queue, compute_tiles};
+use slipmap::store::{self, Existing, Outcome, PartialMap, Provenance, Resumed};
 
-/// A map of 40 tiles across the boundary of existence, every field, with an audit; a second or two of work.
+/// A map of 40 tiles across the boundary of existence, with an audit; half a second of work or two.
 const JOB: &str = "\
 title = \"stopped and resumed\"
 [grid]
@@ -27,7 +31,7 @@ c = { from = 0.0, to = 3.0, points = 64 }
 cells = 50
 [output]
 path = \"map.h5\"
-fields = [\"verdict\", \"margin\", \"critical_c\", \"regime\", \"landing\"]
+fields = [\"verdict\", \"margin\", \"critical_c\", \"regime\"]
 ";
 
 fn scratch() -> Scratch {
@@ -61,10 +65,10 @@ fn journal_length(scratch: &Scratch) -> u64 {
     fs::metadata(scratch.path().join("map.h5.part")).map_or(0, |metadata| metadata.len())
 }
 
-/// Waits until a run has added some of the 40 tiles, of about 200 kB each, to the `before` bytes of its journal.
+/// Waits until a run has added some of the 40 tiles, of about 100 kB each, to the `before` bytes of its journal.
 fn wait_for_tiles(scratch: &Scratch, before: u64) {
     let start = Instant::now();
-    while journal_length(scratch) < before + 1_000_000 {
+    while journal_length(scratch) < before + 400_000 {
         assert!(start.elapsed() < Duration::from_secs(100), "no tiles were ever finished");
         std::thread::sleep(Duration::from_millis(2));
     }
@@ -94,12 +98,10 @@ fn random(state: &mut u64) -> f64 {
 
 /// Kills runs at random times, resumes each until it is complete, and compares every map.
 fn kill_and_resume(kills: usize, seed: u64) {
-    // Without the landings, which take three quarters of the time.
-    let fields = ["--set", "output.fields=[\"verdict\", \"margin\", \"critical_c\", \"regime\"]"];
     let scratch = scratch();
-    let (reference, seconds) = reference(&scratch, &fields);
+    let (reference, seconds) = reference(&scratch, &[]);
     let map = scratch.path().join("map.h5");
-    let resume = |threads| [&["run", "job.toml", "--resume", "--threads", threads], &fields[..]].concat();
+    let resume = |threads| ["run", "job.toml", "--resume", "--threads", threads];
     let (mut killed, mut maps, mut state) = (0, 0, seed);
     while killed < kills {
         // Up to a fifth beyond the end: sealing and renaming are hit as well, and some runs get through.
@@ -138,6 +140,100 @@ fn ten_kills_leave_no_trace() {
 #[ignore = "minutes: two hundred kills; cargo test --test resume -- --ignored"]
 fn two_hundred_kills_leave_no_trace() {
     kill_and_resume(200, 2);
+}
+
+/// Every method and every field, in tiles of a few cells.
+fn everything() -> Plan {
+    let nodes = vec![
+        vec![0.05, 0.2],
+        vec![0.1, 0.6],
+        vec![0.1],
+        vec![0.5, 4.0],
+        vec![1.0],
+        vec![0.0, 0.2, 0.4, 0.8, 1.6],
+    ];
+    Plan {
+        grid: Grid::new(Law::Stribeck, nodes).unwrap(),
+        methods: Method::all().collect(),
+        fields: Field::ALL.to_vec(),
+        engine: Engine::Auto,
+        tolerance: 1e-9,
+        audit_cells: 10,
+        tile_shape: vec![1, 1, 1, 2, 1, 5],
+        compression: 4,
+    }
+}
+
+/// Computes at most `tiles` of the tiles that are missing from a map; the account of these.
+fn add_tiles(map: &PartialMap, tiles: usize) -> (Account, usize) {
+    let queue = Queue::new(map.finished().to_vec());
+    let left = AtomicUsize::new(tiles);
+    let take = |n: usize| n.checked_sub(1);
+    let next = || left.fetch_update(Relaxed, Relaxed, take).ok().and_then(|_| queue.take());
+    let control = Control { threads: Some(2), on_cells: &|_| (), stop: &AtomicBool::new(false) };
+    compute_tiles(map.plan(), map, &control, &next).unwrap()
+}
+
+#[test]
+fn every_method_and_every_field_goes_on_where_it_stopped() {
+    let (plan, provenance) = (everything(), Provenance::default());
+    let folder = tempfile::tempdir().unwrap();
+    let outcome = |account: Account| Outcome {
+        audit: Some(store::Audit {
+            cells: account.audit.cells,
+            disagreements: account.audit.disagreements.len() as u64,
+        }),
+        extra: vec![("rhs".to_owned(), account.rhs.cast_signed().into())],
+        ..Outcome::default()
+    };
+    let whole = folder.path().join("whole.h5");
+    let map = PartialMap::begin(&whole, &plan, &provenance, Existing::Refuse).unwrap();
+    let (account, _) = add_tiles(&map, usize::MAX);
+    map.finish(&outcome(account)).unwrap();
+
+    let path = folder.path().join("map.h5");
+    drop_after(&path, &plan, 1);
+    drop_after(&path, &plan, 2);
+    let Resumed::Partial(map) = PartialMap::resume(&path, &plan, &provenance).unwrap() else {
+        panic!("tiles are missing");
+    };
+    assert_eq!(map.tiles(), 3);
+    let mut account = map.account().clone();
+    account.add(add_tiles(&map, usize::MAX).0);
+    map.finish(&outcome(account)).unwrap();
+    assert_same(&path, &whole);
+    let variables = contents(&path).into_keys().filter(|name| name.ends_with(" cells"));
+    let names: Vec<String> = variables.collect();
+    for start in
+        ["verdict_validated", "verdict_fixed_step", "cycle_period", "kick_forward", "epsilon_limit_bendixson"]
+    {
+        assert!(names.iter().any(|name| name.starts_with(start)), "no {start} among {names:?}");
+    }
+}
+
+/// Adds some tiles to a map and leaves it to a later run.
+fn drop_after(path: &Path, plan: &Plan, tiles: usize) {
+    let Resumed::Partial(map) = PartialMap::resume(path, plan, &Provenance::default()).unwrap() else {
+        panic!("tiles are missing");
+    };
+    add_tiles(&map, tiles);
+}
+
+#[test]
+fn a_folder_that_vanishes_under_a_run_is_told() {
+    let scratch = scratch();
+    let away = ["--set", "output.path=\"away/map.h5\"", "--threads", "1"];
+    let child = start(&scratch, &away);
+    let begun = Instant::now();
+    while fs::metadata(scratch.path().join("away/map.h5.part")).map_or(0, |m| m.len()) < 400_000 {
+        assert!(begun.elapsed() < Duration::from_secs(100), "no tiles were ever finished");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    fs::remove_dir_all(scratch.path().join("away")).unwrap();
+    let run = Run::of(child.wait_with_output().unwrap()).ends_with(1);
+    assert!(run.err.contains("away/map.h5.part is gone"), "{}", run.err);
+    assert!(!run.err.contains("to continue"), "nothing is left to continue: {}", run.err);
+    assert_eq!(scratch.names(), ["job.toml"]);
 }
 
 #[test]

@@ -141,5 +141,5 @@ const NOTHING_LEFT: &str = "nothing was written";
 
 /// Writes a message to standard error. If that is closed, there is nobody left to tell.
 fn say(message: &str) {
-    let _ = writeln!(io::stderr().lock(), "{message}");
+    let _ = writeln!(io::stderr().lock(), "{}", output::tame(message));
 }

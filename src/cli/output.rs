@@ -93,6 +93,12 @@ pub(super) fn duration(seconds: f64) -> String {
     }
 }
 
+/// A text that may quote a file or a name, without the control characters that a terminal would obey.
+pub(super) fn tame(text: &str) -> String {
+    let obeyed = |c: char| c.is_control() && c != '\n' && c != '\t';
+    text.chars().map(|c| if obeyed(c) { char::REPLACEMENT_CHARACTER } else { c }).collect()
+}
+
 /// On which side a column is flush.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Align {

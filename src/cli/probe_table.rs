@@ -3,7 +3,8 @@
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use csv::{ByteRecord, ReaderBuilder, WriterBuilder};
 use indicatif::ProgressBar;
@@ -144,7 +145,7 @@ impl Columns {
                     _ => format!(
                         "the first line must name a column for each of {}; it names {}",
                         names.join(", "),
-                        header.join(", ")
+                        header.join(", ").chars().take(200).collect::<String>()
                     ),
                 };
                 return Err(bad(format!("the column `{name}` is missing"), remedy));
@@ -218,11 +219,44 @@ impl Columns {
     }
 }
 
+/// Bytes of a row. A longer one is no row of numbers, and would fill the memory before it could be refused.
+const LONGEST_ROW: u64 = 1 << 20;
+
+/// Bytes of rows held at a time.
+const HELD: u64 = 1 << 26;
+
+/// A source that ends with an error where a row seems never to end.
+struct Rows<R> {
+    source: R,
+    /// Bytes handed on.
+    read: u64,
+    /// Bytes of the rows that the reader has understood.
+    understood: Arc<AtomicU64>,
+}
+
+impl<R: Read> Read for Rows<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        if self.read > self.understood.load(Ordering::Relaxed) + LONGEST_ROW {
+            return Err(io::Error::new(
+                io::ErrorKind::InvalidData,
+                format!(
+                    "a row is longer than {} MiB: a quote is never closed, or this is no table",
+                    LONGEST_ROW >> 20
+                ),
+            ));
+        }
+        let read = self.source.read(buffer)?;
+        self.read += read as u64;
+        Ok(read)
+    }
+}
+
 /// The table being read.
 struct Input {
     name: String,
     reader: csv::Reader<Box<dyn Read + Send>>,
     header: ByteRecord,
+    understood: Arc<AtomicU64>,
 }
 
 impl Input {
@@ -244,6 +278,9 @@ impl Input {
             })?;
             (name, Box::new(BufReader::new(file)))
         };
+        let understood = Arc::new(AtomicU64::new(0));
+        let source: Box<dyn Read + Send> =
+            Box::new(Rows { source, read: 0, understood: Arc::clone(&understood) });
         let mut reader = ReaderBuilder::new().from_reader(source);
         let mut header = reader.byte_headers().map_err(|error| read_error(&name, &error))?.clone();
         // Some spreadsheets begin a file with a byte order mark, which is no part of the first name.
@@ -251,14 +288,21 @@ impl Input {
             let fields = std::iter::once(first).chain(header.iter().skip(1));
             header = fields.collect();
         }
-        Ok(Self { name, reader, header })
+        Ok(Self { name, reader, header, understood })
     }
 
     /// The next rows, at most [`BATCH`]; none at the end.
     fn batch(&mut self) -> Result<Vec<ByteRecord>, Failure> {
-        let mut rows = Vec::with_capacity(BATCH);
-        for row in self.reader.byte_records().take(BATCH) {
-            rows.push(row.map_err(|error| read_error(&self.name, &error))?);
+        let mut rows = Vec::new();
+        let start = self.reader.position().byte();
+        while rows.len() < BATCH && self.reader.position().byte() - start < HELD {
+            let mut row = ByteRecord::new();
+            let more = self.reader.read_byte_record(&mut row);
+            if !more.map_err(|error| read_error(&self.name, &error))? {
+                break;
+            }
+            self.understood.store(self.reader.position().byte(), Ordering::Relaxed);
+            rows.push(row);
         }
         Ok(rows)
     }

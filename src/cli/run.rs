@@ -68,10 +68,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
 }
 
 /// Number of processes that a launcher such as mpirun has started, as the launchers of Open MPI and MPICH
-/// (and Slurm with either) tell them; 0 without one.
+/// tell them, or Slurm where it takes their place; 0 without one.
 fn launched() -> usize {
-    let told = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"].into_iter().find_map(|name| std::env::var(name).ok());
-    told.and_then(|count| count.parse().ok()).unwrap_or(0)
+    let told = |name: &str| std::env::var(name).ok();
+    // Without PMIx these may be as many independent runs.
+    let by_slurm = || told("PMIX_RANK").and_then(|_| told("SLURM_STEP_NUM_TASKS"));
+    let count = told("OMPI_COMM_WORLD_SIZE").or_else(|| told("PMI_SIZE")).or_else(by_slurm);
+    count.and_then(|count| count.parse().ok()).unwrap_or(0)
 }
 
 /// One process does it all.
@@ -201,18 +204,18 @@ fn compute<E: Into<Stopped>>(
             account.add(map.account().clone());
             Summary::new(&job.plan, account, threads, map.seconds() + seconds)
         }
-        Err(Stopped::Early(error)) => return Err(stopped(&map, &error)),
+        Err(Stopped::Early(error)) => return Err(stopped(&map, &error, &job.output)),
         #[cfg(feature = "mpi")]
         Err(Stopped::Never(failure)) => return Err(failure),
     };
     summary.proved = map::prove(&job.plan, control.threads, stop);
     if stop.load(Ordering::Relaxed) {
-        return Err(stopped(&map, &ComputeError::Interrupted));
+        return Err(stopped(&map, &ComputeError::Interrupted, &job.output));
     }
     if let (Some(path), Some(proved)) = (&job.proof, &summary.proved) {
         proof::write(&proved.surface, path, arguments.overwrite || arguments.resume)?;
     }
-    map.finish(&outcome(job, &summary)).map_err(|error| Failure::Broken(with_way_on(&error)))?;
+    map.finish(&outcome(job, &summary)).map_err(|error| Failure::Broken(with_way_on(&error, &job.output)))?;
 
     let report = Report { job, summary: &summary, resumed_tiles };
     let printed = match arguments.json {
@@ -273,7 +276,7 @@ fn end_in_time(stop: &'static AtomicBool, output: PathBuf) {
 }
 
 /// What to say of a run that ended early.
-fn stopped(map: &PartialMap, error: &ComputeError<StoreError>) -> Failure {
+fn stopped(map: &PartialMap, error: &ComputeError<StoreError>, output: &Path) -> Failure {
     // The error that stopped the run says more than one of this could.
     let _ = map.sync();
     let (done, all) = (map.tiles(), map.finished().len());
@@ -286,12 +289,15 @@ fn stopped(map: &PartialMap, error: &ComputeError<StoreError>) -> Failure {
             way_on()
         )),
         ComputeError::Threads(_) => Failure::Broken(error.to_string()),
-        ComputeError::Sink(error) => Failure::Broken(with_way_on(error)),
+        ComputeError::Sink(error) => Failure::Broken(with_way_on(error, output)),
     }
 }
 
-/// A failure of the file system, and that not all is lost.
-fn with_way_on(error: &StoreError) -> String {
+/// A failure of the file system, and that not all is lost, if that is so.
+fn with_way_on(error: &StoreError, output: &Path) -> String {
+    if !store::is_unfinished(output) {
+        return error.to_string();
+    }
     format!("{error}\n  finished tiles are kept; when the cause is mended,\n{}", way_on())
 }
 

@@ -2,6 +2,7 @@
 //! from which each value came, so that every complaint can say where to look.
 
 use std::fmt::Write as _;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use toml_edit::{Array, Document, DocumentMut, InlineTable, Item, Key, Table, TableLike, Value};
@@ -439,6 +440,9 @@ fn override_value(text: &str) -> Result<Value, String> {
     }
 }
 
+/// Bytes of a configuration.
+const LONGEST: u64 = 16 << 20;
+
 /// The file's text.
 fn read(file: &Path) -> Result<String, ConfigError> {
     let error = |problem: String, remedy: &str| ConfigError {
@@ -452,13 +456,22 @@ fn read(file: &Path) -> Result<String, ConfigError> {
             "name a TOML file inside it, for example configs/quickstart.toml",
         ));
     }
-    let bytes = std::fs::read(file).map_err(|e| match e.kind() {
+    let mut bytes = Vec::new();
+    // Some files never end, and what is too long was not meant.
+    let read = std::fs::File::open(file).and_then(|open| open.take(LONGEST + 1).read_to_end(&mut bytes));
+    read.map_err(|e| match e.kind() {
         std::io::ErrorKind::NotFound => error(
             "there is no such file".into(),
             "check the path; configs/quickstart.toml is a configuration to start from",
         ),
         _ => error(format!("cannot be read: {e}"), "check the file's permissions"),
     })?;
+    if bytes.len() as u64 > LONGEST {
+        return Err(error(
+            format!("this is longer than {} MiB, and no configuration", LONGEST >> 20),
+            "name a configuration; a long axis is written { from = 0.0, to = 1.0, points = 100000 }",
+        ));
+    }
     String::from_utf8(bytes).map_err(|e| {
         let valid = String::from_utf8_lossy(&e.as_bytes()[..e.utf8_error().valid_up_to()]).into_owned();
         ConfigError {

@@ -293,10 +293,23 @@ fn breakable(words: &str) -> String {
     parts.map(|parts| parts.join("\\allowbreak{}")).collect::<Vec<_>>().join(" ")
 }
 
+/// Words in a cell of a CSV file, where terminals and spreadsheets obey none of them: no control characters,
+/// and an apostrophe before what a spreadsheet would take for a formula.
+fn unobeyed(words: &str) -> String {
+    let text: String = words.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    let mut letters = text.trim_start().chars();
+    let formula = match letters.next() {
+        Some('=' | '@') => true,
+        Some('+' | '-') => letters.next().is_some_and(|c| !c.is_ascii_digit() && c != '.'),
+        _ => false,
+    };
+    if formula { format!("'{text}") } else { text }
+}
+
 /// A cell of a CSV file.
 fn in_full(cell: &Cell) -> String {
     match cell {
-        Cell::Words(words) => words.clone(),
+        Cell::Words(words) => unobeyed(words),
         Cell::Count(count) => count.to_string(),
         Cell::Real(value) => format!("{value:?}"),
         Cell::Missing => String::new(),
@@ -433,5 +446,18 @@ mod tests {
             "method,cells,share,error\na_b,1234567,12.345,-1.5e-7\nc|d,0,,0.25\n",
             "CSV holds numbers in full"
         );
+    }
+
+    #[test]
+    fn words_in_csv_are_not_obeyed() {
+        for (words, text) in
+            [("=cmd|' /C calc'!A0", "'=cmd|' /C calc'!A0"), ("\x1b[2J\n@x", " [2J @x"), (" @x", "' @x")]
+        {
+            assert_eq!(unobeyed(words), text);
+        }
+        for plain in ["-0.5 to 1", "+inf", "a = b", "- "] {
+            assert_eq!(unobeyed(plain).trim_start_matches('\''), plain);
+        }
+        assert_eq!(unobeyed("-0.5 to 1"), "-0.5 to 1");
     }
 }

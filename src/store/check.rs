@@ -4,7 +4,7 @@ use std::fmt;
 use std::ops::Range;
 use std::path::Path;
 
-use hdf5::types::{FloatSize, IntSize, TypeDescriptor, VarLenArray};
+use hdf5::types::{FloatSize, TypeDescriptor, VarLenArray};
 use hdf5::{Dataset, Location, ObjectReference1, ReferencedObject};
 
 use crate::certify::Guarantee;
@@ -15,6 +15,7 @@ use super::provenance::fingerprint;
 use super::reader::{MapFile, read_box};
 use super::schema::{Content, Variable};
 use super::seal::{self, Seal};
+use super::trust;
 use super::value::{self, ATTRIBUTES_DIGEST, Value};
 
 /// Something wrong with a map.
@@ -58,11 +59,19 @@ impl CheckReport {
         self.problems.is_empty()
     }
 
-    /// Notes a problem.
+    /// Notes a problem; of very many, the first.
     fn note(&mut self, variable: Option<&str>, place: Option<String>, what: impl Into<String>) {
-        self.problems.push(Problem { variable: variable.map(str::to_owned), place, what: what.into() });
+        let (variable, place, what) = match self.problems.len() {
+            0..MOST_PROBLEMS => (variable, place, what.into()),
+            MOST_PROBLEMS => (None, None, "further problems are not listed".into()),
+            _ => return,
+        };
+        self.problems.push(Problem { variable: variable.map(str::to_owned), place, what });
     }
 }
+
+/// Problems that are listed.
+const MOST_PROBLEMS: usize = 1000;
 
 /// Verifies that the map at `path` is complete, unchanged since it was finished, and laid out as this
 /// version of the program lays maps out. Reads one tile of one variable at a time.
@@ -71,7 +80,11 @@ impl CheckReport {
 /// Only if the file cannot be read at all; everything that is wrong with its contents is in the report.
 pub fn check(path: &Path) -> Result<CheckReport, StoreError> {
     let mut report = CheckReport::default();
-    let seal = seal::verify(path).map_err(|source| StoreError::io("read", path, source))?;
+    let failed = |source| StoreError::io("read", path, source);
+    if let Err(why) = trust::plain_file(path).map_err(failed)? {
+        return Err(StoreError::NotAMap { path: path.to_path_buf(), why });
+    }
+    let seal = seal::verify(path).map_err(failed)?;
     match seal {
         Seal::Whole => {}
         Seal::Broken => {
@@ -83,7 +96,7 @@ pub fn check(path: &Path) -> Result<CheckReport, StoreError> {
             "it does not end with the seal of a finished map: it was cut, or written to by another program",
         ),
     }
-    let map = match MapFile::open(path) {
+    let map = match MapFile::open_layout(path) {
         Ok(map) => map,
         Err(error @ (StoreError::Io { .. } | StoreError::NoPermission { .. })) => return Err(error),
         Err(error) => {
@@ -222,10 +235,7 @@ fn check_layout(
     let schema = map.schema();
     let name = Some(variable.name.as_str());
     let stored = dataset.dtype()?.to_descriptor()?;
-    let expected = match variable.codes() {
-        Some(_) => TypeDescriptor::Integer(IntSize::U1),
-        None => TypeDescriptor::Float(FloatSize::U8),
-    };
+    let expected = trust::kind_of(variable);
     if stored != expected {
         report.note(name, None, format!("holds {stored} instead of {expected}"));
     }
@@ -305,10 +315,12 @@ struct Found {
 /// Reads a variable chunk by chunk and compares it with its fingerprint.
 fn check_cells(map: &MapFile, variable: &Variable, dataset: &Dataset, report: &mut CheckReport) {
     let schema = map.schema();
-    if dataset.shape() != schema.shape(variable) {
-        return; // Reported already; there is no telling which cells are which.
-    }
     let name = Some(variable.name.as_str());
+    match trust::variable(dataset, schema, variable) {
+        Ok(Ok(())) => {}
+        Ok(Err(why)) => return report.note(name, None, format!("is not read: {why}")),
+        Err(error) => return report.note(name, None, format!("unreadable: {error}")),
+    }
     let may_be_missing = map.text("not_computed").is_some();
     let written = dataset.num_chunks().unwrap_or(0);
     if written != schema.chunks(variable) {

@@ -1,7 +1,10 @@
 //! Bytes of what the journal of a run keeps: attributes, tiles, accounts. Little-endian, every list after
 //! its length. What is decoded is trusted in nothing: no length is believed before the bytes are there.
 
-use crate::map::{Account, Audit, Disagreement, FailedCell, Method, MethodAccount, Paths, Plan, Verdict};
+use crate::map::{
+    Account, Audit, Axis, AxisRole, Disagreement, FailedCell, Grid, Method, MethodAccount, Paths, Plan,
+    Verdict,
+};
 use crate::point::{LawParameters, MAX_LAW_PARAMETERS, Point};
 
 use super::pack::{PackedChunk, PackedTile};
@@ -226,7 +229,7 @@ impl<'a> Decoder<'a> {
             disagreements: Vec::new(),
         };
         for _ in 0..self.length(16)? {
-            let (point, method) = (self.point()?, self.method(plan)?);
+            let (point, method) = (self.point_of(plan)?, self.method(plan)?);
             let stored = if self.number()? == 1 { Verdict::Present } else { Verdict::Absent };
             audit.disagreements.push(Disagreement::again(plan, point, method.name(), stored));
         }
@@ -235,10 +238,28 @@ impl<'a> Decoder<'a> {
         let failed = (0..length)
             .map(|_| {
                 let tile = usize::try_from(self.number()?).ok()?;
-                Some(FailedCell { tile, point: self.point()?, method: self.method(plan)? })
+                Some(FailedCell { tile, point: self.point_of(plan)?, method: self.method(plan)? })
             })
             .collect::<Option<_>>()?;
         Some(Account { cells, methods, paths, rhs, audit, audit_seconds, pack_seconds, failed })
+    }
+
+    /// A point of the law of this plan.
+    fn point_of(&mut self, plan: &Plan) -> Option<Point> {
+        let (point, law) = (self.point()?, plan.grid.law());
+        let parameters = point.law.as_slice();
+        let legal = |axis: &Axis| {
+            let value = match axis.role {
+                AxisRole::Epsilon => point.epsilon,
+                AxisRole::Law(position) => *parameters.get(position)?,
+                AxisRole::BeltSpeed => point.belt_speed,
+                AxisRole::Damping => point.damping,
+            };
+            Grid::check_value(law, axis.role, &axis.name, value).ok()
+        };
+        let axes = plan.grid.axes();
+        let all = parameters.len() + 3 == axes.len() && axes.iter().all(|axis| legal(axis).is_some());
+        all.then_some(point)
     }
 
     fn method(&mut self, plan: &Plan) -> Option<Method> {

@@ -61,6 +61,12 @@ pub enum StoreError {
         /// The folder.
         folder: PathBuf,
     },
+    /// The journal was removed while its run wrote to it.
+    #[error("{path} is gone: it was removed, or its folder was unmounted or moved, while the run went on")]
+    Gone {
+        /// The journal.
+        path: PathBuf,
+    },
     /// The file system refuses.
     #[error("no permission to {doing} {path}; choose a place that you may use, or change its permissions")]
     NoPermission {

@@ -186,8 +186,14 @@ impl Journal {
     }
 
     /// Forces all of it to disk.
+    ///
+    /// # Errors
+    /// [`StoreError::Gone`] if it was removed, or its folder was unmounted: what is written then is lost.
     pub(super) fn sync(&mut self) -> Result<(), StoreError> {
         self.synced = Instant::now();
+        if !still_there(&self.file, &self.path) {
+            return Err(StoreError::Gone { path: self.path.clone() });
+        }
         self.file.sync_data().map_err(|source| StoreError::io("write", &self.path, source))
     }
 

@@ -41,6 +41,7 @@
 mod check;
 mod codec;
 mod error;
+mod identity;
 mod journal;
 mod pack;
 mod partial;
@@ -50,15 +51,15 @@ mod records;
 mod schema;
 mod seal;
 mod sys;
+mod trust;
 mod value;
 mod writer;
 
 pub use check::{CheckReport, Problem, check};
 pub use error::StoreError;
+pub use identity::plan_digest;
 pub use pack::PackedTile;
-pub use partial::{
-    Damage, PackedRecord, Packer, PartialMap, Resumed, is_unfinished, plan_digest, remove_unfinished,
-};
+pub use partial::{Damage, PackedRecord, Packer, PartialMap, Resumed, is_unfinished, remove_unfinished};
 pub use provenance::{Audit, Outcome, Provenance, fingerprint};
 pub use reader::{MapFile, SIGNATURE};
 pub use records::{Records, Series, write_records};

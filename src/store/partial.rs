@@ -15,16 +15,14 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
-use similar::{ChangeTag, TextDiff};
-
-use crate::map::{Account, Method, Plan, Sink, TileData};
+use crate::map::{Account, Plan, Sink, TileData};
 
 use super::codec::{Decoder, Encoder};
 use super::error::StoreError;
+use super::identity::{PLAN, check_finished, difference, get, plan_digest};
 use super::journal::{Journal, Kind, Part};
 use super::pack::{self, PackedTile};
-use super::provenance::{self, Outcome, Provenance, fingerprint};
-use super::reader::MapFile;
+use super::provenance::{self, Outcome, Provenance};
 use super::schema::Schema;
 use super::seal::{Temporary, beside};
 use super::value::Value;
@@ -37,27 +35,8 @@ const JOURNAL: &str = ".part";
 /// Ending of the unfinished map's name.
 const UNFINISHED: &str = ".part-map";
 
-/// In the journal's header: fingerprint of all that the result depends on.
-const PLAN: &str = "plan_sha256";
 /// In the journal's header: whether the run was told to replace its output.
 const REPLACES: &str = "replaces";
-
-/// Attributes that tell one computation from another, in the order in which differences are shown.
-const IDENTITY: [&str; 13] = [
-    "config",
-    "crate_version",
-    "git",
-    "schema",
-    "law",
-    "methods",
-    "fields",
-    "engine",
-    "tolerance",
-    "tile_shape",
-    "compression",
-    "title",
-    PLAN,
-];
 
 /// No header is longer than this; a tile's frame may be.
 const LONGEST_HEADER: u64 = 1 << 26;
@@ -110,36 +89,6 @@ impl Packer {
         let account = decoder.account(&self.plan)?;
         Some((PackedRecord { tile, part: Part::new(part.to_vec()) }, account))
     }
-}
-
-/// Fingerprint of all that the cells of a map depend on: the plan but for what is proved between the cells, and the
-/// program that computes it.
-#[must_use]
-pub fn plan_digest(plan: &Plan) -> String {
-    let Plan {
-        grid,
-        methods,
-        fields,
-        engine,
-        tolerance,
-        audit_cells,
-        proof_boxes: _,
-        tile_shape,
-        compression,
-    } = plan;
-    let methods: Vec<String> = methods
-        .iter()
-        .map(|method| match method {
-            Method::Test(_) | Method::Simulation => method.name().to_owned(),
-            Method::Naive(naive, knobs) => format!("{naive:?} {knobs:?}"),
-        })
-        .collect();
-    // The text that Rust gives a number reads back as the same number, so that equal texts are equal plans.
-    fingerprint(&format!(
-        "{} {} {grid:?} {methods:?} {fields:?} {engine:?} {tolerance:?} {audit_cells} {tile_shape:?} {compression}",
-        env!("CARGO_PKG_VERSION"),
-        env!("SLIPMAP_GIT")
-    ))
 }
 
 /// A map in the making.
@@ -428,8 +377,11 @@ impl PartialMap {
     /// As [`MapWriter::finish`]. The journal stays, so that nothing computed is lost.
     pub fn finish(self, outcome: &Outcome) -> Result<(), StoreError> {
         let Self { map, journal, .. } = self;
+        let mut journal = journal.into_inner().unwrap_or_else(PoisonError::into_inner);
+        // Should the map's name reach the disk and the power go, the tiles are there as well.
+        journal.sync()?;
         map.finish(outcome)?;
-        journal.into_inner().unwrap_or_else(PoisonError::into_inner).remove()
+        journal.remove()
     }
 }
 
@@ -469,50 +421,6 @@ fn longest(plan: &Plan) -> u64 {
     let plain: u64 = schema.variables.iter().map(|variable| 8 * chunk(variable) + 4096).sum();
     // Deflate makes what it cannot shrink longer by far less than this.
     LONGEST_HEADER.max(plain + plain / 16)
-}
-
-/// Refuses a finished map that is not the one that `opening` describes.
-fn check_finished(path: &Path, opening: &[(String, Value)]) -> Result<(), StoreError> {
-    let then: Vec<(String, Value)> =
-        MapFile::open(path)?.attributes().iter().map(|(name, value)| (name.clone(), value.clone())).collect();
-    match difference(&then, opening) {
-        None => Ok(()),
-        Some(difference) => Err(StoreError::Changed { path: path.to_path_buf(), difference }),
-    }
-}
-
-fn get<'a>(attributes: &'a [(String, Value)], name: &str) -> Option<&'a Value> {
-    attributes.iter().find(|(known, _)| known == name).map(|(_, value)| value)
-}
-
-/// In what two computations differ, line by line; `None` if in nothing that both tell of.
-fn difference(then: &[(String, Value)], now: &[(String, Value)]) -> Option<String> {
-    let mut lines = Vec::new();
-    for name in IDENTITY {
-        let (Some(old), Some(new)) = (get(then, name), get(now, name)) else { continue };
-        if old == new || (name == PLAN && !lines.is_empty()) {
-            continue;
-        }
-        let (old, new) = (shown(old), shown(new));
-        lines.push(format!("  {name}"));
-        let changes = TextDiff::from_lines(&old, &new);
-        lines.extend(changes.iter_all_changes().filter_map(|change| match change.tag() {
-            ChangeTag::Delete => Some(format!("    - {}", change.value().trim_end())),
-            ChangeTag::Insert => Some(format!("    + {}", change.value().trim_end())),
-            ChangeTag::Equal => None,
-        }));
-    }
-    (!lines.is_empty()).then(|| lines.join("\n"))
-}
-
-/// A value as text of lines.
-fn shown(value: &Value) -> String {
-    match value {
-        Value::Text(text) => text.clone(),
-        Value::Integers(values) => format!("{values:?}"),
-        Value::Codes(values) => format!("{values:?}"),
-        Value::Reals(values) => format!("{values:?}"),
-    }
 }
 
 /// Whether an interrupted run has left something to resume to `path`.

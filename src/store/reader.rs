@@ -14,6 +14,7 @@ use crate::map::{Field, Grid, Tile};
 
 use super::error::StoreError;
 use super::schema::{MethodInfo, SCHEMA, Schema};
+use super::trust;
 use super::value::{self, Value};
 
 /// The first bytes of an HDF5 file, and so of every map.
@@ -29,15 +30,33 @@ pub struct MapFile {
 }
 
 impl MapFile {
-    /// Opens the map at `path`.
+    /// Opens the map at `path`, which may be any file: what takes more memory or time than its length
+    /// warrants is refused.
     ///
     /// # Errors
     /// [`StoreError::NotAMap`] for a file that no version of this program wrote, or that this version
     /// cannot read; otherwise the file system's or the library's reasons.
     pub fn open(path: &Path) -> Result<Self, StoreError> {
-        let file = open_file(path)?;
+        let map = Self::open_layout(path)?;
+        for variable in &map.schema.variables {
+            let dataset = map.dataset(&variable.name)?;
+            trust::variable(&dataset, &map.schema, variable)
+                .map_err(|error| map.failed(&variable.name, &error))?
+                .map_err(|why| StoreError::NotAMap { path: path.to_path_buf(), why })?;
+        }
+        Ok(map)
+    }
+
+    /// Opens a map whose variables may be anything, for [`super::check`].
+    pub(super) fn open_layout(path: &Path) -> Result<Self, StoreError> {
+        let not_a_map = |why| StoreError::NotAMap { path: path.to_path_buf(), why };
+        let (file, length) = open_file(path)?;
+        trust::own_members(&file)
+            .map_err(|error| StoreError::hdf5("list the variables of", path, &error))?
+            .map_err(not_a_map)?;
         let attributes = root_attributes(&file, path)?;
-        let schema = read_schema(&file, path, &attributes)?;
+        let schema = read_schema(&file, path, length, &attributes)?;
+        trust::grid(&schema, length).map_err(not_a_map)?;
         Ok(Self { path: path.to_path_buf(), file, schema, attributes })
     }
 
@@ -242,16 +261,19 @@ pub(super) fn read_box<T: hdf5::H5Type>(
     dataset.read_slice(hdf5::Hyperslab::from(selection))
 }
 
-/// Opens an HDF5 file, telling apart why that may fail.
-pub(super) fn open_file(path: &Path) -> Result<File, StoreError> {
+/// Opens an HDF5 file, telling apart why that may fail; its length in bytes.
+fn open_file(path: &Path) -> Result<(File, u64), StoreError> {
+    let failed = |source| StoreError::io("open", path, source);
+    let not_a_map = |why| StoreError::NotAMap { path: path.to_path_buf(), why };
+    let length = trust::plain_file(path).map_err(failed)?.map_err(not_a_map)?;
     let mut head = Vec::new();
     fs::File::open(path)
         .and_then(|file| file.take(SIGNATURE.len() as u64).read_to_end(&mut head))
-        .map_err(|source| StoreError::io("open", path, source))?;
+        .map_err(failed)?;
     if head != SIGNATURE {
-        return Err(StoreError::NotAMap { path: path.to_path_buf(), why: "it is no HDF5 file".into() });
+        return Err(not_a_map("it is no HDF5 file".into()));
     }
-    File::open(path).map_err(|error| StoreError::hdf5("open", path, &error))
+    Ok((File::open(path).map_err(|error| StoreError::hdf5("open", path, &error))?, length))
 }
 
 /// The file's attributes.
@@ -262,7 +284,12 @@ fn root_attributes(file: &File, path: &Path) -> Result<BTreeMap<String, Value>, 
 }
 
 /// Finds out the layout of a map from its attributes and coordinates.
-fn read_schema(file: &File, path: &Path, attributes: &BTreeMap<String, Value>) -> Result<Schema, StoreError> {
+fn read_schema(
+    file: &File,
+    path: &Path,
+    length: u64,
+    attributes: &BTreeMap<String, Value>,
+) -> Result<Schema, StoreError> {
     let not_a_map = |why: String| StoreError::NotAMap { path: path.to_path_buf(), why };
     let text = |name: &str| match attributes.get(name) {
         Some(Value::Text(text)) => Ok(text.as_str()),
@@ -287,8 +314,10 @@ fn read_schema(file: &File, path: &Path, attributes: &BTreeMap<String, Value>) -
         .ok_or_else(|| not_a_map(format!("this version of slipmap does not know its friction law {law}")))?;
     let mut nodes = Vec::new();
     for name in Grid::axis_names(law) {
-        let axis = file.dataset(name).and_then(|dataset| dataset.read_raw::<f64>());
-        nodes.push(axis.map_err(|error| StoreError::hdf5(format!("read the axis {name} of"), path, &error))?);
+        let failed = |error| StoreError::hdf5(format!("read the axis {name} of"), path, &error);
+        let axis = file.dataset(name).map_err(failed)?;
+        trust::axis(&axis, name, length).map_err(failed)?.map_err(not_a_map)?;
+        nodes.push(axis.read_raw::<f64>().map_err(failed)?);
     }
     let grid = Grid::new(law, nodes).map_err(|error| not_a_map(error.to_string()))?;
     let tile_shape: Vec<usize> = match attributes.get("tile_shape") {
@@ -306,10 +335,17 @@ fn read_schema(file: &File, path: &Path, attributes: &BTreeMap<String, Value>) -
     let mut fields = Vec::new();
     for name in text("fields")?.split_whitespace() {
         let known = Field::ALL.into_iter().find(|field| field.name() == name);
-        fields.push(known.ok_or_else(|| not_a_map(format!("this version does not know its field {name}")))?);
+        let known = known.ok_or_else(|| not_a_map(format!("this version does not know its field {name}")))?;
+        if !fields.contains(&known) {
+            fields.push(known);
+        }
     }
     let mut methods = Vec::new();
     for name in text("methods")?.split_whitespace() {
+        trust::name(name).map_err(not_a_map)?;
+        if methods.iter().any(|method: &MethodInfo| method.name == name) {
+            return Err(not_a_map(format!("its attribute methods names {name} twice")));
+        }
         methods.push(method_info(file, name).map_err(|error| {
             StoreError::hdf5(format!("read the attributes of verdict_{name} in"), path, &error)
         })?);

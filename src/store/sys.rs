@@ -101,6 +101,9 @@ pub(super) fn write_text(place: &Location, name: &str, text: &str, ending: Endin
     })
 }
 
+/// Bytes of a text: that of a configuration is the longest.
+const LONGEST_TEXT: usize = 1 << 26;
+
 /// Reads a text of fixed length; `None` if the attribute is something else.
 ///
 /// # Errors
@@ -111,7 +114,8 @@ pub(super) fn read_fixed_text(attribute: &Attribute) -> hdf5::Result<Option<Stri
     else {
         return Ok(None);
     };
-    if attribute.size() != 1 {
+    // The length is what the file promises; what it holds, the library says.
+    if attribute.size() != 1 || attribute.storage_size() < size as u64 || size > LONGEST_TEXT {
         return Ok(None);
     }
     let mut bytes = vec![0u8; size];

@@ -50,6 +50,9 @@ pub(super) const STRUCTURAL: [&str; 4] = ["CLASS", "NAME", "DIMENSION_LIST", "RE
 /// Name of the fingerprint of an object's other attributes.
 pub(super) const ATTRIBUTES_DIGEST: &str = "sha256_attributes";
 
+/// Values of an attribute; those of maps have a dozen at most.
+const MOST_VALUES: usize = 1 << 16;
+
 /// Attaches `value` to `place`; an empty text or list is left out.
 pub(super) fn write(place: &Location, name: &str, value: &Value) -> hdf5::Result<()> {
     fn numbers<T: hdf5::H5Type>(place: &Location, name: &str, values: &[T]) -> hdf5::Result<()> {
@@ -71,7 +74,7 @@ pub(super) fn write(place: &Location, name: &str, value: &Value) -> hdf5::Result
 /// Reads an attribute; `None` if it has a type or shape that no map uses.
 pub(super) fn read(place: &Location, name: &str) -> hdf5::Result<Option<Value>> {
     let attribute = place.attr(name)?;
-    if attribute.ndim() > 1 {
+    if attribute.ndim() > 1 || attribute.size() > MOST_VALUES {
         return Ok(None);
     }
     Ok(match attribute.dtype()?.to_descriptor()? {
@@ -79,17 +82,27 @@ pub(super) fn read(place: &Location, name: &str) -> hdf5::Result<Option<Value>> 
             sys::read_fixed_text(&attribute)?.map(Value::Text)
         }
         // Not written by this program, but by tools that copy maps.
-        TypeDescriptor::VarLenUnicode if attribute.size() == 1 => {
-            attribute.read_raw::<VarLenUnicode>()?.first().map(|text| Value::Text(text.to_string()))
-        }
-        TypeDescriptor::VarLenAscii if attribute.size() == 1 => {
-            attribute.read_raw::<VarLenAscii>()?.first().map(|text| Value::Text(text.to_string()))
-        }
+        TypeDescriptor::VarLenUnicode if attribute.size() == 1 => attribute
+            .read_raw::<VarLenUnicode>()?
+            .first()
+            .map(|text| foreign_text(text.as_bytes()))
+            .transpose()?,
+        TypeDescriptor::VarLenAscii if attribute.size() == 1 => attribute
+            .read_raw::<VarLenAscii>()?
+            .first()
+            .map(|text| foreign_text(text.as_bytes()))
+            .transpose()?,
         TypeDescriptor::Integer(IntSize::U1) => Some(Value::Codes(attribute.read_raw()?)),
         TypeDescriptor::Integer(_) => Some(Value::Integers(attribute.read_raw()?)),
         TypeDescriptor::Float(FloatSize::U8) => Some(Value::Reals(attribute.read_raw()?)),
         _ => None,
     })
+}
+
+/// A text of whatever bytes: the library does not look at them.
+fn foreign_text(bytes: &[u8]) -> hdf5::Result<Value> {
+    let text = std::str::from_utf8(bytes).map_err(|_| hdf5::Error::from("the text is not UTF-8"))?;
+    Ok(Value::Text(text.into()))
 }
 
 /// Reads every attribute of `place` but the structural ones, by name; `None` for a value that no map uses.

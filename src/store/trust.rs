@@ -1,0 +1,136 @@
+//! What is believed of a file before anything of it is read: files come from anywhere.
+//!
+//! A few bytes of an HDF5 file can promise more cells than there are atoms, numbers of another kind than ours,
+//! or numbers that lie in other files of the reader's machine. Here is refused, with its reason, what no
+//! finished map holds; whatever passes takes memory and time in proportion to the file's length.
+
+use std::path::Path;
+
+use hdf5::plist::dataset_create::Layout;
+use hdf5::types::{FloatSize, IntSize, TypeDescriptor};
+use hdf5::{Dataset, File, IndexType, IterationOrder, LinkType};
+
+use super::schema::{Schema, Variable};
+
+/// Deflate shrinks at most by this factor: 258 bytes in two bits. A cell takes at least a byte before.
+const DEFLATE_RATIO: u64 = 1032;
+
+/// Cells of a chunk, and of a tile. Those of our configurations have at most 2^20.
+const MOST_CHUNK_CELLS: usize = 1 << 24;
+
+/// Nodes of an axis that need no proof by the file's length.
+const HARMLESS_NODES: usize = 1 << 20;
+
+/// Letters of a name.
+const LONGEST_NAME: usize = 64;
+
+/// Refuses a file that is no plain file: a pipe would be waited for, a device may never end.
+///
+/// # Errors
+/// Why not; or the file system's reasons.
+pub(super) fn plain_file(path: &Path) -> std::io::Result<Result<u64, String>> {
+    let metadata = path.metadata()?;
+    Ok(match metadata.file_type() {
+        // The file system has its own words for a folder.
+        kind if kind.is_file() || kind.is_dir() => Ok(metadata.len()),
+        _ => Err("it is a pipe or a device, not a file on a disk".into()),
+    })
+}
+
+/// Refuses links that lead elsewhere.
+pub(super) fn own_members(file: &File) -> hdf5::Result<Result<(), String>> {
+    let leads_away = file.find_link(IndexType::Name, IterationOrder::Native, |name, link| {
+        Ok((link.link_type != LinkType::Hard).then(|| name.to_owned()))
+    })?;
+    Ok(match leads_away {
+        None => Ok(()),
+        Some(name) => Err(format!("`{name}` is a link to something else; a map holds its own numbers")),
+    })
+}
+
+/// Refuses names that no map uses: they become parts of file names and of labels.
+pub(super) fn name(name: &str) -> Result<(), String> {
+    let plain = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'_';
+    if name.is_empty() || name.len() > LONGEST_NAME || !name.bytes().all(plain) {
+        return Err(format!("{name:?} is no name of a method"));
+    }
+    Ok(())
+}
+
+/// Refuses coordinates that are no list of numbers of this file.
+pub(super) fn axis(dataset: &Dataset, name: &str, length: u64) -> hdf5::Result<Result<(), String>> {
+    if let Err(why) = own_numbers(dataset, name)? {
+        return Ok(Err(why));
+    }
+    if dataset.ndim() != 1 {
+        return Ok(Err(format!("its axis {name} has {} dimensions instead of one", dataset.ndim())));
+    }
+    let nodes = dataset.shape()[0];
+    let holds = usize::try_from(length / 8).unwrap_or(usize::MAX);
+    Ok(if nodes > HARMLESS_NODES.max(holds) {
+        Err(format!("its axis {name} promises {nodes} nodes, more than {length} bytes can hold"))
+    } else if kind(dataset)? != TypeDescriptor::Float(FloatSize::U8) {
+        Err(format!("its axis {name} does not hold 64-bit floating-point numbers"))
+    } else {
+        Ok(())
+    })
+}
+
+/// Refuses a grid that a file of this length cannot fill.
+pub(super) fn grid(schema: &Schema, length: u64) -> Result<(), String> {
+    let cells = schema.grid.cells();
+    let tile: usize = schema.tile_shape.iter().fold(1, |n, &len| n.saturating_mul(len));
+    if tile > MOST_CHUNK_CELLS {
+        return Err(format!("its tiles have {tile} cells, which no version of slipmap writes"));
+    }
+    if cells as u64 > length.saturating_mul(DEFLATE_RATIO) || schema.tiles() as u64 > length {
+        return Err(format!("it promises {cells} cells, more than {length} bytes can hold"));
+    }
+    Ok(())
+}
+
+/// Refuses a variable that is not what the attributes of its file say.
+pub(super) fn variable(
+    dataset: &Dataset,
+    schema: &Schema,
+    variable: &Variable,
+) -> hdf5::Result<Result<(), String>> {
+    let name = &variable.name;
+    if let Err(why) = own_numbers(dataset, name)? {
+        return Ok(Err(why));
+    }
+    let shape = schema.shape(variable);
+    if dataset.shape() != shape {
+        return Ok(Err(format!("{name} has the shape {:?} instead of {shape:?}", dataset.shape())));
+    }
+    let expected = kind_of(variable);
+    let stored = kind(dataset)?;
+    Ok(if stored == expected { Ok(()) } else { Err(format!("{name} holds {stored} instead of {expected}")) })
+}
+
+/// The kind of numbers that a variable holds.
+pub(super) fn kind_of(variable: &Variable) -> TypeDescriptor {
+    match variable.codes() {
+        Some(_) => TypeDescriptor::Integer(IntSize::U1),
+        None => TypeDescriptor::Float(FloatSize::U8),
+    }
+}
+
+/// The kind of numbers that a dataset holds; a kind that the safe layer does not know is none of ours.
+fn kind(dataset: &Dataset) -> hdf5::Result<TypeDescriptor> {
+    dataset.dtype()?.to_descriptor()
+}
+
+/// Refuses numbers that lie in other files, and chunks that would fill the memory.
+pub(super) fn own_numbers(dataset: &Dataset, name: &str) -> hdf5::Result<Result<(), String>> {
+    let plist = dataset.dcpl()?;
+    let here = matches!(plist.get_layout()?, Layout::Compact | Layout::Contiguous | Layout::Chunked);
+    if !here || !plist.get_external()?.is_empty() {
+        return Ok(Err(format!("the numbers of {name} lie in other files; a map holds its own")));
+    }
+    let chunk = dataset.chunk().unwrap_or_default();
+    if chunk.iter().fold(1usize, |n, &len| n.saturating_mul(len)) > MOST_CHUNK_CELLS {
+        return Ok(Err(format!("{name} has chunks of shape {chunk:?}, which no version of slipmap writes")));
+    }
+    Ok(Ok(()))
+}
