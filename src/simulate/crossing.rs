@@ -116,6 +116,20 @@ fn looped(oscillator: &Oscillator, y: f64, tolerance: f64) -> Result<Looped, Fai
     Ok(Looped { end: Loop::Crosses { beyond_exit, slope, time: up.time + down.time }, extent })
 }
 
+/// x2' with which the orbit from the exit point comes back to the belt line, on the lower side; `None` if it does
+/// not. The orbit sticks there if this is below 2 and crosses if it is above.
+///
+/// # Errors
+/// [`Failure`].
+pub fn landing_speed(oscillator: &Oscillator, tolerance: f64) -> Result<Option<f64>, Failure> {
+    let belt_speed = oscillator.belt_speed;
+    let mut walk = Walk::new(oscillator, Side::Below, [belt_speed, 0.0], tolerance, belt_speed);
+    Ok(match walk.lower_arc(|_, _, _| ())? {
+        LowerEnd::Meets(end) => Some(end.w),
+        LowerEnd::Turns(_) | LowerEnd::Rests => None,
+    })
+}
+
 /// Whether a loop leads farther out.
 fn outward(from: f64, end: &Loop) -> bool {
     matches!(end, Loop::Crosses { beyond_exit, .. } if *beyond_exit > from)

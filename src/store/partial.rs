@@ -43,12 +43,13 @@ const PLAN: &str = "plan_sha256";
 const REPLACES: &str = "replaces";
 
 /// Attributes that tell one computation from another, in the order in which differences are shown.
-const IDENTITY: [&str; 13] = [
+const IDENTITY: [&str; 14] = [
     "config",
     "crate_version",
     "git",
     "schema",
     "law",
+    "law_definition",
     "methods",
     "fields",
     "engine",
