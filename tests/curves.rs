@@ -160,6 +160,35 @@ fn landing_beyond_the_stick_segment_is_told_by_direct_simulation() {
 }
 
 #[test]
+fn crossing_for_ever_is_told_by_direct_simulation() {
+    let (speeds, cs) = ([5.0, 60.0], [0.0, 0.02]);
+    let at = |[x, y]: [f64; 2]| {
+        let law = LawParameters::new(&[0.0, 0.0, 0.1]);
+        let point = Point { epsilon: 1.0, law, belt_speed: between(speeds, x), damping: between(cs, y) };
+        Oscillator::new(Law::Stribeck, &point)
+    };
+    let curves = Bifurcation::Crossing.curves(&at, TOLERANCE);
+    assert!(!curves.is_empty());
+    let mut points = 0;
+    for branch in &curves {
+        assert!(branch.points.iter().all(|point| point.error < 1e-8), "{branch:?}");
+        for places in sides(branch, 1e-6) {
+            let crosses = places.map(|place| match direct::flow(&at(place), TOLERANCE).fate {
+                Fate::Sticks(landing) => {
+                    assert_eq!(landing.crossings, 1, "{place:?}");
+                    false
+                }
+                Fate::CrossesForever => true,
+                other => panic!("{place:?} {other:?}"),
+            });
+            assert_ne!(crosses[0], crosses[1], "{places:?}");
+            points += 1;
+        }
+    }
+    assert!(points > 20, "{points}");
+}
+
+#[test]
 fn two_slip_cycles_vanish_at_a_fold() {
     // As in slip_laws.rs: the weakening e (1 - a cos k u) feeds e (1 - a cos(k) g(k r)) pi r^2 into a turn at V = 1, to
     // first order in e, with g(x) = 2 J1(x)/x. Two cycles lie around the minimum of g, -0.132280 at x = 5.1356,
@@ -183,7 +212,7 @@ fn two_slip_cycles_vanish_at_a_fold() {
     }
     // Next to the ends on the left and on the right the count may differ by cycles that leave through the belt line
     // or the equilibrium, at both sides alike: only the difference is the fold's.
-    for places in sides(&curves[0], 1e-3) {
+    for places in sides(&curves[0], 1e-3).step_by(3) {
         let [above, below] = places.map(|place| slip_cycles(&at(place), TOLERANCE).unwrap().len());
         assert_eq!(above.abs_diff(below), 2, "{places:?} {above} {below}");
     }

@@ -37,8 +37,8 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "NAME")]
     variable: Option<String>,
     /// Also draw where the behaviour changes, by continuation: Hopf bifurcations, grazing, landings past the stick
-    /// segment and folds of slip cycles. Their points go to FILE.csv: curve, branch, both axes, and the distance
-    /// from the curve in sides of the figure
+    /// segment, crossings that never end, and folds of slip cycles. Their points go to FILE.csv: curve, branch, both
+    /// axes, and the distance from the curve in sides of the figure
     #[arg(long)]
     curves: bool,
     /// The figure; .svg, .pdf or .png

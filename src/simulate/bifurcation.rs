@@ -6,10 +6,11 @@
 //! | Hopf | D(V), the trace at the equilibrium | the equilibrium changes its stability, a slip cycle is born |
 //! | grazing-sliding | the scaled margin m / V | the orbit from the exit point comes back to the belt line, or not |
 //! | landing | wL - 2, wL the landing speed x2' | it lands on the stick segment, or beyond and crosses |
+//! | crossing | y', where it crosses down again beyond E | it sticks after one crossing, or crosses for ever |
 //! | fold | the extreme of ln(P(r) / r) nearest to zero | two slip cycles meet and vanish |
 
 use super::continuation::{Branch, TestValue, zero_curves};
-use super::crossing::landing_speed;
+use super::crossing::{landing_speed, second_crossing};
 use super::return_map::{Turn, turns_of};
 use super::slip_cycle::extreme_growth;
 use super::{Failure, Fate, flow};
@@ -30,13 +31,16 @@ pub enum Bifurcation {
     GrazingSliding,
     /// The orbit from the exit point comes back to the far end of the stick segment.
     Landing,
+    /// The orbit from the exit point, having crossed the belt line, comes back through the exit point.
+    Crossing,
     /// Two slip cycles meet and vanish.
     Fold,
 }
 
 impl Bifurcation {
     /// All of them.
-    pub const ALL: [Bifurcation; 4] = [Self::Hopf, Self::GrazingSliding, Self::Landing, Self::Fold];
+    pub const ALL: [Bifurcation; 5] =
+        [Self::Hopf, Self::GrazingSliding, Self::Landing, Self::Crossing, Self::Fold];
 
     /// Its name in tables.
     #[must_use]
@@ -45,6 +49,7 @@ impl Bifurcation {
             Bifurcation::Hopf => "hopf",
             Bifurcation::GrazingSliding => "grazing_sliding",
             Bifurcation::Landing => "landing",
+            Bifurcation::Crossing => "crossing",
             Bifurcation::Fold => "fold",
         }
     }
@@ -55,7 +60,11 @@ impl Bifurcation {
         match self {
             Bifurcation::Hopf => Some(trace(oscillator)),
             Bifurcation::GrazingSliding => margin(oscillator, tolerance),
-            Bifurcation::Landing => landing(oscillator, tolerance).ok(),
+            Bifurcation::Landing => twice(tolerance, |tolerance| {
+                // An orbit that stays away comes to the belt line without speed as it begins to graze.
+                Ok(Some(landing_speed(oscillator, tolerance)?.unwrap_or(0.0) - SEGMENT))
+            }),
+            Bifurcation::Crossing => twice(tolerance, |tolerance| second_crossing(oscillator, tolerance)),
             // Where weakening falls ever more slowly there is one slip cycle at most, and none to meet.
             Bifurcation::Fold if oscillator.curve.weakens_less_and_less() => None,
             Bifurcation::Fold => {
@@ -73,12 +82,11 @@ impl Bifurcation {
     }
 }
 
-/// The landing speed less the length of the stick segment, with the error that a coarser tolerance shows. An orbit
-/// that stays away comes to the belt line without speed as it begins to graze.
-fn landing(oscillator: &Oscillator, tolerance: f64) -> Result<TestValue, Failure> {
-    let speed = |tolerance: f64| Ok(landing_speed(oscillator, tolerance)?.unwrap_or(0.0));
-    let [fine, coarse] = [speed(tolerance)?, speed(COARSER * tolerance)?];
-    Ok(TestValue { value: fine - SEGMENT, error: (fine - coarse).abs() + 4.0 * f64::EPSILON })
+/// A value with the error that a coarser tolerance shows.
+fn twice(tolerance: f64, value: impl Fn(f64) -> Result<Option<f64>, Failure>) -> Option<TestValue> {
+    let fine = value(tolerance).ok()??;
+    let coarse = value(COARSER * tolerance).ok()??;
+    Some(TestValue { value: fine, error: (fine - coarse).abs() + 4.0 * f64::EPSILON })
 }
 
 /// D(V), up to the rounding of the difference.

@@ -130,6 +130,20 @@ pub fn landing_speed(oscillator: &Oscillator, tolerance: f64) -> Result<Option<f
     })
 }
 
+/// How far beyond the exit point the orbit from there crosses down again, after it crossed up past the end of the
+/// stick segment; negative if it sticks from above, `None` if it did not cross.
+///
+/// # Errors
+/// [`Failure`].
+pub fn second_crossing(oscillator: &Oscillator, tolerance: f64) -> Result<Option<f64>, Failure> {
+    let Some(speed) = landing_speed(oscillator, tolerance)?.filter(|speed| *speed > JUMP) else {
+        return Ok(None);
+    };
+    let belt_speed = oscillator.belt_speed;
+    let mut upper = Walk::new(oscillator, Side::Above, [belt_speed, speed - JUMP], tolerance, belt_speed);
+    Ok(Some(-(upper.upper_arc(|_, _, _| ())?.w + JUMP)))
+}
+
 /// Whether a loop leads farther out.
 fn outward(from: f64, end: &Loop) -> bool {
     matches!(end, Loop::Crosses { beyond_exit, .. } if *beyond_exit > from)

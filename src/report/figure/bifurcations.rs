@@ -89,6 +89,7 @@ fn style(bifurcation: Bifurcation) -> Stroke {
         Bifurcation::Hopf => Stroke { color: palette::BLACK, width: 1.0, dash: &[5.0, 2.0] },
         Bifurcation::GrazingSliding => EXACT,
         Bifurcation::Landing => Stroke { color: palette::VERMILION, width: 1.2, dash: &[1.4, 1.4] },
+        Bifurcation::Crossing => Stroke { color: palette::BLUE, width: 1.2, dash: &[3.0, 1.4] },
         Bifurcation::Fold => Stroke { color: palette::PURPLE, width: 1.2, dash: &[6.0, 1.6, 1.2, 1.6] },
     }
 }
@@ -97,7 +98,8 @@ fn words(bifurcation: Bifurcation) -> &'static str {
     match bifurcation {
         Bifurcation::Hopf => "Hopf",
         Bifurcation::GrazingSliding => "grazing",
-        Bifurcation::Landing => "landing past the stick segment",
-        Bifurcation::Fold => "fold of slip cycles",
+        Bifurcation::Landing => "landing",
+        Bifurcation::Crossing => "crossing",
+        Bifurcation::Fold => "fold",
     }
 }
