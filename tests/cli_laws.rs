@@ -85,6 +85,20 @@ fn bad_laws_are_refused_with_their_place() {
 }
 
 #[test]
+fn a_map_of_other_data_is_not_taken_for_the_one_asked_for() {
+    let scratch = Scratch::new();
+    let grid = "[grid]\nepsilon = 1.0\nV = [0.2, 0.5]\nc = [0.0, 0.1]\n[output]\npath = \"map.h5\"\n";
+    scratch.file("job.toml", format!("[friction]\nlaw = \"table\"\nfile = \"pad.csv\"\n{grid}"));
+    scratch.file("pad.csv", "0,1\n0.1,0.9\n0.5,0.78\n1,0.75\n4,0.82\n");
+    scratch.run(&["run", "job.toml"]).ends_with(0);
+    assert!(scratch.run(&["run", "job.toml", "--resume"]).ends_with(0).err.contains("is complete already"));
+    // The configuration is the same, letter by letter.
+    scratch.file("pad.csv", "0,1\n0.1,0.9\n0.5,0.8\n1,0.75\n4,0.82\n");
+    let parts = ["map.h5 was begun as something else", "law_definition", "- 0.5,0.78", "+ 0.5,0.8"];
+    scratch.run(&["run", "job.toml", "--resume"]).refuses(&parts);
+}
+
+#[test]
 fn probe_asks_any_law() {
     let scratch = Scratch::new();
     let point = ["--epsilon", "1", "--V", "0.5", "--c", "0.1"];

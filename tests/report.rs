@@ -625,7 +625,8 @@ fn plots_say_what_they_hold_and_refuse_what_is_not_there() {
     let variables: Vec<&str> = map.variables().collect();
     for variable in &variables {
         for (x, y) in [("gamma", "alpha"), ("alpha", "gamma"), ("beta", "gamma")] {
-            let plot = Plot { x, y, at: &at, variable: Some(variable), width: Width::OneColumn };
+            let plot =
+                Plot { x, y, at: &at, variable: Some(variable), curves: false, width: Width::OneColumn };
             let plotted = figure::plot(map, &plot).unwrap();
             check_svg(&plotted.scene.svg("plot", &plotted.caption));
             let held = |axis: &str| plotted.held.iter().find(|held| held.axis == axis).map(|held| held.used);
@@ -635,7 +636,7 @@ fn plots_say_what_they_hold_and_refuse_what_is_not_there() {
         }
     }
     let refused = |x: &str, y: &str, at: &[(String, f64)], variable: Option<&str>| {
-        let plot = Plot { x, y, at, variable, width: Width::TwoColumns };
+        let plot = Plot { x, y, at, variable, curves: false, width: Width::TwoColumns };
         figure::plot(map, &plot).unwrap_err().to_string()
     };
     assert!(refused("gama", "c", &[], None).contains("the nearest is `gamma`"));
@@ -651,8 +652,14 @@ fn plots_say_what_they_hold_and_refuse_what_is_not_there() {
 fn slices_show_the_stored_cells() {
     // Every cell of a plotted verdict is a node's: the areas of the page add up to the nodes' cells.
     let map = &*SMALL;
-    let plot =
-        Plot { x: "gamma", y: "c", at: &[("epsilon".into(), 0.5)], variable: None, width: Width::OneColumn };
+    let plot = Plot {
+        x: "gamma",
+        y: "c",
+        at: &[("epsilon".into(), 0.5)],
+        variable: None,
+        curves: false,
+        width: Width::OneColumn,
+    };
     let svg = {
         let plotted = figure::plot(map, &plot).unwrap();
         plotted.scene.svg("plot", &plotted.caption)

@@ -159,6 +159,7 @@ fn everything() -> Plan {
         engine: Engine::Auto,
         tolerance: 1e-9,
         audit_cells: 10,
+        proof_boxes: 0,
         tile_shape: vec![1, 1, 1, 2, 1, 5],
         compression: 4,
     }

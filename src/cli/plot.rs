@@ -8,7 +8,7 @@ use super::output::{exact, short};
 use super::report::{existing, failure, open};
 use super::{Ended, Failure, say};
 use crate::report::figure::{self, Plot, Width};
-use crate::report::write_figure;
+use crate::report::{Existing, ReportError, write_figure, write_file};
 
 /// Draw one slice of a map.
 #[derive(Debug, Args)]
@@ -16,6 +16,7 @@ use crate::report::write_figure;
 Examples:
   slipmap plot results/quickstart.h5 --x gamma --y c --out slice.svg
   slipmap plot results/quickstart.h5 --x alpha --y gamma --at c=0.5 --at V=2 --variable regime --out slice.png
+  slipmap plot results/brake_pad.h5 --x V --y c --variable regime --curves --out brake.pdf
 
 An axis that is neither shown nor given with --at is held at its middle node.")]
 pub(super) struct Arguments {
@@ -35,6 +36,11 @@ pub(super) struct Arguments {
     /// default: verdict_simulation
     #[arg(long, value_name = "NAME")]
     variable: Option<String>,
+    /// Also draw where the behaviour changes, by continuation: Hopf bifurcations, grazing, landings past the stick
+    /// segment, crossings that never end, and folds of slip cycles. Their points go to FILE.csv: curve, branch, both
+    /// axes, and the distance from the curve in sides of the figure
+    #[arg(long)]
+    curves: bool,
     /// The figure; .svg, .pdf or .png
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
@@ -64,19 +70,28 @@ fn parse_at(text: &str) -> Result<(String, f64), String> {
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let map = open(&arguments.map)?;
+    let table = arguments.out.with_extension("csv");
+    let existing = existing(arguments.overwrite);
+    // Known before the work is done.
+    if arguments.curves && existing == Existing::Refuse && table.symlink_metadata().is_ok() {
+        return Err(failure(ReportError::Exists { path: table }));
+    }
     let plot = Plot {
         x: &arguments.x,
         y: &arguments.y,
         at: &arguments.at,
         variable: arguments.variable.as_deref(),
+        curves: arguments.curves,
         width: match arguments.columns {
             Columns::One => Width::OneColumn,
             Columns::Two => Width::TwoColumns,
         },
     };
     let plotted = figure::plot(&map, &plot).map_err(failure)?;
-    write_figure(&plotted.scene, &plotted.caption, &arguments.out, existing(arguments.overwrite))
-        .map_err(failure)?;
+    write_figure(&plotted.scene, &plotted.caption, &arguments.out, existing).map_err(failure)?;
+    if let Some(curves) = &plotted.curves {
+        write_file(curves.csv().as_bytes(), &table, existing).map_err(failure)?;
+    }
     for held in &plotted.held {
         let why = match held.wanted {
             None => " (the middle node)".into(),

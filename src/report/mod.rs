@@ -22,7 +22,7 @@ pub use boundary::{Boundaries, BoundaryError, MethodBoundary, Order, Sizes, Wors
 pub use table::{Cell, Column, Show, Table};
 pub use text::{Piece, Rich, Symbol, rich};
 pub use verdicts::{Confusion, Verdicts, Volume};
-pub use write::{Existing, write, write_figure};
+pub use write::{Existing, write, write_figure, write_file};
 
 use crate::store::{MapFile, StoreError};
 

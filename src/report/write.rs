@@ -136,6 +136,14 @@ pub fn write_figure(
         Some("pdf") => render::pdf(&name, &svg)?,
         _ => return Err(ReportError::Format { path: path.to_path_buf() }),
     };
+    write_file(&contents, path, existing)
+}
+
+/// Writes one file whole or not at all.
+///
+/// # Errors
+/// [`ReportError::Exists`], or why it could not be written.
+pub fn write_file(contents: &[u8], path: &Path, existing: Existing) -> Result<(), ReportError> {
     let failed = |source: io::Error| match source.kind() {
         io::ErrorKind::AlreadyExists => ReportError::Exists { path: path.to_path_buf() },
         _ => ReportError::Io { path: path.to_path_buf(), source },
@@ -156,7 +164,7 @@ pub fn write_figure(
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
     let mut file = builder.tempfile_in(folder).map_err(failed)?;
-    file.write_all(&contents).map_err(failed)?;
+    file.write_all(contents).map_err(failed)?;
     let named = match existing {
         Existing::Replace => file.persist(path),
         Existing::Refuse => file.persist_noclobber(path),

@@ -307,7 +307,9 @@ impl<'a> Walk<'a> {
         let State { v, w, .. } = self.here;
         let (belt_speed, slip) = (self.oscillator.belt_speed, self.oscillator.belt_speed - self.here.v);
         let in_wedge = self.side == Side::Below && v * w < 0.0 && w.abs() < v.abs();
-        in_wedge && {
+        // Most orbits are told by two values of D; bounds over an interval cost much more.
+        let creeps_at = |slip: f64| self.oscillator.divergence(slip) <= -2.0;
+        in_wedge && creeps_at(slip.max(0.0)) && creeps_at(belt_speed) && {
             let (near, far) = (slip.max(0.0).min(belt_speed), slip.max(belt_speed));
             self.oscillator.curve.weakening_range(near, far).hi - self.oscillator.viscous <= -2.0
         }

@@ -116,6 +116,34 @@ fn looped(oscillator: &Oscillator, y: f64, tolerance: f64) -> Result<Looped, Fai
     Ok(Looped { end: Loop::Crosses { beyond_exit, slope, time: up.time + down.time }, extent })
 }
 
+/// x2' with which the orbit from the exit point comes back to the belt line, on the lower side; `None` if it does
+/// not. The orbit sticks there if this is below 2 and crosses if it is above.
+///
+/// # Errors
+/// [`Failure`].
+pub fn landing_speed(oscillator: &Oscillator, tolerance: f64) -> Result<Option<f64>, Failure> {
+    let belt_speed = oscillator.belt_speed;
+    let mut walk = Walk::new(oscillator, Side::Below, [belt_speed, 0.0], tolerance, belt_speed);
+    Ok(match walk.lower_arc(|_, _, _| ())? {
+        LowerEnd::Meets(end) => Some(end.w),
+        LowerEnd::Turns(_) | LowerEnd::Rests => None,
+    })
+}
+
+/// How far beyond the exit point the orbit from there crosses down again, after it crossed up past the end of the
+/// stick segment; negative if it sticks from above, `None` if it did not cross.
+///
+/// # Errors
+/// [`Failure`].
+pub fn second_crossing(oscillator: &Oscillator, tolerance: f64) -> Result<Option<f64>, Failure> {
+    let Some(speed) = landing_speed(oscillator, tolerance)?.filter(|speed| *speed > JUMP) else {
+        return Ok(None);
+    };
+    let belt_speed = oscillator.belt_speed;
+    let mut upper = Walk::new(oscillator, Side::Above, [belt_speed, speed - JUMP], tolerance, belt_speed);
+    Ok(Some(-(upper.upper_arc(|_, _, _| ())?.w + JUMP)))
+}
+
 /// Whether a loop leads farther out.
 fn outward(from: f64, end: &Loop) -> bool {
     matches!(end, Loop::Crosses { beyond_exit, .. } if *beyond_exit > from)

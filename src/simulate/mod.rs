@@ -6,7 +6,9 @@
 //! for a whole column at once.
 
 mod arc;
+pub mod bifurcation;
 mod collocation;
+pub mod continuation;
 mod corners;
 pub mod critical;
 pub mod crossing;

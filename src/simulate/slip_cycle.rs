@@ -187,6 +187,90 @@ fn hidden_between(
     Ok(None)
 }
 
+/// Where turns grow or shrink most.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extreme {
+    /// The maximum r of x2 from which the turn starts.
+    pub radius: f64,
+    /// ln(P(r) / r).
+    pub growth: f64,
+    /// Estimate of its absolute error.
+    pub error: f64,
+}
+
+/// ln(P(r) / r) at a radius and its slope by ln r, r P'(r) / P(r) - 1, which needs no derivative of the law.
+#[derive(Clone, Copy, Debug)]
+struct Growth {
+    radius: f64,
+    value: f64,
+    slope: f64,
+}
+
+impl Growth {
+    /// `None` where the orbit has no next maximum below the belt line.
+    fn at(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Result<Option<Self>, Failure> {
+        Ok(match turn(oscillator, radius, tolerance)? {
+            SlipTurn::Returns { radius: next, slope, .. } => {
+                Some(Self { radius, value: (next / radius).ln(), slope: radius * slope / next - 1.0 })
+            }
+            SlipTurn::MeetsBelt | SlipTurn::Rests => None,
+        })
+    }
+}
+
+/// Accuracy of the turns that bracket an extreme.
+const ROUGH: f64 = 1e-6;
+
+/// The local extreme of ln(P(r) / r) over 0 < r < V with the growth nearest to zero: as it passes zero, two slip
+/// cycles meet and vanish. `None` if there is none between two of the radii that are looked at.
+///
+/// # Errors
+/// [`Failure`] of one of the turns.
+pub fn extreme_growth(oscillator: &Oscillator, tolerance: f64) -> Result<Option<Extreme>, Failure> {
+    let mut brackets = Vec::new();
+    let mut low: Option<Growth> = None;
+    for i in 1..=RADII {
+        let radius = oscillator.belt_speed * f64::from(i) / f64::from(RADII);
+        let high = Growth::at(oscillator, radius, ROUGH.max(tolerance))?;
+        if let (Some(low), Some(high)) = (low, high)
+            && (low.slope > 0.0) != (high.slope > 0.0)
+        {
+            brackets.push([low, high]);
+        }
+        low = high;
+    }
+    let size = |bracket: &[Growth; 2]| bracket[0].value.abs().min(bracket[1].value.abs());
+    let nearest = brackets.into_iter().min_by(|a, b| size(a).total_cmp(&size(b)));
+    nearest.map_or(Ok(None), |bracket| extreme_between(oscillator, bracket, tolerance))
+}
+
+/// The extreme between two radii with slopes of opposite signs.
+fn extreme_between(
+    oscillator: &Oscillator,
+    [mut low, mut high]: [Growth; 2],
+    tolerance: f64,
+) -> Result<Option<Extreme>, Failure> {
+    let rises = low.slope > 0.0;
+    // Next to the extreme the growth is flat: its error is of second order in that of the radius.
+    let enough = 0.1 * tolerance.sqrt();
+    for trial in 1..=MOST_TRIALS {
+        let secant = low.radius - low.slope * (high.radius - low.radius) / (high.slope - low.slope);
+        let inside = secant > low.radius && secant < high.radius && trial % 3 != 0;
+        let radius = if inside { secant } else { 0.5 * (low.radius + high.radius) };
+        let Some(middle) = Growth::at(oscillator, radius, tolerance)? else { return Ok(None) };
+        if middle.slope.abs() <= enough || high.radius - low.radius <= enough * radius {
+            let Some(rough) = Growth::at(oscillator, radius, 100.0 * tolerance)? else { return Ok(None) };
+            // The extreme itself is farther by slope^2 / 2 over the rate at which the slope changes.
+            let bend = (high.slope - low.slope) / (high.radius / low.radius).ln();
+            let missed = middle.slope * middle.slope / bend.abs();
+            let error = (middle.value - rough.value).abs() + missed + 4.0 * f64::EPSILON;
+            return Ok(Some(Extreme { radius, growth: middle.value, error }));
+        }
+        *if (middle.slope > 0.0) == rises { &mut low } else { &mut high } = middle;
+    }
+    Ok(None)
+}
+
 /// The fixed point between two radii; turns lead outward at the lower one or not, and at the higher one the
 /// other way.
 fn fixed_point(

@@ -14,12 +14,13 @@ use super::value::Value;
 /// In the journal's header: fingerprint of all that the result depends on.
 pub(super) const PLAN: &str = "plan_sha256";
 /// Attributes that tell one computation from another, in the order in which differences are shown.
-const IDENTITY: [&str; 13] = [
+const IDENTITY: [&str; 14] = [
     "config",
     "crate_version",
     "git",
     "schema",
     "law",
+    "law_definition",
     "methods",
     "fields",
     "engine",

@@ -1,6 +1,7 @@
 //! Figures, one file each. Every figure is a function from data to a [`Scene`].
 
 pub mod axis;
+pub mod bifurcations;
 pub mod bistable;
 pub mod critical;
 mod curves;
@@ -19,6 +20,7 @@ pub mod slice;
 pub mod slices;
 pub mod work_precision;
 
+pub use bifurcations::PlaneCurves;
 pub use plot::{Plot, plot};
 pub use portrait::portrait;
 pub use scene::{Scene, Width};

@@ -5,6 +5,7 @@ use ndarray::Array2;
 use super::super::text::{Rich, rich};
 use super::super::{ReportError, SIMULATION};
 use super::axis::{AXIS, BOTTOM_MARGIN, Labels, Panel, SMALL_TEXT, Scale, TITLE_MARGIN, left_margin};
+use super::bifurcations::PlaneCurves;
 use super::legend::{Legend, Sample};
 use super::palette;
 use super::region::{cell_edges, outlines};
@@ -25,6 +26,8 @@ pub struct Plot<'a> {
     pub at: &'a [(String, f64)],
     /// The variable; the verdict of the simulation, or else of the first method, if `None`.
     pub variable: Option<&'a str>,
+    /// Whether to draw the curves of codimension one.
+    pub curves: bool,
     /// Width of the figure.
     pub width: Width,
 }
@@ -38,6 +41,8 @@ pub struct Plotted {
     pub caption: Rich,
     /// Where the other axes are held.
     pub held: Vec<Held>,
+    /// The curves of codimension one, if they were asked for.
+    pub curves: Option<PlaneCurves>,
 }
 
 /// Colours for cells without a number.
@@ -74,7 +79,8 @@ pub fn plot(map: &MapFile, plot: &Plot) -> Result<Plotted, ReportError> {
         .then(Rich::symbol(plot.y))
         .then(rich(" at "))
         .then(at.clone());
-    let page = Page::new(&slice, plot.width, &title(variable), &at);
+    let curves = plot.curves.then(|| PlaneCurves::of(&slice));
+    let page = Page::new(&slice, curves.as_ref(), plot.width, &title(variable), &at);
     let scene = if variable.starts_with("verdict_") {
         let codes: Vec<(i8, Fill, &str)> = Verdict::ALL
             .into_iter()
@@ -90,7 +96,7 @@ pub fn plot(map: &MapFile, plot: &Plot) -> Result<Plotted, ReportError> {
     } else {
         page.reals(&slice.reals(variable)?, variable.starts_with("margin_"))
     };
-    Ok(Plotted { scene, caption, held })
+    Ok(Plotted { scene, caption, held, curves })
 }
 
 /// A variable in words.
@@ -108,6 +114,7 @@ fn title(variable: &str) -> Rich {
 /// The panel and what is around it.
 struct Page<'a> {
     slice: &'a Slice<'a>,
+    curves: Option<&'a PlaneCurves>,
     scene: Scene,
     panel: Panel,
     x_edges: Vec<f64>,
@@ -116,7 +123,13 @@ struct Page<'a> {
 }
 
 impl<'a> Page<'a> {
-    fn new(slice: &'a Slice<'a>, width: Width, title: &Rich, held: &Rich) -> Self {
+    fn new(
+        slice: &'a Slice<'a>,
+        curves: Option<&'a PlaneCurves>,
+        width: Width,
+        title: &Rich,
+        held: &Rich,
+    ) -> Self {
         let (x, y) = (&slice.x_axis().values, &slice.y_axis().values);
         let (x_scale, y_scale) = (Scale::of_nodes(x), Scale::of_nodes(y));
         let mut scene = Scene::new(width.points(), 0.0);
@@ -137,6 +150,7 @@ impl<'a> Page<'a> {
         let panel = Panel { rect, x: x_scale, y: y_scale };
         Self {
             slice,
+            curves,
             scene,
             panel,
             x_edges: cell_edges(x, x_scale),
@@ -145,7 +159,11 @@ impl<'a> Page<'a> {
         }
     }
 
-    fn axes(&mut self) {
+    /// Draws the curves and the axes.
+    fn axes(&mut self, legend: &mut Legend) {
+        if let Some(curves) = self.curves {
+            curves.draw(&mut self.scene, &self.panel, legend);
+        }
         self.panel.axes(&mut self.scene, Labels { x: true, y: true });
         self.panel.x_name(&mut self.scene, &Rich::symbol(&self.slice.x_axis().name));
         self.panel.y_name(&mut self.scene, &Rich::symbol(&self.slice.y_axis().name), self.labels_width);
@@ -161,10 +179,11 @@ impl<'a> Page<'a> {
                 legend.add(Sample::Area(*fill), Rich::foreign(&name.replace('_', " ")));
             }
         }
-        if exact && draw_exact(&mut self.scene, self.slice, &self.panel) {
+        // Grazing is the exact boundary, but for landings past the stick segment.
+        if exact && self.curves.is_none() && draw_exact(&mut self.scene, self.slice, &self.panel) {
             legend.add(Sample::Line(EXACT), rich("exact boundary"));
         }
-        self.axes();
+        self.axes(&mut legend);
         let Rect { x, y, h, .. } = self.panel.rect;
         legend.below(&mut self.scene, x, y + h + BOTTOM_MARGIN);
         self.scene
@@ -222,7 +241,7 @@ impl<'a> Page<'a> {
             self.scene.area(&negative, fill);
             legend.add(Sample::Area(fill), rich("negative"));
         }
-        self.axes();
+        self.axes(&mut legend);
         let Rect { x, y, h, .. } = self.panel.rect;
         legend.below(&mut self.scene, x, y + h + BOTTOM_MARGIN);
         self.scene

@@ -19,7 +19,7 @@ const MOST_EPSILONS: usize = 4;
 
 /// The exact boundary: black, on white so that it shows on dark areas.
 pub(super) const EXACT: Stroke = Stroke::solid(palette::BLACK, 1.0);
-const HALO: Stroke = Stroke::solid(palette::WHITE, 2.4);
+pub(super) const HALO: Stroke = Stroke::solid(palette::WHITE, 2.4);
 
 /// What a cell of a method's panel says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,0 +1,115 @@
+//! Where the long-run behaviour changes: the bifurcations of codimension one, each as a test function that changes
+//! its sign there, and their curves in any plane of two parameters.
+//!
+//! | bifurcation | test function | what happens |
+//! | --- | --- | --- |
+//! | Hopf | D(V), the trace at the equilibrium | the equilibrium changes its stability, a slip cycle is born |
+//! | grazing-sliding | the scaled margin m / V | the orbit from the exit point comes back to the belt line, or not |
+//! | landing | wL - 2, wL the landing speed x2' | it lands on the stick segment, or beyond and crosses |
+//! | crossing | y', where it crosses down again beyond E | it sticks after one crossing, or crosses for ever |
+//! | fold | the extreme of ln(P(r) / r) nearest to zero | two slip cycles meet and vanish |
+
+use super::continuation::{Branch, TestValue, zero_curves};
+use super::crossing::{landing_speed, second_crossing};
+use super::return_map::{Turn, turns_of};
+use super::slip_cycle::extreme_growth;
+use super::{Failure, Fate, flow};
+use crate::filippov::Oscillator;
+use crate::friction::Column;
+
+/// The length of the stick segment, twice the static friction: the landing speed at which it is missed.
+const SEGMENT: f64 = 2.0;
+/// A value is compared with that at a tolerance this much coarser, and their distance taken for its error.
+const COARSER: f64 = 100.0;
+
+/// A bifurcation of codimension one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bifurcation {
+    /// The trace of the linearisation at the equilibrium vanishes.
+    Hopf,
+    /// The orbit from the exit point grazes the belt line.
+    GrazingSliding,
+    /// The orbit from the exit point comes back to the far end of the stick segment.
+    Landing,
+    /// The orbit from the exit point, having crossed the belt line, comes back through the exit point.
+    Crossing,
+    /// Two slip cycles meet and vanish.
+    Fold,
+}
+
+impl Bifurcation {
+    /// All of them.
+    pub const ALL: [Bifurcation; 5] =
+        [Self::Hopf, Self::GrazingSliding, Self::Landing, Self::Crossing, Self::Fold];
+
+    /// Its name in tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Bifurcation::Hopf => "hopf",
+            Bifurcation::GrazingSliding => "grazing_sliding",
+            Bifurcation::Landing => "landing",
+            Bifurcation::Crossing => "crossing",
+            Bifurcation::Fold => "fold",
+        }
+    }
+
+    /// Its test function, with an accuracy of about `tolerance`; `None` where there is none or no answer.
+    #[must_use]
+    pub fn test(self, oscillator: &Oscillator, tolerance: f64) -> Option<TestValue> {
+        match self {
+            Bifurcation::Hopf => Some(trace(oscillator)),
+            Bifurcation::GrazingSliding => margin(oscillator, tolerance),
+            Bifurcation::Landing => twice(tolerance, |tolerance| {
+                // An orbit that stays away comes to the belt line without speed as it begins to graze.
+                Ok(Some(landing_speed(oscillator, tolerance)?.unwrap_or(0.0) - SEGMENT))
+            }),
+            Bifurcation::Crossing => twice(tolerance, |tolerance| second_crossing(oscillator, tolerance)),
+            // Where weakening falls ever more slowly there is one slip cycle at most, and none to meet.
+            Bifurcation::Fold if oscillator.curve.weakens_less_and_less() => None,
+            Bifurcation::Fold => {
+                let extreme = extreme_growth(oscillator, tolerance).ok()??;
+                Some(TestValue { value: extreme.growth, error: extreme.error })
+            }
+        }
+    }
+
+    /// Its curves in a plane of two parameters. `at` takes a place in the unit square to the oscillator there and
+    /// is never asked outside; places and errors of the curves are in sides of the square.
+    #[must_use]
+    pub fn curves(self, at: &(dyn Fn([f64; 2]) -> Oscillator + Sync), tolerance: f64) -> Vec<Branch> {
+        zero_curves(&|place| self.test(&at(place), tolerance))
+    }
+}
+
+/// A value with the error that a coarser tolerance shows.
+fn twice(tolerance: f64, value: impl Fn(f64) -> Result<Option<f64>, Failure>) -> Option<TestValue> {
+    let fine = value(tolerance).ok()??;
+    let coarse = value(COARSER * tolerance).ok()??;
+    Some(TestValue { value: fine, error: (fine - coarse).abs() + 4.0 * f64::EPSILON })
+}
+
+/// D(V), up to the rounding of the difference.
+fn trace(oscillator: &Oscillator) -> TestValue {
+    let value = oscillator.divergence(oscillator.belt_speed);
+    TestValue { value, error: 4.0 * f64::EPSILON * (value.abs() + oscillator.viscous.abs()) }
+}
+
+/// The scaled margin; far from grazing at least its sign.
+fn margin(oscillator: &Oscillator, tolerance: f64) -> Option<TestValue> {
+    let column = Column { curve: oscillator.curve, epsilon: 1.0, belt_speed: oscillator.belt_speed };
+    if let Some(Turn::Complete { margin, error, .. }) =
+        turns_of(&column, &[oscillator.viscous], tolerance).first()
+    {
+        return Some(TestValue { value: *margin, error: *error });
+    }
+    let answer = flow(oscillator, tolerance);
+    let size = if answer.margin.is_finite() { answer.margin.abs().min(1.0) } else { 1.0 };
+    let error = answer.margin_error;
+    match answer.fate {
+        Fate::Sticks(_) | Fate::CrossesForever => Some(TestValue { value: size, error }),
+        Fate::SpiralsInward => Some(TestValue { value: -size, error }),
+        Fate::TooCloseToCall => Some(TestValue { value: 0.0, error }),
+        Fate::Failed(_) => None,
+    }
+}
