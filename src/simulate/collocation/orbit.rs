@@ -245,8 +245,6 @@ impl<S: Simd> Orbit<S> {
         // The J of the guess is wrong by its own size times that of the guess and by its interpolation, which
         // knows no pole; and what the short series of `cosh_sinh` and `grow` leave out stays.
         let z = field.mu.abs().mul_add(zero.same(0.5 * PI), size);
-        let fourth = |z: Lanes<S>| (z * z) * (z * z);
-        let eighth = |z: Lanes<S>| fourth(z) * fourth(z);
         let series =
             z * z * eighth(z) * zero.same(1e-9) + (eighth(size) + eighth(correction)) * zero.same(2.5e-5);
         let wrong = field.k * field.k * zero.same(0.05);
@@ -256,6 +254,14 @@ impl<S: Simd> Orbit<S> {
             (field.terms * field.inverse_omega3 + size + log.abs()) * zero.same(8.0 * f64::EPSILON);
         End { log, truncation, iteration, rounding, room }
     }
+}
+
+/// z^8. A function: a closure would not be compiled for the wide vectors, and each product become a call.
+#[inline(always)]
+fn eighth<S: Simd>(z: Lanes<S>) -> Lanes<S> {
+    let square = z * z;
+    let fourth = square * square;
+    fourth * fourth
 }
 
 /// x exp(eta), to eta^8 / 8!.
