@@ -22,7 +22,10 @@ import xarray as xr
 
 AXES = {"stribeck": ("epsilon", "alpha", "beta", "gamma", "V", "c")}
 VERDICTS = ((-1, 0, 1, 2, 3), "absent undecided present failed not_computed")
-REGIMES = ((0, 1, 2, 3, 4, 5), "equilibrium stick_slip bistable pure_slip crossing failed")
+REGIMES = (
+    (0, 1, 2, 3, 4, 5, 6, 7),
+    "equilibrium stick_slip bistable pure_slip crossing failed pure_slip_and_stick_slip pure_slip_and_equilibrium",
+)
 GUARANTEES = {"asymptotic", "finite_epsilon", "numerical", "validated", "none"}
 ROOT_TEXTS = (
     "Conventions title history source references crate_version git machine law methods fields engine "
