@@ -3,15 +3,18 @@
 #![cfg(all(unix, feature = "cli"))]
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 
+mod messages;
+
 use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 
+use messages::Messages;
 use proptest::prelude::*;
 use proptest::sample::Index;
 use slipmap::config::Job;
-use slipmap::map::{Account, Control, Plan, Queue, Sink, TileData, compute_tiles};
-use slipmap::store::{Existing, MapFile, PackedRecord, Packer, PartialMap, Provenance, StoreError, check};
+use slipmap::map::{Control, Plan, Queue, Sink, compute_tiles};
+use slipmap::store::{Existing, MapFile, Packer, PartialMap, Provenance, StoreError, check};
 
 /// A good configuration, with every section.
 const JOB: &str = "\
@@ -137,23 +140,6 @@ struct Good {
     message: Vec<u8>,
     journal: Vec<u8>,
     map: Vec<u8>,
-}
-
-/// Keeps the tiles as they are sent from process to process.
-struct Messages(Packer, Mutex<Vec<Vec<u8>>>);
-
-impl Sink for Messages {
-    type Packed = PackedRecord;
-    type Error = StoreError;
-
-    fn pack(&self, data: &TileData) -> Result<PackedRecord, StoreError> {
-        Ok(self.0.pack(data))
-    }
-
-    fn write(&self, packed: PackedRecord, account: &Account) -> Result<(), StoreError> {
-        self.1.lock().unwrap().push(self.0.to_bytes(&packed, account));
-        Ok(())
-    }
 }
 
 fn compute(plan: &Plan, sink: &impl Sink<Error = StoreError>) {

@@ -13,30 +13,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use cli_common::{Run, Scratch};
-use map_equal::assert_same;
-
-/// A map of 40 tiles across the boundary of existence, with an audit; a second or two of work.
-const JOB: &str = "\
-title = \"many processes\"
-[grid]
-epsilon = [0.05, 0.2]
-alpha = { from = 0.0, to = 0.8, points = 20 }
-beta = [0.0, 0.2]
-gamma = { from = 0.5, to = 8.0, points = 16, spacing = \"log\" }
-V = [0.5, 2.0]
-c = { from = 0.0, to = 3.0, points = 64 }
-[audit]
-cells = 50
-[output]
-path = \"map.h5\"
-fields = [\"verdict\", \"margin\", \"critical_c\", \"regime\"]
-";
-
-fn scratch() -> Scratch {
-    let scratch = Scratch::new();
-    scratch.file("job.toml", JOB);
-    scratch
-}
+use map_equal::{JOB, assert_same, scratch};
 
 /// The map of one process.
 fn reference(scratch: &Scratch) -> PathBuf {

@@ -12,33 +12,10 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 use std::time::{Duration, Instant};
 
 use cli_common::{Run, Scratch};
-use map_equal::{assert_same, contents};
+use map_equal::{assert_same, contents, scratch};
 use slipmap::friction::Law;
 use slipmap::map::{Account, Control, Engine, Field, Grid, Method, Plan, Queue, compute_tiles};
 use slipmap::store::{self, Existing, Outcome, PartialMap, Provenance, Resumed};
-
-/// A map of 40 tiles across the boundary of existence, with an audit; half a second of work or two.
-const JOB: &str = "\
-title = \"stopped and resumed\"
-[grid]
-epsilon = [0.05, 0.2]
-alpha = { from = 0.0, to = 0.8, points = 20 }
-beta = [0.0, 0.2]
-gamma = { from = 0.5, to = 8.0, points = 16, spacing = \"log\" }
-V = [0.5, 2.0]
-c = { from = 0.0, to = 3.0, points = 64 }
-[audit]
-cells = 50
-[output]
-path = \"map.h5\"
-fields = [\"verdict\", \"margin\", \"critical_c\", \"regime\"]
-";
-
-fn scratch() -> Scratch {
-    let scratch = Scratch::new();
-    scratch.file("job.toml", JOB);
-    scratch
-}
 
 /// The map of an uninterrupted run, and the seconds it took.
 fn reference(scratch: &Scratch, arguments: &[&str]) -> (PathBuf, f64) {

@@ -5,15 +5,16 @@
 #![cfg(feature = "store")]
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 
+mod messages;
+
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
+use messages::Messages;
 use slipmap::friction::Law;
-use slipmap::map::{
-    Account, Control, Engine, Field, Grid, Method, Plan, Queue, Sink, TileData, compute_tiles,
-};
-use slipmap::store::{Existing, PackedRecord, Packer, PartialMap, Provenance, StoreError};
+use slipmap::map::{Control, Engine, Field, Grid, Method, Plan, Queue, compute_tiles};
+use slipmap::store::{Existing, Packer, PartialMap, Provenance};
 
 /// All seven verdicts on a box of `tiles` tiles, each of `layers` values of gamma by 256 by 256 cells, across
 /// the boundary of existence.
@@ -42,23 +43,6 @@ fn plan(layers: usize, tiles: usize) -> Plan {
         proof_boxes: 0,
         tile_shape,
         compression: 4,
-    }
-}
-
-/// Keeps what other processes would send.
-struct Messages(Packer, Mutex<Vec<Vec<u8>>>);
-
-impl Sink for Messages {
-    type Packed = PackedRecord;
-    type Error = StoreError;
-
-    fn pack(&self, data: &TileData) -> Result<PackedRecord, StoreError> {
-        Ok(self.0.pack(data))
-    }
-
-    fn write(&self, packed: PackedRecord, account: &Account) -> Result<(), StoreError> {
-        self.1.lock().unwrap().push(self.0.to_bytes(&packed, account));
-        Ok(())
     }
 }
 

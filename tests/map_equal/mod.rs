@@ -1,10 +1,38 @@
 //! Whether two maps are the same map: every dataset and every attribute, bit for bit, those of time and
-//! machine aside.
+//! machine aside; and the map that the tests of it make.
+
+#![allow(dead_code)] // every test file compiles this module and uses its own part
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use hdf5::types::{IntSize, TypeDescriptor};
+
+use crate::cli_common::Scratch;
+
+/// A map of 40 tiles across the boundary of existence, with an audit; half a second of work or two.
+pub const JOB: &str = "\
+title = \"stopped and resumed, or shared\"
+[grid]
+epsilon = [0.05, 0.2]
+alpha = { from = 0.0, to = 0.8, points = 20 }
+beta = [0.0, 0.2]
+gamma = { from = 0.5, to = 8.0, points = 16, spacing = \"log\" }
+V = [0.5, 2.0]
+c = { from = 0.0, to = 3.0, points = 64 }
+[audit]
+cells = 50
+[output]
+path = \"map.h5\"
+fields = [\"verdict\", \"margin\", \"critical_c\", \"regime\"]
+";
+
+/// A folder with that job.
+pub fn scratch() -> Scratch {
+    let scratch = Scratch::new();
+    scratch.file("job.toml", JOB);
+    scratch
+}
 
 /// What tells when, where and how fast a map was made, and the fingerprint that covers it.
 fn is_of_time(attribute: &str) -> bool {

@@ -1,0 +1,23 @@
+//! What other processes send to the one that writes.
+
+use std::sync::Mutex;
+
+use slipmap::map::{Account, Sink, TileData};
+use slipmap::store::{PackedRecord, Packer, StoreError};
+
+/// Keeps it.
+pub struct Messages(pub Packer, pub Mutex<Vec<Vec<u8>>>);
+
+impl Sink for Messages {
+    type Packed = PackedRecord;
+    type Error = StoreError;
+
+    fn pack(&self, data: &TileData) -> Result<PackedRecord, StoreError> {
+        Ok(self.0.pack(data))
+    }
+
+    fn write(&self, packed: PackedRecord, account: &Account) -> Result<(), StoreError> {
+        self.1.lock().unwrap().push(self.0.to_bytes(&packed, account));
+        Ok(())
+    }
+}
