@@ -1,6 +1,7 @@
 //! A map that finds no room is reported and leaves nothing behind.
 //!
 //! In a program of its own: it starts processes, and those inherit the locks of whatever files HDF5 has open.
+
 #![cfg(all(unix, feature = "store"))]
 #![allow(clippy::expect_used)] // helpers of tests, which clippy.toml exempts only inside test functions
 

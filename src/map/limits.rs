@@ -15,7 +15,7 @@
 //! **Search, in that interval** (for other laws, in all of [[`LOWEST`], [`HIGHEST`]]): the flow is asked at
 //! [`PER_DECADE`] nodes per factor of ten, and every interval between nodes with different verdicts is halved.
 //! Two steps between neighbouring nodes would be missed. Towards grazing there is no reason for two, since c*
-//! falls with eps wherever that was tried (tests/limits.rs). Towards the landing there may be: the orbit lands
+//! falls with eps wherever that was tried (tests/mathematics/limits.rs). Towards the landing there may be: the orbit lands
 //! ever farther out and then ever closer again. So between nodes next to its farthest landing the maximum is
 //! searched for.
 //!

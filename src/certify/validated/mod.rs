@@ -50,11 +50,11 @@
 //! | --- | --- | --- |
 //! | outward rounding | `interval::Interval` | `operations_hold_the_exact_results`, `broken_rounding_is_caught` |
 //! | samples bound a polynomial | `circle::riesz_factor` | `samples_bound_polynomials` |
-//! | C* enclosed | [`Enclosed::critical`] | `tests/validated.rs` against 150-bit references |
+//! | C* enclosed | [`Enclosed::critical`] | `tests/mathematics/validated.rs` against 150-bit references |
 //! | C* enclosed over a box | [`tile::Tile::prove`] | `a_tile_holds_the_points_inside`, `bounds_hold_between_the_samples_and_samples_alone_do_not`, [`super::recheck`] |
 //! | volumes proved | [`boxes::BoxProof`] | `more_subdivision_leaves_less`, `the_box_and_its_columns_agree` |
 //! | C* < C_HB over a box; false at k = 56 | [`balance::compare`] | `the_balance_is_a_bound_over_a_box`, `harmonic_balance_is_exceeded_at_large_k` |
-//! | landing speed bounded | `landing::Flow` | `agrees_with_the_bound_in_double_precision`, `tests/validated.rs` |
+//! | landing speed bounded | `landing::Flow` | `agrees_with_the_bound_in_double_precision`, `tests/mathematics/validated.rs` |
 //!
 //! # Arithmetic
 //! `interval::Interval` rounds outwards by one unit in the last place around each operation of plain f64.

@@ -1,0 +1,235 @@
+//! Bytes from anywhere, some thousand at each run: whatever reads a file ends with an answer or with an error.
+//! Inputs are good ones with pieces changed, cut out, doubled or put in, which get further than noise.
+
+use std::path::Path;
+use std::sync::Mutex;
+use std::sync::atomic::AtomicBool;
+
+use crate::messages::Messages;
+use proptest::prelude::*;
+use proptest::sample::Index;
+use slipmap::config::Job;
+use slipmap::map::{Control, Plan, Queue, Sink, compute_tiles};
+use slipmap::store::{Existing, MapFile, Packer, PartialMap, Provenance, StoreError, check};
+
+/// A good configuration, with every section.
+const JOB: &str = "\
+title = \"to be spoilt\" # a comment
+[friction]
+law = \"stribeck\"
+[grid]
+epsilon = [0.05, 0.2]
+alpha = { from = 0.0, to = 0.9, points = 3 }
+beta = 0.1
+gamma = { from = 0.5, to = 8.0, points = 4, spacing = \"log\" }
+V = 1
+c = [0.0, 0.2, 0.4, 1e0, 1_6.0]
+[methods]
+run = [\"symmetric\", \"simulation\", \"fixed_step\"]
+[naive]
+turns = 1
+[simulation]
+engine = \"auto\"
+tolerance = 1e-9
+[audit]
+cells = 3
+[output]
+path = \"map.h5\"
+fields = [\"verdict\", \"margin\", \"critical_c\", \"regime\"]
+compression = 4
+[work_precision]
+near = 0.01
+";
+
+/// One change of some bytes.
+#[derive(Clone, Debug)]
+enum Change {
+    Flip(Index, u8),
+    Put(Index, Vec<u8>),
+    Cut(Index, usize),
+    Double(Index, usize),
+    /// A length, or a number of its size, made extreme.
+    Number(Index, u64),
+}
+
+fn change() -> impl Strategy<Value = Change> {
+    let words = prop::sample::select(vec![
+        "\0",
+        "[",
+        "{",
+        "\"",
+        "\"\"\"",
+        "=",
+        "\n",
+        ".",
+        "-",
+        "1e999",
+        "nan",
+        "inf",
+        "99999999999999999999",
+        "\u{feff}",
+        "[grid]\n",
+        "points = 1000000",
+        "{ from = 0",
+        "'",
+        "\\u",
+        "é",
+        "true",
+        "1979-05-27",
+        "#",
+    ]);
+    prop_oneof![
+        (any::<Index>(), 0..8u8).prop_map(|(at, bit)| Change::Flip(at, 1 << bit)),
+        (any::<Index>(), words).prop_map(|(at, word)| Change::Put(at, word.as_bytes().to_vec())),
+        (any::<Index>(), prop::collection::vec(any::<u8>(), 1..9)).prop_map(|(at, put)| Change::Put(at, put)),
+        (any::<Index>(), 1..200usize).prop_map(|(at, length)| Change::Cut(at, length)),
+        (any::<Index>(), 1..200usize).prop_map(|(at, length)| Change::Double(at, length)),
+        (any::<Index>(), prop::sample::select(vec![0, 1, 1 << 31, 1 << 62, u64::MAX, u64::MAX / 16]))
+            .prop_map(|(at, number)| Change::Number(at, number)),
+    ]
+}
+
+/// The good bytes with a few changes.
+fn spoilt(good: &[u8], changes: &[Change]) -> Vec<u8> {
+    let mut bytes = good.to_vec();
+    for change in changes {
+        let at = |index: &Index| index.index(bytes.len().max(1)).min(bytes.len());
+        match change {
+            _ if bytes.is_empty() => {}
+            Change::Flip(index, bit) => {
+                let at = at(index);
+                bytes[at] ^= bit;
+            }
+            Change::Put(index, put) => {
+                let at = at(index);
+                drop(bytes.splice(at..at, put.iter().copied()));
+            }
+            Change::Cut(index, length) => {
+                let at = at(index);
+                drop(bytes.drain(at..(at + length).min(bytes.len())));
+            }
+            Change::Double(index, length) => {
+                let at = at(index);
+                let part = bytes[at..(at + length).min(bytes.len())].to_vec();
+                drop(bytes.splice(at..at, part));
+            }
+            Change::Number(index, number) => {
+                let at = at(index);
+                let end = (at + 8).min(bytes.len());
+                bytes[at..end].copy_from_slice(&number.to_le_bytes()[..end - at]);
+            }
+        }
+    }
+    bytes
+}
+
+fn job(folder: &Path, contents: &[u8], sets: &[String]) -> Result<Job, String> {
+    let path = folder.join("job.toml");
+    std::fs::write(&path, contents).unwrap();
+    Job::load(&path, sets).map_err(|error| error.to_string())
+}
+
+/// What many good runs have written, made once.
+struct Good {
+    folder: tempfile::TempDir,
+    plan: Plan,
+    message: Vec<u8>,
+    journal: Vec<u8>,
+    map: Vec<u8>,
+}
+
+fn compute(plan: &Plan, sink: &impl Sink<Error = StoreError>) {
+    let queue = Queue::new(vec![false; plan.grid.tile_count(&plan.tile_shape)]);
+    let control = Control { threads: Some(1), on_cells: &|_| (), stop: &AtomicBool::new(false) };
+    compute_tiles(plan, sink, &control, &|| queue.take()).unwrap();
+}
+
+fn good() -> Good {
+    let folder = tempfile::tempdir().unwrap();
+    let mut plan = job(folder.path(), JOB.as_bytes(), &[]).unwrap().plan;
+    plan.tile_shape = vec![1, 3, 1, 2, 1, 5];
+    let sink = Messages(Packer::new(&plan), Mutex::default());
+    compute(&plan, &sink);
+    let message = sink.1.into_inner().unwrap().remove(0);
+    let path = folder.path().join("map.h5");
+    let map = PartialMap::begin(&path, &plan, &Provenance::default(), Existing::Refuse).unwrap();
+    compute(&plan, &map);
+    let journal = std::fs::read(folder.path().join("map.h5.part")).unwrap();
+    map.finish(&slipmap::store::Outcome::default()).unwrap();
+    let map = std::fs::read(&path).unwrap();
+    std::fs::remove_file(path).unwrap();
+    Good { folder, plan, message, journal, map }
+}
+
+fn runs(cases: u32) -> ProptestConfig {
+    // Nothing is kept between runs; a failing input is printed.
+    ProptestConfig { cases, failure_persistence: None, max_shrink_iters: 200, ..ProptestConfig::default() }
+}
+
+fn changes() -> impl Strategy<Value = Vec<Change>> {
+    prop::collection::vec(change(), 1..6)
+}
+
+#[test]
+fn configurations_never_panic() {
+    let folder = tempfile::tempdir().unwrap();
+    job(folder.path(), JOB.as_bytes(), &[]).unwrap();
+    proptest!(runs(2000), |(changes in changes(), set in "[a-zA-Z.]{0,12}=?[\\PC]{0,12}")| {
+        for sets in [&[][..], &[set]] {
+            if let Err(message) = job(folder.path(), &spoilt(JOB.as_bytes(), &changes), sets) {
+                prop_assert!(message.contains("help: "), "{message}");
+                prop_assert!(message.len() < 4000, "{message}");
+            }
+        }
+    });
+}
+
+#[test]
+fn tiles_of_other_processes_never_panic() {
+    let good = good();
+    let packer = Packer::new(&good.plan);
+    assert!(packer.from_bytes(&good.message).is_some());
+    proptest!(runs(4000), |(changes in changes())| {
+        let bytes = spoilt(&good.message, &changes);
+        if let Some((packed, account)) = packer.from_bytes(&bytes) {
+            // What is understood is written as it was read.
+            prop_assert_eq!(&packer.to_bytes(&packed, &account)[..], &bytes[..packer.to_bytes(&packed, &account).len()]);
+        }
+    });
+}
+
+#[test]
+fn journals_never_panic_and_never_make_another_map() {
+    let good = good();
+    let path = good.folder.path().join("map.h5");
+    proptest!(runs(300), |(changes in changes())| {
+        std::fs::write(good.folder.path().join("map.h5.part"), spoilt(&good.journal, &changes)).unwrap();
+        // Tiles with a whole fingerprint are the tiles; all others are missing, or the journal is refused.
+        if let Ok(slipmap::store::Resumed::Partial(map)) = PartialMap::resume(&path, &good.plan, &Provenance::default()) {
+            prop_assert!(map.tiles() <= map.finished().len());
+        }
+        let _ = std::fs::remove_file(good.folder.path().join("map.h5.part"));
+    });
+}
+
+#[test]
+fn maps_never_panic() {
+    let good = good();
+    let path = good.folder.path().join("map.h5");
+    proptest!(runs(300), |(changes in changes())| {
+        let bytes = spoilt(&good.map, &changes);
+        std::fs::write(&path, &bytes).unwrap();
+        if let Ok(report) = check(&path) {
+            prop_assert!(bytes == good.map || !report.is_sound(), "damage is found");
+        }
+        if let Ok(map) = MapFile::open(&path) {
+            for variable in map.variables() {
+                let _ = map.counts(variable);
+                for tile in map.tiles() {
+                    let _ = map.codes(variable, &tile.ranges);
+                    let _ = map.reals(variable, &tile.ranges);
+                }
+            }
+        }
+    });
+}

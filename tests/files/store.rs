@@ -1,0 +1,584 @@
+//! The map file: what is written is what is read, nothing half-done appears, and every damage is found.
+
+use std::fs;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use slipmap::friction::Law;
+use slipmap::map::{
+    Account, Engine, Field, Grid, Method, MethodCells, Plan, Regime, Sink, Tile, TileData, Verdict,
+};
+use slipmap::store::{
+    Audit, CheckReport, Existing, MapFile, MapWriter, Outcome, Provenance, StoreError, Value, check,
+};
+use tempfile::TempDir;
+
+/// Axes with lengths that no tile divides, and axes of one point.
+fn grid(lengths: [usize; 6]) -> Grid {
+    let nodes = lengths.iter().zip([0.01, 0.1, 0.2, 0.3, 0.4, 0.5]);
+    let nodes = nodes.map(|(&len, start)| (0..len).map(|i| start + 0.01 * i as f64).collect());
+    Grid::new(Law::Stribeck, nodes.collect()).unwrap()
+}
+
+fn plan(lengths: [usize; 6], target_cells: usize, fields: &[Field]) -> Plan {
+    let grid = grid(lengths);
+    let tile_shape = grid.tile_shape(target_cells);
+    Plan {
+        grid,
+        methods: Method::all().collect(),
+        fields: fields.to_vec(),
+        engine: Engine::Auto,
+        tolerance: 1e-9,
+        audit_cells: 0,
+        proof_boxes: 0,
+        tile_shape,
+        compression: 4,
+    }
+}
+
+fn provenance() -> Provenance {
+    Provenance {
+        title: "A map of nothing, für tests".into(),
+        config_path: "nothing.toml".into(),
+        config_text: "title = \"nothing\"\n".into(),
+        command_line: "slipmap run nothing.toml".into(),
+    }
+}
+
+fn outcome() -> Outcome {
+    Outcome {
+        threads: 3,
+        wall_seconds: 1.5,
+        seconds: Method::all().map(|method| (method, 0.25)).collect(),
+        audit: Some(Audit { cells: 10, disagreements: 1 }),
+        not_computed: None,
+        extra: vec![("note".into(), "from the test".into())],
+    }
+}
+
+/// Number of a cell, or of a column, in the whole grid: what the synthetic contents are made of.
+fn number(index: &[usize], shape: &[usize]) -> usize {
+    index.iter().zip(shape).fold(0, |number, (&i, &len)| number * len + i)
+}
+
+fn verdict(method: usize, cell: usize) -> i8 {
+    [-1, 0, 1, 2][(cell / 3 + method) % 4]
+}
+
+fn regime(cell: usize) -> i8 {
+    (cell / 5 % 6) as i8
+}
+
+fn real(variable: usize, cell: usize) -> f64 {
+    if cell % 7 == variable % 7 { f64::NAN } else { (cell as f64 + 0.1) / (variable as f64 + 3.0) }
+}
+
+/// Every index in a box, row-major.
+fn indices(ranges: &[Range<usize>]) -> Vec<Vec<usize>> {
+    ranges.iter().fold(vec![vec![]], |all, range| {
+        all.into_iter()
+            .flat_map(|index: Vec<usize>| {
+                range.clone().map(move |i| index.iter().copied().chain([i]).collect())
+            })
+            .collect()
+    })
+}
+
+fn tile_data(plan: &Plan, tile: Tile) -> TileData {
+    let shape = plan.grid.shape();
+    let outer = shape.len() - 1;
+    let cells: Vec<usize> = indices(&tile.ranges).iter().map(|index| number(index, &shape)).collect();
+    let columns: Vec<usize> =
+        indices(&tile.ranges[..outer]).iter().map(|index| number(index, &shape[..outer])).collect();
+    let reals = |field, variable, of: &[usize]| -> Vec<f64> {
+        if plan.stores(field) { of.iter().map(|&i| real(variable, i)).collect() } else { Vec::new() }
+    };
+    TileData {
+        methods: plan
+            .methods
+            .iter()
+            .enumerate()
+            .map(|(m, &method)| MethodCells {
+                method,
+                verdicts: cells.iter().map(|&cell| verdict(m, cell)).collect(),
+                margins: reals(Field::Margin, m, &cells),
+                critical: reals(Field::CriticalC, m, &columns),
+            })
+            .collect(),
+        regime: if plan.stores(Field::Regime) {
+            cells.iter().map(|&cell| regime(cell)).collect()
+        } else {
+            Vec::new()
+        },
+        quantities: (20..)
+            .zip(plan.quantities())
+            .map(|(number, _)| cells.iter().map(|&cell| real(number, cell)).collect())
+            .collect(),
+        tile,
+    }
+}
+
+/// Writes the given tiles in the given order.
+fn write_tiles(writer: &MapWriter, plan: &Plan, tiles: impl IntoIterator<Item = usize>) {
+    for number in tiles {
+        let data = tile_data(plan, plan.grid.tile(&plan.tile_shape, number));
+        writer.write(writer.pack(&data).unwrap(), &Account::none(plan)).unwrap();
+    }
+}
+
+fn tiles(plan: &Plan) -> Range<usize> {
+    0..plan.grid.tile_count(&plan.tile_shape)
+}
+
+fn write_map(path: &Path, plan: &Plan) {
+    let writer = MapWriter::create(path, plan, &provenance(), Existing::Refuse).unwrap();
+    write_tiles(&writer, plan, tiles(plan));
+    writer.finish(&outcome()).unwrap();
+}
+
+/// A small map with every field, in a folder of its own.
+fn small_map() -> (TempDir, PathBuf, Plan) {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("map.h5");
+    let plan = plan([2, 1, 3, 1, 5, 4], 15, &Field::ALL);
+    write_map(&path, &plan);
+    (folder, path, plan)
+}
+
+fn files(folder: &Path) -> Vec<String> {
+    let names = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name());
+    names.map(|name| name.to_string_lossy().into_owned()).collect()
+}
+
+fn same(a: f64, b: f64) -> bool {
+    a == b || (a.is_nan() && b.is_nan())
+}
+
+#[track_caller]
+fn assert_sound(path: &Path) -> CheckReport {
+    let report = check(path).unwrap();
+    assert!(report.is_sound(), "{:#?}", report.problems);
+    report
+}
+
+#[track_caller]
+fn problems(path: &Path) -> Vec<String> {
+    let report = check(path).unwrap();
+    assert!(!report.is_sound(), "the damage was not found");
+    report.problems.iter().map(ToString::to_string).collect()
+}
+
+#[test]
+fn what_is_written_is_read() {
+    // Tiles that divide nothing, one-point axes, one cell in all, one tile for all, cut columns.
+    let cases = [
+        ([2, 1, 3, 1, 5, 4], 15),
+        ([1, 1, 1, 1, 1, 1], 100),
+        ([3, 2, 2, 1, 3, 7], 100_000),
+        ([2, 1, 2, 2, 1, 11], 4),
+        ([1, 5, 1, 7, 3, 1], 6),
+    ];
+    for (lengths, target) in cases {
+        for compression in [0, 1, 9] {
+            let folder = TempDir::new().unwrap();
+            let path = folder.path().join("map.h5");
+            let mut plan = plan(lengths, target, &Field::ALL);
+            plan.compression = compression;
+            write_map(&path, &plan);
+            assert_eq!(assert_sound(&path).tiles, tiles(&plan).len());
+
+            let map = MapFile::open(&path).unwrap();
+            assert_eq!(map.grid(), &plan.grid);
+            assert_eq!(map.tile_shape(), plan.tile_shape);
+            let all: Vec<Range<usize>> = lengths.iter().map(|&len| 0..len).collect();
+            let cells = plan.grid.cells();
+            for (m, method) in plan.methods.iter().enumerate() {
+                let name = method.name();
+                assert_eq!(map.methods()[m].long_name, method.long_name());
+                let verdicts = map.codes(&format!("verdict_{name}"), &all).unwrap();
+                assert_eq!(verdicts.shape(), lengths);
+                assert!(verdicts.iter().copied().eq((0..cells).map(|cell| verdict(m, cell))));
+                let counts = map.counts(&format!("verdict_{name}")).unwrap();
+                for (verdict, count) in Verdict::ALL.iter().zip(counts) {
+                    let found = verdicts.iter().filter(|&&code| code == verdict.code()).count();
+                    assert_eq!(found as u64, count);
+                }
+                let margins = map.reals(&format!("margin_{name}"), &all).unwrap();
+                assert!(margins.iter().enumerate().all(|(cell, &value)| same(value, real(m, cell))));
+                let critical = map.reals(&format!("critical_c_{name}"), &all[..5]).unwrap();
+                assert_eq!(critical.shape(), &lengths[..5]);
+                assert!(critical.iter().enumerate().all(|(column, &value)| same(value, real(m, column))));
+            }
+            let regimes = map.codes("regime", &all).unwrap();
+            assert!(regimes.iter().copied().eq((0..cells).map(regime)));
+            for (variable, name) in [(20, "landing_x1"), (21, "stick_time"), (22, "slip_time")] {
+                let values = map.reals(name, &all).unwrap();
+                assert!(values.iter().enumerate().all(|(cell, &value)| same(value, real(variable, cell))));
+            }
+        }
+    }
+}
+
+#[test]
+fn a_map_describes_itself() {
+    let (_folder, path, plan) = small_map();
+    let map = MapFile::open(&path).unwrap();
+    assert_eq!(map.text("Conventions"), Some("CF-1.11"));
+    assert_eq!(map.text("title"), Some("A map of nothing, für tests"));
+    assert_eq!(map.text("config"), Some("title = \"nothing\"\n"));
+    assert_eq!(map.text("law"), Some("stribeck"));
+    assert_eq!(map.text("note"), Some("from the test"));
+    assert!(map.text("history").unwrap().ends_with(": slipmap run nothing.toml"));
+    assert_eq!(map.number("tolerance"), Some(1e-9));
+    assert_eq!(map.number("threads"), Some(3.0));
+    assert_eq!(map.number("seconds_simulation"), Some(0.25));
+    assert_eq!(map.number("audit_disagreements"), Some(1.0));
+    assert_eq!(map.fields(), plan.fields);
+    assert_eq!(map.attributes()["complete"], Value::Integers(vec![1]));
+    // The fingerprint that `printf 'title = "nothing"\n' | sha256sum` prints.
+    assert_eq!(
+        map.text("config_sha256"),
+        Some("cfd6cb16d3eeca57f19afc464cf20ba0bd01c239949c018fa0e919f0e26d3a0b")
+    );
+}
+
+#[test]
+fn slices_drop_the_axes_that_are_held() {
+    let (_folder, path, plan) = small_map();
+    let map = MapFile::open(&path).unwrap();
+    let shape = plan.grid.shape();
+    let slice =
+        map.code_slice("verdict_simulation", &[Some(1), Some(0), None, Some(0), None, Some(2)]).unwrap();
+    assert_eq!(slice.shape(), [3, 5]);
+    let simulation = plan.methods.iter().position(|method| method.name() == "simulation").unwrap();
+    for beta in 0..3 {
+        for v in 0..5 {
+            let cell = number(&[1, 0, beta, 0, v, 2], &shape);
+            assert_eq!(slice[[beta, v]], verdict(simulation, cell));
+        }
+    }
+    let line = map.real_slice("critical_c_simulation", &[Some(0), Some(0), Some(2), Some(0), None]).unwrap();
+    assert_eq!(line.shape(), [5]);
+
+    let outside = map.code_slice("regime", &[Some(2), None, None, None, None, None]).unwrap_err();
+    assert!(matches!(outside, StoreError::OutOfRange { .. }), "{outside}");
+    let short = map.codes("regime", &[0..1, 0..1]).unwrap_err();
+    assert!(matches!(short, StoreError::OutOfRange { .. }), "{short}");
+    let unknown = map.codes("verdict_of_the_jury", &[]).unwrap_err();
+    assert!(unknown.to_string().contains("it has verdict_"), "{unknown}");
+}
+
+#[test]
+fn the_order_of_tiles_leaves_no_trace() {
+    let folder = TempDir::new().unwrap();
+    let plan = plan([2, 1, 3, 1, 5, 4], 15, &Field::ALL);
+    let forwards = folder.path().join("forwards.h5");
+    write_map(&forwards, &plan);
+    let backwards = folder.path().join("backwards.h5");
+    let writer = MapWriter::create(&backwards, &plan, &provenance(), Existing::Refuse).unwrap();
+    // Packed by several threads at once, as the engine does.
+    std::thread::scope(|scope| {
+        for half in 0..2 {
+            let (writer, plan) = (&writer, &plan);
+            scope.spawn(move || {
+                for tile in tiles(plan).rev().filter(|tile| tile % 2 == half) {
+                    writer.pack(&tile_data(plan, plan.grid.tile(&plan.tile_shape, tile))).unwrap();
+                }
+            });
+        }
+    });
+    write_tiles(&writer, &plan, tiles(&plan).rev());
+    writer.finish(&outcome()).unwrap();
+
+    let fingerprint = |path: &Path, name: &str| {
+        let file = hdf5::File::open(path).unwrap();
+        let dataset = file.dataset(name).unwrap();
+        // Of the compressed chunks too: their order in the file may differ, their contents may not.
+        (dataset.storage_size(), read_text(&dataset, "sha256"))
+    };
+    for name in MapFile::open(&forwards).unwrap().variables() {
+        assert_eq!(fingerprint(&forwards, name), fingerprint(&backwards, name), "{name}");
+    }
+}
+
+/// A text of fixed length, 64 digits long.
+fn read_text(place: &hdf5::Location, name: &str) -> String {
+    place.attr(name).unwrap().read_scalar::<hdf5::types::FixedUnicode<64>>().unwrap().to_string()
+}
+
+#[test]
+fn a_configuration_of_any_length_fits() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("map.h5");
+    let plan = plan([1, 1, 1, 1, 2, 2], 100, &[Field::Verdict]);
+    // HDF5 keeps attributes of up to 64 KiB in an object's header and must put longer ones elsewhere.
+    let long = "# µ\n".repeat(100_000);
+    let provenance = Provenance { config_text: long.clone(), ..provenance() };
+    let writer = MapWriter::create(&path, &plan, &provenance, Existing::Refuse).unwrap();
+    write_tiles(&writer, &plan, tiles(&plan));
+    writer.finish(&outcome()).unwrap();
+    assert_sound(&path);
+    assert_eq!(MapFile::open(&path).unwrap().text("config"), Some(long.as_str()));
+}
+
+#[test]
+fn nothing_half_done_appears() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("map.h5");
+    let plan = plan([2, 1, 3, 1, 5, 4], 15, &[Field::Verdict, Field::CriticalC]);
+    let start = || MapWriter::create(&path, &plan, &provenance(), Existing::Refuse).unwrap();
+
+    let writer = start();
+    write_tiles(&writer, &plan, tiles(&plan));
+    assert!(!path.exists());
+    assert_eq!(files(folder.path()).len(), 1, "the temporary file lies beside the output");
+    drop(writer);
+    assert_eq!(files(folder.path()), Vec::<String>::new());
+
+    let writer = start();
+    write_tiles(&writer, &plan, tiles(&plan).filter(|tile| ![1, 3].contains(tile)));
+    let error = writer.finish(&outcome()).unwrap_err();
+    assert!(matches!(error, StoreError::Incomplete { missing: 2, first: 1, .. }), "{error}");
+    assert_eq!(files(folder.path()), Vec::<String>::new());
+}
+
+#[test]
+fn cells_left_out_must_be_announced() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("map.h5");
+    let plan = plan([1, 1, 1, 1, 5, 4], 100, &[Field::Verdict]);
+    let mut data = tile_data(&plan, plan.grid.tile(&plan.tile_shape, 0));
+    data.methods[0].verdicts[7] = Verdict::NotComputed.code();
+    let write = |outcome: &Outcome| {
+        let writer = MapWriter::create(&path, &plan, &provenance(), Existing::Refuse).unwrap();
+        writer.write(writer.pack(&data).unwrap(), &Account::none(&plan)).unwrap();
+        writer.finish(outcome)
+    };
+    let error = write(&outcome()).unwrap_err();
+    assert!(matches!(error, StoreError::NotComputed { cells: 1, .. }), "{error}");
+    assert!(!path.exists());
+    write(&Outcome { not_computed: Some("the time was up".into()), ..outcome() }).unwrap();
+    assert_sound(&path);
+}
+
+#[test]
+fn an_output_is_replaced_only_on_request_and_only_at_the_end() {
+    let (folder, path, plan) = small_map();
+    let before = fs::read(&path).unwrap();
+    let error = MapWriter::create(&path, &plan, &provenance(), Existing::Refuse).unwrap_err();
+    assert!(matches!(error, StoreError::Exists { .. }), "{error}");
+
+    let writer = MapWriter::create(&path, &plan, &provenance(), Existing::Replace).unwrap();
+    write_tiles(&writer, &plan, tiles(&plan));
+    assert_eq!(fs::read(&path).unwrap(), before);
+    let retitled = Outcome { wall_seconds: 77.0, ..outcome() };
+    writer.finish(&retitled).unwrap();
+    assert_eq!(MapFile::open(&path).unwrap().number("wall_seconds"), Some(77.0));
+    assert_eq!(files(folder.path()), ["map.h5"]);
+}
+
+#[test]
+fn a_finished_map_is_kept_when_its_name_was_taken_meanwhile() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("map.h5");
+    let plan = plan([1, 1, 1, 1, 5, 4], 100, &[Field::Verdict]);
+    let writer = MapWriter::create(&path, &plan, &provenance(), Existing::Refuse).unwrap();
+    write_tiles(&writer, &plan, tiles(&plan));
+    fs::write(&path, "somebody else's").unwrap();
+    match writer.finish(&outcome()).unwrap_err() {
+        StoreError::Overtaken { kept, .. } => assert_sound(&kept),
+        error => panic!("{error}"),
+    };
+    assert_eq!(fs::read_to_string(&path).unwrap(), "somebody else's");
+}
+
+#[test]
+fn a_place_that_cannot_be_written_is_named() {
+    let folder = TempDir::new().unwrap();
+    let plan = plan([1, 1, 1, 1, 5, 4], 100, &[Field::Verdict]);
+    let create =
+        |path: PathBuf| MapWriter::create(&path, &plan, &provenance(), Existing::Refuse).unwrap_err();
+    let error = create(folder.path().join("absent").join("map.h5"));
+    assert!(matches!(error, StoreError::NoFolder { .. }) && error.to_string().contains("absent"), "{error}");
+    fs::write(folder.path().join("file"), "").unwrap();
+    let error = create(folder.path().join("file").join("map.h5"));
+    assert!(matches!(error, StoreError::NoFolder { .. }), "{error}");
+}
+
+#[test]
+fn every_flipped_byte_is_found() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("map.h5");
+    let mut plan = plan([2, 1, 1, 1, 5, 4], 15, &[Field::Verdict, Field::CriticalC]);
+    plan.methods.truncate(2);
+    write_map(&path, &plan);
+    let whole = fs::read(&path).unwrap();
+    // A stride without common factors with the sizes of HDF5's structures; the ends for certain.
+    let places = (0..100).chain((100..whole.len()).step_by(127)).chain(whole.len() - 130..whole.len());
+    for place in places {
+        let mut damaged = whole.clone();
+        damaged[place] ^= 1 << (place % 8);
+        fs::write(&path, &damaged).unwrap();
+        assert!(!check(&path).unwrap().is_sound(), "byte {place} of {}", whole.len());
+    }
+}
+
+#[test]
+fn a_flipped_byte_inside_a_chunk_is_located() {
+    let (_folder, path, _) = small_map();
+    let name = "verdict_simulation";
+    let chunk = {
+        let file = hdf5::File::open(&path).unwrap();
+        let dataset = file.dataset(name).unwrap();
+        (0..dataset.num_chunks().unwrap()).map(|i| dataset.chunk_info(i).unwrap()).nth(1).unwrap()
+    };
+    let mut bytes = fs::read(&path).unwrap();
+    // Past the two bytes of the zlib header, within the deflate stream or its checksum.
+    bytes[(chunk.addr + chunk.size / 2) as usize] ^= 0x10;
+    fs::write(&path, &bytes).unwrap();
+    // A place reads "tile [0..1, 0..1, 2..3, ...]".
+    let starts = |place: &str| -> Vec<u64> {
+        let ranges = place.trim_start_matches("tile [").split(", ");
+        ranges.map(|range| range.split_once("..").unwrap().0.parse().unwrap()).collect()
+    };
+    let report = check(&path).unwrap();
+    let of_variable: Vec<_> =
+        report.problems.iter().filter(|p| p.variable.as_deref() == Some(name)).collect();
+    assert_eq!(of_variable.len(), 1, "{of_variable:#?}");
+    assert_eq!(starts(of_variable[0].place.as_deref().unwrap()), chunk.offset);
+}
+
+#[test]
+fn a_changed_cell_is_found_behind_a_valid_checksum() {
+    let (_folder, path, _) = small_map();
+    let edit = |cell: i8| {
+        let file = hdf5::File::open_rw(&path).unwrap();
+        let dataset = file.dataset("verdict_simulation").unwrap();
+        let mut cells = dataset.read_dyn::<i8>().unwrap();
+        *cells.iter_mut().last().unwrap() = cell;
+        dataset.write(&cells).unwrap();
+    };
+    edit(Verdict::NotComputed.code());
+    let found = problems(&path);
+    assert!(found.iter().any(|problem| problem.contains("seal")), "{found:#?}");
+    for sign in
+        ["tile [1..2, 0..1, 2..3, 0..1, 3..5, 0..4]: 1 cells were not computed", "sha256:", "flag_counts:"]
+    {
+        assert!(
+            found.iter().any(|problem| problem.starts_with("verdict_simulation, ") && problem.contains(sign)),
+            "{sign}: {found:#?}"
+        );
+    }
+    edit(99);
+    let found = problems(&path);
+    assert!(found.iter().any(|problem| problem.contains("1 cells have unknown codes")), "{found:#?}");
+}
+
+#[test]
+fn a_changed_attribute_or_layout_is_found() {
+    type Damage = fn(&hdf5::File);
+    let cases: [(&str, Damage); 8] = [
+        ("file, attribute sha256_attributes", |file| {
+            file.attr("tolerance").unwrap().write_scalar(&1e-12).unwrap();
+        }),
+        ("file, attribute sha256_attributes", |file| {
+            file.new_attr::<i64>().create("reviewed").unwrap().write_scalar(&1i64).unwrap();
+        }),
+        ("verdict_simulation, attribute _FillValue", |file| {
+            let dataset = file.dataset("verdict_simulation").unwrap();
+            dataset.new_attr::<i8>().create("_FillValue").unwrap().write_scalar(&3i8).unwrap();
+        }),
+        ("regime, attribute flag_values", |file| {
+            let dataset = file.dataset("regime").unwrap();
+            dataset.attr("flag_values").unwrap().write(&[9i8, 8, 7, 6, 5, 4, 3, 2]).unwrap();
+        }),
+        ("regime, attribute DIMENSION_LIST", |file| {
+            let dataset = file.dataset("regime").unwrap();
+            let list = dataset.attr("DIMENSION_LIST").unwrap();
+            let mut scales = list.read_raw::<hdf5::types::VarLenArray<hdf5::ObjectReference1>>().unwrap();
+            scales.swap(0, 1);
+            list.write(&scales).unwrap();
+        }),
+        ("V, attribute sha256", |file| {
+            file.dataset("V").unwrap().write_slice(&[0.405], 0..1).unwrap();
+        }),
+        ("stick_time: missing", |file| file.unlink("stick_time").unwrap()),
+        ("stowaway: does not belong", |file| {
+            file.new_dataset::<i8>().create("stowaway").unwrap();
+        }),
+    ];
+    for (expected, damage) in cases {
+        let (_folder, path, _) = small_map();
+        let file = hdf5::File::open_rw(&path).unwrap();
+        damage(&file);
+        file.close().unwrap();
+        let found = problems(&path);
+        assert!(found.iter().any(|problem| problem.starts_with(expected)), "{expected}: {found:#?}");
+    }
+}
+
+#[test]
+fn files_that_are_no_maps_are_called_so() {
+    let (folder, path, _) = small_map();
+    let whole = fs::read(&path).unwrap();
+    for length in [0, 5, 100, whole.len() / 2, whole.len() - 150, whole.len() - 1] {
+        fs::write(&path, &whole[..length]).unwrap();
+        problems(&path);
+    }
+    fs::write(&path, &whole[..whole.len() / 2]).unwrap();
+    assert!(problems(&path).iter().any(|problem| problem.contains("cut short")), "{:?}", problems(&path));
+
+    fs::write(&path, "epsilon,alpha,beta\n").unwrap();
+    assert!(problems(&path).iter().any(|problem| problem.contains("no HDF5 file")));
+
+    let foreign = folder.path().join("foreign.h5");
+    let file = hdf5::File::create(&foreign).unwrap();
+    file.new_dataset::<f64>().shape([3]).create("temperature").unwrap();
+    file.close().unwrap();
+    assert!(problems(&foreign).iter().any(|problem| problem.contains("is not a map")));
+
+    let error = check(&folder.path().join("absent.h5")).unwrap_err();
+    assert!(matches!(error, StoreError::Io { .. }), "{error}");
+    let error = MapFile::open(folder.path()).unwrap_err();
+    assert!(matches!(error, StoreError::Io { .. }), "{error}");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_map_can_be_read_while_a_process_started_during_its_writing_runs() {
+    // Such a process inherits the open file, and with it the lock.
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("map.h5");
+    let plan = plan([1, 1, 1, 1, 1, 2], 100, &[Field::Verdict]);
+    let writer = MapWriter::create(&path, &plan, &provenance(), Existing::Refuse).unwrap();
+    let mut child = std::process::Command::new("sleep").arg("60").spawn().unwrap();
+    let tile = plan.grid.tile(&plan.tile_shape, 0);
+    writer.write(writer.pack(&tile_data(&plan, tile)).unwrap(), &Account::none(&plan)).unwrap();
+    writer.finish(&outcome()).unwrap();
+    let opened = MapFile::open(&path);
+    child.kill().unwrap();
+    child.wait().unwrap();
+    opened.unwrap();
+}
+
+#[test]
+fn regimes_and_verdicts_have_the_documented_codes() {
+    // The file format promises these numbers to other people's scripts.
+    let verdicts: Vec<(i8, &str)> = Verdict::ALL.iter().map(|v| (v.code(), v.name())).collect();
+    assert_eq!(
+        verdicts,
+        [(-1, "absent"), (0, "undecided"), (1, "present"), (2, "failed"), (3, "not_computed")]
+    );
+    let regimes: Vec<(i8, &str)> = Regime::ALL.iter().map(|r| (r.code(), r.name())).collect();
+    let names = [
+        "equilibrium",
+        "stick_slip",
+        "bistable",
+        "pure_slip",
+        "crossing",
+        "failed",
+        "pure_slip_and_stick_slip",
+        "pure_slip_and_equilibrium",
+    ];
+    assert_eq!(regimes, (0..).zip(names).collect::<Vec<(i8, &str)>>());
+}

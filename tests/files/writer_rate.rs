@@ -1,0 +1,89 @@
+//! How many tiles a second the one process that writes can take in: what bounds a run on many machines.
+//!
+//! A measurement, not a test: `cargo test --release --test files writer_rate:: -- --ignored --nocapture`, run by
+//! `scripts/mpi`.
+
+use std::sync::Mutex;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+use crate::messages::Messages;
+use slipmap::friction::Law;
+use slipmap::map::{Control, Engine, Field, Grid, Method, Plan, Queue, Sink, compute_tiles};
+use slipmap::store::{Existing, Packer, PartialMap, Provenance};
+
+/// All seven verdicts on a box of `tiles` tiles, each of `layers` values of gamma by 256 by 256 cells, across
+/// the boundary of existence.
+fn plan(layers: usize, tiles: usize) -> Plan {
+    let nodes = 256;
+    let axis = |from: f64, to: f64, n: usize| -> Vec<f64> {
+        (0..n).map(|i| from + (to - from) * i as f64 / (n - 1).max(1) as f64).collect()
+    };
+    let outer = (tiles as f64).sqrt().ceil() as usize;
+    let nodes = vec![
+        vec![0.05],
+        axis(0.0, 0.9, outer),
+        vec![0.1],
+        axis(0.1, 4.0, outer * layers),
+        axis(0.2, 1.5, nodes),
+        axis(0.0, 1.0, nodes),
+    ];
+    let tile_shape = vec![1, 1, 1, layers, nodes[4].len(), nodes[5].len()];
+    Plan {
+        grid: Grid::new(Law::Stribeck, nodes).unwrap(),
+        methods: Method::usual().collect(),
+        fields: vec![Field::Verdict],
+        engine: Engine::Auto,
+        tolerance: 1e-9,
+        audit_cells: 0,
+        proof_boxes: 0,
+        tile_shape,
+        compression: 4,
+    }
+}
+
+#[test]
+#[ignore = "a measurement: prints a table"]
+fn rate_of_the_writer() {
+    println!(
+        "cells_per_tile,tiles,message_bytes_per_tile,computing_microseconds_per_tile,writing_microseconds_per_tile,\
+         journal_bytes_per_cell,cores_per_writer"
+    );
+    for (layers, tiles) in [(1, 4000), (1, 16000), (1, 64000), (16, 400), (16, 1600), (16, 6400)] {
+        let plan = plan(layers, tiles);
+        let cells: usize = plan.tile_shape.iter().product();
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("map.h5");
+        let count = plan.grid.tile_count(&plan.tile_shape);
+        // A few tiles, evenly spread, stand for all.
+        let sample: Vec<bool> = (0..count).map(|tile| !(tile + 1).is_multiple_of(count / 25)).collect();
+        let sink = Messages(Packer::new(&plan), Mutex::default());
+        let queue = Queue::new(sample);
+        let control = Control { threads: Some(1), on_cells: &|_| (), stop: &AtomicBool::new(false) };
+        let start = Instant::now();
+        compute_tiles(&plan, &sink, &control, &|| queue.take()).unwrap();
+        let messages = sink.1.into_inner().unwrap();
+        let computing = start.elapsed().as_secs_f64() / messages.len() as f64;
+        let bytes = messages.iter().map(Vec::len).sum::<usize>() / messages.len();
+
+        let map = PartialMap::begin(&path, &plan, &Provenance::default(), Existing::Refuse).unwrap();
+        let start = Instant::now();
+        for tile in 0..count {
+            let mut message = messages[tile % messages.len()].clone();
+            // A message begins with the length of the tile's bytes, and those with the tile's number.
+            message[8..16].copy_from_slice(&(tile as u64).to_le_bytes());
+            let (packed, account) = map.packer().from_bytes(&message).unwrap();
+            map.write(packed, &account).unwrap();
+        }
+        let writing = start.elapsed().as_secs_f64() / count as f64;
+        let journal = std::fs::metadata(folder.path().join("map.h5.part")).unwrap().len();
+        println!(
+            "{},{count},{bytes},{:.1},{:.1},{:.4},{:.0}",
+            cells,
+            1e6 * computing,
+            1e6 * writing,
+            journal as f64 / (count * cells) as f64,
+            computing / writing
+        );
+    }
+}

@@ -1,0 +1,217 @@
+//! Curves of codimension one against closed forms, root-finding along single columns, and direct simulation on both
+//! sides.
+
+use slipmap::filippov::Oscillator;
+use slipmap::friction::{Expression, Law};
+use slipmap::point::{LawParameters, Point};
+use slipmap::simulate::bifurcation::Bifurcation;
+use slipmap::simulate::continuation::{Branch, CurvePoint};
+use slipmap::simulate::slip_cycle::slip_cycles;
+use slipmap::simulate::{Fate, critical_damping, direct};
+
+const TOLERANCE: f64 = 1e-11;
+
+/// A number between two others.
+fn between([from, to]: [f64; 2], share: f64) -> f64 {
+    from + (to - from) * share
+}
+
+/// The largest distance by which the curve may leave its chords, in sides of the square: an eighth of the longest
+/// step, 1/40, times the largest turn, 0.2.
+const SAG: f64 = 6.3e-4;
+
+/// y of the curves at x: where their chords pass it.
+fn heights(curves: &[Branch], x: f64) -> Vec<f64> {
+    let chords = curves.iter().flat_map(|branch| branch.points.windows(2));
+    let crossing = |ends: &[CurvePoint]| {
+        let [a, b] = [ends[0].place, ends[1].place];
+        let share = (x - a[0]) / (b[0] - a[0]);
+        (0.0..1.0).contains(&share).then(|| a[1] + (b[1] - a[1]) * share)
+    };
+    chords.filter_map(crossing).collect()
+}
+
+/// Both neighbours of each inner point of a branch on the normal, at a distance.
+fn sides(branch: &Branch, distance: f64) -> impl Iterator<Item = [[f64; 2]; 2]> + '_ {
+    branch.points.windows(3).map(move |points| {
+        let [a, b] = [points[0].place, points[2].place];
+        let length = (b[0] - a[0]).hypot(b[1] - a[1]);
+        let normal = [-(b[1] - a[1]) / length, (b[0] - a[0]) / length];
+        [distance, -distance].map(|d| [0, 1].map(|i| points[1].place[i] + d * normal[i]))
+    })
+}
+
+#[test]
+fn the_hopf_line_of_the_stribeck_law_is_its_closed_form() {
+    // trace zero: c = gamma (1 - alpha) / (1 + eps gamma V)^2 - 2 beta V.
+    let (epsilon, alpha, beta, belt_speed) = (0.2, 0.3, 0.05, 1.5);
+    let exact = |gamma: f64| {
+        gamma * (1.0 - alpha) / (1.0 + epsilon * gamma * belt_speed).powi(2) - 2.0 * beta * belt_speed
+    };
+    let (gammas, cs) = ([0.1, 12.0], [0.0, 1.0]);
+    let at = |[x, y]: [f64; 2]| {
+        let law = LawParameters::new(&[alpha, beta, between(gammas, x)]);
+        let point = Point { epsilon, law, belt_speed, damping: between(cs, y) };
+        Oscillator::new(Law::Stribeck, &point)
+    };
+    let curves = Bifurcation::Hopf.curves(&at, TOLERANCE);
+    assert_eq!(curves.len(), 1);
+    for point in &curves[0].points {
+        let [gamma, c] = [between(gammas, point.place[0]), between(cs, point.place[1])];
+        // |dc/dx| is at most 12 (the range of gamma) times |dc/dgamma| <= 0.7.
+        assert!((c - exact(gamma)).abs() <= 8.5 * point.error && point.error < 1e-13, "{point:?}");
+    }
+    // It is whole: wherever the closed form lies inside, so does the curve, and nowhere else.
+    for i in 1..400 {
+        let x = f64::from(i) / 400.0;
+        let wanted = exact(between(gammas, x));
+        let found = heights(&curves, x);
+        if wanted > 0.01 && wanted < 0.99 {
+            assert_eq!(found.len(), 1, "{x}");
+            assert!((found[0] - wanted).abs() <= 8.5 * SAG, "{x} {found:?} {wanted}");
+        } else if wanted < -0.01 {
+            assert!(found.is_empty(), "{x} {found:?}");
+        }
+    }
+}
+
+#[test]
+fn grazing_is_the_critical_damping_in_planes_with_and_without_c() {
+    let stribeck = |epsilon: f64, gamma: f64, belt_speed: f64, damping: f64| Point {
+        epsilon,
+        law: LawParameters::new(&[0.2, 0.02, gamma]),
+        belt_speed,
+        damping,
+    };
+    let lorentzian = |belt_speed: f64, damping: f64| Point {
+        epsilon: 1.0,
+        law: LawParameters::new(&[0.0, 1.0, 0.0]),
+        belt_speed,
+        damping,
+    };
+    type Plane<'a> = (&'a str, Law, &'a (dyn Fn([f64; 2]) -> Point + Sync));
+    let planes: [Plane; 3] = [
+        ("gamma, c", Law::Stribeck, &|[x, y]| {
+            stribeck(0.3, between([0.1, 5.0], x), 1.2, between([0.0, 2.0], y))
+        }),
+        ("gamma, V", Law::Stribeck, &|[x, y]| {
+            stribeck(0.3, between([0.1, 5.0], x), between([0.2, 6.0], y), 0.4)
+        }),
+        ("V, c", Law::Lorentzian, &|[x, y]| lorentzian(between([0.1, 1.5], x), between([0.0, 0.8], y))),
+    ];
+    for (name, law, at) in planes {
+        let curves = Bifurcation::GrazingSliding.curves(&|place| Oscillator::new(law, &at(place)), TOLERANCE);
+        assert!(!curves.is_empty(), "{name}");
+        let mut points = 0;
+        for branch in &curves {
+            for point in branch.points.iter().step_by(2) {
+                let excess = |place: [f64; 2]| {
+                    let point = at(place);
+                    let root = critical_damping(&law.column(&point), 1e-12).unwrap();
+                    (root.c - point.damping, root.error)
+                };
+                let (here, error) = excess(point.place);
+                // Its slope, by differences well above the errors of c*.
+                let slope = [0, 1].map(|axis| {
+                    let step = if point.place[axis] > 0.5 { -1e-4 } else { 1e-4 };
+                    let mut beside = point.place;
+                    beside[axis] += step;
+                    (excess(beside).0 - here) / step
+                });
+                let allowed = slope[0].hypot(slope[1]) * point.error + error;
+                // The slope is right to a thousandth.
+                assert!(here.abs() <= 1.01 * allowed, "{name} {point:?} {here} {allowed}");
+                assert!(point.error < 1e-9, "{name} {point:?}");
+                points += 1;
+            }
+        }
+        assert!(points > 15, "{name}: {points}");
+    }
+}
+
+#[test]
+fn landing_beyond_the_stick_segment_is_told_by_direct_simulation() {
+    // Section 12 of the theory: at V = 30 the orbit crosses at c = 0 and sticks at c = 0.01.
+    let (speeds, cs) = ([10.0, 60.0], [0.0, 0.05]);
+    let at = |[x, y]: [f64; 2]| {
+        let law = LawParameters::new(&[0.0, 0.0, 0.1]);
+        let point = Point { epsilon: 1.0, law, belt_speed: between(speeds, x), damping: between(cs, y) };
+        Oscillator::new(Law::Stribeck, &point)
+    };
+    let curves = Bifurcation::Landing.curves(&at, TOLERANCE);
+    assert!(!curves.is_empty());
+    let mut points = 0;
+    for branch in &curves {
+        assert!(branch.points.iter().all(|point| point.error < 1e-8), "{branch:?}");
+        // The direct engine locates landings to 1e-10 or so; a millionth of the plane moves wL far more.
+        for places in sides(branch, 1e-6) {
+            let lands = places.map(|place| match direct::flow(&at(place), TOLERANCE).fate {
+                Fate::Sticks(landing) => landing.crossings == 0,
+                Fate::CrossesForever => false,
+                other => panic!("{place:?} {other:?}"),
+            });
+            assert_ne!(lands[0], lands[1], "{places:?}");
+            points += 1;
+        }
+    }
+    assert!(points > 20, "{points}");
+}
+
+#[test]
+fn crossing_for_ever_is_told_by_direct_simulation() {
+    let (speeds, cs) = ([5.0, 60.0], [0.0, 0.02]);
+    let at = |[x, y]: [f64; 2]| {
+        let law = LawParameters::new(&[0.0, 0.0, 0.1]);
+        let point = Point { epsilon: 1.0, law, belt_speed: between(speeds, x), damping: between(cs, y) };
+        Oscillator::new(Law::Stribeck, &point)
+    };
+    let curves = Bifurcation::Crossing.curves(&at, TOLERANCE);
+    assert!(!curves.is_empty());
+    let mut points = 0;
+    for branch in &curves {
+        assert!(branch.points.iter().all(|point| point.error < 1e-8), "{branch:?}");
+        for places in sides(branch, 1e-6) {
+            let crosses = places.map(|place| match direct::flow(&at(place), TOLERANCE).fate {
+                Fate::Sticks(landing) => {
+                    assert_eq!(landing.crossings, 1, "{place:?}");
+                    false
+                }
+                Fate::CrossesForever => true,
+                other => panic!("{place:?} {other:?}"),
+            });
+            assert_ne!(crosses[0], crosses[1], "{places:?}");
+            points += 1;
+        }
+    }
+    assert!(points > 20, "{points}");
+}
+
+#[test]
+fn two_slip_cycles_vanish_at_a_fold() {
+    // As in slip_laws.rs: the weakening e (1 - a cos k u) feeds e (1 - a cos(k) g(k r)) pi r^2 into a turn at V = 1, to
+    // first order in e, with g(x) = 2 J1(x)/x. Two cycles lie around the minimum of g, -0.132280 at x = 5.1356,
+    // and vanish at c = e (1 + 0.13228 a cos k).
+    let (e, a) = (0.01, 1.5);
+    let law = Expression::new("1 - e*(u - a*sin(k*u)/k)", 1.0).unwrap();
+    // cos k > 0 on this range.
+    let (ks, levels) = ([6.6, 7.4], [1.0, 1.3]);
+    let at = |[x, y]: [f64; 2]| Oscillator {
+        curve: Law::Expression(law).curve(1.0, &LawParameters::new(&[e, a, between(ks, x)])),
+        viscous: e * between(levels, y),
+        belt_speed: 1.0,
+    };
+    let curves = Bifurcation::Fold.curves(&at, TOLERANCE);
+    assert_eq!(curves.len(), 1, "{curves:?}");
+    for point in &curves[0].points {
+        let [k, level] = [between(ks, point.place[0]), between(levels, point.place[1])];
+        // The next order is smaller by the divergence, at most e (1 + a), times slopes of order one.
+        assert!((level - 1.0 - 0.13228 * a * k.cos()).abs() < 2.0 * e * (1.0 + a), "{k} {level}");
+        assert!(point.error < 1e-4, "{point:?}");
+    }
+    // Next to the ends on the left and on the right the count may differ by cycles that leave through the belt line
+    // or the equilibrium, at both sides alike: only the difference is the fold's.
+    for places in sides(&curves[0], 1e-3).step_by(3) {
+        let [above, below] = places.map(|place| slip_cycles(&at(place), TOLERANCE).unwrap().len());
+        assert_eq!(above.abs_diff(below), 2, "{places:?} {above} {below}");
+    }
+}

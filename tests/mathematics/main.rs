@@ -1,0 +1,26 @@
+//! The mathematics: every statement of the theory, every method and every engine, against exact identities,
+//! against each other and against tables in extended precision.
+//!
+//! One part alone: `cargo test --test mathematics identities::`.
+
+#![cfg(feature = "cli")] // which brings the csv reader of the tables
+#![allow(clippy::unwrap_used, clippy::expect_used)] // helpers of tests, which clippy.toml exempts only inside test functions
+
+mod agreement;
+mod certificates;
+mod claims;
+mod curves;
+mod direct;
+mod failures;
+mod forms;
+mod identities;
+mod laws;
+mod limits;
+mod reference;
+mod reference_data;
+mod regimes;
+mod return_map;
+mod sample;
+mod slip_laws;
+mod theory;
+mod validated;

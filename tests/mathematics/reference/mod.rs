@@ -1,0 +1,100 @@
+//! The reference tables of `tests/data`, made by `scripts/reference.py` in 150 to 200 bit arithmetic that
+//! shares nothing with the crate. Their numbers are correct to f64 rounding, and so are the parameters:
+//! parsing a column gives the very f64 that the reference used.
+
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use slipmap::point::{LawParameters, Point};
+
+/// A row of `critical_damping.csv`.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub struct CriticalPoint {
+    pub epsilon: f64,
+    pub alpha: f64,
+    pub beta: f64,
+    pub gamma: f64,
+    #[serde(rename = "V")]
+    pub belt_speed: f64,
+    /// Damping at which the grazing margin vanishes.
+    pub critical_c: f64,
+}
+
+/// A row of `margins.csv`: what becomes of the orbit from the exit point.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub struct MarginPoint {
+    pub epsilon: f64,
+    pub alpha: f64,
+    pub beta: f64,
+    pub gamma: f64,
+    #[serde(rename = "c")]
+    pub damping: f64,
+    #[serde(rename = "V")]
+    pub belt_speed: f64,
+    /// Scaled grazing margin m / V of the lower flow continued beyond the belt line; `None` where |D| >= 2
+    /// along it, or where it is singular.
+    pub margin: Option<f64>,
+    /// x2' at the first return to the belt line from below; `None` for [`ReferenceFate::Inward`].
+    pub landing_speed: Option<f64>,
+    pub fate: ReferenceFate,
+    /// Time from the exit point to the landing; `None` unless it sticks, as the next two.
+    pub slip_time: Option<f64>,
+    /// Time from the landing to the exit point.
+    pub stick_time: Option<f64>,
+    pub landing_x1: Option<f64>,
+}
+
+/// The fates that the reference tells apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ReferenceFate {
+    /// It sticks at its first return.
+    Sticks,
+    /// It crosses the belt line once and sticks when it comes back to it.
+    SticksFromAbove,
+    /// It crosses and crosses back, and does not stick in six more loops.
+    CrossesForever,
+    /// It never comes back to the belt line.
+    Inward,
+}
+
+impl CriticalPoint {
+    /// The point of parameter space at damping `c`.
+    pub fn at(&self, c: f64) -> Point {
+        stribeck(self.epsilon, self.alpha, self.beta, self.gamma, self.belt_speed, c)
+    }
+}
+
+impl MarginPoint {
+    /// The point of parameter space.
+    pub fn point(&self) -> Point {
+        stribeck(self.epsilon, self.alpha, self.beta, self.gamma, self.belt_speed, self.damping)
+    }
+}
+
+fn stribeck(epsilon: f64, alpha: f64, beta: f64, gamma: f64, belt_speed: f64, damping: f64) -> Point {
+    Point { epsilon, law: LawParameters::new(&[alpha, beta, gamma]), belt_speed, damping }
+}
+
+/// All rows of `critical_damping.csv`.
+pub fn critical_points() -> Vec<CriticalPoint> {
+    rows("critical_damping.csv")
+}
+
+/// All rows of `margins.csv`.
+pub fn margin_points() -> Vec<MarginPoint> {
+    rows("margins.csv")
+}
+
+/// Where the tables are.
+pub fn data_path(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
+}
+
+fn rows<Row: DeserializeOwned>(name: &str) -> Vec<Row> {
+    let read = || -> Result<Vec<Row>, csv::Error> {
+        csv::ReaderBuilder::new().comment(Some(b'#')).from_path(data_path(name))?.into_deserialize().collect()
+    };
+    read().unwrap_or_else(|error| panic!("{name}: {error}"))
+}

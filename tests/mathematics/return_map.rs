@@ -1,0 +1,164 @@
+//! The return map and the critical damping against the extended-precision reference.
+
+use crate::reference::{ReferenceFate, critical_points, margin_points};
+use slipmap::filippov::Oscillator;
+use slipmap::friction::Law;
+use slipmap::point::ScaledGroups;
+use slipmap::simulate::return_map::{Turn, turns, turns_of};
+use slipmap::simulate::{Fate, critical_damping, flow};
+
+#[test]
+fn critical_damping_to_twelve_digits() {
+    let mut worst: f64 = 0.0;
+    for point in critical_points() {
+        let found = critical_damping(&Law::Stribeck.column(&point.at(0.0)), 1e-15).unwrap();
+        let error = (found.c - point.critical_c).abs();
+        assert!(error <= found.error, "{point:?}: {found:?} is off by {error:e}");
+        // c* is the difference of terms of size A / eps; twelve digits of it, or of those where they cancel.
+        worst = worst.max(error / point.critical_c);
+    }
+    assert!(worst < 1e-12, "{worst:e}");
+}
+
+#[test]
+fn critical_damping_keeps_its_promise_at_every_tolerance() {
+    for tolerance in [1e-4, 1e-6, 1e-8, 1e-10, 1e-12] {
+        for point in critical_points() {
+            let found = critical_damping(&Law::Stribeck.column(&point.at(0.0)), tolerance).unwrap();
+            let error = (found.c - point.critical_c).abs();
+            assert!(error <= found.error, "{tolerance:e} {point:?}: {found:?} is off by {error:e}");
+        }
+    }
+}
+
+#[test]
+fn verdicts_next_to_the_boundary() {
+    for point in critical_points() {
+        for (factor, sticks) in [(1.0 - 1e-9, true), (1.0 + 1e-9, false)] {
+            let at = point.at(point.critical_c * factor);
+            let answer = flow(&Oscillator::new(Law::Stribeck, &at), 1e-9);
+            match answer.fate {
+                Fate::Sticks(_) => assert!(sticks, "{at:?} {answer:?}"),
+                Fate::SpiralsInward => assert!(!sticks, "{at:?} {answer:?}"),
+                Fate::CrossesForever | Fate::TooCloseToCall | Fate::Failed(_) => {
+                    panic!("{at:?} {answer:?}")
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn margins_are_within_their_error() {
+    let mut checked = 0;
+    for tolerance in [1e-6, 1e-9, 1e-12] {
+        for point in margin_points() {
+            let Some(margin) = point.margin else { continue };
+            let at = point.point();
+            let turn = turns_of(&Law::Stribeck.column(&at), &[at.damping], tolerance)[0];
+            let Turn::Complete { margin: found, error, .. } = turn else { continue };
+            checked += 1;
+            assert!((found - margin).abs() <= error, "{tolerance:e} {point:?}: {turn:?}");
+            assert!(error <= 2.0 * tolerance, "{tolerance:e} {point:?}: {turn:?}");
+        }
+    }
+    assert!(checked > 600, "{checked}");
+}
+
+#[test]
+fn fates_and_landings() {
+    for point in margin_points() {
+        let oscillator = Oscillator::new(Law::Stribeck, &point.point());
+        let answer = flow(&oscillator, 1e-10);
+        match (answer.fate, point.fate) {
+            (Fate::Sticks(landing), ReferenceFate::Sticks | ReferenceFate::SticksFromAbove) => {
+                assert_eq!(landing.crossings, u32::from(point.fate == ReferenceFate::SticksFromAbove));
+                for (found, expected) in [
+                    (landing.x1, point.landing_x1),
+                    (landing.slip_time, point.slip_time),
+                    (landing.stick_time, point.stick_time),
+                ] {
+                    // Next to grazing the landing is the root of a double zero: the square root of the
+                    // tolerance is all that the flow's tolerance promises.
+                    let expected = expected.unwrap();
+                    assert!(
+                        (found - expected).abs() <= 1e-5 * (1.0 + expected.abs()),
+                        "{point:?} {answer:?}"
+                    );
+                }
+            }
+            (Fate::SpiralsInward, ReferenceFate::Inward)
+            | (Fate::CrossesForever, ReferenceFate::CrossesForever) => {}
+            _ => panic!("{point:?} {answer:?}"),
+        }
+    }
+}
+
+/// Numbers in [0, 1) from a Weyl sequence: fills a box evenly and always the same way.
+fn spread(i: usize, axis: i32) -> f64 {
+    // Powers of the inverse of the plastic number's cousin for five dimensions.
+    (0.5 + (i + 1) as f64 * 0.885_650_730_6_f64.powi(axis + 1)).fract()
+}
+
+/// The box of the speed goals: eps = 0.05, alpha in [0, 1], beta in [0, 0.5], gamma in [0, 4], c in [0, 1],
+/// V in [0.2, 1.5].
+fn small_eps(i: usize) -> ScaledGroups {
+    let [alpha, beta, gamma, c, v] = std::array::from_fn(|axis| spread(i, axis as i32));
+    let (rate, belt_speed) = (0.05 * 4.0 * gamma, 0.2 + 1.3 * v);
+    ScaledGroups { a: rate * (1.0 - alpha), k: rate * belt_speed, b: 0.025 * beta * belt_speed, c: 0.05 * c }
+}
+
+/// Divergences from tiny to overdamped and k up to 100, more of them small than large.
+fn wide(i: usize) -> ScaledGroups {
+    let [a, k, b, c, few] = std::array::from_fn(|axis| spread(i, axis as i32));
+    let a = 10f64.powf(-5.0 + 5.5 * a);
+    let c = if few < 0.2 { 0.0 } else { a * 3.0 * c };
+    ScaledGroups { a, k: 10f64.powf(-3.0 + 5.0 * k), b: a * b * b, c }
+}
+
+#[test]
+fn error_estimates_hold_on_random_points() {
+    for groups in [small_eps, wide] {
+        let groups: Vec<ScaledGroups> = (0..20_000).map(groups).collect();
+        let fine = turns(&groups, 1e-15);
+        for tolerance in [1e-4, 1e-6, 1e-8, 1e-9, 1e-10, 1e-12] {
+            let mut compared = 0;
+            for ((turn, fine), groups) in turns(&groups, tolerance).iter().zip(&fine).zip(&groups) {
+                let (Turn::Complete { margin, error, .. }, Turn::Complete { margin: sharp, error: blur, .. }) =
+                    (turn, fine)
+                else {
+                    continue;
+                };
+                compared += 1;
+                assert!(
+                    (margin - sharp).abs() <= error + blur,
+                    "{tolerance:e} {groups:?}: {turn:?} {fine:?}"
+                );
+            }
+            assert!(compared > 17_000, "{tolerance:e}: {compared}");
+        }
+    }
+}
+
+#[test]
+fn an_orbit_does_not_feel_its_neighbours() {
+    let groups: Vec<ScaledGroups> = (0..3000).map(wide).collect();
+    let together = turns(&groups, 1e-9);
+    for (groups, turn) in groups.iter().zip(together).step_by(7) {
+        assert_eq!(turns(std::slice::from_ref(groups), 1e-9)[0], turn, "{groups:?}");
+    }
+}
+
+#[test]
+fn work_counter() {
+    let groups: Vec<ScaledGroups> = (0..20_000).map(small_eps).collect();
+    let spent: u64 = turns(&groups, 1e-9)
+        .iter()
+        .map(|turn| match turn {
+            Turn::Complete { rhs, .. } => u64::from(*rhs),
+            Turn::HandOver { .. } => panic!("{turn:?}"),
+        })
+        .sum();
+    // Counted: 46.6. A change that costs more than a few per cent should say why.
+    assert!(spent / 20_000 < 50, "{}", spent as f64 / 20_000.0);
+}

@@ -1,0 +1,255 @@
+//! The work-precision study: its reference against the tables of `tests/data`, which come from an integration in
+//! other variables, and what it says of the methods.
+
+use std::path::Path;
+use std::sync::LazyLock;
+
+use crate::command::Scratch;
+use slipmap::benchmark::double_double::Double2;
+use slipmap::benchmark::reference::{Exact, reference};
+use slipmap::benchmark::{Contestant, Errors, Kind, Labels, contestants};
+use slipmap::friction::Law;
+use slipmap::map::{Grid, Verdict};
+use slipmap::point::{LawParameters, Point};
+use slipmap::report::figure::work_precision::chart;
+use slipmap::report::work_precision::{Row, Settings, Study};
+use slipmap::store::{Provenance, fingerprint};
+
+/// Rows of a table as texts, by the names of the columns.
+fn rows(name: &str) -> (csv::StringRecord, Vec<csv::StringRecord>) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name);
+    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_path(path).unwrap();
+    (reader.headers().unwrap().clone(), reader.records().map(Result::unwrap).collect())
+}
+
+/// A decimal such as `-1.234e-05` with up to 25 digits, to all of them.
+fn decimal(text: &str) -> Double2 {
+    let (mantissa, exponent) = text.split_once('e').unwrap();
+    let digits: String = mantissa.chars().filter(char::is_ascii_digit).collect();
+    let (head, tail) = digits.split_at(13);
+    let whole = Double2::from(head.parse::<f64>().unwrap()) * 10.0_f64.powi(tail.len() as i32)
+        + Double2::from(tail.parse::<f64>().unwrap());
+    let exponent = exponent.parse::<i32>().unwrap() - (digits.len() as i32 - 1);
+    let value =
+        (0..exponent.abs()).fold(whole, |value, _| if exponent < 0 { value / 10.0 } else { value * 10.0 });
+    if mantissa.starts_with('-') { -value } else { value }
+}
+
+#[track_caller]
+fn assert_agrees(found: &Exact, text: &str) {
+    let expected = decimal(text);
+    let apart = (found.value - expected).value().abs();
+    // The table's last digit, and the rounding of reading it: a chain of at most some 40 operations.
+    let last = 1e-24 * expected.value().abs();
+    assert!(apart <= found.error + last, "{apart:e} from {text}, {found:?}");
+}
+
+#[test]
+fn the_reference_has_more_than_twenty_digits() {
+    let point = |header: &csv::StringRecord, row: &csv::StringRecord| {
+        let number = |name: &str| {
+            header.iter().position(|h| h == name).map_or(0.0, |column| row[column].parse().unwrap())
+        };
+        let law = LawParameters::new(&[number("alpha"), number("beta"), number("gamma")]);
+        Point { epsilon: number("epsilon"), law, belt_speed: number("V"), damping: number("c") }
+    };
+    let (header, all) = rows("margins.csv");
+    let column = header.iter().position(|name| name == "margin").unwrap();
+    let mut checked = 0;
+    for row in all.iter().filter(|row| !row[column].is_empty()) {
+        // Outside the domain of the polar form there is no reference, and nothing to compare.
+        if let Some(margin) = reference(&point(&header, row), None).margin {
+            assert_agrees(&margin, &row[column]);
+            checked += 1;
+        }
+    }
+    assert!(checked > 250, "{checked} margins");
+    let (header, all) = rows("critical_damping.csv");
+    let column = header.iter().position(|name| name == "critical_c").unwrap();
+    for row in all.iter().step_by(3) {
+        let known: f64 = row[column].parse().unwrap();
+        let found = reference(&point(&header, row), Some(known)).critical.unwrap();
+        assert_agrees(&found, &row[column]);
+        assert!(found.error < 1e-20, "{found:?}");
+    }
+}
+
+/// A study of some contestants on a few cells.
+static STUDY: LazyLock<Study> = LazyLock::new(|| {
+    let nodes = [vec![0.05], vec![0.0, 0.9], vec![0.0, 0.3], vec![0.5, 4.0], vec![0.2, 1.5], vec![0.0, 2.0]];
+    let grid = Grid::new(Law::Stribeck, nodes.to_vec()).unwrap();
+    let settings = Settings { cells: 60, near: 0.02, seconds: 0.02 };
+    let fast =
+        |one: &Contestant| one.kind != Kind::Naive || (one.name == "event_step" && one.setting == 1e-3);
+    let who: Vec<Contestant> = contestants().into_iter().filter(fast).collect();
+    Study::run(&grid, settings, &who, &|_, _| (), &|| true).unwrap()
+});
+
+fn row(name: &str, setting: Option<f64>) -> &'static Row {
+    let found =
+        STUDY.rows.iter().find(|row| row.name == name && row.setting.as_ref().map(|s| s.1) == setting);
+    found.unwrap_or_else(|| panic!("no {name} at {setting:?}"))
+}
+
+#[test]
+fn a_closed_forms_errors_and_labels_are_those_of_its_formula() {
+    let found = row("perturbation", None);
+    assert_eq!(found.cells, STUDY.cells.len());
+    let (mut near, mut anywhere) = (Labels::default(), Labels::default());
+    let (mut dampings, mut margins) = (Vec::new(), Vec::new());
+    for cell in &STUDY.cells {
+        let &[alpha, beta, gamma] = cell.point.law.as_slice() else { unreachable!() };
+        let edge = gamma * (1.0 - alpha) - 2.0 * beta * cell.point.belt_speed;
+        let truth = cell.reference.margin.unwrap().value.value() > 0.0;
+        assert_eq!(truth, cell.verdict == Verdict::Present, "no orbit of this box overshoots");
+        let labels = if cell.near { &mut near } else { &mut anywhere };
+        labels.cells += 1;
+        labels.wrong += usize::from((cell.point.damping < edge) != truth);
+        if let (Some(critical), Some(slope)) = (cell.reference.critical, cell.reference.slope) {
+            dampings.push((edge - critical.value.value()).abs());
+            margins.push((edge - critical.value.value()).abs() * slope);
+        }
+    }
+    assert!(near.cells > 15 && near.wrong > 0);
+    assert_eq!((found.near, found.anywhere), (Some(near), Some(anywhere)));
+    // The edge is rounded in another order: to a few units in the last place of numbers up to 4.
+    let close = |found: &Errors, sizes: &mut Vec<f64>| {
+        sizes.sort_by(f64::total_cmp);
+        let at = |q: f64| sizes[(q * sizes.len() as f64).ceil() as usize - 1];
+        for (a, b) in [(found.median, at(0.5)), (found.high, at(0.95)), (found.worst, at(1.0))] {
+            assert!((a - b).abs() <= 8.0 * f64::EPSILON * 4.0, "{a} {b}");
+        }
+        assert_eq!(found.count, sizes.len());
+    };
+    close(&found.critical.unwrap(), &mut dampings);
+    close(&found.margin.unwrap(), &mut margins);
+}
+
+#[test]
+fn engines_keep_their_tolerance_and_theorems_never_err() {
+    for tolerance in [1e-4, 1e-8, 1e-12] {
+        for engine in ["return_map", "direct"] {
+            let found = row(engine, Some(tolerance));
+            let worst = found.margin.unwrap().worst;
+            // The knob is the error that they aim at and estimate.
+            assert!(worst <= tolerance, "{engine} at {tolerance:e}: {worst:e}");
+        }
+    }
+    for name in ["instability", "bendixson", "symmetric", "universal_surface"] {
+        let found = row(name, None);
+        assert_eq!((found.near.unwrap().wrong, found.anywhere.unwrap().wrong), (0, 0), "{name}");
+    }
+    let event_step = row("event_step", Some(1e-3));
+    assert!(event_step.critical.is_some_and(|errors| errors.worst > 1e-6), "a naive method has an error");
+    assert!(STUDY.rows.iter().all(|row| row.seconds > 0.0));
+}
+
+#[test]
+fn nobody_beats_a_row_on_the_front() {
+    let point = |row: &Row| row.margin.map(|errors| (row.seconds, errors.worst));
+    let all: Vec<(f64, f64)> = STUDY.rows.iter().filter_map(point).collect();
+    for row in &STUDY.rows {
+        let Some(at) = point(row) else {
+            assert!(!row.front_error);
+            continue;
+        };
+        let beaten = all.iter().any(|other| other.0 <= at.0 && other.1 <= at.1 && *other != at);
+        assert_eq!(row.front_error, !beaten, "{}", row.name);
+    }
+}
+
+#[test]
+fn table_file_and_chart_hold_the_same_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let provenance = Provenance { title: "A study".into(), ..Provenance::default() };
+    STUDY.write(&provenance, &out, slipmap::report::Existing::Refuse).unwrap();
+    let csv = std::fs::read_to_string(out.join("work-precision.csv")).unwrap();
+    let mut reader = csv::Reader::from_reader(csv.as_bytes());
+    let header = reader.headers().unwrap().clone();
+    let records: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+    assert_eq!(records.len(), STUDY.rows.len());
+    let file = hdf5::File::open(out.join("work-precision.h5")).unwrap();
+    for name in ["seconds_per_cell", "setting", "margin_error_worst", "near_wrong", "unanswered"] {
+        let stored = file.dataset(name).unwrap().read_1d::<f64>().unwrap();
+        let column = header.iter().position(|column| column == name).unwrap();
+        for (record, stored) in records.iter().zip(&stored) {
+            let number = record[column].parse::<f64>().unwrap_or(f64::NAN);
+            assert!(number.to_bits() == stored.to_bits() || (number.is_nan() && stored.is_nan()), "{name}");
+        }
+    }
+    let margins = file.dataset("margin").unwrap().read_1d::<f64>().unwrap();
+    let exact = STUDY.cells.iter().map(|cell| cell.reference.margin.unwrap().value.value());
+    assert_eq!(margins.to_vec(), exact.collect::<Vec<f64>>());
+    for (_, scene) in &chart(&STUDY).scenes {
+        let svg = scene.svg("chart", &chart(&STUDY).caption);
+        roxmltree::Document::parse(&svg).unwrap();
+        assert!(svg.contains("return map") && !svg.contains("NaN"), "{svg}");
+    }
+}
+
+#[test]
+fn peers_are_taken_from_the_newest_file_about_the_same_cells() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut study = STUDY.clone();
+    let peers = |name: &str, cells: &str, error: &str| {
+        let text = format!(
+            "# cells sha256 {cells}\npeer,form,tolerance,cells,seconds_per_cell,median_error,max_error,near_cells,\
+             near_wrong,near_no_answer\nSciPy solve_ivp,\"(x1,x2), DOP853 + events\",1e-9,50,2e-3,1e-12,{error},20,1,0\n\
+             slipmap,scalar,1e-9,50,1e-6,1e-12,1e-11,20,0,0\n"
+        );
+        std::fs::write(folder.path().join(name), text).unwrap();
+    };
+    let own = fingerprint(&study.cells_csv());
+    study.add_peers(None, folder.path()).unwrap();
+    assert_eq!(study.peers, None);
+    peers("peers-2026-01-01.csv", "0", "1e-3");
+    peers("peers-2026-01-02.csv", &own, "2e-3");
+    peers("peers-2026-01-03.csv", "0", "3e-3");
+    study.add_peers(None, folder.path()).unwrap();
+    assert_eq!(study.peers, Some(("peers-2026-01-02.csv".into(), true)));
+    let added: Vec<&Row> = study.rows.iter().filter(|row| row.kind == Kind::Peer).collect();
+    assert_eq!(added.len(), 1, "this program measures itself");
+    assert_eq!((added[0].name.as_str(), added[0].seconds), ("SciPy DOP853", 2e-3));
+    assert_eq!(added[0].margin.map(|errors| errors.worst), Some(2e-3));
+    assert_eq!(added[0].near, Some(Labels { cells: 20, wrong: 1, none: 0 }));
+    study.add_peers(Some(&folder.path().join("peers-2026-01-03.csv")), folder.path()).unwrap();
+    assert_eq!(study.peers, Some(("peers-2026-01-03.csv".into(), false)));
+    std::fs::write(folder.path().join("peers-2026-01-04.csv"), "a,b\n1,2\n").unwrap();
+    let error = study.add_peers(None, folder.path()).unwrap_err().to_string();
+    assert!(error.contains("peers-2026-01-04.csv") && error.contains("no column `peer`"), "{error}");
+}
+
+#[test]
+fn the_command_writes_everything_or_nothing() {
+    let scratch = Scratch::new();
+    let config = "[grid]\nepsilon = 0.05\nalpha = 0.3\nbeta = 0.1\ngamma = [1, 3]\nV = 1.0\nc = [0, 2]\n\
+                  [work_precision]\ncells = 4\nseconds = 1e-6\n";
+    scratch.file("study.toml", config);
+    let run = scratch.run(&["work-precision", "study.toml"]).ends_with(0);
+    assert_eq!(run.out.trim(), "results/study/work-precision.md");
+    assert!(run.err.contains("no peers"), "{}", run.err);
+    let table = scratch.read("results/study/work-precision.csv");
+    for name in ["perturbation", "critical_surface", "return_map", "direct", "smoothed", "event_step"] {
+        assert!(table.contains(name), "{name}");
+    }
+    scratch.run(&["work-precision", "study.toml"]).refuses(&["results/study exists already", "--overwrite"]);
+    scratch.run(&["work-precision", "study.toml", "--out", "x", "--peers", "no.csv"]).refuses(&["no.csv"]);
+    scratch
+        .run(&["work-precision", "study.toml", "--out", "x", "--set", "work_precision.near=0"])
+        .refuses(&["near", "greater than 0"]);
+    assert_eq!(scratch.names(), ["results", "study.toml"]);
+    // One cell that nobody can be measured on: an orbit far outside the domain of the reference.
+    scratch
+        .run(&[
+            "work-precision",
+            "study.toml",
+            "--out",
+            "x",
+            "--set",
+            "grid.epsilon=10",
+            "--set",
+            "grid.c=[2,3]",
+        ])
+        .refuses(&["no reference"]);
+}

@@ -1,0 +1,144 @@
+//! `slipmap failures`, and the catalogue in `results/failures`: every line of it is run again.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use crate::command::Scratch;
+use serde_json::Value;
+use slipmap::map::Method;
+
+type Row = BTreeMap<String, String>;
+
+fn rows(path: &Path) -> Vec<Row> {
+    csv::Reader::from_path(path).unwrap().into_deserialize().map(Result::unwrap).collect()
+}
+
+fn repository(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+/// Runs the `slipmap probe` line of a class and checks that the failure is there.
+fn reproduce(scratch: &Scratch, class: &Row) {
+    let line = &class["probe"];
+    let arguments: Vec<&str> = line.strip_prefix("slipmap ").unwrap().split(' ').chain(["--json"]).collect();
+    let answer: Value = serde_json::from_str(&scratch.run(&arguments).ends_with(0).out).unwrap();
+    let verdict = |method: &str| answer["methods"][method]["verdict"].as_str().unwrap().to_owned();
+    let (said, simulated) = (verdict(&class["method"]), verdict("simulation"));
+    let direct = answer["flow"]["direct"]["verdict"].as_str().unwrap();
+    assert_eq!(simulated, direct, "the engines agree: {line}");
+    let expected = match class["failure"].as_str() {
+        "wrong_presence" => ("present", Some("absent")),
+        "wrong_absence" => ("absent", Some("present")),
+        "undecided" => ("undecided", None),
+        "failed" => ("failed", None),
+        other => panic!("{other}"),
+    };
+    assert_eq!(said, expected.0, "{line}");
+    match expected.1 {
+        Some(truth) => assert_eq!(simulated, truth, "{line}"),
+        None => assert!(["present", "absent"].contains(&simulated.as_str()), "{line}"),
+    }
+    // Some mechanisms show in the answer itself.
+    let fate = &answer["flow"]["direct"]["fate"];
+    match class["mechanism"].as_str() {
+        "overshoot" => assert_eq!(fate, "crosses_forever", "{line}"),
+        "landing_unproved" => assert!(fate == "sticks" || fate == "crosses_forever", "{line}"),
+        // The same test at finite eps does not say so.
+        "first_order_in_eps" => {
+            let finite = if class["method"] == "perturbation" { "harmonic_balance" } else { "bendixson" };
+            assert_ne!(verdict(finite), said, "{line}");
+        }
+        _ => {}
+    }
+}
+
+#[test]
+fn the_stored_catalogue_is_true_line_by_line() {
+    let scratch = Scratch::new();
+    let classes = rows(&repository("results/failures/classes.csv"));
+    for class in &classes {
+        reproduce(&scratch, class);
+    }
+    // All mechanisms of the theory that make one of these methods fail are met.
+    let numbers: BTreeSet<&str> = classes.iter().map(|class| class["number"].as_str()).collect();
+    for number in ["1", "2", "3", "4", "5", "6"] {
+        assert!(numbers.contains(number), "{numbers:?}");
+    }
+}
+
+#[test]
+fn the_stored_tables_fit_together() {
+    let [methods, classes] =
+        ["methods", "classes"].map(|name| rows(&repository(&format!("results/failures/{name}.csv"))));
+    let names: Vec<&str> = methods.iter().map(|row| row["method"].as_str()).collect();
+    // The catalogue's configuration leaves out the proved verdicts.
+    let listed = Method::all().map(|method| method.name()).filter(|name| *name != "validated");
+    assert_eq!(names, listed.collect::<Vec<_>>());
+    let number = |text: &String| text.parse::<u64>().unwrap();
+    for method in &methods {
+        let mut failures = 0;
+        for kind in ["wrong_presence", "wrong_absence", "undecided", "failed"] {
+            let of_kind =
+                classes.iter().filter(|row| row["method"] == method["method"] && row["failure"] == kind);
+            let cells: u64 = of_kind.map(|row| number(&row["cells"])).sum();
+            assert_eq!(cells, number(&method[kind]), "{} {kind}", method["method"]);
+            failures += cells;
+        }
+        assert_eq!(number(&method["cells"]), number(&method["right"]) + failures, "{}", method["method"]);
+        // A theorem is never wrong.
+        if method["guarantee"] == "finite_epsilon" || method["guarantee"] == "numerical" {
+            assert_eq!((&method["wrong_presence"][..], &method["wrong_absence"][..]), ("0", "0"));
+        }
+    }
+    let text = std::fs::read_to_string(repository("results/failures/failures.md")).unwrap();
+    for class in &classes {
+        assert!(text.contains(&class["probe"]), "{}", class["probe"]);
+    }
+}
+
+/// A small grid on which several methods fail.
+const SMALL: &str = "\
+title = \"small\"
+[grid]
+epsilon = [0.1, 1.0]
+alpha = 0.3
+beta = 0.0
+gamma = [2.0, 8.0]
+V = [0.5, 10.0]
+c = [0.0, 0.05, 1.0, 3.0]
+[methods]
+run = [\"perturbation\", \"symmetric\", \"simulation\", \"event_step\"]
+";
+
+#[test]
+fn a_catalogue_is_made_and_its_lines_hold() {
+    let scratch = Scratch::new();
+    scratch.file("small.toml", SMALL);
+    let printed = scratch.run(&["failures", "small.toml"]).ends_with(0);
+    assert_eq!(printed.err, "", "no progress bar without a terminal");
+    assert_eq!(scratch.names(), ["small.toml"]);
+    let run = scratch.run(&["failures", "small.toml", "--out", "made", "--threads", "1"]).ends_with(0);
+    assert_eq!(run.out, "made/failures.md\n");
+    // The same for any number of threads, but for the line that tells the command.
+    let rest = |text: &str| {
+        text.lines().filter(|line| !line.starts_with("Made by")).map(str::to_owned).collect::<Vec<_>>()
+    };
+    assert_eq!(rest(&scratch.read("made/failures.md")), rest(&printed.out));
+    assert!(printed.out.contains("Made by `slipmap failures small.toml`."), "{}", printed.out);
+    let classes = rows(&scratch.path().join("made/classes.csv"));
+    assert!(classes.len() >= 4, "{classes:?}");
+    for class in &classes {
+        reproduce(&scratch, class);
+    }
+    // An earlier catalogue is kept unless told otherwise, and nothing is computed before that is known.
+    scratch
+        .run(&["failures", "small.toml", "--out", "made"])
+        .refuses(&["made/failures.md exists already", "--overwrite"]);
+    scratch.run(&["failures", "small.toml", "--out", "made", "--overwrite"]).ends_with(0);
+    scratch.run(&["failures", "nowhere.toml"]).refuses(&["nowhere.toml", "help: "]);
+    let (long, wide) =
+        ("grid.c={ from = 0, to = 1, points = 1000000 }", "grid.V={ from = 1, to = 2, points = 20 }");
+    scratch
+        .run(&["failures", "small.toml", "--set", long, "--set", wide])
+        .refuses(&["a catalogue takes at most 10,000,000"]);
+}

@@ -1,0 +1,458 @@
+//! Files from anywhere: whatever a map, a configuration or a table holds, there is one clear message and the
+//! exit code for it, within bounded memory and time, and nothing of it is obeyed.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use crate::command::{Run, Scratch};
+use hdf5::types::VarLenUnicode;
+use hdf5::{File, Location};
+
+/// A map of a few hundred cells with every kind of variable.
+const JOB: &str = "\
+title = \"to be spoilt\"
+[grid]
+epsilon = [0.05, 0.2]
+alpha = [0.1, 0.5]
+beta = [0.0, 0.2]
+gamma = { from = 0.5, to = 8.0, points = 4, spacing = \"log\" }
+V = [0.5, 2.0]
+c = { from = 0.0, to = 3.0, points = 8 }
+[methods]
+run = [\"symmetric\", \"simulation\"]
+[output]
+path = \"map.h5\"
+fields = [\"verdict\", \"margin\", \"critical_c\", \"regime\"]
+";
+
+/// Kilobytes of address space: a grid of 10^18 cells, or a tenth of a per cent of one, does not fit.
+const ROOM: &str = "4000000";
+
+fn scratch() -> Scratch {
+    let scratch = Scratch::new();
+    scratch.file("job.toml", JOB);
+    scratch.run(&["run", "job.toml"]).ends_with(0);
+    fs::rename(scratch.path().join("map.h5"), scratch.path().join("good.h5")).unwrap();
+    scratch
+}
+
+/// Runs the program in bounded memory; a run that hangs is ended (exit code 124).
+fn bounded(scratch: &Scratch, arguments: &[&str]) -> Run {
+    let mut command = Command::new("sh");
+    command.args(["-c", "ulimit -v \"$0\"; exec timeout 100 \"$@\"", ROOM, env!("CARGO_BIN_EXE_slipmap")]);
+    command.args(arguments).current_dir(scratch.path()).stdin(Stdio::null());
+    Run::of(command.output().unwrap())
+}
+
+/// The command that draws a map.
+const PLOT: [&str; 10] =
+    ["plot", "map.h5", "--x", "gamma", "--y", "c", "--out", "plot.svg", "--overwrite", "--columns=1"];
+
+/// A copy of the good map as `map.h5`, changed by whatever program.
+fn spoilt(scratch: &Scratch, spoil: impl FnOnce(&File)) {
+    fs::copy(scratch.path().join("good.h5"), scratch.path().join("map.h5")).unwrap();
+    let file = File::open_rw(scratch.path().join("map.h5")).unwrap();
+    spoil(&file);
+    file.close().unwrap();
+}
+
+/// No terminal is told anything, and no command reaches the user's files.
+fn assert_tame(run: &Run) {
+    for text in [&run.out, &run.err] {
+        assert!(!text.contains(|c: char| c.is_control() && c != '\n' && c != '\t'), "{text:?}");
+    }
+}
+
+/// Every command refuses `map.h5` with exit code 2 and a message with `part`; `check` may call it damaged
+/// instead.
+#[track_caller]
+fn assert_refused(scratch: &Scratch, what: &str, part: &str, check: i32) {
+    let before = fs::read(scratch.path().join("map.h5")).unwrap();
+    for arguments in [&["report", "map.h5"][..], &PLOT, &["run", "job.toml", "--resume"]] {
+        let run = bounded(scratch, arguments);
+        assert_tame(&run);
+        assert_eq!(run.code, 2, "{what}: {arguments:?}: {run:?}");
+        assert_eq!(run.err.matches("error:").count(), 1, "{what}: {run:?}");
+        assert!(run.err.contains("map.h5") && run.err.contains(part), "{what}: no `{part}` in {run:?}");
+    }
+    let run = bounded(scratch, &["check", "map.h5"]);
+    assert_tame(&run);
+    assert_eq!(run.code, check, "{what}: {run:?}");
+    assert!((run.out + &run.err).contains(part), "{what}: no `{part}`");
+    // What is no map of ours is neither changed nor written beside.
+    assert!(fs::read(scratch.path().join("map.h5")).unwrap() == before, "{what}");
+    assert_eq!(scratch.names(), ["good.h5", "job.toml", "map.h5"], "{what}");
+}
+
+fn text(place: &Location, name: &str, text: &str) {
+    // Replaced in one piece: another length is another type.
+    if place.attr_names().unwrap().contains(&name.to_owned()) {
+        place.delete_attr(name).unwrap();
+    }
+    let text: VarLenUnicode = text.parse().unwrap();
+    place.new_attr::<VarLenUnicode>().create(name).unwrap().write_scalar(&text).unwrap();
+}
+
+fn integers(place: &Location, name: &str, values: &[i64]) {
+    place.delete_attr(name).unwrap();
+    place.new_attr_builder().with_data(values).create(name).unwrap();
+}
+
+/// Puts a dataset without data in the place of another.
+fn promise<T: hdf5::H5Type>(file: &File, name: &str, shape: &[usize], chunk: &[usize]) {
+    file.unlink(name).unwrap();
+    let dataset = file.new_dataset::<T>().shape(shape).chunk(chunk).deflate(9).create(name).unwrap();
+    for attribute in ["long_name", "equation", "guarantee"] {
+        text(&dataset, attribute, "anything");
+    }
+}
+
+/// Axes of a thousand nodes each, variables of 10^18 cells, and not one of them written.
+fn absurd(file: &File, tile: &[i64]) {
+    for name in ["epsilon", "alpha", "beta", "gamma", "V", "c"] {
+        file.unlink(name).unwrap();
+        let nodes: Vec<f64> = (1..=1000).map(|i| f64::from(i) / 1000.0).collect();
+        file.new_dataset_builder().with_data(&nodes).create(name).unwrap();
+    }
+    for method in ["symmetric", "simulation"] {
+        let name = format!("verdict_{method}");
+        promise::<i8>(file, &name, &[1000; 6], &[1, 1, 1, 1, 10, 1000]);
+    }
+    text(file, "fields", "verdict");
+    integers(file, "tile_shape", tile);
+}
+
+#[test]
+fn maps_that_promise_more_than_they_hold_are_refused() {
+    let scratch = scratch();
+    for tile in [[1, 1, 1, 1, 10, 1000], [1000; 6]] {
+        spoilt(&scratch, |file| absurd(file, &tile));
+        let part = if tile[0] == 1 { "promises 1000000000000000000 cells" } else { "which no version" };
+        assert_refused(&scratch, "10^18 cells", part, 2);
+    }
+    spoilt(&scratch, |file| promise::<f64>(file, "alpha", &[1_000_000_000_000_000_000], &[1000]));
+    assert_refused(&scratch, "10^18 nodes", "promises 1000000000000000000 nodes", 2);
+    spoilt(&scratch, |file| promise::<f64>(file, "alpha", &[1 << 29], &[1 << 28]));
+    assert_refused(&scratch, "a chunk of 2 GiB on an axis", "chunks of shape", 2);
+    spoilt(&scratch, |file| {
+        promise::<i8>(file, "verdict_symmetric", &[2, 2, 2, 4, 2, 1 << 30], &[1, 1, 1, 1, 1, 1 << 30])
+    });
+    assert_refused(&scratch, "a chunk of 1 GiB", "chunks of shape", 1);
+    spoilt(&scratch, |file| integers(file, "tile_shape", &[1 << 40, 1, 1, 1, 1, 1]));
+    assert_refused(&scratch, "a tile of 10^12 cells", "does not fit its axes", 2);
+}
+
+/// What is wrong with a map, a part of the message, the exit code of `check`, and how it came about.
+type Case<'a> = (&'a str, &'a str, i32, &'a dyn Fn(&File));
+
+#[test]
+fn maps_of_other_programs_are_refused() {
+    let scratch = scratch();
+    let cases: [Case; 17] = [
+        ("a newer layout", "its layout has number [2]", 2, &|file| integers(file, "schema", &[2])),
+        ("no layout", "no integer attribute schema", 2, &|file| file.delete_attr("schema").unwrap()),
+        ("an unknown law", "does not know its friction law", 2, &|file| text(file, "law", "\u{1b}[2Jboo")),
+        ("an unknown field", "does not know its field", 2, &|file| text(file, "fields", "verdict <b>")),
+        ("a path as a method", "no name of a method", 2, &|file| text(file, "methods", "../../etc/passwd")),
+        ("a tag as a method", "no name of a method", 2, &|file| text(file, "methods", "<script>")),
+        ("a method twice", "names simulation twice", 2, &|file| {
+            text(file, "methods", "symmetric simulation simulation");
+        }),
+        ("no such variable", "verdict_bendixson", 2, &|file| text(file, "methods", "symmetric bendixson")),
+        ("a missing variable", "regime", 1, &|file| file.unlink("regime").unwrap()),
+        ("verdicts that are no codes", "verdict_symmetric holds", 1, &|file| {
+            promise::<f64>(file, "verdict_symmetric", &[2, 2, 2, 4, 2, 8], &[1, 1, 1, 1, 1, 8]);
+        }),
+        ("margins that are texts", "margin_symmetric holds", 1, &|file| {
+            promise::<VarLenUnicode>(file, "margin_symmetric", &[2, 2, 2, 4, 2, 8], &[1, 1, 1, 1, 1, 8]);
+        }),
+        ("another shape", "verdict_symmetric has the shape", 1, &|file| {
+            promise::<i8>(file, "verdict_symmetric", &[2, 2, 2, 4, 2, 9], &[1, 1, 1, 1, 1, 8]);
+        }),
+        ("fewer dimensions", "verdict_symmetric has the shape", 1, &|file| {
+            promise::<i8>(file, "verdict_symmetric", &[8], &[8]);
+        }),
+        ("an axis of whole numbers", "its axis c does not hold", 2, &|file| {
+            promise::<i32>(file, "c", &[8], &[8]);
+        }),
+        ("an axis that decreases", "c", 2, &|file| {
+            let c = file.dataset("c").unwrap();
+            c.write_raw(&[7.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0, f64::NAN]).unwrap();
+        }),
+        ("a link to another file", "is a link to something else", 2, &|file| {
+            file.unlink("regime").unwrap();
+            file.link_external("/etc/passwd", "regime", "regime").unwrap();
+        }),
+        ("numbers in another file", "lie in other files", 1, &|file| {
+            file.unlink("margin_symmetric").unwrap();
+            let plain = file.new_dataset::<f64>().shape([2, 2, 2, 4, 2, 8]);
+            plain.external("/etc/passwd", 0, 8 * 512).create("margin_symmetric").unwrap();
+        }),
+    ];
+    for (what, part, check, spoil) in cases {
+        spoilt(&scratch, spoil);
+        assert_refused(&scratch, what, part, check);
+    }
+    let foreign = File::create(scratch.path().join("map.h5")).unwrap();
+    foreign.new_dataset::<f64>().shape([3]).create("temperature").unwrap();
+    foreign.close().unwrap();
+    assert_refused(&scratch, "a file of another program", "is not a map", 2);
+    for (what, bytes) in [("text", "epsilon,alpha\n"), ("nothing", ""), ("zeros", "\0\0\0\0\0\0\0\0\0\0")] {
+        scratch.file("map.h5", bytes);
+        assert_refused(&scratch, what, "it is no HDF5 file", 2);
+    }
+}
+
+#[test]
+fn cut_maps_are_refused() {
+    let scratch = scratch();
+    let whole = fs::read(scratch.path().join("good.h5")).unwrap();
+    for length in [9, 100, 600, whole.len() / 4, whole.len() / 2, 3 * whole.len() / 4, whole.len() - 200] {
+        scratch.file("map.h5", &whole[..length]);
+        assert_refused(&scratch, &format!("{length} bytes"), "map.h5", 2);
+    }
+}
+
+#[test]
+fn pipes_and_devices_are_no_maps() {
+    let scratch = scratch();
+    assert!(Command::new("mkfifo").arg(scratch.path().join("pipe")).status().unwrap().success());
+    for name in ["pipe", "/dev/zero"] {
+        for command in ["report", "check"] {
+            bounded(&scratch, &[command, name]).refuses(&[name, "a pipe or a device"]);
+        }
+    }
+}
+
+/// Words that browsers, LaTeX, Markdown, spreadsheets and terminals would obey.
+const COMMANDS: &str = "</title></text><script>alert(1)</script><img src=x onerror=alert(1)> \\input{/etc/passwd} \\write18{rm} \
+     $\\alpha$ %|[a](javascript:alert(1)) ![b](http://c/d) `e` =cmd|' /C calc'!A0 \u{1b}[2J\u{7}\u{8}\u{9b}31m\r\n\
+     # heading ]]> <!-- \"q\" 'r' {f} 中 \u{202e}";
+
+#[test]
+fn texts_of_maps_are_not_obeyed() {
+    let scratch = scratch();
+    spoilt(&scratch, |file| {
+        for name in [
+            "title",
+            "history",
+            "source",
+            "references",
+            "config",
+            "machine",
+            "git",
+            "crate_version",
+            "engine",
+        ] {
+            text(file, name, COMMANDS);
+        }
+        for name in ["verdict_symmetric", "verdict_simulation", "margin_symmetric", "regime"] {
+            let variable = file.dataset(name).unwrap();
+            for attribute in ["long_name", "equation", "guarantee", "units", "flag_meanings"] {
+                text(&variable, attribute, COMMANDS);
+            }
+        }
+    });
+    let run = bounded(&scratch, &["check", "map.h5"]).ends_with(1);
+    assert_tame(&run);
+    bounded(&scratch, &["report", "map.h5"]).ends_with(0);
+    bounded(&scratch, &PLOT).ends_with(0);
+    let mut checked = 0;
+    let mut folders = vec![scratch.path().join("map-report")];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if let Ok(text) = fs::read_to_string(&path) {
+                assert_harmless(&path, &text);
+                checked += 1;
+            }
+        }
+    }
+    assert!(checked > 10, "{checked} texts");
+    assert_harmless(Path::new("plot.svg"), &scratch.read("plot.svg"));
+}
+
+/// Nothing in a written file is a command of its format.
+fn assert_harmless(path: &Path, text: &str) {
+    let name = path.display();
+    assert!(!text.contains(|c: char| c.is_control() && !['\n', '\t', '\r'].contains(&c)), "{name}");
+    match path.extension().unwrap().to_str().unwrap() {
+        "html" | "svg" => {
+            for tag in ["<script", "<img", "<!--", "onerror=alert(1)>"] {
+                assert!(!text.contains(tag), "{tag} in {name}");
+            }
+            if name.to_string().ends_with("svg") {
+                roxmltree::Document::parse(text).unwrap_or_else(|error| panic!("{name}: {error}"));
+            }
+        }
+        "tex" => {
+            for command in ["\\input{/", "\\write18", "$\\alpha$ %"] {
+                assert!(!text.contains(command), "{command} in {name}");
+            }
+        }
+        "md" => {
+            // The configuration is shown as it is, inside a fence that it cannot close.
+            let shown = text.split("\n## Configuration\n").next().unwrap();
+            for command in ["<script", "<img", "a](javascript", "b](", "\n# heading"] {
+                assert!(!shown.contains(command), "{command} in {name}");
+            }
+        }
+        "csv" => {
+            let cells =
+                csv::ReaderBuilder::new().flexible(true).from_reader(text.as_bytes()).into_byte_records();
+            for cell in cells.flat_map(|row| row.unwrap().iter().map(<[u8]>::to_vec).collect::<Vec<_>>()) {
+                assert!(!cell.starts_with(b"=cmd"), "a formula in {name}");
+            }
+        }
+        other => panic!("{other} files are not looked into"),
+    }
+}
+
+#[test]
+fn a_text_that_is_no_text_is_refused() {
+    let scratch = scratch();
+    spoilt(&scratch, |file| text(file, "title", "QQQQQQQQQQQQQQQQQQQQQQQQQQQQQQQQ"));
+    let path = scratch.path().join("map.h5");
+    let mut bytes = fs::read(&path).unwrap();
+    let at = bytes.windows(32).position(|part| part == [b'Q'; 32]).unwrap();
+    bytes[at..at + 32].fill(0xff);
+    fs::write(&path, bytes).unwrap();
+    assert_refused(&scratch, "bytes that are no UTF-8", "not UTF-8", 2);
+}
+
+/// SplitMix64.
+fn random(state: &mut u64) -> usize {
+    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let mut z = *state;
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    ((z ^ (z >> 31)) >> 2) as usize
+}
+
+/// Flips single bits: `check` finds each, and no command crashes, hangs or fills the memory on it. Reports take
+/// their time, and are written of one flip in `reports`.
+fn flip(flips: usize, reports: usize, seed: u64) {
+    let scratch = scratch();
+    let whole = fs::read(scratch.path().join("good.h5")).unwrap();
+    let mut state = seed;
+    let mut ended = std::collections::BTreeMap::new();
+    for number in 0..flips {
+        let (place, bit) = (random(&mut state) % whole.len(), random(&mut state) % 8);
+        let mut bytes = whole.clone();
+        bytes[place] ^= 1 << bit;
+        scratch.file("map.h5", &bytes);
+        let report: &[&str] = &["report", "map.h5", "--overwrite"];
+        for arguments in [&["check", "map.h5"][..], &PLOT, report] {
+            if arguments == report && number % reports != 0 {
+                continue;
+            }
+            let run = bounded(&scratch, arguments);
+            let what = format!("bit {bit} of byte {place}, {}: {run:?}", arguments[0]);
+            let legal = if arguments[0] == "check" { 1..=2 } else { 0..=2 };
+            assert!(legal.contains(&run.code), "{what}");
+            assert!(!run.err.contains("panicked"), "{what}");
+            *ended.entry((arguments[0], run.code)).or_insert(0) += 1;
+        }
+    }
+    println!("{flips} flips; command and exit code: {ended:?}");
+}
+
+#[test]
+fn forty_flipped_bits_crash_nothing() {
+    flip(40, 20, 1);
+}
+
+#[test]
+#[ignore = "minutes: two thousand flipped bits; cargo test --test program hostile:: -- --ignored"]
+fn two_thousand_flipped_bits_crash_nothing() {
+    flip(2000, 10, 2);
+}
+
+#[test]
+fn configurations_may_be_anything() {
+    let scratch = Scratch::new();
+    let nested = |open: &str, close: &str| format!("a = {}{}", open.repeat(100_000), close.repeat(100_000));
+    let number = "0.25,".repeat(4_000_000);
+    let points = |n: u64| format!("[grid]\nepsilon = {{ from = 0.1, to = 0.5, points = {n} }}\n");
+    let axes: String = ["epsilon", "alpha", "beta", "gamma", "V", "c"]
+        .map(|name| format!("{name} = {{ from = 0.1, to = 0.9, points = 1000000 }}\n"))
+        .concat();
+    let cases: [(&str, Vec<u8>, &[&str]); 11] = [
+        ("binary", (0..=255).cycle().take(5000).collect(), &["bad.toml:2:", "UTF-8"]),
+        ("a zero", b"title = \"a\0b\"\n".to_vec(), &["bad.toml:1:", "not valid TOML"]),
+        ("a terminal's commands", b"\x1b[2J = 1\n".to_vec(), &["bad.toml:1:"]),
+        ("nested lists", nested("[", "]").into(), &["bad.toml:1:", "not valid TOML"]),
+        ("nested tables", nested("{ a = ", "}").into(), &["bad.toml:1:", "not valid TOML"]),
+        ("nested keys", "a.".repeat(100_000).into_bytes(), &["bad.toml:1:", "not valid TOML"]),
+        ("20 MB", format!("a = [{number}]").into(), &["bad.toml: this is longer than 16 MiB"]),
+        ("10^9 points", points(1_000_000_000).into(), &["bad.toml:2:", "points = 1000000000", "from 1 to"]),
+        ("10^30 points", points(u64::MAX).into(), &["bad.toml:2:"]),
+        ("10^36 cells", format!("[grid]\n{axes}").into(), &["bad.toml:2:", "more cells than can be counted"]),
+        ("nothing", Vec::new(), &["bad.toml:1:1", "`epsilon` is missing"]),
+    ];
+    for (what, contents, parts) in cases {
+        scratch.file("bad.toml", contents);
+        for command in ["run", "failures", "work-precision"] {
+            let run = bounded(&scratch, &[command, "bad.toml"]);
+            assert_tame(&run);
+            println!("{what}: {}", run.err.chars().take(300).collect::<String>());
+            assert!(run.err.len() < 1000, "{what}: a message of {} bytes", run.err.len());
+            run.refuses(parts);
+        }
+    }
+    bounded(&scratch, &["run", "/dev/zero"]).refuses(&["/dev/zero", "longer than 16 MiB"]);
+    assert_eq!(scratch.names(), ["bad.toml"]);
+}
+
+#[test]
+fn tables_of_points_may_be_anything() {
+    let scratch = Scratch::new();
+    let header = "epsilon,alpha,beta,gamma,c,V\n";
+    let cases: [(&str, Vec<u8>, &[&str]); 7] = [
+        ("binary", (0..=255).cycle().take(5000).collect(), &["in.csv:1:"]),
+        ("zeros", vec![0; 1 << 16], &["in.csv:1:"]),
+        ("an open quote", format!("{header}\"{}", "1\n".repeat(2 << 20)).into(), &["longer than 1 MiB"]),
+        ("a row of 4 MB", format!("{header}{}", "1,".repeat(2 << 20)).into(), &["longer than 1 MiB"]),
+        ("a header of 4 MB", "a,".repeat(2 << 20).into(), &["longer than 1 MiB"]),
+        ("a terminal's commands", format!("{header}\x1b[2J,0,0,0,0,1\n").into(), &["in.csv:2:", "epsilon"]),
+        ("numbers that are none", format!("{header}1e999,0,0,0,nan,1\n").into(), &["in.csv:2:", "epsilon"]),
+    ];
+    for (what, contents, parts) in cases {
+        scratch.file("in.csv", contents);
+        let run = bounded(&scratch, &["probe", "--points", "in.csv", "--out", "out.csv"]);
+        println!("{what}: {}", run.err.chars().take(300).collect::<String>());
+        assert_tame(&run);
+        run.refuses(parts);
+    }
+    let run = bounded(&scratch, &["probe", "--points", "/dev/zero", "--out", "out.csv"]);
+    run.refuses(&["/dev/zero:1:", "longer than 1 MiB"]);
+    assert_eq!(scratch.names(), ["in.csv"]);
+}
+
+#[test]
+fn what_will_be_replaced_is_said_and_nothing_else_is() {
+    let scratch = scratch();
+    fs::copy(scratch.path().join("good.h5"), scratch.path().join("map.h5")).unwrap();
+    let run = scratch.run(&["run", "job.toml", "--overwrite", "--dry-run"]).ends_with(0);
+    assert!(run.out.contains("replaces") && run.out.contains("map.h5 ("), "{}", run.out);
+    let run = scratch.run(&["run", "job.toml", "--overwrite"]).ends_with(0);
+    assert!(run.err.contains("note: map.h5 (") && run.err.contains("will be replaced"), "{}", run.err);
+    // A link is replaced itself; a folder, a device and the configuration never are.
+    std::os::unix::fs::symlink("good.h5", scratch.path().join("link.h5")).unwrap();
+    let good = fs::read(scratch.path().join("good.h5")).unwrap();
+    let to = |path: &str| {
+        scratch.run(&["run", "job.toml", "--overwrite", "--set", &format!("output.path=\"{path}\"")])
+    };
+    let run = to("link.h5").ends_with(0);
+    assert!(run.err.contains("the link link.h5 to good.h5, not what it leads to"), "{}", run.err);
+    assert!(fs::read(scratch.path().join("good.h5")).unwrap() == good);
+    fs::create_dir(scratch.path().join("folder.h5")).unwrap();
+    to("folder.h5").refuses(&["folder.h5", "this is a folder"]);
+    to("/dev/null").refuses(&["/dev/null is no map"]);
+    to("job.toml").refuses(&["job.toml is the configuration itself"]);
+    to("job.toml/map.h5").refuses(&["job.toml/map.h5"]);
+    assert_eq!(scratch.names(), ["folder.h5", "good.h5", "job.toml", "link.h5", "map.h5"]);
+}

@@ -1,0 +1,124 @@
+//! Friction laws from configuration to map, report and figure, through the real binary.
+
+use crate::command::Scratch;
+
+const GRID: &str = "\
+[grid]
+epsilon = 1.0
+mu = [0.3, 0.6]
+vs = { from = 0.5, to = 2.0, points = 4 }
+eta = 0.0
+V = { from = 0.2, to = 1.0, points = 3 }
+c = { from = 0.0, to = 0.6, points = 13 }
+[audit]
+cells = 100
+[output]
+path = \"map.h5\"
+fields = [\"margin\", \"critical_c\", \"regime\", \"landing\"]
+";
+
+#[test]
+fn every_law_makes_a_map_that_is_checked_drawn_and_reported() {
+    let scratch = Scratch::new();
+    scratch.file("pad.csv", "# measured\nu [m/s], mu\n0,0.40\n0.1,0.36\n0.5,0.31\n1,0.30\n4,0.33\n");
+    let text = "[friction]\nlaw = \"expression\"\nphi = \"mu + (1 - mu)*exp(-u/vs) + eta*u\"\n";
+    let table = "[friction]\nlaw = \"table\"\nfile = \"pad.csv\"\nstatic = 0.4\n";
+    let table_grid: String = GRID
+        .lines()
+        .filter(|line| !["mu", "vs", "eta"].iter().any(|key| line.starts_with(key)))
+        .fold(String::new(), |mut text, line| {
+            text.push_str(line);
+            text.push('\n');
+            text
+        });
+    for (law, friction, grid) in [
+        ("exponential", "[friction]\nlaw = \"exponential\"\n", GRID),
+        ("lorentzian", "[friction]\nlaw = \"lorentzian\"\n", GRID),
+        ("expression", text, GRID),
+        ("table", table, table_grid.as_str()),
+    ] {
+        scratch.file("job.toml", format!("{friction}{grid}"));
+        scratch.run(&["run", "job.toml", "--overwrite", "--threads", "2"]).ends_with(0);
+        scratch.run(&["check", "map.h5"]).ends_with(0);
+        let x = if law == "table" { "V" } else { "vs" };
+        let plot =
+            ["plot", "map.h5", "--x", x, "--y", "c", "--variable", "regime", "--out", "s.svg", "--overwrite"];
+        scratch.run(&plot).ends_with(0);
+    }
+    // The law that has no parameters and a definition of many lines.
+    scratch.run(&["report", "map.h5", "--out", "report"]).ends_with(0);
+}
+
+#[test]
+fn bad_laws_are_refused_with_their_place() {
+    let scratch = Scratch::new();
+    let refuse = |friction: &str, parts: &[&str]| {
+        scratch.file("job.toml", format!("[friction]\n{friction}\n{GRID}"));
+        scratch.run(&["run", "job.toml"]).refuses(parts);
+    };
+    let phi = |text: &str| format!("law = \"expression\"\nphi = \"{text}\"");
+    refuse("law = \"exponentail\"", &["job.toml:2:7", "unknown law", "`exponential`"]);
+    refuse("law = \"expression\"", &["`phi` is missing"]);
+    refuse("law = \"lorentzian\"\nphi = \"1\"", &["job.toml:3:7", "has no phi"]);
+    refuse("law = \"lorentzian\"\nstatic = 2", &["job.toml:3:10", "phi(0) = 1 already"]);
+    refuse("law = \"table\"\nfile = \"none.csv\"", &["job.toml:3:8", "cannot be read"]);
+    refuse(
+        &phi("mu + (1 - mu)*exp(-u/vz)"),
+        &["unknown symbol `vz`", "                         ^^", "[grid]"],
+    );
+    refuse(&phi("mu + (1 - mu)*epx(-u/vs)"), &["no function `epx`", "^^^"]);
+    refuse(&phi("mu*eta + 0.5*exp(-u/vs)"), &["phi(0) is 0.5", "not 1"]);
+    refuse(&phi("mu*eta + 1 - vs*u/(u - 1)"), &["vanishes at u = 1", "^^^^^^^"]);
+    refuse(&phi("1 + mu*eta*vs*tanh(u)/u"), &["vanishes at u = 0"]);
+    refuse(&phi("1 - vs*eta - mu*abs(u - 0.5)"), &["kink at u = 0.5"]);
+    scratch.file("short.csv", "0,1\n0.5,0.9\n1,0.8\n");
+    let no_axes = "[grid]\nepsilon = 1.0\nV = [0.2, 1.0]\nc = 0.1\n";
+    scratch.file("job.toml", format!("[friction]\nlaw = \"table\"\nfile = \"short.csv\"\n{no_axes}"));
+    scratch.run(&["run", "job.toml"]).refuses(&["job.toml:3:8", "end at slip speed 1", "up to 2"]);
+    scratch.file("short.csv", "0,1\n0.5,x\n1,0.8\n");
+    scratch.run(&["run", "job.toml"]).refuses(&["short.csv:2: `0.5,x` is no pair"]);
+    assert_eq!(scratch.names(), ["job.toml", "short.csv"]);
+}
+
+#[test]
+fn a_map_of_other_data_is_not_taken_for_the_one_asked_for() {
+    let scratch = Scratch::new();
+    let grid = "[grid]\nepsilon = 1.0\nV = [0.2, 0.5]\nc = [0.0, 0.1]\n[output]\npath = \"map.h5\"\n";
+    scratch.file("job.toml", format!("[friction]\nlaw = \"table\"\nfile = \"pad.csv\"\n{grid}"));
+    scratch.file("pad.csv", "0,1\n0.1,0.9\n0.5,0.78\n1,0.75\n4,0.82\n");
+    scratch.run(&["run", "job.toml"]).ends_with(0);
+    assert!(scratch.run(&["run", "job.toml", "--resume"]).ends_with(0).err.contains("is complete already"));
+    // The configuration is the same, letter by letter.
+    scratch.file("pad.csv", "0,1\n0.1,0.9\n0.5,0.8\n1,0.75\n4,0.82\n");
+    let parts = ["map.h5 was begun as something else", "law_definition", "- 0.5,0.78", "+ 0.5,0.8"];
+    scratch.run(&["run", "job.toml", "--resume"]).refuses(&parts);
+}
+
+#[test]
+fn probe_asks_any_law() {
+    let scratch = Scratch::new();
+    let point = ["--epsilon", "1", "--V", "0.5", "--c", "0.1"];
+    let with = |arguments: &[&'static str]| {
+        let all: Vec<&str> = ["probe"].iter().chain(&point).chain(arguments).copied().collect();
+        scratch.run(&all)
+    };
+    let named = ["--law", "exponential", "--mu", "0.5", "--vs", "1", "--eta", "0", "--json"];
+    let built_in: serde_json::Value = serde_json::from_str(&with(&named).ends_with(0).out).unwrap();
+    let text = ["--phi", "mu + (1 - mu)*exp(-u/vs)", "--set", "mu=0.5", "--set", "vs=1", "--json"];
+    let as_text: serde_json::Value = serde_json::from_str(&with(&text).ends_with(0).out).unwrap();
+    for method in ["instability", "bendixson", "symmetric", "harmonic_balance", "simulation"] {
+        let of = |answer: &serde_json::Value| answer["methods"][method].clone();
+        assert_eq!(of(&built_in)["verdict"], of(&as_text)["verdict"], "{method}");
+        let [a, b] = [&built_in, &as_text].map(|answer| of(answer)["margin"].as_f64().unwrap());
+        assert!((a - b).abs() <= 1e-12, "{method}: {a} {b}");
+    }
+    assert_eq!(built_in["methods"]["perturbation"]["verdict"], "undecided");
+    let reason = built_in["methods"]["perturbation"]["reason"].as_str().unwrap();
+    assert!(reason.contains("does not depend on eps"), "{reason}");
+    with(&["--law", "exponential", "--mu", "0.5", "--vs", "0", "--eta", "0"])
+        .refuses(&["--vs 0", "greater than 0"]);
+    with(&["--law", "exponential", "--mu", "0.5", "--vs", "1"]).refuses(&["--eta"]);
+    with(&["--phi", "mu + (1 - mu)*exp(-u/w)", "--set", "mu=0.5"]).refuses(&["also needs --set w="]);
+    with(&["--phi", "1 - 0.1*u/(u - 0.7)"]).refuses(&["vanishes at u = 0.7", "^^^^^^^^^"]);
+    with(&["--law", "expression"]).refuses(&["needs --phi"]);
+}

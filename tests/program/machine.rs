@@ -1,0 +1,184 @@
+//! Machines in SI units from configuration to map, report and probe, through the real binary.
+
+use std::f64::consts::TAU;
+
+use crate::command::Scratch;
+use serde_json::Value;
+use slipmap::machine::{Machine, SI_ATTRIBUTE};
+use slipmap::store::{MapFile, Value as Attribute};
+
+/// An example configuration as it is delivered.
+fn example(name: &str) -> String {
+    std::fs::read_to_string(format!("{}/configs/{name}.toml", env!("CARGO_MANIFEST_DIR"))).unwrap()
+}
+
+/// The rows of a CSV table by column name.
+fn rows(text: &str) -> Vec<std::collections::HashMap<String, String>> {
+    csv::Reader::from_reader(text.as_bytes()).deserialize().map(Result::unwrap).collect()
+}
+
+fn close(a: f64, b: f64, error: f64) {
+    assert!((a - b).abs() <= error * b.abs(), "{a} {b}");
+}
+
+#[test]
+fn examples_are_mapped_checked_and_probed_in_si_units() {
+    for (name, damping, speeds, dampings) in
+        [("brake_pad", "20", 40, 51), ("drill_string", "222.3067", 40, 41)]
+    {
+        let scratch = Scratch::new();
+        scratch.file("machine.toml", example(name));
+        scratch.run(&["run", "machine.toml", "--set", "output.path=map.h5"]).ends_with(0);
+        scratch.run(&["check", "map.h5"]).ends_with(0);
+        let map = MapFile::open(&scratch.path().join("map.h5")).unwrap();
+        assert_eq!(map.grid().shape()[4..], [speeds, dampings], "{name}");
+
+        // The map knows its machine, and the units lead back to the numbers that were asked for.
+        let Some(Attribute::Reals(numbers)) = map.attributes().get(SI_ATTRIBUTE) else { panic!("{name}") };
+        let machine = Machine::from_array(numbers.as_slice().try_into().unwrap());
+        let units = machine.units();
+        let config: toml_edit::DocumentMut = example(name).parse().unwrap();
+        let axis = |key: &str| config["machine"][key].as_inline_table().unwrap();
+        for (key, unit, values) in [
+            ("belt_speed", units.velocity, &map.grid().axes()[4].values),
+            ("damping", units.damping, &map.grid().axes()[5].values),
+        ] {
+            for (end, value) in [("from", values[0]), ("to", *values.last().unwrap())] {
+                // One division and one multiplication.
+                close(value * unit, axis(key).get(end).unwrap().as_float().unwrap(), 2.0 * f64::EPSILON);
+            }
+        }
+
+        // It sticks and slips at its lowest speed under the damping of its description, and a critical damping
+        // and speed bring that to an end, in the units of the file.
+        let speed = axis("belt_speed").get("from").unwrap().as_float().unwrap();
+        let probe = |speed: f64, damping: &str| -> Value {
+            let [speed, damping] = [format!("belt_speed={speed:?}"), format!("damping={damping}")];
+            let run = ["probe", "--machine", "machine.toml", "--set", &speed, "--set", &damping, "--json"];
+            serde_json::from_str(&scratch.run(&run).ends_with(0).out).unwrap()
+        };
+        let number = |answer: &Value, key: &str| answer["machine"][key].as_f64().unwrap();
+        let answer = probe(speed, damping);
+        close(
+            number(&answer, "natural_frequency"),
+            (machine.stiffness / machine.mass).sqrt() / TAU,
+            4.0 * f64::EPSILON,
+        );
+        assert_eq!(answer["methods"]["simulation"]["verdict"], "present", "{name}");
+        let critical = number(&answer, "critical_damping");
+        let fastest = number(&answer, "critical_belt_speed");
+        // Both are located far more closely than to a millionth.
+        for (factor, verdict) in [(1.0 - 1e-6, "present"), (1.0 + 1e-6, "absent")] {
+            // One of them for each example.
+            let here = match name {
+                "drill_string" => probe(fastest * factor, damping),
+                _ => probe(speed, &format!("{:?}", critical * factor)),
+            };
+            assert_eq!(here["methods"]["simulation"]["verdict"], verdict, "{name}");
+        }
+        // While it sticks it moves with the belt over no more than its motion from end to end.
+        let travel = number(&answer, "stick_time") * speed;
+        assert!(travel > 0.0 && travel <= 2.0 * number(&answer, "amplitude"), "{name}: {answer}");
+
+        // Curves of the map's plane, with the points written beside the figure.
+        let plot =
+            ["plot", "map.h5", "--x", "V", "--y", "c", "--variable", "regime", "--curves", "--out", "p.svg"];
+        scratch.run(&plot).ends_with(0);
+        assert!(scratch.read("p.svg").contains("grazing"));
+        let mut met = 0;
+        for row in rows(&scratch.read("p.csv")).iter().filter(|row| row["curve"] == "grazing_sliding") {
+            let number = |key: &str| row[key].parse::<f64>().unwrap();
+            let point = slipmap::point::Point {
+                belt_speed: number("V"),
+                damping: number("c"),
+                ..machine.point(map.grid().law()).unwrap()
+            };
+            let root = slipmap::simulate::critical_damping(&map.grid().law().column(&point), 1e-10).unwrap();
+            // c* changes by at most a hundred from side to side, and is located to 1e-10.
+            assert!(number("error") < 1e-9);
+            assert!((root.c - point.damping).abs() < 1e-7, "{row:?} {root:?}");
+            met += 1;
+        }
+        assert!(met > 20, "{name}: {met}");
+        std::fs::remove_file(scratch.path().join("p.svg")).unwrap();
+        scratch.run(&plot).refuses(&["p.csv", "--overwrite"]);
+
+        // The same for people.
+        let [speed, damping] = [format!("belt_speed={speed:?}"), format!("damping={damping}")];
+        let run = ["probe", "--machine", "machine.toml", "--set", &speed, "--set", &damping];
+        let text = scratch.run(&run).ends_with(0).out;
+        for part in ["in SI units", "critical belt speed", "N s/m", "Hz", "amplitude"] {
+            assert!(text.contains(part), "{part} is not in\n{text}");
+        }
+    }
+}
+
+#[test]
+fn a_report_has_a_table_in_si_units() {
+    let scratch = Scratch::new();
+    scratch.file("machine.toml", example("brake_pad"));
+    // Few cells: drawing takes the time.
+    let small = ["--set", "machine.belt_speed=[0.05, 0.1, 0.4]", "--set", "machine.damping=[0.0, 20.0]"];
+    let run: Vec<&str> =
+        ["run", "machine.toml", "--set", "output.path=map.h5"].iter().chain(&small).copied().collect();
+    scratch.run(&run).ends_with(0);
+    scratch.run(&["report", "map.h5", "--out", "report"]).ends_with(0);
+    let table = rows(&scratch.read("report/tables/machine.csv"));
+    let speeds: Vec<f64> = table.iter().map(|row| row["belt_speed"].parse().unwrap()).collect();
+    assert_eq!(speeds.len(), 3);
+    for (speed, wanted) in speeds.iter().zip([0.05, 0.1, 0.4]) {
+        close(*speed, wanted, 4.0 * f64::EPSILON);
+    }
+    // The map's machine is the one at its first damping, as probe tells of it.
+    let probe =
+        ["probe", "--machine", "machine.toml", "--set", "belt_speed=0.1", "--set", "damping=0", "--json"];
+    let answer: Value = serde_json::from_str(&scratch.run(&probe).ends_with(0).out).unwrap();
+    for key in ["critical_damping", "critical_damping_ratio", "slip_time", "stick_time", "amplitude"] {
+        // Speeds differ by round-off; what follows from them is computed to 1e-9.
+        close(table[1][key].parse().unwrap(), answer["machine"][key].as_f64().unwrap(), 1e-6);
+    }
+    let words = scratch.read("report/report.md");
+    assert!(words.contains("SI units") && words.contains("N s/m"), "{words}");
+}
+
+#[test]
+fn bad_machines_are_refused_with_their_place() {
+    let scratch = Scratch::new();
+    let good = "[friction]\nlaw = \"stribeck\"\n[machine]\nmass = 2.0\nstiffness = 800.0\nnormal_force = 50.0\n\
+                static_friction = 0.4\nkinetic_friction = 0.3\nstribeck_velocity = 0.25\nbelt_speed = [0.1, 0.2]\n\
+                damping = 4.0\n";
+    let with = |from: &str, to: &str| {
+        assert!(good.contains(from), "{from}");
+        scratch.file("bad.toml", good.replace(from, to));
+        scratch.run(&["run", "bad.toml"])
+    };
+    with("mass = 2.0", "mass = -2.0").refuses(&["bad.toml:4:8", "mass must be greater than 0", "kg"]);
+    with("mass = 2.0", "mass = \"2 kg\"").refuses(&["bad.toml:4:8", "\"2 kg\""]);
+    with("mass = 2.0\n", "").refuses(&["bad.toml", "`mass` is missing", "SI units"]);
+    with("mass", "mas").refuses(&["bad.toml:4:1", "`mas`", "`mass`"]);
+    with("kinetic_friction = 0.3", "kinetic_friction = 0.5")
+        .refuses(&["bad.toml:8:20", "kinetic_friction must be from 0 to static_friction"]);
+    with("[0.1, 0.2]", "[0.2, 0.1]").refuses(&["bad.toml:10:14", "0.1 follows 0.2", "sort"]);
+    with("damping = 4.0", "damping = -4.0").refuses(&["bad.toml:11:11", "damping must be at least 0"]);
+    with("damping = 4.0", "damping = 4.0\nstrengthening = -1.0").refuses(&["bad.toml:12:17", "at least 0"]);
+    with("law = \"stribeck\"", "law = \"expression\"\nphi = \"1 - 0.1*tanh(u)\"")
+        .refuses(&["the law `expression` has no coefficients of friction", "[grid]"]);
+    with("damping = 4.0", "damping = 4.0\n[grid]\nepsilon = 1.0").refuses(&[
+        "bad.toml",
+        "machine",
+        "leave the other out",
+    ]);
+
+    scratch.file("good.toml", good);
+    let probe = |more: &[&str]| {
+        let all: Vec<&str> = ["probe", "--machine", "good.toml"].iter().chain(more).copied().collect();
+        scratch.run(&all)
+    };
+    probe(&[]).refuses(&["good.toml", "belt_speed has 2 values", "--set belt_speed=0.1"]);
+    probe(&["--set", "belt_speed=-1"]).refuses(&["--set belt_speed=-1", "greater than 0"]);
+    probe(&["--set", "mass=1"]).refuses(&["mass", "--set belt_speed=.."]);
+    scratch.run(&["probe", "--machine", "none.toml"]).refuses(&["none.toml"]);
+    scratch.file("grid.toml", "[grid]\nepsilon = 1.0\n");
+    scratch.run(&["probe", "--machine", "grid.toml"]).refuses(&["grid.toml", "[machine]"]);
+    assert_eq!(scratch.names(), ["bad.toml", "good.toml", "grid.toml"]);
+}

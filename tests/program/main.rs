@@ -1,0 +1,22 @@
+//! The program as its users run it: commands, messages, exit codes, what is written and what survives.
+//!
+//! One part alone: `cargo test --test program resume::`.
+
+#![cfg(all(unix, feature = "cli"))]
+#![allow(clippy::unwrap_used, clippy::expect_used)] // helpers of tests, which clippy.toml exempts only inside test functions
+
+mod benchmark;
+mod catalogue;
+mod command;
+mod config;
+mod hostile;
+mod latex;
+mod laws;
+mod machine;
+mod map_equal;
+#[cfg(all(target_os = "linux", feature = "mpi"))]
+mod mpi;
+mod probe;
+mod report;
+mod resume;
+mod run;

@@ -1,0 +1,171 @@
+//! One map by many processes: the same map as by one, whatever their number and whatever becomes of them.
+//!
+//! Needs an MPI library with `mpirun`; run by `scripts/mpi`.
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use crate::command::{Run, Scratch};
+use crate::map_equal::{JOB, assert_same, scratch};
+
+/// The map of one process.
+fn reference(scratch: &Scratch) -> PathBuf {
+    scratch.run(&["run", "job.toml"]).ends_with(0);
+    let path = scratch.path().join("reference.h5");
+    fs::rename(scratch.path().join("map.h5"), &path).unwrap();
+    path
+}
+
+/// `ranks` processes with the same arguments, on as many cores as there are.
+fn mpirun(scratch: &Scratch, ranks: u32, arguments: &[&str]) -> Command {
+    let mut command = Command::new("mpirun");
+    command
+        // Open MPI's leave to start more processes than cores, and to do so in a container.
+        .envs([("OMPI_MCA_rmaps_base_oversubscribe", "1"), ("OMPI_MCA_btl_base_warn_component_unused", "0")])
+        .envs([("OMPI_ALLOW_RUN_AS_ROOT", "1"), ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")])
+        .args(["-n", &ranks.to_string(), env!("CARGO_BIN_EXE_slipmap")])
+        .args(arguments)
+        .current_dir(scratch.path())
+        .stdin(Stdio::null());
+    command
+}
+
+fn ranks(scratch: &Scratch, ranks: u32, arguments: &[&str]) -> Run {
+    Run::of(mpirun(scratch, ranks, arguments).output().unwrap())
+}
+
+/// The process of a rank, looked for among the descendants of its launcher.
+fn process_of(launcher: &Child, rank: &str) -> Option<u32> {
+    let mut waiting = vec![launcher.id()];
+    let wanted = format!("OMPI_COMM_WORLD_RANK={rank}");
+    while let Some(process) = waiting.pop() {
+        let environment = fs::read(format!("/proc/{process}/environ")).unwrap_or_default();
+        if environment.split(|byte| *byte == 0).any(|entry| entry == wanted.as_bytes()) {
+            return Some(process);
+        }
+        for task in fs::read_dir(format!("/proc/{process}/task")).into_iter().flatten().flatten() {
+            let children = fs::read_to_string(task.path().join("children")).unwrap_or_default();
+            waiting.extend(children.split_whitespace().filter_map(|child| child.parse::<u32>().ok()));
+        }
+    }
+    None
+}
+
+#[test]
+fn any_number_of_ranks_makes_the_same_map() {
+    let scratch = scratch();
+    let reference = reference(&scratch);
+    let map = scratch.path().join("map.h5");
+    for number in [2, 4] {
+        let run = ranks(&scratch, number, &["run", "job.toml", "--threads", "1", "--json"]).ends_with(0);
+        let summary: serde_json::Value = serde_json::from_str(&run.out).unwrap();
+        assert_eq!(summary["threads"], number, "the threads of all ranks");
+        assert_eq!(summary["audit"]["cells"], 50, "the audits of all ranks");
+        assert_eq!(scratch.names(), ["job.toml", "map.h5", "reference.h5"]);
+        assert_same(&map, &reference);
+        fs::remove_file(&map).unwrap();
+    }
+}
+
+#[test]
+fn a_lost_rank_costs_no_finished_tile() {
+    let scratch = scratch();
+    let reference = reference(&scratch);
+    let journal = scratch.path().join("map.h5.part");
+    // Rank 0 is the one that writes.
+    for lost in ["1", "0"] {
+        let mut command = mpirun(&scratch, 3, &["run", "job.toml", "--threads", "1"]);
+        let launcher = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        let start = Instant::now();
+        // Tiles take about 100 kB each.
+        while fs::metadata(&journal).map_or(0, |metadata| metadata.len()) < 500_000 {
+            assert!(start.elapsed() < Duration::from_secs(100), "no tiles were ever finished");
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        let process = process_of(&launcher, lost).expect("the rank is at work");
+        assert!(Command::new("kill").args(["-9", &process.to_string()]).status().unwrap().success());
+        let run = Run::of(launcher.wait_with_output().unwrap());
+        assert_ne!(run.code, 0, "a run that lost a rank says so");
+        assert!(!scratch.path().join("map.h5").exists(), "killed too late for this test");
+        // By another number of processes, and by one alone.
+        let resumed = match lost {
+            "1" => ranks(&scratch, 2, &["run", "job.toml", "--resume", "--json"]),
+            _ => scratch.run(&["run", "job.toml", "--resume", "--json"]),
+        };
+        let summary: serde_json::Value = serde_json::from_str(&resumed.ends_with(0).out).unwrap();
+        assert!(summary["resumed_tiles"].as_u64() > Some(0), "{summary}");
+        assert_eq!(scratch.names(), ["job.toml", "map.h5", "reference.h5"]);
+        assert_same(&scratch.path().join("map.h5"), &reference);
+        fs::remove_file(scratch.path().join("map.h5")).unwrap();
+    }
+}
+
+#[test]
+fn ranks_that_disagree_do_not_begin() {
+    let scratch = scratch();
+    scratch.file("other.toml", JOB.replace("0.05, 0.2", "0.05, 0.3"));
+    let program = env!("CARGO_BIN_EXE_slipmap");
+    let mut command = mpirun(&scratch, 1, &["run", "job.toml"]);
+    let run = Run::of(command.args([":", "-n", "1", program, "run", "other.toml"]).output().unwrap());
+    assert_eq!(run.code, 2, "{run:?}");
+    assert!(run.err.contains("rank 1 would compute another map"), "{}", run.err);
+    // One complaint, not one per rank.
+    let run = ranks(&scratch, 3, &["run", "job.toml", "--set", "grid.V=-1.0"]);
+    assert_eq!((run.code, run.err.matches("error:").count()), (2, 1), "{run:?}");
+    assert_eq!(scratch.names(), ["job.toml", "other.toml"]);
+}
+
+/// Seconds of processor time of all ranks, and of the clock.
+fn timed(scratch: &Scratch, ranks: u32, map: &str) -> (f64, f64) {
+    let axes = ["alpha", "beta", "gamma", "V", "c"]
+        .map(|name| format!("{name} = {{ from = 0.05, to = 1.0, points = 40 }}"));
+    let grid = format!("[grid]\nepsilon = 0.05\n{}\n", axes.join("\n"));
+    scratch.file("rate.toml", grid + "[output]\npath = \"rate.h5\"\n");
+    let mut command = mpirun(scratch, ranks, &["run", "rate.toml", "--threads", "1", "--quiet"]);
+    if ranks == 1 {
+        command = scratch.command(&["run", "rate.toml", "--threads", "1", "--quiet"]);
+    }
+    // The shell tells what its children took.
+    let mut shell = Command::new("bash");
+    shell
+        .args(["-c", "\"$@\" >/dev/null; times", "bash"])
+        .arg(command.get_program())
+        .args(command.get_args());
+    shell
+        .envs(command.get_envs().filter_map(|(name, value)| Some((name, value?))))
+        .current_dir(scratch.path());
+    let start = Instant::now();
+    let times = Run::of(shell.output().unwrap()).ends_with(0).out;
+    let seconds = start.elapsed().as_secs_f64();
+    fs::rename(scratch.path().join("rate.h5"), scratch.path().join(map)).unwrap();
+    let children = times.lines().nth(1).unwrap();
+    let read = |text: &str| {
+        let (minutes, seconds) = text.trim_end_matches('s').split_once('m').unwrap();
+        60.0 * minutes.parse::<f64>().unwrap() + seconds.parse::<f64>().unwrap()
+    };
+    (children.split_whitespace().map(read).sum(), seconds)
+}
+
+#[test]
+#[ignore = "a measurement: prints a table"]
+fn rate_of_ranks() {
+    let scratch = Scratch::new();
+    let cells = 40_f64.powi(5);
+    let cores = std::thread::available_parallelism().unwrap();
+    println!("ranks,cores,cells,seconds,rank_seconds,processor_seconds,efficiency,processor_efficiency");
+    let mut one = None;
+    for ranks in [1, 2, 4] {
+        let map = format!("{ranks}.h5");
+        let (processor, seconds) = timed(&scratch, ranks, &map);
+        let (first_processor, first) = *one.get_or_insert((processor, seconds));
+        assert_same(&scratch.path().join(map), &scratch.path().join("1.h5"));
+        println!(
+            "{ranks},{cores},{cells},{seconds:.2},{:.2},{processor:.2},{:.2},{:.2}",
+            f64::from(ranks) * seconds,
+            first / (f64::from(ranks) * seconds),
+            first_processor / processor,
+        );
+    }
+}

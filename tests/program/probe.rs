@@ -1,0 +1,371 @@
+//! `slipmap probe`: one point and tables of points.
+
+use std::process::Stdio;
+
+use crate::command::{Run, Scratch};
+use serde_json::Value;
+
+const POINT: [(&str, f64); 6] =
+    [("epsilon", 0.1), ("alpha", 0.3), ("beta", 0.1), ("gamma", 2.0), ("V", 1.0), ("c", 0.5)];
+
+const METHODS: [&str; 7] = [
+    "perturbation",
+    "instability",
+    "bendixson_leading",
+    "bendixson",
+    "symmetric",
+    "harmonic_balance",
+    "simulation",
+];
+
+/// The arguments of a probe of [`POINT`] with some parameters changed, NaN for left out.
+fn probe(changes: &[(&str, f64)]) -> Vec<String> {
+    let mut arguments = vec!["probe".to_owned()];
+    for (name, value) in POINT {
+        let value = changes.iter().find(|(changed, _)| *changed == name).map_or(value, |(_, value)| *value);
+        if !value.is_nan() {
+            arguments.extend([format!("--{name}"), format!("{value:?}")]);
+        }
+    }
+    arguments
+}
+
+fn run(arguments: &[String], more: &[&str]) -> Run {
+    let all: Vec<&str> = arguments.iter().map(String::as_str).chain(more.iter().copied()).collect();
+    Scratch::new().run(&all)
+}
+
+fn json(changes: &[(&str, f64)]) -> Value {
+    let run = run(&probe(changes), &["--json"]).ends_with(0);
+    assert_eq!(run.err, "");
+    serde_json::from_str(&run.out).unwrap()
+}
+
+#[test]
+fn json_tells_everything_and_agrees_with_closed_forms() {
+    let answer = json(&[]);
+    for (name, value) in POINT {
+        assert_eq!(answer["point"][name], value, "{name}");
+    }
+    let methods = answer["methods"].as_object().unwrap();
+    let others = ["validated", "smoothed", "stick_band", "fixed_step", "event_step"];
+    assert_eq!(methods.keys().collect::<Vec<_>>(), [METHODS.as_slice(), &others].concat());
+    for (name, method) in methods {
+        let verdict = method["verdict"].as_str().unwrap();
+        assert!(["present", "absent", "undecided", "failed"].contains(&verdict), "{name}");
+        assert_eq!(
+            verdict == "undecided",
+            method["reason"].is_string(),
+            "{name} explains what it leaves open"
+        );
+        assert!(method["guarantee"].is_string() && method["equation"].is_string(), "{name}");
+    }
+    let number = |value: &Value| value.as_f64().unwrap();
+    // theory.md, section 2: -c + gamma (1 - alpha) - 2 beta V, here -0.5 + 1.4 - 0.2; each of the few
+    // operations rounds values of order one.
+    assert!((number(&methods["perturbation"]["margin"]) - 0.7).abs() < 1e-15);
+    // E = (1 - eps c V, V), the equilibrium at phi(V), the eigenvalues' sum the divergence at V.
+    assert!((number(&answer["exit_point"]["x1"]) - 0.95).abs() < 1e-15);
+    let (weakening, phi) = (1.0 / 1.2, 0.7 / 1.2 + 0.3 + 0.01);
+    assert!((number(&answer["equilibrium"]["x1"]) - phi).abs() < 1e-15);
+    let divergence = 0.1 * (-0.5 + 1.4 * weakening * weakening - 0.2);
+    assert!((number(&answer["equilibrium"]["divergence"]) - divergence).abs() < 1e-15);
+    let sum: f64 =
+        answer["equilibrium"]["eigenvalues"].as_array().unwrap().iter().map(|e| number(&e["re"])).sum();
+    assert!((sum - divergence).abs() < 1e-15);
+    assert_eq!(answer["sliding_segment"]["to_x1"], answer["exit_point"]["x1"]);
+
+    // Both engines follow the same orbit.
+    let (map, direct) = (&answer["flow"]["return_map"], &answer["flow"]["direct"]);
+    assert_eq!((&map["fate"], &direct["fate"]), (&"sticks".into(), &"sticks".into()));
+    let errors = number(&map["margin_error"]) + number(&direct["margin_error"]);
+    assert!((number(&map["margin"]) - number(&direct["margin"])).abs() <= errors);
+    let landing = &answer["landing"];
+    let period = number(&landing["slip_time"]) + number(&landing["stick_time"]);
+    assert_eq!(number(&landing["period"]), period);
+    // While it sticks the mass moves from x1 to E with the speed V.
+    let distance = number(&answer["exit_point"]["x1"]) - number(&landing["x1"]);
+    assert!((number(&landing["stick_time"]) - distance).abs() < 1e-15);
+}
+
+#[test]
+fn the_critical_damping_separates_the_verdicts() {
+    let critical = json(&[]);
+    let c = critical["critical_c"]["value"].as_f64().unwrap();
+    let error = critical["critical_c"]["error"].as_f64().unwrap();
+    // The margin's slope in c is of order eps: a step of 1e-6 moves it by about 1e-7, far beyond the
+    // tolerance 1e-9.
+    assert!(error < 1e-6);
+    for (damping, verdict) in [(c - 1e-6, "present"), (c + 1e-6, "absent")] {
+        let simulation = &json(&[("c", damping)])["methods"]["simulation"];
+        assert_eq!(simulation["verdict"], verdict);
+        assert_eq!(simulation["critical_c"], c);
+        assert_eq!(simulation["margin"].as_f64().unwrap() > 0.0, verdict == "present");
+    }
+}
+
+#[test]
+fn numbers_that_do_not_exist_are_null() {
+    // No weakening at all: no cycle, no damping at which there is one.
+    let answer = json(&[("alpha", 1.0)]);
+    assert_eq!(answer["landing"], Value::Null);
+    assert_eq!(answer["regime"], "equilibrium");
+    for method in METHODS {
+        assert_eq!(answer["methods"][method]["critical_c"], Value::Null, "{method}");
+        assert_ne!(answer["methods"][method]["verdict"], "present", "{method}");
+    }
+}
+
+#[test]
+fn the_text_names_every_answer() {
+    let text = run(&probe(&[]), &[]).ends_with(0).out;
+    for part in METHODS.iter().chain(&[
+        "epsilon = 0.1   alpha = 0.3   beta = 0.1   gamma = 2   V = 1   c = 0.5",
+        "undecided because",
+        "return map",
+        "direct",
+        "c* = ",
+        "stick_slip: the stick-slip cycle is the only attractor",
+        "unstable focus",
+        "exit point",
+        "landing",
+        "period",
+        "multiplier",
+        "epsilon limit",
+        "bistable for c",
+    ]) {
+        assert!(text.contains(part), "no `{part}` in\n{text}");
+    }
+}
+
+#[test]
+fn bad_points() {
+    let nan = f64::NAN;
+    run(&probe(&[("V", nan), ("c", nan)]), &[]).refuses(&["also needs --V, --c", "help: "]);
+    Scratch::new().run(&["probe"]).refuses(&["--epsilon, --alpha, --beta, --gamma, --V, --c", "--points"]);
+    run(&probe(&[("alpha", 1.5)]), &[]).refuses(&["--alpha 1.5", "between 0 and 1"]);
+    run(&probe(&[("beta", -1.0)]), &[]).refuses(&["--beta -1", "at least 0"]);
+    run(&probe(&[("V", 0.0)]), &[]).refuses(&["--V 0", "greater than 0"]);
+    run(&probe(&[("V", nan)]), &["--V", "nan"]).refuses(&["--V NaN", "finite"]);
+    run(&probe(&[("V", nan)]), &["--V", "fast"]).refuses(&["'fast'", "--V", "not a number"]);
+    run(&probe(&[]), &["--law", "coulomb"]).refuses(&["'coulomb'", "--law", "stribeck"]);
+    run(&probe(&[]), &["--tolerance", "1"]).refuses(&["--tolerance", "from 1e-14 to 1e-2"]);
+    run(&probe(&[]), &["--gama", "2"]).refuses(&["--gama", "--gamma"]);
+    run(&probe(&[]), &["--out", "x.csv"]).refuses(&["--points"]);
+    run(&probe(&[]), &["--points", "x.csv", "--out", "y.csv"]).refuses(&["both a point and a table"]);
+}
+
+/// Columns in another order than the parameters', and others, awkward ones, among them.
+const TABLE: &str = "\
+id,gamma,c,V,alpha,\"remark, free\",beta,epsilon
+1,2,0.5,1,0.3,\"says \"\"hi\"\", twice\",0.1,0.1
+2,2,1.3,1,0.3,\"two
+lines\",0.1,0.1
+3, 8 ,0,0.25,0,,0,1e-2
+4,0,0.1,3,1,\u{e9}\u{3b1},0.5,1
+";
+
+#[test]
+fn a_table_keeps_its_columns_and_gains_the_answers() {
+    let scratch = Scratch::new();
+    scratch.file("in.csv", TABLE);
+    scratch.run(&["probe", "--points", "in.csv", "--out", "out.csv", "--epsilon-limits"]).ends_with(0);
+    assert_eq!(scratch.names(), ["in.csv", "out.csv"]);
+
+    let text = scratch.read("out.csv");
+    let mut reader = csv::Reader::from_reader(text.as_bytes());
+    let header = reader.headers().unwrap().clone();
+    let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+    let mut original = csv::Reader::from_reader(TABLE.as_bytes());
+    let kept = original.headers().unwrap().len();
+    assert_eq!(
+        header.iter().take(kept).collect::<Vec<_>>(),
+        original.headers().unwrap().iter().collect::<Vec<_>>()
+    );
+    let mut added: Vec<String> =
+        METHODS.iter().flat_map(|name| [format!("verdict_{name}"), format!("margin_{name}")]).collect();
+    added.extend(
+        ["critical_c", "regime", "landing_x1", "stick_time", "slip_time", "crossings"].map(str::to_owned),
+    );
+    added
+        .extend(["period", "amplitude_x1", "amplitude_x2", "multiplier"].map(|name| format!("cycle_{name}")));
+    added.extend(
+        ["boundary_velocity", "boundary_multiplier", "kick_forward", "kick_backward"].map(str::to_owned),
+    );
+    added.extend(METHODS.iter().map(|name| format!("epsilon_limit_{name}")));
+    assert_eq!(header.iter().skip(kept).collect::<Vec<_>>(), added);
+
+    let at = |row: &csv::StringRecord, name: &str| {
+        row[header.iter().position(|column| column == name).unwrap()].trim().to_owned()
+    };
+    let originals: Vec<csv::StringRecord> = original.records().map(Result::unwrap).collect();
+    assert_eq!(rows.len(), originals.len());
+    for (row, original) in rows.iter().zip(&originals) {
+        assert_eq!(row.iter().take(kept).collect::<Vec<_>>(), original.iter().collect::<Vec<_>>());
+        // The same answers, to the last bit, as for the point alone.
+        let point: Vec<(&str, f64)> =
+            POINT.iter().map(|(name, _)| (*name, at(row, name).parse().unwrap())).collect();
+        let single = json(&point);
+        let same = |text: &str, value: &Value| match value {
+            // JSON has no infinities; a margin may be one.
+            Value::Null => assert!(text.is_empty() || text.contains("inf"), "{text} for null"),
+            Value::String(word) => assert_eq!(text, word),
+            number => assert_eq!(text.parse::<f64>().unwrap(), number.as_f64().unwrap()),
+        };
+        for method in METHODS {
+            same(&at(row, &format!("verdict_{method}")), &single["methods"][method]["verdict"]);
+            same(&at(row, &format!("margin_{method}")), &single["methods"][method]["margin"]);
+            same(&at(row, &format!("epsilon_limit_{method}")), &single["methods"][method]["epsilon_limit"]);
+        }
+        same(&at(row, "critical_c"), &single["methods"]["simulation"]["critical_c"]);
+        same(&at(row, "regime"), &single["regime"]);
+        let landing = |key: &str| single["landing"].get(key).cloned().unwrap_or(Value::Null);
+        same(&at(row, "landing_x1"), &landing("x1"));
+        same(&at(row, "stick_time"), &landing("stick_time"));
+        same(&at(row, "slip_time"), &landing("slip_time"));
+        same(&at(row, "crossings"), &landing("crossings"));
+        let cycle = single["attracting_cycle"].get("period").cloned().unwrap_or(Value::Null);
+        same(&at(row, "cycle_period"), &cycle);
+    }
+    assert_eq!(at(&rows[0], "verdict_simulation"), "present");
+    assert_eq!(at(&rows[1], "verdict_simulation"), "absent");
+}
+
+#[test]
+fn standard_input_and_output() {
+    let scratch = Scratch::new();
+    let input = scratch.file("in.csv", TABLE);
+    scratch.run(&["probe", "--points", "in.csv", "--out", "out.csv"]).ends_with(0);
+    let mut command = scratch.command(&["probe", "--points", "-", "--out", "-"]);
+    command.stdin(std::fs::File::open(input).unwrap());
+    let piped = Run::of(command.output().unwrap()).ends_with(0);
+    assert_eq!(piped.out, scratch.read("out.csv"));
+    assert_eq!(piped.err, "", "no progress bar without a terminal");
+}
+
+/// A table of `rows` different points.
+fn many(rows: usize) -> String {
+    let row = |i: usize| {
+        format!("0.1,0.3,0.1,2,{},{}\n", 0.5 + i as f64 / rows as f64, 0.25 + (i % 7) as f64 / 4.0)
+    };
+    "epsilon,alpha,beta,gamma,V,c\n".to_owned() + &(0..rows).map(row).collect::<String>()
+}
+
+#[test]
+fn rows_keep_their_order_for_any_number_of_threads() {
+    let scratch = Scratch::new();
+    scratch.file("in.csv", many(500));
+    for threads in ["1", "3"] {
+        let out = format!("out{threads}.csv");
+        scratch.run(&["probe", "--points", "in.csv", "--out", &out, "--threads", threads]).ends_with(0);
+    }
+    assert_eq!(scratch.read("out1.csv"), scratch.read("out3.csv"));
+    for (row, original) in scratch.read("out1.csv").lines().zip(many(500).lines()) {
+        assert!(row.starts_with(original));
+    }
+}
+
+#[test]
+fn tables_from_spreadsheets() {
+    let scratch = Scratch::new();
+    scratch.file("unix.csv", many(3));
+    scratch.file("windows.csv", format!("\u{feff}{}", many(3).replace('\n', "\r\n")));
+    for name in ["unix", "windows"] {
+        let (input, out) = (format!("{name}.csv"), format!("{name}-out.csv"));
+        scratch.run(&["probe", "--points", &input, "--out", &out]).ends_with(0);
+    }
+    assert_eq!(scratch.read("unix-out.csv"), scratch.read("windows-out.csv").replace('\r', ""));
+}
+
+#[test]
+fn a_table_without_rows_stays_one() {
+    let scratch = Scratch::new();
+    scratch.file("in.csv", many(0));
+    scratch.run(&["probe", "--points", "in.csv", "--out", "out.csv"]).ends_with(0);
+    assert_eq!(scratch.read("out.csv").lines().count(), 1);
+}
+
+#[test]
+fn existing_tables_are_kept_unless_told_otherwise() {
+    let scratch = Scratch::new();
+    scratch.file("in.csv", many(2));
+    scratch.file("out.csv", "precious");
+    let arguments = ["probe", "--points", "in.csv", "--out", "out.csv", "--overwrite"];
+    scratch.run(&arguments[..5]).refuses(&["out.csv", "exists already", "--overwrite"]);
+    assert_eq!(scratch.read("out.csv"), "precious");
+    scratch.run(&arguments).ends_with(0);
+    assert_eq!(scratch.read("out.csv").lines().count(), 3);
+    // Even onto itself.
+    scratch.file("in2.csv", many(2));
+    scratch.run(&["probe", "--points", "in2.csv", "--out", "in2.csv", "--overwrite"]).ends_with(0);
+    assert_eq!(scratch.read("in2.csv"), scratch.read("out.csv"));
+    assert_eq!(scratch.names(), ["in.csv", "in2.csv", "out.csv"]);
+}
+
+/// Probes the table and checks the refusal and that nothing was written, to a file or to standard output.
+#[track_caller]
+fn refused(table: impl AsRef<[u8]>, parts: &[&str]) {
+    let scratch = Scratch::new();
+    scratch.file("in.csv", table);
+    for out in ["out.csv", "-"] {
+        scratch.run(&["probe", "--points", "in.csv", "--out", out]).refuses(parts).refuses(&["help: "]);
+        assert_eq!(scratch.names(), ["in.csv"], "something was written");
+    }
+}
+
+/// A table whose line 17 has this value of beta.
+fn line_17(beta: &str) -> String {
+    let mut lines: Vec<String> = many(30).lines().map(str::to_owned).collect();
+    lines[16] = lines[16].replacen("0.1,2,", &format!("{beta},2,"), 1);
+    lines.join("\n") + "\n"
+}
+
+#[test]
+fn bad_tables() {
+    refused(many(3).replace("gamma", "gama"), &["in.csv:1", "`gamma` is missing", "gama"]);
+    refused(
+        many(3).replace(',', ";"),
+        &["in.csv:1", "`epsilon` is missing", "separate the columns by commas"],
+    );
+    refused(many(3).replace("gamma", "beta"), &["in.csv:1", "`beta` is there twice"]);
+    refused("", &["in.csv:1", "`epsilon` is missing"]);
+    refused(line_17("high"), &["in.csv:17: column beta: `high`", "not a number"]);
+    refused(line_17(""), &["in.csv:17: column beta: ``", "not a number"]);
+    refused(line_17("nan"), &["in.csv:17: column beta: `NaN`", "finite"]);
+    refused(line_17("-2"), &["in.csv:17: column beta: `-2`", "at least 0"]);
+    refused(line_17("0.1,0.1"), &["in.csv:17", "7 fields", "the header 6"]);
+    refused(
+        line_17("high").replace("0.1,0.3,0.1,2,0.5,", "0.1,0.3,low,2,0.5,"),
+        &["in.csv:2: column beta: `low`"],
+    );
+    let again = many(3).replace("V,c", "V,c,regime").replace(".25\n", ".25,x\n");
+    refused(again.lines().next().unwrap(), &["in.csv:1", "`regime` is there already"]);
+}
+
+#[test]
+fn bad_table_places() {
+    let scratch = Scratch::new();
+    scratch.file("in.csv", many(2));
+    std::fs::create_dir(scratch.path().join("folder")).unwrap();
+    let run = |input: &str, out: &str| scratch.run(&["probe", "--points", input, "--out", out]);
+    run("none.csv", "out.csv").refuses(&["none.csv: there is no such file", "help: "]);
+    run("folder", "out.csv").refuses(&["folder: this is a folder", "help: "]);
+    run("in.csv", "folder").refuses(&["--out folder: this is a folder", "help: "]);
+    run("in.csv", "none/out.csv").refuses(&["none", "cannot write into the folder", "help: "]);
+    run("in.csv", "in.csv/out.csv").refuses(&["cannot write into the folder in.csv", "help: "]);
+    assert_eq!(scratch.names(), ["folder", "in.csv"]);
+}
+
+#[test]
+fn a_reader_that_leaves_early_is_no_error() {
+    let scratch = Scratch::new();
+    // More than a pipe holds, so that writing meets the closed end.
+    scratch.file("in.csv", many(2000));
+    for arguments in [&["probe", "--points", "in.csv", "--out", "-"][..], &["probe", "--help"]] {
+        let mut command = scratch.command(arguments);
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        drop(child.stdout.take());
+        let run = Run::of(child.wait_with_output().unwrap()).ends_with(0);
+        assert_eq!(run.err, "");
+    }
+}

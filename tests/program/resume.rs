@@ -1,0 +1,459 @@
+//! Runs that are stopped, by whatever, go on as if nothing had happened.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
+use std::time::{Duration, Instant};
+
+use crate::command::{Run, Scratch};
+use crate::map_equal::{assert_same, contents, scratch};
+use slipmap::friction::Law;
+use slipmap::map::{Account, Control, Engine, Field, Grid, Method, Plan, Queue, compute_tiles};
+use slipmap::store::{self, Existing, Outcome, PartialMap, Provenance, Resumed};
+
+/// The map of an uninterrupted run, and the seconds it took.
+fn reference(scratch: &Scratch, arguments: &[&str]) -> (PathBuf, f64) {
+    let start = Instant::now();
+    scratch.run(&[&["run", "job.toml", "--threads", "2"], arguments].concat()).ends_with(0);
+    let seconds = start.elapsed().as_secs_f64();
+    let path = scratch.path().join("reference.h5");
+    fs::rename(scratch.path().join("map.h5"), &path).unwrap();
+    (path, seconds)
+}
+
+fn start(scratch: &Scratch, arguments: &[&str]) -> Child {
+    let mut command = scratch.command(&[&["run", "job.toml"], arguments].concat());
+    command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+}
+
+fn signal(child: &Child, name: &str) {
+    let status = Command::new("kill").args([name, &child.id().to_string()]).status().unwrap();
+    assert!(status.success());
+}
+
+/// Bytes in the journal.
+fn journal_length(scratch: &Scratch) -> u64 {
+    fs::metadata(scratch.path().join("map.h5.part")).map_or(0, |metadata| metadata.len())
+}
+
+/// Waits until a run has added some of the 40 tiles, of about 100 kB each, to the `before` bytes of its journal.
+fn wait_for_tiles(scratch: &Scratch, before: u64) {
+    let start = Instant::now();
+    while journal_length(scratch) < before + 400_000 {
+        assert!(start.elapsed() < Duration::from_secs(100), "no tiles were ever finished");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+/// A run stopped by SIGKILL after its first tiles.
+fn stopped(scratch: &Scratch) {
+    let mut child = start(scratch, &["--threads", "1"]);
+    wait_for_tiles(scratch, 0);
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(!scratch.path().join("map.h5").exists(), "killed too late for this test");
+}
+
+fn check(scratch: &Scratch, name: &str) {
+    scratch.run(&["check", name]).ends_with(0);
+}
+
+/// SplitMix64 between 0 and 1.
+fn random(state: &mut u64) -> f64 {
+    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let mut z = *state;
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+/// Kills runs at random times, resumes each until it is complete, and compares every map.
+fn kill_and_resume(kills: usize, seed: u64) {
+    let scratch = scratch();
+    let (reference, seconds) = reference(&scratch, &[]);
+    let map = scratch.path().join("map.h5");
+    let resume = |threads| ["run", "job.toml", "--resume", "--threads", threads];
+    let (mut killed, mut maps, mut state) = (0, 0, seed);
+    while killed < kills {
+        // Up to a fifth beyond the end: sealing and renaming are hit as well, and some runs get through.
+        let child = start(&scratch, &resume("2")[2..]);
+        std::thread::sleep(Duration::from_secs_f64(1.2 * seconds * random(&mut state)));
+        signal_if_alive(child, &mut killed);
+        if map.exists() {
+            // Whatever was interrupted after that, the map is the map; the rest is tidied up.
+            scratch.run(&resume("2")).ends_with(0);
+            assert_eq!(scratch.names(), ["job.toml", "map.h5", "reference.h5"]);
+            check(&scratch, "map.h5");
+            assert_same(&map, &reference);
+            fs::remove_file(&map).unwrap();
+            maps += 1;
+        }
+    }
+    scratch.run(&resume("1")).ends_with(0);
+    assert_same(&map, &reference);
+    println!("{killed} kills, {} maps, each equal to the uninterrupted one", maps + 1);
+}
+
+fn signal_if_alive(mut child: Child, killed: &mut usize) {
+    if child.try_wait().unwrap().is_none() {
+        *killed += 1;
+    }
+    let _ = child.kill();
+    child.wait().unwrap();
+}
+
+#[test]
+fn ten_kills_leave_no_trace() {
+    kill_and_resume(10, 1);
+}
+
+#[test]
+#[ignore = "minutes: two hundred kills; cargo test --test program resume:: -- --ignored"]
+fn two_hundred_kills_leave_no_trace() {
+    kill_and_resume(200, 2);
+}
+
+/// Every method and every field, in tiles of a few cells.
+fn everything() -> Plan {
+    let nodes = vec![
+        vec![0.05, 0.2],
+        vec![0.1, 0.6],
+        vec![0.1],
+        vec![0.5, 4.0],
+        vec![1.0],
+        vec![0.0, 0.2, 0.4, 0.8, 1.6],
+    ];
+    Plan {
+        grid: Grid::new(Law::Stribeck, nodes).unwrap(),
+        methods: Method::all().collect(),
+        fields: Field::ALL.to_vec(),
+        engine: Engine::Auto,
+        tolerance: 1e-9,
+        audit_cells: 10,
+        proof_boxes: 0,
+        tile_shape: vec![1, 1, 1, 2, 1, 5],
+        compression: 4,
+    }
+}
+
+/// Computes at most `tiles` of the tiles that are missing from a map; the account of these.
+fn add_tiles(map: &PartialMap, tiles: usize) -> (Account, usize) {
+    let queue = Queue::new(map.finished().to_vec());
+    let left = AtomicUsize::new(tiles);
+    let take = |n: usize| n.checked_sub(1);
+    let next = || left.fetch_update(Relaxed, Relaxed, take).ok().and_then(|_| queue.take());
+    let control = Control { threads: Some(2), on_cells: &|_| (), stop: &AtomicBool::new(false) };
+    compute_tiles(map.plan(), map, &control, &next).unwrap()
+}
+
+#[test]
+fn every_method_and_every_field_goes_on_where_it_stopped() {
+    let (plan, provenance) = (everything(), Provenance::default());
+    let folder = tempfile::tempdir().unwrap();
+    let outcome = |account: Account| Outcome {
+        audit: Some(store::Audit {
+            cells: account.audit.cells,
+            disagreements: account.audit.disagreements.len() as u64,
+        }),
+        extra: vec![("rhs".to_owned(), account.rhs.cast_signed().into())],
+        ..Outcome::default()
+    };
+    let whole = folder.path().join("whole.h5");
+    let map = PartialMap::begin(&whole, &plan, &provenance, Existing::Refuse).unwrap();
+    let (account, _) = add_tiles(&map, usize::MAX);
+    map.finish(&outcome(account)).unwrap();
+
+    let path = folder.path().join("map.h5");
+    drop_after(&path, &plan, 1);
+    drop_after(&path, &plan, 2);
+    let Resumed::Partial(map) = PartialMap::resume(&path, &plan, &provenance).unwrap() else {
+        panic!("tiles are missing");
+    };
+    assert_eq!(map.tiles(), 3);
+    let mut account = map.account().clone();
+    account.add(add_tiles(&map, usize::MAX).0);
+    map.finish(&outcome(account)).unwrap();
+    assert_same(&path, &whole);
+    let variables = contents(&path).into_keys().filter(|name| name.ends_with(" cells"));
+    let names: Vec<String> = variables.collect();
+    for start in
+        ["verdict_validated", "verdict_fixed_step", "cycle_period", "kick_forward", "epsilon_limit_bendixson"]
+    {
+        assert!(names.iter().any(|name| name.starts_with(start)), "no {start} among {names:?}");
+    }
+}
+
+/// Adds some tiles to a map and leaves it to a later run.
+fn drop_after(path: &Path, plan: &Plan, tiles: usize) {
+    let Resumed::Partial(map) = PartialMap::resume(path, plan, &Provenance::default()).unwrap() else {
+        panic!("tiles are missing");
+    };
+    add_tiles(&map, tiles);
+}
+
+#[test]
+fn a_folder_that_vanishes_under_a_run_is_told() {
+    let scratch = scratch();
+    let away = ["--set", "output.path=\"away/map.h5\"", "--threads", "1"];
+    let child = start(&scratch, &away);
+    let begun = Instant::now();
+    while fs::metadata(scratch.path().join("away/map.h5.part")).map_or(0, |m| m.len()) < 400_000 {
+        assert!(begun.elapsed() < Duration::from_secs(100), "no tiles were ever finished");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    fs::remove_dir_all(scratch.path().join("away")).unwrap();
+    let run = Run::of(child.wait_with_output().unwrap()).ends_with(1);
+    assert!(run.err.contains("away/map.h5.part is gone"), "{}", run.err);
+    assert!(!run.err.contains("to continue"), "nothing is left to continue: {}", run.err);
+    assert_eq!(scratch.names(), ["job.toml"]);
+}
+
+#[test]
+fn a_polite_stop_keeps_finished_tiles_and_says_how_to_go_on() {
+    let scratch = scratch();
+    let (reference, _) = reference(&scratch, &[]);
+    for (name, code) in [("-INT", 130), ("-TERM", 143)] {
+        let before = journal_length(&scratch);
+        let child = start(&scratch, &["--threads", "1", "--resume"]);
+        wait_for_tiles(&scratch, before);
+        signal(&child, name);
+        let run = Run::of(child.wait_with_output().unwrap()).ends_with(code);
+        let way = "to continue: slipmap run job.toml --threads 1 --resume";
+        assert!(run.err.contains("tiles are finished and kept") && run.err.contains(way), "{}", run.err);
+        assert_eq!(scratch.names(), ["job.toml", "map.h5.part", "reference.h5"]);
+    }
+    let run = scratch.run(&["run", "job.toml", "--resume", "--json"]).ends_with(0);
+    assert!(run.err.contains("tiles finished"), "{}", run.err);
+    let summary: serde_json::Value = serde_json::from_str(&run.out).unwrap();
+    assert!(summary["resumed_tiles"].as_u64() > Some(0));
+    assert_eq!(summary["audit"]["cells"], 50, "the audits of all runs count");
+    assert_eq!(scratch.names(), ["job.toml", "map.h5", "reference.h5"]);
+    check(&scratch, "map.h5");
+    assert_same(&scratch.path().join("map.h5"), &reference);
+    // The history tells of every run.
+    let map = slipmap::store::MapFile::open(&scratch.path().join("map.h5")).unwrap();
+    let history = map.text("history").unwrap();
+    assert_eq!(history.lines().count(), 3, "{history}");
+    assert!(history.lines().skip(1).all(|line| line.contains("(resumed with")), "{history}");
+}
+
+#[test]
+fn what_an_interrupted_run_left_is_neither_ignored_nor_overwritten_unasked() {
+    let scratch = scratch();
+    stopped(&scratch);
+    let before = fs::read(scratch.path().join("map.h5.part")).unwrap();
+    let help = ["map.h5.part holds the finished tiles of an interrupted run", "--resume", "--overwrite"];
+    scratch.run(&["run", "job.toml"]).refuses(&help);
+    assert_eq!(fs::read(scratch.path().join("map.h5.part")).unwrap(), before);
+    scratch.run(&["run", "job.toml", "--resume", "--overwrite"]).refuses(&["--resume", "--overwrite"]);
+    let small = ["--set", "grid.alpha=0.3", "--set", "grid.gamma=2.0"];
+    scratch.run(&[&["run", "job.toml", "--overwrite"][..], &small].concat()).ends_with(0);
+    assert_eq!(scratch.names(), ["job.toml", "map.h5"]);
+}
+
+#[test]
+fn a_second_run_is_refused_while_the_first_one_lives() {
+    let scratch = scratch();
+    let mut first = start(&scratch, &["--threads", "1"]);
+    wait_for_tiles(&scratch, 0);
+    for mode in [&[][..], &["--resume"], &["--overwrite"]] {
+        scratch.run(&[&["run", "job.toml"], mode].concat()).refuses(&["another run", "map.h5.part"]);
+    }
+    first.kill().unwrap();
+    first.wait().unwrap();
+    // The lock dies with its process.
+    scratch.run(&["run", "job.toml", "--resume"]).ends_with(0);
+}
+
+#[test]
+fn what_changed_is_refused_and_shown() {
+    let scratch = scratch();
+    stopped(&scratch);
+    let changed = |sets: &[&str], parts: &[&str]| {
+        scratch.run(&[&["run", "job.toml", "--resume"], sets].concat()).refuses(parts);
+    };
+    changed(
+        &["--set", "simulation.tolerance=1e-8"],
+        &["map.h5.part was begun as something else", "+ tolerance = 1e-8", "--overwrite"],
+    );
+    changed(&["--set", "grid.V=1.0"], &["- V = [0.5, 2.0]", "+ V = 1.0"]);
+    scratch.run(&["run", "job.toml", "--resume"]).ends_with(0);
+    // A finished map is nothing to resume, but only if it is the one asked for.
+    let again = scratch.run(&["run", "job.toml", "--resume"]).ends_with(0);
+    assert!(again.err.contains("is complete already"), "{}", again.err);
+    changed(&["--set", "grid.V=1.0"], &["map.h5 was begun as something else", "+ V = 1.0"]);
+}
+
+#[test]
+fn damaged_tiles_are_told_and_computed_again() {
+    let scratch = scratch();
+    let (reference, _) = reference(&scratch, &[]);
+    let journal = scratch.path().join("map.h5.part");
+    stopped(&scratch);
+    let whole = fs::read(&journal).unwrap();
+    let mut state = 3;
+    for round in 0..6 {
+        let mut bytes = whole.clone();
+        let place = (random(&mut state) * bytes.len() as f64) as usize;
+        match round % 2 {
+            0 => bytes[place] ^= 1 << (place % 8),
+            // Cut within its tiles, not within its header.
+            _ => bytes.truncate(place.max(10_000)),
+        }
+        fs::write(&journal, &bytes).unwrap();
+        let run = scratch.run(&["run", "job.toml", "--resume"]).ends_with(0);
+        if round % 2 == 0 {
+            // Damage of the last frame cannot be told from a run stopped while writing it.
+            let told = run.err.contains("damaged on the disk in 1 place;");
+            assert!(told || place > whole.len() / 2, "byte {place}: {}", run.err);
+        }
+        assert_same(&scratch.path().join("map.h5"), &reference);
+        fs::remove_file(scratch.path().join("map.h5")).unwrap();
+    }
+}
+
+#[test]
+fn what_is_no_journal_stays_as_it_is() {
+    let scratch = scratch();
+    scratch.file("map.h5.part", "notes of mine");
+    for mode in [&[][..], &["--resume"], &["--overwrite"]] {
+        scratch.run(&[&["run", "job.toml"], mode].concat()).refuses(&["map.h5.part is in the way"]);
+    }
+    assert_eq!(scratch.read("map.h5.part"), "notes of mine");
+    // A journal whose headers are gone is not silently begun anew.
+    fs::remove_file(scratch.path().join("map.h5.part")).unwrap();
+    stopped(&scratch);
+    let mut bytes = fs::read(scratch.path().join("map.h5.part")).unwrap();
+    for place in (100..10_000).step_by(100) {
+        bytes[place] ^= 1;
+    }
+    scratch.file("map.h5.part", &bytes);
+    scratch.run(&["run", "job.toml", "--resume"]).refuses(&["map.h5.part is damaged", "--overwrite"]);
+    assert_eq!(fs::read(scratch.path().join("map.h5.part")).unwrap(), bytes);
+}
+
+#[test]
+fn a_run_that_replaces_a_map_keeps_the_old_one_until_the_end() {
+    let scratch = scratch();
+    let small = ["--set", "grid.alpha=0.3", "--set", "grid.gamma=2.0"];
+    scratch.run(&[&["run", "job.toml"][..], &small].concat()).ends_with(0);
+    let map = scratch.path().join("map.h5");
+    let old = fs::read(&map).unwrap();
+    let child = start(&scratch, &["--overwrite", "--threads", "1"]);
+    wait_for_tiles(&scratch, 0);
+    signal(&child, "-INT");
+    let run = Run::of(child.wait_with_output().unwrap()).ends_with(130);
+    assert!(run.err.contains("to continue: slipmap run job.toml --threads 1 --resume"), "{}", run.err);
+    assert_eq!(fs::read(&map).unwrap(), old);
+    scratch.run(&["run", "job.toml", "--resume"]).ends_with(0);
+    assert_ne!(fs::read(&map).unwrap(), old);
+    check(&scratch, "map.h5");
+    assert_eq!(scratch.names(), ["job.toml", "map.h5"]);
+}
+
+#[test]
+fn only_maps_are_replaced() {
+    let scratch = scratch();
+    scratch.file("map.h5", "my thesis");
+    scratch.run(&["run", "job.toml", "--overwrite"]).refuses(&["map.h5 is no map", "output.path"]);
+    assert_eq!(scratch.read("map.h5"), "my thesis");
+}
+
+/// Runs the program as a user without rights, if this one has them all.
+fn unprivileged(scratch: &Scratch, arguments: &[&str]) -> Run {
+    let program = env!("CARGO_BIN_EXE_slipmap");
+    let root = Command::new("id").arg("-u").output().is_ok_and(|id| id.stdout == b"0\n");
+    let mut command = Command::new(if root { "setpriv" } else { program });
+    if root {
+        command.args(["--reuid=65534", "--regid=65534", "--clear-groups", program]);
+    }
+    Run::of(command.args(arguments).current_dir(scratch.path()).stdin(Stdio::null()).output().unwrap())
+}
+
+#[test]
+fn a_read_only_folder_is_named() {
+    let scratch = scratch();
+    set_mode(scratch.path(), 0o555);
+    let run = unprivileged(&scratch, &["run", "job.toml"]);
+    set_mode(scratch.path(), 0o755);
+    run.refuses(&["map.h5: cannot write into the folder .", "output.path"]);
+    assert_eq!(scratch.names(), ["job.toml"]);
+}
+
+fn set_mode(path: &Path, mode: u32) {
+    use std::os::unix::fs::PermissionsExt;
+    fs::set_permissions(path, fs::Permissions::from_mode(mode)).unwrap();
+}
+
+/// Whether this machine lets a test mount a file system of its own.
+fn can_mount() -> bool {
+    let script = "d=$(mktemp -d) && mount -t tmpfs -o size=64k tmpfs \"$d\" && umount \"$d\"; rmdir \"$d\"";
+    let mounted = Command::new("unshare").args(["-rm", "sh", "-c", script]).stderr(Stdio::null()).status();
+    mounted.is_ok_and(|status| status.success())
+}
+
+/// Runs on a file system of its own, of `kib` KiB, until it is full; then there is room again. How the first
+/// run ended and what it said, the files that it left, and how the second one ended.
+const FULL: &str = r#"
+mkdir small && mount -t tmpfs -o size="$2"k tmpfs small && cp job.toml small && cd small || exit 1
+"$1" run job.toml --threads 2 >../out 2>../err; echo $? >../code
+ls >../left
+mount -o remount,size=64m . && "$1" run job.toml --resume >../out2 2>../err2; echo $? >../code2
+cp map.h5 ../full.h5
+"#;
+
+/// The same without a file system of one's own: a limit on the size of each file.
+const LIMITED: &str = r#"
+mkdir small && cp job.toml small && cd small || exit 1
+(trap '' XFSZ; ulimit -f $(($2 * 2)); exec "$1" run job.toml --threads 2 >../out 2>../err); echo $? >../code
+ls >../left
+"$1" run job.toml --resume >../out2 2>../err2; echo $? >../code2
+cp map.h5 ../full.h5
+"#;
+
+/// Runs against full disks of random sizes.
+fn fill_disks(runs: usize, seed: u64) {
+    let scratch = scratch();
+    let (reference, _) = reference(&scratch, &[]);
+    // The journal holds what the map holds, so that together they take about twice its size.
+    let kib = fs::metadata(&reference).unwrap().len() as f64 / 1024.0;
+    let mount = can_mount();
+    let (script, room) = if mount { (FULL, 2.0 * kib) } else { (LIMITED, kib) };
+    let mut state = seed;
+    for round in 0..runs {
+        let size = (random(&mut state) * 0.99 * room) as u64;
+        let program = env!("CARGO_BIN_EXE_slipmap");
+        let mut shell = match mount {
+            true => Command::new("unshare"),
+            false => Command::new("sh"),
+        };
+        shell.args(if mount { &["-rm", "sh"][..] } else { &[] }).args(["-c", script, "sh", program]);
+        let status = shell.arg(size.to_string()).current_dir(scratch.path()).status().unwrap();
+        let (code, err) = (scratch.read("code"), scratch.read("err"));
+        let what = format!("round {round}, {size} KiB, code {code}{err}{}", scratch.read("err2"));
+        assert!(status.success(), "{what}");
+        assert!(code == "1\n" || code == "2\n", "{what}");
+        assert!(err.contains("no room left for") || err.contains("is free for"), "{what}");
+        assert_eq!(err.matches("error:").count(), 1, "{what}");
+        assert!(!scratch.read("left").lines().any(|name| name == "map.h5"), "{what}");
+        if err.contains("no room left for") {
+            assert!(err.contains("to continue: slipmap run job.toml --threads 2 --resume"), "{what}");
+        }
+        assert_eq!(scratch.read("code2"), "0\n", "{what}");
+        assert_same(&scratch.path().join("full.h5"), &reference);
+        fs::remove_dir_all(scratch.path().join("small")).unwrap();
+    }
+    println!("{runs} full disks ({})", if mount { "file systems of their own" } else { "limits on files" });
+}
+
+#[test]
+fn full_disks_lose_nothing() {
+    fill_disks(4, 4);
+}
+
+#[test]
+#[ignore = "minutes: fifty full disks; cargo test --test program resume:: -- --ignored"]
+fn fifty_full_disks_lose_nothing() {
+    fill_disks(50, 5);
+}

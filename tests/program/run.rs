@@ -1,0 +1,459 @@
+//! `slipmap run` and `slipmap check`: maps made, refused, interrupted and damaged.
+
+use std::path::Path;
+use std::process::Stdio;
+use std::time::{Duration, Instant};
+
+use crate::command::{Run, Scratch};
+use serde_json::Value;
+use slipmap::store::MapFile;
+
+/// A small map across the boundary of existence.
+const SMALL: &str = "\
+title = \"small\" # a comment to keep
+[grid]
+epsilon = [0.05, 0.2]
+alpha = { from = 0.0, to = 0.8, points = 5 }
+beta = [0.0, 0.2]
+gamma = { from = 0.5, to = 8.0, points = 5, spacing = \"log\" }
+V = [0.5, 2.0]
+c = { from = 0.0, to = 3.0, points = 13 }
+[audit]
+cells = 50
+[output]
+path = \"maps/small.h5\"
+fields = [\"verdict\", \"margin\", \"critical_c\", \"regime\", \"landing\"]
+";
+const CELLS: u64 = 2 * 5 * 2 * 5 * 2 * 13;
+
+fn scratch() -> Scratch {
+    let scratch = Scratch::new();
+    scratch.file("small.toml", SMALL);
+    scratch
+}
+
+fn parse(run: &Run) -> Value {
+    serde_json::from_str(&run.out).unwrap_or_else(|error| panic!("{error} in\n{}", run.out))
+}
+
+fn maps(scratch: &Scratch) -> Vec<String> {
+    let entries = std::fs::read_dir(scratch.path().join("maps")).unwrap();
+    entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
+}
+
+#[test]
+fn a_run_makes_a_sound_map_and_accounts_for_every_cell() {
+    let scratch = scratch();
+    let run = scratch.run(&["run", "small.toml", "--json", "--set", "title=renamed"]).ends_with(0);
+    assert_eq!(run.err, "", "no progress bar without a terminal");
+    let summary = parse(&run);
+    assert_eq!(summary["title"], "renamed");
+    assert_eq!(summary["output"], "maps/small.h5");
+    assert_eq!(summary["cells"], CELLS);
+    assert_eq!(summary["columns"], CELLS / 13);
+    let methods = summary["methods"].as_object().unwrap();
+    assert_eq!(methods.len(), 7);
+    for (name, method) in methods {
+        let count = |verdict: &str| method[verdict].as_u64().unwrap();
+        assert_eq!(count("cells"), CELLS, "{name}");
+        let verdicts = ["present", "absent", "undecided", "failed", "not_computed"];
+        assert_eq!(verdicts.into_iter().map(count).sum::<u64>(), CELLS, "{name}");
+    }
+    // The grid lies across the boundary, so neither answer is missing.
+    assert!(methods["simulation"]["present"].as_u64() > Some(0));
+    assert!(methods["simulation"]["absent"].as_u64() > Some(0));
+    let paths: u64 =
+        summary["paths"].as_object().unwrap().values().map(|cells| cells.as_u64().unwrap()).sum();
+    assert_eq!(paths, CELLS, "every simulated cell was decided on some path");
+    assert_eq!(summary["audit"]["cells"], 50);
+    assert_eq!(summary["audit"]["disagreements"], Value::Array(Vec::new()));
+    assert_eq!(maps(&scratch), ["small.h5"], "no temporary file stays");
+    assert_eq!(summary["bytes"], std::fs::metadata(scratch.path().join("maps/small.h5")).unwrap().len());
+
+    let map = MapFile::open(&scratch.path().join("maps/small.h5")).unwrap();
+    assert_eq!(map.text("title"), Some("renamed"));
+    let config = map.text("config").unwrap();
+    assert!(config.contains("title = \"renamed\" # a comment to keep"), "{config}");
+    assert!(map.text("history").unwrap().ends_with(": slipmap run small.toml --json --set title=renamed"));
+    for (name, method) in methods {
+        let stored = map.counts(&format!("verdict_{name}")).unwrap();
+        let told = ["absent", "undecided", "present", "failed", "not_computed"];
+        assert_eq!(stored, told.map(|verdict| method[verdict].as_u64().unwrap()), "{name}");
+    }
+
+    let check = scratch.run(&["check", "maps/small.h5"]).ends_with(0);
+    assert!(check.out.contains("2,600 cells") && check.out.contains("sound"), "{}", check.out);
+}
+
+#[test]
+fn the_table_of_a_run_names_every_method() {
+    let scratch = scratch();
+    let run = scratch.run(&["run", "small.toml", "--quiet", "--threads", "1"]).ends_with(0);
+    assert_eq!(run.err, "");
+    for part in [
+        "small: maps/small.h5",
+        "2,600 cells in 200 columns",
+        "on 1 thread",
+        "present",
+        "undecided",
+        "perturbation",
+        "simulation",
+        "simulation decided by:",
+        "audit: 50 cells",
+        "0 contradicted",
+    ] {
+        assert!(run.out.contains(part), "no `{part}` in\n{}", run.out);
+    }
+}
+
+#[test]
+fn the_fields_of_a_map_are_the_answers_of_probe() {
+    let scratch = scratch();
+    scratch.run(&["run", "small.toml"]).ends_with(0);
+    let map = MapFile::open(&scratch.path().join("maps/small.h5")).unwrap();
+    let grid = map.grid();
+    let shape = grid.shape();
+    // A few cells on a diagonal through the grid.
+    for i in 0..13 {
+        let index: Vec<usize> = shape.iter().map(|&len| i * len / 13).collect();
+        let cell: Vec<_> = index.iter().map(|&i| i..i + 1).collect();
+        let point = grid.point(&index);
+        let mut arguments = vec!["probe".to_owned(), "--json".into()];
+        for axis in grid.axes().iter().zip(&index) {
+            arguments.extend([format!("--{}", axis.0.name), format!("{:?}", axis.0.values[*axis.1])]);
+        }
+        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+        let answer = parse(&scratch.run(&arguments).ends_with(0));
+        let code = |variable: &str| map.codes(variable, &cell).unwrap().iter().copied().next().unwrap();
+        let real = |variable: &str| map.reals(variable, &cell).unwrap().iter().copied().next().unwrap();
+        for method in map.methods() {
+            let name = &method.name;
+            let verdict = ["absent", "undecided", "present", "failed", "not_computed"]
+                [usize::try_from(code(&format!("verdict_{name}")) + 1).unwrap()];
+            assert_eq!(answer["methods"][name]["verdict"], verdict, "{name} at {point:?}");
+            let margin = real(&format!("margin_{name}"));
+            match answer["methods"][name]["margin"].as_f64() {
+                // Both come from the same arithmetic but for the simulation, whose lanes may take another
+                // rung of the ladder: within the tolerance of both.
+                Some(probed) => {
+                    assert!((margin - probed).abs() <= 2e-9, "{name}: {margin} and {probed} at {point:?}")
+                }
+                None => assert!(!margin.is_finite(), "{name}: {margin} at {point:?}"),
+            }
+        }
+        let regimes = slipmap::map::Regime::ALL.map(slipmap::map::Regime::name);
+        assert_eq!(answer["regime"], regimes[usize::try_from(code("regime")).unwrap()]);
+        match answer["landing"]["x1"].as_f64() {
+            Some(x1) => assert_eq!(real("landing_x1"), x1),
+            None => assert!(real("landing_x1").is_nan()),
+        }
+    }
+}
+
+#[test]
+fn the_cycles_basins_and_limits_of_a_map_are_those_of_probe() {
+    let scratch = scratch();
+    // At epsilon = 0.4, c = 0.3 both states attract; on the fast belt at c = 0 orbits cross for ever.
+    let sets = [
+        "output.fields=['landing', 'cycle', 'basin', 'epsilon_limit', 'regime']",
+        "grid.epsilon=[0.1, 0.4]",
+        "grid.alpha=0.2",
+        "grid.gamma=2.0",
+        "grid.V=[1.0, 16.0]",
+        "grid.c=[0.0, 0.3, 2.0]",
+        "grid.beta=0.001",
+        "methods.run=['perturbation', 'bendixson', 'simulation']",
+    ];
+    let arguments = sets.iter().flat_map(|set| ["--set", set]);
+    scratch.run(&["run", "small.toml"].into_iter().chain(arguments).collect::<Vec<_>>()).ends_with(0);
+    let map = MapFile::open(&scratch.path().join("maps/small.h5")).unwrap();
+    let grid = map.grid();
+    let mut met = [0; 6];
+    for number in 0..grid.cells() {
+        let index: Vec<usize> = grid.tile(&[1; 6], number).ranges.iter().map(|range| range.start).collect();
+        let cell: Vec<_> = index.iter().map(|&i| i..i + 1).collect();
+        let mut arguments = vec!["probe".to_owned(), "--json".into()];
+        for (axis, &i) in grid.axes().iter().zip(&index) {
+            arguments.extend([format!("--{}", axis.name), format!("{:?}", axis.values[i])]);
+        }
+        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+        let answer = parse(&scratch.run(&arguments).ends_with(0));
+        let regime = map.codes("regime", &cell).unwrap().iter().copied().next().unwrap();
+        met[usize::try_from(regime).unwrap()] += 1;
+        let same = |variable: &str, probed: Option<f64>| {
+            let stored = map.reals(variable, &cell).unwrap().iter().copied().next().unwrap();
+            match probed {
+                Some(probed) => assert_eq!(stored, probed, "{variable} at {:?}", grid.point(&index)),
+                None => assert!(stored.is_nan(), "{variable} at {:?}", grid.point(&index)),
+            }
+        };
+        let half = |range: &Value| Some(0.5 * (range["to"].as_f64()? - range["from"].as_f64()?));
+        let cycle = &answer["attracting_cycle"];
+        same("crossings", answer["landing"]["crossings"].as_f64());
+        same("cycle_period", cycle["period"].as_f64());
+        same("cycle_amplitude_x1", half(&cycle["x1"]));
+        same("cycle_amplitude_x2", half(&cycle["x2"]));
+        same("cycle_multiplier", cycle["multiplier"].as_f64());
+        let basin = &answer["basin_boundary"];
+        same("boundary_velocity", basin["cycle"]["x2"]["to"].as_f64());
+        same("boundary_multiplier", basin["cycle"]["multiplier"].as_f64());
+        same("kick_forward", basin["kick"]["forward"].as_f64());
+        same("kick_backward", basin["kick"]["backward"].as_f64());
+        for method in map.methods() {
+            let limit = &answer["methods"][&method.name]["epsilon_limit"];
+            let limit = if *limit == "inf" { Some(f64::INFINITY) } else { limit.as_f64() };
+            same(&format!("epsilon_limit_{}", method.name), limit);
+        }
+    }
+    // Steady slip, stick-slip, both, and crossing for ever are all there.
+    assert!([0, 1, 2, 4].iter().all(|&regime| met[regime] > 0), "{met:?}");
+}
+
+#[test]
+fn an_existing_map_is_kept_unless_told_otherwise() {
+    let scratch = scratch();
+    let small = ["run", "small.toml", "--set", "output.fields=[\"verdict\"]"];
+    scratch.run(&small).ends_with(0);
+    let path = scratch.path().join("maps/small.h5");
+    let before = std::fs::read(&path).unwrap();
+    scratch.run(&["run", "small.toml"]).refuses(&[
+        "maps/small.h5 exists already",
+        "--overwrite",
+        "output.path",
+    ]);
+    scratch.run(&["run", "small.toml", "--dry-run"]).refuses(&["maps/small.h5 exists already"]);
+    assert_eq!(std::fs::read(&path).unwrap(), before);
+    let run = scratch.run(&["run", "small.toml", "--overwrite"]).ends_with(0);
+    assert!(run.err.contains("maps/small.h5") && run.err.contains("will be replaced"), "{}", run.err);
+    assert_ne!(std::fs::read(&path).unwrap(), before);
+    assert_eq!(maps(&scratch), ["small.h5"]);
+}
+
+#[test]
+fn the_configuration_itself_is_never_the_output() {
+    let scratch = scratch();
+    let onto_itself = ["run", "small.toml", "--overwrite", "--set", "output.path=./small.toml"];
+    scratch.run(&onto_itself).refuses(&["is the configuration itself", "help: "]);
+    assert_eq!(scratch.read("small.toml"), SMALL);
+    assert_eq!(scratch.names(), ["small.toml"]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_standard_output_is_an_error() {
+    let scratch = scratch();
+    let mut command = scratch.command(&["run", "small.toml"]);
+    command.stdout(std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap());
+    let run = Run::of(command.stderr(Stdio::piped()).output().unwrap()).ends_with(1);
+    assert!(run.err.contains("cannot write to standard output"), "{}", run.err);
+}
+
+#[test]
+fn a_dry_run_tells_the_size_and_writes_nothing() {
+    let scratch = scratch();
+    let told = parse(&scratch.run(&["run", "small.toml", "--dry-run", "--json"]).ends_with(0));
+    assert_eq!(told["cells"], CELLS);
+    assert_eq!(told["columns"], CELLS / 13);
+    assert_eq!(told["axes"]["alpha"], 5);
+    // Seven verdicts of one byte, seven margins and four numbers of the landing of eight, one regime, and
+    // a critical damping for each method and column.
+    assert_eq!(told["bytes"], CELLS * (7 + 8 * 7 + 8 * 4 + 1) + 8 * 7 * CELLS / 13);
+    assert!(told["seconds"].as_f64().unwrap() > 0.0);
+    assert!(told["free_bytes"].as_u64().unwrap() > 0);
+    let text = scratch.run(&["run", "small.toml", "--dry-run"]).ends_with(0).out;
+    assert!(text.contains("nothing is written") && text.contains("2,600 in 200 columns"), "{text}");
+    assert_eq!(scratch.names(), ["small.toml"]);
+}
+
+#[test]
+fn methods_can_be_left_out() {
+    let scratch = scratch();
+    let sets =
+        ["--set", "methods.run=[\"symmetric\", \"perturbation\"]", "--set", "output.fields=[\"verdict\"]"];
+    let run = scratch.run(&[&["run", "small.toml", "--json"], &sets[..]].concat()).ends_with(0);
+    let methods = &parse(&run)["methods"];
+    assert_eq!(methods.as_object().unwrap().keys().collect::<Vec<_>>(), ["perturbation", "symmetric"]);
+    scratch.run(&["check", "maps/small.h5"]).ends_with(0);
+}
+
+#[test]
+fn check_tells_sound_damaged_and_foreign_files_apart() {
+    let scratch = scratch();
+    scratch.run(&["run", "small.toml"]).ends_with(0);
+    let mut bytes = std::fs::read(scratch.path().join("maps/small.h5")).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 0x10;
+    scratch.file("damaged.h5", &bytes);
+    let check = scratch.run(&["check", "damaged.h5", "--json"]);
+    // One flipped bit may also hit what makes it a map at all.
+    assert!(check.code == 1 || check.code == 2, "{check:?}");
+    if check.code == 1 {
+        let report = parse(&check);
+        assert_eq!(report["sound"], false);
+        assert!(!report["problems"].as_array().unwrap().is_empty());
+    }
+    scratch.run(&["check", "small.toml"]).refuses(&["small.toml cannot be read as a map", "help: "]);
+    scratch.run(&["check", "none.h5"]).refuses(&["none.h5: there is no such file", "help: "]);
+    scratch.run(&["check", "maps"]).refuses(&["maps: this is a folder", "help: "]);
+}
+
+#[test]
+fn the_shipped_configurations_are_legal() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs");
+    for (name, dimensions) in [("quickstart", 6), ("paper", 6)] {
+        let scratch = Scratch::new();
+        let file = folder.join(format!("{name}.toml"));
+        let run = scratch.run(&["run", file.to_str().unwrap(), "--dry-run", "--json"]).ends_with(0);
+        assert_eq!(parse(&run)["axes"].as_object().unwrap().len(), dimensions);
+        assert_eq!(parse(&run)["output"], format!("results/{name}.h5"));
+        assert!(scratch.names().is_empty());
+    }
+}
+
+#[test]
+fn usage_errors_and_help() {
+    let scratch = scratch();
+    scratch.run(&["run"]).refuses(&["CONFIG.toml"]);
+    scratch.run(&["fly"]).refuses(&["fly"]);
+    scratch.run(&["run", "small.toml", "--threads", "0"]).refuses(&["--threads"]);
+    for command in ["run", "probe", "check"] {
+        let help = scratch.run(&[command, "--help"]).ends_with(0).out;
+        assert!(help.contains(&format!("slipmap {command}")) && help.contains("Example"), "{help}");
+    }
+    let version = scratch.run(&["--version"]).ends_with(0).out;
+    assert!(version.starts_with(&format!("slipmap {} (git ", env!("CARGO_PKG_VERSION"))), "{version}");
+    assert_eq!(scratch.names(), ["small.toml"]);
+}
+
+/// Asks a process to stop as Ctrl-C does.
+#[cfg(unix)]
+fn interrupt(process: u32) {
+    let status = std::process::Command::new("kill").args(["-INT", &process.to_string()]).status().unwrap();
+    assert!(status.success());
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_leaves_finished_tiles_and_nothing_else() {
+    let scratch = scratch();
+    // Cell by cell with the slow engine: minutes of work in tiles of a fraction of a second.
+    let sets =
+        ["--set", "simulation.engine=direct", "--set", "grid.alpha.points=200", "--set", "grid.c.points=64"];
+    let mut command = scratch.command(&[&["run", "small.toml"], &sets[..]].concat());
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    // Once the temporary file is there the run has begun.
+    let start = Instant::now();
+    while !scratch.path().join("maps").exists() || maps(&scratch).is_empty() {
+        assert!(start.elapsed() < Duration::from_secs(60), "the run never began");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    interrupt(child.id());
+    let run = Run::of(child.wait_with_output().unwrap()).ends_with(130);
+    // Whether a tile was finished by then is chance; what the program says of it is not.
+    if run.err.contains("interrupted; no tile was finished") {
+        assert!(maps(&scratch).is_empty(), "{:?}", maps(&scratch));
+    } else {
+        assert!(run.err.contains("are finished and kept"), "{}", run.err);
+        assert_eq!(maps(&scratch), ["small.h5.part"]);
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_table_leaves_nothing_behind() {
+    let scratch = Scratch::new();
+    let row = |i: usize| format!("0.5,0.1,0.1,{},{},0.1\n", 2.0 + i as f64 * 1e-4, 0.5 + i as f64 * 1e-4);
+    let rows = "epsilon,alpha,beta,gamma,V,c\n".to_owned() + &(0..100_000).map(row).collect::<String>();
+    scratch.file("in.csv", rows);
+    let mut command = scratch.command(&["probe", "--points", "in.csv", "--out", "out.csv"]);
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let start = Instant::now();
+    while scratch.names().len() < 2 {
+        assert!(start.elapsed() < Duration::from_secs(60), "the table was never begun");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    interrupt(child.id());
+    Run::of(child.wait_with_output().unwrap()).ends_with(130);
+    assert_eq!(scratch.names(), ["in.csv"]);
+}
+
+#[test]
+fn what_is_proved_between_the_nodes_is_told_stored_and_reported() {
+    let scratch = scratch();
+    let run = |boxes: &str| {
+        let proof = if boxes == "0" { "title=none" } else { "validated.proof=proof.json" };
+        let boxes = format!("validated.boxes={boxes}");
+        let narrow =
+            ["grid.epsilon=0.05", "grid.gamma=[0.5, 2.0]", "output.fields=[\"verdict\"]", &boxes, proof];
+        let mut arguments = vec!["run", "small.toml", "--json", "--overwrite"];
+        arguments.extend(["--set", "methods.run=[\"validated\"]"]);
+        narrow.iter().for_each(|set| arguments.extend(["--set", *set]));
+        parse(&scratch.run(&arguments).ends_with(0))["proved"].clone()
+    };
+    let share = |proved: &Value, name: &str| proved[name].as_f64().unwrap();
+    assert_eq!(run("0"), Value::Null);
+    let (few, more) = (run("1"), run("4"));
+    assert!(share(&more, "undecided_at_most") < share(&few, "undecided_at_most"), "{few} {more}");
+    let sum: f64 = ["present", "absent", "undecided"].iter().map(|name| share(&more, name)).sum();
+    assert!((sum - 1.0).abs() < 1e-12, "{more}");
+    // On the grid the method decides nearly all; between the nodes it must not decide otherwise.
+    assert!(share(&more, "present") > 0.1 && share(&more, "absent") > 0.1, "{more}");
+
+    let map = MapFile::open(&scratch.path().join("maps/small.h5")).unwrap();
+    for name in ["present", "absent", "undecided", "undecided_at_most"] {
+        assert_eq!(map.number(&format!("proved_{name}")), Some(share(&more, name)));
+    }
+    scratch.run(&["check", "maps/small.h5"]).ends_with(0);
+
+    let proof = parse(&scratch.run(&["check", "--proof", "proof.json", "--json"]).ends_with(0));
+    assert!(proof["confirmed"].as_u64().unwrap() >= 2 && proof["sound"] == true, "{proof}");
+    // The claim of the first tile made a hundred times sharper, and a tile taken out.
+    let text = scratch.read("proof.json");
+    let mut sharp: Value = serde_json::from_str(&text).unwrap();
+    let mut gap = sharp.clone();
+    let radius = sharp["tiles"][0]["radius"].as_f64().unwrap();
+    sharp["tiles"][0]["radius"] = (radius / 100.0).into();
+    gap["tiles"].as_array_mut().unwrap().pop();
+    for (wrong, problem) in [(sharp, "tile 1 "), (gap, "do not cover")] {
+        scratch.file("wrong.json", wrong.to_string());
+        let run = scratch.run(&["check", "--proof", "wrong.json"]).ends_with(1);
+        assert!(run.out.contains(problem), "{}", run.out);
+    }
+    scratch.file("cut.json", &text[..text.len() / 2]);
+    let run = scratch.run(&["check", "--proof", "cut.json"]).ends_with(2);
+    assert!(run.err.contains("cut.json: is no proof") && run.err.contains("help:"), "{}", run.err);
+
+    scratch.run(&["report", "maps/small.h5", "--out", "report"]).ends_with(0);
+    let table = std::fs::read_to_string(scratch.path().join("report/tables/proved_volume.csv")).unwrap();
+    let percent = 100.0 * share(&more, "present");
+    assert!(table.contains(&format!("present,{percent}")), "{table}");
+}
+
+/// Flips random bits of a finished map, one at a time: `check` finds every one, and never crashes.
+fn flip_bits(flips: usize, seed: u64) {
+    let scratch = scratch();
+    scratch.run(&["run", "small.toml"]).ends_with(0);
+    let whole = std::fs::read(scratch.path().join("maps/small.h5")).unwrap();
+    let mut state = seed;
+    for _ in 0..flips {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        let place = usize::try_from(state >> 16).unwrap() % whole.len();
+        let mut bytes = whole.clone();
+        bytes[place] ^= 1 << (state >> 13 & 7);
+        scratch.file("flipped.h5", &bytes);
+        let check = scratch.run(&["check", "flipped.h5"]);
+        assert!(check.code == 1 || check.code == 2, "bit {} of byte {place}: {check:?}", state >> 13 & 7);
+    }
+    println!("{flips} flips in a map of {} bytes, all found", whole.len());
+}
+
+#[test]
+fn a_hundred_flipped_bits_are_found() {
+    flip_bits(100, 1);
+}
+
+#[test]
+#[ignore = "a minute or two: two thousand flips; cargo test --test program run:: -- --ignored"]
+fn two_thousand_flipped_bits_are_found() {
+    flip_bits(2000, 2);
+}
