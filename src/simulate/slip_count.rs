@@ -291,10 +291,44 @@ fn step(oscillator: &Oscillator, theta: f64, rho: f64, width: Interval) -> Optio
 
 /// What is proved of g on [`from`, `to`]; at a single radius, its sign.
 fn shape(oscillator: &Oscillator, from: f64, to: f64) -> Shape {
-    walk(oscillator, from, to).unwrap_or(Shape::Open)
+    match walk(oscillator, from, to) {
+        Some(Walked::MeetsBelt) => Shape::Sign(true),
+        Some(Walked::Turned { all, slopes, .. }) => {
+            if all.lo > 0.0 {
+                Shape::Sign(true)
+            } else if all.hi < 0.0 {
+                Shape::Sign(false)
+            } else if slopes.lo > 0.0 {
+                Shape::Monotone(true)
+            } else if slopes.hi < 0.0 {
+                Shape::Monotone(false)
+            } else {
+                Shape::Open
+            }
+        }
+        None => Shape::Open,
+    }
 }
 
-fn walk(oscillator: &Oscillator, from: f64, to: f64) -> Option<Shape> {
+/// What became of the orbits of a piece.
+#[derive(Clone, Copy, Debug)]
+enum Walked {
+    /// All come to the belt line.
+    MeetsBelt,
+    /// All turned once.
+    Turned {
+        /// g in the middle.
+        #[cfg_attr(not(test), allow(dead_code))]
+        middle: Interval,
+        /// g on the piece.
+        all: Interval,
+        /// h on the piece.
+        slopes: Interval,
+    },
+}
+
+/// One turn of the orbits of a piece; `None` where they cannot be enclosed.
+fn walk(oscillator: &Oscillator, from: f64, to: f64) -> Option<Walked> {
     let thin = Interval::thin;
     let ends = [from, to].map(|r| thin(r).ln());
     let start = 0.5 * (ends[0].hi + ends[1].lo);
@@ -354,7 +388,7 @@ fn walk(oscillator: &Oscillator, from: f64, to: f64) -> Option<Shape> {
         // On the way up, beyond the belt line.
         let below = (thin(rho) - tube).exp() * thin(theta).sin_cos().1;
         if theta > 3.5 && below.lo > oscillator.belt_speed {
-            return Some(Shape::Sign(true));
+            return Some(Walked::MeetsBelt);
         }
         if taken.defect < 0.01 * DEFECT * pace {
             h = (2.0 * h).min(STEPS[0]);
@@ -370,15 +404,89 @@ fn walk(oscillator: &Oscillator, from: f64, to: f64) -> Option<Shape> {
     let slope = slope + wide(error + gap * thin(larger(last_h.0[0])));
     let slopes = slope + wide(thin(half) * bend);
     let all = growth + wide(thin(half) * thin(larger(slopes.exp() - thin(1.0))));
-    Some(if all.lo > 0.0 {
-        Shape::Sign(true)
-    } else if all.hi < 0.0 {
-        Shape::Sign(false)
-    } else if slopes.lo > 0.0 {
-        Shape::Monotone(true)
-    } else if slopes.hi < 0.0 {
-        Shape::Monotone(false)
-    } else {
-        Shape::Open
-    })
+    Some(Walked::Turned { middle: growth, all, slopes })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::friction::{Expression, Law};
+    use crate::point::LawParameters;
+    use crate::simulate::slip_cycle::{SlipTurn, turn};
+
+    fn oscillators() -> Vec<Oscillator> {
+        let wavy = Law::Expression(Expression::new("1 - e*(u - a*sin(k*u)/k)", 1.0).unwrap());
+        let at = |law: Law, parameters: &[f64], viscous, belt_speed| Oscillator {
+            curve: law.curve(1.0, &LawParameters::new(parameters)),
+            viscous,
+            belt_speed,
+        };
+        vec![
+            at(Law::Stribeck, &[0.3, 0.05, 0.8], 0.3, 0.7),
+            at(Law::Exponential, &[0.4, 0.7, 0.02], 0.2, 0.9),
+            at(Law::Lorentzian, &[0.0, 1.0, 0.0], 0.6, 0.58),
+            at(wavy, &[0.3, 0.8, 4.0], 0.2, 1.3),
+        ]
+    }
+
+    #[test]
+    fn enclosures_hold_what_is_integrated() {
+        for oscillator in oscillators() {
+            for i in 1..20 {
+                let from = oscillator.belt_speed * f64::from(i) / 20.0;
+                let to = from * (1.0 + 0.002 * f64::from(i % 5));
+                let numbers = |r: f64| match turn(&oscillator, r, 1e-13).unwrap() {
+                    SlipTurn::Returns { radius, slope, .. } => {
+                        Some([(radius / r).ln(), (slope * r / radius).ln()])
+                    }
+                    SlipTurn::MeetsBelt | SlipTurn::Rests => None,
+                };
+                let Some(Walked::Turned { middle, all, slopes }) = walk(&oscillator, from, to) else {
+                    assert!(numbers(to).is_none(), "{oscillator:?} {from} {to}");
+                    continue;
+                };
+                // The integration has errors of some units of its tolerance.
+                let slack = Interval::new(-1e-11, 1e-11);
+                let holds = |interval: Interval, x: f64| {
+                    let wide = interval + slack;
+                    wide.lo <= x && x <= wide.hi
+                };
+                for r in [from, (from * to).sqrt(), to] {
+                    let Some([growth, slope]) = numbers(r) else { continue };
+                    assert!(
+                        holds(all, growth) && holds(slopes, slope),
+                        "{oscillator:?} {r}: {all:?} {slopes:?}"
+                    );
+                    if r != from && r != to || from == to {
+                        assert!(holds(middle, growth), "{oscillator:?} {r} {growth}: {middle:?}");
+                    }
+                }
+                // Over a turn the defects add up, and grow by less than ten.
+                assert!(middle.hi - middle.lo < 20.0 * TAU * DEFECT, "{oscillator:?} {from}: {middle:?}");
+                if from == to {
+                    assert!(all.hi - all.lo < 20.0 * TAU * DEFECT, "{oscillator:?} {from}: {all:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_proved_is_left_open() {
+        // A pole at u = 0.3: the even part has no bounds near it, and orbits that meet it have no enclosure.
+        let pole = Law::Expression(Expression::new("1 - 0.01*u/(0.3 - u)", 1.0).unwrap());
+        let curve = pole.curve(1.0, &LawParameters::new(&[]));
+        let count = count_slip_cycles(&Oscillator { curve, viscous: 0.1, belt_speed: 1.0 });
+        assert_eq!(count.at_most, None, "{count:?}");
+        assert!(count.open.iter().any(|open| open.lo <= 0.7 && 0.7 <= open.hi), "{count:?}");
+        // A node: the angle is no clock, but the even part of a law that weakens everywhere decides.
+        let curve = Law::Exponential.curve(1.0, &LawParameters::new(&[0.0, 0.1, 0.0]));
+        let count = count_slip_cycles(&Oscillator { curve, viscous: 0.0, belt_speed: 0.1 });
+        assert_eq!(count.exact(), Some(0), "{count:?}");
+        // Degenerate numbers end.
+        for parameters in [[0.0, 1e-300, 0.0], [0.5, 1e300, 1e300], [1.0, 1.0, 0.0]] {
+            let curve = Law::Lorentzian.curve(1.0, &LawParameters::new(&parameters));
+            let count = count_slip_cycles(&Oscillator { curve, viscous: 0.0, belt_speed: 1.0 });
+            assert!(count.at_most.is_none_or(|most| most >= count.at_least), "{count:?}");
+        }
+    }
 }
