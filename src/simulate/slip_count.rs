@@ -65,7 +65,7 @@ const DEFECT: f64 = 1e-7;
 /// The angle may not turn more slowly than this, dth/dt.
 const SLOWEST_TURN: f64 = 0.05;
 /// Pieces looked at before the rest stays open.
-const BUDGET: u32 = 600;
+const BUDGET: u32 = 250;
 /// Ratio of the radii at the ends of the first pieces.
 const WIDEST: f64 = 1.5;
 /// Pieces shorter than this in ln r stay open.
