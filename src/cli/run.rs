@@ -434,6 +434,9 @@ fn create_failure(error: StoreError) -> Failure {
             "\n  help: add --resume to continue it, or --overwrite to start anew"
         }
         StoreError::Unusable { .. } => "\n  help: start anew with --overwrite",
+        StoreError::Damaged { .. } => {
+            "\n  help: `slipmap check` on it tells where; take an undamaged copy, or start anew with --overwrite"
+        }
         StoreError::Changed { .. } => "\n  help: go back to what it was, or start anew with --overwrite",
         _ => "",
     };
@@ -446,6 +449,7 @@ fn create_failure(error: StoreError) -> Failure {
         | StoreError::Unfinished { .. }
         | StoreError::Unusable { .. }
         | StoreError::Changed { .. }
+        | StoreError::Damaged { .. }
         | StoreError::NotAMap { .. } => Failure::BadInput(format!("{error}{help}")),
         _ => Failure::Broken(error.to_string()),
     }

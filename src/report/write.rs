@@ -56,7 +56,7 @@ pub(super) fn publish(
         put(&scratch.path().join(name), contents)?;
     }
     for (name, write) in written {
-        write(&scratch.path().join(name))?;
+        write(&scratch.path().join(name)).map_err(ReportError::Records)?;
     }
     // Only now is anything visible changed.
     let names = files.iter().map(|(name, _)| name.as_path());

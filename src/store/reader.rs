@@ -12,39 +12,64 @@ use ndarray::{ArrayD, Axis as Dim};
 use crate::friction::Law;
 use crate::map::{Field, Grid, Tile};
 
+use super::check;
 use super::error::StoreError;
 use super::schema::{MethodInfo, SCHEMA, Schema};
+use super::seal::{self, Seal};
 use super::trust;
 use super::value::{self, Value};
 
 /// The first bytes of an HDF5 file, and so of every map.
 pub const SIGNATURE: [u8; 8] = *b"\x89HDF\r\n\x1a\n";
 
-/// A stored map, open for reading. Cells stay on disk until they are asked for.
+/// A stored map, open for reading. Cells stay on disk until they are asked for; all of them were verified when
+/// it was opened.
 #[derive(Debug)]
 pub struct MapFile {
     path: PathBuf,
     file: File,
     schema: Schema,
     attributes: BTreeMap<String, Value>,
+    sealed: bool,
 }
 
 impl MapFile {
     /// Opens the map at `path`, which may be any file: what takes more memory or time than its length
-    /// warrants is refused.
+    /// warrants is refused, and so is what is not as its run left it.
+    ///
+    /// That is told by the seal, for which every byte is read once, before the HDF5 library sees the file. A map
+    /// that another program has written to or copied has lost it; then every cell and attribute is compared with
+    /// its fingerprint.
     ///
     /// # Errors
     /// [`StoreError::NotAMap`] for a file that no version of this program wrote, or that this version
-    /// cannot read; otherwise the file system's or the library's reasons.
+    /// cannot read; [`StoreError::Damaged`] for a map that was changed; otherwise the file system's or the
+    /// library's reasons.
     pub fn open(path: &Path) -> Result<Self, StoreError> {
-        let map = Self::open_layout(path)?;
+        let failed = |source| StoreError::io("read", path, source);
+        trust::plain_file(path)
+            .map_err(failed)?
+            .map_err(|why| StoreError::NotAMap { path: path.to_path_buf(), why })?;
+        let damaged = |what: String| StoreError::Damaged { path: path.to_path_buf(), what };
+        let seal = seal::verify(path).map_err(failed)?;
+        if seal == Seal::Broken {
+            return Err(damaged(seal::BROKEN.into()));
+        }
+        let mut map = Self::open_layout(path)?;
+        map.sealed = seal == Seal::Whole;
         for variable in &map.schema.variables {
             let dataset = map.dataset(&variable.name)?;
             trust::variable(&dataset, &map.schema, variable)
                 .map_err(|error| map.failed(&variable.name, &error))?
                 .map_err(|why| StoreError::NotAMap { path: path.to_path_buf(), why })?;
         }
-        Ok(map)
+        match map.sealed {
+            true => Ok(map),
+            false => match check::contents(&map).problems.first() {
+                None => Ok(map),
+                Some(problem) => Err(damaged(problem.to_string())),
+            },
+        }
     }
 
     /// Opens a map whose variables may be anything, for [`super::check`].
@@ -57,7 +82,13 @@ impl MapFile {
         let attributes = root_attributes(&file, path)?;
         let schema = read_schema(&file, path, length, &attributes)?;
         trust::grid(&schema, length).map_err(not_a_map)?;
-        Ok(Self { path: path.to_path_buf(), file, schema, attributes })
+        Ok(Self { path: path.to_path_buf(), file, schema, attributes, sealed: false })
+    }
+
+    /// Whether it ends with the seal of its run; otherwise another program has written to it or copied it.
+    #[must_use]
+    pub fn is_sealed(&self) -> bool {
+        self.sealed
     }
 
     /// Where the map lies.
