@@ -18,7 +18,8 @@ Examples:
   slipmap plot results/quickstart.h5 --x alpha --y gamma --at c=0.5 --at V=2 --variable regime --out slice.png
   slipmap plot results/brake_pad.h5 --x V --y c --variable regime --curves --out brake.pdf
 
-An axis that is neither shown nor given with --at is held at its middle node.")]
+An axis that is neither shown nor given with --at is held at its middle node. Of an axis of more than 1,000
+nodes evenly many are drawn, and it is said how many.")]
 pub(super) struct Arguments {
     /// The map
     #[arg(value_name = "MAP.h5")]
@@ -99,6 +100,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
             Some(wanted) => format!(" (the node nearest to {})", exact(wanted)),
         };
         say(&format!("{} = {}{why}", held.axis, short(held.used)));
+    }
+    for (axis, step) in &plotted.thinned {
+        say(&format!("{axis}: one node in {step} is drawn"));
     }
     Ok(Ended::Fine)
 }

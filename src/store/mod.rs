@@ -61,7 +61,7 @@ pub use identity::plan_digest;
 pub use pack::PackedTile;
 pub use partial::{Damage, PackedRecord, Packer, PartialMap, Resumed, is_unfinished, remove_unfinished};
 pub use provenance::{Audit, Outcome, Provenance, fingerprint};
-pub use reader::{MapFile, SIGNATURE};
+pub use reader::{MapFile, Pick, SIGNATURE};
 pub use records::{Records, Series, write_records};
 pub use schema::MethodInfo;
 pub use value::Value;

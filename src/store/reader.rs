@@ -7,7 +7,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use hdf5::{Dataset, File, SliceOrIndex};
-use ndarray::{ArrayD, Axis as Dim};
+use ndarray::ArrayD;
 
 use crate::friction::Law;
 use crate::map::{Field, Grid, Tile};
@@ -21,6 +21,15 @@ use super::value::{self, Value};
 
 /// The first bytes of an HDF5 file, and so of every map.
 pub const SIGNATURE: [u8; 8] = *b"\x89HDF\r\n\x1a\n";
+
+/// What a slice takes of a dimension.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pick {
+    /// One node; the slice does not have the dimension.
+    Node(usize),
+    /// The first node and every so many after it; all for 1.
+    Every(usize),
+}
 
 /// A stored map, open for reading. Cells stay on disk until they are asked for; all of them were verified when
 /// it was opened.
@@ -193,11 +202,11 @@ impl MapFile {
         self.read(variable, ranges)
     }
 
-    /// Codes on a slice: each dimension is either held at an index, and dropped, or kept whole.
+    /// Codes on a slice. What is not picked takes no memory.
     ///
     /// # Errors
     /// As [`MapFile::codes`].
-    pub fn code_slice(&self, variable: &str, at: &[Option<usize>]) -> Result<ArrayD<i8>, StoreError> {
+    pub fn code_slice(&self, variable: &str, at: &[Pick]) -> Result<ArrayD<i8>, StoreError> {
         self.slice(variable, at)
     }
 
@@ -205,7 +214,7 @@ impl MapFile {
     ///
     /// # Errors
     /// As [`MapFile::codes`].
-    pub fn real_slice(&self, variable: &str, at: &[Option<usize>]) -> Result<ArrayD<f64>, StoreError> {
+    pub fn real_slice(&self, variable: &str, at: &[Pick]) -> Result<ArrayD<f64>, StoreError> {
         self.slice(variable, at)
     }
 
@@ -246,32 +255,36 @@ impl MapFile {
         let shape = dataset.shape();
         let fits = |(range, &len): (&Range<usize>, &usize)| range.start <= range.end && range.end <= len;
         if ranges.len() != shape.len() || !ranges.iter().zip(&shape).all(fits) {
-            return Err(StoreError::OutOfRange {
-                path: self.path.clone(),
-                name: variable.into(),
-                selection: format!("{ranges:?}"),
-                shape: format!("{shape:?}"),
-            });
+            return Err(self.out_of_range(variable, format!("{ranges:?}"), &shape));
         }
         read_box(&dataset, ranges).map_err(|error| self.failed(variable, &error))
     }
 
     /// Reads a slice.
-    fn slice<T: hdf5::H5Type>(&self, variable: &str, at: &[Option<usize>]) -> Result<ArrayD<T>, StoreError> {
-        let shape = self.dataset(variable)?.shape();
-        let ranges: Vec<Range<usize>> = at
+    fn slice<T: hdf5::H5Type>(&self, variable: &str, at: &[Pick]) -> Result<ArrayD<T>, StoreError> {
+        let dataset = self.dataset(variable)?;
+        let shape = dataset.shape();
+        let fits = |(pick, &len): (&Pick, &usize)| match *pick {
+            Pick::Node(index) => index < len,
+            Pick::Every(step) => step > 0,
+        };
+        if at.len() != shape.len() || !at.iter().zip(&shape).all(fits) {
+            return Err(self.out_of_range(variable, format!("{at:?}"), &shape));
+        }
+        let selection: Vec<SliceOrIndex> = at
             .iter()
-            .zip(shape.iter().map(Some).chain(std::iter::repeat(None)))
-            .map(|(held, len)| match held {
-                Some(index) => *index..*index + 1,
-                None => 0..len.copied().unwrap_or(0),
+            .zip(&shape)
+            .map(|(pick, &end)| match *pick {
+                Pick::Node(index) => SliceOrIndex::Index(index),
+                Pick::Every(step) => SliceOrIndex::SliceTo { start: 0, step, end, block: 1 },
             })
             .collect();
-        let mut cells = self.read(variable, &ranges)?;
-        for (dimension, _) in at.iter().enumerate().rev().filter(|(_, held)| held.is_some()) {
-            cells = cells.index_axis_move(Dim(dimension), 0);
-        }
-        Ok(cells)
+        dataset.read_slice(hdf5::Hyperslab::from(selection)).map_err(|error| self.failed(variable, &error))
+    }
+
+    fn out_of_range(&self, variable: &str, selection: String, shape: &[usize]) -> StoreError {
+        let (path, name) = (self.path.clone(), variable.into());
+        StoreError::OutOfRange { path, name, selection, shape: format!("{shape:?}") }
     }
 
     /// An error of the library while reading a variable.

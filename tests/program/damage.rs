@@ -92,7 +92,7 @@ fn maps_without_a_seal_are_compared_with_their_fingerprints() {
     spoilt(&scratch, |file| {
         let cells = file.dataset("margin_symmetric").unwrap();
         let mut all = cells.read_dyn::<f64>().unwrap();
-        *all.iter_mut().next_back().unwrap() = 0.125;
+        *all.iter_mut().last().unwrap() = 0.125;
         cells.write(&all).unwrap();
     });
     assert_refused(

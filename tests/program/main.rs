@@ -13,6 +13,7 @@ mod damage;
 mod hostile;
 mod latex;
 mod laws;
+mod long_axes;
 mod machine;
 mod map_equal;
 #[cfg(all(target_os = "linux", feature = "mpi"))]

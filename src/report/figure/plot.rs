@@ -41,6 +41,8 @@ pub struct Plotted {
     pub caption: Rich,
     /// Where the other axes are held.
     pub held: Vec<Held>,
+    /// Axes of which not all nodes are drawn, and one node in how many is.
+    pub thinned: Vec<(String, usize)>,
     /// The curves of codimension one, if they were asked for.
     pub curves: Option<PlaneCurves>,
 }
@@ -78,7 +80,9 @@ pub fn plot(map: &MapFile, plot: &Plot) -> Result<Plotted, ReportError> {
         .then(rich(" and "))
         .then(Rich::symbol(plot.y))
         .then(rich(" at "))
-        .then(at.clone());
+        .then(at.clone())
+        .then(rich("."))
+        .then(slice.thinned_words());
     let curves = plot.curves.then(|| PlaneCurves::of(&slice));
     let page = Page::new(&slice, curves.as_ref(), plot.width, &title(variable), &at);
     let scene = if variable.starts_with("verdict_") {
@@ -96,7 +100,8 @@ pub fn plot(map: &MapFile, plot: &Plot) -> Result<Plotted, ReportError> {
     } else {
         page.reals(&slice.reals(variable)?, variable.starts_with("margin_"))
     };
-    Ok(Plotted { scene, caption, held, curves })
+    let thinned = slice.thinned().map(|(axis, step)| (axis.name.clone(), step)).collect();
+    Ok(Plotted { scene, caption, held, thinned, curves })
 }
 
 /// A variable in words.
@@ -153,8 +158,8 @@ impl<'a> Page<'a> {
             curves,
             scene,
             panel,
-            x_edges: cell_edges(x, x_scale),
-            y_edges: cell_edges(y, y_scale),
+            x_edges: cell_edges(&slice.x_nodes(), x_scale),
+            y_edges: cell_edges(&slice.y_nodes(), y_scale),
             labels_width,
         }
     }

@@ -148,7 +148,7 @@ fn figure(map: &MapFile, slice: &Slice) -> Result<Figure, ReportError> {
     let simulation = methods.iter().position(|method| method.name == SIMULATION);
     let (x, y) = (slice.x_axis(), slice.y_axis());
     let (x_scale, y_scale) = (Scale::of_nodes(&x.values), Scale::of_nodes(&y.values));
-    let (x_edges, y_edges) = (cell_edges(&x.values, x_scale), cell_edges(&y.values, y_scale));
+    let (x_edges, y_edges) = (cell_edges(&slice.x_nodes(), x_scale), cell_edges(&slice.y_nodes(), y_scale));
     let kind = |method: usize, i: usize, j: usize| {
         Kind::of(codes[method][[i, j]], simulation.map(|simulation| codes[simulation][[i, j]]))
     };
@@ -199,7 +199,8 @@ fn figure(map: &MapFile, slice: &Slice) -> Result<Figure, ReportError> {
             .then(Rich::symbol(&y.name))
             .then(rich(" at "))
             .then(slice.held())
-            .then(rich(". Black curve: the exact boundary of the stick-slip region, by root-finding on the simulated flow.")),
+            .then(rich(". Black curve: the exact boundary of the stick-slip region, by root-finding on the simulated flow."))
+            .then(slice.thinned_words()),
         scenes,
     })
 }
