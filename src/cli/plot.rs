@@ -39,7 +39,8 @@ pub(super) struct Arguments {
     variable: Option<String>,
     /// Also draw where the behaviour changes, by continuation: Hopf bifurcations, grazing, landings past the stick
     /// segment, crossings that never end, and folds of slip cycles. Their points go to FILE.csv: curve, branch, both
-    /// axes, and the distance from the curve in sides of the figure
+    /// axes, and the distance from the curve in sides of the figure. Curves that the map stores are drawn without
+    /// being asked for
     #[arg(long)]
     curves: bool,
     /// The figure; .svg, .pdf or .png
@@ -90,8 +91,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     };
     let plotted = figure::plot(&map, &plot).map_err(failure)?;
     write_figure(&plotted.scene, &plotted.caption, &arguments.out, existing).map_err(failure)?;
-    if let Some(curves) = &plotted.curves {
-        write_file(curves.csv().as_bytes(), &table, existing).map_err(failure)?;
+    if let Some(curves) = plotted.curves.filter(|_| arguments.curves) {
+        let text = figure::bifurcations::csv(map.grid().axes(), &curves);
+        write_file(text.as_bytes(), &table, existing).map_err(failure)?;
     }
     for held in &plotted.held {
         let why = match held.wanted {

@@ -209,6 +209,16 @@ fn compute<E: Into<Stopped>>(
         #[cfg(feature = "mpi")]
         Err(Stopped::Never(failure)) => return Err(failure),
     };
+    if !job.planes.is_empty() {
+        let bar = progress::bar(arguments.quiet, Some(job.planes.len() as u64), "planes of curves");
+        let on_plane = || bar.inc(1);
+        let (curves, seconds) =
+            timed(|| map::curves_of(&job.plan.grid, &job.planes, control.threads, &on_plane, stop));
+        bar.finish_and_clear();
+        let no_threads = || Failure::Broken("cannot start the worker threads for the curves".into());
+        summary.curves = curves.ok_or_else(no_threads)?;
+        summary.curves_seconds = seconds;
+    }
     summary.proved = map::prove(&job.plan, control.threads, stop);
     if stop.load(Ordering::Relaxed) {
         return Err(stopped(&map, &ComputeError::Interrupted, &job.output));
@@ -374,6 +384,7 @@ fn outcome(job: &Job, summary: &Summary) -> Outcome {
             disagreements: summary.audit.disagreements.len() as u64,
         }),
         not_computed: None,
+        curves: summary.curves.clone(),
         extra: summary
             .paths
             .named()
@@ -384,6 +395,10 @@ fn outcome(job: &Job, summary: &Summary) -> Outcome {
                 ("audit_seconds".to_owned(), summary.audit_seconds.into()),
                 ("pack_seconds".to_owned(), summary.pack_seconds.into()),
             ])
+            .chain(
+                (!summary.curves.is_empty())
+                    .then(|| ("curves_seconds".to_owned(), summary.curves_seconds.into())),
+            )
             .chain(summary.proved.iter().flat_map(|proved| {
                 let volumes = &proved.volumes;
                 [

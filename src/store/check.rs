@@ -9,6 +9,7 @@ use hdf5::{Dataset, Location, ObjectReference1, ReferencedObject};
 
 use crate::certify::Guarantee;
 
+use super::curves;
 use super::error::StoreError;
 use super::pack::{self, Fingerprint};
 use super::provenance::fingerprint;
@@ -124,6 +125,9 @@ fn check_contents(map: &MapFile, follow_ties: bool, report: &mut CheckReport) {
     report.cells = schema.grid.cells();
     report.tiles = schema.tiles();
     check_root(map, report);
+    if let Err(error) = check_curves(map, report) {
+        report.note(Some(curves::GROUP), None, format!("unreadable: {error}"));
+    }
     for (position, axis) in schema.grid.axes().iter().enumerate() {
         if let Err(error) = check_axis(map, position, report) {
             report.note(Some(&axis.name), None, format!("unreadable: {error}"));
@@ -178,13 +182,50 @@ fn check_root(map: &MapFile, report: &mut CheckReport) {
             let schema = map.schema();
             for name in names {
                 let axis = schema.dimensions().contains(&name.as_str());
-                if !axis && !map.has(&name) {
+                if !axis && !map.has(&name) && name != curves::GROUP {
                     report.note(Some(&name), None, "does not belong to the map");
                 }
             }
         }
         Err(error) => report.note(None, None, format!("its list of variables is unreadable: {error}")),
     }
+}
+
+/// Checks the curves of codimension one, if there are any.
+fn check_curves(map: &MapFile, report: &mut CheckReport) -> hdf5::Result<()> {
+    if let Err(why) = curves::read(map.file(), map.grid(), map.length())? {
+        report.note(Some(curves::GROUP), None, why);
+        return Ok(());
+    }
+    if !map.file().link_exists(curves::GROUP) {
+        return Ok(());
+    }
+    let group = map.file().group(curves::GROUP)?;
+    check_attributes(&group, Some(curves::GROUP), report);
+    let known = curves::names(map.grid());
+    for column in group.member_names()? {
+        let name = format!("{}/{column}", curves::GROUP);
+        if !known.contains(&column) {
+            report.note(Some(&name), None, "does not belong to the map");
+            continue;
+        }
+        let dataset = group.dataset(&column)?;
+        if let Err(why) = trust::own_numbers(&dataset, &name)? {
+            report.note(Some(&name), None, why);
+        } else if dataset.size() as u64 > map.length() {
+            report.note(Some(&name), None, "promises more numbers than the file can hold");
+        } else {
+            check_attributes(&dataset, Some(&name), report);
+            if value::read(&dataset, "sha256")? != curves::fingerprint(&dataset)? {
+                report.note(
+                    Some(&name),
+                    Some("attribute sha256".into()),
+                    "is not the fingerprint of its numbers",
+                );
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Compares the attributes of the file or of a variable with their fingerprint.

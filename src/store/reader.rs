@@ -10,9 +10,10 @@ use hdf5::{Dataset, File, SliceOrIndex};
 use ndarray::ArrayD;
 
 use crate::friction::Law;
-use crate::map::{Field, Grid, Tile};
+use crate::map::{Field, Grid, PlaneCurves, Tile};
 
 use super::check;
+use super::curves;
 use super::error::StoreError;
 use super::schema::{MethodInfo, SCHEMA, Schema};
 use super::seal::{self, Seal};
@@ -39,7 +40,9 @@ pub struct MapFile {
     file: File,
     schema: Schema,
     attributes: BTreeMap<String, Value>,
+    length: u64,
     sealed: bool,
+    curves: Vec<PlaneCurves>,
 }
 
 impl MapFile {
@@ -72,6 +75,9 @@ impl MapFile {
                 .map_err(|error| map.failed(&variable.name, &error))?
                 .map_err(|why| StoreError::NotAMap { path: path.to_path_buf(), why })?;
         }
+        map.curves = curves::read(&map.file, &map.schema.grid, map.length)
+            .map_err(|error| map.failed(curves::GROUP, &error))?
+            .map_err(|why| StoreError::NotAMap { path: path.to_path_buf(), why })?;
         match map.sealed {
             true => Ok(map),
             false => match check::contents(&map).problems.first() {
@@ -91,7 +97,8 @@ impl MapFile {
         let attributes = root_attributes(&file, path)?;
         let schema = read_schema(&file, path, length, &attributes)?;
         trust::grid(&schema, length).map_err(not_a_map)?;
-        Ok(Self { path: path.to_path_buf(), file, schema, attributes, sealed: false })
+        let path = path.to_path_buf();
+        Ok(Self { path, file, schema, attributes, length, sealed: false, curves: Vec::new() })
     }
 
     /// Whether it ends with the seal of its run; otherwise another program has written to it or copied it.
@@ -129,6 +136,12 @@ impl MapFile {
     #[must_use]
     pub fn fields(&self) -> &[Field] {
         &self.schema.fields
+    }
+
+    /// The curves of codimension one that are stored, plane by plane.
+    #[must_use]
+    pub fn curves(&self) -> &[PlaneCurves] {
+        &self.curves
     }
 
     /// Names of the variables over the grid, in the order of the file.
@@ -221,6 +234,11 @@ impl MapFile {
     /// The tiles of the map, in the order of the file.
     pub fn tiles(&self) -> impl Iterator<Item = Tile> {
         (0..self.schema.tiles()).map(|number| self.schema.grid.tile(&self.schema.tile_shape, number))
+    }
+
+    /// Bytes of the file.
+    pub(super) fn length(&self) -> u64 {
+        self.length
     }
 
     /// The file, for [`super::check`].
@@ -340,11 +358,11 @@ fn read_schema(
         _ => Err(not_a_map(format!("it has no text attribute {name}"))),
     };
     match attributes.get("schema") {
-        Some(Value::Integers(version)) if version == &[SCHEMA] => {}
+        Some(Value::Integers(version)) if matches!(version[..], [1..=SCHEMA]) => {}
         Some(Value::Integers(version)) => {
             return Err(not_a_map(format!(
-                "its layout has number {version:?}, and this version of slipmap reads number {SCHEMA}; use the \
-                 version that wrote it"
+                "its layout has number {version:?}, and this version of slipmap reads numbers up to {SCHEMA}; use \
+                 the version that wrote it"
             )));
         }
         _ => return Err(not_a_map("it has no integer attribute schema".into())),

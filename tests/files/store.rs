@@ -53,6 +53,7 @@ fn outcome() -> Outcome {
         seconds: Method::all().map(|method| (method, 0.25)).collect(),
         audit: Some(Audit { cells: 10, disagreements: 1 }),
         not_computed: None,
+        curves: Vec::new(),
         extra: vec![("note".into(), "from the test".into())],
     }
 }

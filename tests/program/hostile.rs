@@ -173,7 +173,7 @@ type Case<'a> = (&'a str, &'a str, i32, &'a dyn Fn(&File));
 fn maps_of_other_programs_are_refused() {
     let scratch = scratch();
     let cases: [Case; 17] = [
-        ("a newer layout", "its layout has number [2]", 2, &|file| integers(file, "schema", &[2])),
+        ("a newer layout", "its layout has number [3]", 2, &|file| integers(file, "schema", &[3])),
         ("no layout", "no integer attribute schema", 2, &|file| file.delete_attr("schema").unwrap()),
         ("an unknown law", "does not know its friction law", 2, &|file| text(file, "law", "\u{1b}[2Jboo")),
         ("an unknown field", "does not know its field", 2, &|file| text(file, "fields", "verdict <b>")),
@@ -279,7 +279,7 @@ fn texts_of_maps_are_not_obeyed() {
     });
     let run = bounded(&scratch, &["check", "map.h5"]).ends_with(1);
     assert_tame(&run);
-    bounded(&scratch, &["report", "map.h5"]).refuses(&["damaged", "sha256_attributes"]);
+    bounded(&scratch, &["report", "map.h5"]).refuses(&["map.h5 is damaged", "file, attribute"]);
     // Who changes a map on purpose can seal it as well.
     forge(&scratch);
     bounded(&scratch, &["report", "map.h5"]).ends_with(0);

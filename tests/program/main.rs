@@ -9,6 +9,7 @@ mod benchmark;
 mod catalogue;
 mod command;
 mod config;
+mod curves;
 mod damage;
 mod hostile;
 mod latex;

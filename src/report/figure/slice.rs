@@ -5,7 +5,7 @@ use ndarray::{Array2, ArrayD, Ix2};
 use super::super::ReportError;
 use super::super::text::{Rich, rich};
 use crate::friction::Law;
-use crate::map::Axis;
+use crate::map::{Axis, Plane};
 use crate::point::{LawParameters, Point};
 use crate::simulate::critical::critical_dampings;
 use crate::store::{MapFile, Pick};
@@ -44,6 +44,14 @@ pub enum ChoiceError {
         axis: String,
         /// The value, in words.
         value: String,
+    },
+    /// Curves in a plane that does not extend along one of its axes.
+    #[error(
+        "the axis `{axis}` has one node, and curves need a plane; choose another axis, or leave the curves out"
+    )]
+    OneNode {
+        /// The axis.
+        axis: String,
     },
     /// An axis that the variable does not have.
     #[error(
@@ -134,7 +142,7 @@ impl<'a> Slice<'a> {
             if !value.is_finite() {
                 return Err(ChoiceError::NotFinite { axis: name.clone(), value: value.to_string() });
             }
-            index[axis] = nearest(&axes[axis].values, *value);
+            index[axis] = axes[axis].nearest(*value);
             wanted[axis] = Some(*value);
         }
         let held = axes
@@ -162,6 +170,12 @@ impl<'a> Slice<'a> {
     #[must_use]
     pub fn y_axis(&self) -> &'a Axis {
         &self.map.grid().axes()[self.y]
+    }
+
+    /// Its plane in the grid.
+    #[must_use]
+    pub fn plane(&self) -> Plane {
+        Plane::new(self.x, self.y, self.index.clone())
     }
 
     /// The point of the slice with these coordinates, which need not be nodes.
@@ -292,7 +306,7 @@ pub fn equals(axis: &str, value: f64) -> Rich {
 /// The middle node of each axis.
 #[must_use]
 pub fn middle(axes: &[Axis]) -> Vec<usize> {
-    axes.iter().map(|axis| (axis.values.len() - 1) / 2).collect()
+    axes.iter().map(Axis::middle).collect()
 }
 
 /// Nodes of a map at which there is something to see: the middle ones if a cycle exists in their column,
@@ -329,13 +343,6 @@ pub fn telling(map: &MapFile) -> Vec<usize> {
     positive
         .min_by(|a, b| a.1.cmp(&b.1).then(b.2.total_cmp(&a.2)))
         .map_or_else(|| middle.clone(), |(candidate, _, _)| candidate)
-}
-
-/// The node nearest to a value.
-#[must_use]
-pub fn nearest(values: &[f64], value: f64) -> usize {
-    let distance = |i: &usize| (values[*i] - value).abs();
-    (0..values.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
 }
 
 /// The point with the given value on each axis, in the order of the map.

@@ -9,7 +9,7 @@ use super::legend::{Legend, Sample};
 use super::palette;
 use super::region::{cell_edges, outlines};
 use super::scene::{Fill, Place, Scene, Stroke, Width};
-use super::slice::{Slice, nearest, telling};
+use super::slice::{Slice, telling};
 use crate::map::Verdict;
 use crate::simulate::critical_damping;
 use crate::store::MapFile;
@@ -132,9 +132,9 @@ pub fn slices(map: &MapFile) -> Result<Vec<Figure>, ReportError> {
 
 /// The node of c at which a plane of fixed c tells most: half of the critical damping in its middle.
 fn telling_damping(map: &MapFile, index: &[usize]) -> usize {
-    let dampings = map.grid().dampings();
+    let axes = map.grid().axes();
     match critical_damping(&map.grid().column(index), 1e-6) {
-        Ok(root) if root.c > 0.0 => nearest(dampings, 0.5 * root.c),
+        Ok(root) if root.c > 0.0 => axes[axes.len() - 1].nearest(0.5 * root.c),
         Ok(_) | Err(_) => 0,
     }
 }

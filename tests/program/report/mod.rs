@@ -70,6 +70,7 @@ fn store_map(folder: &Path, plan: &Plan, title: &str) -> MapFile {
         seconds: summary.methods.iter().map(|method| (method.method, method.seconds)).collect(),
         audit: Some(store::Audit { cells: 3, disagreements: 0 }),
         not_computed: None,
+        curves: Vec::new(),
         extra: vec![],
     };
     writer.finish(&outcome).unwrap();
