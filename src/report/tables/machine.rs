@@ -1,7 +1,7 @@
 //! A machine in SI units, if the map is about one.
 
 use super::super::table::{Cell, Show, Table};
-use super::super::text::rich;
+use super::super::text::{Rich, rich};
 use super::{column, words};
 use crate::machine::{Behaviour, Machine, SI_ATTRIBUTE, behaviour};
 use crate::map::AxisRole;
@@ -37,13 +37,18 @@ pub(super) fn machine(map: &MapFile) -> Option<Table> {
     });
     let rows: Vec<_> = rows.collect();
     let critical = behaviour(&machine, law, TOLERANCE).and_then(|does| does.critical_belt_speed);
-    let mut notes = vec![rich(&format!(
-        "Damping {:.4e} N s/m where not stated otherwise; units of the map: time {:.4e} s, length {:.4e} m, velocity {:.4e} \
-         m/s, damping {:.4e} N s/m.",
-        machine.damping, units.time, units.length, units.velocity, units.damping
-    ))];
+    let quantity = |name: &str, value: f64, unit: &str| {
+        rich(name).then(Rich::number(value, 4)).then(rich(&format!(" {unit}")))
+    };
+    let mut notes = vec![
+        quantity("Damping ", machine.damping, "N s/m where not stated otherwise; units of the map: ")
+            .then(quantity("time ", units.time, "s, "))
+            .then(quantity("length ", units.length, "m, "))
+            .then(quantity("velocity ", units.velocity, "m/s, "))
+            .then(quantity("damping ", units.damping, "N s/m.")),
+    ];
     if let Some(speed) = critical {
-        notes.push(rich(&format!("Critical belt speed at that damping: {speed:.4e} m/s.")));
+        notes.push(quantity("Critical belt speed at that damping: ", speed, "m/s."));
     }
     Some(Table {
         name: "machine",
