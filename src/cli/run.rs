@@ -209,6 +209,16 @@ fn compute<E: Into<Stopped>>(
         #[cfg(feature = "mpi")]
         Err(Stopped::Never(failure)) => return Err(failure),
     };
+    if !job.planes.is_empty() {
+        let bar = progress::bar(arguments.quiet, Some(job.planes.len() as u64), "planes of curves");
+        let on_plane = || bar.inc(1);
+        let (curves, seconds) =
+            timed(|| map::curves_of(&job.plan.grid, &job.planes, control.threads, &on_plane, stop));
+        bar.finish_and_clear();
+        let no_threads = || Failure::Broken("cannot start the worker threads for the curves".into());
+        summary.curves = curves.ok_or_else(no_threads)?;
+        summary.curves_seconds = seconds;
+    }
     summary.proved = map::prove(&job.plan, control.threads, stop);
     if stop.load(Ordering::Relaxed) {
         return Err(stopped(&map, &ComputeError::Interrupted, &job.output));
@@ -319,6 +329,9 @@ fn create_failure(error: StoreError) -> Failure {
             "\n  help: add --resume to continue it, or --overwrite to start anew"
         }
         StoreError::Unusable { .. } => "\n  help: start anew with --overwrite",
+        StoreError::Damaged { .. } => {
+            "\n  help: `slipmap check` on it tells where; take an undamaged copy, or start anew with --overwrite"
+        }
         StoreError::Changed { .. } => "\n  help: go back to what it was, or start anew with --overwrite",
         _ => "",
     };
@@ -331,6 +344,7 @@ fn create_failure(error: StoreError) -> Failure {
         | StoreError::Unfinished { .. }
         | StoreError::Unusable { .. }
         | StoreError::Changed { .. }
+        | StoreError::Damaged { .. }
         | StoreError::NotAMap { .. } => Failure::BadInput(format!("{error}{help}")),
         _ => Failure::Broken(error.to_string()),
     }
@@ -370,6 +384,7 @@ fn outcome(job: &Job, summary: &Summary) -> Outcome {
             disagreements: summary.audit.disagreements.len() as u64,
         }),
         not_computed: None,
+        curves: summary.curves.clone(),
         extra: summary
             .paths
             .named()
@@ -380,6 +395,10 @@ fn outcome(job: &Job, summary: &Summary) -> Outcome {
                 ("audit_seconds".to_owned(), summary.audit_seconds.into()),
                 ("pack_seconds".to_owned(), summary.pack_seconds.into()),
             ])
+            .chain(
+                (!summary.curves.is_empty())
+                    .then(|| ("curves_seconds".to_owned(), summary.curves_seconds.into())),
+            )
             .chain(summary.proved.iter().flat_map(|proved| {
                 let volumes = &proved.volumes;
                 [

@@ -5,7 +5,6 @@ mod machine;
 mod origin;
 
 pub use boundaries::{boundary, order};
-pub(in crate::report) use origin::is_logarithmic;
 pub use origin::{axes, cost, failures, methods, provenance};
 
 use super::proved;

@@ -2,6 +2,7 @@
 
 use super::super::text::{Piece, Rich, Symbol};
 use super::scene::{Anchor, Place, Rect, Scene, Stroke, text_width};
+use crate::map::is_logarithmic;
 
 /// Size of the numbers at ticks and in legends, in points.
 pub const SMALL_TEXT: f64 = 7.0;
@@ -66,7 +67,7 @@ impl Scale {
     #[must_use]
     pub fn of_nodes(values: &[f64]) -> Self {
         let (first, last) = (values[0], values[values.len() - 1]);
-        if values.len() > 2 && super::super::tables::is_logarithmic(values) {
+        if values.len() > 2 && is_logarithmic(values) {
             Self::logarithmic(first, last)
         } else {
             Self::linear(first, last)

@@ -65,7 +65,8 @@ pub fn deciders(map: &MapFile, report: &Report) -> Result<Figure, ReportError> {
     let decides = |code: i8| code == Verdict::Present.code() || code == Verdict::Absent.code();
     let (x_axis, y_axis) = (slices[0].0.x_axis(), slices[0].0.y_axis());
     let (x_scale, y_scale) = (Scale::of_nodes(&x_axis.values), Scale::of_nodes(&y_axis.values));
-    let (x_edges, y_edges) = (cell_edges(&x_axis.values, x_scale), cell_edges(&y_axis.values, y_scale));
+    let (x_nodes, y_nodes) = (slices[0].0.x_nodes(), slices[0].0.y_nodes());
+    let (x_edges, y_edges) = (cell_edges(&x_nodes, x_scale), cell_edges(&y_nodes, y_scale));
     // Searched once, in a panel of unit size.
     let unit = Panel { rect: Rect { x: 0.0, y: 0.0, w: 1.0, h: 1.0 }, x: x_scale, y: y_scale };
     let exact: Vec<_> = slices.iter().map(|(slice, _)| boundary(slice, &unit)).collect();
@@ -107,6 +108,7 @@ pub fn deciders(map: &MapFile, report: &Report) -> Result<Figure, ReportError> {
     )
     .then(rich("; at "))
     .then(if x == 0 { slices[0].0.held() } else { slices[0].0.held_but_epsilon() })
-    .then(rich("."));
+    .then(rich("."))
+    .then(slices[0].0.thinned_words());
     Ok(Figure { name: "deciders".into(), caption, scenes })
 }

@@ -4,7 +4,7 @@ use super::super::Report;
 use super::super::table::{Cell, Show, Table};
 use super::super::text::{Rich, rich};
 use super::{column, words};
-use crate::map::Verdict;
+use crate::map::{Verdict, is_linear, is_logarithmic};
 use crate::store::{MapFile, Value};
 
 /// Processor time of each method.
@@ -132,18 +132,6 @@ pub fn axes(map: &MapFile) -> Table {
         rows: rows.collect(),
         notes: Vec::new(),
     }
-}
-
-/// Whether nodes have equal steps, up to the rounding of decimal input.
-pub(in crate::report) fn is_linear(values: &[f64]) -> bool {
-    let (first, last) = (values[0], values[values.len() - 1]);
-    let step = (last - first) / (values.len().max(2) - 1) as f64;
-    values.iter().enumerate().all(|(i, value)| (value - first - step * i as f64).abs() <= 1e-6 * step)
-}
-
-/// Whether nodes have equal ratios.
-pub(in crate::report) fn is_logarithmic(values: &[f64]) -> bool {
-    values[0] > 0.0 && is_linear(&values.iter().map(|value| value.ln()).collect::<Vec<_>>())
 }
 
 /// Where the map comes from.

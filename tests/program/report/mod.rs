@@ -13,6 +13,7 @@ use slipmap::friction::Law;
 use slipmap::map::{self, Control, Engine, Field, Grid, Method, Plan};
 use slipmap::report::{self, Cell, Report, Table};
 use slipmap::simulate::naive::NaiveKnobs;
+use slipmap::store::Pick::{Every, Node};
 use slipmap::store::{self, MapFile, MapWriter, Outcome, Provenance};
 
 const AXES: [&str; 6] = ["epsilon", "alpha", "beta", "gamma", "V", "c"];
@@ -69,6 +70,7 @@ fn store_map(folder: &Path, plan: &Plan, title: &str) -> MapFile {
         seconds: summary.methods.iter().map(|method| (method.method, method.seconds)).collect(),
         audit: Some(store::Audit { cells: 3, disagreements: 0 }),
         not_computed: None,
+        curves: Vec::new(),
         extra: vec![],
     };
     writer.finish(&outcome).unwrap();
@@ -103,7 +105,11 @@ static SMALL: LazyLock<MapFile> = LazyLock::new(|| {
 
 /// All verdicts of a method at one eps, over the other axes.
 fn verdicts(map: &MapFile, method: &str, epsilon: usize) -> ArrayD<i8> {
-    map.code_slice(&format!("verdict_{method}"), &[Some(epsilon), None, None, None, None, None]).unwrap()
+    map.code_slice(
+        &format!("verdict_{method}"),
+        &[Node(epsilon), Every(1), Every(1), Every(1), Every(1), Every(1)],
+    )
+    .unwrap()
 }
 
 /// Every index of an array.

@@ -7,6 +7,7 @@ use crate::command::Scratch;
 use slipmap::map::{self, Control, Field, Verdict};
 use slipmap::report::figure::{Plot, Width};
 use slipmap::report::{Cell, Existing, figure, tables, write};
+use slipmap::store::Pick::{Every, Node};
 use slipmap::store::{self, MapFile, MapWriter, Outcome, Provenance};
 
 /// Whether a text is well-formed XML with words that can be read.
@@ -202,8 +203,9 @@ fn slices_show_the_stored_cells() {
         let plotted = figure::plot(map, &plot).unwrap();
         plotted.scene.svg("plot", &plotted.caption)
     };
-    let codes =
-        map.code_slice("verdict_simulation", &[Some(3), Some(1), Some(0), None, Some(1), None]).unwrap();
+    let codes = map
+        .code_slice("verdict_simulation", &[Node(3), Node(1), Node(0), Every(1), Node(1), Every(1)])
+        .unwrap();
     for (fill, code) in [("#0072b2", 1), ("#f7e3bf", -1)] {
         let shown = svg.contains(&format!("fill-rule=\"evenodd\" fill=\"{fill}\""));
         assert_eq!(shown, codes.iter().any(|c| *c == code), "{fill}");
