@@ -52,6 +52,7 @@
 mod axis;
 mod law;
 mod machine;
+mod points;
 mod source;
 mod tiles;
 
@@ -59,6 +60,7 @@ use std::path::{Path, PathBuf};
 
 pub use law::{point_into, read_table};
 pub use machine::{MachineJob, load_machine};
+pub use points::{PointTable, point_of};
 pub use source::ConfigError;
 use source::{Node, Section, Source};
 
