@@ -13,7 +13,7 @@ use super::room::{Room, create_folders};
 use super::summary::{self, Report};
 use super::{Ended, Failure, estimate, interrupt, output, progress, proof, say};
 use crate::config::Job;
-use crate::machine::SI_ATTRIBUTE;
+use crate::machine::{MOTION_ATTRIBUTE, SI_ATTRIBUTE};
 use crate::map::{self, Account, ComputeError, Control, Queue, Summary};
 use crate::store::{self, Existing, Outcome, PartialMap, Provenance, Resumed, StoreError, Value};
 
@@ -411,10 +411,12 @@ fn outcome(job: &Job, summary: &Summary) -> Outcome {
                 ]
                 .map(|(name, value)| (name.to_owned(), value))
             }))
-            .chain(
-                job.machine
-                    .map(|machine| (SI_ATTRIBUTE.to_owned(), Value::Reals(machine.to_array().to_vec()))),
-            )
+            .chain(job.machine.iter().flat_map(|machine| {
+                [
+                    (SI_ATTRIBUTE.to_owned(), Value::Reals(machine.to_array().to_vec())),
+                    (MOTION_ATTRIBUTE.to_owned(), machine.motion.name().into()),
+                ]
+            }))
             .collect(),
     }
 }

@@ -8,6 +8,7 @@ mod boundary;
 mod document;
 pub mod figure;
 mod proved;
+mod si;
 mod table;
 pub mod tables;
 mod text;

@@ -149,6 +149,7 @@ struct Page<'a> {
     x_edges: Vec<f64>,
     y_edges: Vec<f64>,
     labels_width: f64,
+    names: [Rich; 2],
 }
 
 impl<'a> Page<'a> {
@@ -159,8 +160,7 @@ impl<'a> Page<'a> {
         title: &Rich,
         held: &Rich,
     ) -> Self {
-        let (x, y) = (&slice.x_axis().values, &slice.y_axis().values);
-        let (x_scale, y_scale) = (Scale::of_nodes(x), Scale::of_nodes(y));
+        let ((x_scale, x_name), (y_scale, y_name)) = (slice.x_scale(), slice.y_scale());
         let mut scene = Scene::new(width.points(), 0.0);
         let height = match width {
             Width::OneColumn => 150.0,
@@ -185,6 +185,7 @@ impl<'a> Page<'a> {
             x_edges: cell_edges(&slice.x_nodes(), x_scale),
             y_edges: cell_edges(&slice.y_nodes(), y_scale),
             labels_width,
+            names: [x_name, y_name],
         }
     }
 
@@ -194,8 +195,8 @@ impl<'a> Page<'a> {
             bifurcations::draw(&mut self.scene, &self.panel, curves, legend);
         }
         self.panel.axes(&mut self.scene, Labels { x: true, y: true });
-        self.panel.x_name(&mut self.scene, &Rich::symbol(&self.slice.x_axis().name));
-        self.panel.y_name(&mut self.scene, &Rich::symbol(&self.slice.y_axis().name), self.labels_width);
+        self.panel.x_name(&mut self.scene, &self.names[0]);
+        self.panel.y_name(&mut self.scene, &self.names[1], self.labels_width);
     }
 
     /// Codes with their fills and names.

@@ -3,7 +3,9 @@
 use ndarray::{Array2, ArrayD, Ix2};
 
 use super::super::ReportError;
+use super::super::si::{AxisName, axis_name};
 use super::super::text::{Rich, rich};
+use super::axis::Scale;
 use crate::friction::Law;
 use crate::map::{Axis, Plane};
 use crate::point::{LawParameters, Point};
@@ -178,6 +180,18 @@ impl<'a> Slice<'a> {
         Plane::new(self.x, self.y, self.index.clone())
     }
 
+    /// The scale and the name of the horizontal axis.
+    #[must_use]
+    pub fn x_scale(&self) -> (Scale, Rich) {
+        scale(self.map, self.x_axis())
+    }
+
+    /// The scale and the name of the vertical axis.
+    #[must_use]
+    pub fn y_scale(&self) -> (Scale, Rich) {
+        scale(self.map, self.y_axis())
+    }
+
     /// The point of the slice with these coordinates, which need not be nodes.
     #[must_use]
     pub fn point(&self, x: f64, y: f64) -> Point {
@@ -295,6 +309,12 @@ fn step(axis: &Axis) -> usize {
 
 fn drawn(axis: &Axis) -> Vec<f64> {
     axis.values.iter().copied().step_by(step(axis)).collect()
+}
+
+/// The scale and the name of an axis: in SI units if the map is about a machine.
+fn scale(map: &MapFile, axis: &Axis) -> (Scale, Rich) {
+    let AxisName { name, unit } = axis_name(map, axis);
+    (Scale::of_nodes(&axis.values).in_unit(unit), name)
 }
 
 /// "ε = 0.1".

@@ -3,7 +3,7 @@
 use super::super::text::{Rich, rich};
 use super::super::{ReportError, SIMULATION};
 use super::Figure;
-use super::axis::{Panel, Panels, Scale};
+use super::axis::{Panel, Panels};
 use super::exact::boundary;
 use super::legend::{Legend, Sample};
 use super::palette;
@@ -147,7 +147,7 @@ fn figure(map: &MapFile, slice: &Slice) -> Result<Figure, ReportError> {
         .collect::<Result<Vec<_>, _>>()?;
     let simulation = methods.iter().position(|method| method.name == SIMULATION);
     let (x, y) = (slice.x_axis(), slice.y_axis());
-    let (x_scale, y_scale) = (Scale::of_nodes(&x.values), Scale::of_nodes(&y.values));
+    let ((x_scale, x_name), (y_scale, y_name)) = (slice.x_scale(), slice.y_scale());
     let (x_edges, y_edges) = (cell_edges(&slice.x_nodes(), x_scale), cell_edges(&slice.y_nodes(), y_scale));
     let kind = |method: usize, i: usize, j: usize| {
         Kind::of(codes[method][[i, j]], simulation.map(|simulation| codes[simulation][[i, j]]))
@@ -174,7 +174,7 @@ fn figure(map: &MapFile, slice: &Slice) -> Result<Figure, ReportError> {
             let letter = char::from(b'a' + (m % 26) as u8);
             panel.title(&mut scene, &rich(&format!("({letter}) ")).then(method_title(&method.name)));
         }
-        panels.axes(&mut scene, &Rich::symbol(&x.name), &Rich::symbol(&y.name));
+        panels.axes(&mut scene, &x_name, &y_name);
         let mut legend = Legend::default();
         for (kind, used) in Kind::ALL.into_iter().zip(used) {
             if used {
