@@ -207,6 +207,10 @@ impl ExpressionCurve {
         if level == 1.0 { stack[0] } else { stack[0] / T::constant(level) }
     }
 
+    pub(super) fn formula<T: Real>(&self, u: T) -> T {
+        self.run(u, T::constant(self.epsilon), |_, _| ())
+    }
+
     #[inline]
     fn series<T: Real, const N: usize>(&self, u: T) -> Jet<T, N> {
         self.run(Jet::variable(u, 1.0), Jet::of(T::constant(self.epsilon)), |_, _| ())
@@ -236,7 +240,7 @@ impl ExpressionCurve {
     }
 
     pub(super) fn even_weakening_range(&self, belt_speed: f64) -> Range {
-        enclose::even_range(|u| self.enclosure(u), belt_speed)
+        enclose::even_range(|u| self.enclosure(u), belt_speed, belt_speed)
     }
 
     pub(super) fn mean_weakening(&self, belt_speed: f64) -> f64 {
