@@ -55,6 +55,7 @@ mod axis;
 mod curves;
 mod law;
 mod machine;
+mod points;
 mod source;
 mod tiles;
 
@@ -62,6 +63,7 @@ use std::path::{Path, PathBuf};
 
 pub use law::{point_into, read_table};
 pub use machine::{MachineJob, load_machine};
+pub use points::{PointTable, point_of};
 pub use source::ConfigError;
 use source::{Node, Section, Source};
 

@@ -9,7 +9,8 @@ use crate::messages::Messages;
 use proptest::prelude::*;
 use proptest::sample::Index;
 use sha2::{Digest as _, Sha256};
-use slipmap::config::Job;
+use slipmap::config::{Job, PointTable};
+use slipmap::friction::Law;
 use slipmap::map::{Control, Plan, Queue, Sink, compute_tiles};
 use slipmap::store::{Existing, MapFile, Packer, PartialMap, Provenance, StoreError, check};
 
@@ -180,6 +181,78 @@ fn configurations_never_panic() {
             if let Err(message) = job(folder.path(), &spoilt(JOB.as_bytes(), &changes), sets) {
                 prop_assert!(message.contains("help: "), "{message}");
                 prop_assert!(message.len() < 4000, "{message}");
+            }
+        }
+    });
+}
+
+/// A good table of points, with everything that CSV allows.
+const POINTS: &str = "\
+name,epsilon,alpha,\"beta\",gamma,c,V,\"a note, quoted\"
+first,0.1,0.3,0.1,2,0.5,1,
+\"second \"\"point\"\"\",1e-3,.5,0,+4.0,0, 2 ,\"of two
+lines\"
+third,0.2,0.9,1e2,0.125,1e-300,7.5,\u{e9}
+";
+
+#[test]
+fn tables_of_points_never_panic() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("points.csv");
+    // Rows read and points understood, or the complaint.
+    let read = |bytes: &[u8]| -> Result<(usize, usize), String> {
+        std::fs::write(&path, bytes).unwrap();
+        let mut table = PointTable::open(&path, Law::Stribeck).map_err(|error| error.to_string())?;
+        let (mut rows, mut points) = (0, 0);
+        loop {
+            let batch = table.rows().map_err(|error| error.to_string())?;
+            if batch.is_empty() {
+                return Ok((rows, points));
+            }
+            for row in &batch {
+                points += usize::from(table.point(row).map_err(|error| error.to_string())?.damping >= 0.0);
+            }
+            rows += batch.len();
+        }
+    };
+    assert_eq!(read(POINTS.as_bytes()), Ok((3, 3)));
+    proptest!(runs(2000), |(changes in changes())| {
+        match read(&spoilt(POINTS.as_bytes(), &changes)) {
+            Ok((rows, points)) => prop_assert_eq!(rows, points),
+            Err(message) => {
+                prop_assert!(message.contains("points.csv:") && message.contains("help: "), "{message}");
+                prop_assert!(message.len() < 1000, "{message}");
+            }
+        }
+    });
+}
+
+/// A good table of measured friction.
+const TABLE: &str = "\
+# slip speed, friction
+u,phi
+0,1.0
+0.5, 0.8
+1,0.7
+2,6.5e-1
+4,0.6
+";
+
+#[test]
+fn measured_laws_never_panic() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("friction.csv");
+    let read = |bytes: &[u8]| {
+        std::fs::write(&path, bytes).unwrap();
+        slipmap::config::read_table(&path, 1.0)
+    };
+    read(TABLE.as_bytes()).unwrap();
+    proptest!(runs(2000), |(changes in changes())| {
+        match read(&spoilt(TABLE.as_bytes(), &changes)) {
+            Ok(table) => prop_assert!(table.fastest() > 0.0 && table.fastest().is_finite()),
+            Err((problem, remedy)) => {
+                prop_assert!(problem.contains("friction.csv") && !remedy.is_empty(), "{problem}");
+                prop_assert!(problem.len() < 4000, "{problem}");
             }
         }
     });
