@@ -334,7 +334,7 @@ fn planes_of_curves() {
         ("[{ x = \"gamma\", y = \"c\", at = { c = 1 } }]", &["curves.planes[0].at", "extends along `c`"]),
         (
             "[{ x = \"gamma\", y = \"c\", at = { alpha = 0.6 } }]",
-            &["bad.toml:23:47", "curves.planes[0].at.alpha = 0.6: the axis alpha goes from 0 to 0.5"],
+            &["bad.toml:23:50", "curves.planes[0].at.alpha = 0.6: the axis alpha goes from 0 to 0.5"],
         ),
         ("[{ x = \"gamma\", y = \"c\", at = { alpha = true } }]", &["this is a truth value, not a number"]),
         (
