@@ -3,11 +3,15 @@
 
 use libfuzzer_sys::fuzz_target;
 use slipmap::friction::Law;
+use slipmap::point::LawParameters;
 
 fuzz_target!(|text: &str| {
     // Texts of laws are kept for the life of the program, so that a long run needs bounded ones.
     if text.len() < 200 {
-        let _ = Law::from_definition("expression", &format!("1\n{text}"));
+        if let Some(Law::Expression(law)) = Law::from_definition("expression", &format!("1\n{text}")) {
+            let parameters = LawParameters::new(&vec![0.5; law.parameters().len()]);
+            let _ = law.check(0.1, &parameters, 2.0);
+        }
         let _ = Law::from_definition("table", text);
     }
 });

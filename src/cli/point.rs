@@ -6,7 +6,7 @@ use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, Id};
 
 use super::Failure;
 use super::output::exact;
-use crate::config::{point_into, read_table};
+use crate::config::{point_into, point_of, read_table};
 use crate::friction::{Expression, Law};
 use crate::map::{Grid, GridError};
 use crate::point::Point;
@@ -143,7 +143,7 @@ impl PointArguments {
             )));
         }
         let values: Vec<f64> = axes.iter().filter_map(|name| value(name)).collect();
-        let point = from_values(law, &values).map_err(|error| {
+        let point = point_of(law, &values).map_err(|error| {
             let (name, value, wanted) = complaint(&error);
             Failure::BadInput(format!(
                 "{}{value}: {name} must be {wanted}\n  help: choose a value that is",
@@ -239,13 +239,6 @@ fn description(name: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// The point with the given value on each axis, in the order of [`Grid::axis_names`].
-pub(super) fn from_values(law: Law, values: &[f64]) -> Result<Point, GridError> {
-    // A point is legal exactly when the grid of this one cell is.
-    let grid = Grid::new(law, values.iter().map(|&value| vec![value]).collect())?;
-    Ok(grid.point(&vec![0; values.len()]))
-}
-
 /// The coordinates of a point, in the order of [`Grid::axis_names`].
 pub(super) fn coordinates(law: Law, point: &Point) -> Vec<(&'static str, f64)> {
     let values = std::iter::once(point.epsilon)
@@ -255,7 +248,7 @@ pub(super) fn coordinates(law: Law, point: &Point) -> Vec<(&'static str, f64)> {
 }
 
 /// Which coordinate of a point is illegal, its value, and what it must be.
-pub(super) fn complaint(error: &GridError) -> (String, String, String) {
+fn complaint(error: &GridError) -> (String, String, String) {
     match error {
         GridError::OutOfDomain { axis, value, domain } => (axis.clone(), exact(*value), domain.clone()),
         GridError::NotFinite { axis, value } => (axis.clone(), exact(*value), "finite".into()),
@@ -307,7 +300,7 @@ mod tests {
     #[test]
     fn a_probe_line_is_the_point() {
         let values = [1e-3, 1.0 / 3.0, 0.0, 1e17, 2.0, 5e-324];
-        let point = from_values(Law::Stribeck, &values).unwrap();
+        let point = point_of(Law::Stribeck, &values).unwrap();
         assert_eq!(
             coordinates(Law::Stribeck, &point).iter().map(|(_, value)| *value).collect::<Vec<_>>(),
             values

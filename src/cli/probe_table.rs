@@ -1,23 +1,19 @@
 //! `slipmap probe --points`: every answer about each row of a table.
 
-use std::fs::File;
-use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 
-use csv::{ByteRecord, ReaderBuilder, WriterBuilder};
+use csv::{ByteRecord, WriterBuilder};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 
 use super::answer::Answer;
 use super::output::exact;
 use super::{Ended, Failure, interrupt, point};
+use crate::config::PointTable;
 use crate::friction::Law;
-use crate::map::{Description, Field, Grid, Method, Quantity};
-
-/// Rows computed between reading and writing: enough to keep all cores busy, little enough to hold.
-const BATCH: usize = 8192;
+use crate::map::{Description, Field, Method, Quantity};
 
 /// Answers for standard output are held in memory up to this size, then in a temporary file.
 const SPOOL: usize = 16 << 20;
@@ -47,14 +43,15 @@ pub(super) struct Job<'a> {
 pub(super) fn run(job: &Job) -> Result<Ended, Failure> {
     // Listening comes first, so that an interruption at any time removes the temporary file.
     let stop = interrupt::flag();
-    let input = Input::open(job.input)?;
+    let table = PointTable::open(job.input, job.law)?;
+    check_header(&table, job.epsilon_limits)?;
     let mut output = Output::open(job.output, job.overwrite)?;
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(job.threads.unwrap_or(0))
         .build()
         .map_err(|error| Failure::Broken(format!("cannot start the threads: {error}")))?;
     let bar = super::progress::bar(job.quiet, None, "rows");
-    pool.install(|| convert(job, input, &mut output, stop, &bar))?;
+    pool.install(|| convert(job, table, &mut output, stop, &bar))?;
     bar.finish_and_clear();
     output.publish()?;
     Ok(Ended::Fine)
@@ -63,13 +60,12 @@ pub(super) fn run(job: &Job) -> Result<Ended, Failure> {
 /// Reads, computes and writes batch after batch.
 fn convert(
     job: &Job,
-    mut input: Input,
+    mut table: PointTable,
     output: &mut Output,
     stop: &AtomicBool,
     bar: &ProgressBar,
 ) -> Result<(), Failure> {
-    let columns = Columns::find(&mut input, job)?;
-    let mut header = input.header.clone();
+    let mut header = table.header().clone();
     for name in answer_columns(job.epsilon_limits) {
         header.push_field(name.as_bytes());
     }
@@ -78,7 +74,7 @@ fn convert(
         |error: csv::Error| Failure::Broken(format!("cannot write {}: {error}", job.output.display()));
     writer.write_byte_record(&header).map_err(write_error)?;
     loop {
-        let batch = input.batch()?;
+        let batch = table.rows()?;
         if batch.is_empty() {
             break;
         }
@@ -88,7 +84,7 @@ fn convert(
                 if stop.load(Ordering::Relaxed) {
                     return Err(Failure::Interrupted(super::NOTHING_LEFT.into()));
                 }
-                columns.answer(row, job, &input.name)
+                answer(&table, row, job)
             })
             .collect::<Vec<_>>()
             .into_iter()
@@ -120,203 +116,45 @@ fn answer_columns(epsilon_limits: bool) -> Vec<String> {
 /// The fields of a map whose quantities are added.
 const QUANTITIES: [Field; 3] = [Field::Landing, Field::Cycle, Field::Basin];
 
-/// Where the parameters stand in a row.
-struct Columns {
-    names: Vec<&'static str>,
-    positions: Vec<usize>,
-}
-
-impl Columns {
-    /// Finds the columns of the parameters in the header.
-    fn find(input: &mut Input, job: &Job) -> Result<Self, Failure> {
-        let header: Vec<String> =
-            input.header.iter().map(|field| String::from_utf8_lossy(field).trim().to_owned()).collect();
-        let names = Grid::axis_names(job.law);
-        let bad = |problem: String, remedy: String| {
-            Failure::BadInput(format!("{}:1: {problem}\n  help: {remedy}", input.name))
-        };
-        let mut positions = Vec::with_capacity(names.len());
-        for name in &names {
-            let mut found = (0..header.len()).filter(|&i| header[i] == *name);
-            let Some(position) = found.next() else {
-                let remedy = match header.as_slice() {
-                    [] => format!("the first line must name the columns: {}", names.join(",")),
-                    [only] if only.contains([';', '\t']) => "separate the columns by commas".into(),
-                    _ => format!(
-                        "the first line must name a column for each of {}; it names {}",
-                        names.join(", "),
-                        header.join(", ").chars().take(200).collect::<String>()
-                    ),
-                };
-                return Err(bad(format!("the column `{name}` is missing"), remedy));
-            };
-            if found.next().is_some() {
-                return Err(bad(
-                    format!("the column `{name}` is there twice"),
-                    "take one of them out".into(),
-                ));
-            }
-            positions.push(position);
-        }
-        if let Some(taken) = answer_columns(job.epsilon_limits).into_iter().find(|name| header.contains(name))
-        {
-            return Err(bad(
-                format!("the column `{taken}` is there already, and would be added"),
-                "rename it or take it out".into(),
-            ));
-        }
-        Ok(Self { names, positions })
-    }
-
-    /// The row with its answers appended.
-    fn answer(&self, mut row: ByteRecord, job: &Job, input: &str) -> Result<ByteRecord, Failure> {
-        let line = row.position().map_or(0, csv::Position::line);
-        let bad = |name: &str, value: &str, problem: &str, remedy: &str| {
-            Failure::BadInput(format!("{input}:{line}: column {name}: `{value}` {problem}\n  help: {remedy}"))
-        };
-        let mut values = Vec::with_capacity(self.names.len());
-        for (name, &position) in self.names.iter().zip(&self.positions) {
-            let text = String::from_utf8_lossy(row.get(position).unwrap_or_default());
-            let text = text.trim();
-            let value: f64 = text
-                .parse()
-                .map_err(|_| bad(name, text, "is not a number", "write a number such as 0.5 or 1e-3"))?;
-            values.push(value);
-        }
-        let point = point::from_values(job.law, &values).map_err(|error| {
-            let (name, value, wanted) = point::complaint(&error);
-            bad(
-                &name,
-                &value,
-                &format!("is out of range: {name} must be {wanted}"),
-                "mend or remove this row",
-            )
-        })?;
-
-        point::check_law(job.law, &point)
-            .map_err(|problem| Failure::BadInput(format!("{input}:{line}: {problem}")))?;
-
-        let answer = Answer::of(job.law, &point, job.tolerance, Method::usual());
-        let number = |x: f64| if x.is_nan() { String::new() } else { exact(x) };
-        for method in &answer.methods {
-            row.push_field(method.verdict.name().as_bytes());
-            row.push_field(number(method.margin).as_bytes());
-        }
-        let critical = answer.critical.as_ref().ok().map(|root| root.c).filter(|&root| root >= 0.0);
-        row.push_field(critical.map_or(String::new(), number).as_bytes());
-        row.push_field(answer.regime.name().as_bytes());
-        let described =
-            Description { landing: answer.landing(), cycle: answer.cycle, boundary: answer.basin };
-        for quantity in QUANTITIES.into_iter().flat_map(|field| Quantity::of(field, 0)) {
-            row.push_field(number(described.value(quantity)).as_bytes());
-        }
-        if job.epsilon_limits {
-            for limit in answer.limits() {
-                row.push_field(number(limit.equal.value()).as_bytes());
-            }
-        }
-        Ok(row)
+/// Refuses a table that has a column of the name of one to be added.
+fn check_header(table: &PointTable, epsilon_limits: bool) -> Result<(), Failure> {
+    let header: Vec<_> = table.header().iter().map(|field| String::from_utf8_lossy(field)).collect();
+    match answer_columns(epsilon_limits)
+        .into_iter()
+        .find(|name| header.iter().any(|field| field.trim() == name))
+    {
+        Some(taken) => Err(Failure::BadInput(format!(
+            "{}:1: the column `{taken}` is there already, and would be added\n  help: rename it or take it out",
+            table.name()
+        ))),
+        None => Ok(()),
     }
 }
 
-/// Bytes of a row. A longer one is no row of numbers, and would fill the memory before it could be refused.
-const LONGEST_ROW: u64 = 1 << 20;
-
-/// Bytes of rows held at a time.
-const HELD: u64 = 1 << 26;
-
-/// A source that ends with an error where a row seems never to end.
-struct Rows<R> {
-    source: R,
-    /// Bytes handed on.
-    read: u64,
-    /// Bytes of the rows that the reader has understood.
-    understood: Arc<AtomicU64>,
-}
-
-impl<R: Read> Read for Rows<R> {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        if self.read > self.understood.load(Ordering::Relaxed) + LONGEST_ROW {
-            return Err(io::Error::new(
-                io::ErrorKind::InvalidData,
-                format!(
-                    "a row is longer than {} MiB: a quote is never closed, or this is no table",
-                    LONGEST_ROW >> 20
-                ),
-            ));
+/// The row with its answers appended.
+fn answer(table: &PointTable, mut row: ByteRecord, job: &Job) -> Result<ByteRecord, Failure> {
+    let point = table.point(&row)?;
+    point::check_law(job.law, &point)
+        .map_err(|problem| Failure::BadInput(format!("{}: {problem}", table.place(&row))))?;
+    let answer = Answer::of(job.law, &point, job.tolerance, Method::usual());
+    let number = |x: f64| if x.is_nan() { String::new() } else { exact(x) };
+    for method in &answer.methods {
+        row.push_field(method.verdict.name().as_bytes());
+        row.push_field(number(method.margin).as_bytes());
+    }
+    let critical = answer.critical.as_ref().ok().map(|root| root.c).filter(|&root| root >= 0.0);
+    row.push_field(critical.map_or(String::new(), number).as_bytes());
+    row.push_field(answer.regime.name().as_bytes());
+    let described = Description { landing: answer.landing(), cycle: answer.cycle, boundary: answer.basin };
+    for quantity in QUANTITIES.into_iter().flat_map(|field| Quantity::of(field, 0)) {
+        row.push_field(number(described.value(quantity)).as_bytes());
+    }
+    if job.epsilon_limits {
+        for limit in answer.limits() {
+            row.push_field(number(limit.equal.value()).as_bytes());
         }
-        let read = self.source.read(buffer)?;
-        self.read += read as u64;
-        Ok(read)
     }
-}
-
-/// The table being read.
-struct Input {
-    name: String,
-    reader: csv::Reader<Box<dyn Read + Send>>,
-    header: ByteRecord,
-    understood: Arc<AtomicU64>,
-}
-
-impl Input {
-    fn open(path: &Path) -> Result<Self, Failure> {
-        let (name, source): (String, Box<dyn Read + Send>) = if path == Path::new("-") {
-            ("standard input".into(), Box::new(io::stdin()))
-        } else {
-            let name = path.display().to_string();
-            if path.is_dir() {
-                return Err(Failure::BadInput(format!("{name}: this is a folder\n  help: name a CSV file")));
-            }
-            let file = File::open(path).map_err(|error| match error.kind() {
-                io::ErrorKind::NotFound => {
-                    Failure::BadInput(format!("{name}: there is no such file\n  help: check the path"))
-                }
-                _ => Failure::BadInput(format!(
-                    "{name}: cannot be read: {error}\n  help: check its permissions"
-                )),
-            })?;
-            (name, Box::new(BufReader::new(file)))
-        };
-        let understood = Arc::new(AtomicU64::new(0));
-        let source: Box<dyn Read + Send> =
-            Box::new(Rows { source, read: 0, understood: Arc::clone(&understood) });
-        let mut reader = ReaderBuilder::new().from_reader(source);
-        let mut header = reader.byte_headers().map_err(|error| read_error(&name, &error))?.clone();
-        // Some spreadsheets begin a file with a byte order mark, which is no part of the first name.
-        if let Some(first) = header.get(0).and_then(|first| first.strip_prefix("\u{feff}".as_bytes())) {
-            let fields = std::iter::once(first).chain(header.iter().skip(1));
-            header = fields.collect();
-        }
-        Ok(Self { name, reader, header, understood })
-    }
-
-    /// The next rows, at most [`BATCH`]; none at the end.
-    fn batch(&mut self) -> Result<Vec<ByteRecord>, Failure> {
-        let mut rows = Vec::new();
-        let start = self.reader.position().byte();
-        while rows.len() < BATCH && self.reader.position().byte() - start < HELD {
-            let mut row = ByteRecord::new();
-            let more = self.reader.read_byte_record(&mut row);
-            if !more.map_err(|error| read_error(&self.name, &error))? {
-                break;
-            }
-            self.understood.store(self.reader.position().byte(), Ordering::Relaxed);
-            rows.push(row);
-        }
-        Ok(rows)
-    }
-}
-
-/// An error of the table itself, with its line.
-fn read_error(name: &str, error: &csv::Error) -> Failure {
-    let line = error.position().map_or(1, csv::Position::line);
-    match error.kind() {
-        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => Failure::BadInput(format!(
-            "{name}:{line}: the row has {len} fields, the header {expected_len}\n  help: give every row as many fields as the header"
-        )),
-        _ => Failure::BadInput(format!("{name}:{line}: cannot be read: {error}\n  help: check the file")),
-    }
+    Ok(row)
 }
 
 /// The table being written, out of sight until it is complete.

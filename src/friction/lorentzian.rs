@@ -9,7 +9,7 @@ use super::jet::{Jet, Real};
 use super::{Range, enclose};
 use crate::point::LawParameters;
 
-/// The curve at fixed parameters, those of [`super::exponential::PARAMETERS`].
+/// The curve at fixed parameters: mu, vs and eta, like those of the exponential law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lorentzian {
     /// 1 - mu.

@@ -64,8 +64,8 @@ const SHORTEST_OF_PIECE: f64 = 0.03;
 const DEFECT: f64 = 1e-7;
 /// The angle may not turn more slowly than this, dth/dt.
 const SLOWEST_TURN: f64 = 0.05;
-/// Pieces looked at before the rest stays open.
-const BUDGET: u32 = 250;
+/// Steps taken before the rest stays open: a fraction of a second; most counts need a tenth of it.
+const BUDGET: u32 = 15_000;
 /// Ratio of the radii at the ends of the first pieces.
 const WIDEST: f64 = 1.5;
 /// Pieces shorter than this in ln r stay open.
@@ -131,8 +131,7 @@ pub fn count_slip_cycles(oscillator: &Oscillator) -> SlipCount {
     }
     let mut budget = BUDGET;
     while let Some([from, to]) = waiting.pop() {
-        let shape = if budget > 0 { shape(oscillator, from, to) } else { Shape::Open };
-        budget = budget.saturating_sub(1);
+        let shape = shape(oscillator, from, to, &mut budget);
         let middle = (from * to).sqrt();
         if shape != Shape::Open
             || budget == 0
@@ -145,7 +144,7 @@ pub fn count_slip_cycles(oscillator: &Oscillator) -> SlipCount {
             waiting.push([from, middle]);
         }
     }
-    tally(oscillator, &pieces)
+    tally(oscillator, &pieces, &mut budget)
 }
 
 /// The largest piece (0, r] that is found on which the even part of D has one sign.
@@ -167,7 +166,7 @@ fn innermost(oscillator: &Oscillator) -> Piece {
 }
 
 /// Adds up what is proved of adjacent pieces.
-fn tally(oscillator: &Oscillator, pieces: &[Piece]) -> SlipCount {
+fn tally(oscillator: &Oscillator, pieces: &[Piece], budget: &mut u32) -> SlipCount {
     // Runs of pieces on which g is monotone in one direction count as one, and so do runs of open ones.
     let mut runs: Vec<Piece> = Vec::new();
     for piece in pieces {
@@ -184,7 +183,7 @@ fn tally(oscillator: &Oscillator, pieces: &[Piece]) -> SlipCount {
     let mut signs = vec![sign(runs.first())];
     for (i, run) in runs.iter().enumerate() {
         let known = sign(Some(run)).or_else(|| sign(runs.get(i + 1)));
-        signs.push(known.or_else(|| match shape(oscillator, run.to, run.to) {
+        signs.push(known.or_else(|| match shape(oscillator, run.to, run.to, budget) {
             Shape::Sign(outward) => Some(outward),
             Shape::Monotone(_) | Shape::Open => None,
         }));
@@ -290,8 +289,8 @@ fn step(oscillator: &Oscillator, theta: f64, rho: f64, width: Interval) -> Optio
 }
 
 /// What is proved of g on [`from`, `to`]; at a single radius, its sign.
-fn shape(oscillator: &Oscillator, from: f64, to: f64) -> Shape {
-    match walk(oscillator, from, to) {
+fn shape(oscillator: &Oscillator, from: f64, to: f64, budget: &mut u32) -> Shape {
+    match walk(oscillator, from, to, budget) {
         Some(Walked::MeetsBelt) => Shape::Sign(true),
         Some(Walked::Turned { all, slopes, .. }) => {
             if all.lo > 0.0 {
@@ -327,8 +326,8 @@ enum Walked {
     },
 }
 
-/// One turn of the orbits of a piece; `None` where they cannot be enclosed.
-fn walk(oscillator: &Oscillator, from: f64, to: f64) -> Option<Walked> {
+/// One turn of the orbits of a piece; `None` where they cannot be enclosed or the budget of steps is spent.
+fn walk(oscillator: &Oscillator, from: f64, to: f64, budget: &mut u32) -> Option<Walked> {
     let thin = Interval::thin;
     let ends = [from, to].map(|r| thin(r).ln());
     let start = 0.5 * (ends[0].hi + ends[1].lo);
@@ -341,6 +340,7 @@ fn walk(oscillator: &Oscillator, from: f64, to: f64) -> Option<Walked> {
     let (mut psi, mut bend, mut error) = (thin(1.0), thin(0.0), thin(0.0));
     let mut slope = thin(0.0);
     while theta < TAU {
+        *budget = budget.checked_sub(1)?;
         let last = theta + h >= TAU;
         let end = if last { TAU } else { theta + h };
         let width = Interval::thin(end) - Interval::thin(theta);
@@ -441,7 +441,9 @@ mod tests {
                     }
                     SlipTurn::MeetsBelt | SlipTurn::Rests => None,
                 };
-                let Some(Walked::Turned { middle, all, slopes }) = walk(&oscillator, from, to) else {
+                let Some(Walked::Turned { middle, all, slopes }) =
+                    walk(&oscillator, from, to, &mut BUDGET.clone())
+                else {
                     assert!(numbers(to).is_none(), "{oscillator:?} {from} {to}");
                     continue;
                 };

@@ -8,7 +8,9 @@ use std::sync::atomic::AtomicBool;
 use crate::messages::Messages;
 use proptest::prelude::*;
 use proptest::sample::Index;
-use slipmap::config::Job;
+use sha2::{Digest as _, Sha256};
+use slipmap::config::{Job, PointTable};
+use slipmap::friction::Law;
 use slipmap::map::{Control, Plan, Queue, Sink, compute_tiles};
 use slipmap::store::{Existing, MapFile, Packer, PartialMap, Provenance, StoreError, check};
 
@@ -184,6 +186,78 @@ fn configurations_never_panic() {
     });
 }
 
+/// A good table of points, with everything that CSV allows.
+const POINTS: &str = "\
+name,epsilon,alpha,\"beta\",gamma,c,V,\"a note, quoted\"
+first,0.1,0.3,0.1,2,0.5,1,
+\"second \"\"point\"\"\",1e-3,.5,0,+4.0,0, 2 ,\"of two
+lines\"
+third,0.2,0.9,1e2,0.125,1e-300,7.5,\u{e9}
+";
+
+#[test]
+fn tables_of_points_never_panic() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("points.csv");
+    // Rows read and points understood, or the complaint.
+    let read = |bytes: &[u8]| -> Result<(usize, usize), String> {
+        std::fs::write(&path, bytes).unwrap();
+        let mut table = PointTable::open(&path, Law::Stribeck).map_err(|error| error.to_string())?;
+        let (mut rows, mut points) = (0, 0);
+        loop {
+            let batch = table.rows().map_err(|error| error.to_string())?;
+            if batch.is_empty() {
+                return Ok((rows, points));
+            }
+            for row in &batch {
+                points += usize::from(table.point(row).map_err(|error| error.to_string())?.damping >= 0.0);
+            }
+            rows += batch.len();
+        }
+    };
+    assert_eq!(read(POINTS.as_bytes()), Ok((3, 3)));
+    proptest!(runs(2000), |(changes in changes())| {
+        match read(&spoilt(POINTS.as_bytes(), &changes)) {
+            Ok((rows, points)) => prop_assert_eq!(rows, points),
+            Err(message) => {
+                prop_assert!(message.contains("points.csv:") && message.contains("help: "), "{message}");
+                prop_assert!(message.len() < 1000, "{message}");
+            }
+        }
+    });
+}
+
+/// A good table of measured friction.
+const TABLE: &str = "\
+# slip speed, friction
+u,phi
+0,1.0
+0.5, 0.8
+1,0.7
+2,6.5e-1
+4,0.6
+";
+
+#[test]
+fn measured_laws_never_panic() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("friction.csv");
+    let read = |bytes: &[u8]| {
+        std::fs::write(&path, bytes).unwrap();
+        slipmap::config::read_table(&path, 1.0)
+    };
+    read(TABLE.as_bytes()).unwrap();
+    proptest!(runs(2000), |(changes in changes())| {
+        match read(&spoilt(TABLE.as_bytes(), &changes)) {
+            Ok(table) => prop_assert!(table.fastest() > 0.0 && table.fastest().is_finite()),
+            Err((problem, remedy)) => {
+                prop_assert!(problem.contains("friction.csv") && !remedy.is_empty(), "{problem}");
+                prop_assert!(problem.len() < 4000, "{problem}");
+            }
+        }
+    });
+}
+
 #[test]
 fn tiles_of_other_processes_never_panic() {
     let good = good();
@@ -212,6 +286,12 @@ fn journals_never_panic_and_never_make_another_map() {
     });
 }
 
+/// The seal of a map with these bytes.
+fn seal(bytes: &[u8]) -> Vec<u8> {
+    let digits: String = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+    format!("\nslipmap seal, sha256 of every byte before this line: {digits}\n").into_bytes()
+}
+
 #[test]
 fn maps_never_panic() {
     let good = good();
@@ -222,6 +302,11 @@ fn maps_never_panic() {
         if let Ok(report) = check(&path) {
             prop_assert!(bytes == good.map || !report.is_sound(), "damage is found");
         }
+        let _ = MapFile::open(&path);
+        // What is changed on purpose is sealed again.
+        let mut forged = spoilt(&good.map[..good.map.len() - seal(&[]).len()], &changes);
+        forged.extend(seal(&forged));
+        std::fs::write(&path, &forged).unwrap();
         if let Ok(map) = MapFile::open(&path) {
             for variable in map.variables() {
                 let _ = map.counts(variable);
