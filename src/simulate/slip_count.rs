@@ -60,12 +60,13 @@ const ORDER: usize = 7;
 const STEPS: [f64; 2] = [0.25, 1e-3];
 /// A step that must be shorter than this to confirm the guess shows that the piece is too wide.
 const SHORTEST_OF_PIECE: f64 = 0.03;
-/// The defect that steps aim at, relative to |D|.
-const DEFECT: f64 = 1e-7;
+/// The least and the greatest defect that steps aim at, relative to |D|; between them it is small beside the square of
+/// the piece's width.
+const DEFECTS: [f64; 2] = [1e-8, 1e-5];
 /// The angle may not turn more slowly than this, dth/dt.
 const SLOWEST_TURN: f64 = 0.05;
-/// Steps taken before the rest stays open: a fraction of a second; most counts need a tenth of it.
-const BUDGET: u32 = 15_000;
+/// Steps taken before the rest stays open: a second; most counts need a twentieth of it.
+const BUDGET: u32 = 40_000;
 /// Ratio of the radii at the ends of the first pieces.
 const WIDEST: f64 = 1.5;
 /// Pieces shorter than this in ln r stay open.
@@ -333,6 +334,7 @@ fn walk(oscillator: &Oscillator, from: f64, to: f64, budget: &mut u32) -> Option
     let start = 0.5 * (ends[0].hi + ends[1].lo);
     // Half-width of the piece around the middle orbit.
     let half = larger(ends[0].hull(ends[1]) - thin(start));
+    let aim = (0.01 * half * half).clamp(DEFECTS[0], DEFECTS[1]);
     let (mut theta, mut rho, mut h) = (0.0, start, STEPS[0]);
     // Distances from the polynomial: of the middle orbit, and of all.
     let (mut missed, mut tube) = (thin(0.0), thin(half));
@@ -346,7 +348,7 @@ fn walk(oscillator: &Oscillator, from: f64, to: f64, budget: &mut u32) -> Option
         let width = Interval::thin(end) - Interval::thin(theta);
         let pace = oscillator.divergence(oscillator.belt_speed - rho.exp() * f64::cos(theta)).abs();
         let tried = step(oscillator, theta, rho, width);
-        let Some(taken) = tried.filter(|it| it.defect <= DEFECT * pace.max(1e-6) || h <= STEPS[1]) else {
+        let Some(taken) = tried.filter(|it| it.defect <= aim * pace.max(1e-6) || h <= STEPS[1]) else {
             if h <= STEPS[1] {
                 return None;
             }
@@ -390,7 +392,7 @@ fn walk(oscillator: &Oscillator, from: f64, to: f64, budget: &mut u32) -> Option
         if theta > 3.5 && below.lo > oscillator.belt_speed {
             return Some(Walked::MeetsBelt);
         }
-        if taken.defect < 0.01 * DEFECT * pace {
+        if taken.defect < 0.01 * aim * pace {
             h = (2.0 * h).min(STEPS[0]);
         }
     }
@@ -464,9 +466,9 @@ mod tests {
                     }
                 }
                 // Over a turn the defects add up, and grow by less than ten.
-                assert!(middle.hi - middle.lo < 20.0 * TAU * DEFECT, "{oscillator:?} {from}: {middle:?}");
+                assert!(middle.hi - middle.lo < 20.0 * TAU * DEFECTS[1], "{oscillator:?} {from}: {middle:?}");
                 if from == to {
-                    assert!(all.hi - all.lo < 20.0 * TAU * DEFECT, "{oscillator:?} {from}: {all:?}");
+                    assert!(all.hi - all.lo < 20.0 * TAU * DEFECTS[0], "{oscillator:?} {from}: {all:?}");
                 }
             }
         }
