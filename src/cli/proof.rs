@@ -96,7 +96,7 @@ pub(super) fn write(surface: &Surface, path: &Path, overwrite: bool) -> Result<(
         tiles: surface.tiles().map(StoredTile::of).collect(),
     };
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    std::fs::create_dir_all(folder).map_err(|error| broken(&error))?;
+    crate::store::create_folders(folder).map_err(|error| broken(&error))?;
     let mut builder = tempfile::Builder::new();
     #[cfg(unix)]
     {

@@ -1,7 +1,7 @@
 //! `slipmap run`: computes a map.
 
 use std::io::{self, Read as _};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
@@ -14,7 +14,7 @@ use super::{Ended, Failure, estimate, interrupt, output, progress, proof, say};
 use crate::config::Job;
 use crate::machine::SI_ATTRIBUTE;
 use crate::map::{self, Account, ComputeError, Control, Queue, Summary};
-use crate::store::{self, Existing, Outcome, PartialMap, Provenance, Resumed, StoreError, Value};
+use crate::store::{self, Existing, Left, Outcome, PartialMap, Provenance, Resumed, StoreError, Value};
 
 /// Compute a map from a configuration file.
 #[derive(Debug, Args)]
@@ -266,8 +266,15 @@ fn end_in_time(stop: &'static AtomicBool, output: PathBuf) {
             std::thread::sleep(Duration::from_millis(50));
         }
         std::thread::sleep(PATIENCE);
-        store::remove_unfinished(&output);
         say(&format!("interrupted; the tiles in work were given up, finished ones are kept\n{}", way_on()));
+        // Beside this thread: a file system that does not answer would hold it for ever.
+        let (done, wait) = std::sync::mpsc::channel();
+        let remove = move || {
+            store::remove_unfinished(&output);
+            let _ = done.send(());
+        };
+        drop(std::thread::Builder::new().spawn(remove));
+        let _ = wait.recv_timeout(Duration::from_secs(1));
         // At once: cleaning up might wait for what is being waited for.
         signal_hook::low_level::exit(interrupt::code().into());
     };
@@ -295,10 +302,15 @@ fn stopped(map: &PartialMap, error: &ComputeError<StoreError>, output: &Path) ->
 
 /// A failure of the file system, and that not all is lost, if that is so.
 fn with_way_on(error: &StoreError, output: &Path) -> String {
-    if !store::is_unfinished(output) {
-        return error.to_string();
+    match store::left(output) {
+        Left::Nothing => error.to_string(),
+        Left::Journal => {
+            format!("{error}\n  finished tiles are kept; when the cause is mended,\n{}", way_on())
+        }
+        Left::OutOfReach => {
+            format!("{error}\n  the finished tiles that reached it are kept; when it is back,\n{}", way_on())
+        }
     }
-    format!("{error}\n  finished tiles are kept; when the cause is mended,\n{}", way_on())
 }
 
 /// How to continue this run.
@@ -336,6 +348,17 @@ impl Room {
         if same(&job.output, &job.config_file) {
             return Err(Failure::BadInput(format!(
                 "{name} is the configuration itself\n  help: choose another place with --set output.path=.."
+            )));
+        }
+        // The folders that the path names are created, and then `..` would lead out of them to who knows what.
+        let leads_back = |path: &Path| path.components().any(|part| part == Component::ParentDir);
+        if let Some(folder) =
+            job.output.parent().filter(|folder| leads_back(folder) && folder.metadata().is_err())
+        {
+            return Err(Failure::BadInput(format!(
+                "{name}: the folder {} does not exist, and is not created because of the `..` in its path\n  \
+                 help: write the path without `..`, or create the folder",
+                folder.display()
             )));
         }
         let replaces = match job.output.symlink_metadata() {
@@ -392,10 +415,13 @@ fn replaced(output: &Path, metadata: &std::fs::Metadata) -> Result<String, Failu
         return Ok(format!("the link {name} to {}, not what it leads to,", target.display()));
     }
     let mut first = Vec::new();
-    let is_map = std::fs::File::open(output)
-        .and_then(|file| file.take(store::SIGNATURE.len() as u64).read_to_end(&mut first))
-        .is_ok_and(|_| first == store::SIGNATURE || first.is_empty());
-    if !metadata.is_file() || !is_map {
+    let mut is_map = || {
+        std::fs::File::open(output)
+            .and_then(|file| file.take(store::SIGNATURE.len() as u64).read_to_end(&mut first))
+            .is_ok_and(|_| first == store::SIGNATURE || first.is_empty())
+    };
+    // In this order: opening a pipe would wait for its other end.
+    if !(metadata.is_file() && is_map()) {
         return Err(Failure::BadInput(format!(
             "{name} is no map, and only maps are replaced\n  help: move it away, or choose another place with --set output.path=.."
         )));
@@ -407,7 +433,8 @@ fn replaced(output: &Path, metadata: &std::fs::Metadata) -> Result<String, Failu
 fn first_folder(output: &Path) -> PathBuf {
     let mut folder = output.parent();
     while let Some(path) = folder.filter(|path| !path.as_os_str().is_empty()) {
-        if path.symlink_metadata().is_ok() {
+        // One that is there but does not answer is told so by whoever writes into it.
+        if !path.symlink_metadata().is_err_and(|error| error.kind() == io::ErrorKind::NotFound) {
             return path.to_owned();
         }
         folder = path.parent();
@@ -417,7 +444,7 @@ fn first_folder(output: &Path) -> PathBuf {
 
 fn create_folders(output: &Path) -> Result<(), Failure> {
     match output.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => std::fs::create_dir_all(folder).map_err(|error| {
+        Some(folder) if !folder.as_os_str().is_empty() => store::create_folders(folder).map_err(|error| {
             Failure::BadInput(format!(
                 "the folder {} cannot be created: {error}\n  help: choose another place with --set output.path=..",
                 folder.display()
@@ -435,6 +462,11 @@ fn create_failure(error: StoreError) -> Failure {
         }
         StoreError::Unusable { .. } => "\n  help: start anew with --overwrite",
         StoreError::Changed { .. } => "\n  help: go back to what it was, or start anew with --overwrite",
+        StoreError::Io { ref source, .. } if source.kind() == io::ErrorKind::InvalidFilename => {
+            return Failure::BadInput(format!(
+                "{error}\n  help: choose a shorter name with --set output.path=.."
+            ));
+        }
         _ => "",
     };
     match error {

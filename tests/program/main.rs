@@ -14,6 +14,8 @@ mod latex;
 mod laws;
 mod machine;
 mod map_equal;
+#[cfg(target_os = "linux")]
+mod mounts;
 #[cfg(all(target_os = "linux", feature = "mpi"))]
 mod mpi;
 mod probe;
