@@ -6,7 +6,8 @@
 Opens the map with xarray (engines netcdf4 and h5netcdf), h5py and ncdump; checks dimensions, types,
 attributes and dimension scales as each of them sees them; recomputes every fingerprint of cells; and
 compares the verdicts of the closed-form tests with their conditions, evaluated here from the
-coordinates alone. Nothing is shared with the program that wrote the map. Exit code 0 if all holds.
+coordinates alone. Stored curves of codimension one are read with the same programs, and each point of a
+Hopf or grazing curve of the Stribeck law is put to its condition. Nothing is shared with the program that wrote the map. Exit code 0 if all holds.
 """
 
 import argparse
@@ -99,6 +100,10 @@ def check_h5py(path):
         tile = tuple(int(n) for n in np.atleast_1d(file.attrs["tile_shape"]))
         corner = {}
         for name, data in file.items():
+            if name == "curves":
+                for column in data.values():
+                    expect(digest([column[:]]) == text(column.attrs["sha256"]), f"h5py: sha256 of {column.name}")
+                continue
             if data.is_scale:
                 expect(h5py.h5ds.get_scale_name(data.id) == name.encode(), f"h5py: name of scale {name}")
                 expect(digest([data[:]]) == text(data.attrs["sha256"]), f"h5py: sha256 of {name}")
@@ -147,6 +152,99 @@ def check_ncdump(path):
     expect("_FillValue" not in header, "ncdump: no _FillValue")
     expect("string " not in header, "ncdump: texts are of the kind every NetCDF tool reads")
     print(f"ncdump: {len(header.splitlines())} lines of header")
+
+
+BIFURCATIONS = {"hopf", "grazing_sliding", "landing", "crossing", "fold"}
+
+
+def check_curves(path):
+    """The curves of codimension one as xarray sees them, and the conditions that hold on them."""
+    with h5py.File(path, "r") as file:
+        if "curves" not in file:
+            print("curves: none are stored")
+            return
+    root = xr.open_dataset(path)
+    axes = tuple(root.coords)
+    views = [xr.load_dataset(path, group="curves", engine=engine) for engine in ("netcdf4", "h5netcdf")]
+    data = views[0]
+    expect(views[0].identical(views[1]), "curves: xarray's engines disagree")
+    for name in ("plane_x", "plane_y"):
+        expect(set(words(data[name])) <= set(axes), f"curves: {name}")
+    for plane in range(data.sizes["plane"]):
+        shown = {words(data[name])[plane] for name in ("plane_x", "plane_y")}
+        for axis in axes:
+            held = data[f"held_{axis}"].values[plane]
+            expect(np.isnan(held) if axis in shown else held in root[axis].values, f"curves: {axis} of plane {plane + 1}")
+    if "point" not in data.sizes:
+        print(f"curves: {data.sizes['plane']} planes without a curve")
+        return
+    kinds = np.array(words(data.curve))
+    expect(set(kinds) <= BIFURCATIONS, f"curves: kinds {sorted(set(kinds))}")
+    for name in ("plane_number", "branch"):
+        expect(data[name].dtype == np.int32 and bool((data[name] >= 1).all()), f"curves: {name}")
+    expect(bool((data.error >= 0).all()), "curves: errors")
+    for axis in axes:
+        expect(bool(((data[axis] >= root[axis].min()) & (data[axis] <= root[axis].max())).all()), f"curves: {axis}")
+    print(f"curves: {data.sizes['point']} points in {data.sizes['plane']} planes, {', '.join(sorted(set(kinds)))}")
+    if root.attrs["law"] != "stribeck":
+        print("curves: the conditions written here are those of the Stribeck law; not compared")
+        return
+    for kind, condition in (("hopf", trace), ("grazing_sliding", grazing_margin)):
+        if not (kinds == kind).any():
+            continue
+        part = data.isel(point=np.flatnonzero(kinds == kind))
+        point = {axis: part[axis].values for axis in axes}
+        # From the size of the condition to a distance: its slope along the sides of the plane, by differences.
+        steps = []
+        for name in ("plane_x", "plane_y"):
+            shown = np.array(words(data[name]))[part.plane_number.values - 1]
+            moved = {axis: np.where(shown == axis, further(root[axis].values, point[axis], 1e-5), point[axis]) for axis in axes}
+            steps.append((condition(**moved) - condition(**point)) / 1e-5)
+        value, slope = condition(**point), np.hypot(*steps)
+        distance = np.abs(value) / slope
+        # The slopes here are good to about 1e-4, the integration to about 1e-9.
+        bound = 1.001 * part.error.values + 1e-7
+        expect(bool((distance <= bound).all()), f"curves: {kind} is off by {distance.max():.1e} sides")
+        print(f"curves, {kind}: {part.sizes['point']} points, off by at most {distance.max():.1e} sides of the plane")
+
+
+def further(nodes, value, share):
+    """A value moved by a share of the axis with these nodes, in equal ratios where they have them."""
+    if nodes[0] > 0 and len(nodes) > 2 and np.allclose(nodes[1:] / nodes[:-1], nodes[1] / nodes[0], rtol=1e-6):
+        return value * (nodes[-1] / nodes[0]) ** share
+    return value + share * (nodes[-1] - nodes[0])
+
+
+def words(codes):
+    """The meanings of codes."""
+    meanings = codes.attrs["flag_meanings"].split()
+    return [meanings[code] for code in codes.values]
+
+
+def divergence(u, epsilon, alpha, beta, gamma, c):
+    return epsilon * (gamma * (1 - alpha) / (1 + epsilon * gamma * u) ** 2 - 2 * beta * u - c)
+
+
+def trace(epsilon, alpha, beta, gamma, V, c):
+    """Trace of the linearisation at the equilibrium."""
+    return divergence(V, epsilon, alpha, beta, gamma, c)
+
+
+def grazing_margin(epsilon, alpha, beta, gamma, V, c):
+    """r(2 pi) / V - 1 of the orbit from the exit point, by the classical Runge-Kutta method in the angle."""
+
+    def slope(angle, r):
+        d = divergence(V - V * r * np.cos(angle), epsilon, alpha, beta, gamma, c)
+        return d * r * np.sin(angle) ** 2 / (1 + d * np.sin(angle) * np.cos(angle))
+
+    steps = 2000
+    h, r = 2 * np.pi / steps, np.ones_like(V)
+    for angle in h * np.arange(steps):
+        a = slope(angle, r)
+        b = slope(angle + h / 2, r + h / 2 * a)
+        d = slope(angle + h / 2, r + h / 2 * b)
+        r = r + h / 6 * (a + 2 * b + 2 * d + slope(angle + h, r + h * d))
+    return r - 1
 
 
 def conditions(epsilon, alpha, beta, gamma, V, c):
@@ -235,6 +333,7 @@ def main():
     expect(same, "the readers disagree on the first cell")
     check_ncdump(path)
     check_verdicts(path)
+    check_curves(path)
     print("all clients agree" if failures == 0 else f"{failures} expectations failed")
     return 1 if failures else 0
 

@@ -55,3 +55,9 @@ need_latex() {
     need_packages "command -v pdflatex && kpsewhich siunitx.sty && kpsewhich booktabs.sty" \
         texlive-latex-base texlive-latex-recommended texlive-science
 }
+
+# An MPI library with its launcher, and libclang, with which the bindings to it are made.
+need_mpi() {
+    need_packages "command -v mpirun && command -v mpicc && ls /usr/lib/llvm-*/lib/libclang.so*" \
+        libopenmpi-dev openmpi-bin libclang-dev
+}

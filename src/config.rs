@@ -32,6 +32,8 @@
 //! [validated]
 //! boxes = 32                           # default; boxes of scaled parameters to prove between the nodes, 0: none
 //! proof = "results/name.json"          # default: none; where their certificate goes
+//! [curves]                             # where the behaviour changes, stored in the map by continuation
+//! planes = [{ x = "V", y = "c", at = { gamma = 2.0 } }] # other axes at the nearest, or else their middle node
 //! [audit]
 //! cells = 1000                         # default
 //! [output]
@@ -50,6 +52,7 @@
 //! one in force, with overrides applied and comments kept.
 
 mod axis;
+mod curves;
 mod law;
 mod machine;
 mod points;
@@ -67,7 +70,7 @@ use source::{Node, Section, Source};
 use crate::certify::validated;
 use crate::friction::Law;
 use crate::machine::Machine;
-use crate::map::{Engine, Field, Grid, GridError, Method, Plan};
+use crate::map::{Engine, Field, Grid, GridError, Method, Plan, Plane};
 use crate::report::work_precision::Settings;
 use crate::simulate::naive::NaiveKnobs;
 
@@ -88,6 +91,8 @@ pub struct Job {
     pub plan: Plan,
     /// Title of the map.
     pub title: String,
+    /// The planes whose curves of codimension one the map stores.
+    pub planes: Vec<Plane>,
     /// The machine that the grid is about, at its first belt speed and damping.
     pub machine: Option<Machine>,
     /// The configuration file.
@@ -202,6 +207,7 @@ impl Job {
             Some(node) => u8::try_from(node.integer(0, 9)?).unwrap_or(9),
         };
 
+        let planes = curves::read(&root.section("curves")?, &grid)?;
         let work_precision = work_precision(&root.section("work_precision")?)?;
 
         let tile_shape = grid.tile_shape(tiles::cells(grid.cells()));
@@ -219,6 +225,7 @@ impl Job {
         Ok(Job {
             plan,
             title,
+            planes,
             machine,
             config_file: source.file().to_owned(),
             config_text: source.text(),
@@ -239,6 +246,7 @@ fn schema(law: Law) -> Vec<(Option<&'static str>, Vec<&'static str>)> {
         ("simulation", vec!["engine", "tolerance"]),
         ("naive", NAIVE_KEYS.to_vec()),
         ("validated", vec!["boxes", "proof"]),
+        ("curves", curves::KEYS.to_vec()),
         ("audit", vec!["cells"]),
         ("output", vec!["path", "fields", "compression"]),
         ("work_precision", vec!["cells", "near", "seconds"]),

@@ -15,7 +15,7 @@
 //! | `stribeck` | alpha = mu_k / mu_s, gamma = U / v_s, beta = strengthening U^2 / mu_s |
 //! | `exponential`, `lorentzian` | mu = mu_k / mu_s, vs = v_s / U, eta = strengthening U / mu_s |
 //!
-//! By the scaling of the theory (section 3), eps = 1 is no loss. A torsional system is the same with the
+//! By the scaling of the theory (section 3), eps = 1 is no loss. A rotation ([`Motion`]) is the same with the
 //! moment of inertia (kg m^2) for the mass, N m/rad and N m s/rad for stiffness and damping, the normal force
 //! times its lever arm (N m) for the force, and angles for lengths.
 
@@ -27,9 +27,61 @@ use crate::simulate::crossing::stick_slip_cycle;
 use crate::simulate::slip_cycle::slip_cycles;
 use crate::simulate::{Fate, critical_damping, flow};
 
-/// A machine, in SI units.
+/// How a machine moves, which names its units.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Motion {
+    /// Along a line.
+    Translation,
+    /// Around an axis: moments of inertia, torques and angles for masses, forces and lengths.
+    Rotation,
+}
+
+impl Motion {
+    /// Both.
+    pub const ALL: [Motion; 2] = [Self::Translation, Self::Rotation];
+
+    /// Its name in configurations and maps.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Motion::Translation => "translation",
+            Motion::Rotation => "rotation",
+        }
+    }
+
+    /// The SI unit of lengths, or of angles.
+    #[must_use]
+    pub fn length(self) -> &'static str {
+        match self {
+            Motion::Translation => "m",
+            Motion::Rotation => "rad",
+        }
+    }
+
+    /// The SI unit of velocities.
+    #[must_use]
+    pub fn velocity(self) -> &'static str {
+        match self {
+            Motion::Translation => "m/s",
+            Motion::Rotation => "rad/s",
+        }
+    }
+
+    /// The SI unit of damping coefficients.
+    #[must_use]
+    pub fn damping(self) -> &'static str {
+        match self {
+            Motion::Translation => "N s/m",
+            Motion::Rotation => "N m s/rad",
+        }
+    }
+}
+
+/// A machine, in SI units; those of a rotation are kg m^2 for kg, N m for N and rad for m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Machine {
+    /// How it moves.
+    pub motion: Motion,
     /// m > 0, kg.
     pub mass: f64,
     /// k > 0, N/m.
@@ -68,9 +120,11 @@ pub struct Units {
 
 /// Name of the attribute in which a map keeps its machine, as [`Machine::to_array`].
 pub const SI_ATTRIBUTE: &str = "machine_si";
+/// Name of the attribute in which it keeps its motion, as [`Motion::name`].
+pub const MOTION_ATTRIBUTE: &str = "machine_motion";
 
 impl Machine {
-    /// All quantities in the order of the fields.
+    /// All quantities in the order of the fields, without the motion.
     #[must_use]
     pub fn to_array(&self) -> [f64; 9] {
         [
@@ -88,10 +142,11 @@ impl Machine {
 
     /// The machine of such an array.
     #[must_use]
-    pub fn from_array(numbers: [f64; 9]) -> Self {
+    pub fn from_array(motion: Motion, numbers: [f64; 9]) -> Self {
         let [mass, stiffness, damping, normal_force, static_friction, kinetic_friction, rest @ ..] = numbers;
         let [stribeck_velocity, strengthening, belt_speed] = rest;
         Self {
+            motion,
             mass,
             stiffness,
             damping,
@@ -258,6 +313,7 @@ mod tests {
 
     fn machine() -> Machine {
         Machine {
+            motion: Motion::Translation,
             mass: 2.0,
             stiffness: 800.0,
             damping: 4.0,

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use serde_json::{Map, Value, json};
 
 use super::output::{self, Align, Table, bytes, count, duration};
-use super::run::Room;
+use super::room::Room;
 use super::{Ended, Failure};
 use crate::config::Job;
 use crate::filippov::Oscillator;

@@ -62,29 +62,28 @@ fn quantity(value: Option<f64>, unit: &str) -> String {
 /// Prints it for a person.
 pub(super) fn write(out: &mut dyn Write, machine: &Machine, behaviour: &Behaviour) -> io::Result<()> {
     writeln!(out, "\nThe machine, in SI units")?;
-    let units = machine.units();
+    let (units, motion) = (machine.units(), machine.motion);
     let mut table = Table::new(&[("", Align::Left), ("", Align::Left)]);
     let [slip, stick] = behaviour.slip_and_stick_time.map_or([None; 2], |times| times.map(Some));
     for (name, text) in [
-        ("belt speed", quantity(Some(machine.belt_speed), "m/s")),
-        ("critical belt speed", quantity(behaviour.critical_belt_speed, "m/s")),
-        ("damping", quantity(Some(machine.damping), "N s/m")),
-        ("critical damping", quantity(behaviour.critical_damping, "N s/m")),
+        ("belt speed", quantity(Some(machine.belt_speed), motion.velocity())),
+        ("critical belt speed", quantity(behaviour.critical_belt_speed, motion.velocity())),
+        ("damping", quantity(Some(machine.damping), motion.damping())),
+        ("critical damping", quantity(behaviour.critical_damping, motion.damping())),
         ("damping ratio", short(behaviour.damping_ratio)),
         ("critical damping ratio", quantity(behaviour.critical_damping_ratio, "")),
         ("natural frequency", quantity(Some(behaviour.natural_frequency), "Hz")),
         ("regime", regime_words(behaviour.regime).to_owned()),
         ("slip time", quantity(slip, "s")),
         ("stick time", quantity(stick, "s")),
-        ("amplitude", quantity(behaviour.amplitude, "m")),
+        ("amplitude", quantity(behaviour.amplitude, motion.length())),
         ("unit of time", quantity(Some(units.time), "s")),
-        ("unit of length", quantity(Some(units.length), "m")),
-        ("unit of velocity", quantity(Some(units.velocity), "m/s")),
+        ("unit of length", quantity(Some(units.length), motion.length())),
+        ("unit of velocity", quantity(Some(units.velocity), motion.velocity())),
     ] {
         table.row([name.to_owned(), text.trim_end().to_owned()]);
     }
-    table.write(out)?;
-    writeln!(out, "  (torsional machines: kg m^2, N m/rad, N m s/rad, N m, rad/s and rad instead)")
+    table.write(out)
 }
 
 /// The same for `--json`.
@@ -92,6 +91,7 @@ pub(super) fn json(machine: &Machine, behaviour: &Behaviour) -> Value {
     let units = machine.units();
     let [slip, stick] = behaviour.slip_and_stick_time.map_or([None; 2], |times| times.map(Some));
     json!({
+        "motion": machine.motion.name(),
         "belt_speed": machine.belt_speed,
         "damping": machine.damping,
         "critical_belt_speed": behaviour.critical_belt_speed,

@@ -19,6 +19,7 @@ mod probe_table;
 mod progress;
 mod proof;
 mod report;
+mod room;
 mod run;
 mod summary;
 mod work_precision;

@@ -18,7 +18,8 @@ Examples:
   slipmap plot results/quickstart.h5 --x alpha --y gamma --at c=0.5 --at V=2 --variable regime --out slice.png
   slipmap plot results/brake_pad.h5 --x V --y c --variable regime --curves --out brake.pdf
 
-An axis that is neither shown nor given with --at is held at its middle node.")]
+An axis that is neither shown nor given with --at is held at its middle node. Of an axis of more than 1,000
+nodes evenly many are drawn, and it is said how many.")]
 pub(super) struct Arguments {
     /// The map
     #[arg(value_name = "MAP.h5")]
@@ -38,7 +39,8 @@ pub(super) struct Arguments {
     variable: Option<String>,
     /// Also draw where the behaviour changes, by continuation: Hopf bifurcations, grazing, landings past the stick
     /// segment, crossings that never end, and folds of slip cycles. Their points go to FILE.csv: curve, branch, both
-    /// axes, and the distance from the curve in sides of the figure
+    /// axes, and the distance from the curve in sides of the figure. Curves that the map stores are drawn without
+    /// being asked for
     #[arg(long)]
     curves: bool,
     /// The figure; .svg, .pdf or .png
@@ -89,8 +91,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     };
     let plotted = figure::plot(&map, &plot).map_err(failure)?;
     write_figure(&plotted.scene, &plotted.caption, &arguments.out, existing).map_err(failure)?;
-    if let Some(curves) = &plotted.curves {
-        write_file(curves.csv().as_bytes(), &table, existing).map_err(failure)?;
+    if let Some(curves) = plotted.curves.filter(|_| arguments.curves) {
+        let text = figure::bifurcations::csv(map.grid().axes(), &curves);
+        write_file(text.as_bytes(), &table, existing).map_err(failure)?;
     }
     for held in &plotted.held {
         let why = match held.wanted {
@@ -99,6 +102,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
             Some(wanted) => format!(" (the node nearest to {})", exact(wanted)),
         };
         say(&format!("{} = {}{why}", held.axis, short(held.used)));
+    }
+    for (axis, step) in &plotted.thinned {
+        say(&format!("{axis}: one node in {step} is drawn"));
     }
     Ok(Ended::Fine)
 }

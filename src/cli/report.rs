@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::{Ended, Failure, interrupt, progress};
+use super::{Ended, Failure, interrupt, progress, say};
 use crate::report::{self, Control, Existing, Report, ReportError};
 use crate::store::{MapFile, StoreError};
 
@@ -61,15 +61,31 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     Ok(Ended::Fine)
 }
 
-/// Opens a map; one that cannot be read is bad input.
+/// Opens a map, all of it verified; one that cannot be read or trusted is bad input.
 pub(super) fn open(path: &Path) -> Result<MapFile, Failure> {
-    MapFile::open(path).map_err(|error| {
-        let help = match &error {
-            StoreError::NotAMap { .. } => "\n  help: name a file written by `slipmap run`",
-            _ => "",
-        };
-        Failure::BadInput(format!("{error}{help}"))
-    })
+    let map = MapFile::open(path).map_err(|error| unreadable(&error))?;
+    if !map.is_sealed() {
+        say(&format!(
+            "note: {} has no seal, since another program has written to it or copied it; each of its cells and \
+             attributes was compared with its fingerprint instead",
+            path.display()
+        ));
+    }
+    Ok(map)
+}
+
+/// A map that cannot be used, found out before or while it is read.
+fn unreadable(error: &StoreError) -> Failure {
+    let help = match error {
+        StoreError::NotAMap { .. } => "\n  help: name a file written by `slipmap run`".into(),
+        StoreError::Damaged { path, .. } => format!(
+            "\n  help: `slipmap check {}` tells where; take an undamaged copy, or compute the map again with \
+             `slipmap run ... --overwrite`",
+            path.display()
+        ),
+        _ => String::new(),
+    };
+    Failure::BadInput(format!("{error}{help}"))
 }
 
 pub(super) fn existing(overwrite: bool) -> Existing {
@@ -86,6 +102,7 @@ pub(super) fn failure(error: ReportError) -> Failure {
         | ReportError::Choice(_)
         | ReportError::NoReference { .. }
         | ReportError::Peers { .. } => Failure::BadInput(error.to_string()),
+        ReportError::Map(error) => unreadable(&error),
         ReportError::Interrupted => Failure::Interrupted(super::NOTHING_LEFT.into()),
         _ => Failure::Broken(error.to_string()),
     }

@@ -1,18 +1,19 @@
 //! `slipmap run`: computes a map.
 
-use std::io::{self, Read as _};
-use std::path::{Component, Path, PathBuf};
+use std::io;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use clap::Args;
 use serde_json::json;
 
-use super::output::{bytes, count};
+use super::output::count;
+use super::room::{Room, create_folders};
 use super::summary::{self, Report};
 use super::{Ended, Failure, estimate, interrupt, output, progress, proof, say};
 use crate::config::Job;
-use crate::machine::SI_ATTRIBUTE;
+use crate::machine::{MOTION_ATTRIBUTE, SI_ATTRIBUTE};
 use crate::map::{self, Account, ComputeError, Control, Queue, Summary};
 use crate::store::{self, Existing, Left, Outcome, PartialMap, Provenance, Resumed, StoreError, Value};
 
@@ -130,7 +131,7 @@ fn prepare(
     job: Job,
     stop: &'static AtomicBool,
 ) -> Result<Option<(Job, PartialMap)>, Failure> {
-    let room = Room::check(&job, arguments)?;
+    let room = Room::check(&job, arguments.overwrite, arguments.resume)?;
     if arguments.dry_run {
         estimate::run(&job, &room, arguments.threads.map(usize::from), arguments.json)?;
         return Ok(None);
@@ -208,6 +209,16 @@ fn compute<E: Into<Stopped>>(
         #[cfg(feature = "mpi")]
         Err(Stopped::Never(failure)) => return Err(failure),
     };
+    if !job.planes.is_empty() {
+        let bar = progress::bar(arguments.quiet, Some(job.planes.len() as u64), "planes of curves");
+        let on_plane = || bar.inc(1);
+        let (curves, seconds) =
+            timed(|| map::curves_of(&job.plan.grid, &job.planes, control.threads, &on_plane, stop));
+        bar.finish_and_clear();
+        let no_threads = || Failure::Broken("cannot start the worker threads for the curves".into());
+        summary.curves = curves.ok_or_else(no_threads)?;
+        summary.curves_seconds = seconds;
+    }
     summary.proved = map::prove(&job.plan, control.threads, stop);
     if stop.load(Ordering::Relaxed) {
         return Err(stopped(&map, &ComputeError::Interrupted, &job.output));
@@ -323,137 +334,6 @@ fn way_on() -> String {
     format!("  to continue: {}", arguments.join(" "))
 }
 
-/// What is at the place of the output, and how much room there is.
-#[derive(Debug)]
-pub(super) struct Room {
-    /// The map that will be replaced, if there is one, and its size.
-    pub(super) replaces: Option<String>,
-    /// Free bytes on its disk, if the system tells.
-    pub(super) free: Option<u64>,
-}
-
-impl Room {
-    /// Refuses an output that cannot be written, before anything is computed or created.
-    fn check(job: &Job, arguments: &Arguments) -> Result<Self, Failure> {
-        let name = job.output.display();
-        let proof = job.proof.as_ref().filter(|proof| proof.symlink_metadata().is_ok());
-        if let (Some(proof), false) = (proof, arguments.overwrite || arguments.resume) {
-            return Err(Failure::BadInput(format!(
-                "{} exists already\n  help: add --overwrite to replace it, or choose another place with --set validated.proof=..",
-                proof.display()
-            )));
-        }
-        let same =
-            |a: &Path, b: &Path| a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b));
-        if same(&job.output, &job.config_file) {
-            return Err(Failure::BadInput(format!(
-                "{name} is the configuration itself\n  help: choose another place with --set output.path=.."
-            )));
-        }
-        // The folders that the path names are created, and then `..` would lead out of them to who knows what.
-        let leads_back = |path: &Path| path.components().any(|part| part == Component::ParentDir);
-        if let Some(folder) =
-            job.output.parent().filter(|folder| leads_back(folder) && folder.metadata().is_err())
-        {
-            return Err(Failure::BadInput(format!(
-                "{name}: the folder {} does not exist, and is not created because of the `..` in its path\n  \
-                 help: write the path without `..`, or create the folder",
-                folder.display()
-            )));
-        }
-        let replaces = match job.output.symlink_metadata() {
-            Err(_) => None,
-            Ok(_) if arguments.resume => None,
-            Ok(_) if !arguments.overwrite => {
-                return Err(Failure::BadInput(format!(
-                    "{name} exists already\n  help: add --overwrite to replace it, or choose another place with --set output.path=.."
-                )));
-            }
-            Ok(metadata) => Some(replaced(&job.output, &metadata)?),
-        };
-        let folder = first_folder(&job.output);
-        // The only sure way to know whether one may write somewhere is to try; the file has no name.
-        tempfile::tempfile_in(&folder).map_err(|error| {
-            Failure::BadInput(format!(
-                "{name}: cannot write into the folder {}: {error}\n  help: choose another place with --set output.path=..",
-                folder.display()
-            ))
-        })?;
-        let free = fs4::available_space(&folder).ok();
-        let needed = job.plan.bytes();
-        // No deflated stream is smaller than that.
-        let least = if job.plan.compression > 0 { needed / DEFLATE_RATIO } else { needed };
-        if let Some(free) = free.filter(|&free| least > u128::from(free)) {
-            let grid = &job.plan.grid;
-            let sizes: Vec<String> = grid
-                .axes()
-                .iter()
-                .map(|axis| format!("{} {}", axis.name, count(axis.values.len())))
-                .collect();
-            return Err(Failure::BadInput(format!(
-                "{}: the grid has {} cells ({}), {} before compression, but {} is free for {name}\n  \
-                 help: take fewer points on the longest axes or fewer output.fields, or choose another disk",
-                job.config_file.display(),
-                count(grid.cells()),
-                sizes.join(" x "),
-                bytes(needed),
-                bytes(free.into())
-            )));
-        }
-        Ok(Self { replaces, free })
-    }
-}
-
-/// Deflate shrinks at most by this factor: 258 bytes in two bits.
-const DEFLATE_RATIO: u128 = 1032;
-
-/// What `--overwrite` will replace: a map, or nothing at all.
-fn replaced(output: &Path, metadata: &std::fs::Metadata) -> Result<String, Failure> {
-    let name = output.display();
-    if metadata.is_symlink() {
-        let target = std::fs::read_link(output).unwrap_or_default();
-        return Ok(format!("the link {name} to {}, not what it leads to,", target.display()));
-    }
-    let mut first = Vec::new();
-    let mut is_map = || {
-        std::fs::File::open(output)
-            .and_then(|file| file.take(store::SIGNATURE.len() as u64).read_to_end(&mut first))
-            .is_ok_and(|_| first == store::SIGNATURE || first.is_empty())
-    };
-    // In this order: opening a pipe would wait for its other end.
-    if !(metadata.is_file() && is_map()) {
-        return Err(Failure::BadInput(format!(
-            "{name} is no map, and only maps are replaced\n  help: move it away, or choose another place with --set output.path=.."
-        )));
-    }
-    Ok(format!("{name} ({})", bytes(metadata.len().into())))
-}
-
-/// The folder of `output`, or the nearest above it that exists.
-fn first_folder(output: &Path) -> PathBuf {
-    let mut folder = output.parent();
-    while let Some(path) = folder.filter(|path| !path.as_os_str().is_empty()) {
-        // One that is there but does not answer is told so by whoever writes into it.
-        if !path.symlink_metadata().is_err_and(|error| error.kind() == io::ErrorKind::NotFound) {
-            return path.to_owned();
-        }
-        folder = path.parent();
-    }
-    PathBuf::from(".")
-}
-
-fn create_folders(output: &Path) -> Result<(), Failure> {
-    match output.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => store::create_folders(folder).map_err(|error| {
-            Failure::BadInput(format!(
-                "the folder {} cannot be created: {error}\n  help: choose another place with --set output.path=..",
-                folder.display()
-            ))
-        }),
-        _ => Ok(()),
-    }
-}
-
 /// An output that cannot be begun is bad input, a failure later is not.
 fn create_failure(error: StoreError) -> Failure {
     let help = match error {
@@ -461,6 +341,9 @@ fn create_failure(error: StoreError) -> Failure {
             "\n  help: add --resume to continue it, or --overwrite to start anew"
         }
         StoreError::Unusable { .. } => "\n  help: start anew with --overwrite",
+        StoreError::Damaged { .. } => {
+            "\n  help: `slipmap check` on it tells where; take an undamaged copy, or start anew with --overwrite"
+        }
         StoreError::Changed { .. } => "\n  help: go back to what it was, or start anew with --overwrite",
         StoreError::Io { ref source, .. } if source.kind() == io::ErrorKind::InvalidFilename => {
             return Failure::BadInput(format!(
@@ -478,6 +361,7 @@ fn create_failure(error: StoreError) -> Failure {
         | StoreError::Unfinished { .. }
         | StoreError::Unusable { .. }
         | StoreError::Changed { .. }
+        | StoreError::Damaged { .. }
         | StoreError::NotAMap { .. } => Failure::BadInput(format!("{error}{help}")),
         _ => Failure::Broken(error.to_string()),
     }
@@ -517,6 +401,7 @@ fn outcome(job: &Job, summary: &Summary) -> Outcome {
             disagreements: summary.audit.disagreements.len() as u64,
         }),
         not_computed: None,
+        curves: summary.curves.clone(),
         extra: summary
             .paths
             .named()
@@ -527,6 +412,10 @@ fn outcome(job: &Job, summary: &Summary) -> Outcome {
                 ("audit_seconds".to_owned(), summary.audit_seconds.into()),
                 ("pack_seconds".to_owned(), summary.pack_seconds.into()),
             ])
+            .chain(
+                (!summary.curves.is_empty())
+                    .then(|| ("curves_seconds".to_owned(), summary.curves_seconds.into())),
+            )
             .chain(summary.proved.iter().flat_map(|proved| {
                 let volumes = &proved.volumes;
                 [
@@ -539,10 +428,12 @@ fn outcome(job: &Job, summary: &Summary) -> Outcome {
                 ]
                 .map(|(name, value)| (name.to_owned(), value))
             }))
-            .chain(
-                job.machine
-                    .map(|machine| (SI_ATTRIBUTE.to_owned(), Value::Reals(machine.to_array().to_vec()))),
-            )
+            .chain(job.machine.iter().flat_map(|machine| {
+                [
+                    (SI_ATTRIBUTE.to_owned(), Value::Reals(machine.to_array().to_vec())),
+                    (MOTION_ATTRIBUTE.to_owned(), machine.motion.name().into()),
+                ]
+            }))
             .collect(),
     }
 }

@@ -9,7 +9,8 @@ use super::answer::{fate_name, verdict};
 use super::output::{self, Align, Table, bytes, count, duration, short};
 use super::point::probe_line;
 use crate::config::Job;
-use crate::map::{LISTED, MethodSummary, Summary, Verdict};
+use crate::map::{Axis, LISTED, MethodSummary, PlaneCurves, Summary, Verdict};
+use crate::simulate::bifurcation::Bifurcation;
 
 /// What there is to report.
 pub(super) struct Report<'a> {
@@ -101,6 +102,13 @@ pub(super) fn print(report: &Report, out: &mut dyn Write) -> Result<(), Failure>
         });
         writeln!(out, "simulation decided by: {}", shares.collect::<Vec<_>>().join(", "))?;
     }
+    let axes = job.plan.grid.axes();
+    for curves in &summary.curves {
+        writeln!(out, "{}", curves_line(axes, curves))?;
+    }
+    if !summary.curves.is_empty() {
+        writeln!(out, "  found by continuation in {}", duration(summary.curves_seconds))?;
+    }
     if let Some(proved) = &summary.proved {
         let volumes = &proved.volumes;
         writeln!(
@@ -148,6 +156,25 @@ pub(super) fn print(report: &Report, out: &mut dyn Write) -> Result<(), Failure>
         }
     }
     Ok(())
+}
+
+/// "curves over V and c at gamma = 2: hopf 1, grazing sliding 2, 310 points".
+fn curves_line(axes: &[Axis], curves: &PlaneCurves) -> String {
+    let plane = &curves.plane;
+    let held = axes.iter().zip(&plane.held).enumerate();
+    let held: Vec<String> = held
+        .filter(|(axis, (shown, _))| *axis != plane.x && *axis != plane.y && shown.values.len() > 1)
+        .map(|(_, (axis, &node))| format!("{} = {}", axis.name, short(axis.values[node])))
+        .collect();
+    let at = if held.is_empty() { String::new() } else { format!(" at {}", held.join(", ")) };
+    let mut found: Vec<String> = Bifurcation::ALL
+        .iter()
+        .map(|kind| (kind, curves.curves.iter().filter(|curve| curve.bifurcation == *kind).count()))
+        .filter(|(_, count)| *count > 0)
+        .map(|(kind, count)| format!("{} {count}", kind.name().replace('_', " ")))
+        .collect();
+    found.push(if found.is_empty() { "none".into() } else { format!("{} points", count(curves.points())) });
+    format!("curves over {} and {}{at}: {}", axes[plane.x].name, axes[plane.y].name, found.join(", "))
 }
 
 /// Prints it as JSON.
@@ -207,6 +234,13 @@ pub(super) fn json(report: &Report) -> Result<(), Failure> {
             "disagreements": disagreements,
             "thread_seconds": summary.audit_seconds,
         },
+        "curves": summary.curves.iter().map(|curves| json!({
+            "x": job.plan.grid.axes()[curves.plane.x].name,
+            "y": job.plan.grid.axes()[curves.plane.y].name,
+            "curves": curves.curves.len(),
+            "points": curves.points(),
+        })).collect::<Vec<_>>(),
+        "curves_seconds": summary.curves_seconds,
         "proved": summary.proved.as_ref().map(|proved| json!({
             "present": proved.volumes.present,
             "absent": proved.volumes.absent,
@@ -274,6 +308,8 @@ mod tests {
             pack_seconds: 0.0,
             failed_cells: Vec::new(),
             proved: None,
+            curves: Vec::new(),
+            curves_seconds: 0.0,
         }
     }
 

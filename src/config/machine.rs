@@ -3,13 +3,14 @@
 use std::path::Path;
 
 use super::source::{ConfigError, Node, Section, Source};
-use super::{axis, law, refuse_unknown_keys};
+use super::{axis, choice, law, refuse_unknown_keys};
 use crate::friction::Law;
-use crate::machine::Machine;
+use crate::machine::{Machine, Motion};
 use crate::map::Grid;
 
 /// The keys of `[machine]`.
-pub(super) const KEYS: [&str; 9] = [
+pub(super) const KEYS: [&str; 10] = [
+    "motion",
     "mass",
     "stiffness",
     "damping",
@@ -63,7 +64,7 @@ pub(super) fn read(section: &Section, law: Law) -> Result<MachineJob, ConfigErro
         if legal && value.is_finite() {
             Ok(value)
         } else {
-            Err(node.error(&format!("{key} must be {wanted}"), "mind the units: kg, N/m, N s/m, N, m/s"))
+            Err(node.error(&format!("{key} must be {wanted}"), "mind the units: kg, N/m, N s/m, N, m/s; of a rotation kg m^2, N m/rad, N m s/rad, N m, rad/s"))
         }
     };
     let positive = |key: &str| {
@@ -97,7 +98,11 @@ pub(super) fn read(section: &Section, law: Law) -> Result<MachineJob, ConfigErro
             check(&node, "strengthening", value, value >= 0.0, "at least 0")?
         }
     };
+    let motions = Motion::ALL.map(|motion| (motion.name(), motion));
+    let motion =
+        section.get("motion").map_or(Ok(Motion::Translation), |node| choice(&node, &motions, "motion"))?;
     let machine = Machine {
+        motion,
         mass: positive("mass")?,
         stiffness: positive("stiffness")?,
         damping: dampings[0],

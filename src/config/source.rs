@@ -130,12 +130,10 @@ impl Source {
         let mut at = Some(Entry::Item(self.original.as_item()));
         for (i, step) in path.iter().enumerate() {
             let (key, next) = match (at, step) {
-                (Some(Entry::Item(item)), Step::Key(key)) => {
-                    match item.as_table_like().and_then(|t| t.get_key_value(key)) {
-                        Some((key, item)) => (key.span(), Some(Entry::Item(item))),
-                        None => break,
-                    }
-                }
+                (Some(entry), Step::Key(key)) => match entry.as_table().and_then(|t| t.get_key_value(key)) {
+                    Some((key, item)) => (key.span(), Some(Entry::Item(item))),
+                    None => break,
+                },
                 (Some(entry), Step::Index(index)) => match entry.as_array().and_then(|a| a.get(*index)) {
                     Some(value) => (None, Some(Entry::Value(value))),
                     None => break,

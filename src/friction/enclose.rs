@@ -69,8 +69,8 @@ pub(super) fn range(enclose: impl Fn(Interval) -> Enclosure, lo: f64, hi: f64) -
     found.into()
 }
 
-/// Bounds over 0 < |v| <= `belt_speed` of the even part in v of f(`belt_speed` - v).
-pub(super) fn even_range(enclose: impl Fn(Interval) -> Enclosure, belt_speed: f64) -> Range {
+/// Bounds over 0 <= |v| <= `reach` of the even part in v of f(`belt_speed` - v).
+pub(super) fn even_range(enclose: impl Fn(Interval) -> Enclosure, belt_speed: f64, reach: f64) -> Range {
     let half = Interval::thin(0.5);
     let belt = Interval::thin(belt_speed);
     let even = |v: Interval| {
@@ -81,7 +81,7 @@ pub(super) fn even_range(enclose: impl Fn(Interval) -> Enclosure, belt_speed: f6
         let slope = if v == Interval::thin(0.0) { Interval::thin(0.0) } else { half * (far[1] - near[1]) };
         [half * (near[0] + far[0]), slope, half * (near[2] + far[2])]
     };
-    range(even, 0.0, belt_speed)
+    range(even, 0.0, reach)
 }
 
 /// Nodes of the coarsest and of the finest rule over half a turn.
@@ -168,10 +168,10 @@ mod tests {
     fn the_even_part_of_a_parabola_is_flat_and_of_a_quartic_is_not() {
         // f = u^2: the even part of (V - v)^2 is V^2 + v^2.
         let f = |x: Jet<Interval, 3>| x * x;
-        check(even_range(enclosure(f), 2.0), 4.0, 8.0);
+        check(even_range(enclosure(f), 2.0, 2.0), 4.0, 8.0);
         // f = u^2 (u - 2)^2 at V = 1: even part (1 - v^2)^2.
         let f = |x: Jet<Interval, 3>| x * x * (x - Jet::constant(2.0)) * (x - Jet::constant(2.0));
-        let found = even_range(enclosure(f), 1.0);
+        let found = even_range(enclosure(f), 1.0, 1.0);
         assert!(found.lo <= 0.0 && found.lo > -1e-14 && (found.hi - 1.0).abs() < 1e-14, "{found:?}");
     }
 

@@ -40,6 +40,11 @@ impl Exponential {
         self.drop * self.rate * (-self.rate * u).exp() - self.eta
     }
 
+    pub(super) fn formula<T: Real>(&self, u: T) -> T {
+        let c = T::constant;
+        c(1.0) - c(self.drop) + c(self.drop) * (-u * c(self.rate)).exp() + c(self.eta) * u
+    }
+
     /// The weakening rate falls with u.
     pub(super) fn weakening_range(&self, lo: f64, hi: f64) -> Range {
         Range { lo: self.weakening(hi), hi: self.weakening(lo) }
@@ -57,13 +62,6 @@ impl Exponential {
     }
 }
 
-/// The formula itself, for tests of the closed forms.
-#[cfg_attr(not(test), allow(dead_code))]
-fn formula<T: Real>(law: &Exponential, u: T) -> T {
-    let c = T::constant;
-    c(1.0 - law.drop) + c(law.drop) * (-u * c(law.rate)).exp() + c(law.eta) * u
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::interval::Interval;
@@ -75,15 +73,15 @@ mod tests {
         for (mu, vs, eta) in [(0.5, 1.0, 0.1), (0.0, 0.2, 0.0), (0.9, 3.0, 1.0), (1.0, 1.0, 0.3)] {
             let law = Exponential::new(&LawParameters::new(&[mu, vs, eta]));
             let enclosure = |u: Interval| {
-                let jet = formula(&law, Jet::<Interval, 4>::variable(u, 1.0));
+                let jet = law.formula(Jet::<Interval, 4>::variable(u, 1.0));
                 [1, 2, 3].map(|order| -jet.derivative(order))
             };
             // A few roundings of terms no larger than the slope at rest.
             let slack = 64.0 * f64::EPSILON * (law.drop * law.rate + eta);
             let same = |a: Range, b: Range| (a.lo - b.lo).abs() <= slack && (a.hi - b.hi).abs() <= slack;
             assert!(same(law.weakening_range(0.2, 1.7), enclose::range(enclosure, 0.2, 1.7)));
-            assert!(same(law.even_weakening_range(1.3), enclose::even_range(enclosure, 1.3)));
-            let jet = formula(&law, Jet::<f64, 2>::variable(0.4, 1.0));
+            assert!(same(law.even_weakening_range(1.3), enclose::even_range(enclosure, 1.3, 1.3)));
+            let jet = law.formula(Jet::<f64, 2>::variable(0.4, 1.0));
             assert!((jet.0[0] - law.phi(0.4)).abs() <= 8.0 * f64::EPSILON);
             assert!((jet.0[1] + law.weakening(0.4)).abs() <= slack);
         }

@@ -11,35 +11,35 @@ use super::jet::Real;
 
 /// A closed interval; never NaN.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Interval {
-    pub(super) lo: f64,
-    pub(super) hi: f64,
+pub(crate) struct Interval {
+    pub(crate) lo: f64,
+    pub(crate) hi: f64,
 }
 
 /// Widening of elementary functions, in units in the last place.
 const FUNCTION_ULPS: u32 = 4;
 
 impl Interval {
-    pub(super) const ENTIRE: Interval = Interval { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
+    pub(crate) const ENTIRE: Interval = Interval { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
 
-    pub(super) fn new(lo: f64, hi: f64) -> Self {
+    pub(crate) fn new(lo: f64, hi: f64) -> Self {
         if lo <= hi { Self { lo, hi } } else { Self::ENTIRE }
     }
 
-    pub(super) fn thin(x: f64) -> Self {
+    pub(crate) fn thin(x: f64) -> Self {
         Self::new(x, x)
     }
 
-    pub(super) fn is_bounded(self) -> bool {
+    pub(crate) fn is_bounded(self) -> bool {
         self.lo.is_finite() && self.hi.is_finite()
     }
 
-    pub(super) fn contains_zero(self) -> bool {
+    pub(crate) fn contains_zero(self) -> bool {
         self.lo <= 0.0 && self.hi >= 0.0
     }
 
     /// The smallest interval that holds both.
-    pub(super) fn hull(self, other: Self) -> Self {
+    pub(crate) fn hull(self, other: Self) -> Self {
         Self { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
     }
 
@@ -101,7 +101,14 @@ impl Mul for Interval {
             // Exact, and the common case: derivatives of what does not depend on u.
             return Self::constant(0.0);
         }
-        hull_of([self.lo * other.lo, self.lo * other.hi, self.hi * other.lo, self.hi * other.hi])
+        let products = [self.lo * other.lo, self.lo * other.hi, self.hi * other.lo, self.hi * other.hi];
+        if !(self.is_bounded() && other.is_bounded()) {
+            return hull_of(products);
+        }
+        // No product is NaN, and this is where the time goes.
+        let order = |a: f64, b: f64| if a < b { (a, b) } else { (b, a) };
+        let [(a, b), (c, d)] = [order(products[0], products[1]), order(products[2], products[3])];
+        Self { lo: order(a, c).0.next_down(), hi: order(b, d).1.next_up() }
     }
 }
 

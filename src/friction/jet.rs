@@ -6,7 +6,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// What the elementary functions can be applied to. A value where a function is not defined is NaN, or
 /// the whole line for intervals.
-pub(super) trait Real:
+pub(crate) trait Real:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
     fn constant(x: f64) -> Self;
@@ -67,11 +67,11 @@ impl Real for f64 {
 
 /// The first N Taylor coefficients of a function: f, f', f''/2, ...
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Jet<T, const N: usize>(pub(super) [T; N]);
+pub(crate) struct Jet<T, const N: usize>(pub(crate) [T; N]);
 
 impl<T: Real, const N: usize> Jet<T, N> {
     /// The variable itself at `x`, times `slope`.
-    pub(super) fn variable(x: T, slope: f64) -> Self {
+    pub(crate) fn variable(x: T, slope: f64) -> Self {
         let mut jet = Self::of(x);
         if N > 1 {
             jet.0[1] = T::constant(slope);
@@ -80,14 +80,14 @@ impl<T: Real, const N: usize> Jet<T, N> {
     }
 
     /// What does not depend on the variable.
-    pub(super) fn of(x: T) -> Self {
+    pub(crate) fn of(x: T) -> Self {
         let mut coefficients = [T::constant(0.0); N];
         coefficients[0] = x;
         Self(coefficients)
     }
 
     /// The `order`-th derivative.
-    pub(super) fn derivative(&self, order: usize) -> T {
+    pub(crate) fn derivative(&self, order: usize) -> T {
         let factorial: f64 = (1..=order).map(|k| k as f64).product();
         self.0[order] * T::constant(factorial)
     }

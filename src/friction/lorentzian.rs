@@ -9,7 +9,7 @@ use super::jet::{Jet, Real};
 use super::{Range, enclose};
 use crate::point::LawParameters;
 
-/// The curve at fixed parameters, those of [`super::exponential::PARAMETERS`].
+/// The curve at fixed parameters: mu, vs and eta, like those of the exponential law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lorentzian {
     /// 1 - mu.
@@ -51,7 +51,7 @@ impl Lorentzian {
         Range { lo: a.min(b), hi: top }
     }
 
-    fn formula<T: Real>(&self, u: T) -> T {
+    pub(super) fn formula<T: Real>(&self, u: T) -> T {
         let (x, c) = (u * T::constant(self.rate), T::constant);
         c(1.0 - self.drop) + c(self.drop) / (c(1.0) + x * x) + c(self.eta) * u
     }
@@ -62,7 +62,7 @@ impl Lorentzian {
     }
 
     pub(super) fn even_weakening_range(&self, belt_speed: f64) -> Range {
-        enclose::even_range(|u| self.enclosure(u), belt_speed)
+        enclose::even_range(|u| self.enclosure(u), belt_speed, belt_speed)
     }
 
     pub(super) fn mean_weakening(&self, belt_speed: f64) -> f64 {

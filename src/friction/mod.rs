@@ -8,8 +8,8 @@
 mod enclose;
 mod exponential;
 mod expression;
-mod interval;
-mod jet;
+pub(crate) mod interval;
+pub(crate) mod jet;
 mod lorentzian;
 mod stribeck;
 mod table;
@@ -21,6 +21,8 @@ pub use stribeck::Stribeck;
 pub use table::{Table, TableError};
 
 use crate::point::{LawParameters, Point};
+use interval::Interval;
+use jet::{Jet, Real};
 
 /// A closed interval [lo, hi] that encloses every value of a function.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -272,6 +274,27 @@ impl Curve {
             Curve::Expression(law) => law.first_order(belt_speed),
             Curve::Exponential(_) | Curve::Lorentzian(_) | Curve::Table(_) => Err(NoFirstOrder::NoEpsilon),
         }
+    }
+
+    /// phi on numbers, intervals or series; `None` for measured laws, which have no formula.
+    pub(crate) fn formula<T: Real>(&self, u: T) -> Option<T> {
+        match self {
+            Curve::Stribeck(law) => Some(law.formula(u)),
+            Curve::Exponential(law) => Some(law.formula(u)),
+            Curve::Lorentzian(law) => Some(law.formula(u)),
+            Curve::Expression(law) => Some(law.formula(u)),
+            Curve::Table(_) => None,
+        }
+    }
+
+    /// As [`Curve::even_weakening_range`] with 0 <= v <= `reach`, rounded outwards; `None` for measured laws.
+    pub(crate) fn even_weakening_within(&self, belt_speed: f64, reach: f64) -> Option<Range> {
+        self.formula(0.0)?;
+        let enclosure = |u: Interval| {
+            let phi = self.formula(Jet::<Interval, 4>::variable(u, 1.0));
+            [1, 2, 3].map(|order| phi.map_or(Interval::ENTIRE, |phi| -phi.derivative(order)))
+        };
+        Some(enclose::even_range(enclosure, belt_speed, reach))
     }
 
     /// Slip speeds > 0, in growing order, at which the slope of the weakening rate jumps: everywhere else the

@@ -4,6 +4,7 @@
 //! Departures from the text: the paper writes the law in the signed argument x2 - V and drops the sign in
 //! its system (15); here u = |x2 - V|, which is what its figures and its condition (12) use.
 
+use super::jet::Real;
 use super::{FirstOrder, Parameter, Range};
 use crate::point::{LawParameters, ScaledGroups};
 
@@ -68,6 +69,13 @@ impl Stribeck {
     pub(super) fn weakening(&self, u: f64) -> f64 {
         let q = 1.0 + self.rate * u;
         self.rate * self.drop / (q * q) - 2.0 * self.epsilon * self.beta * u
+    }
+
+    /// phi(u) in any arithmetic.
+    pub(super) fn formula<T: Real>(&self, u: T) -> T {
+        let c = T::constant;
+        let x = c(self.rate) * u;
+        c(1.0) - c(self.drop) * x / (c(1.0) + x) + c(self.epsilon) * c(self.beta) * u * u
     }
 
     /// The weakening rate falls with u, so its bounds are its end values.

@@ -115,15 +115,8 @@ mod tests {
         TileData { tile, methods, regime: Vec::new(), quantities: Vec::new() }
     }
 
-    #[test]
-    fn failed_cells_are_found_with_their_points() {
-        let axis = |values: &[f64]| values.to_vec();
-        let nodes =
-            [&[0.1, 0.2][..], &[0.5], &[0.0], &[1.0, 2.0, 3.0], &[1.0], &[0.0, 0.5, 1.0, 1.5]].map(axis);
-        let grid = Grid::new(Law::Stribeck, nodes.to_vec()).unwrap();
-        // Two columns a tile, and a tile of one at the end of each gamma axis.
-        let tile_shape = vec![1, 1, 1, 2, 1, 4];
-        let plan = Plan {
+    fn simulated(grid: Grid, tile_shape: Vec<usize>) -> Plan {
+        Plan {
             methods: vec![Method::Simulation],
             fields: vec![Field::Verdict],
             engine: Engine::Auto,
@@ -133,7 +126,18 @@ mod tests {
             compression: 4,
             tile_shape,
             grid,
-        };
+        }
+    }
+
+    #[test]
+    fn failed_cells_are_found_with_their_points() {
+        let axis = |values: &[f64]| values.to_vec();
+        let nodes =
+            [&[0.1, 0.2][..], &[0.5], &[0.0], &[1.0, 2.0, 3.0], &[1.0], &[0.0, 0.5, 1.0, 1.5]].map(axis);
+        let grid = Grid::new(Law::Stribeck, nodes.to_vec()).unwrap();
+        // Two columns a tile, and a tile of one at the end of each gamma axis.
+        let tile_shape = vec![1, 1, 1, 2, 1, 4];
+        let plan = simulated(grid, tile_shape);
         let mut sum = Account::none(&plan);
         let last = plan.grid.tile_count(&plan.tile_shape) - 1;
         // Tiles come in any order; those found are in the grid's.
@@ -150,17 +154,7 @@ mod tests {
     fn only_the_first_failed_cells_are_kept() {
         let nodes = [1, 1, 1, 1, 1, 32usize].map(|len| (0..len).map(|i| 0.5 + i as f64).collect());
         let grid = Grid::new(Law::Stribeck, nodes.to_vec()).unwrap();
-        let plan = Plan {
-            methods: vec![Method::Simulation],
-            fields: vec![Field::Verdict],
-            engine: Engine::Auto,
-            tolerance: 1e-9,
-            audit_cells: 0,
-            proof_boxes: 0,
-            compression: 4,
-            tile_shape: vec![1, 1, 1, 1, 1, 32],
-            grid,
-        };
+        let plan = simulated(grid, vec![1, 1, 1, 1, 1, 32]);
         let data = tile_data(plan.grid.tile(&plan.tile_shape, 0), &(0..32).collect::<Vec<_>>());
         let found = failed_cells(&plan, &data);
         assert_eq!(found.len(), LISTED);

@@ -11,7 +11,7 @@ use super::audit::{Audit, Draws};
 use super::proved::Proved;
 use super::quantity::describe;
 use super::simulation::{End, Paths, Simulated, simulate};
-use super::{Field, Method, MethodCells, Plan, Regime, Sink, Tile, TileData, Verdict};
+use super::{Field, Method, MethodCells, Plan, PlaneCurves, Regime, Sink, Tile, TileData, Verdict};
 use crate::certify::Claim;
 use crate::filippov::Oscillator;
 use crate::friction::Column;
@@ -66,6 +66,10 @@ pub struct Summary {
     pub failed_cells: Vec<FailedCell>,
     /// What is proved between the nodes, if the plan asks for that; see [`super::prove`].
     pub proved: Option<Proved>,
+    /// The curves of codimension one, if they were asked for; see [`super::curves_of`].
+    pub curves: Vec<PlaneCurves>,
+    /// Seconds that these took.
+    pub curves_seconds: f64,
 }
 
 impl Summary {
@@ -94,6 +98,8 @@ impl Summary {
             pack_seconds: account.pack_seconds,
             failed_cells: account.failed,
             proved: None,
+            curves: Vec::new(),
+            curves_seconds: 0.0,
         }
     }
 }

@@ -32,6 +32,41 @@ pub struct Axis {
     pub values: Vec<f64>,
 }
 
+impl Axis {
+    /// Whether it has more than two nodes, of equal ratios.
+    #[must_use]
+    pub fn is_logarithmic(&self) -> bool {
+        self.values.len() > 2 && is_logarithmic(&self.values)
+    }
+
+    /// The middle node, the lower of two.
+    #[must_use]
+    pub fn middle(&self) -> usize {
+        (self.values.len() - 1) / 2
+    }
+
+    /// The node nearest to a value.
+    #[must_use]
+    pub fn nearest(&self, value: f64) -> usize {
+        let distance = |i: &usize| (self.values[*i] - value).abs();
+        (0..self.values.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
+    }
+}
+
+/// Whether nodes have equal steps, up to the rounding of decimal input.
+#[must_use]
+pub fn is_linear(values: &[f64]) -> bool {
+    let (first, last) = (values[0], values[values.len() - 1]);
+    let step = (last - first) / (values.len().max(2) - 1) as f64;
+    values.iter().enumerate().all(|(i, value)| (value - first - step * i as f64).abs() <= 1e-6 * step)
+}
+
+/// Whether nodes have equal ratios.
+#[must_use]
+pub fn is_logarithmic(values: &[f64]) -> bool {
+    values[0] > 0.0 && is_linear(&values.iter().map(|value| value.ln()).collect::<Vec<_>>())
+}
+
 /// Why a grid cannot be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum GridError {
@@ -196,10 +231,19 @@ impl Grid {
     /// The point at the given index on each axis.
     #[must_use]
     pub fn point(&self, index: &[usize]) -> Point {
+        self.assemble(self.axes.iter().zip(index).map(|(axis, &i)| axis.values[i]))
+    }
+
+    /// The point with the given value on each axis, which need not be a node.
+    #[must_use]
+    pub fn point_of(&self, values: &[f64]) -> Point {
+        self.assemble(values.iter().copied())
+    }
+
+    fn assemble(&self, values: impl Iterator<Item = f64>) -> Point {
         let mut law = Vec::with_capacity(self.axes.len() - 3);
         let (mut epsilon, mut belt_speed, mut damping) = (0.0, 0.0, 0.0);
-        for (axis, &i) in self.axes.iter().zip(index) {
-            let value = axis.values[i];
+        for (axis, value) in self.axes.iter().zip(values) {
             match axis.role {
                 AxisRole::Epsilon => epsilon = value,
                 AxisRole::Law(_) => law.push(value),

@@ -2,6 +2,7 @@
 
 mod account;
 mod audit;
+mod curves;
 mod engine;
 pub mod failures;
 mod grid;
@@ -16,8 +17,9 @@ mod verdict;
 
 pub use account::{Account, FailedCell, LISTED, MethodAccount};
 pub use audit::{Audit, Disagreement};
+pub use curves::{Plane, PlaneCurve, PlaneCurves, PlanePoint, curves_of};
 pub use engine::{ComputeError, Control, MethodSummary, Queue, Summary, compute, compute_tiles, regime};
-pub use grid::{Axis, AxisRole, Grid, GridError, Tile};
+pub use grid::{Axis, AxisRole, Grid, GridError, Tile, is_linear, is_logarithmic};
 pub use method::Method;
 pub use plan::{Engine, Field, Plan};
 pub use proved::{Proved, prove};

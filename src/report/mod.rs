@@ -8,6 +8,7 @@ mod boundary;
 mod document;
 pub mod figure;
 mod proved;
+mod si;
 mod table;
 pub mod tables;
 mod text;
@@ -36,6 +37,9 @@ pub enum ReportError {
     /// The map cannot be read.
     #[error(transparent)]
     Map(#[from] StoreError),
+    /// Tables could not be stored as HDF5.
+    #[error(transparent)]
+    Records(StoreError),
     /// The output is there already.
     #[error("{path} exists already; choose another place, or ask for it to be replaced")]
     Exists {

@@ -330,7 +330,7 @@ impl Study {
             ("work-precision.tex".into(), table.latex().into_bytes()),
             ("cells.csv".into(), self.cells_csv().into_bytes()),
         ];
-        write::add_figure(&mut files, &chart)?;
+        files.extend(write::figure_files(std::slice::from_ref(&chart), "")?);
         write::publish(
             folder,
             existing,

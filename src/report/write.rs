@@ -4,6 +4,8 @@ use std::fs;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
+use rayon::prelude::*;
+
 use super::figure::{Figure, Scene, render};
 use super::table::Table;
 use super::text::Rich;
@@ -56,7 +58,7 @@ pub(super) fn publish(
         put(&scratch.path().join(name), contents)?;
     }
     for (name, write) in written {
-        write(&scratch.path().join(name))?;
+        write(&scratch.path().join(name)).map_err(ReportError::Records)?;
     }
     // Only now is anything visible changed.
     let names = files.iter().map(|(name, _)| name.as_path());
@@ -68,16 +70,21 @@ pub(super) fn publish(
     Ok(())
 }
 
-/// Adds a figure's files, at the top of the folder.
-pub(super) fn add_figure(files: &mut Vec<(PathBuf, Vec<u8>)>, figure: &Figure) -> Result<(), ReportError> {
-    for (width, scene) in &figure.scenes {
-        let name = format!("{}-{}", figure.name, width.name());
-        let svg = scene.svg(&name, &figure.caption);
-        files.push((format!("{name}.png").into(), render::png(&name, &svg)?));
-        files.push((format!("{name}.pdf").into(), render::pdf(&name, &svg)?));
-        files.push((format!("{name}.svg").into(), svg.into_bytes()));
-    }
-    Ok(())
+/// The files of figures, in `folder` of the report: every width in every format, drawn by all cores.
+pub(super) fn figure_files(figures: &[Figure], folder: &str) -> Result<Vec<(PathBuf, Vec<u8>)>, ReportError> {
+    let scenes: Vec<_> =
+        figures.iter().flat_map(|figure| figure.scenes.iter().map(move |scene| (figure, scene))).collect();
+    let files: Vec<[(PathBuf, Vec<u8>); 3]> = scenes
+        .into_par_iter()
+        .map(|(figure, (width, scene))| {
+            let name = format!("{}-{}", figure.name, width.name());
+            let svg = scene.svg(&name, &figure.caption);
+            let (png, pdf) = render::png_and_pdf(&name, &svg)?;
+            let path = |ending: &str| Path::new(folder).join(format!("{name}.{ending}"));
+            Ok([(path("png"), png), (path("pdf"), pdf), (path("svg"), svg.into_bytes())])
+        })
+        .collect::<Result<_, ReportError>>()?;
+    Ok(files.into_iter().flatten().collect())
 }
 
 /// Every file of a report, by its path in the folder.
@@ -92,18 +99,10 @@ fn files(
         add(format!("tables/{}.tex", table.name), table.latex().into_bytes());
         add(format!("tables/{}.csv", table.name), table.csv().into_bytes());
     }
-    for figure in figures {
-        for (width, scene) in &figure.scenes {
-            let name = format!("{}-{}", figure.name, width.name());
-            let svg = scene.svg(&name, &figure.caption);
-            add(format!("figures/{name}.png"), render::png(&name, &svg)?);
-            add(format!("figures/{name}.pdf"), render::pdf(&name, &svg)?);
-            add(format!("figures/{name}.svg"), svg.into_bytes());
-        }
-    }
     add("report.md".into(), document::markdown(map, tables, figures).into_bytes());
     add("report.html".into(), document::html(map, tables, figures).into_bytes());
     add("report.tex".into(), document::latex(map, tables, figures).into_bytes());
+    files.extend(figure_files(figures, "figures")?);
     Ok(files)
 }
 

@@ -20,6 +20,7 @@ mod landing;
 pub mod naive;
 mod polar;
 pub mod return_map;
+pub mod slip_count;
 pub mod slip_cycle;
 mod stepping;
 pub mod surface;

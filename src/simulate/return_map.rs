@@ -1,5 +1,5 @@
 //! The return map of the lower flow: one turn of the orbit from the exit point, many orbits side by side.
-//! Orbits near the circle take the few evaluations of [`collocation`], the others the steps of [`stepping`].
+//! Orbits near the circle take the few evaluations of `collocation`, the others the steps of `stepping`.
 //!
 //! The sign of the grazing margin m/V = delta(2 pi) is the verdict: negative, the orbit closes inside
 //! itself; positive, it comes back to the belt line (theory, section 3). No event is located for that.

@@ -13,9 +13,12 @@ use super::arc::{LowerEnd, State, Walk};
 use super::{Failure, Range};
 use crate::filippov::{Oscillator, Side};
 
-/// Radii at which the sign and the slope of P(r) - r are looked at. A pair of cycles between two of them is
-/// missed only if P(r) - r bends more than once there; a Stribeck law has at most one cycle.
+/// Radii in equal steps at which ln(P(r) / r) is looked at; below the first of them they go down by halves. A pair of
+/// cycles between two of them is missed only if ln(P(r) / r) bends more than once there;
+/// [`super::slip_count::count_slip_cycles`] proves how many there are.
 const RADII: u32 = 32;
+/// Errors of a turn, in units of its tolerance, that a sign must exceed.
+const NOISE: f64 = 10.0;
 /// Newton steps and bisections that find a fixed point.
 const MOST_TRIALS: u32 = 100;
 
@@ -109,7 +112,7 @@ pub fn none_proved(oscillator: &Oscillator) -> bool {
 ///
 /// They alternate in stability. The equilibrium's own stability and the turn from the belt line are put in,
 /// so the number found is even or odd as it must be. Pairs between two radii of the same sign are looked for
-/// where the slope of P(r) - r at the two leaves room for an extreme. None exists where [`none_proved`].
+/// where the slope of ln(P(r) / r) at the two leaves room for an extreme. None exists where [`none_proved`].
 ///
 /// # Errors
 /// [`Failure`] of one of the turns.
@@ -120,8 +123,12 @@ pub fn slip_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<SlipCy
         return Ok(cycles);
     }
     let mut low = Sample { radius: 0.0, outward: !oscillator.eigenvalues().is_stable(), growth: None };
-    for i in 1..=RADII {
-        let high = Sample::at(oscillator, belt_speed * f64::from(i) / f64::from(RADII), tolerance)?;
+    for radius in radii(belt_speed, tolerance) {
+        let high = Sample::at(oscillator, radius, tolerance)?;
+        if high.growth.is_some_and(|growth| growth.value.abs() <= NOISE * tolerance) && radius < belt_speed {
+            // Its sign is not known; those of its neighbours tell as much.
+            continue;
+        }
         let mut brackets = Vec::new();
         if low.outward != high.outward {
             brackets.push([low, high]);
@@ -139,36 +146,44 @@ pub fn slip_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<SlipCy
     Ok(cycles)
 }
 
+/// The radii to look at, in growing order. Next to the equilibrium ln(P(r) / r) changes with (r / V)^2; where that comes
+/// near the error of a turn there is nothing more to see.
+fn radii(belt_speed: f64, tolerance: f64) -> Vec<f64> {
+    let first = 1.0 / f64::from(RADII);
+    let halves = std::iter::successors(Some(0.5 * first), |ratio| Some(0.5 * ratio));
+    let mut ratios: Vec<f64> = halves.take_while(|ratio| ratio * ratio > 100.0 * tolerance).collect();
+    ratios.reverse();
+    ratios.extend((1..=RADII).map(|i| f64::from(i) * first));
+    ratios.into_iter().map(|ratio| ratio * belt_speed).collect()
+}
+
 /// What is known of the return map at one radius.
 #[derive(Clone, Copy, Debug)]
 struct Sample {
     radius: f64,
     outward: bool,
-    /// Slope of P(r) - r.
-    growth: Option<f64>,
+    growth: Option<Growth>,
 }
 
 impl Sample {
     fn at(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Result<Self, Failure> {
         let turn = turn(oscillator, radius, tolerance)?;
-        let growth = match turn {
-            SlipTurn::Returns { slope, .. } => Some(slope - 1.0),
-            SlipTurn::MeetsBelt | SlipTurn::Rests => None,
-        };
-        Ok(Self { radius, outward: outward(radius, &turn), growth })
+        Ok(Self { radius, outward: outward(radius, &turn), growth: Growth::of(radius, &turn) })
     }
 }
 
-/// A radius between two of the same sign of P(r) - r at which it has the other one, if the slopes lead there.
+/// A radius between two of the same sign of ln(P(r) / r) at which it has the other one, if the slopes lead there.
 fn hidden_between(
     oscillator: &Oscillator,
     mut low: Sample,
     mut high: Sample,
     tolerance: f64,
 ) -> Result<Option<Sample>, Failure> {
-    // Towards zero from both ends: the distance falls at the lower one and rises at the higher one.
+    // Towards zero from both ends: its size falls at the lower one and rises at the higher one.
     let sign = if low.outward { 1.0 } else { -1.0 };
-    while let (Some(falls), Some(rises)) = (low.growth, high.growth) {
+    while let (Some(Growth { slope: falls, .. }), Some(Growth { slope: rises, .. })) =
+        (low.growth, high.growth)
+    {
         if !(sign * falls < 0.0 && sign * rises > 0.0) || high.radius - low.radius <= 1e-6 * high.radius {
             return Ok(None);
         }
@@ -180,7 +195,7 @@ fn hidden_between(
             return Ok(Some(middle));
         }
         match middle.growth {
-            Some(growth) if sign * growth < 0.0 => low = middle,
+            Some(growth) if sign * growth.slope < 0.0 => low = middle,
             _ => high = middle,
         }
     }
@@ -208,13 +223,17 @@ struct Growth {
 
 impl Growth {
     /// `None` where the orbit has no next maximum below the belt line.
-    fn at(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Result<Option<Self>, Failure> {
-        Ok(match turn(oscillator, radius, tolerance)? {
+    fn of(radius: f64, turn: &SlipTurn) -> Option<Self> {
+        match *turn {
             SlipTurn::Returns { radius: next, slope, .. } => {
                 Some(Self { radius, value: (next / radius).ln(), slope: radius * slope / next - 1.0 })
             }
             SlipTurn::MeetsBelt | SlipTurn::Rests => None,
-        })
+        }
+    }
+
+    fn at(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Result<Option<Self>, Failure> {
+        Ok(Self::of(radius, &turn(oscillator, radius, tolerance)?))
     }
 }
 
@@ -229,9 +248,14 @@ const ROUGH: f64 = 1e-6;
 pub fn extreme_growth(oscillator: &Oscillator, tolerance: f64) -> Result<Option<Extreme>, Failure> {
     let mut brackets = Vec::new();
     let mut low: Option<Growth> = None;
-    for i in 1..=RADII {
-        let radius = oscillator.belt_speed * f64::from(i) / f64::from(RADII);
-        let high = Growth::at(oscillator, radius, ROUGH.max(tolerance))?;
+    for radius in radii(oscillator.belt_speed, tolerance) {
+        // Next to the equilibrium the slope is of the size of (r / V)^2.
+        let ratio = radius / oscillator.belt_speed;
+        let enough = (1e-4 * ratio * ratio).min(ROUGH).max(tolerance);
+        let high = Growth::at(oscillator, radius, enough)?;
+        if high.is_some_and(|high| high.slope.abs() <= NOISE * enough) {
+            continue;
+        }
         if let (Some(low), Some(high)) = (low, high)
             && (low.slope > 0.0) != (high.slope > 0.0)
         {

@@ -9,6 +9,7 @@ use hdf5::{Dataset, Location, ObjectReference1, ReferencedObject};
 
 use crate::certify::Guarantee;
 
+use super::curves;
 use super::error::StoreError;
 use super::pack::{self, Fingerprint};
 use super::provenance::fingerprint;
@@ -88,7 +89,7 @@ pub fn check(path: &Path) -> Result<CheckReport, StoreError> {
     match seal {
         Seal::Whole => {}
         Seal::Broken => {
-            report.note(None, None, "its bytes are not those that were sealed at the end of the run");
+            report.note(None, None, seal::BROKEN);
         }
         Seal::Missing => report.note(
             None,
@@ -106,12 +107,31 @@ pub fn check(path: &Path) -> Result<CheckReport, StoreError> {
             return Ok(report);
         }
     };
+    // The heap of references has no checksum, and the HDF5 library (1.10.8 was seen to) crashes on a damaged
+    // one: where bytes are known to have changed, stay away from it.
+    check_contents(&map, seal != Seal::Broken, &mut report);
+    Ok(report)
+}
+
+/// What is wrong with what readers use of a map: all but the ties of its variables to their dimensions.
+pub(super) fn contents(map: &MapFile) -> CheckReport {
+    let mut report = CheckReport::default();
+    check_contents(map, false, &mut report);
+    report
+}
+
+/// Compares attributes, axes and cells with what is recorded of them; the ties of variables to their dimensions
+/// if they are to be followed.
+fn check_contents(map: &MapFile, follow_ties: bool, report: &mut CheckReport) {
     let schema = map.schema();
     report.cells = schema.grid.cells();
     report.tiles = schema.tiles();
-    check_root(&map, &mut report);
+    check_root(map, report);
+    if let Err(error) = check_curves(map, report) {
+        report.note(Some(curves::GROUP), None, format!("unreadable: {error}"));
+    }
     for (position, axis) in schema.grid.axes().iter().enumerate() {
-        if let Err(error) = check_axis(&map, position, &mut report) {
+        if let Err(error) = check_axis(map, position, report) {
             report.note(Some(&axis.name), None, format!("unreadable: {error}"));
         }
     }
@@ -119,22 +139,18 @@ pub fn check(path: &Path) -> Result<CheckReport, StoreError> {
         report.variables += 1;
         match map.file().dataset(&variable.name) {
             Ok(dataset) => {
-                let layout = check_layout(&map, variable, &dataset, &mut report)
-                    // The heap of references has no checksum, and the HDF5 library (1.10.8 was seen to)
-                    // crashes on a damaged one: where bytes are known to have changed, stay away from it.
-                    .and_then(|()| match seal {
-                        Seal::Broken => Ok(()),
-                        _ => check_dimensions(&map, variable, &dataset, &mut report),
-                    });
+                let layout = check_layout(map, variable, &dataset, report).and_then(|()| match follow_ties {
+                    false => Ok(()),
+                    true => check_dimensions(map, variable, &dataset, report),
+                });
                 if let Err(error) = layout {
                     report.note(Some(&variable.name), None, format!("unreadable: {error}"));
                 }
-                check_cells(&map, variable, &dataset, &mut report);
+                check_cells(map, variable, &dataset, report);
             }
             Err(error) => report.note(Some(&variable.name), None, format!("missing: {error}")),
         }
     }
-    Ok(report)
 }
 
 /// Checks the file's own attributes and that it holds nothing else.
@@ -168,13 +184,50 @@ fn check_root(map: &MapFile, report: &mut CheckReport) {
             let schema = map.schema();
             for name in names {
                 let axis = schema.dimensions().contains(&name.as_str());
-                if !axis && !map.has(&name) {
+                if !axis && !map.has(&name) && name != curves::GROUP {
                     report.note(Some(&name), None, "does not belong to the map");
                 }
             }
         }
         Err(error) => report.note(None, None, format!("its list of variables is unreadable: {error}")),
     }
+}
+
+/// Checks the curves of codimension one, if there are any.
+fn check_curves(map: &MapFile, report: &mut CheckReport) -> hdf5::Result<()> {
+    if let Err(why) = curves::read(map.file(), map.grid(), map.length())? {
+        report.note(Some(curves::GROUP), None, why);
+        return Ok(());
+    }
+    if !map.file().link_exists(curves::GROUP) {
+        return Ok(());
+    }
+    let group = map.file().group(curves::GROUP)?;
+    check_attributes(&group, Some(curves::GROUP), report);
+    let known = curves::names(map.grid());
+    for column in group.member_names()? {
+        let name = format!("{}/{column}", curves::GROUP);
+        if !known.contains(&column) {
+            report.note(Some(&name), None, "does not belong to the map");
+            continue;
+        }
+        let dataset = group.dataset(&column)?;
+        if let Err(why) = trust::own_numbers(&dataset, &name)? {
+            report.note(Some(&name), None, why);
+        } else if dataset.size() as u64 > map.length() {
+            report.note(Some(&name), None, "promises more numbers than the file can hold");
+        } else {
+            check_attributes(&dataset, Some(&name), report);
+            if value::read(&dataset, "sha256")? != curves::fingerprint(&dataset)? {
+                report.note(
+                    Some(&name),
+                    Some("attribute sha256".into()),
+                    "is not the fingerprint of its numbers",
+                );
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Compares the attributes of the file or of a variable with their fingerprint.

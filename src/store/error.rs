@@ -127,6 +127,14 @@ pub enum StoreError {
         /// What is missing or wrong.
         why: String,
     },
+    /// The file is not as it was when its run finished it.
+    #[error("{path} is damaged, and nothing of it is used: {what}")]
+    Damaged {
+        /// The map.
+        path: PathBuf,
+        /// What does not match.
+        what: String,
+    },
     /// The map has no such variable.
     #[error("{path} has no variable {name}; it has {available}")]
     NoVariable {

@@ -24,7 +24,29 @@
 //! run went ([`Outcome`]); `complete` = 1 comes last. Texts have fixed lengths, since not every NetCDF
 //! tool reads the other kind.
 //!
+//! # Curves
+//!
+//! Where `[curves]` asks for them, the group `curves` holds the curves of codimension one of planes of the grid as
+//! two tables, along its own dimensions `plane` and `point`; `xarray.open_dataset(file, group="curves")` reads them.
+//!
+//! | variable | along | type | contents |
+//! | --- | --- | --- | --- |
+//! | `plane_x`, `plane_y` | `plane` | `i8` | the two axes of the plane, by `flag_meanings` |
+//! | `held_AXIS` | `plane` | `f64` | the node at which the axis is held; NaN for the two of the plane |
+//! | `plane_number` | `point` | `i32` | the plane, from 1 |
+//! | `curve` | `point` | `i8` | what happens there, by `flag_meanings`: hopf, grazing_sliding, landing, crossing, fold |
+//! | `branch` | `point` | `i32` | number of the connected curve among those of its plane and kind, from 1 |
+//! | `AXIS` | `point` | `f64` | the point's parameters, all of them |
+//! | `error` | `point` | `f64` | estimate of its distance from the curve, in sides of the plane |
+//!
+//! Points follow each other along their curves; a closed curve ends with its first point. The sides of a plane go
+//! from the first to the last node, in equal ratios where the nodes have them. Without a curve in any plane there is
+//! no dimension `point`. `sha256` of these variables takes each of them as one tile.
+//!
 //! # What protects it
+//!
+//! - [`MapFile::open`] verifies a map before anything of it is used: by its seal, or, where another program has cut
+//!   that off, by all fingerprints. They tell accidents, not forgery: who changes a map on purpose can seal it again.
 //!
 //! - A map lies under a temporary name, `NAME.part-...`, until it is complete, sealed and on disk. A killed
 //!   run may leave that file and `NAME.part`, the journal of its finished tiles ([`PartialMap`]); nothing
@@ -40,6 +62,7 @@
 
 mod check;
 mod codec;
+mod curves;
 mod error;
 mod identity;
 mod journal;
@@ -56,13 +79,14 @@ mod value;
 mod writer;
 
 pub use check::{CheckReport, Problem, check};
+pub use curves::CURVE_COLUMNS;
 pub use error::StoreError;
 pub use identity::plan_digest;
 pub use journal::create_folders;
 pub use pack::PackedTile;
 pub use partial::{Damage, Left, PackedRecord, Packer, PartialMap, Resumed, left, remove_unfinished};
 pub use provenance::{Audit, Outcome, Provenance, fingerprint};
-pub use reader::{MapFile, SIGNATURE};
+pub use reader::{MapFile, Pick, SIGNATURE};
 pub use records::{Records, Series, write_records};
 pub use schema::MethodInfo;
 pub use value::Value;

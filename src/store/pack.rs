@@ -8,6 +8,7 @@ use sha2::{Digest, Sha256};
 use crate::map::TileData;
 
 use super::schema::{Cells, Schema, Variable};
+use super::value::{Value, hex};
 
 /// A SHA-256 fingerprint.
 pub(super) type Fingerprint = [u8; 32];
@@ -92,6 +93,16 @@ pub(super) fn fingerprint_reals(reals: &[f64]) -> Fingerprint {
         hash.update(&buffer);
     }
     hash.finalize().into()
+}
+
+/// Fingerprint of whole numbers as little-endian 32-bit ones.
+pub(super) fn fingerprint_integers(integers: &[i32]) -> Fingerprint {
+    Sha256::digest(integers.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>()).into()
+}
+
+/// The attribute `sha256` of a variable that is stored in one piece.
+pub(super) fn one_tile(fingerprint: &Fingerprint) -> Value {
+    hex(&combine([fingerprint])).into()
 }
 
 /// Fingerprint of a variable: that of its chunks' fingerprints, in their order.

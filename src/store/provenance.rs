@@ -2,7 +2,7 @@
 
 use sha2::{Digest, Sha256};
 
-use crate::map::{Method, Plan};
+use crate::map::{Method, Plan, PlaneCurves};
 
 use super::schema::SCHEMA;
 use super::value::{Value, hex};
@@ -37,6 +37,8 @@ pub struct Outcome {
     pub audit: Option<Audit>,
     /// Why cells were left out. Without a reason a map with cells that were not computed is refused.
     pub not_computed: Option<String>,
+    /// The curves of codimension one.
+    pub curves: Vec<PlaneCurves>,
     /// Further attributes of the file.
     pub extra: Vec<(String, Value)>,
 }

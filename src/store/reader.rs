@@ -7,44 +7,84 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use hdf5::{Dataset, File, SliceOrIndex};
-use ndarray::{ArrayD, Axis as Dim};
+use ndarray::ArrayD;
 
 use crate::friction::Law;
-use crate::map::{Field, Grid, Tile};
+use crate::map::{Field, Grid, PlaneCurves, Tile};
 
+use super::check;
+use super::curves;
 use super::error::StoreError;
 use super::schema::{MethodInfo, SCHEMA, Schema};
+use super::seal::{self, Seal};
 use super::trust;
 use super::value::{self, Value};
 
 /// The first bytes of an HDF5 file, and so of every map.
 pub const SIGNATURE: [u8; 8] = *b"\x89HDF\r\n\x1a\n";
 
-/// A stored map, open for reading. Cells stay on disk until they are asked for.
+/// What a slice takes of a dimension.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pick {
+    /// One node; the slice does not have the dimension.
+    Node(usize),
+    /// The first node and every so many after it; all for 1.
+    Every(usize),
+}
+
+/// A stored map, open for reading. Cells stay on disk until they are asked for; all of them were verified when
+/// it was opened.
 #[derive(Debug)]
 pub struct MapFile {
     path: PathBuf,
     file: File,
     schema: Schema,
     attributes: BTreeMap<String, Value>,
+    length: u64,
+    sealed: bool,
+    curves: Vec<PlaneCurves>,
 }
 
 impl MapFile {
     /// Opens the map at `path`, which may be any file: what takes more memory or time than its length
-    /// warrants is refused.
+    /// warrants is refused, and so is what is not as its run left it.
+    ///
+    /// That is told by the seal, for which every byte is read once, before the HDF5 library sees the file. A map
+    /// that another program has written to or copied has lost it; then every cell and attribute is compared with
+    /// its fingerprint.
     ///
     /// # Errors
     /// [`StoreError::NotAMap`] for a file that no version of this program wrote, or that this version
-    /// cannot read; otherwise the file system's or the library's reasons.
+    /// cannot read; [`StoreError::Damaged`] for a map that was changed; otherwise the file system's or the
+    /// library's reasons.
     pub fn open(path: &Path) -> Result<Self, StoreError> {
-        let map = Self::open_layout(path)?;
+        let failed = |source| StoreError::io("read", path, source);
+        trust::plain_file(path)
+            .map_err(failed)?
+            .map_err(|why| StoreError::NotAMap { path: path.to_path_buf(), why })?;
+        let damaged = |what: String| StoreError::Damaged { path: path.to_path_buf(), what };
+        let seal = seal::verify(path).map_err(failed)?;
+        if seal == Seal::Broken {
+            return Err(damaged(seal::BROKEN.into()));
+        }
+        let mut map = Self::open_layout(path)?;
+        map.sealed = seal == Seal::Whole;
         for variable in &map.schema.variables {
             let dataset = map.dataset(&variable.name)?;
             trust::variable(&dataset, &map.schema, variable)
                 .map_err(|error| map.failed(&variable.name, &error))?
                 .map_err(|why| StoreError::NotAMap { path: path.to_path_buf(), why })?;
         }
-        Ok(map)
+        map.curves = curves::read(&map.file, &map.schema.grid, map.length)
+            .map_err(|error| map.failed(curves::GROUP, &error))?
+            .map_err(|why| StoreError::NotAMap { path: path.to_path_buf(), why })?;
+        match map.sealed {
+            true => Ok(map),
+            false => match check::contents(&map).problems.first() {
+                None => Ok(map),
+                Some(problem) => Err(damaged(problem.to_string())),
+            },
+        }
     }
 
     /// Opens a map whose variables may be anything, for [`super::check`].
@@ -57,7 +97,14 @@ impl MapFile {
         let attributes = root_attributes(&file, path)?;
         let schema = read_schema(&file, path, length, &attributes)?;
         trust::grid(&schema, length).map_err(not_a_map)?;
-        Ok(Self { path: path.to_path_buf(), file, schema, attributes })
+        let path = path.to_path_buf();
+        Ok(Self { path, file, schema, attributes, length, sealed: false, curves: Vec::new() })
+    }
+
+    /// Whether it ends with the seal of its run; otherwise another program has written to it or copied it.
+    #[must_use]
+    pub fn is_sealed(&self) -> bool {
+        self.sealed
     }
 
     /// Where the map lies.
@@ -89,6 +136,12 @@ impl MapFile {
     #[must_use]
     pub fn fields(&self) -> &[Field] {
         &self.schema.fields
+    }
+
+    /// The curves of codimension one that are stored, plane by plane.
+    #[must_use]
+    pub fn curves(&self) -> &[PlaneCurves] {
+        &self.curves
     }
 
     /// Names of the variables over the grid, in the order of the file.
@@ -162,11 +215,11 @@ impl MapFile {
         self.read(variable, ranges)
     }
 
-    /// Codes on a slice: each dimension is either held at an index, and dropped, or kept whole.
+    /// Codes on a slice. What is not picked takes no memory.
     ///
     /// # Errors
     /// As [`MapFile::codes`].
-    pub fn code_slice(&self, variable: &str, at: &[Option<usize>]) -> Result<ArrayD<i8>, StoreError> {
+    pub fn code_slice(&self, variable: &str, at: &[Pick]) -> Result<ArrayD<i8>, StoreError> {
         self.slice(variable, at)
     }
 
@@ -174,13 +227,18 @@ impl MapFile {
     ///
     /// # Errors
     /// As [`MapFile::codes`].
-    pub fn real_slice(&self, variable: &str, at: &[Option<usize>]) -> Result<ArrayD<f64>, StoreError> {
+    pub fn real_slice(&self, variable: &str, at: &[Pick]) -> Result<ArrayD<f64>, StoreError> {
         self.slice(variable, at)
     }
 
     /// The tiles of the map, in the order of the file.
     pub fn tiles(&self) -> impl Iterator<Item = Tile> {
         (0..self.schema.tiles()).map(|number| self.schema.grid.tile(&self.schema.tile_shape, number))
+    }
+
+    /// Bytes of the file.
+    pub(super) fn length(&self) -> u64 {
+        self.length
     }
 
     /// The file, for [`super::check`].
@@ -215,32 +273,36 @@ impl MapFile {
         let shape = dataset.shape();
         let fits = |(range, &len): (&Range<usize>, &usize)| range.start <= range.end && range.end <= len;
         if ranges.len() != shape.len() || !ranges.iter().zip(&shape).all(fits) {
-            return Err(StoreError::OutOfRange {
-                path: self.path.clone(),
-                name: variable.into(),
-                selection: format!("{ranges:?}"),
-                shape: format!("{shape:?}"),
-            });
+            return Err(self.out_of_range(variable, format!("{ranges:?}"), &shape));
         }
         read_box(&dataset, ranges).map_err(|error| self.failed(variable, &error))
     }
 
     /// Reads a slice.
-    fn slice<T: hdf5::H5Type>(&self, variable: &str, at: &[Option<usize>]) -> Result<ArrayD<T>, StoreError> {
-        let shape = self.dataset(variable)?.shape();
-        let ranges: Vec<Range<usize>> = at
+    fn slice<T: hdf5::H5Type>(&self, variable: &str, at: &[Pick]) -> Result<ArrayD<T>, StoreError> {
+        let dataset = self.dataset(variable)?;
+        let shape = dataset.shape();
+        let fits = |(pick, &len): (&Pick, &usize)| match *pick {
+            Pick::Node(index) => index < len,
+            Pick::Every(step) => step > 0,
+        };
+        if at.len() != shape.len() || !at.iter().zip(&shape).all(fits) {
+            return Err(self.out_of_range(variable, format!("{at:?}"), &shape));
+        }
+        let selection: Vec<SliceOrIndex> = at
             .iter()
-            .zip(shape.iter().map(Some).chain(std::iter::repeat(None)))
-            .map(|(held, len)| match held {
-                Some(index) => *index..*index + 1,
-                None => 0..len.copied().unwrap_or(0),
+            .zip(&shape)
+            .map(|(pick, &end)| match *pick {
+                Pick::Node(index) => SliceOrIndex::Index(index),
+                Pick::Every(step) => SliceOrIndex::SliceTo { start: 0, step, end, block: 1 },
             })
             .collect();
-        let mut cells = self.read(variable, &ranges)?;
-        for (dimension, _) in at.iter().enumerate().rev().filter(|(_, held)| held.is_some()) {
-            cells = cells.index_axis_move(Dim(dimension), 0);
-        }
-        Ok(cells)
+        dataset.read_slice(hdf5::Hyperslab::from(selection)).map_err(|error| self.failed(variable, &error))
+    }
+
+    fn out_of_range(&self, variable: &str, selection: String, shape: &[usize]) -> StoreError {
+        let (path, name) = (self.path.clone(), variable.into());
+        StoreError::OutOfRange { path, name, selection, shape: format!("{shape:?}") }
     }
 
     /// An error of the library while reading a variable.
@@ -296,11 +358,11 @@ fn read_schema(
         _ => Err(not_a_map(format!("it has no text attribute {name}"))),
     };
     match attributes.get("schema") {
-        Some(Value::Integers(version)) if version == &[SCHEMA] => {}
+        Some(Value::Integers(version)) if matches!(version[..], [1..=SCHEMA]) => {}
         Some(Value::Integers(version)) => {
             return Err(not_a_map(format!(
-                "its layout has number {version:?}, and this version of slipmap reads number {SCHEMA}; use the \
-                 version that wrote it"
+                "its layout has number {version:?}, and this version of slipmap reads numbers up to {SCHEMA}; use \
+                 the version that wrote it"
             )));
         }
         _ => return Err(not_a_map("it has no integer attribute schema".into())),

@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use hdf5::types::VarLenArray;
-use hdf5::{Dataset, File, ObjectReference1};
+use hdf5::{Dataset, File, Group, ObjectReference1};
 
 use super::error::StoreError;
+use super::pack;
 use super::provenance::{self, Provenance};
 use super::sys::{self, Ending, ScaleUse};
 use super::value::{self, Value};
@@ -16,6 +17,8 @@ use super::writer::{create_file, seal_attributes};
 enum Contents {
     /// Numbers.
     Reals(Vec<f64>),
+    /// Whole numbers.
+    Integers(Vec<i32>),
     /// Words, stored as the numbers of `flag_meanings`.
     Words(Vec<String>),
 }
@@ -36,6 +39,13 @@ impl Series {
         Self { dimension, name: name.into(), long_name: long_name.into(), contents: Contents::Reals(values) }
     }
 
+    /// A column of whole numbers along `dimension`.
+    #[must_use]
+    pub fn integers(dimension: &'static str, name: &str, long_name: &str, values: Vec<i32>) -> Self {
+        let contents = Contents::Integers(values);
+        Self { dimension, name: name.into(), long_name: long_name.into(), contents }
+    }
+
     /// A column of words along `dimension`.
     #[must_use]
     pub fn words(dimension: &'static str, name: &str, long_name: &str, values: Vec<String>) -> Self {
@@ -45,6 +55,7 @@ impl Series {
     fn len(&self) -> usize {
         match &self.contents {
             Contents::Reals(values) => values.len(),
+            Contents::Integers(values) => values.len(),
             Contents::Words(values) => values.len(),
         }
     }
@@ -82,43 +93,54 @@ fn fill(file: &File, records: &Records) -> hdf5::Result<()> {
     for (name, value) in &records.attributes {
         value::write(file, name, value)?;
     }
+    write_tables(file, &records.series)?;
+    seal_attributes(file)
+}
+
+/// Writes columns into a group, with the dimensions that they lie along.
+pub(super) fn write_tables(group: &Group, columns: &[Series]) -> hdf5::Result<()> {
     let mut dimensions: Vec<&'static str> = Vec::new();
-    for series in &records.series {
+    for series in columns {
         if !dimensions.contains(&series.dimension) {
             dimensions.push(series.dimension);
         }
     }
     for dimension in dimensions {
-        let along: Vec<&Series> =
-            records.series.iter().filter(|series| series.dimension == dimension).collect();
+        let along: Vec<&Series> = columns.iter().filter(|series| series.dimension == dimension).collect();
         let length = along.first().map_or(0, |series| series.len());
         let numbers: Vec<f64> = (1..=length).map(|number| number as f64).collect();
         let scale =
-            file.new_dataset_builder().with_data(&numbers).obj_track_times(false).create(dimension)?;
+            group.new_dataset_builder().with_data(&numbers).obj_track_times(false).create(dimension)?;
         sys::write_text(&scale, "CLASS", "DIMENSION_SCALE", Ending::Zero)?;
         sys::write_text(&scale, "NAME", dimension, Ending::Zero)?;
         value::write(&scale, "long_name", &format!("number of the {dimension}").into())?;
         value::write(&scale, "units", &"1".into())?;
+        value::write(&scale, "sha256", &pack::one_tile(&pack::fingerprint_reals(&numbers)))?;
         seal_attributes(&scale)?;
-        let reference: ObjectReference1 = file.reference(dimension)?;
+        let reference: ObjectReference1 = group.reference(dimension)?;
         let mut uses = Vec::with_capacity(along.len());
         for series in along {
-            let dataset = write_series(file, series)?;
+            let dataset = write_series(group, series)?;
             let list = [VarLenArray::from_slice(&[reference])];
             dataset.new_attr_builder().with_data(&list).create("DIMENSION_LIST")?;
-            uses.push(ScaleUse { dataset: file.reference(&series.name)?, dimension: 0 });
+            uses.push(ScaleUse { dataset: group.reference(&series.name)?, dimension: 0 });
             seal_attributes(&dataset)?;
         }
         scale.new_attr_builder().with_data(&uses).create("REFERENCE_LIST")?;
     }
-    seal_attributes(file)
+    Ok(())
 }
 
-fn write_series(file: &File, series: &Series) -> hdf5::Result<Dataset> {
-    let builder = file.new_dataset_builder();
-    let dataset = match &series.contents {
+fn write_series(group: &Group, series: &Series) -> hdf5::Result<Dataset> {
+    let builder = group.new_dataset_builder();
+    let (dataset, fingerprint) = match &series.contents {
         Contents::Reals(values) => {
-            builder.with_data(values).obj_track_times(false).create(series.name.as_str())?
+            let dataset = builder.with_data(values).obj_track_times(false).create(series.name.as_str())?;
+            (dataset, pack::fingerprint_reals(values))
+        }
+        Contents::Integers(values) => {
+            let dataset = builder.with_data(values).obj_track_times(false).create(series.name.as_str())?;
+            (dataset, pack::fingerprint_integers(values))
         }
         Contents::Words(words) => {
             let mut meanings: Vec<&String> = Vec::new();
@@ -140,11 +162,12 @@ fn write_series(file: &File, series: &Series) -> hdf5::Result<Dataset> {
             let meanings: Vec<String> =
                 meanings.iter().map(|word| word.split_whitespace().collect::<Vec<_>>().join("_")).collect();
             value::write(&dataset, "flag_meanings", &meanings.join(" ").into())?;
-            dataset
+            (dataset, pack::fingerprint_codes(&codes))
         }
     };
     value::write(&dataset, "long_name", &series.long_name.as_str().into())?;
     let units = if series.name.starts_with("seconds") { "s" } else { "1" };
     value::write(&dataset, "units", &units.into())?;
+    value::write(&dataset, "sha256", &pack::one_tile(&fingerprint))?;
     Ok(dataset)
 }

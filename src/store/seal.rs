@@ -18,6 +18,9 @@ use super::writer::Existing;
 /// What stands before the 64 digits.
 const LABEL: &str = "\nslipmap seal, sha256 of every byte before this line: ";
 
+/// What is wrong with a file whose seal is broken.
+pub(super) const BROKEN: &str = "its bytes are not those that were sealed at the end of the run";
+
 /// Length of the seal in bytes.
 const LENGTH: u64 = LABEL.len() as u64 + 64 + 1;
 

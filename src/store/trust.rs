@@ -8,7 +8,7 @@ use std::path::Path;
 
 use hdf5::plist::dataset_create::Layout;
 use hdf5::types::{FloatSize, IntSize, TypeDescriptor};
-use hdf5::{Dataset, File, IndexType, IterationOrder, LinkType};
+use hdf5::{Dataset, Group, IndexType, IterationOrder, LinkType};
 
 use super::schema::{Schema, Variable};
 
@@ -38,8 +38,8 @@ pub(super) fn plain_file(path: &Path) -> std::io::Result<Result<u64, String>> {
 }
 
 /// Refuses links that lead elsewhere.
-pub(super) fn own_members(file: &File) -> hdf5::Result<Result<(), String>> {
-    let leads_away = file.find_link(IndexType::Name, IterationOrder::Native, |name, link| {
+pub(super) fn own_members(group: &Group) -> hdf5::Result<Result<(), String>> {
+    let leads_away = group.find_link(IndexType::Name, IterationOrder::Native, |name, link| {
         Ok((link.link_type != LinkType::Hard).then(|| name.to_owned()))
     })?;
     Ok(match leads_away {

@@ -6,10 +6,11 @@ use std::sync::{Mutex, PoisonError};
 use hdf5::file::{FileCloseDegree, LibraryVersion};
 use hdf5::plist::file_create::{AttrCreationOrder, AttrPhaseChange, LinkCreationOrder};
 use hdf5::types::VarLenArray;
-use hdf5::{Dataset, File, Location, ObjectReference1};
+use hdf5::{Dataset, File, Group, Location, ObjectReference1};
 
 use crate::map::{Account, Axis, Plan, Sink, TileData};
 
+use super::curves;
 use super::error::StoreError;
 use super::pack::{self, Fingerprint, PackedTile};
 use super::provenance::{self, Outcome, Provenance};
@@ -124,6 +125,7 @@ impl MapWriter {
         for ((dataset, variable), written) in datasets.iter().zip(&schema.variables).zip(&written) {
             close_variable(dataset, variable, written).map_err(failed)?;
         }
+        curves::write(&file, &schema.grid, &outcome.curves).map_err(failed)?;
         for axis in schema.grid.axes() {
             seal_attributes(&*file.dataset(&axis.name).map_err(failed)?).map_err(failed)?;
         }
@@ -227,6 +229,19 @@ pub(super) fn create_file(path: &Path) -> hdf5::Result<File> {
                 .obj_track_times(false)
         })
         .create(path)
+}
+
+/// Creates a group in which NetCDF lists everything in the order of creation.
+pub(super) fn group_of_tables(file: &File, name: &str) -> hdf5::Result<Group> {
+    file.create_group_builder()
+        .with_create_plist(|creation| {
+            creation
+                .link_creation_order(LinkCreationOrder::Indexed)
+                .attr_creation_order(AttrCreationOrder::Indexed)
+                .attr_phase_change(ATTRIBUTES_IN_HEADER.max_compact, ATTRIBUTES_IN_HEADER.min_dense)
+                .obj_track_times(false)
+        })
+        .create(name)
 }
 
 /// Attributes lie in their object's header, not in a heap of their own: the simplest form for readers.

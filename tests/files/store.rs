@@ -8,6 +8,7 @@ use slipmap::friction::Law;
 use slipmap::map::{
     Account, Engine, Field, Grid, Method, MethodCells, Plan, Regime, Sink, Tile, TileData, Verdict,
 };
+use slipmap::store::Pick::{Every, Node};
 use slipmap::store::{
     Audit, CheckReport, Existing, MapFile, MapWriter, Outcome, Provenance, StoreError, Value, check,
 };
@@ -52,6 +53,7 @@ fn outcome() -> Outcome {
         seconds: Method::all().map(|method| (method, 0.25)).collect(),
         audit: Some(Audit { cells: 10, disagreements: 1 }),
         not_computed: None,
+        curves: Vec::new(),
         extra: vec![("note".into(), "from the test".into())],
     }
 }
@@ -247,8 +249,9 @@ fn slices_drop_the_axes_that_are_held() {
     let (_folder, path, plan) = small_map();
     let map = MapFile::open(&path).unwrap();
     let shape = plan.grid.shape();
-    let slice =
-        map.code_slice("verdict_simulation", &[Some(1), Some(0), None, Some(0), None, Some(2)]).unwrap();
+    let slice = map
+        .code_slice("verdict_simulation", &[Node(1), Node(0), Every(1), Node(0), Every(1), Node(2)])
+        .unwrap();
     assert_eq!(slice.shape(), [3, 5]);
     let simulation = plan.methods.iter().position(|method| method.name() == "simulation").unwrap();
     for beta in 0..3 {
@@ -257,10 +260,12 @@ fn slices_drop_the_axes_that_are_held() {
             assert_eq!(slice[[beta, v]], verdict(simulation, cell));
         }
     }
-    let line = map.real_slice("critical_c_simulation", &[Some(0), Some(0), Some(2), Some(0), None]).unwrap();
+    let line =
+        map.real_slice("critical_c_simulation", &[Node(0), Node(0), Node(2), Node(0), Every(1)]).unwrap();
     assert_eq!(line.shape(), [5]);
 
-    let outside = map.code_slice("regime", &[Some(2), None, None, None, None, None]).unwrap_err();
+    let outside =
+        map.code_slice("regime", &[Node(2), Every(1), Every(1), Every(1), Every(1), Every(1)]).unwrap_err();
     assert!(matches!(outside, StoreError::OutOfRange { .. }), "{outside}");
     let short = map.codes("regime", &[0..1, 0..1]).unwrap_err();
     assert!(matches!(short, StoreError::OutOfRange { .. }), "{short}");

@@ -21,6 +21,7 @@ mod reference_data;
 mod regimes;
 mod return_map;
 mod sample;
+mod slip_count;
 mod slip_laws;
 mod theory;
 mod validated;

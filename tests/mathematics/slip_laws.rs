@@ -9,6 +9,7 @@ use slipmap::friction::{Column, Expression, Law};
 use slipmap::map::{Regime, regime};
 use slipmap::point::{LawParameters, Point};
 use slipmap::simulate::direct::{self, Start, trace};
+use slipmap::simulate::slip_count::count_slip_cycles;
 use slipmap::simulate::slip_cycle::{none_proved, slip_cycles};
 use slipmap::simulate::{Fate, critical_damping, flow};
 
@@ -84,6 +85,7 @@ fn belt_speeds_and_amplitudes_of_thomsen_and_fidlin() {
         let belt = 0.5 * (p.v_b0() + p.v_b1());
         let cycles = slip_cycles(&p.oscillator(belt), 1e-12).unwrap();
         assert!(cycles.len() == 1 && cycles[0].is_stable(), "{cycles:?}");
+        assert_eq!(count_slip_cycles(&p.oscillator(belt)).exact(), Some(1));
         let range = cycles[0].velocity;
         0.5 * (range.hi - range.lo) * p.unit() / p.amplitude(belt) - 1.0
     };
@@ -161,6 +163,10 @@ fn the_slip_cycle_is_born_in_a_hopf_bifurcation_and_dies_at_grazing() {
             assert_eq!(regime(&between, &flow(&between, 1e-10)), Regime::PureSlip);
             assert!(slip_cycles(&below, 1e-11).unwrap().is_empty());
             assert!(slip_cycles(&at(1.01 * hopf), 1e-11).unwrap().is_empty());
+            if i % 100 == 0 {
+                let counts = [&between, &below, &at(1.01 * hopf)].map(|o| count_slip_cycles(o).exact());
+                assert_eq!(counts, [Some(1), Some(0), Some(0)], "{column:?}");
+            }
         }
     }
 }

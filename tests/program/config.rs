@@ -302,3 +302,55 @@ fn grids_larger_than_the_disk() {
     let uncountable = huge.replace("gamma = 1", &format!("gamma = {million}"));
     refused(uncountable, &["more cells than can be counted"]);
 }
+
+#[test]
+fn planes_of_curves() {
+    let planes = |planes: &str| format!("{LEGAL}[curves]\nplanes = {planes}\n");
+    let cases: [(&str, &[&str]); 12] = [
+        (
+            "3",
+            &[
+                "bad.toml:23:10",
+                "curves.planes = 3: this is a whole number, not a list of planes",
+                "x = \"V\"",
+            ],
+        ),
+        (
+            "[[\"gamma\", \"c\"]]",
+            &["bad.toml:23:11", "curves.planes[0] =", "this is a list, not a plane such as"],
+        ),
+        ("[{ x = \"gamma\" }]", &["bad.toml:23:11", "`y` is missing from curves.planes[0]"]),
+        (
+            "[{ x = \"gama\", y = \"c\" }]",
+            &["curves.planes[0].x = \"gama\": unknown axis", "nearest valid axis is `gamma`"],
+        ),
+        ("[{ x = \"V\", y = \"c\" }]", &["curves.planes[0].x = \"V\": the axis V has one node"]),
+        ("[{ x = \"c\", y = \"c\" }]", &["curves.planes[0].y = \"c\": both axes of the plane are the same"]),
+        (
+            "[{ x = \"gamma\", y = \"c\", z = 1 }]",
+            &["unknown key `z` in curves.planes[0]", "valid are: x, y, at"],
+        ),
+        ("[{ x = \"gamma\", y = \"c\", at = { d = 1 } }]", &["unknown key `d` in curves.planes[0].at"]),
+        ("[{ x = \"gamma\", y = \"c\", at = { c = 1 } }]", &["curves.planes[0].at", "extends along `c`"]),
+        (
+            "[{ x = \"gamma\", y = \"c\", at = { alpha = 0.6 } }]",
+            &["bad.toml:23:50", "curves.planes[0].at.alpha = 0.6: the axis alpha goes from 0 to 0.5"],
+        ),
+        ("[{ x = \"gamma\", y = \"c\", at = { alpha = true } }]", &["this is a truth value, not a number"]),
+        (
+            "[{ x = \"gamma\", y = \"c\" }, { x = \"c\", y = \"gamma\" }]",
+            &["curves.planes[1] =", "this plane is named twice"],
+        ),
+    ];
+    for (value, parts) in cases {
+        refused(planes(value), parts);
+    }
+    refused(
+        format!("{LEGAL}[curves]\nplane = []\n"),
+        &["bad.toml:23:1", "unknown key `plane` in [curves]", "`planes`"],
+    );
+    refused(format!("{LEGAL}[curves]\n"), &["`planes` is missing from [curves]"]);
+    let law = "[friction]\nlaw = \"expression\"\nphi = \"1/(1 + error*u)\"\n[grid]\nepsilon = 0.1\nerror = [1.0, 2.0]\nV = [1.0, 2.0]\nc = [0.0, 1.0]\n";
+    let planes = "[curves]\nplanes = [{ x = \"V\", y = \"c\" }]\n";
+    refused(format!("{law}{planes}"), &["curves cannot be stored beside a parameter called `error`"]);
+}

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use crate::command::Scratch;
 use serde_json::Value;
-use slipmap::machine::{Machine, SI_ATTRIBUTE};
+use slipmap::machine::{MOTION_ATTRIBUTE, Machine, Motion, SI_ATTRIBUTE};
 use slipmap::store::{MapFile, Value as Attribute};
 
 /// An example configuration as it is delivered.
@@ -23,9 +23,10 @@ fn close(a: f64, b: f64, error: f64) {
 
 #[test]
 fn examples_are_mapped_checked_and_probed_in_si_units() {
-    for (name, damping, speeds, dampings) in
-        [("brake_pad", "20", 40, 51), ("drill_string", "222.3067", 40, 41)]
-    {
+    for (name, motion, damping, speeds, dampings) in [
+        ("brake_pad", Motion::Translation, "20", 40, 51),
+        ("drill_string", Motion::Rotation, "222.3067", 40, 41),
+    ] {
         let scratch = Scratch::new();
         scratch.file("machine.toml", example(name));
         scratch.run(&["run", "machine.toml", "--set", "output.path=map.h5"]).ends_with(0);
@@ -35,7 +36,8 @@ fn examples_are_mapped_checked_and_probed_in_si_units() {
 
         // The map knows its machine, and the units lead back to the numbers that were asked for.
         let Some(Attribute::Reals(numbers)) = map.attributes().get(SI_ATTRIBUTE) else { panic!("{name}") };
-        let machine = Machine::from_array(numbers.as_slice().try_into().unwrap());
+        assert_eq!(map.text(MOTION_ATTRIBUTE), Some(motion.name()));
+        let machine = Machine::from_array(motion, numbers.as_slice().try_into().unwrap());
         let units = machine.units();
         let config: toml_edit::DocumentMut = example(name).parse().unwrap();
         let axis = |key: &str| config["machine"][key].as_inline_table().unwrap();
@@ -84,7 +86,14 @@ fn examples_are_mapped_checked_and_probed_in_si_units() {
         let plot =
             ["plot", "map.h5", "--x", "V", "--y", "c", "--variable", "regime", "--curves", "--out", "p.svg"];
         scratch.run(&plot).ends_with(0);
-        assert!(scratch.read("p.svg").contains("grazing"));
+        let figure = scratch.read("p.svg");
+        for words in [
+            "grazing",
+            &format!("belt speed, {}", motion.velocity()),
+            &format!("damping, {}", motion.damping()),
+        ] {
+            assert!(figure.contains(words), "{name}: no {words}");
+        }
         let mut met = 0;
         for row in rows(&scratch.read("p.csv")).iter().filter(|row| row["curve"] == "grazing_sliding") {
             let number = |key: &str| row[key].parse::<f64>().unwrap();
@@ -107,7 +116,7 @@ fn examples_are_mapped_checked_and_probed_in_si_units() {
         let [speed, damping] = [format!("belt_speed={speed:?}"), format!("damping={damping}")];
         let run = ["probe", "--machine", "machine.toml", "--set", &speed, "--set", &damping];
         let text = scratch.run(&run).ends_with(0).out;
-        for part in ["in SI units", "critical belt speed", "N s/m", "Hz", "amplitude"] {
+        for part in ["in SI units", "critical belt speed", motion.damping(), "Hz", "amplitude"] {
             assert!(text.contains(part), "{part} is not in\n{text}");
         }
     }

@@ -9,9 +9,12 @@ mod benchmark;
 mod catalogue;
 mod command;
 mod config;
+mod curves;
+mod damage;
 mod hostile;
 mod latex;
 mod laws;
+mod long_axes;
 mod machine;
 mod map_equal;
 #[cfg(target_os = "linux")]

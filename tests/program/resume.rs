@@ -247,7 +247,7 @@ fn what_an_interrupted_run_left_is_neither_ignored_nor_overwritten_unasked() {
     scratch.run(&["run", "job.toml"]).refuses(&help);
     assert_eq!(fs::read(scratch.path().join("map.h5.part")).unwrap(), before);
     scratch.run(&["run", "job.toml", "--resume", "--overwrite"]).refuses(&["--resume", "--overwrite"]);
-    let small = ["--set", "grid.alpha=0.3", "--set", "grid.gamma=2.0"];
+    let small = ["--set", "grid.alpha=0.3", "--set", "grid.gamma.points=2"];
     scratch.run(&[&["run", "job.toml", "--overwrite"][..], &small].concat()).ends_with(0);
     assert_eq!(scratch.names(), ["job.toml", "map.h5"]);
 }
@@ -336,7 +336,7 @@ fn what_is_no_journal_stays_as_it_is() {
 #[test]
 fn a_run_that_replaces_a_map_keeps_the_old_one_until_the_end() {
     let scratch = scratch();
-    let small = ["--set", "grid.alpha=0.3", "--set", "grid.gamma=2.0"];
+    let small = ["--set", "grid.alpha=0.3", "--set", "grid.gamma.points=2"];
     scratch.run(&[&["run", "job.toml"][..], &small].concat()).ends_with(0);
     let map = scratch.path().join("map.h5");
     let old = fs::read(&map).unwrap();

@@ -43,8 +43,8 @@
 //! <= g at t = 0, then G(eta) <= g - eta h and G(-eta) >= eta h - g: **g < eta h proves the tile.**
 //!
 //! # The bounds
-//! h: [`Ball`]s over cells of the angle and of the box. g: at each of a mesh of exact points of the box, G is computed as a
-//! Fourier series ([`series`]), whose coefficients' absolute values bound it at every angle. Between the
+//! h: `Ball`s over cells of the angle and of the box. g: at each of a mesh of exact points of the box, G is computed as a
+//! Fourier series (`series`), whose coefficients' absolute values bound it at every angle. Between the
 //! points: in A = middle + half-width cos t (k and b likewise) G is a trigonometric polynomial of degree d, four times that
 //! of the tile's polynomials plus 0, 2, 1. Where |G| is largest, at t*, its slope vanishes, and by Bernstein's
 //! inequality (|G''| <= d^2 max |G|) a point within delta of t* sees at least the share 1 - (d delta)^2 / 2.

@@ -1,8 +1,8 @@
 //! The critical damping over a whole box of (A, k, b) by one proof.
 //!
 //! Approximate grazing orbits at Chebyshev points of the box are interpolated: C0 and every Fourier
-//! coefficient of r0 become polynomials of the degrees [`DEGREES`] in A, k and b. The defect polynomial G of
-//! [`super::defect`] is then a polynomial in the parameters too, of four times those degrees plus 0, 2 and 1:
+//! coefficient of r0 become polynomials of the degrees `DEGREES` in A, k and b. The defect polynomial G of
+//! `defect` is then a polynomial in the parameters too, of four times those degrees plus 0, 2 and 1:
 //! with A = middle + half-width cos t it is a trigonometric polynomial in t, and samples at Chebyshev points
 //! bound it as they do in theta. The bounds of the cells are taken over the box.
 

@@ -1,11 +1,12 @@
 //! A friction law given as text, such as `mu + (1 - mu)*exp(-u/vs)`: phi in the slip speed u, in eps, and in
 //! any other names, which become parameters of the law and axes of maps.
 //!
-//! The text is compiled to a tape that runs on Taylor series ([`super::jet`]): over numbers for phi and its
-//! derivative, over intervals for certain bounds, over series in eps for the first-order theory. Existing
-//! crates for formulas were weighed and left: the one that differentiates and is kept up (`exmex`) reads
-//! -u^2 as (-u)^2, knows no 1e-3, gives no position with its errors, and its third derivatives as formulas
-//! are hundreds of terms where a series costs ten products.
+//! The text is parsed with the crate `winnow` to a tape of operations, which runs on Taylor series
+//! ([`super::jet`]): over numbers for phi and its derivative, over intervals for certain bounds, over series in
+//! eps for the first-order theory. A series is as exact as a formula for the derivative, and stays short: a
+//! third derivative costs ten products for each product of the law, where its formula has hundreds of terms.
+//! The tests confirm the series by the formulas that the crate `exmex` derives from random laws. (It is no
+//! parser for users: -u^2 is (-u)^2 there, 1e-3 is no number, and errors have no place in the text.)
 //!
 //! **Legal laws** are checked by [`Expression::check`]: phi(0) = 1 (after division by a stated static
 //! level), phi and D finite and continuous over the slip speeds in question. `abs` is legal where its
@@ -206,6 +207,10 @@ impl ExpressionCurve {
         if level == 1.0 { stack[0] } else { stack[0] / T::constant(level) }
     }
 
+    pub(super) fn formula<T: Real>(&self, u: T) -> T {
+        self.run(u, T::constant(self.epsilon), |_, _| ())
+    }
+
     #[inline]
     fn series<T: Real, const N: usize>(&self, u: T) -> Jet<T, N> {
         self.run(Jet::variable(u, 1.0), Jet::of(T::constant(self.epsilon)), |_, _| ())
@@ -235,7 +240,7 @@ impl ExpressionCurve {
     }
 
     pub(super) fn even_weakening_range(&self, belt_speed: f64) -> Range {
-        enclose::even_range(|u| self.enclosure(u), belt_speed)
+        enclose::even_range(|u| self.enclosure(u), belt_speed, belt_speed)
     }
 
     pub(super) fn mean_weakening(&self, belt_speed: f64) -> f64 {
@@ -358,5 +363,7 @@ impl ExpressionCurve {
     }
 }
 
+#[cfg(test)]
+mod symbolic;
 #[cfg(test)]
 mod tests;

@@ -1,12 +1,27 @@
-//! From the text of a formula to a tape of operations in reverse Polish order.
+//! From the text of a formula to a tape of operations in reverse Polish order, with the parser crate `winnow`.
 //!
 //! The grammar is that of pencil and paper: `+ - * / ^`, parentheses, functions, numbers such as 1.5e-3;
-//! powers bind tighter than signs (-u^2 is -(u^2)) and to the right. Errors carry the place in the text.
+//! powers bind tighter than signs (-u^2 is -(u^2)) and to the right. An operation joins the tape as soon as
+//! its operands stand there. Errors carry the place in the text.
+
+use winnow::combinator::{Infix, Prefix, alt, expression, opt, preceded};
+use winnow::error::ParserError;
+use winnow::stream::{LocatingSlice, Location, Stateful, Stream};
+use winnow::token::{any, one_of, take_while};
+use winnow::{Parser, Result};
 
 use super::ExpressionError;
 
 /// Depth of the stack that evaluation may use.
 pub(super) const DEEPEST: usize = 24;
+/// Signs and parentheses that may be open at once: the parser calls itself for each.
+const MOST_OPEN: usize = 100;
+
+/// How tightly operators bind.
+const SUM: i64 = 10;
+const PRODUCT: i64 = 20;
+const SIGN: i64 = 30;
+const POWER: i64 = 40;
 
 /// The functions of one argument.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,302 +103,268 @@ pub(super) struct Tape {
     pub(super) parameters: Vec<(String, Place)>,
 }
 
-#[derive(Clone, Debug, PartialEq)]
-enum Token {
-    Number(f64),
-    Name(String),
-    Sign(char),
+/// The rest of the text, and what has been made of the text before it.
+type Input<'a> = Stateful<LocatingSlice<&'a [char]>, State>;
+
+#[derive(Debug)]
+struct State {
+    tape: Tape,
+    /// Number of values on the stack.
+    waiting: usize,
+    /// Where the signs without operand and the open parentheses stand.
+    open: Vec<usize>,
+}
+
+/// Why a parser stops.
+#[derive(Debug)]
+enum Stop {
+    /// What it reads does not begin here; something else may.
+    NotHere,
+    /// The formula is wrong.
+    Wrong(ExpressionError),
+}
+
+impl ParserError<Input<'_>> for Stop {
+    type Inner = Self;
+
+    fn from_input(_: &Input) -> Self {
+        Stop::NotHere
+    }
+
+    fn is_backtrack(&self) -> bool {
+        matches!(self, Stop::NotHere)
+    }
+
+    fn into_inner(self) -> Result<Self, Self> {
+        Ok(self)
+    }
 }
 
 /// Parses a formula.
 pub(super) fn parse(text: &str) -> Result<Tape, ExpressionError> {
-    let tokens = tokens(text)?;
-    let end = text.chars().count();
-    let mut parser = Parser {
-        tokens,
-        next: 0,
-        end,
-        depth: 0,
-        tape: Tape { ops: Vec::new(), places: Vec::new(), parameters: Vec::new() },
-    };
-    parser.sum()?;
-    if let Some((token, place)) = parser.tokens.get(parser.next) {
-        let problem = match token {
-            Token::Sign(')') => "this parenthesis closes nothing".to_owned(),
-            Token::Sign(',') => "functions take one argument".to_owned(),
-            _ => "an operator such as * is missing before this".to_owned(),
-        };
-        return Err(error(*place, problem, "mend the formula"));
-    }
-    let depth = parser.tape.deepest();
-    if depth > DEEPEST {
-        let place = Place { from: 0, to: end };
-        let problem = format!("the formula nests {depth} deep, more than {DEEPEST}");
-        return Err(error(place, problem, "write it with fewer open parentheses"));
-    }
-    Ok(parser.tape)
-}
-
-fn error(place: Place, problem: String, remedy: &str) -> ExpressionError {
-    ExpressionError { from: place.from, to: place.to, problem, remedy: remedy.to_owned() }
-}
-
-/// Splits the text.
-fn tokens(text: &str) -> Result<Vec<(Token, Place)>, ExpressionError> {
     let letters: Vec<char> = text.chars().collect();
-    let mut tokens = Vec::new();
-    let mut i = 0;
-    while i < letters.len() {
-        let from = i;
-        let letter = letters[i];
-        if letter.is_whitespace() {
-            i += 1;
-            continue;
+    let tape = Tape { ops: Vec::new(), places: Vec::new(), parameters: Vec::new() };
+    let state = State { tape, waiting: 0, open: Vec::new() };
+    let mut input = Stateful { input: LocatingSlice::new(letters.as_slice()), state };
+    match sum(&mut input).and_then(|_| end(&mut input)) {
+        Ok(()) => Ok(input.state.tape),
+        Err(Stop::Wrong(error)) => Err(error),
+        Err(Stop::NotHere) => unreachable!("what is no operand has a sign, and an operand after it"),
+    }
+}
+
+fn wrong<T>(place: Place, problem: String, remedy: &str) -> Result<T, Stop> {
+    let Place { from, to } = place;
+    Err(Stop::Wrong(ExpressionError { from, to, problem, remedy: remedy.to_owned() }))
+}
+
+/// A token: a name, a number, `**`, or any other character.
+fn token<'a>(input: &mut Input<'a>) -> Result<(&'a [char], Place), Stop> {
+    let digits = || take_while(1.., |letter: char| letter.is_ascii_digit());
+    let in_name = |letter: char| letter.is_ascii_alphanumeric() || letter == '_';
+    let in_number = |letter: char| letter.is_ascii_digit() || letter == '.';
+    let exponent = (one_of(['e', 'E']), opt(one_of(['+', '-'])), digits());
+    let number = (take_while(1.., in_number), opt(exponent)).void();
+    let name = take_while(1.., in_name).void();
+    let power = (one_of('*'), one_of('*')).void();
+    let token = alt((number, name, power, any.void())).take().with_span();
+    let (token, span) = preceded(take_while(0.., char::is_whitespace), token).parse_next(input)?;
+    Ok((token, Place { from: span.start, to: span.end }))
+}
+
+/// Operands joined by operators.
+fn sum(input: &mut Input) -> Result<Place, Stop> {
+    expression(operand).prefix(sign).infix(operator).parse_next(input)
+}
+
+fn sign<'a>(input: &mut Input<'a>) -> Result<Prefix<Input<'a>, Place, Stop>, Stop> {
+    let (sign, place) = token(input)?;
+    let prefix = match sign {
+        ['+'] => Prefix(SIGN, |input, of| Ok(Place { from: close(input), ..of })),
+        ['-'] => Prefix(SIGN, |input, of| {
+            let whole = Place { from: close(input), ..of };
+            Ok(push(input, Op::Negate, whole, whole))
+        }),
+        _ => return Err(Stop::NotHere),
+    };
+    open(input, place)?;
+    Ok(prefix)
+}
+
+fn operator<'a>(input: &mut Input<'a>) -> Result<Infix<Input<'a>, Place, Stop>, Stop> {
+    Ok(match token(input)?.0 {
+        ['+'] => Infix::Left(SUM, |input, left, right| Ok(join(input, Op::Add, left, right))),
+        ['-'] => Infix::Left(SUM, |input, left, right| Ok(join(input, Op::Subtract, left, right))),
+        ['*'] => Infix::Left(PRODUCT, |input, left, right| Ok(join(input, Op::Multiply, left, right))),
+        ['/'] => Infix::Left(PRODUCT, |input, left, right| Ok(join(input, Op::Divide, left, right))),
+        ['^'] | ['*', '*'] => {
+            Infix::Right(POWER, |input, left, right| Ok(join(input, Op::Power, left, right)))
         }
-        let token = if letter.is_ascii_digit() || letter == '.' {
-            let digit = |i: usize| letters.get(i).is_some_and(char::is_ascii_digit);
-            while digit(i) || letters.get(i) == Some(&'.') {
-                i += 1;
+        _ => return Err(Stop::NotHere),
+    })
+}
+
+fn operand(input: &mut Input) -> Result<Place, Stop> {
+    let Some((word, place)) = opt(token).parse_next(input)? else {
+        return wrong(after(input), "the formula ends where a value is expected".into(), "complete it");
+    };
+    match word {
+        ['+' | '-'] => Err(Stop::NotHere),
+        ['('] => parenthesis(input, place),
+        ['0'..='9' | '.', ..] => {
+            let digits: String = word.iter().collect();
+            match digits.parse::<f64>().ok().filter(|x| x.is_finite()) {
+                Some(x) => value(input, Op::Number(x), place),
+                None => wrong(place, format!("`{digits}` is not a number"), "write for example 0.5 or 1e-3"),
             }
-            if matches!(letters.get(i), Some('e' | 'E')) {
-                let signed = matches!(letters.get(i + 1), Some('+' | '-'));
-                if digit(i + 1) || (signed && digit(i + 2)) {
-                    i += if signed { 2 } else { 1 };
-                    while digit(i) {
-                        i += 1;
-                    }
-                }
-            }
-            let word: String = letters[from..i].iter().collect();
-            let number = word.parse::<f64>().ok().filter(|x| x.is_finite());
-            Token::Number(number.ok_or_else(|| {
-                error(
-                    Place { from, to: i },
-                    format!("`{word}` is not a number"),
-                    "write for example 0.5 or 1e-3",
-                )
-            })?)
-        } else if letter.is_ascii_alphabetic() || letter == '_' {
-            while letters.get(i).is_some_and(|c| c.is_ascii_alphanumeric() || *c == '_') {
-                i += 1;
-            }
-            Token::Name(letters[from..i].iter().collect())
-        } else if "+-*/^(),".contains(letter) {
-            i += 1;
-            if letter == '*' && letters.get(i) == Some(&'*') {
-                i += 1;
-                Token::Sign('^')
-            } else {
-                Token::Sign(letter)
-            }
-        } else if letter == '|' {
-            let place = Place { from, to: i + 1 };
-            return Err(error(place, "`|` is not known".into(), "write the absolute value as abs(...)"));
-        } else {
-            let place = Place { from, to: i + 1 };
-            let known = "use numbers, names, + - * / ^ ( ) and functions";
-            return Err(error(place, format!("`{letter}` is not known"), known));
+        }
+        ['a'..='z' | 'A'..='Z' | '_', ..] => name(input, word.iter().collect(), place),
+        ['*' | '/' | '^' | ')' | ',', ..] => {
+            let problem = format!("a value is expected here, not `{}`", word[0]);
+            wrong(place, problem, "mend the formula")
+        }
+        _ => unknown(word, place),
+    }
+}
+
+/// A parameter, a constant, or a function with its argument.
+fn name(input: &mut Input, name: String, place: Place) -> Result<Place, Stop> {
+    let bracket = |input: &mut Input| match token(input)? {
+        (['('], place) => Ok(place),
+        _ => Err(Stop::NotHere),
+    };
+    let function = Function::by_name(&name);
+    if let Some(bracket) = opt(bracket).parse_next(input)? {
+        let Some(function) = function else {
+            let known: Vec<_> = Function::names().collect();
+            let remedy = format!("the functions are {}; products need a *", known.join(", "));
+            return wrong(place, format!("there is no function `{name}`"), &remedy);
         };
-        tokens.push((token, Place { from, to: i }));
+        let argument = parenthesis(input, bracket)?;
+        let whole = Place { from: place.from, ..argument };
+        return Ok(push(input, Op::Call(function), whole, whole));
     }
-    Ok(tokens)
+    let op = match name.as_str() {
+        "u" => Op::Slip,
+        "eps" | "epsilon" => Op::Epsilon,
+        "pi" => Op::Number(std::f64::consts::PI),
+        "V" | "c" => {
+            let problem = format!("`{name}` is an axis of every map and no part of a friction law");
+            return wrong(place, problem, "choose another name");
+        }
+        _ if function.is_some() => {
+            let problem = format!("the function `{name}` needs its argument");
+            return wrong(place, problem, "write it in parentheses");
+        }
+        _ => {
+            let parameters = &mut input.state.tape.parameters;
+            let known = parameters.iter().position(|(known, _)| *known == name);
+            Op::Parameter(known.unwrap_or_else(|| {
+                parameters.push((name, place));
+                parameters.len() - 1
+            }))
+        }
+    };
+    value(input, op, place)
 }
 
-struct Parser {
-    tokens: Vec<(Token, Place)>,
-    next: usize,
-    end: usize,
-    /// Nesting of the grammar, limited so that a hostile text cannot overflow the machine's stack.
-    depth: usize,
-    tape: Tape,
+/// What follows the parenthesis that was opened at `bracket`, up to its end.
+fn parenthesis(input: &mut Input, bracket: Place) -> Result<Place, Stop> {
+    open(input, bracket)?;
+    sum(input)?;
+    match opt(token).parse_next(input)? {
+        Some(([')'], Place { to, .. })) => Ok(Place { from: close(input), to }),
+        Some(([','], place)) => wrong(place, "functions take one argument".into(), "mend the formula"),
+        Some((word, place)) if begins_operand(word) => {
+            wrong(place, "an operator or `)` is expected here".into(), "products need a *")
+        }
+        Some((word, place)) => unknown(word, place),
+        None => wrong(bracket, "this parenthesis is never closed".into(), "close it"),
+    }
 }
 
-impl Parser {
-    fn sign(&self) -> Option<char> {
-        match self.tokens.get(self.next) {
-            Some((Token::Sign(sign), _)) => Some(*sign),
-            _ => None,
-        }
-    }
+/// The end of the formula.
+fn end(input: &mut Input) -> Result<(), Stop> {
+    let Some((word, place)) = opt(token).parse_next(input)? else { return Ok(()) };
+    let problem = match word {
+        [')'] => "this parenthesis closes nothing",
+        [','] => "functions take one argument",
+        _ if begins_operand(word) => "an operator such as * is missing before this",
+        _ => return unknown(word, place),
+    };
+    wrong(place, problem.to_owned(), "mend the formula")
+}
 
-    /// The place of the next token, or the end of the text.
-    fn place(&self) -> Place {
-        let end = Place { from: self.end, to: self.end + 1 };
-        self.tokens.get(self.next).map_or(end, |(_, place)| *place)
-    }
+fn begins_operand(word: &[char]) -> bool {
+    matches!(word, [first, ..] if first.is_ascii_alphanumeric() || ['.', '_', '('].contains(first))
+}
 
-    fn push(&mut self, op: Op, place: Place) {
-        self.tape.ops.push(op);
-        self.tape.places.push(place);
-    }
-
-    /// term { + term | - term }
-    fn sum(&mut self) -> Result<Place, ExpressionError> {
-        self.depth += 1;
-        if self.depth > 200 {
-            return Err(error(self.place(), "the formula nests too deep here".into(), "simplify it"));
-        }
-        let mut whole = self.term()?;
-        while let Some(sign @ ('+' | '-')) = self.sign() {
-            self.next += 1;
-            let right = self.term()?;
-            whole.to = right.to;
-            self.push(if sign == '+' { Op::Add } else { Op::Subtract }, whole);
-        }
-        self.depth -= 1;
-        Ok(whole)
-    }
-
-    /// signed { * signed | / signed }
-    fn term(&mut self) -> Result<Place, ExpressionError> {
-        let mut whole = self.signed()?;
-        while let Some(sign @ ('*' | '/')) = self.sign() {
-            self.next += 1;
-            let right = self.signed()?;
-            whole.to = right.to;
-            // What can go wrong with a quotient is its denominator.
-            if sign == '*' { self.push(Op::Multiply, whole) } else { self.push(Op::Divide, right) }
-        }
-        Ok(whole)
-    }
-
-    /// { + | - } power
-    fn signed(&mut self) -> Result<Place, ExpressionError> {
-        match self.sign() {
-            Some(sign @ ('+' | '-')) => {
-                let from = self.place().from;
-                self.next += 1;
-                self.depth += 1;
-                if self.depth > 200 {
-                    return Err(error(self.place(), "too many signs".into(), "simplify the formula"));
-                }
-                let Place { to, .. } = self.signed()?;
-                self.depth -= 1;
-                let whole = Place { from, to };
-                if sign == '-' {
-                    self.push(Op::Negate, whole);
-                }
-                Ok(whole)
-            }
-            _ => self.power(),
-        }
-    }
-
-    /// atom [ ^ signed ]
-    fn power(&mut self) -> Result<Place, ExpressionError> {
-        let mut whole = self.atom()?;
-        if self.sign() == Some('^') {
-            let base = whole;
-            self.next += 1;
-            let start = self.tape.ops.len();
-            let right = self.signed()?;
-            whole.to = right.to;
-            let integer = match self.tape.ops[start..] {
-                [Op::Number(x)] => Some(x),
-                [Op::Number(x), Op::Negate] => Some(-x),
-                _ => None,
-            };
-            match integer.filter(|x| x.fract() == 0.0 && x.abs() <= 64.0) {
-                Some(x) => {
-                    self.tape.ops.truncate(start);
-                    self.tape.places.truncate(start);
-                    self.push(Op::PowerInteger(x as i32), base);
-                }
-                None => self.push(Op::Power, base),
-            }
-        }
-        Ok(whole)
-    }
-
-    fn atom(&mut self) -> Result<Place, ExpressionError> {
-        let place = self.place();
-        let Some((token, _)) = self.tokens.get(self.next).cloned() else {
-            return Err(error(place, "the formula ends where a value is expected".into(), "complete it"));
-        };
-        self.next += 1;
-        match token {
-            Token::Number(x) => self.push(Op::Number(x), place),
-            Token::Sign('(') => {
-                self.sum()?;
-                let to = self.close(place)?;
-                return Ok(Place { from: place.from, to });
-            }
-            Token::Sign(sign) => {
-                return Err(error(
-                    place,
-                    format!("a value is expected here, not `{sign}`"),
-                    "mend the formula",
-                ));
-            }
-            Token::Name(name) if self.sign() == Some('(') => {
-                let Some(function) = Function::by_name(&name) else {
-                    let known: Vec<_> = Function::names().collect();
-                    let remedy = format!("the functions are {}; products need a *", known.join(", "));
-                    return Err(error(place, format!("there is no function `{name}`"), &remedy));
-                };
-                let open = self.place();
-                self.next += 1;
-                self.sum()?;
-                let to = self.close(open)?;
-                let whole = Place { from: place.from, to };
-                self.push(Op::Call(function), whole);
-                return Ok(whole);
-            }
-            Token::Name(name) => match name.as_str() {
-                "u" => self.push(Op::Slip, place),
-                "eps" | "epsilon" => self.push(Op::Epsilon, place),
-                "pi" => self.push(Op::Number(std::f64::consts::PI), place),
-                "V" | "c" => {
-                    let problem = format!("`{name}` is an axis of every map and no part of a friction law");
-                    return Err(error(place, problem, "choose another name"));
-                }
-                _ if Function::by_name(&name).is_some() => {
-                    let problem = format!("the function `{name}` needs its argument");
-                    return Err(error(place, problem, "write it in parentheses"));
-                }
-                _ => {
-                    let known = self.tape.parameters.iter().position(|(known, _)| *known == name);
-                    let position = known.unwrap_or_else(|| {
-                        self.tape.parameters.push((name, place));
-                        self.tape.parameters.len() - 1
-                    });
-                    self.push(Op::Parameter(position), place);
-                }
-            },
-        }
-        Ok(place)
-    }
-
-    /// Takes the closing parenthesis and returns where it ends.
-    fn close(&mut self, open: Place) -> Result<usize, ExpressionError> {
-        match self.tokens.get(self.next) {
-            Some((Token::Sign(')'), place)) => {
-                self.next += 1;
-                Ok(place.to)
-            }
-            None => Err(error(open, "this parenthesis is never closed".into(), "close it")),
-            Some((Token::Sign(','), place)) => {
-                Err(error(*place, "functions take one argument".into(), "mend the formula"))
-            }
-            Some((_, place)) => {
-                Err(error(*place, "an operator or `)` is expected here".into(), "products need a *"))
-            }
+fn unknown<T>(word: &[char], place: Place) -> Result<T, Stop> {
+    match word {
+        ['|'] => wrong(place, "`|` is not known".into(), "write the absolute value as abs(...)"),
+        _ => {
+            let word: String = word.iter().collect();
+            wrong(place, format!("`{word}` is not known"), "use numbers, names, + - * / ^ ( ) and functions")
         }
     }
 }
 
-impl Tape {
-    /// The largest number of values on the stack.
-    fn deepest(&self) -> usize {
-        let (mut depth, mut most) = (0_usize, 0);
-        for op in &self.ops {
-            match op {
-                Op::Number(_) | Op::Slip | Op::Epsilon | Op::Parameter(_) => depth += 1,
-                Op::Add | Op::Subtract | Op::Multiply | Op::Divide | Op::Power => depth -= 1,
-                Op::Negate | Op::PowerInteger(_) | Op::Call(_) => {}
-            }
-            most = most.max(depth);
-        }
-        most
+/// The place after the last character.
+fn after(input: &Input) -> Place {
+    let from = input.current_token_start() + input.eof_offset();
+    Place { from, to: from + 1 }
+}
+
+/// A sign or parenthesis waits for its operand.
+fn open(input: &mut Input, place: Place) -> Result<(), Stop> {
+    if input.state.open.len() == MOST_OPEN {
+        return wrong(place, "the formula nests too deep here".into(), "simplify it");
     }
+    input.state.open.push(place.from);
+    Ok(())
+}
+
+/// The last sign or parenthesis has its operand; returns where it stands.
+fn close(input: &mut Input) -> usize {
+    input.state.open.pop().unwrap_or_default()
+}
+
+/// Appends what puts a value on the stack.
+fn value(input: &mut Input, op: Op, place: Place) -> Result<Place, Stop> {
+    input.state.waiting += 1;
+    if input.state.waiting > DEEPEST {
+        let problem = format!("more than {DEEPEST} values wait here for their operators");
+        return wrong(place, problem, "write it with fewer open parentheses");
+    }
+    Ok(push(input, op, place, place))
+}
+
+/// Appends an operation of two values. What can go wrong with a quotient is its denominator, with a power its base.
+fn join(input: &mut Input, op: Op, left: Place, right: Place) -> Place {
+    input.state.waiting -= 1;
+    let whole = Place { from: left.from, to: right.to };
+    let ops = &mut input.state.tape.ops;
+    let (exponent, length) = match ops[..] {
+        [.., Op::Number(x)] => (Some(x), 1),
+        [.., Op::Number(x), Op::Negate] => (Some(-x), 2),
+        _ => (None, 0),
+    };
+    match (op, exponent.filter(|x| x.fract() == 0.0 && x.abs() <= 64.0)) {
+        (Op::Power, Some(exponent)) => {
+            let rest = ops.len() - length;
+            ops.truncate(rest);
+            input.state.tape.places.truncate(rest);
+            push(input, Op::PowerInteger(exponent as i32), left, whole)
+        }
+        (Op::Power, None) => push(input, op, left, whole),
+        (Op::Divide, _) => push(input, op, right, whole),
+        _ => push(input, op, whole, whole),
+    }
+}
+
+/// Appends an operation whose faults are those of `blamed`; returns `whole`, where it stands.
+fn push(input: &mut Input, op: Op, blamed: Place, whole: Place) -> Place {
+    input.state.tape.ops.push(op);
+    input.state.tape.places.push(blamed);
+    whole
 }

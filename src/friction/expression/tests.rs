@@ -19,6 +19,11 @@ fn reads_formulas_as_on_paper() {
         ("12/2/3", 2.0),
         ("1.5e-3 + .5", 0.5015),
         ("2*-u", -6.0),
+        ("2^-u*8", 1.0),
+        ("-2^2*3", -12.0),
+        ("2^-1^2", 0.5),
+        ("8/2*3", 12.0),
+        (" - + - u\u{a0}", 3.0),
         ("--u", 3.0),
         ("exp(0) + ln(1) + sqrt(4) + tanh(0) + atan(0) + abs(-2)", 5.0),
         ("sin(pi/2) + cos(0) + tan(0) + sinh(0) + cosh(0)", 3.0),
@@ -48,6 +53,15 @@ fn errors_of_syntax_name_their_place() {
         ("1 + epx(u)", (4, 7), "no function `epx`"),
         ("1 - u)", (5, 6), "closes nothing"),
         ("2 u", (2, 3), "operator such as *"),
+        ("1 + 2 sin(u)", (6, 9), "operator such as *"),
+        ("exp(u vs)", (6, 8), "an operator or `)`"),
+        ("exp(u, vs)", (5, 6), "one argument"),
+        ("2 - 3e", (5, 6), "operator such as *"),
+        ("1e999", (0, 5), "not a number"),
+        ("1 +  - ", (7, 8), "ends where a value"),
+        ("()", (1, 2), "a value is expected"),
+        ("é + 1", (0, 1), "`é` is not known"),
+        ("u\u{2003}+ ü", (4, 5), "`ü` is not known"),
         ("|u - 1|", (0, 1), "`|` is not known"),
         ("1 + #", (4, 5), "`#` is not known"),
         ("1.2.3", (0, 5), "not a number"),
@@ -60,9 +74,33 @@ fn errors_of_syntax_name_their_place() {
         assert_eq!((error.from, error.to), place, "{text}: {error}");
         assert!(error.problem.contains(words), "{text}: {error}");
     }
-    let deep = format!("{}1{}", "(".repeat(5000), ")".repeat(5000));
-    assert!(Expression::new(&deep, 1.0).is_err());
-    assert!(Expression::new(&"-".repeat(100_000), 1.0).is_err());
+}
+
+#[test]
+fn hostile_nesting_is_refused_on_a_small_stack() {
+    let refused = || {
+        const MANY: usize = 1_000_000;
+        let times = |part: &str| part.repeat(MANY);
+        for (text, from) in [
+            (format!("{}1{}", times("("), times(")")), 100),
+            (times("-"), 100),
+            (times("+-"), 100),
+            (times("exp("), 403),
+            (times("-("), 100),
+            // Each power, and each sum in parentheses, leaves its base on the stack.
+            (times("2^"), 48),
+            (times("2+("), 72),
+            (times("2^-"), 72),
+        ] {
+            let error = Expression::new(&text, 1.0).unwrap_err();
+            assert_eq!((error.from, error.to), (from, from + 1), "{}: {error}", &text[..8]);
+        }
+        // What does not nest may be long.
+        let long = format!("1{}", times("+1").split_at(20_000).0);
+        assert_eq!(value(&long, 0.0), 10_001.0);
+    };
+    // A quarter of what threads have by default.
+    std::thread::Builder::new().stack_size(512 * 1024).spawn(refused).unwrap().join().unwrap();
 }
 
 #[test]

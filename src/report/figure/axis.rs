@@ -2,6 +2,7 @@
 
 use super::super::text::{Piece, Rich, Symbol};
 use super::scene::{Anchor, Place, Rect, Scene, Stroke, text_width};
+use crate::map::is_logarithmic;
 
 /// Size of the numbers at ticks and in legends, in points.
 pub const SMALL_TEXT: f64 = 7.0;
@@ -23,12 +24,14 @@ pub struct Scale {
     pub to: f64,
     /// Whether equal lengths are equal ratios.
     pub log: bool,
+    /// What numbers are multiplied by where they are written.
+    pub shown: f64,
 }
 
 /// A tick.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tick {
-    /// Its number.
+    /// Its number, that of the scale.
     pub value: f64,
     /// What is written there; empty for a minor tick.
     pub label: Rich,
@@ -46,19 +49,19 @@ impl Scale {
     #[must_use]
     pub fn linear(from: f64, to: f64) -> Self {
         if to > from {
-            return Self { from, to, log: false };
+            return Self { from, to, log: false, shown: 1.0 };
         }
         let room = if from == 0.0 { 1.0 } else { 0.5 * from.abs() };
-        Self { from: from - room, to: from + room, log: false }
+        Self { from: from - room, to: from + room, log: false, shown: 1.0 }
     }
 
     /// A logarithmic scale of positive numbers; one number alone gets room around it.
     #[must_use]
     pub fn logarithmic(from: f64, to: f64) -> Self {
         if to > from {
-            Self { from, to, log: true }
+            Self { from, to, log: true, shown: 1.0 }
         } else {
-            Self { from: from / 2.0, to: from * 2.0, log: true }
+            Self { from: from / 2.0, to: from * 2.0, log: true, shown: 1.0 }
         }
     }
 
@@ -66,7 +69,7 @@ impl Scale {
     #[must_use]
     pub fn of_nodes(values: &[f64]) -> Self {
         let (first, last) = (values[0], values[values.len() - 1]);
-        if values.len() > 2 && super::super::tables::is_logarithmic(values) {
+        if values.len() > 2 && is_logarithmic(values) {
             Self::logarithmic(first, last)
         } else {
             Self::linear(first, last)
@@ -93,10 +96,18 @@ impl Scale {
         }
     }
 
+    /// The same scale, its numbers written in another unit.
+    #[must_use]
+    pub fn in_unit(self, shown: f64) -> Self {
+        Self { shown, ..self }
+    }
+
     /// Ticks, at most about `most` of them labelled.
     #[must_use]
     pub fn ticks(&self, most: usize) -> Vec<Tick> {
-        if self.log { self.log_ticks(most.max(2)) } else { self.linear_ticks(most.max(2)) }
+        let written = Self { from: self.from * self.shown, to: self.to * self.shown, shown: 1.0, ..*self };
+        let ticks = if self.log { written.log_ticks(most.max(2)) } else { written.linear_ticks(most.max(2)) };
+        ticks.into_iter().map(|tick| Tick { value: tick.value / self.shown, ..tick }).collect()
     }
 
     fn linear_ticks(&self, most: usize) -> Vec<Tick> {

@@ -1,6 +1,7 @@
 //! Critical damping against belt speed, every method.
 
-use super::super::text::{Rich, rich};
+use super::super::si::{axis_name, machine};
+use super::super::text::rich;
 use super::axis::{Panels, Scale};
 use super::legend::{Legend, Sample};
 use super::scene::{Scene, Width};
@@ -45,6 +46,14 @@ pub fn critical(map: &MapFile) -> Figure {
     let panels = curves_over(&values);
     let most = panels.iter().flatten().flat_map(|(_, curve)| curve).copied().filter(|c| c.is_finite());
     let y = Scale::linear(0.0, most.fold(0.0, f64::max) * 1.04);
+    // A machine's figure is in SI units.
+    let (x_name, y_name) = (axis_name(map, &axes[v]), axis_name(map, &axes[c]));
+    let (x, y) = (x.in_unit(x_name.unit), y.in_unit(y_name.unit));
+    let y_name = if machine(map).is_some() {
+        rich("critical ").then(y_name.name)
+    } else {
+        rich("critical damping {c}")
+    };
     let mut scenes = Vec::new();
     for width in Width::ALL {
         let mut scene = Scene::new(width.points(), 0.0);
@@ -64,7 +73,7 @@ pub fn critical(map: &MapFile) -> Figure {
             }
             panel.title(&mut scene, &equals("epsilon", axes[0].values[epsilons[i]]));
         }
-        frames.axes(&mut scene, &Rich::symbol("V"), &rich("critical damping {c}"));
+        frames.axes(&mut scene, &x_name.name, &y_name);
         legend.below(&mut scene, frames.panels[0].rect.x, frames.bottom);
         scenes.push((width, scene));
     }

@@ -2,7 +2,7 @@
 
 use super::super::text::{Rich, rich};
 use super::super::{Report, ReportError, SIMULATION};
-use super::axis::{Panel, Panels, Scale};
+use super::axis::{Panel, Panels};
 use super::exact::boundary;
 use super::legend::{Legend, Sample};
 use super::region::{cell_edges, outlines};
@@ -63,9 +63,9 @@ pub fn deciders(map: &MapFile, report: &Report) -> Result<Figure, ReportError> {
         slices.push((slice, codes));
     }
     let decides = |code: i8| code == Verdict::Present.code() || code == Verdict::Absent.code();
-    let (x_axis, y_axis) = (slices[0].0.x_axis(), slices[0].0.y_axis());
-    let (x_scale, y_scale) = (Scale::of_nodes(&x_axis.values), Scale::of_nodes(&y_axis.values));
-    let (x_edges, y_edges) = (cell_edges(&x_axis.values, x_scale), cell_edges(&y_axis.values, y_scale));
+    let ((x_scale, x_name), (y_scale, y_name)) = (slices[0].0.x_scale(), slices[0].0.y_scale());
+    let (x_nodes, y_nodes) = (slices[0].0.x_nodes(), slices[0].0.y_nodes());
+    let (x_edges, y_edges) = (cell_edges(&x_nodes, x_scale), cell_edges(&y_nodes, y_scale));
     // Searched once, in a panel of unit size.
     let unit = Panel { rect: Rect { x: 0.0, y: 0.0, w: 1.0, h: 1.0 }, x: x_scale, y: y_scale };
     let exact: Vec<_> = slices.iter().map(|(slice, _)| boundary(slice, &unit)).collect();
@@ -90,7 +90,7 @@ pub fn deciders(map: &MapFile, report: &Report) -> Result<Figure, ReportError> {
             draw_curves(&mut scene, curves, &unit, panel);
             panel.title(&mut scene, &equals("epsilon", map.grid().axes()[0].values[slice.index[0]]));
         }
-        panels.axes(&mut scene, &Rich::symbol(&x_axis.name), &Rich::symbol(&y_axis.name));
+        panels.axes(&mut scene, &x_name, &y_name);
         let mut legend = Legend::default();
         for ((fill, name), _) in kinds.iter().zip(&used).filter(|(_, used)| **used) {
             legend.add(Sample::Area(*fill), name.clone());
@@ -107,6 +107,7 @@ pub fn deciders(map: &MapFile, report: &Report) -> Result<Figure, ReportError> {
     )
     .then(rich("; at "))
     .then(if x == 0 { slices[0].0.held() } else { slices[0].0.held_but_epsilon() })
-    .then(rich("."));
+    .then(rich("."))
+    .then(slices[0].0.thinned_words());
     Ok(Figure { name: "deciders".into(), caption, scenes })
 }

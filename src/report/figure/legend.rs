@@ -40,22 +40,24 @@ impl Legend {
         self.entries.is_empty()
     }
 
-    /// Entries in columns of equal width, as many as fit.
-    fn columns(&self, width: f64) -> (usize, f64) {
-        let widest = self.entries.iter().map(|(_, name)| text_width(name, SMALL_TEXT)).fold(0.0, f64::max)
-            + SAMPLE
-            + 3.0
-            + GAP;
-        let columns = (((width + GAP) / widest).floor() as usize).clamp(1, self.entries.len().max(1));
-        // No more columns than the same number of rows needs.
-        let rows = self.entries.len().div_ceil(columns);
-        (self.entries.len().div_ceil(rows.max(1)).max(1), widest)
+    /// Rows, and the widths of the columns that they make, filled one after the other, each as wide as its
+    /// widest entry: as few rows as fit.
+    fn layout(&self, width: f64) -> (usize, Vec<f64>) {
+        let widths: Vec<f64> =
+            self.entries.iter().map(|(_, name)| text_width(name, SMALL_TEXT) + SAMPLE + 3.0 + GAP).collect();
+        let layout = |rows: usize| -> Vec<f64> {
+            widths.chunks(rows).map(|column| column.iter().copied().fold(0.0, f64::max)).collect()
+        };
+        let fits = |columns: &[f64]| columns.iter().sum::<f64>() <= width + GAP;
+        let all = self.entries.len().max(1);
+        let rows = (1..all).find(|&rows| fits(&layout(rows))).unwrap_or(all);
+        (rows, layout(rows))
     }
 
     /// Height that it takes.
     #[must_use]
     pub fn height(&self, width: f64) -> f64 {
-        self.entries.len().div_ceil(self.columns(width).0) as f64 * ROW
+        if self.is_empty() { 0.0 } else { self.layout(width).0 as f64 * ROW }
     }
 
     /// Draws it below the panels of a figure, and ends the figure there.
@@ -64,16 +66,15 @@ impl Legend {
         let whole = scene.width - 8.0;
         let room = scene.width - left - 4.0;
         let (left, room) = if self.height(room) > self.height(whole) { (4.0, whole) } else { (left, room) };
-        scene.height = top + if self.is_empty() { 0.0 } else { self.height(room) } + 4.0;
+        scene.height = top + self.height(room) + 4.0;
         self.draw(scene, left, top, room);
     }
 
     /// Draws it with its upper left corner at a place.
     pub fn draw(&self, scene: &mut Scene, left: f64, top: f64, width: f64) {
-        let (columns, cell) = self.columns(width);
-        let rows = self.entries.len().div_ceil(columns);
+        let (rows, columns) = self.layout(width);
         for (i, (sample, name)) in self.entries.iter().enumerate() {
-            let x = left + (i / rows) as f64 * cell;
+            let x = left + columns[..i / rows].iter().sum::<f64>();
             let y = top + (i % rows) as f64 * ROW;
             let middle = y + 0.5 * ROW;
             match sample {

@@ -11,6 +11,7 @@ pub mod exact;
 pub mod legend;
 pub mod palette;
 pub mod paper;
+pub mod planes;
 pub mod plot;
 pub mod portrait;
 pub mod region;
@@ -20,11 +21,12 @@ pub mod slice;
 pub mod slices;
 pub mod work_precision;
 
-pub use bifurcations::PlaneCurves;
 pub use plot::{Plot, plot};
 pub use portrait::portrait;
 pub use scene::{Scene, Width};
 pub use slice::{ChoiceError, Held, Slice};
+
+use rayon::prelude::*;
 
 use super::text::Rich;
 use super::{Report, ReportError};
@@ -41,17 +43,22 @@ pub struct Figure {
     pub scenes: Vec<(Width, Scene)>,
 }
 
-/// All figures of a report, in its order.
+/// All figures of a report, in its order, made by all cores.
 ///
 /// # Errors
 /// [`ReportError::Map`] if the map cannot be read.
 pub fn all(map: &MapFile, report: &Report) -> Result<Vec<Figure>, ReportError> {
-    let mut figures = slices::slices(map)?;
-    figures.push(deciders::deciders(map, report)?);
-    figures.push(critical::critical(map));
-    figures.extend(errors::errors(map, report));
-    figures.push(bistable::bistable(map));
-    figures.extend(portrait::portraits(map));
-    figures.extend(paper::figures());
-    Ok(figures)
+    type Maker<'a> = &'a (dyn Fn() -> Result<Vec<Figure>, ReportError> + Sync);
+    let makers: [Maker; 8] = [
+        &|| slices::slices(map),
+        &|| planes::planes(map),
+        &|| Ok(vec![deciders::deciders(map, report)?]),
+        &|| Ok(vec![critical::critical(map)]),
+        &|| Ok(errors::errors(map, report).into_iter().collect()),
+        &|| Ok(vec![bistable::bistable(map)]),
+        &|| Ok(portrait::portraits(map).into_iter().collect()),
+        &|| Ok(paper::figures()),
+    ];
+    let figures: Vec<Vec<Figure>> = makers.into_par_iter().map(|make| make()).collect::<Result<_, _>>()?;
+    Ok(figures.into_iter().flatten().collect())
 }

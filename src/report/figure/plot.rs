@@ -1,18 +1,20 @@
 //! One variable on one slice.
 
+use std::sync::atomic::AtomicBool;
+
 use ndarray::Array2;
 
 use super::super::text::{Rich, rich};
 use super::super::{ReportError, SIMULATION};
 use super::axis::{AXIS, BOTTOM_MARGIN, Labels, Panel, SMALL_TEXT, Scale, TITLE_MARGIN, left_margin};
-use super::bifurcations::PlaneCurves;
+use super::bifurcations;
 use super::legend::{Legend, Sample};
 use super::palette;
 use super::region::{cell_edges, outlines};
 use super::scene::{Anchor, Fill, Hatch, Rect, Scene, Width, text_width};
 use super::slice::{ChoiceError, Held, Slice, equals};
 use super::slices::{EXACT, draw_exact};
-use crate::map::{Regime, Verdict};
+use crate::map::{Plane, PlaneCurves, Regime, Verdict};
 use crate::store::MapFile;
 
 /// What to plot.
@@ -26,7 +28,8 @@ pub struct Plot<'a> {
     pub at: &'a [(String, f64)],
     /// The variable; the verdict of the simulation, or else of the first method, if `None`.
     pub variable: Option<&'a str>,
-    /// Whether to draw the curves of codimension one.
+    /// Whether to find the curves of codimension one if the map does not store them; those that it stores are
+    /// drawn in any case.
     pub curves: bool,
     /// Width of the figure.
     pub width: Width,
@@ -41,7 +44,9 @@ pub struct Plotted {
     pub caption: Rich,
     /// Where the other axes are held.
     pub held: Vec<Held>,
-    /// The curves of codimension one, if they were asked for.
+    /// Axes of which not all nodes are drawn, and one node in how many is.
+    pub thinned: Vec<(String, usize)>,
+    /// The curves of codimension one, if they are stored or were asked for.
     pub curves: Option<PlaneCurves>,
 }
 
@@ -78,8 +83,22 @@ pub fn plot(map: &MapFile, plot: &Plot) -> Result<Plotted, ReportError> {
         .then(rich(" and "))
         .then(Rich::symbol(plot.y))
         .then(rich(" at "))
-        .then(at.clone());
-    let curves = plot.curves.then(|| PlaneCurves::of(&slice));
+        .then(at.clone())
+        .then(rich("."))
+        .then(slice.thinned_words());
+    let plane = slice.plane();
+    let thin = [slice.x_axis(), slice.y_axis()].into_iter().find(|axis| axis.values.len() < 2);
+    if let (true, Some(axis)) = (plot.curves, thin) {
+        return Err(ChoiceError::OneNode { axis: axis.name.clone() }.into());
+    }
+    let curves = stored(map, &plane)
+        .or_else(|| plot.curves.then(|| PlaneCurves::of(map.grid(), plane, &AtomicBool::new(false))));
+    let caption = match &curves {
+        Some(curves) if !curves.curves.is_empty() => {
+            caption.then(rich(" Lines: where the long-run behaviour changes, by continuation."))
+        }
+        _ => caption,
+    };
     let page = Page::new(&slice, curves.as_ref(), plot.width, &title(variable), &at);
     let scene = if variable.starts_with("verdict_") {
         let codes: Vec<(i8, Fill, &str)> = Verdict::ALL
@@ -96,7 +115,17 @@ pub fn plot(map: &MapFile, plot: &Plot) -> Result<Plotted, ReportError> {
     } else {
         page.reals(&slice.reals(variable)?, variable.starts_with("margin_"))
     };
-    Ok(Plotted { scene, caption, held, curves })
+    let thinned = slice.thinned().map(|(axis, step)| (axis.name.clone(), step)).collect();
+    Ok(Plotted { scene, caption, held, thinned, curves })
+}
+
+/// The curves that a map stores of a plane.
+fn stored(map: &MapFile, plane: &Plane) -> Option<PlaneCurves> {
+    map.curves().iter().find_map(|curves| match &curves.plane {
+        same if same == plane => Some(curves.clone()),
+        turned if *turned == plane.turned() => Some(curves.turned()),
+        _ => None,
+    })
 }
 
 /// A variable in words.
@@ -120,6 +149,7 @@ struct Page<'a> {
     x_edges: Vec<f64>,
     y_edges: Vec<f64>,
     labels_width: f64,
+    names: [Rich; 2],
 }
 
 impl<'a> Page<'a> {
@@ -130,8 +160,7 @@ impl<'a> Page<'a> {
         title: &Rich,
         held: &Rich,
     ) -> Self {
-        let (x, y) = (&slice.x_axis().values, &slice.y_axis().values);
-        let (x_scale, y_scale) = (Scale::of_nodes(x), Scale::of_nodes(y));
+        let ((x_scale, x_name), (y_scale, y_name)) = (slice.x_scale(), slice.y_scale());
         let mut scene = Scene::new(width.points(), 0.0);
         let height = match width {
             Width::OneColumn => 150.0,
@@ -153,20 +182,21 @@ impl<'a> Page<'a> {
             curves,
             scene,
             panel,
-            x_edges: cell_edges(x, x_scale),
-            y_edges: cell_edges(y, y_scale),
+            x_edges: cell_edges(&slice.x_nodes(), x_scale),
+            y_edges: cell_edges(&slice.y_nodes(), y_scale),
             labels_width,
+            names: [x_name, y_name],
         }
     }
 
     /// Draws the curves and the axes.
     fn axes(&mut self, legend: &mut Legend) {
         if let Some(curves) = self.curves {
-            curves.draw(&mut self.scene, &self.panel, legend);
+            bifurcations::draw(&mut self.scene, &self.panel, curves, legend);
         }
         self.panel.axes(&mut self.scene, Labels { x: true, y: true });
-        self.panel.x_name(&mut self.scene, &Rich::symbol(&self.slice.x_axis().name));
-        self.panel.y_name(&mut self.scene, &Rich::symbol(&self.slice.y_axis().name), self.labels_width);
+        self.panel.x_name(&mut self.scene, &self.names[0]);
+        self.panel.y_name(&mut self.scene, &self.names[1], self.labels_width);
     }
 
     /// Codes with their fills and names.

@@ -33,7 +33,20 @@ fn failed(name: &str, why: impl std::fmt::Display) -> ReportError {
 /// # Errors
 /// [`ReportError::Render`].
 pub fn png(name: &str, svg: &str) -> Result<Vec<u8>, ReportError> {
+    raster(name, &tree(name, svg)?)
+}
+
+/// The figure as PNG and as PDF, text as text, by two cores.
+///
+/// # Errors
+/// [`ReportError::Render`].
+pub fn png_and_pdf(name: &str, svg: &str) -> Result<(Vec<u8>, Vec<u8>), ReportError> {
     let tree = tree(name, svg)?;
+    let (png, pdf) = rayon::join(|| raster(name, &tree), || page(name, &tree));
+    Ok((png?, pdf?))
+}
+
+fn raster(name: &str, tree: &Tree) -> Result<Vec<u8>, ReportError> {
     // usvg counts 96 pixels to the inch.
     let scale = RESOLUTION / 96.0;
     let size = tree.size().to_int_size().scale_by(scale).ok_or_else(|| failed(name, "it has no size"))?;
@@ -41,7 +54,7 @@ pub fn png(name: &str, svg: &str) -> Result<Vec<u8>, ReportError> {
         Pixmap::new(size.width(), size.height()).ok_or_else(|| failed(name, "it is too large"))?;
     // The last row and column are covered in part only; nothing of the page may show through there.
     pixels.fill(Color::WHITE);
-    resvg::render(&tree, Transform::from_scale(scale, scale), &mut pixels.as_mut());
+    resvg::render(tree, Transform::from_scale(scale, scale), &mut pixels.as_mut());
     // Opaque, and packed as well as can be: a twentieth of what resvg's own encoder makes of these figures.
     let colors: Vec<u8> = pixels.data().chunks_exact(4).flat_map(|pixel| &pixel[..3]).copied().collect();
     let mut file = Vec::new();
@@ -65,10 +78,10 @@ pub fn png(name: &str, svg: &str) -> Result<Vec<u8>, ReportError> {
 /// # Errors
 /// [`ReportError::Render`].
 pub fn pdf(name: &str, svg: &str) -> Result<Vec<u8>, ReportError> {
-    svg2pdf::to_pdf(
-        &tree(name, svg)?,
-        svg2pdf::ConversionOptions::default(),
-        svg2pdf::PageOptions { dpi: 96.0 },
-    )
-    .map_err(|error| failed(name, error))
+    page(name, &tree(name, svg)?)
+}
+
+fn page(name: &str, tree: &Tree) -> Result<Vec<u8>, ReportError> {
+    svg2pdf::to_pdf(tree, svg2pdf::ConversionOptions::default(), svg2pdf::PageOptions { dpi: 96.0 })
+        .map_err(|error| failed(name, error))
 }

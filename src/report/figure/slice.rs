@@ -3,12 +3,14 @@
 use ndarray::{Array2, ArrayD, Ix2};
 
 use super::super::ReportError;
+use super::super::si::{AxisName, axis_name};
 use super::super::text::{Rich, rich};
+use super::axis::Scale;
 use crate::friction::Law;
-use crate::map::Axis;
+use crate::map::{Axis, Plane};
 use crate::point::{LawParameters, Point};
 use crate::simulate::critical::critical_dampings;
-use crate::store::MapFile;
+use crate::store::{MapFile, Pick};
 
 /// Why a slice cannot be drawn.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -44,6 +46,14 @@ pub enum ChoiceError {
         axis: String,
         /// The value, in words.
         value: String,
+    },
+    /// Curves in a plane that does not extend along one of its axes.
+    #[error(
+        "the axis `{axis}` has one node, and curves need a plane; choose another axis, or leave the curves out"
+    )]
+    OneNode {
+        /// The axis.
+        axis: String,
     },
     /// An axis that the variable does not have.
     #[error(
@@ -134,7 +144,7 @@ impl<'a> Slice<'a> {
             if !value.is_finite() {
                 return Err(ChoiceError::NotFinite { axis: name.clone(), value: value.to_string() });
             }
-            index[axis] = nearest(&axes[axis].values, *value);
+            index[axis] = axes[axis].nearest(*value);
             wanted[axis] = Some(*value);
         }
         let held = axes
@@ -164,6 +174,24 @@ impl<'a> Slice<'a> {
         &self.map.grid().axes()[self.y]
     }
 
+    /// Its plane in the grid.
+    #[must_use]
+    pub fn plane(&self) -> Plane {
+        Plane::new(self.x, self.y, self.index.clone())
+    }
+
+    /// The scale and the name of the horizontal axis.
+    #[must_use]
+    pub fn x_scale(&self) -> (Scale, Rich) {
+        scale(self.map, self.x_axis())
+    }
+
+    /// The scale and the name of the vertical axis.
+    #[must_use]
+    pub fn y_scale(&self) -> (Scale, Rich) {
+        scale(self.map, self.y_axis())
+    }
+
     /// The point of the slice with these coordinates, which need not be nodes.
     #[must_use]
     pub fn point(&self, x: f64, y: f64) -> Point {
@@ -175,7 +203,34 @@ impl<'a> Slice<'a> {
         point(&values)
     }
 
-    /// Codes over the slice, `[x, y]`.
+    /// Nodes of the horizontal axis that are drawn.
+    #[must_use]
+    pub fn x_nodes(&self) -> Vec<f64> {
+        drawn(self.x_axis())
+    }
+
+    /// Nodes of the vertical axis that are drawn.
+    #[must_use]
+    pub fn y_nodes(&self) -> Vec<f64> {
+        drawn(self.y_axis())
+    }
+
+    /// Axes of which not all nodes are drawn, and one node in how many is.
+    pub fn thinned(&self) -> impl Iterator<Item = (&'a Axis, usize)> + use<'a> {
+        let steps = [self.x_axis(), self.y_axis()].map(|axis| (axis, step(axis)));
+        steps.into_iter().filter(|(_, step)| *step > 1)
+    }
+
+    /// What a caption says of that: " One node in 60 of V is drawn."
+    #[must_use]
+    pub fn thinned_words(&self) -> Rich {
+        self.thinned().fold(Rich::default(), |text, (axis, step)| {
+            let of = rich(&format!(" One node in {step} of "));
+            text.then(of).then(Rich::symbol(&axis.name)).then(rich(" is drawn."))
+        })
+    }
+
+    /// Codes over the drawn nodes of the slice, `[x, y]`.
     ///
     /// # Errors
     /// [`ReportError::Map`], [`ReportError::Choice`].
@@ -184,7 +239,7 @@ impl<'a> Slice<'a> {
             .turned(self.map.code_slice(variable, &self.selection(variable, self.map.grid().axes().len())?)?))
     }
 
-    /// Real numbers over the slice, `[x, y]`.
+    /// Real numbers over the drawn nodes of the slice, `[x, y]`.
     ///
     /// # Errors
     /// [`ReportError::Map`], [`ReportError::Choice`].
@@ -194,26 +249,28 @@ impl<'a> Slice<'a> {
         Ok(self.turned(self.map.real_slice(variable, &self.selection(variable, rank)?)?))
     }
 
-    fn selection(&self, variable: &str, rank: usize) -> Result<Vec<Option<usize>>, ChoiceError> {
+    fn selection(&self, variable: &str, rank: usize) -> Result<Vec<Pick>, ChoiceError> {
         for axis in [self.x, self.y] {
             if axis >= rank {
                 let axis = self.map.grid().axes()[axis].name.clone();
                 return Err(ChoiceError::NotAlong { variable: variable.into(), axis });
             }
         }
-        Ok((0..rank).map(|axis| (axis != self.x && axis != self.y).then_some(self.index[axis])).collect())
+        let axes = self.map.grid().axes();
+        let pick = |axis| match axis == self.x || axis == self.y {
+            true => Pick::Every(step(&axes[axis])),
+            false => Pick::Node(self.index[axis]),
+        };
+        Ok((0..rank).map(pick).collect())
     }
 
     fn turned<T: Clone>(&self, cells: ArrayD<T>) -> Array2<T> {
-        let shape = (self.x_axis().values.len(), self.y_axis().values.len());
-        let turn = self.x > self.y;
-        let stored = if turn { (shape.1, shape.0) } else { shape };
         // The reader drops every held axis, so two are left.
         let cells = match cells.into_dimensionality::<Ix2>() {
             Ok(cells) => cells,
-            Err(_) => unreachable!("a slice of {stored:?} has two axes"),
+            Err(_) => unreachable!("two axes of a slice are shown"),
         };
-        if turn { cells.reversed_axes() } else { cells }
+        if self.x > self.y { cells.reversed_axes() } else { cells }
     }
 
     /// "ε = 0.1, β = 0.5", every axis that is held.
@@ -241,6 +298,25 @@ impl<'a> Slice<'a> {
     }
 }
 
+/// Nodes of an axis that are drawn at most: as many as a figure of one column has pixels at 300 dpi. They bound
+/// the memory that a figure takes, whatever the map's axes are.
+const MOST_NODES: usize = 1000;
+
+/// Of an axis, one node in so many is drawn.
+fn step(axis: &Axis) -> usize {
+    axis.values.len().div_ceil(MOST_NODES)
+}
+
+fn drawn(axis: &Axis) -> Vec<f64> {
+    axis.values.iter().copied().step_by(step(axis)).collect()
+}
+
+/// The scale and the name of an axis: in SI units if the map is about a machine.
+fn scale(map: &MapFile, axis: &Axis) -> (Scale, Rich) {
+    let AxisName { name, unit } = axis_name(map, axis);
+    (Scale::of_nodes(&axis.values).in_unit(unit), name)
+}
+
 /// "ε = 0.1".
 #[must_use]
 pub fn equals(axis: &str, value: f64) -> Rich {
@@ -250,7 +326,7 @@ pub fn equals(axis: &str, value: f64) -> Rich {
 /// The middle node of each axis.
 #[must_use]
 pub fn middle(axes: &[Axis]) -> Vec<usize> {
-    axes.iter().map(|axis| (axis.values.len() - 1) / 2).collect()
+    axes.iter().map(Axis::middle).collect()
 }
 
 /// Nodes of a map at which there is something to see: the middle ones if a cycle exists in their column,
@@ -287,13 +363,6 @@ pub fn telling(map: &MapFile) -> Vec<usize> {
     positive
         .min_by(|a, b| a.1.cmp(&b.1).then(b.2.total_cmp(&a.2)))
         .map_or_else(|| middle.clone(), |(candidate, _, _)| candidate)
-}
-
-/// The node nearest to a value.
-#[must_use]
-pub fn nearest(values: &[f64], value: f64) -> usize {
-    let distance = |i: &usize| (values[*i] - value).abs();
-    (0..values.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
 }
 
 /// The point with the given value on each axis, in the order of the map.

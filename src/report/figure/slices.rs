@@ -3,13 +3,13 @@
 use super::super::text::{Rich, rich};
 use super::super::{ReportError, SIMULATION};
 use super::Figure;
-use super::axis::{Panel, Panels, Scale};
+use super::axis::{Panel, Panels};
 use super::exact::boundary;
 use super::legend::{Legend, Sample};
 use super::palette;
 use super::region::{cell_edges, outlines};
 use super::scene::{Fill, Place, Scene, Stroke, Width};
-use super::slice::{Slice, nearest, telling};
+use super::slice::{Slice, telling};
 use crate::map::Verdict;
 use crate::simulate::critical_damping;
 use crate::store::MapFile;
@@ -132,9 +132,9 @@ pub fn slices(map: &MapFile) -> Result<Vec<Figure>, ReportError> {
 
 /// The node of c at which a plane of fixed c tells most: half of the critical damping in its middle.
 fn telling_damping(map: &MapFile, index: &[usize]) -> usize {
-    let dampings = map.grid().dampings();
+    let axes = map.grid().axes();
     match critical_damping(&map.grid().column(index), 1e-6) {
-        Ok(root) if root.c > 0.0 => nearest(dampings, 0.5 * root.c),
+        Ok(root) if root.c > 0.0 => axes[axes.len() - 1].nearest(0.5 * root.c),
         Ok(_) | Err(_) => 0,
     }
 }
@@ -147,8 +147,8 @@ fn figure(map: &MapFile, slice: &Slice) -> Result<Figure, ReportError> {
         .collect::<Result<Vec<_>, _>>()?;
     let simulation = methods.iter().position(|method| method.name == SIMULATION);
     let (x, y) = (slice.x_axis(), slice.y_axis());
-    let (x_scale, y_scale) = (Scale::of_nodes(&x.values), Scale::of_nodes(&y.values));
-    let (x_edges, y_edges) = (cell_edges(&x.values, x_scale), cell_edges(&y.values, y_scale));
+    let ((x_scale, x_name), (y_scale, y_name)) = (slice.x_scale(), slice.y_scale());
+    let (x_edges, y_edges) = (cell_edges(&slice.x_nodes(), x_scale), cell_edges(&slice.y_nodes(), y_scale));
     let kind = |method: usize, i: usize, j: usize| {
         Kind::of(codes[method][[i, j]], simulation.map(|simulation| codes[simulation][[i, j]]))
     };
@@ -174,7 +174,7 @@ fn figure(map: &MapFile, slice: &Slice) -> Result<Figure, ReportError> {
             let letter = char::from(b'a' + (m % 26) as u8);
             panel.title(&mut scene, &rich(&format!("({letter}) ")).then(method_title(&method.name)));
         }
-        panels.axes(&mut scene, &Rich::symbol(&x.name), &Rich::symbol(&y.name));
+        panels.axes(&mut scene, &x_name, &y_name);
         let mut legend = Legend::default();
         for (kind, used) in Kind::ALL.into_iter().zip(used) {
             if used {
@@ -199,7 +199,8 @@ fn figure(map: &MapFile, slice: &Slice) -> Result<Figure, ReportError> {
             .then(Rich::symbol(&y.name))
             .then(rich(" at "))
             .then(slice.held())
-            .then(rich(". Black curve: the exact boundary of the stick-slip region, by root-finding on the simulated flow.")),
+            .then(rich(". Black curve: the exact boundary of the stick-slip region, by root-finding on the simulated flow."))
+            .then(slice.thinned_words()),
         scenes,
     })
 }

@@ -1,11 +1,12 @@
 //! A machine in SI units, if the map is about one.
 
+use super::super::si;
 use super::super::table::{Cell, Show, Table};
-use super::super::text::rich;
+use super::super::text::{Rich, rich};
 use super::{column, words};
-use crate::machine::{Behaviour, Machine, SI_ATTRIBUTE, behaviour};
+use crate::machine::{Behaviour, Machine, behaviour};
 use crate::map::AxisRole;
-use crate::store::{MapFile, Value};
+use crate::store::MapFile;
 
 /// Belt speeds shown at most.
 const ROWS: usize = 12;
@@ -14,9 +15,8 @@ const TOLERANCE: f64 = 1e-9;
 
 /// What the machine of a map does at its belt speeds; `None` for a map in dimensionless terms.
 pub(super) fn machine(map: &MapFile) -> Option<Table> {
-    let Some(Value::Reals(numbers)) = map.attributes().get(SI_ATTRIBUTE) else { return None };
-    let machine = Machine::from_array(numbers.as_slice().try_into().ok()?);
-    let units = machine.units();
+    let machine = si::machine(map)?;
+    let (units, motion) = (machine.units(), machine.motion);
     let speeds = &map.grid().axes().iter().find(|axis| axis.role == AxisRole::BeltSpeed)?.values;
     let shown = speeds.len().min(ROWS);
     let law = map.grid().law();
@@ -37,13 +37,26 @@ pub(super) fn machine(map: &MapFile) -> Option<Table> {
     });
     let rows: Vec<_> = rows.collect();
     let critical = behaviour(&machine, law, TOLERANCE).and_then(|does| does.critical_belt_speed);
-    let mut notes = vec![rich(&format!(
-        "Damping {:.4e} N s/m where not stated otherwise; units of the map: time {:.4e} s, length {:.4e} m, velocity {:.4e} \
-         m/s, damping {:.4e} N s/m.",
-        machine.damping, units.time, units.length, units.velocity, units.damping
-    ))];
+    let quantity = |name: &str, value: f64, unit: &str| {
+        rich(name).then(Rich::number(value, 4)).then(rich(&format!(" {unit}")))
+    };
+    let mut notes = vec![
+        quantity(
+            "Damping ",
+            machine.damping,
+            &format!("{} where not stated otherwise; units of the map: ", motion.damping()),
+        )
+        .then(quantity("time ", units.time, "s, "))
+        .then(quantity("length ", units.length, &format!("{}, ", motion.length())))
+        .then(quantity("velocity ", units.velocity, &format!("{}, ", motion.velocity())))
+        .then(quantity("damping ", units.damping, &format!("{}.", motion.damping()))),
+    ];
     if let Some(speed) = critical {
-        notes.push(rich(&format!("Critical belt speed at that damping: {speed:.4e} m/s.")));
+        notes.push(quantity(
+            "Critical belt speed at that damping: ",
+            speed,
+            &format!("{}.", motion.velocity()),
+        ));
     }
     Some(Table {
         name: "machine",
@@ -52,13 +65,17 @@ pub(super) fn machine(map: &MapFile) -> Option<Table> {
              back to it.",
         ),
         columns: vec![
-            column("belt_speed", "belt speed, m/s", Show::Trimmed(4)),
-            column("critical_damping", "critical damping, N s/m", Show::Significant(4)),
+            column("belt_speed", &format!("belt speed, {}", motion.velocity()), Show::Trimmed(4)),
+            column(
+                "critical_damping",
+                &format!("critical damping, {}", motion.damping()),
+                Show::Significant(4),
+            ),
             column("critical_damping_ratio", "critical damping ratio", Show::Significant(3)),
             column("regime", "regime", Show::AsIs),
             column("slip_time", "slip time, s", Show::Significant(4)),
             column("stick_time", "stick time, s", Show::Significant(4)),
-            column("amplitude", "amplitude, m", Show::Significant(4)),
+            column("amplitude", &format!("amplitude, {}", motion.length()), Show::Significant(4)),
         ],
         rows,
         notes,

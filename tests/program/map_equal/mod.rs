@@ -18,6 +18,8 @@ beta = [0.0, 0.2]
 gamma = { from = 0.5, to = 8.0, points = 16, spacing = \"log\" }
 V = [0.5, 2.0]
 c = { from = 0.0, to = 3.0, points = 64 }
+[curves]
+planes = [{ x = \"gamma\", y = \"c\" }]
 [audit]
 cells = 50
 [output]
@@ -41,6 +43,7 @@ fn is_of_time(attribute: &str) -> bool {
         "wall_seconds",
         "audit_seconds",
         "pack_seconds",
+        "curves_seconds",
         "sha256_attributes",
     ];
     names.contains(&attribute) || attribute.starts_with("seconds_")
@@ -70,7 +73,13 @@ pub fn contents(path: &Path) -> BTreeMap<String, Vec<u8>> {
     for (name, value) in map.attributes().iter().filter(|(name, _)| !is_of_time(name)) {
         all.insert(format!("/ {name}"), format!("{value:?}").into_bytes());
     }
-    for name in file.member_names().unwrap() {
+    let mut names = file.member_names().unwrap();
+    if let Some(group) = names.iter().position(|name| name == "curves") {
+        names.remove(group);
+        let columns = file.group("curves").unwrap().member_names().unwrap();
+        names.extend(columns.iter().map(|column| format!("curves/{column}")));
+    }
+    for name in names {
         let dataset = file.dataset(&name).unwrap();
         all.insert(
             format!("{name} shape"),

@@ -1,6 +1,9 @@
 //! The closed-form tests against hand-made identities and against an oracle of their own: a plain fixed-step
 //! integration of the slip flow, written here from the equations and sharing no code with the crate.
 
+mod oracle;
+
+use crate::sample::Random;
 use proptest::prelude::*;
 use proptest::test_runner::FileFailurePersistence;
 use slipmap::certify::{Claim, Decision, Guarantee, TESTS, by_name, landing};
@@ -48,125 +51,23 @@ impl Stribeck {
     }
 }
 
-/// SplitMix64, for samples that are the same everywhere.
-struct Random(u64);
-
-impl Random {
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    /// eps in [1e-3, 1] and V in [0.1, 10] spread over their decades, the others evenly.
-    fn point(&mut self) -> Stribeck {
-        Stribeck {
-            epsilon: 10f64.powf(-3.0 * self.unit()),
-            v: 10f64.powf(2.0 * self.unit() - 1.0),
-            alpha: self.unit(),
-            beta: self.unit(),
-            gamma: 10.0 * self.unit(),
-            c: 3.0 * self.unit(),
-        }
+/// eps in [1e-3, 1] and V in [0.1, 10] spread over their decades, the others evenly.
+fn point(random: &mut Random) -> Stribeck {
+    Stribeck {
+        epsilon: 10f64.powf(-3.0 * random.unit()),
+        v: 10f64.powf(2.0 * random.unit() - 1.0),
+        alpha: random.unit(),
+        beta: random.unit(),
+        gamma: 10.0 * random.unit(),
+        c: 3.0 * random.unit(),
     }
 }
 
 fn points(seed: u64, count: usize) -> impl Iterator<Item = Stribeck> {
     let mut random = Random(seed);
-    (0..count).map(move |_| random.point())
+    (0..count).map(move |_| point(&mut random))
 }
 
-mod oracle {
-    //! v' = w, w' = -v + D(|v - V|) w on both sides of the belt line, by the classical Runge-Kutta method.
-
-    use super::{Stribeck, TAU};
-
-    /// What becomes of the orbit from the exit point (V, 0).
-    #[derive(Clone, Copy, Debug, PartialEq)]
-    pub enum Fate {
-        /// x2 turns at this value before the belt line, or creeps into the equilibrium.
-        Inward(f64),
-        /// It reaches the belt line from below with this x2' < 2 and sticks.
-        Sticks(f64),
-        /// It crosses with this x2' >= 2, comes back from above with x2' in (-2, 0) and sticks.
-        SticksFromAbove(f64),
-        /// It crosses with this x2' >= 2, and crosses again on the way back.
-        Crosses(f64),
-    }
-
-    pub struct Turn {
-        pub fate: Fate,
-        /// The largest -x2.
-        pub amplitude: f64,
-    }
-
-    pub const STEPS_PER_TURN: u32 = 2000;
-
-    fn step(p: &Stribeck, (v, w): (f64, f64), h: f64) -> (f64, f64) {
-        let f = |v: f64, w: f64| (w, -v + p.divergence((v - p.v).abs()) * w);
-        let (a, b) = f(v, w);
-        let (c, d) = f(v + 0.5 * h * a, w + 0.5 * h * b);
-        let (e, g) = f(v + 0.5 * h * c, w + 0.5 * h * d);
-        let (i, j) = f(v + h * e, w + h * g);
-        (v + h / 6.0 * (a + 2.0 * c + 2.0 * e + i), w + h / 6.0 * (b + 2.0 * d + 2.0 * g + j))
-    }
-
-    /// The state where `done` turns true within one step.
-    fn locate(p: &Stribeck, from: (f64, f64), h: f64, done: impl Fn((f64, f64)) -> bool) -> (f64, f64) {
-        let (mut before, mut after) = (0.0, h);
-        for _ in 0..60 {
-            let middle = 0.5 * (before + after);
-            if done(step(p, from, middle)) {
-                after = middle;
-            } else {
-                before = middle;
-            }
-        }
-        step(p, from, after)
-    }
-
-    pub fn turn(p: &Stribeck, steps_per_turn: u32) -> Turn {
-        let h = TAU / f64::from(steps_per_turn);
-        let mut state = (p.v, 0.0);
-        let mut amplitude = 0.0f64;
-        // A weak node takes long; thirty turns' time is far more than any turn here takes.
-        for _ in 0..30 * steps_per_turn {
-            let next = step(p, state, h);
-            let rising = state.1 > 0.0;
-            if !rising && next.1 > 0.0 {
-                amplitude = -locate(p, state, h, |s| s.1 > 0.0).0;
-            }
-            // Near grazing the orbit may cross and come back within one step: look at the turning point.
-            if rising && next.1 <= 0.0 {
-                let top = locate(p, state, h, |s| s.1 <= 0.0);
-                if top.0 < p.v {
-                    return Turn { fate: Fate::Inward(top.0), amplitude };
-                }
-            }
-            if rising && (next.0 >= p.v || next.1 <= 0.0) {
-                let speed = locate(p, state, h, |s| s.0 >= p.v || s.1 <= 0.0).1;
-                let fate = if speed < 2.0 { Fate::Sticks(speed) } else { above(p, speed, h) };
-                return Turn { fate, amplitude };
-            }
-            state = next;
-        }
-        Turn { fate: Fate::Inward(state.0), amplitude }
-    }
-
-    fn above(p: &Stribeck, speed: f64, h: f64) -> Fate {
-        let mut state = (p.v, speed - 2.0);
-        loop {
-            let next = step(p, state, h);
-            if next.1 < 0.0 && next.0 <= p.v {
-                let back = locate(p, state, h, |s| s.1 < 0.0 && s.0 <= p.v);
-                return if back.1 > -2.0 { Fate::SticksFromAbove(speed) } else { Fate::Crosses(speed) };
-            }
-            state = next;
-        }
-    }
-}
 use oracle::{Fate, STEPS_PER_TURN};
 
 /// Bound on the oracle's error in x2 at the end of a turn, in units of V. Measured by `the_oracle_converges`,
@@ -255,7 +156,7 @@ fn presence_begins_where_the_orbit_lands_on_the_stick_segment() {
     let mut random = Random(3);
     let mut lost = Vec::new();
     for _ in 0..10_000 {
-        let base = Stribeck { v: 1.0 + 9.0 * random.unit(), ..random.point() };
+        let base = Stribeck { v: 1.0 + 9.0 * random.unit(), ..point(&mut random) };
         let claim = base.claim("symmetric");
         let (from, to) = (claim.sticks_from, claim.present_below);
         if !(from > 0.0 && from < to) {

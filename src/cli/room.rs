@@ -1,0 +1,141 @@
+//! The place of a run's output: whether a map may be written there, what it replaces, and how much room there is.
+
+use std::io::{self, Read as _};
+use std::path::{Component, Path, PathBuf};
+
+use super::Failure;
+use super::output::{bytes, count};
+use crate::config::Job;
+use crate::store;
+
+/// What is at the place of the output, and how much room there is.
+#[derive(Debug)]
+pub(super) struct Room {
+    /// The map that will be replaced, if there is one, and its size.
+    pub(super) replaces: Option<String>,
+    /// Free bytes on its disk, if the system tells.
+    pub(super) free: Option<u64>,
+}
+
+impl Room {
+    /// Refuses an output that cannot be written, before anything is computed or created.
+    pub(super) fn check(job: &Job, overwrite: bool, resume: bool) -> Result<Self, Failure> {
+        let name = job.output.display();
+        let proof = job.proof.as_ref().filter(|proof| proof.symlink_metadata().is_ok());
+        if let (Some(proof), false) = (proof, overwrite || resume) {
+            return Err(Failure::BadInput(format!(
+                "{} exists already\n  help: add --overwrite to replace it, or choose another place with --set validated.proof=..",
+                proof.display()
+            )));
+        }
+        let same =
+            |a: &Path, b: &Path| a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b));
+        if same(&job.output, &job.config_file) {
+            return Err(Failure::BadInput(format!(
+                "{name} is the configuration itself\n  help: choose another place with --set output.path=.."
+            )));
+        }
+        // The folders that the path names are created, and then `..` would lead out of them to who knows what.
+        let leads_back = |path: &Path| path.components().any(|part| part == Component::ParentDir);
+        if let Some(folder) =
+            job.output.parent().filter(|folder| leads_back(folder) && folder.metadata().is_err())
+        {
+            return Err(Failure::BadInput(format!(
+                "{name}: the folder {} does not exist, and is not created because of the `..` in its path\n  \
+                 help: write the path without `..`, or create the folder",
+                folder.display()
+            )));
+        }
+        let replaces = match job.output.symlink_metadata() {
+            Err(_) => None,
+            Ok(_) if resume => None,
+            Ok(_) if !overwrite => {
+                return Err(Failure::BadInput(format!(
+                    "{name} exists already\n  help: add --overwrite to replace it, or choose another place with --set output.path=.."
+                )));
+            }
+            Ok(metadata) => Some(replaced(&job.output, &metadata)?),
+        };
+        let folder = first_folder(&job.output);
+        // The only sure way to know whether one may write somewhere is to try; the file has no name.
+        tempfile::tempfile_in(&folder).map_err(|error| {
+            Failure::BadInput(format!(
+                "{name}: cannot write into the folder {}: {error}\n  help: choose another place with --set output.path=..",
+                folder.display()
+            ))
+        })?;
+        let free = fs4::available_space(&folder).ok();
+        let needed = job.plan.bytes();
+        // No deflated stream is smaller than that.
+        let least = if job.plan.compression > 0 { needed / DEFLATE_RATIO } else { needed };
+        if let Some(free) = free.filter(|&free| least > u128::from(free)) {
+            let grid = &job.plan.grid;
+            let sizes: Vec<String> = grid
+                .axes()
+                .iter()
+                .map(|axis| format!("{} {}", axis.name, count(axis.values.len())))
+                .collect();
+            return Err(Failure::BadInput(format!(
+                "{}: the grid has {} cells ({}), {} before compression, but {} is free for {name}\n  \
+                 help: take fewer points on the longest axes or fewer output.fields, or choose another disk",
+                job.config_file.display(),
+                count(grid.cells()),
+                sizes.join(" x "),
+                bytes(needed),
+                bytes(free.into())
+            )));
+        }
+        Ok(Self { replaces, free })
+    }
+}
+
+/// Deflate shrinks at most by this factor: 258 bytes in two bits.
+const DEFLATE_RATIO: u128 = 1032;
+
+/// What `--overwrite` will replace: a map, or nothing at all.
+fn replaced(output: &Path, metadata: &std::fs::Metadata) -> Result<String, Failure> {
+    let name = output.display();
+    if metadata.is_symlink() {
+        let target = std::fs::read_link(output).unwrap_or_default();
+        return Ok(format!("the link {name} to {}, not what it leads to,", target.display()));
+    }
+    let mut first = Vec::new();
+    let mut is_map = || {
+        std::fs::File::open(output)
+            .and_then(|file| file.take(store::SIGNATURE.len() as u64).read_to_end(&mut first))
+            .is_ok_and(|_| first == store::SIGNATURE || first.is_empty())
+    };
+    // In this order: opening a pipe would wait for its other end.
+    if !(metadata.is_file() && is_map()) {
+        return Err(Failure::BadInput(format!(
+            "{name} is no map, and only maps are replaced\n  help: move it away, or choose another place with --set output.path=.."
+        )));
+    }
+    Ok(format!("{name} ({})", bytes(metadata.len().into())))
+}
+
+/// The folder of `output`, or the nearest above it that exists.
+fn first_folder(output: &Path) -> PathBuf {
+    let mut folder = output.parent();
+    while let Some(path) = folder.filter(|path| !path.as_os_str().is_empty()) {
+        // One that is there but does not answer is told so by whoever writes into it.
+        if !path.symlink_metadata().is_err_and(|error| error.kind() == io::ErrorKind::NotFound) {
+            return path.to_owned();
+        }
+        folder = path.parent();
+    }
+    PathBuf::from(".")
+}
+
+/// Creates the folders that the path of the output names.
+pub(super) fn create_folders(output: &Path) -> Result<(), Failure> {
+    match output.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => store::create_folders(folder).map_err(|error| {
+            Failure::BadInput(format!(
+                "the folder {} cannot be created: {error}\n  help: choose another place with --set output.path=..",
+                folder.display()
+            ))
+        }),
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,185 @@
+//! Curves of codimension one in planes of a grid: where the long-run behaviour changes, between its nodes too.
+//!
+//! Curves are found and followed in the unit square of the plane, along whose sides the axes run from their first
+//! to their last node: in equal steps, or in equal ratios where the nodes have them. Errors are distances there.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use rayon::prelude::*;
+
+use super::{Axis, Grid};
+use crate::filippov::Oscillator;
+use crate::simulate::bifurcation::Bifurcation;
+use crate::simulate::continuation::{Branch, CurvePoint, zero_curves};
+
+/// Accuracy of the test functions.
+const TOLERANCE: f64 = 1e-10;
+
+/// A plane of a grid: two axes, the others held at nodes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Plane {
+    /// Position of the first axis, which figures show across.
+    pub x: usize,
+    /// Position of the second axis.
+    pub y: usize,
+    /// Node at which each axis is held; 0, without a meaning, for the two of the plane.
+    pub held: Vec<usize>,
+}
+
+/// A point of a curve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlanePoint {
+    /// Value of the first axis.
+    pub x: f64,
+    /// Value of the second axis.
+    pub y: f64,
+    /// Estimate of its distance from the curve, in sides of the plane.
+    pub error: f64,
+}
+
+/// A connected curve.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlaneCurve {
+    /// What happens there.
+    pub bifurcation: Bifurcation,
+    /// Its points in order; of a closed curve, the last is the first again.
+    pub points: Vec<PlanePoint>,
+}
+
+/// The curves of a plane.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlaneCurves {
+    /// The plane.
+    pub plane: Plane,
+    /// Its curves, in the order of [`Bifurcation::ALL`].
+    pub curves: Vec<PlaneCurve>,
+}
+
+impl Plane {
+    /// The plane of two axes through the given node of each other axis.
+    #[must_use]
+    pub fn new(x: usize, y: usize, mut held: Vec<usize>) -> Self {
+        held[x] = 0;
+        held[y] = 0;
+        Self { x, y, held }
+    }
+
+    /// The plane with its axes exchanged.
+    #[must_use]
+    pub fn turned(&self) -> Self {
+        Self { x: self.y, y: self.x, held: self.held.clone() }
+    }
+}
+
+impl PlaneCurves {
+    /// Finds and follows the curves of a plane of `grid` whose two axes have several nodes each. When `stop` is set, the curves end where they are.
+    #[must_use]
+    pub fn of(grid: &Grid, plane: Plane, stop: &AtomicBool) -> Self {
+        let frame = Frame::new(grid, &plane);
+        let of_kind = |bifurcation: Bifurcation| {
+            let test = |place: [f64; 2]| match stop.load(Ordering::Relaxed) {
+                true => None,
+                false => bifurcation.test(&frame.oscillator(place), TOLERANCE),
+            };
+            let curve = |branch: Branch| PlaneCurve {
+                bifurcation,
+                points: branch.points.iter().map(|found| frame.point(found)).collect(),
+            };
+            zero_curves(&test).into_iter().map(curve).collect::<Vec<_>>()
+        };
+        let curves = Bifurcation::ALL.into_par_iter().flat_map_iter(of_kind).collect();
+        Self { plane, curves }
+    }
+
+    /// The same curves with the axes of the plane exchanged.
+    #[must_use]
+    pub fn turned(&self) -> Self {
+        let turned = |point: &PlanePoint| PlanePoint { x: point.y, y: point.x, error: point.error };
+        let curves = self.curves.iter().map(|curve| PlaneCurve {
+            bifurcation: curve.bifurcation,
+            points: curve.points.iter().map(turned).collect(),
+        });
+        Self { plane: self.plane.turned(), curves: curves.collect() }
+    }
+
+    /// Number of points of all curves.
+    #[must_use]
+    pub fn points(&self) -> usize {
+        self.curves.iter().map(|curve| curve.points.len()).sum()
+    }
+
+    /// The curves, each with its number among those of its kind, from 1.
+    pub fn numbered(&self) -> impl Iterator<Item = (usize, &PlaneCurve)> {
+        let of_kind = |curve: &PlaneCurve, position: usize| {
+            self.curves[..position].iter().filter(|other| other.bifurcation == curve.bifurcation).count()
+        };
+        self.curves.iter().enumerate().map(move |(position, curve)| (of_kind(curve, position) + 1, curve))
+    }
+}
+
+/// Finds the curves of several planes with `threads` workers (all cores if `None`), less if `stop` is set;
+/// `on_plane` is called after each plane. Nothing if the workers cannot be started.
+#[must_use]
+pub fn curves_of(
+    grid: &Grid,
+    planes: &[Plane],
+    threads: Option<usize>,
+    on_plane: &(dyn Fn() + Sync),
+    stop: &AtomicBool,
+) -> Option<Vec<PlaneCurves>> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build().ok()?;
+    let of = |plane: &Plane| {
+        let curves = PlaneCurves::of(grid, plane.clone(), stop);
+        on_plane();
+        curves
+    };
+    Some(pool.install(|| planes.par_iter().map(of).collect()))
+}
+
+/// One side of the unit square.
+#[derive(Clone, Copy)]
+struct Side {
+    from: f64,
+    to: f64,
+    logarithmic: bool,
+}
+
+impl Side {
+    fn of(axis: &Axis) -> Self {
+        let (from, to) = (axis.values[0], axis.values[axis.values.len() - 1]);
+        Self { from, to, logarithmic: axis.is_logarithmic() }
+    }
+
+    fn value(self, share: f64) -> f64 {
+        let Self { from, to, logarithmic } = self;
+        let value = if logarithmic { from * (to / from).powf(share) } else { from + (to - from) * share };
+        value.clamp(from, to)
+    }
+}
+
+/// The unit square of a plane.
+struct Frame<'a> {
+    grid: &'a Grid,
+    plane: &'a Plane,
+    sides: [Side; 2],
+}
+
+impl<'a> Frame<'a> {
+    fn new(grid: &'a Grid, plane: &'a Plane) -> Self {
+        let sides = [plane.x, plane.y].map(|axis| Side::of(&grid.axes()[axis]));
+        Self { grid, plane, sides }
+    }
+
+    fn oscillator(&self, place: [f64; 2]) -> Oscillator {
+        let nodes = self.grid.axes().iter().zip(&self.plane.held);
+        let mut values: Vec<f64> = nodes.map(|(axis, &node)| axis.values[node]).collect();
+        values[self.plane.x] = self.sides[0].value(place[0]);
+        values[self.plane.y] = self.sides[1].value(place[1]);
+        Oscillator::new(self.grid.law(), &self.grid.point_of(&values))
+    }
+
+    fn point(&self, found: &CurvePoint) -> PlanePoint {
+        let [s, t] = found.place;
+        PlanePoint { x: self.sides[0].value(s), y: self.sides[1].value(t), error: found.error }
+    }
+}

@@ -1,0 +1,122 @@
+//! How far each method's boundary in c is from the true one, and with which power of eps that falls.
+
+use super::super::Report;
+use super::super::table::{Cell, Column, Show, Table};
+use super::super::text::{Rich, rich};
+use super::{EPSILON_DIGITS, column, epsilons, percent, words};
+use crate::store::MapFile;
+
+/// Error of each method's boundary in c.
+#[must_use]
+pub fn boundary(map: &MapFile, report: &Report) -> Table {
+    let boundaries = &report.boundaries;
+    let axes = map.grid().axes();
+    let parameters = &axes[1..axes.len() - 1];
+    let mut rows = Vec::new();
+    for (e, &epsilon) in epsilons(map).iter().enumerate() {
+        for method in &boundaries.methods {
+            let errors = &method.errors[e];
+            let mut row = vec![
+                Cell::Real(epsilon),
+                words(&method.method),
+                Cell::Count(errors.sizes.count()),
+                errors.sizes.quantile(0.5).into(),
+                errors.sizes.quantile(0.95).into(),
+                errors.worst.as_ref().map(|worst| worst.error).into(),
+                percent(errors.beyond as f64, errors.sizes.count() as f64).into(),
+                Cell::Count(errors.only_exact),
+                Cell::Count(errors.only_method),
+            ];
+            for (axis, parameter) in parameters.iter().enumerate() {
+                let worst = errors.worst.as_ref().map(|worst| parameter.values[worst.column[axis + 1]]);
+                row.push(worst.into());
+            }
+            rows.push(row);
+        }
+    }
+    let mut columns = vec![
+        column("epsilon", "{epsilon}", EPSILON_DIGITS),
+        column("method", "method", Show::AsIs),
+        column("columns", "columns", Show::AsIs),
+        column("median_error", "median", Show::Significant(3)),
+        column("percentile_95_error", "95 %", Show::Significant(3)),
+        column("worst_error", "worst", Show::Significant(3)),
+        column("percent_beyond", "% beyond", Show::Decimals(1)),
+        column("only_exact", "none claimed", Show::AsIs),
+        column("only_method", "none exists", Show::AsIs),
+    ];
+    for parameter in parameters {
+        let heading = rich("worst ").then(Rich::symbol(&parameter.name));
+        // Column names of CSV files are fixed for each law; leaking a few of them would be no harm, but the
+        // laws' own names are static.
+        columns.push(Column { key: worst_key(map, &parameter.name), heading, show: Show::Trimmed(4) });
+    }
+    let origin = if boundaries.stored { "read from the map" } else { "computed again for this report" };
+    let mut notes = vec![rich(&format!(
+        "Error: the damping {{c}} up to which the method claims the cycle minus the exact critical damping {{c^*}} \
+         ({origin}), over the columns of the map (all parameters but {{c}} fixed) in which both are at least 0; median \
+         and 95 % are of its size. Beyond: columns in which the method claims too much. None claimed, none exists: \
+         columns in which only {{c^*}}, or only the method's boundary, is at least 0."
+    ))];
+    notes.extend(unknown(report));
+    Table {
+        name: "boundary",
+        caption: rich("Error in {c} of the boundary of each method, against the exact critical damping."),
+        columns,
+        rows,
+        notes,
+    }
+}
+
+/// The name of a parameter's column.
+fn worst_key(map: &MapFile, parameter: &str) -> &'static str {
+    let law = map.grid().law().parameters().iter().map(|parameter| parameter.name);
+    law.chain(["V"]).find(|name| *name == parameter).unwrap_or("parameter")
+}
+
+fn unknown(report: &Report) -> Option<Rich> {
+    let unknown = &report.boundaries.unknown;
+    (!unknown.is_empty()).then(|| {
+        rich("Left out, because the map does not store their boundary: ")
+            .then(Rich::foreign(&unknown.join(", ")))
+            .then(rich("."))
+    })
+}
+
+/// The order in eps of the boundary's error.
+#[must_use]
+pub fn order(map: &MapFile, report: &Report) -> Table {
+    let rows = report.boundaries.methods.iter().map(|method| {
+        let order = method.order;
+        vec![
+            words(&method.method),
+            order.map(|order| order.order).into(),
+            order.and_then(|order| order.half_width).into(),
+            order.map(|order| order.smallest).into(),
+            Cell::Count(order.map_or(0, |order| order.points as u64)),
+        ]
+    });
+    let epsilons = epsilons(map).len();
+    let note = match epsilons {
+        1 => "The map has one {epsilon}: no order can be fitted.",
+        2 => "The map has two {epsilon}: an order, but no confidence interval.",
+        _ => {
+            "Least squares of the logarithm of the median error on the logarithm of {epsilon}, over the columns that \
+             have both boundaries at every {epsilon}; ± is half the 95 % confidence interval. Medians below the error \
+             of {c^*} itself are left out; without two others there is no order."
+        }
+    };
+    Table {
+        name: "order",
+        caption: rich("Order {p} of the boundary's error in {c}, which falls like {epsilon^p}."),
+        columns: vec![
+            column("method", "method", Show::AsIs),
+            column("order", "{p}", Show::Decimals(2)),
+            column("order_error", "±", Show::Decimals(2)),
+            column("order_smallest", "{p} at the two smallest {epsilon}", Show::Decimals(2)),
+            column("epsilons", "{epsilon} in the fit", Show::AsIs),
+        ],
+        rows: rows.collect(),
+        notes: vec![rich(note)],
+    }
+}

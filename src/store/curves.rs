@@ -1,0 +1,248 @@
+//! The curves of codimension one that a map stores: the group `curves`, two tables; see the format in [`super`].
+
+use hdf5::types::{FloatSize, IntSize, TypeDescriptor};
+use hdf5::{Dataset, File, Group};
+
+use crate::map::{Axis, Grid, Plane, PlaneCurve, PlaneCurves, PlanePoint};
+use crate::simulate::bifurcation::Bifurcation;
+
+use super::pack;
+use super::records::{Series, write_tables};
+use super::trust;
+use super::value::{self, Value};
+use super::writer::{group_of_tables, seal_attributes};
+
+/// Name of the group.
+pub(super) const GROUP: &str = "curves";
+
+/// Names of the columns that are not those of axes, which no axis may have if curves are to be stored.
+pub const CURVE_COLUMNS: [&str; 8] =
+    ["plane", "point", "plane_x", "plane_y", "plane_number", "curve", "branch", "error"];
+
+const PLANE: &str = "plane";
+const POINT: &str = "point";
+
+/// The column of the values at which an axis is held.
+fn held(axis: &Axis) -> String {
+    format!("held_{}", axis.name)
+}
+
+/// Names of all columns and dimensions that the group may have.
+pub(super) fn names(grid: &Grid) -> Vec<String> {
+    let axes = || grid.axes().iter();
+    let own = CURVE_COLUMNS.iter().map(|name| (*name).to_owned());
+    own.chain(axes().map(held)).chain(axes().map(|axis| axis.name.clone())).collect()
+}
+
+/// Writes the curves of `planes`; nothing if there are no planes.
+pub(super) fn write(file: &File, grid: &Grid, planes: &[PlaneCurves]) -> hdf5::Result<()> {
+    if planes.is_empty() {
+        return Ok(());
+    }
+    let group = group_of_tables(file, GROUP)?;
+    value::write(&group, "long_name", &"curves of codimension one, by continuation".into())?;
+    let axes = grid.axes();
+    let word = |position: fn(&Plane) -> usize| -> Vec<String> {
+        planes.iter().map(|curves| axes[position(&curves.plane)].name.clone()).collect()
+    };
+    let mut columns = vec![
+        Series::words(PLANE, "plane_x", "first axis of the plane", word(|plane| plane.x)),
+        Series::words(PLANE, "plane_y", "second axis of the plane", word(|plane| plane.y)),
+    ];
+    for (position, axis) in axes.iter().enumerate() {
+        let values = planes.iter().map(|PlaneCurves { plane, .. }| match position {
+            shown if shown == plane.x || shown == plane.y => f64::NAN,
+            _ => axis.values[plane.held[position]],
+        });
+        let long_name = format!("value at which {} is held, NaN in the plane", axis.name);
+        columns.push(Series::reals(PLANE, &held(axis), &long_name, values.collect()));
+    }
+    if planes.iter().any(|curves| curves.points() > 0) {
+        columns.extend(points(axes, planes));
+    }
+    write_tables(&group, &columns)?;
+    seal_attributes(&group)
+}
+
+/// The columns along the points.
+fn points(axes: &[Axis], planes: &[PlaneCurves]) -> Vec<Series> {
+    let (mut number, mut curve, mut branch, mut error) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let mut values = vec![Vec::new(); axes.len()];
+    for (plane_number, curves) in (1..).zip(planes) {
+        let plane = &curves.plane;
+        for (branch_number, line) in curves.numbered() {
+            for point in &line.points {
+                number.push(plane_number);
+                curve.push(line.bifurcation.name().to_owned());
+                branch.push(i32::try_from(branch_number).unwrap_or(i32::MAX));
+                error.push(point.error);
+                for (position, column) in values.iter_mut().enumerate() {
+                    column.push(match position {
+                        x if x == plane.x => point.x,
+                        y if y == plane.y => point.y,
+                        _ => axes[position].values[plane.held[position]],
+                    });
+                }
+            }
+        }
+    }
+    let mut columns = vec![
+        Series::integers(POINT, "plane_number", "number of the plane", number),
+        Series::words(POINT, "curve", "what happens on the curve", curve),
+        Series::integers(POINT, "branch", "number of the connected curve in its plane and kind", branch),
+    ];
+    for (axis, values) in axes.iter().zip(values) {
+        columns.push(Series::reals(POINT, &axis.name, &axis.long_name, values));
+    }
+    let long_name = "estimate of the distance from the curve, in sides of the plane, which is logarithmic along axes of \
+                     equal ratios";
+    columns.push(Series::reals(POINT, "error", long_name, error));
+    columns
+}
+
+/// Why the group cannot be read: the library's reason, or that it is none of ours.
+type Read<T> = hdf5::Result<Result<T, String>>;
+
+/// Unwraps what is one of ours.
+macro_rules! ours {
+    ($read:expr) => {
+        match $read? {
+            Ok(read) => read,
+            Err(why) => return Ok(Err(why)),
+        }
+    };
+}
+
+/// The group, if the map has one. `length` is that of the file, which bounds what is read.
+pub(super) fn read(file: &File, grid: &Grid, length: u64) -> Read<Vec<PlaneCurves>> {
+    if !file.link_exists(GROUP) {
+        return Ok(Ok(Vec::new()));
+    }
+    let group = file.group(GROUP)?;
+    ours!(trust::own_members(&group));
+    let table = Table { group: &group, length };
+    let axes = grid.axes();
+    let axis = |word: &String| axes.iter().position(|axis| axis.name == *word);
+    let (xs, ys) = (ours!(table.words("plane_x")), ours!(table.words("plane_y")));
+    let mut planes = Vec::with_capacity(xs.len());
+    let mut held_at = Vec::with_capacity(axes.len());
+    for axis in axes {
+        held_at.push(ours!(table.reals(&held(axis), xs.len())));
+    }
+    for (number, (x, y)) in xs.iter().zip(&ys).enumerate() {
+        let (Some(x), Some(y)) = (axis(x), axis(y)) else {
+            return Ok(Err(format!("its curves lie in a plane of {x} and {y}, which are no axes")));
+        };
+        let mut nodes = vec![0; axes.len()];
+        for (position, values) in held_at.iter().enumerate().filter(|(axis, _)| *axis != x && *axis != y) {
+            let node = axes[position].values.iter().position(|node| *node == values[number]);
+            let Some(node) = node else {
+                return Ok(Err(format!("its curves hold {} at no node", axes[position].name)));
+            };
+            nodes[position] = node;
+        }
+        if x == y {
+            return Ok(Err(format!("its curves lie in a plane of {} alone", axes[x].name)));
+        }
+        planes.push(PlaneCurves { plane: Plane::new(x, y, nodes), curves: Vec::new() });
+    }
+    if group.link_exists(POINT) {
+        ours!(read_points(&table, axes, &mut planes));
+    }
+    Ok(Ok(planes))
+}
+
+/// Adds the points to their planes.
+fn read_points(table: &Table, axes: &[Axis], planes: &mut [PlaneCurves]) -> Read<()> {
+    let words = ours!(table.words("curve"));
+    let number = ours!(table.integers("plane_number", words.len()));
+    let branch = ours!(table.integers("branch", words.len()));
+    let error = ours!(table.reals("error", words.len()));
+    let mut values = Vec::with_capacity(axes.len());
+    for axis in axes {
+        values.push(ours!(table.reals(&axis.name, words.len())));
+    }
+    let mut before = None;
+    for (row, word) in words.iter().enumerate() {
+        let known = Bifurcation::ALL.into_iter().find(|bifurcation| bifurcation.name() == word);
+        let place = usize::try_from(number[row]).ok().and_then(|number| number.checked_sub(1));
+        let (Some(bifurcation), Some(curves)) = (known, place.and_then(|place| planes.get_mut(place))) else {
+            return Ok(Err(format!("its curves have a point of plane {} on a curve {word:?}", number[row])));
+        };
+        let key = (number[row], bifurcation, branch[row]);
+        if before.replace(key) != Some(key) {
+            curves.curves.push(PlaneCurve { bifurcation, points: Vec::new() });
+        }
+        let point =
+            PlanePoint { x: values[curves.plane.x][row], y: values[curves.plane.y][row], error: error[row] };
+        if let Some(curve) = curves.curves.last_mut() {
+            curve.points.push(point);
+        }
+    }
+    Ok(Ok(()))
+}
+
+/// The columns of the group.
+struct Table<'a> {
+    group: &'a Group,
+    length: u64,
+}
+
+impl Table<'_> {
+    /// A column of numbers of this kind that the file can hold.
+    fn column(&self, name: &str, kind: &TypeDescriptor) -> Read<Dataset> {
+        let dataset = self.group.dataset(name)?;
+        ours!(trust::own_numbers(&dataset, name));
+        let fits = dataset.ndim() == 1 && dataset.size() as u64 <= self.length;
+        let stored = dataset.dtype()?.to_descriptor()?;
+        Ok(match fits && stored == *kind {
+            true => Ok(dataset),
+            false => Err(format!(
+                "{GROUP}/{name} holds {stored} in the shape {:?}, which no version of slipmap writes",
+                dataset.shape()
+            )),
+        })
+    }
+
+    fn numbers<T: hdf5::H5Type>(&self, name: &str, kind: &TypeDescriptor, rows: usize) -> Read<Vec<T>> {
+        let dataset = ours!(self.column(name, kind));
+        Ok(match dataset.size() == rows {
+            true => Ok(dataset.read_raw::<T>()?),
+            false => Err(format!("{GROUP}/{name} has {} rows instead of {rows}", dataset.size())),
+        })
+    }
+
+    fn reals(&self, name: &str, rows: usize) -> Read<Vec<f64>> {
+        self.numbers(name, &TypeDescriptor::Float(FloatSize::U8), rows)
+    }
+
+    fn integers(&self, name: &str, rows: usize) -> Read<Vec<i32>> {
+        self.numbers(name, &TypeDescriptor::Integer(IntSize::U4), rows)
+    }
+
+    fn words(&self, name: &str) -> Read<Vec<String>> {
+        let dataset = ours!(self.column(name, &TypeDescriptor::Integer(IntSize::U1)));
+        let meanings = match value::read(&dataset, "flag_meanings")? {
+            Some(Value::Text(text)) => text,
+            _ => String::new(),
+        };
+        let meanings: Vec<&str> = meanings.split_whitespace().collect();
+        let word = |code: &i8| {
+            let word = usize::try_from(*code).ok().and_then(|code| meanings.get(code));
+            word.map(|word| (*word).to_owned())
+                .ok_or_else(|| format!("{GROUP}/{name} has a code without a meaning"))
+        };
+        Ok(dataset.read_raw::<i8>()?.iter().map(word).collect())
+    }
+}
+
+/// Fingerprint of a column, as its attribute `sha256`; `None` for a kind that no column has.
+pub(super) fn fingerprint(column: &Dataset) -> hdf5::Result<Option<Value>> {
+    let fingerprint = match column.dtype()?.to_descriptor()? {
+        TypeDescriptor::Float(FloatSize::U8) => pack::fingerprint_reals(&column.read_raw()?),
+        TypeDescriptor::Integer(IntSize::U4) => pack::fingerprint_integers(&column.read_raw()?),
+        TypeDescriptor::Integer(IntSize::U1) => pack::fingerprint_codes(&column.read_raw()?),
+        _ => return Ok(None),
+    };
+    Ok(Some(pack::one_tile(&fingerprint)))
+}

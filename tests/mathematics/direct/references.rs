@@ -1,0 +1,209 @@
+//! Identities of the theory, and integrations in other variables by other methods.
+
+use super::oracle;
+use super::oracle::Outcome;
+use super::{anywhere, oscillator, overshooting};
+use crate::sample::Random;
+use slipmap::simulate::Fate;
+use slipmap::simulate::direct::flow;
+
+#[test]
+fn scaling_the_small_parameter_changes_nothing() {
+    let mut random = Random(11);
+    for _ in 0..300 {
+        let point = anywhere(&mut random);
+        let scaled = |l: f64| {
+            let [epsilon, alpha, beta, gamma, belt_speed, damping] = point;
+            flow(&oscillator([l * epsilon, alpha, beta / l, gamma / l, belt_speed, damping / l]), 1e-11)
+        };
+        let answer = scaled(1.0);
+        // Powers of two scale without rounding: the same bits.
+        assert_eq!(format!("{:?}", scaled(0.25)), format!("{answer:?}"));
+        let other = scaled(0.3);
+        if !(answer.margin.is_nan() || other.margin.is_nan()) {
+            let bound = answer.margin_error + other.margin_error;
+            assert!((answer.margin - other.margin).abs() <= bound, "{point:?}: {answer:?} {other:?}");
+        }
+    }
+}
+
+#[test]
+fn the_margin_depends_on_the_four_scaled_groups_alone() {
+    // A = eps gamma (1 - alpha), k = eps gamma V, b = eps beta V and C = eps c are kept while V changes.
+    let mut random = Random(12);
+    for _ in 0..300 {
+        let [epsilon, alpha, beta, gamma, belt_speed, damping] = anywhere(&mut random);
+        let s = 0.1 + 0.9 * random.unit();
+        let slower = [epsilon, 1.0 - (1.0 - alpha) * s, beta / s, gamma / s, belt_speed * s, damping];
+        let points = [[epsilon, alpha, beta, gamma, belt_speed, damping], slower];
+        let [one, two] = points.map(|point| flow(&oscillator(point), 1e-11));
+        if !(one.margin.is_nan() || two.margin.is_nan()) {
+            let bound = one.margin_error + two.margin_error;
+            assert!((one.margin - two.margin).abs() <= bound, "{points:?}: {one:?} {two:?}");
+        }
+    }
+}
+
+#[test]
+fn the_margin_falls_with_the_damping() {
+    let mut random = Random(13);
+    for _ in 0..100 {
+        let mut point = anywhere(&mut random);
+        let mut last = f64::INFINITY;
+        for step in 0..12 {
+            point[5] = 0.25 * f64::from(step);
+            let answer = flow(&oscillator(point), 1e-11);
+            if answer.margin.is_nan() {
+                assert!(last > 0.1, "{point:?} overshoots where less damping did not: {answer:?}");
+                continue;
+            }
+            assert!(answer.margin <= last + answer.margin_error, "{point:?}: {answer:?} after {last}");
+            // Strictly, unless nothing is left of the orbit or the step in C is below the accuracy.
+            let falls = answer.margin < last || answer.margin_error + answer.margin + 1.0 < 1e-9;
+            assert!(falls, "{point:?}: {answer:?} after {last}");
+            last = answer.margin;
+        }
+    }
+}
+
+#[test]
+fn margins_and_their_error_estimates_agree_with_the_polar_form() {
+    let mut random = Random(21);
+    let mut points = 0;
+    let mut errors = Vec::new();
+    let (mut dishonest, mut estimates) = (0, 0);
+    while points < 2500 {
+        let point = anywhere(&mut random);
+        let oscillator = oscillator(point);
+        let Some(exact) = oracle::polar_margin(&oscillator) else { continue };
+        points += 1;
+        for tolerance in [1e-6, 1e-9, 1e-11, 1e-13] {
+            let answer = flow(&oscillator, tolerance);
+            let context = format!("{point:?}, tolerance {tolerance}: {answer:?}, exact {exact:?}");
+            match answer.fate {
+                Fate::SpiralsInward => assert!(exact.value < exact.error, "{context}"),
+                Fate::Sticks(_) | Fate::CrossesForever => assert!(exact.value > -exact.error, "{context}"),
+                Fate::TooCloseToCall => assert!(exact.value.abs() < 2.0 * answer.margin_error, "{context}"),
+                Fate::Failed(_) => panic!("{context}"),
+            }
+            if answer.margin.is_nan() {
+                // The continuation ends at V/8, or nearer if the law has its pole near.
+                assert!(exact.value > 0.0, "{context}");
+                continue;
+            }
+            let error = (answer.margin - exact.value).abs();
+            estimates += 1;
+            dishonest += u32::from(error > answer.margin_error + exact.error);
+            if tolerance == 1e-13 && exact.error < 3e-15 {
+                errors.push(error);
+            }
+            // Even a fooled estimate is not far off.
+            assert!(error <= 10.0 * answer.margin_error + exact.error, "error {error:e}, {context}");
+        }
+    }
+    errors.sort_by(f64::total_cmp);
+    let (median, worst) = (errors[errors.len() / 2], errors[errors.len() - 1]);
+    println!("{dishonest} of {estimates} estimates too small; at 1e-13: median {median:e}, worst {worst:e}");
+    assert!(f64::from(dishonest) < 1e-3 * f64::from(estimates), "{dishonest} of {estimates}");
+    // Rounding errors of x2' of 1e-16 each, averaged over the turn, over V >= 0.1; 1e-13 itself at worst.
+    assert!(median < 2e-15 && worst < 1e-13, "median {median:e}, worst {worst:e}");
+}
+
+#[test]
+fn outcomes_and_landings_agree_with_the_lienard_form() {
+    let mut random = Random(22);
+    let mut seen = [0; 5];
+    for n in 0..600 {
+        let point = if n % 2 == 0 { anywhere(&mut random) } else { overshooting(&mut random) };
+        let oscillator = oscillator(point);
+        let answer = flow(&oscillator, 1e-12);
+        let Some((outcome, value, time)) = oracle::lienard(&oscillator) else { continue };
+        let context = format!("{point:?}: {answer:?}, reference {outcome:?} {value:?} {time:?}");
+        let belt_speed = oscillator.belt_speed;
+        match (answer.fate, outcome) {
+            (Fate::TooCloseToCall, _) => continue,
+            (Fate::SpiralsInward, Outcome::Short) => {
+                seen[0] += 1;
+                let error = (answer.margin - value.value).abs();
+                assert!(error <= answer.margin_error + value.error, "{context}");
+            }
+            (Fate::SpiralsInward, Outcome::Rests) => {
+                seen[1] += 1;
+                assert!(answer.margin < -0.9, "{context}");
+            }
+            (Fate::Sticks(landing), Outcome::Sticks | Outcome::SticksFromAbove) => {
+                let from_above = outcome == Outcome::SticksFromAbove;
+                seen[2 + usize::from(from_above)] += 1;
+                assert_eq!(landing.crossings, u32::from(from_above), "{context}");
+                let lift = if from_above { 2.0 } else { 0.0 };
+                let speed = oscillator.exit_x1() - landing.x1;
+                let slowest = value.value.abs().min(speed);
+                let error = answer.margin_error * belt_speed * (1.0 + belt_speed / slowest);
+                assert!((speed - value.value - lift).abs() <= error + value.error, "{context}");
+                let late = (landing.slip_time - time.value).abs();
+                assert!(late <= error * (1.0 + 1.0 / slowest) + time.error, "{context}");
+                assert!((landing.stick_time * belt_speed - speed).abs() <= 1e-12 * belt_speed.max(1.0));
+            }
+            (Fate::CrossesForever, Outcome::Crosses) => seen[4] += 1,
+            _ => panic!("{context}"),
+        }
+    }
+    println!("short, at rest, sticks, sticks from above, crosses: {seen:?}");
+    assert!(seen.iter().all(|&n| n >= 10), "{seen:?}");
+}
+
+#[test]
+fn grazing_points_are_right_or_not_called() {
+    let mut random = Random(23);
+    let (mut tested, mut called) = (0, [0; 2]);
+    while tested < 200 {
+        let mut point = anywhere(&mut random);
+        let exact = |c: f64| {
+            point[5] = c;
+            oracle::polar_margin(&oscillator(point))
+        };
+        let Some(critical) = critical_damping(exact) else { continue };
+        tested += 1;
+        for (at, tolerance) in [1e-12, 1e-13].into_iter().enumerate() {
+            for side in [-1.0, 1.0] {
+                point[5] = critical * (1.0 + side * 1e-9);
+                let answer = flow(&oscillator(point), tolerance);
+                let context = format!("{point:?}, side {side}, {answer:?}");
+                match answer.fate {
+                    Fate::TooCloseToCall => continue,
+                    Fate::SpiralsInward => assert!(side > 0.0, "{context}"),
+                    Fate::Sticks(_) | Fate::CrossesForever => assert!(side < 0.0, "{context}"),
+                    Fate::Failed(_) => panic!("{context}"),
+                }
+                called[at] += 1;
+            }
+        }
+    }
+    println!("called at tolerance 1e-12 and 1e-13: {called:?} of {}", 2 * tested);
+    assert!(called[1] > tested, "{called:?}");
+}
+
+/// The root of the margin in c, by bisection and secants, to about 1e-13 of itself; `None` if it is not in
+/// [0.05, 3] or out of the polar form's range.
+fn critical_damping(mut margin: impl FnMut(f64) -> Option<oracle::Known>) -> Option<f64> {
+    let (mut lo, mut hi) = (0.05, 3.0);
+    let (mut at_lo, mut at_hi) = (margin(lo)?.value, margin(hi)?.value);
+    if !(at_lo > 0.0 && at_hi < 0.0) {
+        return None;
+    }
+    for trial in 0..40 {
+        let secant = lo + (hi - lo) * at_lo / (at_lo - at_hi);
+        let middle = if trial % 3 == 2 { 0.5 * (lo + hi) } else { secant };
+        let known = margin(middle)?;
+        // The slope of the margin in c is that of the mean divergence, about -pi eps.
+        if known.value.abs() <= known.error {
+            return Some(middle);
+        }
+        if known.value > 0.0 {
+            (lo, at_lo) = (middle, known.value)
+        } else {
+            (hi, at_hi) = (middle, known.value)
+        }
+    }
+    Some(0.5 * (lo + hi))
+}

@@ -1,0 +1,135 @@
+//! Proved counts of slip cycles against those that are found, and a pair of cycles next to the equilibrium.
+
+use std::f64::consts::PI;
+
+use crate::sample::Random;
+use slipmap::filippov::Oscillator;
+use slipmap::friction::{Expression, Law, Table};
+use slipmap::point::{LawParameters, Point};
+use slipmap::simulate::direct::{Start, trace};
+use slipmap::simulate::slip_count::count_slip_cycles;
+use slipmap::simulate::slip_cycle::{extreme_growth, slip_cycles};
+
+fn expression(text: &str, parameters: &[f64], viscous: f64, belt_speed: f64) -> Oscillator {
+    let curve =
+        Law::Expression(Expression::new(text, 1.0).unwrap()).curve(1.0, &LawParameters::new(parameters));
+    Oscillator { curve, viscous, belt_speed }
+}
+
+#[test]
+fn pairs_that_meet_in_a_fold_are_proved() {
+    // The law of `a_pair_of_slip_cycles_between_two_signs_is_found`: with levels between -0.13 and 0 there are two.
+    let (e, a, k) = (0.01, 1.5_f64, 7.2_f64);
+    for (level, count) in [(-0.10, 2), (-0.05, 2), (-0.15, 0), (0.2, 1), (0.8, 1)] {
+        let viscous = e * (1.0 - a * k.cos() * level);
+        let counted = count_slip_cycles(&expression("1 - e*(u - a*sin(k*u)/k)", &[e, a, k], viscous, 1.0));
+        assert_eq!(counted.exact(), Some(count), "{level}: {counted:?}");
+        assert!(counted.open.is_empty());
+    }
+}
+
+#[test]
+fn proofs_and_searches_agree_at_random_laws() {
+    let mut random = Random(77);
+    let (mut proved, mut several) = (0, 0);
+    const POINTS: usize = 300;
+    for i in 0..POINTS {
+        let belt_speed = random.log(0.3, 2.0);
+        let mut between = |lo: f64, hi: f64| lo + (hi - lo) * random.unit();
+        let oscillator = match i % 3 {
+            0 => {
+                let law = LawParameters::new(&[between(0.0, 0.8), between(0.4, 2.0), between(0.0, 0.1)]);
+                let column = Law::Lorentzian.column(&Point { epsilon: 1.0, law, belt_speed, damping: 0.0 });
+                let c = column.curve.weakening(belt_speed);
+                Oscillator::in_column(&column, (c * between(0.7, 1.1)).max(0.0))
+            }
+            1 => {
+                let (e, a, k) = (between(0.02, 0.3), between(0.2, 1.0), between(1.0, 6.0));
+                let damping = e * between(0.0, 2.0);
+                expression("1 - e*(u - a*sin(k*u)/k)", &[e, a, k], damping, belt_speed)
+            }
+            _ => {
+                let (drop, q) = (between(0.1, 0.5), between(0.4, 1.5));
+                expression("1 - 1.5*d*(q*u - (q*u)^3/3)", &[drop, q], between(0.0, 0.5), belt_speed)
+            }
+        };
+        let counted = count_slip_cycles(&oscillator);
+        let cycles = slip_cycles(&oscillator, 1e-11).unwrap();
+        let found = cycles.len() as u32;
+        assert!(counted.at_least <= found, "{oscillator:?} {counted:?} {cycles:?}");
+        assert!(counted.at_most.is_none_or(|most| found <= most), "{oscillator:?} {counted:?} {cycles:?}");
+        assert_eq!(counted.at_most.is_none(), !counted.open.is_empty());
+        proved += usize::from(counted.exact().is_some());
+        several += usize::from(found > 1);
+    }
+    println!(
+        "the number of slip cycles is proved at {proved} of {POINTS} points; at {several} there are several"
+    );
+    // What can stay open is next to a fold or to a Hopf bifurcation: within about the errors of the enclosures and the
+    // shortest piece, 1e-3, of one of these curves. A point in twenty is much more than lies there.
+    assert!(proved * 20 >= POINTS * 19 && several > 0, "{proved} {several}");
+}
+
+#[test]
+fn of_measured_laws_only_what_the_even_part_says_is_proved() {
+    let data: Vec<(f64, f64)> =
+        (0..80).map(|i| 0.05 * f64::from(i)).map(|u| (u, 1.0 / (1.0 + u * u))).collect();
+    let curve =
+        Law::Table(Table::new("lorentzian", &data, 1.0).unwrap()).curve(1.0, &LawParameters::new(&[]));
+    let count = |viscous: f64| count_slip_cycles(&Oscillator { curve, viscous, belt_speed: 0.58 });
+    assert_eq!(count(2.0).exact(), Some(0));
+    let between = count(0.62);
+    assert_eq!((between.at_least, between.at_most, between.open.len()), (0, None, 1));
+}
+
+/// D(V - v) = e (1 - a w^2 + b w^4) at V = 1, w = tanh(v / d): everything happens within |v| of some d.
+fn narrow(e: f64, [a, b]: [f64; 2], d: f64) -> Oscillator {
+    // Integrals of 1, tanh^2 and tanh^4.
+    let part = |x: &str| format!("({x} - a*({x} - tanh({x})) + b*({x} - tanh({x}) - tanh({x})^3/3))");
+    let text = format!("1 - e*d*({} - {})", part("((u - 1)/d)"), part("(-1/d)"));
+    expression(&text, &[e, d, a, b], 0.0, 1.0)
+}
+
+#[test]
+fn a_pair_of_cycles_next_to_the_equilibrium_is_found() {
+    let (e, d) = (0.05, 0.01);
+    // To first order in e a turn of radius r grows by e pi G(r), G(r) = 1 - a m2 + b m4 with the means m of w^2 and w^4
+    // over the circle with weight 2 sin^2; a and b are such that G vanishes at two radii of about V / 100.
+    let radii = [0.007, 0.02];
+    let mean = |r: f64, power: i32| {
+        let terms = (0..256).map(|i| f64::from(i) * PI / 128.0);
+        terms.map(|t| (r * t.cos() / d).tanh().powi(power) * t.sin().powi(2)).sum::<f64>() / 128.0
+    };
+    let [[p, q], [s, t]] = radii.map(|r| [mean(r, 2), -mean(r, 4)]);
+    let determinant = p * t - q * s;
+    let coefficients = [(t - q) / determinant, (p - s) / determinant];
+    let oscillator = narrow(e, coefficients, d);
+
+    let cycles = slip_cycles(&oscillator, 1e-11).unwrap();
+    assert_eq!(cycles.len(), 2, "{coefficients:?} {cycles:?}");
+    for (cycle, radius) in cycles.iter().zip(radii) {
+        // The next order in e: D is at most e (1 + a + b), and the slope of G by ln r about one.
+        let allowed = e * (1.0 + coefficients[0] + coefficients[1]);
+        assert!((cycle.velocity.hi / radius - 1.0).abs() < allowed, "{cycle:?} {radius}");
+    }
+    assert!(cycles[0].is_stable() && !cycles[1].is_stable(), "{cycles:?}");
+    assert_eq!(count_slip_cycles(&oscillator).exact(), Some(2), "{:?}", count_slip_cycles(&oscillator));
+    let extreme = extreme_growth(&oscillator, 1e-10).unwrap().unwrap();
+    let between = cycles[0].velocity.hi..cycles[1].velocity.hi;
+    assert!(between.contains(&extreme.radius) && extreme.growth < 0.0, "{extreme:?}");
+
+    // The other engine: orbits grow inside the first cycle and outside the second, and shrink between them.
+    let change = |radius: f64| {
+        let x1 = oscillator.curve.phi(1.0 - radius) - oscillator.viscous * radius;
+        let orbit = trace(&oscillator, Start::State { x1, x2: radius }, 1e-11, 22.0 * PI);
+        let largest = |from: f64| {
+            let turn = orbit.samples.iter().filter(|sample| (from..from + 2.0 * PI).contains(&sample.t));
+            turn.map(|sample| sample.x2).fold(0.0, f64::max)
+        };
+        (largest(20.0 * PI) / largest(0.0)).ln()
+    };
+    let [first, second] = [between.start, between.end];
+    // Samples miss a maximum by a part in 800.
+    let seen = [0.6 * first, extreme.radius, 1.3 * second].map(change);
+    assert!(seen[0] > 0.003 && seen[1] < -0.003 && seen[2] > 0.003, "{seen:?}");
+}

@@ -1,0 +1,141 @@
+//! Damaged maps: every command that reads one refuses it before it answers, and says what to do.
+
+use std::fs;
+
+use hdf5::File;
+use slipmap::map::Verdict;
+
+use crate::command::Scratch;
+use crate::hostile::{LABEL, PLOT, assert_tame, bounded, forge, scratch, spoilt};
+
+/// SplitMix64.
+fn random(state: &mut u64) -> usize {
+    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let mut z = *state;
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    ((z ^ (z >> 31)) >> 2) as usize
+}
+
+/// Flips single bits: `check` finds each, and every other command refuses the map, in bounded memory and time.
+///
+/// But for the words of the seal before its digits: without them the file has no seal, as after a copy by another
+/// program, and its contents, which no bit was flipped of, are compared with their fingerprints and used.
+///
+/// Where nothing is refused too late, reports and resumptions cost no more than the rest.
+fn flip(flips: usize, seed: u64) {
+    let scratch = scratch();
+    let whole = fs::read(scratch.path().join("good.h5")).unwrap();
+    let label = whole.len() - LABEL.len() - 65..whole.len() - 65;
+    assert!(whole[label.clone()] == *LABEL);
+    let mut state = seed;
+    let mut ended = std::collections::BTreeMap::new();
+    // The first one in the label, whatever the seed.
+    for number in 0..flips {
+        let place = random(&mut state) % if number == 0 { LABEL.len() } else { whole.len() };
+        let place = if number == 0 { label.start + place } else { place };
+        let bit = random(&mut state) % 8;
+        let mut bytes = whole.clone();
+        bytes[place] ^= 1 << bit;
+        scratch.file("map.h5", &bytes);
+        let report: &[&str] = &["report", "map.h5", "--overwrite"];
+        for arguments in [&["check", "map.h5"][..], &PLOT, report, &["run", "job.toml", "--resume"]] {
+            let run = bounded(&scratch, arguments);
+            let what = format!("bit {bit} of byte {place}, {}: {run:?}", arguments[0]);
+            assert_tame(&run);
+            match arguments[0] {
+                "check" => assert!((1..=2).contains(&run.code), "{what}"),
+                _ if label.contains(&place) => assert_eq!(run.code, 0, "{what}"),
+                _ => {
+                    assert_eq!(run.code, 2, "{what}");
+                    for part in ["map.h5 is damaged", "sealed", "help: `slipmap check"] {
+                        assert!(run.err.contains(part), "no `{part}`: {what}");
+                    }
+                }
+            }
+            assert!(!run.err.contains("panicked"), "{what}");
+            *ended.entry((arguments[0], run.code)).or_insert(0) += 1;
+        }
+    }
+    println!("{flips} flips; command and exit code: {ended:?}");
+}
+
+#[test]
+fn forty_flipped_bits_are_refused() {
+    flip(40, 1);
+}
+
+#[test]
+#[ignore = "minutes: two thousand flipped bits; cargo test --test program damage:: -- --ignored"]
+fn two_thousand_flipped_bits_are_refused() {
+    flip(2000, 2);
+}
+
+/// Report and plot refuse `map.h5` with one message that has these parts.
+#[track_caller]
+fn assert_refused(scratch: &Scratch, parts: &[&str]) {
+    for arguments in [&["report", "map.h5"][..], &PLOT] {
+        bounded(scratch, arguments).refuses(parts);
+    }
+    assert_eq!(scratch.names(), ["good.h5", "job.toml", "map.h5"]);
+}
+
+#[test]
+fn maps_without_a_seal_are_compared_with_their_fingerprints() {
+    let scratch = scratch();
+    // Opened for writing, and nothing written: the HDF5 library cuts the seal off.
+    spoilt(&scratch, |_| ());
+    let run = bounded(&scratch, &PLOT).ends_with(0);
+    assert!(run.err.contains("note: map.h5 has no seal"), "{run:?}");
+    fs::remove_file(scratch.path().join("plot.svg")).unwrap();
+    // A cell of the last chunk of a variable that no slice shows, behind valid checksums of HDF5.
+    spoilt(&scratch, |file| {
+        let cells = file.dataset("margin_symmetric").unwrap();
+        let mut all = cells.read_dyn::<f64>().unwrap();
+        *all.iter_mut().last().unwrap() = 0.125;
+        cells.write(&all).unwrap();
+    });
+    assert_refused(
+        &scratch,
+        &["map.h5 is damaged", "margin_symmetric, attribute sha256", "slipmap check map.h5"],
+    );
+    spoilt(&scratch, |file| file.attr("tolerance").unwrap().write_scalar(&1e-12).unwrap());
+    assert_refused(&scratch, &["map.h5 is damaged", "file, attribute sha256_attributes"]);
+    spoilt(&scratch, |file| {
+        let alpha = file.dataset("alpha").unwrap();
+        alpha.write(&[0.1, 0.6]).unwrap();
+    });
+    assert_refused(&scratch, &["map.h5 is damaged", "alpha, attribute sha256"]);
+    spoilt(&scratch, |file| {
+        let cells = file.dataset("verdict_simulation").unwrap();
+        let mut all = cells.read_dyn::<i8>().unwrap();
+        all.fill(Verdict::Present.code());
+        cells.write(&all).unwrap();
+        cells.attr("flag_counts").unwrap().write(&[0i64, 0, 512, 0, 0]).unwrap();
+    });
+    assert_refused(&scratch, &["map.h5 is damaged", "verdict_simulation, attribute sha256"]);
+}
+
+#[test]
+fn what_turns_out_damaged_while_it_is_read_is_bad_input_too() {
+    let scratch = scratch();
+    fs::copy(scratch.path().join("good.h5"), scratch.path().join("map.h5")).unwrap();
+    let path = scratch.path().join("map.h5");
+    // Every chunk of the variable, so that whatever slice is drawn meets one.
+    let chunks: Vec<_> = {
+        let file = File::open(&path).unwrap();
+        let cells = file.dataset("verdict_simulation").unwrap();
+        (0..cells.num_chunks().unwrap()).map(|i| cells.chunk_info(i).unwrap()).collect()
+    };
+    let mut bytes = fs::read(&path).unwrap();
+    for chunk in chunks {
+        // Past the two bytes of the zlib header.
+        let (from, to) = (chunk.addr as usize + 2, (chunk.addr + chunk.size) as usize);
+        bytes[from..to].fill(0xff);
+    }
+    fs::write(&path, bytes).unwrap();
+    assert_refused(&scratch, &["map.h5 is damaged", "sealed"]);
+    // Sealed as it is, it is found out chunk by chunk.
+    forge(&scratch);
+    assert_refused(&scratch, &["cannot read verdict_simulation in map.h5"]);
+}

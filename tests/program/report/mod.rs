@@ -1,0 +1,134 @@
+//! Reports: their numbers, and their pages. Here the maps that both are made of.
+
+mod numbers;
+mod pages;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::LazyLock;
+use std::sync::atomic::AtomicBool;
+
+use ndarray::ArrayD;
+use slipmap::friction::Law;
+use slipmap::map::{self, Control, Engine, Field, Grid, Method, Plan};
+use slipmap::report::{self, Cell, Report, Table};
+use slipmap::simulate::naive::NaiveKnobs;
+use slipmap::store::Pick::{Every, Node};
+use slipmap::store::{self, MapFile, MapWriter, Outcome, Provenance};
+
+const AXES: [&str; 6] = ["epsilon", "alpha", "beta", "gamma", "V", "c"];
+
+/// Choices at which the naive methods answer fast.
+const CHEAP: NaiveKnobs = NaiveKnobs {
+    smoothing_width: 1e-2,
+    stick_band_width: 1e-2,
+    step: 5e-2,
+    tolerance: 1e-4,
+    turns: 2,
+    start_pause: 0.1,
+    longest_step: f64::INFINITY,
+};
+
+/// A plan with tiles so small that columns, boxes and blocks all reach across them.
+fn plan(nodes: [&[f64]; 6], methods: &[&str], fields: &[Field]) -> Plan {
+    let grid = Grid::new(Law::Stribeck, nodes.iter().map(|values| values.to_vec()).collect()).unwrap();
+    let shape = grid.shape().iter().map(|&len| len.min(2)).collect();
+    Plan {
+        tile_shape: shape,
+        grid,
+        // What the naive methods say matters little here, what they cost does.
+        methods: methods.iter().map(|name| Method::by_name(name).unwrap().with_knobs(CHEAP)).collect(),
+        fields: fields.to_vec(),
+        engine: Engine::Auto,
+        tolerance: 1e-9,
+        audit_cells: 3,
+        proof_boxes: 0,
+        compression: 1,
+    }
+}
+
+/// All but one, which would spend seconds on the few cells of large divergence.
+fn all_methods() -> Vec<&'static str> {
+    Method::all().map(|method| method.name()).filter(|name| *name != "event_step").collect()
+}
+
+fn store_map(folder: &Path, plan: &Plan, title: &str) -> MapFile {
+    let path = folder.join("map.h5");
+    let provenance = Provenance {
+        title: title.into(),
+        config_path: "map.toml".into(),
+        // A fence, and one that appears when control characters are left out.
+        config_text: format!("# {title}\n```\n``\u{1}``\n"),
+        command_line: "slipmap run map.toml".into(),
+    };
+    let writer = MapWriter::create(&path, plan, &provenance, store::Existing::Refuse).unwrap();
+    let control = Control { threads: Some(1), on_cells: &|_| (), stop: &AtomicBool::new(false) };
+    let summary = map::compute(plan, &writer, &control).unwrap();
+    let outcome = Outcome {
+        threads: summary.threads,
+        wall_seconds: summary.seconds,
+        seconds: summary.methods.iter().map(|method| (method.method, method.seconds)).collect(),
+        audit: Some(store::Audit { cells: 3, disagreements: 0 }),
+        not_computed: None,
+        curves: Vec::new(),
+        extra: vec![],
+    };
+    writer.finish(&outcome).unwrap();
+    MapFile::open(&path).unwrap()
+}
+
+fn gather(map: &MapFile) -> Report {
+    let control = report::Control { on_cells: &|_| (), stop: &AtomicBool::new(false) };
+    Report::gather(map, &control).unwrap()
+}
+
+/// A small map in which every method decides something, with unequal steps on every axis.
+fn small(folder: &Path, methods: &[&str], fields: &[Field]) -> MapFile {
+    let nodes: [&[f64]; 6] = [
+        &[0.02, 0.05, 0.2, 0.5],
+        &[0.0, 0.3, 0.9],
+        &[0.1],
+        &[0.5, 2.0, 3.0, 6.0],
+        &[0.5, 1.0, 4.0],
+        &[0.0, 0.1, 0.2, 0.5, 1.0, 1.7, 3.0],
+    ];
+    store_map(folder, &plan(nodes, methods, fields), "A small map")
+}
+
+/// That map with every method and every field, which many tests read.
+static SMALL: LazyLock<MapFile> = LazyLock::new(|| {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("report");
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    small(&folder, &all_methods(), &Field::ALL)
+});
+
+/// All verdicts of a method at one eps, over the other axes.
+fn verdicts(map: &MapFile, method: &str, epsilon: usize) -> ArrayD<i8> {
+    map.code_slice(
+        &format!("verdict_{method}"),
+        &[Node(epsilon), Every(1), Every(1), Every(1), Every(1), Every(1)],
+    )
+    .unwrap()
+}
+
+/// Every index of an array.
+fn indices(shape: &[usize]) -> Vec<Vec<usize>> {
+    shape.iter().fold(vec![vec![]], |all, &len| {
+        all.iter().flat_map(|index| (0..len).map(move |i| [index.as_slice(), &[i]].concat())).collect()
+    })
+}
+
+/// The row of a table with these words or numbers in its first columns, by the column's name.
+fn row(table: &Table, epsilon: Option<f64>, method: &str) -> BTreeMap<&'static str, Cell> {
+    let wanted = epsilon.map_or(Cell::Missing, Cell::Real);
+    let found = table.rows.iter().find(|row| row[0] == wanted && row[1] == Cell::Words(method.into()));
+    let found = found.unwrap_or_else(|| panic!("{}: no row {epsilon:?} {method}", table.name));
+    table.columns.iter().map(|column| column.key).zip(found.iter().cloned()).collect()
+}
+
+#[track_caller]
+fn assert_close(cell: &Cell, expected: f64, relative: f64) {
+    let Cell::Real(found) = *cell else { panic!("{cell:?} is not {expected}") };
+    assert!((found - expected).abs() <= relative * expected.abs(), "{found} is not {expected}");
+}

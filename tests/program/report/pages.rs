@@ -1,0 +1,292 @@
+//! Figures and documents: degenerate maps, failed cells, hostile texts, and the command line.
+
+use std::sync::atomic::AtomicBool;
+
+use super::{SMALL, gather, plan, row, store_map};
+use crate::command::Scratch;
+use slipmap::map::{self, Control, Field, Verdict};
+use slipmap::report::figure::{Plot, Width};
+use slipmap::report::{Cell, Existing, figure, tables, write};
+use slipmap::store::Pick::{Every, Node};
+use slipmap::store::{self, MapFile, MapWriter, Outcome, Provenance};
+
+/// Whether a text is well-formed XML with words that can be read.
+fn check_svg(svg: &str) {
+    roxmltree::Document::parse(svg).unwrap();
+    assert!(svg.contains("<text") && !svg.contains("NaN") && !svg.contains("inf"), "{svg}");
+    assert!(!svg.contains("href") && !svg.contains("<script"), "nothing from elsewhere");
+}
+
+/// What a map lacks, its axes and its methods.
+type Case<'a> = (&'a str, [&'a [f64]; 6], &'a [&'a str]);
+
+#[test]
+fn degenerate_maps_have_reports() {
+    let cases: [Case; 7] = [
+        ("one cell", [&[0.1], &[0.3], &[0.1], &[2.0], &[1.0], &[0.5]], &["perturbation", "simulation"]),
+        (
+            "one eps",
+            [&[0.1], &[0.0, 0.5], &[0.1], &[1.0, 2.0], &[1.0], &[0.0, 0.5, 1.0]],
+            &["symmetric", "simulation"],
+        ),
+        (
+            "one c",
+            [&[0.1, 0.2], &[0.0, 0.5], &[0.1], &[1.0, 2.0], &[1.0], &[0.0]],
+            &["symmetric", "simulation"],
+        ),
+        ("no simulation", [&[0.1], &[0.0, 0.5], &[0.1], &[1.0], &[1.0], &[0.0, 1.0]], &["instability"]),
+        (
+            "no cycles",
+            [&[0.1, 0.3], &[1.0], &[0.1], &[1.0, 2.0], &[1.0], &[0.0, 1.0]],
+            &["bendixson", "simulation"],
+        ),
+        (
+            "decides nothing",
+            [&[0.1], &[0.9], &[0.5], &[1.0, 2.0], &[1.0, 2.0], &[1.0, 2.0]],
+            &["instability", "simulation"],
+        ),
+        (
+            "eps alone",
+            [&[0.1, 0.2, 0.3], &[0.1], &[0.1], &[1.0], &[1.0], &[0.1]],
+            &["harmonic_balance", "simulation"],
+        ),
+    ];
+    for (what, nodes, methods) in cases {
+        let folder = tempfile::tempdir().unwrap();
+        let map = store_map(folder.path(), &plan(nodes, methods, &[Field::Verdict, Field::Regime]), what);
+        let report = gather(&map);
+        for figure in figure::all(&map, &report).unwrap() {
+            for (width, scene) in &figure.scenes {
+                assert!(
+                    scene.height > 50.0 && scene.height < 1200.0,
+                    "{what}: {} is {} high",
+                    figure.name,
+                    scene.height
+                );
+                check_svg(&scene.svg(width.name(), &figure.caption));
+            }
+        }
+        for table in tables::all(&map, &report) {
+            assert!(table.rows.iter().all(|row| row.len() == table.columns.len()), "{what}: {}", table.name);
+            for text in [table.markdown(), table.latex(), table.html(), table.csv()] {
+                assert!(!text.contains("NaN") && !text.contains("inf"), "{what}: {text}");
+            }
+        }
+        let volume = report.verdicts.volumes[0][0];
+        assert!(volume.claimed >= 0.0 && volume.error >= 0.0, "{what}: {volume:?}");
+    }
+}
+
+#[test]
+fn failed_cells_are_counted_and_drawn() {
+    // A sink between the engine and the file that breaks every verdict.
+    struct Broken<'a>(&'a MapWriter);
+    impl map::Sink for Broken<'_> {
+        type Packed = <MapWriter as map::Sink>::Packed;
+        type Error = <MapWriter as map::Sink>::Error;
+        fn pack(&self, data: &map::TileData) -> Result<Self::Packed, Self::Error> {
+            let mut data = data.clone();
+            for method in &mut data.methods {
+                method.verdicts.fill(Verdict::Failed.code());
+            }
+            self.0.pack(&data)
+        }
+        fn write(&self, packed: Self::Packed, account: &slipmap::map::Account) -> Result<(), Self::Error> {
+            self.0.write(packed, account)
+        }
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let plan = plan(
+        [&[0.1], &[0.0, 0.5], &[0.1], &[1.0, 2.0], &[1.0], &[0.0, 1.0]],
+        &["symmetric", "simulation"],
+        &[Field::Verdict],
+    );
+    let path = folder.path().join("map.h5");
+    let writer = MapWriter::create(&path, &plan, &Provenance::default(), store::Existing::Refuse).unwrap();
+    let control = Control { threads: Some(1), on_cells: &|_| (), stop: &AtomicBool::new(false) };
+    map::compute(&plan, &Broken(&writer), &control).unwrap();
+    writer.finish(&Outcome::default()).unwrap();
+    let map = MapFile::open(&path).unwrap();
+    let report = gather(&map);
+    let table = tables::agreement(&map, &report);
+    let row = row(&table, Some(0.1), "symmetric");
+    assert_eq!(row["failed"], Cell::Count(8));
+    assert_eq!(row["not_compared"], Cell::Count(8));
+    for figure in figure::all(&map, &report).unwrap() {
+        check_svg(&figure.scenes[0].1.svg("failed", &figure.caption));
+    }
+}
+
+#[test]
+fn hostile_texts_stay_texts() {
+    let folder = tempfile::tempdir().unwrap();
+    let title =
+        "</title><script>alert(1)</script> \\input{x} $\\alpha$ | [a](javascript:b) & \"q\" %\u{1}\nnext 中";
+    let nodes: [&[f64]; 6] = [&[0.1], &[0.3], &[0.1], &[1.0, 2.0], &[1.0], &[0.0, 0.5]];
+    let map = store_map(folder.path(), &plan(nodes, &["symmetric", "simulation"], &[Field::Verdict]), title);
+    let out = folder.path().join("out");
+    write(&map, &gather(&map), &out, Existing::Refuse).unwrap();
+    let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
+    let html = read("report.html");
+    assert!(
+        !html.contains("<script") && html.matches("</title>").count() == 1 + html.matches("<svg").count()
+    );
+    assert!(html.contains("&lt;script&gt;"));
+    let latex = read("report.tex") + &read("tables/provenance.tex");
+    assert!(
+        !latex.contains("\\input{x}")
+            && latex.contains("\\textbackslash{}input\\{x\\} \\$\\textbackslash{}alpha\\$")
+    );
+    assert!(latex.contains("[U+4E2D]"));
+    // In Markdown nothing acts outside of the configuration, which holds the title and a fence of its own;
+    // a line that could end the fence around it (at least as many backticks and nothing else) comes last.
+    let markdown = read("report.md");
+    let (before, config) = markdown.split_once("\n`````toml\n").unwrap();
+    assert!(!before.contains("<script") && !before.contains("[a](java"), "{before}");
+    let lines: Vec<&str> = config.trim_end().lines().collect();
+    let ends = |line: &&str| {
+        let text = line.trim();
+        text.len() >= 5 && text.bytes().all(|b| b == b'`')
+    };
+    assert_eq!(lines.iter().position(ends), Some(lines.len() - 1), "{config}");
+    assert!(config.contains("<script"), "the configuration is shown as it is");
+    let csv = read("tables/provenance.csv");
+    let mut records = csv::Reader::from_reader(csv.as_bytes());
+    let first = records.records().next().unwrap().unwrap();
+    let tame: String = title.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    assert_eq!(&first[1], tame, "CSV keeps texts as they are, but for control characters");
+}
+
+#[test]
+fn plots_say_what_they_hold_and_refuse_what_is_not_there() {
+    let map = &*SMALL;
+    let at = [("V".to_owned(), 3.0), ("epsilon".to_owned(), 0.06)];
+    let variables: Vec<&str> = map.variables().collect();
+    for variable in &variables {
+        for (x, y) in [("gamma", "alpha"), ("alpha", "gamma"), ("beta", "gamma")] {
+            let plot =
+                Plot { x, y, at: &at, variable: Some(variable), curves: false, width: Width::OneColumn };
+            let plotted = figure::plot(map, &plot).unwrap();
+            check_svg(&plotted.scene.svg("plot", &plotted.caption));
+            let held = |axis: &str| plotted.held.iter().find(|held| held.axis == axis).map(|held| held.used);
+            assert_eq!((held("V"), held("epsilon")), (Some(4.0), Some(0.05)));
+            assert_eq!(held("c").is_none(), variable.starts_with("critical_c_"));
+            assert!(plotted.caption.plain().contains("V = 4"), "{}", plotted.caption.plain());
+        }
+    }
+    let refused = |x: &str, y: &str, at: &[(String, f64)], variable: Option<&str>| {
+        let plot = Plot { x, y, at, variable, curves: false, width: Width::TwoColumns };
+        figure::plot(map, &plot).unwrap_err().to_string()
+    };
+    assert!(refused("gama", "c", &[], None).contains("the nearest is `gamma`"));
+    assert!(refused("gamma", "c", &[("bet".into(), 1.0)], None).contains("`beta`"));
+    assert!(refused("gamma", "c", &[], Some("verdict_simulatoin")).contains("`verdict_simulation`"));
+    assert!(refused("c", "c", &[], None).contains("different axes"));
+    assert!(refused("gamma", "c", &[("c".into(), 1.0)], None).contains("shown"));
+    assert!(refused("gamma", "c", &[], Some("critical_c_symmetric")).contains("does not vary along `c`"));
+    assert!(refused("gamma", "c", &[("V".into(), f64::NAN)], None).contains("finite"));
+}
+
+#[test]
+fn slices_show_the_stored_cells() {
+    // Every cell of a plotted verdict is a node's: the areas of the page add up to the nodes' cells.
+    let map = &*SMALL;
+    let plot = Plot {
+        x: "gamma",
+        y: "c",
+        at: &[("epsilon".into(), 0.5)],
+        variable: None,
+        curves: false,
+        width: Width::OneColumn,
+    };
+    let svg = {
+        let plotted = figure::plot(map, &plot).unwrap();
+        plotted.scene.svg("plot", &plotted.caption)
+    };
+    let codes = map
+        .code_slice("verdict_simulation", &[Node(3), Node(1), Node(0), Every(1), Node(1), Every(1)])
+        .unwrap();
+    for (fill, code) in [("#0072b2", 1), ("#f7e3bf", -1)] {
+        let shown = svg.contains(&format!("fill-rule=\"evenodd\" fill=\"{fill}\""));
+        assert_eq!(shown, codes.iter().any(|c| *c == code), "{fill}");
+    }
+}
+
+#[test]
+fn the_commands_write_everything_or_nothing() {
+    let scratch = Scratch::new();
+    drop(store_map(
+        scratch.path(),
+        &plan(
+            [&[0.1], &[0.3], &[0.1], &[1.0, 2.0, 3.0], &[1.0], &[0.0, 0.5, 1.0]],
+            &["symmetric", "simulation"],
+            &[Field::Verdict],
+        ),
+        "Commands",
+    ));
+    let run = scratch.run(&["report", "map.h5"]).ends_with(0);
+    assert_eq!(run.out.trim(), "map-report/report.md");
+    assert_eq!(run.err, "");
+    assert_eq!(scratch.names(), ["map-report", "map.h5"]);
+    let made = |folder: &str, ending: &str| {
+        let entries = std::fs::read_dir(scratch.path().join("map-report").join(folder)).unwrap();
+        entries.filter(|e| e.as_ref().unwrap().path().extension().is_some_and(|e| e == ending)).count()
+    };
+    assert_eq!(made("tables", "tex"), made("tables", "csv"));
+    assert!(made("figures", "svg") >= 10);
+    assert_eq!(
+        (made("figures", "svg"), made("figures", "svg")),
+        (made("figures", "pdf"), made("figures", "png"))
+    );
+    // Every file that the Markdown names is there.
+    let markdown = scratch.read("map-report/report.md");
+    let links: Vec<&str> = markdown.split("](").skip(1).filter_map(|rest| rest.split(')').next()).collect();
+    assert!(links.len() > 20);
+    for link in links {
+        assert!(scratch.path().join("map-report").join(link).is_file(), "{link}");
+    }
+    scratch.run(&["report", "map.h5"]).refuses(&["map-report", "exists already", "--overwrite"]);
+    scratch.file("map-report/mine.txt", "kept");
+    scratch.run(&["report", "map.h5", "--overwrite"]).ends_with(0);
+    assert_eq!(scratch.read("map-report/mine.txt"), "kept");
+    scratch.run(&["report", "nothing.h5"]).refuses(&["nothing.h5"]);
+    scratch.file("text.h5", "no map");
+    scratch.run(&["report", "text.h5"]).refuses(&["not a map", "slipmap run"]);
+
+    let plot = |rest: &[&str]| scratch.run(&[&["plot", "map.h5", "--x", "gamma", "--y", "c"], rest].concat());
+    let run = plot(&["--out", "slice.svg", "--at", "V=1.2"]).ends_with(0);
+    assert!(run.err.contains("V = 1 (the node nearest to 1.2)"), "{}", run.err);
+    assert!(run.err.contains("alpha = 0.3 (the middle node)"), "{}", run.err);
+    assert!(scratch.read("slice.svg").contains("<text"), "text stays text");
+    plot(&["--out", "slice.svg"]).refuses(&["slice.svg", "--overwrite"]);
+    plot(&["--out", "slice.png", "--columns", "2"]).ends_with(0);
+    plot(&["--out", "slice.jpg"]).refuses(&[".svg, .pdf or .png"]);
+    plot(&["--out", "a.svg", "--at", "V"]).refuses(&["gamma=2.0"]);
+    plot(&["--out", "a.svg", "--variable", "verdict_symetric"]).refuses(&["`verdict_symmetric`"]);
+    scratch.run(&["plot", "map.h5", "--x", "gamm", "--y", "c", "--out", "a.svg"]).refuses(&["`gamma`"]);
+    assert!(
+        !scratch.names().iter().any(|name| name.starts_with('.') || name == "a.svg"),
+        "{:?}",
+        scratch.names()
+    );
+
+    let point = [
+        "probe",
+        "--epsilon",
+        "0.1",
+        "--alpha",
+        "0.3",
+        "--beta",
+        "0.1",
+        "--gamma",
+        "2",
+        "--V",
+        "1",
+        "--c",
+        "0.5",
+    ];
+    scratch.run(&[&point[..], &["--figure", "point.svg"]].concat()).ends_with(0);
+    let svg = scratch.read("point.svg");
+    assert!(svg.contains("sticking segment") && svg.contains("landing"), "{svg}");
+    scratch.run(&[&point[..], &["--figure", "point.svg"]].concat()).refuses(&["point.svg", "--overwrite"]);
+}
