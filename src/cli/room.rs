@@ -28,6 +28,12 @@ impl Room {
                 proof.display()
             )));
         }
+        if let Some(proof) = proof.filter(|proof| !super::proof::may_replace(proof)) {
+            return Err(Failure::BadInput(format!(
+                "{} is no proof, and only proofs are replaced\n  help: move it away, or choose another place with --set validated.proof=..",
+                proof.display()
+            )));
+        }
         let same =
             |a: &Path, b: &Path| a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b));
         if same(&job.output, &job.config_file) {
