@@ -43,7 +43,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
 
 fn check_map(map: &Path, as_json: bool) -> Result<Ended, Failure> {
     let name = map.display();
-    if !map.exists() {
+    if map.metadata().is_err_and(|error| error.kind() == io::ErrorKind::NotFound) {
         return Err(Failure::BadInput(format!("{name}: there is no such file\n  help: check the path")));
     }
     if map.is_dir() {

@@ -1,7 +1,6 @@
 //! `slipmap failures`: where and why each method fails on a grid.
 
 use std::fmt::Write as _;
-use std::fs;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
@@ -123,7 +122,7 @@ fn refuse_existing(folder: &Path, overwrite: bool) -> Result<(), Failure> {
 fn write_files(folder: &Path, report: &Report) -> Result<(), Failure> {
     let broken =
         |path: &Path, error: io::Error| Failure::Broken(format!("cannot write {}: {error}", path.display()));
-    fs::create_dir_all(folder).map_err(|error| broken(folder, error))?;
+    crate::store::create_folders(folder).map_err(|error| broken(folder, error))?;
     let texts = [report.markdown(), report.methods_csv()?, report.classes_csv()?];
     for (name, text) in FILES.iter().zip(texts) {
         let path = folder.join(name);

@@ -108,11 +108,29 @@ impl From<io::Error> for Failure {
     }
 }
 
+/// Room for the program's stack: what the first thread of a process usually has.
+const STACK: usize = 8 << 20;
+
 /// Runs the program on the arguments of the process.
 #[must_use]
 pub fn main() -> ExitCode {
-    let arguments = Arguments::parse();
-    let result = match arguments.command {
+    let command = Arguments::parse().command;
+    // The work has a thread of its own, and the first one only waits: signals are delivered to it, at once. A thread
+    // that a file system keeps waiting (a server that hangs) hears of none.
+    let work = std::thread::Builder::new().stack_size(STACK).spawn(move || carry_out(command));
+    match work.map(std::thread::JoinHandle::join) {
+        Ok(Ok(code)) => code,
+        Ok(Err(panic)) => std::panic::resume_unwind(panic),
+        Err(error) => {
+            say(&format!("error: cannot start a thread: {error}"));
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Carries out a command and says how it ended.
+fn carry_out(command: Command) -> ExitCode {
+    let result = match command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Probe(arguments) => probe::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),

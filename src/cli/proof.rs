@@ -1,7 +1,7 @@
 //! Certificates of the universal surface: JSON files of tiles, written by `slipmap run`, verified by `slipmap check
 //! --proof`.
 
-use std::io::{self, Write as _};
+use std::io::{self, BufRead as _, Read as _, Write as _};
 use std::path::Path;
 
 use rayon::prelude::*;
@@ -16,6 +16,8 @@ use crate::certify::validated::tile::{GroupBox, MODES, Tile, UNIT};
 
 /// What a certificate calls itself.
 const FORMAT: &str = "slipmap proof 1";
+/// How every proof begins, of whatever format.
+const BEGINNING: &str = "{\"format\":\"slipmap proof ";
 /// What it says, for whoever opens it.
 const STATEMENT: &str = "With v' = w, w' = -v + D w, D = -C + A/(1 + k s)^2 - 2 b s, s = 1 - v, the orbit from (1, 0) \
     comes back to v = 1 (or runs away) for C < C* and not for C > C*. In the domain of each tile |C* - sum of viscous[m] \
@@ -81,6 +83,16 @@ impl StoredTile {
     }
 }
 
+/// Whether there is a proof at `path`, or nothing yet in a plain file: what may be replaced.
+pub(super) fn may_replace(path: &Path) -> bool {
+    let mut first = Vec::new();
+    // In this order: opening a pipe would wait for its other end.
+    path.metadata().is_ok_and(|metadata| metadata.is_file())
+        && std::fs::File::open(path)
+            .and_then(|file| file.take(BEGINNING.len() as u64).read_to_end(&mut first))
+            .is_ok_and(|_| first == BEGINNING.as_bytes() || first.is_empty())
+}
+
 /// Writes the certificate of a surface, all at once.
 pub(super) fn write(surface: &Surface, path: &Path, overwrite: bool) -> Result<(), Failure> {
     let broken = |error: &dyn std::fmt::Display| {
@@ -96,7 +108,7 @@ pub(super) fn write(surface: &Surface, path: &Path, overwrite: bool) -> Result<(
         tiles: surface.tiles().map(StoredTile::of).collect(),
     };
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    std::fs::create_dir_all(folder).map_err(|error| broken(&error))?;
+    crate::store::create_folders(folder).map_err(|error| broken(&error))?;
     let mut builder = tempfile::Builder::new();
     #[cfg(unix)]
     {
@@ -117,7 +129,18 @@ pub(super) fn write(surface: &Surface, path: &Path, overwrite: bool) -> Result<(
 pub(super) fn check(path: &Path, as_json: bool) -> Result<Ended, Failure> {
     let name = path.display();
     let bad = |problem: String, help: &str| Failure::BadInput(format!("{name}: {problem}\n  help: {help}"));
-    let text = std::fs::read_to_string(path)
+    let mut text = String::new();
+    std::fs::File::open(path)
+        .and_then(|file| {
+            // What begins otherwise may never end.
+            let mut file = io::BufReader::new(file);
+            let begins = file.fill_buf()?.starts_with(BEGINNING.as_bytes());
+            if begins {
+                file.read_to_string(&mut text).map(drop)
+            } else {
+                Err(io::Error::other("it is no proof"))
+            }
+        })
         .map_err(|error| bad(format!("cannot be read: {error}"), "name a file written by `slipmap run`"))?;
     let stored: Stored = serde_json::from_str(&text).map_err(|error| {
         bad(format!("is no proof: {error}"), "name a file that `slipmap run` wrote for validated.proof")

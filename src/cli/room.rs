@@ -1,7 +1,7 @@
 //! The place of a run's output: whether a map may be written there, what it replaces, and how much room there is.
 
-use std::io::Read as _;
-use std::path::{Path, PathBuf};
+use std::io::{self, Read as _};
+use std::path::{Component, Path, PathBuf};
 
 use super::Failure;
 use super::output::{bytes, count};
@@ -28,11 +28,28 @@ impl Room {
                 proof.display()
             )));
         }
+        if let Some(proof) = proof.filter(|proof| !super::proof::may_replace(proof)) {
+            return Err(Failure::BadInput(format!(
+                "{} is no proof, and only proofs are replaced\n  help: move it away, or choose another place with --set validated.proof=..",
+                proof.display()
+            )));
+        }
         let same =
             |a: &Path, b: &Path| a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b));
         if same(&job.output, &job.config_file) {
             return Err(Failure::BadInput(format!(
                 "{name} is the configuration itself\n  help: choose another place with --set output.path=.."
+            )));
+        }
+        // The folders that the path names are created, and then `..` would lead out of them to who knows what.
+        let leads_back = |path: &Path| path.components().any(|part| part == Component::ParentDir);
+        if let Some(folder) =
+            job.output.parent().filter(|folder| leads_back(folder) && folder.metadata().is_err())
+        {
+            return Err(Failure::BadInput(format!(
+                "{name}: the folder {} does not exist, and is not created because of the `..` in its path\n  \
+                 help: write the path without `..`, or create the folder",
+                folder.display()
             )));
         }
         let replaces = match job.output.symlink_metadata() {
@@ -89,10 +106,13 @@ fn replaced(output: &Path, metadata: &std::fs::Metadata) -> Result<String, Failu
         return Ok(format!("the link {name} to {}, not what it leads to,", target.display()));
     }
     let mut first = Vec::new();
-    let is_map = std::fs::File::open(output)
-        .and_then(|file| file.take(store::SIGNATURE.len() as u64).read_to_end(&mut first))
-        .is_ok_and(|_| first == store::SIGNATURE || first.is_empty());
-    if !metadata.is_file() || !is_map {
+    let mut is_map = || {
+        std::fs::File::open(output)
+            .and_then(|file| file.take(store::SIGNATURE.len() as u64).read_to_end(&mut first))
+            .is_ok_and(|_| first == store::SIGNATURE || first.is_empty())
+    };
+    // In this order: opening a pipe would wait for its other end.
+    if !(metadata.is_file() && is_map()) {
         return Err(Failure::BadInput(format!(
             "{name} is no map, and only maps are replaced\n  help: move it away, or choose another place with --set output.path=.."
         )));
@@ -104,7 +124,8 @@ fn replaced(output: &Path, metadata: &std::fs::Metadata) -> Result<String, Failu
 fn first_folder(output: &Path) -> PathBuf {
     let mut folder = output.parent();
     while let Some(path) = folder.filter(|path| !path.as_os_str().is_empty()) {
-        if path.symlink_metadata().is_ok() {
+        // One that is there but does not answer is told so by whoever writes into it.
+        if !path.symlink_metadata().is_err_and(|error| error.kind() == io::ErrorKind::NotFound) {
             return path.to_owned();
         }
         folder = path.parent();
@@ -115,7 +136,7 @@ fn first_folder(output: &Path) -> PathBuf {
 /// Creates the folders that the path of the output names.
 pub(super) fn create_folders(output: &Path) -> Result<(), Failure> {
     match output.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => std::fs::create_dir_all(folder).map_err(|error| {
+        Some(folder) if !folder.as_os_str().is_empty() => store::create_folders(folder).map_err(|error| {
             Failure::BadInput(format!(
                 "the folder {} cannot be created: {error}\n  help: choose another place with --set output.path=..",
                 folder.display()

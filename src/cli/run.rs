@@ -15,7 +15,7 @@ use super::{Ended, Failure, estimate, interrupt, output, progress, proof, say};
 use crate::config::Job;
 use crate::machine::{MOTION_ATTRIBUTE, SI_ATTRIBUTE};
 use crate::map::{self, Account, ComputeError, Control, Queue, Summary};
-use crate::store::{self, Existing, Outcome, PartialMap, Provenance, Resumed, StoreError, Value};
+use crate::store::{self, Existing, Left, Outcome, PartialMap, Provenance, Resumed, StoreError, Value};
 
 /// Compute a map from a configuration file.
 #[derive(Debug, Args)]
@@ -277,8 +277,15 @@ fn end_in_time(stop: &'static AtomicBool, output: PathBuf) {
             std::thread::sleep(Duration::from_millis(50));
         }
         std::thread::sleep(PATIENCE);
-        store::remove_unfinished(&output);
         say(&format!("interrupted; the tiles in work were given up, finished ones are kept\n{}", way_on()));
+        // Beside this thread: a file system that does not answer would hold it for ever.
+        let (done, wait) = std::sync::mpsc::channel();
+        let remove = move || {
+            store::remove_unfinished(&output);
+            let _ = done.send(());
+        };
+        drop(std::thread::Builder::new().spawn(remove));
+        let _ = wait.recv_timeout(Duration::from_secs(1));
         // At once: cleaning up might wait for what is being waited for.
         signal_hook::low_level::exit(interrupt::code().into());
     };
@@ -306,10 +313,15 @@ fn stopped(map: &PartialMap, error: &ComputeError<StoreError>, output: &Path) ->
 
 /// A failure of the file system, and that not all is lost, if that is so.
 fn with_way_on(error: &StoreError, output: &Path) -> String {
-    if !store::is_unfinished(output) {
-        return error.to_string();
+    match store::left(output) {
+        Left::Nothing => error.to_string(),
+        Left::Journal => {
+            format!("{error}\n  finished tiles are kept; when the cause is mended,\n{}", way_on())
+        }
+        Left::OutOfReach => {
+            format!("{error}\n  the finished tiles that reached it are kept; when it is back,\n{}", way_on())
+        }
     }
-    format!("{error}\n  finished tiles are kept; when the cause is mended,\n{}", way_on())
 }
 
 /// How to continue this run.
@@ -333,6 +345,11 @@ fn create_failure(error: StoreError) -> Failure {
             "\n  help: `slipmap check` on it tells where; take an undamaged copy, or start anew with --overwrite"
         }
         StoreError::Changed { .. } => "\n  help: go back to what it was, or start anew with --overwrite",
+        StoreError::Io { ref source, .. } if source.kind() == io::ErrorKind::InvalidFilename => {
+            return Failure::BadInput(format!(
+                "{error}\n  help: choose a shorter name with --set output.path=.."
+            ));
+        }
         _ => "",
     };
     match error {

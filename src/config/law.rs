@@ -1,5 +1,6 @@
 //! The friction law of a configuration.
 
+use std::io::Read as _;
 use std::path::Path;
 
 use super::nearest;
@@ -76,6 +77,9 @@ pub fn point_into(text: &str, error: &ExpressionError) -> String {
     format!("{}\n    {text}\n    {}{marks}", error.problem, " ".repeat(error.from))
 }
 
+/// Bytes of a measured law.
+const LONGEST_TABLE: u64 = 16 << 20;
+
 /// Reads a measured law: two columns, slip speed and friction, with or without a header.
 ///
 /// # Errors
@@ -83,10 +87,17 @@ pub fn point_into(text: &str, error: &ExpressionError) -> String {
 pub fn read_table(path: &Path, static_level: f64) -> Result<Table, (String, String)> {
     let name = path.display();
     let fail = |problem: String, remedy: &str| Err((problem, remedy.to_owned()));
-    let text = match std::fs::read_to_string(path) {
-        Ok(text) => text,
-        Err(error) => return fail(format!("{name} cannot be read: {error}"), "check the path"),
-    };
+    let mut text = String::new();
+    // Some files never end, and no measurement is that long.
+    let read =
+        std::fs::File::open(path).and_then(|open| open.take(LONGEST_TABLE + 1).read_to_string(&mut text));
+    if let Err(error) = read {
+        return fail(format!("{name} cannot be read: {error}"), "check the path");
+    }
+    if text.len() as u64 > LONGEST_TABLE {
+        let problem = format!("{name} is longer than {} MiB, and no measured friction", LONGEST_TABLE >> 20);
+        return fail(problem, "name a CSV file with the columns slip speed and friction");
+    }
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
         .comment(Some(b'#'))

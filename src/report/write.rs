@@ -10,7 +10,7 @@ use super::figure::{Figure, Scene, render};
 use super::table::Table;
 use super::text::Rich;
 use super::{Report, ReportError, document, figure, tables};
-use crate::store::{MapFile, StoreError};
+use crate::store::{self, MapFile, StoreError};
 
 /// What to do with an output that is there already.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -107,7 +107,7 @@ fn files(
 }
 
 fn create(folder: &Path) -> Result<(), ReportError> {
-    fs::create_dir_all(folder).map_err(|source| ReportError::Io { path: folder.to_path_buf(), source })
+    store::create_folders(folder).map_err(|source| ReportError::Io { path: folder.to_path_buf(), source })
 }
 
 fn put(path: &Path, contents: &[u8]) -> Result<(), ReportError> {

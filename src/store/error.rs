@@ -62,7 +62,10 @@ pub enum StoreError {
         folder: PathBuf,
     },
     /// The journal was removed while its run wrote to it.
-    #[error("{path} is gone: it was removed, or its folder was unmounted or moved, while the run went on")]
+    #[error(
+        "{path} is gone: it was removed, or its folder was unmounted or moved, while the run went on; should it \
+         come back, its tiles can be resumed"
+    )]
     Gone {
         /// The journal.
         path: PathBuf,
@@ -71,7 +74,7 @@ pub enum StoreError {
     #[error("no permission to {doing} {path}; choose a place that you may use, or change its permissions")]
     NoPermission {
         /// What was tried.
-        doing: &'static str,
+        doing: String,
         /// On what.
         path: PathBuf,
     },
@@ -84,11 +87,23 @@ pub enum StoreError {
         /// The file being written.
         path: PathBuf,
     },
+    /// The disk, or the network that it is reached by, does not answer any more.
+    #[error(
+        "cannot {doing} {path}: the disk or the network that it lies on has failed or is gone ({source})"
+    )]
+    Lost {
+        /// What was tried.
+        doing: String,
+        /// On what.
+        path: PathBuf,
+        /// The system's reason.
+        source: io::Error,
+    },
     /// Another failure of the file system.
     #[error("cannot {doing} {path}: {source}")]
     Io {
         /// What was tried.
-        doing: &'static str,
+        doing: String,
         /// On what.
         path: PathBuf,
         /// The system's reason.
@@ -170,8 +185,8 @@ pub enum StoreError {
 
 impl StoreError {
     /// Classifies a failure of the file system.
-    pub(super) fn io(doing: &'static str, path: &Path, source: io::Error) -> Self {
-        let path = path.to_path_buf();
+    pub(super) fn io(doing: impl Into<String>, path: &Path, source: io::Error) -> Self {
+        let (doing, path) = (doing.into(), path.to_path_buf());
         match source.kind() {
             io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded | io::ErrorKind::FileTooLarge => {
                 StoreError::DiskFull { path }
@@ -179,28 +194,26 @@ impl StoreError {
             io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
                 StoreError::NoPermission { doing, path }
             }
+            _ if is_loss(&source) => StoreError::Lost { doing, path, source },
             _ => StoreError::Io { doing, path, source },
         }
     }
 
     /// Classifies a failure inside the HDF5 library, which reports the system's reasons only in words.
     pub(super) fn hdf5(doing: impl Into<String>, path: &Path, error: &hdf5::Error) -> Self {
-        let path = path.to_path_buf();
         // The innermost message tells the cause, the outermost what the library was doing.
         let frames = error.stack();
         let messages: Vec<&str> =
             frames.iter().flat_map(|stack| stack.iter()).map(hdf5::ErrorFrame::description).collect();
         let says = |signs: &[&str]| messages.iter().any(|m| signs.iter().any(|sign| m.contains(sign)));
-        // ENOSPC, EDQUOT and EFBIG, in the words of the C library.
-        if says(&["No space left on device", "Disk quota exceeded", "File too large"]) {
-            return StoreError::DiskFull { path };
-        }
         let detail = if says(&["unable to lock file"]) {
             "another program holds the file, or its file system knows no locks \
              (then set HDF5_USE_FILE_LOCKING=FALSE)"
                 .into()
         } else if says(&["truncated file"]) {
             "the file is cut short".into()
+        } else if let Some(cause) = messages.iter().find_map(|message| system_error(message)) {
+            return Self::io(doing, path, cause);
         } else {
             match (messages.first(), messages.last()) {
                 (Some(outer), Some(inner)) if messages.len() > 1 => format!("{outer} ({inner})"),
@@ -208,6 +221,72 @@ impl StoreError {
                 _ => error.to_string(),
             }
         };
-        StoreError::Hdf5 { doing: doing.into(), path, detail }
+        StoreError::Hdf5 { doing: doing.into(), path: path.to_path_buf(), detail }
+    }
+}
+
+/// The system's error that a message of the HDF5 library quotes: `.., errno = 28, error message = '..', ..`.
+fn system_error(message: &str) -> Option<io::Error> {
+    let (_, rest) = message.split_once("errno = ")?;
+    let digits = rest.split(|c: char| !c.is_ascii_digit()).next()?;
+    digits.parse().ok().filter(|&number| number != 0).map(io::Error::from_raw_os_error)
+}
+
+/// Whether an error tells of a disk or a network that is there no more: a server that does not answer, a file
+/// system whose program has died, a disk that was pulled out.
+fn is_loss(error: &io::Error) -> bool {
+    use io::ErrorKind::{
+        HostUnreachable, NetworkDown, NetworkUnreachable, NotConnected, StaleNetworkFileHandle, TimedOut,
+    };
+    let by_kind =
+        [HostUnreachable, NetworkDown, NetworkUnreachable, NotConnected, StaleNetworkFileHandle, TimedOut];
+    by_kind.contains(&error.kind()) || is_device_loss(error)
+}
+
+/// Those that have no kind of their own.
+#[cfg(unix)]
+fn is_device_loss(error: &io::Error) -> bool {
+    use rustix::io::Errno;
+    let of_devices = [Errno::IO, Errno::NXIO, Errno::NODEV, Errno::HOSTDOWN, Errno::CONNABORTED];
+    error.raw_os_error().is_some_and(|number| of_devices.iter().any(|errno| errno.raw_os_error() == number))
+}
+
+/// Elsewhere the kinds must do.
+#[cfg(not(unix))]
+fn is_device_loss(_: &io::Error) -> bool {
+    false
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_reason_of_the_system_is_read_out_of_the_library() {
+        let message = "file write failed: time = Sat Nov 21 18:51:18 2026\n, filename = 'a', file descriptor = 4, \
+                       errno = 107, error message = 'Transport endpoint is not connected', buf = 0x7f";
+        assert_eq!(system_error(message).unwrap().raw_os_error(), Some(107));
+        for none in ["can't write", "errno = ", "errno = 0, error message = 'Success'"] {
+            assert!(system_error(none).is_none(), "{none}");
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_is_gone_is_told_from_what_is_full_or_forbidden() {
+        use rustix::io::Errno;
+        let of = |errno: Errno| {
+            StoreError::io("write", Path::new("a"), io::Error::from_raw_os_error(errno.raw_os_error()))
+        };
+        for errno in [Errno::IO, Errno::NOTCONN, Errno::STALE, Errno::TIMEDOUT, Errno::NODEV] {
+            assert!(matches!(of(errno), StoreError::Lost { .. }), "{errno}");
+        }
+        for errno in [Errno::NOSPC, Errno::DQUOT, Errno::FBIG] {
+            assert!(matches!(of(errno), StoreError::DiskFull { .. }), "{errno}");
+        }
+        for errno in [Errno::ACCESS, Errno::PERM, Errno::ROFS] {
+            assert!(matches!(of(errno), StoreError::NoPermission { .. }), "{errno}");
+        }
+        assert!(matches!(of(Errno::NOENT), StoreError::Io { .. }));
     }
 }

@@ -278,6 +278,18 @@ pub(super) fn sync_folder(path: &Path) -> io::Result<()> {
     }
 }
 
+/// Creates a folder and those above it, as far as they are not there.
+///
+/// # Errors
+/// The file system's reasons. Of a folder that is there but does not answer (a dead mount) the system says that
+/// it exists; here is said why it cannot be used.
+pub fn create_folders(folder: &Path) -> io::Result<()> {
+    fs::create_dir_all(folder).map_err(|error| match folder.metadata() {
+        Err(reason) if error.kind() == io::ErrorKind::AlreadyExists => reason,
+        _ => error,
+    })
+}
+
 /// Whether `path` still leads to the opened file.
 #[cfg(unix)]
 fn still_there(file: &File, path: &Path) -> bool {

@@ -423,10 +423,30 @@ fn longest(plan: &Plan) -> u64 {
     LONGEST_HEADER.max(plain + plain / 16)
 }
 
-/// Whether an interrupted run has left something to resume to `path`.
+/// What an interrupted run has left of the map at a path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Left {
+    /// Nothing to resume.
+    Nothing,
+    /// A journal.
+    Journal,
+    /// It cannot be told: the place cannot be reached.
+    OutOfReach,
+}
+
+/// What an interrupted run has left to resume to `path`.
 #[must_use]
-pub fn is_unfinished(path: &Path) -> bool {
-    beside(path, JOURNAL).is_ok_and(|journal| Journal::is_at(&journal))
+pub fn left(path: &Path) -> Left {
+    let journal = match beside(path, JOURNAL) {
+        Ok(journal) => journal,
+        Err(StoreError::Lost { .. }) => return Left::OutOfReach,
+        Err(_) => return Left::Nothing,
+    };
+    match journal.symlink_metadata().map_err(|source| StoreError::io("find", &journal, source)) {
+        Ok(_) if Journal::is_at(&journal) => Left::Journal,
+        Err(StoreError::Lost { .. }) => Left::OutOfReach,
+        _ => Left::Nothing,
+    }
 }
 
 /// Removes the unfinished map, not the journal: what a process that cannot end in order leaves to be done.

@@ -82,8 +82,12 @@ pub(super) fn beside(output: &Path, ending: &str) -> Result<PathBuf, StoreError>
         let source = io::Error::new(io::ErrorKind::InvalidInput, "the path names no file");
         return Err(StoreError::io("write", output, source));
     };
-    if !folder.is_dir() {
-        return Err(StoreError::NoFolder { folder: folder.to_path_buf() });
+    match folder.metadata() {
+        Ok(metadata) if metadata.is_dir() => {}
+        Err(source) if source.kind() != io::ErrorKind::NotFound => {
+            return Err(StoreError::io("use the folder", folder, source));
+        }
+        _ => return Err(StoreError::NoFolder { folder: folder.to_path_buf() }),
     }
     let mut own = name.to_os_string();
     own.push(ending);

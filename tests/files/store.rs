@@ -479,10 +479,18 @@ fn a_changed_cell_is_found_behind_a_valid_checksum() {
     assert!(found.iter().any(|problem| problem.contains("1 cells have unknown codes")), "{found:#?}");
 }
 
+/// An entry of a dimension's list of the variables that have it.
+#[derive(Clone, Copy, hdf5::H5Type)]
+#[repr(C)]
+struct Use {
+    dataset: hdf5::ObjectReference1,
+    dimension: i32,
+}
+
 #[test]
 fn a_changed_attribute_or_layout_is_found() {
     type Damage = fn(&hdf5::File);
-    let cases: [(&str, Damage); 8] = [
+    let cases: [(&str, Damage); 9] = [
         ("file, attribute sha256_attributes", |file| {
             file.attr("tolerance").unwrap().write_scalar(&1e-12).unwrap();
         }),
@@ -499,10 +507,13 @@ fn a_changed_attribute_or_layout_is_found() {
         }),
         ("regime, attribute DIMENSION_LIST", |file| {
             let dataset = file.dataset("regime").unwrap();
-            let list = dataset.attr("DIMENSION_LIST").unwrap();
-            let mut scales = list.read_raw::<hdf5::types::VarLenArray<hdf5::ObjectReference1>>().unwrap();
-            scales.swap(0, 1);
-            list.write(&scales).unwrap();
+            dataset.delete_attr("DIMENSION_LIST").unwrap();
+        }),
+        ("alpha, attribute REFERENCE_LIST", |file| {
+            // Ties of the same kind, but those of another axis.
+            let uses = |name: &str| file.dataset(name).unwrap().attr("REFERENCE_LIST").unwrap();
+            let of_beta = uses("beta").read_raw::<Use>().unwrap();
+            uses("alpha").write(&of_beta).unwrap();
         }),
         ("V, attribute sha256", |file| {
             file.dataset("V").unwrap().write_slice(&[0.405], 0..1).unwrap();

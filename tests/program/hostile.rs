@@ -430,7 +430,30 @@ fn what_will_be_replaced_is_said_and_nothing_else_is() {
     fs::create_dir(scratch.path().join("folder.h5")).unwrap();
     to("folder.h5").refuses(&["folder.h5", "this is a folder"]);
     to("/dev/null").refuses(&["/dev/null is no map"]);
+    assert!(Command::new("mkfifo").arg(scratch.path().join("pipe.h5")).status().unwrap().success());
+    let pipe = ["run", "job.toml", "--overwrite", "--set", "output.path=\"pipe.h5\""];
+    bounded(&scratch, &pipe).refuses(&["pipe.h5 is no map"]);
+    fs::remove_file(scratch.path().join("pipe.h5")).unwrap();
     to("job.toml").refuses(&["job.toml is the configuration itself"]);
     to("job.toml/map.h5").refuses(&["job.toml/map.h5"]);
+    // What a folder that is yet to be created would make of it.
+    to("new/../job.toml").refuses(&["new/../job.toml", "the folder new/.. does not exist"]);
+    // With the endings of the unfinished map there is no room for such a name.
+    to(&"n".repeat(250)).refuses(&["nnn", "choose a shorter name"]);
+    assert_eq!(scratch.read("job.toml"), JOB);
+    // Certificates replace certificates only.
+    let proof = |path: &str| {
+        let sets = [
+            "methods.run=[\"validated\"]",
+            "output.fields=[\"verdict\"]",
+            &format!("validated.proof={path}"),
+        ]
+        .map(str::to_owned);
+        let sets = sets.iter().flat_map(|set| ["--set", set.as_str()]);
+        scratch.run(&["run", "job.toml", "--overwrite"].into_iter().chain(sets).collect::<Vec<_>>())
+    };
+    proof("job.toml").refuses(&["job.toml is no proof, and only proofs are replaced"]);
+    proof("good.h5").refuses(&["good.h5 is no proof"]);
+    bounded(&scratch, &["check", "--proof", "/dev/zero"]).refuses(&["/dev/zero", "it is no proof"]);
     assert_eq!(scratch.names(), ["folder.h5", "good.h5", "job.toml", "link.h5", "map.h5"]);
 }

@@ -17,6 +17,8 @@ mod laws;
 mod long_axes;
 mod machine;
 mod map_equal;
+#[cfg(target_os = "linux")]
+mod mounts;
 #[cfg(all(target_os = "linux", feature = "mpi"))]
 mod mpi;
 mod probe;
