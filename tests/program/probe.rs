@@ -331,7 +331,7 @@ fn bad_tables() {
     refused("", &["in.csv:1", "`epsilon` is missing"]);
     refused(line_17("high"), &["in.csv:17: column beta: `high`", "not a number"]);
     refused(line_17(""), &["in.csv:17: column beta: ``", "not a number"]);
-    refused(line_17("nan"), &["in.csv:17: column beta: `NaN`", "finite"]);
+    refused(line_17("nan"), &["in.csv:17: column beta: `nan`", "finite"]);
     refused(line_17("-2"), &["in.csv:17: column beta: `-2`", "at least 0"]);
     refused(line_17("0.1,0.1"), &["in.csv:17", "7 fields", "the header 6"]);
     refused(
