@@ -11,6 +11,7 @@ use crate::map::limits::{EpsilonLimit, Limit, Ray};
 use crate::map::{self, AttractingCycle, Method, Regime, Verdict};
 use crate::point::Point;
 use crate::simulate::naive::NaiveVerdict;
+use crate::simulate::slip_count::{SlipCount, count_slip_cycles};
 use crate::simulate::slip_cycle::{Kick, SlipCycle, slip_cycles};
 use crate::simulate::{self, CriticalDamping, Dynamics, Fate, Flow, Landing, NoCriticalDamping, Range};
 
@@ -108,6 +109,11 @@ impl Answer {
         slip_cycles(&self.oscillator, self.tolerance)
     }
 
+    /// How many of them there are, as far as that is proved.
+    pub(super) fn slip_count(&self) -> SlipCount {
+        count_slip_cycles(&self.oscillator)
+    }
+
     /// Everything, for `--json`, with the flow of the second engine.
     pub(super) fn json(&self, direct: &Flow) -> Value {
         let point: Map<String, Value> = coordinates(self.law, &self.point)
@@ -177,7 +183,7 @@ impl Answer {
                 "kick": { "forward": kick.forward, "backward": kick.backward },
             })),
             "cycles": match self.dynamics() {
-                Ok(dynamics) => dynamics_json(&dynamics),
+                Ok(dynamics) => dynamics_json(&dynamics, &self.slip_count()),
                 Err(failure) => json!({ "reason": failure.to_string() }),
             },
         })
@@ -206,7 +212,7 @@ fn slip_cycle_json(cycle: &SlipCycle) -> Value {
     })
 }
 
-fn dynamics_json(dynamics: &Dynamics) -> Value {
+fn dynamics_json(dynamics: &Dynamics, count: &SlipCount) -> Value {
     let crossing: Vec<Value> = dynamics
         .crossing
         .iter()
@@ -230,6 +236,12 @@ fn dynamics_json(dynamics: &Dynamics) -> Value {
             "x2": range_json(cycle.velocity),
         })),
         "slip": dynamics.slip.iter().map(slip_cycle_json).collect::<Vec<_>>(),
+        "slip_count": {
+            "proved": count.exact(),
+            "at_least": count.at_least,
+            "at_most": count.at_most,
+            "open": count.open.iter().copied().map(range_json).collect::<Vec<_>>(),
+        },
         "crossing": crossing,
     })
 }
@@ -356,6 +368,26 @@ pub(super) fn equilibrium_type(oscillator: &Oscillator) -> &'static str {
         Eigenvalues::Real { slow, .. } if slow < 0.0 => "stable node",
         Eigenvalues::Real { .. } => "unstable node",
     }
+}
+
+/// How many slip cycles were found, and what is proved of their number.
+pub(super) fn slip_count_words(found: usize, count: &SlipCount) -> String {
+    let number = |n: u32| if n == 0 { "none".to_owned() } else { n.to_string() };
+    if let Some(exact) = count.exact() {
+        return match usize::try_from(exact) {
+            Ok(exact) if exact == found => format!("{}, count proved", number(count.at_least)),
+            _ => format!("{found} found, but {} proved: try a smaller tolerance", number(count.at_least)),
+        };
+    }
+    let open = count.open.iter().map(|open| format!("{} to {}", short(open.lo), short(open.hi)));
+    let open: Vec<String> = open.collect();
+    let mut words = format!("{found} found, count not proved");
+    if !open.is_empty() {
+        words.push_str(&format!(": nothing is proved where the maximum of x2 is in {}", open.join(", ")));
+    } else if let Some(most) = count.at_most {
+        words.push_str(&format!(": {} to {most} are possible", count.at_least));
+    }
+    words
 }
 
 /// A regime in words.

@@ -60,6 +60,9 @@ pub(super) fn run(job: &Job, room: &Room, threads: Option<usize>, as_json: bool)
     line("cells", format!("{} in {} columns, {} tiles", count(grid.cells()), count(columns), count(tiles)));
     line("methods", plan.methods.iter().map(|method| method.name()).collect::<Vec<_>>().join(", "));
     line("fields", plan.fields.iter().map(|field| field.name()).collect::<Vec<_>>().join(", "));
+    if !job.planes.is_empty() {
+        line("curves", format!("in {} plane(s), their time not in the estimate", job.planes.len()));
+    }
     line("output", job.output.display().to_string());
     if let Some(replaced) = &room.replaces {
         line("replaces", replaced.clone());

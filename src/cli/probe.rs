@@ -17,7 +17,6 @@ use crate::map::Method;
 use crate::map::limits::HIGHEST;
 use crate::report::figure::{self, Width};
 use crate::report::write_figure;
-use crate::simulate::slip_cycle::none_proved;
 use crate::simulate::{self, Flow, Range};
 
 /// Ask every method about one point, or about each row of a table.
@@ -238,11 +237,8 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
     line("exit point", format!("({}, {belt})", short(oscillator.exit_x1())));
     match answer.slip_cycles() {
         Err(failure) => line("slip cycles", format!("not determined: {failure}")),
-        Ok(cycles) if cycles.is_empty() && none_proved(oscillator) => {
-            line("slip cycles", "none: the even part of the divergence has one sign (proved)".into());
-        }
-        Ok(cycles) if cycles.is_empty() => line("slip cycles", "none found".into()),
         Ok(cycles) => {
+            line("slip cycles", answer::slip_count_words(cycles.len(), &answer.slip_count()));
             for cycle in &cycles {
                 let amplitude = 0.5 * (cycle.displacement.hi - cycle.displacement.lo);
                 line(

@@ -60,12 +60,13 @@ const ORDER: usize = 7;
 const STEPS: [f64; 2] = [0.25, 1e-3];
 /// A step that must be shorter than this to confirm the guess shows that the piece is too wide.
 const SHORTEST_OF_PIECE: f64 = 0.03;
-/// The defect that steps aim at, relative to |D|.
-const DEFECT: f64 = 1e-7;
+/// The least and the greatest defect that steps aim at, relative to |D|; between them it is small beside the square of
+/// the piece's width.
+const DEFECTS: [f64; 2] = [1e-8, 1e-5];
 /// The angle may not turn more slowly than this, dth/dt.
 const SLOWEST_TURN: f64 = 0.05;
-/// Pieces looked at before the rest stays open.
-const BUDGET: u32 = 600;
+/// Steps taken before the rest stays open: a second; most counts need a twentieth of it.
+const BUDGET: u32 = 40_000;
 /// Ratio of the radii at the ends of the first pieces.
 const WIDEST: f64 = 1.5;
 /// Pieces shorter than this in ln r stay open.
@@ -131,8 +132,7 @@ pub fn count_slip_cycles(oscillator: &Oscillator) -> SlipCount {
     }
     let mut budget = BUDGET;
     while let Some([from, to]) = waiting.pop() {
-        let shape = if budget > 0 { shape(oscillator, from, to) } else { Shape::Open };
-        budget = budget.saturating_sub(1);
+        let shape = shape(oscillator, from, to, &mut budget);
         let middle = (from * to).sqrt();
         if shape != Shape::Open
             || budget == 0
@@ -145,7 +145,7 @@ pub fn count_slip_cycles(oscillator: &Oscillator) -> SlipCount {
             waiting.push([from, middle]);
         }
     }
-    tally(oscillator, &pieces)
+    tally(oscillator, &pieces, &mut budget)
 }
 
 /// The largest piece (0, r] that is found on which the even part of D has one sign.
@@ -167,7 +167,7 @@ fn innermost(oscillator: &Oscillator) -> Piece {
 }
 
 /// Adds up what is proved of adjacent pieces.
-fn tally(oscillator: &Oscillator, pieces: &[Piece]) -> SlipCount {
+fn tally(oscillator: &Oscillator, pieces: &[Piece], budget: &mut u32) -> SlipCount {
     // Runs of pieces on which g is monotone in one direction count as one, and so do runs of open ones.
     let mut runs: Vec<Piece> = Vec::new();
     for piece in pieces {
@@ -184,7 +184,7 @@ fn tally(oscillator: &Oscillator, pieces: &[Piece]) -> SlipCount {
     let mut signs = vec![sign(runs.first())];
     for (i, run) in runs.iter().enumerate() {
         let known = sign(Some(run)).or_else(|| sign(runs.get(i + 1)));
-        signs.push(known.or_else(|| match shape(oscillator, run.to, run.to) {
+        signs.push(known.or_else(|| match shape(oscillator, run.to, run.to, budget) {
             Shape::Sign(outward) => Some(outward),
             Shape::Monotone(_) | Shape::Open => None,
         }));
@@ -290,8 +290,8 @@ fn step(oscillator: &Oscillator, theta: f64, rho: f64, width: Interval) -> Optio
 }
 
 /// What is proved of g on [`from`, `to`]; at a single radius, its sign.
-fn shape(oscillator: &Oscillator, from: f64, to: f64) -> Shape {
-    match walk(oscillator, from, to) {
+fn shape(oscillator: &Oscillator, from: f64, to: f64, budget: &mut u32) -> Shape {
+    match walk(oscillator, from, to, budget) {
         Some(Walked::MeetsBelt) => Shape::Sign(true),
         Some(Walked::Turned { all, slopes, .. }) => {
             if all.lo > 0.0 {
@@ -327,13 +327,14 @@ enum Walked {
     },
 }
 
-/// One turn of the orbits of a piece; `None` where they cannot be enclosed.
-fn walk(oscillator: &Oscillator, from: f64, to: f64) -> Option<Walked> {
+/// One turn of the orbits of a piece; `None` where they cannot be enclosed or the budget of steps is spent.
+fn walk(oscillator: &Oscillator, from: f64, to: f64, budget: &mut u32) -> Option<Walked> {
     let thin = Interval::thin;
     let ends = [from, to].map(|r| thin(r).ln());
     let start = 0.5 * (ends[0].hi + ends[1].lo);
     // Half-width of the piece around the middle orbit.
     let half = larger(ends[0].hull(ends[1]) - thin(start));
+    let aim = (0.01 * half * half).clamp(DEFECTS[0], DEFECTS[1]);
     let (mut theta, mut rho, mut h) = (0.0, start, STEPS[0]);
     // Distances from the polynomial: of the middle orbit, and of all.
     let (mut missed, mut tube) = (thin(0.0), thin(half));
@@ -341,12 +342,13 @@ fn walk(oscillator: &Oscillator, from: f64, to: f64) -> Option<Walked> {
     let (mut psi, mut bend, mut error) = (thin(1.0), thin(0.0), thin(0.0));
     let mut slope = thin(0.0);
     while theta < TAU {
+        *budget = budget.checked_sub(1)?;
         let last = theta + h >= TAU;
         let end = if last { TAU } else { theta + h };
         let width = Interval::thin(end) - Interval::thin(theta);
         let pace = oscillator.divergence(oscillator.belt_speed - rho.exp() * f64::cos(theta)).abs();
         let tried = step(oscillator, theta, rho, width);
-        let Some(taken) = tried.filter(|it| it.defect <= DEFECT * pace.max(1e-6) || h <= STEPS[1]) else {
+        let Some(taken) = tried.filter(|it| it.defect <= aim * pace.max(1e-6) || h <= STEPS[1]) else {
             if h <= STEPS[1] {
                 return None;
             }
@@ -390,7 +392,7 @@ fn walk(oscillator: &Oscillator, from: f64, to: f64) -> Option<Walked> {
         if theta > 3.5 && below.lo > oscillator.belt_speed {
             return Some(Walked::MeetsBelt);
         }
-        if taken.defect < 0.01 * DEFECT * pace {
+        if taken.defect < 0.01 * aim * pace {
             h = (2.0 * h).min(STEPS[0]);
         }
     }
@@ -441,7 +443,9 @@ mod tests {
                     }
                     SlipTurn::MeetsBelt | SlipTurn::Rests => None,
                 };
-                let Some(Walked::Turned { middle, all, slopes }) = walk(&oscillator, from, to) else {
+                let Some(Walked::Turned { middle, all, slopes }) =
+                    walk(&oscillator, from, to, &mut BUDGET.clone())
+                else {
                     assert!(numbers(to).is_none(), "{oscillator:?} {from} {to}");
                     continue;
                 };
@@ -462,9 +466,9 @@ mod tests {
                     }
                 }
                 // Over a turn the defects add up, and grow by less than ten.
-                assert!(middle.hi - middle.lo < 20.0 * TAU * DEFECT, "{oscillator:?} {from}: {middle:?}");
+                assert!(middle.hi - middle.lo < 20.0 * TAU * DEFECTS[1], "{oscillator:?} {from}: {middle:?}");
                 if from == to {
-                    assert!(all.hi - all.lo < 20.0 * TAU * DEFECT, "{oscillator:?} {from}: {all:?}");
+                    assert!(all.hi - all.lo < 20.0 * TAU * DEFECTS[0], "{oscillator:?} {from}: {all:?}");
                 }
             }
         }

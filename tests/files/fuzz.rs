@@ -11,7 +11,7 @@ use proptest::sample::Index;
 use sha2::{Digest as _, Sha256};
 use slipmap::config::{Job, PointTable};
 use slipmap::friction::Law;
-use slipmap::map::{Control, Plan, Queue, Sink, compute_tiles};
+use slipmap::map::{Control, Plan, Plane, PlaneCurves, Queue, Sink, compute_tiles};
 use slipmap::store::{Existing, MapFile, Packer, PartialMap, Provenance, StoreError, check};
 
 /// A good configuration, with every section.
@@ -157,7 +157,11 @@ fn good() -> Good {
     let map = PartialMap::begin(&path, &plan, &Provenance::default(), Existing::Refuse).unwrap();
     compute(&plan, &map);
     let journal = std::fs::read(folder.path().join("map.h5.part")).unwrap();
-    map.finish(&slipmap::store::Outcome::default()).unwrap();
+    // gamma and c.
+    let plane = Plane::new(3, 5, vec![0; 6]);
+    let curves = vec![PlaneCurves::of(&plan.grid, plane, &AtomicBool::new(false))];
+    assert!(curves[0].points() > 0);
+    map.finish(&slipmap::store::Outcome { curves, ..slipmap::store::Outcome::default() }).unwrap();
     let map = std::fs::read(&path).unwrap();
     std::fs::remove_file(path).unwrap();
     Good { folder, plan, message, journal, map }

@@ -16,7 +16,8 @@ use slipmap::simulate::{Fate, critical_damping, flow};
 /// The belt oscillator of J. J. Thomsen and A. Fidlin, "Analytical approximations for stick-slip vibration
 /// amplitudes", Int. J. Non-Linear Mech. 38 (2003) 389-403: x'' + 2 beta x' + x + g mu(x' - v) = 0, with
 /// mu(v) = mu_s - (3/2) (mu_s - mu_m) (v/v_m - (v/v_m)^3 / 3), of static friction mu_s = 0.4 and least friction
-/// mu_m = 0.25 at v_m = 0.5; g is their gamma squared.
+/// mu_m = 0.25 at v_m = 0.5; g is their gamma squared. The numbers are as we have them from the paper, not re-checked;
+/// that its formulas below are right to their order is what the test shows.
 struct Published {
     g: f64,
     beta: f64,

@@ -122,3 +122,31 @@ fn probe_asks_any_law() {
     with(&["--phi", "1 - 0.1*u/(u - 0.7)"]).refuses(&["vanishes at u = 0.7", "^^^^^^^^^"]);
     with(&["--law", "expression"]).refuses(&["needs --phi"]);
 }
+
+#[test]
+fn probe_tells_how_many_slip_cycles_are_proved() {
+    let scratch = Scratch::new();
+    let probe = |more: &[&'static str]| {
+        let all: Vec<&str> = ["probe", "--epsilon", "1", "--V", "0.58"].iter().chain(more).copied().collect();
+        scratch.run(&all).ends_with(0).out
+    };
+    let lorentzian = ["--law", "lorentzian", "--mu", "0", "--vs", "1", "--eta", "0", "--c", "0.62"];
+    let text = probe(&lorentzian);
+    assert!(text.contains("1, count proved") && text.contains("attracts, amplitude"), "{text}");
+    let counted = |arguments: &[&'static str]| {
+        let json: Vec<&str> = arguments.iter().chain(&["--json"]).copied().collect();
+        let answer: serde_json::Value = serde_json::from_str(&probe(&json)).unwrap();
+        answer["cycles"]["slip_count"].clone()
+    };
+    let count = counted(&lorentzian);
+    assert_eq!((&count["proved"], &count["at_least"], &count["at_most"]), (&1.into(), &1.into(), &1.into()));
+    // A measured law has no formula to prove from.
+    let data: String =
+        (0..60).map(|i| 0.05 * f64::from(i)).map(|u| format!("{u},{}\n", 1.0 / (1.0 + u * u))).collect();
+    scratch.file("data.csv", data);
+    let text = probe(&["--table", "data.csv", "--c", "0.62"]);
+    assert!(
+        text.contains("1 found, count not proved: nothing is proved where the maximum of x2 is in 0 to 0.58"),
+        "{text}"
+    );
+}

@@ -4,7 +4,8 @@ use std::f64::consts::TAU;
 
 use crate::command::Scratch;
 use serde_json::Value;
-use slipmap::machine::{MOTION_ATTRIBUTE, Machine, Motion, SI_ATTRIBUTE};
+use slipmap::friction::Law;
+use slipmap::machine::{MOTION_ATTRIBUTE, Machine, Motion, SI_ATTRIBUTE, Units};
 use slipmap::store::{MapFile, Value as Attribute};
 
 /// An example configuration as it is delivered.
@@ -120,6 +121,42 @@ fn examples_are_mapped_checked_and_probed_in_si_units() {
             assert!(text.contains(part), "{part} is not in\n{text}");
         }
     }
+}
+
+#[test]
+fn the_drill_string_is_the_published_one() {
+    let config: toml_edit::DocumentMut = example("drill_string").parse().unwrap();
+    let number = |key: &str| config["machine"][key].as_float().unwrap();
+    // The torque on the bit of the source that the file names, at W_ob = 50 kN, and its static torque, 0.12446 W_ob.
+    let published = |u: f64| 0.155575 * (0.5 + (0.8 - 0.5) * (-0.9 * u).exp()) * 50_000.0;
+    assert_eq!([number("mass"), number("stiffness")], [471.9698, 861.5336]);
+    let machine = Machine {
+        motion: Motion::Rotation,
+        mass: number("mass"),
+        stiffness: number("stiffness"),
+        damping: 172.3067 + 50.0,
+        normal_force: number("normal_force"),
+        static_friction: number("static_friction"),
+        kinetic_friction: number("kinetic_friction"),
+        stribeck_velocity: number("stribeck_velocity"),
+        strengthening: 0.0,
+        belt_speed: 10.0,
+    };
+    let Units { force, velocity, damping, .. } = machine.units();
+    close(force, 0.12446 * 50_000.0, 8.0 * f64::EPSILON);
+    let point = machine.point(Law::Exponential).unwrap();
+    let curve = Law::Exponential.column(&point).curve;
+    for u in [0.0, 0.3, 1.0, 4.0, 10.0] {
+        // 1 / 0.9 is written with ten digits.
+        close(force * curve.phi(u / velocity), published(u), 1e-9);
+    }
+    // Highest damping of the file: twice that of the publication.
+    let dampings = config["machine"]["damping"].as_inline_table().unwrap();
+    close(dampings.get("to").unwrap().as_float().unwrap(), 2.0 * machine.damping, 8.0 * f64::EPSILON);
+    // Steady slip at W is stable iff the torque's fall at W is below the damping: the linear statement in SI units.
+    let fall = 0.155575 * 0.3 * 0.9 * (-9.0f64).exp() * 50_000.0;
+    let divergence = curve.weakening(point.belt_speed) - point.damping;
+    close(divergence * damping, fall - machine.damping, 1e-8);
 }
 
 #[test]
