@@ -307,7 +307,12 @@ impl Curve {
         }
     }
 
-    /// Whether the weakening rate certainly never rises with the slip speed, the continuation to u < 0 included.
+    /// Whether the weakening rate certainly never rises with the slip speed and falls ever more slowly (is convex),
+    /// the continuation to u < 0 included.
+    ///
+    /// Then its even part in v at V - v rises with |v|, and so, to first order in the divergence, does the growth
+    /// of a turn with its amplitude: there is one slip cycle at most, and it repels. No proof of that is known to us for
+    /// every divergence; [`crate::simulate::slip_count`] proves it point by point, and has found no exception.
     #[must_use]
     pub fn weakens_less_and_less(&self) -> bool {
         match self {

@@ -400,8 +400,8 @@ const SLIP_TOLERANCE: f64 = 1e-10;
 
 /// An orbit that spirals inward around an unstable equilibrium must tend to a slip cycle between the two
 /// (Poincare-Bendixson); around a stable one the equilibrium attracts. A stick-slip cycle around a stable
-/// equilibrium coexists with it. Laws whose weakening rises somewhere may have further slip cycles, which are
-/// looked for.
+/// equilibrium coexists with it. Laws other than those that weaken less and less may have further slip
+/// cycles, which are looked for.
 pub(super) fn regime_of(oscillator: &Oscillator, end: End) -> Regime {
     let stable = oscillator.eigenvalues().is_stable();
     let slips = match end {

@@ -65,7 +65,7 @@ impl Bifurcation {
                 Ok(Some(landing_speed(oscillator, tolerance)?.unwrap_or(0.0) - SEGMENT))
             }),
             Bifurcation::Crossing => twice(tolerance, |tolerance| second_crossing(oscillator, tolerance)),
-            // Where weakening falls ever more slowly there is one slip cycle at most, and none to meet.
+            // There is one slip cycle at most (see there), and none to meet.
             Bifurcation::Fold if oscillator.curve.weakens_less_and_less() => None,
             Bifurcation::Fold => {
                 let extreme = extreme_growth(oscillator, tolerance).ok()??;

@@ -6,6 +6,7 @@ use crate::sample::Random;
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Expression, Law, Table};
 use slipmap::point::{LawParameters, Point};
+use slipmap::simulate::critical_damping;
 use slipmap::simulate::direct::{Start, trace};
 use slipmap::simulate::slip_count::count_slip_cycles;
 use slipmap::simulate::slip_cycle::{extreme_growth, slip_cycles};
@@ -68,6 +69,44 @@ fn proofs_and_searches_agree_at_random_laws() {
     // What can stay open is next to a fold or to a Hopf bifurcation: within about the errors of the enclosures and the
     // shortest piece, 1e-3, of one of these curves. A point in twenty is much more than lies there.
     assert!(proved * 20 >= POINTS * 19 && several > 0, "{proved} {several}");
+}
+
+/// What regimes and folds take from [`slipmap::friction::Curve::weakens_less_and_less`].
+#[test]
+fn laws_that_weaken_less_and_less_have_one_slip_cycle_at_most() {
+    let mut random = Random(78);
+    let (mut none, mut one, mut open) = (0, 0, 0);
+    for i in 0..150 {
+        let belt_speed = random.log(0.1, 10.0);
+        let mut between = |lo: f64, hi: f64| lo + (hi - lo) * random.unit();
+        let (law, parameters) = match i % 2 {
+            0 => (Law::Stribeck, [between(0.0, 0.9), between(0.0, 0.1), between(0.1, 1.0)]),
+            _ => (Law::Exponential, [between(0.0, 0.9), between(0.3, 3.0), between(0.0, 0.1)]),
+        };
+        let law_parameters = LawParameters::new(&parameters);
+        let column = law.column(&Point { epsilon: 1.0, law: law_parameters, belt_speed, damping: 0.0 });
+        // The slip cycle is born where the equilibrium becomes stable, and dies at grazing.
+        let (birth, death) = (column.curve.weakening(belt_speed), critical_damping(&column, 1e-9).unwrap().c);
+        let viscous = birth + (death - birth) * between(-0.2, 1.2);
+        if viscous < 0.0 {
+            continue;
+        }
+        let oscillator = Oscillator::in_column(&column, viscous);
+        assert!(oscillator.curve.weakens_less_and_less());
+        let counted = count_slip_cycles(&oscillator);
+        assert!(counted.at_least <= 1, "{oscillator:?} {counted:?}");
+        match counted.exact() {
+            Some(0) => none += 1,
+            Some(_) => {
+                one += 1;
+                let cycles = slip_cycles(&oscillator, 1e-10).unwrap();
+                assert!(cycles.len() == 1 && !cycles[0].is_stable(), "{oscillator:?} {cycles:?}");
+            }
+            None => open += 1,
+        }
+    }
+    println!("slip cycles: none at {none} points, one at {one}, not proved at {open}");
+    assert!(one >= 50 && open * 20 <= none + one, "{none} {one} {open}");
 }
 
 #[test]
