@@ -8,6 +8,7 @@ use slipmap::simulate::bifurcation::Bifurcation;
 use slipmap::store::MapFile;
 
 use crate::command::Scratch;
+use crate::hostile::spoilt;
 
 /// Two planes: one with every kind of curve that the law has, and one with none.
 const JOB: &str = "\
@@ -94,8 +95,7 @@ fn stored_curves_are_those_of_their_planes_and_are_drawn() {
 fn changed_curves_are_refused() {
     let scratch = scratch();
     scratch.run(&["run", "job.toml", "--set", "curves.planes=[{ x = \"V\", y = \"c\" }]"]).ends_with(0);
-    let path = scratch.path().join("map.h5");
-    std::fs::copy(&path, scratch.path().join("good.h5")).unwrap();
+    std::fs::copy(scratch.path().join("map.h5"), scratch.path().join("good.h5")).unwrap();
     type Damage = fn(&File);
     let cases: [(&str, Damage); 6] = [
         ("curves/error, attribute sha256", |file| {
@@ -121,20 +121,16 @@ fn changed_curves_are_refused() {
         }),
     ];
     for (part, damage) in cases {
-        std::fs::copy(scratch.path().join("good.h5"), &path).unwrap();
-        let file = File::open_rw(&path).unwrap();
-        damage(&file);
-        file.close().unwrap();
+        spoilt(&scratch, damage);
         let run = scratch.run(&["check", "map.h5"]).ends_with(1);
         assert!(run.out.contains(part), "no `{part}` in {}", run.out);
         scratch.run(&["report", "map.h5"]).refuses(&["map.h5", part]);
     }
     // A promise that the file cannot keep.
-    std::fs::copy(scratch.path().join("good.h5"), &path).unwrap();
-    let file = File::open_rw(&path).unwrap();
-    file.unlink("curves/error").unwrap();
-    file.new_dataset::<f64>().shape([1 << 40]).create("curves/error").unwrap();
-    file.close().unwrap();
+    spoilt(&scratch, |file| {
+        file.unlink("curves/error").unwrap();
+        file.new_dataset::<f64>().shape([1 << 40]).create("curves/error").unwrap();
+    });
     scratch.run(&["check", "map.h5"]).ends_with(1);
     scratch.run(&["report", "map.h5"]).refuses(&["map.h5 is not a map: curves/error"]);
 }

@@ -52,10 +52,21 @@ pub const PLOT: [&str; 10] =
 
 /// A copy of the good map as `map.h5`, changed by whatever program.
 pub fn spoilt(scratch: &Scratch, spoil: impl FnOnce(&File)) {
-    fs::copy(scratch.path().join("good.h5"), scratch.path().join("map.h5")).unwrap();
-    let file = File::open_rw(scratch.path().join("map.h5")).unwrap();
+    let map = scratch.path().join("map.h5");
+    let _ = fs::remove_file(&map);
+    let work = scratch.path().join("work.h5");
+    fs::copy(scratch.path().join("good.h5"), &work).unwrap();
+    let file = File::open_rw(&work).unwrap();
     spoil(&file);
     file.close().unwrap();
+    given_away(&work, &map);
+}
+
+/// Moves a file that this process has changed to a name at which nobody holds a lock of it: programs that other tests
+/// start meanwhile inherit HDF5's.
+pub fn given_away(work: &Path, path: &Path) {
+    fs::copy(work, path).unwrap();
+    fs::remove_file(work).unwrap();
 }
 
 /// Seals `map.h5` as it is.
@@ -217,9 +228,12 @@ fn maps_of_other_programs_are_refused() {
         spoilt(&scratch, spoil);
         assert_refused(&scratch, what, part, check);
     }
-    let foreign = File::create(scratch.path().join("map.h5")).unwrap();
+    let [map, work] = ["map.h5", "work.h5"].map(|name| scratch.path().join(name));
+    fs::remove_file(&map).unwrap();
+    let foreign = File::create(&work).unwrap();
     foreign.new_dataset::<f64>().shape([3]).create("temperature").unwrap();
     foreign.close().unwrap();
+    given_away(&work, &map);
     assert_refused(&scratch, "a file of another program", "is not a map", 2);
     for (what, bytes) in [("text", "epsilon,alpha\n"), ("nothing", ""), ("zeros", "\0\0\0\0\0\0\0\0\0\0")] {
         scratch.file("map.h5", bytes);
