@@ -46,7 +46,7 @@
 //! ```
 //!
 //! # Features
-//! `store` (the map file, by way of HDF5) and `cli` (the program) are on by default. Without them the crate
+//! `store` (the map file, by way of HDF5), `report` (tables and figures) and `cli` (the program) are on by default. Without them the crate
 //! is pure Rust.
 
 #[cfg(feature = "report")]
