@@ -382,6 +382,19 @@ mod tests {
     }
 
     #[test]
+    fn ticks_are_round_numbers_of_the_unit_that_is_shown() {
+        // A velocity of 0.4 m/s as the unit: ticks at full tenths of m/s, in the places of the scale.
+        let scale = Scale::linear(0.0, 1.0).in_unit(0.4);
+        assert_eq!(labels(scale, 4), ["0.0", "0.1", "0.2", "0.3", "0.4"]);
+        let places: Vec<f64> = scale.ticks(4).iter().map(|tick| tick.value).collect();
+        // A multiplication and a division.
+        for (place, expected) in places.iter().zip([0.0, 0.25, 0.5, 0.75, 1.0]) {
+            assert!((place - expected).abs() <= 4.0 * f64::EPSILON, "{places:?}");
+        }
+        assert_eq!(labels(Scale::logarithmic(1.0, 100.0).in_unit(10.0), 4), ["10", "10^2", "10^3"]);
+    }
+
+    #[test]
     fn ticks_are_round_numbers() {
         assert_eq!(labels(Scale::linear(0.0, 1.0), 5), ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
         assert_eq!(labels(Scale::linear(-1.0, 3.0), 4), ["−1", "0", "1", "2", "3"]);
