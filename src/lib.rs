@@ -56,6 +56,7 @@ pub mod certify;
 pub mod cli;
 #[cfg(feature = "cli")]
 pub mod config;
+pub mod dataset;
 pub mod filippov;
 pub mod friction;
 pub mod machine;
