@@ -71,6 +71,7 @@ use crate::certify::validated;
 use crate::friction::Law;
 use crate::machine::Machine;
 use crate::map::{Engine, Field, Grid, GridError, Method, Plan, Plane};
+#[cfg(feature = "report")]
 use crate::report::work_precision::Settings;
 use crate::simulate::naive::NaiveKnobs;
 
@@ -104,6 +105,7 @@ pub struct Job {
     /// Where the certificate of what is proved between the nodes goes.
     pub proof: Option<PathBuf>,
     /// What a study of speed against accuracy is to do.
+    #[cfg(feature = "report")]
     pub work_precision: Settings,
 }
 
@@ -120,9 +122,9 @@ impl Job {
         let law = law::read(&friction, folder)?;
         let (axes, machine) = (root.section("grid")?, root.section("machine")?);
         if axes.is_present() || !machine.is_present() {
-            law::check_symbols(law, &friction, &axes)?;
+            law::check_symbols(&law, &friction, &axes)?;
         }
-        check_keys(&root, law)?;
+        check_keys(&root, &law)?;
 
         let stem = file.file_stem().map_or_else(|| "map".into(), |stem| stem.to_string_lossy().into_owned());
         let title = match root.get("title") {
@@ -136,10 +138,10 @@ impl Job {
                 return Err(root.unknown("machine", remedy.into()));
             }
             (false, true) => {
-                let job = machine::read(&machine, law)?;
+                let job = machine::read(&machine, &law)?;
                 (machine::grid(&machine, &job)?, Some(job.machine))
             }
-            (_, false) => (grid(&axes, law)?, None),
+            (_, false) => (grid(&axes, &law)?, None),
         };
         law::check_range(&friction, &grid)?;
 
@@ -208,6 +210,7 @@ impl Job {
         };
 
         let planes = curves::read(&root.section("curves")?, &grid)?;
+        #[cfg(feature = "report")]
         let work_precision = work_precision(&root.section("work_precision")?)?;
 
         let tile_shape = grid.tile_shape(tiles::cells(grid.cells()));
@@ -231,13 +234,14 @@ impl Job {
             config_text: source.text(),
             output: path,
             proof,
+            #[cfg(feature = "report")]
             work_precision,
         })
     }
 }
 
 /// The keys of each section of a configuration for `law`; `None` is the top level.
-fn schema(law: Law) -> Vec<(Option<&'static str>, Vec<&'static str>)> {
+fn schema(law: &Law) -> Vec<(Option<&'static str>, Vec<&'static str>)> {
     let sections = vec![
         ("friction", law::KEYS.to_vec()),
         ("grid", Grid::axis_names(law)),
@@ -258,7 +262,7 @@ fn schema(law: Law) -> Vec<(Option<&'static str>, Vec<&'static str>)> {
 }
 
 /// Refuses every key that no one would read, and says which was probably meant.
-fn check_keys(root: &Section, law: Law) -> Result<(), ConfigError> {
+fn check_keys(root: &Section, law: &Law) -> Result<(), ConfigError> {
     let schema = schema(law);
     for (name, known) in &schema {
         let section = match name {
@@ -287,7 +291,7 @@ fn refuse_unknown_keys(section: &Section, known: &[&'static str]) -> Result<(), 
 }
 
 /// Reads every axis of `law`.
-fn grid(section: &Section, law: Law) -> Result<Grid, ConfigError> {
+fn grid(section: &Section, law: &Law) -> Result<Grid, ConfigError> {
     let names = Grid::axis_names(law);
     let how = |name: &str| {
         format!(
@@ -305,7 +309,7 @@ fn grid(section: &Section, law: Law) -> Result<Grid, ConfigError> {
         nodes.push((axis::nodes(&node)?, node));
     }
     let values = nodes.iter().map(|(values, _)| values.clone()).collect();
-    Grid::new(law, values).map_err(|error| grid_error(&error, &names, &nodes))
+    Grid::new(law.clone(), values).map_err(|error| grid_error(&error, &names, &nodes))
 }
 
 /// Finds the value that a [`GridError`] speaks of.
@@ -392,6 +396,7 @@ fn knobs(section: &Section) -> Result<NaiveKnobs, ConfigError> {
 }
 
 /// Reads what a study of speed against accuracy is to do.
+#[cfg(feature = "report")]
 fn work_precision(section: &Section) -> Result<Settings, ConfigError> {
     let default = Settings::default();
     let positive = |key: &str, default: f64| match section.get(key) {
