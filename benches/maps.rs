@@ -15,7 +15,9 @@ use std::sync::{Mutex, PoisonError};
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use slipmap::friction::Law;
-use slipmap::map::{Account, Control, Engine, Field, Grid, Method, Plan, Runs, Sink, TileData, Verdict, compute};
+use slipmap::map::{
+    Account, Control, Engine, Field, Grid, Method, Plan, Runs, Sink, TileData, Verdict, compute,
+};
 
 fn main() {
     divan::main();

@@ -134,12 +134,7 @@ impl Schema {
 
     /// The layout of a map with these contents.
     #[must_use]
-    pub fn new(
-        grid: Grid,
-        tile_shape: Vec<usize>,
-        methods: Vec<MethodInfo>,
-        fields: Vec<Field>,
-    ) -> Self {
+    pub fn new(grid: Grid, tile_shape: Vec<usize>, methods: Vec<MethodInfo>, fields: Vec<Field>) -> Self {
         let mut variables = Vec::new();
         let mut quantities = 0;
         for field in Field::ALL {

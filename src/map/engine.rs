@@ -331,12 +331,7 @@ fn closed_form(
     columns: &[Column],
     cs: &[f64],
 ) -> MethodCells {
-    let mut cells = MethodCells {
-        method,
-        verdicts: Runs::new(),
-        margins: Vec::new(),
-        critical: Vec::new(),
-    };
+    let mut cells = MethodCells { method, verdicts: Runs::new(), margins: Vec::new(), critical: Vec::new() };
     for column in columns {
         let claim = claim(column);
         // Along the axis: undecided below sticks_from, present, undecided, absent.

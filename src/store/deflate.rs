@@ -93,7 +93,9 @@ impl<'a> Search<'a> {
 
     /// A number that tells a run's code, the code of the next run and the lengths of the next two; `None` at the end.
     fn key(&self, run: usize) -> Option<usize> {
-        let [(code, end), (next, next_end), (_, last_end)] = *self.runs.get(run..run + 3)? else { return None };
+        let [(code, end), (next, next_end), (_, last_end)] = *self.runs.get(run..run + 3)? else {
+            return None;
+        };
         let codes = u64::from(code.cast_unsigned()) << 8 | u64::from(next.cast_unsigned());
         let mixed = codes ^ ((next_end - end) as u64) << 16 ^ ((last_end - next_end) as u64) << 40;
         Some((mixed.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> (64 - KEYS_BITS)) as usize)
@@ -259,8 +261,11 @@ fn write_codes(bits: &mut Bits, literals: &Codes, distances: &Codes) {
         codes.lengths.iter().rposition(|&length| length > 0).map_or(least, |last| least.max(last + 1))
     };
     let (literal_count, distance_count) = (used(literals, 257), used(distances, 1));
-    let lengths: Vec<u8> =
-        literals.lengths[..literal_count].iter().chain(&distances.lengths[..distance_count]).copied().collect();
+    let lengths: Vec<u8> = literals.lengths[..literal_count]
+        .iter()
+        .chain(&distances.lengths[..distance_count])
+        .copied()
+        .collect();
     // Symbols with the number and value of their extra bits.
     let mut symbols: Vec<(usize, u32, u64)> = Vec::new();
     let mut rest = &lengths[..];
@@ -291,7 +296,8 @@ fn write_codes(bits: &mut Bits, literals: &Codes, distances: &Codes) {
     let mut counts = [0u32; CODE_LENGTHS];
     symbols.iter().for_each(|&(symbol, _, _)| counts[symbol] += 1);
     let codes = Codes::new(&counts, 7);
-    let written = ORDER.iter().rposition(|&symbol| codes.lengths[symbol] > 0).map_or(4, |last| 4.max(last + 1));
+    let written =
+        ORDER.iter().rposition(|&symbol| codes.lengths[symbol] > 0).map_or(4, |last| 4.max(last + 1));
     bits.push(literal_count as u64 - 257, 5);
     bits.push(distance_count as u64 - 1, 5);
     bits.push(written as u64 - 4, 4);
@@ -333,8 +339,12 @@ impl Codes {
 
 /// Huffman's algorithm: joins the two rarest nodes until one is left.
 fn code_lengths(counts: &[u32]) -> Vec<u8> {
-    let mut leaves: Vec<(u32, usize)> =
-        counts.iter().enumerate().filter(|(_, count)| **count > 0).map(|(symbol, &count)| (count, symbol)).collect();
+    let mut leaves: Vec<(u32, usize)> = counts
+        .iter()
+        .enumerate()
+        .filter(|(_, count)| **count > 0)
+        .map(|(symbol, &count)| (count, symbol))
+        .collect();
     leaves.sort_unstable();
     // Nodes in the order of their counts: leaves from one queue, joined ones from the other.
     let n = leaves.len();
@@ -444,7 +454,9 @@ mod tests {
     #[test]
     fn lengths_and_distances_have_the_symbols_of_the_specification() {
         // The ends of some rows of the tables in RFC 1951.
-        for (length, symbol) in [(3, 257), (10, 264), (11, 265), (12, 265), (13, 266), (227, 284), (257, 284), (258, 285)] {
+        for (length, symbol) in
+            [(3, 257), (10, 264), (11, 265), (12, 265), (13, 266), (227, 284), (257, 284), (258, 285)]
+        {
             assert_eq!(length_symbol(length).0, symbol, "length {length}");
         }
         for (distance, symbol) in [(1, 0), (4, 3), (5, 4), (6, 4), (7, 5), (24577, 29), (32768, 29)] {

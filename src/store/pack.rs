@@ -75,7 +75,8 @@ impl Packing {
     /// If the tile brings another number of cells than the plan asks for: a bug of the engine.
     pub(super) fn pack(&self, data: &TileData) -> PackedTile {
         let schema = &self.schema;
-        let mut work = Work { deflate: (self.level > 0).then(|| Deflate::new(self.level)), plain: Vec::new() };
+        let mut work =
+            Work { deflate: (self.level > 0).then(|| Deflate::new(self.level)), plain: Vec::new() };
         let mut chunks = Vec::with_capacity(schema.variables.len());
         for (position, variable) in schema.variables.iter().enumerate() {
             let Some(number) = schema.chunk_number(variable, data.tile.number) else { continue };
@@ -85,7 +86,8 @@ impl Packing {
             let (bytes, fingerprint, counts) = match variable.cells(data) {
                 Cells::Codes(codes) => {
                     let counts = count(variable, |wanted| codes.count(|code| code == wanted));
-                    let (bytes, fingerprint) = self.codes(codes, shape, &chunk, variable.fill_code(), &mut work);
+                    let (bytes, fingerprint) =
+                        self.codes(codes, shape, &chunk, variable.fill_code(), &mut work);
                     (bytes, fingerprint, counts)
                 }
                 Cells::Reals(reals) => {

@@ -8,7 +8,9 @@ use hdf5::plist::file_create::{AttrCreationOrder, AttrPhaseChange, LinkCreationO
 use hdf5::types::VarLenArray;
 use hdf5::{Dataset, File, Group, Location, ObjectReference1};
 
-use crate::dataset::{Fingerprint, Outcome, Provenance, Schema, Value, Variable, attributes, fingerprint, hex};
+use crate::dataset::{
+    Fingerprint, Outcome, Provenance, Schema, Value, Variable, attributes, fingerprint, hex,
+};
 use crate::map::{Account, Axis, Plan, Sink, TileData};
 
 use super::curves;

@@ -107,7 +107,10 @@ fn tile_data(plan: &Plan, tile: Tile) -> TileData {
             .enumerate()
             .map(|(m, &method)| MethodCells {
                 method,
-                verdicts: cells.iter().map(|&cell| of_code(Verdict::ALL, Verdict::code, verdict(m, cell))).collect(),
+                verdicts: cells
+                    .iter()
+                    .map(|&cell| of_code(Verdict::ALL, Verdict::code, verdict(m, cell)))
+                    .collect(),
                 margins: reals(Field::Margin, m, &cells),
                 critical: reals(Field::CriticalC, m, &columns),
             })
