@@ -8,7 +8,7 @@ use std::time::Duration;
 use clap::Args;
 use serde_json::json;
 
-use super::output::count;
+use super::output::{bytes, count};
 use super::room::{Room, create_folders};
 use super::summary::{self, Report};
 use super::{Ended, Failure, estimate, interrupt, output, progress, proof, say};
@@ -99,11 +99,12 @@ fn together(arguments: &Arguments, stop: &'static AtomicBool, _: usize) -> Resul
     // Whatever went wrong here, the others wait to be told.
     let prepared = arguments.job().and_then(|job| prepare(arguments, job, stop));
     let Ok(Some((job, map))) = prepared else {
-        let others = ranks.begin(None);
+        let others = ranks.begin(None, 0);
         return prepared.and(others).map(|_| Ended::Fine);
     };
     compute(arguments, &job, map, stop, |map, control, queue| -> Result<_, Stopped> {
-        let others = ranks.begin(Some((&job.plan, queue)))?;
+        let own = threads.unwrap_or_else(rayon::current_num_threads).max(1);
+        let others = ranks.begin(Some((&job.plan, queue)), own)?;
         let local = || map::compute_tiles(&job.plan, map, control, &|| queue.take());
         let (account, threads) = ranks.serve(map, queue, stop, control.on_cells, local)?;
         Ok((account, threads + others))
@@ -256,12 +257,10 @@ fn tell_of_resumption(map: &PartialMap, resume: bool) {
     } else if resume {
         say("note: there is nothing to resume; starting from the beginning");
     }
-    let damage = map.damage();
-    if damage.places > 0 {
+    if map.lost() > 0 {
         say(&format!(
-            "warning: finished tiles were damaged on the disk in {} place{}; they are computed again",
-            damage.places,
-            if damage.places == 1 { "" } else { "s" }
+            "note: the last {} of the finished tiles are cut short or damaged; they are computed again",
+            bytes(map.lost().into())
         ));
     }
     if !map.is_locked() {
@@ -407,11 +406,10 @@ fn outcome(job: &Job, summary: &Summary) -> Outcome {
             .named()
             .into_iter()
             .map(|(path, cells)| (format!("cells_by_{path}"), cells.cast_signed().into()))
-            .chain([
-                ("rhs".to_owned(), summary.rhs.cast_signed().into()),
-                ("audit_seconds".to_owned(), summary.audit_seconds.into()),
-                ("pack_seconds".to_owned(), summary.pack_seconds.into()),
-            ])
+            .chain([("rhs".to_owned(), summary.rhs.cast_signed().into())])
+            .chain(
+                summary.stages.named().map(|(stage, seconds)| (format!("{stage}_seconds"), seconds.into())),
+            )
             .chain(
                 (!summary.curves.is_empty())
                     .then(|| ("curves_seconds".to_owned(), summary.curves_seconds.into())),

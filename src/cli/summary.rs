@@ -232,7 +232,7 @@ pub(super) fn json(report: &Report) -> Result<(), Failure> {
             "within_margin": summary.audit.within_margin,
             "unresolved": summary.audit.unresolved,
             "disagreements": disagreements,
-            "thread_seconds": summary.audit_seconds,
+            "thread_seconds": summary.stages.audit,
         },
         "curves": summary.curves.iter().map(|curves| json!({
             "x": job.plan.grid.axes()[curves.plane.x].name,
@@ -251,7 +251,8 @@ pub(super) fn json(report: &Report) -> Result<(), Failure> {
             "seconds": proved.seconds,
         })),
         "rhs": summary.rhs,
-        "pack_thread_seconds": summary.pack_seconds,
+        "pack_thread_seconds": summary.stages.pack,
+        "stages": summary.stages.named().into_iter().map(|(stage, seconds)| (stage.to_owned(), json!(seconds))).collect::<Map<_, _>>(),
         "failed": report.failed(),
         "failed_cells": failed,
     }))
@@ -283,7 +284,7 @@ fn short3(x: f64) -> String {
 mod tests {
     use super::*;
     use crate::friction::Law;
-    use crate::map::{Audit, Disagreement, FailedCell, Method, Paths};
+    use crate::map::{Audit, Disagreement, FailedCell, Method, Paths, Stages};
     use crate::simulate::{Failure as Breakdown, Fate, Flow};
 
     fn job() -> Job {
@@ -304,8 +305,7 @@ mod tests {
             paths: Paths::default(),
             rhs: 0,
             audit: Audit { cells: 2, checked: 2, agreed: 1, disagreements, ..Audit::default() },
-            audit_seconds: 0.0,
-            pack_seconds: 0.0,
+            stages: Stages::default(),
             failed_cells: Vec::new(),
             proved: None,
             curves: Vec::new(),

@@ -20,7 +20,7 @@ pub use lorentzian::Lorentzian;
 pub use stribeck::Stribeck;
 pub use table::{Table, TableError};
 
-use crate::point::{LawParameters, Point};
+use crate::point::{LawParameters, Point, ScaledGroups};
 use interval::Interval;
 use jet::{Jet, Real};
 
@@ -248,6 +248,16 @@ impl Curve {
             Curve::Lorentzian(law) => law.even_weakening_range(belt_speed),
             Curve::Expression(law) => law.even_weakening_range(belt_speed),
             Curve::Table(law) => law.even_weakening_range(belt_speed),
+        }
+    }
+
+    /// The scaled groups at belt speed V and viscous force rate C = eps c, for laws that have them: D in units of
+    /// the belt speed is that of [`ScaledGroups::divergence`], and falls with the slip speed.
+    #[must_use]
+    pub fn scaled(&self, belt_speed: f64, viscous: f64) -> Option<ScaledGroups> {
+        match self {
+            Curve::Stribeck(law) => Some(law.scaled(belt_speed, viscous)),
+            Curve::Exponential(_) | Curve::Lorentzian(_) | Curve::Expression(_) | Curve::Table(_) => None,
         }
     }
 

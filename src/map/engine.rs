@@ -4,15 +4,16 @@
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::sync_channel;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use super::account::{Account, FailedCell, MethodAccount, count, failed_cells};
+use super::account::{Account, FailedCell, MethodAccount, Stages, count, failed_cells};
 use super::audit::{Audit, Draws};
 use super::proved::Proved;
 use super::quantity::describe;
 use super::simulation::{End, Paths, Simulated, simulate};
 use super::{Field, Method, MethodCells, Plan, PlaneCurves, Regime, Runs, Sink, Tile, TileData, Verdict};
 use crate::certify::Claim;
+use crate::clock::timed;
 use crate::filippov::Oscillator;
 use crate::friction::Column;
 use crate::simulate::return_map::{Turn, turns_of};
@@ -35,7 +36,7 @@ pub struct MethodSummary {
     pub method: Method,
     /// Cells computed.
     pub cells: u64,
-    /// Seconds that the workers spent on it, summed over them (elapsed time, not processor time).
+    /// Processor seconds.
     pub seconds: f64,
     /// Cells of each verdict, in the order of [`Verdict::ALL`].
     pub counts: [u64; 5],
@@ -58,10 +59,8 @@ pub struct Summary {
     pub rhs: u64,
     /// The self-audit.
     pub audit: Audit,
-    /// Seconds that the workers spent on the self-audit.
-    pub audit_seconds: f64,
-    /// Seconds that the workers spent packing tiles.
-    pub pack_seconds: f64,
+    /// Processor seconds of the stages that belong to no method.
+    pub stages: Stages,
     /// The first failed cells.
     pub failed_cells: Vec<FailedCell>,
     /// What is proved between the nodes, if the plan asks for that; see [`super::prove`].
@@ -94,8 +93,7 @@ impl Summary {
             paths: account.paths,
             rhs: account.rhs,
             audit,
-            audit_seconds: account.audit_seconds,
-            pack_seconds: account.pack_seconds,
+            stages: account.stages,
             failed_cells: account.failed,
             proved: None,
             curves: Vec::new(),
@@ -121,11 +119,12 @@ pub enum ComputeError<E: std::error::Error> {
 /// One computed tile and what it cost.
 struct Computed {
     data: TileData,
-    seconds: Vec<Duration>,
+    /// Processor seconds of each method.
+    seconds: Vec<f64>,
+    stages: Stages,
     paths: Paths,
     rhs: u64,
     audit: Audit,
-    audit_seconds: Duration,
 }
 
 /// A tile on its way to the writer.
@@ -146,6 +145,13 @@ impl Queue {
     #[must_use]
     pub fn new(finished: Vec<bool>) -> Self {
         Self { next: AtomicUsize::new(0), finished }
+    }
+
+    /// Whether more than `count` tiles are not handed out yet.
+    #[must_use]
+    pub fn has_more_than(&self, count: usize) -> bool {
+        let next = self.next.load(Ordering::Relaxed).min(self.finished.len());
+        self.finished[next..].iter().filter(|finished| !**finished).nth(count).is_some()
     }
 
     /// Number of the next tile to compute; `None` when all are handed out.
@@ -218,11 +224,14 @@ pub fn compute_tiles<S: Sink>(
                 continue;
             }
             let written = message.and_then(|message| {
-                sink.write(message.packed, &message.account)?;
-                Ok(message.account)
+                let (written, seconds) = timed(|| sink.write(message.packed, &message.account));
+                written.map(|()| (message.account, seconds))
             });
             match written {
-                Ok(account) => sum.add(account),
+                Ok((account, seconds)) => {
+                    sum.add(account);
+                    sum.stages.write += seconds;
+                }
                 Err(error) => {
                     failed.store(true, Ordering::Relaxed);
                     outcome = Err(ComputeError::Sink(error));
@@ -240,18 +249,14 @@ pub fn compute_tiles<S: Sink>(
 /// Computes and packs one tile.
 fn work<S: Sink>(plan: &Plan, sink: &S, draws: &Draws, tile: &Tile) -> Result<Message<S::Packed>, S::Error> {
     let computed = compute_tile(plan, draws, tile);
-    let start = Instant::now();
-    let packed = sink.pack(&computed.data)?;
-    let pack_seconds = start.elapsed().as_secs_f64();
+    let (packed, pack) = timed(|| sink.pack(&computed.data));
+    let packed = packed?;
     let methods: Vec<MethodAccount> = computed
         .data
         .methods
         .iter()
         .zip(&computed.seconds)
-        .map(|(cells, seconds)| MethodAccount {
-            seconds: seconds.as_secs_f64(),
-            counts: count(&cells.verdicts),
-        })
+        .map(|(cells, seconds)| MethodAccount { seconds: *seconds, counts: count(&cells.verdicts) })
         .collect();
     let failures = Verdict::ALL.iter().position(|verdict| *verdict == Verdict::Failed);
     let any_failed = failures.is_some_and(|failed| methods.iter().any(|method| method.counts[failed] > 0));
@@ -261,8 +266,7 @@ fn work<S: Sink>(plan: &Plan, sink: &S, draws: &Draws, tile: &Tile) -> Result<Me
         paths: computed.paths,
         rhs: computed.rhs,
         audit: computed.audit,
-        audit_seconds: computed.audit_seconds.as_secs_f64(),
-        pack_seconds,
+        stages: Stages { pack, ..computed.stages },
         failed: if any_failed { failed_cells(plan, &computed.data) } else { Vec::new() },
     };
     Ok(Message { packed, account })
@@ -270,16 +274,15 @@ fn work<S: Sink>(plan: &Plan, sink: &S, draws: &Draws, tile: &Tile) -> Result<Me
 
 /// Computes one tile: all methods, and the optional fields.
 fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> Computed {
-    let columns: Vec<Column> =
-        (0..tile.columns()).map(|column| plan.grid.column(&tile.column_index(column))).collect();
+    let (columns, columns_seconds): (Vec<Column>, f64) = timed(|| plan.grid.columns(tile).collect());
+    let mut stages = Stages { columns: columns_seconds, ..Stages::default() };
     let cs = &plan.grid.dampings()[tile.damping_range()];
     let mut seconds = Vec::with_capacity(plan.methods.len());
     let mut methods = Vec::with_capacity(plan.methods.len());
     let mut simulated = None;
     for &method in &plan.methods {
-        let start = Instant::now();
-        methods.push(match method {
-            Method::Test(test) => closed_form(plan, method, test.claim, &columns, cs),
+        let (cells, taken) = timed(|| match method {
+            Method::Test(test) => closed_form(plan, method, &test.claims(&columns), cs),
             Method::Simulation => {
                 let (cells, ends) = simulation(plan, method, &columns, cs);
                 simulated = Some(ends);
@@ -299,23 +302,28 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> Computed {
                 }
             }
         });
-        seconds.push(start.elapsed());
+        methods.push(cells);
+        seconds.push(taken);
     }
     let (paths, rhs) = simulated.as_ref().map_or((Paths::default(), 0), |s: &Simulated| (s.paths, s.rhs));
     let mut data = TileData { tile: tile.clone(), methods, regime: Runs::new(), quantities: Vec::new() };
     if plan.fields.iter().any(|field| field.needs_flow()) {
-        let simulated =
-            simulated.unwrap_or_else(|| simulate(&columns, cs, plan.engine, plan.tolerance, false));
+        let (simulated, taken) =
+            timed(|| simulated.unwrap_or_else(|| simulate(&columns, cs, plan.engine, plan.tolerance, false)));
+        stages.fields += taken;
         if plan.stores(Field::Regime) {
             let regime = |(oscillator, end): (Oscillator, &End)| regime_of(&oscillator, *end);
-            data.regime = oscillators(&columns, cs).zip(&simulated.ends).map(regime).collect();
+            (data.regime, stages.regime) =
+                timed(|| oscillators(&columns, cs).zip(&simulated.ends).map(regime).collect());
         }
-        data.quantities = describe(plan, tile, &simulated.ends);
+        let (quantities, taken) = timed(|| describe(plan, tile, &simulated.ends));
+        data.quantities = quantities;
+        stages.fields += taken;
     }
-    let start = Instant::now();
     let verdicts: Vec<&Runs<Verdict>> = data.methods.iter().map(|cells| &cells.verdicts).collect();
-    let audit = draws.audit(plan, tile, &verdicts);
-    Computed { audit, audit_seconds: start.elapsed(), data, seconds, paths, rhs }
+    let (audit, audit_seconds) = timed(|| draws.audit(plan, tile, &verdicts));
+    stages.audit = audit_seconds;
+    Computed { audit, data, seconds, stages, paths, rhs }
 }
 
 /// The cells of a tile, column by column.
@@ -323,17 +331,10 @@ fn oscillators(columns: &[Column], cs: &[f64]) -> impl Iterator<Item = Oscillato
     columns.iter().flat_map(move |column| cs.iter().map(move |&c| Oscillator::in_column(column, c)))
 }
 
-/// A closed-form test on the columns of a tile.
-fn closed_form(
-    plan: &Plan,
-    method: Method,
-    claim: fn(&Column) -> Claim,
-    columns: &[Column],
-    cs: &[f64],
-) -> MethodCells {
+/// What a closed-form test claims along the columns of a tile, cell by cell.
+fn closed_form(plan: &Plan, method: Method, claims: &[Claim], cs: &[f64]) -> MethodCells {
     let mut cells = MethodCells { method, verdicts: Runs::new(), margins: Vec::new(), critical: Vec::new() };
-    for column in columns {
-        let claim = claim(column);
+    for claim in claims {
         // Along the axis: undecided below sticks_from, present, undecided, absent.
         let present_to = cs.partition_point(|&c| c < claim.present_below);
         let present_from = cs.partition_point(|&c| c < claim.sticks_from).min(present_to);

@@ -16,11 +16,11 @@ mod simulation;
 mod sink;
 mod verdict;
 
-pub use account::{Account, FailedCell, LISTED, MethodAccount};
+pub use account::{Account, FailedCell, LISTED, MethodAccount, Stages};
 pub use audit::{Audit, Disagreement};
 pub use curves::{CURVE_COLUMNS, Plane, PlaneCurve, PlaneCurves, PlanePoint, curves_of};
 pub use engine::{ComputeError, Control, MethodSummary, Queue, Summary, compute, compute_tiles, regime};
-pub use grid::{Axis, AxisRole, Grid, GridError, Tile, is_linear, is_logarithmic};
+pub use grid::{Axis, AxisRole, Grid, GridError, Tile, is_linear, is_logarithmic, unravel};
 pub use method::Method;
 pub use plan::{Engine, Field, Plan};
 pub use proved::{Proved, prove};

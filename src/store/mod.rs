@@ -84,7 +84,7 @@ pub use error::StoreError;
 pub use identity::plan_digest;
 pub use journal::create_folders;
 pub use pack::PackedTile;
-pub use partial::{Damage, Left, PackedRecord, Packer, PartialMap, Resumed, left, remove_unfinished};
+pub use partial::{Left, PackedRecord, Packer, PartialMap, Resumed, left, remove_unfinished};
 pub use reader::{MapFile, Pick, SIGNATURE};
 pub use records::{Records, Series, write_records};
 pub use writer::{Existing, MapWriter};

@@ -8,7 +8,7 @@ use libdeflater::{CompressionLvl, Compressor};
 
 use crate::dataset::fingerprint::{self, canonical};
 use crate::dataset::{Cells, Fingerprint, Schema, Variable};
-use crate::map::{Runs, TileData};
+use crate::map::{Runs, TileData, unravel};
 
 use super::deflate;
 
@@ -225,17 +225,10 @@ impl Deflate {
 
 /// Where in a chunk the rows along the last axis of a tile of the given shape begin, row by row.
 fn row_starts<'a>(shape: &'a [usize], chunk: &'a [usize]) -> impl Iterator<Item = usize> + 'a {
-    let (row, whole_row) = (shape.last().copied().unwrap_or(1), chunk.last().copied().unwrap_or(1));
-    let rows = shape.iter().product::<usize>() / row.max(1);
-    (0..rows).map(move |number| {
-        // The row's index in the tile, read off from the second fastest axis up.
-        let (mut rest, mut start, mut stride) = (number, 0, whole_row);
-        for (&len, &whole) in shape.iter().zip(chunk).rev().skip(1) {
-            start += (rest % len) * stride;
-            rest /= len;
-            stride *= whole;
-        }
-        start
+    let row = shape.last().copied().unwrap_or(1);
+    (0..shape.iter().product::<usize>() / row.max(1)).map(move |number| {
+        let index = unravel(number * row, shape);
+        index.iter().zip(chunk).fold(0, |start, (&at, &length)| start * length + at)
     })
 }
 

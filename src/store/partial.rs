@@ -26,8 +26,6 @@ use super::pack::{PackedTile, Packing};
 use super::seal::{Temporary, beside};
 use super::writer::{Existing, MapWriter};
 
-pub use super::journal::Damage;
-
 /// Ending of the journal's name.
 const JOURNAL: &str = ".part";
 /// Ending of the unfinished map's name.
@@ -108,7 +106,7 @@ struct Found {
     account: Account,
     seconds: f64,
     history: String,
-    damage: Damage,
+    lost: u64,
 }
 
 impl Found {
@@ -118,7 +116,7 @@ impl Found {
             account: Account::none(plan),
             seconds: 0.0,
             history,
-            damage: Damage::default(),
+            lost: 0,
         }
     }
 }
@@ -201,8 +199,8 @@ impl PartialMap {
         let mut finished_already = false;
         let header_length = header(opening, plan, "", Existing::Refuse).bytes.len() as u64;
         let length = journal.length();
-        let damage = journal.replay(longest(plan), |kind, a, b| match (kind, &map) {
-            (Kind::Header, Some(_)) => Ok(true),
+        let lost = journal.replay(longest(plan), |kind, a, b| match (kind, &map) {
+            (Kind::Header, Some(_)) => Ok(false),
             (Kind::Header, None) => {
                 let Some(mut then) = Decoder(a).attributes() else { return Ok(false) };
                 if let Some(difference) = difference(&then, &now) {
@@ -254,7 +252,7 @@ impl PartialMap {
         }
         let Some(mut map) = map else {
             // Stopped before the header was written, there is nothing to lose; otherwise there is.
-            if length > 2 * (header_length + 4096) {
+            if length > header_length + 4096 {
                 return Err(StoreError::Unusable { path: journal_path });
             }
             let history = attributes::history(provenance);
@@ -262,7 +260,7 @@ impl PartialMap {
             return Ok(Resumed::Partial(Box::new(begun)));
         };
         found.seconds += session_seconds;
-        found.damage = damage;
+        found.lost = lost;
         let tiles = found.finished.iter().filter(|finished| **finished).count();
         let line = format!(
             "{} (resumed with {tiles} of {} tiles)",
@@ -289,10 +287,7 @@ impl PartialMap {
         journal.clear()?;
         let temporary = Temporary::instead(beside(path, UNFINISHED)?)?;
         let map = MapWriter::begin(path, temporary, plan, opening, history.clone(), existing)?;
-        // Twice, so that no single damage makes all tiles useless.
-        let header = header(opening, plan, &history, existing);
-        journal.append(Kind::Header, &header, &[])?;
-        journal.append(Kind::Header, &header, &[])?;
+        journal.append(Kind::Header, &header(opening, plan, &history, existing), &[])?;
         journal.sync()?;
         journal.sync_name()?;
         Ok(Self::with(map, journal, plan, Found::nothing(plan, history)))
@@ -331,10 +326,11 @@ impl PartialMap {
         self.found.seconds
     }
 
-    /// What was damaged in the journal; the tiles in question are not among the finished ones.
+    /// Bytes at the end of the journal that could not be used: what a kill has left of the last tile, or a
+    /// damaged place and all after it. Their tiles are not among the finished ones.
     #[must_use]
-    pub fn damage(&self) -> Damage {
-        self.found.damage
+    pub fn lost(&self) -> u64 {
+        self.found.lost
     }
 
     /// Number of tiles that are safe in the journal by now.
