@@ -363,9 +363,9 @@ impl Curve {
     /// the belt speed is that of [`ScaledGroups::divergence`], and falls with the slip speed.
     #[must_use]
     pub fn scaled(&self, belt_speed: f64, viscous: f64) -> Option<ScaledGroups> {
-        match self {
-            Curve::Stribeck(law) => Some(law.scaled(belt_speed, viscous)),
-            Curve::Exponential(_) | Curve::Lorentzian(_) | Curve::Expression(_) | Curve::Table(_) => None,
+        match &self.form {
+            Form::Stribeck(law) => Some(law.scaled(belt_speed, viscous)),
+            _ => None,
         }
     }
 

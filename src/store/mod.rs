@@ -62,11 +62,13 @@
 
 mod check;
 mod codec;
+mod create;
 mod curves;
 mod deflate;
 mod error;
 mod identity;
 mod journal;
+mod open;
 mod pack;
 mod partial;
 mod reader;
@@ -87,4 +89,5 @@ pub use pack::PackedTile;
 pub use partial::{Left, PackedRecord, Packer, PartialMap, Resumed, left, remove_unfinished};
 pub use reader::{MapFile, Pick, SIGNATURE};
 pub use records::{Records, Series, write_records};
-pub use writer::{Existing, MapWriter};
+pub use seal::Existing;
+pub use writer::MapWriter;

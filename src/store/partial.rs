@@ -23,8 +23,8 @@ use super::error::StoreError;
 use super::identity::{PLAN, check_finished, difference, get, plan_digest};
 use super::journal::{Journal, Kind, Part};
 use super::pack::{PackedTile, Packing};
-use super::seal::{Temporary, beside};
-use super::writer::{Existing, MapWriter};
+use super::seal::{Existing, Temporary, beside};
+use super::writer::MapWriter;
 
 /// Ending of the journal's name.
 const JOURNAL: &str = ".part";
