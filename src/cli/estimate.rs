@@ -60,8 +60,8 @@ pub(super) fn run(job: &Job, room: &Room, threads: Option<usize>, as_json: bool)
     line("cells", format!("{} in {} columns, {} tiles", count(grid.cells()), count(columns), count(tiles)));
     line("methods", plan.methods.iter().map(|method| method.name()).collect::<Vec<_>>().join(", "));
     line("fields", plan.fields.iter().map(|field| field.name()).collect::<Vec<_>>().join(", "));
-    if !job.planes.is_empty() {
-        line("curves", format!("in {} plane(s), their time not in the estimate", job.planes.len()));
+    if !plan.planes.is_empty() {
+        line("curves", format!("in {} plane(s), their time not in the estimate", plan.planes.len()));
     }
     line("output", job.output.display().to_string());
     if let Some(replaced) = &room.replaces {
@@ -122,7 +122,8 @@ fn timed(plan: &Plan, sample: &Grid, threads: Option<usize>) -> (usize, Duration
     // Enough tiles to keep every thread busy.
     let tile = (sample.cells() / (4 * workers)).max(sample.dampings().len());
     let tile_shape = sample.tile_shape(tile.min(plan.tile_shape.iter().product()));
-    let plan = Plan { grid: sample.clone(), audit_cells: 0, proof_boxes: 0, tile_shape, ..plan.clone() };
+    let grid = sample.clone();
+    let plan = Plan { grid, audit_cells: 0, proof_boxes: 0, planes: Vec::new(), tile_shape, ..plan.clone() };
     let (done, stop, start) = (AtomicUsize::new(0), AtomicBool::new(false), Instant::now());
     let on_cells = |cells| {
         done.fetch_add(cells, Ordering::Relaxed);
@@ -131,7 +132,8 @@ fn timed(plan: &Plan, sample: &Grid, threads: Option<usize>) -> (usize, Duration
         }
     };
     // Interrupted or not, the cells done in the time are what counts.
-    let _ = map::compute(&plan, &Nowhere, &Control { threads, on_cells: &on_cells, stop: &stop });
+    let control = Control { threads, on_cells: &on_cells, stop: &stop, ..Control::default() };
+    let _ = map::run(&plan, &Nowhere, &control);
     (done.load(Ordering::Relaxed), start.elapsed())
 }
 

@@ -277,7 +277,7 @@ pub(super) fn probe_line(law: Law, point: &Point, tolerance: f64) -> String {
     for (name, value) in coordinates(law, point) {
         line.push_str(&format!(" {}{}", flag(name), exact(value)));
     }
-    if tolerance != crate::config::DEFAULT_TOLERANCE {
+    if tolerance != crate::map::DEFAULT_TOLERANCE {
         line.push_str(&format!(" --tolerance {}", exact(tolerance)));
     }
     line
@@ -305,11 +305,11 @@ mod tests {
             coordinates(Law::Stribeck, &point).iter().map(|(_, value)| *value).collect::<Vec<_>>(),
             values
         );
-        for tolerance in [crate::config::DEFAULT_TOLERANCE, 1e-12] {
+        for tolerance in [crate::map::DEFAULT_TOLERANCE, 1e-12] {
             let line = probe_line(Law::Stribeck, &point, tolerance);
             let read = Line::try_parse_from(line.strip_prefix("slipmap ").unwrap().split(' ')).unwrap();
             assert_eq!(read.point.point(Law::Stribeck).unwrap(), point);
-            assert_eq!(read.tolerance.unwrap_or(crate::config::DEFAULT_TOLERANCE), tolerance);
+            assert_eq!(read.tolerance.unwrap_or(crate::map::DEFAULT_TOLERANCE), tolerance);
         }
     }
 }

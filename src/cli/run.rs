@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use clap::Args;
+use indicatif::ProgressBar;
 use serde_json::json;
 
 use super::output::count;
@@ -14,7 +15,7 @@ use super::summary::{self, Report};
 use super::{Ended, Failure, estimate, interrupt, output, progress, proof, say};
 use crate::config::Job;
 use crate::machine::{MOTION_ATTRIBUTE, SI_ATTRIBUTE};
-use crate::map::{self, Account, ComputeError, Control, Queue, Summary};
+use crate::map::{self, Account, ComputeError, Control, Earlier, Queue, Summary};
 use crate::store::{self, Existing, Left, Outcome, PartialMap, Provenance, Resumed, StoreError, Value};
 
 /// Compute a map from a configuration file.
@@ -185,7 +186,7 @@ impl From<Failure> for Stopped {
 }
 
 /// Computes what is missing by way of `tiles`, completes the map and reports.
-fn compute<E: Into<Stopped>>(
+fn compute<E: Into<Stopped> + From<ComputeError<StoreError>>>(
     arguments: &Arguments,
     job: &Job,
     map: PartialMap,
@@ -193,36 +194,31 @@ fn compute<E: Into<Stopped>>(
     tiles: impl FnOnce(&PartialMap, &Control, &Queue) -> Result<(Account, usize), E>,
 ) -> Result<Ended, Failure> {
     let bar = progress::bar(arguments.quiet, Some(job.plan.grid.cells() as u64), "cells");
+    let planes = std::sync::OnceLock::new();
     bar.inc(map.account().cells);
     let resumed_tiles = map.tiles();
     let queue = Queue::new(map.finished().to_vec());
     let on_cells = |cells| bar.inc(cells as u64);
-    let control = Control { threads: arguments.threads.map(usize::from), on_cells: &on_cells, stop };
-    let (computed, seconds) = timed(|| tiles(&map, &control, &queue));
-    bar.finish_and_clear();
-    let mut summary = match computed.map_err(Into::into) {
-        Ok((mut account, threads)) => {
-            account.add(map.account().clone());
-            Summary::new(&job.plan, account, threads, map.seconds() + seconds)
-        }
+    let on_plane = || planes.get().map_or((), |bar: &ProgressBar| bar.inc(1));
+    let threads = arguments.threads.map(usize::from);
+    let control = Control { threads, on_cells: &on_cells, on_plane: &on_plane, stop };
+    let earlier = Earlier { account: map.account().clone(), seconds: map.seconds() };
+    let computed = map::run_with(&job.plan, &control, earlier, || {
+        let computed = tiles(&map, &control, &queue);
+        bar.finish_and_clear();
+        let count = job.plan.planes.len() as u64;
+        planes.get_or_init(|| progress::bar(arguments.quiet || count == 0, Some(count), "planes of curves"));
+        computed
+    });
+    if let Some(bar) = planes.get() {
+        bar.finish_and_clear();
+    }
+    let summary = match computed.map_err(Into::into) {
+        Ok(summary) => summary,
         Err(Stopped::Early(error)) => return Err(stopped(&map, &error, &job.output)),
         #[cfg(feature = "mpi")]
         Err(Stopped::Never(failure)) => return Err(failure),
     };
-    if !job.planes.is_empty() {
-        let bar = progress::bar(arguments.quiet, Some(job.planes.len() as u64), "planes of curves");
-        let on_plane = || bar.inc(1);
-        let (curves, seconds) =
-            timed(|| map::curves_of(&job.plan.grid, &job.planes, control.threads, &on_plane, stop));
-        bar.finish_and_clear();
-        let no_threads = || Failure::Broken("cannot start the worker threads for the curves".into());
-        summary.curves = curves.ok_or_else(no_threads)?;
-        summary.curves_seconds = seconds;
-    }
-    summary.proved = map::prove(&job.plan, control.threads, stop);
-    if stop.load(Ordering::Relaxed) {
-        return Err(stopped(&map, &ComputeError::Interrupted, &job.output));
-    }
     if let (Some(path), Some(proved)) = (&job.proof, &summary.proved) {
         proof::write(&proved.surface, path, arguments.overwrite || arguments.resume)?;
     }
@@ -239,13 +235,6 @@ fn compute<E: Into<Stopped>>(
         Ok(()) => Ok(Ended::Fine),
         Err(failure) => Err(failure),
     }
-}
-
-/// A result and the seconds it took.
-fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
-    let start = std::time::Instant::now();
-    let result = work();
-    (result, start.elapsed().as_secs_f64())
 }
 
 /// Says what is known of the run to be continued and of its safety.
@@ -409,6 +398,7 @@ fn outcome(job: &Job, summary: &Summary) -> Outcome {
             .map(|(path, cells)| (format!("cells_by_{path}"), cells.cast_signed().into()))
             .chain([
                 ("rhs".to_owned(), summary.rhs.cast_signed().into()),
+                ("contradicted_cells".to_owned(), summary.contradictions.cells.cast_signed().into()),
                 ("audit_seconds".to_owned(), summary.audit_seconds.into()),
                 ("pack_seconds".to_owned(), summary.pack_seconds.into()),
             ])

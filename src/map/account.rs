@@ -1,6 +1,6 @@
 //! What tiles took and gave beyond their cells: counts, seconds, the audit.
 
-use super::{Audit, Method, Paths, Plan, TileData, Verdict};
+use super::{Audit, Contradictions, Method, Paths, Plan, TileData, Verdict};
 use crate::point::Point;
 
 /// How many failed cells are kept one by one, of a tile and of a run.
@@ -39,6 +39,8 @@ pub struct Account {
     pub rhs: u64,
     /// The self-audit.
     pub audit: Audit,
+    /// Cells in which methods that promise to be right contradict each other.
+    pub contradictions: Contradictions,
     /// Seconds that the workers spent on the self-audit.
     pub audit_seconds: f64,
     /// Seconds that the workers spent packing tiles.
@@ -64,6 +66,7 @@ impl Account {
         self.paths.add(&other.paths);
         self.rhs += other.rhs;
         self.audit.add(other.audit);
+        self.contradictions.add(other.contradictions);
         self.audit_seconds += other.audit_seconds;
         self.pack_seconds += other.pack_seconds;
         if !other.failed.is_empty() {
@@ -103,7 +106,7 @@ pub(super) fn failed_cells(plan: &Plan, data: &TileData) -> Vec<FailedCell> {
 mod tests {
     use super::*;
     use crate::friction::Law;
-    use crate::map::{Engine, Field, Grid, MethodCells, Tile};
+    use crate::map::{Grid, MethodCells, Tile};
 
     fn tile_data(tile: Tile, failed: &[usize]) -> TileData {
         let mut verdicts = vec![Verdict::Absent.code(); tile.cells()];
@@ -116,17 +119,7 @@ mod tests {
     }
 
     fn simulated(grid: Grid, tile_shape: Vec<usize>) -> Plan {
-        Plan {
-            methods: vec![Method::Simulation],
-            fields: vec![Field::Verdict],
-            engine: Engine::Auto,
-            tolerance: 1e-9,
-            audit_cells: 0,
-            proof_boxes: 0,
-            compression: 4,
-            tile_shape,
-            grid,
-        }
+        Plan::builder(grid).methods([Method::Simulation]).tile_shape(tile_shape).build().unwrap()
     }
 
     #[test]

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use super::account::{Account, FailedCell, MethodAccount, count, failed_cells};
 use super::audit::{Audit, Draws};
+use super::contradictions::{Contradictions, contradictions};
 use super::proved::Proved;
 use super::quantity::describe;
 use super::simulation::{End, Paths, Simulated, simulate};
@@ -24,8 +25,18 @@ pub struct Control<'a> {
     pub threads: Option<usize>,
     /// Called with the number of cells just computed, from any worker.
     pub on_cells: &'a (dyn Fn(usize) + Sync),
+    /// Called after each plane of curves, from any worker.
+    pub on_plane: &'a (dyn Fn() + Sync),
     /// Set to true to stop after the tiles in work.
     pub stop: &'a AtomicBool,
+}
+
+impl Default for Control<'_> {
+    /// All cores, nobody to tell, never stopped.
+    fn default() -> Self {
+        static NEVER: AtomicBool = AtomicBool::new(false);
+        Self { threads: None, on_cells: &|_| (), on_plane: &|| (), stop: &NEVER }
+    }
 }
 
 /// What one method did.
@@ -39,6 +50,14 @@ pub struct MethodSummary {
     pub seconds: f64,
     /// Cells of each verdict, in the order of [`Verdict::ALL`].
     pub counts: [u64; 5],
+}
+
+impl MethodSummary {
+    /// Cells of one verdict.
+    #[must_use]
+    pub fn cells_with(&self, verdict: Verdict) -> u64 {
+        Verdict::ALL.iter().position(|v| *v == verdict).map_or(0, |i| self.counts[i])
+    }
 }
 
 /// What a run did.
@@ -58,6 +77,8 @@ pub struct Summary {
     pub rhs: u64,
     /// The self-audit.
     pub audit: Audit,
+    /// Cells in which methods that promise to be right contradict each other.
+    pub contradictions: Contradictions,
     /// Seconds that the workers spent on the self-audit.
     pub audit_seconds: f64,
     /// Seconds that the workers spent packing tiles.
@@ -94,6 +115,7 @@ impl Summary {
             paths: account.paths,
             rhs: account.rhs,
             audit,
+            contradictions: account.contradictions,
             audit_seconds: account.audit_seconds,
             pack_seconds: account.pack_seconds,
             failed_cells: account.failed,
@@ -159,17 +181,6 @@ impl Queue {
             }
         }
     }
-}
-
-/// Computes the map of `plan` into `sink`.
-///
-/// # Errors
-/// [`ComputeError`]; the sink then holds an incomplete map.
-pub fn compute<S: Sink>(plan: &Plan, sink: &S, control: &Control) -> Result<Summary, ComputeError<S::Error>> {
-    let start = Instant::now();
-    let queue = Queue::new(vec![false; plan.grid.tile_count(&plan.tile_shape)]);
-    let (account, threads) = compute_tiles(plan, sink, control, &|| queue.take())?;
-    Ok(Summary::new(plan, account, threads, start.elapsed().as_secs_f64()))
 }
 
 /// Computes into `sink` the tiles whose numbers `next` hands out to the workers, until it gives `None`. The
@@ -261,6 +272,7 @@ fn work<S: Sink>(plan: &Plan, sink: &S, draws: &Draws, tile: &Tile) -> Result<Me
         paths: computed.paths,
         rhs: computed.rhs,
         audit: computed.audit,
+        contradictions: contradictions(plan, &computed.data),
         audit_seconds: computed.audit_seconds.as_secs_f64(),
         pack_seconds,
         failed: if any_failed { failed_cells(plan, &computed.data) } else { Vec::new() },

@@ -2,8 +2,8 @@
 //! its length. What is decoded is trusted in nothing: no length is believed before the bytes are there.
 
 use crate::map::{
-    Account, Audit, Axis, AxisRole, Disagreement, FailedCell, Grid, Method, MethodAccount, Paths, Plan,
-    Verdict,
+    Account, Audit, Axis, AxisRole, Contradiction, Contradictions, Disagreement, FailedCell, Grid, Method,
+    MethodAccount, Paths, Plan, Verdict,
 };
 use crate::point::{LawParameters, MAX_LAW_PARAMETERS, Point};
 
@@ -100,6 +100,14 @@ impl Encoder {
             self.point(&disagreement.point);
             self.length(method(disagreement.method));
             self.number(u64::from(disagreement.stored == Verdict::Present));
+        }
+        let Contradictions { cells, first } = &account.contradictions;
+        self.number(*cells);
+        self.length(first.len());
+        for cell in first {
+            self.length(cell.tile);
+            self.point(&cell.point);
+            self.0.extend(cell.verdicts.iter().map(|verdict| verdict.code().cast_unsigned()));
         }
         self.real(account.audit_seconds);
         self.real(account.pack_seconds);
@@ -233,6 +241,15 @@ impl<'a> Decoder<'a> {
             let stored = if self.number()? == 1 { Verdict::Present } else { Verdict::Absent };
             audit.disagreements.push(Disagreement::again(plan, point, method.name(), stored));
         }
+        let mut contradictions = Contradictions { cells: self.number()?, first: Vec::new() };
+        for _ in 0..self.length(16)? {
+            let tile = usize::try_from(self.number()?).ok()?;
+            let point = self.point_of(plan)?;
+            let codes = self.take(plan.methods.len())?;
+            let verdict = |code: &u8| Verdict::ALL.into_iter().find(|v| v.code() == code.cast_signed());
+            let verdicts = codes.iter().map(verdict).collect::<Option<_>>()?;
+            contradictions.first.push(Contradiction { tile, point, verdicts });
+        }
         let (audit_seconds, pack_seconds) = (self.real()?, self.real()?);
         let length = self.length(24)?;
         let failed = (0..length)
@@ -241,7 +258,17 @@ impl<'a> Decoder<'a> {
                 Some(FailedCell { tile, point: self.point_of(plan)?, method: self.method(plan)? })
             })
             .collect::<Option<_>>()?;
-        Some(Account { cells, methods, paths, rhs, audit, audit_seconds, pack_seconds, failed })
+        Some(Account {
+            cells,
+            methods,
+            paths,
+            rhs,
+            audit,
+            contradictions,
+            audit_seconds,
+            pack_seconds,
+            failed,
+        })
     }
 
     /// A point of the law of this plan.

@@ -43,6 +43,7 @@ pub fn plan_digest(plan: &Plan) -> String {
         tolerance,
         audit_cells,
         proof_boxes: _,
+        planes: _,
         tile_shape,
         compression,
     } = plan;
