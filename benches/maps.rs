@@ -14,7 +14,7 @@ use std::sync::{Mutex, PoisonError};
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use slipmap::friction::Law;
-use slipmap::map::{Account, Control, Engine, Grid, Plan, Sink, TileData, run};
+use slipmap::map::{Account, Control, Engine, Grid, Method, Plan, Sink, TileData, run};
 
 fn main() {
     divan::main();

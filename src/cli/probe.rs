@@ -50,9 +50,9 @@ pub(super) struct Arguments {
     /// Replace OUT.csv or the figure if it exists
     #[arg(long)]
     overwrite: bool,
-    /// Number of threads for a table; default: one per core
-    #[arg(long, requires = "points", value_parser = clap::value_parser!(u16).range(1..))]
-    threads: Option<u16>,
+    /// Number of threads for a table; default: one per core, at most 16 per core
+    #[arg(long, requires = "points", value_name = "NUMBER", value_parser = super::threads::parse)]
+    threads: Option<usize>,
     /// Also append epsilon_limit_METHOD: up to which epsilon each method says what the simulation says; takes
     /// some twenty times as long
     #[arg(long, requires = "points")]
@@ -99,7 +99,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
             overwrite: arguments.overwrite,
             law,
             tolerance,
-            threads: arguments.threads.map(usize::from),
+            threads: arguments.threads,
             epsilon_limits: arguments.epsilon_limits,
             quiet: arguments.quiet,
         });

@@ -41,7 +41,6 @@ pub(super) struct Job<'a> {
 
 /// Runs the command.
 pub(super) fn run(job: &Job) -> Result<Ended, Failure> {
-    // Listening comes first, so that an interruption at any time removes the temporary file.
     let stop = interrupt::flag();
     let table = PointTable::open(job.input, job.law)?;
     check_header(&table, job.epsilon_limits)?;
@@ -218,6 +217,12 @@ impl Output {
                 folder.display()
             ))
         })?;
+        let temporary = file.path().to_owned();
+        interrupt::on_giving_up(move || {
+            // If it cannot be removed there is nothing better to do.
+            let _ = std::fs::remove_file(temporary);
+            super::NOTHING_LEFT.to_owned()
+        });
         Ok(Self { file: Spool::Beside { file: BufWriter::new(file), path: path.to_owned() }, overwrite })
     }
 

@@ -2,8 +2,7 @@
 
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::sync::atomic::AtomicBool;
 
 use clap::Args;
 use indicatif::ProgressBar;
@@ -37,9 +36,9 @@ pub(super) struct Arguments {
     /// Replace one value of the configuration; may be repeated. The value is TOML; a bare word is text
     #[arg(long = "set", value_name = "key.path=value")]
     sets: Vec<String>,
-    /// Number of threads; default: one per core
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
-    threads: Option<u16>,
+    /// Number of threads; default: one per core, at most 16 per core
+    #[arg(long, value_name = "NUMBER", value_parser = super::threads::parse)]
+    threads: Option<usize>,
     /// Say how large the map would be and how long it would take, and write nothing
     #[arg(long)]
     dry_run: bool,
@@ -56,9 +55,6 @@ pub(super) struct Arguments {
     #[arg(long)]
     quiet: bool,
 }
-
-/// Tiles in work when the run is interrupted are waited for so long and then given up.
-const PATIENCE: Duration = Duration::from_secs(10);
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
@@ -80,8 +76,8 @@ fn launched() -> usize {
 }
 
 /// One process does it all.
-fn alone(arguments: &Arguments, stop: &'static AtomicBool) -> Result<Ended, Failure> {
-    match prepare(arguments, arguments.job()?, stop)? {
+fn alone(arguments: &Arguments, stop: &AtomicBool) -> Result<Ended, Failure> {
+    match prepare(arguments, arguments.job()?)? {
         None => Ok(Ended::Fine),
         Some((job, map)) => compute(arguments, &job, map, stop, |map, control, queue| {
             map::compute_tiles(&job.plan, map, control, &|| queue.take())
@@ -91,14 +87,14 @@ fn alone(arguments: &Arguments, stop: &'static AtomicBool) -> Result<Ended, Fail
 
 /// Many processes started by a launcher do it together.
 #[cfg(feature = "mpi")]
-fn together(arguments: &Arguments, stop: &'static AtomicBool, _: usize) -> Result<Ended, Failure> {
+fn together(arguments: &Arguments, stop: &AtomicBool, _: usize) -> Result<Ended, Failure> {
     let ranks = super::mpi::Ranks::join()?;
-    let threads = arguments.threads.map(usize::from);
+    let threads = arguments.threads;
     if !ranks.is_writer() {
         return ranks.work(arguments.job(), threads, stop);
     }
     // Whatever went wrong here, the others wait to be told.
-    let prepared = arguments.job().and_then(|job| prepare(arguments, job, stop));
+    let prepared = arguments.job().and_then(|job| prepare(arguments, job));
     let Ok(Some((job, map))) = prepared else {
         let others = ranks.begin(None);
         return prepared.and(others).map(|_| Ended::Fine);
@@ -127,14 +123,10 @@ impl Arguments {
 }
 
 /// Everything up to the computation; `None` if there is none to be done.
-fn prepare(
-    arguments: &Arguments,
-    job: Job,
-    stop: &'static AtomicBool,
-) -> Result<Option<(Job, PartialMap)>, Failure> {
+fn prepare(arguments: &Arguments, job: Job) -> Result<Option<(Job, PartialMap)>, Failure> {
     let room = Room::check(&job, arguments.overwrite, arguments.resume)?;
     if arguments.dry_run {
-        estimate::run(&job, &room, arguments.threads.map(usize::from), arguments.json)?;
+        estimate::run(&job, &room, arguments.threads, arguments.json)?;
         return Ok(None);
     }
     create_folders(&job.output)?;
@@ -161,7 +153,7 @@ fn prepare(
         PartialMap::begin(&job.output, &job.plan, &provenance, existing).map_err(create_failure)?
     };
     tell_of_resumption(&map, arguments.resume);
-    end_in_time(stop, job.output.clone());
+    end_in_time(job.output.clone());
     Ok(Some((job, map)))
 }
 
@@ -200,7 +192,7 @@ fn compute<E: Into<Stopped> + From<ComputeError<StoreError>>>(
     let queue = Queue::new(map.finished().to_vec());
     let on_cells = |cells| bar.inc(cells as u64);
     let on_plane = || planes.get().map_or((), |bar: &ProgressBar| bar.inc(1));
-    let threads = arguments.threads.map(usize::from);
+    let threads = arguments.threads;
     let control = Control { threads, on_cells: &on_cells, on_plane: &on_plane, stop };
     let earlier = Earlier { account: map.account().clone(), seconds: map.seconds() };
     let computed = map::run_with(&job.plan, &control, earlier, || {
@@ -258,28 +250,13 @@ fn tell_of_resumption(map: &PartialMap, resume: bool) {
     }
 }
 
-/// Lets an interrupted run end in bounded time: ends the process if tiles in work take too long. Whatever
-/// the other threads are at, the journal holds each finished tile or does not.
-fn end_in_time(stop: &'static AtomicBool, output: PathBuf) {
-    let watch = move || {
-        while !stop.load(Ordering::Relaxed) {
-            std::thread::sleep(Duration::from_millis(50));
-        }
-        std::thread::sleep(PATIENCE);
-        say(&format!("interrupted; the tiles in work were given up, finished ones are kept\n{}", way_on()));
-        // Beside this thread: a file system that does not answer would hold it for ever.
-        let (done, wait) = std::sync::mpsc::channel();
-        let remove = move || {
-            store::remove_unfinished(&output);
-            let _ = done.send(());
-        };
-        drop(std::thread::Builder::new().spawn(remove));
-        let _ = wait.recv_timeout(Duration::from_secs(1));
-        // At once: cleaning up might wait for what is being waited for.
-        signal_hook::low_level::exit(interrupt::code().into());
-    };
-    // Without this thread an interruption only takes longer.
-    drop(std::thread::Builder::new().spawn(watch));
+/// If the tiles in work take too long they are given up. Whatever the other threads are at, the journal holds each
+/// finished tile or does not.
+fn end_in_time(output: PathBuf) {
+    interrupt::on_giving_up(move || {
+        store::remove_unfinished(&output);
+        format!("the tiles in work were given up, finished ones are kept\n{}", way_on())
+    });
 }
 
 /// What to say of a run that ended early.

@@ -159,7 +159,7 @@ mod tests {
     fn all_are_counted_and_the_first_are_kept() {
         // Blocks and their ends: every third cell of a long column.
         for cells in [1, BLOCK - 1, BLOCK, 3 * BLOCK + 7] {
-            let sign = |i: usize| if i % 3 == 0 { -1 } else { 1 };
+            let sign = |i: usize| if i.is_multiple_of(3) { -1 } else { 1 };
             let simulation: Vec<i8> = (0..cells).map(sign).collect();
             let nothing = vec![0; cells];
             let found = of([&nothing, &vec![1; cells], &nothing, &simulation]);
