@@ -48,7 +48,7 @@ const HALVINGS: u32 = 40;
 const SECTIONS: u32 = 24;
 
 /// What a ray and its limits may cost together: evaluations of the right-hand side, in units of that of the
-/// Stribeck law (see [`Law::cost`]). Rays of moderate parameters take a twentieth of it, without the naive methods.
+/// Stribeck law (see [`Curve::cost`](crate::friction::Curve::cost)). Rays of moderate parameters take a twentieth of it, without the naive methods.
 pub const WORK: u64 = 10_000_000;
 
 /// Why a limit is not known.
@@ -125,7 +125,7 @@ impl Proved {
     /// with that divergence v^2 + v'^2 grows in one turn by exp(2 pi d / sqrt(1 - d^2/4)); so, by the comparison
     /// lemma of [`crate::certify`], the landing speed is below 2 if V^2 times that less 1 is below 4.
     #[must_use]
-    pub fn of(law: Law, point: &Point) -> Self {
+    pub fn of(law: &Law, point: &Point) -> Self {
         let (Law::Stribeck, &[alpha, beta, gamma]) = (law, point.law.as_slice()) else {
             return Self::NOTHING;
         };
@@ -224,7 +224,7 @@ struct Asked {
 impl Ray {
     /// The ray through `point`, whose own eps does not matter; `tolerance` is that of the simulation.
     #[must_use]
-    pub fn new(law: Law, point: &Point, tolerance: f64) -> Self {
+    pub fn new(law: &Law, point: &Point, tolerance: f64) -> Self {
         let proved = Proved::of(law, point);
         let from = proved.present_below.max(LOWEST);
         let to = proved.absent_above.min(HIGHEST);
@@ -235,7 +235,7 @@ impl Ray {
             _ => Verdict::Undecided,
         };
         let mut ray = Self {
-            law,
+            law: law.clone(),
             point: *point,
             tolerance,
             first,
@@ -264,7 +264,8 @@ impl Ray {
             match self.ask(epsilon) {
                 Ok(answer) => asked.push(answer),
                 Err(why) => {
-                    stop = Some((asked.last().map_or(0.0, |asked| asked.epsilon), why));
+                    let known = if decided(self.first) { from } else { 0.0 };
+                    stop = Some((asked.last().map_or(known, |asked| asked.epsilon), why));
                     break;
                 }
             }
@@ -294,9 +295,9 @@ impl Ray {
 
     /// What the flow does at `epsilon`.
     fn ask(&self, epsilon: f64) -> Result<Asked, Unknown> {
-        let oscillator = Oscillator::new(self.law, &self.at(epsilon));
+        let oscillator = Oscillator::new(&self.law, &self.at(epsilon));
         let flow = flow(&oscillator, self.tolerance);
-        self.spend(flow.rhs)?;
+        self.spend(flow.rhs, &oscillator)?;
         match flow.fate {
             Fate::Failed(_) => Err(Unknown::NoFlow),
             _ => Ok(Asked { epsilon, verdict: verdict_of(&flow), reach: reach(&oscillator, &flow) }),
@@ -304,8 +305,8 @@ impl Ray {
     }
 
     /// Takes evaluations of the right-hand side from what is left.
-    fn spend(&self, rhs: u64) -> Result<(), Unknown> {
-        let left = self.left.get().saturating_sub(rhs.saturating_mul(self.law.cost()));
+    fn spend(&self, rhs: u64, oscillator: &Oscillator) -> Result<(), Unknown> {
+        let left = self.left.get().saturating_sub(rhs.saturating_mul(oscillator.curve.cost()));
         self.left.set(left);
         if left > 0 { Ok(()) } else { Err(Unknown::GivenUp) }
     }
@@ -406,8 +407,9 @@ impl Ray {
             let here = self.at(epsilon);
             let column = self.law.column(&here);
             if let Method::Naive(naive, knobs) = method {
-                let answer = naive.decide(&Oscillator::in_column(&column, here.damping), &knobs);
-                self.spend(answer.rhs)?;
+                let oscillator = Oscillator::in_column(&column, here.damping);
+                let answer = naive.decide(&oscillator, &knobs);
+                self.spend(answer.rhs, &oscillator)?;
                 return Ok(Verdict::from(answer.verdict));
             }
             Ok(method.decide(&column, here.damping, self.tolerance))

@@ -257,7 +257,7 @@ impl PlanBuilder {
         let simulated = plan.methods.contains(&Method::Simulation);
         plan.audit_cells = if simulated { plan.audit_cells.min(plan.grid.cells()) } else { 0 };
         let proves =
-            plan.grid.law() == Law::Stribeck && plan.methods.contains(&Method::Test(&validated::TEST));
+            *plan.grid.law() == Law::Stribeck && plan.methods.contains(&Method::Test(&validated::TEST));
         plan.proof_boxes = if proves { plan.proof_boxes } else { 0 };
         if let Some(plane) = plan.planes.iter().find(|plane| !lies_in(plane, plan.grid.axes())) {
             return Err(PlanError::Plane(plane.clone()));

@@ -5,9 +5,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use slipmap::friction::Law;
-use slipmap::map::{
-    Account, Engine, Field, Grid, Method, MethodCells, Plan, Regime, Sink, Tile, TileData, Verdict,
-};
+use slipmap::map::{Account, Field, Grid, Method, MethodCells, Plan, Regime, Sink, Tile, TileData, Verdict};
 use slipmap::store::Pick::{Every, Node};
 use slipmap::store::{
     Audit, CheckReport, Existing, MapFile, MapWriter, Outcome, Provenance, StoreError, Value, check,
@@ -94,7 +92,7 @@ fn tile_data(plan: &Plan, tile: Tile) -> TileData {
     };
     TileData {
         methods: plan
-            .methods
+            .methods()
             .iter()
             .enumerate()
             .map(|(m, &method)| MethodCells {

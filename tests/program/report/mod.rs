@@ -32,14 +32,14 @@ const CHEAP: NaiveKnobs = NaiveKnobs {
 /// A plan with tiles so small that columns, boxes and blocks all reach across them.
 fn plan(nodes: [&[f64]; 6], methods: &[&str], fields: &[Field]) -> Plan {
     let grid = Grid::new(Law::Stribeck, nodes.iter().map(|values| values.to_vec()).collect()).unwrap();
-    let shape = grid.shape().iter().map(|&len| len.min(2)).collect();
+    let shape: Vec<usize> = grid.shape().iter().map(|&len| len.min(2)).collect();
     // What the naive methods say matters little here, what they cost does.
     let methods = methods.iter().map(|name| Method::by_name(name).unwrap().with_knobs(CHEAP));
     Plan::builder(grid)
         .methods(methods)
         .fields(fields.iter().copied())
         .audit_cells(3)
-        .tile_shape::<Vec<usize>>(shape)
+        .tile_shape(shape)
         .compression(1)
         .build()
         .unwrap()
