@@ -73,6 +73,7 @@ use crate::map::{
     DEFAULT_AUDIT_CELLS, DEFAULT_COMPRESSION, DEFAULT_PROOF_BOXES, DEFAULT_TOLERANCE, Engine, Field, Grid,
     GridError, MOST_AUDIT_CELLS, Method, Plan, TOLERANCES,
 };
+#[cfg(feature = "report")]
 use crate::report::work_precision::Settings;
 use crate::simulate::naive::NaiveKnobs;
 
@@ -94,6 +95,7 @@ pub struct Job {
     /// Where the certificate of what is proved between the nodes goes.
     pub proof: Option<PathBuf>,
     /// What a study of speed against accuracy is to do.
+    #[cfg(feature = "report")]
     pub work_precision: Settings,
 }
 
@@ -198,6 +200,7 @@ impl Job {
         };
 
         let planes = curves::read(&root.section("curves")?, &grid)?;
+        #[cfg(feature = "report")]
         let work_precision = work_precision(&root.section("work_precision")?)?;
 
         let plan = Plan::builder(grid)
@@ -220,6 +223,7 @@ impl Job {
             config_text: source.text(),
             output: path,
             proof,
+            #[cfg(feature = "report")]
             work_precision,
         })
     }
@@ -381,6 +385,7 @@ fn knobs(section: &Section) -> Result<NaiveKnobs, ConfigError> {
 }
 
 /// Reads what a study of speed against accuracy is to do.
+#[cfg(feature = "report")]
 fn work_precision(section: &Section) -> Result<Settings, ConfigError> {
     let default = Settings::default();
     let positive = |key: &str, default: f64| match section.get(key) {
