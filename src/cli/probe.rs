@@ -12,7 +12,7 @@ use super::{Ended, Failure, probe_table};
 use crate::config::check_tolerance;
 use crate::filippov::Eigenvalues;
 use crate::machine::behaviour;
-use crate::map::limits::HIGHEST;
+use crate::map::limits::{EpsilonLimit, HIGHEST, Unknown};
 use crate::map::{DEFAULT_TOLERANCE, Grid, Method};
 use crate::probe::{Answer, MachineResult, Probe, equilibrium_type, fate_name, regime_words};
 use crate::report::figure::{self, Width};
@@ -73,7 +73,7 @@ Examples:
   slipmap probe --points points.csv --out answers.csv
 
 A table with the header epsilon,alpha,beta,gamma,V,c (and any other columns) gains the columns
-verdict_METHOD and margin_METHOD of every method, critical_c, regime, stick_time, slip_time, crossings, cycle_period, cycle_amplitude_x1, cycle_amplitude_x2,
+verdict_METHOD and margin_METHOD of every method, critical_c, critical_c_error, regime, stick_time, slip_time, crossings, cycle_period, cycle_amplitude_x1, cycle_amplitude_x2,
 cycle_multiplier, boundary_velocity, boundary_multiplier, kick_forward and kick_backward. A cell is empty where there is no such number.";
 
 fn parse_tolerance(text: &str) -> Result<f64, String> {
@@ -151,7 +151,8 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         ("guarantee", Left),
         ("equation", Left),
     ]);
-    for (method, limit) in answer.methods.iter().zip(answer.limits()) {
+    let limits = answer.limits();
+    for (method, limit) in answer.methods.iter().zip(&limits) {
         table.row([
             method.method.name().into(),
             method.verdict.name().into(),
@@ -173,6 +174,10 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         if let Some(reason) = &method.reason {
             writeln!(out, "  {}: {} because {reason}", method.method.name(), method.verdict.name())?;
         }
+    }
+
+    for (why, names) in unknown_limits(answer, &limits) {
+        writeln!(out, "  no epsilon limit of {names}: {why}")?;
     }
 
     writeln!(out, "\nThe flow from the exit point, tolerance {}", short(answer.tolerance))?;
@@ -314,6 +319,16 @@ fn slip_count_words(found: usize, count: &SlipCount) -> String {
         words.push_str(&format!(": {} to {most} are possible", count.at_least));
     }
     words
+}
+
+/// Why limits are not known, and the names of their methods.
+fn unknown_limits(answer: &Answer, limits: &[EpsilonLimit]) -> Vec<(Unknown, String)> {
+    let of = |why: Unknown| {
+        let methods = answer.methods.iter().zip(limits).filter(|(_, limit)| limit.unknown() == Some(why));
+        let names: Vec<&str> = methods.map(|(answer, _)| answer.method.name()).collect();
+        (!names.is_empty()).then(|| (why, names.join(", ")))
+    };
+    [Unknown::NoFlow, Unknown::GivenUp].into_iter().filter_map(of).collect()
 }
 
 #[cfg(test)]

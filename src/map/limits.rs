@@ -104,6 +104,17 @@ pub struct EpsilonLimit {
     pub sound: Limit,
 }
 
+impl EpsilonLimit {
+    /// Why one of the two is not known, if so.
+    #[must_use]
+    pub fn unknown(&self) -> Option<Unknown> {
+        [self.equal, self.sound].into_iter().find_map(|limit| match limit {
+            Limit::Unknown(why) => Some(why),
+            Limit::Never | Limit::UpTo(_) | Limit::Throughout => None,
+        })
+    }
+}
+
 /// What closed forms say of all eps at once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Proved {

@@ -107,9 +107,11 @@ impl<'a> Slip<'a> {
         slip
     }
 
-    /// Limits the angle by which a step may turn, in radians, below the one radian that is the default.
-    pub(super) fn with_longest_turn(mut self, angle: f64) -> Self {
+    /// Limits the angle by which a step may turn, in radians, below the one radian that is the default, and the
+    /// number of steps.
+    pub(super) fn sampled(mut self, angle: f64, steps: u32) -> Self {
         self.longest_turn = angle.min(1.0);
+        self.steps_left = self.steps_left.min(steps);
         self
     }
 
