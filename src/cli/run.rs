@@ -9,7 +9,7 @@ use indicatif::ProgressBar;
 use serde_json::json;
 
 use super::output::count;
-use super::room::{Room, create_folders};
+use super::room::{Permission, Room, create_folders};
 use super::summary::{self, Report};
 use super::{Ended, Failure, estimate, interrupt, output, progress, proof, say};
 use crate::config::Job;
@@ -124,10 +124,24 @@ impl Arguments {
 
 /// Everything up to the computation; `None` if there is none to be done.
 fn prepare(arguments: &Arguments, job: Job) -> Result<Option<(Job, PartialMap)>, Failure> {
-    let room = Room::check(&job, arguments.overwrite, arguments.resume)?;
+    let permission = match (arguments.overwrite, arguments.resume) {
+        (true, _) => Permission::Overwrite,
+        (false, true) => Permission::Resume,
+        (false, false) => Permission::None,
+    };
+    let room = Room::check(&job, permission)?;
     if arguments.dry_run {
+        if let Some(refused) = &room.refuses {
+            say(&format!("note: the run itself would be refused: {refused}"));
+        }
         estimate::run(&job, &room, arguments.threads, arguments.json)?;
         return Ok(None);
+    }
+    if let Some(refused) = &room.refuses {
+        return Err(Failure::BadInput(refused.clone()));
+    }
+    if permission != Permission::Resume && room.is_scarce(&job) {
+        room.verdict(&job, estimate::sampled(&job.plan, arguments.threads).packed)?;
     }
     create_folders(&job.output)?;
     let name = job.output.display();
@@ -297,7 +311,16 @@ fn way_on() -> String {
         arguments.retain(|argument| argument != "--overwrite");
         arguments.push("--resume".into());
     }
-    format!("  to continue: {}", arguments.join(" "))
+    format!("  to continue: {}{}", launcher(), arguments.join(" "))
+}
+
+/// What starts as many processes as there are now.
+fn launcher() -> String {
+    match launched() {
+        0 | 1 => String::new(),
+        processes if std::env::var_os("SLURM_STEP_NUM_TASKS").is_some() => format!("srun -n {processes} "),
+        processes => format!("mpirun -n {processes} "),
+    }
 }
 
 /// An output that cannot be begun is bad input, a failure later is not.

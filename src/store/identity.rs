@@ -11,10 +11,12 @@ use super::provenance::fingerprint;
 use super::reader::MapFile;
 use super::value::Value;
 
-/// In the journal's header: fingerprint of all that the result depends on.
+/// In the journal and in the map: fingerprint of all that the result depends on. What the configuration says beside
+/// that (comments, the title, where files go) may change between two runs that make one map.
 pub(super) const PLAN: &str = "plan_sha256";
-/// Attributes that tell one computation from another, in the order in which differences are shown.
-const IDENTITY: [&str; 14] = [
+/// Attributes in which two computations are compared where their fingerprints differ, in the order in which
+/// differences are shown.
+const SHOWN: [&str; 12] = [
     "config",
     "crate_version",
     "git",
@@ -27,12 +29,9 @@ const IDENTITY: [&str; 14] = [
     "tolerance",
     "tile_shape",
     "compression",
-    "title",
-    PLAN,
 ];
 
-/// Fingerprint of all that the cells of a map depend on: the plan but for what is proved between the cells, and the
-/// program that computes it.
+/// Fingerprint of all that a map depends on: the plan, and the program that carries it out.
 #[must_use]
 pub fn plan_digest(plan: &Plan) -> String {
     let Plan {
@@ -42,8 +41,8 @@ pub fn plan_digest(plan: &Plan) -> String {
         engine,
         tolerance,
         audit_cells,
-        proof_boxes: _,
-        planes: _,
+        proof_boxes,
+        planes,
         tile_shape,
         compression,
     } = plan;
@@ -56,7 +55,7 @@ pub fn plan_digest(plan: &Plan) -> String {
         .collect();
     // The text that Rust gives a number reads back as the same number, so that equal texts are equal plans.
     fingerprint(&format!(
-        "{} {} {grid:?} {methods:?} {fields:?} {engine:?} {tolerance:?} {audit_cells} {tile_shape:?} {compression}",
+        "{} {} {grid:?} {methods:?} {fields:?} {engine:?} {tolerance:?} {audit_cells} {proof_boxes} {planes:?} {tile_shape:?} {compression}",
         env!("CARGO_PKG_VERSION"),
         env!("SLIPMAP_GIT")
     ))
@@ -85,8 +84,12 @@ pub(super) fn get<'a>(attributes: &'a [(String, Value)], name: &str) -> Option<&
 
 /// In what two computations differ, line by line; `None` if in nothing that both tell of.
 pub(super) fn difference(then: &[(String, Value)], now: &[(String, Value)]) -> Option<String> {
+    // Maps of earlier versions have no fingerprint.
+    if get(then, PLAN).is_some() && get(then, PLAN) == get(now, PLAN) {
+        return None;
+    }
     let mut lines = Vec::new();
-    for name in IDENTITY {
+    for name in SHOWN.into_iter().chain([PLAN]) {
         let (Some(old), Some(new)) = (get(then, name), get(now, name)) else { continue };
         if old == new || (name == PLAN && !lines.is_empty()) {
             continue;

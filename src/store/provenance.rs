@@ -4,6 +4,7 @@ use sha2::{Digest, Sha256};
 
 use crate::map::{Method, Plan, PlaneCurves};
 
+use super::identity::{PLAN, plan_digest};
 use super::schema::SCHEMA;
 use super::value::{Value, hex};
 
@@ -91,6 +92,7 @@ pub(super) fn opening(plan: &Plan, provenance: &Provenance) -> Vec<(String, Valu
         ("tolerance", plan.tolerance.into()),
         ("tile_shape", Value::Integers(plan.tile_shape.iter().map(|&len| len as i64).collect())),
         ("compression", integer(plan.compression)),
+        (PLAN, plan_digest(plan).into()),
     ];
     let attributes = origin(provenance).into_iter().chain(of_maps);
     attributes.map(|(name, value)| (name.to_owned(), value)).collect()

@@ -275,7 +275,17 @@ fn what_changed_is_refused_and_shown() {
         &["map.h5.part was begun as something else", "+ tolerance = 1e-8", "--overwrite"],
     );
     changed(&["--set", "grid.V=1.0"], &["- V = [0.5, 2.0]", "+ V = 1.0"]);
-    scratch.run(&["run", "job.toml", "--resume"]).ends_with(0);
+    // What does not change the map does not count: its title, a comment, the way its path is written, its place.
+    let commented = format!("# a thought\n{}", scratch.read("job.toml"));
+    scratch.file("commented.toml", commented);
+    fs::rename(scratch.path().join("map.h5.part"), scratch.path().join("moved.h5.part")).unwrap();
+    let other = ["--set", "title=Another title", "--set", "output.path=./moved.h5"];
+    let run = scratch.run(&[&["run", "commented.toml", "--resume"], &other[..]].concat()).ends_with(0);
+    assert!(run.err.contains("resuming with"), "{}", run.err);
+    let map = slipmap::store::MapFile::open(&scratch.path().join("moved.h5")).unwrap();
+    assert_eq!(map.text("title"), Some("Another title"));
+    assert!(map.text("config").unwrap().contains("# a thought"));
+    fs::rename(scratch.path().join("moved.h5"), scratch.path().join("map.h5")).unwrap();
     // A finished map is nothing to resume, but only if it is the one asked for.
     let again = scratch.run(&["run", "job.toml", "--resume"]).ends_with(0);
     assert!(again.err.contains("is complete already"), "{}", again.err);
