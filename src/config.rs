@@ -500,7 +500,13 @@ fn choices<T: Clone>(node: &Node, table: &[(&'static str, T)], noun: &str) -> Re
 
 /// "the nearest valid key is `alpha`; valid are: .."
 fn nearest(noun: &str, word: &str, valid: &[&'static str]) -> String {
-    let distance = |name: &&&str| strsim::damerau_levenshtein(&word.to_lowercase(), &name.to_lowercase());
+    let word = word.to_lowercase();
+    // An abbreviation is nearer than a word of other letters: `eps` means epsilon, not beta.
+    let distance = |name: &&&str| {
+        let name = name.to_lowercase();
+        let abbreviated = word.chars().count() > 1 && name.starts_with(&word);
+        if abbreviated { 0 } else { strsim::damerau_levenshtein(&word, &name) }
+    };
     match valid.iter().min_by_key(distance) {
         Some(best) if valid.len() > 1 => {
             format!("the nearest valid {noun} is `{best}`; valid are: {}", valid.join(", "))

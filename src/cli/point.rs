@@ -129,8 +129,11 @@ impl PointArguments {
             .map(|name| flag(name).trim_end().to_owned())
             .collect();
         if !missing.is_empty() {
+            // In a formula every other name is a parameter.
+            let slip = ["v", "x", "s", "w"].iter().any(|name| axes.contains(name) && value(name).is_none());
+            let slip = if slip { "the slip speed is called u; " } else { "" };
             return Err(Failure::BadInput(format!(
-                "the law `{}` also needs {}\n  help: give every parameter, or a table with --points IN.csv --out OUT.csv",
+                "the law `{}` also needs {}\n  help: {slip}give every parameter, or a table with --points IN.csv --out OUT.csv",
                 law.name(),
                 missing.join(", ")
             )));
@@ -189,9 +192,12 @@ impl Args for PointArguments {
                 .value_parser(parse_setting),
         );
         names().into_iter().fold(command, |command, name| {
+            // Whoever types a small v means the belt speed, not another law's parameter.
+            let aliases: &[&'static str] = if name == "V" { &["v"] } else { &[] };
             command.arg(
                 Arg::new(name)
                     .long(name)
+                    .aliases(aliases)
                     .value_name("NUMBER")
                     .help(description(name))
                     .help_heading("Point")

@@ -16,7 +16,7 @@ use crate::map::limits::{EpsilonLimit, HIGHEST, Unknown};
 use crate::map::{DEFAULT_TOLERANCE, Grid, Method};
 use crate::probe::{Answer, MachineResult, Probe, equilibrium_type, fate_name, regime_words};
 use crate::report::figure::{self, Width};
-use crate::report::write_figure;
+use crate::report::{ReportError, write_figure};
 use crate::simulate::slip_count::SlipCount;
 use crate::simulate::{self, Flow, Range};
 
@@ -111,7 +111,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     };
     if let Some(path) = &arguments.figure {
         let (scene, caption) = figure::portrait(&law, &point, Width::OneColumn);
-        write_figure(&scene, &caption, path, existing(arguments.overwrite)).map_err(failure)?;
+        write_figure(&scene, &caption, path, existing(arguments.overwrite)).map_err(|error| match error {
+            ReportError::Exists { path } => Failure::BadInput(format!(
+                "{} exists already\n  help: add --overwrite to replace it, or choose another name with --figure",
+                path.display()
+            )),
+            other => failure(other),
+        })?;
     }
     let answer = Answer::of(&law, &point, tolerance, Method::all());
     let direct = simulate::direct::flow(&answer.oscillator, tolerance);

@@ -107,6 +107,51 @@ fn a_slow_belt_has_an_answer_that_says_what_was_given_up() {
     }
 }
 
+#[test]
+fn formulas_have_limits_with_a_message_and_budgets() {
+    let scratch = Scratch::new();
+    let point = ["--epsilon", "1", "--V", "1", "--c", "0.1"];
+    let long = format!("1{}", "-0*u".repeat(25_000));
+    scratch
+        .run(&[&["probe", "--phi", &long], &point[..]].concat())
+        .refuses(&["operations", "give the law as a table"]);
+    let wavy = ["probe", "--phi", "1-0.1*sin(1000*u)", "--json"];
+    scratch.run(&[&wavy[..], &point[..]].concat()).ends_with(0);
+}
+
+#[test]
+fn an_orbit_that_leaves_the_measured_friction_says_how_far_it_should_reach() {
+    let scratch = Scratch::new();
+    let rows: String = (0..=15).map(|i| 0.1 * f64::from(i)).map(|u| format!("{u},{}\n", 1.0 - 0.3 * u)).collect();
+    scratch.file("short.csv", format!("u,phi\n{rows}"));
+    let point = ["--epsilon", "1", "--V", "0.75", "--c", "0"];
+    let run = scratch.run(&[&["probe", "--table", "short.csv"], &point[..]].concat()).ends_with(0);
+    assert!(run.out.contains("which end at slip speed 1.5: it needs them up to about"), "{}", run.out);
+    // Without a simulation there is nothing that a method could be equal to.
+    let json = scratch.run(&[&["probe", "--table", "short.csv", "--json"], &point[..]].concat()).ends_with(0);
+    let answer: Value = serde_json::from_str(&json.out).unwrap();
+    assert_eq!(answer["methods"]["simulation"]["epsilon_limit"], Value::Null, "{answer}");
+}
+
+#[test]
+fn messages_name_what_was_meant() {
+    let scratch = Scratch::new();
+    scratch.file("map.toml", config("c", "[0.0, 1.0]"));
+    scratch.run(&["run", "map.toml", "--quiet"]).ends_with(0);
+    scratch.run(&["run", "map.h5"]).refuses(&["map.h5", "this is a map, not a configuration file"]);
+    scratch.file("eps.toml", config("c", "[0.0, 1.0]").replace("epsilon", "eps"));
+    scratch.run(&["run", "eps.toml"]).refuses(&["nearest valid key is `epsilon`"]);
+    scratch.file("wide.toml", "\u{feff}x".encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<u8>>());
+    scratch.run(&["run", "wide.toml"]).refuses(&["UTF-16", "save it as UTF-8"]);
+    let formula = ["probe", "--phi", "1 - 0.1*v", "--epsilon", "1", "--V", "1", "--c", "0"];
+    scratch.run(&formula).refuses(&["--set v", "the slip speed is called u"]);
+    let point = ["--epsilon", "0.1", "--alpha", "0.3", "--beta", "0.1", "--gamma", "2", "--c", "0.5"];
+    scratch.run(&[&["probe", "--v", "1"], &point[..]].concat()).ends_with(0);
+    let figure = [&["probe", "--V", "1", "--figure", "map.h5"], &point[..]].concat();
+    let refused = scratch.run(&figure).refuses(&[]);
+    assert!(!refused.err.contains("--out"), "{}", refused.err);
+}
+
 /// Waits until the process has its handlers of SIGTERM and waits for something.
 fn wait_until_listening(child: &Child) {
     let start = Instant::now();
