@@ -147,9 +147,9 @@ fn messages_name_what_was_meant() {
     scratch.run(&formula).refuses(&["--set v", "the slip speed is called u"]);
     let point = ["--epsilon", "0.1", "--alpha", "0.3", "--beta", "0.1", "--gamma", "2", "--c", "0.5"];
     scratch.run(&[&["probe", "--v", "1"], &point[..]].concat()).ends_with(0);
-    let figure = [&["probe", "--V", "1", "--figure", "map.h5"], &point[..]].concat();
-    let refused = scratch.run(&figure).refuses(&[]);
-    assert!(!refused.err.contains("--out"), "{}", refused.err);
+    scratch.file("there.svg", "");
+    let figure = [&["probe", "--V", "1", "--figure", "there.svg"], &point[..]].concat();
+    scratch.run(&figure).refuses(&["there.svg exists already", "--figure"]);
 }
 
 /// Waits until the process has its handlers of SIGTERM and waits for something.
