@@ -14,7 +14,7 @@ use std::sync::{Mutex, PoisonError};
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use slipmap::friction::Law;
-use slipmap::map::{Account, Control, Engine, Grid, Method, Plan, Sink, TileData, run};
+use slipmap::map::{Account, Control, Engine, Grid, Method, Plan, Runs, Sink, TileData, Verdict, run};
 
 fn main() {
     divan::main();
@@ -22,10 +22,10 @@ fn main() {
 
 /// The verdicts of `simulation` by tile, in the order of the tiles.
 #[derive(Default)]
-struct Verdicts(Mutex<Vec<(usize, Vec<i8>)>>);
+struct Verdicts(Mutex<Vec<(usize, Runs<Verdict>)>>);
 
 impl Sink for Verdicts {
-    type Packed = (usize, Vec<i8>);
+    type Packed = (usize, Runs<Verdict>);
     type Error = Infallible;
 
     fn pack(&self, data: &TileData) -> Result<Self::Packed, Infallible> {
@@ -63,13 +63,13 @@ fn plan(engine: Engine, n: usize) -> Plan {
         .expect("a legal plan")
 }
 
-fn verdicts(plan: &Plan, threads: usize) -> Vec<i8> {
+fn verdicts(plan: &Plan, threads: usize) -> Vec<(usize, Runs<Verdict>)> {
     let sink = Verdicts::default();
     let control = Control { threads: Some(threads), ..Control::default() };
     run(plan, &sink, &control).expect("a sink that never fails");
     let mut tiles = sink.0.into_inner().unwrap_or_else(PoisonError::into_inner);
-    tiles.sort();
-    tiles.into_iter().flat_map(|(_, verdicts)| verdicts).collect()
+    tiles.sort_by_key(|(number, _)| *number);
+    tiles
 }
 
 /// One engine, one thread.

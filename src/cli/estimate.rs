@@ -174,8 +174,7 @@ fn timed(plan: &Plan, sample: &Grid, threads: Option<usize>) -> (usize, Duration
     let tile = (sample.cells() / (4 * workers)).max(sample.dampings().len());
     let tile_shape = sample.tile_shape(tile.min(plan.tile_shape.iter().product()));
     let grid = sample.clone();
-    let plan =
-        Plan { grid, audit_cells: 0, proof_boxes: 0, planes: Vec::new(), tile_shape, ..plan.clone() };
+    let plan = Plan { grid, audit_cells: 0, proof_boxes: 0, planes: Vec::new(), tile_shape, ..plan.clone() };
     let (done, stop, start) = (AtomicUsize::new(0), AtomicBool::new(false), Instant::now());
     let on_cells = |cells| {
         done.fetch_add(cells, Ordering::Relaxed);

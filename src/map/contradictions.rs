@@ -47,50 +47,32 @@ pub(super) fn promises(guarantee: Guarantee) -> bool {
     }
 }
 
-/// Cells looked at together: whole vectors, and a count that fits into 16 bits.
-const BLOCK: usize = 1024;
-
 /// The contradictions among the verdicts of a tile.
 pub(super) fn contradictions(plan: &Plan, data: &TileData) -> Contradictions {
-    let promising: Vec<&[i8]> = data
-        .methods
-        .iter()
-        .filter(|cells| promises(cells.method.guarantee()))
-        .map(|cells| cells.verdicts.as_slice())
-        .collect();
+    let promising = data.methods.iter().filter(|cells| promises(cells.method.guarantee()));
+    let mut runs: Vec<_> = promising.map(|cells| cells.verdicts.iter().peekable()).collect();
     let mut found = Contradictions::default();
-    if promising.len() < 2 {
-        return found;
-    }
-    let mut clash = [0; BLOCK];
-    for start in (0..data.tile.cells()).step_by(BLOCK) {
-        let block = start..(start + BLOCK).min(data.tile.cells());
-        let clash = &mut clash[..block.len()];
-        clashes(promising.iter().map(|codes| &codes[block.clone()]), clash);
-        let cells: u16 = clash.iter().map(|&bits| u16::from(bits == BOTH)).sum();
-        found.cells += u64::from(cells);
-        if cells > 0 && found.first.len() < LISTED {
-            let cells = (block.clone()).zip(clash.iter()).filter(|(_, bits)| **bits == BOTH);
-            let room = LISTED - found.first.len();
-            found.first.extend(cells.take(room).map(|(cell, _)| contradiction(plan, data, cell)));
+    let cells = data.tile.cells();
+    // From one change of any verdict to the next.
+    let mut from = 0;
+    while from < cells {
+        let (mut to, mut present, mut absent) = (cells, false, false);
+        for run in &mut runs {
+            while run.next_if(|(_, cells)| cells.end <= from).is_some() {}
+            if let Some((verdict, cells)) = run.peek() {
+                to = to.min(cells.end);
+                present |= *verdict == Verdict::Present;
+                absent |= *verdict == Verdict::Absent;
+            }
         }
+        if present && absent {
+            found.cells += (to - from) as u64;
+            let room = LISTED - found.first.len();
+            found.first.extend((from..to).take(room).map(|cell| contradiction(plan, data, cell)));
+        }
+        from = to;
     }
     found
-}
-
-/// Some method says present, some says absent.
-const BOTH: u8 = 0b11;
-
-/// For each cell, which of present (bit 0) and absent (bit 1) is said by some method.
-fn clashes<'a>(methods: impl Iterator<Item = &'a [i8]>, said: &mut [u8]) {
-    said.fill(0);
-    for codes in methods {
-        // No branch: this is one pass of vector instructions per method.
-        for (said, &code) in said.iter_mut().zip(codes) {
-            *said |=
-                u8::from(code == Verdict::Present.code()) | u8::from(code == Verdict::Absent.code()) << 1;
-        }
-    }
 }
 
 fn contradiction(plan: &Plan, data: &TileData, cell: usize) -> Contradiction {
@@ -99,14 +81,13 @@ fn contradiction(plan: &Plan, data: &TileData, cell: usize) -> Contradiction {
     if let Some(last) = index.last_mut() {
         *last += cell % dampings;
     }
-    let verdict = |code: i8| Verdict::ALL.into_iter().find(|verdict| verdict.code() == code);
     Contradiction {
         tile: data.tile.number,
         point: plan.grid.point(&index),
         verdicts: data
             .methods
             .iter()
-            .map(|cells| verdict(cells.verdicts[cell]).unwrap_or(Verdict::NotComputed))
+            .map(|cells| cells.verdicts.get(cell).unwrap_or(Verdict::NotComputed))
             .collect(),
     }
 }
@@ -115,9 +96,15 @@ fn contradiction(plan: &Plan, data: &TileData, cell: usize) -> Contradiction {
 mod tests {
     use super::*;
     use crate::friction::Law;
-    use crate::map::{Grid, Method, MethodCells};
+    use crate::map::{Grid, Method, MethodCells, Runs};
 
-    /// One column of `c` cells and what four methods say of it.
+    /// Verdicts by their codes.
+    fn said(codes: &[i8]) -> Runs<Verdict> {
+        let verdict = |code: &i8| Verdict::ALL.into_iter().find(|verdict| verdict.code() == *code).unwrap();
+        codes.iter().map(verdict).collect()
+    }
+
+    /// One column of cells and what four methods say of it.
     fn of(verdicts: [&[i8]; 4]) -> Contradictions {
         let cells = verdicts[0].len();
         let dampings = (0..cells).map(|i| i as f64).collect();
@@ -130,14 +117,14 @@ mod tests {
         // The plan's order is that of all methods; each keeps the verdicts given under its name.
         let methods = plan.methods.iter().map(|&method| MethodCells {
             method,
-            verdicts: verdicts[names.iter().position(|name| *name == method.name()).unwrap()].to_vec(),
+            verdicts: said(verdicts[names.iter().position(|name| *name == method.name()).unwrap()]),
             margins: Vec::new(),
             critical: Vec::new(),
         });
         let data = TileData {
             tile: plan.grid.tile(&plan.tile_shape, 0),
             methods: methods.collect(),
-            regime: Vec::new(),
+            regime: Runs::new(),
             quantities: Vec::new(),
         };
         contradictions(&plan, &data)
@@ -157,8 +144,8 @@ mod tests {
 
     #[test]
     fn all_are_counted_and_the_first_are_kept() {
-        // Blocks and their ends: every third cell of a long column.
-        for cells in [1, BLOCK - 1, BLOCK, 3 * BLOCK + 7] {
+        // Every third cell of a column.
+        for cells in [1, 2, 4, 100, 1000] {
             let sign = |i: usize| if i.is_multiple_of(3) { -1 } else { 1 };
             let simulation: Vec<i8> = (0..cells).map(sign).collect();
             let nothing = vec![0; cells];

@@ -13,6 +13,7 @@ mod plan;
 mod proved;
 mod quantity;
 mod run;
+mod runs;
 mod simulation;
 mod sink;
 mod tiles;
@@ -32,6 +33,7 @@ pub use plan::{
 pub use proved::{Proved, prove};
 pub use quantity::{AttractingCycle, Description, Quantity, attracting_cycle, basin_boundary};
 pub use run::{Earlier, run, run_with};
+pub use runs::Runs;
 pub use simulation::{Paths, decide};
 pub use sink::{MethodCells, Sink, TileData};
 pub use verdict::{Regime, Verdict};

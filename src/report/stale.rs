@@ -16,7 +16,9 @@ pub(super) fn listed(folder: &Path) -> BTreeSet<String> {
     for kind in ["figures/", "tables/"] {
         for (at, _) in text.match_indices(kind) {
             let rest = &text[at + kind.len()..];
-            let end = rest.find(|c: char| !(c.is_ascii_alphanumeric() || c == '-' || c == '_')).unwrap_or(rest.len());
+            let end = rest
+                .find(|c: char| !(c.is_ascii_alphanumeric() || c == '-' || c == '_'))
+                .unwrap_or(rest.len());
             if end > 0 {
                 names.insert(format!("{kind}{}", &rest[..end]));
             }
@@ -47,7 +49,9 @@ mod tests {
             fs::create_dir_all(path.parent().unwrap()).unwrap();
             fs::write(path, text).unwrap();
         };
-        for name in ["figures/slice-a-c-2col.png", "figures/slice-a-c-2col.svg", "figures/mine.png", "tables/t.csv"] {
+        for name in
+            ["figures/slice-a-c-2col.png", "figures/slice-a-c-2col.svg", "figures/mine.png", "tables/t.csv"]
+        {
             write(name, "");
         }
         write("report.md", "![x](figures/slice-a-c-2col.png) [CSV](tables/t.csv) ../figures/../mine");

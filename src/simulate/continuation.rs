@@ -382,7 +382,11 @@ mod tests {
             for (i, branch) in curves.iter().enumerate() {
                 for other in &curves[..i] {
                     let double = branch.points.iter().filter(|point| covers(other, point.place)).count();
-                    assert!(double <= 3, "{touch}: {double} of {} points lie on another", branch.points.len());
+                    assert!(
+                        double <= 3,
+                        "{touch}: {double} of {} points lie on another",
+                        branch.points.len()
+                    );
                 }
             }
         }

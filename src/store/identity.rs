@@ -4,16 +4,12 @@ use std::path::Path;
 
 use similar::{ChangeTag, TextDiff};
 
-use crate::map::{Method, Plan};
+use crate::dataset::Value;
+use crate::dataset::attributes::PLAN;
 
 use super::error::StoreError;
-use super::provenance::fingerprint;
 use super::reader::MapFile;
-use super::value::Value;
 
-/// In the journal and in the map: fingerprint of all that the result depends on. What the configuration says beside
-/// that (comments, the title, where files go) may change between two runs that make one map.
-pub(super) const PLAN: &str = "plan_sha256";
 /// Attributes in which two computations are compared where their fingerprints differ, in the order in which
 /// differences are shown.
 const SHOWN: [&str; 12] = [
@@ -30,36 +26,6 @@ const SHOWN: [&str; 12] = [
     "tile_shape",
     "compression",
 ];
-
-/// Fingerprint of all that a map depends on: the plan, and the program that carries it out.
-#[must_use]
-pub fn plan_digest(plan: &Plan) -> String {
-    let Plan {
-        grid,
-        methods,
-        fields,
-        engine,
-        tolerance,
-        audit_cells,
-        proof_boxes,
-        planes,
-        tile_shape,
-        compression,
-    } = plan;
-    let methods: Vec<String> = methods
-        .iter()
-        .map(|method| match method {
-            Method::Test(_) | Method::Simulation => method.name().to_owned(),
-            Method::Naive(naive, knobs) => format!("{naive:?} {knobs:?}"),
-        })
-        .collect();
-    // The text that Rust gives a number reads back as the same number, so that equal texts are equal plans.
-    fingerprint(&format!(
-        "{} {} {grid:?} {methods:?} {fields:?} {engine:?} {tolerance:?} {audit_cells} {proof_boxes} {planes:?} {tile_shape:?} {compression}",
-        env!("CARGO_PKG_VERSION"),
-        env!("SLIPMAP_GIT")
-    ))
-}
 
 /// Refuses a finished map that is not the one that `opening` describes.
 pub(super) fn check_finished(path: &Path, opening: &[(String, Value)]) -> Result<(), StoreError> {

@@ -50,7 +50,9 @@ fn whole_way(axis: &str, nodes: &str) {
     ended(scratch.run(&["report", "map.h5", "--out", "report", "--quiet"]));
     let other = if axis == "c" { "V" } else { "c" };
     let axes = ["--x", axis, "--y", other, "--out"];
-    for (variable, file) in [("verdict_simulation", "a.png"), ("regime", "b.svg"), ("verdict_symmetric", "c.pdf")] {
+    for (variable, file) in
+        [("verdict_simulation", "a.png"), ("regime", "b.svg"), ("verdict_symmetric", "c.pdf")]
+    {
         ended(scratch.run(&[&["plot", "map.h5", "--variable", variable], &axes[..], &[file]].concat()));
     }
 }
@@ -101,7 +103,8 @@ fn a_slow_belt_has_an_answer_that_says_what_was_given_up() {
             let given_up = method["epsilon_limit_reason"].is_string();
             let known = !method["epsilon_limit"].is_null() && !method["epsilon_limit_sound"].is_null();
             assert!(known != given_up, "{name}: {method}");
-            let told = run.out.lines().any(|line| line.contains("no epsilon limit of") && line.contains(name));
+            let told =
+                run.out.lines().any(|line| line.contains("no epsilon limit of") && line.contains(name));
             assert_eq!(given_up, told, "{name}\n{}", run.out);
         }
     }
@@ -122,7 +125,8 @@ fn formulas_have_limits_with_a_message_and_budgets() {
 #[test]
 fn an_orbit_that_leaves_the_measured_friction_says_how_far_it_should_reach() {
     let scratch = Scratch::new();
-    let rows: String = (0..=15).map(|i| 0.1 * f64::from(i)).map(|u| format!("{u},{}\n", 1.0 - 0.3 * u)).collect();
+    let rows: String =
+        (0..=15).map(|i| 0.1 * f64::from(i)).map(|u| format!("{u},{}\n", 1.0 - 0.3 * u)).collect();
     scratch.file("short.csv", format!("u,phi\n{rows}"));
     let point = ["--epsilon", "1", "--V", "0.75", "--c", "0"];
     let run = scratch.run(&[&["probe", "--table", "short.csv"], &point[..]].concat()).ends_with(0);
@@ -205,7 +209,11 @@ fn the_first_signal_ends_whatever_waits_for_a_pipe() {
 fn more_threads_than_a_small_multiple_of_the_cores_are_refused() {
     let scratch = Scratch::new();
     scratch.file("map.toml", config("c", "[0.0, 1.0]"));
-    scratch.run(&["run", "map.toml", "--threads", "65535"]).refuses(&["--threads", "65535", "choose from 1 to"]);
+    scratch.run(&["run", "map.toml", "--threads", "65535"]).refuses(&[
+        "--threads",
+        "65535",
+        "choose from 1 to",
+    ]);
     assert_eq!(scratch.names(), ["map.toml"]);
 }
 
@@ -254,5 +262,8 @@ fn contradictions_between_theorems_and_simulation_are_never_silent() {
     let report = ended(scratch.run(&["report", "map.h5", "--out", "report", "--quiet"]));
     assert_eq!(report.code, 0);
     let failures = std::fs::read_to_string(scratch.path().join("report/tables/failures.csv")).unwrap();
-    assert!(failures.lines().any(|line| line.contains("contradict each other") && line.contains('3')), "{failures}");
+    assert!(
+        failures.lines().any(|line| line.contains("contradict each other") && line.contains('3')),
+        "{failures}"
+    );
 }

@@ -1,12 +1,10 @@
-//! Where a map comes from and how its run went.
+//! The attributes of the file as a whole: where a map comes from and how its run went.
 
 use sha2::{Digest, Sha256};
 
 use crate::map::{Method, Plan, PlaneCurves};
 
-use super::identity::{PLAN, plan_digest};
-use super::schema::SCHEMA;
-use super::value::{Value, hex};
+use super::{SCHEMA, Value, hex};
 
 /// Where the mathematics of the tests comes from.
 const REFERENCES: &str = "O. Makarenkov, A new test for stick-slip limit cycles in dry-friction \
@@ -64,7 +62,8 @@ fn words<'a>(list: impl IntoIterator<Item = &'a str>) -> Value {
 }
 
 /// The attributes that tell where any of our files comes from.
-pub(super) fn origin(provenance: &Provenance) -> Vec<(&'static str, Value)> {
+#[must_use]
+pub fn origin(provenance: &Provenance) -> Vec<(&'static str, Value)> {
     let version = env!("CARGO_PKG_VERSION");
     vec![
         ("Conventions", "CF-1.11".into()),
@@ -80,8 +79,44 @@ pub(super) fn origin(provenance: &Provenance) -> Vec<(&'static str, Value)> {
     ]
 }
 
+/// Name of the attribute, in the journal and in the map, with the fingerprint of all that the result depends on. What
+/// the configuration says beside that (comments, the title, where files go) may change between two runs that make one
+/// map.
+pub const PLAN: &str = "plan_sha256";
+
+/// Fingerprint of all that a map depends on: the plan, and the program that carries it out.
+#[must_use]
+pub fn plan_digest(plan: &Plan) -> String {
+    let Plan {
+        grid,
+        methods,
+        fields,
+        engine,
+        tolerance,
+        audit_cells,
+        proof_boxes,
+        planes,
+        tile_shape,
+        compression,
+    } = plan;
+    let methods: Vec<String> = methods
+        .iter()
+        .map(|method| match method {
+            Method::Test(_) | Method::Simulation => method.name().to_owned(),
+            Method::Naive(naive, knobs) => format!("{naive:?} {knobs:?}"),
+        })
+        .collect();
+    // The text that Rust gives a number reads back as the same number, so that equal texts are equal plans.
+    fingerprint(&format!(
+        "{} {} {grid:?} {methods:?} {fields:?} {engine:?} {tolerance:?} {audit_cells} {proof_boxes} {planes:?} {tile_shape:?} {compression}",
+        env!("CARGO_PKG_VERSION"),
+        env!("SLIPMAP_GIT")
+    ))
+}
+
 /// The root attributes known before the run.
-pub(super) fn opening(plan: &Plan, provenance: &Provenance) -> Vec<(String, Value)> {
+#[must_use]
+pub fn opening(plan: &Plan, provenance: &Provenance) -> Vec<(String, Value)> {
     let of_maps: Vec<(&str, Value)> = vec![
         ("schema", SCHEMA.into()),
         ("law", plan.grid.law().name().into()),
@@ -99,13 +134,15 @@ pub(super) fn opening(plan: &Plan, provenance: &Provenance) -> Vec<(String, Valu
 }
 
 /// One line of the attribute `history`: when, what, by which command.
-pub(super) fn history(provenance: &Provenance) -> String {
+#[must_use]
+pub fn history(provenance: &Provenance) -> String {
     let date = humantime::format_rfc3339_seconds(std::time::SystemTime::now());
     format!("{date} slipmap {}: {}", env!("CARGO_PKG_VERSION"), provenance.command_line)
 }
 
 /// The root attributes known at the end.
-pub(super) fn closing(outcome: &Outcome) -> Vec<(String, Value)> {
+#[must_use]
+pub fn closing(outcome: &Outcome) -> Vec<(String, Value)> {
     let mut attributes = vec![
         ("threads".to_owned(), integer(outcome.threads)),
         ("wall_seconds".to_owned(), outcome.wall_seconds.into()),
