@@ -316,10 +316,10 @@ impl Curve {
     /// What one evaluation costs, in units of that of the Stribeck law, at least 1: budgets of work are divided by it.
     #[must_use]
     pub fn cost(&self) -> u64 {
-        match self {
-            Curve::Stribeck(_) | Curve::Lorentzian(_) => 1,
-            Curve::Exponential(_) | Curve::Table(_) => 2,
-            Curve::Expression(law) => law.cost(),
+        match &self.form {
+            Form::Stribeck(_) | Form::Lorentzian(_) => 1,
+            Form::Exponential(_) | Form::Table(_) => 2,
+            Form::Expression(law) | Form::Leading(law) => law.cost(),
         }
     }
 
