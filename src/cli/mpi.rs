@@ -130,7 +130,7 @@ impl Ranks {
         let tiles = Mutex::new(tiles);
         let (outbox, finished) = sync_channel(2 * threads);
         let sink = Outbox { packer: Packer::new(&job.plan), outbox };
-        let control = Control { threads: Some(threads), on_cells: &|_| (), stop };
+        let control = Control { threads: Some(threads), stop, ..Control::default() };
         std::thread::scope(|scope| {
             let (job, tiles) = (&job, &tiles);
             scope.spawn(move || {

@@ -313,6 +313,16 @@ pub enum NoFirstOrder {
 }
 
 impl Curve {
+    /// What one evaluation costs, in units of that of the Stribeck law, at least 1: budgets of work are divided by it.
+    #[must_use]
+    pub fn cost(&self) -> u64 {
+        match &self.form {
+            Form::Stribeck(_) | Form::Lorentzian(_) => 1,
+            Form::Exponential(_) | Form::Table(_) => 2,
+            Form::Expression(law) | Form::Leading(law) => law.cost(),
+        }
+    }
+
     /// phi(u), the friction force at slip speed `u` >= 0.
     #[must_use]
     #[inline]

@@ -1,6 +1,6 @@
 //! What tiles took and gave beyond their cells: counts, seconds, the audit.
 
-use super::{Audit, Method, Paths, Plan, Runs, TileData, Verdict};
+use super::{Audit, Contradictions, Method, Paths, Plan, Runs, TileData, Verdict};
 use crate::point::Point;
 
 /// How many failed cells are kept one by one, of a tile and of a run.
@@ -42,13 +42,19 @@ pub struct Stages {
     pub pack: f64,
     /// Writing packed tiles.
     pub write: f64,
+    /// The curves of codimension one, on all threads.
+    pub curves: f64,
+    /// The proofs between the nodes, on all threads.
+    pub proofs: f64,
+    /// What is in none of these: waiting threads, handing out tiles.
+    pub other: f64,
 }
 
 impl Stages {
     /// The stages with their names, for reports.
     #[must_use]
-    pub fn named(&self) -> [(&'static str, f64); 6] {
-        let Self { columns, regime, fields, audit, pack, write } = *self;
+    pub fn named(&self) -> [(&'static str, f64); 9] {
+        let Self { columns, regime, fields, audit, pack, write, curves, proofs, other } = *self;
         [
             ("columns", columns),
             ("regime", regime),
@@ -56,13 +62,16 @@ impl Stages {
             ("audit", audit),
             ("pack", pack),
             ("write", write),
+            ("curves", curves),
+            ("proofs", proofs),
+            ("other", other),
         ]
     }
 
     /// The seconds, in the order of [`Stages::named`].
-    pub fn seconds_mut(&mut self) -> [&mut f64; 6] {
-        let Self { columns, regime, fields, audit, pack, write } = self;
-        [columns, regime, fields, audit, pack, write]
+    pub fn seconds_mut(&mut self) -> [&mut f64; 9] {
+        let Self { columns, regime, fields, audit, pack, write, curves, proofs, other } = self;
+        [columns, regime, fields, audit, pack, write, curves, proofs, other]
     }
 
     fn add(&mut self, other: &Stages) {
@@ -83,6 +92,8 @@ pub struct Account {
     pub rhs: u64,
     /// The self-audit.
     pub audit: Audit,
+    /// Cells in which methods that promise to be right contradict each other.
+    pub contradictions: Contradictions,
     /// What the stages that belong to no method cost.
     pub stages: Stages,
     /// The first failed cells, at most [`LISTED`], in the order of tiles.
@@ -96,6 +107,13 @@ impl Account {
         Self { methods: vec![MethodAccount::default(); plan.methods.len()], ..Self::default() }
     }
 
+    /// Processor seconds of all methods and stages.
+    #[must_use]
+    pub fn processor_seconds(&self) -> f64 {
+        let methods = self.methods.iter().map(|method| method.seconds);
+        methods.chain(self.stages.named().map(|(_, seconds)| seconds)).sum()
+    }
+
     /// Adds another.
     pub fn add(&mut self, other: Account) {
         self.cells += other.cells;
@@ -106,6 +124,7 @@ impl Account {
         self.paths.add(&other.paths);
         self.rhs += other.rhs;
         self.audit.add(other.audit);
+        self.contradictions.add(other.contradictions);
         self.stages.add(&other.stages);
         if !other.failed.is_empty() {
             self.failed.extend(other.failed);
@@ -136,7 +155,7 @@ pub(super) fn failed_cells(plan: &Plan, data: &TileData) -> Vec<FailedCell> {
 mod tests {
     use super::*;
     use crate::friction::Law;
-    use crate::map::{Engine, Field, Grid, MethodCells, Tile};
+    use crate::map::{Grid, MethodCells, Tile};
 
     fn tile_data(tile: Tile, failed: &[usize]) -> TileData {
         let verdict = |cell| if failed.contains(&cell) { Verdict::Failed } else { Verdict::Absent };
@@ -147,17 +166,7 @@ mod tests {
     }
 
     fn simulated(grid: Grid, tile_shape: Vec<usize>) -> Plan {
-        Plan {
-            methods: vec![Method::Simulation],
-            fields: vec![Field::Verdict],
-            engine: Engine::Auto,
-            tolerance: 1e-9,
-            audit_cells: 0,
-            proof_boxes: 0,
-            compression: 4,
-            tile_shape,
-            grid,
-        }
+        Plan::builder(grid).methods([Method::Simulation]).tile_shape(tile_shape).build().unwrap()
     }
 
     #[test]

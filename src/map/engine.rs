@@ -8,6 +8,7 @@ use std::time::Instant;
 
 use super::account::{Account, FailedCell, MethodAccount, Stages, count, failed_cells};
 use super::audit::{Audit, Draws};
+use super::contradictions::{Contradictions, contradictions};
 use super::proved::Proved;
 use super::quantity::describe;
 use super::simulation::{End, Paths, Simulated, simulate};
@@ -25,8 +26,18 @@ pub struct Control<'a> {
     pub threads: Option<usize>,
     /// Called with the number of cells just computed, from any worker.
     pub on_cells: &'a (dyn Fn(usize) + Sync),
+    /// Called after each plane of curves, from any worker.
+    pub on_plane: &'a (dyn Fn() + Sync),
     /// Set to true to stop after the tiles in work.
     pub stop: &'a AtomicBool,
+}
+
+impl Default for Control<'_> {
+    /// All cores, nobody to tell, never stopped.
+    fn default() -> Self {
+        static NEVER: AtomicBool = AtomicBool::new(false);
+        Self { threads: None, on_cells: &|_| (), on_plane: &|| (), stop: &NEVER }
+    }
 }
 
 /// What one method did.
@@ -40,6 +51,14 @@ pub struct MethodSummary {
     pub seconds: f64,
     /// Cells of each verdict, in the order of [`Verdict::ALL`].
     pub counts: [u64; 5],
+}
+
+impl MethodSummary {
+    /// Cells of one verdict.
+    #[must_use]
+    pub fn cells_with(&self, verdict: Verdict) -> u64 {
+        Verdict::ALL.iter().position(|v| *v == verdict).map_or(0, |i| self.counts[i])
+    }
 }
 
 /// What a run did.
@@ -59,6 +78,8 @@ pub struct Summary {
     pub rhs: u64,
     /// The self-audit.
     pub audit: Audit,
+    /// Cells in which methods that promise to be right contradict each other.
+    pub contradictions: Contradictions,
     /// Processor seconds of the stages that belong to no method.
     pub stages: Stages,
     /// The first failed cells.
@@ -93,6 +114,7 @@ impl Summary {
             paths: account.paths,
             rhs: account.rhs,
             audit,
+            contradictions: account.contradictions,
             stages: account.stages,
             failed_cells: account.failed,
             proved: None,
@@ -167,17 +189,6 @@ impl Queue {
     }
 }
 
-/// Computes the map of `plan` into `sink`.
-///
-/// # Errors
-/// [`ComputeError`]; the sink then holds an incomplete map.
-pub fn compute<S: Sink>(plan: &Plan, sink: &S, control: &Control) -> Result<Summary, ComputeError<S::Error>> {
-    let start = Instant::now();
-    let queue = Queue::new(vec![false; plan.grid.tile_count(&plan.tile_shape)]);
-    let (account, threads) = compute_tiles(plan, sink, control, &|| queue.take())?;
-    Ok(Summary::new(plan, account, threads, start.elapsed().as_secs_f64()))
-}
-
 /// Computes into `sink` the tiles whose numbers `next` hands out to the workers, until it gives `None`. The
 /// sum of their accounts, and the number of workers.
 ///
@@ -249,14 +260,18 @@ pub fn compute_tiles<S: Sink>(
 /// Computes and packs one tile.
 fn work<S: Sink>(plan: &Plan, sink: &S, draws: &Draws, tile: &Tile) -> Result<Message<S::Packed>, S::Error> {
     let computed = compute_tile(plan, draws, tile);
-    let (packed, pack) = timed(|| sink.pack(&computed.data));
+    let (packed, packing) = timed(|| sink.pack(&computed.data));
     let packed = packed?;
+    let (counted, counting) = timed(|| {
+        let counts = computed.data.methods.iter().map(|cells| count(&cells.verdicts));
+        (counts.collect::<Vec<_>>(), contradictions(plan, &computed.data))
+    });
+    let (counts, contradictions) = counted;
     let methods: Vec<MethodAccount> = computed
-        .data
-        .methods
+        .seconds
         .iter()
-        .zip(&computed.seconds)
-        .map(|(cells, seconds)| MethodAccount { seconds: *seconds, counts: count(&cells.verdicts) })
+        .zip(counts)
+        .map(|(&seconds, counts)| MethodAccount { seconds, counts })
         .collect();
     let failures = Verdict::ALL.iter().position(|verdict| *verdict == Verdict::Failed);
     let any_failed = failures.is_some_and(|failed| methods.iter().any(|method| method.counts[failed] > 0));
@@ -266,7 +281,8 @@ fn work<S: Sink>(plan: &Plan, sink: &S, draws: &Draws, tile: &Tile) -> Result<Me
         paths: computed.paths,
         rhs: computed.rhs,
         audit: computed.audit,
-        stages: Stages { pack, ..computed.stages },
+        contradictions,
+        stages: Stages { pack: packing + counting, ..computed.stages },
         failed: if any_failed { failed_cells(plan, &computed.data) } else { Vec::new() },
     };
     Ok(Message { packed, account })

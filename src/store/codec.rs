@@ -3,7 +3,8 @@
 
 use crate::dataset::{Schema, Value};
 use crate::map::{
-    Account, Audit, Axis, Disagreement, FailedCell, Grid, Method, MethodAccount, Paths, Plan, Stages, Verdict,
+    Account, Audit, Axis, Contradiction, Contradictions, Disagreement, FailedCell, Grid, Method,
+    MethodAccount, Paths, Plan, Stages, Verdict,
 };
 use crate::point::{LawParameters, MAX_LAW_PARAMETERS, Point};
 
@@ -98,6 +99,14 @@ impl Encoder {
             self.point(&disagreement.point);
             self.length(method(disagreement.method));
             self.number(u64::from(disagreement.stored == Verdict::Present));
+        }
+        let Contradictions { cells, first } = &account.contradictions;
+        self.number(*cells);
+        self.length(first.len());
+        for cell in first {
+            self.length(cell.tile);
+            self.point(&cell.point);
+            self.0.extend(cell.verdicts.iter().map(|verdict| verdict.code().cast_unsigned()));
         }
         account.stages.named().iter().for_each(|&(_, seconds)| self.real(seconds));
         self.length(account.failed.len());
@@ -230,6 +239,15 @@ impl<'a> Decoder<'a> {
             let stored = if self.number()? == 1 { Verdict::Present } else { Verdict::Absent };
             audit.disagreements.push(Disagreement::again(plan, point, method.name(), stored));
         }
+        let mut contradictions = Contradictions { cells: self.number()?, first: Vec::new() };
+        for _ in 0..self.length(16)? {
+            let tile = usize::try_from(self.number()?).ok()?;
+            let point = self.point_of(plan)?;
+            let codes = self.take(plan.methods.len())?;
+            let verdict = |code: &u8| Verdict::ALL.into_iter().find(|v| v.code() == code.cast_signed());
+            let verdicts = codes.iter().map(verdict).collect::<Option<_>>()?;
+            contradictions.first.push(Contradiction { tile, point, verdicts });
+        }
         let mut stages = Stages::default();
         for seconds in stages.seconds_mut() {
             *seconds = self.real()?;
@@ -241,7 +259,16 @@ impl<'a> Decoder<'a> {
                 Some(FailedCell { tile, point: self.point_of(plan)?, method: self.method(plan)? })
             })
             .collect::<Option<_>>()?;
-        Some(Account { cells, methods, paths, rhs, audit, stages, failed })
+        Some(Account {
+            cells,
+            methods,
+            paths,
+            rhs,
+            audit,
+            contradictions,
+            stages,
+            failed,
+        })
     }
 
     /// A point of the law of this plan.

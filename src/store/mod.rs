@@ -79,11 +79,10 @@ mod trust;
 mod value;
 mod writer;
 
-pub use crate::dataset::attributes::fingerprint;
+pub use crate::dataset::attributes::{fingerprint, plan_digest};
 pub use crate::dataset::{Audit, MethodInfo, Outcome, Provenance, Value};
 pub use check::{CheckReport, Problem, check};
 pub use error::StoreError;
-pub use identity::plan_digest;
 pub use journal::create_folders;
 pub use pack::PackedTile;
 pub use partial::{Left, PackedRecord, Packer, PartialMap, Resumed, left, remove_unfinished};

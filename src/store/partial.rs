@@ -20,7 +20,7 @@ use crate::map::{Account, Plan, Sink, TileData};
 
 use super::codec::{Decoder, Encoder};
 use super::error::StoreError;
-use super::identity::{PLAN, check_finished, difference, get, plan_digest};
+use super::identity::{check_finished, difference, get};
 use super::journal::{Journal, Kind, Part};
 use super::pack::{PackedTile, Packing};
 use super::seal::{Existing, Temporary, beside};
@@ -191,19 +191,17 @@ impl PartialMap {
         mut journal: Journal,
     ) -> Result<Resumed, StoreError> {
         let journal_path = journal.path().to_path_buf();
-        let mut now = opening.to_vec();
-        now.push((PLAN.into(), plan_digest(plan).into()));
         let mut found = Found::nothing(plan, String::new());
         let mut map: Option<MapWriter> = None;
         let mut session_seconds = 0.0;
         let mut finished_already = false;
-        let header_length = header(opening, plan, "", Existing::Refuse).bytes.len() as u64;
+        let header_length = header(opening, "", Existing::Refuse).bytes.len() as u64;
         let length = journal.length();
         let lost = journal.replay(longest(plan), |kind, a, b| match (kind, &map) {
             (Kind::Header, Some(_)) => Ok(false),
             (Kind::Header, None) => {
-                let Some(mut then) = Decoder(a).attributes() else { return Ok(false) };
-                if let Some(difference) = difference(&then, &now) {
+                let Some(then) = Decoder(a).attributes() else { return Ok(false) };
+                if let Some(difference) = difference(&then, opening) {
                     return Err(StoreError::Changed { path: journal_path.clone(), difference });
                 }
                 let replaces = get(&then, REPLACES) == Some(&Value::from(1));
@@ -216,9 +214,10 @@ impl PartialMap {
                 if let Some(Value::Text(history)) = get(&then, "history") {
                     found.history.clone_from(history);
                 }
-                then.retain(|(name, _)| ![PLAN, REPLACES, "history"].contains(&name.as_str()));
                 let temporary = Temporary::instead(beside(path, UNFINISHED)?)?;
-                map = Some(MapWriter::begin(path, temporary, plan, &then, found.history.clone(), existing)?);
+                // Title, comments and paths are those of the run that completes the map.
+                map =
+                    Some(MapWriter::begin(path, temporary, plan, opening, found.history.clone(), existing)?);
                 Ok(true)
             }
             (Kind::Session, _) => {
@@ -287,7 +286,7 @@ impl PartialMap {
         journal.clear()?;
         let temporary = Temporary::instead(beside(path, UNFINISHED)?)?;
         let map = MapWriter::begin(path, temporary, plan, opening, history.clone(), existing)?;
-        journal.append(Kind::Header, &header(opening, plan, &history, existing), &[])?;
+        journal.append(Kind::Header, &header(opening, &history, existing), &[])?;
         journal.sync()?;
         journal.sync_name()?;
         Ok(Self::with(map, journal, plan, Found::nothing(plan, history)))
@@ -398,9 +397,8 @@ impl Sink for PartialMap {
 }
 
 /// The journal's first frame.
-fn header(opening: &[(String, Value)], plan: &Plan, history: &str, existing: Existing) -> Part {
+fn header(opening: &[(String, Value)], history: &str, existing: Existing) -> Part {
     let mut attributes = opening.to_vec();
-    attributes.push((PLAN.into(), plan_digest(plan).into()));
     attributes.push((REPLACES.into(), Value::from(i64::from(existing == Existing::Replace))));
     attributes.push(("history".into(), history.into()));
     let mut bytes = Encoder::default();

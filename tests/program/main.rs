@@ -11,6 +11,7 @@ mod command;
 mod config;
 mod curves;
 mod damage;
+mod extremes;
 mod hostile;
 mod latex;
 mod laws;
