@@ -58,7 +58,7 @@ def log_uniform(rng, lo, hi):
 
 
 def harmonic_balance(p):
-    """c_HB of the theory, section 4."""
+    """The energy balance in closed form (theory, "The tests")."""
     gmpy2.get_context().precision = FINE.bits
     eps, gamma, belt = mpfr(p.epsilon), mpfr(p.gamma), mpfr(p.belt)
     k = eps * gamma * belt

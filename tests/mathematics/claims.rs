@@ -1,4 +1,4 @@
-//! The paper's claims, tested as claims: Propositions 1 to 3 and the comparison of its section 5.1.
+//! The paper's claims, tested as claims: Propositions 1 to 3 and the comparison in the paper's section 5.1.
 
 use crate::sample::{Expansion, Random, Sample, check_order};
 use slipmap::certify::{Decision, by_name};
@@ -197,7 +197,7 @@ fn landing_return_time_and_period_have_their_orders() {
     }
 }
 
-// ---------------------------------------------------------------- section 5.1
+// ---------------------------------------------------------------- the paper's section 5.1
 
 /// "For all eps > 0 sufficiently small, (14) is a consequence of (12)": it is below
 ///

@@ -131,7 +131,7 @@ fn grazing_is_the_critical_damping_in_planes_with_and_without_c() {
 
 #[test]
 fn landing_beyond_the_stick_segment_is_told_by_direct_simulation() {
-    // Section 12 of the theory: at V = 30 the orbit crosses at c = 0 and sticks at c = 0.01.
+    // theory, "Statements that do not hold": at V = 30 the orbit crosses at c = 0 and sticks at c = 0.01.
     let (speeds, cs) = ([10.0, 60.0], [0.0, 0.05]);
     let at = |[x, y]: [f64; 2]| {
         let law = LawParameters::new(&[0.0, 0.0, 0.1]);
