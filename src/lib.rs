@@ -66,6 +66,8 @@ pub mod report;
 pub mod simulate;
 #[cfg(feature = "store")]
 pub mod store;
+#[doc = include_str!("architecture.md")]
+pub mod architecture {}
 #[doc = include_str!("theory.md")]
 pub mod theory {}
 #[doc = include_str!("clusters.md")]
