@@ -6,3 +6,4 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)] // helpers of tests, which clippy.toml exempts only inside test functions
 
 mod architecture;
+mod guide;
