@@ -97,7 +97,7 @@ fn landings_lie_on_the_stick_segment() {
     let (tolerance, landing_error) = (1e-10, 1e-5);
     let mut landed = 0;
     for p in margin_points() {
-        let oscillator = Oscillator::new(Law::Stribeck, &p.point());
+        let oscillator = Oscillator::new(&Law::Stribeck, &p.point());
         let Fate::Sticks(Landing { x1, slip_time, stick_time, crossings }) =
             flow(&oscillator, tolerance).fate
         else {
