@@ -54,7 +54,8 @@ need_python() {
     python="$venv/bin/python"
 }
 
-# pdflatex with what the LaTeX of reports uses (siunitx is in texlive-science): 120 MB to fetch, a minute or two.
+# pdflatex with what the LaTeX of reports uses (siunitx is in texlive-science): 120 MB to fetch, a minute or
+# two.
 need_latex() {
     need_packages "command -v pdflatex && kpsewhich siunitx.sty && kpsewhich booktabs.sty" \
         texlive-latex-base texlive-latex-recommended texlive-science

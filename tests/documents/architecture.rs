@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 /// Imports against the order that are still there: module, what it imports. To be emptied.
 const KNOWN_AGAINST_THE_ORDER: [(&str, &str); 1] = [("report", "benchmark")];
 
-/// Imports that close a circle inside a module and are still there: module, importing part, imported part. To be
-/// emptied.
+/// Imports that close a circle inside a module and are still there: module, importing part, imported part. To
+/// be emptied.
 const KNOWN_CIRCLES: [(&str, &str, &str); 12] = [
     ("map", "account", "sink"),
     ("map", "plan", "quantity"),
@@ -127,7 +127,8 @@ fn imports_go_down_the_list() {
     }
 }
 
-/// Which parts of a module import which: its submodules, by their own names or by what the module exports again.
+/// Which parts of a module import which: its submodules, by their own names or by what the module exports
+/// again.
 fn edges_inside(top: &str, files: &[(PathBuf, String)]) -> BTreeSet<(String, String)> {
     let parts: BTreeSet<String> = files.iter().filter_map(|(path, _)| module(path).get(1).cloned()).collect();
     let head = files.iter().find(|(path, _)| module(path).len() == 1).map_or("", |(_, code)| code.as_str());

@@ -1,13 +1,15 @@
-//! Every command and every file of the README and of the guide in `docs` works as shown: blocks are carried out in
-//! their order, each page in a folder of its own, and what is shown of their output is compared.
+//! Every command and every file of the README and of the guide in `docs` works as shown: blocks are carried
+//! out in their order, each page in a folder of its own, and what is shown of their output is compared.
 //!
 //! - A block `sh` is run by bash; `slipmap` and `scripts/slipmap` are the program of this build.
-//! - A block `text` behind it is its standard output; `...` stands for any text, on a line of its own for any lines.
+//! - A block `text` behind it is its standard output; `...` stands for any text, on a line of its own for any
+//!   lines.
 //! - A block with `file=NAME` behind its language is written to that file first.
-//! - A block `python` is run by the interpreter that `SLIPMAP_PYTHON` names, which `scripts/test` sets; without it,
-//!   such blocks are not run.
+//! - A block `python` is run by the interpreter that `SLIPMAP_PYTHON` names, which `scripts/test` sets;
+//!   without it, such blocks are not run.
 //!
-//! [`NOT_RUN`] lists the commands that are not run. Blocks of Rust are tests of the documentation (`src/lib.rs`).
+//! [`NOT_RUN`] lists the commands that are not run. Blocks of Rust are tests of the documentation
+//! (`src/lib.rs`).
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -15,7 +17,8 @@ use std::process::Command;
 
 use tempfile::TempDir;
 
-/// Commands that need a network, a cluster, another compiler run or a browser: how they begin, and what tries them.
+/// Commands that need a network, a cluster, another compiler run or a browser: how they begin, and what tries
+/// them.
 const NOT_RUN: [(&str, &str); 9] = [
     ("scripts/test", "runs this test"),
     ("scripts/dist", "tries its archives itself"),

@@ -1,4 +1,5 @@
-//! What the package says of itself: versions that agree, a minimum Rust that its dependencies allow, licences.
+//! What the package says of itself: versions that agree, a minimum Rust that its dependencies allow,
+//! licences.
 
 use std::fs;
 use std::path::Path;
@@ -6,7 +7,8 @@ use std::process::Command;
 
 use serde_json::Value;
 
-/// Licences under which a program may be given away in binary form if their texts come with it, as `scripts/dist` sees to.
+/// Licences under which a program may be given away in binary form if their texts come with it, as
+/// `scripts/dist` sees to.
 const LICENCES: [&str; 9] =
     ["MIT", "Apache-2.0", "BSD-2-Clause", "BSD-3-Clause", "ISC", "Zlib", "0BSD", "Unlicense", "Unicode-3.0"];
 
@@ -41,7 +43,8 @@ fn the_minimum_rust_is_that_of_the_dependencies_at_least_and_told_alike() {
             assert!(version(needed) <= version(claimed), "{} needs Rust {needed}", package["name"]);
         }
     }
-    // pulp's feature x86-v4 uses the AVX-512 intrinsics that Rust 1.89 made stable; its manifest does not say so.
+    // pulp's feature x86-v4 uses the AVX-512 intrinsics that Rust 1.89 made stable; its manifest does not say
+    // so.
     assert!(version(claimed) >= [1, 89]);
     for name in ["scripts/setup.sh", "docs/install.md"] {
         assert!(read(name).contains(&format!("Rust {claimed}")), "{name} does not name Rust {claimed}");

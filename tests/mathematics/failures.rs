@@ -1,5 +1,5 @@
-//! One regression test for each mechanism by which a method fails (theory, "Where methods fail"), in which the
-//! naive way fails and ours does not; and the catalogue of failures, stored and made anew.
+//! One regression test for each mechanism by which a method fails (theory, "Where methods fail"), in which
+//! the naive way fails and ours does not; and the catalogue of failures, stored and made anew.
 
 use std::f64::consts::TAU;
 
@@ -137,8 +137,8 @@ fn first_order_at_finite_eps() {
 
 #[test]
 fn overshoot() {
-    // A fast belt: the orbit comes back, so every test that asks no more says present; but it lands beyond the
-    // stick segment, and crosses for ever.
+    // A fast belt: the orbit comes back, so every test that asks no more says present; but it lands beyond
+    // the stick segment, and crosses for ever.
     let point = point(0.1, [0.3, 0.0, 2.0], 10.0, 0.0);
     let oscillator = oscillator(&point);
     for name in ["perturbation", "bendixson_leading", "harmonic_balance"] {
@@ -244,7 +244,8 @@ fn truth_of_margin(oscillator: &Oscillator) -> Verdict {
 
 #[test]
 fn fixed_steps_blur_the_boundary() {
-    // Verdicts along a column change once, from present to absent. Those of fixed steps change back and forth.
+    // Verdicts along a column change once, from present to absent. Those of fixed steps change back and
+    // forth.
     let column = column(&point(0.01, [0.3, 0.1, 2.0], 1.0, 0.0));
     let critical = critical_damping(&column, 1e-12).unwrap().c;
     let cs: Vec<f64> = (0..400).map(|i| critical + ((f64::from(i) + 0.5) / 400.0 - 0.5) * 2e-2).collect();
@@ -273,8 +274,8 @@ fn a_stick_band_is_jumped_over() {
 
 #[test]
 fn cancellation_as_k_vanishes() {
-    // The energy balance as it comes out of the integral, 2 A (1 + k - q) / (q k^2) - 2 b with q = sqrt(1 + 2k):
-    // the bracket is k^2/2, all of it lost to round-off below k = 1e-8.
+    // The energy balance as it comes out of the integral, 2 A (1 + k - q) / (q k^2) - 2 b with q = sqrt(1 +
+    // 2k): the bracket is k^2/2, all of it lost to round-off below k = 1e-8.
     let from_the_integral = |point: &Point| {
         let &[alpha, beta, gamma] = point.law.as_slice() else { panic!("Stribeck") };
         let k = point.epsilon * gamma * point.belt_speed;

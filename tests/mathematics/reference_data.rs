@@ -8,8 +8,8 @@ use slipmap::simulate::{Fate, Landing, flow};
 
 use crate::reference::{CriticalPoint, MarginPoint, ReferenceFate, critical_points, margin_points};
 
-/// Rounding of a closed form that is a difference of two terms of this size, neither of which took more than ten
-/// rounded operations.
+/// Rounding of a closed form that is a difference of two terms of this size, neither of which took more than
+/// ten rounded operations.
 fn rounding(p: &CriticalPoint) -> f64 {
     11.0 * 0.5 * f64::EPSILON * (p.gamma * (1.0 - p.alpha) + 2.0 * p.beta * p.belt_speed)
 }
@@ -36,8 +36,8 @@ fn critical_damping_lies_between_instability_and_harmonic_balance() {
 }
 
 /// With D(1 - x) = d0 + d1 x + d2 x^2 + ... about the equilibrium, in scaled groups,
-/// `eps (c* - c_HB) = -(13/576) d1^2 d2 (1 + O(d2/d1) + O(k^2))`, where d2/d1 <= 3k/2: to leading order in eps
-/// `c* - c_HB = -(13/48) eps^4 gamma^3 (1-alpha) V^4 (beta + eps gamma^2 (1-alpha))^2`.
+/// `eps (c* - c_HB) = -(13/576) d1^2 d2 (1 + O(d2/d1) + O(k^2))`, where d2/d1 <= 3k/2: to leading order in
+/// eps `c* - c_HB = -(13/48) eps^4 gamma^3 (1-alpha) V^4 (beta + eps gamma^2 (1-alpha))^2`.
 #[test]
 fn harmonic_balance_misses_by_its_leading_term() {
     let mut seen = 0;
@@ -57,7 +57,8 @@ fn harmonic_balance_misses_by_its_leading_term() {
     assert!(seen >= 50, "only {seen} rows resolve the leading term");
 }
 
-/// Theorems against fates in extended precision; and the table keeps rows of every fate and of every legal limit.
+/// Theorems against fates in extended precision; and the table keeps rows of every fate and of every legal
+/// limit.
 #[test]
 fn theorems_agree_with_the_reference_fates() {
     let points = margin_points();
@@ -88,8 +89,8 @@ fn theorems_agree_with_the_reference_fates() {
     assert!(count(&|p| p.margin.is_none() && p.fate != ReferenceFate::Inward) >= 5);
 }
 
-/// The landing by the crate: on the stick segment, with the time from there to the exit point; and from below at
-/// `x1 = 1 - eps c V - wL`, with the landing speed wL of the table.
+/// The landing by the crate: on the stick segment, with the time from there to the exit point; and from below
+/// at `x1 = 1 - eps c V - wL`, with the landing speed wL of the table.
 #[test]
 fn landings_lie_on_the_stick_segment() {
     // Next to grazing the landing is the root of a double zero: the square root of the tolerance is all that

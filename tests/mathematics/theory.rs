@@ -1,5 +1,6 @@
-//! The conformance table of `src/theory.md` names functions and tests that exist, and leaves out no test of the
-//! files that exist for it. Code, tests, scripts and documents cite the theory by the titles of its sections.
+//! The conformance table of `src/theory.md` names functions and tests that exist, and leaves out no test of
+//! the files that exist for it. Code, tests, scripts and documents cite the theory by the titles of its
+//! sections.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -156,7 +157,8 @@ fn wrong_citations(text: &str, titles: &[&str]) -> Vec<String> {
             }
         }
     }
-    // Numbers of sections mean the paper's, and say so. Seventy characters reach back to the start of a sentence.
+    // Numbers of sections mean the paper's, and say so. Seventy characters reach back to the start of a
+    // sentence.
     for word in ["section ", "sections ", "Section ", "Sections "] {
         for (at, _) in text.match_indices(word) {
             let before: String =

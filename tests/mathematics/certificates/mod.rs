@@ -230,8 +230,8 @@ fn bounds_on_the_turn_hold_and_tighten() {
     assert!((ratio - 2.0).abs() < 0.1, "{ratio}");
 }
 
-/// At the edge of what `bendixson` claims, the divergence is positive on [0, V + R] with the oracle's amplitude R,
-/// and the edge is not far from where that ends.
+/// At the edge of what `bendixson` claims, the divergence is positive on [0, V + R] with the oracle's
+/// amplitude R, and the edge is not far from where that ends.
 #[test]
 fn bendixson_claims_presence_where_the_divergence_is_positive_along_the_orbit() {
     let mut gaps = Vec::new();
