@@ -157,14 +157,17 @@ fn wrong_citations(text: &str, titles: &[&str]) -> Vec<String> {
             }
         }
     }
-    // Numbers of sections mean the paper's, and say so. Seventy characters reach back to the start of a
+    // Numbers of sections mean the paper's or a standard's, and say so. Seventy characters reach back to the start of a
     // sentence.
     for word in ["section ", "sections ", "Section ", "Sections "] {
         for (at, _) in text.match_indices(word) {
             let before: String =
                 text[..at].chars().rev().take(70).collect::<Vec<_>>().into_iter().rev().collect();
             let rest = &text[at + word.len()..];
-            if rest.starts_with(|c: char| c.is_ascii_digit()) && !before.to_lowercase().contains("paper") {
+            if rest.starts_with(|c: char| c.is_ascii_digit())
+                && !before.to_lowercase().contains("paper")
+                && !before.contains("RFC")
+            {
                 let number: String = rest.chars().take(20).collect();
                 wrong.push(format!(
                     "{word}{number}..: cite the theory by title, or say that the paper is meant"
