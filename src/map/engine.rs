@@ -4,7 +4,6 @@
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::sync_channel;
-use std::time::Instant;
 
 use super::account::{Account, FailedCell, MethodAccount, Stages, count, failed_cells};
 use super::audit::{Audit, Draws};
