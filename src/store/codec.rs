@@ -259,16 +259,7 @@ impl<'a> Decoder<'a> {
                 Some(FailedCell { tile, point: self.point_of(plan)?, method: self.method(plan)? })
             })
             .collect::<Option<_>>()?;
-        Some(Account {
-            cells,
-            methods,
-            paths,
-            rhs,
-            audit,
-            contradictions,
-            stages,
-            failed,
-        })
+        Some(Account { cells, methods, paths, rhs, audit, contradictions, stages, failed })
     }
 
     /// A point of the law of this plan.
