@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """Reference data for the tests, to 25 significant digits, by arithmetic that shares nothing with the crate.
 
-    python3 scripts/reference.py             writes tests/data/critical_damping.csv and tests/data/margins.csv
+    python3 scripts/reference.py             writes tests/data/critical_damping.csv, margins.csv and columns.csv
+    python3 scripts/reference.py --columns N FILE   writes N other columns of the kinds in columns.csv, for the ignored
+                                             test of tests/mathematics/columns.rs
     python3 scripts/reference.py --quick     recomputes a random handful of their rows; exit code 1 if one differs
     python3 scripts/reference.py --theory    measures the orders in eps of the closed-form tests, and looks for
                                              counterexamples to the theory's statements at every row
@@ -24,7 +26,7 @@ from pathlib import Path
 import gmpy2
 from gmpy2 import mpfr
 
-from flow import CHECK, FINE, Accuracy, Point, Unresolved, critical_damping, follow, polar_log_radius
+from flow import CHECK, FINE, Accuracy, Point, Unresolved, critical_damping, follow, grazing_damping, polar_log_radius
 
 DATA = Path(__file__).resolve().parent.parent / "tests" / "data"
 SEED = 20260413
@@ -151,6 +153,60 @@ def coordinates(p, with_c=True):
     return [repr(x) for x in (p.epsilon, p.alpha, p.beta, p.gamma, *((p.c,) if with_c else ()), p.belt)]
 
 
+# --- critical damping of columns that are hard to solve ------------------------------------------------------------
+
+# Ranges of A = eps gamma (1-alpha) and k = eps gamma V, both log-uniform, and the share of the rows. `weak` is the box of
+# the paper's examples; nodes have D >= 2 somewhere on the grazing orbit for most of their range.
+KINDS = {
+    "strong": ((1.5, 3.5), (0.05, 20), 10),
+    "nodes": ((3.5, 100), (0.05, 100), 4),
+    "large k": ((0.01, 3), (20, 1e4), 3),
+    "weak": ((1e-3, 1.5), (1e-2, 5), 3),
+}
+COLUMNS = 2000
+ROUGH = Accuracy(bits=80, order=18, tolerance="1e-15", cap="0.5")
+SHARP = Accuracy(bits=110, order=26, tolerance="1e-24", cap="0.4")
+SHARPER = Accuracy(bits=130, order=32, tolerance="1e-28", cap="0.3")
+
+
+def draw_column(rng, kind):
+    """A column of the kind with c* > 0: its strengthening stays below what would bring the energy balance to zero."""
+    (a_range, k_range, _) = KINDS[kind]
+    a, k = log_uniform(rng, *a_range), log_uniform(rng, *k_range)
+    q = math.sqrt(1 + 2 * k)
+    b = 0.0 if rng.random() < 0.25 else rng.uniform(0, 0.9) * a / (q * (1 + k + q))
+    epsilon, alpha = log_uniform(rng, 0.05, 2), rng.uniform(0, 0.9)
+    gamma = a / (epsilon * (1 - alpha))
+    belt = k / (epsilon * gamma)
+    return Point(short(epsilon), short(alpha), short(b / (epsilon * belt)), short(gamma), 0.0, short(belt))
+
+
+def column_table(count, seed):
+    """`count` columns of all kinds; every tenth is solved twice, at two accuracies."""
+    rng = random.Random(seed)
+    rows, worst = [], 0.0
+    kinds = [kind for kind, (_, _, share) in KINDS.items() for _ in range(share)]
+    while len(rows) < count:
+        point = draw_column(rng, kinds[len(rows) % len(kinds)])
+        critical = grazing_damping(point, ROUGH, SHARP)
+        if critical <= 0:
+            continue
+        if len(rows) % 10 == 0:
+            other = grazing_damping(point, ROUGH, SHARPER)
+            worst = max(worst, float(abs(other - critical) / mpfr(point.gamma)))
+        rows.append([*coordinates(point, with_c=False), f"{critical:.17e}"])
+        if len(rows) % 100 == 0:
+            print(f"{len(rows)} columns", file=sys.stderr)
+    ranges = "; ".join(f"{kind}: A in {a}, k in {k}" for kind, (a, k, _) in KINDS.items())
+    header = [
+        "Critical damping c* of columns that are hard to solve, by the (v, w) flow, which knows no difference of foci and nodes.",
+        f"Made by scripts/reference.py, seed {seed}; each parameter is the f64 nearest to its decimals. Log-uniform in",
+        f"A = eps gamma (1-alpha) and k = eps gamma V, turn by turn {ranges}.",
+        f"Largest disagreement of two accuracies, in units of gamma, in every tenth row: {worst:.1e}.",
+    ]
+    return header, rows, worst
+
+
 # --- margins and fates ------------------------------------------------------------------------------------------------
 
 
@@ -232,13 +288,13 @@ def margin_table():
 # --- files ------------------------------------------------------------------------------------------------------------
 
 
-def write(name, columns, table):
+def write(path, columns, table, required=REQUIRED):
     start = time.process_time()
     header, rows, worst = table()
-    if not worst < REQUIRED:
+    name = path.name
+    if not worst < required:
         sys.exit(f"{name}: two computations disagree by {worst:.1e}")
-    DATA.mkdir(parents=True, exist_ok=True)
-    with open(DATA / name, "w", newline="") as out:
+    with open(path, "w", newline="") as out:
         out.writelines(f"# {line}\n" for line in header)
         writer = csv.writer(out, lineterminator="\n")
         writer.writerow(columns)
@@ -287,7 +343,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="recompute a random handful of the committed rows")
     parser.add_argument("--theory", action="store_true", help="measure the orders in eps, look for counterexamples")
-    parser.add_argument("--seed", type=int, help="which handful --quick takes; default: the clock")
+    parser.add_argument("--columns", nargs=2, metavar=("N", "FILE"), help="write N other columns to a file")
+    parser.add_argument("--seed", type=int, help="which handful --quick takes (default: the clock), which columns are drawn")
     args = parser.parse_args()
     if args.quick:
         sys.exit(1 if quick(time.time_ns() % 1_000_000 if args.seed is None else args.seed) else 0)
@@ -295,8 +352,14 @@ def main():
         import theory_check
 
         sys.exit(theory_check.main())
-    write("critical_damping.csv", CRITICAL_COLUMNS, critical_table)
-    write("margins.csv", MARGIN_COLUMNS, margin_table)
+    if args.columns:
+        count, path = int(args.columns[0]), Path(args.columns[1])
+        seed = SEED + 3 if args.seed is None else args.seed
+        write(path, CRITICAL_COLUMNS, lambda: column_table(count, seed), 1e-20)
+        return
+    write(DATA / "critical_damping.csv", CRITICAL_COLUMNS, critical_table)
+    write(DATA / "margins.csv", MARGIN_COLUMNS, margin_table)
+    write(DATA / "columns.csv", CRITICAL_COLUMNS, lambda: column_table(COLUMNS, SEED + 2), 1e-20)
 
 
 if __name__ == "__main__":
