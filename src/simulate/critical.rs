@@ -31,8 +31,10 @@ use std::cell::Cell;
 use std::f64::consts::TAU;
 use std::sync::{LazyLock, OnceLock};
 
+use super::closed_orbit::closing_damping;
 use super::polar::{Angle, LANES, Lanes};
-use super::{Fate, flow, general};
+use super::roots::{Bracket, Found, falling_root};
+use super::{Fate, flow};
 use crate::filippov::Oscillator;
 use crate::friction::{Column, Curve};
 use crate::point::ScaledGroups;
@@ -335,7 +337,15 @@ pub fn critical_dampings(
                 Ok(CriticalDamping { c, error, rhs })
             }
             Some(Spectral::NoAnswer { rhs }) => Err(rhs),
-            None => general::critical_damping(column, tolerance),
+            None => {
+                let (curve, belt_speed) = (&column.curve, column.belt_speed);
+                let bounds = curve.even_weakening_range(belt_speed);
+                let start = curve.mean_weakening(belt_speed);
+                closing_damping(curve, belt_speed, belt_speed, bounds, start, tolerance).map(|found| {
+                    let (c, error) = (found.viscous / column.epsilon, found.error / column.epsilon);
+                    CriticalDamping { c, error, rhs: found.rhs }
+                })
+            }
         };
         answer.or_else(|rhs| search(column, tolerance, rhs))
     };
@@ -350,9 +360,7 @@ pub fn critical_damping(column: &Column, tolerance: f64) -> Result<CriticalDampi
     critical_dampings(std::slice::from_ref(column), tolerance)[0]
 }
 
-/// Searches a column with the simulated flow, which decides overdamped points too: the ITP method of
-/// Oliveira and Takahashi (ACM Trans. Math. Softw. 47, 2020), which is as fast as the secant where the margin
-/// is smooth and never slower than bisection where only its sign is known.
+/// Searches a column with the simulated flow, which decides overdamped points too.
 fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, NoCriticalDamping> {
     let mut rhs = rhs;
     // Error of the margin where it leaves the sign open.
@@ -375,52 +383,32 @@ fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, 
     let range = column.curve.even_weakening_range(column.belt_speed);
     let width = (range.hi - range.lo).abs() / column.epsilon;
     let pad = 1e-6 * width + 1e-12 * (range.hi.abs() + range.lo.abs()) / column.epsilon;
-    let (mut low, mut high) = (range.lo / column.epsilon - pad, range.hi / column.epsilon + pad);
+    let (low, high) = (range.lo / column.epsilon - pad, range.hi / column.epsilon + pad);
     if low < 0.0 && high > 0.0 && margin(0.0)? < 0.0 {
         // No legal damping is small enough: how negative c* is concerns nobody.
         return Ok(CriticalDamping { c: 0.5 * low, error: -0.5 * low, rhs });
     }
-    let (mut at_low, mut at_high) = (margin(low)?, margin(high)?);
-    if at_low < 0.0 || at_high > 0.0 {
+    let bracket = Bracket { low: (low, margin(low)?), high: (high, margin(high)?) };
+    if bracket.low.1 < 0.0 || bracket.high.1 > 0.0 {
         return Err(NoCriticalDamping::NoVerdict);
     }
     let enough = tolerance.max(4.0 * f64::EPSILON) * (low.abs() + high.abs());
-    let truncation = 0.2 / (high - low);
-    // Half the width that bisection alone would leave, with one step to spare.
-    let mut allowance = high - low;
-    while high - low > enough {
-        let middle = 0.5 * (low + high);
-        if middle <= low || middle >= high {
-            break;
+    let (c, bracket) = match falling_root(bracket, enough, &mut margin)? {
+        Found::Between(bracket) => {
+            return Ok(CriticalDamping { c: bracket.middle(), error: bracket.width(), rhs });
         }
-        let secant = (at_low * high - at_high * low) / (at_low - at_high);
-        let towards = (middle - secant).signum();
-        let shift = truncation * (high - low) * (high - low);
-        let moved = if shift <= (middle - secant).abs() { secant + towards * shift } else { middle };
-        let reach = (allowance - 0.5 * (high - low)).max(0.0);
-        allowance *= 0.5;
-        let next = if (moved - middle).abs() <= reach { moved } else { middle - towards * reach };
-        // Round-off must not let the secant stand still on an end.
-        let next = if next > low && next < high { next } else { middle };
-        match margin(next)? {
-            found if found > 0.0 => (low, at_low) = (next, found),
-            found if found < 0.0 => (high, at_high) = (next, found),
-            _ => {
-                // As near as the flow sees, though a secant may have left the other end far behind: c* is as
-                // near as the next dampings, on either side, that it tells apart.
-                let slope = (at_low - at_high) / (high - low);
-                let mut near = (2.0 * undecided.get() / slope).max(enough);
-                while near < high - low {
-                    let told_below = next - near <= low || margin(next - near)? > 0.0;
-                    let told_above = next + near >= high || margin(next + near)? < 0.0;
-                    if told_below && told_above {
-                        return Ok(CriticalDamping { c: next, error: near, rhs });
-                    }
-                    near *= 2.0;
-                }
-                return Ok(CriticalDamping { c: next, error: high - low, rhs });
-            }
+        Found::Zero(c, bracket) => (c, bracket),
+    };
+    // As near as the flow sees, though a secant may have left the other end far behind: c* is as near as the next
+    // dampings, on either side, that it tells apart.
+    let mut near = (2.0 * undecided.get() / bracket.steepness()).max(enough);
+    while near < bracket.width() {
+        let told_below = c - near <= bracket.low.0 || margin(c - near)? > 0.0;
+        let told_above = c + near >= bracket.high.0 || margin(c + near)? < 0.0;
+        if told_below && told_above {
+            return Ok(CriticalDamping { c, error: near, rhs });
         }
+        near *= 2.0;
     }
-    Ok(CriticalDamping { c: 0.5 * (low + high), error: high - low, rhs })
+    Ok(CriticalDamping { c, error: bracket.width(), rhs })
 }

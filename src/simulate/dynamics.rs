@@ -1,8 +1,8 @@
 //! All that the flow of one oscillator tends to, or is kept apart by.
 
 use super::crossing::{CrossingCycle, StickSlipCycle, crossing_cycles, stick_slip_cycle};
-use super::slip_cycle::{Kick, SlipCycle, kick_onto, slip_cycles};
-use super::{Failure, Flow};
+use super::Flow;
+use super::slip_cycle::{Kick, SlipCycle, Unknown, kick_onto, slip_cycles};
 use crate::filippov::{Eigenvalues, Oscillator};
 
 /// The equilibrium and the cycles, with their stability as computed.
@@ -28,8 +28,8 @@ const TIGHT: f64 = 1e-13;
 /// Finds them; `flow` is the answer about the orbit from the exit point.
 ///
 /// # Errors
-/// [`Failure`] of any of the orbits that have to be followed.
-pub fn dynamics(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> Result<Dynamics, Failure> {
+/// [`Unknown`].
+pub fn dynamics(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> Result<Dynamics, Unknown> {
     let equilibrium = oscillator.eigenvalues();
     let slip = slip_cycles(oscillator, tolerance.min(TIGHT))?;
     // What lies outside the outermost slip cycle leaves it if it repels.

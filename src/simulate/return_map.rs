@@ -4,8 +4,9 @@
 //! The sign of the grazing margin m/V = delta(2 pi) is the verdict: negative, the orbit closes inside
 //! itself; positive, it comes back to the belt line (theory, section 3). No event is located for that.
 
+use super::closed_orbit::{HandOver, Lap};
 use super::landing::{Approach, Arrival, approach};
-use super::{Fate, Flow, Landing, collocation, direct, general, stepping};
+use super::{Fate, Flow, Landing, closed_orbit, collocation, direct, stepping};
 use crate::filippov::Oscillator;
 use crate::friction::{Column, Curve};
 use crate::point::ScaledGroups;
@@ -60,8 +61,16 @@ pub fn turns_of(column: &Column, cs: &[f64], tolerance: f64) -> Vec<Turn> {
             turns(&cs.iter().map(scaled).collect::<Vec<_>>(), tolerance)
         }
         Curve::Exponential(_) | Curve::Lorentzian(_) | Curve::Expression(_) | Curve::Table(_) => {
-            cs.iter().map(|c| general::turn(&at(c), tolerance)).collect()
+            cs.iter().map(|c| stepped(&at(c), tolerance)).collect()
         }
+    }
+}
+
+/// One turn by steps that follow the law, whichever it is.
+fn stepped(oscillator: &Oscillator, tolerance: f64) -> Turn {
+    match closed_orbit::turn(oscillator, oscillator.belt_speed, tolerance) {
+        Ok(Lap { margin, error, rhs, .. }) => Turn::Complete { margin, error, rhs },
+        Err(HandOver { rhs }) => Turn::HandOver { rhs },
     }
 }
 
@@ -70,7 +79,7 @@ fn turn_of(oscillator: &Oscillator, tolerance: f64) -> Turn {
     match &oscillator.curve {
         Curve::Stribeck(law) => turns(&[law.scaled(oscillator.belt_speed, oscillator.viscous)], tolerance)[0],
         Curve::Exponential(_) | Curve::Lorentzian(_) | Curve::Expression(_) | Curve::Table(_) => {
-            general::turn(oscillator, tolerance)
+            stepped(oscillator, tolerance)
         }
     }
 }

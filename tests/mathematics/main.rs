@@ -9,6 +9,7 @@
 mod agreement;
 mod certificates;
 mod claims;
+mod columns;
 mod curves;
 mod direct;
 mod failures;
