@@ -18,7 +18,7 @@ use crate::probe::{Answer, MachineResult, Probe, equilibrium_type, fate_name, re
 use crate::report::figure::{self, Width};
 use crate::report::write_figure;
 use crate::simulate::slip_count::SlipCount;
-use crate::simulate::{self, Flow, Range};
+use crate::simulate::{self, Flow, Neighbour, Range, separates};
 
 /// Ask every method about one point, or about each row of a table.
 #[derive(Debug, Args)]
@@ -238,13 +238,18 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         Err(failure) => line("slip cycles", format!("not determined: {failure}")),
         Ok(cycles) => {
             line("slip cycles", slip_count_words(cycles.len(), &answer.slip_count()));
-            for cycle in &cycles {
+            for (i, cycle) in cycles.iter().enumerate() {
+                let parts = separates(i, cycles.len(), &answer.flow.fate).map(neighbour_words);
+                let kind = if cycle.is_stable() {
+                    "attracts".to_owned()
+                } else {
+                    format!("repels: from inside it orbits tend to {}, from outside to {}", parts[0], parts[1])
+                };
                 let amplitude = 0.5 * (cycle.displacement.hi - cycle.displacement.lo);
                 line(
                     "slip cycle",
                     format!(
-                        "{}, amplitude {}, {} <= x2 <= {}, multiplier {}, period {}",
-                        if cycle.is_stable() { "attracts" } else { "repels" },
+                        "{kind}; amplitude {}, {} <= x2 <= {}, multiplier {}, period {}",
                         short(amplitude),
                         short(cycle.velocity.lo),
                         short(cycle.velocity.hi),
@@ -275,25 +280,27 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
     if let Some([from, to, error]) = answer.bistable_band() {
         line("bistable for c", format!("{} to {} +- {}", exact(from), exact(to), short(error)));
     }
-    if let Some((cycle, kick)) = &answer.basin {
-        line(
-            "unstable slip cycle",
-            format!(
-                "x2 from {}, multiplier {}: inside it the mass settles, outside it stick-slips",
-                range(cycle.velocity),
-                short(cycle.multiplier)
-            ),
-        );
+    if let Some((_, kick)) = &answer.basin {
         line(
             "kick that starts it",
             format!(
-                "of velocity {} with the belt, or {} against it",
+                "of velocity {} with the belt, or {} against it, from steady slip onto the outermost slip cycle",
                 short(kick.forward),
                 short(kick.backward)
             ),
         );
     }
     table.write(out)
+}
+
+/// What orbits tend to, in words.
+fn neighbour_words(neighbour: Neighbour) -> &'static str {
+    match neighbour {
+        Neighbour::Equilibrium => "the equilibrium",
+        Neighbour::SlipCycle => "the next slip cycle",
+        Neighbour::StickSlip => "stick-slip",
+        Neighbour::Crossing => "crossing for ever",
+    }
 }
 
 /// How many slip cycles were found, and what is proved of their number.

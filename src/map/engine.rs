@@ -8,15 +8,15 @@ use std::time::{Duration, Instant};
 
 use super::account::{Account, FailedCell, MethodAccount, count, failed_cells};
 use super::audit::{Audit, Draws};
+use super::behaviour::Behaviour;
 use super::proved::Proved;
 use super::quantity::describe;
-use super::simulation::{End, Paths, Simulated, simulate};
-use super::{Field, Method, MethodCells, Plan, PlaneCurves, Regime, Sink, Tile, TileData, Verdict};
+use super::simulation::{Paths, Simulated, simulate};
+use super::{Field, Method, MethodCells, Plan, PlaneCurves, Sink, Tile, TileData, Verdict};
 use crate::certify::Claim;
 use crate::filippov::Oscillator;
 use crate::friction::Column;
 use crate::simulate::return_map::{Turn, turns_of};
-use crate::simulate::slip_cycle::{SlipCycle, slip_cycles};
 
 /// How a computation is steered from outside.
 pub struct Control<'a> {
@@ -307,8 +307,12 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> Computed {
         let simulated =
             simulated.unwrap_or_else(|| simulate(&columns, cs, plan.engine, plan.tolerance, false));
         if plan.stores(Field::Regime) {
-            let regime = |(oscillator, end): (Oscillator, &End)| regime_of(&oscillator, *end).code();
-            data.regime = oscillators(&columns, cs).zip(&simulated.ends).map(regime).collect();
+            for (column, ends) in columns.iter().zip(simulated.ends.chunks(cs.len())) {
+                let behaviour = Behaviour::new(&column.curve, column.belt_speed);
+                data.regime.extend(cs.iter().zip(ends).map(|(&c, &end)| {
+                    behaviour.regime(&Oscillator::in_column(column, c), end).code()
+                }));
+            }
         }
         data.quantities = describe(plan, tile, &simulated.ends);
     }
@@ -387,41 +391,4 @@ fn simulation(plan: &Plan, method: Method, columns: &[Column], cs: &[f64]) -> (M
         }));
     }
     (cells, simulated)
-}
-
-/// The regime of a point whose orbit from the exit point ends as `flow` says.
-#[must_use]
-pub fn regime(oscillator: &Oscillator, flow: &crate::simulate::Flow) -> Regime {
-    regime_of(oscillator, End::of(flow))
-}
-
-/// Relative error of the turns by which slip cycles are sought.
-const SLIP_TOLERANCE: f64 = 1e-10;
-
-/// An orbit that spirals inward around an unstable equilibrium must tend to a slip cycle between the two
-/// (Poincare-Bendixson); around a stable one the equilibrium attracts. A stick-slip cycle around a stable
-/// equilibrium coexists with it. Laws other than those that weaken less and less may have further slip
-/// cycles, which are looked for.
-pub(super) fn regime_of(oscillator: &Oscillator, end: End) -> Regime {
-    let stable = oscillator.eigenvalues().is_stable();
-    let slips = match end {
-        End::Crosses | End::TooClose | End::Failed => false,
-        End::Sticks | End::Inward if oscillator.curve.weakens_less_and_less() => {
-            end == End::Inward && !stable
-        }
-        End::Sticks | End::Inward => match slip_cycles(oscillator, SLIP_TOLERANCE) {
-            Ok(cycles) => cycles.iter().any(SlipCycle::is_stable),
-            Err(_) => return Regime::Failed,
-        },
-    };
-    match end {
-        End::Sticks if slips => Regime::PureSlipAndStickSlip,
-        End::Sticks if stable => Regime::Bistable,
-        End::Sticks => Regime::StickSlip,
-        End::Inward if slips && stable => Regime::PureSlipAndEquilibrium,
-        End::Inward if stable => Regime::Equilibrium,
-        End::Inward => Regime::PureSlip,
-        End::Crosses => Regime::Crossing,
-        End::TooClose | End::Failed => Regime::Failed,
-    }
 }

@@ -2,6 +2,7 @@
 
 mod account;
 mod audit;
+mod behaviour;
 mod curves;
 mod engine;
 pub mod failures;
@@ -17,13 +18,14 @@ mod verdict;
 
 pub use account::{Account, FailedCell, LISTED, MethodAccount};
 pub use audit::{Audit, Disagreement};
+pub use behaviour::{attracting_cycle, basin_boundary, regime, slip_cycle_count};
 pub use curves::{CURVE_COLUMNS, Plane, PlaneCurve, PlaneCurves, PlanePoint, curves_of};
-pub use engine::{ComputeError, Control, MethodSummary, Queue, Summary, compute, compute_tiles, regime};
+pub use engine::{ComputeError, Control, MethodSummary, Queue, Summary, compute, compute_tiles};
 pub use grid::{Axis, AxisRole, Grid, GridError, Tile, is_linear, is_logarithmic};
 pub use method::Method;
 pub use plan::{Engine, Field, Plan};
 pub use proved::{Proved, prove};
-pub use quantity::{AttractingCycle, Description, Quantity, attracting_cycle, basin_boundary};
+pub use quantity::{AttractingCycle, Description, Quantity};
 pub use simulation::{Paths, decide};
 pub use sink::{MethodCells, Sink, TileData};
-pub use verdict::{Regime, Verdict};
+pub use verdict::{Attractors, Outside, Regime, Verdict};

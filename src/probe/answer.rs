@@ -9,7 +9,7 @@ use crate::number::{short, signed};
 use crate::point::Point;
 use crate::simulate::naive::NaiveVerdict;
 use crate::simulate::slip_count::{SlipCount, count_slip_cycles};
-use crate::simulate::slip_cycle::{Kick, SlipCycle, slip_cycles};
+use crate::simulate::slip_cycle::{Kick, SlipCycle, Unknown, slip_cycles};
 use crate::simulate::{self, CriticalDamping, Dynamics, Fate, Flow, Landing, NoCriticalDamping};
 
 /// What one method says.
@@ -49,7 +49,7 @@ pub struct Answer {
     pub regime: Regime,
     /// The cycle that attracts.
     pub cycle: Option<AttractingCycle>,
-    /// The boundary of the basin of steady slip in the bistable regime, and the kicks onto it.
+    /// The unstable slip cycle outside of which the mass stick-slips or crosses for ever, and the kicks onto it.
     pub basin: Option<(SlipCycle, Kick)>,
 }
 
@@ -68,8 +68,8 @@ impl Answer {
             })
             .collect();
         let regime = map::regime(&oscillator, &flow);
-        let cycle = map::attracting_cycle(&oscillator, &flow, regime, tolerance);
-        let basin = map::basin_boundary(&oscillator, regime, tolerance);
+        let cycle = map::attracting_cycle(&oscillator, &flow, tolerance);
+        let basin = map::basin_boundary(&oscillator, &flow, tolerance);
         Self {
             law: law.clone(),
             point: *point,
@@ -103,7 +103,7 @@ impl Answer {
     }
 
     /// Everything that is not an attractor is left out of [`Answer`]; this is all of it.
-    pub fn dynamics(&self) -> Result<Dynamics, simulate::Failure> {
+    pub fn dynamics(&self) -> Result<Dynamics, Unknown> {
         simulate::dynamics(&self.oscillator, &self.flow, self.tolerance)
     }
 
@@ -113,7 +113,7 @@ impl Answer {
     }
 
     /// The cycles that slip all the time below the belt line.
-    pub fn slip_cycles(&self) -> Result<Vec<SlipCycle>, simulate::Failure> {
+    pub fn slip_cycles(&self) -> Result<Vec<SlipCycle>, Unknown> {
         slip_cycles(&self.oscillator, self.tolerance)
     }
 

@@ -28,7 +28,7 @@ mod stepping;
 pub mod surface;
 
 pub use critical::{CriticalDamping, NoCriticalDamping, critical_damping};
-pub use dynamics::{Dynamics, dynamics};
+pub use dynamics::{Dynamics, Neighbour, dynamics, separates};
 pub use return_map::flow;
 
 pub use crate::friction::Range;

@@ -133,21 +133,19 @@ pub fn slip_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<SlipCy
     let cycles = backbone
         .cycles(oscillator.viscous, oscillator.eigenvalues().is_stable(), returns)
         .ok_or(Unknown::TooClose)?;
-    Ok(cycles.iter().map(|cycle| locate(oscillator, &backbone, cycle, tolerance)).collect::<Result<_, _>>()?)
+    let narrowed = cycles.iter().map(|cycle| Crossing {
+        between: backbone.narrowed(cycle, oscillator.viscous),
+        is_stable: cycle.is_stable,
+    });
+    Ok(narrowed.map(|cycle| locate(oscillator, &cycle, tolerance)).collect::<Result<_, _>>()?)
 }
 
-/// A slip cycle that the backbone of its column has found, see [`slip_cycles`].
+/// The slip cycle of which bounds of the amplitude and the stability are known.
 ///
 /// # Errors
 /// [`Failure`].
-pub fn locate(
-    oscillator: &Oscillator,
-    backbone: &Backbone,
-    cycle: &Crossing,
-    tolerance: f64,
-) -> Result<SlipCycle, Failure> {
-    let between = backbone.narrowed(cycle, oscillator.viscous);
-    let radius = fixed_point(oscillator, between, cycle.is_stable, tolerance)?;
+pub fn locate(oscillator: &Oscillator, cycle: &Crossing, tolerance: f64) -> Result<SlipCycle, Failure> {
+    let radius = fixed_point(oscillator, cycle.between, cycle.is_stable, tolerance)?;
     cycle_at(oscillator, radius, tolerance)
 }
 

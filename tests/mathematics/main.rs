@@ -7,6 +7,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)] // helpers of tests, which clippy.toml exempts only inside test functions
 
 mod agreement;
+mod backbone;
 mod certificates;
 mod claims;
 mod columns;

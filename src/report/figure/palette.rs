@@ -120,6 +120,10 @@ pub fn regime(regime: Regime) -> Fill {
         Regime::Failed => FAILED,
         Regime::PureSlipAndStickSlip => Fill::hatched(SKY, Hatch::Falling, GREEN),
         Regime::PureSlipAndEquilibrium => Fill::hatched(WHITE, Hatch::Falling, GREEN),
+        Regime::EquilibriumPureSlipAndStickSlip => Fill::hatched(SKY, Hatch::Crossed, GREEN),
+        Regime::EquilibriumAndCrossing => Fill::hatched(VERMILION, Hatch::Rising, BLACK),
+        Regime::PureSlipAndCrossing => Fill::hatched(VERMILION, Hatch::Falling, GREEN),
+        Regime::EquilibriumPureSlipAndCrossing => Fill::hatched(VERMILION, Hatch::Crossed, GREEN),
     }
 }
 
