@@ -52,6 +52,8 @@ const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
 const LAST_CHANGE_WEIGHT: f64 = 8.0;
 /// And in units of the change before: two circles may agree by chance, three do not.
 const CHANGE_BEFORE_WEIGHT: f64 = 0.2;
+/// Angles of the coarsest circle in units of sqrt(1 + k), see [`first_rung`].
+const ANGLES_PER_POLE: f64 = 2.0;
 /// Largest |ln(r/V)| that [`exp`] covers.
 const LARGEST_LOG: f64 = 0.7;
 
@@ -252,9 +254,12 @@ fn spectral(starts: &[ScaledGroups], tolerance: f64) -> Vec<Spectral> {
     let arch = pulp::Arch::new();
     let mut answers = vec![Spectral::NoAnswer { rhs: 0 }; starts.len()];
     let mut changes = vec![f64::INFINITY; starts.len()];
-    let mut waiting: Vec<usize> = (0..starts.len()).collect();
+    let mut waiting: Vec<usize> = Vec::new();
+    // From coarse to fine: columns come in at the first circle that sees the pole of their divergence.
+    let first: Vec<Option<usize>> = starts.iter().map(first_rung).collect();
     for rung in 0..ANGLES.len() {
         let circle = Circle::of_rung(rung);
+        waiting.extend((0..starts.len()).filter(|&column| first[column] == Some(rung)));
         let mut still = Vec::new();
         for columns in waiting.chunks(LANES) {
             let of = |lane: usize| columns[lane.min(columns.len() - 1)];
@@ -281,7 +286,7 @@ fn spectral(starts: &[ScaledGroups], tolerance: f64) -> Vec<Spectral> {
                     // A coarse circle may fail where a fine one does not, but a finer one will cost more
                     // than the search that takes over.
                     answers[column] = Spectral::NoAnswer { rhs };
-                    if rung < RETRY_RUNGS {
+                    if rung < RETRY_RUNGS || Some(rung) == first[column] {
                         still.push(column);
                     }
                     continue;
@@ -304,6 +309,12 @@ fn spectral(starts: &[ScaledGroups], tolerance: f64) -> Vec<Spectral> {
         waiting = still;
     }
     answers
+}
+
+/// The coarsest circle that sees the pole of the divergence, q = 0, which is sqrt(2 / k) from the angle 0: on coarser ones
+/// several in a row may agree and be wrong. `None` if none does.
+fn first_rung(groups: &ScaledGroups) -> Option<usize> {
+    ANGLES.iter().position(|&angles| angles as f64 >= ANGLES_PER_POLE * (1.0 + groups.k).sqrt())
 }
 
 /// Size of the divergence along a grazing orbit, the natural unit of C.
