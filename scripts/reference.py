@@ -1,9 +1,7 @@
 #!/usr/bin/env python3
 """Reference data for the tests, to 25 significant digits, by arithmetic that shares nothing with the crate.
 
-    python3 scripts/reference.py             writes tests/data/critical_damping.csv, margins.csv and columns.csv
-    python3 scripts/reference.py --columns N FILE   writes N other columns of the kinds in columns.csv, for the ignored
-                                             test of tests/mathematics/columns.rs
+    python3 scripts/reference.py             writes tests/data/critical_damping.csv and tests/data/margins.csv
     python3 scripts/reference.py --quick     recomputes a random handful of their rows; exit code 1 if one differs
     python3 scripts/reference.py --theory    measures the orders in eps of the closed-form tests, and looks for
                                              counterexamples to the theory's statements at every row
@@ -26,13 +24,23 @@ from pathlib import Path
 import gmpy2
 from gmpy2 import mpfr
 
-from flow import CHECK, FINE, Accuracy, Point, Unresolved, critical_damping, follow, grazing_damping, polar_log_radius
+from flow import (
+    CHECK,
+    FINE,
+    Accuracy,
+    Point,
+    Unresolved,
+    critical_damping,
+    follow,
+    grazing_damping,
+    polar_log_radius,
+)
 
 DATA = Path(__file__).resolve().parent.parent / "tests" / "data"
 SEED = 20260413
 CRITICAL_POINTS, SMALL_CRITICAL_POINTS = 250, 20
-# Rows of margins.csv from each stratum. The whole box is mostly points that spiral inward; the others look closer at
-# weak damping, at belts fast enough for orbits to cross the belt line, and at the grazing boundary.
+# Rows of margins.csv from each stratum. The whole box is mostly points that spiral inward; the others look
+# closer at weak damping, at belts fast enough for orbits to cross the belt line, and at the grazing boundary.
 MARGIN_POINTS = {"box": 110, "weak": 120, "fast": 110, "near": 60}
 # (power that gathers beta and c near 0, greatest alpha, greatest beta, greatest c, range of V)
 STRATA = {"box": (1, 1, 1, 3, (0.1, 10)), "weak": (3, 1, 1, 3, (0.1, 10)), "fast": (2, 0.3, 0.003, 0.2, (5, 20))}
@@ -60,7 +68,7 @@ def log_uniform(rng, lo, hi):
 
 
 def harmonic_balance(p):
-    """c_HB of the theory, section 4."""
+    """The energy balance in closed form (theory, "The tests")."""
     gmpy2.get_context().precision = FINE.bits
     eps, gamma, belt = mpfr(p.epsilon), mpfr(p.gamma), mpfr(p.belt)
     k = eps * gamma * belt
@@ -83,7 +91,7 @@ def symmetric_absence(p):
     return weakening * (1 + 1 / (1 + 2 * k) ** 2) - 2 * mpfr(p.beta) * mpfr(p.belt)
 
 
-# --- critical damping -------------------------------------------------------------------------------------------------
+# --- critical damping ---
 
 
 def draw_critical(rng):
@@ -153,61 +161,7 @@ def coordinates(p, with_c=True):
     return [repr(x) for x in (p.epsilon, p.alpha, p.beta, p.gamma, *((p.c,) if with_c else ()), p.belt)]
 
 
-# --- critical damping of columns that are hard to solve ------------------------------------------------------------
-
-# Ranges of A = eps gamma (1-alpha) and k = eps gamma V, both log-uniform, and the share of the rows. `weak` is the box of
-# the paper's examples; nodes have D >= 2 somewhere on the grazing orbit for most of their range.
-KINDS = {
-    "strong": ((1.5, 3.5), (0.05, 20), 10),
-    "nodes": ((3.5, 100), (0.05, 100), 4),
-    "large k": ((0.01, 3), (20, 1e4), 3),
-    "weak": ((1e-3, 1.5), (1e-2, 5), 3),
-}
-COLUMNS = 2000
-ROUGH = Accuracy(bits=80, order=18, tolerance="1e-15", cap="0.5")
-SHARP = Accuracy(bits=110, order=26, tolerance="1e-24", cap="0.4")
-SHARPER = Accuracy(bits=130, order=32, tolerance="1e-28", cap="0.3")
-
-
-def draw_column(rng, kind):
-    """A column of the kind with c* > 0: its strengthening stays below what would bring the energy balance to zero."""
-    (a_range, k_range, _) = KINDS[kind]
-    a, k = log_uniform(rng, *a_range), log_uniform(rng, *k_range)
-    q = math.sqrt(1 + 2 * k)
-    b = 0.0 if rng.random() < 0.25 else rng.uniform(0, 0.9) * a / (q * (1 + k + q))
-    epsilon, alpha = log_uniform(rng, 0.05, 2), rng.uniform(0, 0.9)
-    gamma = a / (epsilon * (1 - alpha))
-    belt = k / (epsilon * gamma)
-    return Point(short(epsilon), short(alpha), short(b / (epsilon * belt)), short(gamma), 0.0, short(belt))
-
-
-def column_table(count, seed):
-    """`count` columns of all kinds; every tenth is solved twice, at two accuracies."""
-    rng = random.Random(seed)
-    rows, worst = [], 0.0
-    kinds = [kind for kind, (_, _, share) in KINDS.items() for _ in range(share)]
-    while len(rows) < count:
-        point = draw_column(rng, kinds[len(rows) % len(kinds)])
-        critical = grazing_damping(point, ROUGH, SHARP)
-        if critical <= 0:
-            continue
-        if len(rows) % 10 == 0:
-            other = grazing_damping(point, ROUGH, SHARPER)
-            worst = max(worst, float(abs(other - critical) / mpfr(point.gamma)))
-        rows.append([*coordinates(point, with_c=False), f"{critical:.17e}"])
-        if len(rows) % 100 == 0:
-            print(f"{len(rows)} columns", file=sys.stderr)
-    ranges = "; ".join(f"{kind}: A in {a}, k in {k}" for kind, (a, k, _) in KINDS.items())
-    header = [
-        "Critical damping c* of columns that are hard to solve, by the (v, w) flow, which knows no difference of foci and nodes.",
-        f"Made by scripts/reference.py, seed {seed}; each parameter is the f64 nearest to its decimals. Log-uniform in",
-        f"A = eps gamma (1-alpha) and k = eps gamma V, turn by turn {ranges}.",
-        f"Largest disagreement of two accuracies, in units of gamma, in every tenth row: {worst:.1e}.",
-    ]
-    return header, rows, worst
-
-
-# --- margins and fates ------------------------------------------------------------------------------------------------
+# --- margins and fates ---
 
 
 def draw_margin(rng, stratum):
@@ -285,16 +239,16 @@ def margin_table():
     return header, rows, worst
 
 
-# --- files ------------------------------------------------------------------------------------------------------------
+# --- files ---
 
 
-def write(path, columns, table, required=REQUIRED):
+def write(name, columns, table):
     start = time.process_time()
     header, rows, worst = table()
-    name = path.name
-    if not worst < required:
+    if not worst < REQUIRED:
         sys.exit(f"{name}: two computations disagree by {worst:.1e}")
-    with open(path, "w", newline="") as out:
+    DATA.mkdir(parents=True, exist_ok=True)
+    with open(DATA / name, "w", newline="") as out:
         out.writelines(f"# {line}\n" for line in header)
         writer = csv.writer(out, lineterminator="\n")
         writer.writerow(columns)
@@ -335,7 +289,14 @@ def quick(seed, count=6):
         if row["fate"] != orbit.fate or not all(numbers):
             wrong += 1
             print(f"margins.csv {row}: recomputed {orbit}")
-    print(f"reference rows recomputed with seed {seed}: {2 * count - wrong} agree, {wrong} differ")
+    # These were written by scripts/columns.c.
+    rough, sharp = Accuracy(80, 18, "1e-15", "0.5"), Accuracy(110, 26, "1e-24", "0.4")
+    for row in rng.sample(read("columns.csv"), count):
+        critical = grazing_damping(point_of(row), rough, sharp)
+        if not abs(mpfr(row["critical_c"]) - critical) <= abs(critical) * mpfr("1.01e-17"):
+            wrong += 1
+            print(f"columns.csv {row}: recomputed {digits(critical)}")
+    print(f"reference rows recomputed with seed {seed}: {3 * count - wrong} agree, {wrong} differ")
     return wrong
 
 
@@ -343,8 +304,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="recompute a random handful of the committed rows")
     parser.add_argument("--theory", action="store_true", help="measure the orders in eps, look for counterexamples")
-    parser.add_argument("--columns", nargs=2, metavar=("N", "FILE"), help="write N other columns to a file")
-    parser.add_argument("--seed", type=int, help="which handful --quick takes (default: the clock), which columns are drawn")
+    parser.add_argument("--seed", type=int, help="which handful --quick takes; default: the clock")
     args = parser.parse_args()
     if args.quick:
         sys.exit(1 if quick(time.time_ns() % 1_000_000 if args.seed is None else args.seed) else 0)
@@ -352,14 +312,8 @@ def main():
         import theory_check
 
         sys.exit(theory_check.main())
-    if args.columns:
-        count, path = int(args.columns[0]), Path(args.columns[1])
-        seed = SEED + 3 if args.seed is None else args.seed
-        write(path, CRITICAL_COLUMNS, lambda: column_table(count, seed), 1e-20)
-        return
-    write(DATA / "critical_damping.csv", CRITICAL_COLUMNS, critical_table)
-    write(DATA / "margins.csv", MARGIN_COLUMNS, margin_table)
-    write(DATA / "columns.csv", CRITICAL_COLUMNS, lambda: column_table(COLUMNS, SEED + 2), 1e-20)
+    write("critical_damping.csv", CRITICAL_COLUMNS, critical_table)
+    write("margins.csv", MARGIN_COLUMNS, margin_table)
 
 
 if __name__ == "__main__":

@@ -3,14 +3,15 @@
 //! In a program of its own: it starts processes, and those inherit the locks of whatever files HDF5 has open.
 
 #![cfg(all(unix, feature = "store"))]
-#![allow(clippy::expect_used)] // helpers of tests, which clippy.toml exempts only inside test functions
+// clippy.toml exempts only test functions, and not what helps them.
+#![allow(clippy::expect_used)]
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use slipmap::friction::Law;
-use slipmap::map::{Account, Engine, Field, Grid, Method, MethodCells, Plan, Sink, TileData};
+use slipmap::map::{Account, Engine, Field, Grid, Method, MethodCells, Plan, Runs, Sink, TileData, Verdict};
 use slipmap::store::{Existing, MapWriter, Outcome, Provenance, StoreError};
 use tempfile::TempDir;
 
@@ -43,10 +44,10 @@ fn write(path: &Path) -> Result<(), StoreError> {
             f64::from_bits(state >> 2)
         });
         let margins = margins.collect();
-        let verdicts = vec![1; tile.cells()];
+        let verdicts = std::iter::repeat_n(Verdict::Present, tile.cells()).collect();
         let data = TileData {
             methods: vec![MethodCells { method, verdicts, margins, critical: vec![] }],
-            regime: vec![],
+            regime: Runs::new(),
             quantities: vec![],
             tile,
         };

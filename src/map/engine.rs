@@ -12,7 +12,7 @@ use super::behaviour::Behaviour;
 use super::proved::Proved;
 use super::quantity::describe;
 use super::simulation::{Paths, Simulated, simulate};
-use super::{Field, Method, MethodCells, Plan, PlaneCurves, Sink, Tile, TileData, Verdict};
+use super::{Field, Method, MethodCells, Plan, PlaneCurves, Runs, Sink, Tile, TileData, Verdict};
 use crate::certify::Claim;
 use crate::filippov::Oscillator;
 use crate::friction::Column;
@@ -287,7 +287,7 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> Computed {
             }
             Method::Naive(naive, knobs) => {
                 let verdicts = oscillators(&columns, cs)
-                    .map(|oscillator| Verdict::from(naive.decide(&oscillator, &knobs).verdict).code())
+                    .map(|oscillator| Verdict::from(naive.decide(&oscillator, &knobs).verdict))
                     .collect();
                 // These methods know neither margins nor critical dampings.
                 let nothing = |field, length| vec![f64::NAN; if plan.stores(field) { length } else { 0 }];
@@ -302,22 +302,22 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> Computed {
         seconds.push(start.elapsed());
     }
     let (paths, rhs) = simulated.as_ref().map_or((Paths::default(), 0), |s: &Simulated| (s.paths, s.rhs));
-    let mut data = TileData { tile: tile.clone(), methods, regime: Vec::new(), quantities: Vec::new() };
+    let mut data = TileData { tile: tile.clone(), methods, regime: Runs::new(), quantities: Vec::new() };
     if plan.fields.iter().any(|field| field.needs_flow()) {
         let simulated =
             simulated.unwrap_or_else(|| simulate(&columns, cs, plan.engine, plan.tolerance, false));
         if plan.stores(Field::Regime) {
-            for (column, ends) in columns.iter().zip(simulated.ends.chunks(cs.len())) {
+            let regimes = columns.iter().zip(simulated.ends.chunks(cs.len())).flat_map(|(column, ends)| {
                 let behaviour = Behaviour::new(&column.curve, column.belt_speed);
-                data.regime.extend(cs.iter().zip(ends).map(|(&c, &end)| {
-                    behaviour.regime(&Oscillator::in_column(column, c), end).code()
-                }));
-            }
+                let regime = move |(&c, &end): (&f64, _)| behaviour.regime(&Oscillator::in_column(column, c), end);
+                cs.iter().zip(ends).map(regime)
+            });
+            data.regime = regimes.collect();
         }
         data.quantities = describe(plan, tile, &simulated.ends);
     }
     let start = Instant::now();
-    let verdicts: Vec<&[i8]> = data.methods.iter().map(|cells| cells.verdicts.as_slice()).collect();
+    let verdicts: Vec<&Runs<Verdict>> = data.methods.iter().map(|cells| &cells.verdicts).collect();
     let audit = draws.audit(plan, tile, &verdicts);
     Computed { audit, audit_seconds: start.elapsed(), data, seconds, paths, rhs }
 }
@@ -335,12 +335,7 @@ fn closed_form(
     columns: &[Column],
     cs: &[f64],
 ) -> MethodCells {
-    let mut cells = MethodCells {
-        method,
-        verdicts: Vec::with_capacity(columns.len() * cs.len()),
-        margins: Vec::new(),
-        critical: Vec::new(),
-    };
+    let mut cells = MethodCells { method, verdicts: Runs::new(), margins: Vec::new(), critical: Vec::new() };
     for column in columns {
         let claim = claim(column);
         // Along the axis: undecided below sticks_from, present, undecided, absent.
@@ -353,7 +348,7 @@ fn closed_form(
             (absent_from - present_to, Verdict::Undecided),
             (cs.len() - absent_from, Verdict::Absent),
         ] {
-            cells.verdicts.resize(cells.verdicts.len() + length, verdict.code());
+            cells.verdicts.push(verdict, length);
         }
         if plan.stores(Field::Margin) {
             cells.margins.extend(cs.iter().map(|&c| claim.margin(c)));
@@ -372,7 +367,7 @@ fn simulation(plan: &Plan, method: Method, columns: &[Column], cs: &[f64]) -> (M
     let simulated = simulate(columns, cs, plan.engine, plan.tolerance, want_critical);
     let mut cells = MethodCells {
         method,
-        verdicts: simulated.ends.iter().map(|end| end.verdict().code()).collect(),
+        verdicts: simulated.ends.iter().map(|end| end.verdict()).collect(),
         margins: Vec::new(),
         critical: Vec::new(),
     };

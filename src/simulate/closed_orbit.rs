@@ -16,7 +16,7 @@
 //! W = sin^2 th / (dth/dt)^2 / Q = sin^2 th R exp(-integral of D dt) / (dth/dt) >= 0,
 //! ```
 //!
-//! and a closed orbit stays closed if C changes by the mean of dw with this weight (theory, "Sensitivity").
+//! and the derivative of ln R(2 pi) by C is -Q(2 pi) times that of W.
 //!
 //! **Error.** The sum of the local error estimates, each carried to the end of the turn by Q(2 pi) / Q.
 
@@ -28,7 +28,7 @@ use super::roots::{Bracket, Found, falling_root};
 use super::slip_cycle::{self, SlipTurn};
 use super::{Failure, Range};
 use crate::filippov::Oscillator;
-use crate::friction::Curve;
+use crate::friction::{Curve, Weakening};
 
 /// As in the vectorised kernel: below this dth/dt the angle is no clock.
 const SLOWEST_TURN: f64 = 0.05;
@@ -61,12 +61,11 @@ pub(super) struct HandOver {
     pub(super) rhs: u32,
 }
 
-/// The polar field in the state [R - 1, integral of D dt, integral of W], then integrals of W times the `OUTPUTS` - 3
-/// values of `weighted`, functions of the slip speed.
-struct Polar<'a, F> {
+/// The polar field in the state [R - 1, integral of D dt, integral of W].
+struct Polar<'a> {
     oscillator: &'a Oscillator,
     radius: f64,
-    weighted: &'a F,
+    weakening: &'a Weakening,
     from: f64,
     h: f64,
     slowest: f64,
@@ -74,49 +73,44 @@ struct Polar<'a, F> {
     steepest: f64,
 }
 
-impl<F> Polar<'_, F> {
+impl Polar<'_> {
     /// Slip speed, D and dth/dt.
     fn at(&self, [sin, cos]: [f64; 2], r: f64) -> [f64; 3] {
         let slip = (-self.radius * r).mul_add(cos, self.oscillator.belt_speed);
-        let d = self.oscillator.divergence(slip);
+        let d = self.weakening.at(slip) - self.oscillator.viscous;
         [slip, d, d.mul_add(sin * cos, 1.0)]
     }
 }
 
-impl<const N: usize, F: Fn(f64) -> [f64; N]> Field<N> for Polar<'_, F> {
-    fn slope(&mut self, stage: usize, state: &[f64; N]) -> [f64; N] {
+impl Field<3> for Polar<'_> {
+    fn slope(&mut self, stage: usize, state: &[f64; 3]) -> [f64; 3] {
         let (sin, cos) = NODES[stage].mul_add(self.h, self.from).sin_cos();
         let r = 1.0 + state[0];
-        let [slip, d, turning] = self.at([sin, cos], r);
+        let [_, d, turning] = self.at([sin, cos], r);
         // NaN must not pass as the larger of two numbers.
         self.slowest = if turning >= self.slowest { self.slowest } else { turning };
         self.steepest = self.steepest.max(d.abs());
         let weight = sin * sin * r * (-state[1]).exp() / turning;
-        let mut slope = if N > 3 { (self.weighted)(slip).map(|value| weight * value) } else { [0.0; N] };
-        [slope[0], slope[1], slope[2]] = [r * d * sin * sin / turning, d / turning, weight];
-        slope
+        [r * d * sin * sin / turning, d / turning, weight]
     }
 }
 
 /// One turn of the orbit through the maximum `radius` of x2, with an error of at most `tolerance` where that can be had.
 pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Result<Lap, HandOver> {
-    turn_with(oscillator, radius, tolerance, &|_| [0.0; 3]).map(|(lap, _)| lap)
-}
-
-/// [`turn`], and the integrals over it of the weight W times the values of `weighted`, of which the first three places
-/// are not looked at: they hold the state.
-pub(super) fn turn_with<const N: usize>(
-    oscillator: &Oscillator,
-    radius: f64,
-    tolerance: f64,
-    weighted: &impl Fn(f64) -> [f64; N],
-) -> Result<(Lap, [f64; N]), HandOver> {
     let mut rhs = 0;
-    let mut state = [0.0; N];
+    let mut state = [0.0; 3];
     let (mut theta, mut h) = (0.0, FIRST_STEP);
     let mut error = 0.0;
-    let mut field =
-        Polar { oscillator, radius, weighted, from: 0.0, h, slowest: f64::INFINITY, steepest: 0.0 };
+    let weakening = &*oscillator.curve.compiled(4.0 * oscillator.belt_speed);
+    let mut field = Polar {
+        oscillator,
+        radius,
+        weakening,
+        from: 0.0,
+        h,
+        slowest: f64::INFINITY,
+        steepest: 0.0,
+    };
     for _ in 0..STEP_BUDGET {
         let last = theta + h >= TAU;
         let width = if last { TAU - theta } else { h };
@@ -161,14 +155,11 @@ pub(super) fn turn_with<const N: usize>(
         theta += width;
         if last {
             let round_off = 16.0 * f64::EPSILON * state[0].abs().max(field.steepest);
-            let growth = state[1].exp() / (1.0 + state[0]);
-            let lap = Lap {
-                margin: state[0],
-                error: error / SHARE + round_off,
-                by_damping: -growth * state[2],
-                rhs,
-            };
-            return Ok((lap, state));
+            let by_damping = -state[1].exp() / (1.0 + state[0]) * state[2];
+            // What the law's polynomials leave out moves the margin as an equal change of C would, at most.
+            let form = weakening.error(0.0, weakening.reach()).bound() * by_damping.abs();
+            let lap = Lap { margin: state[0], error: error / SHARE + round_off + form, by_damping, rhs };
+            return Ok(lap);
         }
         let grown = if local > 0.0 { 0.9 * (allowed / local).powf(1.0 / 7.0) } else { 5.0 };
         h = (width * grown.clamp(0.2, 5.0)).min(LONGEST_STEP);
@@ -187,7 +178,7 @@ pub(super) struct Closing {
 }
 
 /// The C at which the orbit through the maximum `radius` of x2 closes, near `start`, between `bounds` of the even part of the
-/// weakening rate (theory, "Slip cycles"); `Err` with the cost where a turn on the way has no answer in the polar form.
+/// weakening rate (theory, "The backbone"); `Err` with the cost where a turn on the way has no answer in the polar form.
 pub(super) fn closing_damping(
     curve: &Curve,
     belt_speed: f64,

@@ -2,13 +2,13 @@
 //! Orbits near the circle take the few evaluations of `collocation`, the others the steps of `stepping`.
 //!
 //! The sign of the grazing margin m/V = delta(2 pi) is the verdict: negative, the orbit closes inside
-//! itself; positive, it comes back to the belt line (theory, section 3). No event is located for that.
+//! itself; positive, it comes back to the belt line (theory, "Two forms of the slip flow"). No event is located for that.
 
 use super::closed_orbit::{HandOver, Lap};
 use super::landing::{Approach, Arrival, approach};
 use super::{Fate, Flow, Landing, closed_orbit, collocation, direct, stepping};
 use crate::filippov::Oscillator;
-use crate::friction::{Column, Curve};
+use crate::friction::Column;
 use crate::point::ScaledGroups;
 
 /// The answer of one turn.
@@ -55,14 +55,12 @@ pub fn turns(groups: &[ScaledGroups], tolerance: f64) -> Vec<Turn> {
 #[must_use]
 pub fn turns_of(column: &Column, cs: &[f64], tolerance: f64) -> Vec<Turn> {
     let at = |&c: &f64| Oscillator::in_column(column, c);
-    match &column.curve {
-        Curve::Stribeck(law) => {
+    match column.curve.stribeck() {
+        Some(law) => {
             let scaled = |c| law.scaled(column.belt_speed, at(c).viscous);
             turns(&cs.iter().map(scaled).collect::<Vec<_>>(), tolerance)
         }
-        Curve::Exponential(_) | Curve::Lorentzian(_) | Curve::Expression(_) | Curve::Table(_) => {
-            cs.iter().map(|c| stepped(&at(c), tolerance)).collect()
-        }
+        None => cs.iter().map(|c| stepped(&at(c), tolerance)).collect(),
     }
 }
 
@@ -76,11 +74,9 @@ fn stepped(oscillator: &Oscillator, tolerance: f64) -> Turn {
 
 /// One turn of one orbit.
 fn turn_of(oscillator: &Oscillator, tolerance: f64) -> Turn {
-    match &oscillator.curve {
-        Curve::Stribeck(law) => turns(&[law.scaled(oscillator.belt_speed, oscillator.viscous)], tolerance)[0],
-        Curve::Exponential(_) | Curve::Lorentzian(_) | Curve::Expression(_) | Curve::Table(_) => {
-            stepped(oscillator, tolerance)
-        }
+    match oscillator.curve.stribeck() {
+        Some(law) => turns(&[law.scaled(oscillator.belt_speed, oscillator.viscous)], tolerance)[0],
+        None => stepped(oscillator, tolerance),
     }
 }
 
