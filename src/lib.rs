@@ -55,6 +55,7 @@ pub mod benchmark;
 pub mod certify;
 #[cfg(feature = "cli")]
 pub mod cli;
+mod clock;
 #[cfg(feature = "config")]
 pub mod config;
 pub mod dataset;

@@ -28,6 +28,7 @@ pub const TEST: Test = Test {
     equation: "paper section 5.1, first order",
     guarantee: Guarantee::Asymptotic,
     claim,
+    claims: None,
 };
 
 fn claim(column: &Column) -> Claim {

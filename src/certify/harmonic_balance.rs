@@ -32,6 +32,7 @@ pub const TEST: Test = Test {
     equation: "paper (6) without expansion in eps",
     guarantee: Guarantee::Asymptotic,
     claim,
+    claims: None,
 };
 
 fn claim(column: &Column) -> Claim {

@@ -31,6 +31,7 @@ pub const TEST: Test = Test {
     equation: "paper (14)",
     guarantee: Guarantee::FiniteEpsilon,
     claim,
+    claims: None,
 };
 
 fn claim(column: &Column) -> Claim {

@@ -154,6 +154,19 @@ pub struct Test {
     pub guarantee: Guarantee,
     /// The claim along a column.
     pub claim: fn(&Column) -> Claim,
+    /// The claims of many columns, where finding them together costs less than one by one.
+    pub claims: Option<fn(&[Column]) -> Vec<Claim>>,
+}
+
+impl Test {
+    /// The claims along columns: those of [`Test::claim`].
+    #[must_use]
+    pub fn claims(&self, columns: &[Column]) -> Vec<Claim> {
+        match self.claims {
+            Some(claims) => claims(columns),
+            None => columns.iter().map(self.claim).collect(),
+        }
+    }
 }
 
 /// Every closed-form test, in the order in which maps and tables list them.

@@ -29,6 +29,7 @@ pub const TEST: Test = Test {
     equation: "paper (12), for any law (6)",
     guarantee: Guarantee::Asymptotic,
     claim,
+    claims: None,
 };
 
 fn claim(column: &Column) -> Claim {

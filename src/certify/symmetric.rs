@@ -44,6 +44,7 @@ pub const TEST: Test = Test {
     equation: "not in the paper: even part of the divergence, see certify::symmetric",
     guarantee: Guarantee::FiniteEpsilon,
     claim,
+    claims: None,
 };
 
 fn claim(column: &Column) -> Claim {

@@ -129,8 +129,11 @@ impl PointArguments {
             .map(|name| flag(name).trim_end().to_owned())
             .collect();
         if !missing.is_empty() {
+            // In a formula every other name is a parameter.
+            let slip = ["v", "x", "s", "w"].iter().any(|name| axes.contains(name) && value(name).is_none());
+            let slip = if slip { "the slip speed is called u; " } else { "" };
             return Err(Failure::BadInput(format!(
-                "the law `{}` also needs {}\n  help: give every parameter, or a table with --points IN.csv --out OUT.csv",
+                "the law `{}` also needs {}\n  help: {slip}give every parameter, or a table with --points IN.csv --out OUT.csv",
                 law.name(),
                 missing.join(", ")
             )));
@@ -189,9 +192,12 @@ impl Args for PointArguments {
                 .value_parser(parse_setting),
         );
         names().into_iter().fold(command, |command, name| {
+            // Whoever types a small v means the belt speed, not another law's parameter.
+            let aliases: &[&'static str] = if name == "V" { &["v"] } else { &[] };
             command.arg(
                 Arg::new(name)
                     .long(name)
+                    .aliases(aliases)
                     .value_name("NUMBER")
                     .help(description(name))
                     .help_heading("Point")
@@ -270,7 +276,7 @@ pub(super) fn probe_line(law: &Law, point: &Point, tolerance: f64) -> String {
     for (name, value) in Grid::coordinates(law, point) {
         line.push_str(&format!(" {}{}", flag(name), exact(value)));
     }
-    if tolerance != crate::config::DEFAULT_TOLERANCE {
+    if tolerance != crate::map::DEFAULT_TOLERANCE {
         line.push_str(&format!(" --tolerance {}", exact(tolerance)));
     }
     line
@@ -298,11 +304,11 @@ mod tests {
             Grid::coordinates(&Law::Stribeck, &point).iter().map(|(_, value)| *value).collect::<Vec<_>>(),
             values
         );
-        for tolerance in [crate::config::DEFAULT_TOLERANCE, 1e-12] {
+        for tolerance in [crate::map::DEFAULT_TOLERANCE, 1e-12] {
             let line = probe_line(&Law::Stribeck, &point, tolerance);
             let read = Line::try_parse_from(line.strip_prefix("slipmap ").unwrap().split(' ')).unwrap();
             assert_eq!(read.point.point(&Law::Stribeck).unwrap(), point);
-            assert_eq!(read.tolerance.unwrap_or(crate::config::DEFAULT_TOLERANCE), tolerance);
+            assert_eq!(read.tolerance.unwrap_or(crate::map::DEFAULT_TOLERANCE), tolerance);
         }
     }
 }

@@ -9,14 +9,14 @@ use super::output::{Align, Table, count, exact, json, short, signed};
 use super::point::{LawArguments, PointArguments};
 use super::report::{existing, failure};
 use super::{Ended, Failure, probe_table};
-use crate::config::{DEFAULT_TOLERANCE, check_tolerance};
+use crate::config::check_tolerance;
 use crate::filippov::Eigenvalues;
 use crate::machine::behaviour;
-use crate::map::limits::HIGHEST;
-use crate::map::{Grid, Method};
+use crate::map::limits::{EpsilonLimit, HIGHEST, Unknown};
+use crate::map::{DEFAULT_TOLERANCE, Grid, Method};
 use crate::probe::{Answer, MachineResult, Probe, equilibrium_type, fate_name, regime_words};
 use crate::report::figure::{self, Width};
-use crate::report::write_figure;
+use crate::report::{ReportError, write_figure};
 use crate::simulate::slip_count::SlipCount;
 use crate::simulate::{self, Flow, Neighbour, Range, separates};
 
@@ -51,9 +51,9 @@ pub(super) struct Arguments {
     /// Replace OUT.csv or the figure if it exists
     #[arg(long)]
     overwrite: bool,
-    /// Number of threads for a table; default: one per core
-    #[arg(long, requires = "points", value_parser = clap::value_parser!(u16).range(1..))]
-    threads: Option<u16>,
+    /// Number of threads for a table; default: one per core, at most 16 per core
+    #[arg(long, requires = "points", value_name = "NUMBER", value_parser = super::threads::parse)]
+    threads: Option<usize>,
     /// Also append epsilon_limit_METHOD: up to which epsilon each method says what the simulation says; takes
     /// some twenty times as long
     #[arg(long, requires = "points")]
@@ -73,7 +73,7 @@ Examples:
   slipmap probe --points points.csv --out answers.csv
 
 A table with the header epsilon,alpha,beta,gamma,V,c (and any other columns) gains the columns
-verdict_METHOD and margin_METHOD of every method, critical_c, regime, stick_time, slip_time, crossings, cycle_period, cycle_amplitude_x1, cycle_amplitude_x2,
+verdict_METHOD and margin_METHOD of every method, critical_c, critical_c_error, regime, stick_time, slip_time, crossings, cycle_period, cycle_amplitude_x1, cycle_amplitude_x2,
 cycle_multiplier, boundary_velocity, boundary_multiplier, kick_forward and kick_backward. A cell is empty where there is no such number.";
 
 fn parse_tolerance(text: &str) -> Result<f64, String> {
@@ -100,7 +100,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
             overwrite: arguments.overwrite,
             law,
             tolerance,
-            threads: arguments.threads.map(usize::from),
+            threads: arguments.threads,
             epsilon_limits: arguments.epsilon_limits,
             quiet: arguments.quiet,
         });
@@ -111,7 +111,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     };
     if let Some(path) = &arguments.figure {
         let (scene, caption) = figure::portrait(&law, &point, Width::OneColumn);
-        write_figure(&scene, &caption, path, existing(arguments.overwrite)).map_err(failure)?;
+        write_figure(&scene, &caption, path, existing(arguments.overwrite)).map_err(|error| match error {
+            ReportError::Exists { path } => Failure::BadInput(format!(
+                "{} exists already\n  help: add --overwrite to replace it, or choose another name with --figure",
+                path.display()
+            )),
+            other => failure(other),
+        })?;
     }
     let answer = Answer::of(&law, &point, tolerance, Method::all());
     let direct = simulate::direct::flow(&answer.oscillator, tolerance);
@@ -151,7 +157,8 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         ("guarantee", Left),
         ("equation", Left),
     ]);
-    for (method, limit) in answer.methods.iter().zip(answer.limits()) {
+    let limits = answer.limits();
+    for (method, limit) in answer.methods.iter().zip(&limits) {
         table.row([
             method.method.name().into(),
             method.verdict.name().into(),
@@ -173,6 +180,10 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         if let Some(reason) = &method.reason {
             writeln!(out, "  {}: {} because {reason}", method.method.name(), method.verdict.name())?;
         }
+    }
+
+    for (why, names) in unknown_limits(answer, &limits) {
+        writeln!(out, "  no epsilon limit of {names}: {why}")?;
     }
 
     writeln!(out, "\nThe flow from the exit point, tolerance {}", short(answer.tolerance))?;
@@ -321,6 +332,16 @@ fn slip_count_words(found: usize, count: &SlipCount) -> String {
         words.push_str(&format!(": {} to {most} are possible", count.at_least));
     }
     words
+}
+
+/// Why limits are not known, and the names of their methods.
+fn unknown_limits(answer: &Answer, limits: &[EpsilonLimit]) -> Vec<(Unknown, String)> {
+    let of = |why: Unknown| {
+        let methods = answer.methods.iter().zip(limits).filter(|(_, limit)| limit.unknown() == Some(why));
+        let names: Vec<&str> = methods.map(|(answer, _)| answer.method.name()).collect();
+        (!names.is_empty()).then(|| (why, names.join(", ")))
+    };
+    [Unknown::NoFlow, Unknown::GivenUp].into_iter().filter_map(of).collect()
 }
 
 #[cfg(test)]

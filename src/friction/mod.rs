@@ -25,7 +25,7 @@ pub use weakening::{Accuracy, Weakening};
 use std::cell::RefCell;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::point::{LawParameters, Point};
+use crate::point::{LawParameters, Point, ScaledGroups};
 use interval::Interval;
 use jet::{Jet, Real};
 
@@ -313,6 +313,16 @@ pub enum NoFirstOrder {
 }
 
 impl Curve {
+    /// What one evaluation costs, in units of that of the Stribeck law, at least 1: budgets of work are divided by it.
+    #[must_use]
+    pub fn cost(&self) -> u64 {
+        match &self.form {
+            Form::Stribeck(_) | Form::Lorentzian(_) => 1,
+            Form::Exponential(_) | Form::Table(_) => 2,
+            Form::Expression(law) | Form::Leading(law) => law.cost(),
+        }
+    }
+
     /// phi(u), the friction force at slip speed `u` >= 0.
     #[must_use]
     #[inline]
@@ -356,6 +366,16 @@ impl Curve {
             Form::Lorentzian(_) | Form::Expression(_) | Form::Leading(_) | Form::Table(_) => {
                 self.compiled(2.0 * belt_speed).even_range(belt_speed, belt_speed)
             }
+        }
+    }
+
+    /// The scaled groups at belt speed V and viscous force rate C = eps c, for laws that have them: D in units of
+    /// the belt speed is that of [`ScaledGroups::divergence`], and falls with the slip speed.
+    #[must_use]
+    pub fn scaled(&self, belt_speed: f64, viscous: f64) -> Option<ScaledGroups> {
+        match &self.form {
+            Form::Stribeck(law) => Some(law.scaled(belt_speed, viscous)),
+            _ => None,
         }
     }
 

@@ -84,6 +84,8 @@ result! {
         pub epsilon_limit: Limit,
         /// Up to which eps the verdict does not contradict the simulated one.
         pub epsilon_limit_sound: Limit,
+        /// Why one of these two is not known.
+        pub epsilon_limit_reason: Option<String>,
     }
 
     /// The orbit from the exit point by both engines.
@@ -335,13 +337,15 @@ fn as_map<T: serde::Serialize, S: serde::Serializer>(
     serializer.collect_map(pairs.iter().map(|(name, value)| (name, value)))
 }
 
-/// A limit as a number; "inf" where it is beyond all that was looked at, since JSON knows no infinity.
+/// A limit as a number; "inf" where it is beyond all that was looked at, since JSON knows no infinity; null where it
+/// is not known.
 #[cfg(feature = "serde")]
 impl serde::Serialize for Limit {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
             Limit::Never | Limit::UpTo(_) => serializer.serialize_f64(self.value()),
             Limit::Throughout => serializer.serialize_str("inf"),
+            Limit::Unknown(_) => serializer.serialize_none(),
         }
     }
 }
@@ -362,6 +366,7 @@ impl Probe {
                 reason: said.reason.clone(),
                 epsilon_limit: limit.equal,
                 epsilon_limit_sound: limit.sound,
+                epsilon_limit_reason: limit.unknown().map(|why| why.to_string()),
             };
             (said.method.name(), result)
         });

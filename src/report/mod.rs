@@ -9,6 +9,7 @@ mod document;
 pub mod figure;
 mod proved;
 mod si;
+mod stale;
 mod table;
 pub mod tables;
 mod text;

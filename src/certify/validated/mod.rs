@@ -84,6 +84,7 @@ pub static TEST: Test = Test {
     equation: "paper, Proposition 1, by a computer-assisted proof, see certify::validated",
     guarantee: Guarantee::Validated,
     claim,
+    claims: None,
 };
 
 /// `sticks_from` is located to 2^-10 of the interval in which it is sought.
