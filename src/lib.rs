@@ -50,6 +50,7 @@
 //! is pure Rust.
 
 #[cfg(feature = "report")]
+pub mod behaviour;
 pub mod benchmark;
 pub mod certify;
 #[cfg(feature = "cli")]

@@ -11,7 +11,8 @@ use super::output::{Align, Table, short};
 use super::point::PointArguments;
 use crate::config::load_machine;
 use crate::friction::Law;
-use crate::machine::{Behaviour, Machine};
+use crate::behaviour::Behaviour;
+use crate::machine::{Dimension, Machine};
 
 /// Reads the machine of a file, with the belt speed and the damping chosen by `--set`.
 pub(super) fn load(file: &Path, chosen: &PointArguments) -> Result<(Law, Machine), Failure> {
@@ -66,20 +67,20 @@ pub(super) fn write(out: &mut dyn Write, machine: &Machine, behaviour: &Behaviou
     let mut table = Table::new(&[("", Align::Left), ("", Align::Left)]);
     let [slip, stick] = behaviour.slip_and_stick_time.map_or([None; 2], |times| times.map(Some));
     for (name, text) in [
-        ("belt speed", quantity(Some(machine.belt_speed), motion.velocity())),
-        ("critical belt speed", quantity(behaviour.critical_belt_speed, motion.velocity())),
-        ("damping", quantity(Some(machine.damping), motion.damping())),
-        ("critical damping", quantity(behaviour.critical_damping, motion.damping())),
+        ("belt speed", quantity(Some(machine.belt_speed), motion.unit(Dimension::Velocity))),
+        ("critical belt speed", quantity(behaviour.critical_belt_speed, motion.unit(Dimension::Velocity))),
+        ("damping", quantity(Some(machine.damping), motion.unit(Dimension::Damping))),
+        ("critical damping", quantity(behaviour.critical_damping, motion.unit(Dimension::Damping))),
         ("damping ratio", short(behaviour.damping_ratio)),
         ("critical damping ratio", quantity(behaviour.critical_damping_ratio, "")),
         ("natural frequency", quantity(Some(behaviour.natural_frequency), "Hz")),
         ("regime", regime_words(behaviour.regime).to_owned()),
         ("slip time", quantity(slip, "s")),
         ("stick time", quantity(stick, "s")),
-        ("amplitude", quantity(behaviour.amplitude, motion.length())),
+        ("amplitude", quantity(behaviour.amplitude, motion.unit(Dimension::Length))),
         ("unit of time", quantity(Some(units.time), "s")),
-        ("unit of length", quantity(Some(units.length), motion.length())),
-        ("unit of velocity", quantity(Some(units.velocity), motion.velocity())),
+        ("unit of length", quantity(Some(units.length), motion.unit(Dimension::Length))),
+        ("unit of velocity", quantity(Some(units.velocity), motion.unit(Dimension::Velocity))),
     ] {
         table.row([name.to_owned(), text.trim_end().to_owned()]);
     }

@@ -12,7 +12,7 @@ use super::report::{existing, failure};
 use super::{Ended, Failure, probe_table};
 use crate::config::{DEFAULT_TOLERANCE, check_tolerance};
 use crate::filippov::Eigenvalues;
-use crate::machine::behaviour;
+use crate::behaviour::behaviour;
 use crate::map::Method;
 use crate::map::limits::HIGHEST;
 use crate::report::figure::{self, Width};

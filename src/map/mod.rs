@@ -3,6 +3,7 @@
 mod account;
 mod audit;
 mod curves;
+pub mod dimension;
 mod engine;
 pub mod failures;
 mod grid;

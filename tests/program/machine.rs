@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use crate::command::Scratch;
 use serde_json::Value;
 use slipmap::friction::Law;
-use slipmap::machine::{MOTION_ATTRIBUTE, Machine, Motion, SI_ATTRIBUTE, Units};
+use slipmap::machine::{Dimension, MOTION_ATTRIBUTE, Machine, Motion, SI_ATTRIBUTE, Units};
 use slipmap::store::{MapFile, Value as Attribute};
 
 /// An example configuration as it is delivered.
@@ -90,8 +90,8 @@ fn examples_are_mapped_checked_and_probed_in_si_units() {
         let figure = scratch.read("p.svg");
         for words in [
             "grazing",
-            &format!("belt speed, {}", motion.velocity()),
-            &format!("damping, {}", motion.damping()),
+            &format!("belt speed, {}", motion.unit(Dimension::Velocity)),
+            &format!("damping, {}", motion.unit(Dimension::Damping)),
         ] {
             assert!(figure.contains(words), "{name}: no {words}");
         }
@@ -117,7 +117,7 @@ fn examples_are_mapped_checked_and_probed_in_si_units() {
         let [speed, damping] = [format!("belt_speed={speed:?}"), format!("damping={damping}")];
         let run = ["probe", "--machine", "machine.toml", "--set", &speed, "--set", &damping];
         let text = scratch.run(&run).ends_with(0).out;
-        for part in ["in SI units", "critical belt speed", motion.damping(), "Hz", "amplitude"] {
+        for part in ["in SI units", "critical belt speed", motion.unit(Dimension::Damping), "Hz", "amplitude"] {
             assert!(text.contains(part), "{part} is not in\n{text}");
         }
     }
