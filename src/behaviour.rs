@@ -37,7 +37,7 @@ const STEPS_PER_DECADE: i32 = 8;
 const DECADES: i32 = 3;
 
 /// The highest belt speed, within three decades, at which c* passes the point's damping.
-fn critical_belt_speed(law: Law, point: &Point, tolerance: f64) -> Option<f64> {
+fn critical_belt_speed(law: &Law, point: &Point, tolerance: f64) -> Option<f64> {
     let returns = |belt_speed: f64| {
         let column = law.column(&Point { belt_speed, ..*point });
         critical_damping(&column, tolerance).ok().map(|root| root.c > point.damping)
@@ -72,7 +72,7 @@ fn critical_belt_speed(law: Law, point: &Point, tolerance: f64) -> Option<f64> {
 
 /// What the machine does under `law`; `None` as in [`Machine::point`].
 #[must_use]
-pub fn behaviour(machine: &Machine, law: Law, tolerance: f64) -> Option<Behaviour> {
+pub fn behaviour(machine: &Machine, law: &Law, tolerance: f64) -> Option<Behaviour> {
     let point = machine.point(law)?;
     let units = machine.units();
     let oscillator = Oscillator::new(law, &point);
@@ -123,12 +123,12 @@ mod tests {
     #[test]
     fn critical_values_are_those_of_the_machine_itself() {
         for law in Law::BUILT_IN {
-            let here = behaviour(&machine(), law, 1e-10).unwrap();
+            let here = behaviour(&machine(), &law, 1e-10).unwrap();
             let (Some(speed), Some(damping)) = (here.critical_belt_speed, here.critical_damping) else {
                 continue;
             };
             let sticks = |machine: Machine| {
-                let flow = flow(&Oscillator::new(law, &machine.point(law).unwrap()), 1e-11);
+                let flow = flow(&Oscillator::new(&law, &machine.point(&law).unwrap()), 1e-11);
                 matches!(flow.fate, Fate::Sticks(_))
             };
             assert!(sticks(Machine { belt_speed: speed * (1.0 - 1e-6), ..machine() }), "{law:?}");
@@ -139,7 +139,7 @@ mod tests {
             // While it sticks the mass travels with the belt, at most from end to end of its motion.
             assert!(stick * 0.1 <= 2.0 * here.amplitude.unwrap() && slip > 0.0, "{here:?}");
         }
-        let stribeck = behaviour(&machine(), Law::Stribeck, 1e-10).unwrap();
+        let stribeck = behaviour(&machine(), &Law::Stribeck, 1e-10).unwrap();
         assert!(stribeck.critical_belt_speed.is_some() && stribeck.critical_damping.is_some());
     }
 }

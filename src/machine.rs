@@ -200,7 +200,7 @@ impl Machine {
 
     /// The dimensionless point; `None` for laws given as text or data, which have no coefficients of their own.
     #[must_use]
-    pub fn point(&self, law: Law) -> Option<Point> {
+    pub fn point(&self, law: &Law) -> Option<Point> {
         let Units { velocity, damping, .. } = self.units();
         let ratio = self.kinetic_friction / self.static_friction;
         let rise = self.strengthening / self.static_friction;
@@ -220,7 +220,7 @@ impl Machine {
     /// The machine of a dimensionless point, with the mass, stiffness, normal force and static friction of this
     /// one; `None` as in [`Machine::point`].
     #[must_use]
-    pub fn at(&self, law: Law, point: &Point) -> Option<Machine> {
+    pub fn at(&self, law: &Law, point: &Point) -> Option<Machine> {
         let Units { velocity, damping, .. } = self.units();
         let eps = point.epsilon;
         let (ratio, stribeck_velocity, rise) = match (law, point.law.as_slice()) {
@@ -266,14 +266,14 @@ mod tests {
         let units = machine().units();
         let hand = Units { time: 0.05, length: 0.025, velocity: 0.5, force: 20.0, damping: 40.0 };
         assert_eq!(units, hand);
-        let point = machine().point(Law::Stribeck).unwrap();
+        let point = machine().point(&Law::Stribeck).unwrap();
         let close = |a: f64, b: f64| assert!((a - b).abs() <= 4.0 * f64::EPSILON * b, "{a} {b}");
         for (a, b) in point.law.as_slice().iter().zip([0.75, 0.0125, 2.0]) {
             close(*a, b);
         }
         close(point.belt_speed, 0.2);
         close(point.damping, 0.1);
-        let point = machine().point(Law::Exponential).unwrap();
+        let point = machine().point(&Law::Exponential).unwrap();
         for (a, b) in point.law.as_slice().iter().zip([0.75, 0.5, 0.025]) {
             close(*a, b);
         }
@@ -283,7 +283,7 @@ mod tests {
     fn there_and_back() {
         for law in Law::BUILT_IN {
             let machine = machine();
-            let back = machine.at(law, &machine.point(law).unwrap()).unwrap();
+            let back = machine.at(&law, &machine.point(&law).unwrap()).unwrap();
             for (a, b) in [
                 (back.damping, machine.damping),
                 (back.kinetic_friction, machine.kinetic_friction),

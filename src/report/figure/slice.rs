@@ -174,7 +174,7 @@ impl<'a> Slice<'a> {
 
     /// The friction law.
     #[must_use]
-    pub fn law(&self) -> Law {
+    pub fn law(&self) -> &Law {
         self.view.map.grid().law()
     }
 
