@@ -24,7 +24,7 @@ pub use table::{Cell, Column, Show, Table};
 pub use text::{Piece, Rich, Symbol, rich};
 pub use units::{Label, UnitSystem, View};
 pub use verdicts::{Confusion, Verdicts, Volume};
-pub use write::{Existing, write, write_figure, write_file};
+pub use write::{Existing, ReportOptions, write, write_figure, write_file};
 
 use crate::store::{MapFile, StoreError};
 

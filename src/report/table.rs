@@ -44,7 +44,7 @@ pub enum Show {
 #[derive(Clone, Debug)]
 pub struct Column {
     /// Its name in CSV files.
-    pub key: &'static str,
+    pub key: String,
     /// Its heading.
     pub heading: Rich,
     /// How its numbers are shown.
@@ -268,7 +268,7 @@ impl Table {
     #[must_use]
     pub fn csv(&self) -> String {
         let mut writer = csv::Writer::from_writer(Vec::new());
-        let heading = self.columns.iter().map(|column| column.key.to_owned()).collect();
+        let heading = self.columns.iter().map(|column| column.key.clone()).collect();
         let rows = self.rows.iter().map(|row| row.iter().map(in_full).collect());
         for record in std::iter::once(heading).chain(rows) {
             let record: Vec<String> = record;

@@ -57,7 +57,8 @@ impl<'a> View<'a> {
 pub fn join(parts: impl IntoIterator<Item = Rich>) -> Rich {
     let mut text = Rich::default();
     for part in parts {
-        text = text.then(rich(if text.pieces.is_empty() { "" } else { ", " })).then(part);
+        let separator = rich(if text.pieces.is_empty() { "" } else { ", " });
+        text = text.then(separator).then(part);
     }
     text
 }

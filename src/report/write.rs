@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use super::figure::{Figure, Scene, render};
 use super::table::Table;
 use super::text::Rich;
+use super::units::View;
 use super::{Report, ReportError, document, figure, tables};
 use crate::store::{self, MapFile, StoreError};
 
@@ -21,15 +22,42 @@ pub enum Existing {
     Replace,
 }
 
-/// Writes the report of `map` into `folder`. Files are made in a folder beside it first, so that an error
+/// How a report is written.
+#[derive(Clone, Copy, Debug)]
+pub struct ReportOptions {
+    /// What to do with a report that is there already.
+    pub existing: Existing,
+    /// Whether every figure also writes its numbers as CSV.
+    pub data: bool,
+    /// Whether the paper's figures 2 to 5 are drawn too, which do not depend on the map.
+    pub paper_figures: bool,
+}
+
+/// Writes the report of a map into `folder`. Files are made in a folder beside it first, so that an error
 /// leaves nothing behind. To replace means to replace files of the same names; others in the folder stay.
 ///
 /// # Errors
 /// [`ReportError::Exists`], or why something could not be drawn or written.
-pub fn write(map: &MapFile, report: &Report, folder: &Path, existing: Existing) -> Result<(), ReportError> {
-    let tables = tables::all(map, report);
-    let figures = figure::all(map, report)?;
-    publish(folder, existing, &files(map, &tables, &figures)?, &[])
+pub fn write(
+    view: &View,
+    report: &Report,
+    folder: &Path,
+    options: &ReportOptions,
+) -> Result<(), ReportError> {
+    let tables = tables::all(view, report);
+    let mut figures = figure::all(view, report)?;
+    if options.paper_figures {
+        figures.extend(figure::paper::figures());
+    }
+    let mut files = files(view.map, &tables, &figures)?;
+    if options.data {
+        let with_data = figures.iter().filter(|figure| figure.data.rows() > 0);
+        files.extend(with_data.map(|figure| {
+            let path = Path::new("figures").join(format!("{}.csv", figure.name));
+            (path, figure.data.csv().into_bytes())
+        }));
+    }
+    publish(folder, options.existing, &files, &[])
 }
 
 /// A file that somebody else writes: its name, and how.

@@ -133,7 +133,7 @@ pub fn bistable(view: &View) -> Figure {
             legend.add(Sample::Line(curves::GUIDE), rich("slope of {epsilon^2}"));
         }
         panel.title(&mut scene, &rich("(b) width of the band"));
-        second.axes(&mut scene, &Rich::symbol("epsilon"), &rich("width in {c}"));
+        second.axes(&mut scene, &rich("{epsilon}"), &rich("width in {c}"));
         let bottom = first.bottom.max(second.bottom);
         legend.below(&mut scene, first.panels[0].rect.x, bottom);
         scenes.push((width, scene));

@@ -78,8 +78,27 @@ impl Data {
         for (_, values) in &mut self.columns {
             match values {
                 Values::Reals(values) => *values = values.repeat(times),
-                Values::Words(words) => *words = words.repeat(times),
+                Values::Words(words) => {
+                    *words = std::iter::repeat_n(words.as_slice(), times).flatten().cloned().collect();
+                }
                 Values::Codes(codes, _) => *codes = codes.repeat(times),
+            }
+        }
+        self
+    }
+
+    /// The rows of another table of the same columns after these.
+    #[must_use]
+    pub fn then(mut self, other: Data) -> Self {
+        if self.columns.is_empty() {
+            return other;
+        }
+        for ((_, mine), (_, theirs)) in self.columns.iter_mut().zip(other.columns) {
+            match (mine, theirs) {
+                (Values::Reals(mine), Values::Reals(theirs)) => mine.extend(theirs),
+                (Values::Words(mine), Values::Words(theirs)) => mine.extend(theirs),
+                (Values::Codes(mine, _), Values::Codes(theirs, _)) => mine.extend(theirs),
+                _ => unreachable!("the tables have the same columns"),
             }
         }
         self

@@ -1,5 +1,7 @@
 //! Which method decides where: each cell shows the weakest rigorous test that decides it.
 
+use ndarray::Array2;
+
 use super::super::text::{Rich, rich};
 use super::super::units::View;
 use super::super::{Report, ReportError, SIMULATION};
@@ -129,16 +131,17 @@ pub fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, ReportEr
         if slices.len() > 1 {
             data = data.reals("epsilon", each.collect());
         }
-        let words = slices.iter().flat_map(|(slice, codes, _)| {
-            let of = |i: usize, j: usize| codes.iter().position(|codes| decides(codes[[i, j]]));
-            let name = move |i: usize, j: usize| match of(i, j) {
+        let name = |codes: &[Array2<i8>], i: usize, j: usize| {
+            match codes.iter().position(|codes| decides(codes[[i, j]])) {
                 None => "none".to_owned(),
                 Some(first) => tests.get(first).map_or(SIMULATION, |&m| &methods[m].name).to_owned(),
-            };
+            }
+        };
+        let mut words = Vec::new();
+        for (_, codes, _) in &slices {
             let (columns, rows) = (slice.x_nodes().len(), slice.y_nodes().len());
-            (0..columns).flat_map(|i| (0..rows).map(move |j| (i, j))).map(|(i, j)| name(i, j)).collect::<Vec<_>>()
-        });
-        let words: Vec<String> = words.collect();
+            words.extend((0..columns * rows).map(|cell| name(codes, cell / rows, cell % rows)));
+        }
         let coordinates = cell_columns(slice).repeated(slices.len());
         data = data.join(coordinates).words("decided_by", words);
     }

@@ -296,7 +296,8 @@ fn figure(slice: &Slice) -> Result<Figure, ReportError> {
 pub(super) fn cell_columns(slice: &Slice) -> Data {
     let (x, y) = (slice.view.axis(slice.x_axis()), slice.view.axis(slice.y_axis()));
     let (x_nodes, y_nodes) = (slice.x_nodes(), slice.y_nodes());
-    let cells = x_nodes.iter().flat_map(|a| y_nodes.iter().map(|b| (a * x.factor, b * y.factor)));
+    let (x_factor, y_factor) = (x.factor, y.factor);
+    let cells = x_nodes.iter().flat_map(|a| y_nodes.iter().map(move |b| (a * x_factor, b * y_factor)));
     let (xs, ys): (Vec<f64>, Vec<f64>) = cells.unzip();
     Data::default().reals(x.header(), xs).reals(y.header(), ys)
 }
