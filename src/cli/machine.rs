@@ -6,9 +6,9 @@ use std::path::Path;
 use super::Failure;
 use super::output::{Align, Table, short};
 use super::point::PointArguments;
+use crate::behaviour::Behaviour;
 use crate::config::load_machine;
 use crate::friction::Law;
-use crate::behaviour::Behaviour;
 use crate::machine::{Dimension, Machine};
 use crate::probe::regime_words;
 

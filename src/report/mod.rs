@@ -8,6 +8,7 @@ mod boundary;
 mod document;
 pub mod figure;
 mod proved;
+mod summary;
 mod table;
 pub mod tables;
 mod text;
@@ -46,6 +47,14 @@ pub enum ReportError {
     Exists {
         /// The output.
         path: PathBuf,
+    },
+    /// The folder of the output is not there.
+    #[error("{path}: there is no folder {folder}; create it, or choose another place")]
+    NoFolder {
+        /// The output.
+        path: PathBuf,
+        /// The folder.
+        folder: PathBuf,
     },
     /// The name of a figure does not say its format.
     #[error("{path} does not end in .svg, .pdf or .png; give the figure one of these endings")]

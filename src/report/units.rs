@@ -40,7 +40,8 @@ impl<'a> View<'a> {
         let axes = self.map.grid().axes();
         let mut parts = Vec::new();
         for (i, axis) in axes.iter().enumerate().filter(|(i, _)| !shown.contains(i)) {
-            let constant = matches!(axis.role, AxisRole::Epsilon | AxisRole::Law(_)) && axis.values.len() == 1;
+            let constant =
+                matches!(axis.role, AxisRole::Epsilon | AxisRole::Law(_)) && axis.values.len() == 1;
             if self.units.machine.is_none() || !constant {
                 parts.push(self.axis(axis).equals(axis.values[index[i]]));
             }
@@ -231,8 +232,8 @@ fn variable_words(name: &str) -> Rich {
         "cycle_multiplier" => rich("Floquet multiplier"),
         "boundary_velocity" => rich("largest {x_2} on the unstable cycle"),
         "boundary_multiplier" => rich("Floquet multiplier of the unstable cycle"),
-        "kick_forward" => rich("kick with the belt that starts stick-slip"),
-        "kick_backward" => rich("kick against the belt that starts stick-slip"),
+        "kick_forward" => rich("kick with the belt"),
+        "kick_backward" => rich("kick against the belt"),
         _ => Rich::foreign(&name.replace('_', " ")),
     }
 }

@@ -179,7 +179,8 @@ impl Study {
     /// Every number.
     #[must_use]
     pub fn table(&self) -> Table {
-        let column = |key: &str, heading: &str, show| Column { key: key.into(), heading: rich(heading), show };
+        let column =
+            |key: &str, heading: &str, show| Column { key: key.into(), heading: rich(heading), show };
         let sizes = |errors: &Option<Errors>| {
             let number = |of: fn(&Errors) -> f64| Entry::from(errors.as_ref().map(of));
             [number(|e| e.median), number(|e| e.high), number(|e| e.worst)]

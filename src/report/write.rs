@@ -10,8 +10,8 @@ use super::figure::{Figure, Scene, render};
 use super::table::Table;
 use super::text::Rich;
 use super::units::View;
-use super::{Report, ReportError, document, figure, tables};
-use crate::store::{self, MapFile, StoreError};
+use super::{Report, ReportError, document, figure, summary, tables};
+use crate::store::{self, StoreError};
 
 /// What to do with an output that is there already.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,7 +49,7 @@ pub fn write(
     if options.paper_figures {
         figures.extend(figure::paper::figures());
     }
-    let mut files = files(view.map, &tables, &figures)?;
+    let mut files = files(view, &summary::summary(view, report), &tables, &figures)?;
     if options.data {
         let with_data = figures.iter().filter(|figure| figure.data.rows() > 0);
         files.extend(with_data.map(|figure| {
@@ -117,7 +117,8 @@ pub(super) fn figure_files(figures: &[Figure], folder: &str) -> Result<Vec<(Path
 
 /// Every file of a report, by its path in the folder.
 fn files(
-    map: &MapFile,
+    view: &View,
+    summary: &[(Rich, Rich)],
     tables: &[Table],
     figures: &[Figure],
 ) -> Result<Vec<(PathBuf, Vec<u8>)>, ReportError> {
@@ -127,9 +128,9 @@ fn files(
         add(format!("tables/{}.tex", table.name), table.latex().into_bytes());
         add(format!("tables/{}.csv", table.name), table.csv().into_bytes());
     }
-    add("report.md".into(), document::markdown(map, tables, figures).into_bytes());
-    add("report.html".into(), document::html(map, tables, figures).into_bytes());
-    add("report.tex".into(), document::latex(map, tables, figures).into_bytes());
+    add("report.md".into(), document::markdown(view.map, summary, tables, figures).into_bytes());
+    add("report.html".into(), document::html(view, summary, tables, figures).into_bytes());
+    add("report.tex".into(), document::latex(view.map, tables, figures).into_bytes());
     files.extend(figure_files(figures, "figures")?);
     Ok(files)
 }
@@ -182,6 +183,9 @@ pub fn write_file(contents: &[u8], path: &Path, existing: Existing) -> Result<()
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     };
+    if !folder.is_dir() {
+        return Err(ReportError::NoFolder { path: path.to_path_buf(), folder: folder.to_path_buf() });
+    }
     let mut builder = tempfile::Builder::new();
     builder.prefix(".slipmap-figure-");
     #[cfg(unix)]

@@ -98,9 +98,11 @@ fn examples_are_mapped_checked_and_probed_in_si_units() {
         let mut met = 0;
         for row in rows(&scratch.read("p.csv")).iter().filter(|row| row["curve"] == "grazing_sliding") {
             let number = |key: &str| row[key].parse::<f64>().unwrap();
+            let units = machine.units();
             let point = slipmap::point::Point {
-                belt_speed: number("V"),
-                damping: number("c"),
+                belt_speed: number(&format!("belt_speed [{}]", motion.unit(Dimension::Velocity)))
+                    / units.velocity,
+                damping: number(&format!("damping [{}]", motion.unit(Dimension::Damping))) / units.damping,
                 ..machine.point(map.grid().law()).unwrap()
             };
             let root = slipmap::simulate::critical_damping(&map.grid().law().column(&point), 1e-10).unwrap();
@@ -117,7 +119,8 @@ fn examples_are_mapped_checked_and_probed_in_si_units() {
         let [speed, damping] = [format!("belt_speed={speed:?}"), format!("damping={damping}")];
         let run = ["probe", "--machine", "machine.toml", "--set", &speed, "--set", &damping];
         let text = scratch.run(&run).ends_with(0).out;
-        for part in ["in SI units", "critical belt speed", motion.unit(Dimension::Damping), "Hz", "amplitude"] {
+        for part in ["in SI units", "critical belt speed", motion.unit(Dimension::Damping), "Hz", "amplitude"]
+        {
             assert!(text.contains(part), "{part} is not in\n{text}");
         }
     }
@@ -170,7 +173,7 @@ fn a_report_has_a_table_in_si_units() {
     scratch.run(&run).ends_with(0);
     scratch.run(&["report", "map.h5", "--out", "report"]).ends_with(0);
     let table = rows(&scratch.read("report/tables/machine.csv"));
-    let speeds: Vec<f64> = table.iter().map(|row| row["belt_speed"].parse().unwrap()).collect();
+    let speeds: Vec<f64> = table.iter().map(|row| row["belt_speed [m/s]"].parse().unwrap()).collect();
     assert_eq!(speeds.len(), 3);
     for (speed, wanted) in speeds.iter().zip([0.05, 0.1, 0.4]) {
         close(*speed, wanted, 4.0 * f64::EPSILON);
@@ -179,9 +182,16 @@ fn a_report_has_a_table_in_si_units() {
     let probe =
         ["probe", "--machine", "machine.toml", "--set", "belt_speed=0.1", "--set", "damping=0", "--json"];
     let answer: Value = serde_json::from_str(&scratch.run(&probe).ends_with(0).out).unwrap();
-    for key in ["critical_damping", "critical_damping_ratio", "slip_time", "stick_time", "amplitude"] {
+    for (key, unit) in [
+        ("critical_damping", " [N s/m]"),
+        ("critical_damping_ratio", ""),
+        ("slip_time", " [s]"),
+        ("stick_time", " [s]"),
+        ("amplitude", " [m]"),
+    ] {
         // Speeds differ by round-off; what follows from them is computed to 1e-9.
-        close(table[1][key].parse().unwrap(), answer["machine"][key].as_f64().unwrap(), 1e-6);
+        let shown = table[1][&format!("{key}{unit}")].parse().unwrap();
+        close(shown, answer["machine"][key].as_f64().unwrap(), 1e-6);
     }
     let words = scratch.read("report/report.md");
     assert!(words.contains("SI units") && words.contains("N s/m"), "{words}");

@@ -70,10 +70,7 @@ impl Colours {
         let size = most.max(-least);
         let (from, to) = if two_sided { (-size, size) } else { (least, most) };
         // A constant keeps its scale of no length.
-        (least <= most).then(|| Self {
-            scale: Scale { from, to, log: false, shown: factor },
-            two_sided,
-        })
+        (least <= most).then(|| Self { scale: Scale { from, to, log: false, shown: factor }, two_sided })
     }
 
     /// Whether all numbers are equal.
@@ -239,7 +236,8 @@ pub fn data(areas: &[Area], label: &Label, panel: Option<(&str, &[f64])>) -> Dat
     let mut data = Data::default();
     if let Some((header, values)) = panel {
         let each = x_nodes.len() * y_nodes.len();
-        data = data.reals(header, values.iter().flat_map(|value| std::iter::repeat_n(*value, each)).collect());
+        data =
+            data.reals(header, values.iter().flat_map(|value| std::iter::repeat_n(*value, each)).collect());
     }
     let data = data.reals(x.header(), xs).reals(y.header(), ys);
     let mut codes = (Vec::new(), Vec::new());

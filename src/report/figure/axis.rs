@@ -327,7 +327,8 @@ impl Panels {
             let rows = count.div_ceil(columns) as f64;
             let room = MOST_HEIGHT / rows.max(1.0) - ROW_MARGIN;
             let panels = Self::sized(width, columns, count, aspect, x, y);
-            let Rect { w, h, .. } = panels.panels.first().map_or(Rect { x: 0.0, y: 0.0, w: 1.0, h: 0.0 }, |p| p.rect);
+            let Rect { w, h, .. } =
+                panels.panels.first().map_or(Rect { x: 0.0, y: 0.0, w: 1.0, h: 0.0 }, |p| p.rect);
             if h <= room {
                 return panels;
             }
@@ -357,7 +358,8 @@ impl Panels {
 
     fn sized(width: f64, columns: usize, count: usize, aspect: f64, x: Scale, y: Scale) -> Self {
         let widest = text_width_of(&x.ticks(9)).max(8.0);
-        let (right, gap) = (0.5 * widest, (widest + 4.0).max(GAP));
+        // Browsers may set numbers in a wider font.
+        let (right, gap) = (0.5 * widest + 2.0, (widest + 5.0).max(GAP));
         let size = |labels_width: f64| {
             let left = left_margin(labels_width);
             let w = (width - left - right - gap * (columns - 1) as f64) / columns as f64;
@@ -414,10 +416,10 @@ pub fn write_heading(scene: &mut Scene, left: f64, heading: &Rich) -> f64 {
     if heading.pieces.is_empty() {
         return 0.0;
     }
-    let mut height = 0.0;
+    let mut height = 2.0;
     for line in wrap(heading, scene.width - left - 4.0) {
         height += SMALL_TEXT + 2.0;
-        scene.text((left, height), &line, SMALL_TEXT, Anchor::Start);
+        scene.text((left, height - 2.0), &line, SMALL_TEXT, Anchor::Start);
     }
     height
 }

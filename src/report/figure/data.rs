@@ -146,9 +146,6 @@ mod tests {
             .reals("x [m/s]", vec![0.1, f64::NAN])
             .words("what, \"now\"", vec!["a,b".into(), "c".into()])
             .with("verdict", Values::Codes(vec![1, 9], vec![(1, "present")]));
-        assert_eq!(
-            data.csv(),
-            "x [m/s],\"what, \"\"now\"\"\",verdict\n0.1,\"a,b\",present\n,c,unknown\n"
-        );
+        assert_eq!(data.csv(), "x [m/s],\"what, \"\"now\"\"\",verdict\n0.1,\"a,b\",present\n,c,unknown\n");
     }
 }

@@ -131,11 +131,12 @@ pub fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, ReportEr
         if slices.len() > 1 {
             data = data.reals("epsilon", each.collect());
         }
-        let name = |codes: &[Array2<i8>], i: usize, j: usize| {
-            match codes.iter().position(|codes| decides(codes[[i, j]])) {
-                None => "none".to_owned(),
-                Some(first) => tests.get(first).map_or(SIMULATION, |&m| &methods[m].name).to_owned(),
-            }
+        let name = |codes: &[Array2<i8>], i: usize, j: usize| match codes
+            .iter()
+            .position(|codes| decides(codes[[i, j]]))
+        {
+            None => "none".to_owned(),
+            Some(first) => tests.get(first).map_or(SIMULATION, |&m| &methods[m].name).to_owned(),
         };
         let mut words = Vec::new();
         for (_, codes, _) in &slices {

@@ -41,7 +41,14 @@ pub fn errors(view: &View, report: &Report) -> Option<Figure> {
     let scenes = Width::ALL
         .into_iter()
         .map(|width| {
-            (width, if one { dots(report, scale, &label, width) } else { lines(report, epsilons, scale, &label, width) })
+            (
+                width,
+                if one {
+                    dots(report, scale, &label, width)
+                } else {
+                    lines(report, epsilons, scale, &label, width)
+                },
+            )
         })
         .collect();
     let caption = rich(
@@ -55,9 +62,11 @@ pub fn errors(view: &View, report: &Report) -> Option<Figure> {
              if more than two {epsilon} are in the fit.",
         ),
     });
-    let cells = report.boundaries.methods.iter().flat_map(|method| {
-        (0..epsilons.len()).filter_map(move |e| Some((method, e, drawn(method, e)?)))
-    });
+    let cells = report
+        .boundaries
+        .methods
+        .iter()
+        .flat_map(|method| (0..epsilons.len()).filter_map(move |e| Some((method, e, drawn(method, e)?))));
     let cells: Vec<_> = cells.collect();
     let column = |of: fn(&(f64, f64, f64)) -> f64| -> Vec<f64> {
         cells.iter().map(|(.., errors)| of(errors) * label.factor).collect()

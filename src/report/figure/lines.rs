@@ -39,7 +39,8 @@ impl Chart {
     /// The scale around all numbers of the curves; with 0 where that is near.
     #[must_use]
     pub fn scale(&self) -> Scale {
-        let numbers = || self.curves.iter().flat_map(|curve| &curve.points).map(|p| p.1).filter(|y| y.is_finite());
+        let numbers =
+            || self.curves.iter().flat_map(|curve| &curve.points).map(|p| p.1).filter(|y| y.is_finite());
         let (low, high) =
             numbers().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| (low.min(y), high.max(y)));
         if low > high {

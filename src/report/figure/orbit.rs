@@ -75,8 +75,10 @@ pub fn orbit_figure(plot: &OrbitPlot) -> OrbitFigure {
         (x.in_unit(x1.factor), y.in_unit(x2.factor), h)
     };
     // The margin depends on the numbers, these on the height.
-    let labels = Panel::y_labels_width(scales(150.0).1, 150.0);
-    let left = left_margin(labels.max(18.0));
+    let (x_scale, y_scale, _) = scales(150.0);
+    let labels = Panel::y_labels_width(y_scale, 150.0);
+    let widest = labels.max(Panel::y_labels_width(x_scale, 75.0)).max(18.0);
+    let left = left_margin(widest);
     let whole = scene.width - 12.0;
     let w = match plot.width {
         Width::OneColumn => whole - left,
@@ -107,8 +109,7 @@ pub fn orbit_figure(plot: &OrbitPlot) -> OrbitFigure {
     let t = Scale::linear(0.0, end).in_unit(time.factor);
     let mut bottom = 0.0;
     type Of = fn(&State) -> f64;
-    let series: [(&str, _, Of, Scale); 2] =
-        [("(b)", &x1, |s| s.x1, x), ("(c)", &x2, |s| s.x2, y)];
+    let series: [(&str, _, Of, Scale); 2] = [("(b)", &x1, |s| s.x1, x), ("(c)", &x2, |s| s.x2, y)];
     for (number, (letter, label, of, _)) in series.into_iter().enumerate() {
         let numbers = || portrait.orbit.samples.iter().map(of);
         let (low, high) =

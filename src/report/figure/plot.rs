@@ -231,7 +231,16 @@ struct Line<'a> {
     variable: &'a str,
     index: Vec<usize>,
     panel: usize,
-    name: Rich,
+    /// The value of the axis that has a curve for each of several.
+    value: Option<Rich>,
+}
+
+impl Line<'_> {
+    /// What a legend calls it: by its variable only among curves of several.
+    fn name(&self, view: &View, with_variable: bool) -> Rich {
+        let variable = with_variable.then(|| view.units.variable(self.variable).name);
+        join(variable.into_iter().chain(self.value.clone()))
+    }
 }
 
 fn over_axis(view: &View, plot: &Plot, x: usize) -> Result<Plotted, ReportError> {
@@ -277,9 +286,9 @@ fn over_axis(view: &View, plot: &Plot, x: usize) -> Result<Plotted, ReportError>
                         index[axis] = *node;
                     }
                 }
-                let value = curve_axis.map(|axis| view.axis(&axes[axis]).equals(axes[axis].values[index[axis]]));
-                let words = (names.len() > 1).then(|| view.units.variable(variable).name);
-                drawn.push(Line { variable, index, panel, name: join(words.into_iter().chain(value)) });
+                let value =
+                    curve_axis.map(|axis| view.axis(&axes[axis]).equals(axes[axis].values[index[axis]]));
+                drawn.push(Line { variable, index, panel, value });
             }
         }
     }
@@ -374,18 +383,24 @@ impl Context<'_> {
         let axis = &map.grid().axes()[self.x];
         let x_label = self.view.axis(axis);
         let nodes: Vec<f64> = axis.values.iter().copied().step_by(step(axis)).collect();
-        // One chart for each panel and each unit.
+        // One chart for each panel and each unit; pure numbers share one only with their own kind.
         let mut charts: Vec<((usize, Label), Chart)> = Vec::new();
         let mut numbers = Vec::new();
+        let unit = |line: &Line| {
+            let label = self.view.units.variable(line.variable);
+            if label.unit.is_empty() { label.key } else { label.unit.to_owned() }
+        };
         for line in drawn {
             let values = map.real_slice(line.variable, &self.picks(line)?)?;
             let label = self.view.units.variable(line.variable);
             numbers.extend(values.iter().map(|value| value * label.factor));
+            let several =
+                drawn.iter().any(|other| other.variable != line.variable && unit(other) == unit(line));
             let key = (line.panel, label);
-            let same = |chart: &&mut ((usize, Label), Chart)| {
-                chart.0.0 == key.0 && (chart.0.1.unit == key.1.unit && !key.1.unit.is_empty() || chart.0.1 == key.1)
+            let same = |(panel, other): &(usize, Label)| {
+                *panel == key.0 && (other.unit == key.1.unit && !key.1.unit.is_empty() || *other == key.1)
             };
-            let position = charts.iter_mut().position(|mut chart| same(&&mut chart));
+            let position = charts.iter().position(|(place, _)| same(place));
             let position = position.unwrap_or_else(|| {
                 let chart = Chart {
                     name: key.1.text(),
@@ -403,7 +418,7 @@ impl Context<'_> {
             }
             let number = chart.curves.len();
             chart.curves.push(Curve {
-                name: line.name.clone(),
+                name: line.name(self.view, several),
                 style: palette::curve(number),
                 points: nodes.iter().copied().zip(values.iter().copied()).collect(),
                 marks: true,
@@ -439,16 +454,16 @@ impl Context<'_> {
             };
             let position = |code: &i8| kinds.iter().position(|kind| kind.code == *code).unwrap_or(0);
             let title = self.titles[line.panel].clone();
-            let name = join([title, line.name.clone()].into_iter().filter(|part| !part.pieces.is_empty()));
+            let name =
+                join([title, line.name(self.view, true)].into_iter().filter(|part| !part.pieces.is_empty()));
             strips.push(Strip { name, kinds: codes.iter().map(|code| start + position(code)).collect() });
-            all.extend(codes.iter().copied());
+            all.extend(codes.iter().map(|code| kinds[position(code)].name.to_owned()));
         }
-        let names = kinds_of_all.iter().map(|kind| (kind.code, kind.name)).collect();
         let fills: Vec<_> = kinds_of_all.iter().map(|kind| (kind.fill, rich(kind.words))).collect();
         let nodes: Vec<f64> = axis.values.iter().copied().step_by(step(axis)).collect();
         let scale = Scale::of_nodes(&axis.values).in_unit(x_label.factor);
         let x = (scale, &x_label.text());
         let scene = strips::draw(&self.heading, &nodes, x, &strips, &fills, self.width);
-        Ok((scene, Values::Codes(all, names)))
+        Ok((scene, Values::Words(all)))
     }
 }

@@ -50,7 +50,21 @@ pub(super) struct Portrait {
 /// The orbit from `start`, for the time `duration`, or until it closes, settles or has made four turns.
 #[must_use]
 pub fn orbit_from(oscillator: &Oscillator, start: Start, duration: Option<f64>) -> Trace {
-    trace(oscillator, start, TOLERANCE, duration.unwrap_or(TURNS * std::f64::consts::TAU))
+    let Some(duration) = duration else {
+        return trace(oscillator, start, TOLERANCE, TURNS * std::f64::consts::TAU);
+    };
+    let mut orbit = trace(oscillator, start, TOLERANCE, duration);
+    // A trace ends where the cycle closes; what follows is the cycle again.
+    let Ending::Closes { period } = orbit.ending else { return orbit };
+    let cycle = trace(oscillator, Start::ExitPoint, TOLERANCE, 2.0 * period);
+    while let Some(last) = orbit.samples.pop().filter(|last| last.t < duration) {
+        let shifted = cycle.samples.iter().map(|sample| State { t: last.t + sample.t, ..*sample });
+        orbit.samples.extend(shifted.take_while(|sample| sample.t <= duration));
+        if orbit.samples.last().is_some_and(|sample| sample.t == last.t) {
+            break;
+        }
+    }
+    orbit
 }
 
 /// An orbit as a table: time, position, velocity, and what the mass does from there on.
@@ -73,8 +87,7 @@ impl Portrait {
     /// The portrait at a point with the orbit from `start`, see [`orbit_from`].
     pub(super) fn of(oscillator: &Oscillator, start: Start, duration: Option<f64>) -> Self {
         let turn = std::f64::consts::TAU;
-        let inner =
-            Start::State { x1: oscillator.equilibrium_x1(), x2: INNER_START * oscillator.belt_speed };
+        let inner = Start::State { x1: oscillator.equilibrium_x1(), x2: INNER_START * oscillator.belt_speed };
         // A portrait without cycles that cannot be found is still one.
         let cycles = slip_cycles(oscillator, TOLERANCE).unwrap_or_default();
         let cycles = cycles.iter().map(|cycle| {

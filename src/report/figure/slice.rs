@@ -68,7 +68,9 @@ pub enum ChoiceError {
         axis: String,
     },
     /// Several values where one is needed.
-    #[error("the axis `{axis}` has several values; only one axis of a plot without a vertical axis may (each is a curve)")]
+    #[error(
+        "the axis `{axis}` has several values; only one axis of a plot without a vertical axis may (each is a curve)"
+    )]
     SeveralValues {
         /// The axis.
         axis: String,
@@ -251,8 +253,11 @@ impl<'a> Slice<'a> {
     /// # Errors
     /// [`ReportError::Map`], [`ReportError::Choice`].
     pub fn codes(&self, variable: &str) -> Result<Array2<i8>, ReportError> {
-        Ok(self
-            .turned(self.view.map.code_slice(variable, &self.selection(variable, self.view.map.grid().axes().len())?)?))
+        Ok(self.turned(
+            self.view
+                .map
+                .code_slice(variable, &self.selection(variable, self.view.map.grid().axes().len())?)?,
+        ))
     }
 
     /// Real numbers over the drawn nodes of the slice, `[x, y]`.
@@ -335,7 +340,11 @@ pub fn hold(
         index[position] = nearest_node(view, position, *value)?;
         wanted[position] = Some(*value);
     }
-    let held = axes.iter().enumerate().filter(|(position, _)| !shown.contains(position));
+    // A machine's friction is no choice of the user's.
+    let constant = |position: usize| {
+        view.units.machine().is_some() && axes[position].values.len() == 1 && wanted[position].is_none()
+    };
+    let held = axes.iter().enumerate().filter(|(i, _)| !shown.contains(i) && !constant(*i));
     let held = held.map(|(i, axis)| {
         let label = view.axis(axis);
         Held { axis: label.header(), wanted: wanted[i], used: axis.values[index[i]] * label.factor }

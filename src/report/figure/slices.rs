@@ -272,7 +272,8 @@ fn figure(slice: &Slice) -> Result<Figure, ReportError> {
     };
     let label = |axis| slice.view.axis(axis);
     let mut data = cell_columns(slice);
-    let names: Vec<(i8, &'static str)> = Verdict::ALL.map(|verdict| (verdict.code(), verdict.name())).to_vec();
+    let names: Vec<(i8, &'static str)> =
+        Verdict::ALL.map(|verdict| (verdict.code(), verdict.name())).to_vec();
     for (method, codes) in methods.iter().zip(&codes) {
         let header = format!("verdict_{}", method.name);
         data = data.with(header, Values::Codes(codes.iter().copied().collect(), names.clone()));

@@ -2,12 +2,12 @@
 
 use super::super::text::{Rich, rich};
 use super::super::work_precision::{Row, Study};
-use super::{Data, Figure};
 use super::axis::{Panel, Panels, SMALL_TEXT, Scale};
 use super::legend::{Legend, Sample};
 use super::lines::letter;
 use super::palette::{self, MethodStyle};
 use super::scene::{Anchor, Marker, Place, Rect, Scene, Stroke, Width};
+use super::{Data, Figure};
 use crate::benchmark::Kind;
 
 /// The front, under everything else.

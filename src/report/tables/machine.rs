@@ -55,11 +55,7 @@ pub(super) fn machine(view: &View) -> Option<Table> {
         .then(quantity("damping ", units.damping, &format!("{}.", damping))),
     ];
     if let Some(speed) = critical {
-        notes.push(quantity(
-            "Critical belt speed at that damping: ",
-            speed,
-            &format!("{}.", velocity),
-        ));
+        notes.push(quantity("Critical belt speed at that damping: ", speed, &format!("{}.", velocity)));
     }
     Some(Table {
         name: "machine",
