@@ -36,17 +36,14 @@ pub struct Behaviour {
 const STEPS_PER_DECADE: i32 = 8;
 const DECADES: i32 = 3;
 
-/// The highest belt speed, within three decades, at which c* passes the point's damping.
-fn critical_belt_speed(law: &Law, point: &Point, tolerance: f64) -> Option<f64> {
-    let returns = |belt_speed: f64| {
-        let column = law.column(&Point { belt_speed, ..*point });
-        critical_damping(&column, tolerance).ok().map(|root| root.c > point.damping)
-    };
+/// The highest belt speed, within three decades of `near`, up to which `holds` says true and beyond which it says
+/// false; `None` if it changes nowhere there, or is still true at the end.
+pub(crate) fn highest_belt_speed(near: f64, holds: impl Fn(f64) -> Option<bool>) -> Option<f64> {
     let range = DECADES * STEPS_PER_DECADE;
-    let at = |i: i32| point.belt_speed * 10f64.powf(f64::from(i) / f64::from(STEPS_PER_DECADE));
+    let at = |i: i32| near * 10f64.powf(f64::from(i) / f64::from(STEPS_PER_DECADE));
     let mut high = None;
     for i in (-range..=range).rev() {
-        match (returns(at(i)), high) {
+        match (holds(at(i)), high) {
             (Some(false), _) => high = Some(at(i)),
             (Some(true), Some(mut high)) => {
                 let mut low = at(i);
@@ -55,7 +52,7 @@ fn critical_belt_speed(law: &Law, point: &Point, tolerance: f64) -> Option<f64> 
                     if middle <= low || middle >= high {
                         break;
                     }
-                    match returns(middle) {
+                    match holds(middle) {
                         Some(true) => low = middle,
                         Some(false) => high = middle,
                         None => return None,
@@ -68,6 +65,14 @@ fn critical_belt_speed(law: &Law, point: &Point, tolerance: f64) -> Option<f64> 
         }
     }
     None
+}
+
+/// The highest belt speed at which c* passes the point's damping.
+fn critical_belt_speed(law: &Law, point: &Point, tolerance: f64) -> Option<f64> {
+    highest_belt_speed(point.belt_speed, |belt_speed| {
+        let column = law.column(&Point { belt_speed, ..*point });
+        critical_damping(&column, tolerance).ok().map(|root| root.c > point.damping)
+    })
 }
 
 /// What the machine does under `law`; `None` as in [`Machine::point`].

@@ -51,6 +51,7 @@
 //! crate is pure Rust.
 
 #[cfg(feature = "report")]
+pub mod assessment;
 pub mod behaviour;
 pub mod benchmark;
 pub mod certify;
@@ -68,6 +69,7 @@ pub mod point;
 pub mod probe;
 #[cfg(feature = "report")]
 pub mod report;
+pub mod risk;
 pub mod simulate;
 #[cfg(feature = "store")]
 pub mod store;

@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use super::output::{exact, short};
 use super::report::{existing, failure, open};
 use super::{Ended, Failure, say};
-use crate::report::figure::{self, Plot, Width, plot::At};
+use crate::report::figure::{self, DiagramPlot, Plot, Width, diagram, plot::At};
 use crate::report::{Existing, ReportError, View, write_figure, write_file};
 
 /// Draw variables of a map.
@@ -19,6 +19,7 @@ Examples:
   slipmap plot results/quickstart.h5 --x gamma --y c --panels epsilon=0.1,0.2 --out panels.pdf
   slipmap plot results/quickstart.h5 --x gamma --at V=1,2,4 --variable verdict_simulation --out strips.svg
   slipmap plot results/brake_pad.h5 --x belt_speed --variable critical_c_simulation --out c.svg --data c.csv
+  slipmap plot results/brake_pad.h5 --x damping --diagram --at belt_speed=0.2 --out diagram.svg
   slipmap plot results/brake_pad.h5 --x V --y c --variable regime --curves --out brake.pdf
 
 Without --y, variables are drawn over one axis: numbers as curves, verdicts and regimes as rows of cells. An axis that
@@ -51,6 +52,13 @@ pub(super) struct Arguments {
     /// being asked for
     #[arg(long, requires = "y")]
     curves: bool,
+    /// Draw the bifurcation diagram over the axis across: the amplitude of the equilibrium and of every cycle,
+    /// attracting ones solid, repelling ones dashed
+    #[arg(long, conflicts_with_all = ["y", "variable", "panels", "curves"])]
+    diagram: bool,
+    /// Ends of the diagram; default: those of the axis
+    #[arg(long, value_name = "FROM,TO", value_parser = parse_range, requires = "diagram")]
+    range: Option<(f64, f64)>,
     /// The figure; .svg, .pdf or .png
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
@@ -95,6 +103,12 @@ fn parse_at(text: &str) -> Result<At, String> {
     Ok((axis.trim().into(), values.collect::<Result<_, _>>()?))
 }
 
+fn parse_range(text: &str) -> Result<(f64, f64), String> {
+    let number = |text: &str| text.trim().parse::<f64>().ok();
+    let ends = text.split_once(',').and_then(|(from, to)| number(from).zip(number(to)));
+    ends.ok_or_else(|| "write two numbers, for example 0.1,2".into())
+}
+
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let map = open(&arguments.map)?;
@@ -125,7 +139,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         curves: arguments.curves,
         width: arguments.columns.into(),
     };
-    let plotted = figure::plot(&view, &plot).map_err(failure)?;
+    let plotted = match arguments.diagram {
+        false => figure::plot(&view, &plot),
+        true => figure::plot::one_each(&arguments.at).map_err(ReportError::from).and_then(|at| {
+            let (x, width) = (arguments.x.as_str(), arguments.columns.into());
+            diagram(&view, &DiagramPlot { x, at: &at, range: arguments.range, width })
+        }),
+    };
+    let plotted = plotted.map_err(failure)?;
     write_figure(&plotted.scene, &plotted.caption, &arguments.out, existing).map_err(failure)?;
     if let Some(curves) = plotted.curves.filter(|_| arguments.curves) {
         let text = figure::bifurcations::data(&view, &curves).csv();

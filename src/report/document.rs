@@ -77,13 +77,7 @@ fn anchor(kind: &str, name: &str) -> String {
 /// and the configuration. Screens show the figure that fits them; paper the wide one.
 pub(super) fn html(view: &View, summary: &[(Rich, Rich)], tables: &[Table], figures: &[Figure]) -> String {
     let title = title(view.map);
-    let mut text = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\">\n\
-         <title>{0}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<h1>{0}</h1>\n<dl class=\"summary\">\n",
-        title.html()
-    );
+    let mut text = "<dl class=\"summary\">\n".to_owned();
     for (name, value) in summary {
         text.push_str(&format!("<dt>{}</dt><dd>{}</dd>\n", name.html(), value.html()));
     }
@@ -129,8 +123,18 @@ pub(super) fn html(view: &View, summary: &[(Rich, Rich)], tables: &[Table], figu
             super::text::html(config)
         ));
     }
-    text.push_str("</body>\n</html>\n");
-    text
+    page(&title, &text)
+}
+
+/// An HTML page that needs nothing else, with its title as heading.
+pub(super) fn page(title: &Rich, body: &str) -> String {
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\">\n\
+         <title>{0}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<h1>{0}</h1>\n{body}</body>\n</html>\n",
+        title.html()
+    )
 }
 
 /// A LaTeX document that shows every table and figure, as an example of their use.

@@ -7,6 +7,7 @@
 mod boundary;
 mod document;
 pub mod figure;
+mod machine_page;
 mod proved;
 mod summary;
 mod table;
@@ -21,6 +22,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 pub use boundary::{Boundaries, BoundaryError, MethodBoundary, Order, Sizes, Worst};
+pub use machine_page::MachinePage;
 pub use table::{Cell, Column, Show, Table};
 pub use text::{Piece, Rich, Symbol, rich};
 pub use units::{Label, UnitSystem, View};

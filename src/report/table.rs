@@ -413,7 +413,8 @@ mod tests {
     use super::*;
 
     fn table() -> Table {
-        let column = |key, heading: &str, show| Column { key, heading: rich(heading), show };
+        let column =
+            |key: &str, heading: &str, show| Column { key: key.into(), heading: rich(heading), show };
         Table {
             name: "example",
             caption: rich("Errors in {c}."),

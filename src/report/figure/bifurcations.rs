@@ -39,7 +39,7 @@ const ORDER: [Bifurcation; 5] = [
 ];
 
 /// Draws curves into the panel of their plane. The legend names those that show.
-pub(super) fn draw(scene: &mut Scene, panel: &Panel, curves: &PlaneCurves, legend: &mut Legend) {
+pub fn draw(scene: &mut Scene, panel: &Panel, curves: &PlaneCurves, legend: &mut Legend) {
     let places = |bifurcation: Bifurcation| {
         let of_kind = curves.curves.iter().filter(move |curve| curve.bifurcation == bifurcation);
         of_kind.map(|curve| curve.points.iter().map(|p| panel.place(p.x, p.y)).collect::<Vec<Place>>())

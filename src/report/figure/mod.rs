@@ -8,6 +8,7 @@ pub mod critical;
 mod curves;
 pub mod data;
 pub mod deciders;
+pub mod diagram;
 pub mod errors;
 pub mod exact;
 pub mod legend;
@@ -28,6 +29,7 @@ pub mod strips;
 pub mod work_precision;
 
 pub use data::Data;
+pub use diagram::{DiagramPlot, diagram};
 pub use orbit::{OrbitFigure, OrbitPlot, orbit_figure};
 pub use plot::{Plot, plot};
 pub use scene::{Scene, Width};

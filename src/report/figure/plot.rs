@@ -133,7 +133,10 @@ fn kinds(variable: &str) -> Option<Vec<Kind>> {
 }
 
 /// One value for every axis that is held.
-fn one_each(at: &[At]) -> Result<Vec<(String, f64)>, ChoiceError> {
+///
+/// # Errors
+/// [`ChoiceError::SeveralValues`].
+pub fn one_each(at: &[At]) -> Result<Vec<(String, f64)>, ChoiceError> {
     at.iter()
         .map(|(name, values)| match values[..] {
             [value] => Ok((name.clone(), value)),

@@ -87,6 +87,12 @@ pub enum ChoiceError {
         /// The axis.
         axis: String,
     },
+    /// The ends of a diagram.
+    #[error("a diagram over `{axis}` cannot have these ends; give two legal values, the smaller one first")]
+    NoRange {
+        /// The axis.
+        axis: String,
+    },
     /// A variable that runs store on request, and this map's did not.
     #[error(
         "the map does not store `{variable}`; add \"{field}\" to output.fields of its configuration and compute it again"
