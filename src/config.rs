@@ -250,6 +250,29 @@ fn schema(law: &Law) -> Vec<(Option<&'static str>, Vec<&'static str>)> {
     schema
 }
 
+/// Every key of a configuration for the law `stribeck`, by section; the name of the top level is empty. Of `[grid]`
+/// those of all built-in laws.
+#[must_use]
+pub fn keys() -> Vec<(&'static str, Vec<&'static str>)> {
+    let axes = Law::BUILT_IN.iter().flat_map(|law| Grid::axis_names(law));
+    let mut all: Vec<&str> = Vec::new();
+    for axis in axes {
+        if !all.contains(&axis) {
+            all.push(axis);
+        }
+    }
+    let sections: Vec<&str> = schema(&Law::Stribeck).iter().filter_map(|(name, _)| *name).collect();
+    schema(&Law::Stribeck)
+        .into_iter()
+        .map(|(name, keys)| match name {
+            Some("grid") => ("grid", all.clone()),
+            // A section is no key.
+            None => ("", keys.into_iter().filter(|key| !sections.contains(key)).collect()),
+            Some(name) => (name, keys),
+        })
+        .collect()
+}
+
 /// Refuses every key that no one would read, and says which was probably meant.
 fn check_keys(root: &Section, law: &Law) -> Result<(), ConfigError> {
     let schema = schema(law);

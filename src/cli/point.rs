@@ -103,7 +103,7 @@ fn parse_number(text: &str) -> Result<f64, String> {
     text.parse().map_err(|_| "this is not a number; write for example 0.5 or 1e-3".into())
 }
 
-fn parse_setting(text: &str) -> Result<(String, f64), String> {
+pub(super) fn parse_setting(text: &str) -> Result<(String, f64), String> {
     let (name, value) = text.split_once('=').ok_or("there is no `=` in it; write for example mu=0.3")?;
     Ok((name.trim().to_owned(), parse_number(value.trim())?))
 }

@@ -13,7 +13,7 @@ use super::room::{Permission, Room, create_folders};
 use super::summary::{self, Report};
 use super::{Ended, Failure, estimate, interrupt, output, progress, proof, say};
 use crate::config::Job;
-use crate::machine::{MOTION_ATTRIBUTE, SI_ATTRIBUTE};
+use crate::machine::{MOTION_ATTRIBUTE, SI_ATTRIBUTE, UNITS_ATTRIBUTE};
 use crate::map::{self, Account, ComputeError, Control, Earlier, Queue, Summary};
 use crate::store::{self, Existing, Left, Outcome, PartialMap, Provenance, Resumed, StoreError, Value};
 
@@ -418,6 +418,7 @@ fn outcome(job: &Job, summary: &Summary) -> Outcome {
                 [
                     (SI_ATTRIBUTE.to_owned(), Value::Reals(machine.to_array().to_vec())),
                     (MOTION_ATTRIBUTE.to_owned(), machine.motion.name().into()),
+                    (UNITS_ATTRIBUTE.to_owned(), Value::Reals(machine.units().to_array().to_vec())),
                 ]
             }))
             .collect(),

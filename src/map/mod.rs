@@ -5,6 +5,7 @@ mod audit;
 mod behaviour;
 mod contradictions;
 mod curves;
+pub mod dimension;
 mod engine;
 pub mod failures;
 mod grid;

@@ -4,9 +4,10 @@ mod answer;
 
 pub use answer::{Answer, MethodAnswer, landing};
 
+use crate::behaviour::Behaviour;
 use crate::filippov::{Eigenvalues, Oscillator};
 use crate::friction::Range;
-use crate::machine::{Behaviour, Machine};
+use crate::machine::Machine;
 use crate::map::limits::Limit;
 use crate::map::{AttractingCycle, Grid, Regime};
 use crate::simulate::crossing::{CrossingCycle, StickSlipCycle};
