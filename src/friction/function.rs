@@ -213,7 +213,11 @@ impl Function {
     /// The law of [`Function::definition`]; `None` if that is none.
     pub(super) fn from_definition(definition: &str) -> Option<Self> {
         let numbers = |line: &str| -> Option<Vec<f64>> {
-            if line.is_empty() { Some(Vec::new()) } else { line.split(',').map(|word| word.parse().ok()).collect() }
+            if line.is_empty() {
+                Some(Vec::new())
+            } else {
+                line.split(',').map(|word| word.parse().ok()).collect()
+            }
         };
         let mut lines = definition.split('\n');
         let (error, origin) = lines.next()?.split_once(' ')?;
@@ -240,7 +244,8 @@ impl Fitted {
     /// Fits `phi` between the `ends`, in pieces as short as they need to be.
     fn new(phi: &mut impl FnMut(f64) -> f64, ends: &[f64]) -> Self {
         let mut fitted = Self { ends: vec![0.0], coefficients: Vec::new(), error: 0.0 };
-        let mut waiting: Vec<(f64, f64, u32)> = ends.windows(2).rev().map(|pair| (pair[0], pair[1], 0)).collect();
+        let mut waiting: Vec<(f64, f64, u32)> =
+            ends.windows(2).rev().map(|pair| (pair[0], pair[1], 0)).collect();
         while let Some((a, b, halvings)) = waiting.pop() {
             let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
             let values = POINTS.map(|x| phi((middle + half * x).clamp(a, b)));
@@ -321,7 +326,9 @@ mod tests {
     fn what_is_no_law_is_refused() {
         let problem = |law: Result<Function, FunctionError>| law.unwrap_err().problem;
         assert!(problem(Function::new("bad", |u| 2.0 - u, 1.0, &[])).contains("phi(0) is 2"));
-        assert!(problem(Function::new("bad", |u| if u > 1.5 { f64::NAN } else { 1.0 }, 2.0, &[])).contains("NaN"));
+        assert!(
+            problem(Function::new("bad", |u| if u > 1.5 { f64::NAN } else { 1.0 }, 2.0, &[])).contains("NaN")
+        );
         assert!(problem(Function::new("bad", |_| 1.0, 0.0, &[])).contains("largest slip speed"));
         assert!(problem(Function::new("bad", |_| 1.0, 2.0, &[3.0])).contains("corners"));
     }

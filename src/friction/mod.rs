@@ -389,9 +389,7 @@ impl Curve {
             | Form::Expression(_)
             | Form::Leading(_)
             | Form::Table(_)
-            | Form::Function(_) => {
-                self.compiled(2.0 * belt_speed).even_range(belt_speed, belt_speed)
-            }
+            | Form::Function(_) => self.compiled(2.0 * belt_speed).even_range(belt_speed, belt_speed),
         }
     }
 
@@ -432,9 +430,11 @@ impl Curve {
                     weakening_range: leading.range(0.0, 2.0 * belt_speed),
                 })
             }
-            Form::Exponential(_) | Form::Lorentzian(_) | Form::Leading(_) | Form::Table(_) | Form::Function(_) => {
-                Err(NoFirstOrder::NoEpsilon)
-            }
+            Form::Exponential(_)
+            | Form::Lorentzian(_)
+            | Form::Leading(_)
+            | Form::Table(_)
+            | Form::Function(_) => Err(NoFirstOrder::NoEpsilon),
         }
     }
 
@@ -481,7 +481,11 @@ impl Curve {
     pub fn weakens_less_and_less(&self) -> bool {
         match self.form {
             Form::Stribeck(_) | Form::Exponential(_) => true,
-            Form::Lorentzian(_) | Form::Expression(_) | Form::Leading(_) | Form::Table(_) | Form::Function(_) => false,
+            Form::Lorentzian(_)
+            | Form::Expression(_)
+            | Form::Leading(_)
+            | Form::Table(_)
+            | Form::Function(_) => false,
         }
     }
 }

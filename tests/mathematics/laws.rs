@@ -4,7 +4,7 @@
 use crate::sample::Random;
 use slipmap::certify::{Decision, TESTS};
 use slipmap::filippov::Oscillator;
-use slipmap::friction::{Column, Expression, Law, Table};
+use slipmap::friction::{Column, Expression, Function, Law, Table};
 use slipmap::point::{LawParameters, Point};
 use slipmap::simulate::{Fate, critical_damping, direct, flow};
 
@@ -184,7 +184,12 @@ fn a_law_given_as_a_function_is_the_law_built_in() {
     let (own, built_in) = (Law::Function(function), Law::Exponential);
     for i in 1..=16 {
         let belt_speed = 0.2 * f64::from(i);
-        let point = |values: &[f64]| Point { epsilon: 0.5, law: LawParameters::new(values), belt_speed, damping: 0.0 };
+        let point = |values: &[f64]| Point {
+            epsilon: 0.5,
+            law: LawParameters::new(values),
+            belt_speed,
+            damping: 0.0,
+        };
         let found = critical_damping(&own.column(&point(&[])), 1e-12).unwrap();
         let exact = critical_damping(&built_in.column(&point(&[0.5, 1.0, 0.0])), 1e-12).unwrap();
         // The comparison lemma: an error delta of the weakening rate moves eps c* by at most delta.
