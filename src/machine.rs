@@ -207,7 +207,7 @@ impl Machine {
         let law = match law {
             Law::Stribeck => [ratio, rise * velocity * velocity, velocity / self.stribeck_velocity],
             Law::Exponential | Law::Lorentzian => [ratio, self.stribeck_velocity / velocity, rise * velocity],
-            Law::Expression(_) | Law::Table(_) => return None,
+            Law::Expression(_) | Law::Table(_) | Law::Function(_) => return None,
         };
         Some(Point {
             epsilon: 1.0,

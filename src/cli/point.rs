@@ -176,7 +176,7 @@ pub(super) fn check_law(law: &Law, point: &Point) -> Result<(), String> {
             table.origin(),
             table.fastest()
         )),
-        Law::Stribeck | Law::Exponential | Law::Lorentzian | Law::Table(_) => Ok(()),
+        Law::Stribeck | Law::Exponential | Law::Lorentzian | Law::Table(_) | Law::Function(_) => Ok(()),
     }
 }
 
@@ -264,11 +264,13 @@ pub(super) fn probe_line(law: &Law, point: &Point, tolerance: f64) -> String {
         Law::Exponential | Law::Lorentzian => line.push_str(&format!(" --law {}", law.name())),
         Law::Expression(law) => line.push_str(&format!(" --phi '{}'", law.text())),
         Law::Table(table) => line.push_str(&format!(" --table '{}'", table.origin())),
+        // A function of another program: no command can name it.
+        Law::Function(law) => line.push_str(&format!(" --law '{}'", law.origin())),
     }
     let level = match law {
         Law::Expression(law) => law.static_level(),
         Law::Table(table) => table.static_level(),
-        Law::Stribeck | Law::Exponential | Law::Lorentzian => 1.0,
+        Law::Stribeck | Law::Exponential | Law::Lorentzian | Law::Function(_) => 1.0,
     };
     if level != 1.0 {
         line.push_str(&format!(" --static {}", exact(level)));

@@ -7,6 +7,7 @@
 
 mod exponential;
 mod expression;
+mod function;
 pub(crate) mod interval;
 pub(crate) mod jet;
 mod lorentzian;
@@ -17,6 +18,7 @@ mod weakening;
 
 pub use exponential::Exponential;
 pub use expression::{Expression, ExpressionCurve, ExpressionError};
+pub use function::{Function, FunctionError};
 pub use lorentzian::Lorentzian;
 pub use stribeck::Stribeck;
 pub use table::{Table, TableError};
@@ -64,12 +66,16 @@ pub enum Law {
     Expression(Expression),
     /// A law given by data.
     Table(Table),
+    /// A law given as a function of a program.
+    Function(Function),
 }
 
 /// Name of the laws given as text.
 const EXPRESSION: &str = "expression";
 /// Name of the laws given by data.
 const TABLE: &str = "table";
+/// Name of the laws given as functions, which no configuration can name.
+const FUNCTION: &str = "function";
 
 impl Law {
     /// The laws that need no definition, in the order in which messages list them.
@@ -89,6 +95,7 @@ impl Law {
             Law::Lorentzian => "lorentzian",
             Law::Expression(_) => EXPRESSION,
             Law::Table(_) => TABLE,
+            Law::Function(_) => FUNCTION,
         }
     }
 
@@ -99,7 +106,7 @@ impl Law {
             Law::Stribeck => &stribeck::PARAMETERS,
             Law::Exponential | Law::Lorentzian => &exponential::PARAMETERS,
             Law::Expression(law) => law.parameters(),
-            Law::Table(_) => &[],
+            Law::Table(_) | Law::Function(_) => &[],
         }
     }
 
@@ -115,6 +122,7 @@ impl Law {
                 let head = format!("{} {}", table.static_level(), table.origin());
                 std::iter::once(head).chain(rows).collect()
             }
+            Law::Function(law) => law.definition(),
         }
     }
 
@@ -126,6 +134,7 @@ impl Law {
         }
         let (head, rest) = definition.split_once('\n')?;
         match name {
+            FUNCTION => Function::from_definition(definition).map(Law::Function),
             EXPRESSION => Some(Law::Expression(Expression::new(rest, head.parse().ok()?).ok()?)),
             TABLE => {
                 let row = |line: &str| {
@@ -170,6 +179,7 @@ impl Law {
             Law::Lorentzian => Form::Lorentzian(Lorentzian::new(parameters)),
             Law::Expression(law) => Form::Expression(law.curve(epsilon, parameters)),
             Law::Table(table) => Form::Table(table.clone()),
+            Law::Function(law) => Form::Function(law.clone()),
         }
     }
 
@@ -215,6 +225,7 @@ enum Form {
     /// F1 of a formula, in the place of phi.
     Leading(ExpressionCurve),
     Table(Table),
+    Function(Function),
 }
 
 impl Form {
@@ -226,6 +237,7 @@ impl Form {
             Form::Expression(law) => law.phi(u),
             Form::Leading(law) => law.leading(u),
             Form::Table(law) => law.phi(u),
+            Form::Function(law) => law.phi(u),
         }
     }
 
@@ -238,10 +250,11 @@ impl Form {
             Form::Expression(law) => law.weakening(u),
             Form::Leading(law) => -law.leading(Jet::<f64, 2>::variable(u, 1.0)).0[1],
             Form::Table(law) => law.weakening(u),
+            Form::Function(law) => law.weakening(u),
         }
     }
 
-    /// phi on numbers, intervals or series; `None` for measured laws, which have no formula.
+    /// phi on numbers, intervals or series; `None` for laws given by data or as functions, which have no formula.
     fn formula<T: Real>(&self, u: T) -> Option<T> {
         match self {
             Form::Stribeck(law) => Some(law.formula(u)),
@@ -249,19 +262,23 @@ impl Form {
             Form::Lorentzian(law) => Some(law.formula(u)),
             Form::Expression(law) => Some(law.formula(u)),
             Form::Leading(law) => Some(law.leading(u)),
-            Form::Table(_) => None,
+            Form::Table(_) | Form::Function(_) => None,
         }
     }
 
     /// Enclosures of the Taylor coefficients of phi at all slip speeds in `u`, in powers of the slip speed divided by
     /// `unit`.
     fn series<const N: usize>(&self, u: Interval, unit: f64) -> Option<Jet<Interval, N>> {
-        self.formula(Jet::<Interval, N>::variable(u, unit))
+        match self {
+            Form::Function(law) => law.series(u, unit),
+            law => law.formula(Jet::<Interval, N>::variable(u, unit)),
+        }
     }
 
     fn corners(&self) -> &[f64] {
         match self {
             Form::Table(law) => law.corners(),
+            Form::Function(law) => law.corners(),
             Form::Stribeck(_)
             | Form::Exponential(_)
             | Form::Lorentzian(_)
@@ -270,17 +287,30 @@ impl Form {
         }
     }
 
+    /// Ends of the pieces on which the law is one smooth formula: its corners, and where two polynomials of a function
+    /// meet.
+    fn seams(&self) -> &[f64] {
+        match self {
+            Form::Function(law) => law.seams(),
+            law => law.corners(),
+        }
+    }
+
     /// `known` continued to a slip speed not below `reach`: a power of two, so that belt speeds close to each other
     /// ask for the same.
     fn compile(&self, known: &mut Option<Arc<Weakening>>, reach: f64) -> Arc<Weakening> {
         if let Some(known) = known
-            && (known.reach() >= reach || matches!(self, Form::Table(_)))
+            && (known.reach() >= reach || matches!(self, Form::Table(_) | Form::Function(_)))
         {
             return Arc::clone(known);
         }
         // Neither its square nor its inverse may leave the normal numbers.
         let exponent = reach.clamp(1e-150, 1e150).log2().ceil() as i32;
-        let longer = Arc::new(weakening::extend(self, known.as_deref(), 2f64.powi(exponent)));
+        let reach = match self {
+            Form::Function(law) => law.fastest(),
+            _ => 2f64.powi(exponent),
+        };
+        let longer = Arc::new(weakening::extend(self, known.as_deref(), reach));
         *known = Some(Arc::clone(&longer));
         longer
     }
@@ -353,7 +383,9 @@ impl Curve {
             Form::Stribeck(law) => law.weakening_range(lo, hi),
             Form::Exponential(law) => law.weakening_range(lo, hi),
             Form::Lorentzian(law) => law.weakening_range(lo, hi),
-            Form::Expression(_) | Form::Leading(_) | Form::Table(_) => self.compiled(hi).range(lo, hi),
+            Form::Expression(_) | Form::Leading(_) | Form::Table(_) | Form::Function(_) => {
+                self.compiled(hi).range(lo, hi)
+            }
         }
     }
 
@@ -363,9 +395,11 @@ impl Curve {
         match &self.form {
             Form::Stribeck(law) => law.even_weakening_range(belt_speed),
             Form::Exponential(law) => law.even_weakening_range(belt_speed),
-            Form::Lorentzian(_) | Form::Expression(_) | Form::Leading(_) | Form::Table(_) => {
-                self.compiled(2.0 * belt_speed).even_range(belt_speed, belt_speed)
-            }
+            Form::Lorentzian(_)
+            | Form::Expression(_)
+            | Form::Leading(_)
+            | Form::Table(_)
+            | Form::Function(_) => self.compiled(2.0 * belt_speed).even_range(belt_speed, belt_speed),
         }
     }
 
@@ -386,7 +420,11 @@ impl Curve {
         match &self.form {
             Form::Stribeck(law) => law.mean_weakening(belt_speed),
             Form::Table(law) => law.mean_weakening(belt_speed),
-            Form::Exponential(_) | Form::Lorentzian(_) | Form::Expression(_) | Form::Leading(_) => {
+            Form::Exponential(_)
+            | Form::Lorentzian(_)
+            | Form::Expression(_)
+            | Form::Leading(_)
+            | Form::Function(_) => {
                 let weakening = self.compiled(2.0 * belt_speed);
                 mean::mean_weakening(|u| weakening.at(u), belt_speed)
             }
@@ -412,9 +450,11 @@ impl Curve {
                     weakening_range: leading.range(0.0, 2.0 * belt_speed),
                 })
             }
-            Form::Exponential(_) | Form::Lorentzian(_) | Form::Leading(_) | Form::Table(_) => {
-                Err(NoFirstOrder::NoEpsilon)
-            }
+            Form::Exponential(_)
+            | Form::Lorentzian(_)
+            | Form::Leading(_)
+            | Form::Table(_)
+            | Form::Function(_) => Err(NoFirstOrder::NoEpsilon),
         }
     }
 
@@ -446,7 +486,8 @@ impl Curve {
             | Form::Lorentzian(_)
             | Form::Expression(_)
             | Form::Leading(_)
-            | Form::Table(_) => None,
+            | Form::Table(_)
+            | Form::Function(_) => None,
         }
     }
 
@@ -460,7 +501,11 @@ impl Curve {
     pub fn weakens_less_and_less(&self) -> bool {
         match self.form {
             Form::Stribeck(_) | Form::Exponential(_) => true,
-            Form::Lorentzian(_) | Form::Expression(_) | Form::Leading(_) | Form::Table(_) => false,
+            Form::Lorentzian(_)
+            | Form::Expression(_)
+            | Form::Leading(_)
+            | Form::Table(_)
+            | Form::Function(_) => false,
         }
     }
 }

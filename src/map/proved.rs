@@ -54,6 +54,6 @@ fn parameters(plan: &Plan) -> Option<ParameterBox> {
             belt_speed: ranges[4],
             damping: ranges[5],
         }),
-        Law::Exponential | Law::Lorentzian | Law::Expression(_) | Law::Table(_) => None,
+        Law::Exponential | Law::Lorentzian | Law::Expression(_) | Law::Table(_) | Law::Function(_) => None,
     }
 }
