@@ -348,7 +348,7 @@ impl Curve {
     pub fn cost(&self) -> u64 {
         match &self.form {
             Form::Stribeck(_) | Form::Lorentzian(_) => 1,
-            Form::Exponential(_) | Form::Table(_) => 2,
+            Form::Exponential(_) | Form::Table(_) | Form::Function(_) => 2,
             Form::Expression(law) | Form::Leading(law) => law.cost(),
         }
     }

@@ -142,6 +142,10 @@ pub fn regime_words(regime: Regime) -> &'static str {
         Regime::Failed => "failed",
         Regime::PureSlipAndStickSlip => "slip cycle or stick-slip",
         Regime::PureSlipAndEquilibrium => "slip cycle or equilibrium",
+        Regime::EquilibriumPureSlipAndStickSlip => "equilibrium, slip cycle or stick-slip",
+        Regime::EquilibriumAndCrossing => "equilibrium or crossing cycle",
+        Regime::PureSlipAndCrossing => "slip or crossing cycle",
+        Regime::EquilibriumPureSlipAndCrossing => "equilibrium, slip or crossing cycle",
     }
 }
 
