@@ -436,6 +436,8 @@ impl Ray {
             return Ok(());
         }
         let said = |epsilon: f64| {
+            // Nothing more once the budget is spent.
+            self.spend(0)?;
             let (column, damping) = (self.column(epsilon)?, self.point.damping);
             if let Method::Naive(naive, knobs) = method {
                 let oscillator = Oscillator::in_column(&column, damping);
