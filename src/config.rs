@@ -35,7 +35,7 @@
 //! [curves]                             # where the behaviour changes, stored in the map by continuation
 //! planes = [{ x = "V", y = "c", at = { gamma = 2.0 } }] # other axes at the nearest, or else their middle node
 //! [audit]
-//! cells = 1000                         # default
+//! cells = 1000                         # default; distinct cells, at most 10,000,000
 //! [output]
 //! path = "results/name.h5"             # default: results/<name of the file>.h5
 //! fields = ["verdict"]                 # default; also: margin, critical_c, regime, landing, cycle, basin,

@@ -224,10 +224,9 @@ impl Output {
             ))
         })?;
         let temporary = file.path().to_owned();
-        interrupt::on_giving_up(move || {
+        interrupt::on_giving_up(super::NOTHING_LEFT.to_owned(), move || {
             // If it cannot be removed there is nothing better to do.
             let _ = std::fs::remove_file(temporary);
-            super::NOTHING_LEFT.to_owned()
         });
         Ok(Self { file: Spool::Beside { file: BufWriter::new(file), path: path.to_owned() }, overwrite })
     }

