@@ -24,7 +24,7 @@
 //! Departures from the paper (section 5.1): the paper keeps only the first order in eps and takes x2 >= -V
 //! along the orbit. That is [`super::bendixson_leading`]; where D > 0 the orbit in fact overshoots -V.
 
-use super::{Claim, Guarantee, Test, landing};
+use super::{Claim, Guarantee, Test, absence_edge, landing, presence_edge};
 use crate::friction::Column;
 
 /// The test.
@@ -33,6 +33,7 @@ pub const TEST: Test = Test {
     long_name: "Bendixson criterion at finite eps",
     equation: "paper section 5.1 at finite eps",
     guarantee: Guarantee::FiniteEpsilon,
+    first_order: false,
     claim,
 };
 
@@ -47,19 +48,20 @@ const EVALUATIONS: u32 = 40;
 const SHARPNESS: f64 = 1e-9;
 
 fn claim(column: &Column) -> Claim {
-    let present_below = presence_edge(column).unwrap_or(f64::NEG_INFINITY);
+    let present_below = greatest_damping(column).unwrap_or(f64::NEG_INFINITY);
     Claim {
         sticks_from: landing::sticks_from(column, present_below),
         present_below,
-        absent_above: column.curve.weakening_range(0.0, 2.0 * column.belt_speed).hi / column.epsilon,
+        absent_above: absence_edge(column, column.curve.weakening_range(0.0, 2.0 * column.belt_speed).hi),
     }
 }
 
 /// A damping c > 0 with eps c <= weakening on [0, V + R(c)], as large as the search finds; `None` if it finds
 /// none.
-fn presence_edge(column: &Column) -> Option<f64> {
-    let lowest =
-        |amplitude: f64| column.curve.weakening_range(0.0, column.belt_speed + amplitude).lo / column.epsilon;
+fn greatest_damping(column: &Column) -> Option<f64> {
+    let lowest = |amplitude: f64| {
+        presence_edge(column, column.curve.weakening_range(0.0, column.belt_speed + amplitude).lo)
+    };
     let mut c = lowest(column.belt_speed);
     let mut certified = None;
     let mut slope = 0.0;
@@ -105,7 +107,7 @@ mod tests {
     fn the_edge_satisfies_its_inequality_and_is_sharp() {
         let mut found = 0;
         for column in random_columns(2000) {
-            let Some(c) = presence_edge(&column) else { continue };
+            let Some(c) = greatest_damping(&column) else { continue };
             let amplitude = landing::amplitude_bound(&column, c, STRIPS);
             let lowest = column.curve.weakening_range(0.0, column.belt_speed + amplitude).lo / column.epsilon;
             assert!(c > 0.0 && c <= lowest, "{column:?}");

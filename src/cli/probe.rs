@@ -159,7 +159,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
             method.critical_c.map_or("-".into(), short),
             short(limit.equal.value()),
             method.method.guarantee().name().into(),
-            method.method.equation().into(),
+            method.method.equation_for(&answer.law).into_owned(),
         ]);
     }
     table.write(out)?;

@@ -5,6 +5,7 @@
 //! above this module asks a curve for its values and for sign-certain bounds; it never learns which
 //! parameters the law has.
 
+mod custom;
 mod exponential;
 mod expression;
 pub(crate) mod interval;
@@ -15,6 +16,7 @@ mod stribeck;
 mod table;
 mod weakening;
 
+pub use custom::{Custom, CustomLaw, CustomLawError};
 pub use exponential::Exponential;
 pub use expression::{Expression, ExpressionCurve, ExpressionError};
 pub use lorentzian::Lorentzian;
@@ -26,6 +28,7 @@ use std::cell::RefCell;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::point::{LawParameters, Point};
+use custom::CustomCurve;
 use interval::Interval;
 use jet::{Jet, Real};
 
@@ -53,6 +56,7 @@ pub struct Parameter {
 
 /// A family of friction laws.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Law {
     /// The paper's law, `(1 - alpha) / (1 + eps gamma u) + alpha + eps beta u^2`.
     Stribeck,
@@ -64,8 +68,14 @@ pub enum Law {
     Expression(Expression),
     /// A law given by data.
     Table(Table),
+    /// A law that a Rust program brings along, see [`Law::custom`].
+    Custom(Custom),
+    /// A law that is to be read as `1 + eps F(u)`, see [`Law::read_as_small`].
+    Small(Arc<Law>),
 }
 
+/// First line of the definition of a law that is read as `1 + eps F(u)`.
+const SMALL: &str = "small eps";
 /// Name of the laws given as text.
 const EXPRESSION: &str = "expression";
 /// Name of the laws given by data.
@@ -89,6 +99,80 @@ impl Law {
             Law::Lorentzian => "lorentzian",
             Law::Expression(_) => EXPRESSION,
             Law::Table(_) => TABLE,
+            Law::Custom(law) => law.name(),
+            Law::Small(law) => law.name(),
+        }
+    }
+
+    /// A law given by functions.
+    ///
+    /// ```
+    /// use slipmap::certify::TESTS;
+    /// use slipmap::filippov::Oscillator;
+    /// use slipmap::friction::{CustomLaw, Law, Parameter};
+    /// use slipmap::point::{LawParameters, Point};
+    /// use slipmap::simulate::{Fate, critical_damping, flow};
+    ///
+    /// /// The friction of R. I. Leine and others, 1 / (1 + a u).
+    /// #[derive(Debug)]
+    /// struct Hyperbola([Parameter; 1]);
+    ///
+    /// impl CustomLaw for Hyperbola {
+    ///     fn name(&self) -> &'static str {
+    ///         "hyperbola"
+    ///     }
+    ///     fn parameters(&self) -> &[Parameter] {
+    ///         &self.0
+    ///     }
+    ///     fn phi(&self, u: f64, _epsilon: f64, a: &[f64]) -> f64 {
+    ///         1.0 / (1.0 + a[0] * u)
+    ///     }
+    ///     fn slope(&self, u: f64, _epsilon: f64, a: &[f64]) -> f64 {
+    ///         -a[0] / (1.0 + a[0] * u).powi(2)
+    ///     }
+    /// }
+    ///
+    /// let a = Parameter { name: "a", long_name: "rate of weakening", min: 0.0, max: f64::INFINITY };
+    /// let law = Law::custom(Hyperbola([a]))?;
+    /// let point = Point { epsilon: 1.0, law: LawParameters::new(&[3.0]), belt_speed: 0.2, damping: 0.0 };
+    /// let oscillator = Oscillator::new(&law, &point);
+    /// assert!(matches!(flow(&oscillator, 1e-9).fate, Fate::Sticks(_)));
+    /// let column = law.column(&point);
+    /// assert!(critical_damping(&column, 1e-9).is_ok());
+    /// // Of functions nothing is proved: the theorems are silent.
+    /// let symmetric = TESTS.iter().find(|test| test.name == "symmetric").unwrap();
+    /// assert_eq!((symmetric.claim)(&column).present_below, f64::NEG_INFINITY);
+    /// # Ok::<(), slipmap::friction::CustomLawError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`CustomLawError`].
+    pub fn custom(law: impl CustomLaw) -> Result<Law, CustomLawError> {
+        Custom::new(law).map(Law::Custom)
+    }
+
+    /// The same law, to be read as `1 + eps F(u)` with `F = (phi - 1) / eps` at whatever eps it has: then the paper's test
+    /// (6), which takes a law to first order in eps, has an answer for every law. Nothing else changes.
+    #[must_use]
+    pub fn read_as_small(self) -> Law {
+        match self {
+            Law::Small(_) => self,
+            law => Law::Small(Arc::new(law)),
+        }
+    }
+
+    /// Whether the law is to be read as `1 + eps F(u)`.
+    #[must_use]
+    pub fn is_read_as_small(&self) -> bool {
+        matches!(self, Law::Small(_))
+    }
+
+    /// The law itself, however it is to be read.
+    #[must_use]
+    pub fn as_written(&self) -> &Law {
+        match self {
+            Law::Small(law) => law,
+            law => law,
         }
     }
 
@@ -100,6 +184,8 @@ impl Law {
             Law::Exponential | Law::Lorentzian => &exponential::PARAMETERS,
             Law::Expression(law) => law.parameters(),
             Law::Table(_) => &[],
+            Law::Custom(law) => law.parameters(),
+            Law::Small(law) => law.parameters(),
         }
     }
 
@@ -108,10 +194,15 @@ impl Law {
     #[must_use]
     pub fn definition(&self) -> String {
         match self {
-            Law::Stribeck | Law::Exponential | Law::Lorentzian => String::new(),
+            Law::Stribeck | Law::Exponential | Law::Lorentzian | Law::Custom(_) => String::new(),
+            Law::Small(law) => format!("{SMALL}\n{}", law.definition()),
             Law::Expression(law) => format!("{}\n{}", law.static_level(), law.text()),
             Law::Table(table) => {
-                let rows = table.data().map(|(u, phi)| format!("\n{u},{phi}"));
+                let errors = table.standard_errors();
+                let rows = table.data().enumerate().map(|(i, (u, phi))| match errors {
+                    Some(errors) => format!("\n{u},{phi},{}", errors[i]),
+                    None => format!("\n{u},{phi}"),
+                });
                 let head = format!("{} {}", table.static_level(), table.origin());
                 std::iter::once(head).chain(rows).collect()
             }
@@ -121,6 +212,9 @@ impl Law {
     /// The law of this name and definition; `None` if there is none.
     #[must_use]
     pub fn from_definition(name: &str, definition: &str) -> Option<Law> {
+        if let Some((SMALL, definition)) = definition.split_once('\n') {
+            return Self::from_definition(name, definition).map(Law::read_as_small);
+        }
         if let Some(law) = Self::BUILT_IN.into_iter().find(|law| law.name() == name) {
             return Some(law);
         }
@@ -128,13 +222,19 @@ impl Law {
         match name {
             EXPRESSION => Some(Law::Expression(Expression::new(rest, head.parse().ok()?).ok()?)),
             TABLE => {
-                let row = |line: &str| {
-                    let (u, phi) = line.split_once(',')?;
-                    Some((u.parse().ok()?, phi.parse().ok()?))
+                let numbers = |line: &str| -> Option<Vec<f64>> {
+                    line.split(',').map(|number| number.parse().ok()).collect()
                 };
-                let data: Vec<(f64, f64)> = rest.lines().map(row).collect::<Option<_>>()?;
+                let rows: Vec<Vec<f64>> = rest.lines().map(numbers).collect::<Option<_>>()?;
+                let column =
+                    |i: usize| rows.iter().map(|row| row.get(i).copied()).collect::<Option<Vec<_>>>();
+                let data: Vec<(f64, f64)> = column(0)?.into_iter().zip(column(1)?).collect();
                 let (level, origin) = head.split_once(' ')?;
-                Some(Law::Table(Table::new(origin, &data, level.parse().ok()?).ok()?))
+                let table = Table::new(origin, &data, level.parse().ok()?).ok()?;
+                Some(Law::Table(match column(2) {
+                    Some(errors) => table.with_standard_errors(&errors).ok()?,
+                    None => table,
+                }))
             }
             _ => None,
         }
@@ -157,7 +257,8 @@ impl Law {
             {
                 return curve.clone();
             }
-            let curve = Curve { form: self.form(epsilon, parameters), compiled: Arc::default() };
+            let small = self.is_read_as_small().then_some(epsilon);
+            let curve = Curve { form: self.form(epsilon, parameters), small, compiled: Arc::default() };
             *latest = Some((self.clone(), epsilon, *parameters, curve.clone()));
             curve
         })
@@ -170,6 +271,8 @@ impl Law {
             Law::Lorentzian => Form::Lorentzian(Lorentzian::new(parameters)),
             Law::Expression(law) => Form::Expression(law.curve(epsilon, parameters)),
             Law::Table(table) => Form::Table(table.clone()),
+            Law::Custom(law) => Form::Custom(law.curve(epsilon, parameters)),
+            Law::Small(law) => law.form(epsilon, parameters),
         }
     }
 
@@ -188,12 +291,14 @@ impl Law {
 #[derive(Clone, Debug)]
 pub struct Curve {
     form: Form,
+    /// eps, if the law is to be read as 1 + eps F(u).
+    small: Option<f64>,
     compiled: Arc<Mutex<Compiled>>,
 }
 
 impl PartialEq for Curve {
     fn eq(&self, other: &Self) -> bool {
-        self.form == other.form
+        self.form == other.form && self.small == other.small
     }
 }
 
@@ -215,6 +320,7 @@ enum Form {
     /// F1 of a formula, in the place of phi.
     Leading(ExpressionCurve),
     Table(Table),
+    Custom(CustomCurve),
 }
 
 impl Form {
@@ -226,6 +332,7 @@ impl Form {
             Form::Expression(law) => law.phi(u),
             Form::Leading(law) => law.leading(u),
             Form::Table(law) => law.phi(u),
+            Form::Custom(law) => law.phi(u),
         }
     }
 
@@ -238,6 +345,7 @@ impl Form {
             Form::Expression(law) => law.weakening(u),
             Form::Leading(law) => -law.leading(Jet::<f64, 2>::variable(u, 1.0)).0[1],
             Form::Table(law) => law.weakening(u),
+            Form::Custom(law) => law.weakening(u),
         }
     }
 
@@ -249,7 +357,7 @@ impl Form {
             Form::Lorentzian(law) => Some(law.formula(u)),
             Form::Expression(law) => Some(law.formula(u)),
             Form::Leading(law) => Some(law.leading(u)),
-            Form::Table(_) => None,
+            Form::Table(_) | Form::Custom(_) => None,
         }
     }
 
@@ -262,6 +370,7 @@ impl Form {
     fn corners(&self) -> &[f64] {
         match self {
             Form::Table(law) => law.corners(),
+            Form::Custom(law) => law.corners(),
             Form::Stribeck(_)
             | Form::Exponential(_)
             | Form::Lorentzian(_)
@@ -296,6 +405,15 @@ pub struct FirstOrder {
     pub mean_weakening: f64,
     /// Range of -F1'(u) over slip speeds u in [0, 2 V].
     pub weakening_range: Range,
+}
+
+/// Derivatives of the weakening rate at one slip speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gradient {
+    /// By eps.
+    pub epsilon: f64,
+    /// By each parameter of the law.
+    pub parameters: LawParameters,
 }
 
 /// Why a law has no first order in eps.
@@ -343,7 +461,9 @@ impl Curve {
             Form::Stribeck(law) => law.weakening_range(lo, hi),
             Form::Exponential(law) => law.weakening_range(lo, hi),
             Form::Lorentzian(law) => law.weakening_range(lo, hi),
-            Form::Expression(_) | Form::Leading(_) | Form::Table(_) => self.compiled(hi).range(lo, hi),
+            Form::Expression(_) | Form::Leading(_) | Form::Table(_) | Form::Custom(_) => {
+                self.compiled(hi).range(lo, hi)
+            }
         }
     }
 
@@ -353,9 +473,11 @@ impl Curve {
         match &self.form {
             Form::Stribeck(law) => law.even_weakening_range(belt_speed),
             Form::Exponential(law) => law.even_weakening_range(belt_speed),
-            Form::Lorentzian(_) | Form::Expression(_) | Form::Leading(_) | Form::Table(_) => {
-                self.compiled(2.0 * belt_speed).even_range(belt_speed, belt_speed)
-            }
+            Form::Lorentzian(_)
+            | Form::Expression(_)
+            | Form::Leading(_)
+            | Form::Table(_)
+            | Form::Custom(_) => self.compiled(2.0 * belt_speed).even_range(belt_speed, belt_speed),
         }
     }
 
@@ -366,7 +488,11 @@ impl Curve {
         match &self.form {
             Form::Stribeck(law) => law.mean_weakening(belt_speed),
             Form::Table(law) => law.mean_weakening(belt_speed),
-            Form::Exponential(_) | Form::Lorentzian(_) | Form::Expression(_) | Form::Leading(_) => {
+            Form::Exponential(_)
+            | Form::Lorentzian(_)
+            | Form::Expression(_)
+            | Form::Leading(_)
+            | Form::Custom(_) => {
                 let weakening = self.compiled(2.0 * belt_speed);
                 mean::mean_weakening(|u| weakening.at(u), belt_speed)
             }
@@ -378,6 +504,14 @@ impl Curve {
     /// # Errors
     /// [`NoFirstOrder`] for a law that is not 1 + O(eps).
     pub fn first_order(&self, belt_speed: f64) -> Result<FirstOrder, NoFirstOrder> {
+        if let Some(epsilon) = self.small {
+            // -F' = w / eps.
+            let Range { lo, hi } = self.weakening_range(0.0, 2.0 * belt_speed);
+            return Ok(FirstOrder {
+                mean_weakening: self.mean_weakening(belt_speed) / epsilon,
+                weakening_range: Range { lo: lo / epsilon, hi: hi / epsilon },
+            });
+        }
         match &self.form {
             Form::Stribeck(law) => Ok(law.first_order(belt_speed)),
             Form::Expression(law) => {
@@ -392,9 +526,54 @@ impl Curve {
                     weakening_range: leading.range(0.0, 2.0 * belt_speed),
                 })
             }
-            Form::Exponential(_) | Form::Lorentzian(_) | Form::Leading(_) | Form::Table(_) => {
-                Err(NoFirstOrder::NoEpsilon)
-            }
+            Form::Exponential(_)
+            | Form::Lorentzian(_)
+            | Form::Leading(_)
+            | Form::Table(_)
+            | Form::Custom(_) => Err(NoFirstOrder::NoEpsilon),
+        }
+    }
+
+    /// Whether the law's weakening rate is enclosed for slip speeds up to `fastest`: else theorems about it have nothing to
+    /// go by.
+    #[must_use]
+    pub fn is_enclosed(&self, fastest: f64) -> bool {
+        let range = self.weakening_range(0.0, fastest);
+        range.lo.is_finite() && range.hi.is_finite()
+    }
+
+    /// How the weakening rate at slip speed `u` changes with eps and with each parameter of the law.
+    #[must_use]
+    pub fn weakening_gradient(&self, u: f64) -> Gradient {
+        match &self.form {
+            Form::Stribeck(law) => law.gradient(u),
+            Form::Exponential(law) => law.gradient(u),
+            Form::Lorentzian(law) => law.gradient(u),
+            Form::Expression(law) | Form::Leading(law) => law.gradient(u),
+            Form::Table(_) => Gradient { epsilon: 0.0, parameters: LawParameters::new(&[]) },
+            Form::Custom(law) => law.gradient(u),
+        }
+    }
+
+    /// The table behind a measured law.
+    #[must_use]
+    pub fn table(&self) -> Option<&Table> {
+        match &self.form {
+            Form::Table(table) => Some(table),
+            _ => None,
+        }
+    }
+
+    /// Whether the closed forms of the law are evaluated in normal numbers: below them products may be wrong by any
+    /// factor, and nothing that is made of them is a theorem.
+    #[must_use]
+    pub fn is_normal(&self) -> bool {
+        match &self.form {
+            Form::Stribeck(law) => law.is_normal(),
+            Form::Exponential(law) => law.is_normal(),
+            Form::Lorentzian(law) => law.is_normal(),
+            // Enclosures hold at every size.
+            Form::Expression(_) | Form::Leading(_) | Form::Table(_) | Form::Custom(_) => true,
         }
     }
 
@@ -426,7 +605,8 @@ impl Curve {
             | Form::Lorentzian(_)
             | Form::Expression(_)
             | Form::Leading(_)
-            | Form::Table(_) => None,
+            | Form::Table(_)
+            | Form::Custom(_) => None,
         }
     }
 
@@ -440,7 +620,11 @@ impl Curve {
     pub fn weakens_less_and_less(&self) -> bool {
         match self.form {
             Form::Stribeck(_) | Form::Exponential(_) => true,
-            Form::Lorentzian(_) | Form::Expression(_) | Form::Leading(_) | Form::Table(_) => false,
+            Form::Lorentzian(_)
+            | Form::Expression(_)
+            | Form::Leading(_)
+            | Form::Table(_)
+            | Form::Custom(_) => false,
         }
     }
 }
