@@ -7,6 +7,7 @@
 //! phi = "mu + (1 - mu)*exp(-u/vs)"     # of law = "expression": u, eps, and names that become axes
 //! file = "measured.csv"                # of law = "table": slip speed and friction; seen from this file
 //! static = 1.0                         # default; friction at u = 0 of these two, which divides them
+//! small = "eps"                        # reads the law as 1 + eps F(u), so that `perturbation` answers for any law
 //! [grid]                               # every axis of the law; a number, a list, or a range
 //! epsilon = [0.01, 0.1]
 //! alpha = { from = 0.0, to = 0.9, points = 32 }

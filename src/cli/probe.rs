@@ -236,7 +236,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
             method.critical_c.map_or("-".into(), short),
             short(limit.equal.value()),
             method.method.guarantee().name().into(),
-            method.method.equation().into(),
+            method.method.equation_for(&answer.law).into_owned(),
         ]);
     }
     table.write(out)?;
@@ -324,7 +324,10 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
                 let kind = if cycle.is_stable() {
                     "attracts".to_owned()
                 } else {
-                    format!("repels: from inside it orbits tend to {}, from outside to {}", parts[0], parts[1])
+                    format!(
+                        "repels: from inside it orbits tend to {}, from outside to {}",
+                        parts[0], parts[1]
+                    )
                 };
                 let amplitude = 0.5 * (cycle.displacement.hi - cycle.displacement.lo);
                 line(

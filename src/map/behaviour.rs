@@ -9,9 +9,7 @@ use crate::filippov::Oscillator;
 use crate::friction::Curve;
 use crate::simulate::backbone::{Backbone, Crossing};
 use crate::simulate::crossing::{CrossingCycle, StickSlipCycle, crossing_cycles, stick_slip_cycle};
-use crate::simulate::slip_cycle::{
-    BACKBONE_TOLERANCE, Kick, SlipCycle, kick_onto, locate, none_proved,
-};
+use crate::simulate::slip_cycle::{BACKBONE_TOLERANCE, Kick, SlipCycle, kick_onto, locate, none_proved};
 use crate::simulate::{Failure, Flow};
 
 /// The relative error of a turn asked for where slip cycles are concerned: their amplitude is the less certain
@@ -50,7 +48,8 @@ impl Behaviour {
         }
         let backbone = self.backbone()?;
         let cycles = backbone.cycles(oscillator.viscous, stable, returns)?;
-        let narrowed = |cycle: Crossing| Crossing { between: backbone.narrowed(&cycle, oscillator.viscous), ..cycle };
+        let narrowed =
+            |cycle: Crossing| Crossing { between: backbone.narrowed(&cycle, oscillator.viscous), ..cycle };
         Some(cycles.into_iter().map(narrowed).collect())
     }
 

@@ -141,7 +141,7 @@ impl Proved {
     /// lemma of [`crate::certify`], the landing speed is below 2 if V^2 times that less 1 is below 4.
     #[must_use]
     pub fn of(law: &Law, point: &Point) -> Self {
-        let (Law::Stribeck, &[alpha, beta, gamma]) = (law, point.law.as_slice()) else {
+        let (Law::Stribeck, &[alpha, beta, gamma]) = (law.as_written(), point.law.as_slice()) else {
             return Self::NOTHING;
         };
         let (speed, c) = (point.belt_speed, point.damping);

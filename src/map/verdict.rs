@@ -162,7 +162,6 @@ impl Regime {
         }
     }
 
-
     /// The word used in tables and in `flag_meanings`.
     #[must_use]
     pub fn name(self) -> &'static str {

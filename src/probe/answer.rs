@@ -144,12 +144,17 @@ fn why_inapplicable(method: Method, claim: &Claim, column: &Column) -> Option<St
     if *claim != Claim::NOTHING {
         return None;
     }
+    if !column.curve.is_normal() {
+        return Some("a coefficient of the friction law is below the normal floating-point numbers".into());
+    }
     match method.guarantee() {
         Guarantee::Asymptotic => column.curve.first_order(column.belt_speed).err().map(|why| why.to_string()),
         Guarantee::Validated => {
             column.curve.stribeck().is_none().then(|| "the proof covers the law stribeck only".into())
         }
-        Guarantee::FiniteEpsilon | Guarantee::Numerical | Guarantee::None => None,
+        Guarantee::FiniteEpsilon => (!column.curve.is_enclosed(2.0 * column.belt_speed))
+            .then(|| "nothing encloses the friction law for slip speeds up to 2 V".into()),
+        Guarantee::Numerical | Guarantee::None => None,
     }
 }
 

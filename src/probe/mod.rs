@@ -4,6 +4,8 @@ mod answer;
 
 pub use answer::{Answer, MethodAnswer, landing};
 
+use std::borrow::Cow;
+
 use crate::behaviour::Behaviour;
 use crate::filippov::{Eigenvalues, Oscillator};
 use crate::friction::Range;
@@ -78,7 +80,7 @@ result! {
         /// What the verdict is worth.
         pub guarantee: &'static str,
         /// Where the method stands in the paper or in the theory pages.
-        pub equation: &'static str,
+        pub equation: Cow<'static, str>,
         /// Why the verdict is neither presence nor absence.
         pub reason: Option<String>,
         /// Up to which eps the verdict equals the simulated one.
@@ -363,7 +365,7 @@ impl Probe {
                 margin: said.margin,
                 critical_c: said.critical_c,
                 guarantee: said.method.guarantee().name(),
-                equation: said.method.equation(),
+                equation: said.method.equation_for(&answer.law),
                 reason: said.reason.clone(),
                 epsilon_limit: limit.equal,
                 epsilon_limit_sound: limit.sound,
@@ -398,7 +400,9 @@ impl Probe {
                 kick: KickResult { forward, backward },
             }),
             cycles: match answer.dynamics() {
-                Ok(dynamics) => Cycles::Found(AllCycles::of(dynamics, answer.slip_count(), &answer.flow.fate)),
+                Ok(dynamics) => {
+                    Cycles::Found(AllCycles::of(dynamics, answer.slip_count(), &answer.flow.fate))
+                }
                 Err(failure) => Cycles::Failed { reason: failure.to_string() },
             },
             machine: None,

@@ -66,7 +66,8 @@ struct Solver<'a> {
 
 impl Solver<'_> {
     fn at(&mut self, radius: f64, start: f64) -> Result<f64, Failure> {
-        let (curve, belt_speed, bounds, tolerance) = (self.curve, self.belt_speed, self.bounds, self.tolerance);
+        let (curve, belt_speed, bounds, tolerance) =
+            (self.curve, self.belt_speed, self.bounds, self.tolerance);
         let found = match closing_damping(curve, belt_speed, radius, bounds, start, tolerance) {
             Ok(found) => found,
             Err(spent) => {
@@ -129,7 +130,8 @@ impl Backbone {
         let size = bounds.lo.abs().max(bounds.hi.abs());
         let mut solver = Solver { curve, belt_speed, bounds, tolerance, error: 0.0, rhs: 0 };
         let finest = if curve.corners().is_empty() { SIZES[SIZES.len() - 1] } else { FINEST_WITH_CORNERS };
-        let mut values = vec![solver.at(belt_speed, curve.mean_weakening(belt_speed))?, curve.weakening(belt_speed)];
+        let mut values =
+            vec![solver.at(belt_speed, curve.mean_weakening(belt_speed))?, curve.weakening(belt_speed)];
         let mut intervals = 1;
         loop {
             // Every other node is known.
@@ -152,8 +154,13 @@ impl Backbone {
             let lebesgue = 1.0 + 2.0 / PI * (intervals as f64).ln();
             let nodes = lebesgue * solver.error + 4.0 * f64::EPSILON * size;
             if tail <= (tolerance * size).max(nodes) || intervals >= finest {
-                let mut backbone =
-                    Self { belt_speed, series, turning_points: Vec::new(), error: tail + nodes, rhs: solver.rhs };
+                let mut backbone = Self {
+                    belt_speed,
+                    series,
+                    turning_points: Vec::new(),
+                    error: tail + nodes,
+                    rhs: solver.rhs,
+                };
                 backbone.turning_points = backbone.find_turning_points([values[intervals], values[0]]);
                 return Ok(backbone);
             }
@@ -197,7 +204,9 @@ impl Backbone {
         found.push(TurningPoint { radius: self.belt_speed, viscous: at_belt });
         // The smallest step between neighbours goes, with both its ends or with the one that is no end of the curve.
         while let Some(i) = (1..found.len())
-            .filter(|&i| found.len() > 2 && (found[i].viscous - found[i - 1].viscous).abs() <= 2.0 * self.error)
+            .filter(|&i| {
+                found.len() > 2 && (found[i].viscous - found[i - 1].viscous).abs() <= 2.0 * self.error
+            })
             .min_by(|&i, &j| {
                 let step = |i: usize| (found[i].viscous - found[i - 1].viscous).abs();
                 step(i).total_cmp(&step(j))

@@ -68,7 +68,8 @@ impl Bifurcation {
             // There is one slip cycle at most (see there), and none to meet.
             Bifurcation::Fold if oscillator.curve.weakens_less_and_less() => None,
             Bifurcation::Fold => {
-                let backbone = Backbone::of_curve(&oscillator.curve, oscillator.belt_speed, tolerance).ok()?;
+                let backbone =
+                    Backbone::of_curve(&oscillator.curve, oscillator.belt_speed, tolerance).ok()?;
                 let excess = backbone.folds().iter().map(|fold| fold.viscous - oscillator.viscous);
                 let value = excess.min_by(|a, b| a.abs().total_cmp(&b.abs()))?;
                 Some(TestValue { value, error: backbone.error })

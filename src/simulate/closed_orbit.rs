@@ -102,15 +102,8 @@ pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Resu
     let (mut theta, mut h) = (0.0, FIRST_STEP);
     let mut error = 0.0;
     let weakening = &*oscillator.curve.compiled(4.0 * oscillator.belt_speed);
-    let mut field = Polar {
-        oscillator,
-        radius,
-        weakening,
-        from: 0.0,
-        h,
-        slowest: f64::INFINITY,
-        steepest: 0.0,
-    };
+    let mut field =
+        Polar { oscillator, radius, weakening, from: 0.0, h, slowest: f64::INFINITY, steepest: 0.0 };
     for _ in 0..STEP_BUDGET {
         let last = theta + h >= TAU;
         let width = if last { TAU - theta } else { h };
@@ -130,7 +123,8 @@ pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Resu
         });
         if inside {
             let slips = ends.map(|(end, _)| end);
-            if let Some(shorter) = corners::shortened(&oscillator.curve, oscillator.belt_speed, slips, width) {
+            if let Some(shorter) = corners::shortened(&oscillator.curve, oscillator.belt_speed, slips, width)
+            {
                 h = shorter;
                 continue;
             }
@@ -196,8 +190,7 @@ pub(super) fn closing_damping(
     let pad = 1e-9 * (bounds.hi - bounds.lo) + 1e-13 * size;
     let (mut low, mut high) = (bounds.lo - pad, bounds.hi + pad);
     let mut rhs = 0;
-    let mut oscillator =
-        Oscillator { curve: curve.clone(), viscous: start.clamp(low, high), belt_speed };
+    let mut oscillator = Oscillator { curve: curve.clone(), viscous: start.clamp(low, high), belt_speed };
     for _ in 0..MOST_TURNS {
         let viscous = oscillator.viscous;
         let lap = turn(&oscillator, radius, accuracy).map_err(|over| rhs + u64::from(over.rhs))?;

@@ -274,7 +274,12 @@ fn spectral(starts: &[ScaledGroups], tolerance: f64) -> Vec<Spectral> {
             let enough = units.map(|unit| 0.1 * tolerance * unit);
             let round_off = units.map(|unit| ROUND_OFF * unit);
             let mut lanes = Lanes::new(|lane| &starts[lane]);
-            let done = arch.dispatch(Dispatched { lanes: &mut lanes, circle, enough: &enough, round_off: &round_off });
+            let done = arch.dispatch(Dispatched {
+                lanes: &mut lanes,
+                circle,
+                enough: &enough,
+                round_off: &round_off,
+            });
             for (lane, &column) in columns.iter().enumerate() {
                 let (before, rhs) = match answers[column] {
                     Spectral::Root { viscous, rhs, .. } => (Some(viscous), rhs),

@@ -1,8 +1,8 @@
 //! All that the flow of one oscillator tends to, or is kept apart by.
 
 use super::crossing::{CrossingCycle, StickSlipCycle, crossing_cycles, stick_slip_cycle};
-use super::{Fate, Flow};
 use super::slip_cycle::{Kick, SlipCycle, Unknown, kick_onto, slip_cycles};
+use super::{Fate, Flow};
 use crate::filippov::{Eigenvalues, Oscillator};
 
 /// The equilibrium and the cycles, with their stability as computed.
@@ -56,7 +56,9 @@ pub fn separates(cycle: usize, count: usize, fate: &Fate) -> [Neighbour; 2] {
     let outside = match fate {
         _ if cycle + 1 < count => Neighbour::SlipCycle,
         Fate::CrossesForever => Neighbour::Crossing,
-        Fate::Sticks(_) | Fate::SpiralsInward | Fate::TooCloseToCall | Fate::Failed(_) => Neighbour::StickSlip,
+        Fate::Sticks(_) | Fate::SpiralsInward | Fate::TooCloseToCall | Fate::Failed(_) => {
+            Neighbour::StickSlip
+        }
     };
     [inside, outside]
 }

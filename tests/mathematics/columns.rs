@@ -42,7 +42,9 @@ fn verdicts_hold(points: &[CriticalPoint], engine: Engine, tolerance: f64) {
             .filter(|c| *c >= 0.0)
             .collect();
         cs.sort_by(f64::total_cmp);
-        for (verdict, &c) in decide(std::slice::from_ref(&column), &cs, engine, tolerance).into_iter().zip(&cs) {
+        for (verdict, &c) in
+            decide(std::slice::from_ref(&column), &cs, engine, tolerance).into_iter().zip(&cs)
+        {
             let right = match verdict {
                 Verdict::Present => c < point.critical_c,
                 // Below c* the orbit may cross the belt line for ever.

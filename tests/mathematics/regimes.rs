@@ -396,7 +396,10 @@ fn what_is_found_fits_together_at_random_points() {
             }
             Regime::Crossing => assert!(found.crossing[0].is_stable(), "{label}"),
             Regime::EquilibriumAndCrossing => {
-                assert!(found.slip.len() == 1 && found.kick.is_some() && found.crossing[0].is_stable(), "{label}");
+                assert!(
+                    found.slip.len() == 1 && found.kick.is_some() && found.crossing[0].is_stable(),
+                    "{label}"
+                );
             }
             Regime::PureSlip
             | Regime::PureSlipAndStickSlip
