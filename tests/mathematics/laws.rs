@@ -198,9 +198,10 @@ fn a_law_given_as_a_function_is_the_law_built_in() {
         // The comparison lemma: an error delta of the weakening rate moves eps c* by at most delta.
         let allowed = delta / 0.5 + found.error + exact.error;
         assert!((found.c - exact.c).abs() <= allowed, "V = {belt_speed}: {found:?} {exact:?} {delta}");
-        // Bounds are proved of the polynomials: theorems hold for them as for a formula.
+        // Bounds are proved of the polynomials: theorems hold for them as for a formula. Rounding: some hundred
+        // operations on numbers below one.
         let range = own.column(&point(&[])).curve.weakening_range(0.0, 2.0 * belt_speed);
-        assert!(range.lo.is_finite() && (range.hi - 0.5).abs() <= 2.0 * delta, "{range:?}");
+        assert!(range.lo.is_finite() && (range.hi - 0.5).abs() <= 2.0 * delta + 1e-13, "{range:?}");
     }
 }
 
