@@ -7,6 +7,7 @@
 //! phi = "mu + (1 - mu)*exp(-u/vs)"     # of law = "expression": u, eps, and names that become axes
 //! file = "measured.csv"                # of law = "table": slip speed and friction; seen from this file
 //! static = 1.0                         # default; friction at u = 0 of these two, which divides them
+//! small = "eps"                        # reads the law as 1 + eps F(u), so that `perturbation` answers for any law
 //! [grid]                               # every axis of the law; a number, a list, or a range
 //! epsilon = [0.01, 0.1]
 //! alpha = { from = 0.0, to = 0.9, points = 32 }
@@ -35,7 +36,7 @@
 //! [curves]                             # where the behaviour changes, stored in the map by continuation
 //! planes = [{ x = "V", y = "c", at = { gamma = 2.0 } }] # other axes at the nearest, or else their middle node
 //! [audit]
-//! cells = 1000                         # default
+//! cells = 1000                         # default; distinct cells, at most 10,000,000
 //! [output]
 //! path = "results/name.h5"             # default: results/<name of the file>.h5
 //! fields = ["verdict"]                 # default; also: margin, critical_c, regime, landing, cycle, basin,
@@ -248,6 +249,29 @@ fn schema(law: &Law) -> Vec<(Option<&'static str>, Vec<&'static str>)> {
     let mut schema = vec![(None, top)];
     schema.extend(sections.into_iter().map(|(name, keys)| (Some(name), keys)));
     schema
+}
+
+/// Every key of a configuration for the law `stribeck`, by section; the name of the top level is empty. Of `[grid]`
+/// those of all built-in laws.
+#[must_use]
+pub fn keys() -> Vec<(&'static str, Vec<&'static str>)> {
+    let axes = Law::BUILT_IN.iter().flat_map(|law| Grid::axis_names(law));
+    let mut all: Vec<&str> = Vec::new();
+    for axis in axes {
+        if !all.contains(&axis) {
+            all.push(axis);
+        }
+    }
+    let sections: Vec<&str> = schema(&Law::Stribeck).iter().filter_map(|(name, _)| *name).collect();
+    schema(&Law::Stribeck)
+        .into_iter()
+        .map(|(name, keys)| match name {
+            Some("grid") => ("grid", all.clone()),
+            // A section is no key.
+            None => ("", keys.into_iter().filter(|key| !sections.contains(key)).collect()),
+            Some(name) => (name, keys),
+        })
+        .collect()
 }
 
 /// Refuses every key that no one would read, and says which was probably meant.

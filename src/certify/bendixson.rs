@@ -24,7 +24,7 @@
 //! Departures from the paper (section 5.1): the paper keeps only the first order in eps and takes x2 >= -V
 //! along the orbit. That is [`super::bendixson_leading`]; where D > 0 the orbit in fact overshoots -V.
 
-use super::{Claim, Guarantee, Test, landing};
+use super::{Claim, Guarantee, Test, absence_edge, landing, presence_edge};
 use crate::friction::Column;
 
 /// The test.
@@ -33,6 +33,7 @@ pub const TEST: Test = Test {
     long_name: "Bendixson criterion at finite eps",
     equation: "paper section 5.1 at finite eps",
     guarantee: Guarantee::FiniteEpsilon,
+    first_order: false,
     claim,
     claims: Some(claims),
 };
@@ -61,13 +62,13 @@ fn with_edge(column: &Column, edge: Option<f64>) -> Claim {
     Claim {
         sticks_from: landing::sticks_from(column, present_below),
         present_below,
-        absent_above: column.curve.weakening_range(0.0, 2.0 * column.belt_speed).hi / column.epsilon,
+        absent_above: absence_edge(column, column.curve.weakening_range(0.0, 2.0 * column.belt_speed).hi),
     }
 }
 
 /// The least weakening on slip speeds from 0 to V + `amplitude`, as a damping.
 fn lowest(column: &Column, amplitude: f64) -> f64 {
-    column.curve.weakening_range(0.0, column.belt_speed + amplitude).lo / column.epsilon
+    presence_edge(column, column.curve.weakening_range(0.0, column.belt_speed + amplitude).lo)
 }
 
 /// For each column a damping c > 0 with eps c <= weakening on [0, V + R(c)], as large as the search finds; `None` if

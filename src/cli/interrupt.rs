@@ -18,7 +18,11 @@ static CODE: LazyLock<Arc<AtomicUsize>> = LazyLock::new(Arc::default);
 /// What is to be done, and said, if the work is given up.
 static GIVING_UP: Mutex<Option<GivingUp>> = Mutex::new(None);
 
-type GivingUp = Box<dyn FnOnce() -> String + Send>;
+/// What is left of the work, and what removes what must not be left.
+struct GivingUp {
+    left: String,
+    tidy: Box<dyn FnOnce() + Send>,
+}
 
 /// The signals that are listened to; the exit code of each is 128 and its number.
 const SIGNALS: &[i32] = &[
@@ -60,10 +64,10 @@ pub(super) fn code() -> u8 {
     u8::try_from(CODE.load(Ordering::SeqCst)).ok().filter(|&code| code > 0).unwrap_or(130)
 }
 
-/// Says what is to be done if the work is given up: tidy up, and return what is left of it. In place of what
-/// was said before.
-pub(super) fn on_giving_up(tidy: impl FnOnce() -> String + Send + 'static) {
-    *GIVING_UP.lock().unwrap_or_else(PoisonError::into_inner) = Some(Box::new(tidy));
+/// Sets what is said and done if the work is given up: what is `left` of it, and how to `tidy` up. In place of what
+/// was set before.
+pub(super) fn on_giving_up(left: String, tidy: impl FnOnce() + Send + 'static) {
+    *GIVING_UP.lock().unwrap_or_else(PoisonError::into_inner) = Some(GivingUp { left, tidy: Box::new(tidy) });
 }
 
 /// Waits for the exit code of the work; `None` if the work has panicked. Ends the process if a signal came and
@@ -90,9 +94,13 @@ fn give_up() -> ! {
     let (done, tidied) = channel();
     // In a thread of its own: a file system that does not answer would hold this one for ever.
     let tidy = move || {
-        let tidy = GIVING_UP.lock().unwrap_or_else(PoisonError::into_inner).take();
-        let left = tidy.map_or_else(|| super::NOTHING_LEFT.to_owned(), |tidy| tidy());
+        let giving_up = GIVING_UP.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let left = giving_up.as_ref().map_or(super::NOTHING_LEFT, |giving_up| &giving_up.left);
+        // The message first: the disk may never answer.
         super::say(&format!("interrupted; {left}"));
+        if let Some(GivingUp { tidy, .. }) = giving_up {
+            tidy();
+        }
         let _ = done.send(());
     };
     drop(std::thread::Builder::new().spawn(tidy));

@@ -3,6 +3,7 @@
 //! Exit codes: 0 all is well; 1 the job ran but something in it failed; 2 bad input, with nothing written;
 //! 130 interrupted by Ctrl-C, 143 by a request to terminate.
 
+mod assess;
 mod check;
 mod estimate;
 mod failures;
@@ -61,8 +62,10 @@ enum Command {
     Probe(probe::Arguments),
     /// Write tables and figures that compare the methods of a map
     Report(report::Arguments),
-    /// Draw one slice of a map
+    /// Draw variables of a map
     Plot(plot::Arguments),
+    /// Assess a machine at its working point, on one page in SI units
+    Machine(assess::Arguments),
     /// Compare every method with the simulated flow on a grid, and explain each failure
     Failures(failures::Arguments),
     /// Chart the speed of every method and engine against its accuracy
@@ -147,6 +150,7 @@ fn carry_out(command: Command) -> ExitCode {
         Command::Probe(arguments) => probe::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),
         Command::Plot(arguments) => plot::run(&arguments),
+        Command::Machine(arguments) => assess::run(&arguments),
         Command::Failures(arguments) => failures::run(&arguments),
         Command::WorkPrecision(arguments) => work_precision::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),

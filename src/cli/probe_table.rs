@@ -12,7 +12,7 @@ use super::output::{exact, short};
 use super::{Ended, Failure, interrupt, point};
 use crate::config::PointTable;
 use crate::friction::Law;
-use crate::map::{Description, Field, Method, Quantity};
+use crate::map::{Description, Field, Method, Quantity, slip_cycle_count};
 use crate::probe::Answer;
 
 /// Answers for standard output are held in memory up to this size, then in a temporary file.
@@ -145,7 +145,12 @@ fn answer(table: &PointTable, mut row: ByteRecord, job: &Job) -> Result<ByteReco
     row.push_field(critical.map_or(String::new(), |root| number(root.c)).as_bytes());
     row.push_field(critical.map_or(String::new(), |root| short(root.error)).as_bytes());
     row.push_field(answer.regime.name().as_bytes());
-    let described = Description { landing: answer.landing(), cycle: answer.cycle, boundary: answer.basin };
+    let described = Description {
+        landing: answer.landing(),
+        slip_cycles: slip_cycle_count(&answer.oscillator, &answer.flow),
+        cycle: answer.cycle,
+        boundary: answer.basin,
+    };
     for quantity in QUANTITIES.into_iter().flat_map(|field| Quantity::of(field, 0)) {
         row.push_field(number(described.value(quantity)).as_bytes());
     }
@@ -219,10 +224,9 @@ impl Output {
             ))
         })?;
         let temporary = file.path().to_owned();
-        interrupt::on_giving_up(move || {
+        interrupt::on_giving_up(super::NOTHING_LEFT.to_owned(), move || {
             // If it cannot be removed there is nothing better to do.
             let _ = std::fs::remove_file(temporary);
-            super::NOTHING_LEFT.to_owned()
         });
         Ok(Self { file: Spool::Beside { file: BufWriter::new(file), path: path.to_owned() }, overwrite })
     }

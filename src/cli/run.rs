@@ -13,7 +13,7 @@ use super::room::{Permission, Room, create_folders};
 use super::summary::{self, Report};
 use super::{Ended, Failure, estimate, interrupt, output, progress, proof, say};
 use crate::config::Job;
-use crate::machine::{MOTION_ATTRIBUTE, SI_ATTRIBUTE};
+use crate::machine::{MOTION_ATTRIBUTE, SI_ATTRIBUTE, UNITS_ATTRIBUTE};
 use crate::map::{self, Account, ComputeError, Control, Earlier, Queue, Summary};
 use crate::store::{self, Existing, Left, Outcome, PartialMap, Provenance, Resumed, StoreError, Value};
 
@@ -266,10 +266,8 @@ fn tell_of_resumption(map: &PartialMap, resume: bool) {
 /// If the tiles in work take too long they are given up. Whatever the other threads are at, the journal holds each
 /// finished tile or does not.
 fn end_in_time(output: PathBuf) {
-    interrupt::on_giving_up(move || {
-        store::remove_unfinished(&output);
-        format!("the tiles in work were given up, finished ones are kept\n{}", way_on())
-    });
+    let left = format!("the tiles in work were given up, finished ones are kept\n{}", way_on());
+    interrupt::on_giving_up(left, move || store::remove_unfinished(&output));
 }
 
 /// What to say of a run that ended early.
@@ -418,6 +416,7 @@ fn outcome(job: &Job, summary: &Summary) -> Outcome {
                 [
                     (SI_ATTRIBUTE.to_owned(), Value::Reals(machine.to_array().to_vec())),
                     (MOTION_ATTRIBUTE.to_owned(), machine.motion.name().into()),
+                    (UNITS_ATTRIBUTE.to_owned(), Value::Reals(machine.units().to_array().to_vec())),
                 ]
             }))
             .collect(),

@@ -7,17 +7,17 @@ use std::sync::mpsc::sync_channel;
 
 use super::account::{Account, FailedCell, MethodAccount, Stages, count, failed_cells};
 use super::audit::{Audit, Draws};
+use super::behaviour::Behaviour;
 use super::contradictions::{Contradictions, contradictions};
 use super::proved::Proved;
 use super::quantity::describe;
 use super::simulation::{End, Paths, Simulated, simulate};
-use super::{Field, Method, MethodCells, Plan, PlaneCurves, Regime, Runs, Sink, Tile, TileData, Verdict};
+use super::{Field, Method, MethodCells, Plan, PlaneCurves, Runs, Sink, Tile, TileData, Verdict};
 use crate::certify::Claim;
 use crate::clock::timed;
 use crate::filippov::Oscillator;
 use crate::friction::Column;
 use crate::simulate::return_map::{Turn, turns_of};
-use crate::simulate::slip_cycle::{SlipCycle, slip_cycles};
 
 /// How a computation is steered from outside.
 pub struct Control<'a> {
@@ -327,9 +327,16 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> Computed {
             timed(|| simulated.unwrap_or_else(|| simulate(&columns, cs, plan.engine, plan.tolerance, false)));
         stages.fields += taken;
         if plan.stores(Field::Regime) {
-            let regime = |(oscillator, end): (Oscillator, &End)| regime_of(&oscillator, *end);
-            (data.regime, stages.regime) =
-                timed(|| oscillators(&columns, cs).zip(&simulated.ends).map(regime).collect());
+            let regimes = || {
+                let of_column = |(column, ends): (&Column, &[End])| {
+                    let behaviour = Behaviour::new(&column.curve, column.belt_speed);
+                    let regime =
+                        |(&c, &end): (&f64, &End)| behaviour.regime(&Oscillator::in_column(column, c), end);
+                    cs.iter().zip(ends).map(regime).collect::<Vec<_>>()
+                };
+                columns.iter().zip(simulated.ends.chunks(cs.len())).flat_map(of_column).collect()
+            };
+            (data.regime, stages.regime) = timed(regimes);
         }
         let (quantities, taken) = timed(|| describe(plan, tile, &simulated.ends));
         data.quantities = quantities;
@@ -398,41 +405,4 @@ fn simulation(plan: &Plan, method: Method, columns: &[Column], cs: &[f64]) -> (M
         }));
     }
     (cells, simulated)
-}
-
-/// The regime of a point whose orbit from the exit point ends as `flow` says.
-#[must_use]
-pub fn regime(oscillator: &Oscillator, flow: &crate::simulate::Flow) -> Regime {
-    regime_of(oscillator, End::of(flow))
-}
-
-/// Relative error of the turns by which slip cycles are sought.
-const SLIP_TOLERANCE: f64 = 1e-10;
-
-/// An orbit that spirals inward around an unstable equilibrium must tend to a slip cycle between the two
-/// (Poincare-Bendixson); around a stable one the equilibrium attracts. A stick-slip cycle around a stable
-/// equilibrium coexists with it. Laws other than those that weaken less and less may have further slip
-/// cycles, which are looked for.
-pub(super) fn regime_of(oscillator: &Oscillator, end: End) -> Regime {
-    let stable = oscillator.eigenvalues().is_stable();
-    let slips = match end {
-        End::Crosses | End::TooClose | End::Failed => false,
-        End::Sticks | End::Inward if oscillator.curve.weakens_less_and_less() => {
-            end == End::Inward && !stable
-        }
-        End::Sticks | End::Inward => match slip_cycles(oscillator, SLIP_TOLERANCE) {
-            Ok(cycles) => cycles.iter().any(SlipCycle::is_stable),
-            Err(_) => return Regime::Failed,
-        },
-    };
-    match end {
-        End::Sticks if slips => Regime::PureSlipAndStickSlip,
-        End::Sticks if stable => Regime::Bistable,
-        End::Sticks => Regime::StickSlip,
-        End::Inward if slips && stable => Regime::PureSlipAndEquilibrium,
-        End::Inward if stable => Regime::Equilibrium,
-        End::Inward => Regime::PureSlip,
-        End::Crosses => Regime::Crossing,
-        End::TooClose | End::Failed => Regime::Failed,
-    }
 }

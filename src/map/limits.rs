@@ -27,12 +27,13 @@
 //! **Budget.** A ray and all limits along it spend at most [`WORK`]. What the budget, or a flow without an answer,
 //! leaves open is [`Limit::Unknown`], with the reason; what was found below that eps stands.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
+use std::collections::HashMap;
 use std::f64::consts::TAU;
 
 use super::{Method, Verdict};
 use crate::filippov::Oscillator;
-use crate::friction::Law;
+use crate::friction::{Column, Law};
 use crate::point::Point;
 use crate::simulate::{Fate, Flow, flow};
 
@@ -50,6 +51,9 @@ const SECTIONS: u32 = 24;
 /// What a ray and its limits may cost together: evaluations of the right-hand side, in units of that of the
 /// Stribeck law (see [`Curve::cost`](crate::friction::Curve::cost)). Rays of moderate parameters take a twentieth of it, without the naive methods.
 pub const WORK: u64 = 10_000_000;
+
+/// What a piece of a compiled law costs, in the same units.
+const PIECE: u64 = 500;
 
 /// Why a limit is not known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -137,7 +141,7 @@ impl Proved {
     /// lemma of [`crate::certify`], the landing speed is below 2 if V^2 times that less 1 is below 4.
     #[must_use]
     pub fn of(law: &Law, point: &Point) -> Self {
-        let (Law::Stribeck, &[alpha, beta, gamma]) = (law, point.law.as_slice()) else {
+        let (Law::Stribeck, &[alpha, beta, gamma]) = (law.as_written(), point.law.as_slice()) else {
             return Self::NOTHING;
         };
         let (speed, c) = (point.belt_speed, point.damping);
@@ -174,6 +178,8 @@ pub struct Ray {
     unknown_from: Option<(f64, Unknown)>,
     /// What is left of [`WORK`].
     left: Cell<u64>,
+    /// The columns that were asked about, by the bits of eps: a law is compiled once for all methods.
+    columns: RefCell<HashMap<u64, Column>>,
 }
 
 /// How far out the orbit lands: 0 next to grazing, 2 at the far end of the sticking segment, 4 where it has
@@ -253,6 +259,7 @@ impl Ray {
             changes: Vec::new(),
             unknown_from: None,
             left: Cell::new(WORK),
+            columns: RefCell::default(),
         };
         let found = ray.search(from, to);
         ray.unknown_from = found.err();
@@ -306,18 +313,32 @@ impl Ray {
 
     /// What the flow does at `epsilon`.
     fn ask(&self, epsilon: f64) -> Result<Asked, Unknown> {
-        let oscillator = Oscillator::new(&self.law, &self.at(epsilon));
+        let oscillator = Oscillator::in_column(&self.column(epsilon)?, self.point.damping);
         let flow = flow(&oscillator, self.tolerance);
-        self.spend(flow.rhs, &oscillator)?;
+        self.spend(flow.rhs * oscillator.curve.cost())?;
         match flow.fate {
             Fate::Failed(_) => Err(Unknown::NoFlow),
             _ => Ok(Asked { epsilon, verdict: verdict_of(&flow), reach: reach(&oscillator, &flow) }),
         }
     }
 
-    /// Takes evaluations of the right-hand side from what is left.
-    fn spend(&self, rhs: u64, oscillator: &Oscillator) -> Result<(), Unknown> {
-        let left = self.left.get().saturating_sub(rhs.saturating_mul(oscillator.curve.cost()));
+    /// The column at `epsilon`.
+    fn column(&self, epsilon: f64) -> Result<Column, Unknown> {
+        if let Some(known) = self.columns.borrow().get(&epsilon.to_bits()) {
+            return Ok(known.clone());
+        }
+        let column = self.law.column(&self.at(epsilon));
+        if column.curve.stribeck().is_none() {
+            let pieces = column.curve.compiled(2.0 * column.belt_speed).breaks().len();
+            self.spend(PIECE * pieces as u64)?;
+        }
+        self.columns.borrow_mut().insert(epsilon.to_bits(), column.clone());
+        Ok(column)
+    }
+
+    /// Takes work from what is left.
+    fn spend(&self, work: u64) -> Result<(), Unknown> {
+        let left = self.left.get().saturating_sub(work);
         self.left.set(left);
         if left > 0 { Ok(()) } else { Err(Unknown::GivenUp) }
     }
@@ -415,15 +436,16 @@ impl Ray {
             return Ok(());
         }
         let said = |epsilon: f64| {
-            let here = self.at(epsilon);
-            let column = self.law.column(&here);
+            // Nothing more once the budget is spent.
+            self.spend(0)?;
+            let (column, damping) = (self.column(epsilon)?, self.point.damping);
             if let Method::Naive(naive, knobs) = method {
-                let oscillator = Oscillator::in_column(&column, here.damping);
+                let oscillator = Oscillator::in_column(&column, damping);
                 let answer = naive.decide(&oscillator, &knobs);
-                self.spend(answer.rhs, &oscillator)?;
+                self.spend(answer.rhs * oscillator.curve.cost())?;
                 return Ok(Verdict::from(answer.verdict));
             }
-            Ok(method.decide(&column, here.damping, self.tolerance))
+            Ok(method.decide(&column, damping, self.tolerance))
         };
         // The pairs (method, flow) in increasing eps, each with the place where it begins.
         let mut pair = (said(LOWEST)?, self.first);

@@ -10,7 +10,7 @@ use crate::point::Point;
 use crate::simulate::direct::{Start, trace};
 use crate::simulate::naive::NaiveVerdict;
 use crate::simulate::slip_count::{SlipCount, count_slip_cycles};
-use crate::simulate::slip_cycle::{Kick, SlipCycle, slip_cycles};
+use crate::simulate::slip_cycle::{Kick, SlipCycle, Unknown, slip_cycles};
 use crate::simulate::{self, CriticalDamping, Dynamics, Fate, Flow, Landing, NoCriticalDamping};
 
 /// What one method says.
@@ -50,7 +50,7 @@ pub struct Answer {
     pub regime: Regime,
     /// The cycle that attracts.
     pub cycle: Option<AttractingCycle>,
-    /// The boundary of the basin of steady slip in the bistable regime, and the kicks onto it.
+    /// The unstable slip cycle outside of which the mass stick-slips or crosses for ever, and the kicks onto it.
     pub basin: Option<(SlipCycle, Kick)>,
 }
 
@@ -69,8 +69,8 @@ impl Answer {
             })
             .collect();
         let regime = map::regime(&oscillator, &flow);
-        let cycle = map::attracting_cycle(&oscillator, &flow, regime, tolerance);
-        let basin = map::basin_boundary(&oscillator, regime, tolerance);
+        let cycle = map::attracting_cycle(&oscillator, &flow, tolerance);
+        let basin = map::basin_boundary(&oscillator, &flow, tolerance);
         Self {
             law: law.clone(),
             point: *point,
@@ -104,7 +104,7 @@ impl Answer {
     }
 
     /// Everything that is not an attractor is left out of [`Answer`]; this is all of it.
-    pub fn dynamics(&self) -> Result<Dynamics, simulate::Failure> {
+    pub fn dynamics(&self) -> Result<Dynamics, Unknown> {
         simulate::dynamics(&self.oscillator, &self.flow, self.tolerance)
     }
 
@@ -114,7 +114,7 @@ impl Answer {
     }
 
     /// The cycles that slip all the time below the belt line.
-    pub fn slip_cycles(&self) -> Result<Vec<SlipCycle>, simulate::Failure> {
+    pub fn slip_cycles(&self) -> Result<Vec<SlipCycle>, Unknown> {
         slip_cycles(&self.oscillator, self.tolerance)
     }
 
@@ -144,12 +144,17 @@ fn why_inapplicable(method: Method, claim: &Claim, column: &Column) -> Option<St
     if *claim != Claim::NOTHING {
         return None;
     }
+    if !column.curve.is_normal() {
+        return Some("a coefficient of the friction law is below the normal floating-point numbers".into());
+    }
     match method.guarantee() {
         Guarantee::Asymptotic => column.curve.first_order(column.belt_speed).err().map(|why| why.to_string()),
         Guarantee::Validated => {
             column.curve.stribeck().is_none().then(|| "the proof covers the law stribeck only".into())
         }
-        Guarantee::FiniteEpsilon | Guarantee::Numerical | Guarantee::None => None,
+        Guarantee::FiniteEpsilon => (!column.curve.is_enclosed(2.0 * column.belt_speed))
+            .then(|| "nothing encloses the friction law for slip speeds up to 2 V".into()),
+        Guarantee::Numerical | Guarantee::None => None,
     }
 }
 

@@ -179,7 +179,8 @@ impl Study {
     /// Every number.
     #[must_use]
     pub fn table(&self) -> Table {
-        let column = |key, heading: &str, show| Column { key, heading: rich(heading), show };
+        let column =
+            |key: &str, heading: &str, show| Column { key: key.into(), heading: rich(heading), show };
         let sizes = |errors: &Option<Errors>| {
             let number = |of: fn(&Errors) -> f64| Entry::from(errors.as_ref().map(of));
             [number(|e| e.median), number(|e| e.high), number(|e| e.worst)]
@@ -285,8 +286,8 @@ impl Study {
         let mut series = Vec::new();
         for (column, heading) in table.columns.iter().enumerate() {
             let long_name = heading.heading.plain();
-            series.push(match heading.key {
-                "kind" | "method" | "knob" => Series::words("point", heading.key, &long_name, texts(column)),
+            series.push(match heading.key.as_str() {
+                "kind" | "method" | "knob" => Series::words("point", &heading.key, &long_name, texts(column)),
                 key => Series::reals("point", key, &long_name, numbers(column)),
             });
         }

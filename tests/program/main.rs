@@ -24,6 +24,7 @@ mod mounts;
 #[cfg(all(target_os = "linux", feature = "mpi"))]
 mod mpi;
 mod probe;
+mod reference_page;
 mod report;
 mod resume;
 mod run;

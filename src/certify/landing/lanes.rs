@@ -16,7 +16,9 @@ type Lanes = [f64; LANES];
 pub(in crate::certify) fn amplitude_bounds(columns: &[(&Column, f64)], strips: u32) -> Vec<f64> {
     let groups: Option<Vec<ScaledGroups>> = columns
         .iter()
-        .map(|(column, c)| column.curve.scaled(column.belt_speed, column.epsilon * c))
+        .map(|(column, c)| {
+            column.curve.stribeck().map(|law| law.scaled(column.belt_speed, column.epsilon * c))
+        })
         .collect();
     let Some(groups) = groups else {
         return columns.iter().map(|&(column, c)| super::amplitude_bound(column, c, strips)).collect();

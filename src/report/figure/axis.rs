@@ -135,8 +135,8 @@ impl Scale {
         let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|step| *step >= rough);
         let step = step.unwrap_or(10.0 * power);
         let slack = 1e-9 * span;
-        let first = ((self.from - slack) / step).ceil() as i64;
-        let last = ((self.to + slack) / step).floor() as i64;
+        let first = (self.from / step - slack / step).ceil() as i64;
+        let last = (self.to / step + slack / step).floor() as i64;
         let values: Vec<f64> = (first..=last).map(|i| i as f64 * step).collect();
         let largest = values.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
         let decimals = (-step.log10().floor()).max(0.0) as usize;
@@ -288,16 +288,11 @@ impl Panel {
         scene.text((x + 0.5 * w, y + h + SMALL_TEXT + TEXT + 3.5), name, TEXT, Anchor::Middle);
     }
 
-    /// Writes the name of the vertical axis left of its numbers: upright if it is short, else upwards.
+    /// Writes the name of the vertical axis left of its numbers, upwards: upright, a letter beside a number would
+    /// read as a product.
     pub fn y_name(&self, scene: &mut Scene, name: &Rich, labels_width: f64) {
         let Rect { x, y, h, .. } = self.rect;
-        let right = x - labels_width - 5.5;
-        let middle = y + 0.5 * h;
-        if text_width(name, TEXT) < TEXT {
-            scene.text((right, middle + 0.36 * TEXT), name, TEXT, Anchor::End);
-        } else {
-            scene.text_up((right, middle), name, TEXT, Anchor::Middle);
-        }
+        scene.text_up((x - labels_width - 5.5, y + 0.5 * h), name, TEXT, Anchor::Middle);
     }
 
     /// Writes a title above the panel.
@@ -317,8 +312,12 @@ pub const BOTTOM_MARGIN: f64 = SMALL_TEXT + TEXT + 7.0;
 /// Room above a panel for its title.
 pub const TITLE_MARGIN: f64 = SMALL_TEXT + 4.5;
 
-/// Room between panels.
+/// Least room between panels.
 const GAP: f64 = 9.0;
+/// The height that panels take at most, so that figure, legend and caption fit on a page: 205 mm.
+const MOST_HEIGHT: f64 = 580.0;
+/// Panels are made flatter down to this ratio before they stand side by side.
+const FLATTEST: f64 = 0.5;
 
 /// Width of the widest number at ticks.
 fn text_width_of(ticks: &[Tick]) -> f64 {
@@ -336,37 +335,77 @@ pub struct Panels {
     pub bottom: f64,
 }
 
+/// Room above a row of panels beyond their own height.
+const ROW_MARGIN: f64 = TITLE_MARGIN + 4.0;
+
 impl Panels {
     /// `count` panels in `columns` columns over the width of a figure; each is `aspect` times as high as
-    /// wide.
+    /// wide. Where they would be higher than a page, they are flatter, or there are more columns.
     #[must_use]
     pub fn new(width: f64, columns: usize, count: usize, aspect: f64, x: Scale, y: Scale) -> Self {
-        let columns = columns.clamp(1, count.max(1));
-        let right = 0.5 * text_width_of(&x.ticks(5)).max(8.0);
+        let mut columns = columns.clamp(1, count.max(1));
+        loop {
+            let rows = count.div_ceil(columns) as f64;
+            let room = MOST_HEIGHT / rows.max(1.0) - ROW_MARGIN;
+            let panels = Self::sized(width, columns, count, aspect, x, y);
+            let Rect { w, h, .. } =
+                panels.panels.first().map_or(Rect { x: 0.0, y: 0.0, w: 1.0, h: 0.0 }, |p| p.rect);
+            if h <= room {
+                return panels;
+            }
+            if room >= FLATTEST * w || columns >= count {
+                return Self::sized(width, columns, count, room / w, x, y);
+            }
+            columns += 1;
+        }
+    }
+
+    /// The same below a heading, which is drawn at the top of the figure.
+    #[must_use]
+    pub fn below(
+        scene: &mut Scene,
+        heading: &Rich,
+        columns: usize,
+        count: usize,
+        aspect: f64,
+        (x, y): (Scale, Scale),
+    ) -> Self {
+        let mut panels = Self::new(scene.width, columns, count, aspect, x, y);
+        let left = panels.panels.first().map_or(0.0, |panel| panel.rect.x);
+        let height = write_heading(scene, left, heading);
+        panels.shift((0.0, height));
+        panels
+    }
+
+    fn sized(width: f64, columns: usize, count: usize, aspect: f64, x: Scale, y: Scale) -> Self {
+        let widest = text_width_of(&x.ticks(9)).max(8.0);
+        // Browsers may set numbers in a wider font.
+        let (right, gap) = (0.5 * widest + 2.0, (widest + 5.0).max(GAP));
         let size = |labels_width: f64| {
             let left = left_margin(labels_width);
-            let w = (width - left - right - GAP * (columns - 1) as f64) / columns as f64;
+            let w = (width - left - right - gap * (columns - 1) as f64) / columns as f64;
             (left, w, aspect * w)
         };
         // The numbers depend on the height and the height on the numbers; the second round settles it.
         let labels_width = Panel::y_labels_width(y, size(20.0).2);
         let labels_width = Panel::y_labels_width(y, size(labels_width).2);
         let (left, w, h) = size(labels_width);
-        let row = h + TITLE_MARGIN + 4.0;
+        let row = h + ROW_MARGIN;
         let panels = (0..count)
             .map(|i| {
                 let (column, line) = ((i % columns) as f64, (i / columns) as f64);
-                let rect = Rect { x: left + column * (w + GAP), y: TITLE_MARGIN + line * row, w, h };
+                let rect = Rect { x: left + column * (w + gap), y: TITLE_MARGIN + line * row, w, h };
                 Panel { rect, x, y }
             })
             .collect();
         let rows = count.div_ceil(columns) as f64;
-        Self {
-            panels,
-            columns,
-            labels_width,
-            bottom: TITLE_MARGIN + rows * row - TITLE_MARGIN - 4.0 + BOTTOM_MARGIN,
-        }
+        Self { panels, columns, labels_width, bottom: rows * row - 4.0 + BOTTOM_MARGIN }
+    }
+
+    /// Room for the numbers left of the panels.
+    #[must_use]
+    pub fn labels_width(&self) -> f64 {
+        self.labels_width
     }
 
     /// Moves all panels.
@@ -393,9 +432,68 @@ impl Panels {
     }
 }
 
+/// Writes a heading of small text at the top of a figure, in as many lines as it needs; returns its height.
+pub fn write_heading(scene: &mut Scene, left: f64, heading: &Rich) -> f64 {
+    if heading.pieces.is_empty() {
+        return 0.0;
+    }
+    let mut height = 2.0;
+    for line in wrap(heading, scene.width - left - 4.0) {
+        height += SMALL_TEXT + 2.0;
+        scene.text((left, height - 2.0), &line, SMALL_TEXT, Anchor::Start);
+    }
+    height
+}
+
+/// Breaks "a = 1, b = 2, ..." into lines that fit.
+#[must_use]
+pub fn wrap(text: &Rich, width: f64) -> Vec<Rich> {
+    let mut lines: Vec<Rich> = Vec::new();
+    let mut line = Rich::default();
+    // Pieces come in groups that end with ", ".
+    let mut group = Rich::default();
+    let mut groups = Vec::new();
+    for piece in &text.pieces {
+        group.pieces.push(piece.clone());
+        if matches!(piece, Piece::Words(words) if words == ", ") {
+            groups.push(std::mem::take(&mut group));
+        }
+    }
+    groups.push(group);
+    for group in groups {
+        let longer = line.clone().then(group.clone());
+        if !line.pieces.is_empty() && text_width(&longer, SMALL_TEXT) > width {
+            lines.push(std::mem::replace(&mut line, group));
+        } else {
+            line = longer;
+        }
+    }
+    lines.push(line);
+    lines
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn panels_fit_on_a_page_and_their_numbers_do_not_touch() {
+        for (columns, count) in [(1, 1), (1, 4), (2, 12), (4, 30), (1, 9)] {
+            for width in super::super::scene::Width::ALL {
+                let (x, y) = (Scale::logarithmic(0.1, 100.0), Scale::linear(0.0, 0.4));
+                let panels = Panels::new(width.points(), columns, count, 0.8, x, y);
+                assert!(panels.bottom <= MOST_HEIGHT + BOTTOM_MARGIN, "{count} panels: {}", panels.bottom);
+                let last = panels.panels.iter().map(|p| p.rect.x + p.rect.w).fold(0.0, f64::max);
+                let widest = text_width_of(&x.ticks(9));
+                assert!(last + 0.5 * widest <= width.points() + 1e-9);
+                if let [first, second, ..] = panels.panels[..]
+                    && second.rect.x > first.rect.x
+                {
+                    assert!(second.rect.x - first.rect.x - first.rect.w > widest);
+                }
+            }
+        }
+    }
 
     fn labels(scale: Scale, most: usize) -> Vec<String> {
         let ticks = scale.ticks(most);
@@ -412,7 +510,7 @@ mod tests {
         for (place, expected) in places.iter().zip([0.0, 0.25, 0.5, 0.75, 1.0]) {
             assert!((place - expected).abs() <= 4.0 * f64::EPSILON, "{places:?}");
         }
-        assert_eq!(labels(Scale::logarithmic(1.0, 100.0).in_unit(10.0), 4), ["10", "10^2", "10^3"]);
+        assert_eq!(labels(Scale::logarithmic(1.0, 100.0).in_unit(10.0), 4), ["10", "100", "1000"]);
     }
 
     #[test]

@@ -392,6 +392,20 @@ impl Scene {
         );
     }
 
+    /// Draws another figure with its upper left corner at a place.
+    pub fn place(&mut self, at: Place, other: &Scene) {
+        let first = self.clips.len();
+        self.clips.extend(&other.clips);
+        self.hatchings.extend(&other.hatchings);
+        let mut body = other.body.clone();
+        // From the last, so that no number is changed twice.
+        for number in (0..other.clips.len()).rev() {
+            body = body.replace(&format!("(#\u{1}clip{number})"), &format!("(#\u{1}clip{})", first + number));
+        }
+        let (x, y) = (number(at.0), number(at.1));
+        let _ = writeln!(self.body, "<g transform=\"translate({x} {y})\">\n{body}</g>");
+    }
+
     /// Draws something of which only the part inside `rect` shows.
     pub fn clipped(&mut self, rect: Rect, draw: impl FnOnce(&mut Self)) {
         let number = self.clips.len();

@@ -118,11 +118,11 @@ fn indices(shape: &[usize]) -> Vec<Vec<usize>> {
 }
 
 /// The row of a table with these words or numbers in its first columns, by the column's name.
-fn row(table: &Table, epsilon: Option<f64>, method: &str) -> BTreeMap<&'static str, Cell> {
+fn row<'a>(table: &'a Table, epsilon: Option<f64>, method: &str) -> BTreeMap<&'a str, Cell> {
     let wanted = epsilon.map_or(Cell::Missing, Cell::Real);
     let found = table.rows.iter().find(|row| row[0] == wanted && row[1] == Cell::Words(method.into()));
     let found = found.unwrap_or_else(|| panic!("{}: no row {epsilon:?} {method}", table.name));
-    table.columns.iter().map(|column| column.key).zip(found.iter().cloned()).collect()
+    table.columns.iter().map(|column| column.key.as_str()).zip(found.iter().cloned()).collect()
 }
 
 #[track_caller]
