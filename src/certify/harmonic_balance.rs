@@ -33,6 +33,7 @@ pub const TEST: Test = Test {
     guarantee: Guarantee::Asymptotic,
     first_order: false,
     claim,
+    claims: None,
 };
 
 fn claim(column: &Column) -> Claim {

@@ -32,6 +32,7 @@ pub const TEST: Test = Test {
     guarantee: Guarantee::FiniteEpsilon,
     first_order: false,
     claim,
+    claims: None,
 };
 
 fn claim(column: &Column) -> Claim {

@@ -30,6 +30,7 @@ pub const TEST: Test = Test {
     guarantee: Guarantee::Asymptotic,
     first_order: true,
     claim,
+    claims: None,
 };
 
 fn claim(column: &Column) -> Claim {

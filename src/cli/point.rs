@@ -112,7 +112,7 @@ fn parse_number(text: &str) -> Result<f64, String> {
     text.parse().map_err(|_| "this is not a number; write for example 0.5 or 1e-3".into())
 }
 
-fn parse_setting(text: &str) -> Result<(String, f64), String> {
+pub(super) fn parse_setting(text: &str) -> Result<(String, f64), String> {
     let (name, value) = text.split_once('=').ok_or("there is no `=` in it; write for example mu=0.3")?;
     Ok((name.trim().to_owned(), parse_number(value.trim())?))
 }
@@ -138,8 +138,11 @@ impl PointArguments {
             .map(|name| flag(name).trim_end().to_owned())
             .collect();
         if !missing.is_empty() {
+            // In a formula every other name is a parameter.
+            let slip = ["v", "x", "s", "w"].iter().any(|name| axes.contains(name) && value(name).is_none());
+            let slip = if slip { "the slip speed is called u; " } else { "" };
             return Err(Failure::BadInput(format!(
-                "the law `{}` also needs {}\n  help: give every parameter, or a table with --points IN.csv --out OUT.csv",
+                "the law `{}` also needs {}\n  help: {slip}give every parameter, or a table with --points IN.csv --out OUT.csv",
                 law.name(),
                 missing.join(", ")
             )));
@@ -198,9 +201,12 @@ impl Args for PointArguments {
                 .value_parser(parse_setting),
         );
         names().into_iter().fold(command, |command, name| {
+            // Whoever types a small v means the belt speed, not another law's parameter.
+            let aliases: &[&'static str] = if name == "V" { &["v"] } else { &[] };
             command.arg(
                 Arg::new(name)
                     .long(name)
+                    .aliases(aliases)
                     .value_name("NUMBER")
                     .help(description(name))
                     .help_heading("Point")
@@ -267,6 +273,8 @@ pub(super) fn probe_line(law: &Law, point: &Point, tolerance: f64) -> String {
         Law::Exponential | Law::Lorentzian => line.push_str(&format!(" --law {}", law.name())),
         Law::Expression(law) => line.push_str(&format!(" --phi '{}'", law.text())),
         Law::Table(table) => line.push_str(&format!(" --table '{}'", table.origin())),
+        // A function of another program: no command can name it.
+        Law::Function(law) => line.push_str(&format!(" --law '{}'", law.origin())),
         other => line.push_str(&format!(" --law {}", other.name())),
     }
     let level = match law.as_written() {
@@ -283,7 +291,7 @@ pub(super) fn probe_line(law: &Law, point: &Point, tolerance: f64) -> String {
     for (name, value) in Grid::coordinates(law, point) {
         line.push_str(&format!(" {}{}", flag(name), exact(value)));
     }
-    if tolerance != crate::config::DEFAULT_TOLERANCE {
+    if tolerance != crate::map::DEFAULT_TOLERANCE {
         line.push_str(&format!(" --tolerance {}", exact(tolerance)));
     }
     line
@@ -311,11 +319,11 @@ mod tests {
             Grid::coordinates(&Law::Stribeck, &point).iter().map(|(_, value)| *value).collect::<Vec<_>>(),
             values
         );
-        for tolerance in [crate::config::DEFAULT_TOLERANCE, 1e-12] {
+        for tolerance in [crate::map::DEFAULT_TOLERANCE, 1e-12] {
             let line = probe_line(&Law::Stribeck, &point, tolerance);
             let read = Line::try_parse_from(line.strip_prefix("slipmap ").unwrap().split(' ')).unwrap();
             assert_eq!(read.point.point(&Law::Stribeck).unwrap(), point);
-            assert_eq!(read.tolerance.unwrap_or(crate::config::DEFAULT_TOLERANCE), tolerance);
+            assert_eq!(read.tolerance.unwrap_or(crate::map::DEFAULT_TOLERANCE), tolerance);
         }
     }
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::nearest;
 use super::source::{ConfigError, Node, Section};
 use crate::friction::{Expression, ExpressionError, Law, Table};
-use crate::map::{AxisRole, Grid};
+use crate::map::{AxisRole, Grid, unravel};
 
 /// The keys of `[friction]`.
 pub(super) const KEYS: [&str; 5] = ["law", "phi", "static", "file", "small"];
@@ -186,13 +186,8 @@ pub(super) fn check_range(friction: &Section, grid: &Grid) -> Result<(), ConfigE
             let checked = columns.min(CHECKED_COLUMNS);
             for i in 0..checked {
                 // From the first column to the last.
-                let mut rest = if checked > 1 { i * (columns - 1) / (checked - 1) } else { 0 };
-                let mut index = vec![0; shape.len()];
-                for axis in (0..shape.len() - 1).rev() {
-                    index[axis] = rest % shape[axis];
-                    rest /= shape[axis];
-                }
-                let point = grid.point(&index);
+                let column = if checked > 1 { i * (columns - 1) / (checked - 1) } else { 0 };
+                let point = grid.point(&unravel(column * grid.dampings().len(), &shape));
                 law.check(point.epsilon, &point.law, fastest).map_err(|error| at_formula(&phi, &error))?;
             }
             Ok(())

@@ -8,6 +8,7 @@
 mod custom;
 mod exponential;
 mod expression;
+mod function;
 pub(crate) mod interval;
 pub(crate) mod jet;
 mod lorentzian;
@@ -19,6 +20,7 @@ mod weakening;
 pub use custom::{Custom, CustomLaw, CustomLawError};
 pub use exponential::Exponential;
 pub use expression::{Expression, ExpressionCurve, ExpressionError};
+pub use function::{Function, FunctionError};
 pub use lorentzian::Lorentzian;
 pub use stribeck::Stribeck;
 pub use table::{Table, TableError};
@@ -68,6 +70,8 @@ pub enum Law {
     Expression(Expression),
     /// A law given by data.
     Table(Table),
+    /// A law given as a function of a program.
+    Function(Function),
     /// A law that a Rust program brings along, see [`Law::custom`].
     Custom(Custom),
     /// A law that is to be read as `1 + eps F(u)`, see [`Law::read_as_small`].
@@ -80,6 +84,8 @@ const SMALL: &str = "small eps";
 const EXPRESSION: &str = "expression";
 /// Name of the laws given by data.
 const TABLE: &str = "table";
+/// Name of the laws given as functions, which no configuration can name.
+const FUNCTION: &str = "function";
 
 impl Law {
     /// The laws that need no definition, in the order in which messages list them.
@@ -99,6 +105,7 @@ impl Law {
             Law::Lorentzian => "lorentzian",
             Law::Expression(_) => EXPRESSION,
             Law::Table(_) => TABLE,
+            Law::Function(_) => FUNCTION,
             Law::Custom(law) => law.name(),
             Law::Small(law) => law.name(),
         }
@@ -183,7 +190,7 @@ impl Law {
             Law::Stribeck => &stribeck::PARAMETERS,
             Law::Exponential | Law::Lorentzian => &exponential::PARAMETERS,
             Law::Expression(law) => law.parameters(),
-            Law::Table(_) => &[],
+            Law::Table(_) | Law::Function(_) => &[],
             Law::Custom(law) => law.parameters(),
             Law::Small(law) => law.parameters(),
         }
@@ -206,6 +213,7 @@ impl Law {
                 let head = format!("{} {}", table.static_level(), table.origin());
                 std::iter::once(head).chain(rows).collect()
             }
+            Law::Function(law) => law.definition(),
         }
     }
 
@@ -220,6 +228,7 @@ impl Law {
         }
         let (head, rest) = definition.split_once('\n')?;
         match name {
+            FUNCTION => Function::from_definition(definition).map(Law::Function),
             EXPRESSION => Some(Law::Expression(Expression::new(rest, head.parse().ok()?).ok()?)),
             TABLE => {
                 let numbers = |line: &str| -> Option<Vec<f64>> {
@@ -271,6 +280,7 @@ impl Law {
             Law::Lorentzian => Form::Lorentzian(Lorentzian::new(parameters)),
             Law::Expression(law) => Form::Expression(law.curve(epsilon, parameters)),
             Law::Table(table) => Form::Table(table.clone()),
+            Law::Function(law) => Form::Function(law.clone()),
             Law::Custom(law) => Form::Custom(law.curve(epsilon, parameters)),
             Law::Small(law) => law.form(epsilon, parameters),
         }
@@ -320,6 +330,7 @@ enum Form {
     /// F1 of a formula, in the place of phi.
     Leading(ExpressionCurve),
     Table(Table),
+    Function(Function),
     Custom(CustomCurve),
 }
 
@@ -332,6 +343,7 @@ impl Form {
             Form::Expression(law) => law.phi(u),
             Form::Leading(law) => law.leading(u),
             Form::Table(law) => law.phi(u),
+            Form::Function(law) => law.phi(u),
             Form::Custom(law) => law.phi(u),
         }
     }
@@ -345,11 +357,12 @@ impl Form {
             Form::Expression(law) => law.weakening(u),
             Form::Leading(law) => -law.leading(Jet::<f64, 2>::variable(u, 1.0)).0[1],
             Form::Table(law) => law.weakening(u),
+            Form::Function(law) => law.weakening(u),
             Form::Custom(law) => law.weakening(u),
         }
     }
 
-    /// phi on numbers, intervals or series; `None` for measured laws, which have no formula.
+    /// phi on numbers, intervals or series; `None` for laws given by data or as functions, which have no formula.
     fn formula<T: Real>(&self, u: T) -> Option<T> {
         match self {
             Form::Stribeck(law) => Some(law.formula(u)),
@@ -357,19 +370,23 @@ impl Form {
             Form::Lorentzian(law) => Some(law.formula(u)),
             Form::Expression(law) => Some(law.formula(u)),
             Form::Leading(law) => Some(law.leading(u)),
-            Form::Table(_) | Form::Custom(_) => None,
+            Form::Table(_) | Form::Function(_) | Form::Custom(_) => None,
         }
     }
 
     /// Enclosures of the Taylor coefficients of phi at all slip speeds in `u`, in powers of the slip speed divided by
     /// `unit`.
     fn series<const N: usize>(&self, u: Interval, unit: f64) -> Option<Jet<Interval, N>> {
-        self.formula(Jet::<Interval, N>::variable(u, unit))
+        match self {
+            Form::Function(law) => law.series(u, unit),
+            law => law.formula(Jet::<Interval, N>::variable(u, unit)),
+        }
     }
 
     fn corners(&self) -> &[f64] {
         match self {
             Form::Table(law) => law.corners(),
+            Form::Function(law) => law.corners(),
             Form::Custom(law) => law.corners(),
             Form::Stribeck(_)
             | Form::Exponential(_)
@@ -379,17 +396,30 @@ impl Form {
         }
     }
 
+    /// Ends of the pieces on which the law is one smooth formula: its corners, and where two polynomials of a function
+    /// meet.
+    fn seams(&self) -> &[f64] {
+        match self {
+            Form::Function(law) => law.seams(),
+            law => law.corners(),
+        }
+    }
+
     /// `known` continued to a slip speed not below `reach`: a power of two, so that belt speeds close to each other
     /// ask for the same.
     fn compile(&self, known: &mut Option<Arc<Weakening>>, reach: f64) -> Arc<Weakening> {
         if let Some(known) = known
-            && (known.reach() >= reach || matches!(self, Form::Table(_)))
+            && (known.reach() >= reach || matches!(self, Form::Table(_) | Form::Function(_)))
         {
             return Arc::clone(known);
         }
         // Neither its square nor its inverse may leave the normal numbers.
         let exponent = reach.clamp(1e-150, 1e150).log2().ceil() as i32;
-        let longer = Arc::new(weakening::extend(self, known.as_deref(), 2f64.powi(exponent)));
+        let reach = match self {
+            Form::Function(law) => law.fastest(),
+            _ => 2f64.powi(exponent),
+        };
+        let longer = Arc::new(weakening::extend(self, known.as_deref(), reach));
         *known = Some(Arc::clone(&longer));
         longer
     }
@@ -431,6 +461,16 @@ pub enum NoFirstOrder {
 }
 
 impl Curve {
+    /// What one evaluation costs, in units of that of the Stribeck law, at least 1: budgets of work are divided by it.
+    #[must_use]
+    pub fn cost(&self) -> u64 {
+        match &self.form {
+            Form::Stribeck(_) | Form::Lorentzian(_) => 1,
+            Form::Exponential(_) | Form::Table(_) | Form::Function(_) | Form::Custom(_) => 2,
+            Form::Expression(law) | Form::Leading(law) => law.cost(),
+        }
+    }
+
     /// phi(u), the friction force at slip speed `u` >= 0.
     #[must_use]
     #[inline]
@@ -461,7 +501,7 @@ impl Curve {
             Form::Stribeck(law) => law.weakening_range(lo, hi),
             Form::Exponential(law) => law.weakening_range(lo, hi),
             Form::Lorentzian(law) => law.weakening_range(lo, hi),
-            Form::Expression(_) | Form::Leading(_) | Form::Table(_) | Form::Custom(_) => {
+            Form::Expression(_) | Form::Leading(_) | Form::Table(_) | Form::Function(_) | Form::Custom(_) => {
                 self.compiled(hi).range(lo, hi)
             }
         }
@@ -477,6 +517,7 @@ impl Curve {
             | Form::Expression(_)
             | Form::Leading(_)
             | Form::Table(_)
+            | Form::Function(_)
             | Form::Custom(_) => self.compiled(2.0 * belt_speed).even_range(belt_speed, belt_speed),
         }
     }
@@ -492,6 +533,7 @@ impl Curve {
             | Form::Lorentzian(_)
             | Form::Expression(_)
             | Form::Leading(_)
+            | Form::Function(_)
             | Form::Custom(_) => {
                 let weakening = self.compiled(2.0 * belt_speed);
                 mean::mean_weakening(|u| weakening.at(u), belt_speed)
@@ -530,6 +572,7 @@ impl Curve {
             | Form::Lorentzian(_)
             | Form::Leading(_)
             | Form::Table(_)
+            | Form::Function(_)
             | Form::Custom(_) => Err(NoFirstOrder::NoEpsilon),
         }
     }
@@ -550,7 +593,9 @@ impl Curve {
             Form::Exponential(law) => law.gradient(u),
             Form::Lorentzian(law) => law.gradient(u),
             Form::Expression(law) | Form::Leading(law) => law.gradient(u),
-            Form::Table(_) => Gradient { epsilon: 0.0, parameters: LawParameters::new(&[]) },
+            Form::Table(_) | Form::Function(_) => {
+                Gradient { epsilon: 0.0, parameters: LawParameters::new(&[]) }
+            }
             Form::Custom(law) => law.gradient(u),
         }
     }
@@ -573,7 +618,9 @@ impl Curve {
             Form::Exponential(law) => law.is_normal(),
             Form::Lorentzian(law) => law.is_normal(),
             // Enclosures hold at every size.
-            Form::Expression(_) | Form::Leading(_) | Form::Table(_) | Form::Custom(_) => true,
+            Form::Expression(_) | Form::Leading(_) | Form::Table(_) | Form::Function(_) | Form::Custom(_) => {
+                true
+            }
         }
     }
 
@@ -606,6 +653,7 @@ impl Curve {
             | Form::Expression(_)
             | Form::Leading(_)
             | Form::Table(_)
+            | Form::Function(_)
             | Form::Custom(_) => None,
         }
     }
@@ -624,6 +672,7 @@ impl Curve {
             | Form::Expression(_)
             | Form::Leading(_)
             | Form::Table(_)
+            | Form::Function(_)
             | Form::Custom(_) => false,
         }
     }

@@ -208,6 +208,17 @@ impl Table {
         self.0.u[self.0.u.len() - 1]
     }
 
+    /// The same law, continued in a straight line to slip speed `fastest` beyond its data: for the question how far
+    /// they should reach. `None` where no such law is legal.
+    #[must_use]
+    pub fn continued(&self, fastest: f64) -> Option<Self> {
+        let end = self.fastest();
+        let mut data: Vec<(f64, f64)> = self.0.u.iter().map(|&u| (u, self.phi(u))).collect();
+        let friction = self.phi(end) - self.weakening(end) * (fastest - end);
+        data.push((fastest, friction.max(0.0)));
+        Self::new(self.origin(), &data, 1.0).ok()
+    }
+
     /// Where two cubics meet.
     pub(super) fn corners(&self) -> &[f64] {
         &self.0.u[1..self.pieces()]

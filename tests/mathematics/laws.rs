@@ -4,7 +4,7 @@
 use crate::sample::Random;
 use slipmap::certify::{Decision, Guarantee, TESTS};
 use slipmap::filippov::Oscillator;
-use slipmap::friction::{Accuracy, Column, CustomLaw, Expression, Law, Parameter, Table};
+use slipmap::friction::{Accuracy, Column, CustomLaw, Expression, Function, Law, Parameter, Table};
 use slipmap::point::{LawParameters, Point};
 use slipmap::simulate::direct::{Start, trace};
 use slipmap::simulate::{Fate, critical_damping, direct, flow};
@@ -170,12 +170,38 @@ fn definitions_make_the_same_law_again() {
     let table = Table::new("a file.csv", &[(0.0, 0.4), (0.5, 0.31), (2.0, 0.3)], 0.4).unwrap();
     let text = Expression::new("0.4*exp(-u/vs)", 0.4).unwrap();
     let uncertain = table.with_standard_errors(&[0.0, 0.01, 0.02]).unwrap();
-    let others = [Law::Table(table), Law::Expression(text), Law::Table(uncertain)];
+    let function = Function::new("a function", |u| 0.5 + 0.5 * (-u).exp(), 8.0, &[2.0]).unwrap();
+    let others = [Law::Table(table), Law::Expression(text), Law::Table(uncertain), Law::Function(function)];
     for law in Law::BUILT_IN.into_iter().chain(others) {
         assert_eq!(Law::from_definition(law.name(), &law.definition()), Some(law));
     }
     assert_eq!(Law::from_definition("unheard of", ""), None);
     assert_eq!(Law::from_definition("expression", "1\n1 +"), None);
+}
+
+#[test]
+fn a_law_given_as_a_function_is_the_law_built_in() {
+    let function = Function::new("exponential", |u| 0.5 + 0.5 * (-u).exp(), 16.0, &[]).unwrap();
+    let delta = function.error();
+    let (own, built_in) = (Law::Function(function), Law::Exponential);
+    for i in 1..=16 {
+        let belt_speed = 0.2 * f64::from(i);
+        let point = |values: &[f64]| Point {
+            epsilon: 0.5,
+            law: LawParameters::new(values),
+            belt_speed,
+            damping: 0.0,
+        };
+        let found = critical_damping(&own.column(&point(&[])), 1e-12).unwrap();
+        let exact = critical_damping(&built_in.column(&point(&[0.5, 1.0, 0.0])), 1e-12).unwrap();
+        // The comparison lemma: an error delta of the weakening rate moves eps c* by at most delta.
+        let allowed = delta / 0.5 + found.error + exact.error;
+        assert!((found.c - exact.c).abs() <= allowed, "V = {belt_speed}: {found:?} {exact:?} {delta}");
+        // Bounds are proved of the polynomials: theorems hold for them as for a formula. Rounding: some hundred
+        // operations on numbers below one.
+        let range = own.column(&point(&[])).curve.weakening_range(0.0, 2.0 * belt_speed);
+        assert!(range.lo.is_finite() && (range.hi - 0.5).abs() <= 2.0 * delta + 1e-13, "{range:?}");
+    }
 }
 
 #[test]

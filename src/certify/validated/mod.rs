@@ -85,6 +85,7 @@ pub static TEST: Test = Test {
     guarantee: Guarantee::Validated,
     first_order: false,
     claim,
+    claims: None,
 };
 
 /// `sticks_from` is located to 2^-10 of the interval in which it is sought.

@@ -23,6 +23,9 @@ use super::{Gradient, NoFirstOrder, Parameter};
 use crate::point::{LawParameters, MAX_LAW_PARAMETERS};
 use parse::{DEEPEST, Function, Op, Place, Tape};
 
+/// Operations of the longest formula: a right-hand side of more takes as long as hundreds of ordinary ones.
+const MOST_OPERATIONS: usize = 500;
+
 /// How far phi(0) may be from 1 (formulas have rounding errors).
 const STATIC_SLACK: f64 = 1e-12;
 
@@ -81,6 +84,17 @@ impl Expression {
     /// [`ExpressionError`] where the text is no formula, or has too many parameters.
     pub fn new(text: &str, static_level: f64) -> Result<Self, ExpressionError> {
         let tape = parse::parse(text)?;
+        if let Some(place) = tape.places.get(MOST_OPERATIONS) {
+            return Err(ExpressionError {
+                from: place.from,
+                to: place.to,
+                problem: format!(
+                    "the formula has {} operations; this is the first of more than {MOST_OPERATIONS}",
+                    tape.ops.len()
+                ),
+                remedy: "simplify it, or give the law as a table".into(),
+            });
+        }
         if let Some((name, place)) = tape.parameters.get(MAX_LAW_PARAMETERS) {
             return Err(ExpressionError {
                 from: place.from,
@@ -181,6 +195,11 @@ fn call<T: Real>(function: Function, x: T) -> T {
 }
 
 impl ExpressionCurve {
+    /// See [`super::Curve::cost`]: two operations of a formula take about as long as the Stribeck law.
+    pub(super) fn cost(&self) -> u64 {
+        1 + self.law.0.tape.ops.len() as u64 / 2
+    }
+
     /// Runs the tape; `watch` sees every operation's number and result.
     #[inline]
     fn run<T: Real>(&self, u: T, epsilon: T, watch: impl FnMut(usize, &T)) -> T {
