@@ -1,6 +1,7 @@
 //! Friction laws beyond the paper's: the same Stribeck law by closed form and as text, certificates of every
 //! law against the simulated flow, and the engines against each other.
 
+use crate::reference;
 use crate::sample::Random;
 use slipmap::certify::{Decision, Guarantee, TESTS};
 use slipmap::filippov::Oscillator;
@@ -391,4 +392,65 @@ fn the_stick_slip_cycle_of_leine_and_others() {
     assert!((0.0..1e-8).contains(&(x1 - 1.133_944_67)), "{x1}");
     // Samples are at most 0.1 rad apart.
     assert!(greatest <= x1 + 1e-9 && x1 - greatest <= 0.2 * 0.05, "{greatest} {x1}");
+}
+
+/// A row of `law_dampings.csv`.
+#[derive(serde::Deserialize)]
+struct ReferenceLaw {
+    kind: String,
+    law: String,
+    #[serde(rename = "V")]
+    belt_speed: f64,
+    critical: f64,
+}
+
+/// Three hundred random formulas and tables against arithmetic of 128 bits that shares no code.
+#[test]
+fn critical_dampings_of_random_laws_are_those_of_the_reference() {
+    let mut seen = [0, 0];
+    for row in reference::rows::<ReferenceLaw>("law_dampings.csv") {
+        let law = match row.kind.as_str() {
+            "formula" => Law::Expression(Expression::new(&row.law, 1.0).unwrap()),
+            _ => {
+                let pair = |pair: &str| {
+                    let (u, phi) = pair.split_once(':').unwrap();
+                    (u.parse().unwrap(), phi.parse().unwrap())
+                };
+                let data: Vec<(f64, f64)> = row.law.split(';').map(pair).collect();
+                Law::Table(Table::new("random", &data, 1.0).unwrap())
+            }
+        };
+        let law_parameters = LawParameters::new(&[]);
+        let point = Point { epsilon: 1.0, law: law_parameters, belt_speed: row.belt_speed, damping: 0.0 };
+        let column = law.column(&point);
+        let found = critical_damping(&column, 1e-13).unwrap();
+        let missed = (found.c - row.critical).abs();
+        assert!(
+            missed <= 1e-11 * row.critical,
+            "{} at V = {}: {found:?} {}",
+            row.law,
+            row.belt_speed,
+            row.critical
+        );
+        // Every theorem is on the right side of it, and holds it in its undecided gap.
+        for test in TESTS.iter().filter(|test| test.guarantee == Guarantee::FiniteEpsilon) {
+            let claim = (test.claim)(&column);
+            assert!(
+                claim.present_below <= row.critical,
+                "{} of {}: {claim:?} {}",
+                test.name,
+                row.law,
+                row.critical
+            );
+            assert!(
+                claim.absent_above >= row.critical,
+                "{} of {}: {claim:?} {}",
+                test.name,
+                row.law,
+                row.critical
+            );
+        }
+        seen[usize::from(row.kind == "table")] += 1;
+    }
+    assert_eq!(seen, [200, 100]);
 }
