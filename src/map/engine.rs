@@ -309,7 +309,8 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> Computed {
         if plan.stores(Field::Regime) {
             let regimes = columns.iter().zip(simulated.ends.chunks(cs.len())).flat_map(|(column, ends)| {
                 let behaviour = Behaviour::new(&column.curve, column.belt_speed);
-                let regime = move |(&c, &end): (&f64, _)| behaviour.regime(&Oscillator::in_column(column, c), end);
+                let regime =
+                    move |(&c, &end): (&f64, _)| behaviour.regime(&Oscillator::in_column(column, c), end);
                 cs.iter().zip(ends).map(regime)
             });
             data.regime = regimes.collect();

@@ -53,7 +53,9 @@ impl Quantity {
         match field {
             Field::Verdict | Field::Margin | Field::CriticalC | Field::Regime => Vec::new(),
             Field::Landing => vec![LandingX1, StickTime, SlipTime, Crossings],
-            Field::Cycle => vec![SlipCycles, CyclePeriod, CycleAmplitudeX1, CycleAmplitudeX2, CycleMultiplier],
+            Field::Cycle => {
+                vec![SlipCycles, CyclePeriod, CycleAmplitudeX1, CycleAmplitudeX2, CycleMultiplier]
+            }
             Field::Basin => vec![BoundaryVelocity, BoundaryMultiplier, KickForward, KickBackward],
             Field::EpsilonLimit => (0..methods).map(EpsilonLimit).collect(),
         }
@@ -88,7 +90,9 @@ impl Quantity {
             Quantity::StickTime => "time of sticking per period",
             Quantity::SlipTime => "time of slipping per period",
             Quantity::Crossings => "crossings of the belt line before the mass sticks",
-            Quantity::SlipCycles => "number of cycles, stable or not, that slip all the time below the belt line",
+            Quantity::SlipCycles => {
+                "number of cycles, stable or not, that slip all the time below the belt line"
+            }
             Quantity::CyclePeriod => "period of the attracting cycle",
             Quantity::CycleAmplitudeX1 => "half the range of x1 on the attracting cycle",
             Quantity::CycleAmplitudeX2 => "half the range of x2 on the attracting cycle",
@@ -140,7 +144,8 @@ pub(super) fn describe(plan: &Plan, tile: &Tile, ends: &[End]) -> Vec<Vec<f64>> 
         let behaviour = Behaviour::new(&law.column(&start).curve, start.belt_speed);
         for (i, &c) in cs.iter().enumerate() {
             let point = Point { damping: c, ..start };
-            let cell = Description::of(plan, &behaviour, &Oscillator::new(law, &point), ends[column * cs.len() + i]);
+            let cell =
+                Description::of(plan, &behaviour, &Oscillator::new(law, &point), ends[column * cs.len() + i]);
             let limits = plan.stores(Field::EpsilonLimit).then(|| limits.at(&point));
             for (values, quantity) in values.iter_mut().zip(&quantities) {
                 values.push(match quantity {
@@ -179,7 +184,10 @@ impl Description {
                 Some(Fate::Sticks(landing)) => Some(landing),
                 _ => None,
             },
-            slip_cycles: cycle.then(|| behaviour.slip_cycles(oscillator, end)).flatten().map(|cycles| cycles.len()),
+            slip_cycles: cycle
+                .then(|| behaviour.slip_cycles(oscillator, end))
+                .flatten()
+                .map(|cycles| cycles.len()),
             cycle: flow
                 .filter(|_| cycle)
                 .and_then(|flow| behaviour.attracting_cycle(oscillator, &flow, plan.tolerance)),

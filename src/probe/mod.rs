@@ -392,7 +392,9 @@ impl Probe {
                 kick: KickResult { forward, backward },
             }),
             cycles: match answer.dynamics() {
-                Ok(dynamics) => Cycles::Found(AllCycles::of(dynamics, answer.slip_count(), &answer.flow.fate)),
+                Ok(dynamics) => {
+                    Cycles::Found(AllCycles::of(dynamics, answer.slip_count(), &answer.flow.fate))
+                }
                 Err(failure) => Cycles::Failed { reason: failure.to_string() },
             },
             machine: None,

@@ -1,5 +1,5 @@
-//! Where the long-run behaviour changes: the bifurcations of codimension one, each as a test function that changes
-//! its sign there, and their curves in any plane of two parameters.
+//! Where the long-run behaviour changes: the bifurcations of codimension one, each as a test function that
+//! changes its sign there, and their curves in any plane of two parameters.
 //!
 //! | bifurcation | test function | what happens |
 //! | --- | --- | --- |
@@ -68,7 +68,8 @@ impl Bifurcation {
             // There is one slip cycle at most (see there), and none to meet.
             Bifurcation::Fold if oscillator.curve.weakens_less_and_less() => None,
             Bifurcation::Fold => {
-                let backbone = Backbone::of_curve(&oscillator.curve, oscillator.belt_speed, tolerance).ok()?;
+                let backbone =
+                    Backbone::of_curve(&oscillator.curve, oscillator.belt_speed, tolerance).ok()?;
                 let excess = backbone.folds().iter().map(|fold| fold.viscous - oscillator.viscous);
                 let value = excess.min_by(|a, b| a.abs().total_cmp(&b.abs()))?;
                 Some(TestValue { value, error: backbone.error })
@@ -76,8 +77,8 @@ impl Bifurcation {
         }
     }
 
-    /// Its curves in a plane of two parameters. `at` takes a place in the unit square to the oscillator there and
-    /// is never asked outside; places and errors of the curves are in sides of the square.
+    /// Its curves in a plane of two parameters. `at` takes a place in the unit square to the oscillator there
+    /// and is never asked outside; places and errors of the curves are in sides of the square.
     #[must_use]
     pub fn curves(self, at: &(dyn Fn([f64; 2]) -> Oscillator + Sync), tolerance: f64) -> Vec<Branch> {
         zero_curves(&|place| self.test(&at(place), tolerance))

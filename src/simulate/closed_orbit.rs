@@ -1,6 +1,7 @@
 //! Turns of the lower flow from any maximum of x2, and the damping at which they close, for any friction law.
 //!
-//! In the polar form of [`super::polar`], with R = r / r(0), the orbit through (x2, x2') = (`radius`, 0) obeys
+//! In the polar form of [`super::polar`], with R = r / r(0), the orbit through (x2, x2') = (`radius`, 0)
+//! obeys
 //!
 //! ```text
 //! dR/dth = D R sin^2 th / (1 + D sin th cos th),    D = w(V - radius R cos th) - C
@@ -8,9 +9,10 @@
 //!
 //! with steps that follow the law and end at its corners.
 //!
-//! **Weights.** Let Q(th) be the factor by which a small change of ln r at the start has grown at th. By Liouville's formula
-//! it needs no derivative of the law: Q = exp(integral of D dt) / (R dth/dt), as R dth/dt = 1 at the start. A change dD
-//! along the orbit therefore moves ln R(2 pi) by Q(2 pi) times the integral of `dD W`,
+//! **Weights.** Let Q(th) be the factor by which a small change of ln r at the start has grown at th. By
+//! Liouville's formula it needs no derivative of the law: Q = exp(integral of D dt) / (R dth/dt), as R dth/dt
+//! = 1 at the start. A change dD along the orbit therefore moves ln R(2 pi) by Q(2 pi) times the integral of
+//! `dD W`,
 //!
 //! ```text
 //! W = sin^2 th / (dth/dt)^2 / Q = sin^2 th R exp(-integral of D dt) / (dth/dt) >= 0,
@@ -55,7 +57,8 @@ pub(super) struct Lap {
     pub(super) rhs: u32,
 }
 
-/// The polar form does not apply, or the finest step misses the tolerance. And the evaluations spent to find that out.
+/// The polar form does not apply, or the finest step misses the tolerance. And the evaluations spent to find
+/// that out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct HandOver {
     pub(super) rhs: u32,
@@ -95,22 +98,16 @@ impl Field<3> for Polar<'_> {
     }
 }
 
-/// One turn of the orbit through the maximum `radius` of x2, with an error of at most `tolerance` where that can be had.
+/// One turn of the orbit through the maximum `radius` of x2, with an error of at most `tolerance` where that
+/// can be had.
 pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Result<Lap, HandOver> {
     let mut rhs = 0;
     let mut state = [0.0; 3];
     let (mut theta, mut h) = (0.0, FIRST_STEP);
     let mut error = 0.0;
     let weakening = &*oscillator.curve.compiled(4.0 * oscillator.belt_speed);
-    let mut field = Polar {
-        oscillator,
-        radius,
-        weakening,
-        from: 0.0,
-        h,
-        slowest: f64::INFINITY,
-        steepest: 0.0,
-    };
+    let mut field =
+        Polar { oscillator, radius, weakening, from: 0.0, h, slowest: f64::INFINITY, steepest: 0.0 };
     for _ in 0..STEP_BUDGET {
         let last = theta + h >= TAU;
         let width = if last { TAU - theta } else { h };
@@ -130,7 +127,8 @@ pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Resu
         });
         if inside {
             let slips = ends.map(|(end, _)| end);
-            if let Some(shorter) = corners::shortened(&oscillator.curve, oscillator.belt_speed, slips, width) {
+            if let Some(shorter) = corners::shortened(&oscillator.curve, oscillator.belt_speed, slips, width)
+            {
                 h = shorter;
                 continue;
             }
@@ -177,8 +175,9 @@ pub(super) struct Closing {
     pub(super) rhs: u64,
 }
 
-/// The C at which the orbit through the maximum `radius` of x2 closes, near `start`, between `bounds` of the even part of the
-/// weakening rate (theory, "The backbone"); `Err` with the cost where a turn on the way has no answer in the polar form.
+/// The C at which the orbit through the maximum `radius` of x2 closes, near `start`, between `bounds` of the
+/// even part of the weakening rate (theory, "The backbone"); `Err` with the cost where a turn on the way has
+/// no answer in the polar form.
 pub(super) fn closing_damping(
     curve: &Curve,
     belt_speed: f64,
@@ -196,8 +195,7 @@ pub(super) fn closing_damping(
     let pad = 1e-9 * (bounds.hi - bounds.lo) + 1e-13 * size;
     let (mut low, mut high) = (bounds.lo - pad, bounds.hi + pad);
     let mut rhs = 0;
-    let mut oscillator =
-        Oscillator { curve: curve.clone(), viscous: start.clamp(low, high), belt_speed };
+    let mut oscillator = Oscillator { curve: curve.clone(), viscous: start.clamp(low, high), belt_speed };
     for _ in 0..MOST_TURNS {
         let viscous = oscillator.viscous;
         let lap = turn(&oscillator, radius, accuracy).map_err(|over| rhs + u64::from(over.rhs))?;

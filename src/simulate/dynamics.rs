@@ -1,8 +1,8 @@
 //! All that the flow of one oscillator tends to, or is kept apart by.
 
 use super::crossing::{CrossingCycle, StickSlipCycle, crossing_cycles, stick_slip_cycle};
-use super::{Fate, Flow};
 use super::slip_cycle::{Kick, SlipCycle, Unknown, kick_onto, slip_cycles};
+use super::{Fate, Flow};
 use crate::filippov::{Eigenvalues, Oscillator};
 
 /// The equilibrium and the cycles, with their stability as computed.
@@ -47,16 +47,18 @@ impl Neighbour {
     }
 }
 
-/// What the slip cycle with this position among `count` separates, if it repels: what orbits just inside it and just
-/// outside it tend to, where the orbit from the exit point has the given fate. Cycles alternate in stability, so its
-/// neighbours attract.
+/// What the slip cycle with this position among `count` separates, if it repels: what orbits just inside it
+/// and just outside it tend to, where the orbit from the exit point has the given fate. Cycles alternate in
+/// stability, so its neighbours attract.
 #[must_use]
 pub fn separates(cycle: usize, count: usize, fate: &Fate) -> [Neighbour; 2] {
     let inside = if cycle == 0 { Neighbour::Equilibrium } else { Neighbour::SlipCycle };
     let outside = match fate {
         _ if cycle + 1 < count => Neighbour::SlipCycle,
         Fate::CrossesForever => Neighbour::Crossing,
-        Fate::Sticks(_) | Fate::SpiralsInward | Fate::TooCloseToCall | Fate::Failed(_) => Neighbour::StickSlip,
+        Fate::Sticks(_) | Fate::SpiralsInward | Fate::TooCloseToCall | Fate::Failed(_) => {
+            Neighbour::StickSlip
+        }
     };
     [inside, outside]
 }

@@ -75,7 +75,8 @@ impl Lanes {
             slope[lane] = angle.sin_squared * terms.numerator * inverse;
             by_c[lane] = -angle.sin_squared * ratio * ratio;
             // dD / d ln r = r cos theta (2 A k / q^3 + 2 b), and q2 times that without a division.
-            let steepness = (2.0 * self.a[lane] * self.k[lane]).mul_add(terms.q, self.b2[lane] * terms.q2 * terms.q2);
+            let steepness =
+                (2.0 * self.a[lane] * self.k[lane]).mul_add(terms.q, self.b2[lane] * terms.q2 * terms.q2);
             by_log_r[lane] = angle.sin_squared * inverse * inverse * r[lane] * angle.cos * steepness;
         }
         LogSlope { slope, by_c, by_log_r }

@@ -1,4 +1,5 @@
-//! The critical damping, and verdicts next to it, of columns that are hard to solve: strong weakening, nodes, large k.
+//! The critical damping, and verdicts next to it, of columns that are hard to solve: strong weakening, nodes,
+//! large k.
 
 use crate::reference::{CriticalPoint, column_points, other_column_points};
 use slipmap::filippov::Oscillator;
@@ -42,7 +43,9 @@ fn verdicts_hold(points: &[CriticalPoint], engine: Engine, tolerance: f64) {
             .filter(|c| *c >= 0.0)
             .collect();
         cs.sort_by(f64::total_cmp);
-        for (verdict, &c) in decide(std::slice::from_ref(&column), &cs, engine, tolerance).into_iter().zip(&cs) {
+        for (verdict, &c) in
+            decide(std::slice::from_ref(&column), &cs, engine, tolerance).into_iter().zip(&cs)
+        {
             let right = match verdict {
                 Verdict::Present => c < point.critical_c,
                 // Below c* the orbit may cross the belt line for ever.
@@ -84,7 +87,8 @@ fn verdicts_next_to_the_boundary_hold_where_it_is_hard_to_find() {
     }
 }
 
-/// A cell that a map at default settings called absent, though it lies below c*: the error of c* was understated.
+/// A cell that a map at default settings called absent, though it lies below c*: the error of c* was
+/// understated.
 #[test]
 fn a_cell_just_below_the_critical_damping_is_present() {
     let point = CriticalPoint {

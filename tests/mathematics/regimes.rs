@@ -396,7 +396,10 @@ fn what_is_found_fits_together_at_random_points() {
             }
             Regime::Crossing => assert!(found.crossing[0].is_stable(), "{label}"),
             Regime::EquilibriumAndCrossing => {
-                assert!(found.slip.len() == 1 && found.kick.is_some() && found.crossing[0].is_stable(), "{label}");
+                assert!(
+                    found.slip.len() == 1 && found.kick.is_some() && found.crossing[0].is_stable(),
+                    "{label}"
+                );
             }
             Regime::PureSlip
             | Regime::PureSlipAndStickSlip
@@ -427,7 +430,8 @@ fn the_half_turn_of_an_undamped_oscillator_is_exact() {
     }
 }
 
-/// A stable focus, inside an unstable slip cycle, inside a stable one, inside an unstable one, inside the stick-slip cycle.
+/// A stable focus, inside an unstable slip cycle, inside a stable one, inside an unstable one, inside the
+/// stick-slip cycle.
 #[test]
 fn three_attractors_have_a_name() {
     let law = Expression::new("1-a*u*exp(-u/s)+h*sin(w*u)+d*u", 1.0).unwrap();
@@ -459,7 +463,8 @@ fn three_attractors_have_a_name() {
     let ends = |radius: f64| {
         let x1 = oscillator.curve.phi(belt_speed - radius) - oscillator.viscous * radius;
         let orbit = trace(&oscillator, Start::State { x1, x2: radius }, 1e-11, 4000.0);
-        let last = orbit.samples.iter().filter(|sample| sample.t > 3980.0).map(|sample| sample.x2);
+        let end = orbit.samples.last().unwrap().t;
+        let last = orbit.samples.iter().filter(|sample| sample.t > end - 20.0).map(|sample| sample.x2);
         last.fold(0.0, f64::max)
     };
     let [first, second, third] = [0, 1, 2].map(|i| cycles[i].velocity.hi);

@@ -6,10 +6,10 @@ use crate::sample::Random;
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Expression, Law, Table};
 use slipmap::point::{LawParameters, Point};
+use slipmap::simulate::backbone::Backbone;
 use slipmap::simulate::critical_damping;
 use slipmap::simulate::direct::{Start, trace};
 use slipmap::simulate::slip_count::count_slip_cycles;
-use slipmap::simulate::backbone::Backbone;
 use slipmap::simulate::slip_cycle::slip_cycles;
 
 fn expression(text: &str, parameters: &[f64], viscous: f64, belt_speed: f64) -> Oscillator {
