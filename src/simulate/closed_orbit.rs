@@ -41,6 +41,8 @@ const SHORTEST_STEP: f64 = 1e-9;
 const STEP_BUDGET: u32 = 20_000;
 /// Share of the tolerance that the local error estimates may add up to.
 const SHARE: f64 = 0.3;
+/// Error of the turns that lead near a root, in units of the weakening rate.
+const ROUGH: f64 = 1e-6;
 /// Turns after which the search for a root gives up; four are usual.
 const MOST_TURNS: u32 = 60;
 
@@ -196,22 +198,30 @@ pub(super) fn closing_damping(
     let (mut low, mut high) = (bounds.lo - pad, bounds.hi + pad);
     let mut rhs = 0;
     let mut oscillator = Oscillator { curve: curve.clone(), viscous: start.clamp(low, high), belt_speed };
+    let floor = 4.0 * f64::EPSILON * size;
+    // The first turns, which only lead near the root, are coarse.
+    let (mut accurate, mut before) = (false, f64::INFINITY);
     for _ in 0..MOST_TURNS {
         let viscous = oscillator.viscous;
-        let lap = turn(&oscillator, radius, accuracy).map_err(|over| rhs + u64::from(over.rhs))?;
+        let asked = if accurate { accuracy } else { accuracy.max(ROUGH * size.min(1.0)) };
+        let lap = turn(&oscillator, radius, asked).map_err(|over| rhs + u64::from(over.rhs))?;
         rhs += u64::from(lap.rhs);
-        if lap.margin > 0.0 {
+        if lap.margin > lap.error {
             low = low.max(viscous);
-        } else {
+        } else if lap.margin < -lap.error {
             high = high.min(viscous);
         }
         let newton = viscous - lap.margin.ln_1p() / lap.by_damping;
-        let floor = 4.0 * f64::EPSILON * size;
         let step = (newton - viscous).abs();
-        if lap.margin.abs() <= lap.error || step <= floor || high - low <= floor {
-            let error = (lap.margin.abs() + lap.error) / lap.by_damping.abs() + floor;
-            return Ok(Closing { viscous, error, rhs });
+        // Newton's method squares the error; the last two steps tell by which factor.
+        let left = step * step * (10.0 / size).max(4.0 * step / (before * before));
+        let settled = lap.margin.abs() <= lap.error || left <= 0.1 * tolerance * size + floor;
+        if accurate && (settled || high - low <= floor) {
+            let error = lap.error / lap.by_damping.abs() + left.min(step) + floor;
+            return Ok(Closing { viscous: newton, error, rhs });
         }
+        accurate |= settled || step <= 1e-3 * size;
+        before = step;
         oscillator.viscous = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
     }
     Err(rhs)
