@@ -4,9 +4,12 @@ mod answer;
 
 pub use answer::{Answer, MethodAnswer, landing};
 
+use std::borrow::Cow;
+
+use crate::behaviour::Behaviour;
 use crate::filippov::{Eigenvalues, Oscillator};
 use crate::friction::Range;
-use crate::machine::{Behaviour, Machine};
+use crate::machine::Machine;
 use crate::map::limits::Limit;
 use crate::map::{AttractingCycle, Grid, Regime};
 use crate::simulate::crossing::{CrossingCycle, StickSlipCycle};
@@ -77,13 +80,15 @@ result! {
         /// What the verdict is worth.
         pub guarantee: &'static str,
         /// Where the method stands in the paper or in the theory pages.
-        pub equation: &'static str,
+        pub equation: Cow<'static, str>,
         /// Why the verdict is neither presence nor absence.
         pub reason: Option<String>,
         /// Up to which eps the verdict equals the simulated one.
         pub epsilon_limit: Limit,
         /// Up to which eps the verdict does not contradict the simulated one.
         pub epsilon_limit_sound: Limit,
+        /// Why one of these two is not known.
+        pub epsilon_limit_reason: Option<String>,
     }
 
     /// The orbit from the exit point by both engines.
@@ -335,13 +340,15 @@ fn as_map<T: serde::Serialize, S: serde::Serializer>(
     serializer.collect_map(pairs.iter().map(|(name, value)| (name, value)))
 }
 
-/// A limit as a number; "inf" where it is beyond all that was looked at, since JSON knows no infinity.
+/// A limit as a number; "inf" where it is beyond all that was looked at, since JSON knows no infinity; null where it
+/// is not known.
 #[cfg(feature = "serde")]
 impl serde::Serialize for Limit {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
             Limit::Never | Limit::UpTo(_) => serializer.serialize_f64(self.value()),
             Limit::Throughout => serializer.serialize_str("inf"),
+            Limit::Unknown(_) => serializer.serialize_none(),
         }
     }
 }
@@ -358,10 +365,11 @@ impl Probe {
                 margin: said.margin,
                 critical_c: said.critical_c,
                 guarantee: said.method.guarantee().name(),
-                equation: said.method.equation(),
+                equation: said.method.equation_for(&answer.law),
                 reason: said.reason.clone(),
                 epsilon_limit: limit.equal,
                 epsilon_limit_sound: limit.sound,
+                epsilon_limit_reason: limit.unknown().map(|why| why.to_string()),
             };
             (said.method.name(), result)
         });

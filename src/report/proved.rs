@@ -17,7 +17,7 @@ pub(super) fn volume(map: &MapFile) -> Option<Table> {
     .map(|(what, attribute)| Some(vec![Cell::Words(what.into()), Cell::Real(100.0 * map.number(attribute)?)]))
     .collect::<Option<Vec<_>>>()?;
     let (boxes, seconds) = (map.number("proved_boxes")?, map.number("proved_seconds")?);
-    let column = |key, heading: &str, show| Column { key, heading: rich(heading), show };
+    let column = |key: &str, heading: &str, show| Column { key: key.into(), heading: rich(heading), show };
     Some(Table {
         name: "proved_volume",
         caption: rich(

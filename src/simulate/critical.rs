@@ -54,7 +54,7 @@ const LAST_CHANGE_WEIGHT: f64 = 8.0;
 /// And in units of the change before: two circles may agree by chance, three do not.
 const CHANGE_BEFORE_WEIGHT: f64 = 0.2;
 /// Angles of the coarsest circle in units of sqrt(1 + k), see [`first_rung`].
-const ANGLES_PER_POLE: f64 = 2.0;
+const ANGLES_PER_POLE: f64 = 1.0;
 /// Largest |ln(r/V)| that [`exp`] covers.
 const LARGEST_LOG: f64 = 0.7;
 

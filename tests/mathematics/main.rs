@@ -10,6 +10,7 @@
 
 mod agreement;
 mod backbone;
+mod budgets;
 mod certificates;
 mod claims;
 mod columns;

@@ -12,6 +12,7 @@ mod command;
 mod config;
 mod curves;
 mod damage;
+mod extremes;
 mod hostile;
 mod latex;
 mod laws;
@@ -23,6 +24,7 @@ mod mounts;
 #[cfg(all(target_os = "linux", feature = "mpi"))]
 mod mpi;
 mod probe;
+mod reference_page;
 mod report;
 mod resume;
 mod run;

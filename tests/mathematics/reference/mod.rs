@@ -103,7 +103,8 @@ pub fn data_path(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
 }
 
-fn rows<Row: DeserializeOwned>(name: &str) -> Vec<Row> {
+/// All rows of one file.
+pub fn rows<Row: DeserializeOwned>(name: &str) -> Vec<Row> {
     let read = || -> Result<Vec<Row>, csv::Error> {
         csv::ReaderBuilder::new().comment(Some(b'#')).from_path(data_path(name))?.into_deserialize().collect()
     };
