@@ -200,7 +200,7 @@ pub(super) fn closing_damping(
     let mut oscillator = Oscillator { curve: curve.clone(), viscous: start.clamp(low, high), belt_speed };
     let floor = 4.0 * f64::EPSILON * size;
     // The first turns, which only lead near the root, are coarse.
-    let (mut accurate, mut before) = (false, f64::INFINITY);
+    let mut accurate = false;
     for _ in 0..MOST_TURNS {
         let viscous = oscillator.viscous;
         let asked = if accurate { accuracy } else { accuracy.max(ROUGH * size.min(1.0)) };
@@ -213,15 +213,12 @@ pub(super) fn closing_damping(
         }
         let newton = viscous - lap.margin.ln_1p() / lap.by_damping;
         let step = (newton - viscous).abs();
-        // Newton's method squares the error; the last two steps tell by which factor.
-        let left = step * step * (10.0 / size).max(4.0 * step / (before * before));
-        let settled = lap.margin.abs() <= lap.error || left <= 0.1 * tolerance * size + floor;
-        if accurate && (settled || high - low <= floor) {
-            let error = lap.error / lap.by_damping.abs() + left.min(step) + floor;
-            return Ok(Closing { viscous: newton, error, rhs });
+        let settled = lap.margin.abs() <= lap.error || step <= floor || high - low <= floor;
+        if accurate && settled {
+            let error = (lap.margin.abs() + lap.error) / lap.by_damping.abs() + floor;
+            return Ok(Closing { viscous, error, rhs });
         }
         accurate |= settled || step <= 1e-3 * size;
-        before = step;
         oscillator.viscous = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
     }
     Err(rhs)

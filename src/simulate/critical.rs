@@ -381,7 +381,7 @@ fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, 
     // Error of the margin where it leaves the sign open.
     let undecided = Cell::new(0.0);
     let mut margin = |c: f64| {
-        let answer = flow(&Oscillator::in_column(column, c), tolerance.max(1e-12));
+        let answer = flow(&Oscillator::in_column(column, c), 1e-12);
         rhs += answer.rhs;
         let size = if answer.margin.is_finite() { answer.margin.abs().min(1.0) } else { 1.0 };
         match answer.fate {

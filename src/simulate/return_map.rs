@@ -104,7 +104,7 @@ fn decisive_turn(oscillator: &Oscillator, tolerance: f64) -> Turn {
 }
 
 /// Orbits that are handed over are far from circles, and error estimates need finer steps to hold there.
-const COARSEST_HANDED_OVER: f64 = 1e-9;
+const COARSEST_HANDED_OVER: f64 = 1e-12;
 
 /// What becomes of the orbit from the exit point, by the return map; handed over to
 /// [`direct::flow`] where the polar form does not apply or the orbit lands beyond the stick segment.
