@@ -321,19 +321,16 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
             line("slip cycles", slip_count_words(cycles.len(), &answer.slip_count()));
             for (i, cycle) in cycles.iter().enumerate() {
                 let parts = separates(i, cycles.len(), &answer.flow.fate).map(neighbour_words);
-                let kind = if cycle.is_stable() {
-                    "attracts".to_owned()
+                let (kind, sides) = if cycle.is_stable() {
+                    ("attracts", String::new())
                 } else {
-                    format!(
-                        "repels: from inside it orbits tend to {}, from outside to {}",
-                        parts[0], parts[1]
-                    )
+                    ("repels", format!(": inside it orbits tend to {}, outside it to {}", parts[0], parts[1]))
                 };
                 let amplitude = 0.5 * (cycle.displacement.hi - cycle.displacement.lo);
                 line(
                     "slip cycle",
                     format!(
-                        "{kind}; amplitude {}, {} <= x2 <= {}, multiplier {}, period {}",
+                        "{kind}, amplitude {}, {} <= x2 <= {}, multiplier {}, period {}{sides}",
                         short(amplitude),
                         short(cycle.velocity.lo),
                         short(cycle.velocity.hi),

@@ -12,8 +12,8 @@ use crate::simulate::crossing::{CrossingCycle, StickSlipCycle, crossing_cycles, 
 use crate::simulate::slip_cycle::{BACKBONE_TOLERANCE, Kick, SlipCycle, kick_onto, locate, none_proved};
 use crate::simulate::{Failure, Flow};
 
-/// The relative error of a turn asked for where slip cycles are concerned: their amplitude is the less certain
-/// the closer the multiplier is to 1.
+/// The relative error of a turn asked for where slip cycles are concerned: their amplitude is the less
+/// certain the closer the multiplier is to 1.
 const TIGHT: f64 = 1e-13;
 
 /// All dampings of one friction curve and belt speed.
@@ -29,7 +29,8 @@ impl Behaviour {
         Self { curve: curve.clone(), belt_speed, backbone: OnceCell::new() }
     }
 
-    /// The slip cycles of `oscillator`, whose orbit from the exit point ends as `end` says; `None` if they are not known.
+    /// The slip cycles of `oscillator`, whose orbit from the exit point ends as `end` says; `None` if they
+    /// are not known.
     pub(super) fn slip_cycles(&self, oscillator: &Oscillator, end: End) -> Option<Vec<Crossing>> {
         let stable = oscillator.eigenvalues().is_stable();
         let returns = match end {
@@ -61,8 +62,8 @@ impl Behaviour {
     /// What attracts.
     ///
     /// An orbit that spirals inward around an unstable equilibrium must tend to a slip cycle between the two
-    /// (Poincare-Bendixson); around a stable one the equilibrium attracts. What the orbit from the exit point comes to
-    /// coexists with all that lies within it.
+    /// (Poincare-Bendixson); around a stable one the equilibrium attracts. What the orbit from the exit point
+    /// comes to coexists with all that lies within it.
     pub(super) fn regime(&self, oscillator: &Oscillator, end: End) -> Regime {
         let Some(cycles) = self.slip_cycles(oscillator, end) else { return Regime::Failed };
         let attractors = Attractors {
@@ -77,8 +78,8 @@ impl Behaviour {
         Regime::of(attractors)
     }
 
-    /// The cycle that attracts: what the orbit from the exit point comes to before a slip cycle, of slip cycles the
-    /// largest. `None` where there is none, or where it cannot be followed.
+    /// The cycle that attracts: what the orbit from the exit point comes to before a slip cycle, of slip
+    /// cycles the largest. `None` where there is none, or where it cannot be followed.
     pub(super) fn attracting_cycle(
         &self,
         oscillator: &Oscillator,
@@ -108,8 +109,8 @@ impl Behaviour {
         }
     }
 
-    /// The outermost slip cycle where it repels and something within it attracts, and the kicks onto it: what lies outside
-    /// ends in stick-slip or crosses for ever. `None` elsewhere, or where it cannot be followed.
+    /// The outermost slip cycle where it repels and something within it attracts, and the kicks onto it: what
+    /// lies outside ends in stick-slip or crosses for ever. `None` elsewhere, or where it cannot be followed.
     pub(super) fn basin_boundary(
         &self,
         oscillator: &Oscillator,
@@ -137,15 +138,16 @@ pub fn slip_cycle_count(oscillator: &Oscillator, flow: &Flow) -> Option<usize> {
     behaviour.slip_cycles(oscillator, End::of(flow)).map(|cycles| cycles.len())
 }
 
-/// The cycle that attracts where the orbit from the exit point ends as `flow` says: the stick-slip or the crossing cycle
-/// before a slip cycle, of slip cycles the largest. `None` where there is none, or where it cannot be followed.
+/// The cycle that attracts where the orbit from the exit point ends as `flow` says: the stick-slip or the
+/// crossing cycle before a slip cycle, of slip cycles the largest. `None` where there is none, or where it
+/// cannot be followed.
 #[must_use]
 pub fn attracting_cycle(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> Option<AttractingCycle> {
     Behaviour::new(&oscillator.curve, oscillator.belt_speed).attracting_cycle(oscillator, flow, tolerance)
 }
 
-/// The unstable slip cycle outside of which the mass ends in stick-slip or crosses for ever, and the kicks onto it. `None`
-/// where there is none, or where it cannot be followed.
+/// The unstable slip cycle outside of which the mass ends in stick-slip or crosses for ever, and the kicks
+/// onto it. `None` where there is none, or where it cannot be followed.
 #[must_use]
 pub fn basin_boundary(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> Option<(SlipCycle, Kick)> {
     let behaviour = Behaviour::new(&oscillator.curve, oscillator.belt_speed);

@@ -121,7 +121,8 @@ pub enum Regime {
     EquilibriumAndCrossing = 9,
     /// A slip cycle attracts, and from outside its basin orbits cross the belt line for ever.
     PureSlipAndCrossing = 10,
-    /// The equilibrium and a slip cycle attract, and from outside their basins orbits cross the belt line for ever.
+    /// The equilibrium and a slip cycle attract, and from outside their basins orbits cross the belt line for
+    /// ever.
     EquilibriumPureSlipAndCrossing = 11,
 }
 

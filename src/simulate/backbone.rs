@@ -1,15 +1,17 @@
-//! The backbone C(r) of a column: for each amplitude r in (0, V] the one damping at which the orbit that turns at x2 = r
-//! closes.
+//! The backbone C(r) of a column: for each amplitude r in (0, V] the one damping at which the orbit that
+//! turns at x2 = r closes.
 //!
-//! The right side of the scalar form increases with D at every angle, so the return map P(r; C) falls strictly with C, and
-//! P(r; C) = r has one root C(r) (theory, "The backbone"). Every slip cycle of every damping of the column is on this one
-//! curve: at C = eps c they are the solutions of C(r) = C; one attracts where C falls with r and repels where it rises.
-//! C(0+) is the weakening rate at belt speed (Hopf), C(V) is eps c* (grazing), and the extremes between are folds.
+//! The right side of the scalar form increases with D at every angle, so the return map P(r; C) falls
+//! strictly with C, and P(r; C) = r has one root C(r) (theory, "The backbone"). Every slip cycle of every
+//! damping of the column is on this one curve: at C = eps c they are the solutions of C(r) = C; one attracts
+//! where C falls with r and repels where it rises. C(0+) is the weakening rate at belt speed (Hopf), C(V) is
+//! eps c* (grazing), and the extremes between are folds.
 //!
-//! C is interpolated in r by Chebyshev polynomials through nodes that are doubled until the coefficients have decayed.
+//! C is interpolated in r by Chebyshev polynomials through nodes that are doubled until the coefficients have
+//! decayed.
 //!
-//! **Error.** Twice the sum of the sizes of the last quarter of the coefficients, with the largest error of the nodes times
-//! the Lebesgue constant. It is numerical, not a bound: [`super::slip_count`] proves counts.
+//! **Error.** Twice the sum of the sizes of the last quarter of the coefficients, with the largest error of
+//! the nodes times the Lebesgue constant. It is numerical, not a bound: [`super::slip_count`] proves counts.
 
 use std::f64::consts::PI;
 
@@ -19,7 +21,8 @@ use crate::friction::{Column, Curve};
 
 /// Numbers of intervals between nodes, coarse to fine.
 const SIZES: [usize; 5] = [8, 16, 32, 64, 128];
-/// The finest of them where the law has corners: C is smooth to finite order only, and more nodes gain little.
+/// The finest of them where the law has corners: C is smooth to finite order only, and more nodes gain
+/// little.
 const FINEST_WITH_CORNERS: usize = 64;
 
 /// A place where C stops rising or falling with r, or an end.
@@ -113,7 +116,8 @@ fn sum(series: &[f64], x: f64) -> f64 {
 }
 
 impl Backbone {
-    /// The backbone of a column, with an error of about `tolerance` in units of the weakening rate where that can be had.
+    /// The backbone of a column, with an error of about `tolerance` in units of the weakening rate where that
+    /// can be had.
     ///
     /// # Errors
     /// [`Failure`] of an orbit.
@@ -173,8 +177,8 @@ impl Backbone {
         sum(&self.series, 2.0 * radius / self.belt_speed - 1.0)
     }
 
-    /// The ends r = 0 and r = V, and the folds between them, by growing r. Between neighbours C rises or falls throughout;
-    /// wiggles within its error are left out.
+    /// The ends r = 0 and r = V, and the folds between them, by growing r. Between neighbours C rises or
+    /// falls throughout; wiggles within its error are left out.
     #[must_use]
     pub fn turning_points(&self) -> &[TurningPoint] {
         &self.turning_points
@@ -202,7 +206,8 @@ impl Backbone {
             }
         }
         found.push(TurningPoint { radius: self.belt_speed, viscous: at_belt });
-        // The smallest step between neighbours goes, with both its ends or with the one that is no end of the curve.
+        // The smallest step between neighbours goes, with both its ends or with the one that is no end of the
+        // curve.
         while let Some(i) = (1..found.len())
             .filter(|&i| {
                 found.len() > 2 && (found[i].viscous - found[i - 1].viscous).abs() <= 2.0 * self.error
@@ -221,9 +226,9 @@ impl Backbone {
         found
     }
 
-    /// The slip cycles at C = `viscous`, by growing amplitude. The stability of the equilibrium and whether the orbit from
-    /// the exit point returns to the belt line are put in, so that the number is even or odd as it must be. `None` where C is
-    /// within the error of a fold's.
+    /// The slip cycles at C = `viscous`, by growing amplitude. The stability of the equilibrium and whether
+    /// the orbit from the exit point returns to the belt line are put in, so that the number is even or odd
+    /// as it must be. `None` where C is within the error of a fold's.
     #[must_use]
     pub fn cycles(&self, viscous: f64, equilibrium_is_stable: bool, returns: bool) -> Option<Vec<Crossing>> {
         if self.folds().iter().any(|fold| (fold.viscous - viscous).abs() <= self.error) {

@@ -1,5 +1,5 @@
-//! Where the long-run behaviour changes: the bifurcations of codimension one, each as a test function that changes
-//! its sign there, and their curves in any plane of two parameters.
+//! Where the long-run behaviour changes: the bifurcations of codimension one, each as a test function that
+//! changes its sign there, and their curves in any plane of two parameters.
 //!
 //! | bifurcation | test function | what happens |
 //! | --- | --- | --- |
@@ -77,8 +77,8 @@ impl Bifurcation {
         }
     }
 
-    /// Its curves in a plane of two parameters. `at` takes a place in the unit square to the oscillator there and
-    /// is never asked outside; places and errors of the curves are in sides of the square.
+    /// Its curves in a plane of two parameters. `at` takes a place in the unit square to the oscillator there
+    /// and is never asked outside; places and errors of the curves are in sides of the square.
     #[must_use]
     pub fn curves(self, at: &(dyn Fn([f64; 2]) -> Oscillator + Sync), tolerance: f64) -> Vec<Branch> {
         zero_curves(&|place| self.test(&at(place), tolerance))

@@ -1,6 +1,7 @@
 //! Turns of the lower flow from any maximum of x2, and the damping at which they close, for any friction law.
 //!
-//! In the polar form of [`super::polar`], with R = r / r(0), the orbit through (x2, x2') = (`radius`, 0) obeys
+//! In the polar form of [`super::polar`], with R = r / r(0), the orbit through (x2, x2') = (`radius`, 0)
+//! obeys
 //!
 //! ```text
 //! dR/dth = D R sin^2 th / (1 + D sin th cos th),    D = w(V - radius R cos th) - C
@@ -8,9 +9,10 @@
 //!
 //! with steps that follow the law and end at its corners.
 //!
-//! **Weights.** Let Q(th) be the factor by which a small change of ln r at the start has grown at th. By Liouville's formula
-//! it needs no derivative of the law: Q = exp(integral of D dt) / (R dth/dt), as R dth/dt = 1 at the start. A change dD
-//! along the orbit therefore moves ln R(2 pi) by Q(2 pi) times the integral of `dD W`,
+//! **Weights.** Let Q(th) be the factor by which a small change of ln r at the start has grown at th. By
+//! Liouville's formula it needs no derivative of the law: Q = exp(integral of D dt) / (R dth/dt), as R dth/dt
+//! = 1 at the start. A change dD along the orbit therefore moves ln R(2 pi) by Q(2 pi) times the integral of
+//! `dD W`,
 //!
 //! ```text
 //! W = sin^2 th / (dth/dt)^2 / Q = sin^2 th R exp(-integral of D dt) / (dth/dt) >= 0,
@@ -39,6 +41,8 @@ const SHORTEST_STEP: f64 = 1e-9;
 const STEP_BUDGET: u32 = 20_000;
 /// Share of the tolerance that the local error estimates may add up to.
 const SHARE: f64 = 0.3;
+/// Error of the turns that lead near a root, in units of the weakening rate.
+const ROUGH: f64 = 1e-6;
 /// Turns after which the search for a root gives up; four are usual.
 const MOST_TURNS: u32 = 60;
 
@@ -55,7 +59,8 @@ pub(super) struct Lap {
     pub(super) rhs: u32,
 }
 
-/// The polar form does not apply, or the finest step misses the tolerance. And the evaluations spent to find that out.
+/// The polar form does not apply, or the finest step misses the tolerance. And the evaluations spent to find
+/// that out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct HandOver {
     pub(super) rhs: u32,
@@ -95,7 +100,8 @@ impl Field<3> for Polar<'_> {
     }
 }
 
-/// One turn of the orbit through the maximum `radius` of x2, with an error of at most `tolerance` where that can be had.
+/// One turn of the orbit through the maximum `radius` of x2, with an error of at most `tolerance` where that
+/// can be had.
 pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Result<Lap, HandOver> {
     let mut rhs = 0;
     let mut state = [0.0; 3];
@@ -171,8 +177,9 @@ pub(super) struct Closing {
     pub(super) rhs: u64,
 }
 
-/// The C at which the orbit through the maximum `radius` of x2 closes, near `start`, between `bounds` of the even part of the
-/// weakening rate (theory, "The backbone"); `Err` with the cost where a turn on the way has no answer in the polar form.
+/// The C at which the orbit through the maximum `radius` of x2 closes, near `start`, between `bounds` of the
+/// even part of the weakening rate (theory, "The backbone"); `Err` with the cost where a turn on the way has
+/// no answer in the polar form.
 pub(super) fn closing_damping(
     curve: &Curve,
     belt_speed: f64,
@@ -191,22 +198,27 @@ pub(super) fn closing_damping(
     let (mut low, mut high) = (bounds.lo - pad, bounds.hi + pad);
     let mut rhs = 0;
     let mut oscillator = Oscillator { curve: curve.clone(), viscous: start.clamp(low, high), belt_speed };
+    let floor = 4.0 * f64::EPSILON * size;
+    // The first turns, which only lead near the root, are coarse.
+    let mut accurate = false;
     for _ in 0..MOST_TURNS {
         let viscous = oscillator.viscous;
-        let lap = turn(&oscillator, radius, accuracy).map_err(|over| rhs + u64::from(over.rhs))?;
+        let asked = if accurate { accuracy } else { accuracy.max(ROUGH * size.min(1.0)) };
+        let lap = turn(&oscillator, radius, asked).map_err(|over| rhs + u64::from(over.rhs))?;
         rhs += u64::from(lap.rhs);
-        if lap.margin > 0.0 {
+        if lap.margin > lap.error {
             low = low.max(viscous);
-        } else {
+        } else if lap.margin < -lap.error {
             high = high.min(viscous);
         }
         let newton = viscous - lap.margin.ln_1p() / lap.by_damping;
-        let floor = 4.0 * f64::EPSILON * size;
         let step = (newton - viscous).abs();
-        if lap.margin.abs() <= lap.error || step <= floor || high - low <= floor {
+        let settled = lap.margin.abs() <= lap.error || step <= floor || high - low <= floor;
+        if accurate && settled {
             let error = (lap.margin.abs() + lap.error) / lap.by_damping.abs() + floor;
             return Ok(Closing { viscous, error, rhs });
         }
+        accurate |= settled || step <= 1e-3 * size;
         oscillator.viscous = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
     }
     Err(rhs)

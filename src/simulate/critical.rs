@@ -12,20 +12,21 @@
 //! error falls geometrically with M because the orbit is analytic. Columns outside the domain of the polar
 //! form are searched with [`flow`].
 //!
-//! **Error of the sweeps.** Let delta be what the last sweep left of the equation: its g less the slope of the p at
-//! which g was taken. It has zero mean. A small change delta of the right-hand side moves C by the mean of
-//! W delta over that of W dg/dC, with the weight W = exp(integral of a from theta to 2 pi), a = dg/dp: a change
-//! made at theta has grown or shrunk by that much at the end of the turn. As delta has zero mean, W may be lessened by
-//! any constant, half of which spans its range:
+//! **Error of the sweeps.** Let delta be what the last sweep left of the equation: its g less the slope of
+//! the p at which g was taken. It has zero mean. A small change delta of the right-hand side moves C by the
+//! mean of W delta over that of W dg/dC, with the weight W = exp(integral of a from theta to 2 pi), a =
+//! dg/dp: a change made at theta has grown or shrunk by that much at the end of the turn. As delta has zero
+//! mean, W may be lessened by any constant, half of which spans its range:
 //!
 //! ```text
 //! |error of C| <= (exp(R) - 1)/2 mean|delta| / mean|dg/dC|,    R = max(integral of a+, integral of a-)
 //! ```
 //!
-//! up to the square of delta. The size of the last *correction* of C is no such bound: it is a mean, and passes through
-//! zero where p has not settled.
+//! up to the square of delta. The size of the last *correction* of C is no such bound: it is a mean, and
+//! passes through zero where p has not settled.
 //!
-//! **Error of the angles.** Judged by three successive M, never by one, nor by two, which may agree by chance.
+//! **Error of the angles.** Judged by three successive M, never by one, nor by two, which may agree by
+//! chance.
 
 use std::cell::Cell;
 use std::f64::consts::TAU;
@@ -45,15 +46,15 @@ const RETRY_RUNGS: usize = 4;
 const ANGLES: [usize; 11] = [8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256];
 /// Sweeps on one set of angles after which the iteration is taken to diverge.
 const MOST_SWEEPS: u32 = 40;
-/// Round-off of C, and of the residual, in units of the scale of C: sums of up to 256 terms of that size, with random
-/// signs of error.
+/// Round-off of C, and of the residual, in units of the scale of C: sums of up to 256 terms of that size,
+/// with random signs of error.
 const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
 /// Error estimate of C in units of its change from the last circle: the error oscillates as it falls.
 const LAST_CHANGE_WEIGHT: f64 = 8.0;
 /// And in units of the change before: two circles may agree by chance, three do not.
 const CHANGE_BEFORE_WEIGHT: f64 = 0.2;
 /// Angles of the coarsest circle in units of sqrt(1 + k), see [`first_rung`].
-const ANGLES_PER_POLE: f64 = 2.0;
+const ANGLES_PER_POLE: f64 = 1.0;
 /// Largest |ln(r/V)| that [`exp`] covers.
 const LARGEST_LOG: f64 = 0.7;
 
@@ -316,8 +317,8 @@ fn spectral(starts: &[ScaledGroups], tolerance: f64) -> Vec<Spectral> {
     answers
 }
 
-/// The coarsest circle that sees the pole of the divergence, q = 0, which is sqrt(2 / k) from the angle 0: on coarser ones
-/// several in a row may agree and be wrong. `None` if none does.
+/// The coarsest circle that sees the pole of the divergence, q = 0, which is sqrt(2 / k) from the angle 0: on
+/// coarser ones several in a row may agree and be wrong. `None` if none does.
 fn first_rung(groups: &ScaledGroups) -> Option<usize> {
     ANGLES.iter().position(|&angles| angles as f64 >= ANGLES_PER_POLE * (1.0 + groups.k).sqrt())
 }
@@ -380,7 +381,7 @@ fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, 
     // Error of the margin where it leaves the sign open.
     let undecided = Cell::new(0.0);
     let mut margin = |c: f64| {
-        let answer = flow(&Oscillator::in_column(column, c), tolerance.max(1e-12));
+        let answer = flow(&Oscillator::in_column(column, c), 1e-12);
         rhs += answer.rhs;
         let size = if answer.margin.is_finite() { answer.margin.abs().min(1.0) } else { 1.0 };
         match answer.fate {
@@ -393,7 +394,8 @@ fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, 
             Fate::Failed(_) => Err(NoCriticalDamping::NoVerdict),
         }
     };
-    // The even part of the divergence brackets the root (theory, "The tests"); signs are checked all the same.
+    // The even part of the divergence brackets the root (theory, "The tests"); signs are checked all the
+    // same.
     let range = column.curve.even_weakening_range(column.belt_speed);
     let width = (range.hi - range.lo).abs() / column.epsilon;
     let pad = 1e-6 * width + 1e-12 * (range.hi.abs() + range.lo.abs()) / column.epsilon;
@@ -413,8 +415,8 @@ fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, 
         }
         Found::Zero(c, bracket) => (c, bracket),
     };
-    // As near as the flow sees, though a secant may have left the other end far behind: c* is as near as the next
-    // dampings, on either side, that it tells apart.
+    // As near as the flow sees, though a secant may have left the other end far behind: c* is as near as the
+    // next dampings, on either side, that it tells apart.
     let mut near = (2.0 * undecided.get() / bracket.steepness()).max(enough);
     while near < bracket.width() {
         let told_below = c - near <= bracket.low.0 || margin(c - near)? > 0.0;

@@ -47,9 +47,9 @@ impl Neighbour {
     }
 }
 
-/// What the slip cycle with this position among `count` separates, if it repels: what orbits just inside it and just
-/// outside it tend to, where the orbit from the exit point has the given fate. Cycles alternate in stability, so its
-/// neighbours attract.
+/// What the slip cycle with this position among `count` separates, if it repels: what orbits just inside it
+/// and just outside it tend to, where the orbit from the exit point has the given fate. Cycles alternate in
+/// stability, so its neighbours attract.
 #[must_use]
 pub fn separates(cycle: usize, count: usize, fate: &Fate) -> [Neighbour; 2] {
     let inside = if cycle == 0 { Neighbour::Equilibrium } else { Neighbour::SlipCycle };

@@ -2,7 +2,8 @@
 //! Orbits near the circle take the few evaluations of `collocation`, the others the steps of `stepping`.
 //!
 //! The sign of the grazing margin m/V = delta(2 pi) is the verdict: negative, the orbit closes inside
-//! itself; positive, it comes back to the belt line (theory, "Two forms of the slip flow"). No event is located for that.
+//! itself; positive, it comes back to the belt line (theory, "Two forms of the slip flow"). No event is
+//! located for that.
 
 use super::closed_orbit::{HandOver, Lap};
 use super::landing::{Approach, Arrival, approach};
@@ -102,6 +103,9 @@ fn decisive_turn(oscillator: &Oscillator, tolerance: f64) -> Turn {
     }
 }
 
+/// Orbits that are handed over are far from circles, and error estimates need finer steps to hold there.
+const COARSEST_HANDED_OVER: f64 = 1e-12;
+
 /// What becomes of the orbit from the exit point, by the return map; handed over to
 /// [`direct::flow`] where the polar form does not apply or the orbit lands beyond the stick segment.
 ///
@@ -112,7 +116,7 @@ pub fn flow(oscillator: &Oscillator, tolerance: f64) -> Flow {
     let (margin, margin_error, rhs) = match turn {
         Turn::Complete { margin, error, rhs } => (margin, error, rhs),
         Turn::HandOver { rhs } => {
-            let answer = direct::flow(oscillator, tolerance);
+            let answer = direct::flow(oscillator, tolerance.min(COARSEST_HANDED_OVER));
             return Flow { rhs: u64::from(rhs) + answer.rhs, ..answer };
         }
     };

@@ -33,8 +33,9 @@ pub(super) enum Found {
     Zero(f64, Bracket),
 }
 
-/// Narrows `bracket` to `enough` by the ITP method of Oliveira and Takahashi (ACM Trans. Math. Softw. 47, 2020), which
-/// is as fast as the secant where the function is smooth and never slower than bisection where only its sign is known.
+/// Narrows `bracket` to `enough` by the ITP method of Oliveira and Takahashi (ACM Trans. Math. Softw. 47,
+/// 2020), which is as fast as the secant where the function is smooth and never slower than bisection where
+/// only its sign is known.
 ///
 /// # Errors
 /// Those of `f`.

@@ -113,7 +113,8 @@ pub enum Unknown {
     TooClose,
 }
 
-/// Accuracy of the backbone from which slip cycles are read, in units of the weakening rate: their own is that of the turn.
+/// Accuracy of the backbone from which slip cycles are read, in units of the weakening rate: their own is
+/// that of the turn.
 pub const BACKBONE_TOLERANCE: f64 = 1e-10;
 
 /// The slip cycles, by growing amplitude, located with the relative error `tolerance` of one turn divided by

@@ -96,8 +96,8 @@ impl pulp::WithSimd for Dispatched<'_> {
 }
 
 /// The rung to try first, from the size of the divergence and how fast it changes along the orbit. Fitted
-/// by counting evaluations over random points; a wrong guess costs one more turn, not accuracy. `None` where no rung sees
-/// the pole of the divergence: then the estimate sees nothing either.
+/// by counting evaluations over random points; a wrong guess costs one more turn, not accuracy. `None` where
+/// no rung sees the pole of the divergence: then the estimate sees nothing either.
 fn first_rung(groups: &ScaledGroups, tolerance: f64) -> Option<usize> {
     let strength = groups.divergence(0.0).abs().max(groups.divergence(2.0).abs());
     let pole = (1.0 + groups.k).sqrt();

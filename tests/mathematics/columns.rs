@@ -1,4 +1,5 @@
-//! The critical damping, and verdicts next to it, of columns that are hard to solve: strong weakening, nodes, large k.
+//! The critical damping, and verdicts next to it, of columns that are hard to solve: strong weakening, nodes,
+//! large k.
 
 use crate::reference::{CriticalPoint, column_points, other_column_points};
 use slipmap::filippov::Oscillator;
@@ -86,7 +87,8 @@ fn verdicts_next_to_the_boundary_hold_where_it_is_hard_to_find() {
     }
 }
 
-/// A cell that a map at default settings called absent, though it lies below c*: the error of c* was understated.
+/// A cell that a map at default settings called absent, though it lies below c*: the error of c* was
+/// understated.
 #[test]
 fn a_cell_just_below_the_critical_damping_is_present() {
     let point = CriticalPoint {

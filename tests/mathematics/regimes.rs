@@ -430,7 +430,8 @@ fn the_half_turn_of_an_undamped_oscillator_is_exact() {
     }
 }
 
-/// A stable focus, inside an unstable slip cycle, inside a stable one, inside an unstable one, inside the stick-slip cycle.
+/// A stable focus, inside an unstable slip cycle, inside a stable one, inside an unstable one, inside the
+/// stick-slip cycle.
 #[test]
 fn three_attractors_have_a_name() {
     let law = Expression::new("1-a*u*exp(-u/s)+h*sin(w*u)+d*u", 1.0).unwrap();
@@ -458,19 +459,15 @@ fn three_attractors_have_a_name() {
         sides,
         [[Neighbour::Equilibrium, Neighbour::SlipCycle], [Neighbour::SlipCycle, Neighbour::StickSlip]]
     );
-    // The other engine: orbits from between the cycles end where these say.
-    let ends = |radius: f64| {
-        let x1 = oscillator.curve.phi(belt_speed - radius) - oscillator.viscous * radius;
-        let orbit = trace(&oscillator, Start::State { x1, x2: radius }, 1e-11, 4000.0);
-        let last = orbit.samples.iter().filter(|sample| sample.t > 3980.0).map(|sample| sample.x2);
-        last.fold(0.0, f64::max)
-    };
+    // Turns between the cycles lead where these say.
     let [first, second, third] = [0, 1, 2].map(|i| cycles[i].velocity.hi);
-    assert!(ends(0.9 * first) < 0.5 * first);
-    for radius in [0.5 * (first + second), 0.5 * (second + third)] {
-        // Samples miss a maximum by a part in 800.
-        assert!((ends(radius) / second - 1.0).abs() < 2e-3, "{radius} {}", ends(radius));
-    }
+    let outward = |radius: f64| match turn(&oscillator, radius, 1e-12).unwrap() {
+        SlipTurn::Returns { radius: next, .. } => next > radius,
+        SlipTurn::MeetsBelt => true,
+        SlipTurn::Rests => false,
+    };
+    let radii = [0.9 * first, 0.5 * (first + second), 0.5 * (second + third), 0.5 * (third + belt_speed)];
+    assert_eq!(radii.map(outward), [false, true, false, true]);
 }
 
 /// Every set of attractors has a regime of its own, with a name and a code of its own.

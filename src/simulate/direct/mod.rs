@@ -22,8 +22,8 @@ use slip::Slip;
 /// Width of the sliding segment in x1: the force of static friction acts both ways.
 const SLIDING_WIDTH: f64 = 2.0;
 
-/// Errors greater than this, in belt speeds, come from orbits that part so fast (at strong nodes) that they are no longer
-/// proportional to what caused them.
+/// Errors greater than this, in belt speeds, come from orbits that part so fast (at strong nodes) that they
+/// are no longer proportional to what caused them.
 const LINEAR: f64 = 1e-4;
 /// Such errors are multiplied by this before a verdict rests on them.
 const LARGE_ERRORS: f64 = 8.0;
