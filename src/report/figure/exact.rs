@@ -23,7 +23,7 @@ const TOLERANCE: f64 = 1e-9;
 /// drawn.
 const WORK: u64 = 100_000_000;
 /// Nodes along each axis from whose cost that of all nodes is told.
-const TRIED: usize = 6;
+const TRIED: usize = 4;
 
 /// An edge between two nodes of the search: its lower node, and whether it is horizontal.
 type Edge = (usize, usize, bool);
