@@ -376,7 +376,7 @@ pub fn critical_damping(column: &Column, tolerance: f64) -> Result<CriticalDampi
 
 /// Evaluations of the right-hand side of the Stribeck law after which the search of a column gives up: orbits so stiff
 /// that one of them takes a million.
-const WORK: u64 = 20_000_000;
+const WORK: u64 = 4_000_000;
 
 /// Searches a column with the simulated flow, which decides overdamped points too.
 fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, NoCriticalDamping> {
