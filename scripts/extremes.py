@@ -80,7 +80,7 @@ def run(program, arguments, folder):
 def main():
     program, count, seed = os.path.abspath(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3])
     rng = random.Random(seed)
-    problems, slowest, largest, ends = [], {}, {}, {}
+    problems, slowest, largest, ends = 0, {}, {}, {}
     for i in range(count):
         law, text = configuration(rng)
         with tempfile.TemporaryDirectory() as folder:
@@ -117,14 +117,13 @@ def main():
                 if memory > MEMORY:
                     wrong.append(f"{memory >> 20} MiB")
                 if wrong:
-                    problems.append((i, name, ", ".join(wrong), text, said[-400:]))
+                    problems += 1
+                    print(f"\n# configuration {i}: {name} {', '.join(wrong)}\n{text}{said[-400:]}", flush=True)
     for (name, code), number_of in sorted(ends.items()):
         print(f"{name:7} exit code {code:4}: {number_of}")
     for name in slowest:
         print(f"{name:7} at most {slowest[name]:.2f} s, {largest[name] >> 20} MiB")
-    for i, name, wrong, text, said in problems:
-        print(f"\n# configuration {i}: {name} {wrong}\n{text}{said}")
-    print(f"\n{count} configurations, {len(problems)} problems")
+    print(f"\n{count} configurations, {problems} problems")
     sys.exit(bool(problems))
 
 

@@ -375,12 +375,20 @@ pub fn critical_damping(column: &Column, tolerance: f64) -> Result<CriticalDampi
     critical_dampings(std::slice::from_ref(column), tolerance)[0]
 }
 
+/// Evaluations of the right-hand side of the Stribeck law after which the search of a column gives up: orbits so stiff
+/// that one of them takes a million.
+const WORK: u64 = 4_000_000;
+
 /// Searches a column with the simulated flow, which decides overdamped points too.
 fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, NoCriticalDamping> {
     let mut rhs = rhs;
     // Error of the margin where it leaves the sign open.
     let undecided = Cell::new(0.0);
+    let budget = WORK / column.curve.cost();
     let mut margin = |c: f64| {
+        if rhs > budget {
+            return Err(NoCriticalDamping::NoVerdict);
+        }
         let answer = flow(&Oscillator::in_column(column, c), 1e-12);
         rhs += answer.rhs;
         let size = if answer.margin.is_finite() { answer.margin.abs().min(1.0) } else { 1.0 };

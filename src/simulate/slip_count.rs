@@ -130,7 +130,8 @@ pub fn count_slip_cycles(oscillator: &Oscillator) -> SlipCount {
         waiting.push([from, top]);
         top = from;
     }
-    let mut budget = BUDGET;
+    // A formula's series take longer than those of the laws with names.
+    let mut budget = BUDGET / u32::try_from(oscillator.curve.cost().div_ceil(2)).unwrap_or(BUDGET);
     while let Some([from, to]) = waiting.pop() {
         let shape = shape(oscillator, from, to, &mut budget);
         let middle = (from * to).sqrt();

@@ -23,7 +23,7 @@ const TOLERANCE: f64 = 1e-9;
 /// drawn.
 const WORK: u64 = 100_000_000;
 /// Nodes along each axis from whose cost that of all nodes is told.
-const TRIED: usize = 6;
+const TRIED: usize = 4;
 
 /// An edge between two nodes of the search: its lower node, and whether it is horizontal.
 type Edge = (usize, usize, bool);
@@ -34,14 +34,15 @@ type Edge = (usize, usize, bool);
 pub fn boundary(slice: &Slice, panel: &Panel) -> Vec<Vec<Place>> {
     let sticks = |s: f64, t: f64| sticks(slice, panel.x, panel.y, s, t).0;
     let at = |i: usize| i as f64 / STEPS as f64;
-    // The same for any number of threads: the cost of a few nodes stands for that of all.
-    let tried: Vec<f64> = (0..TRIED).map(|i| i as f64 / (TRIED - 1) as f64).collect();
-    let cost: u64 = tried
-        .par_iter()
-        .map(|&s| tried.iter().map(|&t| self::sticks(slice, panel.x, panel.y, s, t).1).sum::<u64>())
-        .sum();
-    if cost * ((STEPS + 1) * (STEPS + 1) / (TRIED * TRIED)) as u64 > WORK {
-        return Vec::new();
+    // The cost of a few nodes stands for that of all: the same for any number of threads, and told by the first stiff one.
+    let share = WORK * (TRIED * TRIED) as u64 / ((STEPS + 1) * (STEPS + 1)) as u64;
+    let tried = |i: usize| i as f64 / (TRIED - 1) as f64;
+    let mut cost = 0;
+    for i in 0..TRIED * TRIED {
+        cost += self::sticks(slice, panel.x, panel.y, tried(i / TRIED), tried(i % TRIED)).1;
+        if cost > share {
+            return Vec::new();
+        }
     }
     let nodes: Vec<Vec<bool>> =
         (0..=STEPS).into_par_iter().map(|i| (0..=STEPS).map(|j| sticks(at(i), at(j))).collect()).collect();
