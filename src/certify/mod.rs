@@ -47,6 +47,8 @@
 
 pub mod bendixson;
 pub mod bendixson_leading;
+#[cfg(feature = "cli")]
+pub mod certificate;
 pub mod harmonic_balance;
 pub mod instability;
 pub mod landing;

@@ -39,6 +39,7 @@ pub(super) fn run(job: &Job, room: &Room, threads: Option<usize>, as_json: bool)
             "title": job.title,
             "output": job.output.to_string_lossy(),
             "replaces": room.replaces.is_some(),
+            "replaces_proof": room.replaces_proof.is_some(),
             "axes": axes,
             "cells": grid.cells(),
             "columns": columns,
@@ -64,7 +65,7 @@ pub(super) fn run(job: &Job, room: &Room, threads: Option<usize>, as_json: bool)
         line("curves", format!("in {} plane(s), their time not in the estimate", job.planes.len()));
     }
     line("output", job.output.display().to_string());
-    if let Some(replaced) = &room.replaces {
+    for replaced in room.replaces.iter().chain(&room.replaces_proof) {
         line("replaces", replaced.clone());
     }
     line("size", format!("{} before compression", bytes(plan.bytes())));

@@ -5,6 +5,7 @@ use std::path::{Component, Path, PathBuf};
 
 use super::Failure;
 use super::output::{bytes, count};
+use super::proof::{self, Existing};
 use crate::config::Job;
 use crate::store;
 
@@ -13,6 +14,8 @@ use crate::store;
 pub(super) struct Room {
     /// The map that will be replaced, if there is one, and its size.
     pub(super) replaces: Option<String>,
+    /// The certificate that will be replaced, if there is one.
+    pub(super) replaces_proof: Option<String>,
     /// Free bytes on its disk, if the system tells.
     pub(super) free: Option<u64>,
 }
@@ -21,19 +24,10 @@ impl Room {
     /// Refuses an output that cannot be written, before anything is computed or created.
     pub(super) fn check(job: &Job, overwrite: bool, resume: bool) -> Result<Self, Failure> {
         let name = job.output.display();
-        let proof = job.proof.as_ref().filter(|proof| proof.symlink_metadata().is_ok());
-        if let (Some(proof), false) = (proof, overwrite || resume) {
-            return Err(Failure::BadInput(format!(
-                "{} exists already\n  help: add --overwrite to replace it, or choose another place with --set validated.proof=..",
-                proof.display()
-            )));
-        }
-        if let Some(proof) = proof.filter(|proof| !super::proof::may_replace(proof)) {
-            return Err(Failure::BadInput(format!(
-                "{} is no proof, and only proofs are replaced\n  help: move it away, or choose another place with --set validated.proof=..",
-                proof.display()
-            )));
-        }
+        let replaces_proof = match &job.proof {
+            Some(proof) => check_proof(job, proof, overwrite, resume)?,
+            None => None,
+        };
         let same =
             |a: &Path, b: &Path| a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b));
         if same(&job.output, &job.config_file) {
@@ -41,17 +35,7 @@ impl Room {
                 "{name} is the configuration itself\n  help: choose another place with --set output.path=.."
             )));
         }
-        // The folders that the path names are created, and then `..` would lead out of them to who knows what.
-        let leads_back = |path: &Path| path.components().any(|part| part == Component::ParentDir);
-        if let Some(folder) =
-            job.output.parent().filter(|folder| leads_back(folder) && folder.metadata().is_err())
-        {
-            return Err(Failure::BadInput(format!(
-                "{name}: the folder {} does not exist, and is not created because of the `..` in its path\n  \
-                 help: write the path without `..`, or create the folder",
-                folder.display()
-            )));
-        }
+        check_back_steps(&job.output)?;
         let replaces = match job.output.symlink_metadata() {
             Err(_) => None,
             Ok(_) if resume => None,
@@ -62,15 +46,8 @@ impl Room {
             }
             Ok(metadata) => Some(replaced(&job.output, &metadata)?),
         };
-        let folder = first_folder(&job.output);
-        // The only sure way to know whether one may write somewhere is to try; the file has no name.
-        tempfile::tempfile_in(&folder).map_err(|error| {
-            Failure::BadInput(format!(
-                "{name}: cannot write into the folder {}: {error}\n  help: choose another place with --set output.path=..",
-                folder.display()
-            ))
-        })?;
-        let free = fs4::available_space(&folder).ok();
+        check_folder(&job.output, "output.path")?;
+        let free = fs4::available_space(first_folder(&job.output)).ok();
         let needed = job.plan.bytes();
         // No deflated stream is smaller than that.
         let least = if job.plan.compression > 0 { needed / DEFLATE_RATIO } else { needed };
@@ -91,7 +68,87 @@ impl Room {
                 bytes(free.into())
             )));
         }
-        Ok(Self { replaces, free })
+        Ok(Self { replaces, replaces_proof, free })
+    }
+}
+
+/// Refuses a path with `..` through a folder that does not exist: the folders that a path names are created, and then
+/// `..` would lead out of them to who knows what.
+fn check_back_steps(path: &Path) -> Result<(), Failure> {
+    let leads_back = |path: &Path| path.components().any(|part| part == Component::ParentDir);
+    match path.parent().filter(|folder| leads_back(folder) && folder.metadata().is_err()) {
+        Some(folder) => Err(Failure::BadInput(format!(
+            "{}: the folder {} does not exist, and is not created because of the `..` in its path\n  \
+             help: write the path without `..`, or create the folder",
+            path.display(),
+            folder.display()
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// Refuses a path in a folder that cannot be written. The only sure way to know is to try; the file has no name.
+fn check_folder(path: &Path, key: &str) -> Result<(), Failure> {
+    let folder = first_folder(path);
+    tempfile::tempfile_in(&folder).map(drop).map_err(|error| {
+        Failure::BadInput(format!(
+            "{}: cannot write into the folder {}: {error}\n  help: choose another place with --set {key}=..",
+            path.display(),
+            folder.display()
+        ))
+    })
+}
+
+/// Refuses a certificate whose place is that of another file of the run, cannot be written, or is taken; returns what
+/// it replaces.
+fn check_proof(job: &Job, proof: &Path, overwrite: bool, resume: bool) -> Result<Option<String>, Failure> {
+    let name = proof.display();
+    let refuse = |problem: String| {
+        Err(Failure::BadInput(format!(
+            "validated.proof: {problem}\n  help: choose another place with --set validated.proof=.."
+        )))
+    };
+    let (here, output) = (resolved(proof), resolved(&job.output));
+    if here.starts_with(&output) || output.starts_with(&here) {
+        return refuse(format!("{name} is the place of the map itself"));
+    }
+    let begins_like_parts = || {
+        let (name, map) = (here.file_name()?.to_str()?, output.file_name()?.to_str()?);
+        Some(name.starts_with(&format!("{map}.part")))
+    };
+    if here.parent() == output.parent() && begins_like_parts() == Some(true) {
+        return refuse(format!("{name} is a name that the unfinished map uses"));
+    }
+    check_back_steps(proof)?;
+    check_folder(proof, "validated.proof")?;
+    match proof::existing(proof) {
+        Existing::Nothing => Ok(None),
+        Existing::OutOfReach(error) => refuse(format!("{name} cannot be written: {error}")),
+        Existing::Other => Err(Failure::BadInput(format!(
+            "{name} is no proof, and only proofs are replaced\n  \
+             help: move it away, or choose another place with --set validated.proof=.."
+        ))),
+        Existing::Proof(_) if overwrite => Ok(Some(format!("the proof {name}"))),
+        Existing::Proof(Some(run)) if resume && run == job.identity() => Ok(None),
+        Existing::Proof(_) if resume => {
+            refuse(format!("{name} is the proof of another run, and to resume this one replaces nothing"))
+        }
+        Existing::Proof(_) => Err(Failure::BadInput(format!(
+            "{name} exists already\n  \
+             help: add --overwrite to replace it, or choose another place with --set validated.proof=.."
+        ))),
+    }
+}
+
+/// The path without links, dots and relative parts, as far as it exists.
+fn resolved(path: &Path) -> PathBuf {
+    if let Ok(whole) = path.canonicalize() {
+        return whole;
+    }
+    match (path.parent(), path.file_name()) {
+        (Some(folder), Some(name)) if folder.as_os_str().is_empty() => resolved(Path::new(".")).join(name),
+        (Some(folder), Some(name)) => resolved(folder).join(name),
+        _ => path.to_owned(),
     }
 }
 

@@ -153,7 +153,7 @@ fn prepare(
             }
         }
     } else {
-        if let Some(replaced) = &room.replaces {
+        for replaced in room.replaces.iter().chain(&room.replaces_proof) {
             say(&format!("note: {replaced} will be replaced"));
         }
         let existing = if arguments.overwrite { Existing::Replace } else { Existing::Refuse };
@@ -224,7 +224,7 @@ fn compute<E: Into<Stopped>>(
         return Err(stopped(&map, &ComputeError::Interrupted, &job.output));
     }
     if let (Some(path), Some(proved)) = (&job.proof, &summary.proved) {
-        proof::write(&proved.surface, path, arguments.overwrite || arguments.resume)?;
+        proof::write(&proved.surface, &job.identity(), path, arguments.overwrite)?;
     }
     map.finish(&outcome(job, &summary)).map_err(|error| Failure::Broken(with_way_on(&error, &job.output)))?;
 
