@@ -53,7 +53,7 @@ fn return_map(bencher: Bencher, tolerance: f64) {
     let groups = groups(&points);
     for (turn, point) in turns(&groups, tolerance).iter().zip(points.iter().take(FEW)) {
         let Turn::Complete { margin, .. } = *turn else { panic!("{point:?}: handed over") };
-        let exact = direct::flow(&Oscillator::new(Law::Stribeck, point), 1e-13);
+        let exact = direct::flow(&Oscillator::new(&Law::Stribeck, point), 1e-13);
         // The direct engine gives no margin to an orbit that runs far past the belt line.
         let right = if exact.margin.is_nan() {
             margin > 0.1
@@ -97,7 +97,7 @@ fn universal_surface(bencher: Bencher) {
 #[divan::bench]
 fn fate(bencher: Bencher) {
     let oscillators: Vec<Oscillator> =
-        points(FEW).iter().map(|point| Oscillator::new(Law::Stribeck, point)).collect();
+        points(FEW).iter().map(|point| Oscillator::new(&Law::Stribeck, point)).collect();
     for oscillator in &oscillators {
         let answers = [flow(oscillator, TOLERANCE), direct::flow(oscillator, TOLERANCE)];
         let sticks = answers.map(|answer| matches!(answer.fate, Fate::Sticks(_)));
@@ -114,7 +114,7 @@ fn fate(bencher: Bencher) {
 #[divan::bench(args = [1e-6, 1e-9, 1e-12])]
 fn direct_flow(bencher: Bencher, tolerance: f64) {
     let oscillators: Vec<Oscillator> =
-        points(FEW).iter().map(|point| Oscillator::new(Law::Stribeck, point)).collect();
+        points(FEW).iter().map(|point| Oscillator::new(&Law::Stribeck, point)).collect();
     for oscillator in &oscillators {
         let (loose, tight) = (direct::flow(oscillator, tolerance), direct::flow(oscillator, 1e-13));
         let apart = (loose.margin - tight.margin).abs() > loose.margin_error + tight.margin_error;

@@ -126,9 +126,9 @@ impl Job {
         let law = law::read(&friction, folder)?;
         let (axes, machine) = (root.section("grid")?, root.section("machine")?);
         if axes.is_present() || !machine.is_present() {
-            law::check_symbols(law, &friction, &axes)?;
+            law::check_symbols(&law, &friction, &axes)?;
         }
-        check_keys(&root, law)?;
+        check_keys(&root, &law)?;
 
         let stem = file.file_stem().map_or_else(|| "map".into(), |stem| stem.to_string_lossy().into_owned());
         let title = match root.get("title") {
@@ -142,10 +142,10 @@ impl Job {
                 return Err(root.unknown("machine", remedy.into()));
             }
             (false, true) => {
-                let job = machine::read(&machine, law)?;
+                let job = machine::read(&machine, &law)?;
                 (machine::grid(&machine, &job)?, Some(job.machine))
             }
-            (_, false) => (grid(&axes, law)?, None),
+            (_, false) => (grid(&axes, &law)?, None),
         };
         law::check_range(&friction, &grid)?;
 
@@ -243,7 +243,7 @@ impl Job {
 }
 
 /// The keys of each section of a configuration for `law`; `None` is the top level.
-fn schema(law: Law) -> Vec<(Option<&'static str>, Vec<&'static str>)> {
+fn schema(law: &Law) -> Vec<(Option<&'static str>, Vec<&'static str>)> {
     let sections = vec![
         ("friction", law::KEYS.to_vec()),
         ("grid", Grid::axis_names(law)),
@@ -264,7 +264,7 @@ fn schema(law: Law) -> Vec<(Option<&'static str>, Vec<&'static str>)> {
 }
 
 /// Refuses every key that no one would read, and says which was probably meant.
-fn check_keys(root: &Section, law: Law) -> Result<(), ConfigError> {
+fn check_keys(root: &Section, law: &Law) -> Result<(), ConfigError> {
     let schema = schema(law);
     for (name, known) in &schema {
         let section = match name {
@@ -293,7 +293,7 @@ fn refuse_unknown_keys(section: &Section, known: &[&'static str]) -> Result<(), 
 }
 
 /// Reads every axis of `law`.
-fn grid(section: &Section, law: Law) -> Result<Grid, ConfigError> {
+fn grid(section: &Section, law: &Law) -> Result<Grid, ConfigError> {
     let names = Grid::axis_names(law);
     let how = |name: &str| {
         format!(
@@ -311,7 +311,7 @@ fn grid(section: &Section, law: Law) -> Result<Grid, ConfigError> {
         nodes.push((axis::nodes(&node)?, node));
     }
     let values = nodes.iter().map(|(values, _)| values.clone()).collect();
-    Grid::new(law, values).map_err(|error| grid_error(&error, &names, &nodes))
+    Grid::new(law.clone(), values).map_err(|error| grid_error(&error, &names, &nodes))
 }
 
 /// Finds the value that a [`GridError`] speaks of.

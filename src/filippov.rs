@@ -12,7 +12,7 @@ use crate::friction::{Column, Curve, Law};
 use crate::point::Point;
 
 /// The oscillator with every parameter fixed.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Oscillator {
     /// The friction curve phi(u).
     pub curve: Curve,
@@ -79,14 +79,14 @@ impl Eigenvalues {
 impl Oscillator {
     /// The oscillator at a parameter point of `law`.
     #[must_use]
-    pub fn new(law: Law, point: &Point) -> Self {
+    pub fn new(law: &Law, point: &Point) -> Self {
         Self::in_column(&law.column(point), point.damping)
     }
 
     /// The oscillator at damping `c` of a column.
     #[must_use]
     pub fn in_column(column: &Column, c: f64) -> Self {
-        Self { curve: column.curve, viscous: column.epsilon * c, belt_speed: column.belt_speed }
+        Self { curve: column.curve.clone(), viscous: column.epsilon * c, belt_speed: column.belt_speed }
     }
 
     /// The divergence D(u) = -eps c - phi'(u) of the flow at slip speed `u` >= 0, the same on both sides.

@@ -175,7 +175,7 @@ impl Machine {
 
     /// The dimensionless point; `None` for laws given as text or data, which have no coefficients of their own.
     #[must_use]
-    pub fn point(&self, law: Law) -> Option<Point> {
+    pub fn point(&self, law: &Law) -> Option<Point> {
         let Units { velocity, damping, .. } = self.units();
         let ratio = self.kinetic_friction / self.static_friction;
         let rise = self.strengthening / self.static_friction;
@@ -195,7 +195,7 @@ impl Machine {
     /// The machine of a dimensionless point, with the mass, stiffness, normal force and static friction of this
     /// one; `None` as in [`Machine::point`].
     #[must_use]
-    pub fn at(&self, law: Law, point: &Point) -> Option<Machine> {
+    pub fn at(&self, law: &Law, point: &Point) -> Option<Machine> {
         let Units { velocity, damping, .. } = self.units();
         let eps = point.epsilon;
         let (ratio, stribeck_velocity, rise) = match (law, point.law.as_slice()) {
@@ -244,7 +244,7 @@ const STEPS_PER_DECADE: i32 = 8;
 const DECADES: i32 = 3;
 
 /// The highest belt speed, within three decades, at which c* passes the point's damping.
-fn critical_belt_speed(law: Law, point: &Point, tolerance: f64) -> Option<f64> {
+fn critical_belt_speed(law: &Law, point: &Point, tolerance: f64) -> Option<f64> {
     let returns = |belt_speed: f64| {
         let column = law.column(&Point { belt_speed, ..*point });
         critical_damping(&column, tolerance).ok().map(|root| root.c > point.damping)
@@ -279,7 +279,7 @@ fn critical_belt_speed(law: Law, point: &Point, tolerance: f64) -> Option<f64> {
 
 /// What the machine does under `law`; `None` as in [`Machine::point`].
 #[must_use]
-pub fn behaviour(machine: &Machine, law: Law, tolerance: f64) -> Option<Behaviour> {
+pub fn behaviour(machine: &Machine, law: &Law, tolerance: f64) -> Option<Behaviour> {
     let point = machine.point(law)?;
     let units = machine.units();
     let oscillator = Oscillator::new(law, &point);
@@ -332,14 +332,14 @@ mod tests {
         let units = machine().units();
         let hand = Units { time: 0.05, length: 0.025, velocity: 0.5, force: 20.0, damping: 40.0 };
         assert_eq!(units, hand);
-        let point = machine().point(Law::Stribeck).unwrap();
+        let point = machine().point(&Law::Stribeck).unwrap();
         let close = |a: f64, b: f64| assert!((a - b).abs() <= 4.0 * f64::EPSILON * b, "{a} {b}");
         for (a, b) in point.law.as_slice().iter().zip([0.75, 0.0125, 2.0]) {
             close(*a, b);
         }
         close(point.belt_speed, 0.2);
         close(point.damping, 0.1);
-        let point = machine().point(Law::Exponential).unwrap();
+        let point = machine().point(&Law::Exponential).unwrap();
         for (a, b) in point.law.as_slice().iter().zip([0.75, 0.5, 0.025]) {
             close(*a, b);
         }
@@ -349,7 +349,7 @@ mod tests {
     fn there_and_back() {
         for law in Law::BUILT_IN {
             let machine = machine();
-            let back = machine.at(law, &machine.point(law).unwrap()).unwrap();
+            let back = machine.at(&law, &machine.point(&law).unwrap()).unwrap();
             for (a, b) in [
                 (back.damping, machine.damping),
                 (back.kinetic_friction, machine.kinetic_friction),
@@ -365,12 +365,12 @@ mod tests {
     #[test]
     fn critical_values_are_those_of_the_machine_itself() {
         for law in Law::BUILT_IN {
-            let here = behaviour(&machine(), law, 1e-10).unwrap();
+            let here = behaviour(&machine(), &law, 1e-10).unwrap();
             let (Some(speed), Some(damping)) = (here.critical_belt_speed, here.critical_damping) else {
                 continue;
             };
             let sticks = |machine: Machine| {
-                let flow = flow(&Oscillator::new(law, &machine.point(law).unwrap()), 1e-11);
+                let flow = flow(&Oscillator::new(&law, &machine.point(&law).unwrap()), 1e-11);
                 matches!(flow.fate, Fate::Sticks(_))
             };
             assert!(sticks(Machine { belt_speed: speed * (1.0 - 1e-6), ..machine() }), "{law:?}");
@@ -381,7 +381,7 @@ mod tests {
             // While it sticks the mass travels with the belt, at most from end to end of its motion.
             assert!(stick * 0.1 <= 2.0 * here.amplitude.unwrap() && slip > 0.0, "{here:?}");
         }
-        let stribeck = behaviour(&machine(), Law::Stribeck, 1e-10).unwrap();
+        let stribeck = behaviour(&machine(), &Law::Stribeck, 1e-10).unwrap();
         assert!(stribeck.critical_belt_speed.is_some() && stribeck.critical_damping.is_some());
     }
 }

@@ -14,7 +14,7 @@ fuzz_target!(|bytes: &[u8]| {
     let path = FOLDER.path().join("points.csv");
     std::fs::write(&path, bytes).expect("room for a file");
     for law in [Law::Stribeck, Law::Exponential] {
-        let Ok(mut table) = PointTable::open(&path, law) else { continue };
+        let Ok(mut table) = PointTable::open(&path, &law) else { continue };
         while let Ok(rows) = table.rows() {
             if rows.is_empty() {
                 break;

@@ -10,7 +10,7 @@ use crate::point::{LawParameters, Point};
 use crate::simulate::{Fate, critical_damping, return_map};
 
 /// A cell, with what is true of it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Cell {
     /// Where it is.
     pub point: Point,
@@ -86,7 +86,7 @@ pub fn draw(grid: &Grid, count: usize, near: f64) -> Vec<Cell> {
 }
 
 /// A cell with its truth, if that is certain.
-fn cell(law: Law, point: Point, critical: Option<f64>, near: bool) -> Option<Cell> {
+fn cell(law: &Law, point: Point, critical: Option<f64>, near: bool) -> Option<Cell> {
     let column = law.column(&point);
     let reference = reference(&point, critical);
     let margin = reference.margin?;

@@ -117,7 +117,7 @@ fn universal_surface(cell: &Cell, _: f64) -> Answer {
 }
 
 fn critical_surface(cells: &[Cell], tolerance: f64) -> Vec<Answer> {
-    let columns: Vec<Column> = cells.iter().map(|cell| cell.column).collect();
+    let columns: Vec<Column> = cells.iter().map(|cell| cell.column.clone()).collect();
     let roots = critical_dampings(&columns, tolerance).into_iter().zip(cells);
     roots
         .map(|(root, cell)| compare(cell.point.damping, root.ok().map(|root| (root.c, root.error))))

@@ -58,7 +58,12 @@ pub(super) struct Answer {
 
 impl Answer {
     /// Asks `methods`.
-    pub(super) fn of(law: Law, point: &Point, tolerance: f64, methods: impl Iterator<Item = Method>) -> Self {
+    pub(super) fn of(
+        law: &Law,
+        point: &Point,
+        tolerance: f64,
+        methods: impl Iterator<Item = Method>,
+    ) -> Self {
         let column = law.column(point);
         let oscillator = Oscillator::new(law, point);
         let flow = simulate::flow(&oscillator, tolerance);
@@ -73,7 +78,18 @@ impl Answer {
         let regime = map::regime(&oscillator, &flow);
         let cycle = map::attracting_cycle(&oscillator, &flow, regime, tolerance);
         let basin = map::basin_boundary(&oscillator, regime, tolerance);
-        Self { law, point: *point, tolerance, oscillator, methods, flow, critical, regime, cycle, basin }
+        Self {
+            law: law.clone(),
+            point: *point,
+            tolerance,
+            oscillator,
+            methods,
+            flow,
+            critical,
+            regime,
+            cycle,
+            basin,
+        }
     }
 
     /// The dampings c >= 0 between which steady slip and stick-slip both attract: from where the equilibrium
@@ -90,7 +106,7 @@ impl Answer {
     /// Up to which eps each method says what the flow says, the other parameters being as they are. Much more
     /// work than all other answers.
     pub(super) fn limits(&self) -> Vec<EpsilonLimit> {
-        let ray = Ray::new(self.law, &self.point, self.tolerance);
+        let ray = Ray::new(&self.law, &self.point, self.tolerance);
         self.methods.iter().map(|answer| ray.limit(answer.method)).collect()
     }
 
@@ -116,7 +132,7 @@ impl Answer {
 
     /// Everything, for `--json`, with the flow of the second engine.
     pub(super) fn json(&self, direct: &Flow) -> Value {
-        let point: Map<String, Value> = coordinates(self.law, &self.point)
+        let point: Map<String, Value> = coordinates(&self.law, &self.point)
             .into_iter()
             .map(|(name, value)| (name.to_owned(), json!(value)))
             .collect();

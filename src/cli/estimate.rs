@@ -109,7 +109,7 @@ fn sample(grid: &Grid, wanted: usize) -> Grid {
     }
     let nodes = grid.axes().iter().zip(&kept).map(|(axis, &kept)| spread(&axis.values, kept)).collect();
     // Nodes of a legal grid make a legal grid.
-    Grid::new(grid.law(), nodes).unwrap_or_else(|_| grid.clone())
+    Grid::new(grid.law().clone(), nodes).unwrap_or_else(|_| grid.clone())
 }
 
 /// `kept` of the values, evenly spread: the middle of each of `kept` equal stretches.

@@ -91,7 +91,7 @@ pub(super) struct PointArguments {
 /// The names of all axes of all laws, without repetition.
 fn names() -> Vec<&'static str> {
     let mut names = Vec::new();
-    for name in Law::BUILT_IN.into_iter().flat_map(Grid::axis_names) {
+    for name in Law::BUILT_IN.iter().flat_map(Grid::axis_names) {
         if !names.contains(&name) {
             names.push(name);
         }
@@ -120,7 +120,7 @@ impl PointArguments {
     }
 
     /// The point of `law`; every axis of the law must have been given, and no other.
-    pub(super) fn point(&self, law: Law) -> Result<Point, Failure> {
+    pub(super) fn point(&self, law: &Law) -> Result<Point, Failure> {
         let axes = Grid::axis_names(law);
         let value = |name: &str| self.given.iter().find(|(given, _)| *given == name).map(|(_, value)| *value);
         let missing: Vec<_> = axes
@@ -161,7 +161,7 @@ fn flag(name: &str) -> String {
 }
 
 /// Checks that the law is legal at a point.
-pub(super) fn check_law(law: Law, point: &Point) -> Result<(), String> {
+pub(super) fn check_law(law: &Law, point: &Point) -> Result<(), String> {
     let fastest = 2.0 * point.belt_speed;
     match law {
         Law::Expression(law) => law
@@ -228,8 +228,9 @@ impl FromArgMatches for PointArguments {
 
 /// What an axis is, in one phrase.
 fn description(name: &str) -> String {
-    let of_law = |law: Law| law.parameters().iter().find(|parameter| parameter.name == name);
-    let phrase = match (name, Law::BUILT_IN.into_iter().find_map(of_law)) {
+    let known = Law::BUILT_IN;
+    let of_law = |law| Law::parameters(law).iter().find(|parameter| parameter.name == name);
+    let phrase = match (name, known.iter().find_map(of_law)) {
         (_, Some(parameter)) => parameter.long_name,
         ("epsilon", None) => "size of the small terms, greater than 0",
         ("V", None) => "belt speed, greater than 0",
@@ -240,7 +241,7 @@ fn description(name: &str) -> String {
 }
 
 /// The coordinates of a point, in the order of [`Grid::axis_names`].
-pub(super) fn coordinates(law: Law, point: &Point) -> Vec<(&'static str, f64)> {
+pub(super) fn coordinates(law: &Law, point: &Point) -> Vec<(&'static str, f64)> {
     let values = std::iter::once(point.epsilon)
         .chain(point.law.as_slice().iter().copied())
         .chain([point.belt_speed, point.damping]);
@@ -258,7 +259,7 @@ fn complaint(error: &GridError) -> (String, String, String) {
 }
 
 /// The command that explains a point, ready to paste.
-pub(super) fn probe_line(law: Law, point: &Point, tolerance: f64) -> String {
+pub(super) fn probe_line(law: &Law, point: &Point, tolerance: f64) -> String {
     let mut line = String::from("slipmap probe");
     match law {
         Law::Stribeck => {}
@@ -300,15 +301,15 @@ mod tests {
     #[test]
     fn a_probe_line_is_the_point() {
         let values = [1e-3, 1.0 / 3.0, 0.0, 1e17, 2.0, 5e-324];
-        let point = point_of(Law::Stribeck, &values).unwrap();
+        let point = point_of(&Law::Stribeck, &values).unwrap();
         assert_eq!(
-            coordinates(Law::Stribeck, &point).iter().map(|(_, value)| *value).collect::<Vec<_>>(),
+            coordinates(&Law::Stribeck, &point).iter().map(|(_, value)| *value).collect::<Vec<_>>(),
             values
         );
         for tolerance in [crate::config::DEFAULT_TOLERANCE, 1e-12] {
-            let line = probe_line(Law::Stribeck, &point, tolerance);
+            let line = probe_line(&Law::Stribeck, &point, tolerance);
             let read = Line::try_parse_from(line.strip_prefix("slipmap ").unwrap().split(' ')).unwrap();
-            assert_eq!(read.point.point(Law::Stribeck).unwrap(), point);
+            assert_eq!(read.point.point(&Law::Stribeck).unwrap(), point);
             assert_eq!(read.tolerance.unwrap_or(crate::config::DEFAULT_TOLERANCE), tolerance);
         }
     }

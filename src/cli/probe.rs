@@ -85,7 +85,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let tolerance = arguments.tolerance.unwrap_or(DEFAULT_TOLERANCE);
     let machine =
         arguments.machine.as_ref().map(|file| super::machine::load(file, &arguments.point)).transpose()?;
-    let law = machine.map_or_else(|| arguments.law.law(), |(law, _)| Ok(law))?;
+    let law = machine.clone().map_or_else(|| arguments.law.law(), |(law, _)| Ok(law))?;
     if let (Some(input), Some(output)) = (&arguments.points, &arguments.out) {
         if !arguments.point.is_empty() {
             return Err(Failure::BadInput(
@@ -104,17 +104,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
             quiet: arguments.quiet,
         });
     }
-    let point = match machine.and_then(|(law, machine)| machine.point(law)) {
+    let point = match machine.clone().and_then(|(law, machine)| machine.point(&law)) {
         Some(point) => point,
-        None => arguments.point.point(law)?,
+        None => arguments.point.point(&law)?,
     };
     if let Some(path) = &arguments.figure {
-        let (scene, caption) = figure::portrait(law, &point, Width::OneColumn);
+        let (scene, caption) = figure::portrait(&law, &point, Width::OneColumn);
         write_figure(&scene, &caption, path, existing(arguments.overwrite)).map_err(failure)?;
     }
-    let answer = Answer::of(law, &point, tolerance, Method::all());
+    let answer = Answer::of(&law, &point, tolerance, Method::all());
     let direct = simulate::direct::flow(&answer.oscillator, tolerance);
-    let behaviour = machine.and_then(|(law, machine)| Some((machine, behaviour(&machine, law, tolerance)?)));
+    let behaviour = machine.and_then(|(law, machine)| Some((machine, behaviour(&machine, &law, tolerance)?)));
     if arguments.json {
         let mut whole = answer.json(&direct);
         if let Some((machine, behaviour)) = &behaviour {
@@ -136,7 +136,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
     use Align::{Left, Right};
 
     writeln!(out, "Point of the law `{}`", answer.law.name())?;
-    let words: Vec<String> = coordinates(answer.law, &answer.point)
+    let words: Vec<String> = coordinates(&answer.law, &answer.point)
         .into_iter()
         .map(|(name, value)| format!("{name} = {}", exact(value)))
         .collect();

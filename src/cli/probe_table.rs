@@ -43,7 +43,7 @@ pub(super) struct Job<'a> {
 pub(super) fn run(job: &Job) -> Result<Ended, Failure> {
     // Listening comes first, so that an interruption at any time removes the temporary file.
     let stop = interrupt::flag();
-    let table = PointTable::open(job.input, job.law)?;
+    let table = PointTable::open(job.input, &job.law)?;
     check_header(&table, job.epsilon_limits)?;
     let mut output = Output::open(job.output, job.overwrite)?;
     let pool = rayon::ThreadPoolBuilder::new()
@@ -134,9 +134,9 @@ fn check_header(table: &PointTable, epsilon_limits: bool) -> Result<(), Failure>
 /// The row with its answers appended.
 fn answer(table: &PointTable, mut row: ByteRecord, job: &Job) -> Result<ByteRecord, Failure> {
     let point = table.point(&row)?;
-    point::check_law(job.law, &point)
+    point::check_law(&job.law, &point)
         .map_err(|problem| Failure::BadInput(format!("{}: {problem}", table.place(&row))))?;
-    let answer = Answer::of(job.law, &point, job.tolerance, Method::usual());
+    let answer = Answer::of(&job.law, &point, job.tolerance, Method::usual());
     let number = |x: f64| if x.is_nan() { String::new() } else { exact(x) };
     for method in &answer.methods {
         row.push_field(method.verdict.name().as_bytes());

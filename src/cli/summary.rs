@@ -324,7 +324,7 @@ mod tests {
         let job = job();
         let point = job.plan.grid.point(&[0, 0, 0, 0, 0, 1]);
         let line = "slipmap probe --epsilon 0.1 --alpha 0.5 --beta 0 --gamma 1 --V 1 --c 1";
-        assert_eq!(probe_line(Law::Stribeck, &point, job.plan.tolerance), line);
+        assert_eq!(probe_line(&Law::Stribeck, &point, job.plan.tolerance), line);
 
         let fine = summary(0, Vec::new());
         let report = Report { job: &job, summary: &fine, resumed_tiles: 0 };

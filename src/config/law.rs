@@ -133,7 +133,7 @@ pub fn read_table(path: &Path, static_level: f64) -> Result<Table, (String, Stri
 }
 
 /// Refuses names in a formula that no axis gives a value to.
-pub(super) fn check_symbols(law: Law, friction: &Section, grid: &Section) -> Result<(), ConfigError> {
+pub(super) fn check_symbols(law: &Law, friction: &Section, grid: &Section) -> Result<(), ConfigError> {
     let (Law::Expression(law), Some(phi)) = (law, friction.get("phi")) else { return Ok(()) };
     for parameter in law.parameters() {
         if grid.get(parameter.name).is_none() {

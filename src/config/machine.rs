@@ -48,11 +48,11 @@ pub fn load_machine(file: &Path) -> Result<MachineJob, ConfigError> {
         return Err(section.missing("mass", "describe the machine in a table [machine]".into()));
     }
     refuse_unknown_keys(&section, &KEYS)?;
-    read(&section, law)
+    read(&section, &law)
 }
 
 /// Reads `[machine]`.
-pub(super) fn read(section: &Section, law: Law) -> Result<MachineJob, ConfigError> {
+pub(super) fn read(section: &Section, law: &Law) -> Result<MachineJob, ConfigError> {
     let node = |key: &str| -> Result<Node, ConfigError> {
         let how = match key {
             "belt_speed" | "damping" => "write a number in SI units, a list, or a range",
@@ -118,20 +118,20 @@ pub(super) fn read(section: &Section, law: Law) -> Result<MachineJob, ConfigErro
         let remedy = "use stribeck, exponential or lorentzian with [machine], or give the axes in [grid]";
         return Err(node("static_friction")?.error(&problem, remedy));
     }
-    Ok(MachineJob { machine, law, belt_speeds, dampings })
+    Ok(MachineJob { machine, law: law.clone(), belt_speeds, dampings })
 }
 
 /// The dimensionless grid of a machine.
 pub(super) fn grid(section: &Section, job: &MachineJob) -> Result<Grid, ConfigError> {
     let units = job.machine.units();
     let scaled = |values: &[f64], unit: f64| values.iter().map(|value| value / unit).collect::<Vec<f64>>();
-    let point = job.machine.point(job.law);
+    let point = job.machine.point(&job.law);
     let parameters = point.iter().flat_map(|point| point.law.as_slice().to_vec());
     let mut nodes = vec![vec![1.0]];
     nodes.extend(parameters.map(|value| vec![value]));
     nodes.push(scaled(&job.belt_speeds, units.velocity));
     nodes.push(scaled(&job.dampings, units.damping));
-    Grid::new(job.law, nodes).map_err(|error| {
+    Grid::new(job.law.clone(), nodes).map_err(|error| {
         section.missing("belt_speed", format!("in dimensionless terms, {error}; check the units"))
     })
 }

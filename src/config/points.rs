@@ -38,7 +38,7 @@ impl PointTable {
     ///
     /// # Errors
     /// The file cannot be read, or a column is missing, or there twice.
-    pub fn open(path: &Path, law: Law) -> Result<Self, ConfigError> {
+    pub fn open(path: &Path, law: &Law) -> Result<Self, ConfigError> {
         let (name, source): (String, Box<dyn Read + Send + Sync>) = if path == Path::new("-") {
             ("standard input".into(), Box::new(io::stdin()))
         } else {
@@ -61,7 +61,7 @@ impl PointTable {
             header = std::iter::once(first).chain(header.iter().skip(1)).collect();
         }
         let axes = find_axes(&name, &header, law)?;
-        Ok(Self { name, law, reader, header, axes, understood })
+        Ok(Self { name, law: law.clone(), reader, header, axes, understood })
     }
 
     /// The file's name, for messages.
@@ -113,7 +113,7 @@ impl PointTable {
             values.push(value);
             texts.push(text);
         }
-        point_of(self.law, &values).map_err(|error| {
+        point_of(&self.law, &values).map_err(|error| {
             let (name, wanted) = match &error {
                 GridError::OutOfDomain { axis, domain, .. } => (axis.as_str(), domain.clone()),
                 GridError::NotFinite { axis, .. } => (axis.as_str(), "finite".to_owned()),
@@ -137,9 +137,9 @@ impl PointTable {
 ///
 /// # Errors
 /// The first value that its axis may not have.
-pub fn point_of(law: Law, values: &[f64]) -> Result<Point, GridError> {
+pub fn point_of(law: &Law, values: &[f64]) -> Result<Point, GridError> {
     // A point is legal exactly when the grid of this one cell is.
-    let grid = Grid::new(law, values.iter().map(|&value| vec![value]).collect())?;
+    let grid = Grid::new(law.clone(), values.iter().map(|&value| vec![value]).collect())?;
     Ok(grid.point(&vec![0; values.len()]))
 }
 
@@ -156,7 +156,7 @@ fn short(text: &str) -> String {
 }
 
 /// Finds the columns of the axes.
-fn find_axes(name: &str, header: &ByteRecord, law: Law) -> Result<Vec<(&'static str, usize)>, ConfigError> {
+fn find_axes(name: &str, header: &ByteRecord, law: &Law) -> Result<Vec<(&'static str, usize)>, ConfigError> {
     let header: Vec<String> =
         header.iter().map(|field| String::from_utf8_lossy(field).trim().to_owned()).collect();
     let names = Grid::axis_names(law);

@@ -47,7 +47,7 @@ pub struct Parameter {
 }
 
 /// A family of friction laws.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Law {
     /// The paper's law, `(1 - alpha) / (1 + eps gamma u) + alpha + eps beta u^2`.
     Stribeck,
@@ -72,12 +72,12 @@ impl Law {
 
     /// The names of all laws.
     pub fn names() -> impl Iterator<Item = &'static str> {
-        Self::BUILT_IN.into_iter().map(Law::name).chain([EXPRESSION, TABLE])
+        Self::BUILT_IN.iter().map(Law::name).chain([EXPRESSION, TABLE])
     }
 
     /// The law's name in a configuration.
     #[must_use]
-    pub fn name(self) -> &'static str {
+    pub fn name(&self) -> &'static str {
         match self {
             Law::Stribeck => "stribeck",
             Law::Exponential => "exponential",
@@ -89,7 +89,7 @@ impl Law {
 
     /// The law's own parameters, in the order in which they become axes of a map, slowest first.
     #[must_use]
-    pub fn parameters(self) -> &'static [Parameter] {
+    pub fn parameters(&self) -> &[Parameter] {
         match self {
             Law::Stribeck => &stribeck::PARAMETERS,
             Law::Exponential | Law::Lorentzian => &exponential::PARAMETERS,
@@ -101,7 +101,7 @@ impl Law {
     /// What has to be known beside the name to make the law again with [`Law::from_definition`]; empty for
     /// the built-in laws.
     #[must_use]
-    pub fn definition(self) -> String {
+    pub fn definition(&self) -> String {
         match self {
             Law::Stribeck | Law::Exponential | Law::Lorentzian => String::new(),
             Law::Expression(law) => format!("{}\n{}", law.static_level(), law.text()),
@@ -137,19 +137,19 @@ impl Law {
 
     /// The friction curve at one eps and one choice of the law's parameters.
     #[must_use]
-    pub fn curve(self, epsilon: f64, parameters: &LawParameters) -> Curve {
+    pub fn curve(&self, epsilon: f64, parameters: &LawParameters) -> Curve {
         match self {
             Law::Stribeck => Curve::Stribeck(Stribeck::new(epsilon, parameters)),
             Law::Exponential => Curve::Exponential(Exponential::new(parameters)),
             Law::Lorentzian => Curve::Lorentzian(Lorentzian::new(parameters)),
             Law::Expression(law) => Curve::Expression(law.curve(epsilon, parameters)),
-            Law::Table(table) => Curve::Table(table),
+            Law::Table(table) => Curve::Table(table.clone()),
         }
     }
 
     /// The column of parameter space (all but the damping fixed) that holds `point`.
     #[must_use]
-    pub fn column(self, point: &Point) -> Column {
+    pub fn column(&self, point: &Point) -> Column {
         Column {
             curve: self.curve(point.epsilon, &point.law),
             epsilon: point.epsilon,
@@ -159,7 +159,7 @@ impl Law {
 }
 
 /// A friction curve: a law with all its parameters fixed.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Curve {
     /// The paper's Stribeck curve.
     Stribeck(Stribeck),
@@ -300,7 +300,7 @@ impl Curve {
     /// Slip speeds > 0, in growing order, at which the slope of the weakening rate jumps: everywhere else the
     /// curve is smooth.
     #[must_use]
-    pub fn corners(&self) -> &'static [f64] {
+    pub fn corners(&self) -> &[f64] {
         match self {
             Curve::Table(law) => law.corners(),
             Curve::Stribeck(_) | Curve::Exponential(_) | Curve::Lorentzian(_) | Curve::Expression(_) => &[],
@@ -324,7 +324,7 @@ impl Curve {
 
 /// All parameters but the damping: the unit of work of a map. Verdicts along a column change at most
 /// twice, because every orbit's amplitude falls with c.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Column {
     /// The friction curve.
     pub curve: Curve,

@@ -5,7 +5,7 @@
 //! known: phi is NaN there, orbits that come so far fail, and tests that would have to know it are
 //! undecided.
 
-use std::sync::{LazyLock, Mutex, PoisonError};
+use std::sync::{Arc, LazyLock};
 
 use super::Range;
 
@@ -24,21 +24,17 @@ pub struct TableError {
     pub remedy: String,
 }
 
-/// A law given by data.
-///
-/// A handle that can be copied: each table is kept once, for the life of the program.
-#[derive(Clone, Copy, Debug)]
-pub struct Table(&'static Cubics);
+/// A law given by data. Clones share it.
+#[derive(Clone, Debug)]
+pub struct Table(Arc<Cubics>);
 
 impl PartialEq for Table {
     fn eq(&self, other: &Self) -> bool {
-        std::ptr::eq(self.0, other.0)
+        Arc::ptr_eq(&self.0, &other.0) || self.0 == other.0
     }
 }
 
-impl Eq for Table {}
-
-#[derive(Debug)]
+#[derive(Debug, PartialEq)]
 struct Cubics {
     /// Where the data came from.
     origin: String,
@@ -94,26 +90,14 @@ impl Table {
             return error(Some(0), problem, &remedy);
         }
         let u: Vec<f64> = data.iter().map(|(u, _)| *u).collect();
-        static KNOWN: Mutex<Vec<&'static Cubics>> = Mutex::new(Vec::new());
-        let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
-        let friction: Vec<f64> = data.iter().map(|(_, friction)| *friction).collect();
-        let same = |it: &&&'static Cubics| {
-            it.origin == origin && it.static_level == static_level && it.u == u && it.friction == friction
-        };
-        if let Some(table) = known.iter().find(same) {
-            return Ok(Self(table));
-        }
+        let friction = data.iter().map(|(_, friction)| *friction).collect();
         let slope = slopes(&u, &phi);
-        let origin = origin.to_owned();
-        let table: &'static Cubics =
-            Box::leak(Box::new(Cubics { origin, static_level, friction, u, phi, slope }));
-        known.push(table);
-        Ok(Self(table))
+        Ok(Self(Arc::new(Cubics { origin: origin.to_owned(), static_level, friction, u, phi, slope })))
     }
 
     /// Where the data came from.
     #[must_use]
-    pub fn origin(&self) -> &'static str {
+    pub fn origin(&self) -> &str {
         &self.0.origin
     }
 
@@ -135,7 +119,7 @@ impl Table {
     }
 
     /// Where two cubics meet.
-    pub(super) fn corners(&self) -> &'static [f64] {
+    pub(super) fn corners(&self) -> &[f64] {
         &self.0.u[1..self.pieces()]
     }
 
@@ -151,7 +135,7 @@ impl Table {
     }
 
     fn piece(&self, i: usize) -> Piece {
-        let Cubics { u, phi, slope, .. } = self.0;
+        let Cubics { u, phi, slope, .. } = &*self.0;
         let h = u[i + 1] - u[i];
         let secant = (phi[i + 1] - phi[i]) / h;
         let c2 = (3.0 * secant - 2.0 * slope[i] - slope[i + 1]) / h;

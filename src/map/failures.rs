@@ -160,7 +160,7 @@ pub struct Interrupted;
 #[derive(Clone, Copy)]
 pub struct Comparison<'a> {
     /// The friction law.
-    pub law: Law,
+    pub law: &'a Law,
     /// The methods.
     pub methods: &'a [Method],
     /// Bound on the error of the scaled grazing margin that the engines aim at.

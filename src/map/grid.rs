@@ -110,7 +110,7 @@ pub enum GridError {
 }
 
 /// The names of a law's axes with their roles and descriptions, in the order of a map's dimensions.
-fn axis_names(law: Law) -> Vec<(AxisRole, &'static str, &'static str)> {
+fn axis_names(law: &Law) -> Vec<(AxisRole, &'static str, &'static str)> {
     let mut names = vec![(AxisRole::Epsilon, "epsilon", "size of the small terms")];
     names.extend(law.parameters().iter().enumerate().map(|(i, p)| (AxisRole::Law(i), p.name, p.long_name)));
     names.push((AxisRole::BeltSpeed, "V", "belt speed"));
@@ -119,7 +119,7 @@ fn axis_names(law: Law) -> Vec<(AxisRole, &'static str, &'static str)> {
 }
 
 /// The legal domain of one axis in words, and whether a value is in it.
-fn domain(law: Law, role: AxisRole, value: f64) -> (bool, String) {
+fn domain(law: &Law, role: AxisRole, value: f64) -> (bool, String) {
     match role {
         AxisRole::Epsilon | AxisRole::BeltSpeed => (value > 0.0, "greater than 0".into()),
         AxisRole::Damping => (value >= 0.0, "at least 0".into()),
@@ -149,7 +149,7 @@ pub struct Grid {
 impl Grid {
     /// Names of the axes of `law`, slowest dimension first.
     #[must_use]
-    pub fn axis_names(law: Law) -> Vec<&'static str> {
+    pub fn axis_names(law: &Law) -> Vec<&'static str> {
         axis_names(law).into_iter().map(|(_, name, _)| name).collect()
     }
 
@@ -157,7 +157,7 @@ impl Grid {
     ///
     /// # Errors
     /// [`GridError::NotFinite`] or [`GridError::OutOfDomain`].
-    pub fn check_value(law: Law, role: AxisRole, axis: &str, value: f64) -> Result<(), GridError> {
+    pub fn check_value(law: &Law, role: AxisRole, axis: &str, value: f64) -> Result<(), GridError> {
         if !value.is_finite() {
             return Err(GridError::NotFinite { axis: axis.into(), value });
         }
@@ -175,7 +175,7 @@ impl Grid {
     /// # Panics
     /// If the number of axes is not that of the law.
     pub fn new(law: Law, nodes: Vec<Vec<f64>>) -> Result<Self, GridError> {
-        let names = axis_names(law);
+        let names = axis_names(&law);
         assert_eq!(names.len(), nodes.len(), "one list of nodes per axis");
         let mut axes = Vec::with_capacity(names.len());
         for ((role, name, long_name), values) in names.into_iter().zip(nodes) {
@@ -183,7 +183,7 @@ impl Grid {
                 return Err(GridError::Empty { axis: name.into() });
             }
             for &value in &values {
-                Self::check_value(law, role, name, value)?;
+                Self::check_value(&law, role, name, value)?;
             }
             if let Some(pair) = values.windows(2).find(|pair| pair[0] >= pair[1]) {
                 return Err(GridError::NotIncreasing { axis: name.into(), previous: pair[0], next: pair[1] });
@@ -200,8 +200,8 @@ impl Grid {
 
     /// The friction law.
     #[must_use]
-    pub fn law(&self) -> Law {
-        self.law
+    pub fn law(&self) -> &Law {
+        &self.law
     }
 
     /// The axes, slowest first; the last is c.

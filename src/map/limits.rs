@@ -96,7 +96,7 @@ impl Proved {
     /// with that divergence v^2 + v'^2 grows in one turn by exp(2 pi d / sqrt(1 - d^2/4)); so, by the comparison
     /// lemma of [`crate::certify`], the landing speed is below 2 if V^2 times that less 1 is below 4.
     #[must_use]
-    pub fn of(law: Law, point: &Point) -> Self {
+    pub fn of(law: &Law, point: &Point) -> Self {
         let (Law::Stribeck, &[alpha, beta, gamma]) = (law, point.law.as_slice()) else {
             return Self::NOTHING;
         };
@@ -178,11 +178,17 @@ fn halve(mut low: f64, mut high: f64, holds: impl Fn(f64) -> bool) -> f64 {
 impl Ray {
     /// The ray through `point`, whose own eps does not matter; `tolerance` is that of the simulation.
     #[must_use]
-    pub fn new(law: Law, point: &Point, tolerance: f64) -> Self {
+    pub fn new(law: &Law, point: &Point, tolerance: f64) -> Self {
         let proved = Proved::of(law, point);
         let from = proved.present_below.max(LOWEST);
         let to = proved.absent_above.min(HIGHEST);
-        let mut ray = Self { law, point: *point, tolerance, first: Verdict::Undecided, changes: Vec::new() };
+        let mut ray = Self {
+            law: law.clone(),
+            point: *point,
+            tolerance,
+            first: Verdict::Undecided,
+            changes: Vec::new(),
+        };
         let asked: Vec<(f64, Verdict, Option<f64>)> = nodes(from, to)
             .map(|epsilon| {
                 let oscillator = Oscillator::new(law, &ray.at(epsilon));
@@ -236,7 +242,7 @@ impl Ray {
         }
         // The orbit never sticks where its reach passes 4.
         let value = |epsilon: f64| {
-            let oscillator = Oscillator::new(self.law, &self.at(epsilon));
+            let oscillator = Oscillator::new(&self.law, &self.at(epsilon));
             let flow = flow(&oscillator, self.tolerance);
             reach(&oscillator, &flow).unwrap_or(if flow.fate == Fate::CrossesForever { 5.0 } else { 0.0 })
         };
@@ -269,7 +275,7 @@ impl Ray {
     }
 
     fn simulated(&self, epsilon: f64) -> Verdict {
-        verdict_of(&flow(&Oscillator::new(self.law, &self.at(epsilon)), self.tolerance))
+        verdict_of(&flow(&Oscillator::new(&self.law, &self.at(epsilon)), self.tolerance))
     }
 
     /// The verdict of the flow as eps -> 0, and where it changes up to [`HIGHEST`], to what.

@@ -166,7 +166,7 @@ fn complete_critical(columns: &[Column], engine: Engine, tolerance: f64, done: &
             numbers.push(number);
         }
     }
-    let searched: Vec<Column> = numbers.iter().map(|&number| columns[number]).collect();
+    let searched: Vec<Column> = numbers.iter().map(|&number| columns[number].clone()).collect();
     for (number, found) in numbers.into_iter().zip(critical_dampings(&searched, tolerance)) {
         if let Ok(critical) = found {
             done.rhs += critical.rhs;
@@ -257,8 +257,12 @@ fn by_column(columns: &[Column], cs: &[f64], engine: Engine, tolerance: f64, don
         surface::critical_damping(column).filter(clear).map_or(Way::Root, Way::Surface)
     };
     let ways: Vec<Way> = columns.iter().zip(&claims).map(|(column, claim)| way(column, claim)).collect();
-    let rooted: Vec<Column> =
-        columns.iter().zip(&ways).filter(|(_, way)| **way == Way::Root).map(|(column, _)| *column).collect();
+    let rooted: Vec<Column> = columns
+        .iter()
+        .zip(&ways)
+        .filter(|(_, way)| **way == Way::Root)
+        .map(|(column, _)| column.clone())
+        .collect();
     let mut roots = critical_dampings(&rooted, tolerance).into_iter();
     for (number, ((column, claim), way)) in columns.iter().zip(&claims).zip(ways).enumerate() {
         match way {

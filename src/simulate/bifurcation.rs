@@ -97,7 +97,7 @@ fn trace(oscillator: &Oscillator) -> TestValue {
 
 /// The scaled margin; far from grazing at least its sign.
 fn margin(oscillator: &Oscillator, tolerance: f64) -> Option<TestValue> {
-    let column = Column { curve: oscillator.curve, epsilon: 1.0, belt_speed: oscillator.belt_speed };
+    let column = Column { curve: oscillator.curve.clone(), epsilon: 1.0, belt_speed: oscillator.belt_speed };
     if let Some(Turn::Complete { margin, error, .. }) =
         turns_of(&column, &[oscillator.viscous], tolerance).first()
     {

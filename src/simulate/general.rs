@@ -133,7 +133,7 @@ pub(super) fn critical_damping(column: &Column, tolerance: f64) -> Result<Critic
     let mut viscous = start.clamp(low, high);
     let mut before: Option<(f64, f64)> = None;
     for _ in 0..MOST_TURNS {
-        let oscillator = Oscillator { curve: column.curve, viscous, belt_speed: column.belt_speed };
+        let oscillator = Oscillator { curve: column.curve.clone(), viscous, belt_speed: column.belt_speed };
         let (margin, error) = match turn(&oscillator, accuracy) {
             Turn::Complete { margin, error, rhs: cost } => {
                 rhs += u64::from(cost);

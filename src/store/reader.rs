@@ -375,7 +375,7 @@ fn read_schema(
     let law = Law::from_definition(law, definition)
         .ok_or_else(|| not_a_map(format!("this version of slipmap does not know its friction law {law}")))?;
     let mut nodes = Vec::new();
-    for name in Grid::axis_names(law) {
+    for name in Grid::axis_names(&law) {
         let failed = |error| StoreError::hdf5(format!("read the axis {name} of"), path, &error);
         let axis = file.dataset(name).map_err(failed)?;
         trust::axis(&axis, name, length).map_err(failed)?.map_err(not_a_map)?;

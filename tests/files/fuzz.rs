@@ -206,7 +206,7 @@ fn tables_of_points_never_panic() {
     // Rows read and points understood, or the complaint.
     let read = |bytes: &[u8]| -> Result<(usize, usize), String> {
         std::fs::write(&path, bytes).unwrap();
-        let mut table = PointTable::open(&path, Law::Stribeck).map_err(|error| error.to_string())?;
+        let mut table = PointTable::open(&path, &Law::Stribeck).map_err(|error| error.to_string())?;
         let (mut rows, mut points) = (0, 0);
         loop {
             let batch = table.rows().map_err(|error| error.to_string())?;

@@ -366,7 +366,7 @@ fn every_engine_is_right_next_to_the_boundary() {
         assert!(critical.error < 1e-11 * critical.c, "{sample:?} {critical:?}");
         let cs = [critical.c * (1.0 - 1e-9), critical.c * (1.0 + 1e-9)];
         for engine in Engine::ALL {
-            let verdicts = decide(&[column], &cs, engine, TOLERANCE);
+            let verdicts = decide(std::slice::from_ref(&column), &cs, engine, TOLERANCE);
             assert_eq!(verdicts, [Verdict::Present, Verdict::Absent], "{} {sample:?}", engine.name());
         }
     }

@@ -52,7 +52,7 @@ fn the_hopf_line_of_the_stribeck_law_is_its_closed_form() {
     let at = |[x, y]: [f64; 2]| {
         let law = LawParameters::new(&[alpha, beta, between(gammas, x)]);
         let point = Point { epsilon, law, belt_speed, damping: between(cs, y) };
-        Oscillator::new(Law::Stribeck, &point)
+        Oscillator::new(&Law::Stribeck, &point)
     };
     let curves = Bifurcation::Hopf.curves(&at, TOLERANCE);
     assert_eq!(curves.len(), 1);
@@ -100,7 +100,8 @@ fn grazing_is_the_critical_damping_in_planes_with_and_without_c() {
         ("V, c", Law::Lorentzian, &|[x, y]| lorentzian(between([0.1, 1.5], x), between([0.0, 0.8], y))),
     ];
     for (name, law, at) in planes {
-        let curves = Bifurcation::GrazingSliding.curves(&|place| Oscillator::new(law, &at(place)), TOLERANCE);
+        let curves =
+            Bifurcation::GrazingSliding.curves(&|place| Oscillator::new(&law, &at(place)), TOLERANCE);
         assert!(!curves.is_empty(), "{name}");
         let mut points = 0;
         for branch in &curves {
@@ -136,7 +137,7 @@ fn landing_beyond_the_stick_segment_is_told_by_direct_simulation() {
     let at = |[x, y]: [f64; 2]| {
         let law = LawParameters::new(&[0.0, 0.0, 0.1]);
         let point = Point { epsilon: 1.0, law, belt_speed: between(speeds, x), damping: between(cs, y) };
-        Oscillator::new(Law::Stribeck, &point)
+        Oscillator::new(&Law::Stribeck, &point)
     };
     let curves = Bifurcation::Landing.curves(&at, TOLERANCE);
     assert!(!curves.is_empty());
@@ -163,7 +164,7 @@ fn crossing_for_ever_is_told_by_direct_simulation() {
     let at = |[x, y]: [f64; 2]| {
         let law = LawParameters::new(&[0.0, 0.0, 0.1]);
         let point = Point { epsilon: 1.0, law, belt_speed: between(speeds, x), damping: between(cs, y) };
-        Oscillator::new(Law::Stribeck, &point)
+        Oscillator::new(&Law::Stribeck, &point)
     };
     let curves = Bifurcation::Crossing.curves(&at, TOLERANCE);
     assert!(!curves.is_empty());
@@ -196,7 +197,7 @@ fn two_slip_cycles_vanish_at_a_fold() {
     // cos k > 0 on this range.
     let (ks, levels) = ([6.6, 7.4], [1.0, 1.3]);
     let at = |[x, y]: [f64; 2]| Oscillator {
-        curve: Law::Expression(law).curve(1.0, &LawParameters::new(&[e, a, between(ks, x)])),
+        curve: Law::Expression(law.clone()).curve(1.0, &LawParameters::new(&[e, a, between(ks, x)])),
         viscous: e * between(levels, y),
         belt_speed: 1.0,
     };

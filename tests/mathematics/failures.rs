@@ -19,7 +19,7 @@ fn point(epsilon: f64, law: [f64; 3], belt_speed: f64, damping: f64) -> Point {
 }
 
 fn oscillator(point: &Point) -> Oscillator {
-    Oscillator::new(Law::Stribeck, point)
+    Oscillator::new(&Law::Stribeck, point)
 }
 
 fn column(point: &Point) -> Column {

@@ -37,12 +37,12 @@ fn stribeck_as_text_gives_the_same_verdicts_and_margins() {
         let as_text = point([alpha, gamma, beta]);
         let columns = [Law::Stribeck.column(&built_in), stribeck_as_text().column(&as_text)];
         for test in &TESTS {
-            let claims = columns.map(|column| (test.claim)(&column));
+            let claims = columns.clone().map(|column| (test.claim)(&column));
             assert_eq!(claims[0].decide(damping), claims[1].decide(damping), "{} at {built_in:?}", test.name);
             let margins = claims.map(|claim| claim.margin(damping));
             assert!(apart(margins[0], margins[1]) <= 1e-12, "{} at {built_in:?}: {margins:?}", test.name);
         }
-        let flows = columns.map(|column| flow(&Oscillator::in_column(&column, damping), 1e-12));
+        let flows = columns.clone().map(|column| flow(&Oscillator::in_column(&column, damping), 1e-12));
         let decided = |fate: &Fate| std::mem::discriminant(fate);
         assert_eq!(decided(&flows[0].fate), decided(&flows[1].fate), "{built_in:?}: {flows:?}");
         let margins = flows.map(|flow| flow.margin);
@@ -67,7 +67,7 @@ fn columns(count: usize) -> Vec<(Law, Column)> {
     let laws = [Law::Exponential, Law::Lorentzian, Law::Expression(wavy), Law::Table(measured)];
     (0..count)
         .map(|i| {
-            let law = laws[i % laws.len()];
+            let law = &laws[i % laws.len()];
             let parameters = match law {
                 Law::Expression(_) => {
                     vec![between(&mut random, 0.0, 0.5), random.log(0.2, 2.0), between(&mut random, 0.0, 0.1)]
@@ -79,7 +79,7 @@ fn columns(count: usize) -> Vec<(Law, Column)> {
             };
             let (epsilon, belt_speed) = (random.log(0.1, 1.0), random.log(0.1, 3.0));
             let law_parameters = LawParameters::new(&parameters);
-            (law, law.column(&Point { epsilon, law: law_parameters, belt_speed, damping: 0.0 }))
+            (law.clone(), law.column(&Point { epsilon, law: law_parameters, belt_speed, damping: 0.0 }))
         })
         .collect()
 }

@@ -16,7 +16,7 @@ fn method(name: &str) -> Method {
 }
 
 fn ray(sample: &Sample) -> Ray {
-    Ray::new(Law::Stribeck, &sample.point(), TOLERANCE)
+    Ray::new(&Law::Stribeck, &sample.point(), TOLERANCE)
 }
 
 /// Points of all kinds, and points between the edges of the energy balance and of the divergence, where the
@@ -31,7 +31,7 @@ fn what_is_proved_for_all_eps_holds_at_every_eps_tried() {
     let mut random = Random(5);
     let (mut present, mut absent) = (0, 0);
     for sample in samples(400) {
-        let proved = Proved::of(Law::Stribeck, &sample.point());
+        let proved = Proved::of(&Law::Stribeck, &sample.point());
         assert!(proved.present_below <= proved.absent_above, "{sample:?} {proved:?}");
         for _ in 0..10 {
             let here = Sample { epsilon: random.log(LOWEST, HIGHEST), ..sample };
@@ -189,7 +189,7 @@ fn a_fast_belt_ends_the_limits_at_the_landing() {
     assert_eq!(verdict, Verdict::Absent);
     let fate = |epsilon: f64| {
         let here = Sample { epsilon, ..sample };
-        flow(&Oscillator::new(Law::Stribeck, &here.point()), TOLERANCE).fate
+        flow(&Oscillator::new(&Law::Stribeck, &here.point()), TOLERANCE).fate
     };
     // The landing is located to the tolerance: 1e-6 to either side is clear.
     assert!(matches!(fate(place * (1.0 - 1e-6)), Fate::Sticks(_)), "{:?}", fate(place * (1.0 - 1e-6)));

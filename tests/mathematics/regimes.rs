@@ -254,7 +254,7 @@ fn crossing_oscillators() -> Vec<Oscillator> {
         (0.3, [0.1, 0.0, 1.5], 12.0, 0.02),
         (0.1, [0.0, 0.0, 3.0], 20.0, 0.0),
     ]
-    .map(|(epsilon, law, speed, c)| Oscillator::new(Law::Stribeck, &point(epsilon, law, speed, c)))
+    .map(|(epsilon, law, speed, c)| Oscillator::new(&Law::Stribeck, &point(epsilon, law, speed, c)))
     .to_vec()
 }
 
@@ -320,7 +320,7 @@ fn the_stick_slip_cycle_is_the_traced_one() {
         let gamma = between(0.5, 8.0);
         let law = [between(0.0, 0.8), between(0.0, 0.2), gamma];
         let belt_speed = 10_f64.powf(between(-1.0, 1.0));
-        let oscillator = Oscillator::new(Law::Stribeck, &point(epsilon, law, belt_speed, between(0.0, 0.5)));
+        let oscillator = Oscillator::new(&Law::Stribeck, &point(epsilon, law, belt_speed, between(0.0, 0.5)));
         let answer = flow(&oscillator, 1e-11);
         let Some(cycle) = stick_slip_cycle(&oscillator, &answer, 1e-11).unwrap() else { continue };
         compared += 1;
@@ -407,7 +407,7 @@ fn what_is_found_fits_together_at_random_points() {
 #[test]
 fn the_half_turn_of_an_undamped_oscillator_is_exact() {
     // D = 0: circles, with period 2 pi and multiplier 1.
-    let oscillator = Oscillator::new(Law::Stribeck, &point(0.1, [1.0, 0.0, 1.0], 1.0, 0.0));
+    let oscillator = Oscillator::new(&Law::Stribeck, &point(0.1, [1.0, 0.0, 1.0], 1.0, 0.0));
     for radius in [0.1, 0.5, 0.9] {
         let SlipTurn::Returns { radius: next, slope, time } = turn(&oscillator, radius, 1e-13).unwrap()
         else {

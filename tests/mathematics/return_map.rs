@@ -36,7 +36,7 @@ fn verdicts_next_to_the_boundary() {
     for point in critical_points() {
         for (factor, sticks) in [(1.0 - 1e-9, true), (1.0 + 1e-9, false)] {
             let at = point.at(point.critical_c * factor);
-            let answer = flow(&Oscillator::new(Law::Stribeck, &at), 1e-9);
+            let answer = flow(&Oscillator::new(&Law::Stribeck, &at), 1e-9);
             match answer.fate {
                 Fate::Sticks(_) => assert!(sticks, "{at:?} {answer:?}"),
                 Fate::SpiralsInward => assert!(!sticks, "{at:?} {answer:?}"),
@@ -68,7 +68,7 @@ fn margins_are_within_their_error() {
 #[test]
 fn fates_and_landings() {
     for point in margin_points() {
-        let oscillator = Oscillator::new(Law::Stribeck, &point.point());
+        let oscillator = Oscillator::new(&Law::Stribeck, &point.point());
         let answer = flow(&oscillator, 1e-10);
         match (answer.fate, point.fate) {
             (Fate::Sticks(landing), ReferenceFate::Sticks | ReferenceFate::SticksFromAbove) => {

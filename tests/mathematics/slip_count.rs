@@ -115,7 +115,8 @@ fn of_measured_laws_only_what_the_even_part_says_is_proved() {
         (0..80).map(|i| 0.05 * f64::from(i)).map(|u| (u, 1.0 / (1.0 + u * u))).collect();
     let curve =
         Law::Table(Table::new("lorentzian", &data, 1.0).unwrap()).curve(1.0, &LawParameters::new(&[]));
-    let count = |viscous: f64| count_slip_cycles(&Oscillator { curve, viscous, belt_speed: 0.58 });
+    let count =
+        |viscous: f64| count_slip_cycles(&Oscillator { curve: curve.clone(), viscous, belt_speed: 0.58 });
     assert_eq!(count(2.0).exact(), Some(0));
     let between = count(0.62);
     assert_eq!((between.at_least, between.at_most, between.open.len()), (0, None, 1));

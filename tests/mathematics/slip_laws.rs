@@ -208,7 +208,7 @@ fn a_pair_of_slip_cycles_between_two_signs_is_found() {
     for _ in 0..40 {
         let (k, level) = (7.0 + 0.4 * random.unit(), -0.12 + 0.1 * random.unit());
         let oscillator = Oscillator {
-            curve: Law::Expression(law).curve(1.0, &LawParameters::new(&[e, a, k])),
+            curve: Law::Expression(law.clone()).curve(1.0, &LawParameters::new(&[e, a, k])),
             viscous: e * (1.0 - a * k.cos() * level),
             belt_speed: 1.0,
         };

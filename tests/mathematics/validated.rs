@@ -79,7 +79,7 @@ fn ten_thousand_points_agree_with_the_reference_boundary() {
                     assert!(c < row.critical_c, "{row:?} {c}");
                     // Landing speeds rise as c falls: one look a column at the fastest orbit seen.
                     if i == 38 {
-                        let flow = direct::flow(&Oscillator::new(Law::Stribeck, &row.at(c)), 1e-10);
+                        let flow = direct::flow(&Oscillator::new(&Law::Stribeck, &row.at(c)), 1e-10);
                         assert!(matches!(flow.fate, Fate::Sticks(_) | Fate::TooCloseToCall), "{row:?} {c}");
                     }
                 }

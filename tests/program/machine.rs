@@ -144,7 +144,7 @@ fn the_drill_string_is_the_published_one() {
     };
     let Units { force, velocity, damping, .. } = machine.units();
     close(force, 0.12446 * 50_000.0, 8.0 * f64::EPSILON);
-    let point = machine.point(Law::Exponential).unwrap();
+    let point = machine.point(&Law::Exponential).unwrap();
     let curve = Law::Exponential.column(&point).curve;
     for u in [0.0, 0.3, 1.0, 4.0, 10.0] {
         // 1 / 0.9 is written with ten digits.

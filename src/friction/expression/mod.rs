@@ -14,7 +14,8 @@
 
 mod parse;
 
-use std::sync::{Mutex, PoisonError};
+use std::collections::HashSet;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use super::enclose::{self, Enclosure};
 use super::interval::Interval;
@@ -40,11 +41,9 @@ pub struct ExpressionError {
     pub remedy: String,
 }
 
-/// A law given as text.
-///
-/// A handle that can be copied: each formula is compiled once and kept for the life of the program.
-#[derive(Clone, Copy, Debug)]
-pub struct Expression(&'static Compiled);
+/// A law given as text. Clones share it.
+#[derive(Clone, Debug)]
+pub struct Expression(Arc<Compiled>);
 
 #[derive(Debug)]
 struct Compiled {
@@ -57,11 +56,24 @@ struct Compiled {
 
 impl PartialEq for Expression {
     fn eq(&self, other: &Self) -> bool {
-        std::ptr::eq(self.0, other.0)
+        let same = |other: &Compiled| self.0.text == other.text && self.0.static_level == other.static_level;
+        Arc::ptr_eq(&self.0, &other.0) || same(&other.0)
     }
 }
 
-impl Eq for Expression {}
+/// The names of parameters live as long as the program, each once however many formulas use it: axes of maps are
+/// known by such names.
+fn lasting(name: String) -> &'static str {
+    static KNOWN: Mutex<Option<HashSet<&'static str>>> = Mutex::new(None);
+    let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+    let known = known.get_or_insert_default();
+    if let Some(name) = known.get(name.as_str()) {
+        return name;
+    }
+    let name: &'static str = Box::leak(name.into_boxed_str());
+    known.insert(name);
+    name
+}
 
 impl Expression {
     /// Compiles `text`; phi is its value divided by `static_level` > 0.
@@ -69,12 +81,6 @@ impl Expression {
     /// # Errors
     /// [`ExpressionError`] where the text is no formula, or has too many parameters.
     pub fn new(text: &str, static_level: f64) -> Result<Self, ExpressionError> {
-        static KNOWN: Mutex<Vec<&'static Compiled>> = Mutex::new(Vec::new());
-        let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
-        let same = |it: &&&'static Compiled| it.text == text && it.static_level == static_level;
-        if let Some(compiled) = known.iter().find(same) {
-            return Ok(Self(compiled));
-        }
         let tape = parse::parse(text)?;
         if let Some((name, place)) = tape.parameters.get(MAX_LAW_PARAMETERS) {
             return Err(ExpressionError {
@@ -85,21 +91,18 @@ impl Expression {
             });
         }
         let parameters = tape.parameters.iter().map(|(name, _)| Parameter {
-            name: Box::leak(name.clone().into_boxed_str()),
-            long_name: Box::leak(format!("parameter {name} of the friction law").into_boxed_str()),
+            name: lasting(name.clone()),
+            long_name: lasting(format!("parameter {name} of the friction law")),
             min: f64::MIN,
             max: f64::MAX,
         });
         let parameters = parameters.collect();
-        let compiled: &'static Compiled =
-            Box::leak(Box::new(Compiled { text: text.to_owned(), static_level, tape, parameters }));
-        known.push(compiled);
-        Ok(Self(compiled))
+        Ok(Self(Arc::new(Compiled { text: text.to_owned(), static_level, tape, parameters })))
     }
 
     /// The formula as it was written.
     #[must_use]
-    pub fn text(&self) -> &'static str {
+    pub fn text(&self) -> &str {
         &self.0.text
     }
 
@@ -111,7 +114,7 @@ impl Expression {
 
     /// The named parameters in order of appearance.
     #[must_use]
-    pub fn parameters(&self) -> &'static [Parameter] {
+    pub fn parameters(&self) -> &[Parameter] {
         &self.0.parameters
     }
 
@@ -123,8 +126,8 @@ impl Expression {
     }
 
     /// The curve at one eps and one choice of parameters.
-    pub(super) fn curve(self, epsilon: f64, parameters: &LawParameters) -> ExpressionCurve {
-        ExpressionCurve { law: self, epsilon, parameters: *parameters }
+    pub(super) fn curve(&self, epsilon: f64, parameters: &LawParameters) -> ExpressionCurve {
+        ExpressionCurve { law: self.clone(), epsilon, parameters: *parameters }
     }
 
     /// Checks that the law is legal at one eps and one choice of parameters for slip speeds in
@@ -143,7 +146,7 @@ impl Expression {
 }
 
 /// A formula with all its parameters fixed.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ExpressionCurve {
     law: Expression,
     epsilon: f64,
@@ -280,7 +283,7 @@ impl ExpressionCurve {
 
     /// See [`Expression::check`].
     fn check(&self, fastest: f64) -> Result<(), ExpressionError> {
-        let Compiled { tape, text, static_level, .. } = self.law.0;
+        let Compiled { tape, text, static_level, .. } = &*self.law.0;
         // Singular operations first: they say more than a wrong value. A piece of slip speeds on which an
         // operation's value or derivative has no bounds is halved until it is too short to matter.
         let shortest = 1e-9 * fastest;

@@ -116,7 +116,7 @@ fn fields() -> Figure {
 fn coulomb() -> Figure {
     let mut oscillator = Oscillator::in_column(&column(0.1, [1.0, 0.0, 0.0]), 1.2);
     let inward = trace(&oscillator, Start::ExitPoint, TOLERANCE, 2.2 * TAU);
-    let damped = oscillator;
+    let damped = oscillator.clone();
     oscillator.viscous = -oscillator.viscous;
     let outward = trace(&oscillator, Start::ExitPoint, TOLERANCE, TAU);
     let caption = rich(
@@ -142,7 +142,7 @@ fn coulomb() -> Figure {
 /// Figure 4: where the orbit comes back, as c falls.
 fn cases() -> Figure {
     let column = column(0.1, [0.3, 0.1, 2.0]);
-    let critical = curves::exact(&[column])[0];
+    let critical = curves::exact(std::slice::from_ref(&column))[0];
     let cases = [(1.8, "{c} > {c^*}"), (1.0, "{c} = {c^*}"), (0.55, "{c} < {c^*}")];
     let unperturbed: Vec<Place> = (0..=200)
         .map(|i| {
@@ -206,7 +206,7 @@ fn cases() -> Figure {
 /// Figure 5: the closed orbit below the belt line.
 fn divergence() -> Figure {
     let column = column(0.5, [0.0, 0.0, 2.0]);
-    let (low, high) = (curves::stability(&column), curves::exact(&[column])[0]);
+    let (low, high) = (curves::stability(&column), curves::exact(std::slice::from_ref(&column))[0]);
     let c = 0.5 * (low + high);
     let oscillator = Oscillator::in_column(&column, c);
     let (centre, exit) = (oscillator.equilibrium_x1(), oscillator.exit_x1());

@@ -48,7 +48,7 @@ impl Portrait {
         let turn = std::f64::consts::TAU;
         let start = Start::State { x1: oscillator.equilibrium_x1(), x2: INNER_START * oscillator.belt_speed };
         Self {
-            oscillator,
+            oscillator: oscillator.clone(),
             orbit: trace(&oscillator, Start::ExitPoint, TOLERANCE, TURNS * turn),
             inner: trace(&oscillator, start, TOLERANCE, INNER_TURNS * turn),
         }
@@ -225,7 +225,7 @@ pub(super) fn equal_scales(
 
 /// The phase portrait of one point, and what it shows.
 #[must_use]
-pub fn portrait(law: Law, point: &Point, width: Width) -> (Scene, Rich) {
+pub fn portrait(law: &Law, point: &Point, width: Width) -> (Scene, Rich) {
     let portrait = Portrait::of(Oscillator::new(law, point));
     let mut scene = Scene::new(width.points(), 0.0);
     let values = std::iter::once(point.epsilon)
@@ -278,9 +278,9 @@ pub fn portraits(map: &MapFile) -> Option<Figure> {
     }
     let unstable_below = curves::stability(&column).clamp(0.0, critical);
     let mut points = vec![
-        (column, 0.5 * unstable_below),
-        (column, 0.5 * (unstable_below + critical)),
-        (column, 1.3 * critical),
+        (column.clone(), 0.5 * unstable_below),
+        (column.clone(), 0.5 * (unstable_below + critical)),
+        (column.clone(), 1.3 * critical),
     ];
     let last = grid.axes().len() - 2;
     index[last] = grid.axes()[last].values.len() - 1;

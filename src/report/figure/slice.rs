@@ -158,7 +158,7 @@ impl<'a> Slice<'a> {
 
     /// The friction law.
     #[must_use]
-    pub fn law(&self) -> Law {
+    pub fn law(&self) -> &Law {
         self.map.grid().law()
     }
 

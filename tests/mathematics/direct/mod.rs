@@ -16,7 +16,7 @@ type Six = [f64; 6];
 
 fn oscillator([epsilon, alpha, beta, gamma, belt_speed, damping]: Six) -> Oscillator {
     let law = LawParameters::new(&[alpha, beta, gamma]);
-    Oscillator::new(Law::Stribeck, &Point { epsilon, law, belt_speed, damping })
+    Oscillator::new(&Law::Stribeck, &Point { epsilon, law, belt_speed, damping })
 }
 
 /// Dry friction of constant size, with the given coefficient of viscous damping: a linear oscillator on

@@ -30,7 +30,7 @@ impl Sample {
     }
 
     pub fn oscillator(&self) -> Oscillator {
-        Oscillator::new(Law::Stribeck, &self.point())
+        Oscillator::new(&Law::Stribeck, &self.point())
     }
 
     pub fn at(self, damping: f64) -> Self {
