@@ -136,7 +136,8 @@ impl Certificate {
         if self.statement != STATEMENT {
             problems.push("its statement is not the one that this format proves".into());
         }
-        let boxes: Vec<GroupBox> = self.tiles.iter().map(|tile| tile.domain).chain(self.open.clone()).collect();
+        let boxes: Vec<GroupBox> =
+            self.tiles.iter().map(|tile| tile.domain).chain(self.open.clone()).collect();
         if let Err(fault) = divides(&self.domain, &boxes) {
             problems.push(format!("tiles (counted first) and open boxes do not divide the domain: {fault}"));
         }
@@ -145,7 +146,11 @@ impl Certificate {
         for (i, (doubt, tile)) in found.into_iter().zip(&self.tiles).enumerate() {
             let GroupBox { a, k, b } = tile.domain;
             problems.extend(doubt.map(|doubt| {
-                format!("tile {} (A {a:?}, k {k:?}, b {b:?}) claims a radius of {:e}: {doubt}", i + 1, tile.radius)
+                format!(
+                    "tile {} (A {a:?}, k {k:?}, b {b:?}) claims a radius of {:e}: {doubt}",
+                    i + 1,
+                    tile.radius
+                )
             }));
         }
         let share = |one: &GroupBox| -> f64 {

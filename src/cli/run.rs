@@ -421,8 +421,7 @@ fn outcome(job: &Job, summary: &Summary) -> Outcome {
                 [
                     ("proved_present", volumes.present.into()),
                     ("proved_absent", volumes.absent.into()),
-                    ("proved_undecided", volumes.undecided.into()),
-                    ("proved_undecided_at_most", volumes.undecided_at_most.into()),
+                    ("proved_undecided_at_most", volumes.undecided.into()),
                     ("proved_boxes", store::Value::from(volumes.tiles.cast_signed() as i64)),
                     ("proved_seconds", proved.seconds.into()),
                 ]

@@ -7,7 +7,7 @@
 mod boundary;
 mod document;
 pub mod figure;
-mod proved;
+pub(crate) mod proved;
 mod si;
 mod table;
 pub mod tables;

@@ -12,6 +12,7 @@ mod claims;
 mod curves;
 mod direct;
 mod failures;
+mod forger;
 mod forms;
 mod identities;
 mod laws;

@@ -22,6 +22,7 @@ mod mounts;
 #[cfg(all(target_os = "linux", feature = "mpi"))]
 mod mpi;
 mod probe;
+mod proofs;
 mod report;
 mod resume;
 mod run;

@@ -29,7 +29,9 @@ pub enum Fault {
 impl std::fmt::Display for Fault {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         match self {
-            Fault::NoBox(None) => write!(f, "the domain is no box: each range needs finite ends, the lower first"),
+            Fault::NoBox(None) => {
+                write!(f, "the domain is no box: each range needs finite ends, the lower first")
+            }
             Fault::NoBox(Some(i)) => {
                 write!(f, "box {} is none: each range needs finite ends, the lower first, and a width", i + 1)
             }
@@ -40,7 +42,9 @@ impl std::fmt::Display for Fault {
             Fault::Overlap(GroupBox { a, k, b }) => {
                 write!(f, "boxes overlap within A {a:?}, k {k:?}, b {b:?}")
             }
-            Fault::TooIntricate => write!(f, "there are too many boxes, too irregularly placed, to be checked"),
+            Fault::TooIntricate => {
+                write!(f, "there are too many boxes, too irregularly placed, to be checked")
+            }
         }
     }
 }
@@ -50,7 +54,8 @@ impl std::fmt::Display for Fault {
 /// # Errors
 /// The first [`Fault`] found.
 pub fn divides(domain: &GroupBox, boxes: &[GroupBox]) -> Result<(), Fault> {
-    let is_box = |one: &GroupBox| one.ranges().iter().all(|[lo, hi]| lo.is_finite() && hi.is_finite() && lo <= hi);
+    let is_box =
+        |one: &GroupBox| one.ranges().iter().all(|[lo, hi]| lo.is_finite() && hi.is_finite() && lo <= hi);
     if !is_box(domain) {
         return Err(Fault::NoBox(None));
     }

@@ -52,7 +52,7 @@
 //! | samples bound a polynomial | `circle::riesz_factor` | `samples_bound_polynomials` |
 //! | C* enclosed | [`Enclosed::critical`] | `tests/mathematics/validated.rs` against 150-bit references |
 //! | C* enclosed over a box | [`tile::Tile::prove`] | `a_tile_holds_the_points_inside`, `bounds_hold_between_the_samples_and_samples_alone_do_not`, [`super::recheck`] |
-//! | volumes proved | [`boxes::BoxProof`] | `more_subdivision_leaves_less`, `the_box_and_its_columns_agree` |
+//! | volumes proved | [`boxes::BoxProof`] | `proved_volumes_enclose_the_true_one`, `volumes_of_known_sets` |
 //! | C* < C_HB over a box; false at k = 56 | [`balance::compare`] | `the_balance_is_a_bound_over_a_box`, `harmonic_balance_is_exceeded_at_large_k` |
 //! | landing speed bounded | `landing::Flow` | `agrees_with_the_bound_in_double_precision`, `tests/mathematics/validated.rs` |
 //!
@@ -64,8 +64,10 @@ pub mod balance;
 pub mod boxes;
 mod circle;
 mod defect;
+mod expansion;
 mod interval;
 mod landing;
+mod mean;
 mod orbit;
 pub mod surface;
 pub mod tile;

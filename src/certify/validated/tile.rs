@@ -16,7 +16,7 @@ use super::orbit::{Guess, Orbit, approximate};
 /// Degrees of the candidates in A, k and b. D is linear in A and b but not in k.
 const DEGREES: [usize; 3] = [2, 8, 2];
 /// The largest of them.
-const HIGHEST: usize = 8;
+pub(super) const HIGHEST: usize = 8;
 /// Size of a harmonic, relative to the first, that is left out.
 const NEGLIGIBLE: f64 = 1e-12;
 /// Coefficients are multiples of this, so that they are short in a file.
