@@ -183,6 +183,7 @@ impl Tile {
     }
 
     /// An enclosure of C* at groups inside the box.
+    #[cfg(test)]
     pub(super) fn critical(&self, groups: &Groups) -> Interval {
         let Groups { a, k, b } = *groups;
         let at = [(a, self.domain.a), (k, self.domain.k), (b, self.domain.b)].map(|(x, [lo, hi])| {
