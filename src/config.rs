@@ -71,6 +71,7 @@ use crate::certify::validated;
 use crate::friction::Law;
 use crate::machine::Machine;
 use crate::map::{Engine, Field, Grid, GridError, Method, Plan, Plane};
+#[cfg(feature = "report")]
 use crate::report::work_precision::Settings;
 use crate::simulate::naive::NaiveKnobs;
 
@@ -104,6 +105,7 @@ pub struct Job {
     /// Where the certificate of what is proved between the nodes goes.
     pub proof: Option<PathBuf>,
     /// What a study of speed against accuracy is to do.
+    #[cfg(feature = "report")]
     pub work_precision: Settings,
 }
 
@@ -214,6 +216,7 @@ impl Job {
         };
 
         let planes = curves::read(&root.section("curves")?, &grid)?;
+        #[cfg(feature = "report")]
         let work_precision = work_precision(&root.section("work_precision")?)?;
 
         let tile_shape = grid.tile_shape(tiles::cells(grid.cells()));
@@ -237,6 +240,7 @@ impl Job {
             config_text: source.text(),
             output: path,
             proof,
+            #[cfg(feature = "report")]
             work_precision,
         })
     }
@@ -398,6 +402,7 @@ fn knobs(section: &Section) -> Result<NaiveKnobs, ConfigError> {
 }
 
 /// Reads what a study of speed against accuracy is to do.
+#[cfg(feature = "report")]
 fn work_precision(section: &Section) -> Result<Settings, ConfigError> {
     let default = Settings::default();
     let positive = |key: &str, default: f64| match section.get(key) {

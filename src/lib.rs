@@ -46,21 +46,24 @@
 //! ```
 //!
 //! # Features
-//! `store` (the map file, by way of HDF5), `report` (tables and figures) and `cli` (the program) are on by default. Without them the crate
-//! is pure Rust.
+//! `store` (the map file, by way of HDF5), `report` (tables and figures), `config` (configuration files) and `cli` (the
+//! program) are on by default; `serde` lets results be serialised. With none of them, or only `config` and `serde`, the
+//! crate is pure Rust.
 
 #[cfg(feature = "report")]
 pub mod benchmark;
 pub mod certify;
 #[cfg(feature = "cli")]
 pub mod cli;
-#[cfg(feature = "cli")]
+#[cfg(feature = "config")]
 pub mod config;
 pub mod filippov;
 pub mod friction;
 pub mod machine;
 pub mod map;
+mod number;
 pub mod point;
+pub mod probe;
 #[cfg(feature = "report")]
 pub mod report;
 pub mod simulate;

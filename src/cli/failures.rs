@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::output::{count, exact, short};
-use super::point::{coordinates, probe_line};
+use super::point::probe_line;
 use super::{Ended, Failure, interrupt, progress};
 use crate::config::Job;
 use crate::map::failures::{self, Catalogue, Class, Comparison, Kind, MethodFailures};
@@ -290,7 +290,7 @@ impl Report<'_> {
             row.push(class.mechanism.number().map_or(String::new(), |number| number.to_string()));
             row.push(class.cells.to_string());
             row.extend([class.farthest_c, class.farthest_epsilon].map(number));
-            row.extend(coordinates(law, &class.example).into_iter().map(|(_, value)| exact(value)));
+            row.extend(Grid::coordinates(law, &class.example).into_iter().map(|(_, value)| exact(value)));
             row.push(self.probe(class));
             row
         });

@@ -3,15 +3,13 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use serde_json::{Value, json};
-
 use super::Failure;
-use super::answer::regime_words;
 use super::output::{Align, Table, short};
 use super::point::PointArguments;
 use crate::config::load_machine;
 use crate::friction::Law;
 use crate::machine::{Behaviour, Machine};
+use crate::probe::regime_words;
 
 /// Reads the machine of a file, with the belt speed and the damping chosen by `--set`.
 pub(super) fn load(file: &Path, chosen: &PointArguments) -> Result<(Law, Machine), Failure> {
@@ -84,25 +82,4 @@ pub(super) fn write(out: &mut dyn Write, machine: &Machine, behaviour: &Behaviou
         table.row([name.to_owned(), text.trim_end().to_owned()]);
     }
     table.write(out)
-}
-
-/// The same for `--json`.
-pub(super) fn json(machine: &Machine, behaviour: &Behaviour) -> Value {
-    let units = machine.units();
-    let [slip, stick] = behaviour.slip_and_stick_time.map_or([None; 2], |times| times.map(Some));
-    json!({
-        "motion": machine.motion.name(),
-        "belt_speed": machine.belt_speed,
-        "damping": machine.damping,
-        "critical_belt_speed": behaviour.critical_belt_speed,
-        "critical_damping": behaviour.critical_damping,
-        "critical_damping_ratio": behaviour.critical_damping_ratio,
-        "damping_ratio": behaviour.damping_ratio,
-        "natural_frequency": behaviour.natural_frequency,
-        "regime": behaviour.regime.name(),
-        "slip_time": slip,
-        "stick_time": stick,
-        "amplitude": behaviour.amplitude,
-        "units": { "time": units.time, "length": units.length, "velocity": units.velocity, "force": units.force },
-    })
 }

@@ -3,7 +3,6 @@
 //! Exit codes: 0 all is well; 1 the job ran but something in it failed; 2 bad input, with nothing written;
 //! 130 interrupted by Ctrl-C, 143 by a request to terminate.
 
-mod answer;
 mod check;
 mod estimate;
 mod failures;

@@ -4,48 +4,7 @@ use std::io::{self, Write};
 
 use serde::Serialize;
 
-/// A number with six significant digits, trailing zeros dropped: 0.25, 1.5e-9, 123457.
-pub(super) fn short(x: f64) -> String {
-    const DIGITS: i32 = 6;
-    if x == 0.0 {
-        return "0".into();
-    }
-    if !x.is_finite() {
-        return if x.is_nan() {
-            "-".into()
-        } else if x > 0.0 {
-            "+inf".into()
-        } else {
-            "-inf".into()
-        };
-    }
-    // The exponent after rounding to six digits, so that 0.9999999 becomes 1 and not 1.00000.
-    let rounded = format!("{x:.*e}", (DIGITS - 1) as usize);
-    let (mantissa, exponent) = rounded.split_once('e').unwrap_or((&rounded, "0"));
-    let exponent: i32 = exponent.parse().unwrap_or(0);
-    let trim = |text: &str| match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
-        false => text.to_owned(),
-    };
-    if (-4..DIGITS).contains(&exponent) {
-        trim(&format!("{x:.*}", (DIGITS - 1 - exponent) as usize))
-    } else {
-        format!("{}e{exponent}", trim(mantissa))
-    }
-}
-
-/// A number with its sign, see [`short`].
-pub(super) fn signed(x: f64) -> String {
-    let text = short(x);
-    if x > 0.0 && x.is_finite() { format!("+{text}") } else { text }
-}
-
-/// A number that reads back as itself: the shortest such decimal.
-pub(super) fn exact(x: f64) -> String {
-    // Unlike `{}`, `{:?}` turns to an exponent for very large and very small numbers.
-    let text = format!("{x:?}");
-    text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
-}
+pub(super) use crate::number::{exact, short, signed};
 
 /// A count in groups of three digits: 1,234,567.
 pub(super) fn count(n: impl TryInto<u128>) -> String {
@@ -161,37 +120,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_read_well() {
-        let cases = [
-            (0.25, "0.25"),
-            (1.5e-9, "1.5e-9"),
-            (123_456.7, "123457"),
-            (1_234_567.0, "1.23457e6"),
-            (0.999_999_99, "1"),
-            (-0.1, "-0.1"),
-            (0.0001, "0.0001"),
-            (100.0, "100"),
-            (f64::NAN, "-"),
-            (f64::NEG_INFINITY, "-inf"),
-        ];
-        for (x, text) in cases {
-            assert_eq!(short(x), text);
-        }
-        assert_eq!(signed(0.5), "+0.5");
+    fn counts_and_sizes_read_well() {
         assert_eq!(count(1_234_567_u64), "1,234,567");
         assert_eq!(count(999_u64), "999");
         assert_eq!(bytes(999), "999 B");
         assert_eq!(bytes(1_234_567), "1.23 MB");
         assert_eq!(bytes(999_999), "1.00 MB");
-    }
-
-    #[test]
-    fn exact_numbers_read_back() {
-        for x in [0.1, 1.0, 1e-300, 5e-324, f64::MAX, -2.5e17, 1.0 / 3.0] {
-            assert_eq!(exact(x).parse::<f64>().unwrap().to_bits(), x.to_bits(), "{}", exact(x));
-            assert!(exact(x).len() < 25, "{}", exact(x));
-        }
-        assert_eq!(exact(32.0), "32");
     }
 
     #[test]

@@ -240,14 +240,6 @@ fn description(name: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// The coordinates of a point, in the order of [`Grid::axis_names`].
-pub(super) fn coordinates(law: &Law, point: &Point) -> Vec<(&'static str, f64)> {
-    let values = std::iter::once(point.epsilon)
-        .chain(point.law.as_slice().iter().copied())
-        .chain([point.belt_speed, point.damping]);
-    Grid::axis_names(law).into_iter().zip(values).collect()
-}
-
 /// Which coordinate of a point is illegal, its value, and what it must be.
 fn complaint(error: &GridError) -> (String, String, String) {
     match error {
@@ -275,7 +267,7 @@ pub(super) fn probe_line(law: &Law, point: &Point, tolerance: f64) -> String {
     if level != 1.0 {
         line.push_str(&format!(" --static {}", exact(level)));
     }
-    for (name, value) in coordinates(law, point) {
+    for (name, value) in Grid::coordinates(law, point) {
         line.push_str(&format!(" {}{}", flag(name), exact(value)));
     }
     if tolerance != crate::config::DEFAULT_TOLERANCE {
@@ -303,7 +295,7 @@ mod tests {
         let values = [1e-3, 1.0 / 3.0, 0.0, 1e17, 2.0, 5e-324];
         let point = point_of(&Law::Stribeck, &values).unwrap();
         assert_eq!(
-            coordinates(&Law::Stribeck, &point).iter().map(|(_, value)| *value).collect::<Vec<_>>(),
+            Grid::coordinates(&Law::Stribeck, &point).iter().map(|(_, value)| *value).collect::<Vec<_>>(),
             values
         );
         for tolerance in [crate::config::DEFAULT_TOLERANCE, 1e-12] {

@@ -5,18 +5,19 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::answer::{self, Answer};
 use super::output::{Align, Table, count, exact, json, short, signed};
-use super::point::{LawArguments, PointArguments, coordinates};
+use super::point::{LawArguments, PointArguments};
 use super::report::{existing, failure};
 use super::{Ended, Failure, probe_table};
 use crate::config::{DEFAULT_TOLERANCE, check_tolerance};
 use crate::filippov::Eigenvalues;
 use crate::machine::behaviour;
-use crate::map::Method;
 use crate::map::limits::HIGHEST;
+use crate::map::{Grid, Method};
+use crate::probe::{Answer, MachineResult, Probe, equilibrium_type, fate_name, regime_words};
 use crate::report::figure::{self, Width};
 use crate::report::write_figure;
+use crate::simulate::slip_count::SlipCount;
 use crate::simulate::{self, Flow, Range};
 
 /// Ask every method about one point, or about each row of a table.
@@ -116,10 +117,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let direct = simulate::direct::flow(&answer.oscillator, tolerance);
     let behaviour = machine.and_then(|(law, machine)| Some((machine, behaviour(&machine, &law, tolerance)?)));
     if arguments.json {
-        let mut whole = answer.json(&direct);
-        if let Some((machine, behaviour)) = &behaviour {
-            whole["machine"] = super::machine::json(machine, behaviour);
-        }
+        let mut whole = Probe::new(&answer, &direct);
+        whole.machine = behaviour.map(|(machine, behaviour)| MachineResult::new(&machine, &behaviour));
         json(&whole)?;
     } else {
         let mut out = io::stdout().lock();
@@ -136,7 +135,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
     use Align::{Left, Right};
 
     writeln!(out, "Point of the law `{}`", answer.law.name())?;
-    let words: Vec<String> = coordinates(&answer.law, &answer.point)
+    let words: Vec<String> = Grid::coordinates(&answer.law, &answer.point)
         .into_iter()
         .map(|(name, value)| format!("{name} = {}", exact(value)))
         .collect();
@@ -187,7 +186,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
     for (name, flow) in [("return map", &answer.flow), ("direct", direct)] {
         table.row([
             name.into(),
-            answer::fate_name(&flow.fate).replace('_', " "),
+            fate_name(&flow.fate).replace('_', " "),
             signed(flow.margin),
             short(flow.margin_error),
             count(flow.rhs),
@@ -213,7 +212,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
             Err(why) => format!("none: {why}"),
         },
     );
-    line("regime", format!("{}: {}", answer.regime.name(), answer::regime_words(answer.regime)));
+    line("regime", format!("{}: {}", answer.regime.name(), regime_words(answer.regime)));
     let eigenvalues = match oscillator.eigenvalues() {
         Eigenvalues::Complex { re, im } => format!("{} +- {} i", short(re), short(im)),
         Eigenvalues::Real { slow, fast } => format!("{} and {}", short(slow), short(fast)),
@@ -223,7 +222,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         format!(
             "({}, 0), {}, eigenvalues {eigenvalues}",
             short(oscillator.equilibrium_x1()),
-            answer::equilibrium_type(oscillator)
+            equilibrium_type(oscillator)
         ),
     );
     line(
@@ -238,7 +237,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
     match answer.slip_cycles() {
         Err(failure) => line("slip cycles", format!("not determined: {failure}")),
         Ok(cycles) => {
-            line("slip cycles", answer::slip_count_words(cycles.len(), &answer.slip_count()));
+            line("slip cycles", slip_count_words(cycles.len(), &answer.slip_count()));
             for cycle in &cycles {
                 let amplitude = 0.5 * (cycle.displacement.hi - cycle.displacement.lo);
                 line(
@@ -295,6 +294,26 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         );
     }
     table.write(out)
+}
+
+/// How many slip cycles were found, and what is proved of their number.
+fn slip_count_words(found: usize, count: &SlipCount) -> String {
+    let number = |n: u32| if n == 0 { "none".to_owned() } else { n.to_string() };
+    if let Some(exact) = count.exact() {
+        return match usize::try_from(exact) {
+            Ok(exact) if exact == found => format!("{}, count proved", number(count.at_least)),
+            _ => format!("{found} found, but {} proved: try a smaller tolerance", number(count.at_least)),
+        };
+    }
+    let open = count.open.iter().map(|open| format!("{} to {}", short(open.lo), short(open.hi)));
+    let open: Vec<String> = open.collect();
+    let mut words = format!("{found} found, count not proved");
+    if !open.is_empty() {
+        words.push_str(&format!(": nothing is proved where the maximum of x2 is in {}", open.join(", ")));
+    } else if let Some(most) = count.at_most {
+        words.push_str(&format!(": {} to {most} are possible", count.at_least));
+    }
+    words
 }
 
 #[cfg(test)]

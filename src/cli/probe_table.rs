@@ -8,12 +8,12 @@ use csv::{ByteRecord, WriterBuilder};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 
-use super::answer::Answer;
 use super::output::exact;
 use super::{Ended, Failure, interrupt, point};
 use crate::config::PointTable;
 use crate::friction::Law;
 use crate::map::{Description, Field, Method, Quantity};
+use crate::probe::Answer;
 
 /// Answers for standard output are held in memory up to this size, then in a temporary file.
 const SPOOL: usize = 16 << 20;

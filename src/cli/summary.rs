@@ -5,11 +5,11 @@ use std::io::Write;
 use serde_json::{Map, Value, json};
 
 use super::Failure;
-use super::answer::{fate_name, verdict};
 use super::output::{self, Align, Table, bytes, count, duration, short};
 use super::point::probe_line;
 use crate::config::Job;
 use crate::map::{Axis, LISTED, MethodSummary, PlaneCurves, Summary, Verdict};
+use crate::probe::fate_name;
 use crate::report::proved::{Rounded, proved_percent};
 use crate::simulate::bifurcation::Bifurcation;
 
@@ -204,7 +204,7 @@ pub(super) fn json(report: &Report) -> Result<(), Failure> {
             json!({
                 "method": disagreement.method,
                 "stored": disagreement.stored.name(),
-                "direct": verdict(&disagreement.direct.fate).name(),
+                "direct": Verdict::from(&disagreement.direct.fate).name(),
                 "probe": probe_line(law, &disagreement.point, tolerance),
             })
         })

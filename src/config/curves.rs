@@ -2,8 +2,7 @@
 
 use super::source::{ConfigError, Node, Section, Shape};
 use super::{choice, nearest, refuse_unknown_keys};
-use crate::map::{Axis, Grid, Plane};
-use crate::store::CURVE_COLUMNS;
+use crate::map::{Axis, CURVE_COLUMNS, Grid, Plane};
 
 /// The keys of `[curves]`.
 pub(super) const KEYS: [&str; 1] = ["planes"];

@@ -15,6 +15,11 @@ use crate::simulate::continuation::{Branch, CurvePoint, zero_curves};
 /// Accuracy of the test functions.
 const TOLERANCE: f64 = 1e-10;
 
+/// Names of the columns of stored curves that are not those of axes; no axis may have one of them if curves are to be
+/// stored.
+pub const CURVE_COLUMNS: [&str; 8] =
+    ["plane", "point", "plane_x", "plane_y", "plane_number", "curve", "branch", "error"];
+
 /// A plane of a grid: two axes, the others held at nodes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Plane {

@@ -17,7 +17,7 @@ mod verdict;
 
 pub use account::{Account, FailedCell, LISTED, MethodAccount};
 pub use audit::{Audit, Disagreement};
-pub use curves::{Plane, PlaneCurve, PlaneCurves, PlanePoint, curves_of};
+pub use curves::{CURVE_COLUMNS, Plane, PlaneCurve, PlaneCurves, PlanePoint, curves_of};
 pub use engine::{ComputeError, Control, MethodSummary, Queue, Summary, compute, compute_tiles, regime};
 pub use grid::{Axis, AxisRole, Grid, GridError, Tile, is_linear, is_logarithmic};
 pub use method::Method;

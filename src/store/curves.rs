@@ -3,7 +3,7 @@
 use hdf5::types::{FloatSize, IntSize, TypeDescriptor};
 use hdf5::{Dataset, File, Group};
 
-use crate::map::{Axis, Grid, Plane, PlaneCurve, PlaneCurves, PlanePoint};
+use crate::map::{Axis, CURVE_COLUMNS, Grid, Plane, PlaneCurve, PlaneCurves, PlanePoint};
 use crate::simulate::bifurcation::Bifurcation;
 
 use super::pack;
@@ -14,10 +14,6 @@ use super::writer::{group_of_tables, seal_attributes};
 
 /// Name of the group.
 pub(super) const GROUP: &str = "curves";
-
-/// Names of the columns that are not those of axes, which no axis may have if curves are to be stored.
-pub const CURVE_COLUMNS: [&str; 8] =
-    ["plane", "point", "plane_x", "plane_y", "plane_number", "curve", "branch", "error"];
 
 const PLANE: &str = "plane";
 const POINT: &str = "point";

@@ -79,7 +79,6 @@ mod value;
 mod writer;
 
 pub use check::{CheckReport, Problem, check};
-pub use curves::CURVE_COLUMNS;
 pub use error::StoreError;
 pub use identity::plan_digest;
 pub use journal::create_folders;

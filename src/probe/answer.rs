@@ -1,0 +1,216 @@
+//! The answers of every method about one point, and what the flow does there.
+
+use crate::certify::{Claim, Decision, Guarantee};
+use crate::filippov::Oscillator;
+use crate::friction::{Column, Curve, Law};
+use crate::map::limits::{EpsilonLimit, Ray};
+use crate::map::{self, AttractingCycle, Method, Regime, Verdict};
+use crate::number::{short, signed};
+use crate::point::Point;
+use crate::simulate::naive::NaiveVerdict;
+use crate::simulate::slip_count::{SlipCount, count_slip_cycles};
+use crate::simulate::slip_cycle::{Kick, SlipCycle, slip_cycles};
+use crate::simulate::{self, CriticalDamping, Dynamics, Fate, Flow, Landing, NoCriticalDamping};
+
+/// What one method says.
+#[derive(Debug)]
+pub struct MethodAnswer {
+    /// The method.
+    pub method: Method,
+    /// Its verdict.
+    pub verdict: Verdict,
+    /// As in a map: of a test the signed distance in c to the edge of presence, -infinity where the test
+    /// claims none; of the simulation the scaled grazing margin m / V, NaN where the flow has none.
+    pub margin: f64,
+    /// The edge of presence; `None` where the method has none at c >= 0.
+    pub critical_c: Option<f64>,
+    /// Why the verdict is neither presence nor absence.
+    pub reason: Option<String>,
+}
+
+/// All answers but the second engine's.
+#[derive(Debug)]
+pub struct Answer {
+    /// The friction law.
+    pub law: Law,
+    /// The point.
+    pub point: Point,
+    /// Bound on the error of the grazing margin that the simulation aimed at.
+    pub tolerance: f64,
+    /// The oscillator there.
+    pub oscillator: Oscillator,
+    /// One answer per method that was asked.
+    pub methods: Vec<MethodAnswer>,
+    /// The flow by the return map.
+    pub flow: Flow,
+    /// The exact critical damping; negative where no legal damping is small enough for a cycle.
+    pub critical: Result<CriticalDamping, NoCriticalDamping>,
+    /// The long-run behaviour.
+    pub regime: Regime,
+    /// The cycle that attracts.
+    pub cycle: Option<AttractingCycle>,
+    /// The boundary of the basin of steady slip in the bistable regime, and the kicks onto it.
+    pub basin: Option<(SlipCycle, Kick)>,
+}
+
+impl Answer {
+    /// Asks `methods`.
+    pub fn of(law: &Law, point: &Point, tolerance: f64, methods: impl Iterator<Item = Method>) -> Self {
+        let column = law.column(point);
+        let oscillator = Oscillator::new(law, point);
+        let flow = simulate::flow(&oscillator, tolerance);
+        let critical = simulate::critical_damping(&column, tolerance);
+        let methods = methods
+            .map(|method| match method {
+                Method::Test(test) => of_test(method, &(test.claim)(&column), &column, point.damping),
+                Method::Simulation => of_simulation(&flow, &critical),
+                Method::Naive(naive, knobs) => of_naive(method, naive.decide(&oscillator, &knobs).verdict),
+            })
+            .collect();
+        let regime = map::regime(&oscillator, &flow);
+        let cycle = map::attracting_cycle(&oscillator, &flow, regime, tolerance);
+        let basin = map::basin_boundary(&oscillator, regime, tolerance);
+        Self {
+            law: law.clone(),
+            point: *point,
+            tolerance,
+            oscillator,
+            methods,
+            flow,
+            critical,
+            regime,
+            cycle,
+            basin,
+        }
+    }
+
+    /// The dampings c >= 0 between which steady slip and stick-slip both attract: from where the equilibrium
+    /// becomes stable to c*, with the error of the latter. The landing is another matter.
+    pub fn bistable_band(&self) -> Option<[f64; 3]> {
+        let epsilon = self.point.epsilon;
+        let becomes_stable = self.oscillator.curve.weakening(self.oscillator.belt_speed) / epsilon;
+        let root = self.critical.as_ref().ok()?;
+        // No zero with a sign: this is printed.
+        let from = if becomes_stable > 0.0 { becomes_stable } else { 0.0 };
+        (from < root.c).then_some([from, root.c, root.error])
+    }
+
+    /// Up to which eps each method says what the flow says, the other parameters being as they are. Much more
+    /// work than all other answers.
+    pub fn limits(&self) -> Vec<EpsilonLimit> {
+        let ray = Ray::new(&self.law, &self.point, self.tolerance);
+        self.methods.iter().map(|answer| ray.limit(answer.method)).collect()
+    }
+
+    /// Everything that is not an attractor is left out of [`Answer`]; this is all of it.
+    pub fn dynamics(&self) -> Result<Dynamics, simulate::Failure> {
+        simulate::dynamics(&self.oscillator, &self.flow, self.tolerance)
+    }
+
+    /// Where and when the orbit sticks, if it does.
+    pub fn landing(&self) -> Option<Landing> {
+        landing(&self.flow)
+    }
+
+    /// The cycles that slip all the time below the belt line.
+    pub fn slip_cycles(&self) -> Result<Vec<SlipCycle>, simulate::Failure> {
+        slip_cycles(&self.oscillator, self.tolerance)
+    }
+
+    /// How many of them there are, as far as that is proved.
+    pub fn slip_count(&self) -> SlipCount {
+        count_slip_cycles(&self.oscillator)
+    }
+}
+
+/// What a closed-form test says.
+fn of_test(method: Method, claim: &Claim, column: &Column, c: f64) -> MethodAnswer {
+    let decision = claim.decide(c);
+    let edge = claim.present_below;
+    let reason = (decision == Decision::Undecided)
+        .then(|| why_inapplicable(method, claim, column).unwrap_or_else(|| why_undecided(claim, c)));
+    MethodAnswer {
+        method,
+        verdict: decision.into(),
+        margin: claim.margin(c),
+        critical_c: (edge >= 0.0).then_some(edge),
+        reason,
+    }
+}
+
+/// Why a test says nothing about the law of a column, if it is the law.
+fn why_inapplicable(method: Method, claim: &Claim, column: &Column) -> Option<String> {
+    if *claim != Claim::NOTHING {
+        return None;
+    }
+    match method.guarantee() {
+        Guarantee::Asymptotic => column.curve.first_order(column.belt_speed).err().map(|why| why.to_string()),
+        Guarantee::Validated => (!matches!(column.curve, Curve::Stribeck(_)))
+            .then(|| "the proof covers the law stribeck only".into()),
+        Guarantee::FiniteEpsilon | Guarantee::Numerical | Guarantee::None => None,
+    }
+}
+
+/// Why a claim says nothing at damping `c`.
+fn why_undecided(claim: &Claim, c: f64) -> String {
+    let Claim { sticks_from, present_below, absent_above } = *claim;
+    if c < present_below && c < sticks_from {
+        let from = match sticks_from.is_finite() {
+            true => format!("c >= {} would rule that out", short(sticks_from)),
+            false => "no damping rules that out".into(),
+        };
+        return format!("the orbit returns, but might land beyond the stick segment; {from}");
+    }
+    match (present_below >= 0.0, absent_above.is_finite()) {
+        (true, true) => format!(
+            "the test claims presence below c = {} and absence above c = {} only",
+            short(present_below),
+            short(absent_above)
+        ),
+        (true, false) => {
+            format!("the test claims presence only, and that below c = {}", short(present_below))
+        }
+        (false, true) => format!(
+            "the test claims absence only at these parameters, and that above c = {}",
+            short(absent_above)
+        ),
+        (false, false) => "the test claims presence only, and none at these parameters".into(),
+    }
+}
+
+/// What the simulated flow says.
+fn of_simulation(flow: &Flow, critical: &Result<CriticalDamping, NoCriticalDamping>) -> MethodAnswer {
+    let root = critical.as_ref().ok().map(|critical| critical.c);
+    MethodAnswer {
+        method: Method::Simulation,
+        verdict: Verdict::from(&flow.fate),
+        margin: flow.margin,
+        critical_c: root.filter(|&root| root >= 0.0),
+        reason: match flow.fate {
+            Fate::TooCloseToCall => Some(format!(
+                "the grazing margin {} is smaller than its error {}",
+                signed(flow.margin),
+                short(flow.margin_error)
+            )),
+            Fate::Failed(failure) => Some(failure.to_string()),
+            Fate::Sticks(_) | Fate::SpiralsInward | Fate::CrossesForever => None,
+        },
+    }
+}
+
+/// What a naive method says.
+fn of_naive(method: Method, verdict: NaiveVerdict) -> MethodAnswer {
+    let reason = match verdict {
+        NaiveVerdict::Failed(failure) => Some(failure.to_string()),
+        NaiveVerdict::Sticks { .. } | NaiveVerdict::NeverSticks => None,
+    };
+    MethodAnswer { method, verdict: verdict.into(), margin: f64::NAN, critical_c: None, reason }
+}
+
+/// Where and when the orbit sticks, if it does.
+pub fn landing(flow: &Flow) -> Option<Landing> {
+    match flow.fate {
+        Fate::Sticks(landing) => Some(landing),
+        _ => None,
+    }
+}

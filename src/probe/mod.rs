@@ -1,0 +1,589 @@
+//! Every answer about one parameter point, as one typed result: what `slipmap probe` prints and Python returns.
+
+mod answer;
+
+pub use answer::{Answer, MethodAnswer, landing};
+
+use crate::filippov::{Eigenvalues, Oscillator};
+use crate::friction::Range;
+use crate::machine::{Behaviour, Machine};
+use crate::map::limits::Limit;
+use crate::map::{AttractingCycle, Grid, Regime};
+use crate::simulate::crossing::{CrossingCycle, StickSlipCycle};
+use crate::simulate::slip_count::SlipCount;
+use crate::simulate::slip_cycle::{Kick, SlipCycle};
+use crate::simulate::{CriticalDamping, Dynamics, Fate, Flow, Landing, NoCriticalDamping};
+
+/// Derives `Serialize` where the feature `serde` is on.
+macro_rules! result {
+    ($($(#[$meta:meta])* pub struct $name:ident { $($fields:tt)* })*) => {
+        $($(#[$meta])*
+        #[derive(Clone, Debug, PartialEq)]
+        #[cfg_attr(feature = "serde", derive(serde::Serialize))]
+        pub struct $name { $($fields)* })*
+    };
+}
+
+result! {
+    /// Every answer about one point. Serialised, it is what `slipmap probe --json` prints.
+    pub struct Probe {
+        /// Name of the friction law.
+        pub law: &'static str,
+        /// The point: each axis of the law with its value, in the order of [`Grid::axis_names`].
+        #[cfg_attr(feature = "serde", serde(serialize_with = "as_map"))]
+        pub point: Vec<(&'static str, f64)>,
+        /// Bound on the error of the scaled grazing margin m / V that the simulation aimed at.
+        pub tolerance: f64,
+        /// What each method says, by name.
+        #[cfg_attr(feature = "serde", serde(serialize_with = "as_map"))]
+        pub methods: Vec<(&'static str, MethodResult)>,
+        /// The orbit from the exit point by both engines.
+        pub flow: Flows,
+        /// The critical damping of the column.
+        pub critical_c: CriticalResult,
+        /// Name of the long-run behaviour.
+        pub regime: &'static str,
+        /// The state of steady slip.
+        pub equilibrium: Equilibrium,
+        /// Where the mass can stick.
+        pub sliding_segment: SlidingSegment,
+        /// Where every sticking orbit leaves the belt.
+        pub exit_point: State,
+        /// Where and when the orbit from the exit point sticks again.
+        pub landing: Option<LandingResult>,
+        /// The dampings between which steady slip and stick-slip both attract.
+        pub bistable_band: Option<BistableBand>,
+        /// The cycle that attracts.
+        pub attracting_cycle: Option<CycleResult>,
+        /// The unstable slip cycle within which the mass settles.
+        pub basin_boundary: Option<BasinBoundary>,
+        /// All cycles, with their stability.
+        pub cycles: Cycles,
+        /// What a machine does there, in SI units; only if one was given.
+        #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+        pub machine: Option<MachineResult>,
+    }
+
+    /// What one method says of a point.
+    pub struct MethodResult {
+        /// "present", "absent", "undecided" or "failed".
+        pub verdict: &'static str,
+        /// As in a map, see [`MethodAnswer::margin`].
+        pub margin: f64,
+        /// The edge of presence in c; `None` where there is none at c >= 0.
+        pub critical_c: Option<f64>,
+        /// What the verdict is worth.
+        pub guarantee: &'static str,
+        /// Where the method stands in the paper or in the theory pages.
+        pub equation: &'static str,
+        /// Why the verdict is neither presence nor absence.
+        pub reason: Option<String>,
+        /// Up to which eps the verdict equals the simulated one.
+        pub epsilon_limit: Limit,
+        /// Up to which eps the verdict does not contradict the simulated one.
+        pub epsilon_limit_sound: Limit,
+    }
+
+    /// The orbit from the exit point by both engines.
+    pub struct Flows {
+        /// By the scalar return map.
+        pub return_map: FlowResult,
+        /// By integration in (x1, x2).
+        pub direct: FlowResult,
+    }
+
+    /// The orbit from the exit point by one engine.
+    pub struct FlowResult {
+        /// "sticks", "spirals_inward", "crosses_forever", "too_close_to_call" or "failed".
+        pub fate: &'static str,
+        /// The verdict that this fate means.
+        pub verdict: &'static str,
+        /// The scaled grazing margin m / V; NaN where the flow has none.
+        pub margin: f64,
+        /// Estimate of the absolute error of `margin`.
+        pub margin_error: f64,
+        /// Evaluations of the right-hand side.
+        pub rhs: u64,
+        /// Where and when the orbit sticks.
+        pub landing: Option<LandingResult>,
+        /// Why there is no answer.
+        pub reason: Option<String>,
+    }
+
+    /// Where and when an orbit sticks.
+    pub struct LandingResult {
+        /// x1 at which the mass begins to stick.
+        pub x1: f64,
+        /// Time of slipping.
+        pub slip_time: f64,
+        /// Time of sticking.
+        pub stick_time: f64,
+        /// Their sum.
+        pub period: f64,
+        /// Crossings of the belt line before the mass sticks.
+        pub crossings: u32,
+    }
+
+    /// The critical damping of a column.
+    pub struct CriticalResult {
+        /// c*; negative where no legal damping is small enough for a cycle.
+        pub value: Option<f64>,
+        /// Estimate of the absolute error of `value`.
+        pub error: Option<f64>,
+        /// Evaluations of the right-hand side.
+        pub rhs: Option<u64>,
+        /// Why there is none.
+        pub reason: Option<String>,
+    }
+
+    /// The state of steady slip.
+    pub struct Equilibrium {
+        /// Position.
+        pub x1: f64,
+        /// Velocity, 0.
+        pub x2: f64,
+        /// Divergence of the flow there.
+        pub divergence: f64,
+        /// "unstable focus" and the like.
+        #[cfg_attr(feature = "serde", serde(rename = "type"))]
+        pub kind: &'static str,
+        /// The two eigenvalues.
+        pub eigenvalues: [Complex; 2],
+    }
+
+    /// A complex number.
+    pub struct Complex {
+        /// Real part.
+        pub re: f64,
+        /// Imaginary part.
+        pub im: f64,
+    }
+
+    /// Where the mass can stick: from_x1 < x1 < to_x1 on the line x2.
+    pub struct SlidingSegment {
+        /// The end at which the upper field is tangent.
+        pub from_x1: f64,
+        /// The exit point.
+        pub to_x1: f64,
+        /// Belt speed.
+        pub x2: f64,
+    }
+
+    /// A state.
+    pub struct State {
+        /// Position.
+        pub x1: f64,
+        /// Velocity.
+        pub x2: f64,
+    }
+
+    /// The dampings c >= 0 between which steady slip and stick-slip both attract.
+    pub struct BistableBand {
+        /// From here the equilibrium is stable.
+        pub from_c: f64,
+        /// The critical damping.
+        pub to_c: f64,
+        /// Estimate of the absolute error of the latter.
+        pub error: f64,
+    }
+
+    /// The range of a coordinate.
+    pub struct Extent {
+        /// Least value.
+        pub from: f64,
+        /// Greatest value.
+        pub to: f64,
+    }
+
+    /// A cycle that attracts.
+    pub struct CycleResult {
+        /// Period.
+        pub period: f64,
+        /// Positions on it.
+        pub x1: Extent,
+        /// Velocities on it.
+        pub x2: Extent,
+        /// Floquet multiplier; 0 if it sticks.
+        pub multiplier: f64,
+    }
+
+    /// A cycle with its stability.
+    pub struct StabilityResult {
+        /// Whether it attracts.
+        pub stable: bool,
+        /// Floquet multiplier; 0 if it sticks.
+        pub multiplier: f64,
+        /// Period.
+        pub period: f64,
+        /// Of a cycle that crosses the belt line: x1 at which it crosses downward, less that of the exit point.
+        #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+        pub beyond_exit: Option<f64>,
+        /// Positions on it.
+        pub x1: Extent,
+        /// Velocities on it.
+        pub x2: Extent,
+    }
+
+    /// The unstable slip cycle within which the mass settles, and the kicks onto it.
+    pub struct BasinBoundary {
+        /// The cycle.
+        pub cycle: StabilityResult,
+        /// The kicks.
+        pub kick: KickResult,
+    }
+
+    /// Sudden changes of velocity that start stick-slip from steady slip.
+    pub struct KickResult {
+        /// Along the belt's motion.
+        pub forward: f64,
+        /// Against it, as a positive number.
+        pub backward: f64,
+    }
+
+    /// All cycles of a point.
+    pub struct AllCycles {
+        /// The stick-slip cycle.
+        pub stick_slip: Option<StabilityResult>,
+        /// Cycles below the belt line, by growing amplitude.
+        pub slip: Vec<StabilityResult>,
+        /// What is proved of their number.
+        pub slip_count: SlipCountResult,
+        /// Cycles that cross the belt line, by growing size.
+        pub crossing: Vec<StabilityResult>,
+    }
+
+    /// What is proved of the number of slip cycles.
+    pub struct SlipCountResult {
+        /// The number, where it is proved.
+        pub proved: Option<u32>,
+        /// There are at least so many.
+        pub at_least: u32,
+        /// There are at most so many; `None` where nothing bounds them.
+        pub at_most: Option<u32>,
+        /// Maxima of x2 between which nothing is proved.
+        pub open: Vec<Extent>,
+    }
+
+    /// What a machine does, in SI units (of a rotation: rad for m, N m for N, kg m^2 for kg).
+    pub struct MachineResult {
+        /// "translation" or "rotation".
+        pub motion: &'static str,
+        /// Belt speed, m/s.
+        pub belt_speed: f64,
+        /// Damping coefficient, N s/m.
+        pub damping: f64,
+        /// See [`Behaviour::critical_belt_speed`].
+        pub critical_belt_speed: Option<f64>,
+        /// See [`Behaviour::critical_damping`].
+        pub critical_damping: Option<f64>,
+        /// The same as a damping ratio.
+        pub critical_damping_ratio: Option<f64>,
+        /// Damping ratio d / (2 sqrt(k m)).
+        pub damping_ratio: f64,
+        /// Undamped natural frequency, Hz.
+        pub natural_frequency: f64,
+        /// Name of the long-run behaviour.
+        pub regime: &'static str,
+        /// Slip time of the stick-slip cycle, s.
+        pub slip_time: Option<f64>,
+        /// Stick time of the stick-slip cycle, s.
+        pub stick_time: Option<f64>,
+        /// Half the distance between the extremes of x of the cycle that attracts, m.
+        pub amplitude: Option<f64>,
+        /// The units of the dimensionless oscillator.
+        pub units: UnitsResult,
+    }
+
+    /// The units of the dimensionless oscillator, in SI.
+    pub struct UnitsResult {
+        /// s.
+        pub time: f64,
+        /// m.
+        pub length: f64,
+        /// m/s.
+        pub velocity: f64,
+        /// N.
+        pub force: f64,
+    }
+}
+
+/// All cycles, or why they could not be followed.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(untagged))]
+pub enum Cycles {
+    /// All of them.
+    Found(AllCycles),
+    /// An orbit could not be followed.
+    Failed {
+        /// Why.
+        reason: String,
+    },
+}
+
+/// Pairs as a map, in their order.
+#[cfg(feature = "serde")]
+fn as_map<T: serde::Serialize, S: serde::Serializer>(
+    pairs: &[(&'static str, T)],
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(pairs.iter().map(|(name, value)| (name, value)))
+}
+
+/// A limit as a number; "inf" where it is beyond all that was looked at, since JSON knows no infinity.
+#[cfg(feature = "serde")]
+impl serde::Serialize for Limit {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Limit::Never | Limit::UpTo(_) => serializer.serialize_f64(self.value()),
+            Limit::Throughout => serializer.serialize_str("inf"),
+        }
+    }
+}
+
+impl Probe {
+    /// The whole answer, with the flow of the engine `direct`. Much more work than [`Answer::of`]: the limits in eps
+    /// follow a few hundred orbits.
+    #[must_use]
+    pub fn new(answer: &Answer, direct: &Flow) -> Self {
+        let oscillator = &answer.oscillator;
+        let methods = answer.methods.iter().zip(answer.limits()).map(|(said, limit)| {
+            let result = MethodResult {
+                verdict: said.verdict.name(),
+                margin: said.margin,
+                critical_c: said.critical_c,
+                guarantee: said.method.guarantee().name(),
+                equation: said.method.equation(),
+                reason: said.reason.clone(),
+                epsilon_limit: limit.equal,
+                epsilon_limit_sound: limit.sound,
+            };
+            (said.method.name(), result)
+        });
+        Self {
+            law: answer.law.name(),
+            point: Grid::coordinates(&answer.law, &answer.point),
+            tolerance: answer.tolerance,
+            methods: methods.collect(),
+            flow: Flows { return_map: (&answer.flow).into(), direct: direct.into() },
+            critical_c: (&answer.critical).into(),
+            regime: answer.regime.name(),
+            equilibrium: Equilibrium::of(oscillator),
+            sliding_segment: SlidingSegment {
+                from_x1: oscillator.upper_tangency_x1(),
+                to_x1: oscillator.exit_x1(),
+                x2: oscillator.belt_speed,
+            },
+            exit_point: State { x1: oscillator.exit_x1(), x2: oscillator.belt_speed },
+            landing: answer.landing().map(Into::into),
+            bistable_band: answer.bistable_band().map(|[from_c, to_c, error]| BistableBand {
+                from_c,
+                to_c,
+                error,
+            }),
+            attracting_cycle: answer.cycle.map(Into::into),
+            basin_boundary: answer.basin.map(|(cycle, Kick { forward, backward })| BasinBoundary {
+                cycle: cycle.into(),
+                kick: KickResult { forward, backward },
+            }),
+            cycles: match answer.dynamics() {
+                Ok(dynamics) => Cycles::Found(AllCycles::of(dynamics, answer.slip_count())),
+                Err(failure) => Cycles::Failed { reason: failure.to_string() },
+            },
+            machine: None,
+        }
+    }
+}
+
+impl From<&Flow> for FlowResult {
+    fn from(flow: &Flow) -> Self {
+        Self {
+            fate: fate_name(&flow.fate),
+            verdict: crate::map::Verdict::from(&flow.fate).name(),
+            margin: flow.margin,
+            margin_error: flow.margin_error,
+            rhs: flow.rhs,
+            landing: landing(flow).map(Into::into),
+            reason: match flow.fate {
+                Fate::Failed(failure) => Some(failure.to_string()),
+                _ => None,
+            },
+        }
+    }
+}
+
+impl From<Landing> for LandingResult {
+    fn from(Landing { x1, slip_time, stick_time, crossings }: Landing) -> Self {
+        Self { x1, slip_time, stick_time, period: slip_time + stick_time, crossings }
+    }
+}
+
+impl From<&Result<CriticalDamping, NoCriticalDamping>> for CriticalResult {
+    fn from(critical: &Result<CriticalDamping, NoCriticalDamping>) -> Self {
+        match critical {
+            Ok(root) => {
+                Self { value: Some(root.c), error: Some(root.error), rhs: Some(root.rhs), reason: None }
+            }
+            Err(why) => Self { value: None, error: None, rhs: None, reason: Some(why.to_string()) },
+        }
+    }
+}
+
+impl Equilibrium {
+    fn of(oscillator: &Oscillator) -> Self {
+        Self {
+            x1: oscillator.equilibrium_x1(),
+            x2: 0.0,
+            divergence: oscillator.divergence(oscillator.belt_speed),
+            kind: equilibrium_type(oscillator),
+            eigenvalues: match oscillator.eigenvalues() {
+                Eigenvalues::Complex { re, im } => [Complex { re, im: -im }, Complex { re, im }],
+                Eigenvalues::Real { slow, fast } => {
+                    [Complex { re: slow, im: 0.0 }, Complex { re: fast, im: 0.0 }]
+                }
+            },
+        }
+    }
+}
+
+impl From<Range> for Extent {
+    fn from(range: Range) -> Self {
+        Self { from: range.lo, to: range.hi }
+    }
+}
+
+impl From<AttractingCycle> for CycleResult {
+    fn from(cycle: AttractingCycle) -> Self {
+        Self {
+            period: cycle.period,
+            x1: cycle.displacement.into(),
+            x2: cycle.velocity.into(),
+            multiplier: cycle.multiplier,
+        }
+    }
+}
+
+impl From<SlipCycle> for StabilityResult {
+    fn from(cycle: SlipCycle) -> Self {
+        Self {
+            stable: cycle.is_stable(),
+            multiplier: cycle.multiplier,
+            period: cycle.period,
+            beyond_exit: None,
+            x1: cycle.displacement.into(),
+            x2: cycle.velocity.into(),
+        }
+    }
+}
+
+impl From<CrossingCycle> for StabilityResult {
+    fn from(cycle: CrossingCycle) -> Self {
+        Self {
+            stable: cycle.is_stable(),
+            multiplier: cycle.multiplier,
+            period: cycle.period,
+            beyond_exit: Some(cycle.beyond_exit),
+            x1: cycle.displacement.into(),
+            x2: cycle.velocity.into(),
+        }
+    }
+}
+
+impl From<StickSlipCycle> for StabilityResult {
+    fn from(cycle: StickSlipCycle) -> Self {
+        Self {
+            stable: true,
+            multiplier: 0.0,
+            period: cycle.period,
+            beyond_exit: None,
+            x1: cycle.displacement.into(),
+            x2: cycle.velocity.into(),
+        }
+    }
+}
+
+impl AllCycles {
+    fn of(dynamics: Dynamics, count: SlipCount) -> Self {
+        Self {
+            stick_slip: dynamics.stick_slip.map(Into::into),
+            slip: dynamics.slip.into_iter().map(Into::into).collect(),
+            slip_count: SlipCountResult {
+                proved: count.exact(),
+                at_least: count.at_least,
+                at_most: count.at_most,
+                open: count.open.into_iter().map(Into::into).collect(),
+            },
+            crossing: dynamics.crossing.into_iter().map(Into::into).collect(),
+        }
+    }
+}
+
+impl MachineResult {
+    /// What `machine` does.
+    #[must_use]
+    pub fn new(machine: &Machine, behaviour: &Behaviour) -> Self {
+        let units = machine.units();
+        let [slip_time, stick_time] =
+            behaviour.slip_and_stick_time.map_or([None; 2], |times| times.map(Some));
+        Self {
+            motion: machine.motion.name(),
+            belt_speed: machine.belt_speed,
+            damping: machine.damping,
+            critical_belt_speed: behaviour.critical_belt_speed,
+            critical_damping: behaviour.critical_damping,
+            critical_damping_ratio: behaviour.critical_damping_ratio,
+            damping_ratio: behaviour.damping_ratio,
+            natural_frequency: behaviour.natural_frequency,
+            regime: behaviour.regime.name(),
+            slip_time,
+            stick_time,
+            amplitude: behaviour.amplitude,
+            units: UnitsResult {
+                time: units.time,
+                length: units.length,
+                velocity: units.velocity,
+                force: units.force,
+            },
+        }
+    }
+}
+
+/// A fate in one word.
+#[must_use]
+pub fn fate_name(fate: &Fate) -> &'static str {
+    match fate {
+        Fate::Sticks(_) => "sticks",
+        Fate::SpiralsInward => "spirals_inward",
+        Fate::CrossesForever => "crosses_forever",
+        Fate::TooCloseToCall => "too_close_to_call",
+        Fate::Failed(_) => "failed",
+    }
+}
+
+/// "unstable focus" and the like.
+#[must_use]
+pub fn equilibrium_type(oscillator: &Oscillator) -> &'static str {
+    match oscillator.eigenvalues() {
+        Eigenvalues::Complex { re, .. } if re < 0.0 => "stable focus",
+        Eigenvalues::Complex { re, .. } if re > 0.0 => "unstable focus",
+        Eigenvalues::Complex { .. } => "centre of the linearisation",
+        Eigenvalues::Real { slow, .. } if slow < 0.0 => "stable node",
+        Eigenvalues::Real { .. } => "unstable node",
+    }
+}
+
+/// A regime in words.
+#[must_use]
+pub fn regime_words(regime: Regime) -> &'static str {
+    match regime {
+        Regime::Equilibrium => "steady slip at the equilibrium is the only attractor",
+        Regime::StickSlip => "the stick-slip cycle is the only attractor",
+        Regime::Bistable => "the equilibrium and the stick-slip cycle both attract",
+        Regime::PureSlip => "a cycle that slips all the time below the belt line",
+        Regime::Crossing => "a cycle that crosses the belt line and never sticks",
+        Regime::Failed => "not determined",
+        Regime::PureSlipAndStickSlip => {
+            "a cycle that slips all the time and the stick-slip cycle both attract"
+        }
+        Regime::PureSlipAndEquilibrium => "a cycle that slips all the time and the equilibrium both attract",
+    }
+}
