@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::output::{exact, short};
+use super::replace::{self, Kind};
 use super::report::{existing, failure, open};
 use super::{Ended, Failure, say};
 use crate::report::figure::{self, Plot, Width};
@@ -74,6 +75,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let map = open(&arguments.map)?;
     let table = arguments.out.with_extension("csv");
     let existing = existing(arguments.overwrite);
+    if arguments.overwrite {
+        replace::check(&arguments.out, Some(&arguments.map), Kind::Figure)?;
+        if arguments.curves {
+            replace::check(&table, Some(&arguments.map), Kind::Table("curve"))?;
+        }
+    }
     // Known before the work is done.
     if arguments.curves && existing == Existing::Refuse && table.symlink_metadata().is_ok() {
         return Err(failure(ReportError::Exists { path: table }));

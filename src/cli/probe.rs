@@ -7,6 +7,7 @@ use clap::Args;
 
 use super::output::{Align, Table, count, exact, json, short, signed};
 use super::point::{LawArguments, PointArguments};
+use super::replace::{self, Kind};
 use super::report::{existing, failure};
 use super::{Ended, Failure, probe_table};
 use crate::config::{DEFAULT_TOLERANCE, check_tolerance};
@@ -110,6 +111,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         None => arguments.point.point(&law)?,
     };
     if let Some(path) = &arguments.figure {
+        if arguments.overwrite {
+            replace::check(path, None, Kind::Figure)?;
+        }
         let (scene, caption) = figure::portrait(&law, &point, Width::OneColumn);
         write_figure(&scene, &caption, path, existing(arguments.overwrite)).map_err(failure)?;
     }

@@ -23,6 +23,7 @@ mod mounts;
 mod mpi;
 mod probe;
 mod proofs;
+mod replace;
 mod report;
 mod resume;
 mod run;

@@ -236,7 +236,7 @@ impl BoxProof {
         if c_lo == c_hi {
             return least.best(|f, error| share_above(f, error, c_lo).lo, f64::max);
         }
-        let mean = least.best(|f, error| mean_cut(f, error, [from, c_hi]).lo, f64::max);
+        let mean = least.best(|f, error| mean_cut(f, error, least.range, [from, c_hi]).lo, f64::max);
         (mean - Interval::of(from)).over(Interval::of(c_hi) - Interval::of(c_lo))
     }
 
@@ -247,7 +247,7 @@ impl BoxProof {
             // Where the upper bound equals c there may be a cycle; that has no volume.
             return Interval::ONE - most.best(|f, error| share_above(f, error, c_lo).hi, f64::min);
         }
-        let mean = most.best(|f, error| mean_cut(f, error, [c_lo, c_hi]).hi, f64::min);
+        let mean = most.best(|f, error| mean_cut(f, error, most.range, [c_lo, c_hi]).hi, f64::min);
         (Interval::of(c_hi) - mean).over(Interval::of(c_hi) - Interval::of(c_lo))
     }
 
@@ -325,6 +325,8 @@ struct Bound {
     even: Option<Expansion>,
     /// Width of the enclosure of C* on the narrowest piece.
     narrowest: f64,
+    /// c* over the part, by the even part alone.
+    range: Interval,
 }
 
 impl Bound {
@@ -336,6 +338,7 @@ impl Bound {
             })
         };
         let epsilon = frame.epsilon();
+        let range = even_part_bounds(groups).over(epsilon);
         let around = GroupBox::around(groups);
         let mut pieces = surface.known(&around).map(|known| match known {
             Known::Tile(tile) => {
@@ -351,6 +354,7 @@ impl Bound {
                 difference: 0.0,
                 even: None,
                 narrowest: f64::INFINITY,
+                range,
             };
         };
         // Where another piece holds, it is the first one's function plus their difference.
@@ -367,7 +371,7 @@ impl Bound {
         let middle = |x: Interval| Interval::of(0.5 * (x.lo + x.hi));
         let gap = even_part_bounds(&Groups { a: middle(groups.a), k: middle(groups.k), b: middle(groups.b) });
         let even = (gap.hi - gap.lo < (error * epsilon).size()).then(by_even_part);
-        Self { expansion, error, difference, even, narrowest }
+        Self { expansion, error, difference, even, narrowest, range }
     }
 
     /// The better of what the two bounds give.

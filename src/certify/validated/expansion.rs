@@ -350,8 +350,8 @@ mod tests {
     /// Values at points of a part against the expansion about its middle.
     #[test]
     fn expansions_hold_the_values() {
-        let tile = Tile::prove(GroupBox { a: [0.02, 0.2], k: [0.02, 0.3], b: [0.0, 0.05] }).unwrap();
-        let ranges: Ranges = [[0.04, 0.06], [0.2, 0.4], [0.1, 0.3], [2.0, 3.0], [0.8, 1.2]];
+        let tile = Tile::prove(GroupBox { a: [0.06, 0.12], k: [0.08, 0.18], b: [0.0, 0.013] }).unwrap();
+        let ranges: Ranges = [[0.045, 0.055], [0.25, 0.35], [0.1, 0.2], [2.2, 2.8], [0.9, 1.1]];
         let part = Part::new(&ranges);
         let c = |value: f64| Interval::of(value);
         for function in [Function::Polynomial(&tile), Function::EvenLeast, Function::EvenMost] {

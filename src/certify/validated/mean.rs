@@ -109,11 +109,12 @@ fn affine(f: &Expansion, shift: Interval) -> (Interval, Slopes) {
     (u, Slopes::of(sizes))
 }
 
-/// The mean over the part of min(max(f + e, `lo`), `hi`), where e is anything within `error`; `lo` <= `hi`.
-pub(super) fn mean_cut(f: &Expansion, error: Interval, [lo, hi]: [f64; 2]) -> Interval {
+/// The mean over the part of min(max(f + e, `lo`), `hi`), where e is anything within `error`; `lo` <= `hi`. All of f + e
+/// is known to be in `range`.
+pub(super) fn mean_cut(f: &Expansion, error: Interval, range: Interval, [lo, hi]: [f64; 2]) -> Interval {
     let (least, most) = (Interval::of(lo), Interval::of(hi));
     let spread = f.spread();
-    let reach = f.value + Interval::new(-spread.hi, spread.hi) + error;
+    let reach = (f.value + Interval::new(-spread.hi, spread.hi) + error).intersection(range);
     if !(reach.lo.is_finite() && reach.hi.is_finite()) {
         return least.hull(most);
     }
