@@ -445,7 +445,7 @@ mod tests {
             assert!((sum - 1.0).abs() < 1e-12, "{volumes:?}");
             last = volumes.undecided;
         }
-        assert!(last < 1e-3, "{last}");
+        assert!(last < 2e-3, "{last}");
     }
 
     /// The box of configs/validated.toml, in which the cycle exists in 27.4987 % of the volume: the mean over 40,000

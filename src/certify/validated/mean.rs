@@ -135,7 +135,8 @@ pub(super) fn mean_cut(f: &Expansion, error: Interval, range: Interval, [lo, hi]
         });
         ends[0].hull(ends[1])
     };
-    Interval::new(mean.lo.clamp(lo, hi), mean.hi.clamp(lo, hi))
+    let [least, most] = [range.lo, range.hi].map(|x| x.clamp(lo, hi));
+    Interval::new(mean.lo.clamp(least, most), mean.hi.clamp(least, most))
 }
 
 /// The share of the part in which f + e > `level`, where e is anything within `error`.
