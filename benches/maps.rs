@@ -15,7 +15,9 @@ use std::sync::{Mutex, PoisonError};
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use slipmap::friction::Law;
-use slipmap::map::{Account, Control, Engine, Field, Grid, Method, Plan, Sink, TileData, compute};
+use slipmap::map::{
+    Account, Control, Engine, Field, Grid, Method, Plan, Runs, Sink, TileData, Verdict, compute,
+};
 
 fn main() {
     divan::main();
@@ -23,10 +25,10 @@ fn main() {
 
 /// The verdicts of `simulation` by tile, in the order of the tiles.
 #[derive(Default)]
-struct Verdicts(Mutex<Vec<(usize, Vec<i8>)>>);
+struct Verdicts(Mutex<Vec<(usize, Runs<Verdict>)>>);
 
 impl Sink for Verdicts {
-    type Packed = (usize, Vec<i8>);
+    type Packed = (usize, Runs<Verdict>);
     type Error = Infallible;
 
     fn pack(&self, data: &TileData) -> Result<Self::Packed, Infallible> {
@@ -68,13 +70,13 @@ fn plan(engine: Engine, n: usize) -> Plan {
     }
 }
 
-fn verdicts(plan: &Plan, threads: usize) -> Vec<i8> {
+fn verdicts(plan: &Plan, threads: usize) -> Vec<(usize, Runs<Verdict>)> {
     let sink = Verdicts::default();
     let control = Control { threads: Some(threads), stop: &AtomicBool::new(false), on_cells: &|_| () };
     compute(plan, &sink, &control).expect("a sink that never fails");
     let mut tiles = sink.0.into_inner().unwrap_or_else(PoisonError::into_inner);
-    tiles.sort();
-    tiles.into_iter().flat_map(|(_, verdicts)| verdicts).collect()
+    tiles.sort_by_key(|(number, _)| *number);
+    tiles
 }
 
 /// One engine, one thread.

@@ -57,6 +57,7 @@ pub mod certify;
 pub mod cli;
 #[cfg(feature = "config")]
 pub mod config;
+pub mod dataset;
 pub mod filippov;
 pub mod friction;
 pub mod machine;

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use slipmap::friction::Law;
-use slipmap::map::{Account, Engine, Field, Grid, Method, MethodCells, Plan, Sink, TileData};
+use slipmap::map::{Account, Engine, Field, Grid, Method, MethodCells, Plan, Runs, Sink, TileData, Verdict};
 use slipmap::store::{Existing, MapWriter, Outcome, Provenance, StoreError};
 use tempfile::TempDir;
 
@@ -43,10 +43,10 @@ fn write(path: &Path) -> Result<(), StoreError> {
             f64::from_bits(state >> 2)
         });
         let margins = margins.collect();
-        let verdicts = vec![1; tile.cells()];
+        let verdicts = std::iter::repeat_n(Verdict::Present, tile.cells()).collect();
         let data = TileData {
             methods: vec![MethodCells { method, verdicts, margins, critical: vec![] }],
-            regime: vec![],
+            regime: Runs::new(),
             quantities: vec![],
             tile,
         };

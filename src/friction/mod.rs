@@ -5,20 +5,25 @@
 //! above this module asks a curve for its values and for sign-certain bounds; it never learns which
 //! parameters the law has.
 
-mod enclose;
 mod exponential;
 mod expression;
 pub(crate) mod interval;
 pub(crate) mod jet;
 mod lorentzian;
+mod mean;
 mod stribeck;
 mod table;
+mod weakening;
 
 pub use exponential::Exponential;
 pub use expression::{Expression, ExpressionCurve, ExpressionError};
 pub use lorentzian::Lorentzian;
 pub use stribeck::Stribeck;
 pub use table::{Table, TableError};
+pub use weakening::{Accuracy, Weakening};
+
+use std::cell::RefCell;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::point::{LawParameters, Point};
 use interval::Interval;
@@ -136,14 +141,35 @@ impl Law {
     }
 
     /// The friction curve at one eps and one choice of the law's parameters.
+    ///
+    /// Curves that are asked for one after the other with the same eps and parameters, as the columns of a map that
+    /// differ in the belt speed only, share what they compile.
     #[must_use]
     pub fn curve(&self, epsilon: f64, parameters: &LawParameters) -> Curve {
+        thread_local! {
+            static LATEST: RefCell<Option<(Law, f64, LawParameters, Curve)>> = const { RefCell::new(None) };
+        }
+        LATEST.with_borrow_mut(|latest| {
+            if let Some((law, eps, known, curve)) = latest
+                && *eps == epsilon
+                && known == parameters
+                && law == self
+            {
+                return curve.clone();
+            }
+            let curve = Curve { form: self.form(epsilon, parameters), compiled: Arc::default() };
+            *latest = Some((self.clone(), epsilon, *parameters, curve.clone()));
+            curve
+        })
+    }
+
+    fn form(&self, epsilon: f64, parameters: &LawParameters) -> Form {
         match self {
-            Law::Stribeck => Curve::Stribeck(Stribeck::new(epsilon, parameters)),
-            Law::Exponential => Curve::Exponential(Exponential::new(parameters)),
-            Law::Lorentzian => Curve::Lorentzian(Lorentzian::new(parameters)),
-            Law::Expression(law) => Curve::Expression(law.curve(epsilon, parameters)),
-            Law::Table(table) => Curve::Table(table.clone()),
+            Law::Stribeck => Form::Stribeck(Stribeck::new(epsilon, parameters)),
+            Law::Exponential => Form::Exponential(Exponential::new(parameters)),
+            Law::Lorentzian => Form::Lorentzian(Lorentzian::new(parameters)),
+            Law::Expression(law) => Form::Expression(law.curve(epsilon, parameters)),
+            Law::Table(table) => Form::Table(table.clone()),
         }
     }
 
@@ -158,19 +184,106 @@ impl Law {
     }
 }
 
-/// A friction curve: a law with all its parameters fixed.
+/// A friction curve: a law with all its parameters fixed. Clones share what was compiled.
+#[derive(Clone, Debug)]
+pub struct Curve {
+    form: Form,
+    compiled: Arc<Mutex<Compiled>>,
+}
+
+impl PartialEq for Curve {
+    fn eq(&self, other: &Self) -> bool {
+        self.form == other.form
+    }
+}
+
+/// What is compiled of a curve, as far as it was needed yet.
+#[derive(Debug, Default)]
+struct Compiled {
+    weakening: Option<Arc<Weakening>>,
+    /// -F1', of the law to first order in eps.
+    leading: Option<Arc<Weakening>>,
+}
+
+/// The kinds of curves: what the law of each kind knows by itself.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Curve {
-    /// The paper's Stribeck curve.
+enum Form {
     Stribeck(Stribeck),
-    /// An exponential curve.
     Exponential(Exponential),
-    /// A Lorentzian curve.
     Lorentzian(Lorentzian),
-    /// A curve given as text.
     Expression(ExpressionCurve),
-    /// A measured curve.
+    /// F1 of a formula, in the place of phi.
+    Leading(ExpressionCurve),
     Table(Table),
+}
+
+impl Form {
+    fn phi(&self, u: f64) -> f64 {
+        match self {
+            Form::Stribeck(law) => law.phi(u),
+            Form::Exponential(law) => law.phi(u),
+            Form::Lorentzian(law) => law.phi(u),
+            Form::Expression(law) => law.phi(u),
+            Form::Leading(law) => law.leading(u),
+            Form::Table(law) => law.phi(u),
+        }
+    }
+
+    #[inline]
+    fn weakening(&self, u: f64) -> f64 {
+        match self {
+            Form::Stribeck(law) => law.weakening(u),
+            Form::Exponential(law) => law.weakening(u),
+            Form::Lorentzian(law) => law.weakening(u),
+            Form::Expression(law) => law.weakening(u),
+            Form::Leading(law) => -law.leading(Jet::<f64, 2>::variable(u, 1.0)).0[1],
+            Form::Table(law) => law.weakening(u),
+        }
+    }
+
+    /// phi on numbers, intervals or series; `None` for measured laws, which have no formula.
+    fn formula<T: Real>(&self, u: T) -> Option<T> {
+        match self {
+            Form::Stribeck(law) => Some(law.formula(u)),
+            Form::Exponential(law) => Some(law.formula(u)),
+            Form::Lorentzian(law) => Some(law.formula(u)),
+            Form::Expression(law) => Some(law.formula(u)),
+            Form::Leading(law) => Some(law.leading(u)),
+            Form::Table(_) => None,
+        }
+    }
+
+    /// Enclosures of the Taylor coefficients of phi at all slip speeds in `u`, in powers of the slip speed divided by
+    /// `unit`.
+    fn series<const N: usize>(&self, u: Interval, unit: f64) -> Option<Jet<Interval, N>> {
+        self.formula(Jet::<Interval, N>::variable(u, unit))
+    }
+
+    fn corners(&self) -> &[f64] {
+        match self {
+            Form::Table(law) => law.corners(),
+            Form::Stribeck(_)
+            | Form::Exponential(_)
+            | Form::Lorentzian(_)
+            | Form::Expression(_)
+            | Form::Leading(_) => &[],
+        }
+    }
+
+    /// `known` continued to a slip speed not below `reach`: a power of two, so that belt speeds close to each other
+    /// ask for the same.
+    fn compile(&self, known: &mut Option<Arc<Weakening>>, reach: f64) -> Arc<Weakening> {
+        if let Some(known) = known
+            && (known.reach() >= reach || matches!(self, Form::Table(_)))
+        {
+            return Arc::clone(known);
+        }
+        // Neither its square nor its inverse may leave the normal numbers.
+        let exponent = reach.clamp(1e-150, 1e150).log2().ceil() as i32;
+        let longer = Arc::new(weakening::extend(self, known.as_deref(), 2f64.powi(exponent)));
+        *known = Some(Arc::clone(&longer));
+        longer
+    }
 }
 
 /// What the first-order theory (eps -> 0) needs of a law: phi = 1 + eps F1(u) + O(eps^2).
@@ -204,13 +317,7 @@ impl Curve {
     #[must_use]
     #[inline]
     pub fn phi(&self, u: f64) -> f64 {
-        match self {
-            Curve::Stribeck(law) => law.phi(u),
-            Curve::Exponential(law) => law.phi(u),
-            Curve::Lorentzian(law) => law.phi(u),
-            Curve::Expression(law) => law.phi(u),
-            Curve::Table(law) => law.phi(u),
-        }
+        self.form.phi(u)
     }
 
     /// The weakening rate -phi'(u): positive where the friction falls with speed. The divergence of the
@@ -218,36 +325,37 @@ impl Curve {
     #[must_use]
     #[inline]
     pub fn weakening(&self, u: f64) -> f64 {
-        match self {
-            Curve::Stribeck(law) => law.weakening(u),
-            Curve::Exponential(law) => law.weakening(u),
-            Curve::Lorentzian(law) => law.weakening(u),
-            Curve::Expression(law) => law.weakening(u),
-            Curve::Table(law) => law.weakening(u),
-        }
+        self.form.weakening(u)
+    }
+
+    /// The weakening rate as polynomials on slip speeds from 0 to at least `reach`; a table's to its end. Compiled once,
+    /// and continued where a later call asks for more.
+    #[must_use]
+    pub fn compiled(&self, reach: f64) -> Arc<Weakening> {
+        let mut compiled = self.compiled.lock().unwrap_or_else(PoisonError::into_inner);
+        self.form.compile(&mut compiled.weakening, reach)
     }
 
     /// Sign-certain bounds of the weakening rate over slip speeds u in [`lo`, `hi`], 0 <= lo <= hi.
     #[must_use]
     pub fn weakening_range(&self, lo: f64, hi: f64) -> Range {
-        match self {
-            Curve::Stribeck(law) => law.weakening_range(lo, hi),
-            Curve::Exponential(law) => law.weakening_range(lo, hi),
-            Curve::Lorentzian(law) => law.weakening_range(lo, hi),
-            Curve::Expression(law) => law.weakening_range(lo, hi),
-            Curve::Table(law) => law.weakening_range(lo, hi),
+        match &self.form {
+            Form::Stribeck(law) => law.weakening_range(lo, hi),
+            Form::Exponential(law) => law.weakening_range(lo, hi),
+            Form::Lorentzian(law) => law.weakening_range(lo, hi),
+            Form::Expression(_) | Form::Leading(_) | Form::Table(_) => self.compiled(hi).range(lo, hi),
         }
     }
 
     /// Sign-certain bounds, over 0 < |v| <= V, of the even part in v of `weakening(V - v)`.
     #[must_use]
     pub fn even_weakening_range(&self, belt_speed: f64) -> Range {
-        match self {
-            Curve::Stribeck(law) => law.even_weakening_range(belt_speed),
-            Curve::Exponential(law) => law.even_weakening_range(belt_speed),
-            Curve::Lorentzian(law) => law.even_weakening_range(belt_speed),
-            Curve::Expression(law) => law.even_weakening_range(belt_speed),
-            Curve::Table(law) => law.even_weakening_range(belt_speed),
+        match &self.form {
+            Form::Stribeck(law) => law.even_weakening_range(belt_speed),
+            Form::Exponential(law) => law.even_weakening_range(belt_speed),
+            Form::Lorentzian(_) | Form::Expression(_) | Form::Leading(_) | Form::Table(_) => {
+                self.compiled(2.0 * belt_speed).even_range(belt_speed, belt_speed)
+            }
         }
     }
 
@@ -255,12 +363,13 @@ impl Curve {
     /// the energy that friction feeds into one turn, in units of that taken by unit damping eps c.
     #[must_use]
     pub fn mean_weakening(&self, belt_speed: f64) -> f64 {
-        match self {
-            Curve::Stribeck(law) => law.mean_weakening(belt_speed),
-            Curve::Exponential(law) => law.mean_weakening(belt_speed),
-            Curve::Lorentzian(law) => law.mean_weakening(belt_speed),
-            Curve::Expression(law) => law.mean_weakening(belt_speed),
-            Curve::Table(law) => law.mean_weakening(belt_speed),
+        match &self.form {
+            Form::Stribeck(law) => law.mean_weakening(belt_speed),
+            Form::Table(law) => law.mean_weakening(belt_speed),
+            Form::Exponential(_) | Form::Lorentzian(_) | Form::Expression(_) | Form::Leading(_) => {
+                let weakening = self.compiled(2.0 * belt_speed);
+                mean::mean_weakening(|u| weakening.at(u), belt_speed)
+            }
         }
     }
 
@@ -269,41 +378,55 @@ impl Curve {
     /// # Errors
     /// [`NoFirstOrder`] for a law that is not 1 + O(eps).
     pub fn first_order(&self, belt_speed: f64) -> Result<FirstOrder, NoFirstOrder> {
-        match self {
-            Curve::Stribeck(law) => Ok(law.first_order(belt_speed)),
-            Curve::Expression(law) => law.first_order(belt_speed),
-            Curve::Exponential(_) | Curve::Lorentzian(_) | Curve::Table(_) => Err(NoFirstOrder::NoEpsilon),
+        match &self.form {
+            Form::Stribeck(law) => Ok(law.first_order(belt_speed)),
+            Form::Expression(law) => {
+                law.check_leading(belt_speed)?;
+                let leading = {
+                    let mut compiled = self.compiled.lock().unwrap_or_else(PoisonError::into_inner);
+                    Form::Leading(law.clone()).compile(&mut compiled.leading, 2.0 * belt_speed)
+                };
+                // By parts, (6) divided by pi V is the mean of -F1'.
+                Ok(FirstOrder {
+                    mean_weakening: mean::mean_weakening(|u| leading.at(u), belt_speed),
+                    weakening_range: leading.range(0.0, 2.0 * belt_speed),
+                })
+            }
+            Form::Exponential(_) | Form::Lorentzian(_) | Form::Leading(_) | Form::Table(_) => {
+                Err(NoFirstOrder::NoEpsilon)
+            }
         }
     }
 
     /// phi on numbers, intervals or series; `None` for measured laws, which have no formula.
     pub(crate) fn formula<T: Real>(&self, u: T) -> Option<T> {
-        match self {
-            Curve::Stribeck(law) => Some(law.formula(u)),
-            Curve::Exponential(law) => Some(law.formula(u)),
-            Curve::Lorentzian(law) => Some(law.formula(u)),
-            Curve::Expression(law) => Some(law.formula(u)),
-            Curve::Table(_) => None,
-        }
+        self.form.formula(u)
     }
 
     /// As [`Curve::even_weakening_range`] with 0 <= v <= `reach`, rounded outwards; `None` for measured laws.
     pub(crate) fn even_weakening_within(&self, belt_speed: f64, reach: f64) -> Option<Range> {
         self.formula(0.0)?;
-        let enclosure = |u: Interval| {
-            let phi = self.formula(Jet::<Interval, 4>::variable(u, 1.0));
-            [1, 2, 3].map(|order| phi.map_or(Interval::ENTIRE, |phi| -phi.derivative(order)))
-        };
-        Some(enclose::even_range(enclosure, belt_speed, reach))
+        Some(self.compiled(2.0 * belt_speed).even_range(belt_speed, reach))
     }
 
     /// Slip speeds > 0, in growing order, at which the slope of the weakening rate jumps: everywhere else the
     /// curve is smooth.
     #[must_use]
     pub fn corners(&self) -> &[f64] {
-        match self {
-            Curve::Table(law) => law.corners(),
-            Curve::Stribeck(_) | Curve::Exponential(_) | Curve::Lorentzian(_) | Curve::Expression(_) => &[],
+        self.form.corners()
+    }
+
+    /// Stribeck's law, whose three numbers have more to give than its weakening rate: proofs over boxes, and engines for
+    /// many parameters side by side. `None` for other laws.
+    #[must_use]
+    pub fn stribeck(&self) -> Option<&Stribeck> {
+        match &self.form {
+            Form::Stribeck(law) => Some(law),
+            Form::Exponential(_)
+            | Form::Lorentzian(_)
+            | Form::Expression(_)
+            | Form::Leading(_)
+            | Form::Table(_) => None,
         }
     }
 
@@ -315,10 +438,18 @@ impl Curve {
     /// every divergence; [`crate::simulate::slip_count`] proves it point by point, and has found no exception.
     #[must_use]
     pub fn weakens_less_and_less(&self) -> bool {
-        match self {
-            Curve::Stribeck(_) | Curve::Exponential(_) => true,
-            Curve::Lorentzian(_) | Curve::Expression(_) | Curve::Table(_) => false,
+        match self.form {
+            Form::Stribeck(_) | Form::Exponential(_) => true,
+            Form::Lorentzian(_) | Form::Expression(_) | Form::Leading(_) | Form::Table(_) => false,
         }
+    }
+}
+
+impl Column {
+    /// The weakening rate as polynomials, far enough for orbits that start within the belt speed.
+    #[must_use]
+    pub fn compiled(&self) -> Arc<Weakening> {
+        self.curve.compiled(4.0 * self.belt_speed)
     }
 }
 

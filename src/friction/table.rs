@@ -7,7 +7,8 @@
 
 use std::sync::{Arc, LazyLock};
 
-use super::Range;
+use super::interval::Interval;
+use super::jet::Real as _;
 
 /// How far phi(0) may be from 1: measured values are rounded.
 const STATIC_SLACK: f64 = 1e-9;
@@ -56,6 +57,23 @@ struct Piece {
     slope: f64,
     c2: f64,
     c3: f64,
+}
+
+/// -phi' on one piece, in t = u - ends[0].
+pub(super) struct Parabola {
+    /// Slip speeds at which it begins and ends.
+    pub(super) ends: [f64; 2],
+    /// Coefficients of 1, t and t^2.
+    pub(super) coefficients: [Interval; 3],
+}
+
+impl Parabola {
+    /// Where it is extreme, but for rounding.
+    pub(super) fn extreme(&self) -> Option<f64> {
+        let [_, slope, bend] = self.coefficients.map(|x| 0.5 * (x.lo + x.hi));
+        let at = self.ends[0] - 0.5 * slope / bend;
+        at.is_finite().then_some(at)
+    }
 }
 
 impl Table {
@@ -168,37 +186,24 @@ impl Table {
         -(slope + t * (2.0 * c2 + t * (3.0 * c3)))
     }
 
+    /// The parabolas of -phi', piece by piece, with the rounding of their coefficients. The law is the piecewise cubic
+    /// with the values and slopes at the data as they are stored.
+    pub(super) fn parabolas(&self) -> impl Iterator<Item = Parabola> {
+        let Cubics { u, phi, slope, .. } = &*self.0;
+        (0..self.pieces()).map(|i| {
+            let at = |values: &[f64], i: usize| Interval::thin(values[i]);
+            let h = at(u, i + 1) - at(u, i);
+            let secant = (at(phi, i + 1) - at(phi, i)) / h;
+            let (from, to, c) = (at(slope, i), at(slope, i + 1), Interval::constant);
+            let c2 = (c(3.0) * secant - c(2.0) * from - to) / h;
+            let c3 = (from + to - c(2.0) * secant) / (h * h);
+            Parabola { ends: [u[i], u[i + 1]], coefficients: [-from, -(c(2.0) * c2), -(c(3.0) * c3)] }
+        })
+    }
+
     /// Ends of the parabolas of -phi' within (lo, hi).
     fn knots(&self, lo: f64, hi: f64) -> impl Iterator<Item = f64> {
         self.0.u.iter().copied().filter(move |knot| lo < *knot && *knot < hi)
-    }
-
-    pub(super) fn weakening_range(&self, lo: f64, hi: f64) -> Range {
-        if !(hi <= self.fastest()) {
-            return Range { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
-        }
-        let mut ends = vec![lo];
-        ends.extend(self.knots(lo, hi));
-        ends.push(hi);
-        range_of_parabolas(&ends, |a, b, u| self.weakening_on(self.piece_at(0.5 * (a + b)), u))
-    }
-
-    pub(super) fn even_weakening_range(&self, belt_speed: f64) -> Range {
-        if !(2.0 * belt_speed <= self.fastest()) {
-            return Range { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
-        }
-        let mut ends = vec![0.0, belt_speed];
-        ends.extend(self.knots(0.0, 2.0 * belt_speed).map(|knot| (knot - belt_speed).abs()));
-        ends.sort_by(f64::total_cmp);
-        ends.dedup();
-        range_of_parabolas(&ends, |a, b, v| {
-            let middle = 0.5 * (a + b);
-            let [near, far] = [-1.0, 1.0].map(|sign| {
-                let piece = self.piece_at(belt_speed + sign * middle);
-                self.weakening_on(piece, belt_speed + sign * v)
-            });
-            0.5 * (near + far)
-        })
     }
 
     /// By Gauss quadrature between the data: the integrand is smooth there.
@@ -259,34 +264,6 @@ fn slopes(u: &[f64], phi: &[f64]) -> Vec<f64> {
     slopes
 }
 
-/// Bounds of a function that is a parabola between neighbouring `ends`: `f(a, b, x)` is its value at x by
-/// the parabola of [a, b]. Widened by the rounding of a dozen operations.
-fn range_of_parabolas(ends: &[f64], f: impl Fn(f64, f64, f64) -> f64) -> Range {
-    let (mut lo, mut hi, mut size) = (f64::INFINITY, f64::NEG_INFINITY, 0.0_f64);
-    let mut include = |value: f64| {
-        lo = lo.min(value);
-        hi = hi.max(value);
-        size = size.max(value.abs());
-    };
-    if let [only] = ends {
-        include(f(*only, *only, *only));
-    }
-    for pair in ends.windows(2) {
-        let (a, b) = (pair[0], pair[1]);
-        let middle = 0.5 * (a + b);
-        let [at_a, at_middle, at_b] = [a, middle, b].map(|x| f(a, b, x));
-        include(at_a);
-        include(at_b);
-        // With x = middle + half z: value = at_middle + slope z + bend z^2.
-        let (slope, bend) = (0.5 * (at_b - at_a), 0.5 * (at_a + at_b) - at_middle);
-        if slope.abs() < 2.0 * bend.abs() {
-            include(at_middle - 0.25 * slope * slope / bend);
-        }
-    }
-    let slack = 32.0 * f64::EPSILON * size;
-    Range { lo: lo - slack, hi: hi + slack }
-}
-
 /// Nodes and weights of Gauss's rule of sixteen points on [-1, 1].
 static GAUSS: LazyLock<[(f64, f64); 16]> = LazyLock::new(|| {
     std::array::from_fn(|i| {
@@ -334,26 +311,6 @@ mod tests {
             assert!((at(i + 1) <= at(i) + 1e-15) == falls || (at(i + 1) - at(i)).abs() < 1e-15, "{i}");
         }
         assert!(table.phi(4.1).is_nan() && table.weakening(4.1).is_nan());
-    }
-
-    #[test]
-    fn bounds_hold_at_samples_and_are_met() {
-        let table = falling();
-        for (lo, hi) in [(0.0, 4.0), (0.05, 0.25), (0.2, 2.5), (0.7, 0.7)] {
-            let range = table.weakening_range(lo, hi);
-            let samples = (0..=20_000).map(|i| table.weakening(lo + (hi - lo) * f64::from(i) / 20_000.0));
-            let (l, h) = samples.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
-            // Samples miss an extreme by a curvature of at most 100 times the square of their distance.
-            let miss = 100.0 * ((hi - lo) / 20_000.0f64).powi(2) + 1e-13;
-            assert!(range.lo <= l && l - range.lo <= miss, "{range:?} {l}");
-            assert!(range.hi >= h && range.hi - h <= miss, "{range:?} {h}");
-        }
-        let range = table.even_weakening_range(1.1);
-        let even = (0..=20_000).map(|i| 1.1 * f64::from(i) / 20_000.0);
-        let even = even.map(|v| 0.5 * (table.weakening(1.1 - v) + table.weakening(1.1 + v)));
-        let (l, h) = even.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
-        assert!(range.lo <= l && l - range.lo <= 1e-6 && range.hi >= h && range.hi - h <= 1e-6);
-        assert_eq!(table.even_weakening_range(2.1).hi, f64::INFINITY);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! What tiles took and gave beyond their cells: counts, seconds, the audit.
 
-use super::{Audit, Method, Paths, Plan, TileData, Verdict};
+use super::{Audit, Method, Paths, Plan, Runs, TileData, Verdict};
 use crate::point::Point;
 
 /// How many failed cells are kept one by one, of a tile and of a run.
@@ -74,21 +74,17 @@ impl Account {
     }
 }
 
-/// Cells of each verdict.
-pub(super) fn count(codes: &[i8]) -> [u64; 5] {
-    // One pass per verdict vectorises; a table lookup per cell does not.
-    Verdict::ALL.map(|verdict| {
-        let code = verdict.code();
-        codes.chunks(255).map(|chunk| u64::from(chunk.iter().map(|&c| u8::from(c == code)).sum::<u8>())).sum()
-    })
+/// Cells of each verdict, in the order of [`Verdict::ALL`].
+pub(super) fn count(verdicts: &Runs<Verdict>) -> [u64; 5] {
+    Verdict::ALL.map(|verdict| verdicts.count(|other| other == verdict))
 }
 
 /// The first failed cells of a tile, at most [`LISTED`], method by method.
 pub(super) fn failed_cells(plan: &Plan, data: &TileData) -> Vec<FailedCell> {
     let dampings = data.tile.damping_range().len();
     let failed = data.methods.iter().flat_map(|cells| {
-        let codes = cells.verdicts.iter().enumerate();
-        codes.filter(|(_, code)| **code == Verdict::Failed.code()).map(|(cell, _)| {
+        let runs = cells.verdicts.iter().filter(|(verdict, _)| *verdict == Verdict::Failed);
+        runs.flat_map(|(_, cells)| cells).map(|cell| {
             let mut index = data.tile.column_index(cell / dampings);
             if let Some(last) = index.last_mut() {
                 *last += cell % dampings;
@@ -106,13 +102,11 @@ mod tests {
     use crate::map::{Engine, Field, Grid, MethodCells, Tile};
 
     fn tile_data(tile: Tile, failed: &[usize]) -> TileData {
-        let mut verdicts = vec![Verdict::Absent.code(); tile.cells()];
-        for &cell in failed {
-            verdicts[cell] = Verdict::Failed.code();
-        }
+        let verdict = |cell| if failed.contains(&cell) { Verdict::Failed } else { Verdict::Absent };
+        let verdicts = (0..tile.cells()).map(verdict).collect();
         let (margins, critical) = (Vec::new(), Vec::new());
         let methods = vec![MethodCells { method: Method::Simulation, verdicts, margins, critical }];
-        TileData { tile, methods, regime: Vec::new(), quantities: Vec::new() }
+        TileData { tile, methods, regime: Runs::new(), quantities: Vec::new() }
     }
 
     fn simulated(grid: Grid, tile_shape: Vec<usize>) -> Plan {

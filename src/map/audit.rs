@@ -5,7 +5,7 @@
 
 use std::collections::HashMap;
 
-use super::{Grid, Plan, Tile, Verdict};
+use super::{Grid, Plan, Runs, Tile, Verdict};
 use crate::certify::Guarantee;
 use crate::filippov::Oscillator;
 use crate::point::Point;
@@ -124,44 +124,42 @@ impl Draws {
         Self { by_tile }
     }
 
-    /// Audits the drawn cells of one tile against the verdicts just computed, `verdicts[method][cell]`.
-    pub(super) fn audit(&self, plan: &Plan, tile: &Tile, verdicts: &[&[i8]]) -> Audit {
+    /// Audits the drawn cells of one tile against the verdicts just computed, one [`Runs`] per method.
+    pub(super) fn audit(&self, plan: &Plan, tile: &Tile, verdicts: &[&Runs<Verdict>]) -> Audit {
         let mut audit = Audit::default();
         let width = tile.damping_range().len();
         let reference = plan.methods.iter().position(|method| method.guarantee() == Guarantee::Numerical);
         for draw in self.by_tile.get(&tile.number).into_iter().flatten() {
-            let cells = draw.column * width..(draw.column + 1) * width;
+            let start = draw.column * width;
             let along = match draw.along {
                 Along::At(node) => node,
                 Along::NextToBoundary { upper } => {
-                    let row = &verdicts[reference.unwrap_or(0)][cells.clone()];
-                    let change = row.windows(2).position(|pair| pair[0] != pair[1]);
-                    change.map_or(width - 1, |lower| lower + usize::from(upper))
+                    let last_equal = verdicts[reference.unwrap_or(0)].run_end(start);
+                    match last_equal.map(|last| last - start) {
+                        Some(lower) if lower + 1 < width => lower + usize::from(upper),
+                        _ => width - 1,
+                    }
                 }
             };
             let mut index = tile.column_index(draw.column);
             if let Some(last) = index.last_mut() {
                 *last += along;
             }
-            let codes = verdicts.iter().map(|codes| codes[cells.start + along]);
-            audit.add(audit_cell(plan, plan.grid.point(&index), codes));
+            let stored = verdicts.iter().filter_map(|verdicts| verdicts.get(start + along));
+            audit.add(audit_cell(plan, plan.grid.point(&index), stored));
         }
         audit
     }
 }
 
 /// Decides one cell again and compares every method that promises to be right.
-fn audit_cell(plan: &Plan, point: Point, codes: impl Iterator<Item = i8>) -> Audit {
+fn audit_cell(plan: &Plan, point: Point, verdicts: impl Iterator<Item = Verdict>) -> Audit {
     let mut audit = Audit { cells: 1, ..Audit::default() };
     let direct = direct::flow(&Oscillator::new(plan.grid.law(), &point), plan.tolerance);
-    for (method, code) in plan.methods.iter().zip(codes) {
-        let stored = if code == Verdict::Present.code() {
-            Verdict::Present
-        } else if code == Verdict::Absent.code() {
-            Verdict::Absent
-        } else {
+    for (method, stored) in plan.methods.iter().zip(verdicts) {
+        if !matches!(stored, Verdict::Present | Verdict::Absent) {
             continue;
-        };
+        }
         let promises = match method.guarantee() {
             Guarantee::FiniteEpsilon | Guarantee::Numerical | Guarantee::Validated => true,
             Guarantee::Asymptotic | Guarantee::None => false,

@@ -11,7 +11,7 @@ use super::audit::{Audit, Draws};
 use super::proved::Proved;
 use super::quantity::describe;
 use super::simulation::{End, Paths, Simulated, simulate};
-use super::{Field, Method, MethodCells, Plan, PlaneCurves, Regime, Sink, Tile, TileData, Verdict};
+use super::{Field, Method, MethodCells, Plan, PlaneCurves, Regime, Runs, Sink, Tile, TileData, Verdict};
 use crate::certify::Claim;
 use crate::filippov::Oscillator;
 use crate::friction::Column;
@@ -287,7 +287,7 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> Computed {
             }
             Method::Naive(naive, knobs) => {
                 let verdicts = oscillators(&columns, cs)
-                    .map(|oscillator| Verdict::from(naive.decide(&oscillator, &knobs).verdict).code())
+                    .map(|oscillator| Verdict::from(naive.decide(&oscillator, &knobs).verdict))
                     .collect();
                 // These methods know neither margins nor critical dampings.
                 let nothing = |field, length| vec![f64::NAN; if plan.stores(field) { length } else { 0 }];
@@ -302,18 +302,18 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> Computed {
         seconds.push(start.elapsed());
     }
     let (paths, rhs) = simulated.as_ref().map_or((Paths::default(), 0), |s: &Simulated| (s.paths, s.rhs));
-    let mut data = TileData { tile: tile.clone(), methods, regime: Vec::new(), quantities: Vec::new() };
+    let mut data = TileData { tile: tile.clone(), methods, regime: Runs::new(), quantities: Vec::new() };
     if plan.fields.iter().any(|field| field.needs_flow()) {
         let simulated =
             simulated.unwrap_or_else(|| simulate(&columns, cs, plan.engine, plan.tolerance, false));
         if plan.stores(Field::Regime) {
-            let regime = |(oscillator, end): (Oscillator, &End)| regime_of(&oscillator, *end).code();
+            let regime = |(oscillator, end): (Oscillator, &End)| regime_of(&oscillator, *end);
             data.regime = oscillators(&columns, cs).zip(&simulated.ends).map(regime).collect();
         }
         data.quantities = describe(plan, tile, &simulated.ends);
     }
     let start = Instant::now();
-    let verdicts: Vec<&[i8]> = data.methods.iter().map(|cells| cells.verdicts.as_slice()).collect();
+    let verdicts: Vec<&Runs<Verdict>> = data.methods.iter().map(|cells| &cells.verdicts).collect();
     let audit = draws.audit(plan, tile, &verdicts);
     Computed { audit, audit_seconds: start.elapsed(), data, seconds, paths, rhs }
 }
@@ -331,12 +331,7 @@ fn closed_form(
     columns: &[Column],
     cs: &[f64],
 ) -> MethodCells {
-    let mut cells = MethodCells {
-        method,
-        verdicts: Vec::with_capacity(columns.len() * cs.len()),
-        margins: Vec::new(),
-        critical: Vec::new(),
-    };
+    let mut cells = MethodCells { method, verdicts: Runs::new(), margins: Vec::new(), critical: Vec::new() };
     for column in columns {
         let claim = claim(column);
         // Along the axis: undecided below sticks_from, present, undecided, absent.
@@ -349,7 +344,7 @@ fn closed_form(
             (absent_from - present_to, Verdict::Undecided),
             (cs.len() - absent_from, Verdict::Absent),
         ] {
-            cells.verdicts.resize(cells.verdicts.len() + length, verdict.code());
+            cells.verdicts.push(verdict, length);
         }
         if plan.stores(Field::Margin) {
             cells.margins.extend(cs.iter().map(|&c| claim.margin(c)));
@@ -368,7 +363,7 @@ fn simulation(plan: &Plan, method: Method, columns: &[Column], cs: &[f64]) -> (M
     let simulated = simulate(columns, cs, plan.engine, plan.tolerance, want_critical);
     let mut cells = MethodCells {
         method,
-        verdicts: simulated.ends.iter().map(|end| end.verdict().code()).collect(),
+        verdicts: simulated.ends.iter().map(|end| end.verdict()).collect(),
         margins: Vec::new(),
         critical: Vec::new(),
     };

@@ -1,14 +1,14 @@
 //! Where computed tiles go.
 
-use super::{Account, Method, Tile};
+use super::{Account, Method, Regime, Runs, Tile, Verdict};
 
 /// What one method says of the cells of a tile.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MethodCells {
     /// The method.
     pub method: Method,
-    /// Verdict codes, row-major over the tile's shape.
-    pub verdicts: Vec<i8>,
+    /// Verdicts, row-major over the tile's shape.
+    pub verdicts: Runs<Verdict>,
     /// Margins, row-major over the tile's shape; empty unless stored.
     pub margins: Vec<f64>,
     /// Critical damping of each column, row-major over the tile's shape without the damping axis; empty
@@ -23,8 +23,8 @@ pub struct TileData {
     pub tile: Tile,
     /// One entry per method of the plan, in its order.
     pub methods: Vec<MethodCells>,
-    /// Regime codes; empty unless stored.
-    pub regime: Vec<i8>,
+    /// Regimes, row-major over the tile's shape; empty unless stored.
+    pub regime: Runs<Regime>,
     /// The values of each of the plan's [`Plan::quantities`](super::Plan::quantities), in its order, row-major
     /// over the tile's shape.
     pub quantities: Vec<Vec<f64>>,

@@ -2,7 +2,7 @@
 
 use crate::certify::{Claim, Decision, Guarantee};
 use crate::filippov::Oscillator;
-use crate::friction::{Column, Curve, Law};
+use crate::friction::{Column, Law};
 use crate::map::limits::{EpsilonLimit, Ray};
 use crate::map::{self, AttractingCycle, Method, Regime, Verdict};
 use crate::number::{short, signed};
@@ -145,8 +145,9 @@ fn why_inapplicable(method: Method, claim: &Claim, column: &Column) -> Option<St
     }
     match method.guarantee() {
         Guarantee::Asymptotic => column.curve.first_order(column.belt_speed).err().map(|why| why.to_string()),
-        Guarantee::Validated => (!matches!(column.curve, Curve::Stribeck(_)))
-            .then(|| "the proof covers the law stribeck only".into()),
+        Guarantee::Validated => {
+            column.curve.stribeck().is_none().then(|| "the proof covers the law stribeck only".into())
+        }
         Guarantee::FiniteEpsilon | Guarantee::Numerical | Guarantee::None => None,
     }
 }

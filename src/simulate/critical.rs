@@ -19,7 +19,7 @@ use std::sync::{LazyLock, OnceLock};
 use super::polar::{Angle, LANES, Lanes};
 use super::{Fate, flow, general};
 use crate::filippov::Oscillator;
-use crate::friction::{Column, Curve};
+use crate::friction::Column;
 use crate::point::ScaledGroups;
 
 /// A column that leaves the domain of the polar form is tried again on this many further circles.
@@ -268,17 +268,15 @@ pub fn critical_dampings(
     columns: &[Column],
     tolerance: f64,
 ) -> Vec<Result<CriticalDamping, NoCriticalDamping>> {
-    let scaled = |column: &Column| match &column.curve {
-        Curve::Stribeck(law) => {
-            Some(law.scaled(column.belt_speed, column.curve.mean_weakening(column.belt_speed)))
-        }
-        Curve::Exponential(_) | Curve::Lorentzian(_) | Curve::Expression(_) | Curve::Table(_) => None,
+    let scaled = |column: &Column| {
+        let law = column.curve.stribeck()?;
+        Some(law.scaled(column.belt_speed, column.curve.mean_weakening(column.belt_speed)))
     };
     // The vectorised search knows the Stribeck law; other columns go one by one.
     let starts: Vec<ScaledGroups> = columns.iter().filter_map(scaled).collect();
     let mut vectorised = spectral(&starts, tolerance).into_iter();
     let answer = |column: &Column| {
-        let is_stribeck = matches!(column.curve, Curve::Stribeck(_));
+        let is_stribeck = column.curve.stribeck().is_some();
         let answer = match is_stribeck.then(|| vectorised.next()).flatten() {
             Some(Spectral::Root { viscous, error, rhs }) => {
                 let (c, error) = (viscous / column.epsilon, error / column.epsilon);

@@ -7,7 +7,7 @@
 use super::landing::{Approach, Arrival, approach};
 use super::{Fate, Flow, Landing, collocation, direct, general, stepping};
 use crate::filippov::Oscillator;
-use crate::friction::{Column, Curve};
+use crate::friction::Column;
 use crate::point::ScaledGroups;
 
 /// The answer of one turn.
@@ -54,24 +54,20 @@ pub fn turns(groups: &[ScaledGroups], tolerance: f64) -> Vec<Turn> {
 #[must_use]
 pub fn turns_of(column: &Column, cs: &[f64], tolerance: f64) -> Vec<Turn> {
     let at = |&c: &f64| Oscillator::in_column(column, c);
-    match &column.curve {
-        Curve::Stribeck(law) => {
+    match column.curve.stribeck() {
+        Some(law) => {
             let scaled = |c| law.scaled(column.belt_speed, at(c).viscous);
             turns(&cs.iter().map(scaled).collect::<Vec<_>>(), tolerance)
         }
-        Curve::Exponential(_) | Curve::Lorentzian(_) | Curve::Expression(_) | Curve::Table(_) => {
-            cs.iter().map(|c| general::turn(&at(c), tolerance)).collect()
-        }
+        None => cs.iter().map(|c| general::turn(&at(c), tolerance)).collect(),
     }
 }
 
 /// One turn of one orbit.
 fn turn_of(oscillator: &Oscillator, tolerance: f64) -> Turn {
-    match &oscillator.curve {
-        Curve::Stribeck(law) => turns(&[law.scaled(oscillator.belt_speed, oscillator.viscous)], tolerance)[0],
-        Curve::Exponential(_) | Curve::Lorentzian(_) | Curve::Expression(_) | Curve::Table(_) => {
-            general::turn(oscillator, tolerance)
-        }
+    match oscillator.curve.stribeck() {
+        Some(law) => turns(&[law.scaled(oscillator.belt_speed, oscillator.viscous)], tolerance)[0],
+        None => general::turn(oscillator, tolerance),
     }
 }
 

@@ -17,7 +17,7 @@
 use std::sync::LazyLock;
 
 use super::critical::{CriticalDamping, critical_dampings};
-use crate::friction::{Column, Curve, Law};
+use crate::friction::{Column, Law};
 use crate::point::{LawParameters, Point, ScaledGroups};
 
 /// Number of Chebyshev polynomials in y.
@@ -181,7 +181,7 @@ pub fn lookup(groups: &ScaledGroups) -> Option<SurfacePoint> {
 /// c* of a column from the table: its value and error, in units of c; `None` outside the tabulated boxes.
 #[must_use]
 pub fn critical_damping(column: &Column) -> Option<CriticalDamping> {
-    let Curve::Stribeck(law) = &column.curve else { return None };
+    let law = column.curve.stribeck()?;
     let SurfacePoint { viscous, error } = lookup(&law.scaled(column.belt_speed, 0.0))?;
     Some(CriticalDamping { c: viscous / column.epsilon, error: error / column.epsilon, rhs: 0 })
 }

@@ -1,6 +1,7 @@
 //! Bytes of what the journal of a run keeps: attributes, tiles, accounts. Little-endian, every list after
 //! its length. What is decoded is trusted in nothing: no length is believed before the bytes are there.
 
+use crate::dataset::{Schema, Value};
 use crate::map::{
     Account, Audit, Axis, AxisRole, Disagreement, FailedCell, Grid, Method, MethodAccount, Paths, Plan,
     Verdict,
@@ -8,8 +9,6 @@ use crate::map::{
 use crate::point::{LawParameters, MAX_LAW_PARAMETERS, Point};
 
 use super::pack::{PackedChunk, PackedTile};
-use super::schema::Schema;
-use super::value::Value;
 
 /// Bytes being put together.
 #[derive(Debug, Default)]

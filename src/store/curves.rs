@@ -3,13 +3,13 @@
 use hdf5::types::{FloatSize, IntSize, TypeDescriptor};
 use hdf5::{Dataset, File, Group};
 
+use crate::dataset::{Value, fingerprint};
 use crate::map::{Axis, CURVE_COLUMNS, Grid, Plane, PlaneCurve, PlaneCurves, PlanePoint};
 use crate::simulate::bifurcation::Bifurcation;
 
-use super::pack;
 use super::records::{Series, write_tables};
 use super::trust;
-use super::value::{self, Value};
+use super::value;
 use super::writer::{group_of_tables, seal_attributes};
 
 /// Name of the group.
@@ -233,12 +233,12 @@ impl Table<'_> {
 }
 
 /// Fingerprint of a column, as its attribute `sha256`; `None` for a kind that no column has.
-pub(super) fn fingerprint(column: &Dataset) -> hdf5::Result<Option<Value>> {
-    let fingerprint = match column.dtype()?.to_descriptor()? {
-        TypeDescriptor::Float(FloatSize::U8) => pack::fingerprint_reals(&column.read_raw()?),
-        TypeDescriptor::Integer(IntSize::U4) => pack::fingerprint_integers(&column.read_raw()?),
-        TypeDescriptor::Integer(IntSize::U1) => pack::fingerprint_codes(&column.read_raw()?),
+pub(super) fn fingerprint_of(column: &Dataset) -> hdf5::Result<Option<Value>> {
+    let digest = match column.dtype()?.to_descriptor()? {
+        TypeDescriptor::Float(FloatSize::U8) => fingerprint::reals(&column.read_raw()?),
+        TypeDescriptor::Integer(IntSize::U4) => fingerprint::integers(&column.read_raw()?),
+        TypeDescriptor::Integer(IntSize::U1) => fingerprint::codes(&column.read_raw()?),
         _ => return Ok(None),
     };
-    Ok(Some(pack::one_tile(&fingerprint)))
+    Ok(Some(fingerprint::of_one_tile(&digest)))
 }

@@ -4,12 +4,12 @@ use std::path::Path;
 
 use similar::{ChangeTag, TextDiff};
 
+use crate::dataset::Value;
+use crate::dataset::attributes::fingerprint;
 use crate::map::{Method, Plan};
 
 use super::error::StoreError;
-use super::provenance::fingerprint;
 use super::reader::MapFile;
-use super::value::Value;
 
 /// In the journal's header: fingerprint of all that the result depends on.
 pub(super) const PLAN: &str = "plan_sha256";

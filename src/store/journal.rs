@@ -17,8 +17,9 @@ use std::time::{Duration, Instant};
 use fs4::TryLockError;
 use sha2::{Digest, Sha256};
 
+use crate::dataset::Fingerprint;
+
 use super::error::StoreError;
-use super::pack::Fingerprint;
 
 /// The first bytes of every frame, and so of every journal. The line ends are as in PNG's signature.
 pub(super) const MAGIC: [u8; 8] = *b"\x89slip\r\n\x1a";

@@ -1,17 +1,16 @@
 //! From computed cells to the bytes of a chunk.
 
 use std::borrow::Cow;
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use libdeflater::{CompressionLvl, Compressor};
-use sha2::{Digest, Sha256};
 
-use crate::map::TileData;
+use crate::dataset::fingerprint::{self, canonical};
+use crate::dataset::{Cells, Fingerprint, Schema, Variable};
+use crate::map::{Runs, TileData};
 
-use super::schema::{Cells, Schema, Variable};
-use super::value::{Value, hex};
-
-/// A SHA-256 fingerprint.
-pub(super) type Fingerprint = [u8; 32];
+use super::deflate;
 
 /// One chunk as it is to lie in the file, and what is known of its cells.
 #[derive(Debug)]
@@ -39,95 +38,144 @@ pub struct PackedTile {
     pub(super) chunks: Vec<PackedChunk>,
 }
 
-/// Makes the chunks of one tile.
-///
-/// # Panics
-/// If the tile brings another number of cells than the plan asks for: a bug of the engine.
-pub(super) fn pack(schema: &Schema, level: u8, data: &TileData) -> PackedTile {
-    let mut deflate = (level > 0).then(|| Deflate::new(level));
-    let mut chunks = Vec::with_capacity(schema.variables.len());
-    for (position, variable) in schema.variables.iter().enumerate() {
-        let Some(number) = schema.chunk_number(variable, data.tile.number) else { continue };
-        let chunk_shape = schema.chunk(variable);
-        let ranges = &data.tile.ranges[..chunk_shape.len()];
-        let shape: Vec<usize> = ranges.iter().map(ExactSizeIterator::len).collect();
-        let cells = variable.cells(data);
-        let (fingerprint, counts, plain) = match cells {
-            Cells::Codes(codes) => {
-                let full = pad(codes, &shape, &chunk_shape, variable.fill_code());
-                let plain = match full {
-                    Cow::Borrowed(codes) => Cow::Borrowed(bytemuck::cast_slice(codes)),
-                    Cow::Owned(codes) => Cow::Owned(bytemuck::allocation::cast_vec(codes)),
-                };
-                (fingerprint_codes(codes), count(variable, codes), plain)
-            }
-            Cells::Reals(reals) => {
-                let full = pad(reals, &shape, &chunk_shape, f64::NAN);
-                let plain =
-                    if level > 0 { shuffle(&full) } else { full.iter().flat_map(|&v| stored(v)).collect() };
-                (fingerprint_reals(reals), Vec::new(), Cow::Owned(plain))
-            }
-        };
-        let bytes = match &mut deflate {
-            Some(deflate) => deflate.stream(&plain),
-            None => plain.into_owned(),
-        };
-        let offset = schema.offset(variable, data.tile.number);
-        chunks.push(PackedChunk { variable: position, number, offset, bytes, fingerprint, counts });
+/// Makes the chunks of the tiles of one map.
+#[derive(Debug)]
+pub(super) struct Packing {
+    schema: Schema,
+    /// Level of deflate; 0 for none.
+    level: u8,
+    /// Chunks of few runs that occurred before.
+    known: Mutex<HashMap<ChunkKey, Arc<(Vec<u8>, Fingerprint)>>>,
+}
+
+/// What the bytes of a chunk of codes depend on: its codes, its shape without the padding, the code of the padding.
+type ChunkKey = (Runs<i8>, Vec<usize>, i8);
+
+/// Chunks of at most so many runs are kept: constant ones, and those that one axis alone divides. Others hardly ever
+/// occur again.
+const RUNS_OF_KNOWN: usize = 64;
+/// Number of chunks that are kept: some MB.
+const MOST_KNOWN: usize = 4096;
+/// From so many runs per 16 cells on the cells have little order, and the general search compresses them better.
+const RUNS_PER_16_CELLS: usize = 4;
+
+impl Packing {
+    pub(super) fn new(schema: Schema, level: u8) -> Self {
+        Self { schema, level, known: Mutex::default() }
     }
-    PackedTile { number: data.tile.number, chunks }
-}
 
-/// Fingerprint of codes, one byte each.
-pub(super) fn fingerprint_codes(codes: &[i8]) -> Fingerprint {
-    Sha256::digest(bytemuck::cast_slice::<i8, u8>(codes)).into()
-}
-
-/// Fingerprint of real numbers as little-endian IEEE doubles; every NaN counts as the same one.
-pub(super) fn fingerprint_reals(reals: &[f64]) -> Fingerprint {
-    let mut hash = Sha256::new();
-    let mut buffer = Vec::with_capacity(8 * 4096);
-    for part in reals.chunks(4096) {
-        buffer.clear();
-        part.iter().for_each(|&v| buffer.extend_from_slice(&canonical(v).to_le_bytes()));
-        hash.update(&buffer);
+    /// The layout.
+    pub(super) fn schema(&self) -> &Schema {
+        &self.schema
     }
-    hash.finalize().into()
+
+    /// Makes the chunks of one tile.
+    ///
+    /// # Panics
+    /// If the tile brings another number of cells than the plan asks for: a bug of the engine.
+    pub(super) fn pack(&self, data: &TileData) -> PackedTile {
+        let schema = &self.schema;
+        let mut work =
+            Work { deflate: (self.level > 0).then(|| Deflate::new(self.level)), plain: Vec::new() };
+        let mut chunks = Vec::with_capacity(schema.variables.len());
+        for (position, variable) in schema.variables.iter().enumerate() {
+            let Some(number) = schema.chunk_number(variable, data.tile.number) else { continue };
+            let chunk = schema.chunk(variable);
+            let shape: Vec<usize> =
+                data.tile.ranges[..chunk.len()].iter().map(ExactSizeIterator::len).collect();
+            let (bytes, fingerprint, counts) = match variable.cells(data) {
+                Cells::Codes(codes) => {
+                    let counts = count(variable, |wanted| codes.count(|code| code == wanted));
+                    let (bytes, fingerprint) =
+                        self.codes(codes, shape, &chunk, variable.fill_code(), &mut work);
+                    (bytes, fingerprint, counts)
+                }
+                Cells::Reals(reals) => {
+                    let full = pad(reals, &shape, &chunk, f64::NAN);
+                    let bytes = match &mut work.deflate {
+                        Some(deflate) => deflate.stream(&shuffle(&full)),
+                        None => full.iter().flat_map(|&value| stored(value)).collect(),
+                    };
+                    (bytes, fingerprint::reals(reals), Vec::new())
+                }
+            };
+            let offset = schema.offset(variable, data.tile.number);
+            chunks.push(PackedChunk { variable: position, number, offset, bytes, fingerprint, counts });
+        }
+        PackedTile { number: data.tile.number, chunks }
+    }
+
+    /// The bytes and the fingerprint of a chunk of codes, from those of an equal one if there was one.
+    fn codes(
+        &self,
+        codes: Runs<i8>,
+        shape: Vec<usize>,
+        chunk: &[usize],
+        fill: i8,
+        work: &mut Work,
+    ) -> (Vec<u8>, Fingerprint) {
+        let make = |codes: &Runs<i8>, shape: &[usize], work: &mut Work| {
+            let full = pad_runs(codes, shape, chunk, fill);
+            let fingerprint = fingerprint::codes(work.cells(codes));
+            let ordered = full.iter().count() * 16 <= RUNS_PER_16_CELLS * full.len();
+            let bytes = match &mut work.deflate {
+                Some(_) if ordered => deflate::stream(&full, chunk),
+                _ => {
+                    work.cells(&full);
+                    let plain: &[u8] = bytemuck::cast_slice(&work.plain[..full.len()]);
+                    work.deflate.as_mut().map_or_else(|| plain.to_vec(), |deflate| deflate.stream(plain))
+                }
+            };
+            (bytes, fingerprint)
+        };
+        if codes.iter().nth(RUNS_OF_KNOWN).is_some() {
+            return make(&codes, &shape, work);
+        }
+        let key = (codes, shape, fill);
+        let lock = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        // Made outside of the lock, perhaps twice: equal codes make equal bytes.
+        let known = lock().get(&key).cloned();
+        let found = known.unwrap_or_else(|| {
+            let made = Arc::new(make(&key.0, &key.1, work));
+            let mut known = lock();
+            if known.len() < MOST_KNOWN {
+                known.insert(key, Arc::clone(&made));
+            }
+            made
+        });
+        (found.0.clone(), found.1)
+    }
 }
 
-/// Fingerprint of whole numbers as little-endian 32-bit ones.
-pub(super) fn fingerprint_integers(integers: &[i32]) -> Fingerprint {
-    Sha256::digest(integers.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>()).into()
+/// What a worker needs again for every chunk of a tile.
+struct Work {
+    deflate: Option<Deflate>,
+    plain: Vec<i8>,
 }
 
-/// The attribute `sha256` of a variable that is stored in one piece.
-pub(super) fn one_tile(fingerprint: &Fingerprint) -> Value {
-    hex(&combine([fingerprint])).into()
+/// Cells that are written at once where a run begins; the next run overwrites what is too much.
+const STRETCH: usize = 64;
+
+impl Work {
+    /// The cells of runs one by one.
+    fn cells(&mut self, codes: &Runs<i8>) -> &[i8] {
+        let length = codes.len();
+        if self.plain.len() < length + STRETCH {
+            self.plain.resize(length + STRETCH, 0);
+        }
+        for (code, cells) in codes.iter() {
+            self.plain[cells.start..cells.start + STRETCH].copy_from_slice(&[code; STRETCH]);
+            if cells.len() > STRETCH {
+                self.plain[cells.start + STRETCH..cells.end].fill(code);
+            }
+        }
+        &self.plain[..length]
+    }
 }
 
-/// Fingerprint of a variable: that of its chunks' fingerprints, in their order.
-pub(super) fn combine<'a>(fingerprints: impl IntoIterator<Item = &'a Fingerprint>) -> Fingerprint {
-    let mut hash = Sha256::new();
-    fingerprints.into_iter().for_each(|fingerprint| hash.update(fingerprint));
-    hash.finalize().into()
-}
-
-/// Number of cells with each code of `variable`, in the order of its `flag_values`.
-pub(super) fn count(variable: &Variable, codes: &[i8]) -> Vec<u64> {
-    // Sums of 255 comparisons fit a byte, so that whole vector registers of cells are compared at once:
-    // a dozen times faster than counting into 64-bit numbers one by one.
-    let count = |code: i8| -> u64 {
-        codes
-            .chunks(255)
-            .map(|part| u64::from(part.iter().map(|&cell| u8::from(cell == code)).sum::<u8>()))
-            .sum()
-    };
+/// Number of cells with each code of `variable`, in the order of its `flag_values`, by counting those of one code.
+pub(super) fn count(variable: &Variable, count: impl Fn(i8) -> u64) -> Vec<u64> {
     variable.codes().unwrap_or_default().into_iter().map(|(code, _)| count(code)).collect()
-}
-
-/// The one NaN that is stored, so that maps do not depend on which instruction made it.
-fn canonical(value: f64) -> f64 {
-    if value.is_nan() { f64::NAN } else { value }
 }
 
 /// A number's bytes in the file, whose datatype is that of the machine.
@@ -175,6 +223,22 @@ impl Deflate {
     }
 }
 
+/// Where in a chunk the rows along the last axis of a tile of the given shape begin, row by row.
+fn row_starts<'a>(shape: &'a [usize], chunk: &'a [usize]) -> impl Iterator<Item = usize> + 'a {
+    let (row, whole_row) = (shape.last().copied().unwrap_or(1), chunk.last().copied().unwrap_or(1));
+    let rows = shape.iter().product::<usize>() / row.max(1);
+    (0..rows).map(move |number| {
+        // The row's index in the tile, read off from the second fastest axis up.
+        let (mut rest, mut start, mut stride) = (number, 0, whole_row);
+        for (&len, &whole) in shape.iter().zip(chunk).rev().skip(1) {
+            start += (rest % len) * stride;
+            rest /= len;
+            stride *= whole;
+        }
+        start
+    })
+}
+
 /// The cells of a tile of the given shape as a whole chunk; borrowed where the tile is one.
 fn pad<'a, T: Copy>(cells: &'a [T], shape: &[usize], chunk: &[usize], fill: T) -> Cow<'a, [T]> {
     assert_eq!(cells.len(), shape.iter().product::<usize>(), "cells of a tile of shape {shape:?}");
@@ -183,16 +247,37 @@ fn pad<'a, T: Copy>(cells: &'a [T], shape: &[usize], chunk: &[usize], fill: T) -
     }
     let mut full = vec![fill; chunk.iter().product()];
     let row = shape.last().copied().unwrap_or(1);
-    for (number, from) in cells.chunks_exact(row).enumerate() {
-        // The row's place: its index in the tile, read off from the second fastest axis up.
-        let (mut rest, mut start, mut stride) = (number, 0, chunk.last().copied().unwrap_or(1));
-        for (&len, &whole) in shape.iter().zip(chunk).rev().skip(1) {
-            start += (rest % len) * stride;
-            rest /= len;
-            stride *= whole;
-        }
+    for (start, from) in row_starts(shape, chunk).zip(cells.chunks_exact(row)) {
         full[start..start + row].copy_from_slice(from);
     }
+    Cow::Owned(full)
+}
+
+/// The same for runs.
+fn pad_runs<'a>(codes: &'a Runs<i8>, shape: &[usize], chunk: &[usize], fill: i8) -> Cow<'a, Runs<i8>> {
+    assert_eq!(codes.len(), shape.iter().product::<usize>(), "codes of a tile of shape {shape:?}");
+    if shape == chunk {
+        return Cow::Borrowed(codes);
+    }
+    let row = shape.last().copied().unwrap_or(1);
+    let mut full = Runs::new();
+    let mut runs = codes.iter();
+    let mut run = runs.next();
+    for (number, start) in row_starts(shape, chunk).enumerate() {
+        full.push(fill, start - full.len());
+        let (mut at, end) = (number * row, (number + 1) * row);
+        while at < end {
+            let Some((code, cells)) = &run else { break };
+            let to = cells.end.min(end);
+            full.push(*code, to - at);
+            at = to;
+            // What is left of a run belongs to the next row.
+            if cells.end == to {
+                run = runs.next();
+            }
+        }
+    }
+    full.push(fill, chunk.iter().product::<usize>() - full.len());
     Cow::Owned(full)
 }
 
@@ -207,13 +292,27 @@ mod tests {
         let full = pad(&cells, &shape, &chunk, 0);
         assert_eq!(full.as_ref(), [1, 2, 3, 0, 0, 0, 0, 0, 4, 5, 6, 0, 0, 0, 0, 0]);
         assert!(matches!(pad(&cells, &shape, &shape, 0), Cow::Borrowed(_)));
+        for cells in [[1, 2, 3, 4, 5, 6], [1, 1, 1, 1, 1, 2], [7, 7, 7, 7, 7, 7]] {
+            let runs = cells.into_iter().collect();
+            let padded: Vec<i8> = pad_runs(&runs, &shape, &chunk, 0).values().collect();
+            assert_eq!(padded, pad(&cells, &shape, &chunk, 0).as_ref());
+        }
+    }
+
+    #[test]
+    fn runs_give_their_cells() {
+        let cells: Vec<i8> = (0..1000).map(|cell| [1, 0, -1][(cell / 7 + cell / 300) % 3]).collect();
+        let mut work = Work { deflate: None, plain: Vec::new() };
+        assert_eq!(work.cells(&cells.iter().copied().collect()), cells);
+        let long: Vec<i8> = [[1; 500], [-1; 500]].concat();
+        assert_eq!(work.cells(&long.iter().copied().collect()), long);
     }
 
     #[test]
     fn every_nan_is_the_same() {
         let odd = f64::from_bits(0xfff8_0000_0000_0001);
-        assert_eq!(fingerprint_reals(&[odd, 1.0]), fingerprint_reals(&[f64::NAN, 1.0]));
+        assert_eq!(fingerprint::reals(&[odd, 1.0]), fingerprint::reals(&[f64::NAN, 1.0]));
         assert_eq!(shuffle(&[odd]), shuffle(&[f64::NAN]));
-        assert_ne!(fingerprint_reals(&[0.0]), fingerprint_reals(&[-0.0]));
+        assert_ne!(fingerprint::reals(&[0.0]), fingerprint::reals(&[-0.0]));
     }
 }

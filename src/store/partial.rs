@@ -15,17 +15,15 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
+use crate::dataset::{Outcome, Provenance, Schema, Value, attributes};
 use crate::map::{Account, Plan, Sink, TileData};
 
 use super::codec::{Decoder, Encoder};
 use super::error::StoreError;
 use super::identity::{PLAN, check_finished, difference, get, plan_digest};
 use super::journal::{Journal, Kind, Part};
-use super::pack::{self, PackedTile};
-use super::provenance::{self, Outcome, Provenance};
-use super::schema::Schema;
+use super::pack::{PackedTile, Packing};
 use super::seal::{Temporary, beside};
-use super::value::Value;
 use super::writer::{Existing, MapWriter};
 
 pub use super::journal::Damage;
@@ -44,7 +42,7 @@ const LONGEST_HEADER: u64 = 1 << 26;
 /// Makes tiles ready for a map in the making, here or on another machine.
 #[derive(Debug)]
 pub struct Packer {
-    schema: Schema,
+    packing: Packing,
     plan: Plan,
 }
 
@@ -59,13 +57,13 @@ impl Packer {
     /// For the map of `plan`.
     #[must_use]
     pub fn new(plan: &Plan) -> Self {
-        Self { schema: Schema::of(plan), plan: plan.clone() }
+        Self { packing: Packing::new(Schema::of(plan), plan.compression), plan: plan.clone() }
     }
 
     /// Packs a tile.
     #[must_use]
     pub fn pack(&self, data: &TileData) -> PackedRecord {
-        let tile = pack::pack(&self.schema, self.plan.compression, data);
+        let tile = self.packing.pack(data);
         let mut bytes = Encoder::default();
         bytes.tile(&tile);
         PackedRecord { tile, part: Part::new(bytes.0) }
@@ -85,7 +83,7 @@ impl Packer {
     pub fn from_bytes(&self, bytes: &[u8]) -> Option<(PackedRecord, Account)> {
         let mut decoder = Decoder(bytes);
         let part = decoder.bytes()?;
-        let tile = Decoder(part).tile(&self.schema)?;
+        let tile = Decoder(part).tile(self.packing.schema())?;
         let account = decoder.account(&self.plan)?;
         Some((PackedRecord { tile, part: Part::new(part.to_vec()) }, account))
     }
@@ -159,8 +157,8 @@ impl PartialMap {
                 Kind::Header | Kind::Session => Ok(true),
             })?;
         }
-        let opening = provenance::opening(plan, provenance);
-        let history = provenance::history(provenance);
+        let opening = attributes::opening(plan, provenance);
+        let history = attributes::history(provenance);
         Self::fresh(path, plan, &opening, history, existing, journal)
     }
 
@@ -173,7 +171,7 @@ impl PartialMap {
     /// header is lost; otherwise as [`PartialMap::begin`].
     pub fn resume(path: &Path, plan: &Plan, provenance: &Provenance) -> Result<Resumed, StoreError> {
         let journal_path = beside(path, JOURNAL)?;
-        let opening = provenance::opening(plan, provenance);
+        let opening = attributes::opening(plan, provenance);
         if !Journal::is_at(&journal_path) {
             if path.symlink_metadata().is_err() {
                 let begun = Self::begin(path, plan, provenance, Existing::Refuse)?;
@@ -259,7 +257,7 @@ impl PartialMap {
             if length > 2 * (header_length + 4096) {
                 return Err(StoreError::Unusable { path: journal_path });
             }
-            let history = provenance::history(provenance);
+            let history = attributes::history(provenance);
             let begun = Self::fresh(path, plan, opening, history, Existing::Refuse, journal)?;
             return Ok(Resumed::Partial(Box::new(begun)));
         };
@@ -268,7 +266,7 @@ impl PartialMap {
         let tiles = found.finished.iter().filter(|finished| **finished).count();
         let line = format!(
             "{} (resumed with {tiles} of {} tiles)",
-            provenance::history(provenance),
+            attributes::history(provenance),
             found.finished.len()
         );
         let mut session = Encoder::default();

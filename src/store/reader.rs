@@ -9,16 +9,16 @@ use std::path::{Path, PathBuf};
 use hdf5::{Dataset, File, SliceOrIndex};
 use ndarray::ArrayD;
 
+use crate::dataset::{MethodInfo, SCHEMA, Schema, Value};
 use crate::friction::Law;
 use crate::map::{Field, Grid, PlaneCurves, Tile};
 
 use super::check;
 use super::curves;
 use super::error::StoreError;
-use super::schema::{MethodInfo, SCHEMA, Schema};
 use super::seal::{self, Seal};
 use super::trust;
-use super::value::{self, Value};
+use super::value;
 
 /// The first bytes of an HDF5 file, and so of every map.
 pub const SIGNATURE: [u8; 8] = *b"\x89HDF\r\n\x1a\n";

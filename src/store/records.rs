@@ -5,11 +5,11 @@ use std::path::Path;
 use hdf5::types::VarLenArray;
 use hdf5::{Dataset, File, Group, ObjectReference1};
 
+use crate::dataset::{Provenance, Value, attributes, fingerprint};
+
 use super::error::StoreError;
-use super::pack;
-use super::provenance::{self, Provenance};
 use super::sys::{self, Ending, ScaleUse};
-use super::value::{self, Value};
+use super::value;
 use super::writer::{create_file, seal_attributes};
 
 /// The contents of a column.
@@ -86,10 +86,10 @@ pub fn write_records(path: &Path, records: &Records) -> Result<(), StoreError> {
 }
 
 fn fill(file: &File, records: &Records) -> hdf5::Result<()> {
-    for (name, value) in provenance::origin(&records.provenance) {
+    for (name, value) in attributes::origin(&records.provenance) {
         value::write(file, name, &value)?;
     }
-    value::write(file, "history", &provenance::history(&records.provenance).into())?;
+    value::write(file, "history", &attributes::history(&records.provenance).into())?;
     for (name, value) in &records.attributes {
         value::write(file, name, value)?;
     }
@@ -115,7 +115,7 @@ pub(super) fn write_tables(group: &Group, columns: &[Series]) -> hdf5::Result<()
         sys::write_text(&scale, "NAME", dimension, Ending::Zero)?;
         value::write(&scale, "long_name", &format!("number of the {dimension}").into())?;
         value::write(&scale, "units", &"1".into())?;
-        value::write(&scale, "sha256", &pack::one_tile(&pack::fingerprint_reals(&numbers)))?;
+        value::write(&scale, "sha256", &fingerprint::of_one_tile(&fingerprint::reals(&numbers)))?;
         seal_attributes(&scale)?;
         let reference: ObjectReference1 = group.reference(dimension)?;
         let mut uses = Vec::with_capacity(along.len());
@@ -133,14 +133,14 @@ pub(super) fn write_tables(group: &Group, columns: &[Series]) -> hdf5::Result<()
 
 fn write_series(group: &Group, series: &Series) -> hdf5::Result<Dataset> {
     let builder = group.new_dataset_builder();
-    let (dataset, fingerprint) = match &series.contents {
+    let (dataset, digest) = match &series.contents {
         Contents::Reals(values) => {
             let dataset = builder.with_data(values).obj_track_times(false).create(series.name.as_str())?;
-            (dataset, pack::fingerprint_reals(values))
+            (dataset, fingerprint::reals(values))
         }
         Contents::Integers(values) => {
             let dataset = builder.with_data(values).obj_track_times(false).create(series.name.as_str())?;
-            (dataset, pack::fingerprint_integers(values))
+            (dataset, fingerprint::integers(values))
         }
         Contents::Words(words) => {
             let mut meanings: Vec<&String> = Vec::new();
@@ -162,12 +162,12 @@ fn write_series(group: &Group, series: &Series) -> hdf5::Result<Dataset> {
             let meanings: Vec<String> =
                 meanings.iter().map(|word| word.split_whitespace().collect::<Vec<_>>().join("_")).collect();
             value::write(&dataset, "flag_meanings", &meanings.join(" ").into())?;
-            (dataset, pack::fingerprint_codes(&codes))
+            (dataset, fingerprint::codes(&codes))
         }
     };
     value::write(&dataset, "long_name", &series.long_name.as_str().into())?;
     let units = if series.name.starts_with("seconds") { "s" } else { "1" };
     value::write(&dataset, "units", &units.into())?;
-    value::write(&dataset, "sha256", &pack::one_tile(&fingerprint))?;
+    value::write(&dataset, "sha256", &fingerprint::of_one_tile(&digest))?;
     Ok(dataset)
 }

@@ -10,9 +10,10 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
+use crate::dataset::hex;
+
 use super::error::StoreError;
 use super::journal::sync_folder;
-use super::value::hex;
 use super::writer::Existing;
 
 /// What stands before the 64 digits.

@@ -10,7 +10,7 @@ use hdf5::plist::dataset_create::Layout;
 use hdf5::types::{FloatSize, IntSize, TypeDescriptor};
 use hdf5::{Dataset, Group, IndexType, IterationOrder, LinkType};
 
-use super::schema::{Schema, Variable};
+use crate::dataset::{Schema, Variable};
 
 /// Deflate shrinks at most by this factor: 258 bytes in two bits. A cell takes at least a byte before.
 const DEFLATE_RATIO: u64 = 1032;

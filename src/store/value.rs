@@ -1,47 +1,12 @@
-//! Attributes: named texts and numbers attached to the file and to its variables.
+//! Attributes in the HDF5 file.
 
 use hdf5::Location;
 use hdf5::types::{FloatSize, IntSize, TypeDescriptor, VarLenAscii, VarLenUnicode};
 use sha2::{Digest, Sha256};
 
+use crate::dataset::{Value, hex};
+
 use super::sys::{self, Ending};
-
-/// The value of an attribute.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Value {
-    /// A text. Empty texts are not stored.
-    Text(String),
-    /// One or more integers.
-    Integers(Vec<i64>),
-    /// One or more codes of a variable of codes (`flag_values`).
-    Codes(Vec<i8>),
-    /// One or more real numbers.
-    Reals(Vec<f64>),
-}
-
-impl From<&str> for Value {
-    fn from(text: &str) -> Self {
-        Value::Text(text.into())
-    }
-}
-
-impl From<String> for Value {
-    fn from(text: String) -> Self {
-        Value::Text(text)
-    }
-}
-
-impl From<i64> for Value {
-    fn from(number: i64) -> Self {
-        Value::Integers(vec![number])
-    }
-}
-
-impl From<f64> for Value {
-    fn from(number: f64) -> Self {
-        Value::Reals(vec![number])
-    }
-}
 
 /// The attributes that make a dataset a dimension, or tie a variable to its dimensions. They hold
 /// references, not values, and `check` follows them instead of fingerprinting them.
@@ -136,9 +101,4 @@ pub(super) fn digest<'a>(attributes: impl IntoIterator<Item = (&'a str, &'a Valu
         piece(&mut hash, &bytes);
     }
     hex(&hash.finalize())
-}
-
-/// Lower-case hexadecimal digits.
-pub(super) fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }

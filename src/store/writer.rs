@@ -8,16 +8,17 @@ use hdf5::plist::file_create::{AttrCreationOrder, AttrPhaseChange, LinkCreationO
 use hdf5::types::VarLenArray;
 use hdf5::{Dataset, File, Group, Location, ObjectReference1};
 
+use crate::dataset::{
+    Fingerprint, Outcome, Provenance, Schema, Value, Variable, attributes, fingerprint, hex,
+};
 use crate::map::{Account, Axis, Plan, Sink, TileData};
 
 use super::curves;
 use super::error::StoreError;
-use super::pack::{self, Fingerprint, PackedTile};
-use super::provenance::{self, Outcome, Provenance};
-use super::schema::{Schema, Variable};
+use super::pack::{PackedTile, Packing};
 use super::seal::{self, Temporary};
 use super::sys::{self, Ending, ScaleUse};
-use super::value::{self, ATTRIBUTES_DIGEST, Value};
+use super::value::{self, ATTRIBUTES_DIGEST};
 
 /// What to do with an output that is there already.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,8 +49,7 @@ pub struct MapWriter {
     output: PathBuf,
     existing: Existing,
     history: String,
-    schema: Schema,
-    compression: u8,
+    packing: Packing,
     written: Mutex<Vec<Written>>,
 }
 
@@ -68,8 +68,8 @@ impl MapWriter {
         if existing == Existing::Refuse && path.symlink_metadata().is_ok() {
             return Err(StoreError::Exists { path: path.to_path_buf() });
         }
-        let opening = provenance::opening(plan, provenance);
-        let history = provenance::history(provenance);
+        let opening = attributes::opening(plan, provenance);
+        let history = attributes::history(provenance);
         Self::begin(path, Temporary::beside(path)?, plan, &opening, history, existing)
     }
 
@@ -104,8 +104,7 @@ impl MapWriter {
             output: path.to_path_buf(),
             existing,
             history,
-            schema,
-            compression: plan.compression,
+            packing: Packing::new(schema, plan.compression),
             written: Mutex::new(written),
         })
     }
@@ -119,7 +118,8 @@ impl MapWriter {
     /// temporary file is removed.
     pub fn finish(self, outcome: &Outcome) -> Result<(), StoreError> {
         self.check_complete(outcome)?;
-        let Self { datasets, file, temporary, output, existing, history, schema, written, .. } = self;
+        let Self { datasets, file, temporary, output, existing, history, packing, written } = self;
+        let schema = packing.schema();
         let written = written.into_inner().unwrap_or_else(PoisonError::into_inner);
         let failed = |error: hdf5::Error| StoreError::hdf5("finish", &output, &error);
         for ((dataset, variable), written) in datasets.iter().zip(&schema.variables).zip(&written) {
@@ -130,7 +130,7 @@ impl MapWriter {
             seal_attributes(&*file.dataset(&axis.name).map_err(failed)?).map_err(failed)?;
         }
         value::write(&file, "history", &history.into()).map_err(failed)?;
-        for (name, value) in provenance::closing(outcome) {
+        for (name, value) in attributes::closing(outcome) {
             value::write(&file, &name, &value).map_err(failed)?;
         }
         seal_attributes(&file).map_err(failed)?;
@@ -163,13 +163,13 @@ impl MapWriter {
 
     /// The layout.
     pub(super) fn schema(&self) -> &Schema {
-        &self.schema
+        self.packing.schema()
     }
 
     /// Whether every tile was written and every cell computed.
     fn check_complete(&self, outcome: &Outcome) -> Result<(), StoreError> {
         let written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
-        for (variable, written) in self.schema.variables.iter().zip(written.iter()) {
+        for (variable, written) in self.schema().variables.iter().zip(written.iter()) {
             let missing = || written.chunks.iter().enumerate().filter(|(_, chunk)| chunk.is_none());
             if let Some((first, _)) = missing().next() {
                 return Err(StoreError::Incomplete {
@@ -201,7 +201,7 @@ impl Sink for MapWriter {
     type Error = StoreError;
 
     fn pack(&self, data: &TileData) -> Result<PackedTile, StoreError> {
-        Ok(pack::pack(&self.schema, self.compression, data))
+        Ok(self.packing.pack(data))
     }
 
     fn write(&self, packed: PackedTile, _: &Account) -> Result<(), StoreError> {
@@ -295,8 +295,8 @@ fn create_scale(file: &File, axis: &Axis) -> hdf5::Result<Dataset> {
     sys::write_text(&dataset, "NAME", &axis.name, Ending::Zero)?;
     value::write(&dataset, "long_name", &axis.long_name.as_str().into())?;
     value::write(&dataset, "units", &"1".into())?;
-    let fingerprint = pack::combine([&pack::fingerprint_reals(&axis.values)]);
-    value::write(&dataset, "sha256", &value::hex(&fingerprint).into())?;
+    let digest = fingerprint::combine([&fingerprint::reals(&axis.values)]);
+    value::write(&dataset, "sha256", &hex(&digest).into())?;
     Ok(dataset)
 }
 
@@ -336,8 +336,8 @@ fn close_variable(dataset: &Dataset, variable: &Variable, written: &Written) -> 
         let counts = written.counts.iter().map(|&cells| i64::try_from(cells).unwrap_or(i64::MAX)).collect();
         value::write(dataset, "flag_counts", &Value::Integers(counts))?;
     }
-    let fingerprint = pack::combine(written.chunks.iter().flatten());
-    value::write(dataset, "sha256", &value::hex(&fingerprint).into())?;
+    let digest = fingerprint::combine(written.chunks.iter().flatten());
+    value::write(dataset, "sha256", &hex(&digest).into())?;
     seal_attributes(dataset)
 }
 

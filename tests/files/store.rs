@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use slipmap::friction::Law;
 use slipmap::map::{
-    Account, Engine, Field, Grid, Method, MethodCells, Plan, Regime, Sink, Tile, TileData, Verdict,
+    Account, Engine, Field, Grid, Method, MethodCells, Plan, Regime, Runs, Sink, Tile, TileData, Verdict,
 };
 use slipmap::store::Pick::{Every, Node};
 use slipmap::store::{
@@ -71,6 +71,11 @@ fn regime(cell: usize) -> i8 {
     (cell / 5 % 6) as i8
 }
 
+/// The value with this code.
+fn of_code<T: Copy, const N: usize>(all: [T; N], code_of: fn(T) -> i8, code: i8) -> T {
+    all.into_iter().find(|value| code_of(*value) == code).unwrap()
+}
+
 fn real(variable: usize, cell: usize) -> f64 {
     if cell % 7 == variable % 7 { f64::NAN } else { (cell as f64 + 0.1) / (variable as f64 + 3.0) }
 }
@@ -102,15 +107,18 @@ fn tile_data(plan: &Plan, tile: Tile) -> TileData {
             .enumerate()
             .map(|(m, &method)| MethodCells {
                 method,
-                verdicts: cells.iter().map(|&cell| verdict(m, cell)).collect(),
+                verdicts: cells
+                    .iter()
+                    .map(|&cell| of_code(Verdict::ALL, Verdict::code, verdict(m, cell)))
+                    .collect(),
                 margins: reals(Field::Margin, m, &cells),
                 critical: reals(Field::CriticalC, m, &columns),
             })
             .collect(),
         regime: if plan.stores(Field::Regime) {
-            cells.iter().map(|&cell| regime(cell)).collect()
+            cells.iter().map(|&cell| of_code(Regime::ALL, Regime::code, regime(cell))).collect()
         } else {
-            Vec::new()
+            Runs::new()
         },
         quantities: (20..)
             .zip(plan.quantities())
@@ -353,7 +361,9 @@ fn cells_left_out_must_be_announced() {
     let path = folder.path().join("map.h5");
     let plan = plan([1, 1, 1, 1, 5, 4], 100, &[Field::Verdict]);
     let mut data = tile_data(&plan, plan.grid.tile(&plan.tile_shape, 0));
-    data.methods[0].verdicts[7] = Verdict::NotComputed.code();
+    let verdicts = data.methods[0].verdicts.values().enumerate();
+    data.methods[0].verdicts =
+        verdicts.map(|(cell, verdict)| if cell == 7 { Verdict::NotComputed } else { verdict }).collect();
     let write = |outcome: &Outcome| {
         let writer = MapWriter::create(&path, &plan, &provenance(), Existing::Refuse).unwrap();
         writer.write(writer.pack(&data).unwrap(), &Account::none(&plan)).unwrap();

@@ -269,17 +269,17 @@ fn engines_and_tests_agree_on_a_million_points() {
 
 /// A sink that keeps the verdicts of a map that is one tile.
 #[derive(Default)]
-struct Verdicts(Mutex<Vec<i8>>);
+struct Verdicts(Mutex<Vec<Verdict>>);
 
 impl Sink for Verdicts {
-    type Packed = Vec<i8>;
+    type Packed = Vec<Verdict>;
     type Error = Infallible;
 
-    fn pack(&self, data: &TileData) -> Result<Vec<i8>, Infallible> {
-        Ok(data.methods[0].verdicts.clone())
+    fn pack(&self, data: &TileData) -> Result<Vec<Verdict>, Infallible> {
+        Ok(data.methods[0].verdicts.values().collect())
     }
 
-    fn write(&self, verdicts: Vec<i8>, _: &Account) -> Result<(), Infallible> {
+    fn write(&self, verdicts: Vec<Verdict>, _: &Account) -> Result<(), Infallible> {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = verdicts;
         Ok(())
     }
@@ -313,15 +313,15 @@ fn every_engine_labels_every_cell_alike() {
         let sink = Verdicts::default();
         let control = Control { threads: None, stop: &AtomicBool::new(false), on_cells: &|_| () };
         compute(&plan, &sink, &control).unwrap();
-        let codes = sink.0.into_inner().unwrap();
-        assert_eq!(codes.len(), grid.cells());
-        codes
+        let verdicts = sink.0.into_inner().unwrap();
+        assert_eq!(verdicts.len(), grid.cells());
+        verdicts
     };
     let by_engine = Engine::ALL.map(labels);
     let mut counts = BTreeMap::new();
     for cell in 0..grid.cells() {
-        let codes = by_engine.each_ref().map(|codes| codes[cell]);
-        *counts.entry(codes).or_insert(0) += 1;
+        let verdicts = by_engine.each_ref().map(|verdicts| verdicts[cell]);
+        *counts.entry(verdicts.map(Verdict::code)).or_insert(0) += 1;
         let mut rest = cell;
         let mut index: Vec<usize> = Vec::new();
         for len in grid.shape().into_iter().rev() {
@@ -335,8 +335,8 @@ fn every_engine_labels_every_cell_alike() {
         let grazes = gamma * (1.0 - alpha) == 0.0 && beta == 0.0 && point.damping == 0.0;
         let expected =
             if grazes { [Verdict::Undecided].as_slice() } else { &[Verdict::Present, Verdict::Absent] };
-        let legal: Vec<[i8; 4]> = expected.iter().map(|verdict| [verdict.code(); 4]).collect();
-        assert!(legal.contains(&codes), "{point:?}: {codes:?}");
+        let legal: Vec<[Verdict; 4]> = expected.iter().map(|verdict| [*verdict; 4]).collect();
+        assert!(legal.contains(&verdicts), "{point:?}: {verdicts:?}");
     }
     println!("verdicts by {:?}: {counts:?}", Engine::ALL.map(Engine::name));
     assert_eq!(counts.len(), 3, "present, absent, undecided: {counts:?}");

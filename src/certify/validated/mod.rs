@@ -73,7 +73,7 @@ pub mod surface;
 pub mod tile;
 
 use super::{Claim, Decision, Guarantee, Test};
-use crate::friction::{Column, Curve};
+use crate::friction::Column;
 use defect::{Bounds, Candidate, Groups, Seen, radius_of_proof, sampling};
 use interval::Interval;
 use landing::Flow;
@@ -113,7 +113,7 @@ impl Enclosed {
     /// which the proof does not cover.
     #[must_use]
     pub fn of(column: &Column) -> Option<Self> {
-        let Curve::Stribeck(law) = &column.curve else { return None };
+        let law = column.curve.stribeck()?;
         let parts = law.parts();
         // 1 - alpha was rounded once, but for 0 and 1, which it keeps.
         let drop = match parts.drop {

@@ -87,7 +87,7 @@ fn failed_cells_are_counted_and_drawn() {
         fn pack(&self, data: &map::TileData) -> Result<Self::Packed, Self::Error> {
             let mut data = data.clone();
             for method in &mut data.methods {
-                method.verdicts.fill(Verdict::Failed.code());
+                method.verdicts = method.verdicts.map(|_| Verdict::Failed);
             }
             self.0.pack(&data)
         }

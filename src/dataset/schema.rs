@@ -1,12 +1,12 @@
 //! What a map file holds: one description, used to write maps, to read them and to check them.
 
-use crate::map::{Field, Grid, Method, Plan, Quantity, Regime, TileData, Verdict};
+use crate::map::{Field, Grid, Method, Plan, Quantity, Regime, Runs, TileData, Verdict};
 
-use super::value::Value;
+use super::Value;
 
 /// Number of this layout of map files; raised when a reader of the old layout would misread the new one.
 /// 2 brought curves of codimension one, which readers of 1 take for damage.
-pub(super) const SCHEMA: i64 = 2;
+pub const SCHEMA: i64 = 2;
 
 /// What a map says of one of its methods.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -34,7 +34,7 @@ impl From<&Method> for MethodInfo {
 
 /// Where a variable's cells come from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Content {
+pub enum Content {
     /// Verdicts of the method with this position.
     Verdict(usize),
     /// Margins of the method with this position.
@@ -48,28 +48,29 @@ pub(super) enum Content {
 }
 
 /// Cells of a variable in memory.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Cells<'a> {
+#[derive(Clone, Debug)]
+pub enum Cells<'a> {
     /// Codes.
-    Codes(&'a [i8]),
+    Codes(Runs<i8>),
     /// Real numbers.
     Reals(&'a [f64]),
 }
 
 /// A variable over the grid.
 #[derive(Clone, Debug)]
-pub(super) struct Variable {
+pub struct Variable {
     /// Name of the dataset.
-    pub(super) name: String,
+    pub name: String,
     /// Where its cells come from.
-    pub(super) content: Content,
+    pub content: Content,
     /// Its attributes, apart from fingerprints and counts, which are known only at the end.
-    pub(super) attributes: Vec<(&'static str, Value)>,
+    pub attributes: Vec<(&'static str, Value)>,
 }
 
 impl Variable {
     /// The codes that its cells may have, with their meanings; `None` for real numbers.
-    pub(super) fn codes(&self) -> Option<Vec<(i8, &'static str)>> {
+    #[must_use]
+    pub fn codes(&self) -> Option<Vec<(i8, &'static str)>> {
         match self.content {
             Content::Verdict(_) => Some(Verdict::ALL.iter().map(|v| (v.code(), v.name())).collect()),
             Content::Regime => Some(Regime::ALL.iter().map(|r| (r.code(), r.name())).collect()),
@@ -78,7 +79,8 @@ impl Variable {
     }
 
     /// The code of cells that were never written.
-    pub(super) fn fill_code(&self) -> i8 {
+    #[must_use]
+    pub fn fill_code(&self) -> i8 {
         match self.content {
             Content::Regime => Regime::Failed.code(),
             _ => Verdict::NotComputed.code(),
@@ -86,7 +88,8 @@ impl Variable {
     }
 
     /// Number of its dimensions on a grid of `axes` axes: a critical damping has no damping axis.
-    pub(super) fn rank(&self, axes: usize) -> usize {
+    #[must_use]
+    pub fn rank(&self, axes: usize) -> usize {
         match self.content {
             Content::CriticalC(_) => axes - 1,
             _ => axes,
@@ -94,12 +97,13 @@ impl Variable {
     }
 
     /// Its cells in a computed tile.
-    pub(super) fn cells<'a>(&self, data: &'a TileData) -> Cells<'a> {
+    #[must_use]
+    pub fn cells<'a>(&self, data: &'a TileData) -> Cells<'a> {
         match self.content {
-            Content::Verdict(method) => Cells::Codes(&data.methods[method].verdicts),
+            Content::Verdict(method) => Cells::Codes(data.methods[method].verdicts.map(Verdict::code)),
             Content::Margin(method) => Cells::Reals(&data.methods[method].margins),
             Content::CriticalC(method) => Cells::Reals(&data.methods[method].critical),
-            Content::Regime => Cells::Codes(&data.regime),
+            Content::Regime => Cells::Codes(data.regime.map(Regime::code)),
             Content::Quantity(position) => Cells::Reals(&data.quantities[position]),
         }
     }
@@ -107,33 +111,30 @@ impl Variable {
 
 /// The layout of one map.
 #[derive(Clone, Debug)]
-pub(super) struct Schema {
+pub struct Schema {
     /// The grid.
-    pub(super) grid: Grid,
+    pub grid: Grid,
     /// Shape of tiles and chunks.
-    pub(super) tile_shape: Vec<usize>,
+    pub tile_shape: Vec<usize>,
     /// The methods.
-    pub(super) methods: Vec<MethodInfo>,
+    pub methods: Vec<MethodInfo>,
     /// The fields.
-    pub(super) fields: Vec<Field>,
+    pub fields: Vec<Field>,
     /// The variables, in the order of the file.
-    pub(super) variables: Vec<Variable>,
+    pub variables: Vec<Variable>,
 }
 
 impl Schema {
     /// The layout of the map that `plan` asks for.
-    pub(super) fn of(plan: &Plan) -> Self {
+    #[must_use]
+    pub fn of(plan: &Plan) -> Self {
         let methods = plan.methods.iter().map(MethodInfo::from).collect();
         Self::new(plan.grid.clone(), plan.tile_shape.clone(), methods, plan.fields.clone())
     }
 
     /// The layout of a map with these contents.
-    pub(super) fn new(
-        grid: Grid,
-        tile_shape: Vec<usize>,
-        methods: Vec<MethodInfo>,
-        fields: Vec<Field>,
-    ) -> Self {
+    #[must_use]
+    pub fn new(grid: Grid, tile_shape: Vec<usize>, methods: Vec<MethodInfo>, fields: Vec<Field>) -> Self {
         let mut variables = Vec::new();
         let mut quantities = 0;
         for field in Field::ALL {
@@ -161,18 +162,21 @@ impl Schema {
     }
 
     /// Names of the dimensions, slowest first.
-    pub(super) fn dimensions(&self) -> Vec<&str> {
+    #[must_use]
+    pub fn dimensions(&self) -> Vec<&str> {
         self.grid.axes().iter().map(|axis| axis.name.as_str()).collect()
     }
 
     /// Number of tiles.
-    pub(super) fn tiles(&self) -> usize {
+    #[must_use]
+    pub fn tiles(&self) -> usize {
         self.grid.tile_count(&self.tile_shape)
     }
 
     /// Number of tiles that follow each other along the damping axis alone. A variable without that axis
     /// takes its cells from the first of them.
-    pub(super) fn tiles_per_column(&self) -> usize {
+    #[must_use]
+    pub fn tiles_per_column(&self) -> usize {
         match self.tile_shape.last() {
             Some(&tile) => self.grid.dampings().len().div_ceil(tile),
             None => 1,
@@ -180,19 +184,22 @@ impl Schema {
     }
 
     /// Shape of a variable.
-    pub(super) fn shape(&self, variable: &Variable) -> Vec<usize> {
+    #[must_use]
+    pub fn shape(&self, variable: &Variable) -> Vec<usize> {
         let mut shape = self.grid.shape();
         shape.truncate(variable.rank(shape.len()));
         shape
     }
 
     /// Shape of a variable's chunks.
-    pub(super) fn chunk(&self, variable: &Variable) -> Vec<usize> {
+    #[must_use]
+    pub fn chunk(&self, variable: &Variable) -> Vec<usize> {
         self.tile_shape[..variable.rank(self.tile_shape.len())].to_vec()
     }
 
     /// Number of a variable's chunks.
-    pub(super) fn chunks(&self, variable: &Variable) -> usize {
+    #[must_use]
+    pub fn chunks(&self, variable: &Variable) -> usize {
         match variable.content {
             Content::CriticalC(_) => self.tiles() / self.tiles_per_column(),
             _ => self.tiles(),
@@ -200,13 +207,15 @@ impl Schema {
     }
 
     /// Index of the first cell of the chunk of a variable that a tile fills.
-    pub(super) fn offset(&self, variable: &Variable, tile: usize) -> Vec<usize> {
+    #[must_use]
+    pub fn offset(&self, variable: &Variable, tile: usize) -> Vec<usize> {
         let ranges = self.grid.tile(&self.tile_shape, tile).ranges;
         ranges[..variable.rank(ranges.len())].iter().map(|range| range.start).collect()
     }
 
     /// The chunk of a variable that a tile fills, if it fills one.
-    pub(super) fn chunk_number(&self, variable: &Variable, tile: usize) -> Option<usize> {
+    #[must_use]
+    pub fn chunk_number(&self, variable: &Variable, tile: usize) -> Option<usize> {
         let per_column = self.tiles_per_column();
         match variable.content {
             Content::CriticalC(_) => tile.is_multiple_of(per_column).then_some(tile / per_column),

@@ -1,11 +1,10 @@
-//! Where a map comes from and how its run went.
+//! The attributes of the file as a whole: where a map comes from and how its run went.
 
 use sha2::{Digest, Sha256};
 
 use crate::map::{Method, Plan, PlaneCurves};
 
-use super::schema::SCHEMA;
-use super::value::{Value, hex};
+use super::{SCHEMA, Value, hex};
 
 /// Where the mathematics of the tests comes from.
 const REFERENCES: &str = "O. Makarenkov, A new test for stick-slip limit cycles in dry-friction \
@@ -63,7 +62,8 @@ fn words<'a>(list: impl IntoIterator<Item = &'a str>) -> Value {
 }
 
 /// The attributes that tell where any of our files comes from.
-pub(super) fn origin(provenance: &Provenance) -> Vec<(&'static str, Value)> {
+#[must_use]
+pub fn origin(provenance: &Provenance) -> Vec<(&'static str, Value)> {
     let version = env!("CARGO_PKG_VERSION");
     vec![
         ("Conventions", "CF-1.11".into()),
@@ -80,7 +80,8 @@ pub(super) fn origin(provenance: &Provenance) -> Vec<(&'static str, Value)> {
 }
 
 /// The root attributes known before the run.
-pub(super) fn opening(plan: &Plan, provenance: &Provenance) -> Vec<(String, Value)> {
+#[must_use]
+pub fn opening(plan: &Plan, provenance: &Provenance) -> Vec<(String, Value)> {
     let of_maps: Vec<(&str, Value)> = vec![
         ("schema", SCHEMA.into()),
         ("law", plan.grid.law().name().into()),
@@ -97,13 +98,15 @@ pub(super) fn opening(plan: &Plan, provenance: &Provenance) -> Vec<(String, Valu
 }
 
 /// One line of the attribute `history`: when, what, by which command.
-pub(super) fn history(provenance: &Provenance) -> String {
+#[must_use]
+pub fn history(provenance: &Provenance) -> String {
     let date = humantime::format_rfc3339_seconds(std::time::SystemTime::now());
     format!("{date} slipmap {}: {}", env!("CARGO_PKG_VERSION"), provenance.command_line)
 }
 
 /// The root attributes known at the end.
-pub(super) fn closing(outcome: &Outcome) -> Vec<(String, Value)> {
+#[must_use]
+pub fn closing(outcome: &Outcome) -> Vec<(String, Value)> {
     let mut attributes = vec![
         ("threads".to_owned(), integer(outcome.threads)),
         ("wall_seconds".to_owned(), outcome.wall_seconds.into()),

@@ -1,0 +1,242 @@
+"""What can be asked of a map: the accessor ``Dataset.slipmap``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from ._codes import METHODS, Verdict
+from ._files import curves_of
+
+PRESENT, ABSENT = int(Verdict["PRESENT"]), int(Verdict["ABSENT"])
+REFERENCE = "simulation"
+# Colours of Okabe and Ito, as in the program's figures.
+_VERDICT_COLORS = {-1: "#f7e3bf", 0: "#ffffff", 1: "#0072b2", 2: "#000000", 3: "#8c8c8c"}
+_REGIME_COLORS = {
+    "equilibrium": "#f7e3bf",
+    "stick_slip": "#0072b2",
+    "bistable": "#56b4e9",
+    "pure_slip": "#009e73",
+    "crossing": "#d55e00",
+    "failed": "#000000",
+    "pure_slip_and_stick_slip": "#cc79a7",
+    "pure_slip_and_equilibrium": "#f0e442",
+}
+_CURVE_STYLES = {
+    "hopf": ("#000000", (0, (5, 2))),
+    "grazing_sliding": ("#000000", "solid"),
+    "landing": ("#d55e00", (0, (1, 1))),
+    "crossing": ("#d55e00", "solid"),
+    "fold": ("#cc79a7", "solid"),
+}
+_SYMBOLS = {"epsilon": "ε", "alpha": "α", "beta": "β", "gamma": "γ", "mu": "μ", "eta": "η"}
+
+
+@xr.register_dataset_accessor("slipmap")
+class MapAccessor:
+    """Questions to a map that :func:`slipmap.map`, :func:`slipmap.run` or :func:`slipmap.open_map` gave.
+    """
+
+    def __init__(self, data: xr.Dataset):
+        self._data = data
+
+    @property
+    def methods(self) -> list[str]:
+        """Names of the methods of the map."""
+        return [str(name).removeprefix("verdict_") for name in self._data if str(name).startswith("verdict_")]
+
+    @property
+    def _names(self) -> xr.DataArray:
+        return xr.DataArray(self.methods, dims="method_name", name="method_name")
+
+    def verdict(self, method: str) -> xr.DataArray:
+        """The verdicts of a method."""
+        if method not in self.methods:
+            raise KeyError(f"the map has no method `{method}`; it has {', '.join(self.methods)}")
+        return self._data[f"verdict_{method}"]
+
+    @property
+    def curves(self) -> xr.Dataset | None:
+        """The curves of codimension one that the map has, along their points; None if there are none."""
+        if "curves" in self._data.encoding:
+            stored: xr.Dataset = self._data.encoding["curves"]
+            return stored
+        source = self._data.encoding.get("source")
+        return None if source is None else curves_of(source)
+
+    def contradictions(self, reference: str = REFERENCE) -> xr.Dataset:
+        """How often each method contradicts the reference, at each epsilon.
+
+        Returns
+        -------
+        xarray.Dataset
+            Over ``method_name`` and ``epsilon``, in cells: ``wrong_presence`` (it claims a cycle where the reference
+            finds none), ``wrong_absence``, ``undecided``, ``agree``.
+        """
+        truth = self.verdict(reference)
+        over = [dimension for dimension in truth.dims if dimension != "epsilon"]
+        parts = []
+        for name in self.methods:
+            said = self.verdict(name)
+            counts = {
+                "wrong_presence": (said == PRESENT) & (truth == ABSENT),
+                "wrong_absence": (said == ABSENT) & (truth == PRESENT),
+                "undecided": said == int(Verdict["UNDECIDED"]),
+                "agree": (said == truth) & ((said == PRESENT) | (said == ABSENT)),
+            }
+            parts.append(xr.Dataset({key: cells.sum(over) for key, cells in counts.items()}).drop_attrs())
+        return xr.concat(parts, self._names)
+
+    def certified_volume(self, method: str | None = None) -> xr.DataArray:
+        """Volume of parameter space in which each method claims a stick-slip cycle, as in the program's report.
+
+        By the trapezoidal rule over the axes of more than one node except epsilon.
+
+        Returns
+        -------
+        xarray.DataArray
+            Over ``method_name`` (unless one is named) and ``epsilon``; the attribute ``box`` is the volume of the grid.
+        """
+        if method is None:
+            parts = [self.certified_volume(name) for name in self.methods]
+            return xr.concat(parts, self._names, combine_attrs="override").rename("volume")
+        claimed = (self.verdict(method) == PRESENT).astype(float)
+        box = 1.0
+        for axis in claimed.dims:
+            if axis == "epsilon":
+                continue
+            if claimed.sizes[axis] == 1:
+                claimed = claimed.isel({axis: 0}, drop=True)
+            else:
+                nodes = claimed[axis].values
+                box *= float(nodes[-1] - nodes[0])
+                claimed = claimed.integrate(axis)
+        claimed.attrs = {"long_name": "volume in which a stick-slip cycle is claimed", "box": box}
+        return claimed.rename("volume")
+
+    def boundary(self, method: str = REFERENCE) -> xr.DataArray:
+        """Damping at which a method's verdict changes from presence, in each column.
+
+        The stored ``critical_c_METHOD`` if the map has it; else the middle between the last damping at which presence
+        is claimed and the next node, NaN where it is claimed nowhere or at the last node.
+        """
+        stored = f"critical_c_{method}"
+        if stored in self._data:
+            return self._data[stored]
+        present = self.verdict(method) == PRESENT
+        c = self._data["c"].values
+        if len(c) < 2:
+            raise ValueError("the map has one damping only, and no boundary along it")
+        axis = present.get_axis_num("c")
+        last = len(c) - 1 - np.argmax(np.flip(present.values, axis), axis=axis)
+        middle = np.append(0.5 * (c[1:] + c[:-1]), np.nan)
+        values = np.where(present.any("c").values, middle[last], np.nan)
+        edge = present.isel(c=0, drop=True).copy(data=values).rename(f"boundary_{method}")
+        edge.attrs = {"long_name": f"damping at the edge of presence: {_long(method)}", "units": "1"}
+        return edge
+
+    def plot(
+        self,
+        variable: str = f"verdict_{REFERENCE}",
+        *,
+        x: str | None = None,
+        y: str = "c",
+        ax: Any = None,
+        **at: float,
+    ) -> Any:
+        """Draws a slice as the program does: verdicts or regimes as areas, the exact boundary and curves as lines.
+
+        Parameters
+        ----------
+        variable : str
+            What to show: a verdict, the regime, or any variable over `x` and `y`.
+        x, y : str
+            The axes; by default the longest but c and epsilon, and c.
+        ax : matplotlib Axes, optional
+            Where to draw; by default a new figure.
+        **at : float
+            Values at which other axes are held; the nearest node is taken, by default the middle one.
+
+        Returns
+        -------
+        matplotlib Axes
+        """
+        import matplotlib.pyplot as plt
+        from matplotlib.colors import BoundaryNorm, ListedColormap
+        from matplotlib.patches import Patch
+
+        cells = self._data[variable]
+        if x is None:
+            others = [str(axis) for axis in cells.dims if axis not in (y, "epsilon")]
+            x = max(others, key=lambda axis: cells.sizes[axis])
+        held: dict[str, int] = {}
+        for axis in (str(axis) for axis in self._data.dims):
+            if axis in (x, y):
+                continue
+            nodes = self._data[axis].values
+            held[axis] = int(np.abs(nodes - at.pop(axis)).argmin()) if axis in at else (len(nodes) - 1) // 2
+        if at:
+            raise TypeError(f"{', '.join(at)}: no axis of the map that can be held here")
+        slice_ = cells.isel(held, missing_dims="ignore").transpose(y, x)
+        if ax is None:
+            _, ax = plt.subplots(figsize=(4.2, 3.4), layout="constrained")
+        meanings = cells.attrs.get("flag_meanings", "").split()
+        if meanings:
+            codes = [int(code) for code in cells.attrs["flag_values"]]
+            colors = [
+                _REGIME_COLORS.get(word, "#8c8c8c") if variable == "regime" else _VERDICT_COLORS.get(code, "#8c8c8c")
+                for word, code in zip(meanings, codes, strict=True)
+            ]
+            norm = BoundaryNorm([code - 0.5 for code in codes] + [codes[-1] + 0.5], len(codes))
+            ax.pcolormesh(slice_[x], slice_[y], slice_, cmap=ListedColormap(colors), norm=norm, shading="nearest")
+            shown = [code for code in codes if bool((slice_ == code).any())]
+            patches = [
+                Patch(facecolor=colors[codes.index(code)], edgecolor="#8c8c8c", label=_words(meanings[codes.index(code)]))
+                for code in shown
+            ]
+            ax.legend(handles=patches, fontsize=7, loc="best", framealpha=0.9)
+        else:
+            mesh = ax.pcolormesh(slice_[x], slice_[y], slice_, cmap="cividis", shading="nearest")
+            ax.figure.colorbar(mesh, ax=ax, label=cells.attrs.get("long_name", variable))
+        exact = f"critical_c_{REFERENCE}"
+        if y == "c" and exact in self._data:
+            line = self._data[exact].isel(held, missing_dims="ignore")
+            ax.plot(line[x], line, color="#000000", linewidth=1.2)
+        self._draw_curves(ax, x, y, held)
+        for name, nodes, scale in ((x, slice_[x].values, ax.set_xscale), (y, slice_[y].values, ax.set_yscale)):
+            if len(nodes) > 2 and nodes[0] > 0 and np.allclose(np.diff(np.log(nodes)), np.log(nodes[1] / nodes[0])):
+                scale("log")
+        ax.set_xlim(slice_[x].values[[0, -1]])
+        ax.set_ylim(slice_[y].values[[0, -1]])
+        ax.set_xlabel(_SYMBOLS.get(x, x))
+        ax.set_ylabel(_SYMBOLS.get(y, y))
+        values = [f"{_SYMBOLS.get(axis, axis)} = {float(self._data[axis][i]):.4g}" for axis, i in held.items()]
+        ax.set_title(f"{cells.attrs.get('long_name', variable)}\n{', '.join(values)}", fontsize=8)
+        return ax
+
+    def _draw_curves(self, ax: Any, x: str, y: str, held: dict[str, int]) -> None:
+        found = self.curves
+        if found is None or "point" not in found.dims:
+            return
+        kinds = found["curve"].attrs["flag_meanings"].split()
+        words_x, words_y = (found[name].attrs["flag_meanings"].split() for name in ("plane_x", "plane_y"))
+        for number in range(found.sizes["plane"]):
+            names = {words_x[int(found.plane_x[number])], words_y[int(found.plane_y[number])]}
+            nodes = {axis: float(self._data[axis][i]) for axis, i in held.items()}
+            if names != {x, y} or any(float(found[f"held_{axis}"][number]) != node for axis, node in nodes.items()):
+                continue
+            of_plane = found.isel(point=found.plane_number.values == number + 1)
+            for code, branch in dict.fromkeys(zip(of_plane.curve.values, of_plane.branch.values, strict=True)):
+                line = of_plane.isel(point=(of_plane.curve.values == code) & (of_plane.branch.values == branch))
+                color, dash = _CURVE_STYLES.get(kinds[int(code)], ("#8c8c8c", "solid"))
+                ax.plot(line[x], line[y], color=color, linestyle=dash, linewidth=1.2)
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def _long(method: str) -> str:
+    return METHODS[method].long_name if method in METHODS else _words(method)

@@ -1,0 +1,69 @@
+from typing import final
+
+import numpy as np
+from numpy.typing import NDArray
+
+_Reals = NDArray[np.float64]
+_Codes = NDArray[np.int8]
+
+__all__ = [
+    "FIELDS",
+    "Law",
+    "METHODS",
+    "REGIMES",
+    "USUAL_METHODS",
+    "VERDICTS",
+    "__version__",
+    "critical_c",
+    "curves",
+    "machine_point",
+    "machine_probe",
+    "orbit",
+    "probe",
+    "regime",
+    "verdicts",
+]
+
+__version__: str
+VERDICTS: list[tuple[str, int]]
+REGIMES: list[tuple[str, int, str]]
+METHODS: list[tuple[str, str, str, str]]
+USUAL_METHODS: list[str]
+FIELDS: list[str]
+
+@final
+class Law:
+    @staticmethod
+    def built_in(name: str) -> Law: ...
+    @staticmethod
+    def expression(formula: str, static_level: float) -> Law: ...
+    @staticmethod
+    def table(u: _Reals, friction: _Reals, static_level: float, origin: str) -> Law: ...
+    @staticmethod
+    def from_definition(name: str, definition: str) -> Law: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def definition(self) -> str: ...
+    @property
+    def parameters(self) -> list[tuple[str, str, float, float]]: ...
+    @property
+    def axes(self) -> list[str]: ...
+    def evaluate(self, u: _Reals, epsilon: float, parameters: list[float]) -> tuple[_Reals, _Reals]: ...
+
+def critical_c(
+    law: Law, arrays: list[_Reals], tolerance: float, threads: int | None = None
+) -> tuple[_Reals, _Reals]: ...
+def verdicts(
+    law: Law, arrays: list[_Reals], methods: list[str], tolerance: float, threads: int | None = None
+) -> _Codes: ...
+def regime(law: Law, arrays: list[_Reals], tolerance: float, threads: int | None = None) -> _Codes: ...
+def probe(law: Law, values: list[float], tolerance: float) -> str: ...
+def orbit(
+    law: Law, values: list[float], start: tuple[float, float] | None, tolerance: float, max_time: float
+) -> tuple[_Reals, _Reals, _Reals, _Codes, str, float | None]: ...
+def curves(
+    law: Law, nodes: list[list[float]], x: int, y: int, threads: int | None
+) -> list[tuple[str, _Reals, _Reals, _Reals]]: ...
+def machine_point(law: Law, motion: str, numbers: list[float]) -> tuple[list[float], list[float]]: ...
+def machine_probe(law: Law, motion: str, numbers: list[float], tolerance: float) -> str: ...

@@ -1,0 +1,112 @@
+"""Map files."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import h5py
+import numpy as np
+import xarray as xr
+
+from . import _fingerprints
+
+CURVES = "curves"
+
+
+class MapError(ValueError):
+    """A file is no map, or a damaged one; the message says where."""
+
+
+def open_map(path: str | os.PathLike[str], *, verify: bool = True) -> xr.Dataset:
+    """Opens a map that ``slipmap run`` has written.
+
+    Parameters
+    ----------
+    path : str or path
+        The file.
+    verify : bool
+        Whether to recompute the seal of the file, the fingerprint of every variable and those of all attributes, and
+        to refuse a map that has changed. Reads the whole file once.
+
+    Returns
+    -------
+    xarray.Dataset
+        Variables over the axes epsilon, the law's parameters, V and c, read when they are needed; see the accessor
+        ``Dataset.slipmap``. Close it, or use it in a ``with`` block.
+
+    Raises
+    ------
+    MapError
+        If the file is no complete map, or is not as it was written.
+    FileNotFoundError
+        If there is no such file.
+
+    Examples
+    --------
+    >>> import os, slipmap, tempfile
+    >>> path = os.path.join(tempfile.mkdtemp(), "notes.txt")
+    >>> _ = open(path, "w").write("no map")
+    >>> slipmap.open_map(path)
+    Traceback (most recent call last):
+        ...
+    slipmap._files.MapError: ...notes.txt: this is no HDF5 file
+    """
+    name = os.fspath(path)
+    if not os.path.exists(name):
+        raise FileNotFoundError(f"{name}: there is no such file")
+    if not h5py.is_hdf5(name):
+        raise MapError(f"{name}: this is no HDF5 file")
+    with h5py.File(name, "r") as file:
+        if "law" not in file.attrs or file.attrs.get("complete") != 1:
+            raise MapError(f"{name}: this is no complete map of slipmap")
+    if verify:
+        _verify(name)
+    return xr.open_dataset(name, engine="h5netcdf")
+
+
+def curves_of(path: str) -> xr.Dataset | None:
+    """The curves of codimension one that a map stores."""
+    with h5py.File(path, "r") as file:
+        if CURVES not in file:
+            return None
+    with xr.open_dataset(path, engine="h5netcdf", group=CURVES) as data:
+        return data.load()
+
+
+def _verify(path: str) -> None:
+    problem = _fingerprints.check_seal(path)
+    if problem is not None:
+        raise MapError(f"{path}: {problem}")
+    with h5py.File(path, "r") as file:
+        tile = tuple(int(length) for length in np.atleast_1d(file.attrs["tile_shape"]))
+        _verify_attributes(path, "the file", file.attrs)
+        for name, item in file.items():
+            if isinstance(item, h5py.Group):
+                _verify_attributes(path, name, item.attrs)
+                for column in item.values():
+                    _verify_dataset(path, f"{name}/{column.name}", column, None)
+            else:
+                _verify_dataset(path, name, item, None if item.is_scale else tile)
+
+
+def _verify_dataset(path: str, name: str, dataset: Any, tile: tuple[int, ...] | None) -> None:
+    _verify_attributes(path, name, dataset.attrs)
+    expected = dataset.attrs.get("sha256")
+    if expected is None:
+        if name.startswith(CURVES):
+            return
+        raise MapError(f"{path}: {name} has no fingerprint")
+    if _fingerprints.of_values(dataset, tile) != _text(expected):
+        raise MapError(f"{path}: the cells of {name} are not those that were written")
+
+
+def _verify_attributes(path: str, name: str, attributes: Any) -> None:
+    own = dict(attributes)
+    expected = own.get(_fingerprints.ATTRIBUTES)
+    if expected is not None and _fingerprints.of_attributes(own) != _text(expected):
+        raise MapError(f"{path}: the attributes of {name} are not those that were written")
+
+
+def _text(value: Any) -> str:
+    return value.decode() if isinstance(value, bytes) else str(value)

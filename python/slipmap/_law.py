@@ -1,0 +1,255 @@
+"""Friction laws."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import _core
+
+
+class Law:
+    r"""A friction law: the friction force phi(u) at slip speed u >= 0, in units of the static force, phi(0) = 1.
+
+    Made by one of the class methods :meth:`stribeck`, :meth:`exponential`, :meth:`lorentzian`, :meth:`expression`,
+    :meth:`table` and :meth:`from_function`. A law may hold values of its parameters; the others are given at each
+    call.
+
+    Notes
+    -----
+    Slip speeds are in units of (static force) / sqrt(stiffness * mass); see :class:`slipmap.Machine` for SI.
+    The oscillator is x1' = x2, x2' = -x1 - epsilon c x2 - sign(x2 - V) phi(\|x2 - V\|).
+
+    Examples
+    --------
+    >>> import slipmap
+    >>> law = slipmap.Law.exponential(mu=0.5, vs=1.0, eta=0.0)
+    >>> law
+    Law.exponential(mu=0.5, vs=1.0, eta=0.0)
+    >>> round(float(law.phi(0.5)), 6)
+    0.803265
+    """
+
+    __slots__ = ("_law", "_values")
+
+    def __init__(self, law: _core.Law, values: Mapping[str, Any]):
+        """Not to be called by users: the class methods make laws."""
+        self._law = law
+        known = [name for name, *_ in law.parameters]
+        for name in values:
+            if name not in known:
+                raise TypeError(_unknown(name, law))
+        self._values = {name: values[name] for name in known if values.get(name) is not None}
+
+    @classmethod
+    def stribeck(
+        cls, alpha: ArrayLike | None = None, beta: ArrayLike | None = None, gamma: ArrayLike | None = None
+    ) -> Law:
+        """The paper's law, phi = (1 - alpha) / (1 + epsilon gamma u) + alpha + epsilon beta u**2.
+
+        Parameters
+        ----------
+        alpha : array_like, optional
+            Friction at high slip speed, from 0 (falls to nothing) to 1 (does not fall).
+        beta : array_like, optional
+            Rise of the friction with the square of the slip speed, at least 0.
+        gamma : array_like, optional
+            Rate at which friction weakens as slip begins, at least 0.
+
+        Examples
+        --------
+        >>> import slipmap
+        >>> float(slipmap.Law.stribeck(alpha=0.4, beta=0.2, gamma=2.0).phi(0.0, epsilon=0.1))
+        1.0
+        """
+        return cls(_core.Law.built_in("stribeck"), {"alpha": alpha, "beta": beta, "gamma": gamma})
+
+    @classmethod
+    def exponential(
+        cls, mu: ArrayLike | None = None, vs: ArrayLike | None = None, eta: ArrayLike | None = None
+    ) -> Law:
+        """The law phi = mu + (1 - mu) exp(-u / vs) + eta u.
+
+        Parameters
+        ----------
+        mu : array_like, optional
+            Friction at high slip speed, from 0 to 1.
+        vs : array_like, optional
+            Slip speed over which the friction falls, greater than 0.
+        eta : array_like, optional
+            Rise of the friction with the slip speed, at least 0.
+        """
+        return cls(_core.Law.built_in("exponential"), {"mu": mu, "vs": vs, "eta": eta})
+
+    @classmethod
+    def lorentzian(
+        cls, mu: ArrayLike | None = None, vs: ArrayLike | None = None, eta: ArrayLike | None = None
+    ) -> Law:
+        """The law phi = mu + (1 - mu) / (1 + (u / vs)**2) + eta u, with parameters as :meth:`exponential`."""
+        return cls(_core.Law.built_in("lorentzian"), {"mu": mu, "vs": vs, "eta": eta})
+
+    @classmethod
+    def expression(cls, formula: str, *, static: float = 1.0, **parameters: ArrayLike) -> Law:
+        """A law given as a formula in the slip speed `u`, in `eps`, and in any other names, its parameters.
+
+        Parameters
+        ----------
+        formula : str
+            For example ``"mu + (1 - mu)*exp(-u/vs)"``. Functions: exp, ln, sqrt, sin, cos, tan, sinh, cosh, tanh,
+            atan, abs.
+        static : float
+            Value of the formula at u = 0, by which it is divided.
+        **parameters : array_like
+            Values of the names in the formula; those left out are given at each call.
+
+        Raises
+        ------
+        ValueError
+            If the text is no formula; the message points into it.
+
+        Examples
+        --------
+        >>> import slipmap
+        >>> law = slipmap.Law.expression("mu + (1 - mu)*exp(-u/vs)", mu=0.5, vs=1.0)
+        >>> float(law.phi(0.0))
+        1.0
+        """
+        return cls(_core.Law.expression(formula, float(static)), parameters)
+
+    @classmethod
+    def table(
+        cls, u: ArrayLike, friction: ArrayLike, *, static: float | None = None, origin: str = "the table"
+    ) -> Law:
+        """A measured law: friction at growing slip speeds, joined by cubics that keep the shape of the data.
+
+        Parameters
+        ----------
+        u : array_like
+            Slip speeds, from 0, strictly growing; at least three.
+        friction : array_like
+            Friction at these, in any unit.
+        static : float, optional
+            Friction at slip speed 0, by which the data are divided; by default the first of them.
+        origin : str
+            Where the data come from, for messages.
+
+        Raises
+        ------
+        ValueError
+            If the data are no friction law; the message names the row.
+
+        Examples
+        --------
+        >>> import slipmap
+        >>> law = slipmap.Law.table([0.0, 0.5, 1.0, 2.0, 4.0], [0.40, 0.31, 0.28, 0.26, 0.25])
+        >>> round(float(law.phi(1.0)), 12)
+        0.7
+        """
+        speeds, levels = _vector("u", u), _vector("friction", friction)
+        if len(speeds) != len(levels):
+            raise ValueError(f"friction: {len(levels)} values at {len(speeds)} slip speeds")
+        if static is None:
+            static = float(levels[0]) if len(levels) else 1.0
+        return cls(_core.Law.table(speeds, levels, float(static), origin), {})
+
+    @property
+    def name(self) -> str:
+        """Name of the law in configurations and maps."""
+        return self._law.name
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Names of all parameters of a point, in the order of a map's dimensions: epsilon, the law's own, V, c."""
+        return tuple(self._law.axes)
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """The law's own parameters, with the values that it holds; ``None`` for those given at each call."""
+        return {name: self._values.get(name) for name, *_ in self._law.parameters}
+
+    def replace(self, **parameters: ArrayLike) -> Law:
+        """The law with other values of some parameters.
+
+        Examples
+        --------
+        >>> import slipmap
+        >>> slipmap.Law.exponential(mu=0.5, vs=1.0).replace(eta=0.1)
+        Law.exponential(mu=0.5, vs=1.0, eta=0.1)
+        """
+        return Law(self._law, {**self._values, **parameters})
+
+    def phi(self, u: ArrayLike, *, epsilon: float = 1.0, **parameters: float) -> Any:
+        """Friction force at the slip speeds `u`, in units of the static force; NaN beyond the data of a table."""
+        return self._evaluate(u, epsilon, parameters)[0]
+
+    def weakening(self, u: ArrayLike, *, epsilon: float = 1.0, **parameters: float) -> Any:
+        """Weakening rate -phi'(u) at the slip speeds `u`: positive where the friction falls with speed."""
+        return self._evaluate(u, epsilon, parameters)[1]
+
+    def _evaluate(self, u: ArrayLike, epsilon: float, parameters: Mapping[str, float]) -> tuple[Any, Any]:
+        speeds = np.asarray(u, dtype=float)
+        arguments = self._arguments(parameters)
+        values = [_scalar(name, arguments[name]) for name in arguments]
+        phi, weakening = self._law.evaluate(speeds.ravel(), float(epsilon), values)
+        return phi.reshape(speeds.shape)[()], weakening.reshape(speeds.shape)[()]
+
+    def _arguments(self, given: Mapping[str, Any], **shared: Any) -> dict[str, Any]:
+        """Values of all axes that are in `shared` or are the law's own, in the order of the axes."""
+        own = [name for name, *_ in self._law.parameters]
+        for name in given:
+            if name not in own:
+                raise TypeError(_unknown(name, self._law))
+        values = {**shared, **self._values, **given}
+        wanted = [name for name in self.axes if name in shared or name in own]
+        missing = [name for name in wanted if values.get(name) is None]
+        if missing:
+            raise TypeError(f"the law `{self.name}` also needs {', '.join(missing)}")
+        return {name: values[name] for name in wanted}
+
+    def __repr__(self) -> str:
+        values = [f"{name}={value!r}" for name, value in self._values.items()]
+        if self.name == "expression":
+            values.insert(0, repr(self._law.definition.split("\n", 1)[1]))
+        elif self.name == "table":
+            rows = self._law.definition.count("\n")
+            values.insert(0, f"<{rows} data>")
+        return f"Law.{self.name}({', '.join(values)})"
+
+    def _key(self) -> tuple[Any, ...]:
+        values = tuple((name, np.asarray(value).tobytes()) for name, value in self._values.items())
+        return (self.name, self._law.definition, values)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Law) and self._key() == other._key()
+
+    def __hash__(self) -> int:
+        return hash(self._key())
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (_restore, (self.name, self._law.definition, self._values))
+
+
+def _restore(name: str, definition: str, values: Mapping[str, Any]) -> Law:
+    return Law(_core.Law.from_definition(name, definition), values)
+
+
+def _unknown(name: str, law: _core.Law) -> str:
+    own = ", ".join(own for own, *_ in law.parameters) or "none"
+    return f"`{name}` is no parameter of the law `{law.name}`; its parameters are: {own}"
+
+
+def _vector(name: str, values: ArrayLike) -> np.ndarray:
+    array = np.ascontiguousarray(values, dtype=float)
+    if array.ndim != 1:
+        raise ValueError(f"{name}: one row of numbers is needed, not the shape {array.shape}")
+    return array
+
+
+def _scalar(name: str, value: Any) -> float:
+    array = np.asarray(value, dtype=float)
+    if array.ndim:
+        raise ValueError(f"{name}: one number is needed here, not the shape {array.shape}")
+    return float(array)

@@ -1,0 +1,266 @@
+//! Elementwise functions: flat arrays in, flat arrays out.
+
+use std::collections::HashMap;
+
+use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use rayon::prelude::*;
+use slipmap::filippov::Oscillator;
+use slipmap::friction::{Column, Law as Family};
+use slipmap::map::{Engine, Method, Regime, Verdict, decide, regime as regime_of};
+use slipmap::point::{LawParameters, Point};
+use slipmap::simulate::critical::critical_dampings;
+use slipmap::simulate::flow;
+
+use crate::law::{Law, check_law, check_values};
+use crate::point::check_tolerance;
+use crate::work::{FEW, Steering, run};
+
+/// Elements that share a task: many vectors of columns, and soon done.
+const TASK: usize = 256;
+
+/// Elements at which a law that needs a check of its own is checked: all of a few, evenly spread over many.
+const CHECKED: usize = 256;
+
+/// Arguments of an elementwise function, in the order of the law's axes: one value for all elements, or one each.
+struct Arguments<'a> {
+    law: &'a Family,
+    values: Vec<&'a [f64]>,
+    len: usize,
+}
+
+impl<'a> Arguments<'a> {
+    /// Checks lengths and domains. An element with a NaN among its arguments is legal, and has no answer.
+    fn new(law: &'a Family, arrays: &'a [PyReadonlyArray1<'_, f64>]) -> PyResult<Self> {
+        let values: Vec<&[f64]> = arrays.iter().map(|array| array.as_slice()).collect::<Result<_, _>>()?;
+        let len = values.iter().map(|values| values.len()).find(|&len| len != 1).unwrap_or(1);
+        if values.iter().any(|values| values.len() != 1 && values.len() != len) {
+            return Err(PyValueError::new_err("arrays of different lengths"));
+        }
+        Ok(Self { law, values, len })
+    }
+
+    fn element(&self, i: usize, into: &mut Vec<f64>) {
+        into.clear();
+        into.extend(self.values.iter().map(|values| if values.len() == 1 { values[0] } else { values[i] }));
+    }
+
+    fn check(&self) -> PyResult<()> {
+        let single = self.len == 1;
+        let mut element = Vec::new();
+        for i in 0..self.len {
+            self.element(i, &mut element);
+            if element.iter().any(|value| value.is_nan()) {
+                continue;
+            }
+            let place = || if single { String::new() } else { format!(" (element {i})") };
+            check_values(self.law, &element, &place)?;
+        }
+        let checked = self.len.min(CHECKED);
+        for i in 0..checked {
+            self.element(if checked > 1 { i * (self.len - 1) / (checked - 1) } else { 0 }, &mut element);
+            if !element.iter().any(|value| value.is_nan()) {
+                check_law(self.law, &point(self.law, &element)).map_err(PyValueError::new_err)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The point of values in the order of the axes; damping 0 if it is left out.
+fn point(law: &Family, values: &[f64]) -> Point {
+    let count = law.parameters().len();
+    Point {
+        epsilon: values[0],
+        law: LawParameters::new(&values[1..=count]),
+        belt_speed: values[count + 1],
+        damping: values.get(count + 2).copied().unwrap_or(0.0),
+    }
+}
+
+/// Applies `each` to tasks of consecutive elements, in parallel where that pays; `None` where it was stopped.
+fn in_tasks<T: Send>(
+    py: Python<'_>,
+    len: usize,
+    threads: Option<usize>,
+    each: impl Fn(std::ops::Range<usize>) -> Vec<T> + Sync,
+) -> PyResult<Vec<T>> {
+    if len <= FEW {
+        return Ok(py.detach(|| each(0..len)));
+    }
+    run(py, threads, None, |steering: &Steering| {
+        let tasks = len.div_ceil(TASK);
+        let done: Vec<Vec<T>> = (0..tasks)
+            .into_par_iter()
+            .map(|task| match steering.stopped() {
+                true => Vec::new(),
+                false => each(task * TASK..((task + 1) * TASK).min(len)),
+            })
+            .collect();
+        done.into_iter().flatten().collect()
+    })
+}
+
+/// Critical damping and its error estimate; NaN where there is none.
+#[pyfunction]
+#[pyo3(signature = (law, arrays, tolerance, threads=None))]
+pub(crate) fn critical_c<'py>(
+    py: Python<'py>,
+    law: &Law,
+    arrays: Vec<PyReadonlyArray1<'py, f64>>,
+    tolerance: f64,
+    threads: Option<usize>,
+) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
+    check_tolerance(tolerance)?;
+    let family = &law.law;
+    let arguments = Arguments::new(family, &arrays)?;
+    arguments.check()?;
+    let found = in_tasks(py, arguments.len, threads, |task| {
+        let mut element = Vec::new();
+        let mut columns: Vec<Column> = Vec::with_capacity(task.len());
+        let mut known = Vec::with_capacity(task.len());
+        for i in task {
+            arguments.element(i, &mut element);
+            let is_known = !element.iter().any(|value| value.is_nan());
+            known.push(is_known);
+            if is_known {
+                columns.push(family.column(&point(family, &element)));
+            }
+        }
+        let mut answers = critical_dampings(&columns, tolerance).into_iter();
+        let answer = |known: bool| known.then(|| answers.next()).flatten().and_then(Result::ok);
+        known.into_iter().map(answer).map(|it| it.map_or((f64::NAN, f64::NAN), |it| (it.c, it.error))).collect()
+    })?;
+    let (values, errors): (Vec<f64>, Vec<f64>) = found.into_iter().unzip();
+    Ok((PyArray1::from_vec(py, values), PyArray1::from_vec(py, errors)))
+}
+
+/// Elements that share all parameters but the damping, and those dampings in growing order.
+struct Group {
+    column: Vec<f64>,
+    elements: Vec<usize>,
+}
+
+/// Verdict codes, one row per method; `not_computed` where an argument is NaN.
+#[pyfunction]
+#[pyo3(signature = (law, arrays, methods, tolerance, threads=None))]
+pub(crate) fn verdicts<'py>(
+    py: Python<'py>,
+    law: &Law,
+    arrays: Vec<PyReadonlyArray1<'py, f64>>,
+    methods: Vec<String>,
+    tolerance: f64,
+    threads: Option<usize>,
+) -> PyResult<Bound<'py, PyArray2<i8>>> {
+    check_tolerance(tolerance)?;
+    let family = &law.law;
+    let arguments = Arguments::new(family, &arrays)?;
+    arguments.check()?;
+    let methods: Vec<Method> = methods.iter().map(|name| method(name)).collect::<PyResult<_>>()?;
+    let groups = py.detach(|| groups(&arguments));
+    let decide_group = |group: &Group| -> Vec<Vec<i8>> {
+        let column = family.column(&point(family, &group.column));
+        let last = arguments.values.len() - 1;
+        let damping = |&i: &usize| arguments.values[last][if arguments.values[last].len() == 1 { 0 } else { i }];
+        let dampings: Vec<f64> = group.elements.iter().map(damping).collect();
+        methods.iter().map(|method| of_method(method, &column, &dampings, tolerance)).collect()
+    };
+    let decided = if groups.len() <= 1 && arguments.len <= FEW {
+        py.detach(|| groups.iter().map(decide_group).collect::<Vec<_>>())
+    } else {
+        run(py, threads, None, |steering| {
+            let each = |group: &Group| match steering.stopped() {
+                true => Vec::new(),
+                false => decide_group(group),
+            };
+            groups.par_iter().map(each).collect::<Vec<_>>()
+        })?
+    };
+    let mut codes = vec![vec![Verdict::NotComputed.code(); arguments.len]; methods.len()];
+    for (group, rows) in groups.iter().zip(decided) {
+        for (row, verdicts) in codes.iter_mut().zip(rows) {
+            for (&i, code) in group.elements.iter().zip(verdicts) {
+                row[i] = code;
+            }
+        }
+    }
+    Ok(PyArray2::from_vec2(py, &codes)?)
+}
+
+pub(crate) fn method(name: &str) -> PyResult<Method> {
+    Method::by_name(name).ok_or_else(|| {
+        let known: Vec<&str> = Method::all().map(|method| method.name()).collect();
+        PyValueError::new_err(format!("there is no method `{name}`; choose from: {}", known.join(", ")))
+    })
+}
+
+/// Elements without a NaN, by column; within a column by growing damping.
+fn groups(arguments: &Arguments<'_>) -> Vec<Group> {
+    let mut known: HashMap<Vec<u64>, usize> = HashMap::new();
+    let mut groups: Vec<Group> = Vec::new();
+    let mut element = Vec::new();
+    let mut dampings = Vec::with_capacity(arguments.len);
+    for i in 0..arguments.len {
+        arguments.element(i, &mut element);
+        let damping = element.pop().unwrap_or(f64::NAN);
+        dampings.push(damping);
+        if damping.is_nan() || element.iter().any(|value| value.is_nan()) {
+            continue;
+        }
+        let key = element.iter().map(|value| value.to_bits()).collect();
+        let group = *known.entry(key).or_insert_with(|| {
+            groups.push(Group { column: element.clone(), elements: Vec::new() });
+            groups.len() - 1
+        });
+        groups[group].elements.push(i);
+    }
+    for group in &mut groups {
+        group.elements.sort_by(|&a, &b| dampings[a].total_cmp(&dampings[b]));
+    }
+    groups
+}
+
+/// What a method says of a column at growing dampings.
+fn of_method(method: &Method, column: &Column, dampings: &[f64], tolerance: f64) -> Vec<i8> {
+    match method {
+        Method::Test(test) => {
+            let claim = (test.claim)(column);
+            dampings.iter().map(|&c| Verdict::from(claim.decide(c)).code()).collect()
+        }
+        Method::Simulation => decide(std::slice::from_ref(column), dampings, Engine::Auto, tolerance)
+            .into_iter()
+            .map(Verdict::code)
+            .collect(),
+        Method::Naive(..) => dampings.iter().map(|&c| method.decide(column, c, tolerance).code()).collect(),
+    }
+}
+
+/// Regime codes; `failed` where an argument is NaN.
+#[pyfunction]
+#[pyo3(signature = (law, arrays, tolerance, threads=None))]
+pub(crate) fn regime<'py>(
+    py: Python<'py>,
+    law: &Law,
+    arrays: Vec<PyReadonlyArray1<'py, f64>>,
+    tolerance: f64,
+    threads: Option<usize>,
+) -> PyResult<Bound<'py, PyArray1<i8>>> {
+    check_tolerance(tolerance)?;
+    let family = &law.law;
+    let arguments = Arguments::new(family, &arrays)?;
+    arguments.check()?;
+    let codes = in_tasks(py, arguments.len, threads, |task| {
+        let mut element = Vec::new();
+        task.map(|i| {
+            arguments.element(i, &mut element);
+            if element.iter().any(|value| value.is_nan()) {
+                return Regime::Failed.code();
+            }
+            let oscillator = Oscillator::new(family, &point(family, &element));
+            regime_of(&oscillator, &flow(&oscillator, tolerance)).code()
+        })
+        .collect()
+    })?;
+    Ok(PyArray1::from_vec(py, codes))
+}

@@ -1,0 +1,169 @@
+//! Friction laws.
+
+use numpy::{PyArray1, PyReadonlyArray1};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use slipmap::friction::{Expression, Law as Family, Table};
+use slipmap::map::{AxisRole, Grid};
+use slipmap::point::{LawParameters, MAX_LAW_PARAMETERS, Point};
+
+/// A family of friction laws; its parameters are given at every call.
+#[pyclass(frozen, module = "slipmap._core")]
+pub(crate) struct Law {
+    pub(crate) law: Family,
+}
+
+#[pymethods]
+impl Law {
+    /// The law of this name: "stribeck", "exponential" or "lorentzian".
+    #[staticmethod]
+    fn built_in(name: &str) -> PyResult<Self> {
+        let law = Family::BUILT_IN.into_iter().find(|law| law.name() == name);
+        let known = || Family::BUILT_IN.map(|law| law.name().to_owned()).join(", ");
+        let problem = || PyValueError::new_err(format!("there is no law `{name}`; choose from: {}", known()));
+        Ok(Self { law: law.ok_or_else(problem)? })
+    }
+
+    /// A law given as a formula.
+    #[staticmethod]
+    fn expression(formula: &str, static_level: f64) -> PyResult<Self> {
+        check_static_level(static_level)?;
+        let law = Expression::new(formula, static_level).map_err(|error| {
+            let problem = slipmap::config::point_into(formula, &error);
+            PyValueError::new_err(format!("{problem}\n  help: {}", error.remedy))
+        })?;
+        Ok(Self { law: Family::Expression(law) })
+    }
+
+    /// A law given by data.
+    #[staticmethod]
+    fn table(
+        u: PyReadonlyArray1<'_, f64>,
+        friction: PyReadonlyArray1<'_, f64>,
+        static_level: f64,
+        origin: &str,
+    ) -> PyResult<Self> {
+        check_static_level(static_level)?;
+        let data: Vec<(f64, f64)> =
+            u.as_array().iter().copied().zip(friction.as_array().iter().copied()).collect();
+        let law = Table::new(origin, &data, static_level).map_err(|error| {
+            let row = error.row.map_or(String::new(), |row| format!("row {row}: "));
+            PyValueError::new_err(format!("{row}{error}"))
+        })?;
+        Ok(Self { law: Family::Table(law) })
+    }
+
+    /// The law of a name and the definition that [`Law::definition`] gave.
+    #[staticmethod]
+    fn from_definition(name: &str, definition: &str) -> PyResult<Self> {
+        let law = Family::from_definition(name, definition);
+        Ok(Self { law: law.ok_or_else(|| PyValueError::new_err(format!("this defines no law `{name}`")))? })
+    }
+
+    #[getter]
+    fn name(&self) -> &'static str {
+        self.law.name()
+    }
+
+    #[getter]
+    fn definition(&self) -> String {
+        self.law.definition()
+    }
+
+    /// Name, description, least and greatest legal value of each parameter.
+    #[getter]
+    fn parameters(&self) -> Vec<(&str, &str, f64, f64)> {
+        self.law.parameters().iter().map(|it| (it.name, it.long_name, it.min, it.max)).collect()
+    }
+
+    /// Names of the axes of a map of this law, slowest first.
+    #[getter]
+    fn axes(&self) -> Vec<&'static str> {
+        Grid::axis_names(&self.law)
+    }
+
+    /// phi and -phi' at the slip speeds `u`.
+    fn evaluate<'py>(
+        &self,
+        py: Python<'py>,
+        u: PyReadonlyArray1<'py, f64>,
+        epsilon: f64,
+        parameters: Vec<f64>,
+    ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
+        let values: Vec<f64> = std::iter::once(epsilon).chain(parameters.iter().copied()).collect();
+        check_values(&self.law, &values, &AXIS_WITHOUT_INDEX)?;
+        let curve = self.law.curve(epsilon, &LawParameters::new(&parameters));
+        let u = u.as_array();
+        let phi: Vec<f64> = u.iter().map(|&u| curve.phi(u)).collect();
+        let weakening: Vec<f64> = u.iter().map(|&u| curve.weakening(u)).collect();
+        Ok((PyArray1::from_vec(py, phi), PyArray1::from_vec(py, weakening)))
+    }
+}
+
+fn check_static_level(level: f64) -> PyResult<()> {
+    if level > 0.0 && level.is_finite() {
+        return Ok(());
+    }
+    Err(PyValueError::new_err(format!("static = {level}: the friction at slip speed 0 must be greater than 0")))
+}
+
+/// Which element of the caller's arrays a value is.
+pub(crate) type Place<'a> = &'a (dyn Fn() -> String + Sync);
+
+const AXIS_WITHOUT_INDEX: fn() -> String = String::new;
+
+/// Checks the first values of a point, in the order of [`Grid::axis_names`], against their legal domains.
+pub(crate) fn check_values(law: &Family, values: &[f64], place: Place<'_>) -> PyResult<()> {
+    let names = Grid::axis_names(law);
+    let count = law.parameters().len();
+    let role = |axis: usize| match axis {
+        0 => AxisRole::Epsilon,
+        axis if axis <= count => AxisRole::Law(axis - 1),
+        axis if axis == count + 1 => AxisRole::BeltSpeed,
+        _ => AxisRole::Damping,
+    };
+    for (axis, (&value, name)) in values.iter().zip(&names).enumerate() {
+        Grid::check_value(law, role(axis), name, value).map_err(|error| {
+            let text = error.to_string();
+            let wanted = text.rsplit_once("; ").map_or(text.as_str(), |(_, wanted)| wanted);
+            PyValueError::new_err(format!("{name}{} = {value}: {wanted}", place()))
+        })?;
+    }
+    Ok(())
+}
+
+/// The point of values in the order of [`Grid::axis_names`]; checked.
+pub(crate) fn point_of(law: &Family, values: &[f64]) -> PyResult<Point> {
+    let wanted = law.parameters().len() + 3;
+    if values.len() != wanted {
+        return Err(PyValueError::new_err(format!("{wanted} values make a point, not {}", values.len())));
+    }
+    check_values(law, values, &AXIS_WITHOUT_INDEX)?;
+    let point = Point {
+        epsilon: values[0],
+        law: LawParameters::new(&values[1..wanted - 2]),
+        belt_speed: values[wanted - 2],
+        damping: values[wanted - 1],
+    };
+    check_law(law, &point).map_err(PyValueError::new_err)?;
+    Ok(point)
+}
+
+/// Checks that the law is legal at the slip speeds of a point.
+pub(crate) fn check_law(law: &Family, point: &Point) -> Result<(), String> {
+    let fastest = 2.0 * point.belt_speed;
+    match law {
+        Family::Expression(law) => law.check(point.epsilon, &point.law, fastest).map_err(|error| {
+            format!("{}\n  help: {}", slipmap::config::point_into(law.text(), &error), error.remedy)
+        }),
+        Family::Table(table) if table.fastest() < fastest => Err(format!(
+            "V = {}: the data of {} end at slip speed {}, below 2 V\n  help: choose a lower belt speed",
+            point.belt_speed,
+            table.origin(),
+            table.fastest()
+        )),
+        _ => Ok(()),
+    }
+}
+
+const _: () = assert!(MAX_LAW_PARAMETERS == 8, "the stub file says 8");

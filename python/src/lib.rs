@@ -1,0 +1,39 @@
+//! The compiled part of the Python package `slipmap`: what its Python part cannot do fast.
+//!
+//! Python broadcasts, names and documents; this extension takes flat arrays and gives flat arrays. Every function that
+//! works for more than a moment releases the GIL, uses all cores, and heeds Ctrl-C.
+
+mod columns;
+mod curves;
+mod law;
+mod machine;
+mod map;
+mod orbit;
+mod point;
+mod work;
+
+use pyo3::prelude::*;
+use slipmap::map::{Field, Method, Regime, Verdict};
+
+/// The compiled part of slipmap.
+#[pymodule]
+fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add("VERDICTS", Verdict::ALL.map(|verdict| (verdict.name(), verdict.code())).to_vec())?;
+    let regimes = Regime::ALL.map(|it| (it.name(), it.code(), slipmap::probe::regime_words(it)));
+    module.add("REGIMES", regimes.to_vec())?;
+    let methods = Method::all().map(|it| (it.name(), it.long_name(), it.guarantee().name(), it.equation()));
+    module.add("METHODS", methods.collect::<Vec<_>>())?;
+    module.add("USUAL_METHODS", Method::usual().map(|it| it.name()).collect::<Vec<_>>())?;
+    module.add("FIELDS", Field::ALL.map(Field::name).to_vec())?;
+    module.add_class::<law::Law>()?;
+    module.add_function(wrap_pyfunction!(columns::critical_c, module)?)?;
+    module.add_function(wrap_pyfunction!(columns::verdicts, module)?)?;
+    module.add_function(wrap_pyfunction!(columns::regime, module)?)?;
+    module.add_function(wrap_pyfunction!(point::probe, module)?)?;
+    module.add_function(wrap_pyfunction!(orbit::orbit, module)?)?;
+    module.add_function(wrap_pyfunction!(curves::curves, module)?)?;
+    module.add_function(wrap_pyfunction!(machine::machine_point, module)?)?;
+    module.add_function(wrap_pyfunction!(machine::machine_probe, module)?)?;
+    Ok(())
+}

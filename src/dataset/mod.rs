@@ -1,0 +1,18 @@
+//! What a map holds, apart from the file format: its dimensions, its variables with their attributes, the attributes
+//! of the file, fingerprints. The HDF5 file is written and read by it, and so is any other form of the same data.
+
+pub mod attributes;
+pub mod fingerprint;
+mod schema;
+mod value;
+
+pub use attributes::{Audit, Outcome, Provenance};
+pub use fingerprint::Fingerprint;
+pub use schema::{Cells, Content, MethodInfo, SCHEMA, Schema, Variable};
+pub use value::Value;
+
+/// Lower-case hexadecimal digits.
+#[must_use]
+pub fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}

@@ -1,0 +1,246 @@
+//! From a curve to polynomials on pieces, with their errors.
+
+use std::sync::LazyLock;
+
+use super::{Bend, COUNT, Piece, Places, Weakening};
+use crate::friction::interval::Interval;
+use crate::friction::jet::{Jet, Real as _};
+use crate::friction::{Form, Range, Table};
+
+/// Most pieces of one curve; what is left then is one piece each, with whatever error it has.
+const MOST_PIECES: usize = 4096;
+/// Times that the first piece may be halved.
+const MOST_HALVINGS: u32 = 64;
+/// Truncation error aimed at, in units of the largest |w| met so far.
+const SHARPNESS: f64 = 2.0 * f64::EPSILON;
+/// Bound of the Lebesgue constant of the points, 1 + (2 / pi) ln 12 = 2.582, with room for the rounding of the points.
+const LEBESGUE: f64 = 2.6;
+/// Room for the rounding of the points in the product of the distances to them.
+const ROOM: f64 = 1.001;
+
+/// The Chebyshev points in [-1, 1].
+static POINTS: LazyLock<[f64; COUNT]> = LazyLock::new(|| std::array::from_fn(|j| angle(j).cos()));
+/// Chebyshev coefficient k as a sum of the values at the points.
+static TRANSFORM: LazyLock<[[f64; COUNT]; COUNT]> = LazyLock::new(|| {
+    std::array::from_fn(|k| {
+        let weight = if k == 0 { 1.0 } else { 2.0 } / COUNT as f64;
+        std::array::from_fn(|j| weight * (k as f64 * angle(j)).cos())
+    })
+});
+/// Coefficients of the Chebyshev polynomials, which are integers.
+static POWERS: LazyLock<[[f64; COUNT]; COUNT]> = LazyLock::new(|| {
+    let mut powers = [[0.0; COUNT]; COUNT];
+    (powers[0][0], powers[1][1]) = (1.0, 1.0);
+    for k in 2..COUNT {
+        for i in 0..COUNT {
+            let shifted = if i > 0 { powers[k - 1][i - 1] } else { 0.0 };
+            powers[k][i] = 2.0 * shifted - powers[k - 2][i];
+        }
+    }
+    powers
+});
+
+fn angle(j: usize) -> f64 {
+    std::f64::consts::PI * (j as f64 + 0.5) / COUNT as f64
+}
+
+/// The polynomial through values at the points, and the size of its last two Chebyshev coefficients.
+fn fit(values: &[f64; COUNT]) -> ([f64; COUNT], f64) {
+    let chebyshev: [f64; COUNT] =
+        std::array::from_fn(|k| TRANSFORM[k].iter().zip(values).map(|(weight, value)| weight * value).sum());
+    let mut c = [0.0; COUNT];
+    for (coefficient, powers) in chebyshev.iter().zip(POWERS.iter()) {
+        for (c, power) in c.iter_mut().zip(powers) {
+            *c += coefficient * power;
+        }
+    }
+    (c, chebyshev[COUNT - 2].abs() + chebyshev[COUNT - 1].abs())
+}
+
+/// `known`, which may be nothing yet, continued up to slip speed `reach`.
+pub(in crate::friction) fn extend(law: &Form, known: Option<&Weakening>, reach: f64) -> Weakening {
+    let (mut breaks, mut pieces) = match known {
+        Some(known) => (known.breaks.clone(), known.pieces.clone()),
+        None => (vec![0.0], Vec::new()),
+    };
+    match law {
+        Form::Table(table) => compile_table(table, &mut breaks, &mut pieces),
+        law => Compiler { law, breaks: &mut breaks, pieces: &mut pieces }.compile(reach),
+    }
+    let places = Places::of(&breaks);
+    Weakening { law: law.clone(), breaks, pieces, places }
+}
+
+struct Compiler<'a> {
+    law: &'a Form,
+    breaks: &'a mut Vec<f64>,
+    pieces: &'a mut Vec<Piece>,
+}
+
+impl Compiler<'_> {
+    /// From the end of what is known up to `reach`, or to the next corner and on.
+    fn compile(&mut self, reach: f64) {
+        let start = self.breaks[self.breaks.len() - 1];
+        let mut ends: Vec<f64> =
+            self.law.corners().iter().copied().filter(|corner| start < *corner && *corner < reach).collect();
+        ends.push(reach);
+        // Largest |w| so far.
+        let known = self.pieces.iter().zip(&*self.breaks).map(|(piece, from)| piece.at(*from).abs());
+        let mut size = known.filter(|size| size.is_finite()).fold(0.0, f64::max);
+        let mut from = start;
+        for end in ends {
+            // The piece next in order is the last.
+            let mut waiting = vec![(from, end, 0)];
+            while let Some((a, b, halvings)) = waiting.pop() {
+                let middle = 0.5 * (a + b);
+                let last = halvings >= MOST_HALVINGS
+                    || !(a < middle && middle < b)
+                    || self.pieces.len() + waiting.len() >= MOST_PIECES;
+                match piece(self.law, a, b, &mut size, last) {
+                    Some(piece) => {
+                        self.pieces.push(piece);
+                        self.breaks.push(b);
+                    }
+                    None => waiting.extend([(middle, b, halvings + 1), (a, middle, halvings + 1)]),
+                }
+            }
+            from = end;
+        }
+    }
+}
+
+/// The piece [a, b] of a law that is smooth there; `None` if its halves will do better, unless it has to be the `last`.
+fn piece(law: &Form, a: f64, b: f64, size: &mut f64, last: bool) -> Option<Piece> {
+    let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
+    let points = POINTS.map(|x| (middle + half * x).clamp(a, b));
+    let values = points.map(|u| law.weakening(u));
+    let largest =
+        values.iter().map(|value| value.abs()).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a });
+    let (c, tail) = fit(&values);
+    let scale = 1.0 / half;
+    let mut piece = Piece {
+        middle,
+        scale,
+        c,
+        error: f64::INFINITY,
+        estimate: f64::INFINITY,
+        range: Range { lo: f64::NEG_INFINITY, hi: f64::INFINITY },
+        monotone: false,
+        bend: Bend::Unknown,
+    };
+    if !(largest.is_finite() && scale.is_finite()) {
+        return last.then_some(piece);
+    }
+    let size_here = size.max(largest);
+    // The last coefficients fall by an order of magnitude each where the piece is short enough.
+    let resolved = tail <= 16.0 * SHARPNESS * size_here;
+    if !resolved && !last {
+        return None;
+    }
+    let round_off = Piece::round_off(&piece.c);
+    // In units of the half-width, so that no power of it leaves the normal numbers.
+    let proof = law.series(Interval::new(a, b), half.next_up()).map(|phi| {
+        // Coefficients of w are those of phi' with the other sign.
+        let highest = Interval::constant(COUNT as f64 + 1.0) * phi.0[COUNT + 1] / Interval::thin(half);
+        let remainder = ROOM * 2.0 * 0.5f64.powi(COUNT as i32) * highest.lo.abs().max(highest.hi.abs());
+        (phi, remainder)
+    });
+    if let Some((phi, remainder)) = proof {
+        if !(remainder <= SHARPNESS * size_here) && !last {
+            return None;
+        }
+        let residual = points.iter().map(|&u| {
+            let exact = law.series::<2>(Interval::thin(u), 1.0).map_or(Interval::ENTIRE, |phi| -phi.0[1]);
+            let found = piece.at(u);
+            (exact.hi - found).abs().max((found - exact.lo).abs())
+        });
+        // NaN, from an enclosure without bounds, must not get lost.
+        let residual = residual.fold(0.0, |a: f64, b| if b > a || b.is_nan() { b } else { a });
+        let error = ROOM * (remainder + LEBESGUE * (residual + round_off)) + round_off;
+        if error.is_finite() {
+            piece.error = error;
+            piece.describe(law, a, b, &phi);
+        }
+    }
+    // Between the points an interpolant errs most.
+    let between = points.windows(2).map(|pair| {
+        let u = 0.5 * (pair[0] + pair[1]);
+        (piece.at(u) - law.weakening(u)).abs()
+    });
+    piece.estimate = 2.0 * between.fold(0.0, f64::max) + round_off;
+    *size = size_here;
+    Some(piece)
+}
+
+impl Piece {
+    /// Bounds of w and signs of its derivatives on [a, b], from the series of phi there.
+    fn describe(&mut self, law: &Form, a: f64, b: f64, phi: &Jet<Interval, { COUNT + 2 }>) {
+        let (slope, bend) = (-phi.derivative(2), -phi.derivative(3));
+        self.bend = match bend {
+            bend if bend.lo >= 0.0 => Bend::Up,
+            bend if bend.hi <= 0.0 => Bend::Down,
+            _ => Bend::Unknown,
+        };
+        let one_sign = |slope: Interval| slope.lo >= 0.0 || slope.hi <= 0.0;
+        self.monotone = one_sign(slope)
+            || self.bend != Bend::Unknown && {
+                // Between its ends a monotone slope lies between its values there.
+                let [at_a, at_b] = [a, b].map(|u| law.series::<3>(Interval::thin(u), 1.0));
+                at_a.zip(at_b)
+                    .is_some_and(|(at_a, at_b)| one_sign((-at_a.derivative(2)).hull(-at_b.derivative(2))))
+            };
+        self.range = self.range_on(a, b);
+    }
+}
+
+/// A table's parabolas: exact, but for the rounding of their coefficients. They are cut at their extremes, so that each
+/// piece is monotone.
+fn compile_table(table: &Table, breaks: &mut Vec<f64>, pieces: &mut Vec<Piece>) {
+    if !pieces.is_empty() {
+        return;
+    }
+    for parabola in table.parabolas() {
+        let [from, to] = parabola.ends;
+        let turn = parabola.extreme().filter(|u| from < *u && *u < to);
+        for [a, b] in turn.map_or(vec![[from, to]], |turn| vec![[from, turn], [turn, to]]) {
+            let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
+            let scale = 1.0 / half;
+            // w in x, with t = u - from = start + x / scale.
+            let start = Interval::thin(middle) - Interval::thin(from);
+            let width = Interval::constant(1.0) / Interval::thin(scale);
+            let [w0, w1, w2] = parabola.coefficients;
+            let exact = [
+                w0 + start * (w1 + start * w2),
+                width * (w1 + Interval::constant(2.0) * start * w2),
+                width * width * w2,
+            ];
+            let mut c = [0.0; COUNT];
+            let mut error = 0.0;
+            for (c, exact) in c.iter_mut().zip(exact) {
+                *c = 0.5 * (exact.lo + exact.hi);
+                error += (exact.hi - *c).max(*c - exact.lo);
+            }
+            let round_off = Piece::round_off(&c);
+            let mut piece = Piece {
+                middle,
+                scale,
+                c,
+                // Next to a cut, which was rounded, the extreme is passed by less than that.
+                error: ROOM * (error + 2.0 * round_off),
+                estimate: error + round_off,
+                range: Range { lo: f64::NEG_INFINITY, hi: f64::INFINITY },
+                monotone: true,
+                bend: if w2.lo >= 0.0 {
+                    Bend::Up
+                } else if w2.hi <= 0.0 {
+                    Bend::Down
+                } else {
+                    Bend::Unknown
+                },
+            };
+            piece.range = piece.range_on(a, b);
+            pieces.push(piece);
+            breaks.push(b);
+        }
+    }
+}

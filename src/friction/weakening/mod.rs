@@ -1,0 +1,251 @@
+//! The weakening rate w(u) = -phi'(u) of one curve as polynomials on pieces of slip speeds: the one form in which
+//! engines and tests see every friction law.
+//!
+//! A curve is compiled once ([`super::Curve::compiled`]), for all belt speeds and dampings: w depends on neither. With
+//! the polynomials goes a bound of `|w - polynomial|`, in which the round-off of [`Weakening::at`] is included. By the
+//! comparison lemma of [`crate::certify`] an error delta of w moves the critical damping, and the damping at which an orbit
+//! of any amplitude closes, by at most delta / eps (theory, "One form for every law").
+//!
+//! **Error.** A formula is interpolated at the [`COUNT`] Chebyshev points of each piece. With half-width h, the exact
+//! interpolant errs by at most `max |w^(n)| / n! * 2 (h / 2)^n`, n = [`COUNT`], where interval arithmetic on Taylor series
+//! bounds the derivative over the whole piece; and a polynomial that misses the values at the points by at most r
+//! differs from the exact interpolant by at most Lambda r, Lambda = 1 + (2 / pi) ln n the Lebesgue constant of these
+//! points. (L. N. Trefethen, Approximation Theory and Approximation Practice, SIAM 2013, chapters 8 and 15.) A table's
+//! weakening rate is a parabola on each piece, exact but for rounding. What is not proved, because nothing encloses the
+//! law or the pieces would be too many, is told as such: [`Accuracy`].
+
+mod compile;
+mod range;
+
+use super::{Form, Range};
+
+pub(super) use compile::extend;
+
+/// Coefficients of a piece.
+pub(super) const COUNT: usize = 12;
+
+/// How far the polynomials may be from the law.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Accuracy {
+    /// At most so far: a theorem, round-off included.
+    Proved(f64),
+    /// About so far, as comparison at some slip speeds has it.
+    Sampled(f64),
+}
+
+impl Accuracy {
+    /// The number, whatever it is worth.
+    #[must_use]
+    pub fn bound(self) -> f64 {
+        match self {
+            Accuracy::Proved(bound) | Accuracy::Sampled(bound) => bound,
+        }
+    }
+}
+
+/// The weakening rate of one curve on slip speeds from 0 up to [`Weakening::reach`].
+#[derive(Debug)]
+pub struct Weakening {
+    /// The law itself, for what lies outside.
+    law: Form,
+    /// Ends of the pieces: the first is 0, the last the reach.
+    breaks: Vec<f64>,
+    pieces: Vec<Piece>,
+    places: Places,
+}
+
+/// A polynomial in x = (u - middle) * scale, which is within [-1, 1], and what is known of w on its piece.
+#[derive(Clone, Debug)]
+struct Piece {
+    middle: f64,
+    scale: f64,
+    /// Coefficients of 1, x, x^2, ...
+    c: [f64; COUNT],
+    /// Proved bound of |w - [`Piece::at`]|; infinite where there is none.
+    error: f64,
+    /// Sampled estimate of the same.
+    estimate: f64,
+    /// Proved bounds of w; infinite where there are none.
+    range: Range,
+    /// Whether w certainly rises or falls throughout.
+    monotone: bool,
+    /// Proved sign of w'' throughout: positive where it is certainly not negative.
+    bend: Bend,
+}
+
+/// How a function bends on a piece.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Bend {
+    /// Second derivative >= 0.
+    Up,
+    /// Second derivative <= 0.
+    Down,
+    /// Not known.
+    Unknown,
+}
+
+impl Piece {
+    /// The polynomial at slip speed `u`. Even and odd powers apart, which halves the chain of operations; no fused
+    /// operations, so that digits do not depend on the machine.
+    #[inline(always)]
+    fn at(&self, u: f64) -> f64 {
+        let x = (u - self.middle) * self.scale;
+        let y = x * x;
+        let c = &self.c;
+        let even = c[0] + y * (c[2] + y * (c[4] + y * (c[6] + y * (c[8] + y * c[10]))));
+        let odd = c[1] + y * (c[3] + y * (c[5] + y * (c[7] + y * (c[9] + y * c[11]))));
+        even + x * odd
+    }
+
+    /// Derivative of the polynomial by u.
+    fn slope_at(&self, u: f64) -> f64 {
+        let x = (u - self.middle) * self.scale;
+        let terms = self.c.iter().enumerate().skip(1).rev();
+        terms.fold(0.0, |sum, (k, c)| sum * x + k as f64 * c) * self.scale
+    }
+
+    /// Bound of the round-off of [`Piece::at`] for x within [-1, 1].
+    ///
+    /// x carries two roundings and its square one more, so that a term of order k carries at most 2 + 3 k; each of the
+    /// six levels of the two chains adds two, and joining them two. That is less than 6 (k + 3) units of 2^-53.
+    fn round_off(c: &[f64; COUNT]) -> f64 {
+        let sum: f64 = c.iter().zip(3_u8..).map(|(c, k)| c.abs() * f64::from(k)).sum();
+        3.0 * f64::EPSILON * sum
+    }
+}
+
+/// Finds pieces: the first one that may hold a slip speed, by the leading bits of its floating-point representation.
+#[derive(Debug, Default)]
+struct Places {
+    /// Key of the first entry.
+    first: u64,
+    /// For each key the number of a piece that does not lie beyond it.
+    pieces: Vec<u32>,
+}
+
+/// Bits of the mantissa in a key: 2^5 keys for each power of two.
+const KEY_BITS: u32 = 5;
+/// Octaves below the reach that have keys.
+const KEY_OCTAVES: u64 = 32;
+
+impl Places {
+    fn key(u: f64) -> u64 {
+        u.to_bits() >> (52 - KEY_BITS)
+    }
+
+    fn of(breaks: &[f64]) -> Self {
+        let reach = breaks[breaks.len() - 1];
+        let last = Self::key(reach);
+        let first = last.saturating_sub(KEY_OCTAVES << KEY_BITS);
+        let mut piece = 0;
+        let pieces = (first..=last).map(|key| {
+            let least = f64::from_bits(key << (52 - KEY_BITS));
+            while piece + 2 < breaks.len() && breaks[piece + 1] <= least {
+                piece += 1;
+            }
+            piece as u32
+        });
+        Self { first, pieces: pieces.collect() }
+    }
+
+    /// A piece that does not lie beyond `u`, 0 <= u <= reach.
+    #[inline(always)]
+    fn guess(&self, u: f64) -> usize {
+        let key = Self::key(u);
+        if key < self.first { 0 } else { self.pieces[(key - self.first) as usize] as usize }
+    }
+}
+
+impl Weakening {
+    /// Slip speeds up to which there are pieces.
+    #[must_use]
+    pub fn reach(&self) -> f64 {
+        self.breaks[self.breaks.len() - 1]
+    }
+
+    /// Ends of the pieces, from 0 to the reach. At those that are no [`corners`](Weakening::corners) the law is smooth, and
+    /// neighbouring polynomials agree to their error.
+    #[must_use]
+    pub fn breaks(&self) -> &[f64] {
+        &self.breaks
+    }
+
+    /// Slip speeds > 0, in growing order, at which the slope of w jumps.
+    #[must_use]
+    pub fn corners(&self) -> &[f64] {
+        self.law.corners()
+    }
+
+    /// The number of the piece that holds `u`, 0 <= u <= reach.
+    #[inline(always)]
+    fn piece_of(&self, u: f64) -> usize {
+        let mut piece = self.places.guess(u);
+        while piece + 1 < self.pieces.len() && self.breaks[piece + 1] <= u {
+            piece += 1;
+        }
+        piece
+    }
+
+    /// w(u). Within [0, reach] by the polynomials, else by the law itself (its continuation below 0).
+    #[must_use]
+    #[inline]
+    pub fn at(&self, u: f64) -> f64 {
+        if u >= 0.0 && u <= self.reach() {
+            self.pieces[self.piece_of(u)].at(u)
+        } else {
+            self.law.weakening(u)
+        }
+    }
+
+    /// w(u) and w'(u). The slope outside [0, reach] is that of the nearest polynomial.
+    #[must_use]
+    pub fn at_with_slope(&self, u: f64) -> [f64; 2] {
+        let inside = u.clamp(0.0, self.reach());
+        [self.at(u), self.pieces[self.piece_of(inside)].slope_at(u)]
+    }
+
+    /// w at several slip speeds, each as [`Weakening::at`] has it.
+    #[must_use]
+    #[inline(always)]
+    pub fn at_lanes<const LANES: usize>(&self, u: &[f64; LANES]) -> [f64; LANES] {
+        let reach = self.reach();
+        if !u.iter().all(|&u| u >= 0.0 && u <= reach) {
+            return u.map(|u| self.at(u));
+        }
+        let pieces: [&Piece; LANES] = u.map(|u| &self.pieces[self.piece_of(u)]);
+        let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
+        for lane in 0..LANES {
+            x[lane] = (u[lane] - pieces[lane].middle) * pieces[lane].scale;
+            y[lane] = x[lane] * x[lane];
+        }
+        let (mut even, mut odd) = ([0.0; LANES], [0.0; LANES]);
+        for power in (0..COUNT / 2).rev() {
+            for lane in 0..LANES {
+                even[lane] = pieces[lane].c[2 * power] + y[lane] * even[lane];
+                odd[lane] = pieces[lane].c[2 * power + 1] + y[lane] * odd[lane];
+            }
+        }
+        std::array::from_fn(|lane| even[lane] + x[lane] * odd[lane])
+    }
+
+    /// The pieces that meet [`lo`, `hi`], 0 <= lo <= hi <= reach.
+    fn pieces_between(&self, lo: f64, hi: f64) -> std::ops::RangeInclusive<usize> {
+        self.piece_of(lo)..=self.piece_of(hi)
+    }
+
+    /// How far the polynomials may be from the law for slip speeds in [`lo`, `hi`], as far as they reach.
+    #[must_use]
+    pub fn error(&self, lo: f64, hi: f64) -> Accuracy {
+        let [lo, hi] = [lo, hi].map(|u| u.clamp(0.0, self.reach()));
+        let pieces = || self.pieces[self.pieces_between(lo, hi)].iter();
+        let proved = pieces().map(|piece| piece.error).fold(0.0, f64::max);
+        if proved.is_finite() {
+            Accuracy::Proved(proved)
+        } else {
+            Accuracy::Sampled(pieces().map(|piece| piece.estimate).fold(0.0, f64::max))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

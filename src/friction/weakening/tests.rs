@@ -1,0 +1,176 @@
+//! The bounds of compiled laws, against the laws themselves in interval arithmetic and against samples.
+
+use super::super::{Curve, Expression, Law, Table};
+use super::*;
+use crate::friction::interval::Interval;
+use crate::point::LawParameters;
+use std::sync::Arc;
+
+fn formula(text: &str) -> Curve {
+    Law::Expression(Expression::new(text, 1.0).unwrap()).curve(0.7, &LawParameters::new(&[]))
+}
+
+fn table() -> Curve {
+    let data = [(0.0, 1.0), (0.1, 0.8), (0.3, 0.65), (0.6, 0.6), (1.0, 0.62), (2.0, 0.7), (8.0, 0.9)];
+    Law::Table(Table::new("falling", &data, 1.0).unwrap()).curve(1.0, &LawParameters::new(&[]))
+}
+
+fn smooth() -> Vec<Curve> {
+    let built_in = |law: Law, parameters: &[f64]| law.curve(0.7, &LawParameters::new(parameters));
+    vec![
+        built_in(Law::Stribeck, &[0.3, 0.05, 8.0]),
+        built_in(Law::Exponential, &[0.4, 0.05, 0.02]),
+        built_in(Law::Lorentzian, &[0.1, 0.3, 0.0]),
+        formula("1/(1 + 3*u)"),
+        formula("0.3 + 0.7*exp(-2*u) + 0.05*eps*u^2"),
+        formula("1 - 0.1*u + 0.02*sin(7*u)"),
+        formula("0.4 + 0.6/cosh(5*u) + 0.01*atan(u/0.03)"),
+        formula("1 - 0.2*tanh(30*u)*(1 - 0.3*exp(-u)) + 0.01*sqrt(u + 0.2) - 0.01*sqrt(0.2)"),
+    ]
+}
+
+/// Slip speeds spread over [0, reach], dense next to 0.
+fn slips(reach: f64) -> impl Iterator<Item = f64> {
+    (0..=4000).map(move |i| reach * (f64::from(i) / 4000.0).powi(3))
+}
+
+#[test]
+fn errors_hold_and_are_small() {
+    for curve in smooth().into_iter().chain([table()]) {
+        let compiled = curve.compiled(3.0);
+        let reach = compiled.reach();
+        let largest = slips(reach).map(|u| curve.weakening(u).abs()).fold(0.0, f64::max);
+        let Accuracy::Proved(worst) = compiled.error(0.0, reach) else {
+            panic!("nothing proved of {curve:?}");
+        };
+        assert!(worst <= 1e-13 * largest, "{worst} of {largest}: {curve:?}");
+        for u in slips(reach) {
+            // Where there is no formula, the law is a parabola with a few roundings.
+            let exact = curve.form.series::<2>(Interval::thin(u), 1.0).map_or_else(
+                || Interval::new(curve.weakening(u) - 1e-14 * largest, curve.weakening(u) + 1e-14 * largest),
+                |phi| -phi.0[1],
+            );
+            let (found, error) = (compiled.at(u), compiled.error(u, u).bound());
+            assert!(exact.lo - error <= found && found <= exact.hi + error, "{u}: {exact:?} {found} {error}");
+            assert_eq!(compiled.at_lanes(&[u, 0.5 * u, 0.3, u])[3].to_bits(), found.to_bits());
+            let [_, slope] = compiled.at_with_slope(u);
+            let near = 1e-6 * (u + 1e-3);
+            let difference = (curve.weakening(u + near) - curve.weakening(u)) / near;
+            let at_corner = curve.corners().iter().any(|corner| (u..=u + near).contains(corner));
+            // The curvature of these laws is below 1e4.
+            assert!(
+                u >= reach - near || at_corner || (slope - difference).abs() <= 1e4 * near,
+                "{u}: {slope}"
+            );
+        }
+    }
+}
+
+#[test]
+fn outside_the_reach_the_law_answers_itself() {
+    let curve = formula("1/(1 + 3*u)");
+    let compiled = curve.compiled(1.0);
+    for u in [-0.1, 2.5, 1e9] {
+        assert_eq!(compiled.at(u), curve.weakening(u));
+    }
+    assert_eq!(compiled.range(0.0, 3.0).hi, f64::INFINITY);
+    // A longer reach keeps what is known.
+    let longer = curve.compiled(50.0);
+    assert!(longer.reach() >= 50.0 && longer.breaks().starts_with(compiled.breaks()));
+    assert!(Arc::ptr_eq(&longer, &curve.clone().compiled(3.0)), "clones share what is compiled");
+    let beyond = table().compiled(100.0);
+    assert_eq!(beyond.reach(), 8.0);
+    assert!(beyond.at(8.1).is_nan());
+}
+
+/// Least and greatest of f on a fine grid of [lo, hi].
+fn sampled(f: impl Fn(f64) -> f64, lo: f64, hi: f64) -> Range {
+    let values = (0..=20_000).map(|i| f(lo + (hi - lo) * f64::from(i) / 20_000.0));
+    let (lo, hi) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+    Range { lo, hi }
+}
+
+#[test]
+fn ranges_hold_at_samples_and_are_met() {
+    for curve in smooth().into_iter().chain([table()]) {
+        let compiled = curve.compiled(4.0);
+        for (lo, hi) in [(0.0, 4.0), (0.05, 0.25), (0.2, 2.5), (0.7, 0.7), (0.0, 1e-3)] {
+            let found = compiled.range(lo, hi);
+            let samples = sampled(|u| curve.weakening(u), lo, hi);
+            // Samples miss an extreme by half the curvature, below 1e4, times the square of half their distance.
+            let miss = 2e3 * ((hi - lo) / 20_000.0).powi(2) + 1e-11;
+            assert!(
+                found.lo <= samples.lo + 1e-13 && samples.lo - found.lo <= miss,
+                "{found:?} {samples:?} {lo} {hi}: {curve:?}"
+            );
+            assert!(
+                found.hi >= samples.hi - 1e-13 && found.hi - samples.hi <= miss,
+                "{found:?} {samples:?} {lo} {hi}: {curve:?}"
+            );
+        }
+        for belt_speed in [0.05, 0.29, 1.1, 2.0] {
+            for within in [belt_speed, 0.3 * belt_speed] {
+                let found = compiled.even_range(belt_speed, within);
+                let even = |v: f64| 0.5 * (curve.weakening(belt_speed - v) + curve.weakening(belt_speed + v));
+                let samples = sampled(even, 0.0, within);
+                // At corners the slope, below 20, jumps.
+                let spacing = within / 20_000.0;
+                let kink = if curve.corners().is_empty() { 0.0 } else { 20.0 * spacing };
+                let miss = 2e3 * spacing.powi(2) + kink + 1e-11;
+                assert!(
+                    found.lo <= samples.lo + 1e-13 && samples.lo - found.lo <= miss,
+                    "{found:?} {samples:?} {belt_speed} {within}: {curve:?}"
+                );
+                assert!(
+                    found.hi >= samples.hi - 1e-13 && found.hi - samples.hi <= miss,
+                    "{found:?} {samples:?} {belt_speed} {within}: {curve:?}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn what_cannot_be_resolved_has_an_error_that_says_so() {
+    // phi'' is infinite at 0: the piece there is never short enough.
+    let curve = formula("1 - 0.1*u*sqrt(u + 1e-300)");
+    let compiled = curve.compiled(1.0);
+    let error = compiled.error(0.5, 1.0);
+    assert!(matches!(error, Accuracy::Proved(error) if error < 1e-14), "{error:?}");
+    assert!(compiled.breaks().len() < 400, "{}", compiled.breaks().len());
+    // Too many waves for the budget: the last piece has them all.
+    let compiled = formula("1 - 1e-9*sin(1e6*u)").compiled(1.0);
+    assert!(compiled.error(0.0, 1e-4).bound() < 1e-15);
+    assert!(compiled.error(0.0, 1.0).bound() > 1e-3);
+    let range = compiled.range(0.0, 1.0);
+    assert!(range.lo < -1e-3 && range.hi > 1e-3);
+    // A pole has no bounds.
+    let compiled = formula("1 - 0.1*u/(0.3 - u)").compiled(1.0);
+    assert!(matches!(compiled.error(0.0, 0.2), Accuracy::Proved(error) if error < 1e-12));
+    assert!(matches!(compiled.error(0.0, 1.0), Accuracy::Sampled(_)));
+    assert_eq!(compiled.range(0.0, 1.0), Range { lo: f64::NEG_INFINITY, hi: f64::INFINITY });
+}
+
+#[test]
+fn the_mean_is_a_bessel_function() {
+    // (1/pi) integral of exp(-x + x cos t) sin^2 t = 2 exp(-x) I1(x) / x, and I1(1) = 0.565159103992485 from its series.
+    let exact = 2.0 * 0.565_159_103_992_485 / std::f64::consts::E;
+    let law = Law::Exponential.curve(1.0, &LawParameters::new(&[0.0, 1.0, 0.0]));
+    for curve in [law, formula("exp(-u)")] {
+        assert!((curve.mean_weakening(1.0) - exact).abs() < 32.0 * f64::EPSILON);
+    }
+}
+
+#[test]
+fn waves_of_a_short_belt_and_of_a_long_one() {
+    // Belt speeds from one end of the scale to the other.
+    let curve = formula("0.4 + 0.6*exp(-u/1e-5)");
+    for belt_speed in [1e-140, 1e-30, 1e-9, 1e-5, 1.0, 1e9] {
+        let range = curve.even_weakening_range(belt_speed);
+        let largest = 0.6e5 * 0.5 * (1.0 + (-2.0 * belt_speed / 1e-5).exp());
+        assert!(
+            range.hi >= largest * (1.0 - 1e-12) && range.hi <= largest * (1.0 + 1e-9),
+            "{belt_speed}: {range:?}"
+        );
+    }
+}
