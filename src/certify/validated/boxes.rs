@@ -23,7 +23,7 @@ use super::defect::Groups;
 use super::even_part_bounds;
 use super::expansion::{AXES, Expansion, Function, Part as Frame, Ranges};
 use super::interval::Interval;
-use super::landing::Flow;
+use super::landing_speed::{Divergence, Flow};
 use super::mean::{mean_cut, share_above};
 use super::surface::{Known, Surface};
 use super::tile::GroupBox;
@@ -191,7 +191,10 @@ impl BoxProof {
     /// there is none.
     fn sticks_from(&self, groups: Groups, epsilon: Interval, belt_speed: Interval) -> Option<f64> {
         let [c_lo, c_hi] = self.damping;
-        let lands = |c: f64| Flow { groups, viscous: epsilon * Interval::of(c), belt_speed }.lands();
+        let lands = |c: f64| {
+            Flow { divergence: Divergence::Groups(groups), viscous: epsilon * Interval::of(c), belt_speed }
+                .lands()
+        };
         if lands(c_lo) {
             return Some(c_lo);
         }
