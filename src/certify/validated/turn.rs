@@ -391,3 +391,45 @@ pub(super) fn critical(law: &Weakening, belt_speed: f64, bounds: [f64; 2]) -> ([
     }
     ([lo, hi], resists)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::certify::test_columns::random_columns;
+    use crate::certify::validated::{Enclosed, any_law};
+    use crate::friction::{Law, Table};
+    use crate::point::{LawParameters, Point};
+
+    /// Stribeck's law through the polynomials against the proof of its own, which shares neither witness nor arithmetic.
+    #[test]
+    fn two_proofs_of_one_column_agree() {
+        let (mut sharp, mut all) = (0, 0);
+        for column in random_columns(120) {
+            let own = Enclosed::of(&column).unwrap().critical();
+            let any = any_law::prove(&column).critical;
+            // Both hold C*.
+            assert!(any.lo <= own.hi && own.lo <= any.hi, "{column:?}: {own:?} {any:?}");
+            all += 1;
+            let size = column.curve.weakening_range(0.0, 2.0 * column.belt_speed);
+            sharp += u32::from(any.hi - any.lo < 1e-9 * size.hi.abs().max(size.lo.abs()));
+        }
+        assert!(10 * sharp > 7 * all, "{sharp} of {all}");
+    }
+
+    /// A law whose weakening rate is a parabola on each piece, with corners on the orbit.
+    #[test]
+    fn corners_are_passed_and_the_end_of_a_table_is_told() {
+        let data: Vec<(f64, f64)> =
+            (0..12).map(|i| 0.25 * f64::from(i)).map(|u| (u, 0.6 + 0.4 * (-u).exp() + 0.02 * u)).collect();
+        let law = Law::Table(Table::new("corners", &data, 1.0).unwrap());
+        let column = |belt_speed: f64| {
+            law.column(&Point { epsilon: 1.0, law: LawParameters::new(&[]), belt_speed, damping: 0.0 })
+        };
+        let proof = any_law::prove(&column(1.0));
+        let width = proof.critical.hi - proof.critical.lo;
+        assert!(width > 0.0 && width < 1e-9 && proof.resists.is_none(), "{proof:?}");
+        // Twice the belt speed is more than 2.75.
+        let proof = any_law::prove(&column(1.5));
+        assert!(proof.resists.is_some() && proof.critical.hi == f64::INFINITY, "{proof:?}");
+    }
+}
