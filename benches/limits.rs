@@ -115,7 +115,8 @@ fn edges(cells: &Cells, test: &certify::Test) -> (u64, Vec<f64>) {
     (0, cells.columns.iter().map(|column| (test.claim)(black_box(column)).present_below).collect())
 }
 
-/// The answers must be those of the engine that shares nothing with them, and the closed forms must be lower bounds.
+/// The answers must be those of the engine that shares nothing with them, and the closed forms must be lower
+/// bounds.
 fn check(name: &str, cells: &Cells, answers: &[f64]) {
     let roots =
         || critical_dampings(&cells.columns, 1e-13).into_iter().map(|root| root.map_or(f64::NAN, |r| r.c));

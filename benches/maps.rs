@@ -3,8 +3,8 @@
 //! ```text
 //! cargo bench --bench maps
 //! ```
-//! Maps stay in memory; scripts/scaling measures those that are written. Every engine's verdicts are checked against
-//! those of `direct` before it is timed.
+//! Maps stay in memory; scripts/scaling measures those that are written. Every engine's verdicts are checked
+//! against those of `direct` before it is timed.
 
 #![allow(clippy::expect_used)] // a bench whose answers are wrong stops
 

@@ -194,7 +194,8 @@ def check_curves(path):
             continue
         part = data.isel(point=np.flatnonzero(kinds == kind))
         point = {axis: part[axis].values for axis in axes}
-        # From the size of the condition to a distance: its slope along the sides of the plane, by differences.
+        # From the size of the condition to a distance: its slope along the sides of the plane, by
+        # differences.
         steps = []
         for name in ("plane_x", "plane_y"):
             shown = np.array(words(data[name]))[part.plane_number.values - 1]

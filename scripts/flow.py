@@ -81,7 +81,7 @@ def evaluate(series, t):
     return value
 
 
-# --- scalar form ------------------------------------------------------------------------------------------------------
+# --- scalar form ---
 
 
 def polar_log_radius(point, accuracy):
@@ -165,7 +165,7 @@ def critical_damping(point, accuracy, start):
     raise Unresolved("the secant rule does not settle")
 
 
-# --- (v, w) flow ------------------------------------------------------------------------------------------------------
+# --- (v, w) flow ---
 
 
 class Side:
@@ -213,8 +213,9 @@ class Side:
             h = step_size([v, w], self.order, self.tolerance, self.cap)
             if h < mpfr("1e-9"):
                 raise Unresolved("step underflow")
-            # Between two turning points v is monotone and crosses the belt line at most once, so every event is a
-            # single sign change; where the start lies on the event itself (w = 0), w leaves zero within one sample.
+            # Between two turning points v is monotone and crosses the belt line at most once, so every event
+            # is a single sign change; where the start lies on the event itself (w = 0), w leaves zero within
+            # one sample.
             lo = mpfr(0)
             for i in range(1, 9):
                 hi = h * i / 8
@@ -288,8 +289,8 @@ def follow(point, accuracy, extra_loops=6):
     reach = lambda v, w: v - belt
 
     def trapped(v, w):
-        # D <= 0 wherever |v| <= rho < V makes the energy v^2 + w^2 fall for ever: the belt is out of reach. Asking
-        # for -2 leaves alone the orbits that turn and have a margin; the others creep towards a node.
+        # D <= 0 wherever |v| <= rho < V makes the energy v^2 + w^2 fall for ever: the belt is out of reach.
+        # Asking for -2 leaves alone the orbits that turn and have a margin; the others creep towards a node.
         radius = gmpy2.sqrt(v * v + w * w)
         return radius < belt and below.divergence(radius) <= -2
 

@@ -79,7 +79,7 @@ def scaled_groups(cells):
     return np.array([rate * (1 - alpha), rate * belt, epsilon * beta * belt, epsilon * c])
 
 
-# --- peers: each is a function (cells, tolerance) -> (seconds, margins, rhs per cell or None) -------------------------
+# --- peers: each is a function (cells, tolerance) -> (seconds, margins, rhs per cell or None) ---
 
 
 class Heyoka:
@@ -218,7 +218,7 @@ def crate_version(package):
     return re.search(rf'name = "{package}"\nversion = "([^"]+)"', lock).group(1)
 
 
-# --- measuring --------------------------------------------------------------------------------------------------------
+# --- measuring ---
 
 
 def calibrate(peer, cells, exact):

@@ -29,8 +29,8 @@ from flow import CHECK, FINE, Accuracy, Point, Unresolved, critical_damping, fol
 DATA = Path(__file__).resolve().parent.parent / "tests" / "data"
 SEED = 20260413
 CRITICAL_POINTS, SMALL_CRITICAL_POINTS = 250, 20
-# Rows of margins.csv from each stratum. The whole box is mostly points that spiral inward; the others look closer at
-# weak damping, at belts fast enough for orbits to cross the belt line, and at the grazing boundary.
+# Rows of margins.csv from each stratum. The whole box is mostly points that spiral inward; the others look
+# closer at weak damping, at belts fast enough for orbits to cross the belt line, and at the grazing boundary.
 MARGIN_POINTS = {"box": 110, "weak": 120, "fast": 110, "near": 60}
 # (power that gathers beta and c near 0, greatest alpha, greatest beta, greatest c, range of V)
 STRATA = {"box": (1, 1, 1, 3, (0.1, 10)), "weak": (3, 1, 1, 3, (0.1, 10)), "fast": (2, 0.3, 0.003, 0.2, (5, 20))}
@@ -58,7 +58,7 @@ def log_uniform(rng, lo, hi):
 
 
 def harmonic_balance(p):
-    """c_HB of the theory, section 4."""
+    """The energy balance in closed form (theory, "The tests")."""
     gmpy2.get_context().precision = FINE.bits
     eps, gamma, belt = mpfr(p.epsilon), mpfr(p.gamma), mpfr(p.belt)
     k = eps * gamma * belt
@@ -81,7 +81,7 @@ def symmetric_absence(p):
     return weakening * (1 + 1 / (1 + 2 * k) ** 2) - 2 * mpfr(p.beta) * mpfr(p.belt)
 
 
-# --- critical damping -------------------------------------------------------------------------------------------------
+# --- critical damping ---
 
 
 def draw_critical(rng):
@@ -151,7 +151,7 @@ def coordinates(p, with_c=True):
     return [repr(x) for x in (p.epsilon, p.alpha, p.beta, p.gamma, *((p.c,) if with_c else ()), p.belt)]
 
 
-# --- margins and fates ------------------------------------------------------------------------------------------------
+# --- margins and fates ---
 
 
 def draw_margin(rng, stratum):
@@ -229,7 +229,7 @@ def margin_table():
     return header, rows, worst
 
 
-# --- files ------------------------------------------------------------------------------------------------------------
+# --- files ---
 
 
 def write(name, columns, table):

@@ -16,7 +16,11 @@ need_packages() {
     fi
     if command -v apt-get >/dev/null && $sudo true 2>/dev/null; then
         echo "installing: $*" >&2
-        $sudo apt-get update -qq >&2
+        # Once for all that a script needs.
+        if [ -z "${package_lists_updated:-}" ]; then
+            $sudo apt-get update -qq >&2
+            package_lists_updated=yes
+        fi
         DEBIAN_FRONTEND=noninteractive $sudo apt-get install -y -qq --no-install-recommends "$@" >&2
     else
         echo "slipmap needs these packages (names as on Debian and Ubuntu), please install them: $*" >&2
@@ -29,7 +33,7 @@ need_build_tools() {
         . "$HOME/.cargo/env"
     fi
     if ! command -v cargo >/dev/null; then
-        echo "slipmap needs Rust 1.88 or newer: https://rustup.rs" >&2
+        echo "slipmap needs Rust 1.89 or newer: https://rustup.rs" >&2
         exit 2
     fi
     need_packages "command -v cc && command -v pkg-config && pkg-config --exists hdf5" \
@@ -50,7 +54,8 @@ need_python() {
     python="$venv/bin/python"
 }
 
-# pdflatex with what the LaTeX of reports uses (siunitx is in texlive-science): 120 MB to fetch, a minute or two.
+# pdflatex with what the LaTeX of reports uses (siunitx is in texlive-science): 120 MB to fetch, a minute or
+# two.
 need_latex() {
     need_packages "command -v pdflatex && kpsewhich siunitx.sty && kpsewhich booktabs.sty" \
         texlive-latex-base texlive-latex-recommended texlive-science

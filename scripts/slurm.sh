@@ -9,8 +9,9 @@
 #SBATCH --signal=TERM@60
 # One rank per node with a thread per core: only rank 0 writes, and fewer ranks are fewer messages.
 # Build once on the login node:  cargo build --release --locked --features mpi --target-dir target/mpi
-# Beyond a few hundred cores the one that writes is the slowest (docs, "clusters"): then rather one map per value of the
-# slowest axis, as an array (sbatch --array=0-9), each with its own --set grid.epsilon=.. and output.path=..
+# Beyond a few hundred cores the one that writes is the slowest (docs, "clusters"): then rather one map per
+# value of the slowest axis, as an array (sbatch --array=0-9), each with its own --set grid.epsilon=.. and
+# output.path=..
 set -euo pipefail
 : "${1:?usage: sbatch scripts/slurm.sh CONFIG.toml [--set key.path=value ...]}"
 cd "$SLURM_SUBMIT_DIR"

@@ -45,8 +45,9 @@ def constants(alpha, beta, gamma, belt):
         ratios = [
             (critical - first) / (-2 * eps * mpfr(gamma) * weak * v),
             (critical - instability(p)) / (mpfr(3) / 4 * eps**2 * mpfr(gamma) ** 2 * weak * v**2),
-            # To third order in the size of D about its odd part d1 x: eps (c* - c_HB) = -(13/576) d1^2 d2, with the
-            # Taylor coefficients of D(1 - x) at belt speed, d1 = 2 (A k + b) and d2 = 3 A k^2 for small k.
+            # To third order in the size of D about its odd part d1 x: eps (c* - c_HB) = -(13/576) d1^2 d2,
+            # with the Taylor coefficients of D(1 - x) at belt speed, d1 = 2 (A k + b) and d2 = 3 A k^2 for
+            # small k.
             (critical - harmonic_balance(p))
             / (-mpfr(13) / 48 * eps**4 * mpfr(gamma) ** 2 * weak * v**4 * (strong + eps * mpfr(gamma) * weak) ** 2),
         ]
@@ -100,7 +101,8 @@ def identities(rng, count=25):
         # The scaled points are exact only in the working precision, hence the (v, w) flow sees other numbers.
         three = mpfr(3)
         scaled = Point(three * p.epsilon, p.alpha, p.beta / three, p.gamma / three, p.c / three, p.belt)
-        # A third of the belt speed at three times gamma and beta keeps k, b and C; A needs a third of 1 - alpha.
+        # A third of the belt speed at three times gamma and beta keeps k, b and C; A needs a third of 1 -
+        # alpha.
         slower = Point(p.epsilon, 1 - (1 - mpfr(p.alpha)) / 3, p.beta * three, p.gamma * three, p.c, p.belt / three)
         for other in (scaled, slower):
             margin = follow(other, CHECK).margin

@@ -46,9 +46,9 @@
 //! ```
 //!
 //! # Features
-//! `store` (the map file, by way of HDF5), `report` (tables and figures), `config` (configuration files) and `cli` (the
-//! program) are on by default; `serde` lets results be serialised. With none of them, or only `config` and `serde`, the
-//! crate is pure Rust.
+//! `store` (the map file, by way of HDF5), `report` (tables and figures), `config` (configuration files) and
+//! `cli` (the program) are on by default; `serde` lets results be serialised. With none of them, or only
+//! `config` and `serde`, the crate is pure Rust.
 
 #[cfg(feature = "report")]
 pub mod benchmark;
@@ -70,6 +70,8 @@ pub mod report;
 pub mod simulate;
 #[cfg(feature = "store")]
 pub mod store;
+#[doc = include_str!("architecture.md")]
+pub mod architecture {}
 #[doc = include_str!("theory.md")]
 pub mod theory {}
 #[doc = include_str!("clusters.md")]

@@ -15,7 +15,7 @@
 //! | `stribeck` | alpha = mu_k / mu_s, gamma = U / v_s, beta = strengthening U^2 / mu_s |
 //! | `exponential`, `lorentzian` | mu = mu_k / mu_s, vs = v_s / U, eta = strengthening U / mu_s |
 //!
-//! By the scaling of the theory (section 3), eps = 1 is no loss. A rotation ([`Motion`]) is the same with the
+//! Every oscillator can be written with eps = 1 (theory, "Scaling"). A rotation ([`Motion`]) is the same with the
 //! moment of inertia (kg m^2) for the mass, N m/rad and N m s/rad for stiffness and damping, the normal force
 //! times its lever arm (N m) for the force, and angles for lengths.
 

@@ -3,7 +3,8 @@
 //! In a program of its own: it starts processes, and those inherit the locks of whatever files HDF5 has open.
 
 #![cfg(all(unix, feature = "store"))]
-#![allow(clippy::expect_used)] // helpers of tests, which clippy.toml exempts only inside test functions
+// clippy.toml exempts only test functions, and not what helps them.
+#![allow(clippy::expect_used)]
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -191,24 +191,21 @@ impl Report<'_> {
             "\nThe last two columns are the largest distance from a wrong cell to the nearest damping, or epsilon, at which \
              the simulated verdict changes; cells from which it changes nowhere (in epsilon: nowhere up to {}) are not \
              counted there.\n\n## Classes of failure\n\n\
-             A mechanism explains a failure if the same method without it does not fail there. The numbers are those of \
-             the theory's section on where methods fail: 1 missed double crossing, 2 start at a tangency, 3 first order \
-             in epsilon, 4 overshoot, 5 nodes, 6 smoothed or stepped sign, 7 degenerate laws.\n",
+             A mechanism explains a failure if the same method without it does not fail there.\n",
             short(HIGHEST)
         )?;
         writeln!(
             out,
-            "| method | failure | mechanism | no. | cells | farthest in c | farthest in epsilon | because |"
+            "| method | failure | mechanism | cells | farthest in c | farthest in epsilon | because |"
         )?;
-        writeln!(out, "| --- | --- | --- | ---: | ---: | ---: | ---: | --- |")?;
+        writeln!(out, "| --- | --- | --- | ---: | ---: | ---: | --- |")?;
         for (method, class) in self.classes() {
             writeln!(
                 out,
-                "| {} | {} | {} | {} | {} | {} | {} | {} |",
+                "| {} | {} | {} | {} | {} | {} | {} |",
                 method.method.name(),
                 class.kind.name().replace('_', " "),
                 class.mechanism.name().replace('_', " "),
-                class.mechanism.number().map_or("-".into(), |number| number.to_string()),
                 count(class.cells),
                 short(class.farthest_c),
                 short(class.farthest_epsilon),
@@ -280,14 +277,12 @@ impl Report<'_> {
 
     fn classes_csv(&self) -> Result<String, Failure> {
         let law = self.job.plan.grid.law();
-        let mut header =
-            vec!["method", "failure", "mechanism", "number", "cells", "farthest_c", "farthest_epsilon"];
+        let mut header = vec!["method", "failure", "mechanism", "cells", "farthest_c", "farthest_epsilon"];
         header.extend(Grid::axis_names(law));
         header.push("probe");
         let rows = self.classes().map(|(method, class)| {
             let words = [method.method.name(), class.kind.name(), class.mechanism.name()];
             let mut row: Vec<String> = words.map(str::to_owned).into();
-            row.push(class.mechanism.number().map_or(String::new(), |number| number.to_string()));
             row.push(class.cells.to_string());
             row.extend([class.farthest_c, class.farthest_epsilon].map(number));
             row.extend(Grid::coordinates(law, &class.example).into_iter().map(|(_, value)| exact(value)));

@@ -21,13 +21,14 @@ mod replace;
 mod report;
 mod room;
 mod run;
+mod shell;
 mod summary;
 mod work_precision;
 
 use std::io::{self, Write as _};
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory as _, Parser, Subcommand};
 
 use crate::config::ConfigError;
 
@@ -68,6 +69,10 @@ enum Command {
     WorkPrecision(work_precision::Arguments),
     /// Verify a map file, or a proof
     Check(check::Arguments),
+    /// Print the manual page of slipmap or of one of its commands
+    Man(shell::ManArguments),
+    /// Print completions for a shell
+    Completions(shell::CompletionArguments),
 }
 
 /// How a command ended when nothing stopped it.
@@ -138,6 +143,8 @@ fn carry_out(command: Command) -> ExitCode {
         Command::Failures(arguments) => failures::run(&arguments),
         Command::WorkPrecision(arguments) => work_precision::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
+        Command::Man(arguments) => shell::man(Arguments::command(), &arguments),
+        Command::Completions(arguments) => shell::completions(Arguments::command(), &arguments),
     };
     let (code, message) = match result {
         Ok(Ended::Fine) | Err(Failure::ReaderGone) => (0, None),

@@ -319,7 +319,7 @@ fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, 
             Fate::Failed(_) => Err(NoCriticalDamping::NoVerdict),
         }
     };
-    // The even part of the divergence brackets the root (theory, section 4); signs are checked all the same.
+    // The even part of the divergence brackets the root (theory, "The tests"); signs are checked all the same.
     let range = column.curve.even_weakening_range(column.belt_speed);
     let width = (range.hi - range.lo).abs() / column.epsilon;
     let pad = 1e-6 * width + 1e-12 * (range.hi.abs() + range.lo.abs()) / column.epsilon;

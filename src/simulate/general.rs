@@ -117,7 +117,7 @@ pub(super) fn turn(oscillator: &Oscillator, tolerance: f64) -> Turn {
 }
 
 /// The critical damping of a column by the margin's root, between the bounds from the even part of the
-/// divergence (theory, section 4); `Err` with the cost where a turn on the way has no answer.
+/// divergence (theory, "The tests"); `Err` with the cost where a turn on the way has no answer.
 pub(super) fn critical_damping(column: &Column, tolerance: f64) -> Result<CriticalDamping, u64> {
     let bounds = column.curve.even_weakening_range(column.belt_speed);
     let start = column.curve.mean_weakening(column.belt_speed);

@@ -1,4 +1,5 @@
-//! The lower flow in polar coordinates (theory, section 3): with v = x2 = r cos th and w = x2' = -r sin th,
+//! The lower flow in polar coordinates (theory, "Two forms of the slip flow"): with v = x2 = r cos th and
+//! w = x2' = -r sin th,
 //!
 //! ```text
 //! dr/dth = D r sin^2 th / (1 + D sin th cos th),    dt/dth = 1 / (1 + D sin th cos th),    D = D(V - v)

@@ -2,7 +2,7 @@
 //! Orbits near the circle take the few evaluations of `collocation`, the others the steps of `stepping`.
 //!
 //! The sign of the grazing margin m/V = delta(2 pi) is the verdict: negative, the orbit closes inside
-//! itself; positive, it comes back to the belt line (theory, section 3). No event is located for that.
+//! itself; positive, it comes back to the belt line (theory, "Two forms of the slip flow"). No event is located for that.
 
 use super::landing::{Approach, Arrival, approach};
 use super::{Fate, Flow, Landing, collocation, direct, general, stepping};

@@ -1,6 +1,6 @@
 //! The universal surface C*(A, k, b): the critical damping of every Stribeck oscillator at once.
 //!
-//! By scaling (theory, section 3) the six-parameter boundary of stick-slip is one surface over three numbers.
+//! By scaling (theory, "Scaling") the six-parameter boundary of stick-slip is one surface over three numbers.
 //! It lies just below the harmonic-balance surface C_HB, so what is tabulated is the small difference,
 //!
 //! ```text

@@ -45,11 +45,14 @@ pub(super) struct Packing {
     /// Level of deflate; 0 for none.
     level: u8,
     /// Chunks of few runs that occurred before.
-    known: Mutex<HashMap<ChunkKey, Arc<(Vec<u8>, Fingerprint)>>>,
+    known: Mutex<HashMap<ChunkKey, Arc<KnownChunk>>>,
 }
 
 /// What the bytes of a chunk of codes depend on: its codes, its shape without the padding, the code of the padding.
 type ChunkKey = (Runs<i8>, Vec<usize>, i8);
+
+/// The bytes of a chunk and the fingerprint of its cells.
+type KnownChunk = (Vec<u8>, Fingerprint);
 
 /// Chunks of at most so many runs are kept: constant ones, and those that one axis alone divides. Others hardly ever
 /// occur again.

@@ -1,5 +1,5 @@
-//! Bytes from anywhere, some thousand at each run: whatever reads a file ends with an answer or with an error.
-//! Inputs are good ones with pieces changed, cut out, doubled or put in, which get further than noise.
+//! Bytes from anywhere, some thousand at each run: whatever reads a file ends with an answer or with an
+//! error. Inputs are good ones with pieces changed, cut out, doubled or put in, which get further than noise.
 
 use std::path::Path;
 use std::sync::Mutex;

@@ -3,7 +3,8 @@
 //! One part alone: `cargo test --test files store::`.
 
 #![cfg(all(unix, feature = "cli"))]
-#![allow(clippy::unwrap_used, clippy::expect_used)] // helpers of tests, which clippy.toml exempts only inside test functions
+// clippy.toml exempts only test functions, and not what helps them.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod fuzz;
 mod messages;

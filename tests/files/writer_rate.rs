@@ -1,7 +1,7 @@
 //! How many tiles a second the one process that writes can take in: what bounds a run on many machines.
 //!
-//! A measurement, not a test: `cargo test --release --test files writer_rate:: -- --ignored --nocapture`, run by
-//! `scripts/mpi`.
+//! A measurement, not a test: `cargo test --release --test files writer_rate:: -- --ignored --nocapture`, run
+//! by `scripts/mpi`.
 
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;

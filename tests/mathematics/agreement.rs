@@ -129,9 +129,9 @@ impl Tally {
         self.judge(!fates.contains(&"failed"), "failed", case);
     }
 
-    /// Margins and landings agree within their errors. These are estimates, and at k = eps gamma V > 15 that of the
-    /// direct engine is now and then fooled by the steep friction next to the belt line: then both must
-    /// agree at a thousandth of the tolerance, and the fooled estimate must not be far off.
+    /// Margins and landings agree within their errors. These are estimates, and at k = eps gamma V > 15 that
+    /// of the direct engine is now and then fooled by the steep friction next to the belt line: then both
+    /// must agree at a thousandth of the tolerance, and the fooled estimate must not be far off.
     fn judge_margins(&mut self, case: &Case) {
         self.worst_discord = case.discord();
         if self.worst_discord > 1.0 {
@@ -195,7 +195,8 @@ impl Tally {
             let promised = test.guarantee == Guarantee::FiniteEpsilon
                 || (test.name == "perturbation" && decision == Decision::Absent);
             self.judge(!(promised && wrong), test.name, case);
-            // The energy balance bounds the critical damping up to k = 15.62 (tests/mathematics/identities.rs).
+            // The energy balance bounds the critical damping up to k = 15.62
+            // (tests/mathematics/identities.rs).
             let denies = test.name == "harmonic_balance" && decision == Decision::Absent;
             self.judge(!(denies && wrong && case.sample.k() < 15.6), "harmonic_balance denies", case);
         }

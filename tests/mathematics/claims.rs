@@ -1,4 +1,4 @@
-//! The paper's claims, tested as claims: Propositions 1 to 3 and the comparison of its section 5.1.
+//! The paper's claims, tested as claims: Propositions 1 to 3 and the comparison in the paper's section 5.1.
 
 use crate::sample::{Expansion, Random, Sample, check_order};
 use slipmap::certify::{Decision, by_name};
@@ -117,8 +117,9 @@ fn the_first_order_test_is_false_in_a_band_at_every_eps() {
     }
 }
 
-/// What Proposition 2's proof says of the orbit, and the next order, which it does not give (`src/theory.md`).
-/// With s^2 = 2 pi kappa eps, G = gamma^2 (1-alpha) V, d = gamma (1-alpha) - c and B = beta V,
+/// What Proposition 2's proof says of the orbit, and the next order, which it does not give
+/// (`src/theory.md`). With s^2 = 2 pi kappa eps, G = gamma^2 (1-alpha) V, d = gamma (1-alpha) - c and B =
+/// beta V,
 ///
 /// wL / V    = s + s eps (pi kappa / 2 - G / kappa) - (1/3) eps d s^2 + O(eps^(5/2))
 /// slip time = 2 pi - s + s eps (pi kappa / 6 + G / kappa) + pi eps^2 (B^2 / 3 - kappa^2 / 12) + O(eps^(5/2))
@@ -181,8 +182,8 @@ fn landing_return_time_and_period_have_their_orders() {
             "slip time - (2 pi - s)",
             "period - 2 pi",
         ];
-        // The remainder is of relative order eps. Its constant is taken from the coarsest eps, times two for the
-        // half orders that follow; a wrong term before it would fall like the square root of eps only.
+        // The remainder is of relative order eps. Its constant is taken from the coarsest eps, times two for
+        // the half orders that follow; a wrong term before it would fall like the square root of eps only.
         for list in &mut by_quantity {
             let coarsest = &list[0];
             let remainder = (coarsest.measured / coarsest.leading - 1.0 - coarsest.next).abs();
@@ -197,14 +198,14 @@ fn landing_return_time_and_period_have_their_orders() {
     }
 }
 
-// ---------------------------------------------------------------- section 5.1
+// ---------------------------------------------------------------- the paper's section 5.1
 
 /// "For all eps > 0 sufficiently small, (14) is a consequence of (12)": it is below
 ///
 /// eps_14 = (sqrt(gamma (1-alpha) / (c + 2 beta V)) - 1) / (gamma V),
 ///
-/// which tends to zero with kappa, so that no eps serves all parameters. Conversely (14) implies (12) at every
-/// eps. Beyond eps_14 the cycle goes on to exist for a while, around a stable equilibrium.
+/// which tends to zero with kappa, so that no eps serves all parameters. Conversely (14) implies (12) at
+/// every eps. Beyond eps_14 the cycle goes on to exist for a while, around a stable equilibrium.
 #[test]
 fn the_divergence_test_follows_from_the_first_order_test_up_to_a_certain_eps() {
     let mut last = f64::INFINITY;
@@ -221,7 +222,8 @@ fn the_divergence_test_follows_from_the_first_order_test_up_to_a_certain_eps() {
             let expected = if follows { Decision::Present } else { Decision::Undecided };
             assert_eq!(decide("instability", &sample), expected, "kappa {kappa}, eps {factor} {ends}");
         }
-        // c* exceeds the edge of (14) by (3/4) k^2 gamma (1-alpha) - ..., so just beyond eps_14 there is a cycle.
+        // c* exceeds the edge of (14) by (3/4) k^2 gamma (1-alpha) - ..., so just beyond eps_14 there is a
+        // cycle.
         let sample = Sample { epsilon: ends * (1.0 + 1e-6), ..sample };
         assert!(sample.oscillator().eigenvalues().is_stable());
         let answer = flow(&sample.oscillator(), 1e-15);

@@ -1,5 +1,5 @@
-//! Curves of codimension one against closed forms, root-finding along single columns, and direct simulation on both
-//! sides.
+//! Curves of codimension one against closed forms, root-finding along single columns, and direct simulation
+//! on both sides.
 
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Expression, Law};
@@ -16,8 +16,8 @@ fn between([from, to]: [f64; 2], share: f64) -> f64 {
     from + (to - from) * share
 }
 
-/// The largest distance by which the curve may leave its chords, in sides of the square: an eighth of the longest
-/// step, 1/40, times the largest turn, 0.2.
+/// The largest distance by which the curve may leave its chords, in sides of the square: an eighth of the
+/// longest step, 1/40, times the largest turn, 0.2.
 const SAG: f64 = 6.3e-4;
 
 /// y of the curves at x: where their chords pass it.
@@ -132,7 +132,7 @@ fn grazing_is_the_critical_damping_in_planes_with_and_without_c() {
 
 #[test]
 fn landing_beyond_the_stick_segment_is_told_by_direct_simulation() {
-    // Section 12 of the theory: at V = 30 the orbit crosses at c = 0 and sticks at c = 0.01.
+    // theory, "Statements that do not hold": at V = 30 the orbit crosses at c = 0 and sticks at c = 0.01.
     let (speeds, cs) = ([10.0, 60.0], [0.0, 0.05]);
     let at = |[x, y]: [f64; 2]| {
         let law = LawParameters::new(&[0.0, 0.0, 0.1]);
@@ -189,9 +189,9 @@ fn crossing_for_ever_is_told_by_direct_simulation() {
 
 #[test]
 fn two_slip_cycles_vanish_at_a_fold() {
-    // As in slip_laws.rs: the weakening e (1 - a cos k u) feeds e (1 - a cos(k) g(k r)) pi r^2 into a turn at V = 1, to
-    // first order in e, with g(x) = 2 J1(x)/x. Two cycles lie around the minimum of g, -0.132280 at x = 5.1356,
-    // and vanish at c = e (1 + 0.13228 a cos k).
+    // As in slip_laws.rs: the weakening e (1 - a cos k u) feeds e (1 - a cos(k) g(k r)) pi r^2 into a turn at
+    // V = 1, to first order in e, with g(x) = 2 J1(x)/x. Two cycles lie around the minimum of g, -0.132280 at
+    // x = 5.1356, and vanish at c = e (1 + 0.13228 a cos k).
     let (e, a) = (0.01, 1.5);
     let law = Expression::new("1 - e*(u - a*sin(k*u)/k)", 1.0).unwrap();
     // cos k > 0 on this range.
@@ -209,8 +209,8 @@ fn two_slip_cycles_vanish_at_a_fold() {
         assert!((level - 1.0 - 0.13228 * a * k.cos()).abs() < 2.0 * e * (1.0 + a), "{k} {level}");
         assert!(point.error < 1e-4, "{point:?}");
     }
-    // Next to the ends on the left and on the right the count may differ by cycles that leave through the belt line
-    // or the equilibrium, at both sides alike: only the difference is the fold's.
+    // Next to the ends on the left and on the right the count may differ by cycles that leave through the
+    // belt line or the equilibrium, at both sides alike: only the difference is the fold's.
     for places in sides(&curves[0], 1e-3).step_by(3) {
         let [above, below] = places.map(|place| slip_cycles(&at(place), TOLERANCE).unwrap().len());
         assert_eq!(above.abs_diff(below), 2, "{places:?} {above} {below}");

@@ -1,5 +1,5 @@
-//! Where methods fail: one regression test for each mechanism of the theory (section 5), in which the naive way
-//! fails and ours does not; and the catalogue of failures, stored and made anew.
+//! One regression test for each mechanism by which a method fails (theory, "Where methods fail"), in which
+//! the naive way fails and ours does not; and the catalogue of failures, stored and made anew.
 
 use std::f64::consts::TAU;
 
@@ -60,7 +60,7 @@ fn theorems_hold(point: &Point) {
 }
 
 #[test]
-fn mechanism_1_missed_double_crossing() {
+fn missed_double_crossing() {
     // kappa = -c + gamma (1-alpha) - 2 beta V = 0.5 at eps = 1e-4: the orbit is above the belt line for about
     // 2 sqrt(2 pi kappa eps) = 0.035, far less than a step of order 8, however tight its tolerance.
     let (epsilon, kappa) = (1e-4, 0.5);
@@ -89,7 +89,7 @@ fn mechanism_1_missed_double_crossing() {
 }
 
 #[test]
-fn mechanism_2_start_at_a_tangency() {
+fn start_at_a_tangency() {
     // Without a pause the start itself is an event: the method takes it for sticking, whatever happens next.
     let inward = point(0.1, [0.3, 0.1, 2.0], 1.0, 1.3);
     let eager = NaiveKnobs { start_pause: 0.0, ..NaiveKnobs::default() };
@@ -110,7 +110,7 @@ fn mechanism_2_start_at_a_tangency() {
 }
 
 #[test]
-fn mechanism_3_first_order_at_finite_eps() {
+fn first_order_at_finite_eps() {
     // The band of false certificates, c* < c < c(perturbation), is 2 eps gamma^2 (1-alpha) V wide up to
     // O(eps^2): halving eps halves the relative departure.
     let (alpha, gamma, belt_speed) = (0.3, 2.0, 1.0);
@@ -136,9 +136,9 @@ fn mechanism_3_first_order_at_finite_eps() {
 }
 
 #[test]
-fn mechanism_4_overshoot() {
-    // A fast belt: the orbit comes back, so every test that asks no more says present; but it lands beyond the
-    // stick segment, and crosses for ever.
+fn overshoot() {
+    // A fast belt: the orbit comes back, so every test that asks no more says present; but it lands beyond
+    // the stick segment, and crosses for ever.
     let point = point(0.1, [0.3, 0.0, 2.0], 10.0, 0.0);
     let oscillator = oscillator(&point);
     for name in ["perturbation", "bendixson_leading", "harmonic_balance"] {
@@ -178,7 +178,7 @@ fn margin_without_a_look_at_the_angle(oscillator: &Oscillator) -> f64 {
 }
 
 #[test]
-fn mechanism_5_nodes() {
+fn nodes() {
     // Where it turns, the plain polar form is right.
     let focus = point(0.5, [0.2, 0.1, 2.0], 1.0, 0.2);
     let plain = margin_without_a_look_at_the_angle(&oscillator(&focus));
@@ -217,7 +217,7 @@ fn edge(column: &Column, mut low: f64, mut high: f64, decide: impl Fn(&Oscillato
 }
 
 #[test]
-fn mechanism_6_smoothed_sign() {
+fn smoothed_sign() {
     // tanh(x/d) moves the boundary by O(d): ten times the width, ten times the error.
     let column = column(&point(0.05, [0.3, 0.1, 2.0], 1.0, 0.0));
     let critical = critical_damping(&column, 1e-12).unwrap().c;
@@ -243,8 +243,9 @@ fn truth_of_margin(oscillator: &Oscillator) -> Verdict {
 }
 
 #[test]
-fn mechanism_6_fixed_steps_blur_the_boundary() {
-    // Verdicts along a column change once, from present to absent. Those of fixed steps change back and forth.
+fn fixed_steps_blur_the_boundary() {
+    // Verdicts along a column change once, from present to absent. Those of fixed steps change back and
+    // forth.
     let column = column(&point(0.01, [0.3, 0.1, 2.0], 1.0, 0.0));
     let critical = critical_damping(&column, 1e-12).unwrap().c;
     let cs: Vec<f64> = (0..400).map(|i| critical + ((f64::from(i) + 0.5) / 400.0 - 0.5) * 2e-2).collect();
@@ -258,7 +259,7 @@ fn mechanism_6_fixed_steps_blur_the_boundary() {
 }
 
 #[test]
-fn mechanism_6_a_stick_band_is_jumped_over() {
+fn a_stick_band_is_jumped_over() {
     // With a narrow band and no bound on the step the orbit passes both sides of it within one.
     let knobs = NaiveKnobs { stick_band_width: 1e-6, ..NaiveKnobs::default() };
     let mut wrong = 0;
@@ -272,9 +273,9 @@ fn mechanism_6_a_stick_band_is_jumped_over() {
 }
 
 #[test]
-fn mechanism_7_cancellation_as_k_vanishes() {
-    // The energy balance as it comes out of the integral, 2 A (1 + k - q) / (q k^2) - 2 b with q = sqrt(1 + 2k):
-    // the bracket is k^2/2, all of it lost to round-off below k = 1e-8.
+fn cancellation_as_k_vanishes() {
+    // The energy balance as it comes out of the integral, 2 A (1 + k - q) / (q k^2) - 2 b with q = sqrt(1 +
+    // 2k): the bracket is k^2/2, all of it lost to round-off below k = 1e-8.
     let from_the_integral = |point: &Point| {
         let &[alpha, beta, gamma] = point.law.as_slice() else { panic!("Stribeck") };
         let k = point.epsilon * gamma * point.belt_speed;
@@ -297,7 +298,7 @@ fn mechanism_7_cancellation_as_k_vanishes() {
 }
 
 #[test]
-fn mechanism_7_no_divergence_and_slow_belts() {
+fn no_divergence_and_slow_belts() {
     // No weakening, no damping: every orbit is a circle, and the orbit from the exit point grazes exactly. No
     // method can know more; those in use today answer all the same, and not alike.
     let circle = point(0.1, [1.0, 0.0, 2.0], 1.0, 0.0);

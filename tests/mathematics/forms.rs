@@ -1,5 +1,5 @@
-//! The Lienard form, the scalar form and the half maps of the theory (`src/theory.md`, section 3), held against
-//! the direct engine's traces, which know nothing of them.
+//! The Lienard form, the scalar form and the half maps of the slip flow (theory, "Two forms of the slip
+//! flow"), held against the direct engine's traces, which know nothing of them.
 
 use crate::sample::{Random, Sample};
 use slipmap::filippov::Side;

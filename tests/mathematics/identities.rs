@@ -389,7 +389,8 @@ fn orders_in_eps_of_the_divergence_test() {
 ///
 /// eps (c_HB - c*) = (13/576) d1^2 d2 (1 + (3/4) d4/d2 - (32/65) d2/d1 - (25/1248) d1^2 + O(eps^3)),
 ///
-/// the third-order term being (18/13) d3/d1. For beta = 0, d1 is O(eps^2) instead of O(eps), and the gap O(eps^6).
+/// the third-order term being (18/13) d3/d1. For beta = 0, d1 is O(eps^2) instead of O(eps), and the gap
+/// O(eps^6).
 #[test]
 fn orders_in_eps_of_the_energy_balance() {
     for (beta, order, first) in [(0.4, 4.0, 0.1), (0.0, 6.0, 0.2)] {

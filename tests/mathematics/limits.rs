@@ -108,8 +108,8 @@ fn limits_agree_with_a_fine_grid_of_eps() {
                 truth.is_some_and(|truth| said(*epsilon) != truth)
             };
             let seen = truth.iter().find(parts).map_or(f64::INFINITY, |(epsilon, _)| *epsilon);
-            // The grid never sees them part before the limit; it sees it at its first node beyond, unless they
-            // agree again before that.
+            // The grid never sees them part before the limit; it sees it at its first node beyond, unless
+            // they agree again before that.
             let context = format!("{}: {limit:e} {seen:e} {sample:?}", test.name);
             assert!(limit <= seen, "{context}");
             if limit == 0.0 || limit >= HIGHEST {
@@ -117,8 +117,8 @@ fn limits_agree_with_a_fine_grid_of_eps() {
                 continue;
             }
             seen_at_once += u32::from(seen <= limit * ratio);
-            // At the limit one of the two changes. Both may, closer to each other than can be told: the energy
-            // balance is O(eps^4) from the flow.
+            // At the limit one of the two changes. Both may, closer to each other than can be told: the
+            // energy balance is O(eps^4) from the flow.
             let changes =
                 |says: &dyn Fn(f64) -> Verdict| says(limit * (1.0 - 1e-6)) != says(limit * (1.0 + 1e-6));
             let flow_says = |epsilon: f64| {

@@ -3,8 +3,10 @@
 //!
 //! One part alone: `cargo test --test mathematics identities::`.
 
-#![cfg(feature = "cli")] // which brings the csv reader of the tables
-#![allow(clippy::unwrap_used, clippy::expect_used)] // helpers of tests, which clippy.toml exempts only inside test functions
+#![cfg(feature = "cli")]
+// which brings the csv reader of the tables
+// clippy.toml exempts only test functions, and not what helps them.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod agreement;
 mod certificates;

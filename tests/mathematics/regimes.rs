@@ -86,8 +86,8 @@ fn the_edges_of_the_band_are_where_the_attractors_change() {
         let loses_stability = bisect(left, right, |c| !at(c).eigenvalues().is_stable());
         assert!((loses_stability - low).abs() < 1e-13, "{loses_stability} {low}");
 
-        // A turn from the belt line leads inward beyond c*. Its error of 1e-13 turns into one of c through the
-        // margin's slope, about pi eps >= 0.15.
+        // A turn from the belt line leads inward beyond c*. Its error of 1e-13 turns into one of c through
+        // the margin's slope, about pi eps >= 0.15.
         let outward = |c: f64| match turn(&at(c), column.belt_speed, 1e-13).unwrap() {
             SlipTurn::Returns { radius, .. } => radius > column.belt_speed,
             SlipTurn::MeetsBelt => true,
@@ -147,8 +147,8 @@ fn orbits_on_both_sides_of_the_unstable_cycle_end_where_the_regime_says() {
                     (rest, -kick.backward * factor),
                 ]
             };
-            // A start off the cycle by 1e-3 departs from it by the factor of the multiplier in each turn, and what
-            // comes near the equilibrium shrinks by exp(pi D(V)).
+            // A start off the cycle by 1e-3 departs from it by the factor of the multiplier in each turn, and
+            // what comes near the equilibrium shrinks by exp(pi D(V)).
             let decay = -PI * oscillator.divergence(oscillator.belt_speed);
             let turns = 20.0 + 3.0 * 1e3_f64.ln() * (1.0 / cycle.multiplier.ln() + 1.0 / decay);
             let end = |(x1, x2)| trace(&oscillator, Start::State { x1, x2 }, 1e-10, TAU * turns).ending;
@@ -332,8 +332,8 @@ fn the_stick_slip_cycle_is_the_traced_one() {
             let values = traced.samples.iter().map(value);
             values.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(x), hi.max(x)))
         };
-        // Samples are up to 0.1 rad from the extremes, which they miss by 1 - cos 0.05 = 1.25e-3 at most, of an
-        // amplitude that the range of the values bounds.
+        // Samples are up to 0.1 rad from the extremes, which they miss by 1 - cos 0.05 = 1.25e-3 at most, of
+        // an amplitude that the range of the values bounds.
         for (range, computed) in [(range(|s| s.x1), cycle.displacement), (range(|s| s.x2), cycle.velocity)] {
             let slack = 1.3e-3 * (computed.hi - computed.lo) + 1e-9;
             assert!(

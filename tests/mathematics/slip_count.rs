@@ -19,7 +19,8 @@ fn expression(text: &str, parameters: &[f64], viscous: f64, belt_speed: f64) -> 
 
 #[test]
 fn pairs_that_meet_in_a_fold_are_proved() {
-    // The law of `a_pair_of_slip_cycles_between_two_signs_is_found`: with levels between -0.13 and 0 there are two.
+    // The law of `a_pair_of_slip_cycles_between_two_signs_is_found`: with levels between -0.13 and 0 there
+    // are two.
     let (e, a, k) = (0.01, 1.5_f64, 7.2_f64);
     for (level, count) in [(-0.10, 2), (-0.05, 2), (-0.15, 0), (0.2, 1), (0.8, 1)] {
         let viscous = e * (1.0 - a * k.cos() * level);
@@ -66,8 +67,9 @@ fn proofs_and_searches_agree_at_random_laws() {
     println!(
         "the number of slip cycles is proved at {proved} of {POINTS} points; at {several} there are several"
     );
-    // What can stay open is next to a fold or to a Hopf bifurcation: within about the errors of the enclosures and the
-    // shortest piece, 1e-3, of one of these curves. A point in twenty is much more than lies there.
+    // What can stay open is next to a fold or to a Hopf bifurcation: within about the errors of the
+    // enclosures and the shortest piece, 1e-3, of one of these curves. A point in twenty is much more than
+    // lies there.
     assert!(proved * 20 >= POINTS * 19 && several > 0, "{proved} {several}");
 }
 
@@ -133,8 +135,9 @@ fn narrow(e: f64, [a, b]: [f64; 2], d: f64) -> Oscillator {
 #[test]
 fn a_pair_of_cycles_next_to_the_equilibrium_is_found() {
     let (e, d) = (0.05, 0.01);
-    // To first order in e a turn of radius r grows by e pi G(r), G(r) = 1 - a m2 + b m4 with the means m of w^2 and w^4
-    // over the circle with weight 2 sin^2; a and b are such that G vanishes at two radii of about V / 100.
+    // To first order in e a turn of radius r grows by e pi G(r), G(r) = 1 - a m2 + b m4 with the means m of
+    // w^2 and w^4 over the circle with weight 2 sin^2; a and b are such that G vanishes at two radii of about
+    // V / 100.
     let radii = [0.007, 0.02];
     let mean = |r: f64, power: i32| {
         let terms = (0..256).map(|i| f64::from(i) * PI / 128.0);

@@ -15,9 +15,9 @@ use slipmap::simulate::{Fate, critical_damping, flow};
 
 /// The belt oscillator of J. J. Thomsen and A. Fidlin, "Analytical approximations for stick-slip vibration
 /// amplitudes", Int. J. Non-Linear Mech. 38 (2003) 389-403: x'' + 2 beta x' + x + g mu(x' - v) = 0, with
-/// mu(v) = mu_s - (3/2) (mu_s - mu_m) (v/v_m - (v/v_m)^3 / 3), of static friction mu_s = 0.4 and least friction
-/// mu_m = 0.25 at v_m = 0.5; g is their gamma squared. The numbers are as we have them from the paper, not re-checked;
-/// that its formulas below are right to their order is what the test shows.
+/// mu(v) = mu_s - (3/2) (mu_s - mu_m) (v/v_m - (v/v_m)^3 / 3), of static friction mu_s = 0.4 and least
+/// friction mu_m = 0.25 at v_m = 0.5; g is their gamma squared. The numbers are as we have them from the
+/// paper, not re-checked; that its formulas below are right to their order is what the test shows.
 struct Published {
     g: f64,
     beta: f64,
@@ -159,7 +159,8 @@ fn the_slip_cycle_is_born_in_a_hopf_bifurcation_and_dies_at_grazing() {
             let orbit = trace(&between, Start::State { x1, x2: top }, 1e-11, cycle.period);
             let end = orbit.samples.last().unwrap();
             let missed = (end.x1 - x1).hypot(end.x2 - top);
-            // The orbit loses no accuracy on an attracting cycle; the cycle is located to 1e-11 / (1 - multiplier).
+            // The orbit loses no accuracy on an attracting cycle; the cycle is located to 1e-11 / (1 -
+            // multiplier).
             assert!(missed < 1e-9 / (1.0 - cycle.multiplier), "{column:?} {missed} {cycle:?}");
             assert_eq!(regime(&between, &flow(&between, 1e-10)), Regime::PureSlip);
             assert!(slip_cycles(&below, 1e-11).unwrap().is_empty());
@@ -183,7 +184,8 @@ fn the_cycle_is_born_like_a_square_root_and_reaches_the_belt() {
         cycles[0].velocity.hi / column.belt_speed
     };
     let distance = hopf - grazing;
-    // Four times closer, half as large; the next term of the amplitude is of relative order one in the distance.
+    // Four times closer, half as large; the next term of the amplitude is of relative order one in the
+    // distance.
     let ratio = radius(hopf - 0.04 * distance) / radius(hopf - 0.01 * distance);
     assert!((ratio - 2.0).abs() < 0.06, "{ratio}");
     let last = radius(grazing + 1e-6 * distance);
@@ -197,7 +199,8 @@ fn a_pair_of_slip_cycles_between_two_signs_is_found() {
     // -0.0013 again at x = 7. With a level between these there are two cycles below the belt line.
     let (e, a) = (0.01, 1.5);
     let law = Expression::new("1 - e*(u - a*sin(k*u)/k)", 1.0).unwrap();
-    // 2 J1(x)/x as the mean of cos(x cos t) with weight 2 sin^2 t; the trapezoidal rule is exact to round-off.
+    // 2 J1(x)/x as the mean of cos(x cos t) with weight 2 sin^2 t; the trapezoidal rule is exact to
+    // round-off.
     let g = |x: f64| {
         let terms = (0..64).map(|i| f64::from(i) * PI / 32.0).map(|t| (x * t.cos()).cos() * t.sin().powi(2));
         terms.sum::<f64>() / 32.0
@@ -216,7 +219,8 @@ fn a_pair_of_slip_cycles_between_two_signs_is_found() {
         let cycles = slip_cycles(&oscillator, 1e-11).unwrap();
         assert_eq!(cycles.len(), 2, "{oscillator:?} {cycles:?}");
         for cycle in &cycles {
-            // The next order is smaller by a factor of the divergence, e (1 + a) at most, times the slopes of g.
+            // The next order is smaller by a factor of the divergence, e (1 + a) at most, times the slopes of
+            // g.
             assert!((g(k * cycle.velocity.hi) - level).abs() < e * (1.0 + a), "{oscillator:?} {cycle:?}");
         }
         // They alternate in stability, the first being opposite to the equilibrium.

@@ -1,5 +1,6 @@
-//! The conformance table of `src/theory.md` names functions and tests that exist, and leaves out no test of the
-//! files that exist for it.
+//! The conformance table of `src/theory.md` names functions and tests that exist, and leaves out no test of
+//! the files that exist for it. Code, tests, scripts and documents cite the theory by the titles of its
+//! sections.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -92,6 +93,146 @@ fn sources(path: &Path) -> String {
         }
     }
     text
+}
+
+/// Titles of the theory's sections.
+fn titles(theory: &str) -> Vec<&str> {
+    let mut code = false;
+    let prose = theory.lines().filter(move |line| {
+        code ^= line.starts_with("```");
+        !code
+    });
+    prose.filter_map(|line| line.strip_prefix("# ").or_else(|| line.strip_prefix("## "))).collect()
+}
+
+/// What rustdoc and forges make of a title in a link.
+fn anchor(title: &str) -> String {
+    let kept = title.to_lowercase().replace(' ', "-");
+    kept.chars().filter(|c| c.is_alphanumeric() || *c == '-' || *c == '_').collect()
+}
+
+/// Every text in which the theory may be cited, with its path.
+fn citing_texts() -> Vec<(PathBuf, String)> {
+    let mut folders: Vec<PathBuf> =
+        ["src", "tests", "scripts", "benches", "fuzz/fuzz_targets", "docs", "python"]
+            .map(|folder| root().join(folder))
+            .into();
+    let mut texts = vec![(root().join("README.md"), read(&root().join("README.md")))];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(&folder).into_iter().flatten().flatten() {
+            let path = entry.path();
+            if path.is_dir() {
+                let name = entry.file_name();
+                if name != "target" && name != "node_modules" && !name.to_string_lossy().starts_with('.') {
+                    folders.push(path);
+                }
+            } else if let Ok(text) = fs::read_to_string(&path) {
+                // A comment is one text, however its lines are broken.
+                let lines =
+                    text.lines().map(|line| line.trim_start().trim_start_matches(['/', '!', '#']).trim());
+                let joined = lines.collect::<Vec<_>>().join(" ");
+                texts.push((path, joined));
+            }
+        }
+    }
+    texts
+}
+
+/// What is wrong with the citations of the theory in `text`.
+fn wrong_citations(text: &str, titles: &[&str]) -> Vec<String> {
+    let mut wrong = Vec::new();
+    for (at, mark) in text.match_indices("theory, \"") {
+        let title = text[at + mark.len()..].split('"').next().unwrap_or_default();
+        if !titles.contains(&title) {
+            wrong.push(format!("the theory has no section \"{title}\""));
+        }
+    }
+    for mark in ["theory.md#", "theory#", "theory/index.html#"] {
+        for (at, _) in text.match_indices(mark) {
+            let rest = &text[at + mark.len()..];
+            let link: String =
+                rest.chars().take_while(|c| c.is_alphanumeric() || *c == '-' || *c == '_').collect();
+            if !titles.iter().any(|title| anchor(title) == link) {
+                wrong.push(format!("the theory has no section with the anchor {link}"));
+            }
+        }
+    }
+    // Numbers of sections mean the paper's or a standard's, and say so. Seventy characters reach back to the start of a
+    // sentence.
+    for word in ["section ", "sections ", "Section ", "Sections "] {
+        for (at, _) in text.match_indices(word) {
+            let before: String =
+                text[..at].chars().rev().take(70).collect::<Vec<_>>().into_iter().rev().collect();
+            let rest = &text[at + word.len()..];
+            if rest.starts_with(|c: char| c.is_ascii_digit())
+                && !before.to_lowercase().contains("paper")
+                && !before.contains("RFC")
+            {
+                let number: String = rest.chars().take(20).collect();
+                wrong.push(format!(
+                    "{word}{number}..: cite the theory by title, or say that the paper is meant"
+                ));
+            }
+        }
+    }
+    wrong
+}
+
+#[test]
+fn the_theory_is_cited_by_the_titles_of_its_sections() {
+    let theory = read(&root().join("src/theory.md"));
+    let titles = titles(&theory);
+    let mut wrong = Vec::new();
+    for (path, text) in citing_texts() {
+        // These two write of the paper's sections, and of wrong citations.
+        if path.ends_with("src/theory.md") || path.ends_with("tests/mathematics/theory.rs") {
+            continue;
+        }
+        wrong.extend(
+            wrong_citations(&text, &titles).into_iter().map(|what| format!("{}: {what}", path.display())),
+        );
+    }
+    for (at, mark) in theory.match_indices("](#") {
+        let link = theory[at + mark.len()..].split(')').next().unwrap_or_default();
+        if !titles.iter().any(|title| anchor(title) == link) {
+            wrong.push(format!("src/theory.md links to #{link}, which is no section"));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn every_row_of_the_table_begins_with_the_title_of_its_section() {
+    let theory = read(&root().join("src/theory.md"));
+    let titles = titles(&theory);
+    for Row { statement, .. } in rows() {
+        let head = statement.split(':').next().unwrap_or_default();
+        let known = |head: &str| {
+            titles.iter().any(|title| {
+                head.strip_prefix(title).is_some_and(|rest| rest.is_empty() || rest.starts_with(", "))
+            })
+        };
+        assert!(head.split("; ").all(known), "\"{statement}\" must begin with titles of sections");
+    }
+}
+
+#[test]
+fn wrong_citations_are_seen() {
+    let theory = "# Model\n```text\n# no title\n```\n## The tests, and more\n";
+    let titles = titles(theory);
+    assert_eq!(titles, ["Model", "The tests, and more"]);
+    assert_eq!(anchor("The tests, and more"), "the-tests-and-more");
+    for right in [
+        "(theory, \"Model\")",
+        "[x](../src/theory.md#the-tests-and-more)",
+        "the paper's section 5.1",
+        "a section of the file",
+    ] {
+        assert!(wrong_citations(right, &titles).is_empty(), "{right}");
+    }
+    for wrong in ["(theory, \"Scaling\")", "(theory, section 3)", "crate::theory#model-2", "see Section 4"] {
+        assert_eq!(wrong_citations(wrong, &titles).len(), 1, "{wrong}");
+    }
 }
 
 #[test]

@@ -55,8 +55,8 @@ fn no_reference_fate_is_contradicted() {
     assert!(decided + crossing + all / 50 >= all, "{decided} and {crossing} of {all}");
 }
 
-/// The reference's c* is the truth for a whole column: points at all distances from it, more than a thousand within
-/// 1e-10.
+/// The reference's c* is the truth for a whole column: points at all distances from it, more than a thousand
+/// within 1e-10.
 #[test]
 fn ten_thousand_points_agree_with_the_reference_boundary() {
     let mut random = Random(8);

@@ -1,5 +1,5 @@
-//! The work-precision study: its reference against the tables of `tests/data`, which come from an integration in
-//! other variables, and what it says of the methods.
+//! The work-precision study: its reference against the tables of `tests/data`, which come from an integration
+//! in other variables, and what it says of the methods.
 
 use std::path::Path;
 use std::sync::LazyLock;

@@ -17,10 +17,12 @@ fn random(state: &mut u64) -> usize {
     ((z ^ (z >> 31)) >> 2) as usize
 }
 
-/// Flips single bits: `check` finds each, and every other command refuses the map, in bounded memory and time.
+/// Flips single bits: `check` finds each, and every other command refuses the map, in bounded memory and
+/// time.
 ///
-/// But for the words of the seal before its digits: without them the file has no seal, as after a copy by another
-/// program, and its contents, which no bit was flipped of, are compared with their fingerprints and used.
+/// But for the words of the seal before its digits: without them the file has no seal, as after a copy by
+/// another program, and its contents, which no bit was flipped of, are compared with their fingerprints and
+/// used.
 ///
 /// Where nothing is refused too late, reports and resumptions cost no more than the rest.
 fn flip(flips: usize, seed: u64) {

@@ -62,8 +62,8 @@ pub fn spoilt(scratch: &Scratch, spoil: impl FnOnce(&File)) {
     given_away(&work, &map);
 }
 
-/// Moves a file that this process has changed to a name at which nobody holds a lock of it: programs that other tests
-/// start meanwhile inherit HDF5's.
+/// Moves a file that this process has changed to a name at which nobody holds a lock of it: programs that
+/// other tests start meanwhile inherit HDF5's.
 pub fn given_away(work: &Path, path: &Path) {
     fs::copy(work, path).unwrap();
     fs::remove_file(work).unwrap();

@@ -1,5 +1,5 @@
-//! From a configuration to a paper: run, report, and a LaTeX document that inputs the tables and figures, compiled by
-//! a real pdflatex where there is one.
+//! From a configuration to a paper: run, report, and a LaTeX document that inputs the tables and figures,
+//! compiled by a real pdflatex where there is one.
 
 use std::process::{Command, Stdio};
 

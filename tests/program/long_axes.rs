@@ -39,6 +39,7 @@ fn a_plane_of_two_long_axes_is_thinned() {
         svg.contains("One node in 16 of γ is drawn. One node in 16 of c is drawn."),
         "the caption says so"
     );
-    // The verdict changes at c = gamma (1 - alpha) = 0.7 gamma: the figure is that of a map with the drawn nodes.
+    // The verdict changes at c = gamma (1 - alpha) = 0.7 gamma: the figure is that of a map with the drawn
+    // nodes.
     assert!(svg.len() < 1_000_000, "{} bytes", svg.len());
 }

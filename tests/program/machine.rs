@@ -52,8 +52,8 @@ fn examples_are_mapped_checked_and_probed_in_si_units() {
             }
         }
 
-        // It sticks and slips at its lowest speed under the damping of its description, and a critical damping
-        // and speed bring that to an end, in the units of the file.
+        // It sticks and slips at its lowest speed under the damping of its description, and a critical
+        // damping and speed bring that to an end, in the units of the file.
         let speed = axis("belt_speed").get("from").unwrap().as_float().unwrap();
         let probe = |speed: f64, damping: &str| -> Value {
             let [speed, damping] = [format!("belt_speed={speed:?}"), format!("damping={damping}")];
@@ -127,7 +127,8 @@ fn examples_are_mapped_checked_and_probed_in_si_units() {
 fn the_drill_string_is_the_published_one() {
     let config: toml_edit::DocumentMut = example("drill_string").parse().unwrap();
     let number = |key: &str| config["machine"][key].as_float().unwrap();
-    // The torque on the bit of the source that the file names, at W_ob = 50 kN, and its static torque, 0.12446 W_ob.
+    // The torque on the bit of the source that the file names, at W_ob = 50 kN, and its static torque,
+    // 0.12446 W_ob.
     let published = |u: f64| 0.155575 * (0.5 + (0.8 - 0.5) * (-0.9 * u).exp()) * 50_000.0;
     assert_eq!([number("mass"), number("stiffness")], [471.9698, 861.5336]);
     let machine = Machine {
@@ -153,7 +154,8 @@ fn the_drill_string_is_the_published_one() {
     // Highest damping of the file: twice that of the publication.
     let dampings = config["machine"]["damping"].as_inline_table().unwrap();
     close(dampings.get("to").unwrap().as_float().unwrap(), 2.0 * machine.damping, 8.0 * f64::EPSILON);
-    // Steady slip at W is stable iff the torque's fall at W is below the damping: the linear statement in SI units.
+    // Steady slip at W is stable iff the torque's fall at W is below the damping: the linear statement in SI
+    // units.
     let fall = 0.155575 * 0.3 * 0.9 * (-9.0f64).exp() * 50_000.0;
     let divergence = curve.weakening(point.belt_speed) - point.damping;
     close(divergence * damping, fall - machine.damping, 1e-8);

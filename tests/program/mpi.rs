@@ -117,8 +117,8 @@ fn ranks_that_disagree_do_not_begin() {
     assert_eq!(scratch.names(), ["job.toml", "other.toml"]);
 }
 
-/// Seconds of processor time of all ranks, and of the clock, for 40 x 40 x 40 x 40 x `nodes` cells; the best of
-/// so many runs, since other work on the machine only ever adds to both.
+/// Seconds of processor time of all ranks, and of the clock, for 40 x 40 x 40 x 40 x `nodes` cells; the best
+/// of so many runs, since other work on the machine only ever adds to both.
 fn timed(scratch: &Scratch, ranks: u32, nodes: u32, runs: u32, map: &str) -> (f64, f64) {
     let axes = [("alpha", nodes), ("beta", 40), ("gamma", 40), ("V", 40), ("c", 40)]
         .map(|(name, points)| format!("{name} = {{ from = 0.05, to = 1.0, points = {points} }}"));

@@ -61,7 +61,7 @@ fn json_tells_everything_and_agrees_with_closed_forms() {
         assert!(method["guarantee"].is_string() && method["equation"].is_string(), "{name}");
     }
     let number = |value: &Value| value.as_f64().unwrap();
-    // theory.md, section 2: -c + gamma (1 - alpha) - 2 beta V, here -0.5 + 1.4 - 0.2; each of the few
+    // theory, "The tests": -c + gamma (1 - alpha) - 2 beta V, here -0.5 + 1.4 - 0.2; each of the few
     // operations rounds values of order one.
     assert!((number(&methods["perturbation"]["margin"]) - 0.7).abs() < 1e-15);
     // E = (1 - eps c V, V), the equilibrium at phi(V), the eigenvalues' sum the divergence at V.

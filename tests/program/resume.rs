@@ -37,7 +37,8 @@ fn journal_length(scratch: &Scratch) -> u64 {
     fs::metadata(scratch.path().join("map.h5.part")).map_or(0, |metadata| metadata.len())
 }
 
-/// Waits until a run has added some of the 40 tiles, of about 100 kB each, to the `before` bytes of its journal.
+/// Waits until a run has added some of the 40 tiles, of about 100 kB each, to the `before` bytes of its
+/// journal.
 fn wait_for_tiles(scratch: &Scratch, before: u64) {
     let start = Instant::now();
     while journal_length(scratch) < before + 400_000 {

@@ -1,7 +1,8 @@
 //! `peers PEER TOLERANCE CELLS REPEATS`: scaled grazing margins m/V of many cells by one ODE crate.
 //!
-//! CELLS is a file of lines `epsilon alpha beta gamma c V`. Printed: the processor time of one pass (the least of
-//! REPEATS) in seconds, then a line `margin rhs` for each cell, `nan 0` where the crate gave no answer.
+//! CELLS is a file of lines `epsilon alpha beta gamma c V`. Printed: the processor time of one pass (the
+//! least of REPEATS) in seconds, then a line `margin rhs` for each cell, `nan 0` where the crate gave no
+//! answer.
 //!
 //! | peer | form | what ends the turn |
 //! | --- | --- | --- |
@@ -11,10 +12,10 @@
 //! | ode_solvers | scalar form, DOPRI5 | the angle 2 pi |
 //! | own (feature) | scalar form | the angle 2 pi |
 //!
-//! Two methods one would expect are missing for cause, seen on x'' = -x and on the scalar form. The dense output of
-//! differential-equations' DOP853 (0.7.0) misses an event's state by 1e-9 at tolerance 1e-12, where its steps err by
-//! 1e-12. ode_solvers' DOP853 (0.6.2) takes 136 steps at tolerance 1e-6, where its DOPRI5 takes 14, and reports a
-//! stiff problem at 1e-8.
+//! Two methods one would expect are missing for cause, seen on x'' = -x and on the scalar form. The dense
+//! output of differential-equations' DOP853 (0.7.0) misses an event's state by 1e-9 at tolerance 1e-12, where
+//! its steps err by 1e-12. ode_solvers' DOP853 (0.6.2) takes 136 steps at tolerance 1e-6, where its DOPRI5
+//! takes 14, and reports a stiff problem at 1e-8.
 
 use std::f64::consts::TAU;
 use std::process::ExitCode;

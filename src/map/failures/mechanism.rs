@@ -1,4 +1,4 @@
-//! The mechanisms by which methods fail (theory, section 5), and their attribution.
+//! The mechanisms by which methods fail (theory, "Where methods fail"), and their attribution.
 
 use super::Kind;
 use crate::certify::{self, Claim, Decision};
@@ -70,29 +70,6 @@ impl Mechanism {
             Mechanism::Breakdown(Failure::StepUnderflow) => "breakdown_step_underflow",
             Mechanism::Breakdown(Failure::NotFinite) => "breakdown_not_finite",
             Mechanism::Unexplained => "unexplained",
-        }
-    }
-
-    /// Its number among the mechanisms by which methods fail, as the theory (section 5) counts them: 1 missed
-    /// double crossing, 2 start at a tangency, 3 first order in eps, 4 overshoot, 5 nodes, 6 smoothed or
-    /// stepped sign; degenerate laws, 7, do not make any method here fail. `None` for what is no defect but the
-    /// reach of a test.
-    #[must_use]
-    pub fn number(self) -> Option<u32> {
-        match self {
-            Mechanism::MissedDoubleCrossing => Some(1),
-            Mechanism::TangentStart => Some(2),
-            Mechanism::FirstOrderInEps => Some(3),
-            Mechanism::Overshoot | Mechanism::LandingUnproved => Some(4),
-            Mechanism::Node => Some(5),
-            Mechanism::Smoothing | Mechanism::StickBand | Mechanism::Chatter => Some(6),
-            Mechanism::Circle
-            | Mechanism::Transient
-            | Mechanism::StepError
-            | Mechanism::OneSided
-            | Mechanism::Gap
-            | Mechanism::Breakdown(_)
-            | Mechanism::Unexplained => None,
         }
     }
 

@@ -230,6 +230,36 @@ fn bounds_on_the_turn_hold_and_tighten() {
     assert!((ratio - 2.0).abs() < 0.1, "{ratio}");
 }
 
+/// At the edge of what `bendixson` claims, the divergence is positive on [0, V + R] with the oracle's
+/// amplitude R, and the edge is not far from where that ends.
+#[test]
+fn bendixson_claims_presence_where_the_divergence_is_positive_along_the_orbit() {
+    let mut gaps = Vec::new();
+    for p in points(8, 3000) {
+        let edge = p.claim("bendixson").present_below;
+        if edge <= 0.0 {
+            continue;
+        }
+        let at = Stribeck { c: edge, ..p };
+        let amplitude = oracle::turn(&at, STEPS_PER_TURN).amplitude;
+        assert!(
+            amplitude >= p.v * (1.0 - ORACLE_ERROR),
+            "positive divergence cannot shrink the orbit: {p:?}"
+        );
+        // The divergence of this law falls with u, and by no more than this per unit of u.
+        let slope = p.epsilon * (2.0 * p.epsilon * p.gamma * p.gamma * (1.0 - p.alpha) + 2.0 * p.beta);
+        let least = at.divergence(p.v + amplitude);
+        let error = slope * ORACLE_ERROR * p.v + p.epsilon * p.threshold_error();
+        assert!(least >= -error, "{p:?} at c = {edge}: {least:e}");
+        gaps.push(least / (p.epsilon * edge));
+    }
+    assert!(gaps.len() > 500, "only {} columns have an edge", gaps.len());
+    gaps.sort_by(f64::total_cmp);
+    let [median, ninety] = [2, 10].map(|n| gaps[gaps.len() - gaps.len() / n]);
+    println!("the divergence left at the edge, in parts of c: {median:e} (median), {ninety:e} (90 %)");
+    assert!(median < 0.01 && ninety < 0.1, "{median:e} {ninety:e}");
+}
+
 /// Theory: `symmetric` decides more than nine points in ten. What the landing condition takes away is mostly
 /// what it must.
 #[test]

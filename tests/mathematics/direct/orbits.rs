@@ -120,7 +120,8 @@ fn the_work_of_reference_flows_is_known() {
     assert_eq!(counted, cases.map(|(_, _, expected)| expected));
 }
 
-/// The cost of a flow over random points: `cargo test --release --test mathematics direct:: -- --ignored --nocapture`.
+/// The cost of a flow over random points:
+/// `cargo test --release --test mathematics direct:: -- --ignored --nocapture`.
 #[test]
 #[ignore = "a measurement, not a test"]
 fn cost_per_flow() {

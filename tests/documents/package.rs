@@ -1,0 +1,77 @@
+//! What the package says of itself: versions that agree, a minimum Rust that its dependencies allow,
+//! licences.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::Value;
+
+/// Licences under which a program may be given away in binary form if their texts come with it, as
+/// `scripts/dist` sees to.
+const LICENCES: [&str; 9] =
+    ["MIT", "Apache-2.0", "BSD-2-Clause", "BSD-3-Clause", "ISC", "Zlib", "0BSD", "Unlicense", "Unicode-3.0"];
+
+fn read(name: &str) -> String {
+    fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(name)).unwrap()
+}
+
+/// The packages that this crate is built from, itself included, as cargo knows them.
+fn packages() -> Vec<Value> {
+    let output = Command::new(env!("CARGO"))
+        .args(["metadata", "--locked", "--offline", "--format-version", "1", "--all-features"])
+        .args(["--filter-platform", "x86_64-unknown-linux-gnu"])
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let metadata: Value = serde_json::from_slice(&output.stdout).unwrap();
+    metadata["packages"].as_array().unwrap().clone()
+}
+
+fn version(text: &str) -> Vec<u64> {
+    text.split('.').map(|part| part.parse().unwrap()).collect()
+}
+
+#[test]
+fn the_minimum_rust_is_that_of_the_dependencies_at_least_and_told_alike() {
+    let packages = packages();
+    let ours = packages.iter().find(|package| package["name"] == "slipmap").unwrap();
+    let claimed = ours["rust_version"].as_str().unwrap();
+    for package in &packages {
+        if let Some(needed) = package["rust_version"].as_str() {
+            assert!(version(needed) <= version(claimed), "{} needs Rust {needed}", package["name"]);
+        }
+    }
+    // pulp's feature x86-v4 uses the AVX-512 intrinsics that Rust 1.89 made stable; its manifest does not say
+    // so.
+    assert!(version(claimed) >= version("1.89"));
+    for name in ["scripts/setup.sh", "docs/install.md"] {
+        assert!(read(name).contains(&format!("Rust {claimed}")), "{name} does not name Rust {claimed}");
+    }
+}
+
+#[test]
+fn licences_of_dependencies_allow_releases() {
+    for package in packages() {
+        let licence = package["license"].as_str().unwrap_or_default().replace('/', " OR ");
+        // Of alternatives one suffices; of what is joined by AND all are needed.
+        let allowed = |names: &str| {
+            names.split(" AND ").all(|name| {
+                let name = name.trim_matches(['(', ')', ' ']);
+                LICENCES.contains(&name) || name.split(" OR ").any(|one| LICENCES.contains(&one.trim()))
+            })
+        };
+        assert!(allowed(&licence), "{}: {licence}", package["name"]);
+    }
+}
+
+#[test]
+fn versions_agree() {
+    let own = env!("CARGO_PKG_VERSION");
+    assert!(read("CITATION.cff").contains(&format!("version: {own}\n")));
+    assert!(read("CHANGELOG.md").contains(&format!("## [{own}]")));
+    assert!(read("docs/install.md").contains(&format!("slipmap-{own}-")));
+    let (major_minor, _) = own.rsplit_once('.').unwrap();
+    assert!(read("README.md").contains(&format!("slipmap = {{ version = \"{major_minor}\"")));
+}
