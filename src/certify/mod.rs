@@ -53,6 +53,8 @@ pub mod harmonic_balance;
 pub mod instability;
 pub mod landing;
 pub mod perturbation;
+#[cfg(feature = "cli")]
+pub mod point_certificate;
 pub mod recheck;
 pub mod symmetric;
 pub mod validated;

@@ -9,7 +9,8 @@ use super::output::{Align, Table, count, exact, json, short, signed};
 use super::point::{LawArguments, PointArguments};
 use super::replace::{self, Kind};
 use super::report::{existing, failure};
-use super::{Ended, Failure, probe_table};
+use super::{Ended, Failure, probe_table, proof};
+use crate::certify::point_certificate::PointCertificate;
 use crate::config::{DEFAULT_TOLERANCE, check_tolerance};
 use crate::filippov::Eigenvalues;
 use crate::machine::behaviour;
@@ -42,6 +43,9 @@ pub(super) struct Arguments {
     /// Draw the phase portrait; .svg, .pdf or .png
     #[arg(long, value_name = "FILE", conflicts_with = "points")]
     figure: Option<PathBuf>,
+    /// Keep what `validated` proves of the point, for `slipmap check --proof`
+    #[arg(long, value_name = "FILE", conflicts_with = "points")]
+    proof: Option<PathBuf>,
     /// Read points from this table, `-` for standard input; its header names a column for each parameter, in
     /// any order; other columns are kept
     #[arg(long, value_name = "IN.csv", requires = "out")]
@@ -49,7 +53,7 @@ pub(super) struct Arguments {
     /// Write the table with the answers appended here, `-` for standard output
     #[arg(long, value_name = "OUT.csv", requires = "points")]
     out: Option<PathBuf>,
-    /// Replace OUT.csv or the figure if it exists
+    /// Replace OUT.csv, the figure or the proof if it exists
     #[arg(long)]
     overwrite: bool,
     /// Number of threads for a table; default: one per core
@@ -68,6 +72,7 @@ const EXAMPLES: &str = "\
 Examples:
   slipmap probe --epsilon 0.1 --alpha 0.3 --beta 0.1 --gamma 2 --V 1 --c 0.5
   slipmap probe --epsilon 0.1 --alpha 0.3 --beta 0.1 --gamma 2 --V 1 --c 0.5 --figure portrait.svg
+  slipmap probe --epsilon 0.1 --alpha 0.3 --beta 0.1 --gamma 2 --V 1 --c 0.5 --proof point.json
   slipmap probe --law lorentzian --epsilon 1 --mu 0.5 --vs 1 --eta 0 --V 0.6 --c 0.2
   slipmap probe --phi 'mu + (1 - mu)*exp(-u/vs)' --epsilon 1 --set mu=0.5 --set vs=1 --V 0.6 --c 0.1
   slipmap probe --machine configs/brake_pad.toml --set belt_speed=0.05 --set damping=20
@@ -117,6 +122,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         let (scene, caption) = figure::portrait(&law, &point, Width::OneColumn);
         write_figure(&scene, &caption, path, existing(arguments.overwrite)).map_err(failure)?;
     }
+    if let Some(path) = &arguments.proof {
+        proof::check_place(path, arguments.overwrite)?;
+        proof::write_point(&PointCertificate::of(&law, &point), path, arguments.overwrite)?;
+    }
     let answer = Answer::of(&law, &point, tolerance, Method::all());
     let direct = simulate::direct::flow(&answer.oscillator, tolerance);
     let behaviour = machine.and_then(|(law, machine)| Some((machine, behaviour(&machine, &law, tolerance)?)));
@@ -132,6 +141,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         }
     }
     Ok(Ended::Fine)
+}
+
+/// What the margin of a method is measured in.
+fn margin_unit(method: Method) -> &'static str {
+    match method {
+        Method::Test(_) => "c",
+        Method::Simulation => "m/V",
+        Method::Naive(..) => "",
+    }
 }
 
 /// Writes everything for a person to read.
@@ -150,6 +168,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         ("method", Left),
         ("verdict", Left),
         ("margin", Right),
+        ("in", Left),
         ("critical c", Right),
         ("epsilon limit", Right),
         ("guarantee", Left),
@@ -160,6 +179,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
             method.method.name().into(),
             method.verdict.name().into(),
             signed(method.margin),
+            margin_unit(method.method).into(),
             method.critical_c.map_or("-".into(), short),
             short(limit.equal.value()),
             method.method.guarantee().name().into(),

@@ -8,6 +8,7 @@ use serde_json::json;
 use super::output::{self, count, short};
 use super::{Ended, Failure};
 use crate::certify::certificate::{BEGINNING, Certificate, Checked};
+use crate::certify::point_certificate::{self, PointCertificate};
 use crate::certify::validated::surface::Surface;
 use crate::certify::validated::tile::GroupBox;
 
@@ -62,9 +63,38 @@ fn read(path: &Path) -> io::Result<Option<String>> {
     Ok(Some(text))
 }
 
+/// Refuses a place for the certificate of a point that is taken, or by something else than a proof.
+pub(super) fn check_place(path: &Path, overwrite: bool) -> Result<(), Failure> {
+    let name = path.display();
+    let problem = match existing(path) {
+        Existing::Nothing => return Ok(()),
+        Existing::Proof(_) if overwrite => return Ok(()),
+        Existing::Proof(_) => {
+            "exists already\n  help: add --overwrite to replace it, or choose another name".into()
+        }
+        Existing::Other => "is no proof, and only proofs are replaced\n  help: choose another name".into(),
+        Existing::OutOfReach(error) => format!("cannot be written: {error}\n  help: choose another name"),
+    };
+    Err(Failure::BadInput(format!("--proof {name} {problem}")))
+}
+
 /// Writes the certificate of a surface, all at once. What is there already is replaced if `overwrite` says so, or if
 /// the same run has written it before it was stopped.
 pub(super) fn write(surface: &Surface, run: &str, path: &Path, overwrite: bool) -> Result<(), Failure> {
+    let own = || matches!(existing(path), Existing::Proof(Some(writer)) if writer == run);
+    write_text(Certificate::of(surface, run).text(), path, overwrite || own())
+}
+
+/// Writes the certificate of a point, all at once.
+pub(super) fn write_point(
+    certificate: &PointCertificate,
+    path: &Path,
+    overwrite: bool,
+) -> Result<(), Failure> {
+    write_text(certificate.text(), path, overwrite)
+}
+
+fn write_text(text: serde_json::Result<String>, path: &Path, replace: bool) -> Result<(), Failure> {
     let broken = |error: &dyn std::fmt::Display| {
         Failure::Broken(format!("{}: the proof cannot be written: {error}", path.display()))
     };
@@ -78,10 +108,9 @@ pub(super) fn write(surface: &Surface, run: &str, path: &Path, overwrite: bool) 
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
     let mut file = builder.tempfile_in(folder).map_err(|error| broken(&error))?;
-    let text = Certificate::of(surface, run).text().map_err(|error| broken(&error))?;
+    let text = text.map_err(|error| broken(&error))?;
     file.write_all(text.as_bytes()).map_err(|error| broken(&error))?;
-    let own = || matches!(existing(path), Existing::Proof(Some(writer)) if writer == run);
-    let named = if overwrite || own() { file.persist(path) } else { file.persist_noclobber(path) };
+    let named = if replace { file.persist(path) } else { file.persist_noclobber(path) };
     named.map(drop).map_err(|error| broken(&error.error))
 }
 
@@ -92,6 +121,11 @@ pub(super) fn check(path: &Path, as_json: bool) -> Result<Ended, Failure> {
     let text = read(path)
         .and_then(|text| text.ok_or_else(|| io::Error::other("it is no proof")))
         .map_err(|error| bad(format!("cannot be read: {error}"), "name a file written by `slipmap run`"))?;
+    if text.starts_with(point_certificate::BEGINNING) {
+        let certificate = PointCertificate::parse(&text)
+            .map_err(|error| bad(error.to_string(), "use the version of slipmap that wrote it"))?;
+        return check_point(path, &certificate, as_json);
+    }
     let certificate = Certificate::parse(&text).map_err(|error| {
         bad(error.to_string(), "name a file that this version of `slipmap run` wrote for validated.proof")
     })?;
@@ -122,6 +156,40 @@ pub(super) fn check(path: &Path, as_json: bool) -> Result<Ended, Failure> {
             writeln!(out, "sound: every claim is confirmed by the barriers of certify::recheck")?;
         } else {
             writeln!(out, "{} problem{}:", problems.len(), if problems.len() == 1 { "" } else { "s" })?;
+        }
+        for problem in &problems {
+            writeln!(out, "  {}", output::tame(problem))?;
+        }
+    }
+    Ok(if problems.is_empty() { Ended::Fine } else { Ended::Flawed })
+}
+
+/// Verifies the certificate of a point.
+fn check_point(path: &Path, certificate: &PointCertificate, as_json: bool) -> Result<Ended, Failure> {
+    let problems = certificate.check();
+    let [lo, hi] = certificate.critical_c();
+    if as_json {
+        output::json(&json!({
+            "proof": path.to_string_lossy(),
+            "sound": problems.is_empty(),
+            "verdict": certificate.verdict(),
+            "critical_c": [lo, hi],
+            "problems": problems,
+        }))?;
+    } else {
+        let mut out = io::stdout().lock();
+        let end = |c: Option<f64>| c.map_or("unknown".into(), output::exact);
+        writeln!(
+            out,
+            "{}: one point, {}; critical c from {} to {}",
+            path.display(),
+            output::tame(certificate.verdict()),
+            end(lo),
+            end(hi)
+        )?;
+        match problems.len() {
+            0 => writeln!(out, "sound: every claim is proved again, from the law and the parameters alone")?,
+            n => writeln!(out, "{n} problem{}:", if n == 1 { "" } else { "s" })?,
         }
         for problem in &problems {
             writeln!(out, "  {}", output::tame(problem))?;

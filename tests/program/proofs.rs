@@ -90,3 +90,30 @@ fn another_runs_proof_is_not_replaced_by_resuming() {
     scratch.run(&["check", "--proof", "proof.json"]).ends_with(0);
     run(&scratch, &["job.toml", "--resume"]).refuses(&["proof.json is the proof of another run"]);
 }
+
+#[test]
+fn the_proof_of_a_point_is_kept_and_verified() {
+    let scratch = Scratch::new();
+    scratch.file("table.csv", "u,phi\n0,1\n0.5,0.8\n1,0.7\n2,0.65\n3,0.64\n6,0.66\n");
+    let stribeck = ["--epsilon=0.1", "--alpha=0.3", "--beta=0.1", "--gamma=2", "--V=1", "--c=0.5"];
+    let formula =
+        ["--phi=mu + (1 - mu)*exp(-u/vs)", "--set=mu=0.5", "--set=vs=1", "--epsilon=1", "--V=0.6", "--c=0.1"];
+    let table = ["--table=table.csv", "--epsilon=1", "--V=0.7", "--c=0.05"];
+    for (name, point) in [("a.json", &stribeck[..]), ("b.json", &formula), ("c.json", &table)] {
+        scratch.run(&[&["probe"], point, &["--proof", name]].concat()).ends_with(0);
+        let check = scratch.run(&["check", "--proof", name]).ends_with(0);
+        assert!(check.out.contains("one point, present") && check.out.contains("sound"), "{}", check.out);
+        // Nothing is replaced unasked, and only a proof ever.
+        scratch.run(&[&["probe"], point, &["--proof", name]].concat()).refuses(&["exists already"]);
+        scratch.run(&[&["probe"], point, &["--proof", name, "--overwrite"]].concat()).ends_with(0);
+        scratch
+            .run(&[&["probe"], point, &["--proof", "table.csv", "--overwrite"]].concat())
+            .refuses(&["is no proof"]);
+        let text = scratch.read(name);
+        scratch.file("wrong.json", text.replace("\"present\"", "\"absent\""));
+        let wrong = scratch.run(&["check", "--proof", "wrong.json"]).ends_with(1);
+        assert!(wrong.out.contains("the verdict that is proved is present"), "{}", wrong.out);
+        scratch.file("wrong.json", text.replace("\"written_by\"", "\"written\""));
+        scratch.run(&["check", "--proof", "wrong.json"]).refuses(&["is no proof"]);
+    }
+}
