@@ -84,7 +84,7 @@ fn alter(forged: &mut Value, change: &Change) {
     // Coefficients are by far the most; half of the changes are made elsewhere.
     let elsewhere: Vec<String> =
         all.iter().filter(|path| !path.contains("sines/") && !path.contains("viscous/")).cloned().collect();
-    let places = if change.kind % 2 == 0 { &all } else { &elsewhere };
+    let places = if change.kind.is_multiple_of(2) { &all } else { &elsewhere };
     let path = change.place.get(places).clone();
     let donor =
         forged.pointer(change.other.get(elsewhere.as_slice()).as_str()).cloned().unwrap_or(Value::Null);

@@ -394,7 +394,6 @@ pub(super) fn critical(law: &Weakening, belt_speed: f64, bounds: [f64; 2]) -> ([
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::certify::test_columns::random_columns;
     use crate::certify::validated::{Enclosed, any_law};
     use crate::friction::{Law, Table};
