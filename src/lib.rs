@@ -51,10 +51,13 @@
 //! `config` and `serde`, the crate is pure Rust.
 
 #[cfg(feature = "report")]
+pub mod assessment;
+pub mod behaviour;
 pub mod benchmark;
 pub mod certify;
 #[cfg(feature = "cli")]
 pub mod cli;
+mod clock;
 #[cfg(feature = "config")]
 pub mod config;
 pub mod dataset;
@@ -67,6 +70,7 @@ pub mod point;
 pub mod probe;
 #[cfg(feature = "report")]
 pub mod report;
+pub mod risk;
 pub mod simulate;
 #[cfg(feature = "store")]
 pub mod store;

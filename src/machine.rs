@@ -19,13 +19,8 @@
 //! moment of inertia (kg m^2) for the mass, N m/rad and N m s/rad for stiffness and damping, the normal force
 //! times its lever arm (N m) for the force, and angles for lengths.
 
-use crate::filippov::Oscillator;
 use crate::friction::Law;
-use crate::map::{Regime, regime};
 use crate::point::{LawParameters, Point};
-use crate::simulate::crossing::stick_slip_cycle;
-use crate::simulate::slip_cycle::slip_cycles;
-use crate::simulate::{Fate, critical_damping, flow};
 
 /// How a machine moves, which names its units.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,32 +44,38 @@ impl Motion {
         }
     }
 
-    /// The SI unit of lengths, or of angles.
+    /// The SI unit of a dimension: of a rotation those of angles, torques and moments of inertia.
     #[must_use]
-    pub fn length(self) -> &'static str {
-        match self {
-            Motion::Translation => "m",
-            Motion::Rotation => "rad",
+    pub fn unit(self, dimension: Dimension) -> &'static str {
+        match (self, dimension) {
+            (_, Dimension::Time) => "s",
+            (Motion::Translation, Dimension::Length) => "m",
+            (Motion::Rotation, Dimension::Length) => "rad",
+            (Motion::Translation, Dimension::Velocity) => "m/s",
+            (Motion::Rotation, Dimension::Velocity) => "rad/s",
+            (Motion::Translation, Dimension::Force) => "N",
+            (Motion::Rotation, Dimension::Force) => "N m",
+            (Motion::Translation, Dimension::Damping) => "N s/m",
+            (Motion::Rotation, Dimension::Damping) => "N m s/rad",
+            (Motion::Translation, Dimension::Mass) => "kg",
+            (Motion::Rotation, Dimension::Mass) => "kg m^2",
+            (Motion::Translation, Dimension::Stiffness) => "N/m",
+            (Motion::Rotation, Dimension::Stiffness) => "N m/rad",
         }
     }
+}
 
-    /// The SI unit of velocities.
-    #[must_use]
-    pub fn velocity(self) -> &'static str {
-        match self {
-            Motion::Translation => "m/s",
-            Motion::Rotation => "rad/s",
-        }
-    }
-
-    /// The SI unit of damping coefficients.
-    #[must_use]
-    pub fn damping(self) -> &'static str {
-        match self {
-            Motion::Translation => "N s/m",
-            Motion::Rotation => "N m s/rad",
-        }
-    }
+/// The physical dimension of a quantity; of a rotation, angles for lengths and torques for forces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum Dimension {
+    Time,
+    Length,
+    Velocity,
+    Force,
+    Damping,
+    Mass,
+    Stiffness,
 }
 
 /// A machine, in SI units; those of a rotation are kg m^2 for kg, N m for N and rad for m.
@@ -118,6 +119,30 @@ pub struct Units {
     pub damping: f64,
 }
 
+impl Units {
+    /// What a dimensionless number of this dimension is multiplied by.
+    #[must_use]
+    pub fn factor(&self, dimension: Dimension) -> f64 {
+        match dimension {
+            Dimension::Time => self.time,
+            Dimension::Length => self.length,
+            Dimension::Velocity => self.velocity,
+            Dimension::Force => self.force,
+            Dimension::Damping => self.damping,
+            Dimension::Mass => self.damping * self.time,
+            Dimension::Stiffness => self.damping / self.time,
+        }
+    }
+
+    /// As stored in maps: time, length, velocity, force, damping.
+    #[must_use]
+    pub fn to_array(&self) -> [f64; 5] {
+        [self.time, self.length, self.velocity, self.force, self.damping]
+    }
+}
+
+/// Name of the attribute in which a map keeps the units of its machine, as [`Units::to_array`].
+pub const UNITS_ATTRIBUTE: &str = "machine_units";
 /// Name of the attribute in which a map keeps its machine, as [`Machine::to_array`].
 pub const SI_ATTRIBUTE: &str = "machine_si";
 /// Name of the attribute in which it keeps its motion, as [`Motion::name`].
@@ -179,10 +204,10 @@ impl Machine {
         let Units { velocity, damping, .. } = self.units();
         let ratio = self.kinetic_friction / self.static_friction;
         let rise = self.strengthening / self.static_friction;
-        let law = match law {
+        let law = match law.as_written() {
             Law::Stribeck => [ratio, rise * velocity * velocity, velocity / self.stribeck_velocity],
             Law::Exponential | Law::Lorentzian => [ratio, self.stribeck_velocity / velocity, rise * velocity],
-            Law::Expression(_) | Law::Table(_) => return None,
+            _ => return None,
         };
         Some(Point {
             epsilon: 1.0,
@@ -198,7 +223,7 @@ impl Machine {
     pub fn at(&self, law: &Law, point: &Point) -> Option<Machine> {
         let Units { velocity, damping, .. } = self.units();
         let eps = point.epsilon;
-        let (ratio, stribeck_velocity, rise) = match (law, point.law.as_slice()) {
+        let (ratio, stribeck_velocity, rise) = match (law.as_written(), point.law.as_slice()) {
             (Law::Stribeck, &[alpha, beta, gamma]) => {
                 (alpha, velocity / (eps * gamma), eps * beta / (velocity * velocity))
             }
@@ -214,97 +239,6 @@ impl Machine {
             ..*self
         })
     }
-}
-
-/// What an engineer asks, in SI units.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Behaviour {
-    /// Undamped natural frequency, Hz.
-    pub natural_frequency: f64,
-    /// Damping ratio d / (2 sqrt(k m)).
-    pub damping_ratio: f64,
-    /// The belt speed above which the mass that leaves the belt does not come back to it, m/s: the highest one
-    /// within a factor of 1000 of the machine's; `None` if there is none.
-    pub critical_belt_speed: Option<f64>,
-    /// The damping coefficient above which the same holds, N s/m; `None` if no damping is needed, or none found.
-    pub critical_damping: Option<f64>,
-    /// The same as a damping ratio.
-    pub critical_damping_ratio: Option<f64>,
-    /// Long-run behaviour.
-    pub regime: Regime,
-    /// Slip and stick time of the stick-slip cycle, s.
-    pub slip_and_stick_time: Option<[f64; 2]>,
-    /// Half the distance between the extremes of x of the cycle that attracts: the stick-slip cycle's, else
-    /// the largest stable slip cycle's, m.
-    pub amplitude: Option<f64>,
-}
-
-/// Belt speeds are sought in these steps per factor of ten.
-const STEPS_PER_DECADE: i32 = 8;
-const DECADES: i32 = 3;
-
-/// The highest belt speed, within three decades, at which c* passes the point's damping.
-fn critical_belt_speed(law: &Law, point: &Point, tolerance: f64) -> Option<f64> {
-    let returns = |belt_speed: f64| {
-        let column = law.column(&Point { belt_speed, ..*point });
-        critical_damping(&column, tolerance).ok().map(|root| root.c > point.damping)
-    };
-    let range = DECADES * STEPS_PER_DECADE;
-    let at = |i: i32| point.belt_speed * 10f64.powf(f64::from(i) / f64::from(STEPS_PER_DECADE));
-    let mut high = None;
-    for i in (-range..=range).rev() {
-        match (returns(at(i)), high) {
-            (Some(false), _) => high = Some(at(i)),
-            (Some(true), Some(mut high)) => {
-                let mut low = at(i);
-                while high - low > 1e-12 * high {
-                    let middle = 0.5 * (low + high);
-                    if middle <= low || middle >= high {
-                        break;
-                    }
-                    match returns(middle) {
-                        Some(true) => low = middle,
-                        Some(false) => high = middle,
-                        None => return None,
-                    }
-                }
-                return Some(0.5 * (low + high));
-            }
-            (Some(true), None) => return None,
-            (None, _) => high = None,
-        }
-    }
-    None
-}
-
-/// What the machine does under `law`; `None` as in [`Machine::point`].
-#[must_use]
-pub fn behaviour(machine: &Machine, law: &Law, tolerance: f64) -> Option<Behaviour> {
-    let point = machine.point(law)?;
-    let units = machine.units();
-    let oscillator = Oscillator::new(law, &point);
-    let flow = flow(&oscillator, tolerance);
-    let half = |range: crate::friction::Range| 0.5 * (range.hi - range.lo) * units.length;
-    let stick_slip = stick_slip_cycle(&oscillator, &flow, tolerance).ok().flatten();
-    let slip = || slip_cycles(&oscillator, tolerance).ok()?.into_iter().rfind(|cycle| cycle.is_stable());
-    let amplitude = stick_slip.map(|cycle| half(cycle.displacement));
-    let amplitude = amplitude.or_else(|| slip().map(|cycle| half(cycle.displacement)));
-    let critical = critical_damping(&law.column(&point), tolerance).ok().map(|root| root.c);
-    let critical = critical.filter(|c| *c >= 0.0);
-    let times = match flow.fate {
-        Fate::Sticks(landing) => Some([landing.slip_time * units.time, landing.stick_time * units.time]),
-        Fate::SpiralsInward | Fate::CrossesForever | Fate::TooCloseToCall | Fate::Failed(_) => None,
-    };
-    Some(Behaviour {
-        natural_frequency: 1.0 / (std::f64::consts::TAU * units.time),
-        damping_ratio: 0.5 * point.damping,
-        critical_belt_speed: critical_belt_speed(law, &point, tolerance).map(|speed| speed * units.velocity),
-        critical_damping: critical.map(|c| c * units.damping),
-        critical_damping_ratio: critical.map(|c| 0.5 * c),
-        regime: regime(&oscillator, &flow),
-        slip_and_stick_time: times,
-        amplitude,
-    })
 }
 
 #[cfg(test)]
@@ -360,28 +294,5 @@ mod tests {
                 assert!((a - b).abs() <= 8.0 * f64::EPSILON * b, "{a} {b}");
             }
         }
-    }
-
-    #[test]
-    fn critical_values_are_those_of_the_machine_itself() {
-        for law in Law::BUILT_IN {
-            let here = behaviour(&machine(), &law, 1e-10).unwrap();
-            let (Some(speed), Some(damping)) = (here.critical_belt_speed, here.critical_damping) else {
-                continue;
-            };
-            let sticks = |machine: Machine| {
-                let flow = flow(&Oscillator::new(&law, &machine.point(&law).unwrap()), 1e-11);
-                matches!(flow.fate, Fate::Sticks(_))
-            };
-            assert!(sticks(Machine { belt_speed: speed * (1.0 - 1e-6), ..machine() }), "{law:?}");
-            assert!(!sticks(Machine { belt_speed: speed * (1.0 + 1e-6), ..machine() }), "{law:?}");
-            assert!(sticks(Machine { damping: damping * (1.0 - 1e-6), ..machine() }), "{law:?}");
-            assert!(!sticks(Machine { damping: damping * (1.0 + 1e-6), ..machine() }), "{law:?}");
-            let [slip, stick] = here.slip_and_stick_time.unwrap();
-            // While it sticks the mass travels with the belt, at most from end to end of its motion.
-            assert!(stick * 0.1 <= 2.0 * here.amplitude.unwrap() && slip > 0.0, "{here:?}");
-        }
-        let stribeck = behaviour(&machine(), &Law::Stribeck, 1e-10).unwrap();
-        assert!(stribeck.critical_belt_speed.is_some() && stribeck.critical_damping.is_some());
     }
 }

@@ -6,50 +6,42 @@ use std::path::Path;
 use super::Failure;
 use super::output::{Align, Table, short};
 use super::point::PointArguments;
-use crate::config::load_machine;
+use crate::behaviour::Behaviour;
+use crate::config::{MachineJob, load_machine};
 use crate::friction::Law;
-use crate::machine::{Behaviour, Machine};
+use crate::machine::{Dimension, Machine};
 use crate::probe::regime_words;
+use crate::risk::Quantity;
 
-/// Reads the machine of a file, with the belt speed and the damping chosen by `--set`.
+/// Reads the machine of a file, with the quantities chosen by `--set`.
 pub(super) fn load(file: &Path, chosen: &PointArguments) -> Result<(Law, Machine), Failure> {
-    let job = load_machine(file)?;
-    let mut machine = job.machine;
-    let settings = chosen.given();
-    if let Some((name, _)) =
-        settings.iter().find(|(name, _)| !["belt_speed", "damping"].contains(&name.as_str()))
-    {
+    let job = load_job(file, chosen.given())?;
+    Ok((job.law, job.machine))
+}
+
+/// The same with what is uncertain of it; belt speed and damping have one value each.
+pub(super) fn load_job(file: &Path, settings: &[(String, f64)]) -> Result<MachineJob, Failure> {
+    let known: Vec<&str> = Quantity::ALL.iter().map(|quantity| quantity.name()).collect();
+    if let Some((name, _)) = settings.iter().find(|(name, _)| !known.contains(&name.as_str())) {
         return Err(Failure::BadInput(format!(
-            "{name} is given together with --machine\n  help: with a machine, only --set belt_speed=.. and --set \
-             damping=.. can be chosen"
+            "{name} is given together with a machine\n  help: --set can choose {}",
+            known.join(", ")
         )));
     }
-    for (name, values, value) in [
-        ("belt_speed", &job.belt_speeds, &mut machine.belt_speed),
-        ("damping", &job.dampings, &mut machine.damping),
-    ] {
-        match settings.iter().find(|(given, _)| given == name) {
-            Some((_, chosen)) => {
-                let legal = chosen.is_finite() && (*chosen > 0.0 || (name == "damping" && *chosen == 0.0));
-                if !legal {
-                    return Err(Failure::BadInput(format!(
-                        "--set {name}={chosen}: it must be greater than 0\n  help: give it in SI units"
-                    )));
-                }
-                *value = *chosen;
-            }
-            None if values.len() > 1 => {
-                return Err(Failure::BadInput(format!(
-                    "{}: {name} has {} values\n  help: choose one, for example --set {name}={}",
-                    file.display(),
-                    values.len(),
-                    short(values[0])
-                )));
-            }
-            None => {}
+    let sets: Vec<String> =
+        settings.iter().map(|(name, value)| format!("machine.{name}={value:?}")).collect();
+    let job = load_machine(file, &sets)?;
+    for (name, values) in [("belt_speed", &job.belt_speeds), ("damping", &job.dampings)] {
+        if values.len() > 1 {
+            return Err(Failure::BadInput(format!(
+                "{}: {name} has {} values\n  help: choose one, for example --set {name}={}",
+                file.display(),
+                values.len(),
+                short(values[0])
+            )));
         }
     }
-    Ok((job.law, machine))
+    Ok(job)
 }
 
 /// A number with its unit, or a dash.
@@ -64,20 +56,20 @@ pub(super) fn write(out: &mut dyn Write, machine: &Machine, behaviour: &Behaviou
     let mut table = Table::new(&[("", Align::Left), ("", Align::Left)]);
     let [slip, stick] = behaviour.slip_and_stick_time.map_or([None; 2], |times| times.map(Some));
     for (name, text) in [
-        ("belt speed", quantity(Some(machine.belt_speed), motion.velocity())),
-        ("critical belt speed", quantity(behaviour.critical_belt_speed, motion.velocity())),
-        ("damping", quantity(Some(machine.damping), motion.damping())),
-        ("critical damping", quantity(behaviour.critical_damping, motion.damping())),
+        ("belt speed", quantity(Some(machine.belt_speed), motion.unit(Dimension::Velocity))),
+        ("critical belt speed", quantity(behaviour.critical_belt_speed, motion.unit(Dimension::Velocity))),
+        ("damping", quantity(Some(machine.damping), motion.unit(Dimension::Damping))),
+        ("critical damping", quantity(behaviour.critical_damping, motion.unit(Dimension::Damping))),
         ("damping ratio", short(behaviour.damping_ratio)),
         ("critical damping ratio", quantity(behaviour.critical_damping_ratio, "")),
         ("natural frequency", quantity(Some(behaviour.natural_frequency), "Hz")),
         ("regime", regime_words(behaviour.regime).to_owned()),
         ("slip time", quantity(slip, "s")),
         ("stick time", quantity(stick, "s")),
-        ("amplitude", quantity(behaviour.amplitude, motion.length())),
+        ("amplitude", quantity(behaviour.amplitude, motion.unit(Dimension::Length))),
         ("unit of time", quantity(Some(units.time), "s")),
-        ("unit of length", quantity(Some(units.length), motion.length())),
-        ("unit of velocity", quantity(Some(units.velocity), motion.velocity())),
+        ("unit of length", quantity(Some(units.length), motion.unit(Dimension::Length))),
+        ("unit of velocity", quantity(Some(units.velocity), motion.unit(Dimension::Velocity))),
     ] {
         table.row([name.to_owned(), text.trim_end().to_owned()]);
     }

@@ -3,6 +3,7 @@
 //! Exit codes: 0 all is well; 1 the job ran but something in it failed; 2 bad input, with nothing written;
 //! 130 interrupted by Ctrl-C, 143 by a request to terminate.
 
+mod assess;
 mod check;
 mod estimate;
 mod failures;
@@ -23,6 +24,7 @@ mod room;
 mod run;
 mod shell;
 mod summary;
+mod threads;
 mod work_precision;
 
 use std::io::{self, Write as _};
@@ -61,8 +63,10 @@ enum Command {
     Probe(probe::Arguments),
     /// Write tables and figures that compare the methods of a map
     Report(report::Arguments),
-    /// Draw one slice of a map
+    /// Draw variables of a map
     Plot(plot::Arguments),
+    /// Assess a machine at its working point, on one page in SI units
+    Machine(assess::Arguments),
     /// Compare every method with the simulated flow on a grid, and explain each failure
     Failures(failures::Arguments),
     /// Chart the speed of every method and engine against its accuracy
@@ -120,12 +124,19 @@ const STACK: usize = 8 << 20;
 #[must_use]
 pub fn main() -> ExitCode {
     let command = Arguments::parse().command;
+    interrupt::listen();
     // The work has a thread of its own, and the first one only waits: signals are delivered to it, at once. A thread
     // that a file system keeps waiting (a server that hangs) hears of none.
-    let work = std::thread::Builder::new().stack_size(STACK).spawn(move || carry_out(command));
-    match work.map(std::thread::JoinHandle::join) {
-        Ok(Ok(code)) => code,
-        Ok(Err(panic)) => std::panic::resume_unwind(panic),
+    let (done, ended) = std::sync::mpsc::channel();
+    let work = std::thread::Builder::new().stack_size(STACK).spawn(move || {
+        // The other end waits below.
+        let _ = done.send(carry_out(command));
+    });
+    match work {
+        Ok(work) => match (interrupt::wait(&ended), work.join()) {
+            (_, Err(panic)) => std::panic::resume_unwind(panic),
+            (code, Ok(())) => code.unwrap_or(ExitCode::FAILURE),
+        },
         Err(error) => {
             say(&format!("error: cannot start a thread: {error}"));
             ExitCode::FAILURE
@@ -140,6 +151,7 @@ fn carry_out(command: Command) -> ExitCode {
         Command::Probe(arguments) => probe::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),
         Command::Plot(arguments) => plot::run(&arguments),
+        Command::Machine(arguments) => assess::run(&arguments),
         Command::Failures(arguments) => failures::run(&arguments),
         Command::WorkPrecision(arguments) => work_precision::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),

@@ -1,4 +1,4 @@
-//! `slipmap plot`: one variable on one slice of a stored map.
+//! `slipmap plot`: variables of a stored map, over a plane or over one axis.
 
 use std::path::PathBuf;
 
@@ -8,19 +8,24 @@ use super::output::{exact, short};
 use super::replace::{self, Kind};
 use super::report::{existing, failure, open};
 use super::{Ended, Failure, say};
-use crate::report::figure::{self, Plot, Width};
-use crate::report::{Existing, ReportError, write_figure, write_file};
+use crate::report::figure::{self, DiagramPlot, Plot, Width, diagram, plot::At};
+use crate::report::{Existing, ReportError, View, write_figure, write_file};
 
-/// Draw one slice of a map.
+/// Draw variables of a map.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
   slipmap plot results/quickstart.h5 --x gamma --y c --out slice.svg
   slipmap plot results/quickstart.h5 --x alpha --y gamma --at c=0.5 --at V=2 --variable regime --out slice.png
+  slipmap plot results/quickstart.h5 --x gamma --y c --panels epsilon=0.1,0.2 --out panels.pdf
+  slipmap plot results/quickstart.h5 --x gamma --at V=1,2,4 --variable verdict_simulation --out strips.svg
+  slipmap plot results/brake_pad.h5 --x belt_speed --variable critical_c_simulation --out c.svg --data c.csv
+  slipmap plot results/brake_pad.h5 --x damping --diagram --at belt_speed=0.2 --out diagram.svg
   slipmap plot results/brake_pad.h5 --x V --y c --variable regime --curves --out brake.pdf
 
-An axis that is neither shown nor given with --at is held at its middle node. Of an axis of more than 1,000
-nodes evenly many are drawn, and it is said how many.")]
+Without --y, variables are drawn over one axis: numbers as curves, verdicts and regimes as rows of cells. An axis that
+is neither shown nor given with --at is held at its middle node. The map of a machine is drawn, and its axes are held,
+in SI units. Of an axis of more than 1,000 nodes evenly many are drawn, and it is said how many.")]
 pub(super) struct Arguments {
     /// The map
     #[arg(value_name = "MAP.h5")]
@@ -28,79 +33,140 @@ pub(super) struct Arguments {
     /// Axis across
     #[arg(long, value_name = "AXIS")]
     x: String,
-    /// Axis upwards
+    /// Axis upwards; without one, variables are drawn over the axis across alone
     #[arg(long, value_name = "AXIS")]
-    y: String,
-    /// Hold an axis at the node nearest to a value; may be repeated
+    y: Option<String>,
+    /// Hold an axis at the node nearest to a value; may be repeated. Without --y one axis may have several values,
+    /// with a curve for each: --at V=1,2,4
     #[arg(long, value_name = "AXIS=VALUE", value_parser = parse_at)]
-    at: Vec<(String, f64)>,
-    /// What to draw, for instance verdict_symmetric, critical_c_simulation, margin_simulation or regime;
-    /// default: verdict_simulation
-    #[arg(long, value_name = "NAME")]
-    variable: Option<String>,
+    at: Vec<At>,
+    /// What to draw, for instance verdict_symmetric, critical_c_simulation, margin_simulation or regime; without --y
+    /// several, with commas between them; default: verdict_simulation
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    variable: Vec<String>,
+    /// A panel for each of these values of an axis: --panels beta=0,0.1,0.2,0.4
+    #[arg(long, value_name = "AXIS=VALUES", value_parser = parse_at)]
+    panels: Option<At>,
     /// Also draw where the behaviour changes, by continuation: Hopf bifurcations, grazing, landings past the stick
     /// segment, crossings that never end, and folds of slip cycles. Their points go to FILE.csv: curve, branch, both
     /// axes, and the distance from the curve in sides of the figure. Curves that the map stores are drawn without
     /// being asked for
-    #[arg(long)]
+    #[arg(long, requires = "y")]
     curves: bool,
+    /// Draw the bifurcation diagram over the axis across: the amplitude of the equilibrium and of every cycle,
+    /// attracting ones solid, repelling ones dashed
+    #[arg(long, conflicts_with_all = ["y", "variable", "panels", "curves"])]
+    diagram: bool,
+    /// Ends of the diagram; default: those of the axis
+    #[arg(long, value_name = "FROM,TO", value_parser = parse_range, requires = "diagram")]
+    range: Option<(f64, f64)>,
     /// The figure; .svg, .pdf or .png
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
+    /// Also write the numbers of the figure
+    #[arg(long, value_name = "FILE.csv")]
+    data: Option<PathBuf>,
+    /// Dimensionless numbers, for the map of a machine too
+    #[arg(long)]
+    dimensionless: bool,
     /// Width of the figure: one column of a journal (84 mm) or two (174 mm)
     #[arg(long, value_enum, default_value_t = Columns::One)]
     columns: Columns,
-    /// Replace the figure if it exists
+    /// Replace files that exist
     #[arg(long)]
     overwrite: bool,
 }
 
+/// Width of a figure.
 #[derive(Clone, Copy, Debug, ValueEnum)]
-enum Columns {
+pub(super) enum Columns {
+    /// One column.
     #[value(name = "1")]
     One,
+    /// Two columns.
     #[value(name = "2")]
     Two,
 }
 
-fn parse_at(text: &str) -> Result<(String, f64), String> {
+impl From<Columns> for Width {
+    fn from(columns: Columns) -> Self {
+        match columns {
+            Columns::One => Width::OneColumn,
+            Columns::Two => Width::TwoColumns,
+        }
+    }
+}
+
+fn parse_at(text: &str) -> Result<At, String> {
     let help = "write the name of an axis, =, and a number, for instance gamma=2.0";
-    let (axis, value) = text.split_once('=').ok_or(help)?;
-    let value = value.trim().parse::<f64>().map_err(|_| help)?;
-    Ok((axis.trim().into(), value))
+    let (axis, values) = text.split_once('=').ok_or(help)?;
+    let values = values.split(',').map(|value| value.trim().parse::<f64>().map_err(|_| help));
+    Ok((axis.trim().into(), values.collect::<Result<_, _>>()?))
+}
+
+fn parse_range(text: &str) -> Result<(f64, f64), String> {
+    let number = |text: &str| text.trim().parse::<f64>().ok();
+    let ends = text.split_once(',').and_then(|(from, to)| number(from).zip(number(to)));
+    ends.ok_or_else(|| "write two numbers, for example 0.1,2".into())
 }
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let map = open(&arguments.map)?;
+    let view = if arguments.dimensionless { View::dimensionless(&map) } else { View::new(&map) };
     let table = arguments.out.with_extension("csv");
     let existing = existing(arguments.overwrite);
+    let mut written: Vec<&PathBuf> = vec![&arguments.out];
+    written.extend(arguments.curves.then_some(&table));
+    written.extend(&arguments.data);
+    if let (true, Some(data)) = (arguments.curves, arguments.data.as_ref().filter(|data| **data == table)) {
+        return Err(Failure::BadInput(format!(
+            "--data {}: the points of the curves go there\n  help: choose another name",
+            data.display()
+        )));
+    }
     if arguments.overwrite {
         replace::check(&arguments.out, Some(&arguments.map), Kind::Figure)?;
         if arguments.curves {
             replace::check(&table, Some(&arguments.map), Kind::Table("curve"))?;
         }
+        if let Some(data) = &arguments.data {
+            replace::check(data, Some(&arguments.map), Kind::Table(""))?;
+        }
     }
     // Known before the work is done.
-    if arguments.curves && existing == Existing::Refuse && table.symlink_metadata().is_ok() {
-        return Err(failure(ReportError::Exists { path: table }));
+    if let (Existing::Refuse, Some(path)) =
+        (existing, written.iter().find(|path| path.symlink_metadata().is_ok()))
+    {
+        return Err(failure(ReportError::Exists { path: (*path).clone() }));
     }
     let plot = Plot {
         x: &arguments.x,
-        y: &arguments.y,
+        y: arguments.y.as_deref(),
         at: &arguments.at,
-        variable: arguments.variable.as_deref(),
+        variables: &arguments.variable,
+        panels: arguments.panels.as_ref(),
         curves: arguments.curves,
-        width: match arguments.columns {
-            Columns::One => Width::OneColumn,
-            Columns::Two => Width::TwoColumns,
-        },
+        width: arguments.columns.into(),
     };
-    let plotted = figure::plot(&map, &plot).map_err(failure)?;
+    let plotted = match arguments.diagram {
+        false => figure::plot(&view, &plot),
+        true => figure::plot::one_each(&arguments.at).map_err(ReportError::from).and_then(|at| {
+            let (x, width) = (arguments.x.as_str(), arguments.columns.into());
+            diagram(&view, &DiagramPlot { x, at: &at, range: arguments.range, width })
+        }),
+    };
+    let plotted = plotted.map_err(failure)?;
     write_figure(&plotted.scene, &plotted.caption, &arguments.out, existing).map_err(failure)?;
     if let Some(curves) = plotted.curves.filter(|_| arguments.curves) {
-        let text = figure::bifurcations::csv(map.grid().axes(), &curves);
+        let text = figure::bifurcations::data(&view, &curves).csv();
         write_file(text.as_bytes(), &table, existing).map_err(failure)?;
+    }
+    if let Some(path) = &arguments.data {
+        write_file(plotted.data.csv().as_bytes(), path, existing).map_err(failure)?;
+    }
+    for note in &plotted.notes {
+        say(note);
     }
     for held in &plotted.held {
         let why = match held.wanted {

@@ -6,21 +6,26 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::output::{Align, Table, count, exact, json, short, signed};
+use super::plot::Columns;
 use super::point::{LawArguments, PointArguments};
 use super::replace::{self, Kind};
 use super::report::{existing, failure};
 use super::{Ended, Failure, probe_table, proof};
+use crate::behaviour::behaviour;
 use crate::certify::point_certificate::PointCertificate;
-use crate::config::{DEFAULT_TOLERANCE, check_tolerance};
+use crate::config::check_tolerance;
 use crate::filippov::Eigenvalues;
-use crate::machine::behaviour;
-use crate::map::limits::HIGHEST;
-use crate::map::{Grid, Method};
+use crate::friction::Law;
+use crate::machine::Machine;
+use crate::map::limits::{EpsilonLimit, HIGHEST, Unknown};
+use crate::map::{DEFAULT_TOLERANCE, Grid, Method};
+use crate::point::Point;
 use crate::probe::{Answer, MachineResult, Probe, equilibrium_type, fate_name, regime_words};
-use crate::report::figure::{self, Width};
-use crate::report::write_figure;
+use crate::report::figure::{OrbitPlot, orbit_figure};
+use crate::report::{UnitSystem, write_figure, write_file};
+use crate::simulate::direct::Start;
 use crate::simulate::slip_count::SlipCount;
-use crate::simulate::{self, Flow, Range};
+use crate::simulate::{self, Flow, Neighbour, Range, separates};
 
 /// Ask every method about one point, or about each row of a table.
 #[derive(Debug, Args)]
@@ -40,11 +45,24 @@ pub(super) struct Arguments {
     /// Print JSON instead of text
     #[arg(long, conflicts_with = "points")]
     json: bool,
-    /// Draw the phase portrait; .svg, .pdf or .png
+    /// Draw the phase portrait, and position and velocity against time; .svg, .pdf or .png
     #[arg(long, value_name = "FILE", conflicts_with = "points")]
     figure: Option<PathBuf>,
+    /// Width of the figure: one column of a journal (84 mm) or two (174 mm)
+    #[arg(long, value_enum, default_value_t = Columns::One, requires = "figure")]
+    columns: Columns,
+    /// Write the orbit: t, x1, x2, and whether the mass slips or sticks from there on; in SI units with --machine
+    #[arg(long, value_name = "FILE.csv", conflicts_with = "points")]
+    orbit: Option<PathBuf>,
+    /// Start of the orbit that is drawn and written; default: the exit point, where sticking ends
+    #[arg(long, value_name = "X1,X2", value_parser = parse_start, allow_hyphen_values = true,
+          conflicts_with = "points")]
+    from: Option<(f64, f64)>,
+    /// For how long that orbit is followed; default: until it closes, settles, or has made four turns
+    #[arg(long, value_name = "TIME", value_parser = parse_duration, conflicts_with = "points")]
+    duration: Option<f64>,
     /// Keep what `validated` proves of the point, for `slipmap check --proof`
-    #[arg(long, value_name = "FILE", conflicts_with = "points")]
+    #[arg(long, value_name = "FILE.json", conflicts_with = "points")]
     proof: Option<PathBuf>,
     /// Read points from this table, `-` for standard input; its header names a column for each parameter, in
     /// any order; other columns are kept
@@ -53,12 +71,12 @@ pub(super) struct Arguments {
     /// Write the table with the answers appended here, `-` for standard output
     #[arg(long, value_name = "OUT.csv", requires = "points")]
     out: Option<PathBuf>,
-    /// Replace OUT.csv, the figure or the proof if it exists
+    /// Replace OUT.csv, the figure, the orbit or the proof if it exists
     #[arg(long)]
     overwrite: bool,
-    /// Number of threads for a table; default: one per core
-    #[arg(long, requires = "points", value_parser = clap::value_parser!(u16).range(1..))]
-    threads: Option<u16>,
+    /// Number of threads for a table; default: one per core, at most 16 per core
+    #[arg(long, requires = "points", value_name = "NUMBER", value_parser = super::threads::parse)]
+    threads: Option<usize>,
     /// Also append epsilon_limit_METHOD: up to which epsilon each method says what the simulation says; takes
     /// some twenty times as long
     #[arg(long, requires = "points")]
@@ -72,6 +90,7 @@ const EXAMPLES: &str = "\
 Examples:
   slipmap probe --epsilon 0.1 --alpha 0.3 --beta 0.1 --gamma 2 --V 1 --c 0.5
   slipmap probe --epsilon 0.1 --alpha 0.3 --beta 0.1 --gamma 2 --V 1 --c 0.5 --figure portrait.svg
+  slipmap probe --epsilon 0.1 --alpha 0.3 --beta 0.1 --gamma 2 --V 1 --c 0.5 --orbit orbit.csv --from 0.5,0 --duration 40
   slipmap probe --epsilon 0.1 --alpha 0.3 --beta 0.1 --gamma 2 --V 1 --c 0.5 --proof point.json
   slipmap probe --law lorentzian --epsilon 1 --mu 0.5 --vs 1 --eta 0 --V 0.6 --c 0.2
   slipmap probe --phi 'mu + (1 - mu)*exp(-u/vs)' --epsilon 1 --set mu=0.5 --set vs=1 --V 0.6 --c 0.1
@@ -79,12 +98,24 @@ Examples:
   slipmap probe --points points.csv --out answers.csv
 
 A table with the header epsilon,alpha,beta,gamma,V,c (and any other columns) gains the columns
-verdict_METHOD and margin_METHOD of every method, critical_c, regime, stick_time, slip_time, crossings, cycle_period, cycle_amplitude_x1, cycle_amplitude_x2,
+verdict_METHOD and margin_METHOD of every method, critical_c, critical_c_error, regime, stick_time, slip_time, crossings, cycle_period, cycle_amplitude_x1, cycle_amplitude_x2,
 cycle_multiplier, boundary_velocity, boundary_multiplier, kick_forward and kick_backward. A cell is empty where there is no such number.";
 
 fn parse_tolerance(text: &str) -> Result<f64, String> {
     let value = text.parse().map_err(|_| "this is not a number; write for example 1e-9".to_owned())?;
     check_tolerance(value).map(|()| value)
+}
+
+fn parse_start(text: &str) -> Result<(f64, f64), String> {
+    let help = "write position and velocity, for example 0.5,-1.2";
+    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
+    let (x1, x2) = text.split_once(',').ok_or(help)?;
+    number(x1).zip(number(x2)).ok_or_else(|| help.into())
+}
+
+fn parse_duration(text: &str) -> Result<f64, String> {
+    let duration = text.parse::<f64>().ok().filter(|duration| duration.is_finite() && *duration > 0.0);
+    duration.ok_or_else(|| "write a number greater than 0".into())
 }
 
 /// Runs the command.
@@ -106,7 +137,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
             overwrite: arguments.overwrite,
             law,
             tolerance,
-            threads: arguments.threads.map(usize::from),
+            threads: arguments.threads,
             epsilon_limits: arguments.epsilon_limits,
             quiet: arguments.quiet,
         });
@@ -115,17 +146,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         Some(point) => point,
         None => arguments.point.point(&law)?,
     };
-    if let Some(path) = &arguments.figure {
-        if arguments.overwrite {
-            replace::check(path, None, Kind::Figure)?;
-        }
-        let (scene, caption) = figure::portrait(&law, &point, Width::OneColumn);
-        write_figure(&scene, &caption, path, existing(arguments.overwrite)).map_err(failure)?;
-    }
     if let Some(path) = &arguments.proof {
         proof::check_place(path, arguments.overwrite)?;
         proof::write_point(&PointCertificate::of(&law, &point), path, arguments.overwrite)?;
     }
+    write_orbit(arguments, &law, &point, machine.as_ref().map(|(_, machine)| machine))?;
     let answer = Answer::of(&law, &point, tolerance, Method::all());
     let direct = simulate::direct::flow(&answer.oscillator, tolerance);
     let behaviour = machine.and_then(|(law, machine)| Some((machine, behaviour(&machine, &law, tolerance)?)));
@@ -143,13 +168,56 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     Ok(Ended::Fine)
 }
 
-/// What the margin of a method is measured in.
-fn margin_unit(method: Method) -> &'static str {
-    match method {
-        Method::Test(_) => "c",
-        Method::Simulation => "m/V",
-        Method::Naive(..) => "",
+/// Writes the figure and the table of the orbit, if they are asked for.
+fn write_orbit(
+    arguments: &Arguments,
+    law: &Law,
+    point: &Point,
+    machine: Option<&Machine>,
+) -> Result<(), Failure> {
+    let files = [("--figure", &arguments.figure), ("--orbit", &arguments.orbit)];
+    for (flag, path) in files.iter().filter_map(|(flag, path)| path.as_ref().map(|path| (flag, path))) {
+        if !arguments.overwrite && path.symlink_metadata().is_ok() {
+            return Err(Failure::BadInput(format!(
+                "{flag} {}: the file exists already\n  help: choose another name, or add --overwrite to replace it",
+                path.display()
+            )));
+        }
     }
+    if arguments.overwrite {
+        arguments.figure.iter().try_for_each(|path| replace::check(path, None, Kind::Figure))?;
+        arguments.orbit.iter().try_for_each(|path| replace::check(path, None, Kind::Table("x1")))?;
+    }
+    if arguments.figure.is_none() && arguments.orbit.is_none() {
+        return match arguments.from.is_some() || arguments.duration.is_some() {
+            true => Err(Failure::BadInput(
+                "--from and --duration are about an orbit\n  help: add --orbit FILE.csv or --figure FILE"
+                    .into(),
+            )),
+            false => Ok(()),
+        };
+    }
+    let units = machine.map_or_else(UnitSystem::default, |machine| UnitSystem::of_machine(*machine));
+    let start = match arguments.from {
+        None => Start::ExitPoint,
+        Some((x1, x2)) => Start::State { x1: x1 / units.x1().factor, x2: x2 / units.x2().factor },
+    };
+    let plot = OrbitPlot {
+        law,
+        point,
+        start,
+        duration: arguments.duration.map(|duration| duration / units.time().factor),
+        units: &units,
+        width: arguments.columns.into(),
+    };
+    let drawn = orbit_figure(&plot);
+    if let Some(path) = &arguments.figure {
+        write_figure(&drawn.scene, &drawn.caption, path, existing(arguments.overwrite)).map_err(failure)?;
+    }
+    if let Some(path) = &arguments.orbit {
+        write_file(drawn.data.csv().as_bytes(), path, existing(arguments.overwrite)).map_err(failure)?;
+    }
+    Ok(())
 }
 
 /// Writes everything for a person to read.
@@ -168,22 +236,21 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         ("method", Left),
         ("verdict", Left),
         ("margin", Right),
-        ("in", Left),
         ("critical c", Right),
         ("epsilon limit", Right),
         ("guarantee", Left),
         ("equation", Left),
     ]);
-    for (method, limit) in answer.methods.iter().zip(answer.limits()) {
+    let limits = answer.limits();
+    for (method, limit) in answer.methods.iter().zip(&limits) {
         table.row([
             method.method.name().into(),
             method.verdict.name().into(),
             signed(method.margin),
-            margin_unit(method.method).into(),
             method.critical_c.map_or("-".into(), short),
             short(limit.equal.value()),
             method.method.guarantee().name().into(),
-            method.method.equation().into(),
+            method.method.equation_for(&answer.law).into_owned(),
         ]);
     }
     table.write(out)?;
@@ -197,6 +264,10 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         if let Some(reason) = &method.reason {
             writeln!(out, "  {}: {} because {reason}", method.method.name(), method.verdict.name())?;
         }
+    }
+
+    for (why, names) in unknown_limits(answer, &limits) {
+        writeln!(out, "  no epsilon limit of {names}: {why}")?;
     }
 
     writeln!(out, "\nThe flow from the exit point, tolerance {}", short(answer.tolerance))?;
@@ -262,13 +333,21 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         Err(failure) => line("slip cycles", format!("not determined: {failure}")),
         Ok(cycles) => {
             line("slip cycles", slip_count_words(cycles.len(), &answer.slip_count()));
-            for cycle in &cycles {
+            for (i, cycle) in cycles.iter().enumerate() {
+                let parts = separates(i, cycles.len(), &answer.flow.fate).map(neighbour_words);
+                let kind = if cycle.is_stable() {
+                    "attracts".to_owned()
+                } else {
+                    format!(
+                        "repels: from inside it orbits tend to {}, from outside to {}",
+                        parts[0], parts[1]
+                    )
+                };
                 let amplitude = 0.5 * (cycle.displacement.hi - cycle.displacement.lo);
                 line(
                     "slip cycle",
                     format!(
-                        "{}, amplitude {}, {} <= x2 <= {}, multiplier {}, period {}",
-                        if cycle.is_stable() { "attracts" } else { "repels" },
+                        "{kind}; amplitude {}, {} <= x2 <= {}, multiplier {}, period {}",
                         short(amplitude),
                         short(cycle.velocity.lo),
                         short(cycle.velocity.hi),
@@ -299,25 +378,27 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
     if let Some([from, to, error]) = answer.bistable_band() {
         line("bistable for c", format!("{} to {} +- {}", exact(from), exact(to), short(error)));
     }
-    if let Some((cycle, kick)) = &answer.basin {
-        line(
-            "unstable slip cycle",
-            format!(
-                "x2 from {}, multiplier {}: inside it the mass settles, outside it stick-slips",
-                range(cycle.velocity),
-                short(cycle.multiplier)
-            ),
-        );
+    if let Some((_, kick)) = &answer.basin {
         line(
             "kick that starts it",
             format!(
-                "of velocity {} with the belt, or {} against it",
+                "of velocity {} with the belt, or {} against it, from steady slip onto the outermost slip cycle",
                 short(kick.forward),
                 short(kick.backward)
             ),
         );
     }
     table.write(out)
+}
+
+/// What orbits tend to, in words.
+fn neighbour_words(neighbour: Neighbour) -> &'static str {
+    match neighbour {
+        Neighbour::Equilibrium => "the equilibrium",
+        Neighbour::SlipCycle => "the next slip cycle",
+        Neighbour::StickSlip => "stick-slip",
+        Neighbour::Crossing => "crossing for ever",
+    }
 }
 
 /// How many slip cycles were found, and what is proved of their number.
@@ -338,6 +419,16 @@ fn slip_count_words(found: usize, count: &SlipCount) -> String {
         words.push_str(&format!(": {} to {most} are possible", count.at_least));
     }
     words
+}
+
+/// Why limits are not known, and the names of their methods.
+fn unknown_limits(answer: &Answer, limits: &[EpsilonLimit]) -> Vec<(Unknown, String)> {
+    let of = |why: Unknown| {
+        let methods = answer.methods.iter().zip(limits).filter(|(_, limit)| limit.unknown() == Some(why));
+        let names: Vec<&str> = methods.map(|(answer, _)| answer.method.name()).collect();
+        (!names.is_empty()).then(|| (why, names.join(", ")))
+    };
+    [Unknown::NoFlow, Unknown::GivenUp].into_iter().filter_map(of).collect()
 }
 
 #[cfg(test)]

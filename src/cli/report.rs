@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::{Ended, Failure, interrupt, progress, say};
-use crate::report::{self, Control, Existing, Report, ReportError};
+use crate::report::{self, Control, Existing, Report, ReportError, ReportOptions, View};
 use crate::store::{MapFile, StoreError};
 
 /// Write tables and figures that compare the methods of a map.
@@ -15,6 +15,7 @@ use crate::store::{MapFile, StoreError};
 Examples:
   slipmap report results/quickstart.h5
   slipmap report results/quickstart.h5 --out paper/map
+  slipmap report results/paper.h5 --paper-figures --data
 
 Writes report.md, report.html, report.tex, tables/NAME.tex and .csv, and figures/NAME-1col (84 mm) and
 NAME-2col (174 mm) as .svg, .pdf and .png.")]
@@ -25,6 +26,15 @@ pub(super) struct Arguments {
     /// The folder to write; default: MAP-report beside the map
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Every figure also writes its numbers: figures/NAME.csv
+    #[arg(long)]
+    data: bool,
+    /// Also draw the paper's figures 2 to 5, which do not depend on the map
+    #[arg(long)]
+    paper_figures: bool,
+    /// Dimensionless numbers, for the map of a machine too
+    #[arg(long)]
+    dimensionless: bool,
     /// Replace the files of an earlier report
     #[arg(long)]
     overwrite: bool,
@@ -56,7 +66,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let control = Control { on_cells: &|cells| bar.inc(cells as u64), stop: interrupt::flag() };
     let report = Report::gather(&map, &control).map_err(failure)?;
     bar.finish_and_clear();
-    report::write(&map, &report, &folder, existing).map_err(failure)?;
+    let view = if arguments.dimensionless { View::dimensionless(&map) } else { View::new(&map) };
+    let options = ReportOptions { existing, data: arguments.data, paper_figures: arguments.paper_figures };
+    report::write(&view, &report, &folder, &options).map_err(failure)?;
     writeln!(io::stdout().lock(), "{}", folder.join("report.md").display())?;
     Ok(Ended::Fine)
 }
@@ -98,7 +110,8 @@ pub(super) fn failure(error: ReportError) -> Failure {
             "{} exists already\n  help: add --overwrite to replace it, or choose another place with --out",
             path.display()
         )),
-        ReportError::Format { .. }
+        ReportError::NoFolder { .. }
+        | ReportError::Format { .. }
         | ReportError::Choice(_)
         | ReportError::NoReference { .. }
         | ReportError::Peers { .. } => Failure::BadInput(error.to_string()),

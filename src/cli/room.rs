@@ -3,9 +3,10 @@
 use std::io::{self, Read as _};
 use std::path::{Component, Path, PathBuf};
 
-use super::Failure;
+use super::estimate::peak;
 use super::output::{bytes, count};
 use super::proof::{self, Existing};
+use super::{Ended, Failure, say};
 use crate::config::Job;
 use crate::store;
 
@@ -16,18 +17,43 @@ pub(super) struct Room {
     pub(super) replaces: Option<String>,
     /// The certificate that will be replaced, if there is one.
     pub(super) replaces_proof: Option<String>,
+    /// What is there although the run may not replace it: it would be refused.
+    pub(super) refuses: Option<String>,
     /// Free bytes on its disk, if the system tells.
     pub(super) free: Option<u64>,
 }
 
+/// What a run may do with files that are there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Permission {
+    /// Nothing: they are in the way.
+    None,
+    /// Replace them.
+    Overwrite,
+    /// Go on with them.
+    Resume,
+}
+
 impl Room {
-    /// Refuses an output that cannot be written, before anything is computed or created.
-    pub(super) fn check(job: &Job, overwrite: bool, resume: bool) -> Result<Self, Failure> {
+    /// Refuses an output that cannot be written, before anything is computed or created. What is in the way of a run
+    /// that may not replace it is told, not refused.
+    pub(super) fn check(job: &Job, permission: Permission) -> Result<Self, Failure> {
         let name = job.output.display();
-        let replaces_proof = match &job.proof {
-            Some(proof) => check_proof(job, proof, overwrite, resume)?,
-            None => None,
+        let mut refuses = None;
+        let mut exists = |path: &Path, key: &str| {
+            refuses.get_or_insert(format!(
+                "{} exists already\n  help: add --overwrite to replace it, or choose another place with --set {key}=..",
+                path.display()
+            ));
         };
+        let mut replaces_proof = None;
+        if let Some(proof) = &job.proof {
+            match check_proof(job, proof, permission)? {
+                Place::Free => {}
+                Place::Replaces(what) => replaces_proof = Some(what),
+                Place::Taken => exists(proof, "validated.proof"),
+            }
+        }
         let same =
             |a: &Path, b: &Path| a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b));
         if same(&job.output, &job.config_file) {
@@ -38,38 +64,61 @@ impl Room {
         check_back_steps(&job.output)?;
         let replaces = match job.output.symlink_metadata() {
             Err(_) => None,
-            Ok(_) if resume => None,
-            Ok(_) if !overwrite => {
-                return Err(Failure::BadInput(format!(
-                    "{name} exists already\n  help: add --overwrite to replace it, or choose another place with --set output.path=.."
-                )));
-            }
-            Ok(metadata) => Some(replaced(&job.output, &metadata)?),
+            Ok(metadata) => match permission {
+                Permission::Resume => None,
+                Permission::Overwrite => Some(replaced(&job.output, &metadata)?),
+                Permission::None => {
+                    exists(&job.output, "output.path");
+                    None
+                }
+            },
         };
         check_folder(&job.output, "output.path")?;
         let free = fs4::available_space(first_folder(&job.output)).ok();
-        let needed = job.plan.bytes();
-        // No deflated stream is smaller than that.
-        let least = if job.plan.compression > 0 { needed / DEFLATE_RATIO } else { needed };
-        if let Some(free) = free.filter(|&free| least > u128::from(free)) {
-            let grid = &job.plan.grid;
-            let sizes: Vec<String> = grid
-                .axes()
-                .iter()
-                .map(|axis| format!("{} {}", axis.name, count(axis.values.len())))
-                .collect();
-            return Err(Failure::BadInput(format!(
-                "{}: the grid has {} cells ({}), {} before compression, but {} is free for {name}\n  \
-                 help: take fewer points on the longest axes or fewer output.fields, or choose another disk",
-                job.config_file.display(),
-                count(grid.cells()),
-                sizes.join(" x "),
-                bytes(needed),
-                bytes(free.into())
-            )));
-        }
-        Ok(Self { replaces, replaces_proof, free })
+        Ok(Self { replaces, replaces_proof, refuses, free })
     }
+
+    /// Refuses a map for which its disk has no room, and warns where the run may fill it. `packed` is the estimated size
+    /// of the map.
+    pub(super) fn verdict(&self, job: &Job, packed: u128) -> Result<Ended, Failure> {
+        let name = job.output.display();
+        let Some(free) = self.free.filter(|&free| peak(packed) > u128::from(free)) else {
+            return Ok(Ended::Fine);
+        };
+        let need = format!(
+            "about {} (its journal and the map, from a sample), and {} is free for {name}",
+            bytes(peak(packed)),
+            bytes(free.into())
+        );
+        // The estimate may be too large by a factor, hardly by two.
+        if packed <= u128::from(free) {
+            say(&format!("warning: the run needs {need}; should the disk fill, it stops and can be resumed"));
+            return Ok(Ended::Fine);
+        }
+        let grid = &job.plan.grid;
+        let sizes: Vec<String> =
+            grid.axes().iter().map(|axis| format!("{} {}", axis.name, count(axis.values.len()))).collect();
+        Err(Failure::BadInput(format!(
+            "{}: the grid has {} cells ({}), {} before compression; the run needs {need}\n  \
+             help: take fewer points on the longest axes or fewer output.fields, or choose another disk",
+            job.config_file.display(),
+            count(grid.cells()),
+            sizes.join(" x "),
+            bytes(job.plan.bytes()),
+        )))
+    }
+
+    /// Whether the map might not fit, so that it is worth a sample to know.
+    pub(super) fn is_scarce(&self, job: &Job) -> bool {
+        self.free.is_some_and(|free| peak(job.plan.bytes()) > u128::from(free))
+    }
+}
+
+/// What is at the place of a certificate.
+enum Place {
+    Free,
+    Replaces(String),
+    Taken,
 }
 
 /// Refuses a path with `..` through a folder that does not exist: the folders that a path names are created, and then
@@ -99,9 +148,8 @@ fn check_folder(path: &Path, key: &str) -> Result<(), Failure> {
     })
 }
 
-/// Refuses a certificate whose place is that of another file of the run, cannot be written, or is taken; returns what
-/// it replaces.
-fn check_proof(job: &Job, proof: &Path, overwrite: bool, resume: bool) -> Result<Option<String>, Failure> {
+/// Refuses a certificate whose place is that of another file of the run, cannot be written, or is taken by something else.
+fn check_proof(job: &Job, proof: &Path, permission: Permission) -> Result<Place, Failure> {
     let name = proof.display();
     let refuse = |problem: String| {
         Err(Failure::BadInput(format!(
@@ -122,21 +170,22 @@ fn check_proof(job: &Job, proof: &Path, overwrite: bool, resume: bool) -> Result
     check_back_steps(proof)?;
     check_folder(proof, "validated.proof")?;
     match proof::existing(proof) {
-        Existing::Nothing => Ok(None),
+        Existing::Nothing => Ok(Place::Free),
         Existing::OutOfReach(error) => refuse(format!("{name} cannot be written: {error}")),
         Existing::Other => Err(Failure::BadInput(format!(
             "{name} is no proof, and only proofs are replaced\n  \
              help: move it away, or choose another place with --set validated.proof=.."
         ))),
-        Existing::Proof(_) if overwrite => Ok(Some(format!("the proof {name}"))),
-        Existing::Proof(Some(run)) if resume && run == job.identity() => Ok(None),
-        Existing::Proof(_) if resume => {
+        Existing::Proof(_) if permission == Permission::Overwrite => {
+            Ok(Place::Replaces(format!("the proof {name}")))
+        }
+        Existing::Proof(Some(run)) if permission == Permission::Resume && run == job.identity() => {
+            Ok(Place::Free)
+        }
+        Existing::Proof(_) if permission == Permission::Resume => {
             refuse(format!("{name} is the proof of another run, and to resume this one replaces nothing"))
         }
-        Existing::Proof(_) => Err(Failure::BadInput(format!(
-            "{name} exists already\n  \
-             help: add --overwrite to replace it, or choose another place with --set validated.proof=.."
-        ))),
+        Existing::Proof(_) => Ok(Place::Taken),
     }
 }
 
@@ -151,9 +200,6 @@ fn resolved(path: &Path) -> PathBuf {
         _ => path.to_owned(),
     }
 }
-
-/// Deflate shrinks at most by this factor: 258 bytes in two bits.
-const DEFLATE_RATIO: u128 = 1032;
 
 /// What `--overwrite` will replace: a map, or nothing at all.
 fn replaced(output: &Path, metadata: &std::fs::Metadata) -> Result<String, Failure> {

@@ -3,6 +3,7 @@
 use super::figure::{Figure, Width};
 use super::table::Table;
 use super::text::{Rich, latex as latex_words};
+use super::units::View;
 use crate::store::MapFile;
 
 /// The title, for people.
@@ -29,8 +30,16 @@ fn heading(table: &Table) -> &'static str {
 }
 
 /// The report as Markdown.
-pub(super) fn markdown(map: &MapFile, tables: &[Table], figures: &[Figure]) -> String {
-    let mut text = format!("# {}\n", title(map).markdown());
+pub(super) fn markdown(
+    map: &MapFile,
+    summary: &[(Rich, Rich)],
+    tables: &[Table],
+    figures: &[Figure],
+) -> String {
+    let mut text = format!("# {}\n\n", title(map).markdown());
+    for (name, value) in summary {
+        text.push_str(&format!("- {}: {}\n", name.markdown(), value.markdown()));
+    }
     for table in tables {
         text.push_str(&format!("\n## {}\n\n{}", heading(table), table.markdown()));
         text.push_str(&format!("\n[CSV](tables/{0}.csv), [LaTeX](tables/{0}.tex)\n", table.name));
@@ -56,49 +65,76 @@ pub(super) fn markdown(map: &MapFile, tables: &[Table], figures: &[Figure]) -> S
     text
 }
 
-const STYLE: &str = "\
-body{font:16px/1.5 'Noto Sans',Helvetica,Arial,sans-serif;max-width:64rem;margin:2rem auto;padding:0 1rem;color:#111;background:#fff}
-table{border-collapse:collapse;margin:1rem 0;font-size:.85rem;font-variant-numeric:tabular-nums}
-caption{text-align:left;padding-bottom:.4rem}
-thead{border-top:2px solid;border-bottom:1px solid}tbody{border-bottom:2px solid}
-th,td{padding:.15rem .6rem;text-align:left;vertical-align:top;overflow-wrap:anywhere}
-.number{text-align:right;white-space:nowrap}.note,figcaption{font-size:.85rem;color:#333}
-figure{margin:1.5rem 0}svg{max-width:100%;height:auto}pre{overflow-x:auto;background:#f5f5f5;padding:1rem;font-size:.8rem}
-.table{overflow-x:auto}";
+const STYLE: &str = include_str!("document.css");
 
-/// The report as one HTML page that needs nothing else.
-pub(super) fn html(map: &MapFile, tables: &[Table], figures: &[Figure]) -> String {
-    let title = title(map);
-    let mut text = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\">\n\
-         <title>{0}</title>\n<style>\n{STYLE}\n</style>\n</head>\n<body>\n<h1>{0}</h1>\n",
-        title.html()
-    );
+/// An element's name for links: "slice-gamma-c".
+fn anchor(kind: &str, name: &str) -> String {
+    let name: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
+    format!("{kind}-{name}")
+}
+
+/// The report as one HTML page that needs nothing else: what matters on one screen, then contents, figures, tables
+/// and the configuration. Screens show the figure that fits them; paper the wide one.
+pub(super) fn html(view: &View, summary: &[(Rich, Rich)], tables: &[Table], figures: &[Figure]) -> String {
+    let title = title(view.map);
+    let mut text = "<dl class=\"summary\">\n".to_owned();
+    for (name, value) in summary {
+        text.push_str(&format!("<dt>{}</dt><dd>{}</dd>\n", name.html(), value.html()));
+    }
+    text.push_str("</dl>\n<nav><h2>Contents</h2>\n<ul>\n");
+    let mut entry = |id: &str, name: &str| text.push_str(&format!("<li><a href=\"#{id}\">{name}</a></li>\n"));
+    for figure in figures {
+        entry(
+            &anchor("figure", &figure.name),
+            &super::text::html(&format!("Figure: {}", figure.name.replace('-', " "))),
+        );
+    }
+    for table in tables {
+        entry(&anchor("table", table.name), &super::text::html(heading(table)));
+    }
+    if view.map.text("config").is_some() {
+        entry("configuration", "Configuration");
+    }
+    text.push_str("</ul></nav>\n<h2>Figures</h2>\n");
+    for figure in figures {
+        text.push_str(&format!("<figure id=\"{}\">\n", anchor("figure", &figure.name)));
+        for (width, scene) in &figure.scenes {
+            let name = format!("{}-{}", figure.name, width.name());
+            let class = match width {
+                Width::OneColumn => "narrow",
+                Width::TwoColumns => "wide",
+            };
+            text.push_str(&format!("<div class=\"{class}\">\n{}</div>\n", scene.svg(&name, &figure.caption)));
+        }
+        text.push_str(&format!("<figcaption>{}</figcaption>\n</figure>\n", figure.caption.html()));
+    }
+    text.push_str("<h2>Tables</h2>\n");
     for table in tables {
         text.push_str(&format!(
-            "<h2>{}</h2>\n<div class=\"table\">\n{}</div>\n",
+            "<section id=\"{}\"><h3>{}</h3>\n<div class=\"table\">\n{}</div></section>\n",
+            anchor("table", table.name),
             heading(table),
             table.html()
         ));
     }
-    text.push_str("<h2>Figures</h2>\n");
-    for figure in figures {
-        if let Some((width, scene)) = figure.scenes.last() {
-            let name = format!("{}-{}", figure.name, width.name());
-            text.push_str(&format!(
-                "<figure>\n{}<figcaption>{}</figcaption>\n</figure>\n",
-                scene.svg(&name, &figure.caption),
-                figure.caption.html()
-            ));
-        }
+    if let Some(config) = view.map.text("config") {
+        text.push_str(&format!(
+            "<h2 id=\"configuration\">Configuration</h2>\n<pre>{}</pre>\n",
+            super::text::html(config)
+        ));
     }
-    if let Some(config) = map.text("config") {
-        text.push_str(&format!("<h2>Configuration</h2>\n<pre>{}</pre>\n", super::text::html(config)));
-    }
-    text.push_str("</body>\n</html>\n");
-    text
+    page(&title, &text)
+}
+
+/// An HTML page that needs nothing else, with its title as heading.
+pub(super) fn page(title: &Rich, body: &str) -> String {
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\">\n\
+         <title>{0}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<h1>{0}</h1>\n{body}</body>\n</html>\n",
+        title.html()
+    )
 }
 
 /// A LaTeX document that shows every table and figure, as an example of their use.

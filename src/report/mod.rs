@@ -7,11 +7,14 @@
 mod boundary;
 mod document;
 pub mod figure;
+mod machine_page;
 pub(crate) mod proved;
-mod si;
+mod stale;
+mod summary;
 mod table;
 pub mod tables;
 mod text;
+mod units;
 mod verdicts;
 pub mod work_precision;
 mod write;
@@ -20,10 +23,12 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 pub use boundary::{Boundaries, BoundaryError, MethodBoundary, Order, Sizes, Worst};
+pub use machine_page::MachinePage;
 pub use table::{Cell, Column, Show, Table};
 pub use text::{Piece, Rich, Symbol, rich};
+pub use units::{Label, UnitSystem, View};
 pub use verdicts::{Confusion, Verdicts, Volume};
-pub use write::{Existing, write, write_figure, write_file};
+pub use write::{Existing, ReportOptions, write, write_figure, write_file};
 
 use crate::store::{MapFile, StoreError};
 
@@ -45,6 +50,14 @@ pub enum ReportError {
     Exists {
         /// The output.
         path: PathBuf,
+    },
+    /// The folder of the output is not there.
+    #[error("{path}: there is no folder {folder}; create it, or choose another place")]
+    NoFolder {
+        /// The output.
+        path: PathBuf,
+        /// The folder.
+        folder: PathBuf,
     },
     /// The name of a figure does not say its format.
     #[error("{path} does not end in .svg, .pdf or .png; give the figure one of these endings")]

@@ -69,7 +69,7 @@ pub(super) fn volume(map: &MapFile) -> Option<Table> {
              integrated in interval arithmetic."
         }
     };
-    let column = |key, heading: &str, show| Column { key, heading: rich(heading), show };
+    let column = |key: &str, heading: &str, show| Column { key: key.into(), heading: rich(heading), show };
     Some(Table {
         name: "proved_volume",
         caption: rich(

@@ -44,7 +44,7 @@ pub enum Show {
 #[derive(Clone, Debug)]
 pub struct Column {
     /// Its name in CSV files.
-    pub key: &'static str,
+    pub key: String,
     /// Its heading.
     pub heading: Rich,
     /// How its numbers are shown.
@@ -156,6 +156,8 @@ impl Table {
     pub fn html(&self) -> String {
         let styles: Vec<Style> = (0..self.columns.len()).map(|column| self.style(column)).collect();
         let class = |style: &Style| if matches!(style, Style::Words) { "" } else { " class=\"number\"" };
+        // Words that no line of a screen holds may be broken anywhere; others may not.
+        let is_long = |words: &str| words.split(' ').any(|word| word.chars().count() > LONGEST_WORD);
         let mut text = format!("<table>\n<caption>{}</caption>\n<thead><tr>", self.caption.html());
         for (column, style) in self.columns.iter().zip(&styles) {
             text.push_str(&format!("<th scope=\"col\"{}>{}</th>", class(style), column.heading.html()));
@@ -168,7 +170,11 @@ impl Table {
                     Cell::Words(words) => html(words),
                     _ => html_number(cell, *style),
                 };
-                text.push_str(&format!("<td{}>{shown}</td>", class(style)));
+                let class = match cell {
+                    Cell::Words(words) if is_long(words) => " class=\"long\"",
+                    _ => class(style),
+                };
+                text.push_str(&format!("<td{class}>{shown}</td>"));
             }
             text.push_str("</tr>\n");
         }
@@ -268,7 +274,7 @@ impl Table {
     #[must_use]
     pub fn csv(&self) -> String {
         let mut writer = csv::Writer::from_writer(Vec::new());
-        let heading = self.columns.iter().map(|column| column.key.to_owned()).collect();
+        let heading = self.columns.iter().map(|column| column.key.clone()).collect();
         let rows = self.rows.iter().map(|row| row.iter().map(in_full).collect());
         for record in std::iter::once(heading).chain(rows) {
             let record: Vec<String> = record;
@@ -281,10 +287,12 @@ impl Table {
     }
 }
 
-/// Words for LaTeX; fingerprints may be broken anywhere.
+/// Words longer than this, such as fingerprints, may be broken anywhere.
+const LONGEST_WORD: usize = 40;
+
+/// Words for LaTeX.
 fn breakable(words: &str) -> String {
-    const LONGEST: usize = 40;
-    let parts = words.split(' ').map(|word| match word.is_ascii() && word.len() > LONGEST {
+    let parts = words.split(' ').map(|word| match word.is_ascii() && word.len() > LONGEST_WORD {
         true => {
             word.as_bytes().chunks(8).map(|part| latex(&String::from_utf8_lossy(part))).collect::<Vec<_>>()
         }
@@ -405,7 +413,8 @@ mod tests {
     use super::*;
 
     fn table() -> Table {
-        let column = |key, heading: &str, show| Column { key, heading: rich(heading), show };
+        let column =
+            |key: &str, heading: &str, show| Column { key: key.into(), heading: rich(heading), show };
         Table {
             name: "example",
             caption: rich("Errors in {c}."),

@@ -10,34 +10,40 @@ pub use origin::{axes, cost, failures, methods, provenance};
 use super::proved;
 use super::table::{Cell, Column, Show, Table};
 use super::text::{Rich, rich};
+use super::units::{Label, View, join};
 use super::{Confusion, Report};
 use crate::map::Verdict;
 use crate::store::MapFile;
 
 /// All tables, in the order of the report.
 #[must_use]
-pub fn all(map: &MapFile, report: &Report) -> Vec<Table> {
-    let mut tables = vec![volume(map, report)];
-    tables.extend(proved::volume(map));
-    tables.extend([
-        agreement(map, report),
-        boundary(map, report),
-        order(map, report),
-        cost(map),
-        failures(map, report),
-        methods(map),
-        axes(map),
-        provenance(map),
-    ]);
+pub fn all(view: &View, report: &Report) -> Vec<Table> {
+    let map = view.map;
     // What an engineer looks for comes first.
-    if let Some(table) = machine::machine(map) {
-        tables.insert(0, table);
-    }
+    let mut tables: Vec<Table> = machine::machine(view).into_iter().collect();
+    tables.push(volume(view, report));
+    tables.extend(proved::volume(map));
+    tables.push(agreement(map, report));
+    tables.push(boundary(view, report));
+    // One eps has no order.
+    tables.extend((epsilons(map).len() > 1).then(|| order(map, report)));
+    tables.extend([cost(map), failures(map, report), methods(map), axes(view), provenance(map)]);
     tables
 }
 
-fn column(key: &'static str, heading: &str, show: Show) -> Column {
-    Column { key, heading: rich(heading), show }
+fn column(key: &str, heading: &str, show: Show) -> Column {
+    Column { key: key.into(), heading: rich(heading), show }
+}
+
+/// A column of a quantity with its unit; `key` names it in CSV files and `heading` for people.
+fn column_of(label: &Label, key: &str, heading: &str, show: Show) -> Column {
+    let label = Label { name: rich(heading), key: key.into(), ..label.clone() };
+    Column { key: label.header(), heading: label.text(), show }
+}
+
+/// A dimensionless number in the unit of a label.
+fn in_unit(value: Option<f64>, label: &Label) -> Cell {
+    value.map(|value| value * label.factor).into()
 }
 
 fn words(text: &str) -> Cell {
@@ -57,7 +63,18 @@ fn percent(part: f64, whole: f64) -> Option<f64> {
 
 /// Certified volume of each method at each eps.
 #[must_use]
-pub fn volume(map: &MapFile, report: &Report) -> Table {
+pub fn volume(view: &View, report: &Report) -> Table {
+    let map = view.map;
+    // The volume has the dimension of all axes that it is measured along.
+    let long = map.grid().axes()[1..].iter().filter(|axis| axis.values.len() > 1);
+    let labels: Vec<Label> = long.map(|axis| view.axis(axis)).collect();
+    let factor: f64 = labels.iter().map(|label| label.factor).product();
+    let units: Vec<&str> = labels.iter().map(|label| label.unit).filter(|unit| !unit.is_empty()).collect();
+    let unit = if units.is_empty() { String::new() } else { format!(", {}", units.join(" × ")) };
+    let key = |name: &str| match units.is_empty() {
+        true => name.to_owned(),
+        false => format!("{name} [{}]", units.join(" * ")),
+    };
     let verdicts = &report.verdicts;
     let mut rows = Vec::new();
     for (e, &epsilon) in epsilons(map).iter().enumerate() {
@@ -76,9 +93,9 @@ pub fn volume(map: &MapFile, report: &Report) -> Table {
             rows.push(vec![
                 Cell::Real(epsilon),
                 words(&method.name),
-                Cell::Real(volume.claimed),
-                Cell::Real(volume.error_in_c),
-                Cell::Real(volume.error),
+                Cell::Real(volume.claimed * factor),
+                Cell::Real(volume.error_in_c * factor),
+                Cell::Real(volume.error * factor),
                 percent(volume.claimed, verdicts.box_volume).into(),
                 relative.and_then(|reference| percent(volume.claimed, reference.claimed)).into(),
                 relative_error
@@ -104,14 +121,14 @@ pub fn volume(map: &MapFile, report: &Report) -> Table {
     Table {
         name: "volume",
         caption: rich("Volume of parameter space in which each method claims a stick-slip cycle: ")
-            .then(extents(map))
+            .then(extents(view))
             .then(rich(".")),
         columns: vec![
             column("epsilon", "{epsilon}", EPSILON_DIGITS),
             column("method", "method", Show::AsIs),
-            column("volume", "volume", Show::Significant(4)),
-            column("volume_error_in_c", "± in {c}", Show::Significant(2)),
-            column("volume_error", "± in all", Show::Significant(2)),
+            column(&key("volume"), &format!("volume{unit}"), Show::Significant(4)),
+            column(&key("volume_error_in_c"), "± in {c}", Show::Significant(2)),
+            column(&key("volume_error"), "± in all", Show::Significant(2)),
             column("percent_of_box", "% of the box", Show::Decimals(2)),
             column("percent_of_simulation", "% of simulation", Show::Decimals(2)),
             column("percent_of_simulation_error", "±", Show::Decimals(2)),
@@ -126,21 +143,19 @@ fn simulation_name(map: &MapFile, position: Option<usize>) -> Option<&String> {
     position.map(|position| &map.methods()[position].name)
 }
 
-/// "0 <= alpha <= 0.9, gamma = 2" for every axis but eps.
-fn extents(map: &MapFile) -> Rich {
-    let mut text = Rich::default();
-    for (i, axis) in map.grid().axes()[1..].iter().enumerate() {
-        if i > 0 {
-            text = text.then(rich(", "));
-        }
-        let (first, last) = (axis.values[0], axis.values[axis.values.len() - 1]);
-        let symbol = Rich::symbol(&axis.name);
-        text = text.then(match axis.values.len() {
-            1 => symbol.then(rich(&format!(" = {first}"))),
-            _ => symbol.then(rich(&format!(" from {first} to {last}"))),
-        });
-    }
-    text
+/// "alpha from 0 to 0.9, gamma = 2" for every axis but eps.
+fn extents(view: &View) -> Rich {
+    join(view.map.grid().axes()[1..].iter().map(|axis| {
+        let label = view.axis(axis);
+        let [first, last] = [axis.values[0], axis.values[axis.values.len() - 1]]
+            .map(|value| Rich::number(value * label.factor, 6));
+        let name = label.name.clone();
+        let text = match axis.values.len() {
+            1 => name.then(rich(" = ")).then(first),
+            _ => name.then(rich(" from ")).then(first).then(rich(" to ")).then(last),
+        };
+        if label.unit.is_empty() { text } else { text.then(Rich::foreign(&format!(" {}", label.unit))) }
+    }))
 }
 
 fn no_simulation(report: &Report) -> Option<Rich> {

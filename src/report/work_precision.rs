@@ -7,7 +7,7 @@ use super::table::{Cell as Entry, Column, Show, Table};
 use super::text::{Rich, rich};
 use super::{Existing, ReportError, figure, write};
 use crate::benchmark::{self, Cell, Contestant, Errors, Kind, Labels, Measurement, measure, pareto};
-use crate::map::{AxisRole, Grid};
+use crate::map::Grid;
 use crate::store::{self, Provenance, Records, Series, Value};
 
 /// What a study is to do.
@@ -138,7 +138,7 @@ impl Study {
         let mut text = names.join(",") + "\n";
         for cell in &self.cells {
             for axis in axes {
-                text.push_str(&format!("{:?},", coordinate(cell, axis.role)));
+                text.push_str(&format!("{:?},", axis.role.of(&cell.point)));
             }
             text.push_str(if cell.near { "1\n" } else { "0\n" });
         }
@@ -179,7 +179,8 @@ impl Study {
     /// Every number.
     #[must_use]
     pub fn table(&self) -> Table {
-        let column = |key, heading: &str, show| Column { key, heading: rich(heading), show };
+        let column =
+            |key: &str, heading: &str, show| Column { key: key.into(), heading: rich(heading), show };
         let sizes = |errors: &Option<Errors>| {
             let number = |of: fn(&Errors) -> f64| Entry::from(errors.as_ref().map(of));
             [number(|e| e.median), number(|e| e.high), number(|e| e.worst)]
@@ -285,8 +286,8 @@ impl Study {
         let mut series = Vec::new();
         for (column, heading) in table.columns.iter().enumerate() {
             let long_name = heading.heading.plain();
-            series.push(match heading.key {
-                "kind" | "method" | "knob" => Series::words("point", heading.key, &long_name, texts(column)),
+            series.push(match heading.key.as_str() {
+                "kind" | "method" | "knob" => Series::words("point", &heading.key, &long_name, texts(column)),
                 key => Series::reals("point", key, &long_name, numbers(column)),
             });
         }
@@ -294,7 +295,7 @@ impl Study {
             Series::reals("cell", key, long_name, self.cells.iter().map(of).collect())
         };
         for axis in self.grid.axes() {
-            series.push(cell(&axis.name, &axis.long_name, &|cell| coordinate(cell, axis.role)));
+            series.push(cell(&axis.name, &axis.long_name, &|cell| axis.role.of(&cell.point)));
         }
         let known =
             |exact: Option<benchmark::reference::Exact>| exact.map_or(f64::NAN, |exact| exact.value.value());
@@ -344,16 +345,6 @@ impl Study {
         text.push_str(&format!("![{0}]({0}-2col.png)\n\n{1}\n\n", chart.name, chart.caption.markdown()));
         text.push_str(&table.markdown());
         text
-    }
-}
-
-/// A cell's place on an axis.
-fn coordinate(cell: &Cell, role: AxisRole) -> f64 {
-    match role {
-        AxisRole::Epsilon => cell.point.epsilon,
-        AxisRole::Law(parameter) => cell.point.law.as_slice()[parameter],
-        AxisRole::BeltSpeed => cell.point.belt_speed,
-        AxisRole::Damping => cell.point.damping,
     }
 }
 

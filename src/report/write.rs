@@ -9,8 +9,9 @@ use rayon::prelude::*;
 use super::figure::{Figure, Scene, render};
 use super::table::Table;
 use super::text::Rich;
-use super::{Report, ReportError, document, figure, tables};
-use crate::store::{self, MapFile, StoreError};
+use super::units::View;
+use super::{Report, ReportError, document, figure, stale, summary, tables};
+use crate::store::{self, StoreError};
 
 /// What to do with an output that is there already.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,15 +22,46 @@ pub enum Existing {
     Replace,
 }
 
-/// Writes the report of `map` into `folder`. Files are made in a folder beside it first, so that an error
-/// leaves nothing behind. To replace means to replace files of the same names; others in the folder stay.
+/// How a report is written.
+#[derive(Clone, Copy, Debug)]
+pub struct ReportOptions {
+    /// What to do with a report that is there already.
+    pub existing: Existing,
+    /// Whether every figure also writes its numbers as CSV.
+    pub data: bool,
+    /// Whether the paper's figures 2 to 5 are drawn too, which do not depend on the map.
+    pub paper_figures: bool,
+}
+
+/// Writes the report of a map into `folder`. Files are made in a folder beside it first, so that an error
+/// leaves nothing behind. To replace means to replace files of the same names, and to remove the figures and
+/// tables of an earlier report that this one does not have; others in the folder stay.
 ///
 /// # Errors
 /// [`ReportError::Exists`], or why something could not be drawn or written.
-pub fn write(map: &MapFile, report: &Report, folder: &Path, existing: Existing) -> Result<(), ReportError> {
-    let tables = tables::all(map, report);
-    let figures = figure::all(map, report)?;
-    publish(folder, existing, &files(map, &tables, &figures)?, &[])
+pub fn write(
+    view: &View,
+    report: &Report,
+    folder: &Path,
+    options: &ReportOptions,
+) -> Result<(), ReportError> {
+    let tables = tables::all(view, report);
+    let mut figures = figure::all(view, report)?;
+    if options.paper_figures {
+        figures.extend(figure::paper::figures());
+    }
+    let mut files = files(view, &summary::summary(view, report), &tables, &figures)?;
+    if options.data {
+        let with_data = figures.iter().filter(|figure| figure.data.rows() > 0);
+        files.extend(with_data.map(|figure| {
+            let path = Path::new("figures").join(format!("{}.csv", figure.name));
+            (path, figure.data.csv().into_bytes())
+        }));
+    }
+    let before = stale::listed(folder);
+    publish(folder, options.existing, &files, &[])?;
+    stale::remove(folder, &before);
+    Ok(())
 }
 
 /// A file that somebody else writes: its name, and how.
@@ -89,7 +121,8 @@ pub(super) fn figure_files(figures: &[Figure], folder: &str) -> Result<Vec<(Path
 
 /// Every file of a report, by its path in the folder.
 fn files(
-    map: &MapFile,
+    view: &View,
+    summary: &[(Rich, Rich)],
     tables: &[Table],
     figures: &[Figure],
 ) -> Result<Vec<(PathBuf, Vec<u8>)>, ReportError> {
@@ -99,9 +132,9 @@ fn files(
         add(format!("tables/{}.tex", table.name), table.latex().into_bytes());
         add(format!("tables/{}.csv", table.name), table.csv().into_bytes());
     }
-    add("report.md".into(), document::markdown(map, tables, figures).into_bytes());
-    add("report.html".into(), document::html(map, tables, figures).into_bytes());
-    add("report.tex".into(), document::latex(map, tables, figures).into_bytes());
+    add("report.md".into(), document::markdown(view.map, summary, tables, figures).into_bytes());
+    add("report.html".into(), document::html(view, summary, tables, figures).into_bytes());
+    add("report.tex".into(), document::latex(view.map, tables, figures).into_bytes());
     files.extend(figure_files(figures, "figures")?);
     Ok(files)
 }
@@ -154,6 +187,9 @@ pub fn write_file(contents: &[u8], path: &Path, existing: Existing) -> Result<()
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     };
+    if !folder.is_dir() {
+        return Err(ReportError::NoFolder { path: path.to_path_buf(), folder: folder.to_path_buf() });
+    }
     let mut builder = tempfile::Builder::new();
     builder.prefix(".slipmap-figure-");
     #[cfg(unix)]
@@ -162,7 +198,8 @@ pub fn write_file(contents: &[u8], path: &Path, existing: Existing) -> Result<()
         // Those of any new file; the default of temporary files is readable by their owner only.
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
-    let mut file = builder.tempfile_in(folder).map_err(failed)?;
+    // The name of the temporary file would only confuse.
+    let mut file = builder.tempfile_in(folder).map_err(|error| failed(error.kind().into()))?;
     file.write_all(contents).map_err(failed)?;
     let named = match existing {
         Existing::Replace => file.persist(path),

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use crate::command::Scratch;
 use serde_json::Value;
 use slipmap::friction::Law;
-use slipmap::machine::{MOTION_ATTRIBUTE, Machine, Motion, SI_ATTRIBUTE, Units};
+use slipmap::machine::{Dimension, MOTION_ATTRIBUTE, Machine, Motion, SI_ATTRIBUTE, Units};
 use slipmap::store::{MapFile, Value as Attribute};
 
 /// An example configuration as it is delivered.
@@ -90,17 +90,19 @@ fn examples_are_mapped_checked_and_probed_in_si_units() {
         let figure = scratch.read("p.svg");
         for words in [
             "grazing",
-            &format!("belt speed, {}", motion.velocity()),
-            &format!("damping, {}", motion.damping()),
+            &format!("belt speed, {}", motion.unit(Dimension::Velocity)),
+            &format!("damping, {}", motion.unit(Dimension::Damping)),
         ] {
             assert!(figure.contains(words), "{name}: no {words}");
         }
         let mut met = 0;
         for row in rows(&scratch.read("p.csv")).iter().filter(|row| row["curve"] == "grazing_sliding") {
             let number = |key: &str| row[key].parse::<f64>().unwrap();
+            let units = machine.units();
             let point = slipmap::point::Point {
-                belt_speed: number("V"),
-                damping: number("c"),
+                belt_speed: number(&format!("belt_speed [{}]", motion.unit(Dimension::Velocity)))
+                    / units.velocity,
+                damping: number(&format!("damping [{}]", motion.unit(Dimension::Damping))) / units.damping,
                 ..machine.point(map.grid().law()).unwrap()
             };
             let root = slipmap::simulate::critical_damping(&map.grid().law().column(&point), 1e-10).unwrap();
@@ -117,7 +119,8 @@ fn examples_are_mapped_checked_and_probed_in_si_units() {
         let [speed, damping] = [format!("belt_speed={speed:?}"), format!("damping={damping}")];
         let run = ["probe", "--machine", "machine.toml", "--set", &speed, "--set", &damping];
         let text = scratch.run(&run).ends_with(0).out;
-        for part in ["in SI units", "critical belt speed", motion.damping(), "Hz", "amplitude"] {
+        for part in ["in SI units", "critical belt speed", motion.unit(Dimension::Damping), "Hz", "amplitude"]
+        {
             assert!(text.contains(part), "{part} is not in\n{text}");
         }
     }
@@ -172,7 +175,7 @@ fn a_report_has_a_table_in_si_units() {
     scratch.run(&run).ends_with(0);
     scratch.run(&["report", "map.h5", "--out", "report"]).ends_with(0);
     let table = rows(&scratch.read("report/tables/machine.csv"));
-    let speeds: Vec<f64> = table.iter().map(|row| row["belt_speed"].parse().unwrap()).collect();
+    let speeds: Vec<f64> = table.iter().map(|row| row["belt_speed [m/s]"].parse().unwrap()).collect();
     assert_eq!(speeds.len(), 3);
     for (speed, wanted) in speeds.iter().zip([0.05, 0.1, 0.4]) {
         close(*speed, wanted, 4.0 * f64::EPSILON);
@@ -181,9 +184,16 @@ fn a_report_has_a_table_in_si_units() {
     let probe =
         ["probe", "--machine", "machine.toml", "--set", "belt_speed=0.1", "--set", "damping=0", "--json"];
     let answer: Value = serde_json::from_str(&scratch.run(&probe).ends_with(0).out).unwrap();
-    for key in ["critical_damping", "critical_damping_ratio", "slip_time", "stick_time", "amplitude"] {
+    for (key, unit) in [
+        ("critical_damping", " [N s/m]"),
+        ("critical_damping_ratio", ""),
+        ("slip_time", " [s]"),
+        ("stick_time", " [s]"),
+        ("amplitude", " [m]"),
+    ] {
         // Speeds differ by round-off; what follows from them is computed to 1e-9.
-        close(table[1][key].parse().unwrap(), answer["machine"][key].as_f64().unwrap(), 1e-6);
+        let shown = table[1][&format!("{key}{unit}")].parse().unwrap();
+        close(shown, answer["machine"][key].as_f64().unwrap(), 1e-6);
     }
     let words = scratch.read("report/report.md");
     assert!(words.contains("SI units") && words.contains("N s/m"), "{words}");
@@ -223,10 +233,184 @@ fn bad_machines_are_refused_with_their_place() {
         scratch.run(&all)
     };
     probe(&[]).refuses(&["good.toml", "belt_speed has 2 values", "--set belt_speed=0.1"]);
-    probe(&["--set", "belt_speed=-1"]).refuses(&["--set belt_speed=-1", "greater than 0"]);
-    probe(&["--set", "mass=1"]).refuses(&["mass", "--set belt_speed=.."]);
+    probe(&["--set", "belt_speed=-1"]).refuses(&["belt_speed", "-1", "greater than 0"]);
+    probe(&["--set", "belt_speed=0.1", "--set", "mas=1"]).refuses(&["mas", "--set can choose mass"]);
+    // Every key that is missing is named at once.
+    with("mass = 2.0\nstiffness = 800.0\n", "").refuses(&["`mass` is missing", "also lacks stiffness"]);
+    with("mass = 2.0", "mass = { value = 2.0, sd = -1.0 }").refuses(&["bad.toml:4:8", "at least 0"]);
+    with("mass = 2.0", "mass = { value = 2.0 }").refuses(&["`sd` is missing", "sd = 0.1"]);
+    with("mass = 2.0", "mass = { min = 3.0, max = 2.0 }")
+        .refuses(&["bad.toml:4:8", "min must be at most max"]);
     scratch.run(&["probe", "--machine", "none.toml"]).refuses(&["none.toml"]);
     scratch.file("grid.toml", "[grid]\nepsilon = 1.0\n");
     scratch.run(&["probe", "--machine", "grid.toml"]).refuses(&["grid.toml", "[machine]"]);
     assert_eq!(scratch.names(), ["bad.toml", "good.toml", "grid.toml"]);
+}
+
+#[test]
+fn a_page_tells_an_engineer_all_of_a_machine() {
+    let scratch = Scratch::new();
+    scratch.file("brake.toml", example("brake_pad"));
+    let run = |more: &[&str]| {
+        let point = ["machine", "brake.toml", "--set", "belt_speed=0.2", "--set", "damping=180"];
+        scratch.run(&[&point[..], more].concat())
+    };
+    let answer: Value = serde_json::from_str(&run(&["--json"]).ends_with(0).out).unwrap();
+    let number = |key: &str| answer[key].as_f64().unwrap();
+    assert_eq!(answer["regime"], "bistable");
+    // Between the two thresholds of damping it depends on the start.
+    assert!(
+        number("always_stick_slips_below_damping") < 180.0 && 180.0 < number("may_stick_slip_below_damping")
+    );
+    assert!(number("kick_forward") > 0.0 && number("kick_backward") > 0.0);
+    let probe =
+        ["probe", "--machine", "brake.toml", "--set", "belt_speed=0.2", "--set", "damping=180", "--json"];
+    let probed: Value = serde_json::from_str(&scratch.run(&probe).ends_with(0).out).unwrap();
+    close(
+        number("may_stick_slip_below_damping"),
+        probed["machine"]["critical_damping"].as_f64().unwrap(),
+        1e-9,
+    );
+    let text = run(&["--out", "page.html"]).ends_with(0).out;
+    for part in ["Limits", "may stick-slip below damping", "N s/m", "kick that starts it", "What is proved"] {
+        assert!(text.contains(part), "{part} is not in\n{text}");
+    }
+    let html = scratch.read("page.html");
+    assert!(html.contains("<svg") && html.contains("working point"));
+    run(&["--out", "page.pdf"]).ends_with(0);
+    run(&["--out", "page.pdf"]).refuses(&["page.pdf", "--overwrite"]);
+    run(&["--out", "page.svg"]).ends_with(0);
+    roxmltree::Document::parse(&scratch.read("page.svg")).unwrap();
+    // Uncertain quantities: a probability with its limits, and a damping for each share.
+    let uncertain = example("brake_pad")
+        .replace("normal_force = 1000.0", "normal_force = { value = 1000.0, sd = 200.0 }");
+    scratch.file("uncertain.toml", uncertain);
+    let risk = [
+        "machine",
+        "uncertain.toml",
+        "--set",
+        "belt_speed=0.2",
+        "--set",
+        "damping=250",
+        "--draws",
+        "2000",
+        "--json",
+    ];
+    let answer: Value = serde_json::from_str(&scratch.run(&risk).ends_with(0).out).unwrap();
+    let found = &answer["risk"]["probability"];
+    let [low, high] = [0, 1].map(|i| found["limits_95"][i].as_f64().unwrap());
+    let value = found["value"].as_f64().unwrap();
+    assert!(0.0 < low && low < value && value < high && high < 1.0, "{found}");
+    let rare = answer["risk"]["rare_by"].as_array().unwrap();
+    assert!(rare.len() == 3 && rare[0]["damping"]["value"].as_f64().unwrap() > 250.0, "{rare:?}");
+}
+
+#[test]
+fn a_machine_is_plotted_in_its_units() {
+    let scratch = Scratch::new();
+    scratch.file("machine.toml", example("brake_pad"));
+    let small = [
+        "run",
+        "machine.toml",
+        "--set",
+        "output.path=map.h5",
+        "--set",
+        "machine.belt_speed=[0.05, 0.1, 0.2]",
+        "--set",
+        "machine.damping=[100.0]",
+        "--set",
+        "output.fields=['verdict', 'critical_c', 'cycle', 'basin']",
+    ];
+    scratch.run(&small).ends_with(0);
+    // One damping: no area over it, a line over the speed, with every unit named.
+    let plot = [
+        "plot",
+        "map.h5",
+        "--x",
+        "V",
+        "--y",
+        "c",
+        "--variable",
+        "critical_c_simulation",
+        "--out",
+        "a.svg",
+        "--data",
+        "a.csv",
+    ];
+    let run = scratch.run(&plot).ends_with(0);
+    assert!(run.err.contains("c has one node"), "{}", run.err);
+    let figure = scratch.read("a.svg");
+    assert!(figure.contains("belt speed, m/s") && figure.contains("critical damping of simulation, N s/m"));
+    let table = rows(&scratch.read("a.csv"));
+    assert_eq!(table.len(), 3);
+    for row in table {
+        let probe = ["probe", "--machine", "machine.toml", "--set", "damping=100", "--json", "--set"];
+        let speed = format!("belt_speed={}", row["belt_speed [m/s]"]);
+        let answer: Value =
+            serde_json::from_str(&scratch.run(&[&probe[..], &[&speed]].concat()).ends_with(0).out).unwrap();
+        close(
+            row["critical_c_simulation [N s/m]"].parse().unwrap(),
+            answer["machine"]["critical_damping"].as_f64().unwrap(),
+            1e-6,
+        );
+    }
+    let plot = [
+        "plot",
+        "map.h5",
+        "--x",
+        "belt_speed",
+        "--variable",
+        "cycle_amplitude_x1,cycle_period",
+        "--out",
+        "b.svg",
+        "--data",
+        "b.csv",
+        "--dimensionless",
+    ];
+    scratch.run(&plot).ends_with(0);
+    assert!(scratch.read("b.csv").starts_with("variable,V,value"), "{}", scratch.read("b.csv"));
+    // The bifurcation diagram over any range, and an orbit, both in SI units.
+    let plot = [
+        "plot",
+        "map.h5",
+        "--x",
+        "damping",
+        "--range",
+        "50,300",
+        "--diagram",
+        "--at",
+        "belt_speed=0.2",
+        "--out",
+        "d.svg",
+        "--data",
+        "d.csv",
+    ];
+    scratch.run(&plot).ends_with(0);
+    let branches = rows(&scratch.read("d.csv"));
+    let kinds: std::collections::BTreeSet<_> =
+        branches.iter().map(|row| (row["kind"].clone(), row["attracts"].clone())).collect();
+    for (kind, attracts) in [
+        ("equilibrium", "true"),
+        ("equilibrium", "false"),
+        ("slip_cycle", "false"),
+        ("stick_slip_cycle", "true"),
+    ] {
+        assert!(kinds.contains(&(kind.into(), attracts.into())), "{kinds:?}");
+    }
+    let reach = |kind: &str| {
+        let of = branches.iter().filter(|row| row["kind"] == kind);
+        of.map(|row| row["damping [N s/m]"].parse::<f64>().unwrap()).fold(0.0, f64::max)
+    };
+    let probe = ["probe", "--machine", "machine.toml", "--set", "belt_speed=0.2", "--set", "damping=100"];
+    let answer: Value =
+        serde_json::from_str(&scratch.run(&[&probe[..], &["--json"]].concat()).ends_with(0).out).unwrap();
+    // Stick-slip ends at the critical damping, where the diagram located its end to a ten-millionth of a step.
+    close(reach("stick_slip_cycle"), answer["machine"]["critical_damping"].as_f64().unwrap(), 1e-6);
+    scratch.run(&[&probe[..], &["--orbit", "o.csv", "--duration", "0.05"]].concat()).ends_with(0);
+    let orbit = rows(&scratch.read("o.csv"));
+    let last = |key: &str| orbit.last().unwrap()[key].parse::<f64>().unwrap();
+    assert!(last("t [s]") > 0.045 && last("t [s]") <= 0.05 + 1e-12, "{}", last("t [s]"));
+    let fastest = orbit.iter().map(|row| row["x2 [m/s]"].parse::<f64>().unwrap()).fold(0.0, f64::max);
+    close(fastest, 0.2, 1e-9);
+    assert!(orbit.iter().any(|row| row["phase"] == "stick"));
 }

@@ -369,3 +369,42 @@ fn a_reader_that_leaves_early_is_no_error() {
         assert_eq!(run.err, "");
     }
 }
+
+#[test]
+fn orbits_are_written_from_any_start() {
+    let scratch = Scratch::new();
+    let point = [
+        "probe",
+        "--epsilon",
+        "0.1",
+        "--alpha",
+        "0.3",
+        "--beta",
+        "0.1",
+        "--gamma",
+        "2",
+        "--V",
+        "1",
+        "--c",
+        "0.5",
+    ];
+    let run = |more: &[&str]| scratch.run(&[&point[..], more].concat());
+    run(&["--orbit", "o.csv", "--from", "-0.5,0.2", "--duration", "30"]).ends_with(0);
+    let csv = scratch.read("o.csv");
+    let mut lines = csv.lines();
+    assert_eq!(lines.next(), Some("t,x1,x2,phase"));
+    let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
+    let number = |row: &[&str], column: usize| row[column].parse::<f64>().unwrap();
+    assert!((number(&rows[0], 1) + 0.5).abs() < 1e-15 && (number(&rows[0], 2) - 0.2).abs() < 1e-15);
+    assert!(rows.windows(2).all(|pair| number(&pair[0], 0) <= number(&pair[1], 0)), "time runs forward");
+    assert!(number(rows.last().unwrap(), 0) > 29.0 && number(rows.last().unwrap(), 0) <= 30.0);
+    // While it sticks, the mass moves with the belt; V = 1.
+    for pair in rows.windows(2).filter(|pair| pair[0][3] == "stick") {
+        let (dt, dx) = (number(&pair[1], 0) - number(&pair[0], 0), number(&pair[1], 1) - number(&pair[0], 1));
+        assert!((dt - dx).abs() < 1e-9, "{pair:?}");
+    }
+    run(&["--orbit", "o.csv"]).refuses(&["--orbit o.csv", "choose another name", "--overwrite"]);
+    run(&["--from", "0,0"]).refuses(&["--orbit FILE.csv"]);
+    run(&["--orbit", "p.csv", "--from", "0"]).refuses(&["position and velocity"]);
+    assert_eq!(scratch.names(), ["o.csv"]);
+}

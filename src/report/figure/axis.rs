@@ -80,9 +80,16 @@ impl Scale {
     #[must_use]
     pub fn unit(&self, value: f64) -> f64 {
         if self.log {
-            (value / self.from).ln() / (self.to / self.from).ln()
+            // Differences of logarithms: the ratio of two numbers may overflow.
+            (value.ln() - self.from.ln()) / (self.to.ln() - self.from.ln())
         } else {
-            (value - self.from) / (self.to - self.from)
+            // Halves where the difference of two numbers overflows.
+            let span = self.to - self.from;
+            if span.is_finite() {
+                (value - self.from) / span
+            } else {
+                (0.5 * value - 0.5 * self.from) / (0.5 * self.to - 0.5 * self.from)
+            }
         }
     }
 
@@ -90,9 +97,9 @@ impl Scale {
     #[must_use]
     pub fn value(&self, unit: f64) -> f64 {
         if self.log {
-            self.from * (self.to / self.from).powf(unit)
+            (self.from.ln() * (1.0 - unit) + self.to.ln() * unit).exp().clamp(self.from, self.to)
         } else {
-            self.from + (self.to - self.from) * unit
+            self.from * (1.0 - unit) + self.to * unit
         }
     }
 
@@ -110,15 +117,26 @@ impl Scale {
         ticks.into_iter().map(|tick| Tick { value: tick.value / self.shown, ..tick }).collect()
     }
 
+    /// Ticks at the two ends alone, where there is no room between numbers for round ones: as next to the smallest
+    /// or the largest numbers there are, or next to each other.
+    fn end_ticks(&self) -> Vec<Tick> {
+        let tick = |value: f64| Tick { value, label: Rich::number(value, 3) };
+        vec![tick(self.from), tick(self.to)]
+    }
+
     fn linear_ticks(&self, most: usize) -> Vec<Tick> {
         let span = self.to - self.from;
         let rough = span / most as f64;
+        let resolved = 1e3 * f64::EPSILON * self.from.abs().max(self.to.abs());
+        if !(rough >= f64::MIN_POSITIVE && rough > resolved && span.is_finite()) {
+            return self.end_ticks();
+        }
         let power = 10.0_f64.powf(rough.log10().floor());
         let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|step| *step >= rough);
         let step = step.unwrap_or(10.0 * power);
         let slack = 1e-9 * span;
-        let first = ((self.from - slack) / step).ceil() as i64;
-        let last = ((self.to + slack) / step).floor() as i64;
+        let first = (self.from / step - slack / step).ceil() as i64;
+        let last = (self.to / step + slack / step).floor() as i64;
         let values: Vec<f64> = (first..=last).map(|i| i as f64 * step).collect();
         let largest = values.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
         let decimals = (-step.log10().floor()).max(0.0) as usize;
@@ -139,7 +157,10 @@ impl Scale {
     fn log_ticks(&self, most: usize) -> Vec<Tick> {
         let (low, high) = (self.from * (1.0 - 1e-9), self.to * (1.0 + 1e-9));
         let (first, last) = (low.log10().floor() as i32, high.log10().ceil() as i32);
-        let decades = (high / low).log10();
+        let decades = high.log10() - low.log10();
+        if !(decades > 0.0 && decades.is_finite()) {
+            return self.end_ticks();
+        }
         // Labels at powers of ten; on short axes at 2 and 5 times these, too.
         let every = ((decades / most as f64).ceil() as i32).max(1);
         let labelled: &[u8] = match decades {
@@ -162,7 +183,7 @@ impl Scale {
                 ticks.push(Tick { value, label });
             }
         }
-        ticks
+        if ticks.len() < 2 { self.end_ticks() } else { ticks }
     }
 }
 
@@ -267,16 +288,11 @@ impl Panel {
         scene.text((x + 0.5 * w, y + h + SMALL_TEXT + TEXT + 3.5), name, TEXT, Anchor::Middle);
     }
 
-    /// Writes the name of the vertical axis left of its numbers: upright if it is short, else upwards.
+    /// Writes the name of the vertical axis left of its numbers, upwards: upright, a letter beside a number would
+    /// read as a product.
     pub fn y_name(&self, scene: &mut Scene, name: &Rich, labels_width: f64) {
         let Rect { x, y, h, .. } = self.rect;
-        let right = x - labels_width - 5.5;
-        let middle = y + 0.5 * h;
-        if text_width(name, TEXT) < TEXT {
-            scene.text((right, middle + 0.36 * TEXT), name, TEXT, Anchor::End);
-        } else {
-            scene.text_up((right, middle), name, TEXT, Anchor::Middle);
-        }
+        scene.text_up((x - labels_width - 5.5, y + 0.5 * h), name, TEXT, Anchor::Middle);
     }
 
     /// Writes a title above the panel.
@@ -296,8 +312,12 @@ pub const BOTTOM_MARGIN: f64 = SMALL_TEXT + TEXT + 7.0;
 /// Room above a panel for its title.
 pub const TITLE_MARGIN: f64 = SMALL_TEXT + 4.5;
 
-/// Room between panels.
+/// Least room between panels.
 const GAP: f64 = 9.0;
+/// The height that panels take at most, so that figure, legend and caption fit on a page: 205 mm.
+const MOST_HEIGHT: f64 = 580.0;
+/// Panels are made flatter down to this ratio before they stand side by side.
+const FLATTEST: f64 = 0.5;
 
 /// Width of the widest number at ticks.
 fn text_width_of(ticks: &[Tick]) -> f64 {
@@ -315,37 +335,77 @@ pub struct Panels {
     pub bottom: f64,
 }
 
+/// Room above a row of panels beyond their own height.
+const ROW_MARGIN: f64 = TITLE_MARGIN + 4.0;
+
 impl Panels {
     /// `count` panels in `columns` columns over the width of a figure; each is `aspect` times as high as
-    /// wide.
+    /// wide. Where they would be higher than a page, they are flatter, or there are more columns.
     #[must_use]
     pub fn new(width: f64, columns: usize, count: usize, aspect: f64, x: Scale, y: Scale) -> Self {
-        let columns = columns.clamp(1, count.max(1));
-        let right = 0.5 * text_width_of(&x.ticks(5)).max(8.0);
+        let mut columns = columns.clamp(1, count.max(1));
+        loop {
+            let rows = count.div_ceil(columns) as f64;
+            let room = MOST_HEIGHT / rows.max(1.0) - ROW_MARGIN;
+            let panels = Self::sized(width, columns, count, aspect, x, y);
+            let Rect { w, h, .. } =
+                panels.panels.first().map_or(Rect { x: 0.0, y: 0.0, w: 1.0, h: 0.0 }, |p| p.rect);
+            if h <= room {
+                return panels;
+            }
+            if room >= FLATTEST * w || columns >= count {
+                return Self::sized(width, columns, count, room / w, x, y);
+            }
+            columns += 1;
+        }
+    }
+
+    /// The same below a heading, which is drawn at the top of the figure.
+    #[must_use]
+    pub fn below(
+        scene: &mut Scene,
+        heading: &Rich,
+        columns: usize,
+        count: usize,
+        aspect: f64,
+        (x, y): (Scale, Scale),
+    ) -> Self {
+        let mut panels = Self::new(scene.width, columns, count, aspect, x, y);
+        let left = panels.panels.first().map_or(0.0, |panel| panel.rect.x);
+        let height = write_heading(scene, left, heading);
+        panels.shift((0.0, height));
+        panels
+    }
+
+    fn sized(width: f64, columns: usize, count: usize, aspect: f64, x: Scale, y: Scale) -> Self {
+        let widest = text_width_of(&x.ticks(9)).max(8.0);
+        // Browsers may set numbers in a wider font.
+        let (right, gap) = (0.5 * widest + 2.0, (widest + 5.0).max(GAP));
         let size = |labels_width: f64| {
             let left = left_margin(labels_width);
-            let w = (width - left - right - GAP * (columns - 1) as f64) / columns as f64;
+            let w = (width - left - right - gap * (columns - 1) as f64) / columns as f64;
             (left, w, aspect * w)
         };
         // The numbers depend on the height and the height on the numbers; the second round settles it.
         let labels_width = Panel::y_labels_width(y, size(20.0).2);
         let labels_width = Panel::y_labels_width(y, size(labels_width).2);
         let (left, w, h) = size(labels_width);
-        let row = h + TITLE_MARGIN + 4.0;
+        let row = h + ROW_MARGIN;
         let panels = (0..count)
             .map(|i| {
                 let (column, line) = ((i % columns) as f64, (i / columns) as f64);
-                let rect = Rect { x: left + column * (w + GAP), y: TITLE_MARGIN + line * row, w, h };
+                let rect = Rect { x: left + column * (w + gap), y: TITLE_MARGIN + line * row, w, h };
                 Panel { rect, x, y }
             })
             .collect();
         let rows = count.div_ceil(columns) as f64;
-        Self {
-            panels,
-            columns,
-            labels_width,
-            bottom: TITLE_MARGIN + rows * row - TITLE_MARGIN - 4.0 + BOTTOM_MARGIN,
-        }
+        Self { panels, columns, labels_width, bottom: rows * row - 4.0 + BOTTOM_MARGIN }
+    }
+
+    /// Room for the numbers left of the panels.
+    #[must_use]
+    pub fn labels_width(&self) -> f64 {
+        self.labels_width
     }
 
     /// Moves all panels.
@@ -372,9 +432,68 @@ impl Panels {
     }
 }
 
+/// Writes a heading of small text at the top of a figure, in as many lines as it needs; returns its height.
+pub fn write_heading(scene: &mut Scene, left: f64, heading: &Rich) -> f64 {
+    if heading.pieces.is_empty() {
+        return 0.0;
+    }
+    let mut height = 2.0;
+    for line in wrap(heading, scene.width - left - 4.0) {
+        height += SMALL_TEXT + 2.0;
+        scene.text((left, height - 2.0), &line, SMALL_TEXT, Anchor::Start);
+    }
+    height
+}
+
+/// Breaks "a = 1, b = 2, ..." into lines that fit.
+#[must_use]
+pub fn wrap(text: &Rich, width: f64) -> Vec<Rich> {
+    let mut lines: Vec<Rich> = Vec::new();
+    let mut line = Rich::default();
+    // Pieces come in groups that end with ", ".
+    let mut group = Rich::default();
+    let mut groups = Vec::new();
+    for piece in &text.pieces {
+        group.pieces.push(piece.clone());
+        if matches!(piece, Piece::Words(words) if words == ", ") {
+            groups.push(std::mem::take(&mut group));
+        }
+    }
+    groups.push(group);
+    for group in groups {
+        let longer = line.clone().then(group.clone());
+        if !line.pieces.is_empty() && text_width(&longer, SMALL_TEXT) > width {
+            lines.push(std::mem::replace(&mut line, group));
+        } else {
+            line = longer;
+        }
+    }
+    lines.push(line);
+    lines
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn panels_fit_on_a_page_and_their_numbers_do_not_touch() {
+        for (columns, count) in [(1, 1), (1, 4), (2, 12), (4, 30), (1, 9)] {
+            for width in super::super::scene::Width::ALL {
+                let (x, y) = (Scale::logarithmic(0.1, 100.0), Scale::linear(0.0, 0.4));
+                let panels = Panels::new(width.points(), columns, count, 0.8, x, y);
+                assert!(panels.bottom <= MOST_HEIGHT + BOTTOM_MARGIN, "{count} panels: {}", panels.bottom);
+                let last = panels.panels.iter().map(|p| p.rect.x + p.rect.w).fold(0.0, f64::max);
+                let widest = text_width_of(&x.ticks(9));
+                assert!(last + 0.5 * widest <= width.points() + 1e-9);
+                if let [first, second, ..] = panels.panels[..]
+                    && second.rect.x > first.rect.x
+                {
+                    assert!(second.rect.x - first.rect.x - first.rect.w > widest);
+                }
+            }
+        }
+    }
 
     fn labels(scale: Scale, most: usize) -> Vec<String> {
         let ticks = scale.ticks(most);
@@ -391,7 +510,31 @@ mod tests {
         for (place, expected) in places.iter().zip([0.0, 0.25, 0.5, 0.75, 1.0]) {
             assert!((place - expected).abs() <= 4.0 * f64::EPSILON, "{places:?}");
         }
-        assert_eq!(labels(Scale::logarithmic(1.0, 100.0).in_unit(10.0), 4), ["10", "10^2", "10^3"]);
+        assert_eq!(labels(Scale::logarithmic(1.0, 100.0).in_unit(10.0), 4), ["10", "100", "1000"]);
+    }
+
+    #[test]
+    fn ticks_are_few_and_finite_on_any_axis() {
+        let extremes = [5e-324, 1e-310, 1e-300, 1e-5, 1.0, 1.0 + 1e-15, 1e5, 1e16, 2e16, 1e300, 1e308];
+        for from in [f64::MIN, -1e-300, 0.0].into_iter().chain(extremes) {
+            for to in extremes.into_iter().chain([f64::MAX]).filter(|to| *to > from) {
+                let mut scales = vec![Scale::linear(from, to)];
+                if from > 0.0 {
+                    scales.push(Scale::logarithmic(from, to));
+                }
+                for scale in scales {
+                    let ticks = scale.ticks(7);
+                    assert!((2..=6000).contains(&ticks.len()), "{scale:?}: {}", ticks.len());
+                    let labelled = labels(scale, 7).len();
+                    assert!((1..=14).contains(&labelled), "{scale:?}: {labelled}");
+                    for tick in ticks {
+                        let unit = scale.unit(tick.value);
+                        assert!((-0.01..=1.01).contains(&unit), "{scale:?} {tick:?} at {unit}");
+                    }
+                    assert!((from..=to).contains(&scale.value(0.5)), "{scale:?}");
+                }
+            }
+        }
     }
 
     #[test]

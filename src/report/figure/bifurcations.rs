@@ -1,49 +1,64 @@
 //! Curves of codimension one in the plane of a slice: as a table, and drawn.
 
-use std::fmt::Write as _;
-
 use super::super::text::rich;
+use super::super::units::View;
 use super::axis::Panel;
+use super::data::Data;
 use super::legend::{Legend, Sample};
 use super::palette;
-use super::scene::{Place, Scene, Stroke};
+use super::scene::{Place, Rect, Scene, Stroke};
 use super::slices::{EXACT, HALO};
-use crate::map::{Axis, PlaneCurves};
+use crate::map::PlaneCurves;
 use crate::simulate::bifurcation::Bifurcation;
 
 /// All points as a table: the curve, the number of its branch from 1, the values of both axes, and the error,
 /// a distance in sides of the plotted rectangle.
 #[must_use]
-pub fn csv(axes: &[Axis], curves: &PlaneCurves) -> String {
-    let [x, y] = [curves.plane.x, curves.plane.y].map(|axis| &axes[axis].name);
-    let mut text = format!("curve,branch,{x},{y},error\n");
-    for (number, curve) in curves.numbered() {
-        let name = curve.bifurcation.name();
-        for point in &curve.points {
-            // Writing to a string does not fail.
-            let _ = writeln!(text, "{name},{number},{:?},{:?},{:e}", point.x, point.y, point.error);
-        }
-    }
-    text
+pub fn data(view: &View, curves: &PlaneCurves) -> Data {
+    let axes = view.map.grid().axes();
+    let [x, y] = [curves.plane.x, curves.plane.y].map(|axis| view.axis(&axes[axis]));
+    let points = || {
+        let curves = curves.numbered();
+        curves.flat_map(|(number, curve)| curve.points.iter().map(move |point| (number, curve, point)))
+    };
+    Data::default()
+        .words("curve", points().map(|(_, curve, _)| curve.bifurcation.name().into()).collect())
+        .words("branch", points().map(|(number, ..)| number.to_string()).collect())
+        .reals(x.header(), points().map(|(.., point)| point.x * x.factor).collect())
+        .reals(y.header(), points().map(|(.., point)| point.y * y.factor).collect())
+        .reals("error", points().map(|(.., point)| point.error).collect())
 }
 
-/// Draws curves into the panel of their plane.
-pub(super) fn draw(scene: &mut Scene, panel: &Panel, curves: &PlaneCurves, legend: &mut Legend) {
-    for bifurcation in Bifurcation::ALL {
-        let stroke = style(bifurcation);
-        let of_kind = || curves.curves.iter().filter(|curve| curve.bifurcation == bifurcation);
-        if of_kind().next().is_none() {
-            continue;
+/// In the order in which they are drawn: a fold may lie on a Hopf curve, which shows in its gaps.
+const ORDER: [Bifurcation; 5] = [
+    Bifurcation::Fold,
+    Bifurcation::GrazingSliding,
+    Bifurcation::Landing,
+    Bifurcation::Crossing,
+    Bifurcation::Hopf,
+];
+
+/// Draws curves into the panel of their plane. The legend names those that show.
+pub fn draw(scene: &mut Scene, panel: &Panel, curves: &PlaneCurves, legend: &mut Legend) {
+    let places = |bifurcation: Bifurcation| {
+        let of_kind = curves.curves.iter().filter(move |curve| curve.bifurcation == bifurcation);
+        of_kind.map(|curve| curve.points.iter().map(|p| panel.place(p.x, p.y)).collect::<Vec<Place>>())
+    };
+    let Rect { x, y, w, h } = panel.rect;
+    let shows = |p: &Place| (x..=x + w).contains(&p.0) && (y..=y + h).contains(&p.1);
+    scene.clipped(panel.rect, |scene| {
+        // White below all of them first, so that none wipes out another.
+        for bifurcation in ORDER {
+            places(bifurcation).for_each(|line| scene.line(&line, &HALO));
         }
-        scene.clipped(panel.rect, |scene| {
-            for curve in of_kind() {
-                let places: Vec<Place> =
-                    curve.points.iter().map(|point| panel.place(point.x, point.y)).collect();
-                scene.line(&places, &HALO);
-                scene.line(&places, &stroke);
-            }
-        });
-        legend.add(Sample::Line(stroke), rich(words(bifurcation)));
+        for bifurcation in ORDER {
+            places(bifurcation).for_each(|line| scene.line(&line, &style(bifurcation)));
+        }
+    });
+    for bifurcation in ORDER {
+        if places(bifurcation).any(|line| line.iter().filter(|p| shows(p)).count() > 1) {
+            legend.add(Sample::Line(style(bifurcation)), rich(words(bifurcation)));
+        }
     }
 }
 
@@ -54,16 +69,17 @@ fn style(bifurcation: Bifurcation) -> Stroke {
         Bifurcation::GrazingSliding => EXACT,
         Bifurcation::Landing => Stroke { color: palette::VERMILION, width: 1.2, dash: &[1.4, 1.4] },
         Bifurcation::Crossing => Stroke { color: palette::BLUE, width: 1.2, dash: &[3.0, 1.4] },
-        Bifurcation::Fold => Stroke { color: palette::PURPLE, width: 1.2, dash: &[6.0, 1.6, 1.2, 1.6] },
+        // Broad, so that a curve on top of it leaves both visible.
+        Bifurcation::Fold => Stroke { color: palette::PURPLE, width: 2.2, dash: &[] },
     }
 }
 
 fn words(bifurcation: Bifurcation) -> &'static str {
     match bifurcation {
-        Bifurcation::Hopf => "Hopf",
-        Bifurcation::GrazingSliding => "grazing",
-        Bifurcation::Landing => "landing",
-        Bifurcation::Crossing => "crossing",
-        Bifurcation::Fold => "fold",
+        Bifurcation::Hopf => "Hopf curve",
+        Bifurcation::GrazingSliding => "grazing curve",
+        Bifurcation::Landing => "landing curve",
+        Bifurcation::Crossing => "crossing curve",
+        Bifurcation::Fold => "fold curve",
     }
 }

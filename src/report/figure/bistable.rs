@@ -1,19 +1,25 @@
 //! The bistable band: dampings between the loss of stability of the equilibrium and the critical damping,
 //! at which steady slip and the stick-slip cycle both attract.
 
-use super::super::text::{Rich, rich};
-use super::axis::{Panel, Panels, Scale};
+use super::super::text::rich;
+use super::super::units::{Label, View};
+use super::axis::{Panel, Panels, Scale, write_heading};
+use super::data::Data;
 use super::legend::{Legend, Sample};
 use super::scene::{Fill, Hatch, Marker, Place, Scene, Stroke, Width};
 use super::slice::{equals, telling};
 use super::{Figure, curves, palette};
-use crate::store::MapFile;
 
 const BISTABLE: Fill = Fill::hatched(palette::SKY, Hatch::Rising, palette::BLACK);
 
-/// The figure: (a) the band in the plane of V and c at the largest eps, (b) its width against eps.
+const HOPF: Stroke = Stroke { color: palette::BLACK, width: 0.8, dash: &[3.0, 2.0] };
+const CRITICAL: Stroke = Stroke::solid(palette::BLACK, 1.0);
+
+/// The figure: (a) the band in the plane of V and c at the largest eps, (b) its width against eps; of a machine,
+/// for which eps has no meaning, the band alone.
 #[must_use]
-pub fn bistable(map: &MapFile) -> Figure {
+pub fn bistable(view: &View) -> Figure {
+    let map = view.map;
     let axes = map.grid().axes();
     let v = axes.len() - 2;
     let mut index = telling(map);
@@ -34,6 +40,10 @@ pub fn bistable(map: &MapFile) -> Figure {
     let lower: Vec<f64> = columns.iter().map(curves::stability).collect();
     let most = upper.iter().copied().filter(|c| c.is_finite()).fold(0.0, f64::max);
     let y = Scale::linear(0.0, 1.15 * most);
+    let (x_label, y_label) = (view.axis(&axes[v]), view.axis(&axes[v + 1]));
+    let (x, y) = (x.in_unit(x_label.factor), y.in_unit(y_label.factor));
+    let held = view.held(&index, &[0, v, v + 1]);
+    let alone = view.units.machine().is_some();
 
     let epsilons = &axes[0].values;
     let widths = Scale::logarithmic(epsilons[0] / 10.0, epsilons[epsilons.len() - 1].max(epsilons[0] * 1.01));
@@ -67,23 +77,18 @@ pub fn bistable(map: &MapFile) -> Figure {
     let mut scenes = Vec::new();
     for width in Width::ALL {
         let mut scene = Scene::new(width.points(), 0.0);
+        let whole = scene.width;
         let half = match width {
-            Width::OneColumn => scene.width,
-            Width::TwoColumns => 0.5 * scene.width,
+            Width::TwoColumns if !alone => 0.5 * scene.width,
+            _ => scene.width,
         };
-        let first = Panels::new(half, 1, 1, 0.7, x, y);
+        let aspect = if half > Width::OneColumn.points() { 0.5 } else { 0.7 };
+        let mut first = Panels::new(half, 1, 1, aspect, x, y);
+        first.shift((0.0, write_heading(&mut scene, first.panels[0].rect.x, &held)));
         let panel = first.panels[0];
+        let top = panel.rect.y;
         band(&mut scene, &panel, &values, &lower, &upper);
-        panel.title(&mut scene, &rich("(a) ").then(equals("epsilon", axes[0].values[index[0]])));
-        first.axes(&mut scene, &Rich::symbol("V"), &Rich::symbol("c"));
-
-        let mut second = Panels::new(half, 1, 1, 0.7, widths, width_scale);
-        let shift = match width {
-            Width::OneColumn => (0.0, first.bottom + 4.0),
-            Width::TwoColumns => (half, 0.0),
-        };
-        second.shift(shift);
-        let panel = second.panels[0];
+        first.axes(&mut scene, &x_label.text(), &y_label.text());
         let mut legend = Legend::default();
         for (fill, name) in [
             (palette::PRESENT, "stick-slip only"),
@@ -92,6 +97,23 @@ pub fn bistable(map: &MapFile) -> Figure {
         ] {
             legend.add(Sample::Area(fill), rich(name));
         }
+        legend.add(Sample::Line(HOPF), rich("equilibrium becomes stable"));
+        legend.add(Sample::Line(CRITICAL), rich("critical damping"));
+        scene.width = whole;
+        if alone {
+            legend.below(&mut scene, panel.rect.x, first.bottom);
+            scenes.push((width, scene));
+            continue;
+        }
+        panel.title(&mut scene, &rich("(a) ").then(equals("epsilon", axes[0].values[index[0]])));
+
+        let mut second = Panels::new(half, 1, 1, 0.7, widths, width_scale);
+        let shift = match width {
+            Width::OneColumn => (0.0, first.bottom + 4.0),
+            Width::TwoColumns => (half, top - second.panels[0].rect.y),
+        };
+        second.shift(shift);
+        let panel = second.panels[0];
         let styles = [
             (Stroke::solid(palette::BLUE, 1.2), Marker::Circle),
             (Stroke { color: palette::VERMILION, width: 1.2, dash: &[5.0, 2.0] }, Marker::Square),
@@ -111,22 +133,28 @@ pub fn bistable(map: &MapFile) -> Figure {
             legend.add(Sample::Line(curves::GUIDE), rich("slope of {epsilon^2}"));
         }
         panel.title(&mut scene, &rich("(b) width of the band"));
-        second.axes(&mut scene, &Rich::symbol("epsilon"), &rich("width in {c}"));
+        second.axes(&mut scene, &rich("{epsilon}"), &rich("width in {c}"));
         let bottom = first.bottom.max(second.bottom);
         legend.below(&mut scene, first.panels[0].rect.x, bottom);
         scenes.push((width, scene));
     }
-    let mut held = Rich::default();
-    for (axis, &i) in axes[1..v].iter().zip(&index[1..]) {
-        let join = rich(if held.pieces.is_empty() { " at " } else { ", " });
-        held = held.then(join).then(equals(&axis.name, axis.values[i]));
+    let mut caption = rich(
+        "Bistable band between the damping at which the equilibrium becomes stable and the critical damping",
+    );
+    if !held.pieces.is_empty() {
+        caption = caption.then(rich(" at ")).then(held);
     }
-    let caption = rich(
-        "Bistable band between the damping at which the equilibrium becomes stable and the critical damping {c^*}",
-    )
-    .then(held)
-    .then(rich(". (b) Its width at legal dampings {c} ≥ 0, against {epsilon}."));
-    Figure { name: "bistable".into(), caption, scenes }
+    caption = caption.then(rich(match alone {
+        true => ".",
+        false => ". (b) Its width at legal dampings {c} ≥ 0, against {epsilon}.",
+    }));
+    let scaled = |numbers: &[f64], factor: f64| numbers.iter().map(|number| number * factor).collect();
+    let header = |key: &str| Label { key: key.into(), ..y_label.clone() }.header();
+    let data = Data::default()
+        .reals(x_label.header(), scaled(&values, x_label.factor))
+        .reals(header("equilibrium_stable_from"), scaled(&lower, y_label.factor))
+        .reals(header("critical_damping"), scaled(&upper, y_label.factor));
+    Figure { name: "bistable".into(), caption, scenes, data }
 }
 
 /// The three areas between the curves and the frame.
@@ -141,7 +169,7 @@ fn band(scene: &mut Scene, panel: &Panel, x: &[f64], lower: &[f64], upper: &[f64
         scene.area(&[under(&|i| upper[i])], BISTABLE);
         scene.area(&[under(&|i| lower[i].min(upper[i]))], palette::PRESENT);
         let line = |curve: &[f64]| x.iter().zip(curve).map(|(&x, &y)| panel.place(x, y)).collect::<Vec<_>>();
-        scene.line(&line(lower), &Stroke { color: palette::BLACK, width: 0.8, dash: &[3.0, 2.0] });
-        scene.line(&line(upper), &Stroke::solid(palette::BLACK, 1.0));
+        scene.line(&line(lower), &HOPF);
+        scene.line(&line(upper), &CRITICAL);
     });
 }

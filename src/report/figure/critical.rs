@@ -1,21 +1,22 @@
 //! Critical damping against belt speed, every method.
 
-use super::super::si::{axis_name, machine};
 use super::super::text::rich;
+use super::super::units::{Label, View};
 use super::axis::{Panels, Scale};
+use super::data::Data;
 use super::legend::{Legend, Sample};
 use super::scene::{Scene, Width};
 use super::slice::{Slice, equals, telling};
 use super::slices::chosen_epsilons;
 use super::{Figure, curves, palette};
-use crate::store::MapFile;
 
 /// The range of V that is shown where a map has one V only, as a factor up and down.
 const SPREAD: f64 = 10.0;
 
 /// Critical damping against V, one panel per eps.
 #[must_use]
-pub fn critical(map: &MapFile) -> Figure {
+pub fn critical(view: &View) -> Figure {
+    let map = view.map;
     let axes = map.grid().axes();
     let (c, v) = (axes.len() - 1, axes.len() - 2);
     let nodes = &axes[v].values;
@@ -46,14 +47,14 @@ pub fn critical(map: &MapFile) -> Figure {
     let panels = curves_over(&values);
     let most = panels.iter().flatten().flat_map(|(_, curve)| curve).copied().filter(|c| c.is_finite());
     let y = Scale::linear(0.0, most.fold(0.0, f64::max) * 1.04);
-    // A machine's figure is in SI units.
-    let (x_name, y_name) = (axis_name(map, &axes[v]), axis_name(map, &axes[c]));
-    let (x, y) = (x.in_unit(x_name.unit), y.in_unit(y_name.unit));
-    let y_name = if machine(map).is_some() {
-        rich("critical ").then(y_name.name)
-    } else {
-        rich("critical damping {c}")
+    let (x_label, y_label) = (view.axis(&axes[v]), view.axis(&axes[c]));
+    let (x, y) = (x.in_unit(x_label.factor), y.in_unit(y_label.factor));
+    let y_name = match y_label.unit {
+        "" => rich("critical damping {c}"),
+        _ => rich("critical ").then(y_label.text()),
     };
+    // The law's parameters alone are held.
+    let held = Slice::new(view, v, c, index).held_but_epsilon();
     let mut scenes = Vec::new();
     for width in Width::ALL {
         let mut scene = Scene::new(width.points(), 0.0);
@@ -61,7 +62,7 @@ pub fn critical(map: &MapFile) -> Figure {
             (Width::OneColumn, _) => 1,
             (Width::TwoColumns, _) => 2,
         };
-        let frames = Panels::new(scene.width, columns, epsilons.len(), 0.66, x, y);
+        let frames = Panels::below(&mut scene, &held, columns, epsilons.len(), 0.66, (x, y));
         let mut legend = Legend::default();
         for (i, (panel, methods)) in frames.panels.iter().zip(&panels).enumerate() {
             for (turn, (name, curve)) in methods.iter().enumerate() {
@@ -71,16 +72,16 @@ pub fn critical(map: &MapFile) -> Figure {
                     legend.add(Sample::Method(style), super::slices::method_title(name));
                 }
             }
-            panel.title(&mut scene, &equals("epsilon", axes[0].values[epsilons[i]]));
+            if view.units.machine().is_none() {
+                panel.title(&mut scene, &equals("epsilon", axes[0].values[epsilons[i]]));
+            }
         }
-        frames.axes(&mut scene, &x_name.name, &y_name);
+        frames.axes(&mut scene, &x_label.text(), &y_name);
         legend.below(&mut scene, frames.panels[0].rect.x, frames.bottom);
         scenes.push((width, scene));
     }
-    // The law's parameters alone are held.
-    let held = Slice::new(map, v, c, index).held_but_epsilon();
     let mut caption =
-        rich("The damping {c} up to which each method claims a stick-slip cycle, against belt speed {V}");
+        rich("The damping up to which each method claims a stick-slip cycle, against belt speed");
     if !held.pieces.is_empty() {
         caption = caption.then(rich(" at ")).then(held);
     }
@@ -88,5 +89,19 @@ pub fn critical(map: &MapFile) -> Figure {
     if nodes.len() == 1 {
         caption = caption.then(rich(" The map has one {V} only; the curves go beyond it."));
     }
-    Figure { name: "critical-damping".into(), caption, scenes }
+    let mut data = Data::default();
+    let shown: Vec<f64> = values.iter().map(|value| value * x_label.factor).collect();
+    let count = panels.len();
+    if count > 1 {
+        let each = epsilons.iter().flat_map(|&e| std::iter::repeat_n(axes[0].values[e], shown.len()));
+        data = data.reals("epsilon", each.collect());
+    }
+    data = data.reals(x_label.header(), shown.repeat(count));
+    let methods: Vec<&String> = panels.iter().flatten().map(|(name, _)| name).take(panels[0].len()).collect();
+    for (position, name) in methods.into_iter().enumerate() {
+        let label = Label { key: format!("critical_c_{name}"), ..y_label.clone() };
+        let numbers = panels.iter().flat_map(|panel| &panel[position].1).map(|c| c * label.factor);
+        data = data.reals(label.header(), numbers.collect());
+    }
+    Figure { name: "critical-damping".into(), caption, scenes, data }
 }

@@ -1,34 +1,29 @@
 //! Which method decides where: each cell shows the weakest rigorous test that decides it.
 
+use ndarray::Array2;
+
 use super::super::text::{Rich, rich};
+use super::super::units::View;
 use super::super::{Report, ReportError, SIMULATION};
 use super::axis::{Panel, Panels};
+use super::data::Data;
 use super::exact::boundary;
 use super::legend::{Legend, Sample};
 use super::region::{cell_edges, outlines};
-use super::scene::{Fill, Hatch, Rect, Scene, Width};
+use super::scene::{Fill, Rect, Scene, Width};
 use super::slice::{Slice, telling};
-use super::slices::{EXACT, chosen_epsilons, draw_curves, main_plane, method_title};
+use super::slices::{
+    EXACT, cell_columns, chosen_epsilons, draw_curves, draw_edge, main_plane, method_title, stored_edge,
+};
 use super::{Figure, palette, slice::equals};
 use crate::map::Verdict;
-use crate::store::MapFile;
 
-/// Fills of the rigorous tests, from the weakest.
-const TESTS: [Fill; 6] = [
-    Fill::plain(palette::BLUE),
-    Fill::hatched(palette::SKY, Hatch::Rising, palette::WHITE),
-    Fill::plain(palette::YELLOW),
-    Fill::hatched(palette::GREEN, Hatch::Falling, palette::BLACK),
-    Fill::hatched(palette::PURPLE, Hatch::Dots, palette::BLACK),
-    Fill::plain(palette::ORANGE),
-];
-const SIMULATED: Fill = Fill::hatched("#f7e3bf", Hatch::Dots, palette::VERMILION);
-
-/// The figure, one panel per eps.
+/// The figure, one panel per eps; `None` for a map without a plane.
 ///
 /// # Errors
 /// [`ReportError::Map`] if the map cannot be read.
-pub fn deciders(map: &MapFile, report: &Report) -> Result<Figure, ReportError> {
+pub fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, ReportError> {
+    let map = view.map;
     let methods = map.methods();
     let decided = |method: usize| -> u64 {
         let counts = &report.verdicts.confusion[method];
@@ -40,35 +35,41 @@ pub fn deciders(map: &MapFile, report: &Report) -> Result<Figure, ReportError> {
     tests.sort_by_key(|&m| (decided(m), m));
     let simulation = methods.iter().position(|method| method.name == SIMULATION);
     let (x, y) = main_plane(map);
+    if [x, y].iter().any(|&axis| map.grid().axes()[axis].values.len() < 2) {
+        return Ok(None);
+    }
     let index = telling(map);
     let epsilons = if x == 0 { vec![index[0]] } else { chosen_epsilons(map) };
-    let mut kinds: Vec<(Fill, Rich)> = tests
-        .iter()
-        .enumerate()
-        .map(|(rank, &m)| (TESTS[rank.min(5)], method_title(&methods[m].name)))
-        .collect();
-    kinds.push((SIMULATED, rich("simulation only")));
+    let area = |name: &str| (palette::method_area(name), method_title(name));
+    let mut kinds: Vec<(Fill, Rich)> = tests.iter().map(|&m| area(&methods[m].name)).collect();
+    kinds.push((palette::method_area(SIMULATION), rich("simulation only")));
     kinds.push((palette::UNDECIDED, rich("none of them")));
     // cells[panel][x, y]: position in `kinds`.
     let mut slices = Vec::new();
     for &epsilon in &epsilons {
         let mut index = index.clone();
         index[0] = epsilon;
-        let slice = Slice::new(map, x, y, index);
+        let slice = Slice::new(view, x, y, index);
         let codes = tests
             .iter()
             .chain(&simulation)
             .map(|&m| slice.codes(&format!("verdict_{}", methods[m].name)))
             .collect::<Result<Vec<_>, _>>()?;
-        slices.push((slice, codes));
+        let edges = tests.iter().map(|&m| stored_edge(&slice, &methods[m].name));
+        let edges = edges.collect::<Result<Vec<_>, _>>()?;
+        slices.push((slice, codes, edges));
     }
     let decides = |code: i8| code == Verdict::Present.code() || code == Verdict::Absent.code();
     let ((x_scale, x_name), (y_scale, y_name)) = (slices[0].0.x_scale(), slices[0].0.y_scale());
     let (x_nodes, y_nodes) = (slices[0].0.x_nodes(), slices[0].0.y_nodes());
     let (x_edges, y_edges) = (cell_edges(&x_nodes, x_scale), cell_edges(&y_nodes, y_scale));
+    let held = match slices.len() {
+        1 => slices[0].0.held(),
+        _ => slices[0].0.held_but_epsilon(),
+    };
     // Searched once, in a panel of unit size.
     let unit = Panel { rect: Rect { x: 0.0, y: 0.0, w: 1.0, h: 1.0 }, x: x_scale, y: y_scale };
-    let exact: Vec<_> = slices.iter().map(|(slice, _)| boundary(slice, &unit)).collect();
+    let exact: Vec<_> = slices.iter().map(|(slice, ..)| boundary(slice, &unit)).collect();
     let mut scenes = Vec::new();
     for width in Width::ALL {
         let mut scene = Scene::new(width.points(), 0.0);
@@ -76,9 +77,10 @@ pub fn deciders(map: &MapFile, report: &Report) -> Result<Figure, ReportError> {
             Width::OneColumn => 1,
             Width::TwoColumns => 2,
         };
-        let panels = Panels::new(scene.width, columns, slices.len(), 0.66, x_scale, y_scale);
+        let panels = Panels::below(&mut scene, &held, columns, slices.len(), 0.66, (x_scale, y_scale));
         let mut used = vec![false; kinds.len()];
-        for ((panel, (slice, codes)), curves) in panels.panels.iter().zip(&slices).zip(&exact) {
+        let mut edged = false;
+        for ((panel, (slice, codes, edges)), curves) in panels.panels.iter().zip(&slices).zip(&exact) {
             for (kind, (fill, _)) in kinds.iter().enumerate() {
                 let areas = outlines(panel, &x_edges, &y_edges, |i, j| {
                     let first = codes.iter().position(|codes| decides(codes[[i, j]]));
@@ -87,8 +89,13 @@ pub fn deciders(map: &MapFile, report: &Report) -> Result<Figure, ReportError> {
                 used[kind] |= !areas.is_empty();
                 scene.area(&areas, *fill);
             }
+            for (edge, &m) in edges.iter().zip(&tests) {
+                edged |= draw_edge(&mut scene, panel, edge, &methods[m].name);
+            }
             draw_curves(&mut scene, curves, &unit, panel);
-            panel.title(&mut scene, &equals("epsilon", map.grid().axes()[0].values[slice.index[0]]));
+            if slices.len() > 1 {
+                panel.title(&mut scene, &equals("epsilon", map.grid().axes()[0].values[slice.index[0]]));
+            }
         }
         panels.axes(&mut scene, &x_name, &y_name);
         let mut legend = Legend::default();
@@ -98,6 +105,13 @@ pub fn deciders(map: &MapFile, report: &Report) -> Result<Figure, ReportError> {
         if exact.iter().any(|curves| !curves.is_empty()) {
             legend.add(Sample::Line(EXACT), rich("exact boundary"));
         }
+        if edged {
+            for &m in &tests {
+                let stroke = palette::method(&methods[m].name).stroke;
+                let name = method_title(&methods[m].name).then(rich(": critical damping"));
+                legend.add(Sample::Line(stroke), name);
+            }
+        }
         legend.below(&mut scene, panels.panels[0].rect.x, panels.bottom);
         scenes.push((width, scene));
     }
@@ -106,8 +120,31 @@ pub fn deciders(map: &MapFile, report: &Report) -> Result<Figure, ReportError> {
          of cells that they decide in the whole map, fewest first, then the simulation",
     )
     .then(rich("; at "))
-    .then(if x == 0 { slices[0].0.held() } else { slices[0].0.held_but_epsilon() })
+    .then(held)
     .then(rich("."))
     .then(slices[0].0.thinned_words());
-    Ok(Figure { name: "deciders".into(), caption, scenes })
+    let mut data = Data::default();
+    if let [(slice, ..), ..] = &slices[..] {
+        let cells = slice.x_nodes().len() * slice.y_nodes().len();
+        let epsilon = |slice: &Slice| map.grid().axes()[0].values[slice.index[0]];
+        let each = slices.iter().flat_map(|(slice, ..)| std::iter::repeat_n(epsilon(slice), cells));
+        if slices.len() > 1 {
+            data = data.reals("epsilon", each.collect());
+        }
+        let name = |codes: &[Array2<i8>], i: usize, j: usize| match codes
+            .iter()
+            .position(|codes| decides(codes[[i, j]]))
+        {
+            None => "none".to_owned(),
+            Some(first) => tests.get(first).map_or(SIMULATION, |&m| &methods[m].name).to_owned(),
+        };
+        let mut words = Vec::new();
+        for (_, codes, _) in &slices {
+            let (columns, rows) = (slice.x_nodes().len(), slice.y_nodes().len());
+            words.extend((0..columns * rows).map(|cell| name(codes, cell / rows, cell % rows)));
+        }
+        let coordinates = cell_columns(slice).repeated(slices.len());
+        data = data.join(coordinates).words("decided_by", words);
+    }
+    Ok(Some(Figure { name: "deciders".into(), caption, scenes, data }))
 }

@@ -1,13 +1,14 @@
 //! Error of each method's boundary: against eps on logarithmic axes, or method by method at one eps.
 
 use super::super::text::{Rich, rich};
+use super::super::units::{Label, View};
 use super::super::{MethodBoundary, Report};
 use super::axis::{AXIS, Labels, Panel, Panels, SMALL_TEXT, Scale, TITLE_MARGIN};
+use super::data::Data;
 use super::legend::{Legend, Sample};
 use super::scene::{Anchor, Rect, Scene, Stroke, Width, text_width};
 use super::slices::method_title;
 use super::{Figure, palette};
-use crate::store::MapFile;
 
 /// Median, 95 % and worst size of the error of a method at an eps, if they can be drawn on a logarithmic
 /// axis.
@@ -31,18 +32,27 @@ fn scale(report: &Report, epsilons: usize) -> Option<Scale> {
 
 /// The figure; `None` if no method has a boundary error to show.
 #[must_use]
-pub fn errors(map: &MapFile, report: &Report) -> Option<Figure> {
-    let epsilons = &map.grid().axes()[0].values;
-    let scale = scale(report, epsilons.len())?;
+pub fn errors(view: &View, report: &Report) -> Option<Figure> {
+    let axes = view.map.grid().axes();
+    let epsilons = &axes[0].values;
+    let label = view.axis(&axes[axes.len() - 1]);
+    let scale = scale(report, epsilons.len())?.in_unit(label.factor);
     let one = epsilons.len() == 1;
     let scenes = Width::ALL
         .into_iter()
         .map(|width| {
-            (width, if one { dots(report, scale, width) } else { lines(report, epsilons, scale, width) })
+            (
+                width,
+                if one {
+                    dots(report, scale, &label, width)
+                } else {
+                    lines(report, epsilons, scale, &label, width)
+                },
+            )
         })
         .collect();
     let caption = rich(
-        "Size of the error in {c} of each method's boundary against the exact critical damping, over the columns of \
+        "Size of the error of each method's critical damping against the exact critical damping, over the columns of \
          the map that have both",
     )
     .then(match one {
@@ -52,10 +62,26 @@ pub fn errors(map: &MapFile, report: &Report) -> Option<Figure> {
              if more than two {epsilon} are in the fit.",
         ),
     });
-    Some(Figure { name: "boundary-error".into(), caption, scenes })
+    let cells = report
+        .boundaries
+        .methods
+        .iter()
+        .flat_map(|method| (0..epsilons.len()).filter_map(move |e| Some((method, e, drawn(method, e)?))));
+    let cells: Vec<_> = cells.collect();
+    let column = |of: fn(&(f64, f64, f64)) -> f64| -> Vec<f64> {
+        cells.iter().map(|(.., errors)| of(errors) * label.factor).collect()
+    };
+    let header = |what: &str| Label { key: format!("{what}_error"), ..label.clone() }.header();
+    let data = Data::default()
+        .words("method", cells.iter().map(|(method, ..)| method.method.clone()).collect())
+        .reals("epsilon", cells.iter().map(|(_, e, _)| epsilons[*e]).collect())
+        .reals(header("median"), column(|errors| errors.0))
+        .reals(header("percentile_95"), column(|errors| errors.1))
+        .reals(header("worst"), column(|errors| errors.2));
+    Some(Figure { name: "boundary-error".into(), caption, scenes, data })
 }
 
-fn lines(report: &Report, epsilons: &[f64], y: Scale, width: Width) -> Scene {
+fn lines(report: &Report, epsilons: &[f64], y: Scale, label: &Label, width: Width) -> Scene {
     let mut scene = Scene::new(width.points(), 0.0);
     let (first, last) = (epsilons[0], epsilons[epsilons.len() - 1]);
     let x = Scale::logarithmic(first / 1.3, last * 1.3);
@@ -95,7 +121,7 @@ fn lines(report: &Report, epsilons: &[f64], y: Scale, width: Width) -> Scene {
         let name = method_title(&method.method).then(order(method));
         legend.add(Sample::Method(style), name);
     }
-    panels.axes(&mut scene, &Rich::symbol("epsilon"), &rich("error in {c}"));
+    panels.axes(&mut scene, &Rich::symbol("epsilon"), &rich("error of ").then(label.text()));
     legend.below(&mut scene, panel.rect.x, panels.bottom);
     scene
 }
@@ -111,7 +137,7 @@ fn order(method: &MethodBoundary) -> Rich {
 }
 
 /// One row per method.
-fn dots(report: &Report, x: Scale, width: Width) -> Scene {
+fn dots(report: &Report, x: Scale, label: &Label, width: Width) -> Scene {
     const ROW: f64 = 15.0;
     let methods: Vec<&MethodBoundary> =
         report.boundaries.methods.iter().filter(|method| drawn(method, 0).is_some()).collect();
@@ -135,7 +161,7 @@ fn dots(report: &Report, x: Scale, width: Width) -> Scene {
     }
     scene.frame(rect, &AXIS);
     panel.x_axis(&mut scene, Labels { x: true, y: false });
-    panel.x_name(&mut scene, &rich("error in {c}"));
+    panel.x_name(&mut scene, &rich("error of ").then(label.text()));
     scene.height = rect.y + rect.h + super::axis::BOTTOM_MARGIN + 2.0;
     scene
 }

@@ -6,10 +6,12 @@ use super::palette::MethodStyle;
 use super::scene::{Anchor, Fill, Rect, Scene, Stroke, text_width};
 
 /// What is shown beside a name.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Sample {
     /// An area.
     Area(Fill),
+    /// An area of any colour.
+    Color(String),
     /// A line.
     Line(Stroke),
     /// A line with marks.
@@ -29,9 +31,12 @@ const SAMPLE: f64 = 20.0;
 const GAP: f64 = 12.0;
 
 impl Legend {
-    /// Adds an entry.
+    /// Adds an entry, unless it is there already.
     pub fn add(&mut self, sample: Sample, name: Rich) {
-        self.entries.push((sample, name));
+        let entry = (sample, name);
+        if !self.entries.contains(&entry) {
+            self.entries.push(entry);
+        }
     }
 
     /// Whether there is nothing in it.
@@ -81,6 +86,11 @@ impl Legend {
                 Sample::Area(fill) => {
                     let rect = Rect { x: x + 4.0, y: y + 2.0, w: SAMPLE - 6.0, h: ROW - 4.0 };
                     scene.rect(rect, *fill);
+                    scene.frame(rect, &Stroke { width: 0.4, ..AXIS });
+                }
+                Sample::Color(color) => {
+                    let rect = Rect { x: x + 4.0, y: y + 2.0, w: SAMPLE - 6.0, h: ROW - 4.0 };
+                    scene.pixel(rect, color);
                     scene.frame(rect, &Stroke { width: 0.4, ..AXIS });
                 }
                 Sample::Line(stroke) => scene.line(&[(x, middle), (x + SAMPLE, middle)], stroke),

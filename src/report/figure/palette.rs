@@ -28,6 +28,8 @@ pub const BLUE: &str = "#0072b2";
 pub const VERMILION: &str = "#d55e00";
 /// Reddish purple.
 pub const PURPLE: &str = "#cc79a7";
+/// Wine, darker than all of these but black.
+pub const WINE: &str = "#882255";
 
 /// How a method's lines and marks are drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,6 +55,7 @@ pub fn method(name: &str) -> MethodStyle {
         "bendixson" => style(PURPLE, 1.2, &[5.0, 1.6, 1.2, 1.6], Marker::TriangleDown),
         "symmetric" => style(BLUE, 1.2, &[2.6, 1.4], Marker::Triangle),
         "harmonic_balance" => style(GREEN, 1.2, &[8.0, 2.0, 1.2, 2.0, 1.2, 2.0], Marker::Plus),
+        "validated" => style(WINE, 1.2, &[1.2, 1.2, 4.0, 1.2], Marker::Square),
         "universal_surface" => style(BLUE, 1.0, &[], Marker::Circle),
         "critical_surface" => style(GREEN, 1.0, &[], Marker::Diamond),
         "return_map" => style(BLACK, 1.0, &[], Marker::Circle),
@@ -118,9 +121,106 @@ pub fn regime(regime: Regime) -> Fill {
         Regime::PureSlip => Fill::hatched(GREEN, Hatch::Falling, WHITE),
         Regime::Crossing => Fill::hatched(VERMILION, Hatch::Crossed, WHITE),
         Regime::Failed => FAILED,
-        Regime::PureSlipAndStickSlip => Fill::hatched(SKY, Hatch::Falling, GREEN),
+        Regime::PureSlipAndStickSlip => Fill::hatched(YELLOW, Hatch::Dots, BLACK),
         Regime::PureSlipAndEquilibrium => Fill::hatched(WHITE, Hatch::Falling, GREEN),
+        Regime::EquilibriumPureSlipAndStickSlip => Fill::hatched(SKY, Hatch::Crossed, GREEN),
+        Regime::EquilibriumAndCrossing => Fill::hatched(VERMILION, Hatch::Rising, BLACK),
+        Regime::PureSlipAndCrossing => Fill::hatched(VERMILION, Hatch::Falling, GREEN),
+        Regime::EquilibriumPureSlipAndCrossing => Fill::hatched(VERMILION, Hatch::Crossed, GREEN),
     }
+}
+
+/// A regime in the words of legends.
+#[must_use]
+pub fn regime_words(regime: Regime) -> &'static str {
+    match regime {
+        Regime::StickSlip => "stick-slip",
+        Regime::Equilibrium => "equilibrium (steady slip)",
+        Regime::Bistable => "bistable",
+        Regime::PureSlip => "slip cycle",
+        Regime::Crossing => "crossing cycle",
+        Regime::Failed => "failed",
+        Regime::PureSlipAndStickSlip => "slip cycle or stick-slip",
+        Regime::PureSlipAndEquilibrium => "slip cycle or equilibrium",
+        Regime::EquilibriumPureSlipAndStickSlip => "equilibrium, slip cycle or stick-slip",
+        Regime::EquilibriumAndCrossing => "equilibrium or crossing cycle",
+        Regime::PureSlipAndCrossing => "slip or crossing cycle",
+        Regime::EquilibriumPureSlipAndCrossing => "equilibrium, slip or crossing cycle",
+    }
+}
+
+/// What a cell can be: its code in the map, its name there, how it is filled, and what legends call it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub struct Kind {
+    pub code: i8,
+    pub name: &'static str,
+    pub fill: Fill,
+    pub words: &'static str,
+}
+
+/// Every verdict.
+#[must_use]
+pub fn verdicts() -> Vec<Kind> {
+    let kind = |verdict: Verdict| Kind {
+        code: verdict.code(),
+        name: verdict.name(),
+        fill: self::verdict(verdict),
+        words: verdict_words(verdict),
+    };
+    Verdict::ALL.into_iter().map(kind).collect()
+}
+
+/// Every regime.
+#[must_use]
+pub fn regimes() -> Vec<Kind> {
+    let kind = |regime: Regime| Kind {
+        code: regime.code(),
+        name: regime.name(),
+        fill: self::regime(regime),
+        words: regime_words(regime),
+    };
+    Regime::ALL.into_iter().map(kind).collect()
+}
+
+/// A verdict in the words of legends.
+#[must_use]
+pub fn verdict_words(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Present => "cycle exists",
+        Verdict::Absent => "no cycle",
+        Verdict::Undecided => "not decided",
+        Verdict::Failed => "failed",
+        Verdict::NotComputed => "not computed",
+    }
+}
+
+/// The area in which a method decides, in the colour of its lines, hatched to be told apart in grey.
+#[must_use]
+pub fn method_area(name: &str) -> Fill {
+    match name {
+        "instability" => Fill::hatched(SKY, Hatch::Rising, WHITE),
+        "bendixson" => Fill::hatched(PURPLE, Hatch::Dots, BLACK),
+        "symmetric" => Fill::plain(BLUE),
+        "validated" => Fill::hatched(WINE, Hatch::Crossed, WHITE),
+        "simulation" => Fill::hatched(WHITE, Hatch::Dots, BLACK),
+        _ => Fill::hatched(method(name).stroke.color, Hatch::Falling, WHITE),
+    }
+}
+
+/// The style of the curve with this number in a plot of several.
+#[must_use]
+pub fn curve(number: usize) -> MethodStyle {
+    const STYLES: [MethodStyle; 7] = [
+        style(BLUE, 1.2, &[], Marker::Circle),
+        style(VERMILION, 1.2, &[5.0, 2.0], Marker::Square),
+        style(GREEN, 1.2, &[1.5, 1.5], Marker::Triangle),
+        style(PURPLE, 1.2, &[5.0, 1.6, 1.2, 1.6], Marker::Diamond),
+        style(BLACK, 1.2, &[2.6, 1.4], Marker::TriangleDown),
+        style(ORANGE, 1.2, &[8.0, 2.0, 1.2, 2.0, 1.2, 2.0], Marker::Cross),
+        style(SKY, 1.2, &[], Marker::Plus),
+    ];
+    STYLES[number % STYLES.len()]
 }
 
 /// Anchors of the map `viridis` of matplotlib, whose lightness rises evenly.
@@ -138,8 +238,8 @@ const VIRIDIS: [[u8; 3]; 11] = [
     [253, 231, 37],
 ];
 
-/// Blue below, vermilion above, light in the middle.
-const DIVERGING: [[u8; 3]; 3] = [[0, 114, 178], [247, 247, 247], [213, 94, 0]];
+/// Vermilion below, blue above, light in the middle: blue is presence, as in verdicts.
+const DIVERGING: [[u8; 3]; 3] = [[213, 94, 0], [247, 247, 247], [0, 114, 178]];
 
 fn between(anchors: &[[u8; 3]], unit: f64) -> String {
     let last = anchors.len() - 1;

@@ -11,7 +11,7 @@ use super::axis::{BOTTOM_MARGIN, Labels, Panel, Panels, SMALL_TEXT, Scale, TITLE
 use super::legend::{Legend, Sample};
 use super::portrait::{BELT, ORBIT, OTHER, SEGMENT, equal_scales, orbit};
 use super::scene::{Anchor, Marker, Place, Rect, Scene, Stroke, Width};
-use super::{Figure, curves, palette};
+use super::{Data, Figure, curves, palette};
 use crate::filippov::{Oscillator, Side};
 use crate::friction::{Column, Law};
 use crate::point::{LawParameters, Point};
@@ -58,7 +58,7 @@ fn single(
         legend.below(&mut scene, left, panel.rect.y + h + BOTTOM_MARGIN);
         (width, scene)
     });
-    Figure { name: name.into(), caption, scenes: scenes.collect() }
+    Figure { name: name.into(), caption, scenes: scenes.collect(), data: Data::default() }
 }
 
 /// The belt line with its sticking segment.
@@ -200,7 +200,7 @@ fn cases() -> Figure {
          of the line, (b) it grazes the line at the exit point, (c) it lands on the sticking segment; {epsilon} = 0.1, \
          {alpha} = 0.3, {beta} = 0.1, {gamma} = 2, {V} = 1.",
     );
-    Figure { name: "paper-figure-4".into(), caption, scenes: scenes.collect() }
+    Figure { name: "paper-figure-4".into(), caption, scenes: scenes.collect(), data: Data::default() }
 }
 
 /// Figure 5: the closed orbit below the belt line.

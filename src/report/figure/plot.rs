@@ -1,33 +1,39 @@
-//! One variable on one slice.
+//! Plots of variables of a map: over a plane as areas, over one axis as curves or strips.
 
 use std::sync::atomic::AtomicBool;
 
-use ndarray::Array2;
-
 use super::super::text::{Rich, rich};
+use super::super::units::{Label, View, join};
 use super::super::{ReportError, SIMULATION};
-use super::axis::{AXIS, BOTTOM_MARGIN, Labels, Panel, SMALL_TEXT, Scale, TITLE_MARGIN, left_margin};
-use super::bifurcations;
-use super::legend::{Legend, Sample};
-use super::palette;
-use super::region::{cell_edges, outlines};
-use super::scene::{Anchor, Fill, Hatch, Rect, Scene, Width, text_width};
-use super::slice::{ChoiceError, Held, Slice, equals};
-use super::slices::{EXACT, draw_exact};
-use crate::map::{Plane, PlaneCurves, Regime, Verdict};
-use crate::store::MapFile;
+use super::area::{self, Area, Layer};
+use super::axis::Scale;
+use super::data::{Data, Values};
+use super::lines::{self, Chart, Curve};
+use super::palette::{self, Kind};
+use super::scene::{Scene, Width};
+use super::slice::{ChoiceError, Held, Slice, find_axis, hold, nearest_node, step};
+use super::strips::{self, Strip};
+use crate::map::{Plane, PlaneCurves};
+use crate::store::{MapFile, Pick};
+
+/// Values at which axes are held, by name; in the units of the view.
+pub type At = (String, Vec<f64>);
 
 /// What to plot.
 #[derive(Clone, Debug)]
 pub struct Plot<'a> {
     /// Name of the horizontal axis.
     pub x: &'a str,
-    /// Name of the vertical axis.
-    pub y: &'a str,
-    /// Values at which other axes are held, by name.
-    pub at: &'a [(String, f64)],
-    /// The variable; the verdict of the simulation, or else of the first method, if `None`.
-    pub variable: Option<&'a str>,
+    /// Name of the vertical axis; without one, or if one of the two has a single node, variables are drawn over the
+    /// other axis.
+    pub y: Option<&'a str>,
+    /// Where other axes are held. One of them may have several values if there is no vertical axis: each is a curve.
+    pub at: &'a [At],
+    /// The variables, of which only one can be drawn over a plane; none means the verdict of the simulation, or
+    /// else of the first method.
+    pub variables: &'a [String],
+    /// An axis with a panel for each of these values.
+    pub panels: Option<&'a At>,
     /// Whether to find the curves of codimension one if the map does not store them; those that it stores are
     /// drawn in any case.
     pub curves: bool,
@@ -35,88 +41,183 @@ pub struct Plot<'a> {
     pub width: Width,
 }
 
-/// A plotted slice.
+/// A plot.
 #[derive(Clone, Debug)]
 pub struct Plotted {
     /// The figure.
     pub scene: Scene,
     /// What it shows.
     pub caption: Rich,
+    /// Its numbers.
+    pub data: Data,
     /// Where the other axes are held.
     pub held: Vec<Held>,
     /// Axes of which not all nodes are drawn, and one node in how many is.
     pub thinned: Vec<(String, usize)>,
-    /// The curves of codimension one, if they are stored or were asked for.
+    /// The curves of codimension one of the first panel, if they are stored or were asked for.
     pub curves: Option<PlaneCurves>,
+    /// What is worth a note.
+    pub notes: Vec<String>,
 }
 
-/// Colours for cells without a number.
-const NO_NUMBER: Fill = Fill::hatched(palette::WHITE, Hatch::Rising, "#b4b4b4");
-/// Steps of a colour scale; more cannot be told apart, and equal neighbours become one rectangle.
-const COLOURS: f64 = 128.0;
-const BAR_WIDTH: f64 = 8.0;
-
-/// Plots one variable on one slice.
+/// Plots variables of a map.
 ///
 /// # Errors
-/// [`ReportError::Choice`] for names that the map does not have, [`ReportError::Map`] if it cannot be read.
-pub fn plot(map: &MapFile, plot: &Plot) -> Result<Plotted, ReportError> {
-    let (slice, mut held) = Slice::choose(map, plot.x, plot.y, plot.at)?;
-    let default = format!("verdict_{SIMULATION}");
-    let variable = match plot.variable {
-        Some(name) if map.has(name) => name,
-        Some(name) => return Err(ChoiceError::unknown("variable", name, map.variables()).into()),
-        None if map.has(&default) => &default,
-        None => map.variables().next().unwrap_or(&default),
-    };
-    if variable.starts_with("critical_c_") {
-        held.retain(|held| held.axis != "c");
-    }
-    let mut at = Rich::default();
-    for held in &held {
-        let join = rich(if at.pieces.is_empty() { "" } else { ", " });
-        at = at.then(join).then(equals(&held.axis, held.used));
-    }
-    let caption = title(variable)
-        .then(rich(" over "))
-        .then(Rich::symbol(plot.x))
-        .then(rich(" and "))
-        .then(Rich::symbol(plot.y))
-        .then(rich(" at "))
-        .then(at.clone())
-        .then(rich("."))
-        .then(slice.thinned_words());
-    let plane = slice.plane();
-    let thin = [slice.x_axis(), slice.y_axis()].into_iter().find(|axis| axis.values.len() < 2);
-    if let (true, Some(axis)) = (plot.curves, thin) {
-        return Err(ChoiceError::OneNode { axis: axis.name.clone() }.into());
-    }
-    let curves = stored(map, &plane)
-        .or_else(|| plot.curves.then(|| PlaneCurves::of(map.grid(), plane, &AtomicBool::new(false))));
-    let caption = match &curves {
-        Some(curves) if !curves.curves.is_empty() => {
-            caption.then(rich(" Lines: where the long-run behaviour changes, by continuation."))
+/// [`ReportError::Choice`] for names that the map does not have and for choices that do not fit together,
+/// [`ReportError::Map`] if it cannot be read.
+pub fn plot(view: &View, plot: &Plot) -> Result<Plotted, ReportError> {
+    let x = find_axis(view, plot.x)?;
+    let y = plot.y.map(|name| find_axis(view, name)).transpose()?;
+    let axes = view.map.grid().axes();
+    let single = |axis: usize| axes[axis].values.len() < 2;
+    match y {
+        Some(y) if x == y => Err(ChoiceError::SameAxis { axis: axes[x].name.clone() }.into()),
+        Some(y) if single(x) || single(y) => {
+            let (shown, other) = if single(x) { (y, x) } else { (x, y) };
+            if plot.curves {
+                return Err(ChoiceError::OneNode { axis: axes[other].name.clone() }.into());
+            }
+            let mut plotted = over_axis(view, plot, shown)?;
+            let [shown, other] = [shown, other].map(|axis| &axes[axis].name);
+            plotted.notes.push(format!("{other} has one node: drawn over {shown} alone"));
+            Ok(plotted)
         }
-        _ => caption,
+        Some(y) => over_plane(view, plot, x, y),
+        None => over_axis(view, plot, x),
+    }
+}
+
+/// The variables that are asked for, or the one that is shown if none is.
+fn variables<'a>(map: &'a MapFile, asked: &'a [String]) -> Result<Vec<&'a str>, ChoiceError> {
+    let default = format!("verdict_{SIMULATION}");
+    for name in asked {
+        if let (false, Some(field)) = (map.has(name), field_of(name)) {
+            return Err(ChoiceError::NotStored { variable: name.clone(), field });
+        }
+        if !map.has(name) {
+            return Err(ChoiceError::unknown("variable", name, map.variables()));
+        }
+    }
+    if asked.is_empty() {
+        let mut names = map.variables();
+        let chosen = map.variables().find(|name| *name == default).or_else(|| names.next());
+        return Ok(chosen.into_iter().collect());
+    }
+    Ok(asked.iter().map(String::as_str).collect())
+}
+
+/// The field with which a run stores a variable.
+fn field_of(variable: &str) -> Option<&'static str> {
+    use crate::map::{Field, Method, Quantity};
+    let of_method = |prefix: &str| {
+        variable.strip_prefix(prefix).is_some_and(|name| Method::all().any(|method| method.name() == name))
     };
-    let page = Page::new(&slice, curves.as_ref(), plot.width, &title(variable), &at);
-    let scene = if variable.starts_with("verdict_") {
-        let codes: Vec<(i8, Fill, &str)> = Verdict::ALL
-            .into_iter()
-            .map(|verdict| (verdict.code(), palette::verdict(verdict), verdict.name()))
-            .collect();
-        page.codes(&slice.codes(variable)?, &codes, true)
-    } else if variable == "regime" {
-        let codes: Vec<(i8, Fill, &str)> = Regime::ALL
-            .into_iter()
-            .map(|regime| (regime.code(), palette::regime(regime), regime.name()))
-            .collect();
-        page.codes(&slice.codes(variable)?, &codes, false)
-    } else {
-        page.reals(&slice.reals(variable)?, variable.starts_with("margin_"))
+    let field = Field::ALL.into_iter().find(|field| match field {
+        Field::Verdict => false,
+        Field::Margin => of_method("margin_"),
+        Field::CriticalC => of_method("critical_c_"),
+        Field::Regime => variable == "regime",
+        Field::EpsilonLimit => of_method("epsilon_limit_"),
+        _ => Quantity::of(*field, 0).iter().any(|quantity| quantity.name() == variable),
+    });
+    field.map(Field::name)
+}
+
+/// What the codes of a variable mean; `None` if it holds real numbers.
+fn kinds(variable: &str) -> Option<Vec<Kind>> {
+    match variable {
+        "regime" => Some(palette::regimes()),
+        _ if variable.starts_with("verdict_") => Some(palette::verdicts()),
+        _ => None,
+    }
+}
+
+/// One value for every axis that is held.
+///
+/// # Errors
+/// [`ChoiceError::SeveralValues`].
+pub fn one_each(at: &[At]) -> Result<Vec<(String, f64)>, ChoiceError> {
+    at.iter()
+        .map(|(name, values)| match values[..] {
+            [value] => Ok((name.clone(), value)),
+            _ => Err(ChoiceError::SeveralValues { axis: name.clone() }),
+        })
+        .collect()
+}
+
+fn over_plane(view: &View, plot: &Plot, x: usize, y: usize) -> Result<Plotted, ReportError> {
+    let map = view.map;
+    let names = variables(map, plot.variables)?;
+    let [variable] = names[..] else { return Err(ChoiceError::SeveralVariables.into()) };
+    let at = one_each(plot.at)?;
+    let (index, held) = hold(view, &[x, y], &at)?;
+    let (panel_axis, nodes) = match plot.panels {
+        None => (None, vec![None]),
+        Some((name, values)) => {
+            let axis = find_axis(view, name)?;
+            if axis == x || axis == y {
+                return Err(ChoiceError::Shown { axis: name.clone() }.into());
+            }
+            let nodes = values.iter().map(|value| Ok(Some(nearest_node(view, axis, *value)?)));
+            (Some(axis), nodes.collect::<Result<Vec<_>, ChoiceError>>()?)
+        }
     };
-    let thinned = slice.thinned().map(|(axis, step)| (axis.name.clone(), step)).collect();
-    Ok(Plotted { scene, caption, held, thinned, curves })
+    let axes = map.grid().axes();
+    let mut shown = vec![x, y];
+    shown.extend(panel_axis);
+    // Critical dampings do not depend on the damping.
+    let no_damping = variable.starts_with("critical_c_");
+    shown.extend(no_damping.then_some(axes.len() - 1));
+    let held: Vec<Held> = held
+        .into_iter()
+        .filter(|held| shown.iter().all(|&axis| view.axis(&axes[axis]).header() != held.axis))
+        .collect();
+    let label = view.units.variable(variable);
+    let mut areas = Vec::new();
+    for (number, node) in nodes.iter().enumerate() {
+        let mut index = index.clone();
+        let mut title = Rich::default();
+        if let (Some(axis), Some(node)) = (panel_axis, *node) {
+            index[axis] = node;
+            title = lines::letter(number).then(view.axis(&axes[axis]).equals(axes[axis].values[node]));
+        }
+        let slice = Slice::new(view, x, y, index);
+        let layer = match kinds(variable) {
+            Some(kinds) => Layer::Codes(slice.codes(variable)?, kinds),
+            None => Layer::Reals(slice.reals(variable)?),
+        };
+        let plane = slice.plane();
+        let curves = stored(map, &plane)
+            .or_else(|| plot.curves.then(|| PlaneCurves::of(map.grid(), plane, &AtomicBool::new(false))));
+        areas.push(Area { slice, layer, curves, exact: variable.starts_with("verdict_"), title });
+    }
+    let first = &areas[0];
+    let at = view.held(&first.slice.index, &shown);
+    let heading = join([label.name.clone(), at.clone()].into_iter().filter(|part| !part.pieces.is_empty()));
+    let scene = area::draw(&areas, &heading, &label, variable.starts_with("margin_"), plot.width);
+    let mut caption = label
+        .name
+        .clone()
+        .then(rich(" over "))
+        .then(view.axis(&axes[x]).name)
+        .then(rich(" and "))
+        .then(view.axis(&axes[y]).name);
+    if !at.pieces.is_empty() {
+        caption = caption.then(rich(" at ")).then(at);
+    }
+    caption = caption.then(rich(".")).then(first.slice.thinned_words());
+    if areas.iter().any(|area| area.curves.as_ref().is_some_and(|curves| !curves.curves.is_empty())) {
+        caption = caption.then(rich(" Lines: where the long-run behaviour changes, by continuation."));
+    }
+    let values: Vec<f64> = panel_axis
+        .map(|axis| (view.axis(&axes[axis]).factor, &axes[axis].values))
+        .map(|(factor, values)| nodes.iter().flatten().map(|&node| values[node] * factor).collect())
+        .unwrap_or_default();
+    let header = panel_axis.map(|axis| view.axis(&axes[axis]).header());
+    let data = area::data(&areas, &label, header.as_deref().map(|header| (header, values.as_slice())));
+    let thinned = first.slice.thinned().map(|(axis, step)| (axis.name.clone(), step)).collect();
+    let curves = areas.swap_remove(0).curves;
+    Ok(Plotted { scene, caption, data, held, thinned, curves, notes: Vec::new() })
 }
 
 /// The curves that a map stores of a plane.
@@ -128,203 +229,244 @@ fn stored(map: &MapFile, plane: &Plane) -> Option<PlaneCurves> {
     })
 }
 
-/// A variable in words.
-fn title(variable: &str) -> Rich {
-    for (prefix, words) in
-        [("verdict_", "verdict of "), ("margin_", "margin of "), ("critical_c_", "critical {c} of ")]
-    {
-        if let Some(method) = variable.strip_prefix(prefix) {
-            return rich(words).then(Rich::foreign(&method.replace('_', " ")));
-        }
-    }
-    Rich::foreign(&variable.replace('_', " "))
+/// What is drawn over one axis: a variable at the nodes `index` of the other axes, in the panel with this number.
+struct Line<'a> {
+    variable: &'a str,
+    index: Vec<usize>,
+    panel: usize,
+    /// The value of the axis that has a curve for each of several.
+    value: Option<Rich>,
 }
 
-/// The panel and what is around it.
-struct Page<'a> {
-    slice: &'a Slice<'a>,
-    curves: Option<&'a PlaneCurves>,
-    scene: Scene,
-    panel: Panel,
-    x_edges: Vec<f64>,
-    y_edges: Vec<f64>,
-    labels_width: f64,
-    names: [Rich; 2],
+impl Line<'_> {
+    /// What a legend calls it: by its variable only among curves of several.
+    fn name(&self, view: &View, with_variable: bool) -> Rich {
+        let variable = with_variable.then(|| view.units.variable(self.variable).name);
+        join(variable.into_iter().chain(self.value.clone()))
+    }
 }
 
-impl<'a> Page<'a> {
-    fn new(
-        slice: &'a Slice<'a>,
-        curves: Option<&'a PlaneCurves>,
-        width: Width,
-        title: &Rich,
-        held: &Rich,
-    ) -> Self {
-        let ((x_scale, x_name), (y_scale, y_name)) = (slice.x_scale(), slice.y_scale());
-        let mut scene = Scene::new(width.points(), 0.0);
-        let height = match width {
-            Width::OneColumn => 150.0,
-            Width::TwoColumns => 260.0,
-        };
-        let labels_width = Panel::y_labels_width(y_scale, height);
-        let left = left_margin(labels_width);
-        let held = wrap(held, scene.width - left - 8.0);
-        let mut top = TITLE_MARGIN - 3.0;
-        scene.text((left, top), title, SMALL_TEXT, Anchor::Start);
-        for line in &held {
-            top += SMALL_TEXT + 2.0;
-            scene.text((left, top), line, SMALL_TEXT, Anchor::Start);
-        }
-        let rect = Rect { x: left, y: top + 4.0, w: scene.width - left - 8.0, h: height };
-        let panel = Panel { rect, x: x_scale, y: y_scale };
-        Self {
-            slice,
-            curves,
-            scene,
-            panel,
-            x_edges: cell_edges(&slice.x_nodes(), x_scale),
-            y_edges: cell_edges(&slice.y_nodes(), y_scale),
-            labels_width,
-            names: [x_name, y_name],
-        }
+fn over_axis(view: &View, plot: &Plot, x: usize) -> Result<Plotted, ReportError> {
+    let map = view.map;
+    let axes = map.grid().axes();
+    if axes[x].values.len() < 2 {
+        return Err(ChoiceError::NothingToDraw { axis: axes[x].name.clone() }.into());
     }
-
-    /// Draws the curves and the axes.
-    fn axes(&mut self, legend: &mut Legend) {
-        if let Some(curves) = self.curves {
-            bifurcations::draw(&mut self.scene, &self.panel, curves, legend);
-        }
-        self.panel.axes(&mut self.scene, Labels { x: true, y: true });
-        self.panel.x_name(&mut self.scene, &self.names[0]);
-        self.panel.y_name(&mut self.scene, &self.names[1], self.labels_width);
+    let names = variables(map, plot.variables)?;
+    let without_damping = names.iter().all(|name| name.starts_with("critical_c_"));
+    // The axes with a curve or a panel for each of several values.
+    let several: Vec<&At> = plot.at.iter().filter(|(_, values)| values.len() != 1).collect();
+    if let [_, (second, _), ..] = several[..] {
+        return Err(ChoiceError::SeveralValues { axis: second.clone() }.into());
     }
-
-    /// Codes with their fills and names.
-    fn codes(mut self, cells: &Array2<i8>, codes: &[(i8, Fill, &str)], exact: bool) -> Scene {
-        let mut legend = Legend::default();
-        for (code, fill, name) in codes {
-            let areas = outlines(&self.panel, &self.x_edges, &self.y_edges, |i, j| cells[[i, j]] == *code);
-            if !areas.is_empty() {
-                self.scene.area(&areas, *fill);
-                legend.add(Sample::Area(*fill), Rich::foreign(&name.replace('_', " ")));
-            }
+    let single: Vec<At> = plot.at.iter().filter(|(_, values)| values.len() == 1).cloned().collect();
+    let mut shown = vec![x];
+    let mut choose = |at: Option<&At>| -> Result<(Option<usize>, Vec<Option<usize>>), ChoiceError> {
+        let Some((name, values)) = at else { return Ok((None, vec![None])) };
+        let axis = find_axis(view, name)?;
+        if shown.contains(&axis) {
+            return Err(ChoiceError::Shown { axis: name.clone() });
         }
-        // Grazing is the exact boundary, but for landings past the stick segment.
-        if exact && self.curves.is_none() && draw_exact(&mut self.scene, self.slice, &self.panel) {
-            legend.add(Sample::Line(EXACT), rich("exact boundary"));
-        }
-        self.axes(&mut legend);
-        let Rect { x, y, h, .. } = self.panel.rect;
-        legend.below(&mut self.scene, x, y + h + BOTTOM_MARGIN);
-        self.scene
+        shown.push(axis);
+        let nodes = values.iter().map(|value| nearest_node(view, axis, *value).map(Some));
+        Ok((Some(axis), nodes.collect::<Result<_, _>>()?))
+    };
+    let (curve_axis, curve_nodes) = choose(several.first().copied())?;
+    let (panel_axis, panel_nodes) = choose(plot.panels)?;
+    let (index, mut held) = hold(view, &shown, &one_each(&single)?)?;
+    if without_damping {
+        let damping = view.axis(&axes[axes.len() - 1]).header();
+        held.retain(|held| held.axis != damping);
+        shown.push(axes.len() - 1);
     }
-
-    /// Real numbers by colour; those with a sign by two colours that meet at 0.
-    fn reals(mut self, cells: &Array2<f64>, signed: bool) -> Scene {
-        let finite = || cells.iter().copied().filter(|value| value.is_finite());
-        let least = finite().fold(f64::INFINITY, f64::min);
-        let most = finite().fold(f64::NEG_INFINITY, f64::max);
-        let range = match () {
-            () if least > most => None,
-            () if signed && least < 0.0 && most > 0.0 => {
-                Some(Scale::linear(-most.max(-least), most.max(-least)))
-            }
-            () => Some(Scale::linear(least, most)),
-        };
-        let two_sided = signed && least < 0.0 && most > 0.0;
-        let color = |unit: f64| if two_sided { palette::diverging(unit) } else { palette::sequential(unit) };
-        if let Some(scale) = range {
-            let bar = self.bar(scale, color);
-            self.panel.rect.w = bar;
-            let step = |value: f64| {
-                let unit = if value == f64::NEG_INFINITY { 0.0 } else { scale.unit(value).min(1.0) };
-                (!value.is_nan()).then(|| (unit * COLOURS).round())
-            };
-            let (columns, rows) = cells.dim();
-            for i in 0..columns {
-                let mut from = 0;
-                while from < rows {
-                    let run =
-                        (from..rows).take_while(|&j| step(cells[[i, j]]) == step(cells[[i, from]])).count();
-                    if let Some(step) = step(cells[[i, from]]) {
-                        let low = self.panel.place(self.x_edges[i], self.y_edges[from]);
-                        let high = self.panel.place(self.x_edges[i + 1], self.y_edges[from + run]);
-                        // A hair wider, so that no gap shows between neighbours.
-                        let rect =
-                            Rect { x: low.0, y: high.1, w: high.0 - low.0 + 0.15, h: low.1 - high.1 + 0.15 };
-                        self.scene.pixel(rect, &color(step / COLOURS));
+    let mut drawn = Vec::new();
+    for (panel, panel_node) in panel_nodes.iter().enumerate() {
+        for &variable in &names {
+            for curve_node in &curve_nodes {
+                let mut index = index.clone();
+                for (axis, node) in [(panel_axis, panel_node), (curve_axis, curve_node)] {
+                    if let (Some(axis), Some(node)) = (axis, node) {
+                        index[axis] = *node;
                     }
-                    from += run;
                 }
+                let value =
+                    curve_axis.map(|axis| view.axis(&axes[axis]).equals(axes[axis].values[index[axis]]));
+                drawn.push(Line { variable, index, panel, value });
             }
         }
-        let mut legend = Legend::default();
-        let empty = outlines(&self.panel, &self.x_edges, &self.y_edges, |i, j| cells[[i, j]].is_nan());
-        if !empty.is_empty() {
-            self.scene.area(&empty, NO_NUMBER);
-            legend.add(Sample::Area(NO_NUMBER), rich("no number"));
-        }
-        if two_sided {
-            // In grey both sides look alike.
-            let fill = Fill::hatched("none", Hatch::Falling, "#4a4a4a");
-            let negative = outlines(&self.panel, &self.x_edges, &self.y_edges, |i, j| cells[[i, j]] < 0.0);
-            self.scene.area(&negative, fill);
-            legend.add(Sample::Area(fill), rich("negative"));
-        }
-        self.axes(&mut legend);
-        let Rect { x, y, h, .. } = self.panel.rect;
-        legend.below(&mut self.scene, x, y + h + BOTTOM_MARGIN);
-        self.scene
     }
-
-    /// Draws the colour scale on the right; returns the width that is left for the panel.
-    fn bar(&mut self, scale: Scale, color: impl Fn(f64) -> String) -> f64 {
-        let Rect { x, y, w, h } = self.panel.rect;
-        let ticks = scale.ticks(6);
-        let labels = ticks.iter().map(|tick| text_width(&tick.label, SMALL_TEXT)).fold(0.0, f64::max);
-        let room = w - BAR_WIDTH - labels - 14.0;
-        let bar = Rect { x: x + room + 12.0, y, w: BAR_WIDTH, h };
-        for i in 0..=COLOURS as usize {
-            let unit = i as f64 / COLOURS;
-            let step = h / (COLOURS + 1.0);
-            let rect = Rect { y: y + h - (i + 1) as f64 * step, h: step + 0.15, ..bar };
-            self.scene.pixel(rect, &color(unit));
-        }
-        self.scene.frame(bar, &AXIS);
-        for tick in ticks {
-            let at = y + h * (1.0 - scale.unit(tick.value));
-            self.scene.line(&[(bar.x + BAR_WIDTH, at), (bar.x + BAR_WIDTH + 2.5, at)], &AXIS);
-            let place = (bar.x + BAR_WIDTH + 4.5, at + 0.36 * SMALL_TEXT);
-            self.scene.text(place, &tick.label, SMALL_TEXT, Anchor::Start);
-        }
-        room
+    let at = view.held(&index, &shown);
+    let titles: Vec<Rich> = panel_nodes
+        .iter()
+        .map(|node| match (panel_axis, node) {
+            (Some(axis), Some(node)) => view.axis(&axes[axis]).equals(axes[axis].values[*node]),
+            _ => Rich::default(),
+        })
+        .collect();
+    let what = join(names.iter().map(|name| view.units.variable(name).name));
+    let mut caption = what.clone().then(rich(" over ")).then(view.axis(&axes[x]).name);
+    if !at.pieces.is_empty() {
+        caption = caption.then(rich(" at ")).then(at.clone());
     }
+    caption = caption.then(rich("."));
+    let heading = match names.len() {
+        1 => join([what, at].into_iter().filter(|part| !part.pieces.is_empty())),
+        _ => at,
+    };
+    let context = Context { view, x, heading, titles, width: plot.width };
+    let codes = names.iter().filter(|name| kinds(name).is_some()).count();
+    let (scene, columns) = match codes {
+        0 => context.curves(&drawn)?,
+        all if all == names.len() => context.strips(&drawn)?,
+        _ => return Err(ChoiceError::CodesAndNumbers.into()),
+    };
+    let step = step(&axes[x]);
+    let nodes = drawn_nodes(view, x);
+    let mut data = Data::default();
+    let repeated = |values: &[f64]| drawn.iter().flat_map(|_| values.to_vec()).collect::<Vec<_>>();
+    for axis in [panel_axis, curve_axis].into_iter().flatten() {
+        let label = view.axis(&axes[axis]);
+        let values = drawn.iter().flat_map(|line| {
+            std::iter::repeat_n(axes[axis].values[line.index[axis]] * label.factor, nodes.len())
+        });
+        data = data.reals(label.header(), values.collect());
+    }
+    if names.len() > 1 {
+        let each = drawn.iter().flat_map(|line| {
+            let label = view.units.variable(line.variable);
+            std::iter::repeat_n(label.header(), nodes.len())
+        });
+        data = data.words("variable", each.collect());
+    }
+    let label = view.axis(&axes[x]);
+    data = data.reals(label.header(), repeated(&nodes));
+    let header = match names[..] {
+        [name] => view.units.variable(name).header(),
+        _ => "value".into(),
+    };
+    let data = data.with(header, columns);
+    let thinned = if step > 1 { vec![(axes[x].name.clone(), step)] } else { Vec::new() };
+    Ok(Plotted { scene, caption, data, held, thinned, curves: None, notes: Vec::new() })
 }
 
-/// Breaks "a = 1, b = 2, ..." into lines that fit.
-pub(super) fn wrap(text: &Rich, width: f64) -> Vec<Rich> {
-    let mut lines: Vec<Rich> = Vec::new();
-    let mut line = Rich::default();
-    // Pieces come in groups that end with ", ".
-    let mut group = Rich::default();
-    let comma =
-        |piece: &super::super::text::Piece| matches!(piece, super::super::text::Piece::Words(w) if w == ", ");
-    let mut groups = Vec::new();
-    for piece in &text.pieces {
-        group.pieces.push(piece.clone());
-        if comma(piece) {
-            groups.push(std::mem::take(&mut group));
+/// The drawn nodes of an axis, in the units of the view.
+fn drawn_nodes(view: &View, x: usize) -> Vec<f64> {
+    let axis = &view.map.grid().axes()[x];
+    let factor = view.axis(axis).factor;
+    axis.values.iter().step_by(step(axis)).map(|value| value * factor).collect()
+}
+
+/// What all panels of a plot over one axis share.
+struct Context<'a> {
+    view: &'a View<'a>,
+    x: usize,
+    heading: Rich,
+    titles: Vec<Rich>,
+    width: Width,
+}
+
+impl Context<'_> {
+    /// The nodes to read along the axis.
+    fn picks(&self, line: &Line) -> Result<Vec<Pick>, ChoiceError> {
+        let axes = self.view.map.grid().axes();
+        let rank = axes.len() - usize::from(line.variable.starts_with("critical_c_"));
+        if self.x >= rank {
+            let (variable, axis) = (line.variable.to_owned(), axes[self.x].name.clone());
+            return Err(ChoiceError::NotAlong { variable, axis });
         }
+        let pick = |axis: usize| match axis == self.x {
+            true => Pick::Every(step(&axes[axis])),
+            false => Pick::Node(line.index[axis]),
+        };
+        Ok((0..rank).map(pick).collect())
     }
-    groups.push(group);
-    for group in groups {
-        let longer = line.clone().then(group.clone());
-        if !line.pieces.is_empty() && text_width(&longer, SMALL_TEXT) > width {
-            lines.push(std::mem::replace(&mut line, group));
-        } else {
-            line = longer;
+
+    fn curves(&self, drawn: &[Line]) -> Result<(Scene, Values), ReportError> {
+        let map = self.view.map;
+        let axis = &map.grid().axes()[self.x];
+        let x_label = self.view.axis(axis);
+        let nodes: Vec<f64> = axis.values.iter().copied().step_by(step(axis)).collect();
+        // One chart for each panel and each unit; pure numbers share one only with their own kind.
+        let mut charts: Vec<((usize, Label), Chart)> = Vec::new();
+        let mut numbers = Vec::new();
+        let unit = |line: &Line| {
+            let label = self.view.units.variable(line.variable);
+            if label.unit.is_empty() { label.key } else { label.unit.to_owned() }
+        };
+        for line in drawn {
+            let values = map.real_slice(line.variable, &self.picks(line)?)?;
+            let label = self.view.units.variable(line.variable);
+            numbers.extend(values.iter().map(|value| value * label.factor));
+            let several =
+                drawn.iter().any(|other| other.variable != line.variable && unit(other) == unit(line));
+            let key = (line.panel, label);
+            let same = |(panel, other): &(usize, Label)| {
+                *panel == key.0 && (other.unit == key.1.unit && !key.1.unit.is_empty() || *other == key.1)
+            };
+            let position = charts.iter().position(|(place, _)| same(place));
+            let position = position.unwrap_or_else(|| {
+                let chart = Chart {
+                    name: key.1.text(),
+                    title: self.titles[line.panel].clone(),
+                    factor: key.1.factor,
+                    curves: Vec::new(),
+                };
+                charts.push((key.clone(), chart));
+                charts.len() - 1
+            });
+            let chart = &mut charts[position].1;
+            if chart.name != key.1.text() {
+                // Several variables of one unit.
+                chart.name = Rich::foreign(key.1.unit);
+            }
+            let number = chart.curves.len();
+            chart.curves.push(Curve {
+                name: line.name(self.view, several),
+                style: palette::curve(number),
+                points: nodes.iter().copied().zip(values.iter().copied()).collect(),
+                marks: true,
+            });
         }
+        let mut charts: Vec<Chart> = charts.into_iter().map(|(_, chart)| chart).collect();
+        if charts.len() > 1 {
+            for (number, chart) in charts.iter_mut().enumerate() {
+                chart.title = lines::letter(number).then(std::mem::take(&mut chart.title));
+            }
+        }
+        let x = Scale::of_nodes(&axis.values).in_unit(x_label.factor);
+        let scene = lines::draw(&self.heading, x, &x_label.text(), &charts, self.width);
+        Ok((scene, Values::Reals(numbers)))
     }
-    lines.push(line);
-    lines
+
+    fn strips(&self, drawn: &[Line]) -> Result<(Scene, Values), ReportError> {
+        let map = self.view.map;
+        let axis = &map.grid().axes()[self.x];
+        let x_label = self.view.axis(axis);
+        let mut kinds_of_all: Vec<Kind> = Vec::new();
+        let mut strips = Vec::new();
+        let mut all = Vec::new();
+        for line in drawn {
+            let kinds = kinds(line.variable).unwrap_or_default();
+            let codes = map.code_slice(line.variable, &self.picks(line)?)?;
+            let start = match kinds_of_all.iter().position(|kind| kinds.first() == Some(kind)) {
+                Some(start) => start,
+                None => {
+                    kinds_of_all.extend(kinds.iter().cloned());
+                    kinds_of_all.len() - kinds.len()
+                }
+            };
+            let position = |code: &i8| kinds.iter().position(|kind| kind.code == *code).unwrap_or(0);
+            let title = self.titles[line.panel].clone();
+            let name =
+                join([title, line.name(self.view, true)].into_iter().filter(|part| !part.pieces.is_empty()));
+            strips.push(Strip { name, kinds: codes.iter().map(|code| start + position(code)).collect() });
+            all.extend(codes.iter().map(|code| kinds[position(code)].name.to_owned()));
+        }
+        let fills: Vec<_> = kinds_of_all.iter().map(|kind| (kind.fill, rich(kind.words))).collect();
+        let nodes: Vec<f64> = axis.values.iter().copied().step_by(step(axis)).collect();
+        let scale = Scale::of_nodes(&axis.values).in_unit(x_label.factor);
+        let x = (scale, &x_label.text());
+        let scene = strips::draw(&self.heading, &nodes, x, &strips, &fills, self.width);
+        Ok((scene, Values::Words(all)))
+    }
 }

@@ -1,37 +1,36 @@
-//! Phase portraits: orbits, the sticking segment, exit point, landing and equilibrium.
+//! The phase portrait of one point: orbits, cycles, the sticking segment, exit point, landing and equilibrium.
 
-use super::super::text::{Rich, rich};
-use super::axis::{BOTTOM_MARGIN, Labels, Panel, Panels, Scale, TITLE_MARGIN, left_margin};
+use super::super::text::rich;
+use super::super::units::UnitSystem;
+use super::axis::{Panel, Scale};
+use super::data::Data;
 use super::legend::{Legend, Sample};
-use super::plot::wrap;
-use super::scene::{Anchor, Marker, Place, Rect, Scene, Stroke, Width};
-use super::slice::{equals, telling};
-use super::{Figure, curves, palette};
+use super::palette;
+use super::scene::{Marker, Place, Scene, Stroke};
 use crate::filippov::{Oscillator, Side};
-use crate::friction::Law;
-use crate::map::Grid;
-use crate::point::Point;
 use crate::simulate::direct::{Ending, Phase, Sample as State, Start, Trace, trace};
-use crate::simulate::{Fate, flow};
-use crate::store::MapFile;
+use crate::simulate::slip_cycle::slip_cycles;
 
 /// Accuracy of the traced orbits.
 const TOLERANCE: f64 = 1e-10;
-/// Turns of the orbit from the exit point that are drawn at most.
+/// Turns of the orbit that are followed at most where no duration is asked for.
 const TURNS: f64 = 4.0;
 /// Turns of the orbit from near the equilibrium.
 const INNER_TURNS: f64 = 3.0;
 /// Where that orbit starts, in units of V above the equilibrium.
 const INNER_START: f64 = 0.35;
 
-/// The orbit that leaves the belt at the exit point.
+/// The orbit that is asked about.
 pub(super) const ORBIT: Stroke = Stroke::solid(palette::BLUE, 1.2);
 /// Its sticking part.
-const STICK: Stroke = Stroke::solid(palette::VERMILION, 2.0);
+pub(super) const STICK: Stroke = Stroke::solid(palette::VERMILION, 2.0);
 /// The sticking segment.
 pub(super) const SEGMENT: Stroke = Stroke::solid(palette::LIGHT_GREY, 4.5);
 /// Other orbits.
 pub(super) const OTHER: Stroke = Stroke { color: palette::GREEN, width: 0.9, dash: &[3.0, 1.5] };
+/// Slip cycles that attract, and those that repel.
+const ATTRACTING: Stroke = Stroke::solid(palette::BLACK, 1.0);
+pub(super) const REPELLING: Stroke = Stroke { color: palette::BLACK, width: 1.0, dash: &[1.2, 1.6] };
 /// The belt line.
 pub(super) const BELT: Stroke = Stroke { color: palette::GREY, width: 0.6, dash: &[1.0, 1.6] };
 
@@ -39,26 +38,79 @@ pub(super) const BELT: Stroke = Stroke { color: palette::GREY, width: 0.6, dash:
 #[derive(Clone, Debug)]
 pub(super) struct Portrait {
     pub(super) oscillator: Oscillator,
-    orbit: Trace,
+    start: Start,
+    /// The orbit that is asked about.
+    pub(super) orbit: Trace,
+    /// One from near the equilibrium; none where that lies on a drawn orbit anyway.
     inner: Trace,
+    /// Slip cycles, and whether each attracts.
+    cycles: Vec<(Trace, bool)>,
+}
+
+/// The orbit from `start`, for the time `duration`, or until it closes, settles or has made four turns.
+#[must_use]
+pub fn orbit_from(oscillator: &Oscillator, start: Start, duration: Option<f64>) -> Trace {
+    let Some(duration) = duration else {
+        return trace(oscillator, start, TOLERANCE, TURNS * std::f64::consts::TAU);
+    };
+    let mut orbit = trace(oscillator, start, TOLERANCE, duration);
+    // A trace ends where the cycle closes; what follows is the cycle again.
+    let Ending::Closes { period } = orbit.ending else { return orbit };
+    let cycle = trace(oscillator, Start::ExitPoint, TOLERANCE, 2.0 * period);
+    while let Some(last) = orbit.samples.pop().filter(|last| last.t < duration) {
+        let shifted = cycle.samples.iter().map(|sample| State { t: last.t + sample.t, ..*sample });
+        orbit.samples.extend(shifted.take_while(|sample| sample.t <= duration));
+        if orbit.samples.last().is_some_and(|sample| sample.t == last.t) {
+            break;
+        }
+    }
+    orbit
+}
+
+/// An orbit as a table: time, position, velocity, and what the mass does from there on.
+#[must_use]
+pub fn orbit_data(orbit: &Trace, units: &UnitSystem) -> Data {
+    let column = |factor: f64, of: fn(&State) -> f64| orbit.samples.iter().map(|s| of(s) * factor).collect();
+    let (t, x1, x2) = (units.time(), units.x1(), units.x2());
+    let phase = |state: &State| match state.phase {
+        Phase::Slip(_) => "slip",
+        Phase::Stick => "stick",
+    };
+    Data::default()
+        .reals(t.header(), column(t.factor, |s| s.t))
+        .reals(x1.header(), column(x1.factor, |s| s.x1))
+        .reals(x2.header(), column(x2.factor, |s| s.x2))
+        .words("phase", orbit.samples.iter().map(|s| phase(s).to_owned()).collect())
 }
 
 impl Portrait {
-    fn of(oscillator: Oscillator) -> Self {
+    /// The portrait at a point with the orbit from `start`, see [`orbit_from`].
+    pub(super) fn of(oscillator: &Oscillator, start: Start, duration: Option<f64>) -> Self {
         let turn = std::f64::consts::TAU;
-        let start = Start::State { x1: oscillator.equilibrium_x1(), x2: INNER_START * oscillator.belt_speed };
+        let inner = Start::State { x1: oscillator.equilibrium_x1(), x2: INNER_START * oscillator.belt_speed };
+        // A portrait without cycles that cannot be found is still one.
+        let cycles = slip_cycles(oscillator, TOLERANCE).unwrap_or_default();
+        let cycles = cycles.iter().map(|cycle| {
+            let x2 = cycle.velocity.hi;
+            // At its highest velocity a cycle has x2' = 0.
+            let x1 = oscillator.acceleration(Side::Below, 0.0, x2);
+            (trace(oscillator, Start::State { x1, x2 }, TOLERANCE, cycle.period), cycle.is_stable())
+        });
         Self {
+            start,
+            orbit: orbit_from(oscillator, start, duration),
+            inner: trace(oscillator, inner, TOLERANCE, INNER_TURNS * turn),
+            cycles: cycles.collect(),
             oscillator: oscillator.clone(),
-            orbit: trace(&oscillator, Start::ExitPoint, TOLERANCE, TURNS * turn),
-            inner: trace(&oscillator, start, TOLERANCE, INNER_TURNS * turn),
         }
     }
 
     /// The smallest rectangle around everything: x1 and x2, least and greatest.
-    fn extent(&self) -> [f64; 4] {
+    pub(super) fn extent(&self) -> [f64; 4] {
         let (exit, v) = (self.oscillator.exit_x1(), self.oscillator.belt_speed);
         let mut extent = [exit, exit, 0.0, v];
-        for state in self.orbit.samples.iter().chain(&self.inner.samples) {
+        let cycles = self.cycles.iter().flat_map(|(cycle, _)| &cycle.samples);
+        for state in self.orbit.samples.iter().chain(&self.inner.samples).chain(cycles) {
             extent = [
                 extent[0].min(state.x1),
                 extent[1].max(state.x1),
@@ -86,16 +138,19 @@ impl Portrait {
             scene.line(&[at(panel.x.from, v), at(panel.x.to, v)], &BELT);
             scene.line(&[at(tangency, v), at(exit, v)], &SEGMENT);
             orbit(scene, panel, oscillator, &self.inner.samples, &OTHER);
-            // Slipping and sticking parts one after the other.
-            let mut samples = self.orbit.samples.as_slice();
-            while let Some(first) = samples.first() {
-                let sticking = first.phase == Phase::Stick;
-                let end = samples.iter().take_while(|s| (s.phase == Phase::Stick) == sticking).count();
-                let part = &samples[..(end + 1).min(samples.len())];
+            for (cycle, attracts) in &self.cycles {
+                let stroke = if *attracts { ATTRACTING } else { REPELLING };
+                let points = smooth(oscillator, &cycle.samples);
+                let places: Vec<Place> = points.iter().map(|p| panel.place(p.0, p.1)).collect();
+                scene.line(&places, &stroke);
+            }
+            for (part, sticking) in parts(&self.orbit.samples) {
                 orbit(scene, panel, oscillator, part, if sticking { &STICK } else { &ORBIT });
-                samples = &samples[end..];
             }
             scene.marker(Marker::Circle, at(exit, v), 5.0, palette::BLACK, true);
+            if let Start::State { x1, x2 } = self.start {
+                scene.marker(Marker::Diamond, at(x1, x2), 5.0, palette::BLUE, true);
+            }
             if let Some(landing) = self.landing() {
                 scene.marker(Marker::Triangle, at(landing.x1, landing.x2), 6.0, palette::VERMILION, true);
             }
@@ -104,17 +159,41 @@ impl Portrait {
         });
     }
 
-    /// The entries of its legend.
-    fn legend(&self, legend: &mut Portrayed) {
-        legend.sticks |= self.landing().is_some();
-        match self.oscillator.eigenvalues().is_stable() {
-            true => legend.stable = true,
-            false => legend.unstable = true,
+    /// Adds the entries of its legend.
+    pub(super) fn legend(&self, legend: &mut Legend) {
+        let from = match self.start {
+            Start::ExitPoint => "orbit from the exit point",
+            Start::State { .. } => "orbit from the start",
+        };
+        legend.add(Sample::Line(ORBIT), rich(from));
+        if self.landing().is_some() {
+            legend.add(Sample::Line(STICK), rich("the same, sticking"));
         }
+        legend.add(Sample::Line(OTHER), rich("orbit from near the equilibrium"));
+        for (stroke, attracting, words) in
+            [(ATTRACTING, true, "attracting slip cycle"), (REPELLING, false, "repelling slip cycle")]
+        {
+            if self.cycles.iter().any(|(_, attracts)| *attracts == attracting) {
+                legend.add(Sample::Line(stroke), rich(words));
+            }
+        }
+        legend.add(Sample::Line(SEGMENT), rich("sticking segment"));
+        legend.add(Sample::Mark(Marker::Circle, palette::BLACK, true), rich("exit point"));
+        if matches!(self.start, Start::State { .. }) {
+            legend.add(Sample::Mark(Marker::Diamond, palette::BLUE, true), rich("start"));
+        }
+        if self.landing().is_some() {
+            legend.add(Sample::Mark(Marker::Triangle, palette::VERMILION, true), rich("landing"));
+        }
+        let (stable, words) = match self.oscillator.eigenvalues().is_stable() {
+            true => (true, "stable equilibrium"),
+            false => (false, "unstable equilibrium"),
+        };
+        legend.add(Sample::Mark(Marker::Square, palette::BLACK, stable), rich(words));
     }
 
     /// What becomes of the orbit, in words.
-    fn words(&self) -> &'static str {
+    pub(super) fn words(&self) -> &'static str {
         let stable = self.oscillator.eigenvalues().is_stable();
         match self.orbit.ending {
             Ending::Closes { .. } if stable => "stick-slip cycle, equilibrium stable too",
@@ -128,35 +207,16 @@ impl Portrait {
     }
 }
 
-/// Which entries the legend of some portraits needs.
-#[derive(Default)]
-struct Portrayed {
-    sticks: bool,
-    stable: bool,
-    unstable: bool,
-}
-
-impl Portrayed {
-    fn legend(&self) -> Legend {
-        let mut legend = Legend::default();
-        legend.add(Sample::Line(ORBIT), rich("orbit from the exit point"));
-        if self.sticks {
-            legend.add(Sample::Line(STICK), rich("the same, sticking"));
-        }
-        legend.add(Sample::Line(OTHER), rich("orbit from near the equilibrium"));
-        legend.add(Sample::Line(SEGMENT), rich("sticking segment"));
-        legend.add(Sample::Mark(Marker::Circle, palette::BLACK, true), rich("exit point"));
-        if self.sticks {
-            legend.add(Sample::Mark(Marker::Triangle, palette::VERMILION, true), rich("landing"));
-        }
-        if self.stable {
-            legend.add(Sample::Mark(Marker::Square, palette::BLACK, true), rich("stable equilibrium"));
-        }
-        if self.unstable {
-            legend.add(Sample::Mark(Marker::Square, palette::BLACK, false), rich("unstable equilibrium"));
-        }
-        legend
+/// Slipping and sticking parts of an orbit one after the other; each ends where the next begins.
+pub(super) fn parts(mut samples: &[State]) -> Vec<(&[State], bool)> {
+    let mut parts = Vec::new();
+    while let Some(first) = samples.first() {
+        let sticking = first.phase == Phase::Stick;
+        let end = samples.iter().take_while(|s| (s.phase == Phase::Stick) == sticking).count();
+        parts.push((&samples[..(end + 1).min(samples.len())], sticking));
+        samples = &samples[end..];
     }
+    parts
 }
 
 /// Draws an orbit with arrows along it.
@@ -221,141 +281,4 @@ pub(super) fn equal_scales(
     let (x, y) = (0.5 * (left + right), 0.5 * (low + high));
     let scale = |middle: f64, size: f64| Scale::linear(middle - 0.5 * size, middle + 0.5 * size);
     (scale(x, width), scale(y, height), w * aspect)
-}
-
-/// The phase portrait of one point, and what it shows.
-#[must_use]
-pub fn portrait(law: &Law, point: &Point, width: Width) -> (Scene, Rich) {
-    let portrait = Portrait::of(Oscillator::new(law, point));
-    let mut scene = Scene::new(width.points(), 0.0);
-    let values = std::iter::once(point.epsilon)
-        .chain(point.law.as_slice().iter().copied())
-        .chain([point.belt_speed, point.damping]);
-    let mut words = Rich::default();
-    for (name, value) in Grid::axis_names(law).into_iter().zip(values) {
-        let join = rich(if words.pieces.is_empty() { "" } else { ", " });
-        words = words.then(join).then(equals(name, value));
-    }
-    let left = left_margin(18.0);
-    let w = scene.width - left - 10.0;
-    let (x, y, h) = equal_scales(portrait.extent(), w, (0.4, 0.95));
-    let mut top = TITLE_MARGIN - 3.0;
-    for line in wrap(&words, w) {
-        scene.text((left, top), &line, super::axis::SMALL_TEXT, Anchor::Start);
-        top += super::axis::SMALL_TEXT + 2.0;
-    }
-    let panel = Panel { rect: Rect { x: left, y: top - 4.0, w, h }, x, y };
-    portrait.draw(&mut scene, &panel);
-    panel.axes(&mut scene, Labels { x: true, y: true });
-    panel.x_name(&mut scene, &rich("{x_1}"));
-    panel.y_name(&mut scene, &rich("{x_2}"), 18.0);
-    let mut portrayed = Portrayed::default();
-    portrait.legend(&mut portrayed);
-    portrayed.legend().below(&mut scene, left, panel.rect.y + h + BOTTOM_MARGIN);
-    let caption =
-        rich("Phase portrait at ").then(words).then(rich(": ")).then(rich(portrait.words())).then(rich("."));
-    (scene, caption)
-}
-
-/// Portraits along one column of the map: below the critical damping, in the bistable band, above it, and,
-/// where a column of the map has one, an orbit that crosses the belt line.
-#[must_use]
-pub fn portraits(map: &MapFile) -> Option<Figure> {
-    let grid = map.grid();
-    let mut index = telling(map);
-    // The largest eps, where orbits differ most to the eye, as long as it has a cycle.
-    let root = |index: &[usize]| curves::exact(&[grid.column(index)])[0];
-    for epsilon in (0..grid.axes()[0].values.len()).rev() {
-        index[0] = epsilon;
-        if root(&index) > 0.0 {
-            break;
-        }
-    }
-    let column = grid.column(&index);
-    let critical = root(&index);
-    if !(critical > 0.0) {
-        return None;
-    }
-    let unstable_below = curves::stability(&column).clamp(0.0, critical);
-    let mut points = vec![
-        (column.clone(), 0.5 * unstable_below),
-        (column.clone(), 0.5 * (unstable_below + critical)),
-        (column.clone(), 1.3 * critical),
-    ];
-    let last = grid.axes().len() - 2;
-    index[last] = grid.axes()[last].values.len() - 1;
-    let fast = grid.column(&index);
-    let slowest = grid.dampings()[0];
-    let crosses =
-        |c: f64| matches!(flow(&Oscillator::in_column(&fast, c), TOLERANCE).fate, Fate::CrossesForever);
-    if crosses(slowest) {
-        points.push((fast, slowest));
-    }
-    let drawn: Vec<(f64, Portrait)> =
-        points.iter().map(|(column, c)| (*c, Portrait::of(Oscillator::in_column(column, *c)))).collect();
-    // The fast belt's orbits have a scale of their own, so they are a figure of their own if present.
-    let common = drawn
-        .iter()
-        .take(3)
-        .map(|(_, portrait)| portrait.extent())
-        .fold([f64::INFINITY, f64::NEG_INFINITY, f64::INFINITY, f64::NEG_INFINITY], |a, b| {
-            [a[0].min(b[0]), a[1].max(b[1]), a[2].min(b[2]), a[3].max(b[3])]
-        });
-    let mut scenes = Vec::new();
-    for width in Width::ALL {
-        let mut scene = Scene::new(width.points(), 0.0);
-        let columns = match width {
-            Width::OneColumn => 1,
-            Width::TwoColumns => drawn.len().min(3),
-        };
-        let (x, y, h) = equal_scales(common, 1.0, (0.5, 1.1));
-        let mut panels = Panels::new(scene.width, columns, 3, h, x, y);
-        let mut portrayed = Portrayed::default();
-        for ((panel, (c, portrait)), letter) in panels.panels.iter().zip(&drawn).zip(["(a) ", "(b) ", "(c) "])
-        {
-            portrait.draw(&mut scene, panel);
-            portrait.legend(&mut portrayed);
-            panel.title(&mut scene, &rich(letter).then(equals("c", rounded(*c))));
-        }
-        panels.axes(&mut scene, &rich("{x_1}"), &rich("{x_2}"));
-        if let Some((c, portrait)) = drawn.get(3) {
-            let w = match width {
-                Width::OneColumn => panels.panels[0].rect.w,
-                Width::TwoColumns => 0.5 * scene.width,
-            };
-            let (x, y, h) = equal_scales(portrait.extent(), w, (0.4, 0.9));
-            let rect = Rect { x: panels.panels[0].rect.x, y: panels.bottom + TITLE_MARGIN, w, h };
-            let panel = Panel { rect, x, y };
-            portrait.draw(&mut scene, &panel);
-            panel.axes(&mut scene, Labels { x: true, y: true });
-            panel.x_name(&mut scene, &rich("{x_1}"));
-            panel.y_name(&mut scene, &rich("{x_2}"), Panel::y_labels_width(y, h));
-            let speed = grid.axes()[last].values[index[last]];
-            panel.title(
-                &mut scene,
-                &rich("(d) ").then(equals("c", *c)).then(rich(", ")).then(equals("V", speed)),
-            );
-            portrait.legend(&mut portrayed);
-            panels.bottom = rect.y + h + BOTTOM_MARGIN;
-        }
-        portrayed.legend().below(&mut scene, panels.panels[0].rect.x, panels.bottom);
-        scenes.push((width, scene));
-    }
-    let mut held = equals("epsilon", column.epsilon);
-    for (axis, &i) in grid.axes()[1..last].iter().zip(&index[1..]) {
-        held = held.then(rich(", ")).then(equals(&axis.name, axis.values[i]));
-    }
-    held = held.then(rich(", ")).then(equals("V", column.belt_speed));
-    let mut caption = rich("Phase portraits at ").then(held).then(rich(": "));
-    for ((_, portrait), letter) in
-        drawn.iter().zip(["(a) ", "; (b) ", "; (c) ", "; (d) on the fastest belt of the map, "])
-    {
-        caption = caption.then(rich(letter)).then(rich(portrait.words()));
-    }
-    Some(Figure { name: "portraits".into(), caption: caption.then(rich(".")), scenes })
-}
-
-/// To three digits, for titles.
-fn rounded(value: f64) -> f64 {
-    format!("{value:.2e}").parse().unwrap_or(value)
 }

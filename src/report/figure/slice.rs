@@ -3,8 +3,8 @@
 use ndarray::{Array2, ArrayD, Ix2};
 
 use super::super::ReportError;
-use super::super::si::{AxisName, axis_name};
 use super::super::text::{Rich, rich};
+use super::super::units::{Label, View};
 use super::axis::Scale;
 use crate::friction::Law;
 use crate::map::{Axis, Plane};
@@ -47,6 +47,18 @@ pub enum ChoiceError {
         /// The value, in words.
         value: String,
     },
+    /// A value to hold an axis at that lies outside of it.
+    #[error("the axis `{axis}` reaches from {first} to {last}, so it cannot be held at {value}")]
+    Outside {
+        /// The axis.
+        axis: String,
+        /// The value, in words.
+        value: String,
+        /// The first node.
+        first: String,
+        /// The last node.
+        last: String,
+    },
     /// Curves in a plane that does not extend along one of its axes.
     #[error(
         "the axis `{axis}` has one node, and curves need a plane; choose another axis, or leave the curves out"
@@ -54,6 +66,42 @@ pub enum ChoiceError {
     OneNode {
         /// The axis.
         axis: String,
+    },
+    /// Several values where one is needed.
+    #[error(
+        "the axis `{axis}` has several values; only one axis of a plot without a vertical axis may (each is a curve)"
+    )]
+    SeveralValues {
+        /// The axis.
+        axis: String,
+    },
+    /// Several variables over a plane.
+    #[error("a plane shows one variable; leave the vertical axis out to draw several as curves")]
+    SeveralVariables,
+    /// Verdicts and numbers in one figure.
+    #[error("verdicts and numbers do not fit into one figure; draw them in two")]
+    CodesAndNumbers,
+    /// An axis of one node alone.
+    #[error("the axis `{axis}` has one node, so there is nothing to draw over it; choose another axis")]
+    NothingToDraw {
+        /// The axis.
+        axis: String,
+    },
+    /// The ends of a diagram.
+    #[error("a diagram over `{axis}` cannot have these ends; give two legal values, the smaller one first")]
+    NoRange {
+        /// The axis.
+        axis: String,
+    },
+    /// A variable that runs store on request, and this map's did not.
+    #[error(
+        "the map does not store `{variable}`; add \"{field}\" to output.fields of its configuration and compute it again"
+    )]
+    NotStored {
+        /// The variable.
+        variable: String,
+        /// The field.
+        field: &'static str,
     },
     /// An axis that the variable does not have.
     #[error(
@@ -96,7 +144,8 @@ pub struct Held {
 /// A slice of a map.
 #[derive(Clone, Debug)]
 pub struct Slice<'a> {
-    map: &'a MapFile,
+    /// The map and its units.
+    pub view: &'a View<'a>,
     /// Position of the horizontal axis.
     pub x: usize,
     /// Position of the vertical axis.
@@ -108,8 +157,8 @@ pub struct Slice<'a> {
 impl<'a> Slice<'a> {
     /// The slice along two axes, the others held at the given nodes.
     #[must_use]
-    pub fn new(map: &'a MapFile, x: usize, y: usize, index: Vec<usize>) -> Self {
-        Self { map, x, y, index }
+    pub fn new(view: &'a View<'a>, x: usize, y: usize, index: Vec<usize>) -> Self {
+        Self { view, x, y, index }
     }
 
     /// The slice along the axes of these names. Other axes are held at the node nearest to the value given
@@ -118,60 +167,35 @@ impl<'a> Slice<'a> {
     /// # Errors
     /// [`ChoiceError`].
     pub fn choose(
-        map: &'a MapFile,
+        view: &'a View<'a>,
         x: &str,
         y: &str,
         at: &[(String, f64)],
     ) -> Result<(Self, Vec<Held>), ChoiceError> {
-        let axes = map.grid().axes();
-        let find = |name: &str| {
-            let names = axes.iter().map(|axis| axis.name.as_str());
-            axes.iter()
-                .position(|axis| axis.name == name)
-                .ok_or_else(|| ChoiceError::unknown("axis", name, names))
-        };
-        let (x, y) = (find(x)?, find(y)?);
+        let (x, y) = (find_axis(view, x)?, find_axis(view, y)?);
         if x == y {
-            return Err(ChoiceError::SameAxis { axis: axes[x].name.clone() });
+            return Err(ChoiceError::SameAxis { axis: view.map.grid().axes()[x].name.clone() });
         }
-        let mut index = middle(axes);
-        let mut wanted = vec![None; axes.len()];
-        for (name, value) in at {
-            let axis = find(name)?;
-            if axis == x || axis == y {
-                return Err(ChoiceError::Shown { axis: name.clone() });
-            }
-            if !value.is_finite() {
-                return Err(ChoiceError::NotFinite { axis: name.clone(), value: value.to_string() });
-            }
-            index[axis] = axes[axis].nearest(*value);
-            wanted[axis] = Some(*value);
-        }
-        let held = axes
-            .iter()
-            .enumerate()
-            .filter(|(axis, _)| *axis != x && *axis != y)
-            .map(|(i, axis)| Held { axis: axis.name.clone(), wanted: wanted[i], used: axis.values[index[i]] })
-            .collect();
-        Ok((Self::new(map, x, y, index), held))
+        let (index, held) = hold(view, &[x, y], at)?;
+        Ok((Self::new(view, x, y, index), held))
     }
 
     /// The friction law.
     #[must_use]
     pub fn law(&self) -> &Law {
-        self.map.grid().law()
+        self.view.map.grid().law()
     }
 
     /// The horizontal axis.
     #[must_use]
     pub fn x_axis(&self) -> &'a Axis {
-        &self.map.grid().axes()[self.x]
+        &self.view.map.grid().axes()[self.x]
     }
 
     /// The vertical axis.
     #[must_use]
     pub fn y_axis(&self) -> &'a Axis {
-        &self.map.grid().axes()[self.y]
+        &self.view.map.grid().axes()[self.y]
     }
 
     /// Its plane in the grid.
@@ -183,19 +207,19 @@ impl<'a> Slice<'a> {
     /// The scale and the name of the horizontal axis.
     #[must_use]
     pub fn x_scale(&self) -> (Scale, Rich) {
-        scale(self.map, self.x_axis())
+        scale(self.view, self.x_axis())
     }
 
     /// The scale and the name of the vertical axis.
     #[must_use]
     pub fn y_scale(&self) -> (Scale, Rich) {
-        scale(self.map, self.y_axis())
+        scale(self.view, self.y_axis())
     }
 
     /// The point of the slice with these coordinates, which need not be nodes.
     #[must_use]
     pub fn point(&self, x: f64, y: f64) -> Point {
-        let axes = self.map.grid().axes();
+        let axes = self.view.map.grid().axes();
         let clamp = |axis: &Axis, value: f64| value.clamp(axis.values[0], axis.values[axis.values.len() - 1]);
         let mut values: Vec<f64> = axes.iter().zip(&self.index).map(|(axis, &i)| axis.values[i]).collect();
         values[self.x] = clamp(&axes[self.x], x);
@@ -235,8 +259,11 @@ impl<'a> Slice<'a> {
     /// # Errors
     /// [`ReportError::Map`], [`ReportError::Choice`].
     pub fn codes(&self, variable: &str) -> Result<Array2<i8>, ReportError> {
-        Ok(self
-            .turned(self.map.code_slice(variable, &self.selection(variable, self.map.grid().axes().len())?)?))
+        Ok(self.turned(
+            self.view
+                .map
+                .code_slice(variable, &self.selection(variable, self.view.map.grid().axes().len())?)?,
+        ))
     }
 
     /// Real numbers over the drawn nodes of the slice, `[x, y]`.
@@ -244,19 +271,19 @@ impl<'a> Slice<'a> {
     /// # Errors
     /// [`ReportError::Map`], [`ReportError::Choice`].
     pub fn reals(&self, variable: &str) -> Result<Array2<f64>, ReportError> {
-        let axes = self.map.grid().axes().len();
+        let axes = self.view.map.grid().axes().len();
         let rank = if variable.starts_with("critical_c_") { axes - 1 } else { axes };
-        Ok(self.turned(self.map.real_slice(variable, &self.selection(variable, rank)?)?))
+        Ok(self.turned(self.view.map.real_slice(variable, &self.selection(variable, rank)?)?))
     }
 
     fn selection(&self, variable: &str, rank: usize) -> Result<Vec<Pick>, ChoiceError> {
         for axis in [self.x, self.y] {
             if axis >= rank {
-                let axis = self.map.grid().axes()[axis].name.clone();
+                let axis = self.view.map.grid().axes()[axis].name.clone();
                 return Err(ChoiceError::NotAlong { variable: variable.into(), axis });
             }
         }
-        let axes = self.map.grid().axes();
+        let axes = self.view.map.grid().axes();
         let pick = |axis| match axis == self.x || axis == self.y {
             true => Pick::Every(step(&axes[axis])),
             false => Pick::Node(self.index[axis]),
@@ -276,26 +303,80 @@ impl<'a> Slice<'a> {
     /// "ε = 0.1, β = 0.5", every axis that is held.
     #[must_use]
     pub fn held(&self) -> Rich {
-        self.held_from(0)
+        self.view.held(&self.index, &[self.x, self.y])
     }
 
     /// The same without eps, for figures with a panel for each.
     #[must_use]
     pub fn held_but_epsilon(&self) -> Rich {
-        self.held_from(1)
+        self.view.held(&self.index, &[self.x, self.y, 0])
     }
+}
 
-    fn held_from(&self, first: usize) -> Rich {
-        let axes = self.map.grid().axes().iter().enumerate().skip(first);
-        let mut text = Rich::default();
-        for (i, axis) in axes.filter(|(i, _)| *i != self.x && *i != self.y) {
-            if !text.pieces.is_empty() {
-                text = text.then(rich(", "));
-            }
-            text = text.then(equals(&axis.name, axis.values[self.index[i]]));
+/// The position of the axis of this name. Machines' axes also have the names that configurations give them.
+///
+/// # Errors
+/// [`ChoiceError::Unknown`].
+pub fn find_axis(view: &View, name: &str) -> Result<usize, ChoiceError> {
+    let axes = view.map.grid().axes();
+    let labels: Vec<Label> = axes.iter().map(|axis| view.axis(axis)).collect();
+    let names = axes.iter().map(|axis| axis.name.as_str());
+    let position = axes.iter().zip(&labels).position(|(axis, label)| axis.name == name || label.key == name);
+    position.ok_or_else(|| ChoiceError::unknown("axis", name, names))
+}
+
+/// The nodes at which the axes that are not `shown` are held: nearest to the values given for them, in the units of
+/// the view, or else the middle ones.
+///
+/// # Errors
+/// [`ChoiceError`].
+pub fn hold(
+    view: &View,
+    shown: &[usize],
+    at: &[(String, f64)],
+) -> Result<(Vec<usize>, Vec<Held>), ChoiceError> {
+    let axes = view.map.grid().axes();
+    let mut index = middle(axes);
+    let mut wanted = vec![None; axes.len()];
+    for (name, value) in at {
+        let position = find_axis(view, name)?;
+        if shown.contains(&position) {
+            return Err(ChoiceError::Shown { axis: name.clone() });
         }
-        text
+        index[position] = nearest_node(view, position, *value)?;
+        wanted[position] = Some(*value);
     }
+    // A machine's friction is no choice of the user's.
+    let constant = |position: usize| {
+        view.units.machine().is_some() && axes[position].values.len() == 1 && wanted[position].is_none()
+    };
+    let held = axes.iter().enumerate().filter(|(i, _)| !shown.contains(i) && !constant(*i));
+    let held = held.map(|(i, axis)| {
+        let label = view.axis(axis);
+        Held { axis: label.header(), wanted: wanted[i], used: axis.values[index[i]] * label.factor }
+    });
+    let held = held.collect();
+    Ok((index, held))
+}
+
+/// The node of an axis nearest to a value in the units of the view.
+///
+/// # Errors
+/// [`ChoiceError::NotFinite`], [`ChoiceError::Outside`].
+pub fn nearest_node(view: &View, position: usize, value: f64) -> Result<usize, ChoiceError> {
+    let axis = &view.map.grid().axes()[position];
+    let label = view.axis(axis);
+    if !value.is_finite() {
+        return Err(ChoiceError::NotFinite { axis: axis.name.clone(), value: value.to_string() });
+    }
+    let [first, last] = [axis.values[0], axis.values[axis.values.len() - 1]].map(|node| node * label.factor);
+    // Round-off in the conversion of units and in decimal input.
+    let slack = 1e-9 * (last.abs() + first.abs());
+    if axis.values.len() > 1 && !(first - slack..=last + slack).contains(&value) {
+        let [first, last] = [first, last].map(|bound| Rich::number(bound, 6).plain());
+        return Err(ChoiceError::Outside { axis: label.header(), value: value.to_string(), first, last });
+    }
+    Ok(axis.nearest(value / label.factor))
 }
 
 /// Nodes of an axis that are drawn at most: as many as a figure of one column has pixels at 300 dpi. They bound
@@ -303,7 +384,7 @@ impl<'a> Slice<'a> {
 const MOST_NODES: usize = 1000;
 
 /// Of an axis, one node in so many is drawn.
-fn step(axis: &Axis) -> usize {
+pub(super) fn step(axis: &Axis) -> usize {
     axis.values.len().div_ceil(MOST_NODES)
 }
 
@@ -311,10 +392,10 @@ fn drawn(axis: &Axis) -> Vec<f64> {
     axis.values.iter().copied().step_by(step(axis)).collect()
 }
 
-/// The scale and the name of an axis: in SI units if the map is about a machine.
-fn scale(map: &MapFile, axis: &Axis) -> (Scale, Rich) {
-    let AxisName { name, unit } = axis_name(map, axis);
-    (Scale::of_nodes(&axis.values).in_unit(unit), name)
+/// The scale and the name of an axis.
+fn scale(view: &View, axis: &Axis) -> (Scale, Rich) {
+    let label = view.axis(axis);
+    (Scale::of_nodes(&axis.values).in_unit(label.factor), label.text())
 }
 
 /// "ε = 0.1".

@@ -1,18 +1,22 @@
 //! Slices of the map: one panel per method, with the exact boundary as a curve.
 
 use super::super::text::{Rich, rich};
+use super::super::units::View;
 use super::super::{ReportError, SIMULATION};
 use super::Figure;
 use super::axis::{Panel, Panels};
+use super::data::{Data, Values};
 use super::exact::boundary;
 use super::legend::{Legend, Sample};
+use super::lines::letter;
 use super::palette;
+use super::plot::{At, Plot, plot};
 use super::region::{cell_edges, outlines};
 use super::scene::{Fill, Place, Scene, Stroke, Width};
 use super::slice::{Slice, telling};
 use crate::map::Verdict;
 use crate::simulate::critical_damping;
-use crate::store::MapFile;
+use crate::store::{MapFile, Pick};
 
 /// At most so many eps get slices of their own.
 const MOST_EPSILONS: usize = 4;
@@ -23,29 +27,29 @@ pub(super) const HALO: Stroke = Stroke::solid(palette::WHITE, 2.4);
 
 /// What a cell of a method's panel says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
+enum Claim {
     Verdict(Verdict),
     WrongPresence,
     WrongAbsence,
 }
 
-impl Kind {
-    const ALL: [Kind; 7] = [
-        Kind::Verdict(Verdict::Present),
-        Kind::Verdict(Verdict::Absent),
-        Kind::Verdict(Verdict::Undecided),
-        Kind::WrongPresence,
-        Kind::WrongAbsence,
-        Kind::Verdict(Verdict::Failed),
-        Kind::Verdict(Verdict::NotComputed),
+impl Claim {
+    const ALL: [Claim; 7] = [
+        Claim::Verdict(Verdict::Present),
+        Claim::Verdict(Verdict::Absent),
+        Claim::Verdict(Verdict::Undecided),
+        Claim::WrongPresence,
+        Claim::WrongAbsence,
+        Claim::Verdict(Verdict::Failed),
+        Claim::Verdict(Verdict::NotComputed),
     ];
 
     fn of(method: i8, simulation: Option<i8>) -> Self {
         let (present, absent) = (Verdict::Present.code(), Verdict::Absent.code());
         match simulation {
-            Some(simulation) if method == present && simulation == absent => Kind::WrongPresence,
-            Some(simulation) if method == absent && simulation == present => Kind::WrongAbsence,
-            _ => Kind::Verdict(
+            Some(simulation) if method == present && simulation == absent => Claim::WrongPresence,
+            Some(simulation) if method == absent && simulation == present => Claim::WrongAbsence,
+            _ => Claim::Verdict(
                 Verdict::ALL.into_iter().find(|verdict| verdict.code() == method).unwrap_or(Verdict::Failed),
             ),
         }
@@ -53,21 +57,17 @@ impl Kind {
 
     fn fill(self) -> Fill {
         match self {
-            Kind::Verdict(verdict) => palette::verdict(verdict),
-            Kind::WrongPresence => palette::WRONG_PRESENCE,
-            Kind::WrongAbsence => palette::WRONG_ABSENCE,
+            Claim::Verdict(verdict) => palette::verdict(verdict),
+            Claim::WrongPresence => palette::WRONG_PRESENCE,
+            Claim::WrongAbsence => palette::WRONG_ABSENCE,
         }
     }
 
     fn name(self) -> &'static str {
         match self {
-            Kind::Verdict(Verdict::Present) => "cycle exists",
-            Kind::Verdict(Verdict::Absent) => "no cycle",
-            Kind::Verdict(Verdict::Undecided) => "not decided",
-            Kind::Verdict(Verdict::Failed) => "failed",
-            Kind::Verdict(Verdict::NotComputed) => "not computed",
-            Kind::WrongPresence => "wrong: claims a cycle",
-            Kind::WrongAbsence => "wrong: denies a cycle",
+            Claim::Verdict(verdict) => palette::verdict_words(verdict),
+            Claim::WrongPresence => "wrong: claims a cycle",
+            Claim::WrongAbsence => "wrong: denies a cycle",
         }
     }
 }
@@ -104,7 +104,8 @@ pub fn chosen_epsilons(map: &MapFile) -> Vec<usize> {
 ///
 /// # Errors
 /// [`ReportError::Map`] if the map cannot be read.
-pub fn slices(map: &MapFile) -> Result<Vec<Figure>, ReportError> {
+pub fn slices(view: &View) -> Result<Vec<Figure>, ReportError> {
+    let map = view.map;
     let axes = map.grid().axes();
     let c = axes.len() - 1;
     let (x, y) = main_plane(map);
@@ -118,13 +119,16 @@ pub fn slices(map: &MapFile) -> Result<Vec<Figure>, ReportError> {
         index[c] = telling_damping(map, &index);
         planes.push((x.min(second), x.max(second), index));
     }
+    if let Some(axis) = single_axis(map, x, y) {
+        return Ok(one_axis(view, axis, &planes[0].2)?.into_iter().collect());
+    }
     let mut figures = Vec::new();
     for (x, y, index) in planes {
         let epsilons = if x == 0 { vec![0] } else { chosen_epsilons(map) };
         for epsilon in epsilons {
             let mut index = index.clone();
             index[0] = epsilon;
-            figures.push(figure(map, &Slice::new(map, x, y, index))?);
+            figures.push(figure(&Slice::new(view, x, y, index))?);
         }
     }
     Ok(figures)
@@ -139,19 +143,89 @@ fn telling_damping(map: &MapFile, index: &[usize]) -> usize {
     }
 }
 
-fn figure(map: &MapFile, slice: &Slice) -> Result<Figure, ReportError> {
+/// The axis over which verdicts are drawn if one of a plane's has a single node: the other one, or none.
+fn single_axis(map: &MapFile, x: usize, y: usize) -> Option<Option<usize>> {
+    let axes = map.grid().axes();
+    let long = |axis: usize| axes[axis].values.len() > 1;
+    match (long(x), long(y)) {
+        (true, true) => None,
+        (true, false) => Some(Some(x)),
+        (false, true) => Some(Some(y)),
+        (false, false) => Some(None),
+    }
+}
+
+/// What every method says along the only axis of a map: an area would invent the extent of the other one.
+fn one_axis(view: &View, axis: Option<usize>, index: &[usize]) -> Result<Option<Figure>, ReportError> {
+    let map = view.map;
+    let Some(axis) = axis else { return Ok(None) };
+    let x = &map.grid().axes()[axis].name;
+    let axes = map.grid().axes().iter().enumerate().filter(|(other, _)| *other != axis);
+    let at: Vec<At> =
+        axes.map(|(i, a)| (a.name.clone(), vec![a.values[index[i]] * view.axis(a).factor])).collect();
+    let variables: Vec<String> =
+        map.methods().iter().map(|method| format!("verdict_{}", method.name)).collect();
+    let mut scenes = Vec::new();
+    let (mut caption, mut data) = (Rich::default(), Data::default());
+    for width in Width::ALL {
+        let wanted = Plot { x, y: None, at: &at, variables: &variables, panels: None, curves: false, width };
+        let plotted = plot(view, &wanted)?;
+        (caption, data) = (plotted.caption, plotted.data);
+        scenes.push((width, plotted.scene));
+    }
+    Ok(Some(Figure { name: format!("slice-{x}"), caption, scenes, data }))
+}
+
+/// The damping up to which a method claims the cycle, as stored, over the nodes of a slice with c upwards: (x, c).
+pub(super) fn stored_edge(slice: &Slice, method: &str) -> Result<Vec<(f64, f64)>, ReportError> {
+    let (map, variable) = (slice.view.map, format!("critical_c_{method}"));
+    let damping = map.grid().axes().len() - 1;
+    if slice.y != damping || !map.has(&variable) {
+        return Ok(Vec::new());
+    }
+    let axes = &map.grid().axes()[..damping];
+    let step = super::slice::step(slice.x_axis());
+    let picks: Vec<Pick> = (0..axes.len())
+        .map(|axis| if axis == slice.x { Pick::Every(step) } else { Pick::Node(slice.index[axis]) })
+        .collect();
+    let edge = map.real_slice(&variable, &picks)?;
+    Ok(slice.x_nodes().into_iter().zip(edge.iter().copied()).collect())
+}
+
+/// Draws such an edge, in the colour of its method.
+pub(super) fn draw_edge(scene: &mut Scene, panel: &Panel, edge: &[(f64, f64)], method: &str) -> bool {
+    let places: Vec<Place> = edge.iter().map(|&(x, c)| panel.place(x, c)).collect();
+    let stroke = palette::method(method).stroke;
+    scene.clipped(panel.rect, |scene| {
+        scene.line(&places, &HALO);
+        scene.line(&places, &stroke);
+    });
+    edge.iter().filter(|(_, c)| c.is_finite()).count() > 1
+}
+
+fn figure(slice: &Slice) -> Result<Figure, ReportError> {
+    let map = slice.view.map;
     let methods = map.methods();
     let codes = methods
         .iter()
         .map(|method| slice.codes(&format!("verdict_{}", method.name)))
         .collect::<Result<Vec<_>, _>>()?;
+    let edges = methods
+        .iter()
+        .map(|method| match method.name == SIMULATION {
+            // Its panel shows the exact boundary.
+            true => Ok(Vec::new()),
+            false => stored_edge(slice, &method.name),
+        })
+        .collect::<Result<Vec<_>, _>>()?;
     let simulation = methods.iter().position(|method| method.name == SIMULATION);
     let (x, y) = (slice.x_axis(), slice.y_axis());
     let ((x_scale, x_name), (y_scale, y_name)) = (slice.x_scale(), slice.y_scale());
     let (x_edges, y_edges) = (cell_edges(&slice.x_nodes(), x_scale), cell_edges(&slice.y_nodes(), y_scale));
-    let kind = |method: usize, i: usize, j: usize| {
-        Kind::of(codes[method][[i, j]], simulation.map(|simulation| codes[simulation][[i, j]]))
+    let claim = |method: usize, i: usize, j: usize| {
+        Claim::of(codes[method][[i, j]], simulation.map(|simulation| codes[simulation][[i, j]]))
     };
+    let held = slice.held();
     let mut scenes = Vec::new();
     let mut exact: Option<(Panel, Vec<Vec<Place>>)> = None;
     for width in Width::ALL {
@@ -160,29 +234,34 @@ fn figure(map: &MapFile, slice: &Slice) -> Result<Figure, ReportError> {
             Width::TwoColumns => 4,
         };
         let mut scene = Scene::new(width.points(), 0.0);
-        let panels = Panels::new(scene.width, columns, methods.len(), 0.78, x_scale, y_scale);
-        let mut used = [false; Kind::ALL.len()];
+        let panels = Panels::below(&mut scene, &held, columns, methods.len(), 0.78, (x_scale, y_scale));
+        let mut used = [false; Claim::ALL.len()];
+        let mut edged = false;
         for (m, (method, panel)) in methods.iter().zip(&panels.panels).enumerate() {
-            for (n, known) in Kind::ALL.into_iter().enumerate() {
-                let areas = outlines(panel, &x_edges, &y_edges, |i, j| kind(m, i, j) == known);
+            for (n, known) in Claim::ALL.into_iter().enumerate() {
+                let areas = outlines(panel, &x_edges, &y_edges, |i, j| claim(m, i, j) == known);
                 used[n] |= !areas.is_empty();
                 scene.area(&areas, known.fill());
             }
+            edged |= draw_edge(&mut scene, panel, &edges[m], &method.name);
             // The boundary is searched once and moved from panel to panel.
             let (drawn, curves) = exact.get_or_insert_with(|| (*panel, boundary(slice, panel)));
             draw_curves(&mut scene, curves, drawn, panel);
-            let letter = char::from(b'a' + (m % 26) as u8);
-            panel.title(&mut scene, &rich(&format!("({letter}) ")).then(method_title(&method.name)));
+            panel.title(&mut scene, &letter(m).then(method_title(&method.name)));
         }
         panels.axes(&mut scene, &x_name, &y_name);
         let mut legend = Legend::default();
-        for (kind, used) in Kind::ALL.into_iter().zip(used) {
+        for (claim, used) in Claim::ALL.into_iter().zip(used) {
             if used {
-                legend.add(Sample::Area(kind.fill()), rich(kind.name()));
+                legend.add(Sample::Area(claim.fill()), rich(claim.name()));
             }
         }
         if exact.as_ref().is_some_and(|(_, curves)| !curves.is_empty()) {
             legend.add(Sample::Line(EXACT), rich("exact boundary"));
+        }
+        if edged {
+            let stroke = Stroke { color: palette::GREY, ..palette::method("perturbation").stroke };
+            legend.add(Sample::Line(stroke), rich("the method's own critical damping"));
         }
         legend.below(&mut scene, panels.panels[0].rect.x, panels.bottom);
         scenes.push((width, scene));
@@ -191,18 +270,37 @@ fn figure(map: &MapFile, slice: &Slice) -> Result<Figure, ReportError> {
         0 => String::new(),
         _ => format!("-{}", slice.index[0] + 1),
     };
+    let label = |axis| slice.view.axis(axis);
+    let mut data = cell_columns(slice);
+    let names: Vec<(i8, &'static str)> =
+        Verdict::ALL.map(|verdict| (verdict.code(), verdict.name())).to_vec();
+    for (method, codes) in methods.iter().zip(&codes) {
+        let header = format!("verdict_{}", method.name);
+        data = data.with(header, Values::Codes(codes.iter().copied().collect(), names.clone()));
+    }
     Ok(Figure {
         name: format!("slice-{}-{}{epsilon}", x.name, y.name),
         caption: rich("Verdicts of each method over ")
-            .then(Rich::symbol(&x.name))
+            .then(label(x).name)
             .then(rich(" and "))
-            .then(Rich::symbol(&y.name))
+            .then(label(y).name)
             .then(rich(" at "))
-            .then(slice.held())
+            .then(held)
             .then(rich(". Black curve: the exact boundary of the stick-slip region, by root-finding on the simulated flow."))
             .then(slice.thinned_words()),
         scenes,
+        data,
     })
+}
+
+/// The coordinates of the cells of a slice, the vertical axis fastest.
+pub(super) fn cell_columns(slice: &Slice) -> Data {
+    let (x, y) = (slice.view.axis(slice.x_axis()), slice.view.axis(slice.y_axis()));
+    let (x_nodes, y_nodes) = (slice.x_nodes(), slice.y_nodes());
+    let (x_factor, y_factor) = (x.factor, y.factor);
+    let cells = x_nodes.iter().flat_map(|a| y_nodes.iter().map(move |b| (a * x_factor, b * y_factor)));
+    let (xs, ys): (Vec<f64>, Vec<f64>) = cells.unzip();
+    Data::default().reals(x.header(), xs).reals(y.header(), ys)
 }
 
 /// A place of one panel in another one of the same scales.

@@ -2,11 +2,12 @@
 
 use super::super::text::{Rich, rich};
 use super::super::work_precision::{Row, Study};
-use super::Figure;
 use super::axis::{Panel, Panels, SMALL_TEXT, Scale};
 use super::legend::{Legend, Sample};
+use super::lines::letter;
 use super::palette::{self, MethodStyle};
 use super::scene::{Anchor, Marker, Place, Rect, Scene, Stroke, Width};
+use super::{Data, Figure};
 use crate::benchmark::Kind;
 
 /// The front, under everything else.
@@ -69,8 +70,8 @@ pub fn chart(study: &Study) -> Figure {
     ))
     .then(place)
     .then(rich(&format!(
-        ". Above or left: largest error of the scaled grazing margin {{m}}/{{V}} (marks) and its median (lower end of the \
-         bars). Below or right: share of the {near} cells within {} of the boundary in {{c}} that are not labelled right. \
+        ". (a) Largest error of the scaled grazing margin {{m}}/{{V}} (marks) and its median (lower end of the \
+         bars). (b) Share of the {near} cells within {} of the boundary in {{c}} that are not labelled right. \
          Each method over its own knob; filled marks and the broad grey line: the Pareto front.",
         study.settings.near
     )))
@@ -80,7 +81,7 @@ pub fn chart(study: &Study) -> Figure {
         None => Rich::default(),
     });
     let scenes = Width::ALL.into_iter().map(|width| (width, scene(study, width))).collect();
-    Figure { name: "work-precision".into(), caption, scenes }
+    Figure { name: "work-precision".into(), caption, scenes, data: Data::default() }
 }
 
 /// Whole decades around numbers; `None` if there are none.
@@ -138,6 +139,7 @@ fn scene(study: &Study, width: Width) -> Scene {
             draw_line(&mut scene, &panel, line, height, front, number == 0);
         }
         panels.axes(&mut scene, &time, name);
+        panel.title(&mut scene, &letter(number));
         bottom = bottom.max(panels.bottom);
         top = panels.bottom - 2.0;
     }
@@ -149,6 +151,9 @@ fn scene(study: &Study, width: Width) -> Scene {
         };
         legend.add(sample, Rich::foreign(&line.name.replace('_', " ")));
     }
+    legend.add(Sample::Line(FRONT), rich("Pareto front"));
+    legend.add(Sample::Mark(Marker::Circle, palette::GREY, true), rich("filled: on the front"));
+    legend.add(Sample::Line(Stroke::solid(palette::GREY, 0.5)), rich("bar in (a): down to the median"));
     legend.below(&mut scene, left, bottom + 2.0);
     scene
 }

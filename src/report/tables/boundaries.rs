@@ -3,14 +3,17 @@
 use super::super::Report;
 use super::super::table::{Cell, Column, Show, Table};
 use super::super::text::{Rich, rich};
-use super::{EPSILON_DIGITS, column, epsilons, percent, words};
+use super::super::units::{Label, View};
+use super::{EPSILON_DIGITS, column, column_of, epsilons, in_unit, percent, words};
 use crate::store::MapFile;
 
 /// Error of each method's boundary in c.
 #[must_use]
-pub fn boundary(map: &MapFile, report: &Report) -> Table {
+pub fn boundary(view: &View, report: &Report) -> Table {
+    let map = view.map;
     let boundaries = &report.boundaries;
     let axes = map.grid().axes();
+    let damping = view.axis(&axes[axes.len() - 1]);
     let parameters = &axes[1..axes.len() - 1];
     let mut rows = Vec::new();
     for (e, &epsilon) in epsilons(map).iter().enumerate() {
@@ -20,16 +23,16 @@ pub fn boundary(map: &MapFile, report: &Report) -> Table {
                 Cell::Real(epsilon),
                 words(&method.method),
                 Cell::Count(errors.sizes.count()),
-                errors.sizes.quantile(0.5).into(),
-                errors.sizes.quantile(0.95).into(),
-                errors.worst.as_ref().map(|worst| worst.error).into(),
+                in_unit(errors.sizes.quantile(0.5), &damping),
+                in_unit(errors.sizes.quantile(0.95), &damping),
+                in_unit(errors.worst.as_ref().map(|worst| worst.error), &damping),
                 percent(errors.beyond as f64, errors.sizes.count() as f64).into(),
                 Cell::Count(errors.only_exact),
                 Cell::Count(errors.only_method),
             ];
             for (axis, parameter) in parameters.iter().enumerate() {
                 let worst = errors.worst.as_ref().map(|worst| parameter.values[worst.column[axis + 1]]);
-                row.push(worst.into());
+                row.push(in_unit(worst, &view.axis(parameter)));
             }
             rows.push(row);
         }
@@ -38,18 +41,17 @@ pub fn boundary(map: &MapFile, report: &Report) -> Table {
         column("epsilon", "{epsilon}", EPSILON_DIGITS),
         column("method", "method", Show::AsIs),
         column("columns", "columns", Show::AsIs),
-        column("median_error", "median", Show::Significant(3)),
-        column("percentile_95_error", "95 %", Show::Significant(3)),
-        column("worst_error", "worst", Show::Significant(3)),
+        column_of(&damping, "median_error", "median", Show::Significant(3)),
+        column_of(&damping, "percentile_95_error", "95 %", Show::Significant(3)),
+        column_of(&damping, "worst_error", "worst", Show::Significant(3)),
         column("percent_beyond", "% beyond", Show::Decimals(1)),
         column("only_exact", "none claimed", Show::AsIs),
         column("only_method", "none exists", Show::AsIs),
     ];
     for parameter in parameters {
-        let heading = rich("worst ").then(Rich::symbol(&parameter.name));
-        // Column names of CSV files are fixed for each law; leaking a few of them would be no harm, but the
-        // laws' own names are static.
-        columns.push(Column { key: worst_key(map, &parameter.name), heading, show: Show::Trimmed(4) });
+        let label = view.axis(parameter);
+        let named = Label { name: rich("worst ").then(label.name.clone()), ..label };
+        columns.push(Column { key: named.header(), heading: named.text(), show: Show::Trimmed(4) });
     }
     let origin = if boundaries.stored { "read from the map" } else { "computed again for this report" };
     let mut notes = vec![rich(&format!(
@@ -66,12 +68,6 @@ pub fn boundary(map: &MapFile, report: &Report) -> Table {
         rows,
         notes,
     }
-}
-
-/// The name of a parameter's column.
-fn worst_key(map: &MapFile, parameter: &str) -> &'static str {
-    let law = map.grid().law().parameters().iter().map(|parameter| parameter.name);
-    law.chain(["V"]).find(|name| *name == parameter).unwrap_or("parameter")
 }
 
 fn unknown(report: &Report) -> Option<Rich> {

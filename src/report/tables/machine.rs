@@ -1,12 +1,12 @@
 //! A machine in SI units, if the map is about one.
 
-use super::super::si;
-use super::super::table::{Cell, Show, Table};
+use super::super::table::{Cell, Column, Show, Table};
 use super::super::text::{Rich, rich};
+use super::super::units::View;
 use super::{column, words};
-use crate::machine::{Behaviour, Machine, behaviour};
+use crate::behaviour::{Behaviour, behaviour};
+use crate::machine::{Dimension, Machine};
 use crate::map::AxisRole;
-use crate::store::MapFile;
 
 /// Belt speeds shown at most.
 const ROWS: usize = 12;
@@ -14,9 +14,12 @@ const ROWS: usize = 12;
 const TOLERANCE: f64 = 1e-9;
 
 /// What the machine of a map does at its belt speeds; `None` for a map in dimensionless terms.
-pub(super) fn machine(map: &MapFile) -> Option<Table> {
-    let machine = si::machine(map)?;
+pub(super) fn machine(view: &View) -> Option<Table> {
+    let map = view.map;
+    let machine = *view.units.machine()?;
     let (units, motion) = (machine.units(), machine.motion);
+    let [length, velocity, damping] =
+        [Dimension::Length, Dimension::Velocity, Dimension::Damping].map(|of| motion.unit(of));
     let speeds = &map.grid().axes().iter().find(|axis| axis.role == AxisRole::BeltSpeed)?.values;
     let shown = speeds.len().min(ROWS);
     let law = map.grid().law();
@@ -44,19 +47,15 @@ pub(super) fn machine(map: &MapFile) -> Option<Table> {
         quantity(
             "Damping ",
             machine.damping,
-            &format!("{} where not stated otherwise; units of the map: ", motion.damping()),
+            &format!("{} where not stated otherwise; units of the map: ", damping),
         )
         .then(quantity("time ", units.time, "s, "))
-        .then(quantity("length ", units.length, &format!("{}, ", motion.length())))
-        .then(quantity("velocity ", units.velocity, &format!("{}, ", motion.velocity())))
-        .then(quantity("damping ", units.damping, &format!("{}.", motion.damping()))),
+        .then(quantity("length ", units.length, &format!("{}, ", length)))
+        .then(quantity("velocity ", units.velocity, &format!("{}, ", velocity)))
+        .then(quantity("damping ", units.damping, &format!("{}.", damping))),
     ];
     if let Some(speed) = critical {
-        notes.push(quantity(
-            "Critical belt speed at that damping: ",
-            speed,
-            &format!("{}.", motion.velocity()),
-        ));
+        notes.push(quantity("Critical belt speed at that damping: ", speed, &format!("{}.", velocity)));
     }
     Some(Table {
         name: "machine",
@@ -65,19 +64,20 @@ pub(super) fn machine(map: &MapFile) -> Option<Table> {
              back to it.",
         ),
         columns: vec![
-            column("belt_speed", &format!("belt speed, {}", motion.velocity()), Show::Trimmed(4)),
-            column(
-                "critical_damping",
-                &format!("critical damping, {}", motion.damping()),
-                Show::Significant(4),
-            ),
+            quantity_column("belt_speed", velocity, Show::Trimmed(4)),
+            quantity_column("critical_damping", damping, Show::Significant(4)),
             column("critical_damping_ratio", "critical damping ratio", Show::Significant(3)),
             column("regime", "regime", Show::AsIs),
-            column("slip_time", "slip time, s", Show::Significant(4)),
-            column("stick_time", "stick time, s", Show::Significant(4)),
-            column("amplitude", &format!("amplitude, {}", motion.length()), Show::Significant(4)),
+            quantity_column("slip_time", "s", Show::Significant(4)),
+            quantity_column("stick_time", "s", Show::Significant(4)),
+            quantity_column("amplitude", length, Show::Significant(4)),
         ],
         rows,
         notes,
     })
+}
+
+/// A column with its unit in heading and key.
+fn quantity_column(key: &str, unit: &str, show: Show) -> Column {
+    column(&format!("{key} [{unit}]"), &format!("{}, {unit}", key.replace('_', " ")), show)
 }

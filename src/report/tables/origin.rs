@@ -3,6 +3,7 @@
 use super::super::Report;
 use super::super::table::{Cell, Show, Table};
 use super::super::text::{Rich, rich};
+use super::super::units::View;
 use super::{column, words};
 use crate::map::{Verdict, is_linear, is_logarithmic};
 use crate::store::{MapFile, Value};
@@ -51,13 +52,23 @@ pub fn failures(map: &MapFile, report: &Report) -> Table {
     let mut rows = Vec::new();
     for (method, confusion) in map.methods().iter().zip(&report.verdicts.confusion) {
         for (what, verdict) in [("failed", Verdict::Failed), ("not computed", Verdict::NotComputed)] {
-            let cells = confusion.iter().map(|counts| counts.method(verdict)).sum();
-            rows.push(vec![words(&format!("{}: cells {what}", method.name)), Cell::Count(cells)]);
+            let cells: u64 = confusion.iter().map(|counts| counts.method(verdict)).sum();
+            if cells > 0 {
+                rows.push(vec![words(&format!("{}: cells {what}", method.name)), Cell::Count(cells)]);
+            }
         }
+    }
+    if rows.is_empty() {
+        rows.push(vec![words("cells without an answer, of all methods"), Cell::Count(0)]);
     }
     let count = |name: &str| map.number(name).map(|number| number as u64);
     rows.push(vec![words("audit: cells decided again by the direct engine"), count("audit_cells").into()]);
     rows.push(vec![words("audit: verdicts contradicted"), count("audit_disagreements").into()]);
+    let contradicted = count("contradicted_cells").into();
+    rows.push(vec![
+        words("cells in which theorems, proofs or simulation contradict each other"),
+        contradicted,
+    ]);
     let mut notes = Vec::new();
     if count("audit_cells").is_none() {
         notes.push(rich("The run had no audit."));
@@ -101,15 +112,17 @@ pub fn methods(map: &MapFile) -> Table {
 
 /// The axes of the map.
 #[must_use]
-pub fn axes(map: &MapFile) -> Table {
-    let rows = map.grid().axes().iter().map(|axis| {
+pub fn axes(view: &View) -> Table {
+    let rows = view.map.grid().axes().iter().map(|axis| {
+        let label = view.axis(axis);
         let last = axis.values[axis.values.len() - 1];
         vec![
             words(&axis.name),
             words(&axis.long_name),
             Cell::Count(axis.values.len() as u64),
-            Cell::Real(axis.values[0]),
-            Cell::Real(last),
+            Cell::Real(axis.values[0] * label.factor),
+            Cell::Real(last * label.factor),
+            words(if label.unit.is_empty() { "1" } else { label.unit }),
             words(match axis.values.len() {
                 1 => "one value",
                 _ if is_linear(&axis.values) => "equal steps",
@@ -127,6 +140,7 @@ pub fn axes(map: &MapFile) -> Table {
             column("nodes", "nodes", Show::AsIs),
             column("from", "from", Show::Trimmed(6)),
             column("to", "to", Show::Trimmed(6)),
+            column("unit", "unit", Show::AsIs),
             column("spacing", "spacing", Show::AsIs),
         ],
         rows: rows.collect(),

@@ -1,12 +1,11 @@
 //! Figures and documents: degenerate maps, failed cells, hostile texts, and the command line.
 
-use std::sync::atomic::AtomicBool;
-
 use super::{SMALL, gather, plan, row, store_map};
 use crate::command::Scratch;
 use slipmap::map::{self, Control, Field, Verdict};
+use slipmap::report::figure::plot::At;
 use slipmap::report::figure::{Plot, Width};
-use slipmap::report::{Cell, Existing, figure, tables, write};
+use slipmap::report::{Cell, Existing, ReportOptions, View, figure, tables, write};
 use slipmap::store::Pick::{Every, Node};
 use slipmap::store::{self, MapFile, MapWriter, Outcome, Provenance};
 
@@ -55,7 +54,7 @@ fn degenerate_maps_have_reports() {
         let folder = tempfile::tempdir().unwrap();
         let map = store_map(folder.path(), &plan(nodes, methods, &[Field::Verdict, Field::Regime]), what);
         let report = gather(&map);
-        for figure in figure::all(&map, &report).unwrap() {
+        for figure in figure::all(&View::new(&map), &report).unwrap() {
             for (width, scene) in &figure.scenes {
                 assert!(
                     scene.height > 50.0 && scene.height < 1200.0,
@@ -66,7 +65,7 @@ fn degenerate_maps_have_reports() {
                 check_svg(&scene.svg(width.name(), &figure.caption));
             }
         }
-        for table in tables::all(&map, &report) {
+        for table in tables::all(&View::new(&map), &report) {
             assert!(table.rows.iter().all(|row| row.len() == table.columns.len()), "{what}: {}", table.name);
             for text in [table.markdown(), table.latex(), table.html(), table.csv()] {
                 assert!(!text.contains("NaN") && !text.contains("inf"), "{what}: {text}");
@@ -103,8 +102,8 @@ fn failed_cells_are_counted_and_drawn() {
     );
     let path = folder.path().join("map.h5");
     let writer = MapWriter::create(&path, &plan, &Provenance::default(), store::Existing::Refuse).unwrap();
-    let control = Control { threads: Some(1), on_cells: &|_| (), stop: &AtomicBool::new(false) };
-    map::compute(&plan, &Broken(&writer), &control).unwrap();
+    let control = Control { threads: Some(1), ..Control::default() };
+    map::run(&plan, &Broken(&writer), &control).unwrap();
     writer.finish(&Outcome::default()).unwrap();
     let map = MapFile::open(&path).unwrap();
     let report = gather(&map);
@@ -112,7 +111,7 @@ fn failed_cells_are_counted_and_drawn() {
     let row = row(&table, Some(0.1), "symmetric");
     assert_eq!(row["failed"], Cell::Count(8));
     assert_eq!(row["not_compared"], Cell::Count(8));
-    for figure in figure::all(&map, &report).unwrap() {
+    for figure in figure::all(&View::new(&map), &report).unwrap() {
         check_svg(&figure.scenes[0].1.svg("failed", &figure.caption));
     }
 }
@@ -125,7 +124,8 @@ fn hostile_texts_stay_texts() {
     let nodes: [&[f64]; 6] = [&[0.1], &[0.3], &[0.1], &[1.0, 2.0], &[1.0], &[0.0, 0.5]];
     let map = store_map(folder.path(), &plan(nodes, &["symmetric", "simulation"], &[Field::Verdict]), title);
     let out = folder.path().join("out");
-    write(&map, &gather(&map), &out, Existing::Refuse).unwrap();
+    let options = ReportOptions { existing: Existing::Refuse, data: true, paper_figures: false };
+    write(&View::new(&map), &gather(&map), &out, &options).unwrap();
     let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
     let html = read("report.html");
     assert!(
@@ -157,53 +157,134 @@ fn hostile_texts_stay_texts() {
     assert_eq!(&first[1], tame, "CSV keeps texts as they are, but for control characters");
 }
 
+/// What is asked for over a plane.
+fn over_plane<'a>(x: &'a str, y: &'a str, at: &'a [At], variables: &'a [String]) -> Plot<'a> {
+    Plot { x, y: Some(y), at, variables, panels: None, curves: false, width: Width::OneColumn }
+}
+
 #[test]
 fn plots_say_what_they_hold_and_refuse_what_is_not_there() {
-    let map = &*SMALL;
-    let at = [("V".to_owned(), 3.0), ("epsilon".to_owned(), 0.06)];
-    let variables: Vec<&str> = map.variables().collect();
+    let view = View::new(&SMALL);
+    let at = [("V".to_owned(), vec![3.0]), ("epsilon".to_owned(), vec![0.06])];
+    let variables: Vec<String> = view.map.variables().map(str::to_owned).collect();
     for variable in &variables {
-        for (x, y) in [("gamma", "alpha"), ("alpha", "gamma"), ("beta", "gamma")] {
-            let plot =
-                Plot { x, y, at: &at, variable: Some(variable), curves: false, width: Width::OneColumn };
-            let plotted = figure::plot(map, &plot).unwrap();
+        for (x, y) in [("gamma", "alpha"), ("alpha", "gamma")] {
+            let plotted =
+                figure::plot(&view, &over_plane(x, y, &at, std::slice::from_ref(variable))).unwrap();
             check_svg(&plotted.scene.svg("plot", &plotted.caption));
             let held = |axis: &str| plotted.held.iter().find(|held| held.axis == axis).map(|held| held.used);
             assert_eq!((held("V"), held("epsilon")), (Some(4.0), Some(0.05)));
             assert_eq!(held("c").is_none(), variable.starts_with("critical_c_"));
             assert!(plotted.caption.plain().contains("V = 4"), "{}", plotted.caption.plain());
+            assert_eq!(plotted.data.rows(), 12, "a row for each cell");
         }
     }
-    let refused = |x: &str, y: &str, at: &[(String, f64)], variable: Option<&str>| {
-        let plot = Plot { x, y, at, variable, curves: false, width: Width::TwoColumns };
-        figure::plot(map, &plot).unwrap_err().to_string()
+    let refused = |x: &str, y: &str, at: &[At], variable: Option<&str>| {
+        let variables: Vec<String> = variable.iter().map(|name| (*name).to_owned()).collect();
+        figure::plot(&view, &over_plane(x, y, at, &variables)).unwrap_err().to_string()
     };
+    let at = |axis: &str, value: f64| [(axis.to_owned(), vec![value])];
     assert!(refused("gama", "c", &[], None).contains("the nearest is `gamma`"));
-    assert!(refused("gamma", "c", &[("bet".into(), 1.0)], None).contains("`beta`"));
+    assert!(refused("gamma", "c", &at("bet", 1.0), None).contains("`beta`"));
     assert!(refused("gamma", "c", &[], Some("verdict_simulatoin")).contains("`verdict_simulation`"));
     assert!(refused("c", "c", &[], None).contains("different axes"));
-    assert!(refused("gamma", "c", &[("c".into(), 1.0)], None).contains("shown"));
+    assert!(refused("gamma", "c", &at("c", 1.0), None).contains("shown"));
     assert!(refused("gamma", "c", &[], Some("critical_c_symmetric")).contains("does not vary along `c`"));
-    assert!(refused("gamma", "c", &[("V".into(), f64::NAN)], None).contains("finite"));
+    assert!(refused("gamma", "c", &at("V", f64::NAN), None).contains("finite"));
+    assert!(refused("gamma", "c", &at("V", 99.0), None).contains("from 0.5 to 4"));
+    let several = [("V".to_owned(), vec![1.0, 4.0])];
+    assert!(refused("gamma", "c", &several, None).contains("several values"));
+    let folder = tempfile::tempdir().unwrap();
+    let bare = super::small(folder.path(), &["symmetric", "simulation"], &[Field::Verdict]);
+    let variables = ["margin_simulation".to_owned()];
+    let why =
+        figure::plot(&View::new(&bare), &over_plane("gamma", "c", &[], &variables)).unwrap_err().to_string();
+    assert!(why.contains("add \"margin\" to output.fields"), "{why}");
+}
+
+#[test]
+fn an_axis_of_one_node_is_not_drawn_as_an_area() {
+    // beta has one node: what is drawn is a line over the other axis, and it is said so.
+    let view = View::new(&SMALL);
+    let variables = ["critical_c_simulation".to_owned()];
+    for (x, y) in [("beta", "gamma"), ("gamma", "beta")] {
+        let plotted = figure::plot(&view, &over_plane(x, y, &[], &variables)).unwrap();
+        assert_eq!(plotted.notes, ["beta has one node: drawn over gamma alone"]);
+        assert_eq!(plotted.data.rows(), 4);
+        assert!(!plotted.scene.svg("plot", &plotted.caption).contains("crispEdges"), "no area");
+    }
+    let curves = Plot { curves: true, ..over_plane("gamma", "beta", &[], &[]) };
+    assert!(figure::plot(&view, &curves).unwrap_err().to_string().contains("one node"));
+    // A report of a map with one gamma and one V: rows of cells over c, no area over either.
+    let folder = tempfile::tempdir().unwrap();
+    let nodes: [&[f64]; 6] = [&[0.1], &[0.3], &[0.1], &[2.0], &[1.0], &[0.0, 0.5, 1.0]];
+    let map = store_map(folder.path(), &plan(nodes, &["symmetric", "simulation"], &[Field::Verdict]), "one");
+    let figures = figure::all(&View::new(&map), &gather(&map)).unwrap();
+    let names: Vec<&str> = figures.iter().map(|figure| figure.name.as_str()).collect();
+    assert!(
+        names.contains(&"slice-c") && !names.iter().any(|name| name.starts_with("slice-gamma")),
+        "{names:?}"
+    );
+    assert!(!names.contains(&"deciders"), "{names:?}");
+}
+
+#[test]
+fn one_axis_plots_draw_what_the_map_stores() {
+    let view = View::new(&SMALL);
+    let variables = ["critical_c_simulation".to_owned(), "critical_c_symmetric".to_owned()];
+    let at = [("V".to_owned(), vec![0.5, 4.0]), ("epsilon".to_owned(), vec![0.05])];
+    let panels = ("alpha".to_owned(), vec![0.0, 0.3]);
+    let plot = Plot {
+        x: "gamma",
+        y: None,
+        at: &at,
+        variables: &variables,
+        panels: Some(&panels),
+        curves: false,
+        width: Width::TwoColumns,
+    };
+    let plotted = figure::plot(&view, &plot).unwrap();
+    check_svg(&plotted.scene.svg("plot", &plotted.caption));
+    let csv = plotted.data.csv();
+    let mut reader = csv::Reader::from_reader(csv.as_bytes());
+    let rows: Vec<std::collections::HashMap<String, String>> =
+        reader.deserialize().map(Result::unwrap).collect();
+    assert_eq!(rows.len(), 2 * 2 * 2 * 4, "panels, curves, variables, nodes");
+    for row in rows {
+        let number = |key: &str| row[key].parse::<f64>().unwrap();
+        let node = |axis: usize, name: &str| Node(view.map.grid().axes()[axis].nearest(number(name)));
+        let stored = view
+            .map
+            .real_slice(
+                &row["variable"],
+                &[Node(1), node(1, "alpha"), Node(0), node(3, "gamma"), node(4, "V")],
+            )
+            .unwrap();
+        let stored = stored.iter().next().copied().unwrap();
+        match row["value"].as_str() {
+            "" => assert!(stored.is_nan() || stored.is_infinite()),
+            value => assert_eq!(value.parse::<f64>().unwrap(), stored),
+        }
+    }
+    let both = ["critical_c_simulation".to_owned(), "verdict_simulation".to_owned()];
+    let mixed = Plot { variables: &both, panels: None, ..plot.clone() };
+    assert!(figure::plot(&view, &mixed).unwrap_err().to_string().contains("draw them in two"));
+    let verdicts = ["verdict_simulation".to_owned(), "regime".to_owned()];
+    let strips = figure::plot(&view, &Plot { variables: &verdicts, panels: None, ..plot }).unwrap();
+    assert!(strips.data.csv().contains("stick_slip"));
 }
 
 #[test]
 fn slices_show_the_stored_cells() {
     // Every cell of a plotted verdict is a node's: the areas of the page add up to the nodes' cells.
-    let map = &*SMALL;
-    let plot = Plot {
-        x: "gamma",
-        y: "c",
-        at: &[("epsilon".into(), 0.5)],
-        variable: None,
-        curves: false,
-        width: Width::OneColumn,
-    };
+    let view = View::new(&SMALL);
+    let at = [("epsilon".to_owned(), vec![0.5])];
     let svg = {
-        let plotted = figure::plot(map, &plot).unwrap();
+        let plotted = figure::plot(&view, &over_plane("gamma", "c", &at, &[])).unwrap();
         plotted.scene.svg("plot", &plotted.caption)
     };
-    let codes = map
+    let codes = view
+        .map
         .code_slice("verdict_simulation", &[Node(3), Node(1), Node(0), Every(1), Node(1), Every(1)])
         .unwrap();
     for (fill, code) in [("#0072b2", 1), ("#f7e3bf", -1)] {
@@ -233,7 +314,7 @@ fn the_commands_write_everything_or_nothing() {
         entries.filter(|e| e.as_ref().unwrap().path().extension().is_some_and(|e| e == ending)).count()
     };
     assert_eq!(made("tables", "tex"), made("tables", "csv"));
-    assert!(made("figures", "svg") >= 10);
+    assert!(made("figures", "svg") >= 8);
     assert_eq!(
         (made("figures", "svg"), made("figures", "svg")),
         (made("figures", "pdf"), made("figures", "png"))
@@ -262,6 +343,7 @@ fn the_commands_write_everything_or_nothing() {
     plot(&["--out", "slice.png", "--columns", "2"]).ends_with(0);
     plot(&["--out", "slice.jpg"]).refuses(&[".svg, .pdf or .png"]);
     plot(&["--out", "a.svg", "--at", "V"]).refuses(&["gamma=2.0"]);
+    plot(&["--out", "nodir/a.svg"]).refuses(&["nodir/a.svg: there is no folder nodir"]);
     plot(&["--out", "a.svg", "--variable", "verdict_symetric"]).refuses(&["`verdict_symmetric`"]);
     scratch.run(&["plot", "map.h5", "--x", "gamm", "--y", "c", "--out", "a.svg"]).refuses(&["`gamma`"]);
     assert!(
@@ -288,5 +370,9 @@ fn the_commands_write_everything_or_nothing() {
     scratch.run(&[&point[..], &["--figure", "point.svg"]].concat()).ends_with(0);
     let svg = scratch.read("point.svg");
     assert!(svg.contains("sticking segment") && svg.contains("landing"), "{svg}");
-    scratch.run(&[&point[..], &["--figure", "point.svg"]].concat()).refuses(&["point.svg", "--overwrite"]);
+    scratch.run(&[&point[..], &["--figure", "point.svg"]].concat()).refuses(&[
+        "--figure point.svg",
+        "choose another name",
+        "--overwrite",
+    ]);
 }

@@ -1,0 +1,288 @@
+//! What an engineer wants to know of a machine at its working point, in SI units: the speeds and the dampings at which it
+//! stick-slips and may stick-slip, what the motion is like, what it depends on, and what of that is proved.
+
+use std::f64::consts::TAU;
+
+use crate::behaviour::{Behaviour, behaviour, highest_belt_speed};
+use crate::certify::{Decision, Guarantee, TESTS};
+use crate::filippov::Oscillator;
+use crate::friction::Law;
+use crate::machine::Machine;
+use crate::map::{self, Regime};
+use crate::simulate::{critical_damping, flow};
+
+/// Accuracy of the scaled grazing margin.
+const TOLERANCE: f64 = 1e-9;
+
+/// How much of the critical damping changes with a quantity of the machine.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct Sensitivity {
+    /// Name of the quantity, as in configurations.
+    pub quantity: &'static str,
+    /// Per cent by which the critical damping (in N s/m) changes when the quantity grows by one per cent.
+    pub critical_damping: f64,
+}
+
+/// The weight of one slip speed in the critical damping.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct Influence {
+    /// Slip speed, m/s: the middle of one of the equal parts from 0 to the largest on the orbit.
+    pub slip_speed: f64,
+    /// Share of this part; the shares add up to 1.
+    pub share: f64,
+}
+
+/// What a rigorous test says at the working point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct Proof {
+    /// Name of the test.
+    pub test: &'static str,
+    /// "present", "absent" or "undecided".
+    pub verdict: &'static str,
+}
+
+/// The answers. Speeds in m/s, dampings in N s/m, lengths in m, times in s; of a rotation rad for m and N m for N.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Assessment {
+    /// The machine at its working point.
+    pub machine: Machine,
+    /// What it does there.
+    pub behaviour: Behaviour,
+    /// Below this belt speed it stick-slips whatever the start, at the working damping: steady slip is unstable. `None`
+    /// if it is stable at every speed.
+    pub always_below_speed: Option<f64>,
+    /// Below this damping it stick-slips whatever the start, at the working speed; `None` if at no damping.
+    pub always_below_damping: Option<f64>,
+    /// Period of the motion that attracts, s.
+    pub period: Option<f64>,
+    /// Half the range of velocities of that motion, m/s.
+    pub velocity_amplitude: Option<f64>,
+    /// The sudden changes of velocity with the belt, and against it, that start stick-slip from steady slip.
+    pub kick: Option<[f64; 2]>,
+    /// What the critical damping at the working speed depends on.
+    pub sensitivities: Vec<Sensitivity>,
+    /// Which slip speeds of the friction curve the critical damping depends on; empty where the orbit does not turn.
+    pub influence: Vec<Influence>,
+    /// What is proved at the working point.
+    pub proofs: Vec<Proof>,
+}
+
+impl Assessment {
+    /// The working damping in units of the critical one: above 1 nothing brings the mass back to the belt.
+    #[must_use]
+    pub fn safety_margin(&self) -> Option<f64> {
+        self.behaviour.critical_damping.filter(|d| *d > 0.0).map(|critical| self.machine.damping / critical)
+    }
+}
+
+/// Asks everything; `None` as in [`Machine::point`].
+#[must_use]
+pub fn assess(machine: &Machine, law: &Law) -> Option<Assessment> {
+    let point = machine.point(law)?;
+    let units = machine.units();
+    let behaviour = behaviour(machine, law, TOLERANCE)?;
+    let column = law.column(&point);
+    let oscillator = Oscillator::new(law, &point);
+    let flow = flow(&oscillator, TOLERANCE);
+    let weakening = |belt_speed: f64| column.curve.weakening(belt_speed);
+    let always_below_speed =
+        highest_belt_speed(point.belt_speed, |speed| Some(weakening(speed) > oscillator.viscous));
+    let hopf = weakening(point.belt_speed);
+    let cycle = map::attracting_cycle(&oscillator, &flow, TOLERANCE);
+    let kick = match behaviour.regime {
+        Regime::Bistable => map::basin_boundary(&oscillator, &flow, TOLERANCE),
+        _ => None,
+    };
+    let proofs = TESTS.iter().filter(|test| test.guarantee != Guarantee::Asymptotic).map(|test| Proof {
+        test: test.name,
+        verdict: match (test.claim)(&column).decide(point.damping) {
+            Decision::Present => "present",
+            Decision::Absent => "absent",
+            Decision::Undecided => "undecided",
+        },
+    });
+    Some(Assessment {
+        machine: *machine,
+        always_below_speed: always_below_speed.map(|speed| speed * units.velocity),
+        always_below_damping: (hopf > 0.0).then_some(hopf * units.damping),
+        period: cycle.map(|cycle| cycle.period * units.time),
+        velocity_amplitude: cycle.map(|c| 0.5 * (c.velocity.hi - c.velocity.lo) * units.velocity),
+        kick: kick.map(|(_, kick)| [kick.forward * units.velocity, kick.backward * units.velocity]),
+        sensitivities: sensitivities(machine, law),
+        influence: influence(machine, law).unwrap_or_default(),
+        proofs: proofs.collect(),
+        behaviour,
+    })
+}
+
+/// Step of the central differences, relative: their error is its square, the round-off 1e-11 divided by it.
+const STEP: f64 = 1e-4;
+
+/// The logarithmic derivative of the critical damping by each quantity of a machine that is not zero; to about 1e-6.
+fn sensitivities(machine: &Machine, law: &Law) -> Vec<Sensitivity> {
+    let critical = |machine: &Machine| -> Option<f64> {
+        let root = critical_damping(&law.column(&machine.point(law)?), 1e-12).ok()?.c;
+        (root > 0.0).then_some(root * machine.units().damping)
+    };
+    let Some(here) = critical(machine) else { return Vec::new() };
+    type Part = fn(&mut Machine) -> &mut f64;
+    let quantities: [(&str, Part); 8] = [
+        ("mass", |m| &mut m.mass),
+        ("stiffness", |m| &mut m.stiffness),
+        ("normal_force", |m| &mut m.normal_force),
+        ("static_friction", |m| &mut m.static_friction),
+        ("kinetic_friction", |m| &mut m.kinetic_friction),
+        ("stribeck_velocity", |m| &mut m.stribeck_velocity),
+        ("strengthening", |m| &mut m.strengthening),
+        ("belt_speed", |m| &mut m.belt_speed),
+    ];
+    let derivative = |part: Part| -> Option<f64> {
+        let at = |factor: f64| {
+            let mut changed = *machine;
+            *part(&mut changed) *= factor;
+            critical(&changed)
+        };
+        Some((at(1.0 + STEP)? - at(1.0 - STEP)?) / (2.0 * STEP * here))
+    };
+    quantities
+        .into_iter()
+        .filter(|(_, part)| *part(&mut machine.clone()) != 0.0)
+        .filter_map(|(quantity, part)| Some(Sensitivity { quantity, critical_damping: derivative(part)? }))
+        .collect()
+}
+
+/// Parts of the range of slip speeds.
+const PARTS: usize = 40;
+/// Steps of the turn.
+const STEPS: usize = 4000;
+
+/// The weight of each slip speed on the grazing orbit at the critical damping. A change dw of the weakening rate moves
+/// the critical damping by the mean of dw with the weight, over the angle th of the scalar form,
+///
+/// ```text
+/// W = sin^2 th R exp(-integral of D dt) / (dth/dt),    R = r / V,    dth/dt = 1 + D sin th cos th
+/// ```
+///
+/// (Liouville's formula: no derivative of the law is needed.) `None` where there is no critical damping or the angle
+/// does not advance.
+fn influence(machine: &Machine, law: &Law) -> Option<Vec<Influence>> {
+    let point = machine.point(law)?;
+    let root = critical_damping(&law.column(&point), TOLERANCE).ok().filter(|root| root.c > 0.0)?;
+    let at_root = crate::point::Point { damping: root.c, ..point };
+    let oscillator = Oscillator::new(law, &at_root);
+    let v = oscillator.belt_speed;
+    // R' and (integral of D dt)' by the angle, and the weight.
+    let field = |angle: f64, [r, growth]: [f64; 2]| -> Option<([f64; 2], f64, f64)> {
+        let (sin, cos) = angle.sin_cos();
+        let slip = (v - v * r * cos).max(0.0);
+        let divergence = oscillator.divergence(slip);
+        let advance = 1.0 + divergence * sin * cos;
+        let weight = sin * sin * r * (-growth).exp() / advance;
+        let rates = [divergence * r * sin * sin / advance, divergence / advance];
+        (advance > 0.02).then_some((rates, weight, slip))
+    };
+    let h = TAU / STEPS as f64;
+    let mut state = [1.0, 0.0];
+    let mut samples = Vec::with_capacity(STEPS);
+    for step in 0..STEPS {
+        let angle = step as f64 * h;
+        let moved = |rates: [f64; 2], by: f64| [state[0] + by * rates[0], state[1] + by * rates[1]];
+        let (k1, weight, slip) = field(angle, state)?;
+        let (k2, ..) = field(angle + 0.5 * h, moved(k1, 0.5 * h))?;
+        let (k3, ..) = field(angle + 0.5 * h, moved(k2, 0.5 * h))?;
+        let (k4, ..) = field(angle + h, moved(k3, h))?;
+        samples.push((slip, weight));
+        for i in 0..2 {
+            state[i] += h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]);
+        }
+    }
+    let fastest = samples.iter().map(|sample| sample.0).fold(0.0, f64::max);
+    let total: f64 = samples.iter().map(|sample| sample.1).sum();
+    let mut shares = [0.0; PARTS];
+    for (slip, weight) in samples {
+        shares[((slip / fastest * PARTS as f64) as usize).min(PARTS - 1)] += weight / total;
+    }
+    let velocity = machine.units().velocity;
+    let middle = |part: usize| (part as f64 + 0.5) / PARTS as f64 * fastest * velocity;
+    let parts = shares.iter().enumerate();
+    Some(parts.map(|(part, share)| Influence { slip_speed: middle(part), share: *share }).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::machine::Motion;
+
+    fn machine() -> Machine {
+        Machine {
+            motion: Motion::Translation,
+            mass: 2.0,
+            stiffness: 800.0,
+            damping: 4.0,
+            normal_force: 50.0,
+            static_friction: 0.4,
+            kinetic_friction: 0.3,
+            stribeck_velocity: 0.25,
+            strengthening: 0.0,
+            belt_speed: 0.1,
+        }
+    }
+
+    #[test]
+    fn scaling_laws_hold_for_the_sensitivities() {
+        // The critical damping is a force divided by a velocity: it grows by one per cent when the forces do (normal
+        // force and, at fixed mass times stiffness, nothing else that sets velocities), and by minus one per cent when
+        // all velocities do. Times enter through sqrt(k m) alone.
+        for law in Law::BUILT_IN {
+            let found = assess(&machine(), &law).unwrap().sensitivities;
+            let of = |name: &str| found.iter().find(|s| s.quantity == name).unwrap().critical_damping;
+            assert!((of("mass") - of("stiffness")).abs() < 1e-5, "{law:?}: {found:?}");
+            assert!(found.iter().all(|s| s.quantity != "strengthening"), "it is zero");
+            // sqrt(k m), the normal force and the critical damping have the dimensions of a force by a velocity, a force,
+            // and a force by a velocity; v and v_s those of a velocity. Forces and velocities may be scaled apart.
+            let forces = of("mass") + of("stiffness") + of("normal_force");
+            let velocities = -(of("mass") + of("stiffness")) + of("belt_speed") + of("stribeck_velocity");
+            assert!((forces - 1.0).abs() < 1e-5, "{law:?}: {forces}");
+            assert!((velocities + 1.0).abs() < 1e-5, "{law:?}: {velocities}");
+        }
+    }
+
+    #[test]
+    fn influence_predicts_what_a_change_of_the_law_does() {
+        // The weakening of the exponential law is (mu_s - mu_k) / v_s exp(-u / v_s): its derivative by mu_k is known, and
+        // its mean with the weight is the derivative of the critical damping. Parts of the range are 1/40 wide, their
+        // middles stand for all of them.
+        let (machine, law) = (machine(), Law::Exponential);
+        let all = assess(&machine, &law).unwrap();
+        assert!((all.influence.iter().map(|i| i.share).sum::<f64>() - 1.0).abs() < 1e-12);
+        let kinetic = all.sensitivities.iter().find(|s| s.quantity == "kinetic_friction").unwrap();
+        let critical = all.behaviour.critical_damping.unwrap();
+        let slope = kinetic.critical_damping * critical / machine.kinetic_friction;
+        let change = |u: f64| {
+            -machine.normal_force / machine.stribeck_velocity * (-u / machine.stribeck_velocity).exp()
+        };
+        let predicted: f64 = all.influence.iter().map(|i| i.share * change(i.slip_speed)).sum();
+        assert!((predicted / slope - 1.0).abs() < 2e-3, "{predicted} {slope}");
+    }
+
+    #[test]
+    fn the_thresholds_are_those_of_the_machine() {
+        for law in Law::BUILT_IN {
+            let all = assess(&machine(), &law).unwrap();
+            let stable = |machine: Machine| {
+                Oscillator::new(&law, &machine.point(&law).unwrap()).eigenvalues().is_stable()
+            };
+            if let Some(damping) = all.always_below_damping {
+                assert!(!stable(Machine { damping: 0.999 * damping, ..machine() }), "{law:?}");
+                assert!(stable(Machine { damping: 1.001 * damping, ..machine() }), "{law:?}");
+            }
+            if let Some(belt_speed) = all.always_below_speed {
+                assert!(!stable(Machine { belt_speed: 0.999 * belt_speed, ..machine() }), "{law:?}");
+                assert!(stable(Machine { belt_speed: 1.001 * belt_speed, ..machine() }), "{law:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,150 @@
+//! What a machine does at its working point, in SI units.
+
+use crate::filippov::Oscillator;
+use crate::friction::Law;
+use crate::machine::Machine;
+use crate::map::{Regime, regime};
+use crate::point::Point;
+use crate::simulate::crossing::stick_slip_cycle;
+use crate::simulate::slip_cycle::slip_cycles;
+use crate::simulate::{Fate, critical_damping, flow};
+
+/// What an engineer asks, in SI units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Behaviour {
+    /// Undamped natural frequency, Hz.
+    pub natural_frequency: f64,
+    /// Damping ratio d / (2 sqrt(k m)).
+    pub damping_ratio: f64,
+    /// The belt speed above which the mass that leaves the belt does not come back to it, m/s: the highest one
+    /// within a factor of 1000 of the machine's; `None` if there is none.
+    pub critical_belt_speed: Option<f64>,
+    /// The damping coefficient above which the same holds, N s/m; `None` if no damping is needed, or none found.
+    pub critical_damping: Option<f64>,
+    /// The same as a damping ratio.
+    pub critical_damping_ratio: Option<f64>,
+    /// Long-run behaviour.
+    pub regime: Regime,
+    /// Slip and stick time of the stick-slip cycle, s.
+    pub slip_and_stick_time: Option<[f64; 2]>,
+    /// Half the distance between the extremes of x of the cycle that attracts: the stick-slip cycle's, else
+    /// the largest stable slip cycle's, m.
+    pub amplitude: Option<f64>,
+}
+
+/// Belt speeds are sought in these steps per factor of ten.
+const STEPS_PER_DECADE: i32 = 8;
+const DECADES: i32 = 3;
+
+/// The highest belt speed, within three decades of `near`, up to which `holds` says true and beyond which it says
+/// false; `None` if it changes nowhere there, or is still true at the end.
+pub(crate) fn highest_belt_speed(near: f64, holds: impl Fn(f64) -> Option<bool>) -> Option<f64> {
+    let range = DECADES * STEPS_PER_DECADE;
+    let at = |i: i32| near * 10f64.powf(f64::from(i) / f64::from(STEPS_PER_DECADE));
+    let mut high = None;
+    for i in (-range..=range).rev() {
+        match (holds(at(i)), high) {
+            (Some(false), _) => high = Some(at(i)),
+            (Some(true), Some(mut high)) => {
+                let mut low = at(i);
+                while high - low > 1e-12 * high {
+                    let middle = 0.5 * (low + high);
+                    if middle <= low || middle >= high {
+                        break;
+                    }
+                    match holds(middle) {
+                        Some(true) => low = middle,
+                        Some(false) => high = middle,
+                        None => return None,
+                    }
+                }
+                return Some(0.5 * (low + high));
+            }
+            (Some(true), None) => return None,
+            (None, _) => high = None,
+        }
+    }
+    None
+}
+
+/// The highest belt speed at which c* passes the point's damping.
+fn critical_belt_speed(law: &Law, point: &Point, tolerance: f64) -> Option<f64> {
+    highest_belt_speed(point.belt_speed, |belt_speed| {
+        let column = law.column(&Point { belt_speed, ..*point });
+        critical_damping(&column, tolerance).ok().map(|root| root.c > point.damping)
+    })
+}
+
+/// What the machine does under `law`; `None` as in [`Machine::point`].
+#[must_use]
+pub fn behaviour(machine: &Machine, law: &Law, tolerance: f64) -> Option<Behaviour> {
+    let point = machine.point(law)?;
+    let units = machine.units();
+    let oscillator = Oscillator::new(law, &point);
+    let flow = flow(&oscillator, tolerance);
+    let half = |range: crate::friction::Range| 0.5 * (range.hi - range.lo) * units.length;
+    let stick_slip = stick_slip_cycle(&oscillator, &flow, tolerance).ok().flatten();
+    let slip = || slip_cycles(&oscillator, tolerance).ok()?.into_iter().rfind(|cycle| cycle.is_stable());
+    let amplitude = stick_slip.map(|cycle| half(cycle.displacement));
+    let amplitude = amplitude.or_else(|| slip().map(|cycle| half(cycle.displacement)));
+    let critical = critical_damping(&law.column(&point), tolerance).ok().map(|root| root.c);
+    let critical = critical.filter(|c| *c >= 0.0);
+    let times = match flow.fate {
+        Fate::Sticks(landing) => Some([landing.slip_time * units.time, landing.stick_time * units.time]),
+        Fate::SpiralsInward | Fate::CrossesForever | Fate::TooCloseToCall | Fate::Failed(_) => None,
+    };
+    Some(Behaviour {
+        natural_frequency: 1.0 / (std::f64::consts::TAU * units.time),
+        damping_ratio: 0.5 * point.damping,
+        critical_belt_speed: critical_belt_speed(law, &point, tolerance).map(|speed| speed * units.velocity),
+        critical_damping: critical.map(|c| c * units.damping),
+        critical_damping_ratio: critical.map(|c| 0.5 * c),
+        regime: regime(&oscillator, &flow),
+        slip_and_stick_time: times,
+        amplitude,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::machine::Motion;
+
+    fn machine() -> Machine {
+        Machine {
+            motion: Motion::Translation,
+            mass: 2.0,
+            stiffness: 800.0,
+            damping: 4.0,
+            normal_force: 50.0,
+            static_friction: 0.4,
+            kinetic_friction: 0.3,
+            stribeck_velocity: 0.25,
+            strengthening: 0.02,
+            belt_speed: 0.1,
+        }
+    }
+
+    #[test]
+    fn critical_values_are_those_of_the_machine_itself() {
+        for law in Law::BUILT_IN {
+            let here = behaviour(&machine(), &law, 1e-10).unwrap();
+            let (Some(speed), Some(damping)) = (here.critical_belt_speed, here.critical_damping) else {
+                continue;
+            };
+            let sticks = |machine: Machine| {
+                let flow = flow(&Oscillator::new(&law, &machine.point(&law).unwrap()), 1e-11);
+                matches!(flow.fate, Fate::Sticks(_))
+            };
+            assert!(sticks(Machine { belt_speed: speed * (1.0 - 1e-6), ..machine() }), "{law:?}");
+            assert!(!sticks(Machine { belt_speed: speed * (1.0 + 1e-6), ..machine() }), "{law:?}");
+            assert!(sticks(Machine { damping: damping * (1.0 - 1e-6), ..machine() }), "{law:?}");
+            assert!(!sticks(Machine { damping: damping * (1.0 + 1e-6), ..machine() }), "{law:?}");
+            let [slip, stick] = here.slip_and_stick_time.unwrap();
+            // While it sticks the mass travels with the belt, at most from end to end of its motion.
+            assert!(stick * 0.1 <= 2.0 * here.amplitude.unwrap() && slip > 0.0, "{here:?}");
+        }
+        let stribeck = behaviour(&machine(), &Law::Stribeck, 1e-10).unwrap();
+        assert!(stribeck.critical_belt_speed.is_some() && stribeck.critical_damping.is_some());
+    }
+}

@@ -1,0 +1,167 @@
+//! `slipmap machine`: the engineer's page of a machine.
+
+use std::io::{self, Write as _};
+use std::path::PathBuf;
+
+use clap::Args;
+use serde_json::{Value, json};
+
+use super::machine::load_job;
+use super::output::{Align, Table, count, json as print_json};
+use super::point::parse_setting;
+use super::report::{existing, failure};
+use super::{Ended, Failure};
+use crate::assessment::{Assessment, assess};
+use crate::report::{MachinePage, write_figure, write_file};
+use crate::risk::{Estimate, Risk, risk};
+
+/// Assess a machine at its working point, in SI units.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  slipmap machine configs/brake_pad.toml --set belt_speed=0.1 --set damping=50
+  slipmap machine configs/brake_pad.toml --set belt_speed=0.1 --set damping=50 --out brake.pdf
+  slipmap machine configs/brake_pad.toml --set belt_speed=0.1 --set damping=50 --json
+
+The speeds and dampings below which the machine stick-slips or may do so, the motion, the kick that starts it, what it
+depends on, and what is proved. Quantities of [machine] that are written { value = 2.0, sd = 0.1 } or { min = 1.8,
+max = 2.2 } are uncertain: then also the probability that it may stick-slip, and the dampings that make it rare.")]
+pub(super) struct Arguments {
+    /// The configuration, with a table [machine]
+    #[arg(value_name = "CONFIG.toml")]
+    config: PathBuf,
+    /// Choose a quantity of the machine, in SI units; may be repeated
+    #[arg(long, value_name = "NAME=NUMBER", value_parser = parse_setting)]
+    set: Vec<(String, f64)>,
+    /// Write the page; .pdf, .svg, .png or .html
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Draws of the uncertain quantities
+    #[arg(long, value_name = "N", default_value_t = 100_000, value_parser = clap::value_parser!(u32).range(100..))]
+    draws: u32,
+    /// Probabilities for which the damping is sought
+    #[arg(long, value_name = "P", value_delimiter = ',', default_values_t = [0.1, 0.01, 0.001],
+          value_parser = parse_probability)]
+    rare: Vec<f64>,
+    /// Print JSON instead of text
+    #[arg(long)]
+    json: bool,
+    /// Replace the page if it exists
+    #[arg(long)]
+    overwrite: bool,
+}
+
+fn parse_probability(text: &str) -> Result<f64, String> {
+    let value = text.parse::<f64>().ok().filter(|value| *value > 0.0 && *value < 1.0);
+    value.ok_or_else(|| "write a number between 0 and 1".into())
+}
+
+/// Runs the command.
+pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
+    let job = load_job(&arguments.config, &arguments.set)?;
+    if let Some(path) = &arguments.out
+        && !arguments.overwrite
+        && path.symlink_metadata().is_ok()
+    {
+        return Err(Failure::BadInput(format!(
+            "--out {}: the file exists already\n  help: choose another name, or add --overwrite to replace it",
+            path.display()
+        )));
+    }
+    let no_point = || {
+        let law = job.law.name();
+        Failure::BadInput(format!(
+            "the law `{law}` takes no machine\n  help: use stribeck, exponential or lorentzian"
+        ))
+    };
+    let all = assess(&job.machine, &job.law).ok_or_else(no_point)?;
+    let risk = match job.spreads.is_empty() {
+        true => None,
+        false => {
+            let draws = arguments.draws as usize;
+            let found = risk(&job.machine, &job.law, &job.spreads, draws, &arguments.rare);
+            Some(found.ok_or_else(|| {
+                Failure::BadInput(
+                    "hardly any draw of the uncertain quantities is a legal machine\n  help: choose smaller spreads".into(),
+                )
+            })?)
+        }
+    };
+    let stem = arguments.config.file_stem().map_or_else(|| "machine".into(), |stem| stem.to_string_lossy());
+    let title = job.title.as_deref().unwrap_or(&stem);
+    let page = MachinePage::new(title, &all, risk.as_ref(), &job.law);
+    if let Some(path) = &arguments.out {
+        let existing = existing(arguments.overwrite);
+        let html = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("html"));
+        let written = match html {
+            true => write_file(page.html().as_bytes(), path, existing),
+            false => write_figure(&page.scene(), &page.caption(), path, existing),
+        };
+        written.map_err(failure)?;
+    }
+    if arguments.json {
+        print_json(&to_json(&all, risk.as_ref(), job.law.name()))?;
+        return Ok(Ended::Fine);
+    }
+    let mut out = io::stdout().lock();
+    writeln!(out, "{title}")?;
+    for (heading, lines) in &page.sections {
+        writeln!(out, "\n{heading}")?;
+        let mut table = Table::new(&[("", Align::Left), ("", Align::Left)]);
+        for (name, value) in lines {
+            table.row([name.plain(), value.plain()]);
+        }
+        table.write(&mut out)?;
+    }
+    if let Some(risk) = risk.filter(|risk| risk.failed > 0) {
+        writeln!(out, "\n{} draws had no answer and are left out", count(risk.failed))?;
+    }
+    Ok(Ended::Fine)
+}
+
+fn to_json(all: &Assessment, risk: Option<&Risk>, law: &str) -> Value {
+    let (machine, does) = (&all.machine, &all.behaviour);
+    let [slip, stick] = does.slip_and_stick_time.map_or([None; 2], |times| times.map(Some));
+    let estimate = |estimate: &Estimate| json!({ "value": estimate.value, "limits_95": estimate.limits });
+    json!({
+        "law": law,
+        "motion": machine.motion.name(),
+        "machine": {
+            "mass": machine.mass,
+            "stiffness": machine.stiffness,
+            "damping": machine.damping,
+            "normal_force": machine.normal_force,
+            "static_friction": machine.static_friction,
+            "kinetic_friction": machine.kinetic_friction,
+            "stribeck_velocity": machine.stribeck_velocity,
+            "strengthening": machine.strengthening,
+            "belt_speed": machine.belt_speed,
+        },
+        "regime": does.regime.name(),
+        "always_stick_slips_below_belt_speed": all.always_below_speed,
+        "may_stick_slip_below_belt_speed": does.critical_belt_speed,
+        "always_stick_slips_below_damping": all.always_below_damping,
+        "may_stick_slip_below_damping": does.critical_damping,
+        "damping_over_critical": all.safety_margin(),
+        "natural_frequency": does.natural_frequency,
+        "period": all.period,
+        "slip_time": slip,
+        "stick_time": stick,
+        "amplitude": does.amplitude,
+        "velocity_amplitude": all.velocity_amplitude,
+        "kick_forward": all.kick.map(|kick| kick[0]),
+        "kick_backward": all.kick.map(|kick| kick[1]),
+        "sensitivities": all.sensitivities,
+        "influence": all.influence,
+        "proofs": all.proofs,
+        "risk": risk.map(|risk| json!({
+            "draws": risk.draws,
+            "failed": risk.failed,
+            "probability": estimate(&risk.probability),
+            "rare_by": risk.rare_by.iter().map(|rare| json!({
+                "probability": rare.probability,
+                "damping": rare.damping.as_ref().map(estimate),
+            })).collect::<Vec<_>>(),
+        })),
+    })
+}

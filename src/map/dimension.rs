@@ -1,0 +1,51 @@
+//! The physical dimension of the axes and variables of a map, which leads from its dimensionless numbers to a
+//! machine's SI units.
+
+use super::AxisRole;
+use crate::machine::Dimension;
+
+/// The dimension of an axis; `None` for eps and for the parameters of friction laws, which are pure numbers or, in
+/// laws given by formula, in whatever units the formula has.
+#[must_use]
+pub fn of_axis(role: AxisRole) -> Option<Dimension> {
+    match role {
+        AxisRole::BeltSpeed => Some(Dimension::Velocity),
+        AxisRole::Damping => Some(Dimension::Damping),
+        AxisRole::Epsilon | AxisRole::Law(_) => None,
+    }
+}
+
+/// The dimension of a variable by its name in the map; `None` for pure numbers and codes. Margins are those of
+/// closed-form tests, distances in the damping, but for `margin_simulation`, the scaled grazing margin m / V.
+#[must_use]
+pub fn of_variable(name: &str) -> Option<Dimension> {
+    match name {
+        "margin_simulation" => None,
+        "stick_time" | "slip_time" | "cycle_period" => Some(Dimension::Time),
+        "landing_x1" | "cycle_amplitude_x1" => Some(Dimension::Length),
+        "cycle_amplitude_x2" | "boundary_velocity" | "kick_forward" | "kick_backward" => {
+            Some(Dimension::Velocity)
+        }
+        _ if name.starts_with("critical_c_") || name.starts_with("margin_") => Some(Dimension::Damping),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::map::{Field, Quantity};
+
+    #[test]
+    fn every_variable_of_a_map_has_its_dimension() {
+        // A variable without one is a pure number; these are all of them.
+        let pure = ["crossings", "cycle_multiplier", "boundary_multiplier", "epsilon_limit"];
+        for quantity in Field::ALL.into_iter().flat_map(|field| Quantity::of(field, 1)) {
+            let dimension = of_variable(quantity.name());
+            assert_eq!(dimension.is_none(), pure.contains(&quantity.name()), "{}", quantity.name());
+        }
+        assert_eq!(of_variable("critical_c_symmetric"), Some(Dimension::Damping));
+        assert_eq!(of_variable("verdict_symmetric"), None);
+        assert_eq!(of_variable("regime"), None);
+    }
+}

@@ -1,0 +1,151 @@
+//! The numbers behind a figure, as a table in CSV.
+
+use std::fmt::Write as _;
+
+/// A column of numbers or words.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Values {
+    /// Real numbers; NaN, and what else is not finite, is an empty cell.
+    Reals(Vec<f64>),
+    /// Words.
+    Words(Vec<String>),
+    /// Codes with their names.
+    Codes(Vec<i8>, Vec<(i8, &'static str)>),
+}
+
+impl Values {
+    fn len(&self) -> usize {
+        match self {
+            Values::Reals(values) => values.len(),
+            Values::Words(words) => words.len(),
+            Values::Codes(codes, _) => codes.len(),
+        }
+    }
+
+    fn write(&self, row: usize, text: &mut String) {
+        match self {
+            Values::Reals(values) if values[row].is_finite() => {
+                // Writing to a string does not fail.
+                let _ = write!(text, "{:?}", values[row]);
+            }
+            Values::Reals(_) => {}
+            Values::Words(words) => text.push_str(&field(&words[row])),
+            Values::Codes(codes, names) => {
+                let name = names.iter().find(|(code, _)| *code == codes[row]);
+                text.push_str(name.map_or("unknown", |(_, name)| name));
+            }
+        }
+    }
+}
+
+/// The table behind a figure: columns of equal length, with the unit in each header.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Data {
+    columns: Vec<(String, Values)>,
+}
+
+impl Data {
+    /// Appends a column.
+    #[must_use]
+    pub fn with(mut self, header: impl Into<String>, values: Values) -> Self {
+        debug_assert!(self.columns.iter().all(|(_, other)| other.len() == values.len()));
+        self.columns.push((header.into(), values));
+        self
+    }
+
+    /// Appends a column of real numbers.
+    #[must_use]
+    pub fn reals(self, header: impl Into<String>, values: Vec<f64>) -> Self {
+        self.with(header, Values::Reals(values))
+    }
+
+    /// Appends a column of words.
+    #[must_use]
+    pub fn words(self, header: impl Into<String>, values: Vec<String>) -> Self {
+        self.with(header, Values::Words(values))
+    }
+
+    /// The columns of another table after these.
+    #[must_use]
+    pub fn join(mut self, other: Data) -> Self {
+        self.columns.extend(other.columns);
+        self
+    }
+
+    /// All rows so many times, one copy after the other.
+    #[must_use]
+    pub fn repeated(mut self, times: usize) -> Self {
+        for (_, values) in &mut self.columns {
+            match values {
+                Values::Reals(values) => *values = values.repeat(times),
+                Values::Words(words) => {
+                    *words = std::iter::repeat_n(words.as_slice(), times).flatten().cloned().collect();
+                }
+                Values::Codes(codes, _) => *codes = codes.repeat(times),
+            }
+        }
+        self
+    }
+
+    /// The rows of another table of the same columns after these.
+    #[must_use]
+    pub fn then(mut self, other: Data) -> Self {
+        if self.columns.is_empty() {
+            return other;
+        }
+        for ((_, mine), (_, theirs)) in self.columns.iter_mut().zip(other.columns) {
+            match (mine, theirs) {
+                (Values::Reals(mine), Values::Reals(theirs)) => mine.extend(theirs),
+                (Values::Words(mine), Values::Words(theirs)) => mine.extend(theirs),
+                (Values::Codes(mine, _), Values::Codes(theirs, _)) => mine.extend(theirs),
+                _ => unreachable!("the tables have the same columns"),
+            }
+        }
+        self
+    }
+
+    /// Number of rows.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.columns.first().map_or(0, |(_, values)| values.len())
+    }
+
+    /// As CSV.
+    #[must_use]
+    pub fn csv(&self) -> String {
+        let headers: Vec<String> = self.columns.iter().map(|(header, _)| field(header)).collect();
+        let mut text = headers.join(",") + "\n";
+        for row in 0..self.rows() {
+            for (column, (_, values)) in self.columns.iter().enumerate() {
+                if column > 0 {
+                    text.push(',');
+                }
+                values.write(row, &mut text);
+            }
+            text.push('\n');
+        }
+        text
+    }
+}
+
+/// A field of a CSV file.
+fn field(words: &str) -> String {
+    match words.contains([',', '"', '\n', '\r']) {
+        true => format!("\"{}\"", words.replace('"', "\"\"")),
+        false => words.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_read_back_and_words_are_quoted() {
+        let data = Data::default()
+            .reals("x [m/s]", vec![0.1, f64::NAN])
+            .words("what, \"now\"", vec!["a,b".into(), "c".into()])
+            .with("verdict", Values::Codes(vec![1, 9], vec![(1, "present")]));
+        assert_eq!(data.csv(), "x [m/s],\"what, \"\"now\"\"\",verdict\n0.1,\"a,b\",present\n,c,unknown\n");
+    }
+}

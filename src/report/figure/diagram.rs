@@ -1,0 +1,257 @@
+//! Bifurcation diagrams: the amplitude of the equilibrium and of every cycle against one parameter.
+//!
+//! At each value of the parameter every cycle is searched anew. Where their number or stability changes between two
+//! values, the change is located by bisection, so that folds and ends of branches are where they belong.
+
+use rayon::prelude::*;
+
+use super::super::ReportError;
+use super::super::text::{Rich, rich};
+use super::super::units::View;
+use super::axis::Scale;
+use super::data::Data;
+use super::lines::{self, Chart, Curve};
+use super::palette::{self, MethodStyle};
+use super::plot::Plotted;
+use super::scene::{Marker, Stroke, Width};
+use super::slice::{ChoiceError, find_axis, hold, point};
+use crate::filippov::Oscillator;
+use crate::machine::Dimension;
+use crate::map::Grid;
+use crate::simulate::{Range, dynamics, flow};
+
+/// Values of the parameter at which cycles are searched; a branch that lives between two of them is missed.
+const VALUES: usize = 121;
+/// Bisections that locate a change: to a ten-millionth of a step.
+const BISECTIONS: usize = 24;
+/// Accuracy of the orbits.
+const TOLERANCE: f64 = 1e-9;
+
+/// What is drawn against which axis.
+#[derive(Clone, Debug)]
+pub struct DiagramPlot<'a> {
+    /// Name of the axis across; its nodes do not matter.
+    pub x: &'a str,
+    /// Where other axes are held, in the units of the view.
+    pub at: &'a [(String, f64)],
+    /// The ends of the diagram, in the units of the view; those of the axis if `None`.
+    pub range: Option<(f64, f64)>,
+    /// Width of the figure.
+    pub width: Width,
+}
+
+/// Where an orbit may stay.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Kind {
+    Equilibrium,
+    SlipCycle,
+    StickSlipCycle,
+    CrossingCycle,
+}
+
+impl Kind {
+    const ALL: [Kind; 4] = [Kind::Equilibrium, Kind::SlipCycle, Kind::StickSlipCycle, Kind::CrossingCycle];
+
+    fn name(self) -> &'static str {
+        match self {
+            Kind::Equilibrium => "equilibrium",
+            Kind::SlipCycle => "slip_cycle",
+            Kind::StickSlipCycle => "stick_slip_cycle",
+            Kind::CrossingCycle => "crossing_cycle",
+        }
+    }
+
+    fn words(self) -> &'static str {
+        match self {
+            Kind::Equilibrium => "equilibrium",
+            Kind::SlipCycle => "slip cycle",
+            Kind::StickSlipCycle => "stick-slip cycle",
+            Kind::CrossingCycle => "crossing cycle",
+        }
+    }
+
+    fn color(self) -> &'static str {
+        match self {
+            Kind::Equilibrium => palette::BLACK,
+            Kind::SlipCycle => palette::GREEN,
+            Kind::StickSlipCycle => palette::BLUE,
+            Kind::CrossingCycle => palette::VERMILION,
+        }
+    }
+}
+
+/// One of them at one value of the parameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct State {
+    kind: Kind,
+    attracts: bool,
+    /// Half the range of x1.
+    amplitude: f64,
+}
+
+/// Everything at one value of the parameter, by kind and growing amplitude; `None` where an orbit failed.
+type Found = Option<Vec<State>>;
+
+fn find(oscillator: &Oscillator) -> Found {
+    let half = |range: Range| 0.5 * (range.hi - range.lo);
+    let all = dynamics(oscillator, &flow(oscillator, TOLERANCE), TOLERANCE).ok()?;
+    let state = |kind, attracts, amplitude| State { kind, attracts, amplitude };
+    let mut states = vec![state(Kind::Equilibrium, all.equilibrium.is_stable(), 0.0)];
+    let slip = all.slip.iter();
+    states.extend(slip.map(|cycle| state(Kind::SlipCycle, cycle.is_stable(), half(cycle.displacement))));
+    let stick_slip = all.stick_slip.iter();
+    states.extend(stick_slip.map(|cycle| state(Kind::StickSlipCycle, true, half(cycle.displacement))));
+    let crossing = all.crossing.iter();
+    states.extend(
+        crossing.map(|cycle| state(Kind::CrossingCycle, cycle.is_stable(), half(cycle.displacement))),
+    );
+    Some(states)
+}
+
+/// Whether two values of the parameter have the same cycles.
+fn alike(a: &Found, b: &Found) -> bool {
+    let kinds = |found: &Found| -> Option<Vec<(Kind, bool)>> {
+        found.as_ref().map(|states| states.iter().map(|state| (state.kind, state.attracts)).collect())
+    };
+    kinds(a) == kinds(b)
+}
+
+/// A branch: what it is, and its points (parameter, amplitude).
+#[derive(Clone, Debug)]
+struct Branch {
+    kind: Kind,
+    attracts: bool,
+    points: Vec<(f64, f64)>,
+}
+
+/// Joins what is found at growing values of the parameter into branches.
+fn branches(found: &[(f64, Found)]) -> Vec<Branch> {
+    let mut done: Vec<Branch> = Vec::new();
+    let mut open: Vec<Branch> = Vec::new();
+    let mut last: &Found = &None;
+    for (value, states) in found {
+        if !alike(last, states) {
+            done.append(&mut open);
+            open = states
+                .iter()
+                .flatten()
+                .map(|state| Branch { kind: state.kind, attracts: state.attracts, points: Vec::new() })
+                .collect();
+        }
+        for (branch, state) in open.iter_mut().zip(states.iter().flatten()) {
+            branch.points.push((*value, state.amplitude));
+        }
+        last = states;
+    }
+    done.append(&mut open);
+    done
+}
+
+/// Draws a bifurcation diagram of the law and the parameters of a map.
+///
+/// # Errors
+/// [`ReportError::Choice`] for names and values that the map does not have.
+pub fn diagram(view: &View, plot: &DiagramPlot) -> Result<Plotted, ReportError> {
+    let grid = view.map.grid();
+    let axes = grid.axes();
+    let x = find_axis(view, plot.x)?;
+    let (index, held) = hold(view, &[x], plot.at)?;
+    let label = view.axis(&axes[x]);
+    let nodes = &axes[x].values;
+    let scale = match plot.range {
+        Some((from, to)) => {
+            let (from, to) = (from / label.factor, to / label.factor);
+            let legal = |end: f64| Grid::check_value(grid.law(), axes[x].role, &axes[x].name, end).is_ok();
+            if !(legal(from) && legal(to) && from < to) {
+                return Err(ChoiceError::NoRange { axis: label.header() }.into());
+            }
+            Scale::linear(from, to)
+        }
+        None if nodes.len() < 2 => {
+            return Err(ChoiceError::NothingToDraw { axis: axes[x].name.clone() }.into());
+        }
+        None => Scale::of_nodes(nodes),
+    };
+    let find_at = |unit: f64| -> (f64, Found) {
+        let value = scale.value(unit);
+        let mut values: Vec<f64> = axes.iter().zip(&index).map(|(axis, &i)| axis.values[i]).collect();
+        values[x] = value;
+        (value, find(&Oscillator::new(grid.law(), &point(&values))))
+    };
+    let units: Vec<f64> = (0..VALUES).map(|i| i as f64 / (VALUES - 1) as f64).collect();
+    let coarse: Vec<(f64, Found)> = units.par_iter().map(|unit| find_at(*unit)).collect();
+    let pieces: Vec<Vec<(f64, Found)>> = (0..VALUES - 1)
+        .into_par_iter()
+        .map(|i| {
+            let mut piece = vec![coarse[i].clone()];
+            if !alike(&coarse[i].1, &coarse[i + 1].1) {
+                let (mut low, mut high) = (units[i], units[i + 1]);
+                let (mut below, mut above) = (None, None);
+                for _ in 0..BISECTIONS {
+                    let middle = 0.5 * (low + high);
+                    let here = find_at(middle);
+                    if alike(&here.1, &coarse[i].1) {
+                        (low, below) = (middle, Some(here));
+                    } else {
+                        (high, above) = (middle, Some(here));
+                    }
+                }
+                piece.extend(below);
+                piece.extend(above);
+            }
+            piece
+        })
+        .collect();
+    let mut found: Vec<(f64, Found)> = pieces.into_iter().flatten().collect();
+    found.extend(coarse.last().cloned());
+    let failed = found.iter().filter(|(_, states)| states.is_none()).count();
+    let branches = branches(&found);
+
+    let amplitude =
+        view.units.quantity("amplitude", rich("amplitude of {x_1}"), "amplitude", Some(Dimension::Length));
+    let mut curves = Vec::new();
+    for kind in Kind::ALL {
+        for branch in branches.iter().filter(|branch| branch.kind == kind) {
+            let dash: &'static [f64] = if branch.attracts { &[] } else { &[3.0, 2.0] };
+            let words = if branch.attracts { "attracting" } else { "repelling" };
+            curves.push(Curve {
+                name: rich(&format!("{words} {}", kind.words())),
+                style: MethodStyle {
+                    stroke: Stroke { color: kind.color(), width: 1.3, dash },
+                    marker: Marker::Circle,
+                },
+                points: branch.points.clone(),
+                marks: false,
+            });
+        }
+    }
+    let chart = Chart { name: amplitude.text(), title: Rich::default(), factor: amplitude.factor, curves };
+    let at = view.held(&index, &[x]);
+    let scene = lines::draw(&at, scale.in_unit(label.factor), &label.text(), &[chart], plot.width);
+    let mut caption = rich(
+        "Bifurcation diagram: half the peak-to-peak displacement of the equilibrium and of every \
+                            cycle against ",
+    )
+    .then(label.name.clone());
+    if !at.pieces.is_empty() {
+        caption = caption.then(rich(" at ")).then(at);
+    }
+    caption = caption.then(rich(". Solid: attracts; dashed: repels."));
+    let points = || {
+        let numbered = branches.iter().enumerate();
+        numbered.flat_map(|(number, branch)| branch.points.iter().map(move |point| (number, branch, *point)))
+    };
+    let data = Data::default()
+        .words("branch", points().map(|(number, ..)| (number + 1).to_string()).collect())
+        .words("kind", points().map(|(_, branch, _)| branch.kind.name().to_owned()).collect())
+        .words("attracts", points().map(|(_, branch, _)| branch.attracts.to_string()).collect())
+        .reals(label.header(), points().map(|(.., point)| point.0 * label.factor).collect())
+        .reals(amplitude.header(), points().map(|(.., point)| point.1 * amplitude.factor).collect());
+    let notes = match failed {
+        0 => Vec::new(),
+        failed => {
+            vec![format!("orbits failed at {failed} values of {}; nothing is drawn there", axes[x].name)]
+        }
+    };
+    Ok(Plotted { scene, caption, data, held, thinned: Vec::new(), curves: None, notes })
+}

@@ -1,0 +1,118 @@
+//! Line plots: curves over one axis, those of one unit in one panel.
+
+use super::super::text::{Rich, rich};
+use super::axis::{Panels, Scale};
+use super::legend::{Legend, Sample};
+use super::palette::MethodStyle;
+use super::scene::{Place, Scene, Width};
+
+/// Curves with more points than this have marks at some of them only.
+const MARKED: usize = 30;
+
+/// A curve.
+#[derive(Clone, Debug)]
+pub struct Curve {
+    /// What the legend calls it; empty for none.
+    pub name: Rich,
+    /// How it is drawn.
+    pub style: MethodStyle,
+    /// Its points; those that are not finite interrupt it.
+    pub points: Vec<Place>,
+    /// Whether points are marked.
+    pub marks: bool,
+}
+
+/// Curves that share a vertical axis.
+#[derive(Clone, Debug)]
+pub struct Chart {
+    /// Name of the vertical axis, with its unit.
+    pub name: Rich,
+    /// What stands above the panel.
+    pub title: Rich,
+    /// What the numbers of the curves are multiplied by where they are written.
+    pub factor: f64,
+    /// The curves.
+    pub curves: Vec<Curve>,
+}
+
+impl Chart {
+    /// The scale around all numbers of the curves; with 0 where that is near.
+    #[must_use]
+    pub fn scale(&self) -> Scale {
+        let numbers =
+            || self.curves.iter().flat_map(|curve| &curve.points).map(|p| p.1).filter(|y| y.is_finite());
+        let (low, high) =
+            numbers().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| (low.min(y), high.max(y)));
+        if low > high {
+            return Scale::linear(0.0, 1.0);
+        }
+        let span = high - low;
+        let (from, to) = match span > 0.0 {
+            true if low >= 0.0 && low < span => (0.0, high + 0.05 * span),
+            true => (low - 0.05 * span, high + 0.05 * span),
+            false => (low, high),
+        };
+        Scale::linear(from, to).in_unit(self.factor)
+    }
+}
+
+/// Draws charts below each other over one horizontal axis. The legend is that of all of them.
+#[must_use]
+pub fn draw(heading: &Rich, x: Scale, x_name: &Rich, charts: &[Chart], width: Width) -> Scene {
+    let aspect = match (width, charts.len()) {
+        (Width::OneColumn, 1) => 0.72,
+        (Width::OneColumn, _) => 0.6,
+        (Width::TwoColumns, 1) => 0.5,
+        (Width::TwoColumns, _) => 0.35,
+    };
+    let mut scene = Scene::new(width.points(), 0.0);
+    let mut legend = Legend::default();
+    // Panels of equal size: room for the widest numbers.
+    let widest = charts.iter().map(Chart::scale).max_by(|a, b| {
+        let width = |scale: &Scale| super::axis::Panel::y_labels_width(*scale, 120.0);
+        width(a).total_cmp(&width(b))
+    });
+    let y = widest.unwrap_or(Scale::linear(0.0, 1.0));
+    let panels = Panels::below(&mut scene, heading, 1, charts.len(), aspect, (x, y));
+    let last = charts.len().saturating_sub(1);
+    for (number, (chart, panel)) in charts.iter().zip(&panels.panels).enumerate() {
+        let panel = super::axis::Panel { y: chart.scale(), ..*panel };
+        for (turn, curve) in chart.curves.iter().enumerate() {
+            let places: Vec<Place> = curve.points.iter().map(|p| panel.place(p.0, p.1)).collect();
+            scene.clipped(panel.rect, |scene| scene.line(&places, &curve.style.stroke));
+            if curve.marks {
+                let step = places.len().div_ceil(MARKED).max(1);
+                let color = curve.style.stroke.color;
+                for place in places.iter().skip(turn % step).step_by(step) {
+                    scene.marker(curve.style.marker, *place, 4.0, color, false);
+                }
+            }
+            if !curve.name.pieces.is_empty() {
+                let sample = match curve.marks {
+                    true => Sample::Method(curve.style),
+                    false => Sample::Line(curve.style.stroke),
+                };
+                legend.add(sample, curve.name.clone());
+            }
+        }
+        panel.axes(&mut scene, super::axis::Labels { x: number == last, y: true });
+        panel.y_name(&mut scene, &chart.name, panels.labels_width());
+        panel.title(&mut scene, &chart.title);
+        if number == last {
+            panel.x_name(&mut scene, x_name);
+        }
+    }
+    let left = panels.panels.first().map_or(0.0, |panel| panel.rect.x);
+    if legend.is_empty() {
+        scene.height = panels.bottom + 4.0;
+    } else {
+        legend.below(&mut scene, left, panels.bottom);
+    }
+    scene
+}
+
+/// The letter of a panel: "(a) ".
+#[must_use]
+pub fn letter(number: usize) -> Rich {
+    rich(&format!("({}) ", char::from(b'a' + (number % 26) as u8)))
+}

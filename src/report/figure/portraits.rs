@@ -1,0 +1,138 @@
+//! Phase portraits along one column of a map.
+
+use super::super::text::rich;
+use super::super::units::{Label, View};
+use super::axis::{BOTTOM_MARGIN, Labels, Panel, Panels, TITLE_MARGIN, write_heading};
+use super::data::Data;
+use super::legend::Legend;
+use super::lines::letter;
+use super::portrait::{Portrait, equal_scales, orbit_data};
+use super::scene::{Rect, Scene, Width};
+use super::slice::telling;
+use super::{Figure, curves};
+use crate::filippov::Oscillator;
+use crate::simulate::direct::Start;
+use crate::simulate::{Fate, flow};
+
+/// Accuracy with which it is asked whether an orbit crosses for ever.
+const TOLERANCE: f64 = 1e-10;
+
+/// Portraits along one column of the map: below the critical damping, in the bistable band, above it, and,
+/// where a column of the map has one, an orbit that crosses the belt line. `None` for a map without a cycle.
+#[must_use]
+pub fn portraits(view: &View) -> Option<Figure> {
+    let grid = view.map.grid();
+    let axes = grid.axes();
+    let mut index = telling(view.map);
+    // The largest eps, where orbits differ most to the eye, as long as it has a cycle.
+    let root = |index: &[usize]| curves::exact(&[grid.column(index)])[0];
+    for epsilon in (0..axes[0].values.len()).rev() {
+        index[0] = epsilon;
+        if root(&index) > 0.0 {
+            break;
+        }
+    }
+    let column = grid.column(&index);
+    let critical = root(&index);
+    if !(critical > 0.0) {
+        return None;
+    }
+    let unstable_below = curves::stability(&column).clamp(0.0, critical);
+    let mut points = vec![
+        (column.clone(), 0.5 * unstable_below),
+        (column.clone(), 0.5 * (unstable_below + critical)),
+        (column.clone(), 1.3 * critical),
+    ];
+    let belt = axes.len() - 2;
+    let held_index = index.clone();
+    index[belt] = axes[belt].values.len() - 1;
+    let fast = grid.column(&index);
+    let slowest = grid.dampings()[0];
+    let crosses =
+        |c: f64| matches!(flow(&Oscillator::in_column(&fast, c), TOLERANCE).fate, Fate::CrossesForever);
+    if crosses(slowest) {
+        points.push((fast, slowest));
+    }
+    let of = |column: &_, c: f64| Portrait::of(&Oscillator::in_column(column, c), Start::ExitPoint, None);
+    let drawn: Vec<(f64, Portrait)> = points.iter().map(|(column, c)| (*c, of(column, *c))).collect();
+    // The fast belt's orbits have a scale of their own, so they are a panel of their own if present.
+    let common = drawn
+        .iter()
+        .take(3)
+        .map(|(_, portrait)| portrait.extent())
+        .fold([f64::INFINITY, f64::NEG_INFINITY, f64::INFINITY, f64::NEG_INFINITY], |a, b| {
+            [a[0].min(b[0]), a[1].max(b[1]), a[2].min(b[2]), a[3].max(b[3])]
+        });
+    let (x1, x2) = (view.units.x1(), view.units.x2());
+    let (belt_label, damping) = (view.axis(&axes[belt]), view.axis(&axes[belt + 1]));
+    let held = view.held(&held_index, &[belt + 1]);
+    let mut scenes = Vec::new();
+    for width in Width::ALL {
+        let mut scene = Scene::new(width.points(), 0.0);
+        let columns = match width {
+            Width::OneColumn => 1,
+            Width::TwoColumns => drawn.len().min(3),
+        };
+        let (x, y, h) = equal_scales(common, 1.0, (0.5, 1.1));
+        let (x, y) = (x.in_unit(x1.factor), y.in_unit(x2.factor));
+        let mut panels = Panels::new(scene.width, columns, 3, h, x, y);
+        panels.shift((0.0, write_heading(&mut scene, panels.panels[0].rect.x, &held)));
+        let mut legend = Legend::default();
+        // Equal units in both directions, whatever height the page left.
+        let aspect = panels.panels[0].rect.h / panels.panels[0].rect.w;
+        let (x, y, _) = equal_scales(common, 1.0, (aspect, aspect));
+        for panel in &mut panels.panels {
+            (panel.x, panel.y) = (x.in_unit(x1.factor), y.in_unit(x2.factor));
+        }
+        for (number, (panel, (c, portrait))) in panels.panels.iter().zip(&drawn).enumerate() {
+            portrait.draw(&mut scene, panel);
+            portrait.legend(&mut legend);
+            panel.title(&mut scene, &letter(number).then(damping.equals(rounded(*c))));
+        }
+        panels.axes(&mut scene, &x1.text(), &x2.text());
+        let mut bottom = panels.bottom;
+        if let Some((c, portrait)) = drawn.get(3) {
+            let w = match width {
+                Width::OneColumn => panels.panels[0].rect.w,
+                Width::TwoColumns => 0.5 * scene.width,
+            };
+            let (x, y, h) = equal_scales(portrait.extent(), w, (0.4, 0.7));
+            let (x, y) = (x.in_unit(x1.factor), y.in_unit(x2.factor));
+            let rect = Rect { x: panels.panels[0].rect.x, y: bottom + TITLE_MARGIN, w, h };
+            let panel = Panel { rect, x, y };
+            portrait.draw(&mut scene, &panel);
+            panel.axes(&mut scene, Labels { x: true, y: true });
+            panel.x_name(&mut scene, &x1.text());
+            panel.y_name(&mut scene, &x2.text(), Panel::y_labels_width(y, h));
+            let speed = belt_label.equals(axes[belt].values[index[belt]]);
+            panel.title(&mut scene, &letter(3).then(damping.equals(*c)).then(rich(", ")).then(speed));
+            portrait.legend(&mut legend);
+            bottom = rect.y + h + BOTTOM_MARGIN;
+        }
+        legend.below(&mut scene, panels.panels[0].rect.x, bottom);
+        scenes.push((width, scene));
+    }
+    let mut caption = rich("Phase portraits at ").then(held).then(rich(": "));
+    for (number, (_, portrait)) in drawn.iter().enumerate() {
+        let separator = rich(if number > 0 { "; " } else { "" });
+        let fast = rich(if number == 3 { "on the fastest belt of the map, " } else { "" });
+        caption = caption.then(separator).then(letter(number)).then(fast).then(rich(portrait.words()));
+    }
+    let data = data(&drawn, &damping, view);
+    Some(Figure { name: "portraits".into(), caption: caption.then(rich(".")), scenes, data })
+}
+
+/// The orbits from the exit point.
+fn data(drawn: &[(f64, Portrait)], damping: &Label, view: &View) -> Data {
+    let tables = drawn.iter().map(|(c, portrait)| {
+        let rows = portrait.orbit.samples.len();
+        let column = Data::default().reals(damping.header(), vec![c * damping.factor; rows]);
+        column.join(orbit_data(&portrait.orbit, &view.units))
+    });
+    tables.fold(Data::default(), Data::then)
+}
+
+/// To three digits, for titles.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.2e}").parse().unwrap_or(value)
+}

@@ -1,0 +1,354 @@
+//! The engineer's page: what a machine does at its working point, on one page as a figure or as HTML.
+
+use std::sync::atomic::AtomicBool;
+
+use rayon::prelude::*;
+
+use super::document;
+use super::figure::axis::{AXIS, BOTTOM_MARGIN, Labels, Panel, SMALL_TEXT, Scale, TEXT, TITLE_MARGIN};
+use super::figure::legend::{Legend, Sample};
+use super::figure::palette;
+use super::figure::region::{cell_edges, outlines};
+use super::figure::scene::{Anchor, Fill, Marker, Rect, Scene};
+use super::figure::{Scene as Figure, bifurcations};
+use super::text::{Rich, rich};
+use super::units::UnitSystem;
+use crate::assessment::Assessment;
+use crate::filippov::Oscillator;
+use crate::friction::Law;
+use crate::machine::Dimension;
+use crate::map::{Grid, Plane, PlaneCurves, regime};
+use crate::point::Point;
+use crate::risk::{Estimate, Risk};
+use crate::simulate::flow;
+
+/// Nodes of the regime figure along each axis.
+const NODES: usize = 41;
+/// Accuracy of its cells.
+const TOLERANCE: f64 = 1e-8;
+/// Size of the page: A4, in points.
+const PAGE: (f64, f64) = (595.0, 842.0);
+const MARGIN: f64 = 42.0;
+
+/// The page.
+#[derive(Debug)]
+pub struct MachinePage {
+    /// What is asked and answered, section by section.
+    pub sections: Vec<(&'static str, Vec<(Rich, Rich)>)>,
+    /// The regimes around the working point.
+    regimes: Figure,
+    /// Which slip speeds matter.
+    influence: Option<Figure>,
+    title: Rich,
+}
+
+impl MachinePage {
+    /// The page of a machine under `law`, the working point at `all.machine`.
+    #[must_use]
+    pub fn new(title: &str, all: &Assessment, risk: Option<&Risk>, law: &Law) -> Self {
+        let mut sections = sections(all);
+        if let Some(risk) = risk {
+            sections.insert(2, ("Uncertain quantities", risk_lines(all, risk)));
+        }
+        Self {
+            sections,
+            regimes: regimes(all, law),
+            influence: (!all.influence.is_empty()).then(|| influence(all)),
+            title: Rich::foreign(title),
+        }
+    }
+
+    /// One page of A4.
+    #[must_use]
+    pub fn scene(&self) -> Scene {
+        let mut scene = Scene::new(PAGE.0, PAGE.1);
+        let mut y = MARGIN + 6.0;
+        scene.text((MARGIN, y), &self.title, 12.0, Anchor::Start);
+        y += 8.0;
+        for (heading, lines) in &self.sections {
+            y += 13.0;
+            scene.text((MARGIN, y), &rich(heading), TEXT + 1.0, Anchor::Start);
+            scene.line(&[(MARGIN, y + 3.0), (PAGE.0 - MARGIN, y + 3.0)], &AXIS);
+            y += 4.0;
+            for (name, value) in lines {
+                y += TEXT + 2.6;
+                scene.text((MARGIN, y), name, TEXT, Anchor::Start);
+                scene.text((MARGIN + 250.0, y), value, TEXT, Anchor::Start);
+            }
+        }
+        y += 18.0;
+        let half = 0.5 * (PAGE.0 - 2.0 * MARGIN);
+        scene.place((MARGIN, y), &self.regimes);
+        if let Some(influence) = &self.influence {
+            scene.place((MARGIN + half + 6.0, y), influence);
+        }
+        scene
+    }
+
+    /// What the page is about.
+    #[must_use]
+    pub fn caption(&self) -> Rich {
+        rich("Assessment of a machine: ").then(self.title.clone())
+    }
+
+    /// The page as HTML that needs nothing else.
+    #[must_use]
+    pub fn html(&self) -> String {
+        let mut body = String::new();
+        for (heading, lines) in &self.sections {
+            body.push_str(&format!("<h2>{heading}</h2>\n<dl class=\"summary\">\n"));
+            for (name, value) in lines {
+                body.push_str(&format!("<dt>{}</dt><dd>{}</dd>\n", name.html(), value.html()));
+            }
+            body.push_str("</dl>\n");
+        }
+        let figures = [
+            (
+                "regimes",
+                Some(&self.regimes),
+                "Long-run behaviour over belt speed and damping; mark: the working point.",
+            ),
+            ("influence", self.influence.as_ref(), "Share of each slip speed in the critical damping."),
+        ];
+        for (name, figure, words) in figures {
+            if let Some(figure) = figure {
+                let svg = figure.svg(name, &rich(words));
+                body.push_str(&format!("<figure>\n{svg}<figcaption>{words}</figcaption>\n</figure>\n"));
+            }
+        }
+        document::page(&self.title, &body)
+    }
+}
+
+/// A number with its unit.
+fn quantity(value: f64, unit: &str) -> Rich {
+    let number = Rich::number(value, 4);
+    if unit.is_empty() { number } else { number.then(Rich::foreign(&format!(" {unit}"))) }
+}
+
+fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
+    let (machine, does) = (&all.machine, &all.behaviour);
+    let unit = |dimension| machine.motion.unit(dimension);
+    let of = |value: f64, dimension: Dimension| quantity(value, unit(dimension));
+    let or = |value: Option<f64>, dimension: Dimension, otherwise: &str| {
+        value.map_or_else(|| rich(otherwise), |value| of(value, dimension))
+    };
+    use Dimension::{Damping, Force, Length, Mass, Stiffness, Time, Velocity};
+    let line = |name: &str, value: Rich| (rich(name), value);
+    let mut given = vec![
+        line("mass", of(machine.mass, Mass)),
+        line("stiffness", of(machine.stiffness, Stiffness)),
+        line("normal force", of(machine.normal_force, Force)),
+        line("coefficient of friction at rest, kinetic", {
+            quantity(machine.static_friction, "")
+                .then(rich(", "))
+                .then(quantity(machine.kinetic_friction, ""))
+        }),
+        line("Stribeck velocity", of(machine.stribeck_velocity, Velocity)),
+    ];
+    if machine.strengthening > 0.0 {
+        given.push(line("strengthening", quantity(machine.strengthening, "")));
+    }
+    given.push(line("belt speed", of(machine.belt_speed, Velocity)));
+    let ratio = rich(" (damping ratio ").then(Rich::number(does.damping_ratio, 3)).then(rich(")"));
+    given.push(line("damping", of(machine.damping, Damping).then(ratio)));
+
+    let mut limits = vec![
+        line("regime at the working point", rich(palette::regime_words(does.regime))),
+        line(
+            "stick-slips whatever the start below belt speed",
+            or(all.always_below_speed, Velocity, "none: steady slip is stable at every speed"),
+        ),
+        line(
+            "may stick-slip below belt speed",
+            or(does.critical_belt_speed, Velocity, "no such speed was found"),
+        ),
+        line(
+            "stick-slips whatever the start below damping",
+            or(all.always_below_damping, Damping, "none: steady slip is stable without damping"),
+        ),
+        line("may stick-slip below damping", or(does.critical_damping, Damping, "none: it needs no damping")),
+    ];
+    if let Some(margin) = all.safety_margin() {
+        limits.push(line("damping over critical damping", quantity(margin, "")));
+    }
+
+    let mut motion = vec![line("undamped natural frequency", quantity(does.natural_frequency, "Hz"))];
+    if let Some(period) = all.period {
+        let frequency = rich(" (").then(quantity(1.0 / period, "Hz")).then(rich(")"));
+        motion.push(line("period of the vibration", of(period, Time).then(frequency)));
+    }
+    if let Some([slip, stick]) = does.slip_and_stick_time {
+        motion.push(line("slip time, stick time", of(slip, Time).then(rich(", ")).then(of(stick, Time))));
+    }
+    if let Some(amplitude) = does.amplitude {
+        motion.push(line("amplitude, half of peak to peak", of(amplitude, Length)));
+    }
+    if let Some(amplitude) = all.velocity_amplitude {
+        motion.push(line("velocity amplitude", of(amplitude, Velocity)));
+    }
+    match all.kick {
+        Some([forward, backward]) => motion.push(line(
+            "kick that starts it: with the belt, against it",
+            of(forward, Velocity).then(rich(", ")).then(of(backward, Velocity)),
+        )),
+        None => motion.push(line(
+            "kick that starts it",
+            rich(if all.always_below_damping.is_some_and(|d| machine.damping < d) {
+                "none is needed"
+            } else {
+                "no kick of steady slip does, or none was found"
+            }),
+        )),
+    }
+
+    let sensitivities = all.sensitivities.iter().map(|s| {
+        let text = rich("").then(Rich::number(s.critical_damping, 3)).then(rich(" % for 1 %"));
+        line(&s.quantity.replace('_', " "), text)
+    });
+    let mut sections = vec![
+        ("Machine", given),
+        ("Limits", limits),
+        ("Motion", motion),
+        ("Critical damping changes with", sensitivities.collect()),
+    ];
+    let proved: Vec<&str> =
+        all.proofs.iter().filter(|proof| proof.verdict != "undecided").map(|proof| proof.test).collect();
+    let proved = match (all.proofs.iter().find(|proof| proof.verdict != "undecided"), proved.is_empty()) {
+        (Some(proof), false) => format!(
+            "stick-slip cycle {} at the working point, by theorem: {}",
+            proof.verdict,
+            proved.join(", ").replace('_', " ")
+        ),
+        _ => "nothing at the working point: no theorem decides there".to_owned(),
+    };
+    sections.push((
+        "What is proved and what is computed",
+        vec![
+            line("proved", Rich::foreign(&proved)),
+            line("computed", rich("all numbers above: orbits to 1e-9, sensitivities to 1e-5")),
+        ],
+    ));
+    sections
+}
+
+/// The probability, and the dampings that make it rare.
+fn risk_lines(all: &Assessment, risk: &Risk) -> Vec<(Rich, Rich)> {
+    let unit = all.machine.motion.unit(Dimension::Damping);
+    let limits = |estimate: &Estimate, factor: f64, unit: &str| {
+        let [low, high] = estimate.limits.map(|limit| Rich::number(limit * factor, 4));
+        let value = Rich::number(estimate.value * factor, 4);
+        value
+            .then(rich(" ("))
+            .then(low)
+            .then(rich(" to "))
+            .then(high)
+            .then(Rich::foreign(&format!(") {unit}")))
+    };
+    let mut lines = vec![(
+        rich("probability that it may stick-slip (95 % limits)"),
+        limits(&risk.probability, 100.0, "%").then(rich(&format!(", {} draws", risk.draws))),
+    )];
+    for rare in &risk.rare_by {
+        let name =
+            rich("damping that makes it ").then(Rich::number(100.0 * rare.probability, 4)).then(rich(" %"));
+        let value =
+            rare.damping.as_ref().map_or_else(|| rich("too few draws"), |found| limits(found, 1.0, unit));
+        lines.push((name, value));
+    }
+    lines
+}
+
+/// Width of a figure on the page, in points.
+const FIGURE: f64 = 252.0;
+
+/// The regimes around the working point, with the curves between them.
+fn regimes(all: &Assessment, law: &Law) -> Scene {
+    let machine = &all.machine;
+    let units = machine.units();
+    let does = &all.behaviour;
+    let speed = does.critical_belt_speed.unwrap_or(machine.belt_speed).max(machine.belt_speed) * 1.4;
+    let damping =
+        does.critical_damping.unwrap_or(machine.damping).max(machine.damping).max(1e-3 * units.damping) * 1.6;
+    let nodes = |to: f64, least: f64| -> Vec<f64> {
+        (0..NODES).map(|i| (i as f64 / (NODES - 1) as f64 * to).max(least)).collect()
+    };
+    let speeds = nodes(speed / units.velocity, 0.02 * speed / units.velocity / NODES as f64);
+    let dampings = nodes(damping / units.damping, 0.0);
+    let system = UnitSystem::of_machine(*machine);
+    let velocity = system.quantity("belt speed", Rich::default(), "", Some(Dimension::Velocity));
+    let friction = system.quantity("damping", Rich::default(), "", Some(Dimension::Damping));
+    let x = Scale::linear(speeds[0], speeds[NODES - 1]).in_unit(velocity.factor);
+    let y = Scale::linear(0.0, dampings[NODES - 1]).in_unit(friction.factor);
+    let mut scene = Scene::new(FIGURE, 0.0);
+    let labels = Panel::y_labels_width(y, 150.0);
+    let left = super::figure::axis::left_margin(labels);
+    let rect = Rect { x: left, y: TITLE_MARGIN, w: FIGURE - left - 12.0, h: 150.0 };
+    let panel = Panel { rect, x, y };
+    panel.title(&mut scene, &rich("Regimes; diamond: the working point"));
+    let mut legend = Legend::default();
+    let Some(point) = machine.point(law) else { return scene };
+    let cells: Vec<Vec<i8>> = speeds
+        .par_iter()
+        .map(|&belt_speed| {
+            let of = |&damping: &f64| {
+                let oscillator = Oscillator::new(law, &Point { belt_speed, damping, ..point });
+                regime(&oscillator, &flow(&oscillator, TOLERANCE)).code()
+            };
+            dampings.iter().map(of).collect()
+        })
+        .collect();
+    let edges = (cell_edges(&speeds, x), cell_edges(&dampings, y));
+    for kind in palette::regimes() {
+        let areas = outlines(&panel, &edges.0, &edges.1, |i, j| cells[i][j] == kind.code);
+        if !areas.is_empty() {
+            scene.area(&areas, kind.fill);
+            legend.add(Sample::Area(kind.fill), rich(kind.words));
+        }
+    }
+    let mut axes = vec![vec![1.0]];
+    axes.extend(point.law.as_slice().iter().map(|value| vec![*value]));
+    axes.extend([speeds, dampings]);
+    if let Ok(grid) = Grid::new(law.clone(), axes) {
+        let last = grid.axes().len() - 1;
+        let plane = Plane::new(last - 1, last, vec![0; last + 1]);
+        let curves = PlaneCurves::of(&grid, plane, &AtomicBool::new(false));
+        bifurcations::draw(&mut scene, &panel, &curves, &mut legend);
+    }
+    let here = panel.place(machine.belt_speed / units.velocity, machine.damping / units.damping);
+    scene.marker(Marker::Diamond, here, 8.0, palette::WHITE, true);
+    scene.marker(Marker::Diamond, here, 6.0, palette::VERMILION, true);
+    panel.axes(&mut scene, Labels { x: true, y: true });
+    panel.x_name(&mut scene, &velocity.text());
+    panel.y_name(&mut scene, &friction.text(), labels);
+    legend.below(&mut scene, left, rect.y + rect.h + BOTTOM_MARGIN);
+    scene
+}
+
+/// Which slip speeds matter, as bars.
+fn influence(all: &Assessment) -> Scene {
+    let parts = &all.influence;
+    let width = parts[0].slip_speed * 2.0;
+    let most = parts.iter().map(|part| part.share).fold(0.0, f64::max);
+    let (x, y) = (Scale::linear(0.0, width * parts.len() as f64), Scale::linear(0.0, 105.0 * most));
+    let mut scene = Scene::new(FIGURE, 0.0);
+    let labels = Panel::y_labels_width(y, 150.0);
+    let left = super::figure::axis::left_margin(labels);
+    let rect = Rect { x: left, y: TITLE_MARGIN, w: FIGURE - left - 12.0, h: 150.0 };
+    let panel = Panel { rect, x, y };
+    for part in parts {
+        let low = panel.place(part.slip_speed - 0.5 * width, 0.0);
+        let high = panel.place(part.slip_speed + 0.5 * width, 100.0 * part.share);
+        scene.rect(
+            Rect { x: low.0, y: high.1, w: high.0 - low.0, h: low.1 - high.1 },
+            Fill::plain(palette::SKY),
+        );
+    }
+    let velocity = all.machine.motion.unit(Dimension::Velocity);
+    panel.title(&mut scene, &rich("Slip speeds of the friction curve that matter"));
+    panel.axes(&mut scene, Labels { x: true, y: true });
+    panel.x_name(&mut scene, &Rich::foreign(&format!("slip speed, {velocity}")));
+    panel.y_name(&mut scene, &rich("share in the critical damping, %"), labels);
+    scene.height = rect.y + rect.h + BOTTOM_MARGIN + SMALL_TEXT;
+    scene
+}

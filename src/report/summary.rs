@@ -1,0 +1,121 @@
+//! What a report says on its first screen.
+
+use super::text::{Rich, rich};
+use super::units::{View, join};
+use super::{Report, SIMULATION};
+use crate::behaviour::behaviour;
+use crate::machine::Dimension;
+use crate::map::Verdict;
+
+/// Bound on the error of the scaled grazing margin where a machine is asked about.
+const TOLERANCE: f64 = 1e-9;
+
+/// A count in groups of three digits: 1,234,567.
+fn count(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i) % 3 == 0 {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// Lines of a name and what is to be said of it.
+pub(super) fn summary(view: &View, report: &Report) -> Vec<(Rich, Rich)> {
+    let map = view.map;
+    let axes = map.grid().axes();
+    let mut lines = Vec::new();
+    let mut line = |name: &str, value: Rich| lines.push((rich(name), value));
+    if let Some(machine) = view.units.machine() {
+        let unit = |dimension| machine.motion.unit(dimension);
+        let quantity = |value: f64, dimension| {
+            Rich::number(value, 4).then(Rich::foreign(&format!(" {}", unit(dimension))))
+        };
+        if let Some(does) = behaviour(machine, map.grid().law(), TOLERANCE) {
+            let at = rich("at belt speed ")
+                .then(quantity(machine.belt_speed, Dimension::Velocity))
+                .then(rich(" and damping "))
+                .then(quantity(machine.damping, Dimension::Damping));
+            if let Some(critical) = does.critical_damping {
+                let value = quantity(critical, Dimension::Damping).then(rich(" at belt speed "));
+                line("critical damping", value.then(quantity(machine.belt_speed, Dimension::Velocity)));
+            }
+            if let Some(critical) = does.critical_belt_speed {
+                let value = quantity(critical, Dimension::Velocity).then(rich(" at damping "));
+                line("critical belt speed", value.then(quantity(machine.damping, Dimension::Damping)));
+            }
+            if let Some(amplitude) = does.amplitude {
+                line("amplitude", quantity(amplitude, Dimension::Length).then(rich(" ")).then(at));
+            }
+            let frequency = Rich::number(does.natural_frequency, 4).then(rich(" Hz"));
+            line("natural frequency", frequency);
+        }
+    }
+    let cells = count(map.grid().cells() as u64);
+    line("friction law", Rich::foreign(map.grid().law().name()));
+    let extents = axes.iter().filter(|axis| axis.values.len() > 1).map(|axis| {
+        let label = view.axis(axis);
+        let [first, last] = [axis.values[0], axis.values[axis.values.len() - 1]]
+            .map(|value| Rich::number(value * label.factor, 4));
+        let nodes = rich(&format!("{} ", axis.values.len()));
+        let text = nodes.then(label.name).then(rich(" from ")).then(first).then(rich(" to ")).then(last);
+        if label.unit.is_empty() { text } else { text.then(Rich::foreign(&format!(" {}", label.unit))) }
+    });
+    let extents = join(extents);
+    let separator = rich(if extents.pieces.is_empty() { "" } else { ": " });
+    line("cells", Rich::foreign(&cells).then(separator).then(extents));
+    let verdicts = &report.verdicts;
+    let total = |method: usize, verdict: Verdict| -> u64 {
+        verdicts.confusion[method].iter().map(|counts| counts.method(verdict)).sum()
+    };
+    if let Some(simulation) = verdicts.simulation {
+        let (present, absent) = (total(simulation, Verdict::Present), total(simulation, Verdict::Absent));
+        line(
+            "stick-slip cycle",
+            Rich::foreign(&format!(
+                "in {} cells by simulation; none in {}; {} without a verdict",
+                count(present),
+                count(absent),
+                count(map.grid().cells() as u64 - present - absent)
+            )),
+        );
+    }
+    let mut proved = Vec::new();
+    let mut wrong = Vec::new();
+    for (number, method) in map.methods().iter().enumerate().filter(|(_, method)| method.name != SIMULATION) {
+        let name = method.name.replace('_', " ");
+        let confusion = &verdicts.confusion[number];
+        let mistakes: u64 = confusion
+            .iter()
+            .map(|c| c.pair(Verdict::Absent, Verdict::Present) + c.pair(Verdict::Present, Verdict::Absent))
+            .sum();
+        let decided = total(number, Verdict::Present) + total(number, Verdict::Absent);
+        let percent = 100.0 * decided as f64 / map.grid().cells() as f64;
+        if matches!(method.guarantee.as_str(), "finite_epsilon" | "validated") {
+            proved.push(Rich::foreign(&format!("{name} {percent:.1} %")));
+        } else if verdicts.simulation.is_some() {
+            wrong.push(Rich::foreign(&format!("{name} {}", count(mistakes))));
+        }
+    }
+    if !proved.is_empty() {
+        line("decided by proof", join(proved));
+    }
+    if !wrong.is_empty() {
+        line("wrong cells", join(wrong));
+    }
+    if let Some(cells) = map.number("audit_cells") {
+        let against = map.number("audit_disagreements").unwrap_or(f64::NAN);
+        line(
+            "audit",
+            Rich::foreign(&format!(
+                "{} cells decided again by the direct engine, {} contradicted",
+                count(cells as u64),
+                count(against as u64)
+            )),
+        );
+    }
+    lines
+}

@@ -1,0 +1,239 @@
+//! In which units the numbers of a map are shown: those of its machine, or none.
+
+use super::text::{Rich, rich};
+use crate::machine::{Dimension, MOTION_ATTRIBUTE, Machine, Motion, SI_ATTRIBUTE};
+use crate::map::{Axis, AxisRole, dimension};
+use crate::store::{MapFile, Value};
+
+/// A map and the units in which its numbers are shown.
+#[derive(Clone, Debug)]
+pub struct View<'a> {
+    /// The map.
+    pub map: &'a MapFile,
+    /// The units.
+    pub units: UnitSystem,
+}
+
+impl<'a> View<'a> {
+    /// The map in the SI units of its machine, or dimensionless if it has none.
+    #[must_use]
+    pub fn new(map: &'a MapFile) -> Self {
+        Self { map, units: UnitSystem { machine: machine_of(map) } }
+    }
+
+    /// The map in dimensionless numbers, whether it is about a machine or not.
+    #[must_use]
+    pub fn dimensionless(map: &'a MapFile) -> Self {
+        Self { map, units: UnitSystem::default() }
+    }
+
+    /// The name of an axis with its unit.
+    #[must_use]
+    pub fn axis(&self, axis: &Axis) -> Label {
+        self.units.axis(axis)
+    }
+
+    /// "ε = 0.1, β = 0.5": the value of every axis at the nodes `index`, but of those in `shown`. For a machine its
+    /// friction takes the place of eps and of the law's parameters, if none of these is shown.
+    #[must_use]
+    pub fn held(&self, index: &[usize], shown: &[usize]) -> Rich {
+        let axes = self.map.grid().axes();
+        let mut parts = Vec::new();
+        for (i, axis) in axes.iter().enumerate().filter(|(i, _)| !shown.contains(i)) {
+            let constant =
+                matches!(axis.role, AxisRole::Epsilon | AxisRole::Law(_)) && axis.values.len() == 1;
+            if self.units.machine.is_none() || !constant {
+                parts.push(self.axis(axis).equals(axis.values[index[i]]));
+            }
+        }
+        if let Some(machine) = &self.units.machine {
+            parts.extend(friction_words(machine));
+        }
+        join(parts)
+    }
+}
+
+/// Parts of an enumeration, with commas between them.
+#[must_use]
+pub fn join(parts: impl IntoIterator<Item = Rich>) -> Rich {
+    let mut text = Rich::default();
+    for part in parts {
+        let separator = rich(if text.pieces.is_empty() { "" } else { ", " });
+        text = text.then(separator).then(part);
+    }
+    text
+}
+
+/// The constants of a machine's friction.
+fn friction_words(machine: &Machine) -> Vec<Rich> {
+    let velocity = machine.motion.unit(Dimension::Velocity);
+    let number = |name: &str, value: f64, unit: &str| {
+        let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+        rich(name).then(Rich::number(value, 4)).then(Rich::foreign(&unit))
+    };
+    let mut words = vec![
+        number("friction at rest ", machine.static_friction, ""),
+        number("kinetic ", machine.kinetic_friction, ""),
+        number("Stribeck velocity ", machine.stribeck_velocity, velocity),
+    ];
+    if machine.strengthening > 0.0 {
+        words.push(number("strengthening ", machine.strengthening, ""));
+    }
+    words
+}
+
+/// The machine that a map is about; `None` for a map in dimensionless terms.
+pub(super) fn machine_of(map: &MapFile) -> Option<Machine> {
+    let Some(Value::Reals(numbers)) = map.attributes().get(SI_ATTRIBUTE) else { return None };
+    let name = map.text(MOTION_ATTRIBUTE)?;
+    let motion = Motion::ALL.into_iter().find(|motion| motion.name() == name)?;
+    Some(Machine::from_array(motion, numbers.as_slice().try_into().ok()?))
+}
+
+/// Dimensionless numbers, or the SI units of a machine.
+#[derive(Clone, Debug, Default)]
+pub struct UnitSystem {
+    machine: Option<Machine>,
+}
+
+/// How a quantity is written: its name, its unit, and the factor that leads to it from dimensionless numbers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Label {
+    /// The name for people.
+    pub name: Rich,
+    /// The name in CSV headers, without the unit.
+    pub key: String,
+    /// The unit; empty for pure numbers.
+    pub unit: &'static str,
+    /// What dimensionless numbers are multiplied by.
+    pub factor: f64,
+}
+
+impl UnitSystem {
+    /// The SI units of a machine.
+    #[must_use]
+    pub fn of_machine(machine: Machine) -> Self {
+        Self { machine: Some(machine) }
+    }
+
+    /// The machine whose units these are.
+    #[must_use]
+    pub fn machine(&self) -> Option<&Machine> {
+        self.machine.as_ref()
+    }
+
+    /// A quantity of this dimension; in dimensionless numbers it is called by `symbol`.
+    #[must_use]
+    pub fn quantity(&self, words: &str, symbol: Rich, key: &str, dimension: Option<Dimension>) -> Label {
+        match (&self.machine, dimension) {
+            (Some(machine), Some(dimension)) => Label {
+                name: rich(words),
+                key: key.into(),
+                unit: machine.motion.unit(dimension),
+                factor: machine.units().factor(dimension),
+            },
+            _ => Label { name: symbol, key: key.into(), unit: "", factor: 1.0 },
+        }
+    }
+
+    /// The name of an axis with its unit.
+    #[must_use]
+    pub fn axis(&self, axis: &Axis) -> Label {
+        let dimension = dimension::of_axis(axis.role);
+        let (words, key) = match axis.role {
+            AxisRole::BeltSpeed => ("belt speed", "belt_speed"),
+            AxisRole::Damping => ("damping", "damping"),
+            AxisRole::Epsilon | AxisRole::Law(_) => (axis.name.as_str(), axis.name.as_str()),
+        };
+        let symbol = Rich::symbol(&axis.name);
+        match self.machine {
+            Some(_) if dimension.is_some() => self.quantity(words, symbol, key, dimension),
+            _ => Label { name: symbol, key: axis.name.clone(), unit: "", factor: 1.0 },
+        }
+    }
+
+    /// The name of a variable of a map with its unit.
+    #[must_use]
+    pub fn variable(&self, name: &str) -> Label {
+        let words = variable_words(name);
+        let dimension = dimension::of_variable(name);
+        Label { name: words.clone(), ..self.quantity("", words, name, dimension) }
+    }
+
+    /// Position of the mass.
+    #[must_use]
+    pub fn x1(&self) -> Label {
+        self.quantity("displacement", rich("{x_1}"), "x1", Some(Dimension::Length))
+    }
+
+    /// Velocity of the mass.
+    #[must_use]
+    pub fn x2(&self) -> Label {
+        self.quantity("velocity", rich("{x_2}"), "x2", Some(Dimension::Velocity))
+    }
+
+    /// Time.
+    #[must_use]
+    pub fn time(&self) -> Label {
+        self.quantity("time", rich("{t}"), "t", Some(Dimension::Time))
+    }
+}
+
+impl Label {
+    /// "damping, N s/m": for axes and headings.
+    #[must_use]
+    pub fn text(&self) -> Rich {
+        match self.unit {
+            "" => self.name.clone(),
+            unit => self.name.clone().then(Rich::foreign(&format!(", {unit}"))),
+        }
+    }
+
+    /// "damping [N s/m]": for headers of CSV files.
+    #[must_use]
+    pub fn header(&self) -> String {
+        match self.unit {
+            "" => self.key.clone(),
+            unit => format!("{} [{unit}]", self.key),
+        }
+    }
+
+    /// "damping = 20 N s/m", of a dimensionless value.
+    #[must_use]
+    pub fn equals(&self, value: f64) -> Rich {
+        let text = self.name.clone().then(rich(" = ")).then(Rich::number(value * self.factor, 4));
+        match self.unit {
+            "" => text,
+            unit => text.then(Rich::foreign(&format!(" {unit}"))),
+        }
+    }
+}
+
+/// A variable in words.
+fn variable_words(name: &str) -> Rich {
+    for (prefix, words) in [
+        ("verdict_", "verdict of "),
+        ("margin_", "margin of "),
+        ("critical_c_", "critical damping of "),
+        ("epsilon_limit_", "largest {epsilon} of agreement, "),
+    ] {
+        if let Some(method) = name.strip_prefix(prefix) {
+            return rich(words).then(Rich::foreign(&method.replace('_', " ")));
+        }
+    }
+    match name {
+        "stick_time" => rich("stick time"),
+        "slip_time" => rich("slip time"),
+        "landing_x1" => rich("{x_1} of landing"),
+        "crossings" => rich("crossings before it sticks"),
+        "cycle_period" => rich("period"),
+        "cycle_amplitude_x1" => rich("amplitude of {x_1}"),
+        "cycle_amplitude_x2" => rich("amplitude of {x_2}"),
+        "cycle_multiplier" => rich("Floquet multiplier"),
+        "boundary_velocity" => rich("largest {x_2} on the unstable cycle"),
+        "boundary_multiplier" => rich("Floquet multiplier of the unstable cycle"),
+        "kick_forward" => rich("kick with the belt"),
+        "kick_backward" => rich("kick against the belt"),
+        _ => Rich::foreign(&name.replace('_', " ")),
+    }
+}
