@@ -13,6 +13,7 @@ import datetime
 import hashlib
 import json
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -78,7 +79,8 @@ def make_map(slipmap, folder, n, threads):
 
 # Verdicts of a cell, one byte each.
 VERDICTS = 7
-BLOCK = 1 << 26
+# Small, as the memory of this program counts in the peak of those that it starts.
+BLOCK = 1 << 22
 
 
 def stages_of(summary, processor):
@@ -111,10 +113,10 @@ def hash_rate():
 
 def write_rate(path, folder):
     """Seconds of the clock for a copy of the file, down to the disk."""
-    data, copy = path.read_bytes(), Path(folder) / "copy"
+    copy = Path(folder) / "copy"
     start = time.monotonic()
-    with open(copy, "wb") as file:
-        file.write(data)
+    with open(path, "rb") as source, open(copy, "wb") as file:
+        shutil.copyfileobj(source, file)
         file.flush()
         os.fsync(file.fileno())
     seconds = time.monotonic() - start

@@ -37,6 +37,14 @@ _SYMBOLS = {"epsilon": "ε", "alpha": "α", "beta": "β", "gamma": "γ", "mu": "
 @xr.register_dataset_accessor("slipmap")
 class MapAccessor:
     """Questions to a map that :func:`slipmap.map`, :func:`slipmap.run` or :func:`slipmap.open_map` gave.
+
+    Examples
+    --------
+    >>> import numpy as np, slipmap
+    >>> grid = {"V": [0.5, 1.0], "c": np.linspace(0.0, 1.0, 5), "epsilon": [0.1, 0.3]}
+    >>> data = slipmap.map(grid, law=slipmap.Law.stribeck(0.4, 0.2, 2.0))
+    >>> int(data.slipmap.contradictions().wrong_presence.sel(method_name="symmetric").sum())
+    0
     """
 
     def __init__(self, data: xr.Dataset):

@@ -162,6 +162,9 @@ impl Guarantee {
     }
 }
 
+/// Finds the claims of many columns.
+pub type ManyClaims = fn(&[Column]) -> Vec<Claim>;
+
 /// A closed-form test.
 #[derive(Clone, Copy, Debug)]
 pub struct Test {
@@ -178,7 +181,7 @@ pub struct Test {
     /// The claim along a column.
     pub claim: fn(&Column) -> Claim,
     /// The claims of many columns, where finding them together costs less than one by one.
-    pub claims: Option<fn(&[Column]) -> Vec<Claim>>,
+    pub claims: Option<ManyClaims>,
 }
 
 impl Test {

@@ -311,26 +311,6 @@ fn dealt(queue: &Queue, own_threads: usize, threads: &[usize]) -> Vec<Vec<u64>> 
     answers
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn few_tiles_are_dealt_fairly() {
-        let dealt_of = |tiles: usize| {
-            let queue = Queue::new(vec![false; tiles]);
-            let answers = dealt(&queue, 1, &[1, 1, 1]);
-            let mut shares = vec![std::iter::from_fn(|| queue.take()).count()];
-            shares.extend(answers.iter().map(|answer| answer.len() - 1));
-            shares
-        };
-        assert_eq!(dealt_of(4), [1, 1, 1, 1]);
-        assert_eq!(dealt_of(8), [2, 2, 2, 2]);
-        assert_eq!(dealt_of(1), [1, 0, 0, 0]);
-        assert_eq!(dealt_of(100), [88, 4, 4, 4]);
-    }
-}
-
 /// A sink whose tiles are sent to rank 0.
 struct Outbox {
     packer: Packer,
@@ -349,5 +329,25 @@ impl Sink for Outbox {
         // The receiver lives as long as there is a sender.
         let _ = self.outbox.send(self.packer.to_bytes(&packed, account));
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn few_tiles_are_dealt_fairly() {
+        let dealt_of = |tiles: usize| {
+            let queue = Queue::new(vec![false; tiles]);
+            let answers = dealt(&queue, 1, &[1, 1, 1]);
+            let mut shares = vec![std::iter::from_fn(|| queue.take()).count()];
+            shares.extend(answers.iter().map(|answer| answer.len() - 1));
+            shares
+        };
+        assert_eq!(dealt_of(4), [1, 1, 1, 1]);
+        assert_eq!(dealt_of(8), [2, 2, 2, 2]);
+        assert_eq!(dealt_of(1), [1, 0, 0, 0]);
+        assert_eq!(dealt_of(100), [88, 4, 4, 4]);
     }
 }

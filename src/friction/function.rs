@@ -225,7 +225,7 @@ impl Function {
         let rows = lines.map(|line| numbers(line)?.try_into().ok());
         let coefficients: Vec<[f64; COUNT]> = rows.collect::<Option<_>>()?;
         let grows = ends.windows(2).all(|pair| pair[0] < pair[1]);
-        let fits = ends.len() == coefficients.len() + 1 && coefficients.len() >= 1 && ends[0] == 0.0;
+        let fits = ends.len() == coefficients.len() + 1 && !coefficients.is_empty() && ends[0] == 0.0;
         let finite = ends.iter().chain(coefficients.iter().flatten()).all(|number| number.is_finite());
         let error = error.parse().ok()?;
         let pieces = Pieces { origin: origin.to_owned(), ends, corners, coefficients, error };

@@ -1,10 +1,7 @@
 //! What tiles took and gave beyond their cells: counts, seconds, the audit.
 
-use super::{Audit, Contradictions, Method, Paths, Plan, Runs, TileData, Verdict};
+use super::{Audit, Contradictions, LISTED, Method, Paths, Plan, Runs, TileData, Verdict};
 use crate::point::Point;
-
-/// How many failed cells are kept one by one, of a tile and of a run.
-pub const LISTED: usize = 10;
 
 /// A cell on which a method broke down.
 #[derive(Clone, Debug, PartialEq)]

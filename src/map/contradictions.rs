@@ -3,8 +3,7 @@
 //!
 //! The methods in question are the tests that are theorems at finite eps, `validated`, and `simulation`.
 
-use super::account::LISTED;
-use super::{Plan, TileData, Verdict};
+use super::{LISTED, Plan, TileData, Verdict};
 use crate::certify::Guarantee;
 use crate::point::Point;
 

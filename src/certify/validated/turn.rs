@@ -269,7 +269,7 @@ impl Orbit<'_> {
             let angle = Jet::<Interval, 2>::of(angles);
             let [f, by_divergence, speed] = self.field(&piece, angle, Jet::variable(radii, 1.0));
             // w itself may differ from the polynomial by delta, and the angle must advance for both.
-            if !(speed.0[0].lo - delta > SLOWEST) {
+            if !(speed.0[0].lo - delta > SLOWEST && delta <= SLOWEST) {
                 return if width.hi < 1e-3 { Err(Resists::NoAngle) } else { half };
             }
             let sweep = size(by_divergence.0[0]) * (1.0 + 4.0 * delta / SLOWEST);

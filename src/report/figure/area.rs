@@ -70,7 +70,7 @@ impl Colours {
         let size = most.max(-least);
         let (from, to) = if two_sided { (-size, size) } else { (least, most) };
         // A constant keeps its scale of no length.
-        (least <= most).then(|| Self { scale: Scale { from, to, log: false, shown: factor }, two_sided })
+        (least <= most).then_some(Self { scale: Scale { from, to, log: false, shown: factor }, two_sided })
     }
 
     /// Whether all numbers are equal.
