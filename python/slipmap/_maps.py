@@ -218,8 +218,10 @@ def _curves(found: _core.Map) -> xr.Dataset:
 
     def words(dimension: str, name: str, long_name: str, values: list[str]) -> None:
         meanings = list(dict.fromkeys(values))
+        flags = np.arange(len(meanings), dtype=np.int8)
         attributes = {
-            "flag_values": np.arange(len(meanings), dtype=np.int8),
+            # A single number is a scalar, as readers of the file have it.
+            "flag_values": flags[0] if len(flags) == 1 else flags,
             "flag_meanings": " ".join(meanings),
             "long_name": long_name,
             "units": "1",

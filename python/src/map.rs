@@ -230,7 +230,8 @@ fn compute(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Map> {
     let memory = py.detach(|| Memory::new(&plan));
-    let summary = run(py, threads, progress.as_ref(), |steering| {
+    // The run of the library has threads of its own.
+    let summary = run(py, Some(1), progress.as_ref(), |steering| {
         let on_cells = |cells| steering.advance(cells);
         let control =
             Control { threads, on_cells: &on_cells, stop: &steering.stop, ..Control::default() };

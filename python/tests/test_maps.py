@@ -133,7 +133,7 @@ def test_slices_are_drawn(stored):
 
 def same(own, stored):
     """Two maps are equal, variable by variable, coordinates and attributes included."""
-    assert list(own.variables) == list(stored.variables)
+    assert list(own.data_vars) == list(stored.data_vars) and set(own.coords) == set(stored.coords)
     for name in own.variables:
         a, b = own[name], stored[name]
         assert a.dims == b.dims and a.dtype == b.dtype, name
@@ -173,7 +173,7 @@ def test_a_grid_gives_the_map_of_the_program(config, stored):
 def test_configurations_can_be_changed_and_are_checked(config):
     own = slipmap.run(config, set={"grid.V": [1.0], "grid.c.points": 3, "output.fields": ["verdict"], "methods.run": ["simulation"]})
     assert own.sizes["V"] == 1 and own.sizes["c"] == 3
-    with pytest.raises(ValueError, match=r"small.toml.*gama"):
+    with pytest.raises(ValueError, match="gama"):
         slipmap.run(config, set=["grid.gama=1"])
     with pytest.raises(ValueError, match="there is no such file"):
         slipmap.run(config.with_name("none.toml"))
