@@ -36,7 +36,8 @@ fn main() {
         let start = Instant::now();
         let mut counts = [0; 3];
         for point in &points {
-            let which = match validated::decide(&Law::Stribeck.column(point), point.damping) {
+            let claim = (validated::TEST.claim)(&Law::Stribeck.column(point));
+            let which = match claim.decide(point.damping) {
                 Decision::Present => 0,
                 Decision::Absent => 1,
                 Decision::Undecided => 2,
@@ -53,7 +54,8 @@ fn main() {
             let Some(enclosed) = validated::Enclosed::of(&column) else { continue };
             let critical = enclosed.critical();
             let c = critical.lo / point.epsilon * (1.0 - 1e-9);
-            decided += usize::from(validated::decide(&column, c.max(0.0)) != Decision::Undecided);
+            let claim = (validated::TEST.claim)(&column);
+            decided += usize::from(claim.decide(c.max(0.0)) != Decision::Undecided);
         }
         // Two proofs each.
         let proofs = 2.0 * near.len() as f64 / start.elapsed().as_secs_f64();

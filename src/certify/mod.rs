@@ -47,10 +47,14 @@
 
 pub mod bendixson;
 pub mod bendixson_leading;
+#[cfg(feature = "cli")]
+pub mod certificate;
 pub mod harmonic_balance;
 pub mod instability;
 pub mod landing;
 pub mod perturbation;
+#[cfg(feature = "cli")]
+pub mod point_certificate;
 pub mod recheck;
 pub mod symmetric;
 pub mod validated;

@@ -60,6 +60,7 @@ pub(super) fn run(job: &Job, room: &Room, threads: Option<usize>, as_json: bool)
             "title": job.title,
             "output": job.output.to_string_lossy(),
             "replaces": room.replaces.is_some(),
+            "replaces_proof": room.replaces_proof.is_some(),
             "axes": axes,
             "cells": grid.cells(),
             "columns": columns,
@@ -89,7 +90,7 @@ pub(super) fn run(job: &Job, room: &Room, threads: Option<usize>, as_json: bool)
         line("curves", format!("in {} plane(s), their time not in the estimate", plan.planes.len()));
     }
     line("output", job.output.display().to_string());
-    if let Some(replaced) = &room.replaces {
+    for replaced in room.replaces.iter().chain(&room.replaces_proof) {
         line("replaces", replaced.clone());
     }
     line(

@@ -18,6 +18,7 @@ mod probe;
 mod probe_table;
 mod progress;
 mod proof;
+mod replace;
 mod report;
 mod room;
 mod run;

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::output::{exact, short};
+use super::replace::{self, Kind};
 use super::report::{existing, failure, open};
 use super::{Ended, Failure, say};
 use crate::report::figure::{self, DiagramPlot, Plot, Width, diagram, plot::At};
@@ -123,6 +124,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
             "--data {}: the points of the curves go there\n  help: choose another name",
             data.display()
         )));
+    }
+    if arguments.overwrite {
+        replace::check(&arguments.out, Some(&arguments.map), Kind::Figure)?;
+        if arguments.curves {
+            replace::check(&table, Some(&arguments.map), Kind::Table("curve"))?;
+        }
+        if let Some(data) = &arguments.data {
+            replace::check(data, Some(&arguments.map), Kind::Table(""))?;
+        }
     }
     // Known before the work is done.
     if let (Existing::Refuse, Some(path)) =

@@ -8,9 +8,11 @@ use clap::Args;
 use super::output::{Align, Table, count, exact, json, short, signed};
 use super::plot::Columns;
 use super::point::{LawArguments, PointArguments};
+use super::replace::{self, Kind};
 use super::report::{existing, failure};
-use super::{Ended, Failure, probe_table};
+use super::{Ended, Failure, probe_table, proof};
 use crate::behaviour::behaviour;
+use crate::certify::point_certificate::PointCertificate;
 use crate::config::check_tolerance;
 use crate::filippov::Eigenvalues;
 use crate::friction::Law;
@@ -59,6 +61,9 @@ pub(super) struct Arguments {
     /// For how long that orbit is followed; default: until it closes, settles, or has made four turns
     #[arg(long, value_name = "TIME", value_parser = parse_duration, conflicts_with = "points")]
     duration: Option<f64>,
+    /// Keep what `validated` proves of the point, for `slipmap check --proof`
+    #[arg(long, value_name = "FILE.json", conflicts_with = "points")]
+    proof: Option<PathBuf>,
     /// Read points from this table, `-` for standard input; its header names a column for each parameter, in
     /// any order; other columns are kept
     #[arg(long, value_name = "IN.csv", requires = "out")]
@@ -66,7 +71,7 @@ pub(super) struct Arguments {
     /// Write the table with the answers appended here, `-` for standard output
     #[arg(long, value_name = "OUT.csv", requires = "points")]
     out: Option<PathBuf>,
-    /// Replace OUT.csv, the figure or the orbit if it exists
+    /// Replace OUT.csv, the figure, the orbit or the proof if it exists
     #[arg(long)]
     overwrite: bool,
     /// Number of threads for a table; default: one per core, at most 16 per core
@@ -86,6 +91,7 @@ Examples:
   slipmap probe --epsilon 0.1 --alpha 0.3 --beta 0.1 --gamma 2 --V 1 --c 0.5
   slipmap probe --epsilon 0.1 --alpha 0.3 --beta 0.1 --gamma 2 --V 1 --c 0.5 --figure portrait.svg
   slipmap probe --epsilon 0.1 --alpha 0.3 --beta 0.1 --gamma 2 --V 1 --c 0.5 --orbit orbit.csv --from 0.5,0 --duration 40
+  slipmap probe --epsilon 0.1 --alpha 0.3 --beta 0.1 --gamma 2 --V 1 --c 0.5 --proof point.json
   slipmap probe --law lorentzian --epsilon 1 --mu 0.5 --vs 1 --eta 0 --V 0.6 --c 0.2
   slipmap probe --phi 'mu + (1 - mu)*exp(-u/vs)' --epsilon 1 --set mu=0.5 --set vs=1 --V 0.6 --c 0.1
   slipmap probe --machine configs/brake_pad.toml --set belt_speed=0.05 --set damping=20
@@ -140,6 +146,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         Some(point) => point,
         None => arguments.point.point(&law)?,
     };
+    if let Some(path) = &arguments.proof {
+        proof::check_place(path, arguments.overwrite)?;
+        proof::write_point(&PointCertificate::of(&law, &point), path, arguments.overwrite)?;
+    }
     write_orbit(arguments, &law, &point, machine.as_ref().map(|(_, machine)| machine))?;
     let answer = Answer::of(&law, &point, tolerance, Method::all());
     let direct = simulate::direct::flow(&answer.oscillator, tolerance);
@@ -173,6 +183,10 @@ fn write_orbit(
                 path.display()
             )));
         }
+    }
+    if arguments.overwrite {
+        arguments.figure.iter().try_for_each(|path| replace::check(path, None, Kind::Figure))?;
+        arguments.orbit.iter().try_for_each(|path| replace::check(path, None, Kind::Table("x1")))?;
     }
     if arguments.figure.is_none() && arguments.orbit.is_none() {
         return match arguments.from.is_some() || arguments.duration.is_some() {

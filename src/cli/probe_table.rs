@@ -9,6 +9,7 @@ use indicatif::ProgressBar;
 use rayon::prelude::*;
 
 use super::output::{exact, short};
+use super::replace::{self, Kind};
 use super::{Ended, Failure, interrupt, point};
 use crate::config::PointTable;
 use crate::friction::Law;
@@ -44,7 +45,7 @@ pub(super) fn run(job: &Job) -> Result<Ended, Failure> {
     let stop = interrupt::flag();
     let table = PointTable::open(job.input, &job.law)?;
     check_header(&table, job.epsilon_limits)?;
-    let mut output = Output::open(job.output, job.overwrite)?;
+    let mut output = Output::open(job.output, job.input, job.overwrite)?;
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(job.threads.unwrap_or(0))
         .build()
@@ -192,11 +193,14 @@ impl Write for Spool {
 }
 
 impl Output {
-    fn open(path: &Path, overwrite: bool) -> Result<Self, Failure> {
+    fn open(path: &Path, input: &Path, overwrite: bool) -> Result<Self, Failure> {
         if path == Path::new("-") {
             return Ok(Self { file: Spool::Standard(tempfile::spooled_tempfile(SPOOL)), overwrite });
         }
         let name = path.display();
+        if overwrite {
+            replace::check(path, Some(input), Kind::Table("verdict_"))?;
+        }
         if path.is_dir() {
             return Err(Failure::BadInput(format!(
                 "--out {name}: this is a folder\n  help: name a CSV file"

@@ -5,6 +5,7 @@ use std::path::{Component, Path, PathBuf};
 
 use super::estimate::peak;
 use super::output::{bytes, count};
+use super::proof::{self, Existing};
 use super::{Ended, Failure, say};
 use crate::config::Job;
 use crate::store;
@@ -14,6 +15,8 @@ use crate::store;
 pub(super) struct Room {
     /// The map that will be replaced, if there is one, and its size.
     pub(super) replaces: Option<String>,
+    /// The certificate that will be replaced, if there is one.
+    pub(super) replaces_proof: Option<String>,
     /// What is there although the run may not replace it: it would be refused.
     pub(super) refuses: Option<String>,
     /// Free bytes on its disk, if the system tells.
@@ -43,15 +46,13 @@ impl Room {
                 path.display()
             ));
         };
-        let proof = job.proof.as_ref().filter(|proof| proof.symlink_metadata().is_ok());
-        if let (Some(proof), Permission::None) = (proof, permission) {
-            exists(proof, "validated.proof");
-        }
-        if let Some(proof) = proof.filter(|proof| !super::proof::may_replace(proof)) {
-            return Err(Failure::BadInput(format!(
-                "{} is no proof, and only proofs are replaced\n  help: move it away, or choose another place with --set validated.proof=..",
-                proof.display()
-            )));
+        let mut replaces_proof = None;
+        if let Some(proof) = &job.proof {
+            match check_proof(job, proof, permission)? {
+                Place::Free => {}
+                Place::Replaces(what) => replaces_proof = Some(what),
+                Place::Taken => exists(proof, "validated.proof"),
+            }
         }
         let same =
             |a: &Path, b: &Path| a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b));
@@ -60,17 +61,7 @@ impl Room {
                 "{name} is the configuration itself\n  help: choose another place with --set output.path=.."
             )));
         }
-        // The folders that the path names are created, and then `..` would lead out of them to who knows what.
-        let leads_back = |path: &Path| path.components().any(|part| part == Component::ParentDir);
-        if let Some(folder) =
-            job.output.parent().filter(|folder| leads_back(folder) && folder.metadata().is_err())
-        {
-            return Err(Failure::BadInput(format!(
-                "{name}: the folder {} does not exist, and is not created because of the `..` in its path\n  \
-                 help: write the path without `..`, or create the folder",
-                folder.display()
-            )));
-        }
+        check_back_steps(&job.output)?;
         let replaces = match job.output.symlink_metadata() {
             Err(_) => None,
             Ok(metadata) => match permission {
@@ -82,16 +73,9 @@ impl Room {
                 }
             },
         };
-        let folder = first_folder(&job.output);
-        // The only sure way to know whether one may write somewhere is to try; the file has no name.
-        tempfile::tempfile_in(&folder).map_err(|error| {
-            Failure::BadInput(format!(
-                "{name}: cannot write into the folder {}: {error}\n  help: choose another place with --set output.path=..",
-                folder.display()
-            ))
-        })?;
-        let free = fs4::available_space(&folder).ok();
-        Ok(Self { replaces, refuses, free })
+        check_folder(&job.output, "output.path")?;
+        let free = fs4::available_space(first_folder(&job.output)).ok();
+        Ok(Self { replaces, replaces_proof, refuses, free })
     }
 
     /// Refuses a map for which its disk has no room, and warns where the run may fill it. `packed` is the estimated size
@@ -127,6 +111,93 @@ impl Room {
     /// Whether the map might not fit, so that it is worth a sample to know.
     pub(super) fn is_scarce(&self, job: &Job) -> bool {
         self.free.is_some_and(|free| peak(job.plan.bytes()) > u128::from(free))
+    }
+}
+
+/// What is at the place of a certificate.
+enum Place {
+    Free,
+    Replaces(String),
+    Taken,
+}
+
+/// Refuses a path with `..` through a folder that does not exist: the folders that a path names are created, and then
+/// `..` would lead out of them to who knows what.
+fn check_back_steps(path: &Path) -> Result<(), Failure> {
+    let leads_back = |path: &Path| path.components().any(|part| part == Component::ParentDir);
+    match path.parent().filter(|folder| leads_back(folder) && folder.metadata().is_err()) {
+        Some(folder) => Err(Failure::BadInput(format!(
+            "{}: the folder {} does not exist, and is not created because of the `..` in its path\n  \
+             help: write the path without `..`, or create the folder",
+            path.display(),
+            folder.display()
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// Refuses a path in a folder that cannot be written. The only sure way to know is to try; the file has no name.
+fn check_folder(path: &Path, key: &str) -> Result<(), Failure> {
+    let folder = first_folder(path);
+    tempfile::tempfile_in(&folder).map(drop).map_err(|error| {
+        Failure::BadInput(format!(
+            "{}: cannot write into the folder {}: {error}\n  help: choose another place with --set {key}=..",
+            path.display(),
+            folder.display()
+        ))
+    })
+}
+
+/// Refuses a certificate whose place is that of another file of the run, cannot be written, or is taken by something else.
+fn check_proof(job: &Job, proof: &Path, permission: Permission) -> Result<Place, Failure> {
+    let name = proof.display();
+    let refuse = |problem: String| {
+        Err(Failure::BadInput(format!(
+            "validated.proof: {problem}\n  help: choose another place with --set validated.proof=.."
+        )))
+    };
+    let (here, output) = (resolved(proof), resolved(&job.output));
+    if here.starts_with(&output) || output.starts_with(&here) {
+        return refuse(format!("{name} is the place of the map itself"));
+    }
+    let begins_like_parts = || {
+        let (name, map) = (here.file_name()?.to_str()?, output.file_name()?.to_str()?);
+        Some(name.starts_with(&format!("{map}.part")))
+    };
+    if here.parent() == output.parent() && begins_like_parts() == Some(true) {
+        return refuse(format!("{name} is a name that the unfinished map uses"));
+    }
+    check_back_steps(proof)?;
+    check_folder(proof, "validated.proof")?;
+    match proof::existing(proof) {
+        Existing::Nothing => Ok(Place::Free),
+        Existing::OutOfReach(error) => refuse(format!("{name} cannot be written: {error}")),
+        Existing::Other => Err(Failure::BadInput(format!(
+            "{name} is no proof, and only proofs are replaced\n  \
+             help: move it away, or choose another place with --set validated.proof=.."
+        ))),
+        Existing::Proof(_) if permission == Permission::Overwrite => {
+            Ok(Place::Replaces(format!("the proof {name}")))
+        }
+        Existing::Proof(Some(run)) if permission == Permission::Resume && run == job.identity() => {
+            Ok(Place::Free)
+        }
+        Existing::Proof(_) if permission == Permission::Resume => {
+            refuse(format!("{name} is the proof of another run, and to resume this one replaces nothing"))
+        }
+        Existing::Proof(_) => Ok(Place::Taken),
+    }
+}
+
+/// The path without links, dots and relative parts, as far as it exists.
+fn resolved(path: &Path) -> PathBuf {
+    if let Ok(whole) = path.canonicalize() {
+        return whole;
+    }
+    match (path.parent(), path.file_name()) {
+        (Some(folder), Some(name)) if folder.as_os_str().is_empty() => resolved(Path::new(".")).join(name),
+        (Some(folder), Some(name)) => resolved(folder).join(name),
+        _ => path.to_owned(),
     }
 }
 

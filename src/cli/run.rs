@@ -160,7 +160,7 @@ fn prepare(arguments: &Arguments, job: Job) -> Result<Option<(Job, PartialMap)>,
             }
         }
     } else {
-        if let Some(replaced) = &room.replaces {
+        for replaced in room.replaces.iter().chain(&room.replaces_proof) {
             say(&format!("note: {replaced} will be replaced"));
         }
         let existing = if arguments.overwrite { Existing::Replace } else { Existing::Refuse };
@@ -226,7 +226,7 @@ fn compute<E: Into<Stopped> + From<ComputeError<StoreError>>>(
         Err(Stopped::Never(failure)) => return Err(failure),
     };
     if let (Some(path), Some(proved)) = (&job.proof, &summary.proved) {
-        proof::write(&proved.surface, path, arguments.overwrite || arguments.resume)?;
+        proof::write(&proved.surface, &job.identity(), path, arguments.overwrite)?;
     }
     map.finish(&Outcome::of(&job.plan, &summary, job.machine.as_ref()))
         .map_err(|error| Failure::Broken(with_way_on(&error, &job.output)))?;

@@ -10,6 +10,7 @@ use super::point::probe_line;
 use crate::config::Job;
 use crate::map::{Axis, LISTED, PlaneCurves, Summary, Verdict};
 use crate::probe::fate_name;
+use crate::report::proved::{Rounded, proved_percent};
 use crate::simulate::bifurcation::Bifurcation;
 
 /// What there is to report.
@@ -121,12 +122,11 @@ pub(super) fn print(report: &Report, out: &mut dyn Write) -> Result<(), Failure>
         let volumes = &proved.volumes;
         writeln!(
             out,
-            "proved by validated over the whole box, all points between the nodes included: {} % present, {} % absent, \
-             {} % undecided (at most {} %, a proved bound), from {} boxes of (A, k, b) in {}",
-            short3(100.0 * volumes.present),
-            short3(100.0 * volumes.absent),
-            short3(100.0 * volumes.undecided),
-            short3(100.0 * volumes.undecided_at_most),
+            "proved by validated over the whole box, all points between the nodes included: the cycle present in at least \
+             {} %, absent in at least {} %, undecided in at most {} %, from {} boxes of (A, k, b) in {}",
+            proved_percent(volumes.present, volumes.undecided, Rounded::Down),
+            proved_percent(volumes.absent, volumes.undecided, Rounded::Down),
+            proved_percent(volumes.undecided, volumes.undecided, Rounded::Up),
             count(volumes.tiles),
             duration(proved.seconds)
         )?;
@@ -290,8 +290,7 @@ pub(super) fn json(report: &Report) -> Result<(), Failure> {
         "proved": summary.proved.as_ref().map(|proved| json!({
             "present": proved.volumes.present,
             "absent": proved.volumes.absent,
-            "undecided": proved.volumes.undecided,
-            "undecided_at_most": proved.volumes.undecided_at_most,
+            "undecided_at_most": proved.volumes.undecided,
             "boxes": proved.volumes.tiles,
             "parts": proved.volumes.parts,
             "seconds": proved.seconds,

@@ -61,8 +61,7 @@ impl Outcome {
             let volumes = &proved.volumes;
             add("proved_present", volumes.present.into());
             add("proved_absent", volumes.absent.into());
-            add("proved_undecided", volumes.undecided.into());
-            add("proved_undecided_at_most", volumes.undecided_at_most.into());
+            add("proved_undecided_at_most", volumes.undecided.into());
             add("proved_boxes", integer(volumes.tiles));
             add("proved_seconds", proved.seconds.into());
         }

@@ -25,6 +25,7 @@ pub use lorentzian::Lorentzian;
 pub use stribeck::Stribeck;
 pub use table::{Table, TableError};
 pub use weakening::{Accuracy, Weakening};
+pub(crate) use weakening::{COUNT, ProvedPiece};
 
 use std::cell::RefCell;
 use std::sync::{Arc, Mutex, PoisonError};

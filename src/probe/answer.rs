@@ -1,5 +1,6 @@
 //! The answers of every method about one point, and what the flow does there.
 
+use crate::certify::validated::any_law;
 use crate::certify::{Claim, Decision, Guarantee};
 use crate::filippov::Oscillator;
 use crate::friction::{Column, Law};
@@ -149,9 +150,7 @@ fn why_inapplicable(method: Method, claim: &Claim, column: &Column) -> Option<St
     }
     match method.guarantee() {
         Guarantee::Asymptotic => column.curve.first_order(column.belt_speed).err().map(|why| why.to_string()),
-        Guarantee::Validated => {
-            column.curve.stribeck().is_none().then(|| "the proof covers the law stribeck only".into())
-        }
+        Guarantee::Validated => any_law::prove(column).resists.map(|resists| resists.to_string()),
         Guarantee::FiniteEpsilon => (!column.curve.is_enclosed(2.0 * column.belt_speed))
             .then(|| "nothing encloses the friction law for slip speeds up to 2 V".into()),
         Guarantee::Numerical | Guarantee::None => None,

@@ -8,7 +8,7 @@ mod boundary;
 mod document;
 pub mod figure;
 mod machine_page;
-mod proved;
+pub(crate) mod proved;
 mod stale;
 mod summary;
 mod table;

@@ -3,6 +3,7 @@
 
 use crate::reference;
 use crate::sample::Random;
+use slipmap::certify::validated::{self, any_law};
 use slipmap::certify::{Decision, Guarantee, TESTS};
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Accuracy, Column, CustomLaw, Expression, Function, Law, Parameter, Table};
@@ -454,4 +455,38 @@ fn critical_dampings_of_random_laws_are_those_of_the_reference() {
         seen[usize::from(row.kind == "table")] += 1;
     }
     assert_eq!(seen, [200, 100]);
+}
+
+/// The method `validated` on laws other than Stribeck's: the critical damping of the simulation is inside, and no claim
+/// is contradicted by the direct engine.
+#[test]
+fn validated_encloses_every_law() {
+    let mut random = Random(68);
+    let (mut sharp, mut all) = (0, 0);
+    for (law, column) in columns(80) {
+        let proof = any_law::prove(&column);
+        let [lo, hi] = [proof.critical.lo, proof.critical.hi].map(|viscous| viscous / column.epsilon);
+        if let Ok(found) = critical_damping(&column, 1e-11) {
+            let slack = 2.0 * found.error + 1e-14 * found.c.abs();
+            assert!(
+                lo <= found.c + slack && found.c - slack <= hi,
+                "{law:?} {column:?}: {proof:?} {found:?}"
+            );
+        }
+        all += 1;
+        let range = column.curve.weakening_range(0.0, 2.0 * column.belt_speed);
+        sharp += u32::from(proof.critical.hi - proof.critical.lo < 1e-9 * range.hi.abs().max(range.lo.abs()));
+        let claim = (validated::TEST.claim)(&column);
+        for _ in 0..2 {
+            let c = between(&mut random, 0.0, 1.2) * range.hi.max(0.01) / column.epsilon;
+            let fate = direct::flow(&Oscillator::in_column(&column, c), 1e-10).fate;
+            let contradicted = match claim.decide(c) {
+                Decision::Present => matches!(fate, Fate::SpiralsInward | Fate::CrossesForever),
+                Decision::Absent => matches!(fate, Fate::Sticks(_) | Fate::CrossesForever),
+                Decision::Undecided => false,
+            };
+            assert!(!contradicted, "{law:?} {column:?} at {c}: {claim:?} {fate:?}");
+        }
+    }
+    assert!(10 * sharp > 7 * all, "{sharp} of {all}");
 }

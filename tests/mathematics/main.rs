@@ -17,6 +17,7 @@ mod columns;
 mod curves;
 mod direct;
 mod failures;
+mod forger;
 mod forms;
 mod identities;
 mod laws;

@@ -24,7 +24,9 @@ mod mounts;
 #[cfg(all(target_os = "linux", feature = "mpi"))]
 mod mpi;
 mod probe;
+mod proofs;
 mod reference_page;
+mod replace;
 mod report;
 mod resume;
 mod run;

@@ -52,16 +52,18 @@
 //! | statement | function | test |
 //! | --- | --- | --- |
 //! | a tile, proved again | [`verify`] | `tiles_pass_and_wrong_ones_do_not` |
-//! | boxes cover a domain | [`covers`] | `a_gap_is_found` |
+//! | boxes divide a domain | [`divides`] | `gaps_overlaps_and_boxes_turned_round_are_found` |
 
 mod ball;
 mod growth;
+mod partition;
 mod series;
 
 use rayon::prelude::*;
 
 use super::validated::tile::{GroupBox, Tile};
 use ball::Ball;
+pub use partition::{Fault, divides};
 use series::Series;
 
 /// Degrees of a tile's polynomials in A, k and b; modes are numbered i + 3 (j + 9 l).
@@ -258,37 +260,6 @@ fn defect_at(tile: &Tile, nodes: [&Node; 3]) -> f64 {
     g.norm()
 }
 
-/// Whether every point of `domain` is in one of the boxes.
-#[must_use]
-pub fn covers(domain: &GroupBox, boxes: &[GroupBox]) -> bool {
-    let within = |part: &GroupBox, whole: &GroupBox| {
-        part.ranges()
-            .iter()
-            .zip(whole.ranges())
-            .all(|(part, whole)| whole[0] <= part[0] && part[1] <= whole[1])
-    };
-    if boxes.iter().any(|one| within(domain, one)) {
-        return true;
-    }
-    let near: Vec<GroupBox> = boxes.iter().filter(|one| one.meets(domain)).copied().collect();
-    // A face of a box inside the domain cuts it; without any, no box reaches its inner points.
-    let cut = near.iter().find_map(|one| {
-        (0..3).find_map(|axis| {
-            let [lo, hi] = domain.ranges()[axis];
-            one.ranges()[axis].into_iter().find(|&face| lo < face && face < hi).map(|face| (axis, face))
-        })
-    });
-    let Some((axis, face)) = cut else { return false };
-    let part = |range: [f64; 2]| {
-        let mut ranges = domain.ranges();
-        ranges[axis] = range;
-        let [a, k, b] = ranges;
-        GroupBox { a, k, b }
-    };
-    let [lo, hi] = domain.ranges()[axis];
-    covers(&part([lo, face]), &near) && covers(&part([face, hi]), &near)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -329,16 +300,5 @@ mod tests {
         let point = GroupBox { a: [0.2, 0.2], k: [0.3, 0.3], b: [0.0, 0.0] };
         let tile = Tile::prove(point).unwrap();
         assert!(verify(&tile).is_ok_and(|proved| proved < 1e-10), "{:?}", verify(&tile));
-    }
-
-    #[test]
-    fn a_gap_is_found() {
-        let whole = domain();
-        let [low, high] = whole.halves(1);
-        let [near, far] = high.halves(0);
-        assert!(covers(&whole, &[whole]) && covers(&whole, &[far, low, near]));
-        assert!(!covers(&whole, &[low, near]) && !covers(&whole, &[low, far]) && !covers(&whole, &[]));
-        let short = GroupBox { b: [far.b[0], far.b[1].next_down()], ..far };
-        assert!(!covers(&whole, &[low, near, short]));
     }
 }

@@ -52,29 +52,34 @@
 //! | samples bound a polynomial | `circle::riesz_factor` | `samples_bound_polynomials` |
 //! | C* enclosed | [`Enclosed::critical`] | `tests/mathematics/validated.rs` against 150-bit references |
 //! | C* enclosed over a box | [`tile::Tile::prove`] | `a_tile_holds_the_points_inside`, `bounds_hold_between_the_samples_and_samples_alone_do_not`, [`super::recheck`] |
-//! | volumes proved | [`boxes::BoxProof`] | `more_subdivision_leaves_less`, `the_box_and_its_columns_agree` |
+//! | volumes proved | [`boxes::BoxProof`] | `proved_volumes_enclose_the_true_one`, `volumes_of_known_sets` |
 //! | C* < C_HB over a box; false at k = 56 | [`balance::compare`] | `the_balance_is_a_bound_over_a_box`, `harmonic_balance_is_exceeded_at_large_k` |
-//! | landing speed bounded | `landing::Flow` | `agrees_with_the_bound_in_double_precision`, `tests/mathematics/validated.rs` |
+//! | C* enclosed for any law | [`any_law::prove`] | `tests/mathematics/laws.rs::validated_encloses_every_law`, `two_proofs_of_one_column_agree` |
+//! | landing speed bounded | `landing_speed::Flow` | `agrees_with_the_bound_in_double_precision`, `tests/mathematics/validated.rs` |
 //!
 //! # Arithmetic
 //! `interval::Interval` rounds outwards by one unit in the last place around each operation of plain f64.
 //! Sines and cosines are enclosed by half-angle formulas from exact values.
 
+pub mod any_law;
 pub mod balance;
 pub mod boxes;
 mod circle;
 mod defect;
+mod expansion;
 mod interval;
-mod landing;
+mod landing_speed;
+mod mean;
 mod orbit;
 pub mod surface;
 pub mod tile;
+mod turn;
 
-use super::{Claim, Decision, Guarantee, Test};
+use super::{Claim, Guarantee, Test};
 use crate::friction::Column;
 use defect::{Bounds, Candidate, Groups, Seen, radius_of_proof, sampling};
 use interval::Interval;
-use landing::Flow;
+use landing_speed::{Divergence, Flow};
 use orbit::{Guess, approximate};
 
 /// The method.
@@ -109,8 +114,8 @@ pub struct Enclosed {
 }
 
 impl Enclosed {
-    /// The column, with the roundings of its scaled groups enclosed; `None` for laws other than Stribeck's,
-    /// which the proof does not cover.
+    /// The column, with the roundings of its scaled groups enclosed; `None` for laws other than Stribeck's, for which see
+    /// [`any_law`].
     #[must_use]
     pub fn of(column: &Column) -> Option<Self> {
         let law = column.curve.stribeck()?;
@@ -163,31 +168,29 @@ impl Enclosed {
     }
 
     /// The orbit at damping `c`.
-    fn flow(&self, c: f64) -> Flow {
-        Flow { groups: self.groups, viscous: self.epsilon * Interval::of(c), belt_speed: self.belt_speed }
+    fn flow(&self, c: f64) -> Flow<'_> {
+        Flow {
+            divergence: Divergence::Groups(self.groups),
+            viscous: self.epsilon * Interval::of(c),
+            belt_speed: self.belt_speed,
+        }
     }
+}
 
-    /// The smallest damping found from which on the landing is proved, see [`super::landing`]; infinity if
-    /// none is.
-    fn sticks_from(&self, present_below: f64) -> f64 {
-        let lands = |c: f64| self.flow(c).lands();
-        if present_below <= 0.0 || lands(0.0) {
-            return 0.0;
-        }
-        if !lands(present_below) {
-            return f64::INFINITY;
-        }
-        let (mut failed, mut verified) = (0.0, present_below);
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (failed + verified);
-            if lands(middle) {
-                verified = middle;
-            } else {
-                failed = middle;
-            }
-        }
-        verified
+/// The smallest damping found from which on the landing is proved, see [`super::landing`]; infinity if none is.
+fn sticks_from(lands: &dyn Fn(f64) -> bool, present_below: f64) -> f64 {
+    if present_below <= 0.0 || lands(0.0) {
+        return 0.0;
     }
+    if !lands(present_below) {
+        return f64::INFINITY;
+    }
+    let (mut failed, mut verified) = (0.0, present_below);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (failed + verified);
+        if lands(middle) { verified = middle } else { failed = middle }
+    }
+    verified
 }
 
 /// Bounds of C* over all groups, by the even part of the divergence.
@@ -201,7 +204,7 @@ fn even_part_bounds(groups: &Groups) -> Interval {
 }
 
 fn claim(column: &Column) -> Claim {
-    let Some(enclosed) = Enclosed::of(column) else { return Claim::NOTHING };
+    let Some(enclosed) = Enclosed::of(column) else { return any_law::claim(column) };
     let even = enclosed.even_part_bounds();
     // Where no legal damping is small enough for a cycle, nobody needs to know C*.
     let critical = match even.hi < 0.0 {
@@ -213,27 +216,8 @@ fn claim(column: &Column) -> Claim {
     };
     let c = critical.over(enclosed.epsilon);
     // Below c.lo, eps c < C*; what went wrong is the whole line, which claims nothing.
-    Claim { sticks_from: enclosed.sticks_from(c.lo), present_below: c.lo, absent_above: c.hi }
-}
-
-/// The verdict at one damping of a column: that of [`TEST`]'s claim, at a fraction of its cost where the even
-/// part of the divergence decides.
-#[must_use]
-pub fn decide(column: &Column, c: f64) -> Decision {
-    let Some(enclosed) = Enclosed::of(column) else { return Decision::Undecided };
-    let viscous = enclosed.epsilon * Interval::of(c);
-    let mut critical = enclosed.even_part_bounds();
-    if critical.lo <= viscous.hi && viscous.lo <= critical.hi {
-        let CriticalEnclosure { lo, hi } = enclosed.critical();
-        critical = Interval::new(lo, hi);
-    }
-    if viscous.lo > critical.hi {
-        Decision::Absent
-    } else if viscous.hi < critical.lo && enclosed.flow(c).lands() {
-        Decision::Present
-    } else {
-        Decision::Undecided
-    }
+    let sticks_from = sticks_from(&|c| enclosed.flow(c).lands(), c.lo);
+    Claim { sticks_from, present_below: c.lo, absent_above: c.hi }
 }
 
 #[cfg(test)]

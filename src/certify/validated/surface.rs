@@ -37,6 +37,14 @@ enum State {
     Proved(Box<Tile>),
 }
 
+/// What is known of C* on a piece.
+pub(super) enum Known<'a> {
+    /// A proof encloses it.
+    Tile(&'a Tile),
+    /// The even part of the divergence does, to this width.
+    EvenPart(f64),
+}
+
 impl Surface {
     /// One piece, without a proof.
     #[must_use]
@@ -114,15 +122,17 @@ impl Surface {
         self.pieces.iter().filter(|piece| !matches!(piece.state, State::Proved(_))).map(|piece| piece.domain)
     }
 
-    /// Bound on the width of the enclosure anywhere in `domain`.
-    #[must_use]
-    pub fn width(&self, domain: &GroupBox) -> f64 {
-        let met = self.pieces.iter().filter(|piece| piece.domain.meets(domain));
-        let width = met.map(|piece| piece.width).fold(0.0, f64::max);
-        width.min(even_part_width(domain))
+    /// What is known of C* on each piece that meets `domain`.
+    pub(super) fn known(&self, domain: &GroupBox) -> impl Iterator<Item = Known<'_>> {
+        let domain = *domain;
+        self.pieces.iter().filter(move |piece| piece.domain.meets(&domain)).map(|piece| match &piece.state {
+            State::Proved(tile) => Known::Tile(tile),
+            State::Untried | State::Failed => Known::EvenPart(piece.width),
+        })
     }
 
     /// C* at one point of the box, enclosed; the whole line outside.
+    #[cfg(test)]
     pub(super) fn critical(&self, groups: &Groups) -> Interval {
         let at = GroupBox::around(groups);
         let met = self.pieces.iter().filter(|piece| piece.domain.meets(&at));
@@ -133,15 +143,6 @@ impl Surface {
         })
         .reduce(Interval::hull)
         .unwrap_or(Interval::WHOLE)
-    }
-
-    /// C* over a box, enclosed: it rises with A and falls with k and b.
-    pub(super) fn bounds(&self, domain: &Groups) -> Interval {
-        let Groups { a, k, b } = *domain;
-        let corner = |a, k, b| Groups { a: Interval::of(a), k: Interval::of(k), b: Interval::of(b) };
-        let least = self.critical(&corner(a.lo, k.hi, b.hi));
-        let most = self.critical(&corner(a.hi, k.lo, b.lo));
-        Interval::new(least.lo, most.hi)
     }
 }
 

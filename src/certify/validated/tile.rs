@@ -16,7 +16,7 @@ use super::orbit::{Guess, Orbit, approximate};
 /// Degrees of the candidates in A, k and b. D is linear in A and b but not in k.
 const DEGREES: [usize; 3] = [2, 8, 2];
 /// The largest of them.
-const HIGHEST: usize = 8;
+pub(super) const HIGHEST: usize = 8;
 /// Size of a harmonic, relative to the first, that is left out.
 const NEGLIGIBLE: f64 = 1e-12;
 /// Coefficients are multiples of this, so that they are short in a file.
@@ -28,7 +28,7 @@ const LARGEST_ANGLE: f64 = 1.3;
 
 /// A box of the scaled groups; its ends are exact.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "cli", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "cli", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct GroupBox {
     /// Range of A = eps gamma (1 - alpha).
     #[cfg_attr(feature = "cli", serde(rename = "A"))]
@@ -49,15 +49,18 @@ impl GroupBox {
     /// The halves of the box along one of its three axes.
     #[must_use]
     pub fn halves(&self, axis: usize) -> [GroupBox; 2] {
-        let ranges = self.ranges();
-        let [lo, hi] = ranges[axis];
+        let [lo, hi] = self.ranges()[axis];
         let middle = 0.5 * (lo + hi);
-        [[lo, middle], [middle, hi]].map(|half| {
-            let mut ranges = ranges;
-            ranges[axis] = half;
-            let [a, k, b] = ranges;
-            GroupBox { a, k, b }
-        })
+        [[lo, middle], [middle, hi]].map(|half| self.with_range(axis, half))
+    }
+
+    /// The box with another range along one of its three axes.
+    #[must_use]
+    pub fn with_range(&self, axis: usize, range: [f64; 2]) -> GroupBox {
+        let mut ranges = self.ranges();
+        ranges[axis] = range;
+        let [a, k, b] = ranges;
+        GroupBox { a, k, b }
     }
 
     /// Whether the boxes have a point in common.
@@ -180,6 +183,7 @@ impl Tile {
     }
 
     /// An enclosure of C* at groups inside the box.
+    #[cfg(test)]
     pub(super) fn critical(&self, groups: &Groups) -> Interval {
         let Groups { a, k, b } = *groups;
         let at = [(a, self.domain.a), (k, self.domain.k), (b, self.domain.b)].map(|(x, [lo, hi])| {

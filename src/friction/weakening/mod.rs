@@ -22,7 +22,7 @@ use super::{Form, Range};
 pub(super) use compile::extend;
 
 /// Coefficients of a piece.
-pub(super) const COUNT: usize = 12;
+pub(crate) const COUNT: usize = 12;
 
 /// How far the polynomials may be from the law.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,6 +71,21 @@ struct Piece {
     monotone: bool,
     /// Proved sign of w'' throughout: positive where it is certainly not negative.
     bend: Bend,
+}
+
+/// A piece as proofs see it: a polynomial and how far w may be from it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ProvedPiece<'a> {
+    /// Slip speeds on which the bound holds. The first piece reaches to minus infinity: below 0 its polynomial continues
+    /// the law.
+    pub(crate) ends: [f64; 2],
+    /// The polynomial is one in x = (u - middle) * scale.
+    pub(crate) middle: f64,
+    pub(crate) scale: f64,
+    /// Coefficients of 1, x, x^2, ...
+    pub(crate) c: &'a [f64; COUNT],
+    /// Bound of |w - polynomial| for u >= 0, both exact; infinite where there is none.
+    pub(crate) error: f64,
 }
 
 /// How a function bends on a piece.
@@ -231,6 +246,17 @@ impl Weakening {
     /// The pieces that meet [`lo`, `hi`], 0 <= lo <= hi <= reach.
     fn pieces_between(&self, lo: f64, hi: f64) -> std::ops::RangeInclusive<usize> {
         self.piece_of(lo)..=self.piece_of(hi)
+    }
+
+    /// The pieces that meet [`lo`, `hi`], lo <= hi, as far as they reach.
+    pub(crate) fn proved_pieces(&self, lo: f64, hi: f64) -> impl Iterator<Item = ProvedPiece<'_>> {
+        let [lo, hi] = [lo, hi].map(|u| u.clamp(0.0, self.reach()));
+        self.pieces_between(lo, hi).map(|i| {
+            let Piece { middle, scale, ref c, error, .. } = self.pieces[i];
+            let from = if i == 0 { f64::NEG_INFINITY } else { self.breaks[i] };
+            // The bound of the piece is one of the polynomial as computed, and includes its round-off.
+            ProvedPiece { ends: [from, self.breaks[i + 1]], middle, scale, c, error: 2.0 * error }
+        })
     }
 
     /// How far the polynomials may be from the law for slip speeds in [`lo`, `hi`], as far as they reach.

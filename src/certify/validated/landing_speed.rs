@@ -13,19 +13,29 @@
 
 use super::defect::Groups;
 use super::interval::Interval;
+use crate::friction::Weakening;
 
 /// Strips per quarter turn, tried in this order.
 const REFINEMENTS: [u32; 3] = [2, 8, 48];
 
-/// The parameters of a landing, enclosed. Only the ends at which the orbit is fastest count.
+/// What bounds the weakening rate of an orbit from above.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Flow {
-    pub(super) groups: Groups,
+pub(super) enum Divergence<'a> {
+    /// The scaled groups of Stribeck's law, of which only the ends count at which the orbit is fastest.
+    Groups(Groups),
+    /// The polynomials of any law.
+    Compiled(&'a Weakening),
+}
+
+/// The parameters of a landing, enclosed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Flow<'a> {
+    pub(super) divergence: Divergence<'a>,
     pub(super) viscous: Interval,
     pub(super) belt_speed: Interval,
 }
 
-impl Flow {
+impl Flow<'_> {
     /// Whether it is proved for all parameters that an orbit which comes back to the belt line does so with
     /// a speed below 2, and that none runs away.
     pub(super) fn lands(&self) -> bool {
@@ -48,13 +58,26 @@ impl Flow {
         }
     }
 
-    /// Upper bound of D at slip speeds of at least `slip`.
-    fn divergence_bound(&self, slip: Interval) -> f64 {
-        let Groups { a, k, b } = self.groups;
-        let slip = Interval::of(slip.lo.max(0.0));
-        let (a, k, b) = (Interval::of(a.hi), Interval::of(k.lo), Interval::of(b.lo));
-        let q = Interval::ONE + k * slip;
-        (a.over(q.square()) - (b + b) * slip - Interval::of(self.viscous.lo)).hi
+    /// Upper bound of D at slip speeds from `least` to `most`, in units of the belt speed.
+    fn divergence_bound(&self, least: Interval, most: Interval) -> f64 {
+        let slip = Interval::of(least.lo.max(0.0));
+        let weakening = match self.divergence {
+            // It falls with the slip speed.
+            Divergence::Groups(Groups { a, k, b }) => {
+                let (a, k, b) = (Interval::of(a.hi), Interval::of(k.lo), Interval::of(b.lo));
+                let q = Interval::ONE + k * slip;
+                a.over(q.square()) - (b + b) * slip
+            }
+            Divergence::Compiled(law) => {
+                let speeds = Interval::new((self.belt_speed * slip).lo.max(0.0), (self.belt_speed * most).hi);
+                let range = law.range(speeds.lo, speeds.hi);
+                if !range.hi.is_finite() {
+                    return f64::INFINITY;
+                }
+                Interval::of(range.hi)
+            }
+        };
+        (weakening - Interval::of(self.viscous.lo)).hi
     }
 
     /// e at s = 0 from e = s^2 at `start` < 0; the slip speed is 1 + `sign` s.
@@ -66,8 +89,12 @@ impl Flow {
             let tau = f64::from(i) / f64::from(strips);
             let next = if i == strips { 0.0 } else { start * (1.0 - tau * tau) };
             // The least slip speed of the strip is at its beginning where sign is positive.
-            let at = if sign > 0.0 { one + Interval::of(s) } else { one - Interval::of(next) };
-            let d = self.divergence_bound(at);
+            let at = |s: f64| if sign > 0.0 { one + Interval::of(s) } else { one - Interval::of(s) };
+            let d = if sign > 0.0 {
+                self.divergence_bound(at(s), at(next))
+            } else {
+                self.divergence_bound(at(next), at(s))
+            };
             let h = Interval::of(next) - Interval::of(s);
             let m = if d >= 0.0 {
                 Interval::of(0.5) * (Interval::of(s) + Interval::of(next))
@@ -91,7 +118,7 @@ impl Flow {
         for i in 1..strips {
             let tau = f64::from(strips - i) / f64::from(strips);
             let next = scale * (1.0 - tau * tau);
-            let d = self.divergence_bound(one + Interval::of(s));
+            let d = self.divergence_bound(one + Interval::of(s), one + Interval::of(next));
             let Some(after) = recede(energy, s, next, d) else {
                 break;
             };
@@ -104,15 +131,17 @@ impl Flow {
             if !(next > s && energy.sqrt() - s > scale / f64::from(strips * strips)) {
                 break;
             }
-            energy = recede(energy, s, next, self.divergence_bound(one + Interval::of(s)))?;
+            let d = self.divergence_bound(one + Interval::of(s), one + Interval::of(next));
+            energy = recede(energy, s, next, d)?;
             s = next;
         }
-        let d = self.divergence_bound(one + Interval::of(s));
         let rest = (energy.sqrt() - s).max(f64::EPSILON * s);
-        [1.0, 1.0 + 1e-3, 1.1, 1.5, 2.0, 3.0, 6.0]
-            .iter()
-            .map(|factor| (s + factor * rest).next_up())
-            .find(|&trial| recede(energy, s, trial, d).is_none())
+        [1.0, 1.0 + 1e-3, 1.1, 1.5, 2.0, 3.0, 6.0].iter().map(|factor| (s + factor * rest).next_up()).find(
+            |&trial| {
+                let d = self.divergence_bound(one + Interval::of(s), one + Interval::of(trial));
+                recede(energy, s, trial, d).is_none()
+            },
+        )
     }
 
     /// e at the belt line s = 1 from its value at s = 0; `None` if the orbit turns before.
@@ -121,7 +150,8 @@ impl Flow {
         for i in 1..=strips {
             let tau = f64::from(strips - i) / f64::from(strips);
             let next = 1.0 - tau * tau;
-            let d = self.divergence_bound(Interval::ONE - Interval::of(next));
+            let d =
+                self.divergence_bound(Interval::ONE - Interval::of(next), Interval::ONE - Interval::of(s));
             energy = recede(energy, s, next, d)?;
             s = next;
         }

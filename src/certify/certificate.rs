@@ -1,0 +1,213 @@
+//! Certificates of the universal surface C*(A, k, b): text (JSON) that anybody can verify again.
+//!
+//! A certificate is evidence only as far as it is checked, and may come from anybody. [`Certificate::parse`] reads
+//! nothing but the keys of the format, with finite numbers; [`Certificate::check`] proves every claim anew by
+//! [`super::recheck`] and compares what is not a number, the statement, with the one it must be. `written_by` and `run`
+//! say where a certificate comes from; they claim nothing, and nothing vouches for them.
+//!
+//! Numbers mean the doubles nearest to them; the coefficients of polynomials are whole multiples of `unit`.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::recheck::{self, divides};
+use super::validated::surface::Surface;
+use super::validated::tile::{GroupBox, MODES, Tile, UNIT};
+
+/// What a certificate calls itself.
+const FORMAT: &str = "slipmap proof 1";
+/// How the text of every certificate begins, of whatever format.
+pub const BEGINNING: &str = "{\"format\":\"slipmap proof ";
+/// What it says.
+const STATEMENT: &str = "With v' = w, w' = -v + D w, D = -C + A/(1 + k s)^2 - 2 b s, s = 1 - v, the orbit from (1, 0) \
+    comes back to v = 1 (or runs away) for C < C* and not for C > C*. In the domain of each tile |C* - sum of viscous[m] \
+    T_i T_j T_l| <= radius, m = i + 3 (j + 9 l), T Chebyshev polynomials of A, k, b scaled to [-1, 1] over the domain. \
+    Integers are multiples of unit; zeros at the end of a list are left out. Cosines and sines are the witness, see the \
+    documentation of slipmap::certify::recheck. In the boxes `open` nothing is claimed.";
+/// Larger integers are not exact as f64, and no coefficient is that large.
+const LARGEST: i64 = 1 << 53;
+
+/// A certificate, of which nothing is verified yet.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Certificate {
+    format: String,
+    statement: String,
+    written_by: String,
+    /// The run that wrote it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    run: Option<String>,
+    unit: f64,
+    domain: GroupBox,
+    open: Vec<GroupBox>,
+    tiles: Vec<StoredTile>,
+}
+
+/// A tile in the text.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StoredTile {
+    domain: GroupBox,
+    radius: f64,
+    viscous: Vec<i64>,
+    cosines: Vec<Vec<i64>>,
+    sines: Vec<Vec<i64>>,
+}
+
+/// What a check has found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Checked {
+    /// Where the surface is claimed to be known.
+    pub domain: GroupBox,
+    /// Number of tiles.
+    pub tiles: usize,
+    /// Number of those that were proved again.
+    pub confirmed: usize,
+    /// The largest radius claimed.
+    pub largest_radius: f64,
+    /// Share of the domain in which nothing is claimed; right if there are no problems.
+    pub open_share: f64,
+    /// Everything that is wrong; the certificate is sound if there is nothing.
+    pub problems: Vec<String>,
+}
+
+/// Why a text is no certificate.
+#[derive(Debug, thiserror::Error)]
+pub enum NoCertificate {
+    /// It is not JSON, or has other keys or values than a certificate.
+    #[error("is no proof: {0}")]
+    Malformed(#[from] serde_json::Error),
+    /// It is one of another version.
+    #[error("is a proof of another format: {format}, unit {unit:e}")]
+    OtherFormat {
+        /// The format that it names.
+        format: String,
+        /// Its unit.
+        unit: f64,
+    },
+}
+
+impl Certificate {
+    /// The certificate of a surface, written by the run that `run` identifies.
+    #[must_use]
+    pub fn of(surface: &Surface, run: &str) -> Self {
+        Self {
+            format: FORMAT.into(),
+            statement: STATEMENT.into(),
+            written_by: format!("slipmap {} (git {})", env!("CARGO_PKG_VERSION"), env!("SLIPMAP_GIT")),
+            run: Some(run.into()),
+            unit: UNIT,
+            domain: surface.domain(),
+            open: surface.open().collect(),
+            tiles: surface.tiles().map(StoredTile::of).collect(),
+        }
+    }
+
+    /// Reads a certificate, and believes none of it.
+    ///
+    /// # Errors
+    /// [`NoCertificate`].
+    pub fn parse(text: &str) -> Result<Self, NoCertificate> {
+        let read: Self = serde_json::from_str(text)?;
+        if read.format != FORMAT || read.unit != UNIT {
+            return Err(NoCertificate::OtherFormat { format: read.format, unit: read.unit });
+        }
+        Ok(read)
+    }
+
+    /// Its text: one line a tile, for people who look at differences.
+    ///
+    /// # Errors
+    /// None that is known: the numbers of a surface are finite.
+    pub fn text(&self) -> serde_json::Result<String> {
+        Ok(serde_json::to_string(self)?.replace("{\"domain\"", "\n{\"domain\"") + "\n")
+    }
+
+    /// The run that it says has written it.
+    #[must_use]
+    pub fn run(&self) -> Option<&str> {
+        self.run.as_deref()
+    }
+
+    /// Verifies everything that it claims, by [`super::recheck`].
+    #[must_use]
+    pub fn check(&self) -> Checked {
+        let mut problems = Vec::new();
+        if self.statement != STATEMENT {
+            problems.push("its statement is not the one that this format proves".into());
+        }
+        let boxes: Vec<GroupBox> =
+            self.tiles.iter().map(|tile| tile.domain).chain(self.open.clone()).collect();
+        if let Err(fault) = divides(&self.domain, &boxes) {
+            problems.push(format!("tiles (counted first) and open boxes do not divide the domain: {fault}"));
+        }
+        let found: Vec<Option<String>> = self.tiles.par_iter().map(StoredTile::doubt).collect();
+        let confirmed = found.iter().filter(|doubt| doubt.is_none()).count();
+        for (i, (doubt, tile)) in found.into_iter().zip(&self.tiles).enumerate() {
+            let GroupBox { a, k, b } = tile.domain;
+            problems.extend(doubt.map(|doubt| {
+                format!(
+                    "tile {} (A {a:?}, k {k:?}, b {b:?}) claims a radius of {:e}: {doubt}",
+                    i + 1,
+                    tile.radius
+                )
+            }));
+        }
+        let share = |one: &GroupBox| -> f64 {
+            let ranges = one.ranges().into_iter().zip(self.domain.ranges());
+            let wide = ranges.filter(|(_, [lo, hi])| hi > lo);
+            wide.map(|([lo, hi], [whole_lo, whole_hi])| (hi - lo) / (whole_hi - whole_lo)).product()
+        };
+        Checked {
+            domain: self.domain,
+            tiles: self.tiles.len(),
+            confirmed,
+            largest_radius: self.tiles.iter().map(|tile| tile.radius).fold(0.0, f64::max),
+            open_share: self.open.iter().map(share).sum(),
+            problems,
+        }
+    }
+}
+
+impl StoredTile {
+    #[allow(clippy::cast_possible_truncation)] // coefficients are multiples of the unit below 2^17
+    fn of(tile: &Tile) -> Self {
+        let row = |row: &Vec<f64>| {
+            let length = row.iter().rposition(|c| *c != 0.0).map_or(0, |last| last + 1);
+            row[..length].iter().map(|c| (c / UNIT).round() as i64).collect()
+        };
+        Self {
+            domain: tile.domain,
+            radius: tile.radius,
+            viscous: row(&tile.viscous),
+            cosines: tile.cosines.iter().map(row).collect(),
+            sines: tile.sines.iter().map(row).collect(),
+        }
+    }
+
+    /// Why its claim is not confirmed; `None` if it is.
+    fn doubt(&self) -> Option<String> {
+        let mut numbers = self.cosines.iter().chain(&self.sines).chain([&self.viscous]).flatten();
+        if numbers.any(|c| !(-LARGEST..=LARGEST).contains(c)) {
+            return Some("a coefficient is too large".into());
+        }
+        recheck::verify(&self.tile()).err().map(|doubt| doubt.to_string())
+    }
+
+    /// The tile; lists that are too long make one that no check confirms.
+    #[allow(clippy::cast_precision_loss)] // exact up to LARGEST
+    fn tile(&self) -> Tile {
+        let row = |row: &Vec<i64>| {
+            let mut row: Vec<f64> = row.iter().map(|c| *c as f64 * UNIT).collect();
+            row.resize(row.len().max(MODES), 0.0);
+            row
+        };
+        Tile {
+            domain: self.domain,
+            radius: self.radius,
+            viscous: row(&self.viscous),
+            cosines: self.cosines.iter().map(row).collect(),
+            sines: self.sines.iter().map(row).collect(),
+        }
+    }
+}

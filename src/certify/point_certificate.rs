@@ -1,0 +1,209 @@
+//! Certificates of one point of any law: what `validated` proves of it, as text that anybody can verify again.
+//!
+//! [`PointCertificate::check`] believes nothing: the statement is compared with the one it must be, the law is made again from its
+//! definition, and everything that is claimed of the point is proved again from these.
+
+use serde::{Deserialize, Serialize};
+
+use super::certificate::NoCertificate;
+use super::validated;
+use super::{Claim, Decision};
+use crate::friction::Law;
+use crate::point::{LawParameters, Point};
+
+/// What a certificate of a point calls itself.
+const FORMAT: &str = "slipmap proof of a point 1";
+/// How its text begins.
+pub const BEGINNING: &str = "{\"format\":\"slipmap proof of a point ";
+/// What it says.
+const STATEMENT: &str = "With x1' = x2, x2' = -x1 - epsilon c x2 - sign(x2 - V) phi(|x2 - V|) and the friction law phi \
+    of the given name, definition and parameters, the orbit from the exit point (1 - epsilon c V, V) comes back to the belt line \
+    (or runs away) for c < critical_c[0] and does not for c > critical_c[1]; null claims nothing on its side. Verdict present: a \
+    stick-slip limit cycle exists at the given c. Absent: none exists. Undecided: nothing is claimed of that.";
+
+/// A certificate, of which nothing is verified yet.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PointCertificate {
+    format: String,
+    statement: String,
+    written_by: String,
+    law: String,
+    law_definition: String,
+    parameters: Vec<f64>,
+    epsilon: f64,
+    #[serde(rename = "V")]
+    belt_speed: f64,
+    #[serde(rename = "c")]
+    damping: f64,
+    critical_c: [Option<f64>; 2],
+    verdict: String,
+}
+
+impl PointCertificate {
+    /// What is proved of a point.
+    #[must_use]
+    pub fn of(law: &Law, point: &Point) -> Self {
+        let claim = (validated::TEST.claim)(&law.column(point));
+        Self {
+            format: FORMAT.into(),
+            statement: STATEMENT.into(),
+            written_by: format!("slipmap {} (git {})", env!("CARGO_PKG_VERSION"), env!("SLIPMAP_GIT")),
+            law: law.name().into(),
+            law_definition: law.definition(),
+            parameters: point.law.as_slice().to_vec(),
+            epsilon: point.epsilon,
+            belt_speed: point.belt_speed,
+            damping: point.damping,
+            critical_c: critical(&claim),
+            verdict: name(claim.decide(point.damping)).into(),
+        }
+    }
+
+    /// Reads a certificate, and believes none of it.
+    ///
+    /// # Errors
+    /// [`NoCertificate`].
+    pub fn parse(text: &str) -> Result<Self, NoCertificate> {
+        let read: Self = serde_json::from_str(text)?;
+        match read.format == FORMAT {
+            true => Ok(read),
+            false => Err(NoCertificate::OtherFormat { format: read.format, unit: 1.0 }),
+        }
+    }
+
+    /// Its text.
+    ///
+    /// # Errors
+    /// None that is known: the numbers of a point are finite.
+    pub fn text(&self) -> serde_json::Result<String> {
+        Ok(serde_json::to_string(self)? + "\n")
+    }
+
+    /// The verdict that it claims.
+    #[must_use]
+    pub fn verdict(&self) -> &str {
+        &self.verdict
+    }
+
+    /// The critical damping as it claims it.
+    #[must_use]
+    pub fn critical_c(&self) -> [Option<f64>; 2] {
+        self.critical_c
+    }
+
+    /// Proves everything again; what is wrong, nothing if the certificate is sound.
+    #[must_use]
+    pub fn check(&self) -> Vec<String> {
+        let mut problems = Vec::new();
+        if self.statement != STATEMENT {
+            problems.push("its statement is not the one that this format proves".into());
+        }
+        let Some(law) = Law::from_definition(&self.law, &self.law_definition) else {
+            problems.push("its friction law does not exist".into());
+            return problems;
+        };
+        let legal = |x: f64, min: f64, max: f64| x.is_finite() && min <= x && x <= max;
+        let known = law.parameters();
+        let fits = known.len() == self.parameters.len()
+            && known.iter().zip(&self.parameters).all(|(known, &x)| legal(x, known.min, known.max));
+        let positive = |x: f64| x.is_finite() && x > 0.0;
+        if !(fits
+            && positive(self.epsilon)
+            && positive(self.belt_speed)
+            && legal(self.damping, 0.0, f64::MAX))
+        {
+            problems.push("its parameters are not those of a point of the law".into());
+            return problems;
+        }
+        let point = Point {
+            epsilon: self.epsilon,
+            law: LawParameters::new(&self.parameters),
+            belt_speed: self.belt_speed,
+            damping: self.damping,
+        };
+        let claim = (validated::TEST.claim)(&law.column(&point));
+        let [below, above] = critical(&claim);
+        let follows = |claimed: Option<f64>, proved: Option<f64>, order: fn(&f64, &f64) -> bool| match (
+            claimed, proved,
+        ) {
+            (None, _) => true,
+            (Some(claimed), Some(proved)) => order(&claimed, &proved),
+            (Some(_), None) => false,
+        };
+        let [lo, hi] = self.critical_c;
+        if !(follows(lo, below, f64::le) && follows(hi, above, f64::ge)) {
+            problems.push(format!("the critical damping is proved to lie in {below:?} to {above:?} only"));
+        }
+        let proved = name(claim.decide(point.damping));
+        if self.verdict != proved && self.verdict != name(Decision::Undecided) {
+            problems.push(format!("the verdict that is proved is {proved}"));
+        }
+        problems
+    }
+}
+
+/// What a claim says of the critical damping.
+fn critical(claim: &Claim) -> [Option<f64>; 2] {
+    [claim.present_below, claim.absent_above].map(|c| c.is_finite().then_some(c))
+}
+
+fn name(decision: Decision) -> &'static str {
+    match decision {
+        Decision::Present => "present",
+        Decision::Absent => "absent",
+        Decision::Undecided => "undecided",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn honest() -> Vec<PointCertificate> {
+        let point = |damping: f64| Point {
+            epsilon: 0.1,
+            law: LawParameters::new(&[0.3, 0.1, 2.0]),
+            belt_speed: 1.0,
+            damping,
+        };
+        [0.5, 0.8, 3.0].map(|c| PointCertificate::of(&Law::Stribeck, &point(c))).to_vec()
+    }
+
+    #[test]
+    fn honest_certificates_are_sound_and_read_back() {
+        let verdicts: Vec<String> = honest().iter().map(|one| one.verdict.clone()).collect();
+        assert_eq!((verdicts[0].as_str(), verdicts[2].as_str()), ("present", "absent"));
+        for one in honest() {
+            assert_eq!(one.check(), Vec::<String>::new());
+            assert_eq!(PointCertificate::parse(&one.text().unwrap()).unwrap(), one);
+        }
+    }
+
+    #[test]
+    fn altered_certificates_are_refused_unless_true() {
+        let one = honest().remove(0);
+        let [lo, hi] = one.critical_c;
+        let wider = PointCertificate { critical_c: [lo.map(|c| c - 0.1), None], ..one.clone() };
+        assert_eq!(wider.check(), Vec::<String>::new());
+        for forged in [
+            PointCertificate { verdict: "absent".into(), ..one.clone() },
+            PointCertificate { verdict: "Present".into(), ..one.clone() },
+            PointCertificate { damping: 3.0, ..one.clone() },
+            PointCertificate { damping: f64::NAN, ..one.clone() },
+            PointCertificate { damping: -1.0, ..one.clone() },
+            PointCertificate { belt_speed: -1.0, ..one.clone() },
+            PointCertificate { epsilon: 0.0, ..one.clone() },
+            PointCertificate { critical_c: [lo.map(f64::next_up), hi], ..one.clone() },
+            PointCertificate { critical_c: [lo, hi.map(f64::next_down)], ..one.clone() },
+            PointCertificate { critical_c: [lo, Some(f64::NAN)], ..one.clone() },
+            PointCertificate { law: "exponential".into(), ..one.clone() },
+            PointCertificate { law: "none".into(), ..one.clone() },
+            PointCertificate { parameters: vec![0.3, 0.1], ..one.clone() },
+            PointCertificate { parameters: vec![0.3, 0.1, 0.5], ..one.clone() },
+            PointCertificate { statement: one.statement.replace("does not", "does"), ..one.clone() },
+        ] {
+            assert_ne!(forged.check(), Vec::<String>::new(), "{forged:?}");
+        }
+    }
+}

@@ -1,0 +1,167 @@
+//! Whether boxes divide a domain: every point of it in one of them, inner points in no two, none outside.
+//!
+//! Only comparisons of the stated numbers are used, no volumes. The domain is cut by planes that no box crosses, and
+//! each part again, until a single box is left, which must then equal its part. That proves coverage and
+//! disjointness at once, and succeeds on every subdivision that was made by repeated cuts.
+
+use crate::certify::validated::tile::GroupBox;
+
+/// Boxes looked at, summed over all cuts, before a division is called too intricate. Halvings look at each box once a
+/// level: a million boxes, cut to a depth of 64, stay below it.
+const BUDGET: usize = 1 << 27;
+
+/// Why boxes do not divide their domain.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Fault {
+    /// The domain itself, or the box of this index, is no box: an end is not finite, or the lower exceeds the upper,
+    /// or it is flat along an axis where the domain is not.
+    NoBox(Option<usize>),
+    /// The box of this index reaches out of the domain.
+    Outside(usize),
+    /// No box holds the inner points of this part.
+    Gap(GroupBox),
+    /// Boxes overlap within this part, or cannot be separated by planes.
+    Overlap(GroupBox),
+    /// There are too many boxes, too irregularly placed.
+    TooIntricate,
+}
+
+impl std::fmt::Display for Fault {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self {
+            Fault::NoBox(None) => {
+                write!(f, "the domain is no box: each range needs finite ends, the lower first")
+            }
+            Fault::NoBox(Some(i)) => {
+                write!(f, "box {} is none: each range needs finite ends, the lower first, and a width", i + 1)
+            }
+            Fault::Outside(i) => write!(f, "box {} reaches out of the domain", i + 1),
+            Fault::Gap(GroupBox { a, k, b }) => {
+                write!(f, "the boxes do not cover the domain: none holds A {a:?}, k {k:?}, b {b:?}")
+            }
+            Fault::Overlap(GroupBox { a, k, b }) => {
+                write!(f, "boxes overlap within A {a:?}, k {k:?}, b {b:?}")
+            }
+            Fault::TooIntricate => {
+                write!(f, "there are too many boxes, too irregularly placed, to be checked")
+            }
+        }
+    }
+}
+
+/// Checks that the boxes divide `domain`.
+///
+/// # Errors
+/// The first [`Fault`] found.
+pub fn divides(domain: &GroupBox, boxes: &[GroupBox]) -> Result<(), Fault> {
+    let is_box =
+        |one: &GroupBox| one.ranges().iter().all(|[lo, hi]| lo.is_finite() && hi.is_finite() && lo <= hi);
+    if !is_box(domain) {
+        return Err(Fault::NoBox(None));
+    }
+    let whole = domain.ranges();
+    for (i, one) in boxes.iter().enumerate() {
+        let axes = || one.ranges().into_iter().zip(whole);
+        if !is_box(one) || axes().any(|([lo, hi], [from, to])| from < to && !(lo < hi)) {
+            return Err(Fault::NoBox(Some(i)));
+        }
+        if axes().any(|([lo, hi], [from, to])| lo < from || hi > to) {
+            return Err(Fault::Outside(i));
+        }
+    }
+    let mut budget = BUDGET;
+    let mut waiting = vec![(*domain, boxes.to_vec())];
+    while let Some((part, mut inside)) = waiting.pop() {
+        match inside.as_slice() {
+            [] => return Err(Fault::Gap(part)),
+            [one] if *one == part => continue,
+            [_] => return Err(Fault::Gap(part)),
+            _ => {}
+        }
+        budget = budget.checked_sub(inside.len()).ok_or(Fault::TooIntricate)?;
+        let cut = (0..3).find_map(|axis| cut(&part, &mut inside, axis));
+        waiting.extend(cut.ok_or(Fault::Overlap(part))?);
+    }
+    Ok(())
+}
+
+/// The parts and their boxes between all planes across `axis` that no box crosses; `None` if there is no such plane.
+fn cut(part: &GroupBox, boxes: &mut [GroupBox], axis: usize) -> Option<Vec<(GroupBox, Vec<GroupBox>)>> {
+    let [from, to] = part.ranges()[axis];
+    if from == to {
+        return None;
+    }
+    let range = |one: &GroupBox| one.ranges()[axis];
+    boxes.sort_by(|one, two| range(one)[0].total_cmp(&range(two)[0]));
+    let (mut parts, mut begin, mut low) = (Vec::new(), 0, from);
+    let mut reach = f64::NEG_INFINITY;
+    for i in 0..=boxes.len() {
+        let next = boxes.get(i).map_or(to, |one| range(one)[0]);
+        if i > 0 && reach <= next {
+            parts.push((part.with_range(axis, [low, next]), boxes[begin..i].to_vec()));
+            (begin, low) = (i, next);
+        }
+        if let Some(one) = boxes.get(i) {
+            reach = reach.max(range(one)[1]);
+        }
+    }
+    (parts.len() > 1).then_some(parts)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn domain() -> GroupBox {
+        GroupBox { a: [0.1, 0.15], k: [0.15, 0.25], b: [0.01, 0.02] }
+    }
+
+    #[test]
+    fn gaps_overlaps_and_boxes_turned_round_are_found() {
+        let whole = domain();
+        let [low, high] = whole.halves(1);
+        let [near, far] = high.halves(0);
+        assert_eq!(divides(&whole, &[whole]), Ok(()));
+        assert_eq!(divides(&whole, &[far, low, near]), Ok(()));
+        for gap in [&[low, near][..], &[low, far], &[near], &[]] {
+            assert!(matches!(divides(&whole, gap), Err(Fault::Gap(_))), "{gap:?}");
+        }
+        let short = GroupBox { b: [far.b[0], far.b[1].next_down()], ..far };
+        assert!(matches!(divides(&whole, &[low, near, short]), Err(Fault::Gap(_))));
+        for twice in [&[whole, whole][..], &[low, near, far, far], &[low, high, far]] {
+            assert!(matches!(divides(&whole, twice), Err(Fault::Overlap(_))), "{twice:?}");
+        }
+        let turned = GroupBox { a: [whole.a[1], whole.a[0]], ..whole };
+        assert_eq!(divides(&whole, &[whole, turned]), Err(Fault::NoBox(Some(1))));
+        assert_eq!(divides(&turned, &[turned]), Err(Fault::NoBox(None)));
+        let endless = GroupBox { a: [0.1, f64::INFINITY], ..whole };
+        assert_eq!(divides(&endless, &[endless]), Err(Fault::NoBox(None)));
+        let nothing = GroupBox { a: [0.1, f64::NAN], ..whole };
+        assert_eq!(divides(&whole, &[nothing]), Err(Fault::NoBox(Some(0))));
+        let large = GroupBox { k: [0.15, 0.25_f64.next_up()], ..whole };
+        assert_eq!(divides(&whole, &[large]), Err(Fault::Outside(0)));
+        // A flat box in the middle has no inner points, and hides none.
+        let flat = GroupBox { a: [0.12, 0.12], ..whole };
+        assert_eq!(divides(&whole, &[whole, flat]), Err(Fault::NoBox(Some(1))));
+    }
+
+    #[test]
+    fn a_flat_domain_is_divided_along_the_others() {
+        let whole = GroupBox { b: [0.0, 0.0], ..domain() };
+        let [low, high] = whole.halves(0);
+        assert_eq!(divides(&whole, &[high, low]), Ok(()));
+        let thick = GroupBox { b: [0.0, 0.1], ..high };
+        assert_eq!(divides(&whole, &[thick, low]), Err(Fault::Outside(0)));
+        let point = GroupBox { a: [0.1, 0.1], k: [0.2, 0.2], b: [0.0, 0.0] };
+        assert_eq!(divides(&point, &[point]), Ok(()));
+        assert!(matches!(divides(&point, &[point, point]), Err(Fault::Overlap(_))));
+    }
+
+    /// The shape that defeats searches by volume: as large as the domain, but one box twice and one not at all.
+    #[test]
+    fn volumes_do_not_matter() {
+        let whole = domain();
+        let [low, high] = whole.halves(2);
+        assert!(divides(&whole, &[low, low]).is_err() && divides(&whole, &[high, low]).is_ok());
+    }
+}

@@ -1,0 +1,434 @@
+//! One turn of an orbit of any friction law, enclosed: the critical damping of a column between two numbers.
+//!
+//! # Statements
+//! **Polar form.** With r in units of V, v = V r cos th, u = V (1 - r cos th) and D = w(u) - C, C = eps c,
+//!
+//! ```text
+//! dr/dth = F(th, r) = D r sin^2 th / (1 + D sin th cos th),      r(0) = 1,
+//! ```
+//!
+//! and the orbit from the exit point comes back to the belt line if r(2 pi) > 1 and does not if r(2 pi) < 1 (see
+//! [`super`]); a proof of either at one damping is one at all smaller, or larger, ones. So an enclosure of r(2 pi) at C1 and at C2
+//! that excludes 1 encloses C* between them. For u < 0 any continuation of w serves; that of the first polynomial is taken.
+//!
+//! **The law.** On each piece of slip speeds w is a polynomial p up to a proved error
+//! ([`crate::friction::Weakening::proved_pieces`]). A step uses the p of one piece. Where the orbits of the step meet other
+//! pieces, q with error e_q, |w - p| <= e_q + max |q - p| there; delta is the largest of these bounds.
+//!
+//! **A step.** A polynomial R(th) of degree 6 starts at a number r0. Its defect R' - F_p(th, R), F_p with p for w, is
+//! enclosed by its Taylor series at the beginning of the step, the last coefficient over the whole step: |defect| <= d. Let the
+//! true orbit start within e of r0, let dF_p/dr <= L and |dF/dD| <= M in a tube around R, s the length of the step. Since
+//! |F - F_p| <= M delta,
+//!
+//! ```text
+//! |r - R| <= exp(L s) e + s max(1, exp(L s)) (d + M delta)
+//! ```
+//!
+//! as long as the orbit stays in the tube (Gronwall), and it does if this bound is below the tube's width. []
+//!
+//! The curve is the one that is held: its coefficients, such as 1 - mu, were rounded when it was made. Sines and
+//! cosines are the platform's, which are taken to err by less than four units in the last place.
+
+use crate::friction::interval::Interval;
+use crate::friction::jet::{Jet, Real};
+use crate::friction::{COUNT, ProvedPiece, Weakening};
+
+/// Taylor coefficients of a step.
+const ORDER: usize = 7;
+/// Longest and shortest step.
+const STEPS: [f64; 2] = [0.2, 1e-13];
+/// Steps before a turn is given up; most take a hundred.
+const MOST_STEPS: u32 = 6000;
+/// The uncertainty that a step may add for each unit of angle, relative to the size of D.
+const SHARPNESS: f64 = 1e-12;
+/// A step this uncertain, whatever its length, is good enough: it is next to a corner of the law.
+const ENOUGH: f64 = 1e-15;
+/// Least dth/dt.
+const SLOWEST: f64 = 1e-3;
+/// The search for the critical damping: evaluations of the turn.
+const EVALUATIONS: u32 = 40;
+
+/// Why a turn could not be enclosed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Resists {
+    /// The orbit needs the law beyond the slip speed up to which it is known.
+    BeyondTheLaw {
+        /// The slip speed that is needed, at least.
+        needed: f64,
+    },
+    /// The law has no proved enclosure at this slip speed.
+    NoEnclosure {
+        /// The slip speed.
+        at: f64,
+    },
+    /// The angle does not advance: the divergence is too large.
+    NoAngle,
+    /// The steps would have to be too short or too many.
+    TooMuchWork,
+}
+
+impl std::fmt::Display for Resists {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self {
+            Resists::BeyondTheLaw { needed } => {
+                write!(f, "the orbit needs the law at slip speeds up to {needed:.3e}, where it is not known")
+            }
+            Resists::NoEnclosure { at } => write!(f, "the law has no proved bounds at slip speed {at:.3e}"),
+            Resists::NoAngle => write!(f, "the divergence is so large that the orbit need not turn"),
+            Resists::TooMuchWork => write!(f, "the orbit cannot be enclosed sharply enough"),
+        }
+    }
+}
+
+/// An orbit's damping and law.
+struct Orbit<'a> {
+    law: &'a Weakening,
+    belt_speed: f64,
+    viscous: f64,
+    /// Size of the divergence, to scale what is negligible.
+    size: f64,
+}
+
+/// What a step has given.
+enum Step {
+    /// The orbit after it: where the polynomial ends, and how far from there the orbit may be.
+    Taken { end: Interval, error: f64 },
+    /// It has to be shorter: as long as this.
+    Shorter(f64),
+}
+
+/// Bound of the difference of two pieces' polynomials between the slip speeds `from` and `to`, which may be beyond the
+/// ends of either; by their Taylor series.
+fn difference(one: &ProvedPiece, two: &ProvedPiece, from: f64, to: f64) -> f64 {
+    let series = |piece: &ProvedPiece| {
+        let constant = Jet::<Interval, COUNT>::constant;
+        let u = Jet::<Interval, COUNT>::variable(Interval::constant(from), 1.0);
+        let x = (u - constant(piece.middle)) * constant(piece.scale);
+        piece.c.iter().rev().fold(constant(0.0), |sum, a| sum * x + constant(*a))
+    };
+    let apart = series(one) - series(two);
+    let width = Interval::constant(to) - Interval::constant(from);
+    let sum = apart.0.iter().rev().fold(0.0, |sum, coefficient| {
+        (Interval::constant(sum) * width + Interval::constant(size(*coefficient))).hi
+    });
+    if sum.is_finite() { sum } else { f64::INFINITY }
+}
+
+/// Larger of the absolute values.
+fn size(x: Interval) -> f64 {
+    x.lo.abs().max(x.hi.abs())
+}
+
+/// All within `radius` of `x`.
+fn around(x: Interval, radius: f64) -> Interval {
+    x + Interval::new(-radius, radius)
+}
+
+impl Orbit<'_> {
+    /// F, dF/dD and 1 + D sin cos on numbers, intervals or series, w being the polynomial of `piece`.
+    fn field<T: Real>(&self, piece: &ProvedPiece, theta: T, r: T) -> [T; 3] {
+        let c = T::constant;
+        let (sin, cos) = theta.sin_cos();
+        let x = (c(self.belt_speed) - c(self.belt_speed) * r * cos - c(piece.middle)) * c(piece.scale);
+        let w = piece.c.iter().rev().fold(c(0.0), |sum, a| sum * x + c(*a));
+        let d = w - c(self.viscous);
+        let speed = c(1.0) + d * sin * cos;
+        let swept = r * sin * sin / speed;
+        [d * swept, swept / speed, speed]
+    }
+
+    /// Slip speeds over angles and radii.
+    fn slip(&self, theta: Interval, r: Interval) -> Interval {
+        let belt = Interval::constant(self.belt_speed);
+        belt - belt * r * theta.sin_cos().1
+    }
+
+    /// Slip speeds along a polynomial and within `tube` of it: those at the ends of the step, where they rise or fall all
+    /// the way.
+    fn slips(
+        &self,
+        angles: Interval,
+        values: &Jet<Interval, ORDER>,
+        ends: [[Interval; 2]; 2],
+        tube: f64,
+    ) -> Interval {
+        let (sin, cos) = angles.sin_cos();
+        let rate = values.0[0] * sin - values.0[1] * cos;
+        let along = match rate.contains_zero() {
+            true => self.slip(angles, values.0[0]),
+            false => ends
+                .map(|[theta, r]| self.slip(theta, r))
+                .into_iter()
+                .reduce(Interval::hull)
+                .unwrap_or(Interval::ENTIRE),
+        };
+        around(along, (self.belt_speed * tube).next_up())
+    }
+
+    /// Where on a step the polynomial leaves the slip speeds of the piece, if it does; approximately.
+    fn crossing(
+        &self,
+        piece: &ProvedPiece,
+        theta: f64,
+        polynomial: &[f64; ORDER],
+        width: f64,
+    ) -> Option<f64> {
+        let slip = |t: f64| {
+            let r = polynomial.iter().rev().fold(0.0, |sum, a| sum * t + a);
+            self.belt_speed * (1.0 - r * (theta + t).cos())
+        };
+        let slack = 1e-13 * self.belt_speed;
+        let outside = |t: f64| slip(t) < piece.ends[0] - slack || slip(t) > piece.ends[1] + slack;
+        if !outside(width) || outside(0.0) {
+            return None;
+        }
+        let (mut inside, mut beyond) = (0.0, width);
+        for _ in 0..60 {
+            let middle = 0.5 * (inside + beyond);
+            if outside(middle) { beyond = middle } else { inside = middle }
+        }
+        // What is left of the step counts, if it is not the whole of it.
+        (inside > 1e-13 && inside < 0.999 * width).then_some(inside)
+    }
+
+    /// delta: how far w may be from the polynomial of `piece` at slip speeds in `slip`.
+    fn uncertainty(&self, piece: &ProvedPiece, slip: Interval) -> Result<f64, Resists> {
+        if slip.hi > self.law.reach() {
+            return Err(Resists::BeyondTheLaw { needed: slip.hi });
+        }
+        let mut most: f64 = 0.0;
+        for other in self.law.proved_pieces(slip.lo, slip.hi) {
+            if !other.error.is_finite() {
+                return Err(Resists::NoEnclosure { at: other.ends[0] });
+            }
+            let apart = match other.ends == piece.ends {
+                true => 0.0,
+                false => difference(piece, &other, other.ends[0].max(slip.lo), other.ends[1].min(slip.hi)),
+            };
+            most = most.max((other.error + apart).next_up());
+        }
+        Ok(most)
+    }
+
+    /// A step of length `width` from the angle `theta` and from within `error` of `r`.
+    fn step(&self, theta: f64, r: f64, error: f64, width: f64) -> Result<Step, Resists> {
+        let half = Ok(Step::Shorter(0.5 * width));
+        let middle = theta + 0.5 * width;
+        let near = self.belt_speed * (1.0 - r * middle.cos());
+        let Some(piece) = self.law.proved_pieces(near.max(0.0), near.max(0.0)).next() else {
+            return Err(Resists::BeyondTheLaw { needed: near });
+        };
+        let mut polynomial = [0.0; ORDER];
+        polynomial[0] = r;
+        let angle = Jet::<f64, ORDER>::variable(theta, 1.0);
+        for k in 1..ORDER {
+            polynomial[k] = self.field(&piece, angle, Jet(polynomial))[0].0[k - 1] / k as f64;
+        }
+        if let Some(until) = self.crossing(&piece, theta, &polynomial, width) {
+            return Ok(Step::Shorter(until));
+        }
+        let shifted = |at: Interval| {
+            let offset = Jet::<Interval, ORDER>::variable(at, 1.0);
+            polynomial
+                .iter()
+                .rev()
+                .fold(Jet::of(Interval::constant(0.0)), |sum, x| sum * offset + Jet::constant(*x))
+        };
+        // The angle at the end of the step is a number: the width is what the subtraction leaves, exactly or nearly.
+        let width = Interval::constant(theta + width) - Interval::constant(theta);
+        let span = Interval::new(0.0, width.hi);
+        let angles = Interval::constant(theta) + span;
+        let parts = |at: Interval| {
+            let r = shifted(at);
+            let angle = Jet::variable(Interval::constant(theta) + at, 1.0);
+            let [f, ..] = self.field(&piece, angle, r);
+            let defect: [Interval; ORDER] = std::array::from_fn(|k| match k + 1 < ORDER {
+                true => r.0[k + 1] * Interval::constant((k + 1) as f64) - f.0[k],
+                false => -f.0[k],
+            });
+            (r, defect)
+        };
+        let (_, begin) = parts(Interval::constant(0.0));
+        let (along, whole) = parts(span);
+        let (values, end) = (along.0[0], shifted(width).0[0]);
+        let ends =
+            [[Interval::constant(theta), Interval::constant(r)], [Interval::constant(theta) + width, end]];
+        let mut defect = whole[ORDER - 1] * span.powi(ORDER as i32 - 1);
+        for (k, coefficient) in begin.iter().enumerate().take(ORDER - 1) {
+            defect = defect + if k == 0 { *coefficient } else { *coefficient * span.powi(k as i32) };
+        }
+        let defect = size(defect);
+        if !(defect.is_finite() && values.is_bounded()) {
+            return half;
+        }
+        // The tube is guessed and confirmed.
+        let mut tube = 2.0 * error + 4.0 * width.hi * (defect + SHARPNESS * self.size) + 1e-15;
+        for _ in 0..3 {
+            let radii = around(values, tube);
+            let delta = self.uncertainty(&piece, self.slips(angles, &along, ends, tube))?;
+            let angle = Jet::<Interval, 2>::of(angles);
+            let [f, by_divergence, speed] = self.field(&piece, angle, Jet::variable(radii, 1.0));
+            // w itself may differ from the polynomial by delta, and the angle must advance for both.
+            if !(speed.0[0].lo - delta > SLOWEST && delta <= SLOWEST) {
+                return if width.hi < 1e-3 { Err(Resists::NoAngle) } else { half };
+            }
+            let sweep = size(by_divergence.0[0]) * (1.0 + 4.0 * delta / SLOWEST);
+            let growth = (f.0[1] * width).exp().hi;
+            let added = (Interval::constant(defect) + Interval::constant(sweep) * Interval::constant(delta))
+                * width
+                * Interval::constant(growth.max(1.0));
+            let reached = (Interval::constant(growth) * Interval::constant(error) + added).hi;
+            // On the way the bound is at most this.
+            let on_the_way = (Interval::constant(growth.max(1.0)) * Interval::constant(error) + added).hi;
+            if !on_the_way.is_finite() {
+                return half;
+            }
+            if on_the_way < tube {
+                // What the law itself leaves uncertain no shorter step removes.
+                let unavoidable = 2.0 * sweep * piece.error * width.hi;
+                let allowed = (SHARPNESS * self.size * width.hi).max(ENOUGH) + unavoidable;
+                return if added.hi <= allowed { Ok(Step::Taken { end, error: reached }) } else { half };
+            }
+            tube = 2.0 * on_the_way;
+        }
+        half
+    }
+
+    /// r(2 pi), enclosed.
+    fn turn(&self) -> Result<Interval, Resists> {
+        let end = Interval::new(std::f64::consts::TAU, std::f64::consts::TAU.next_up());
+        let (mut theta, mut r, mut error) = (0.0, 1.0, 0.0);
+        // The length of steps that the orbit asks for, and that of the next one, which may be cut at the end of a piece.
+        let (mut usual, mut width): (f64, f64) = (0.05, 0.05);
+        for _ in 0..MOST_STEPS {
+            let rest = end.lo - theta;
+            if rest <= 0.0 {
+                // From the number below 2 pi to 2 pi itself, F is of the size of the square of the difference.
+                return Ok(around(Interval::constant(r), error + f64::EPSILON));
+            }
+            let last = width >= rest;
+            match self.step(theta, r, error, width.min(rest))? {
+                Step::Taken { end: reached, error: uncertain } => {
+                    theta = if last { end.lo } else { theta + width };
+                    r = 0.5 * (reached.lo + reached.hi);
+                    error = (uncertain + size(reached - Interval::constant(r))).next_up();
+                    usual = if width < usual { usual } else { (1.5 * usual).min(STEPS[0]) };
+                    width = usual;
+                }
+                Step::Shorter(length) => {
+                    // Halves are what the orbit asks for; other lengths end at a piece.
+                    if length == 0.5 * width.min(rest) {
+                        usual = length;
+                    }
+                    width = length;
+                    if width < STEPS[1] {
+                        return Err(Resists::TooMuchWork);
+                    }
+                }
+            }
+        }
+        Err(Resists::TooMuchWork)
+    }
+}
+
+/// C* = eps c* of an orbit at belt speed `belt_speed`, between two numbers of which each is a theorem, and why it is not known
+/// better if `bounds`, what is known of it before, could not be sharpened on a side.
+pub(super) fn critical(law: &Weakening, belt_speed: f64, bounds: [f64; 2]) -> ([f64; 2], Option<Resists>) {
+    let [mut lo, mut hi] = bounds;
+    if !(lo.is_finite() && hi.is_finite() && lo < hi) {
+        let resists =
+            (!(lo <= hi && lo.is_finite() && hi.is_finite())).then_some(Resists::NoEnclosure { at: 0.0 });
+        return (bounds, resists);
+    }
+    let whole = law.range(0.0, 2.0 * belt_speed);
+    let scale = lo.abs().max(hi.abs()).max(whole.lo.abs()).max(whole.hi.abs()).max(f64::MIN_POSITIVE);
+    if !scale.is_finite() {
+        return (bounds, Some(Resists::NoEnclosure { at: 0.0 }));
+    }
+    let mut resists = None;
+    let mut left = EVALUATIONS;
+    // r(2 pi) - 1 at the ends of a bracket in which it is sought, as far as they are known.
+    let mut known: [Option<(f64, f64)>; 2] = [None, None];
+    let mut at = 0.5 * (lo + hi);
+    while left > 0 && hi - lo > 4.0 * f64::EPSILON * scale {
+        left -= 1;
+        let orbit = Orbit { law, belt_speed, viscous: at, size: scale };
+        let margin = match orbit.turn() {
+            Ok(end) => end - Interval::constant(1.0),
+            Err(why) => {
+                resists = Some(why);
+                break;
+            }
+        };
+        let middle = 0.5 * (margin.lo + margin.hi);
+        if margin.lo > 0.0 {
+            lo = lo.max(at);
+        } else if margin.hi < 0.0 {
+            hi = hi.min(at);
+        }
+        known[usize::from(middle < 0.0)] = Some((at, middle));
+        let uncertain = 0.5 * (margin.hi - margin.lo);
+        // dr(2 pi)/dC is about -pi.
+        let slope = match known {
+            [Some((a, m)), Some((b, n))] if b > a => (n - m) / (b - a),
+            _ => -std::f64::consts::PI,
+        };
+        let root = at - middle / slope;
+        let off = 2.0 * uncertain / slope.abs() + 2.0 * f64::EPSILON * scale;
+        // Next to the root, the dampings at which the sign must be certain; the search for it before.
+        at = if middle.abs() > 16.0 * uncertain {
+            root
+        } else if lo < root - 4.0 * off {
+            root - 1.5 * off
+        } else if hi > root + 4.0 * off {
+            root + 1.5 * off
+        } else {
+            break;
+        };
+        if !(lo < at && at < hi) {
+            at = 0.5 * (lo + hi);
+        }
+    }
+    ([lo, hi], resists)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::certify::test_columns::random_columns;
+    use crate::certify::validated::{Enclosed, any_law};
+    use crate::friction::{Law, Table};
+    use crate::point::{LawParameters, Point};
+
+    /// Stribeck's law through the polynomials against the proof of its own, which shares neither witness nor arithmetic.
+    #[test]
+    fn two_proofs_of_one_column_agree() {
+        let (mut sharp, mut all) = (0, 0);
+        for column in random_columns(120) {
+            let own = Enclosed::of(&column).unwrap().critical();
+            let any = any_law::prove(&column).critical;
+            // Both hold C*.
+            assert!(any.lo <= own.hi && own.lo <= any.hi, "{column:?}: {own:?} {any:?}");
+            all += 1;
+            let size = column.curve.weakening_range(0.0, 2.0 * column.belt_speed);
+            sharp += u32::from(any.hi - any.lo < 1e-9 * size.hi.abs().max(size.lo.abs()));
+        }
+        assert!(10 * sharp > 7 * all, "{sharp} of {all}");
+    }
+
+    /// A law whose weakening rate is a parabola on each piece, with corners on the orbit.
+    #[test]
+    fn corners_are_passed_and_the_end_of_a_table_is_told() {
+        let data: Vec<(f64, f64)> =
+            (0..12).map(|i| 0.25 * f64::from(i)).map(|u| (u, 0.6 + 0.4 * (-u).exp() + 0.02 * u)).collect();
+        let law = Law::Table(Table::new("corners", &data, 1.0).unwrap());
+        let column = |belt_speed: f64| {
+            law.column(&Point { epsilon: 1.0, law: LawParameters::new(&[]), belt_speed, damping: 0.0 })
+        };
+        let proof = any_law::prove(&column(1.0));
+        let width = proof.critical.hi - proof.critical.lo;
+        assert!(width > 0.0 && width < 1e-9 && proof.resists.is_none(), "{proof:?}");
+        // Twice the belt speed is more than 2.75.
+        let proof = any_law::prove(&column(1.5));
+        assert!(proof.resists.is_some() && proof.critical.hi == f64::INFINITY, "{proof:?}");
+    }
+}

@@ -1,0 +1,72 @@
+//! What `--overwrite` may replace: files of the kind that the command writes, and never the command's own input.
+
+use std::io::{self, BufRead as _, Read as _};
+use std::path::Path;
+
+use super::Failure;
+
+/// Longest first line of a table that is looked at.
+const LONGEST_LINE: u64 = 1 << 16;
+
+/// How a file begins that may be replaced.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Kind {
+    /// A figure, of the format that its name's ending tells.
+    Figure,
+    /// A table with a column whose name begins like this.
+    Table(&'static str),
+}
+
+/// Refuses an output that is there already and is either `input` or of another kind.
+pub(super) fn check(output: &Path, input: Option<&Path>, kind: Kind) -> Result<(), Failure> {
+    let name = output.display();
+    let same = |a: &Path, b: &Path| a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b));
+    if input.is_some_and(|input| same(output, input)) {
+        return Err(Failure::BadInput(format!(
+            "--out {name}: this is what is read\n  help: choose another name for what is written"
+        )));
+    }
+    let Ok(metadata) = output.symlink_metadata() else { return Ok(()) };
+    // A folder is refused when it is written to, in its own words. A pipe is never opened, which might wait for ever.
+    let fits = match output.metadata() {
+        _ if metadata.is_dir() => true,
+        Ok(metadata) if metadata.is_file() => metadata.len() == 0 || begins(output, kind).unwrap_or(false),
+        Ok(_) => false,
+        // A link that leads nowhere.
+        Err(_) => metadata.is_symlink(),
+    };
+    let what = match kind {
+        Kind::Figure => "a figure of its name's ending",
+        Kind::Table(_) => "such a table",
+    };
+    match fits {
+        true => Ok(()),
+        false => Err(Failure::BadInput(format!(
+            "--out {name}: this is not {what}, and only those are replaced\n  \
+             help: move it away, or choose another name"
+        ))),
+    }
+}
+
+/// Whether the file begins as its kind does.
+fn begins(path: &Path, kind: Kind) -> io::Result<bool> {
+    let mut file = io::BufReader::new(std::fs::File::open(path)?.take(LONGEST_LINE));
+    match kind {
+        Kind::Table(column) => {
+            let mut line = String::new();
+            file.read_line(&mut line)?;
+            Ok(line.trim_end().split(',').any(|name| name.starts_with(column)))
+        }
+        Kind::Figure => {
+            let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
+            let first: &[u8] = match ending.as_deref() {
+                Some("svg") => b"<svg",
+                Some("png") => b"\x89PNG",
+                Some("pdf") => b"%PDF",
+                // The ending is refused later, with those that are known.
+                _ => return Ok(true),
+            };
+            Ok(file.fill_buf()?.starts_with(first))
+        }
+    }
+}

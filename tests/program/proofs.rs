@@ -1,0 +1,119 @@
+//! Certificates as files: where they may be written, what they replace, and what is said of it.
+
+use std::fs;
+
+use crate::command::{Run, Scratch};
+
+const JOB: &str = "\
+[grid]
+epsilon = 0.05
+alpha = [0.1, 0.5]
+beta = [0.0, 0.1]
+gamma = [0.5, 1.0]
+V = [0.5, 1.0]
+c = [0.0, 0.5, 1.0]
+[methods]
+run = [\"validated\"]
+[validated]
+boxes = 1
+proof = \"proof.json\"
+[output]
+path = \"map.h5\"
+fields = [\"verdict\"]
+";
+
+fn scratch() -> Scratch {
+    let scratch = Scratch::new();
+    scratch.file("job.toml", JOB);
+    scratch.file("other.toml", JOB.replace("map.h5", "other.h5").replace("[0.5, 1.0]", "[0.5, 1.5]"));
+    scratch
+}
+
+fn run(scratch: &Scratch, arguments: &[&str]) -> Run {
+    scratch.run(&[&["run"], arguments].concat())
+}
+
+#[test]
+fn a_proof_in_the_way_of_another_file_is_refused_before_anything_is_computed() {
+    let scratch = scratch();
+    fs::create_dir(scratch.path().join("folder")).unwrap();
+    scratch.file("notes.txt", "mine");
+    for (place, problem) in [
+        ("map.h5", "is the place of the map itself"),
+        ("./map.h5", "is the place of the map itself"),
+        ("folder/../map.h5", "is the place of the map itself"),
+        ("map.h5/proof.json", "is the place of the map itself"),
+        ("map.h5.part", "a name that the unfinished map uses"),
+        ("map.h5.part-map", "a name that the unfinished map uses"),
+        ("job.toml", "is no proof, and only proofs are replaced"),
+        ("notes.txt", "is no proof, and only proofs are replaced"),
+        ("folder", "is no proof, and only proofs are replaced"),
+        ("notes.txt/proof.json", "cannot"),
+        ("/proc/proof.json", "cannot write into the folder /proc"),
+        ("new/../proof.json", "the folder new/.. does not exist"),
+        (&"n".repeat(300), "cannot be written"),
+    ] {
+        let set = format!("validated.proof={place:?}");
+        for more in [&[][..], &["--overwrite"], &["--resume"], &["--dry-run"]] {
+            run(&scratch, &[&["job.toml", "--set", &set], more].concat()).refuses(&[problem]);
+        }
+    }
+    assert_eq!(scratch.names(), ["folder", "job.toml", "notes.txt", "other.toml"]);
+    assert_eq!(scratch.read("notes.txt"), "mine");
+}
+
+#[test]
+fn another_runs_proof_is_not_replaced_by_resuming() {
+    let scratch = scratch();
+    run(&scratch, &["other.toml"]).ends_with(0);
+    let others = scratch.read("proof.json");
+    run(&scratch, &["job.toml", "--resume"]).refuses(&["proof.json is the proof of another run"]);
+    run(&scratch, &["job.toml"]).refuses(&["proof.json exists already"]);
+    assert_eq!(scratch.read("proof.json"), others);
+    assert!(!scratch.names().contains(&"map.h5".to_owned()));
+    // Its own, left by a run that was stopped between proof and map, is.
+    fs::remove_file(scratch.path().join("other.h5")).unwrap();
+    run(&scratch, &["other.toml", "--resume"]).ends_with(0);
+    let text = |proof: &str| proof.split_once("\"unit\"").unwrap().1.to_owned();
+    assert_eq!(text(&scratch.read("proof.json")), text(&others));
+    // To overwrite is to replace, and is announced, by dry runs as well.
+    let dry = run(&scratch, &["job.toml", "--overwrite", "--dry-run"]).ends_with(0);
+    assert!(dry.out.contains("replaces") && dry.out.contains("the proof proof.json"), "{}", dry.out);
+    let loud = run(&scratch, &["job.toml", "--overwrite"]).ends_with(0);
+    assert!(loud.err.contains("note: the proof proof.json will be replaced"), "{}", loud.err);
+    scratch.run(&["check", "--proof", "proof.json"]).ends_with(0);
+    assert!(scratch.read("proof.json") != others);
+    // Certificates of older versions do not name their run: whose they are is not known.
+    let nameless = scratch.read("proof.json");
+    let run_key = nameless.find("\"run\"").unwrap()..nameless.find("\"unit\"").unwrap();
+    scratch.file("proof.json", format!("{}{}", &nameless[..run_key.start], &nameless[run_key.end..]));
+    scratch.run(&["check", "--proof", "proof.json"]).ends_with(0);
+    run(&scratch, &["job.toml", "--resume"]).refuses(&["proof.json is the proof of another run"]);
+}
+
+#[test]
+fn the_proof_of_a_point_is_kept_and_verified() {
+    let scratch = Scratch::new();
+    scratch.file("table.csv", "u,phi\n0,1\n0.5,0.8\n1,0.7\n2,0.65\n3,0.64\n6,0.66\n");
+    let stribeck = ["--epsilon=0.1", "--alpha=0.3", "--beta=0.1", "--gamma=2", "--V=1", "--c=0.5"];
+    let formula =
+        ["--phi=mu + (1 - mu)*exp(-u/vs)", "--set=mu=0.5", "--set=vs=1", "--epsilon=1", "--V=0.6", "--c=0.1"];
+    let table = ["--table=table.csv", "--epsilon=1", "--V=0.7", "--c=0.05"];
+    for (name, point) in [("a.json", &stribeck[..]), ("b.json", &formula), ("c.json", &table)] {
+        scratch.run(&[&["probe"], point, &["--proof", name]].concat()).ends_with(0);
+        let check = scratch.run(&["check", "--proof", name]).ends_with(0);
+        assert!(check.out.contains("one point, present") && check.out.contains("sound"), "{}", check.out);
+        // Nothing is replaced unasked, and only a proof ever.
+        scratch.run(&[&["probe"], point, &["--proof", name]].concat()).refuses(&["exists already"]);
+        scratch.run(&[&["probe"], point, &["--proof", name, "--overwrite"]].concat()).ends_with(0);
+        scratch
+            .run(&[&["probe"], point, &["--proof", "table.csv", "--overwrite"]].concat())
+            .refuses(&["is no proof"]);
+        let text = scratch.read(name);
+        scratch.file("wrong.json", text.replace("\"present\"", "\"absent\""));
+        let wrong = scratch.run(&["check", "--proof", "wrong.json"]).ends_with(1);
+        assert!(wrong.out.contains("the verdict that is proved is present"), "{}", wrong.out);
+        scratch.file("wrong.json", text.replace("\"written_by\"", "\"written\""));
+        scratch.run(&["check", "--proof", "wrong.json"]).refuses(&["is no proof"]);
+    }
+}

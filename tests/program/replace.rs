@@ -1,0 +1,56 @@
+//! `--overwrite` replaces what the command itself would have written, and nothing else.
+
+use std::fs;
+
+use crate::command::Scratch;
+
+#[test]
+fn figures_and_tables_replace_their_own_kind_only() {
+    let scratch = Scratch::new();
+    scratch.file(
+        "job.toml",
+        "[grid]\nepsilon = 0.1\nalpha = 0.3\nbeta = 0.1\ngamma = [1.0, 2.0]\nV = 1.0\nc = [0.2, 1.5]\n\
+         [methods]\nrun = [\"symmetric\"]\n[output]\npath = \"map.h5\"\n",
+    );
+    scratch.run(&["run", "job.toml"]).ends_with(0);
+    scratch.file("points.csv", "epsilon,alpha,beta,gamma,V,c\n0.1,0.3,0.1,2.0,1.0,0.5\n");
+    scratch.file("notes.svg", "my notes");
+    scratch.file("notes.csv", "my,notes\n");
+    let before: Vec<Vec<u8>> =
+        scratch.names().iter().map(|name| fs::read(scratch.path().join(name)).unwrap()).collect();
+    let plot = |out: &str| {
+        scratch.run(&[
+            "plot",
+            "map.h5",
+            "--x",
+            "gamma",
+            "--y",
+            "c",
+            "--variable",
+            "verdict_symmetric",
+            "--out",
+            out,
+            "--overwrite",
+        ])
+    };
+    let points = |out: &str| scratch.run(&["probe", "--points", "points.csv", "--out", out, "--overwrite"]);
+    plot("map.h5").refuses(&["map.h5: this is what is read"]);
+    plot("notes.svg").refuses(&["notes.svg: this is not a figure"]);
+    points("points.csv").refuses(&["points.csv: this is what is read"]);
+    points("./points.csv").refuses(&["points.csv: this is what is read"]);
+    points("notes.csv").refuses(&["notes.csv: this is not such a table"]);
+    points("map.h5").refuses(&["map.h5: this is not such a table"]);
+    let at = ["probe", "--epsilon=0.1", "--alpha=0.3", "--beta=0.1", "--gamma=2", "--V=1", "--c=0.5"];
+    let figure = |out: &str| scratch.run(&[&at[..], &["--figure", out, "--overwrite"]].concat());
+    figure("notes.svg").refuses(&["notes.svg: this is not a figure"]);
+    let after: Vec<Vec<u8>> =
+        scratch.names().iter().map(|name| fs::read(scratch.path().join(name)).unwrap()).collect();
+    assert!(before == after);
+    // Twice each: the first makes it, the second replaces it.
+    for _ in 0..2 {
+        plot("slice.svg").ends_with(0);
+        plot("slice.pdf").ends_with(0);
+        points("answers.csv").ends_with(0);
+        figure("portrait.png").ends_with(0);
+    }
+}
