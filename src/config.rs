@@ -67,12 +67,12 @@ pub use points::{PointTable, point_of};
 pub use source::ConfigError;
 use source::{Node, Section, Source};
 
+#[cfg(feature = "report")]
+use crate::benchmark::Settings;
 use crate::certify::validated;
 use crate::friction::Law;
 use crate::machine::Machine;
 use crate::map::{Engine, Field, Grid, GridError, Method, Plan, Plane};
-#[cfg(feature = "report")]
-use crate::report::work_precision::Settings;
 use crate::simulate::naive::NaiveKnobs;
 
 /// Bound on the error of the scaled grazing margin where none is asked for.

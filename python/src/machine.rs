@@ -2,7 +2,8 @@
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use slipmap::machine::{Machine, Motion, behaviour};
+use slipmap::behaviour::behaviour;
+use slipmap::machine::{Machine, Motion};
 use slipmap::map::Method;
 use slipmap::probe::{Answer, MachineResult, Probe};
 use slipmap::simulate::direct;
