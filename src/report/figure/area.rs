@@ -12,7 +12,7 @@ use super::palette::{self, Kind};
 use super::region::{cell_edges, outlines};
 use super::scene::{Anchor, Fill, Hatch, Rect, Scene, Width, text_width};
 use super::slice::Slice;
-use super::slices::{EXACT, draw_exact};
+use super::verdict_panels::{EXACT, draw_exact};
 use crate::map::PlaneCurves;
 
 /// What is drawn of each cell.
@@ -70,7 +70,7 @@ impl Colours {
         let size = most.max(-least);
         let (from, to) = if two_sided { (-size, size) } else { (least, most) };
         // A constant keeps its scale of no length.
-        (least <= most).then(|| Self { scale: Scale { from, to, log: false, shown: factor }, two_sided })
+        (least <= most).then_some(Self { scale: Scale { from, to, log: false, shown: factor }, two_sided })
     }
 
     /// Whether all numbers are equal.
