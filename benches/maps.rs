@@ -9,15 +9,12 @@
 #![allow(clippy::expect_used)] // a bench whose answers are wrong stops
 
 use std::convert::Infallible;
-use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
 
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use slipmap::friction::Law;
-use slipmap::map::{
-    Account, Control, Engine, Field, Grid, Method, Plan, Runs, Sink, TileData, Verdict, compute,
-};
+use slipmap::map::{Account, Control, Engine, Grid, Method, Plan, Runs, Sink, TileData, Verdict, run};
 
 fn main() {
     divan::main();
@@ -57,23 +54,19 @@ fn plan(engine: Engine, n: usize) -> Plan {
         axis(0.0, 1.0, n),
     ];
     let grid = Grid::new(Law::Stribeck, nodes).expect("ascending axes");
-    Plan {
-        tile_shape: vec![1, 2, n, n, n, n],
-        grid,
-        methods: Method::usual().collect(),
-        fields: vec![Field::Verdict],
-        engine,
-        tolerance: 1e-9,
-        audit_cells: 0,
-        proof_boxes: 0,
-        compression: 0,
-    }
+    Plan::builder(grid)
+        .engine(engine)
+        .audit_cells(0)
+        .tile_shape([1, 2, n, n, n, n])
+        .compression(0)
+        .build()
+        .expect("a legal plan")
 }
 
 fn verdicts(plan: &Plan, threads: usize) -> Vec<(usize, Runs<Verdict>)> {
     let sink = Verdicts::default();
-    let control = Control { threads: Some(threads), stop: &AtomicBool::new(false), on_cells: &|_| () };
-    compute(plan, &sink, &control).expect("a sink that never fails");
+    let control = Control { threads: Some(threads), ..Control::default() };
+    run(plan, &sink, &control).expect("a sink that never fails");
     let mut tiles = sink.0.into_inner().unwrap_or_else(PoisonError::into_inner);
     tiles.sort_by_key(|(number, _)| *number);
     tiles
@@ -86,7 +79,7 @@ fn engine(bencher: Bencher, name: &str) {
     let plan = plan(engine, 6);
     let direct = self::plan(Engine::Direct, 6);
     assert_eq!(verdicts(&plan, 1), verdicts(&direct, 1), "{name}");
-    bencher.counter(ItemsCount::new(plan.grid.cells())).bench_local(|| verdicts(&plan, 1));
+    bencher.counter(ItemsCount::new(plan.grid().cells())).bench_local(|| verdicts(&plan, 1));
 }
 
 /// The cheapest path, by nodes per axis and threads.
@@ -94,5 +87,5 @@ fn engine(bencher: Bencher, name: &str) {
 fn auto(bencher: Bencher, (n, threads): (usize, usize)) {
     let plan = plan(Engine::Auto, n);
     assert_eq!(verdicts(&plan, threads), verdicts(&plan, 1));
-    bencher.counter(ItemsCount::new(plan.grid.cells())).bench_local(|| verdicts(&plan, threads));
+    bencher.counter(ItemsCount::new(plan.grid().cells())).bench_local(|| verdicts(&plan, threads));
 }

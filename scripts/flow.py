@@ -165,6 +165,52 @@ def critical_damping(point, accuracy, start):
     raise Unresolved("the secant rule does not settle")
 
 
+# --- grazing in the (v, w) flow ---
+
+
+def first_maximum(point, accuracy):
+    """v/V - 1 at the first maximum of v on the orbit from (V, 0), with the lower flow continued above the belt line.
+
+    -1 where the orbit creeps into the equilibrium without a maximum, and at most 0.1 where it runs on beyond the belt
+    line, towards the pole of the continued law. Nodes are no exception.
+    """
+    side = Side(point, 1, accuracy)
+    belt = side.belt
+    # Half-way to the pole, at v = V (1 + 1/k).
+    far = belt + min(belt / 10, 1 / (2 * side.rate))
+
+    def creeps(v, w):
+        # Between w = 0 and w = -v with D <= -2 all the way to the equilibrium: the wedge is never left.
+        return v * w < 0 and abs(w) < abs(v) and max(side.divergence(v), side.divergence(mpfr(0))) <= -2
+
+    bottom = side.until((mpfr(0), belt, mpfr(0)), lambda v, w: w, creeps)
+    if bottom is None or creeps(bottom[1], bottom[2]):
+        return mpfr(-1)
+    top = side.until(bottom, lambda v, w: max(-w, v - far), creeps)
+    return mpfr(-1) if top is None else top[1] / belt - 1
+
+
+def grazing_damping(point, rough, fine):
+    """c* by the (v, w) flow, for foci and nodes alike: the root of `first_maximum` between the bounds from the even part
+    of D (theory, section 5), found at `rough` and then at `fine` next to it. point.c is ignored.
+    """
+    rough.enter()
+    eps, belt = mpfr(point.epsilon), mpfr(point.belt)
+    k = eps * mpfr(point.gamma) * belt
+    weakening, strengthening = mpfr(point.gamma) * (1 - mpfr(point.alpha)), 2 * mpfr(point.beta) * belt
+    lo = weakening / (1 + k) ** 2 - strengthening
+    hi = weakening * (1 + 1 / (1 + 2 * k) ** 2) / 2 - strengthening
+    near = bracketed_root(lambda c: -first_maximum(replace(point, c=c), rough), lo, hi, mpfr("1e-12"))
+    fine.enter()
+    margin = lambda c: -first_maximum(replace(point, c=c), fine)
+    width = weakening * mpfr("1e-11")
+    for _ in range(5):
+        if margin(near - width) < 0 < margin(near + width):
+            return bracketed_root(margin, near - width, near + width, mpfr("1e-11"))
+        width *= 100
+    raise Unresolved("the finer flow has no root next to the rougher one's")
+
+
 # --- (v, w) flow ---
 
 
@@ -229,13 +275,13 @@ class Side:
         raise Unresolved("step budget")
 
 
-def bracketed_root(f, lo, hi):
+def bracketed_root(f, lo, hi, relative=None):
     """The root of f in [lo, hi], f(lo) < 0 < f(hi): secant steps kept inside the bracket (the Illinois rule), down to
-    the working precision."""
+    the working precision, or to `relative` times the bracket."""
     flo, fhi = f(lo), f(hi)
     if flo >= 0:
         return lo  # the start itself, to rounding: a grazing orbit turns where it reaches the belt line
-    limit = (hi - lo) * mpfr(2) ** (8 - gmpy2.get_context().precision)
+    limit = (hi - lo) * (mpfr(2) ** (8 - gmpy2.get_context().precision) if relative is None else relative)
     side = 0
     for _ in range(400):
         if hi - lo <= limit:

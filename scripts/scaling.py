@@ -3,10 +3,14 @@
 Called by scripts/scaling with the path of the program and the numbers of nodes. Every map is made with one thread and
 with two, and every variable of the two files is compared by the fingerprint of its data that the file holds. The work
 of `simulation` should grow like the columns, n^4, while there are n^5 cells to fill and to write.
+
+A second table tells the processor time per cell by stage, of each map with one thread, beside what the machine needs to
+touch the bytes of a cell: to fill them, to fingerprint them (SHA-256), and to write the finished file to disk.
 """
 
 import csv
 import datetime
+import hashlib
 import json
 import os
 import subprocess
@@ -65,8 +69,57 @@ def make_map(slipmap, folder, n, threads):
         len(summary["audit"].get("disagreements", [])),
     ]  # fmt: skip
     found = fingerprints(path)
+    stages = stages_of(summary, used.ru_utime + used.ru_stime)
+    stages += [("limit: fill", fill_rate() * VERDICTS), ("limit: SHA-256", hash_rate() * VERDICTS)]
+    stages.append(("limit: write and sync", write_rate(path, folder) / summary["cells"]))
     path.unlink()
-    return row, found
+    return row, found, stages
+
+
+# Verdicts of a cell, one byte each.
+VERDICTS = 7
+BLOCK = 1 << 26
+
+
+def stages_of(summary, processor):
+    """Processor seconds per cell of every method and of every other stage; `other` is what is in none of them."""
+    seconds = [(name, method["seconds"]) for name, method in summary["methods"].items()]
+    seconds += summary["stages"].items()
+    seconds.append(("other", processor - sum(value for _, value in seconds)))
+    seconds.append(("all", processor))
+    return [(name, value / summary["cells"]) for name, value in seconds]
+
+
+def least(work, passes=5):
+    def once():
+        start = time.process_time()
+        work()
+        return time.process_time() - start
+
+    return min(once() for _ in range(passes))
+
+
+def fill_rate():
+    block = bytearray(BLOCK)
+    return least(lambda: block.__setitem__(slice(None), bytes(BLOCK))) / BLOCK
+
+
+def hash_rate():
+    block = bytes(BLOCK)
+    return least(lambda: hashlib.sha256(block).digest()) / BLOCK
+
+
+def write_rate(path, folder):
+    """Seconds of the clock for a copy of the file, down to the disk."""
+    data, copy = path.read_bytes(), Path(folder) / "copy"
+    start = time.monotonic()
+    with open(copy, "wb") as file:
+        file.write(data)
+        file.flush()
+        os.fsync(file.fileno())
+    seconds = time.monotonic() - start
+    copy.unlink()
+    return seconds
 
 
 def chart(rows, path):
@@ -101,11 +154,12 @@ def main():
     slipmap, *sizes = sys.argv[1:]
     sizes = [int(n) for n in sizes] or [16, 24, 32, 48, 64]
     out = ROOT / "results" / f"scaling-{datetime.date.today().isoformat()}.csv"
-    rows = []
+    rows, table = [], []
     with tempfile.TemporaryDirectory() as folder:
         for n in sizes:
-            one, expected = make_map(slipmap, folder, n, 1)
-            two, found = make_map(slipmap, folder, n, 2)
+            one, expected, stages = make_map(slipmap, folder, n, 1)
+            two, found, _ = make_map(slipmap, folder, n, 2)
+            table.append((n, stages))
             equal = sum(found.get(name) == value for name, value in expected.items())
             rows += [one + [""], two + [f"{equal} of {len(expected)}"]]
             for row in rows[-2:]:
@@ -117,6 +171,11 @@ def main():
         writer.writerow(COLUMNS)
         writer.writerows(rows)
     chart(rows, out.with_suffix(".png"))
+    with open(out.with_name(out.name.replace("scaling-", "scaling-stages-")), "w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(["stage", *(f"nanoseconds_per_cell_n_{n}" for n, _ in table)])
+        for stage, *_ in table[-1][1]:
+            writer.writerow([stage, *(f"{1e9 * dict(stages)[stage]:.3f}" for _, stages in table)])
     print(f"written: {out.relative_to(ROOT)} and .png")
 
 

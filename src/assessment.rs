@@ -91,9 +91,9 @@ pub fn assess(machine: &Machine, law: &Law) -> Option<Assessment> {
     let always_below_speed =
         highest_belt_speed(point.belt_speed, |speed| Some(weakening(speed) > oscillator.viscous));
     let hopf = weakening(point.belt_speed);
-    let cycle = map::attracting_cycle(&oscillator, &flow, behaviour.regime, TOLERANCE);
+    let cycle = map::attracting_cycle(&oscillator, &flow, TOLERANCE);
     let kick = match behaviour.regime {
-        Regime::Bistable => map::basin_boundary(&oscillator, behaviour.regime, TOLERANCE),
+        Regime::Bistable => map::basin_boundary(&oscillator, &flow, TOLERANCE),
         _ => None,
     };
     let proofs = TESTS.iter().filter(|test| test.guarantee != Guarantee::Asymptotic).map(|test| Proof {

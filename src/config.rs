@@ -7,6 +7,7 @@
 //! phi = "mu + (1 - mu)*exp(-u/vs)"     # of law = "expression": u, eps, and names that become axes
 //! file = "measured.csv"                # of law = "table": slip speed and friction; seen from this file
 //! static = 1.0                         # default; friction at u = 0 of these two, which divides them
+//! small = "eps"                        # reads the law as 1 + eps F(u), so that `perturbation` answers for any law
 //! [grid]                               # every axis of the law; a number, a list, or a range
 //! epsilon = [0.01, 0.1]
 //! alpha = { from = 0.0, to = 0.9, points = 32 }
@@ -35,7 +36,7 @@
 //! [curves]                             # where the behaviour changes, stored in the map by continuation
 //! planes = [{ x = "V", y = "c", at = { gamma = 2.0 } }] # other axes at the nearest, or else their middle node
 //! [audit]
-//! cells = 1000                         # default
+//! cells = 1000                         # default; distinct cells, at most 10,000,000
 //! [output]
 //! path = "results/name.h5"             # default: results/<name of the file>.h5
 //! fields = ["verdict"]                 # default; also: margin, critical_c, regime, landing, cycle, basin,
@@ -57,7 +58,6 @@ mod law;
 mod machine;
 mod points;
 mod source;
-mod tiles;
 
 use std::path::{Path, PathBuf};
 
@@ -72,18 +72,11 @@ use crate::benchmark::Settings;
 use crate::certify::validated;
 use crate::friction::Law;
 use crate::machine::Machine;
-use crate::map::{Engine, Field, Grid, GridError, Method, Plan, Plane};
+use crate::map::{
+    DEFAULT_AUDIT_CELLS, DEFAULT_COMPRESSION, DEFAULT_PROOF_BOXES, DEFAULT_TOLERANCE, Engine, Field, Grid,
+    GridError, MOST_AUDIT_CELLS, Method, Plan, TOLERANCES,
+};
 use crate::simulate::naive::NaiveKnobs;
-
-/// Bound on the error of the scaled grazing margin where none is asked for.
-pub const DEFAULT_TOLERANCE: f64 = 1e-9;
-/// The tightest tolerance that double precision can meet on a margin of order one.
-const TIGHTEST_TOLERANCE: f64 = 1e-14;
-/// Beyond this an error of the margin is no longer small against the margin itself.
-const LOOSEST_TOLERANCE: f64 = 1e-2;
-
-/// Boxes that `validated` tries to prove where no number is asked for: half a minute or so.
-pub const DEFAULT_PROOF_BOXES: usize = 32;
 
 /// A map to be computed, and where it goes.
 #[derive(Clone, Debug)]
@@ -92,8 +85,6 @@ pub struct Job {
     pub plan: Plan,
     /// Title of the map.
     pub title: String,
-    /// The planes whose curves of codimension one the map stores.
-    pub planes: Vec<Plane>,
     /// The machine that the grid is about, at its first belt speed and damping.
     pub machine: Option<Machine>,
     /// The configuration file.
@@ -169,13 +160,13 @@ impl Job {
         };
 
         let audit_cells = match root.section("audit")?.get("cells") {
-            None => 1000,
-            // The upper limit is that of the type; a grid with fewer cells is audited whole.
-            Some(node) => usize::try_from(node.integer(0, i64::MAX)?).unwrap_or(usize::MAX),
+            None => DEFAULT_AUDIT_CELLS,
+            // A grid with fewer cells is audited whole.
+            Some(node) => {
+                let most = i64::try_from(MOST_AUDIT_CELLS).unwrap_or(i64::MAX);
+                usize::try_from(node.integer(0, most)?).unwrap_or(MOST_AUDIT_CELLS)
+            }
         };
-        // Without a simulation there is nothing to decide again.
-        let simulated = methods.contains(&Method::Simulation);
-        let audit_cells = if simulated { audit_cells } else { 0 };
 
         let section = root.section("validated")?;
         let proof_boxes = match section.get("boxes") {
@@ -202,10 +193,10 @@ impl Job {
         };
         let fields = match output.get("fields") {
             None => vec![Field::Verdict],
-            Some(node) => fields(&node, simulated)?,
+            Some(node) => fields(&node, methods.contains(&Method::Simulation))?,
         };
         let compression = match output.get("compression") {
-            None => 4,
+            None => DEFAULT_COMPRESSION,
             Some(node) => u8::try_from(node.integer(0, 9)?).unwrap_or(9),
         };
 
@@ -213,22 +204,21 @@ impl Job {
         #[cfg(feature = "report")]
         let work_precision = work_precision(&root.section("work_precision")?)?;
 
-        let tile_shape = grid.tile_shape(tiles::cells(grid.cells()));
-        let plan = Plan {
-            grid,
-            methods,
-            fields,
-            engine,
-            tolerance,
-            audit_cells,
-            proof_boxes,
-            tile_shape,
-            compression,
-        };
+        let plan = Plan::builder(grid)
+            .methods(methods)
+            .fields(fields)
+            .engine(engine)
+            .tolerance(tolerance)
+            .audit_cells(audit_cells)
+            .proof_boxes(proof_boxes)
+            .planes(planes)
+            .compression(compression)
+            .build()
+            // What could be wrong was refused above, with its place.
+            .map_err(|error| root.missing("grid", error.to_string()))?;
         Ok(Job {
             plan,
             title,
-            planes,
             machine,
             config_file: source.file().to_owned(),
             config_text: source.text(),
@@ -408,7 +398,7 @@ fn knobs(section: &Section) -> Result<NaiveKnobs, ConfigError> {
         smoothing_width: number("smoothing_width", default.smoothing_width, least, "greater than 0")?,
         stick_band_width: number("stick_band_width", default.stick_band_width, least, "greater than 0")?,
         step: number("step", default.step, least, "greater than 0")?,
-        tolerance: number("tolerance", default.tolerance, TIGHTEST_TOLERANCE, "at least 1e-14")?,
+        tolerance: number("tolerance", default.tolerance, *TOLERANCES.start(), "at least 1e-14")?,
         longest_step: number("longest_step", default.longest_step, least, "greater than 0")?,
         turns: match section.get("turns") {
             None => default.turns,
@@ -452,10 +442,10 @@ fn tolerance(node: &Node) -> Result<f64, ConfigError> {
 /// # Errors
 /// What it must be.
 pub fn check_tolerance(value: f64) -> Result<(), String> {
-    if (TIGHTEST_TOLERANCE..=LOOSEST_TOLERANCE).contains(&value) {
+    if TOLERANCES.contains(&value) {
         Ok(())
     } else {
-        Err(format!("the tolerance must be from {TIGHTEST_TOLERANCE:e} to {LOOSEST_TOLERANCE:e}"))
+        Err(format!("the tolerance must be from {:e} to {:e}", TOLERANCES.start(), TOLERANCES.end()))
     }
 }
 
@@ -534,7 +524,13 @@ fn choices<T: Clone>(node: &Node, table: &[(&'static str, T)], noun: &str) -> Re
 
 /// "the nearest valid key is `alpha`; valid are: .."
 fn nearest(noun: &str, word: &str, valid: &[&'static str]) -> String {
-    let distance = |name: &&&str| strsim::damerau_levenshtein(&word.to_lowercase(), &name.to_lowercase());
+    let word = word.to_lowercase();
+    // An abbreviation is nearer than a word of other letters: `eps` means epsilon, not beta.
+    let distance = |name: &&&str| {
+        let name = name.to_lowercase();
+        let abbreviated = word.chars().count() > 1 && name.starts_with(&word);
+        if abbreviated { 0 } else { strsim::damerau_levenshtein(&word, &name) }
+    };
     match valid.iter().min_by_key(distance) {
         Some(best) if valid.len() > 1 => {
             format!("the nearest valid {noun} is `{best}`; valid are: {}", valid.join(", "))
@@ -578,7 +574,7 @@ c = { from = 0, to = 1, points = 5 }
         assert_eq!(plan.grid.shape(), [1, 2, 1, 3, 1, 5]);
         assert_eq!(plan.grid.dampings(), [0.0, 0.25, 0.5, 0.75, 1.0]);
         assert_eq!(plan.methods, Method::usual().collect::<Vec<_>>());
-        assert_eq!((plan.engine, plan.tolerance, plan.audit_cells), (Engine::Auto, 1e-9, 1000));
+        assert_eq!((plan.engine, plan.tolerance, plan.audit_cells), (Engine::Auto, 1e-9, 30));
         assert_eq!(plan.fields, [Field::Verdict]);
     }
 

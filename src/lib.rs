@@ -57,6 +57,7 @@ pub mod benchmark;
 pub mod certify;
 #[cfg(feature = "cli")]
 pub mod cli;
+mod clock;
 #[cfg(feature = "config")]
 pub mod config;
 pub mod dataset;

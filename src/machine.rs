@@ -204,10 +204,10 @@ impl Machine {
         let Units { velocity, damping, .. } = self.units();
         let ratio = self.kinetic_friction / self.static_friction;
         let rise = self.strengthening / self.static_friction;
-        let law = match law {
+        let law = match law.as_written() {
             Law::Stribeck => [ratio, rise * velocity * velocity, velocity / self.stribeck_velocity],
             Law::Exponential | Law::Lorentzian => [ratio, self.stribeck_velocity / velocity, rise * velocity],
-            Law::Expression(_) | Law::Table(_) => return None,
+            _ => return None,
         };
         Some(Point {
             epsilon: 1.0,
@@ -223,7 +223,7 @@ impl Machine {
     pub fn at(&self, law: &Law, point: &Point) -> Option<Machine> {
         let Units { velocity, damping, .. } = self.units();
         let eps = point.epsilon;
-        let (ratio, stribeck_velocity, rise) = match (law, point.law.as_slice()) {
+        let (ratio, stribeck_velocity, rise) = match (law.as_written(), point.law.as_slice()) {
             (Law::Stribeck, &[alpha, beta, gamma]) => {
                 (alpha, velocity / (eps * gamma), eps * beta / (velocity * velocity))
             }

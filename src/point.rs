@@ -27,6 +27,14 @@ impl LawParameters {
         Self { values: stored, len: values.len() }
     }
 
+    /// Replaces the value at this position.
+    ///
+    /// # Panics
+    /// If there is none.
+    pub fn set(&mut self, position: usize, value: f64) {
+        self.values[..self.len][position] = value;
+    }
+
     /// The values, in the law's order.
     #[must_use]
     pub fn as_slice(&self) -> &[f64] {

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use slipmap::friction::Law;
-use slipmap::map::{Account, Engine, Field, Grid, Method, MethodCells, Plan, Runs, Sink, TileData, Verdict};
+use slipmap::map::{Account, Field, Grid, Method, MethodCells, Plan, Runs, Sink, TileData, Verdict};
 use slipmap::store::{Existing, MapWriter, Outcome, Provenance, StoreError};
 use tempfile::TempDir;
 
@@ -24,21 +24,17 @@ fn write(path: &Path) -> Result<(), StoreError> {
     let grid = Grid::new(Law::Stribeck, nodes.into()).expect("legal axes");
     let tile_shape = grid.tile_shape(8 * 32);
     let method = Method::Simulation;
-    let plan = Plan {
-        methods: vec![method],
-        fields: vec![Field::Verdict, Field::Margin],
-        engine: Engine::Auto,
-        tolerance: 1e-9,
-        audit_cells: 0,
-        proof_boxes: 0,
-        compression: 4,
-        tile_shape,
-        grid,
-    };
+    let plan = Plan::builder(grid)
+        .methods([method])
+        .fields([Field::Margin])
+        .audit_cells(0)
+        .tile_shape(tile_shape)
+        .build()
+        .expect("a legal plan");
     let writer = MapWriter::create(path, &plan, &Provenance::default(), Existing::Refuse)?;
     let mut state = 1u64;
-    for number in 0..plan.grid.tile_count(&plan.tile_shape) {
-        let tile = plan.grid.tile(&plan.tile_shape, number);
+    for number in 0..plan.tile_count() {
+        let tile = plan.grid().tile(plan.tile_shape(), number);
         let margins = (0..tile.cells()).map(|_| {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
             f64::from_bits(state >> 2)

@@ -21,6 +21,7 @@ from ._law import Law
 from ._orbits import curves, orbit, phase_portrait
 from ._point import Machine, Point, Units, probe
 from ._probe import Probe
+from ._sensitivity import sensitivity
 
 __all__ = [
     "METHODS",
@@ -42,5 +43,6 @@ __all__ = [
     "phase_portrait",
     "probe",
     "regime",
+    "sensitivity",
     "verdicts",
 ]

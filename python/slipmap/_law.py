@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -155,6 +155,59 @@ class Law:
             static = float(levels[0]) if len(levels) else 1.0
         return cls(_core.Law.table(speeds, levels, float(static), origin), {})
 
+    @classmethod
+    def from_function(
+        cls,
+        function: Callable[[float], float],
+        *,
+        fastest: float,
+        corners: ArrayLike = (),
+        origin: str | None = None,
+    ) -> Law:
+        """A law given as a Python function, sampled once into polynomials and from then on as fast as any other.
+
+        Parameters
+        ----------
+        function : callable
+            Friction at a slip speed, a number at a time, in units of the static friction: 1 at slip speed 0.
+        fastest : float
+            Slip speed up to which it is sampled: at least twice the largest belt speed that will be asked about, better
+            four times, as orbits that start beyond the belt line are faster.
+        corners : array_like
+            Slip speeds at which its slope jumps; elsewhere it should be smooth.
+        origin : str, optional
+            Its name in messages; by default that of the function.
+
+        Returns
+        -------
+        Law
+            Its :attr:`error` says how far its weakening rate may be from that of the function; the error estimates of
+            :func:`critical_c` count it.
+
+        Raises
+        ------
+        ValueError
+            If a value is not finite, or not 1 at slip speed 0. What the function itself raises is passed on.
+
+        Examples
+        --------
+        >>> import math, slipmap
+        >>> law = slipmap.Law.from_function(lambda u: 0.5 + 0.5 * math.exp(-u), fastest=16.0)
+        >>> law.error < 1e-10
+        True
+        >>> built_in = slipmap.Law.exponential(mu=0.5, vs=1.0, eta=0.0)
+        >>> abs(slipmap.critical_c(law, V=1.0, epsilon=1.0) - slipmap.critical_c(built_in, V=1.0, epsilon=1.0)) < 1e-10
+        True
+        """
+        name = getattr(function, "__name__", "a function") if origin is None else origin
+        kinks = [float(corner) for corner in np.atleast_1d(np.asarray(corners, dtype=float))]
+        return cls(_core.Law.function(function, float(fastest), kinks, name), {})
+
+    @property
+    def error(self) -> float:
+        """Of a law made by :meth:`from_function`: how far its weakening rate may be from the function's; else 0."""
+        return self._law.error
+
     @property
     def name(self) -> str:
         """Name of the law in configurations and maps."""
@@ -216,6 +269,9 @@ class Law:
         elif self.name == "table":
             rows = self._law.definition.count("\n")
             values.insert(0, f"<{rows} data>")
+        elif self.name == "function":
+            values.insert(0, f"<{self._law.definition.split(' ', 1)[1].splitlines()[0]}>")
+            return f"Law.from_function({', '.join(values)})"
         return f"Law.{self.name}({', '.join(values)})"
 
     def _key(self) -> tuple[Any, ...]:

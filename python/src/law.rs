@@ -3,7 +3,7 @@
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use slipmap::friction::{Expression, Law as Family, Table};
+use slipmap::friction::{Expression, Function, Law as Family, Table};
 use slipmap::map::{AxisRole, Grid};
 use slipmap::point::{LawParameters, MAX_LAW_PARAMETERS, Point};
 
@@ -51,6 +51,35 @@ impl Law {
             PyValueError::new_err(format!("{row}{error}"))
         })?;
         Ok(Self { law: Family::Table(law) })
+    }
+
+    /// A law given as a function of the slip speed, sampled once up to `fastest`.
+    #[staticmethod]
+    fn function(function: &Bound<'_, PyAny>, fastest: f64, corners: Vec<f64>, origin: &str) -> PyResult<Self> {
+        let mut raised = None;
+        let call = |u: f64| match function.call1((u,)).and_then(|value| value.extract::<f64>()) {
+            Ok(value) => value,
+            Err(error) => {
+                // The first error is the one to tell; NaN ends the sampling soon.
+                raised.get_or_insert(error);
+                f64::NAN
+            }
+        };
+        let law = Function::new(origin, call, fastest, &corners);
+        match (raised, law) {
+            (Some(error), _) => Err(error),
+            (None, Err(error)) => Err(PyValueError::new_err(error.to_string())),
+            (None, Ok(law)) => Ok(Self { law: Family::Function(law) }),
+        }
+    }
+
+    /// How far the weakening rate may be from that of the function that was sampled; 0 for other laws.
+    #[getter]
+    fn error(&self) -> f64 {
+        match &self.law {
+            Family::Function(law) => law.error(),
+            _ => 0.0,
+        }
     }
 
     /// The law of a name and the definition that [`Law::definition`] gave.
@@ -161,6 +190,12 @@ pub(crate) fn check_law(law: &Family, point: &Point) -> Result<(), String> {
             point.belt_speed,
             table.origin(),
             table.fastest()
+        )),
+        Family::Function(function) if function.fastest() < fastest => Err(format!(
+            "V = {}: {} was sampled up to slip speed {}, below 2 V\n  help: choose a lower belt speed, or sample farther",
+            point.belt_speed,
+            function.origin(),
+            function.fastest()
         )),
         _ => Ok(()),
     }

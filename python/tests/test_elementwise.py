@@ -1,5 +1,6 @@
 """Functions of parameters: shapes, types, NaN, threads, Ctrl-C."""
 
+import math
 import pickle
 import signal
 import subprocess
@@ -158,6 +159,33 @@ def test_a_formula_is_the_built_in_law():
     c, error = slipmap.critical_c(built_in, V=V, epsilon=1.0, return_error=True)
     other, own = slipmap.critical_c(formula, V=V, epsilon=1.0, return_error=True)
     assert (np.abs(c - other) <= error + own).all()
+
+
+def test_a_python_function_is_the_law_built_in():
+    own = slipmap.Law.from_function(lambda u: 0.5 + 0.5 * math.exp(-u), fastest=12.0)
+    built_in = slipmap.Law.exponential(mu=0.5, vs=1.0, eta=0.0)
+    V = np.linspace(0.2, 3.0, 9)
+    c, error = slipmap.critical_c(own, V=V, epsilon=1.0, return_error=True)
+    exact, more = slipmap.critical_c(built_in, V=V, epsilon=1.0, return_error=True)
+    assert (np.abs(c - exact) <= error + more).all() and error.max() < 1e-8
+    for dampings in (0.5 * exact, 1.5 * exact):
+        for methods in ("simulation", "symmetric"):
+            said = slipmap.verdicts(own, V=V, c=dampings, epsilon=1.0, methods=methods)
+            assert np.array_equal(said, slipmap.verdicts(built_in, V=V, c=dampings, epsilon=1.0, methods=methods))
+    again = pickle.loads(pickle.dumps(own))
+    assert again == own and again.error == own.error
+    assert "lambda" in repr(own)
+
+
+def test_python_functions_that_are_no_laws_are_told():
+    with pytest.raises(ZeroDivisionError):
+        slipmap.Law.from_function(lambda u: 1.0 / (u - u), fastest=1.0)
+    with pytest.raises(ValueError, match=r"phi\(0\) is 2"):
+        slipmap.Law.from_function(lambda u: 2.0 - u, fastest=1.0)
+    with pytest.raises(TypeError):
+        slipmap.Law.from_function(lambda u: "one", fastest=1.0)
+    with pytest.raises(ValueError, match="below 2 V"):
+        slipmap.critical_c(slipmap.Law.from_function(lambda u: 1.0 - 0.1 * u, fastest=1.0), V=1.0, epsilon=1.0)
 
 
 def test_ten_threads_at_once():

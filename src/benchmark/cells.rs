@@ -5,8 +5,8 @@ use rayon::prelude::*;
 use super::reference::{Reference, reference};
 use crate::filippov::Oscillator;
 use crate::friction::{Column, Law};
-use crate::map::{AxisRole, Grid, Verdict};
-use crate::point::{LawParameters, Point};
+use crate::map::{Grid, Verdict};
+use crate::point::Point;
 use crate::simulate::{Fate, critical_damping, return_map};
 
 /// A cell, with what is true of it.
@@ -61,18 +61,10 @@ pub fn draw(grid: &Grid, count: usize, near: f64) -> Vec<Cell> {
     let columns: Vec<Vec<Cell>> = (0..count.div_ceil(2))
         .into_par_iter()
         .map(|i| {
-            let mut law = Vec::new();
-            let (mut epsilon, mut belt_speed, mut damping) = (0.0, 0.0, 0.0);
-            for (dimension, axis) in axes.iter().enumerate() {
-                let value = along(&axis.values, share(i, dimension));
-                match axis.role {
-                    AxisRole::Epsilon => epsilon = value,
-                    AxisRole::Law(_) => law.push(value),
-                    AxisRole::BeltSpeed => belt_speed = value,
-                    AxisRole::Damping => damping = value,
-                }
-            }
-            let point = Point { epsilon, law: LawParameters::new(&law), belt_speed, damping };
+            let values = axes.iter().enumerate();
+            let values: Vec<f64> =
+                values.map(|(dimension, axis)| along(&axis.values, share(i, dimension))).collect();
+            let point = grid.point_of(&values);
             let column = grid.law().column(&point);
             let critical = critical_damping(&column, TOLERANCE).ok().map(|root| root.c);
             let offset = near * (2.0 * share(i, axes.len()) - 1.0);

@@ -4,8 +4,8 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use super::cells::Cell;
-use super::clock::processor_time;
 use super::contestants::{Answer, Contestant, Gives, Way, closed_form};
+use crate::clock::thread_time;
 use crate::filippov::Oscillator;
 use crate::map::Verdict;
 
@@ -132,10 +132,10 @@ fn one_by_one(cells: &[Cell], budget: Duration, ask: impl Fn(&Cell) -> Answer) -
     if let Some(first) = cells.first() {
         black_box(ask(first));
     }
-    let start = processor_time();
+    let start = thread_time();
     let late = |(i, cell): (usize, &Cell)| {
         black_box(ask(cell));
-        i + 1 >= LEAST_CELLS && processor_time() - start > budget
+        i + 1 >= LEAST_CELLS && thread_time() - start > budget
     };
     let affordable = cells.iter().enumerate().position(late).map_or(cells.len(), |last| last + 1);
     timed(cells, affordable, budget, |cells| cells.iter().map(&ask).collect())
@@ -149,20 +149,20 @@ fn timed(
     mut ask: impl FnMut(&[Cell]) -> Vec<Answer>,
 ) -> (usize, f64, Vec<Answer>) {
     let cells = &cells[..count];
-    let start = processor_time();
+    let start = thread_time();
     let mut answers = black_box(ask(cells));
-    let once = processor_time() - start;
+    let once = thread_time() - start;
     let repeats = (LONG_ENOUGH.as_secs_f64() / once.as_secs_f64().max(1e-9)).ceil().max(1.0) as u32;
     let mut least = once;
     for _ in 1..PASSES {
-        let begin = processor_time();
+        let begin = thread_time();
         if begin - start > budget {
             break;
         }
         for _ in 0..repeats {
             answers = black_box(ask(black_box(cells)));
         }
-        least = least.min((processor_time() - begin) / repeats);
+        least = least.min((thread_time() - begin) / repeats);
     }
     (count, least.as_secs_f64(), answers)
 }
@@ -211,9 +211,9 @@ const FARTHEST: f64 = 4.0;
 /// boundary, as many as `budget` allows. Where they do not change between c = 0 and [`FARTHEST`] above the critical
 /// damping, the distance searched counts as the error, which is larger.
 fn search(cells: &[Cell], budget: Duration, ask: impl Fn(&Cell, f64) -> Verdict, errors: &mut Sizes) {
-    let start = processor_time();
+    let start = thread_time();
     for (number, cell) in cells.iter().filter(|cell| cell.near).enumerate() {
-        if number >= LEAST_CELLS / 2 && processor_time() - start > budget {
+        if number >= LEAST_CELLS / 2 && thread_time() - start > budget {
             break;
         }
         let (Some(exact), Some(slope)) = (&cell.reference.critical, cell.reference.slope) else { continue };

@@ -10,7 +10,6 @@
 //! | labels | verdicts on the cells next to the boundary: right, wrong, or none |
 
 pub mod cells;
-mod clock;
 mod contestants;
 pub mod double_double;
 mod measure;

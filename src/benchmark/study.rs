@@ -1,7 +1,7 @@
 //! A study of speed against accuracy: the cells, and every method and engine measured on them at each of its settings.
 
 use super::{Cell, Contestant, Errors, Kind, Labels, Measurement, cells, measure, pareto};
-use crate::map::{AxisRole, Grid};
+use crate::map::Grid;
 
 /// Why there is no study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -148,20 +148,10 @@ impl Study {
         let mut text = names.join(",") + "\n";
         for cell in &self.cells {
             for axis in axes {
-                text.push_str(&format!("{:?},", coordinate(cell, axis.role)));
+                text.push_str(&format!("{:?},", axis.role.of(&cell.point)));
             }
             text.push_str(if cell.near { "1\n" } else { "0\n" });
         }
         text
-    }
-}
-
-/// A cell's place on an axis.
-pub(crate) fn coordinate(cell: &Cell, role: AxisRole) -> f64 {
-    match role {
-        AxisRole::Epsilon => cell.point.epsilon,
-        AxisRole::Law(parameter) => cell.point.law.as_slice()[parameter],
-        AxisRole::BeltSpeed => cell.point.belt_speed,
-        AxisRole::Damping => cell.point.damping,
     }
 }

@@ -24,7 +24,7 @@
 //! Departures from the paper (section 5.1): the paper keeps only the first order in eps and takes x2 >= -V
 //! along the orbit. That is [`super::bendixson_leading`]; where D > 0 the orbit in fact overshoots -V.
 
-use super::{Claim, Guarantee, Test, landing};
+use super::{Claim, Guarantee, Test, absence_edge, landing, presence_edge};
 use crate::friction::Column;
 
 /// The test.
@@ -33,7 +33,9 @@ pub const TEST: Test = Test {
     long_name: "Bendixson criterion at finite eps",
     equation: "paper section 5.1 at finite eps",
     guarantee: Guarantee::FiniteEpsilon,
+    first_order: false,
     claim,
+    claims: Some(claims),
 };
 
 /// Strips per quarter turn of the amplitude's bound. In random columns the edge then falls short of that
@@ -47,53 +49,91 @@ const EVALUATIONS: u32 = 40;
 const SHARPNESS: f64 = 1e-9;
 
 fn claim(column: &Column) -> Claim {
-    let present_below = presence_edge(column).unwrap_or(f64::NEG_INFINITY);
+    claims(std::slice::from_ref(column))[0]
+}
+
+/// The claims of many columns, whose edges are searched together.
+fn claims(columns: &[Column]) -> Vec<Claim> {
+    columns.iter().zip(presence_edges(columns)).map(|(column, edge)| with_edge(column, edge)).collect()
+}
+
+fn with_edge(column: &Column, edge: Option<f64>) -> Claim {
+    let present_below = edge.unwrap_or(f64::NEG_INFINITY);
     Claim {
         sticks_from: landing::sticks_from(column, present_below),
         present_below,
-        absent_above: column.curve.weakening_range(0.0, 2.0 * column.belt_speed).hi / column.epsilon,
+        absent_above: absence_edge(column, column.curve.weakening_range(0.0, 2.0 * column.belt_speed).hi),
     }
 }
 
-/// A damping c > 0 with eps c <= weakening on [0, V + R(c)], as large as the search finds; `None` if it finds
-/// none.
-fn presence_edge(column: &Column) -> Option<f64> {
-    let lowest =
-        |amplitude: f64| column.curve.weakening_range(0.0, column.belt_speed + amplitude).lo / column.epsilon;
-    let mut c = lowest(column.belt_speed);
-    let mut certified = None;
-    let mut slope = 0.0;
-    let mut previous: Option<(f64, f64)> = None;
+/// The least weakening on slip speeds from 0 to V + `amplitude`, as a damping.
+fn lowest(column: &Column, amplitude: f64) -> f64 {
+    presence_edge(column, column.curve.weakening_range(0.0, column.belt_speed + amplitude).lo)
+}
+
+/// For each column a damping c > 0 with eps c <= weakening on [0, V + R(c)], as large as the search finds; `None` if
+/// it finds none.
+fn presence_edges(columns: &[Column]) -> Vec<Option<f64>> {
+    let mut searches: Vec<Search> = columns.iter().map(Search::new).collect();
+    let mut going: Vec<usize> = (0..columns.len()).filter(|&i| searches[i].next.is_some()).collect();
     for _ in 0..EVALUATIONS {
-        if c <= 0.0 {
-            // The image of a larger damping was not positive: nor are those of smaller ones.
+        if going.is_empty() {
             break;
         }
-        let amplitude = landing::amplitude_bound(column, c, STRIPS);
-        if !amplitude.is_finite() {
-            break;
+        let asked: Vec<(&Column, f64)> =
+            going.iter().filter_map(|&i| Some((&columns[i], searches[i].next?))).collect();
+        let amplitudes = landing::amplitude_bounds(&asked, STRIPS);
+        for (&i, amplitude) in going.iter().zip(amplitudes) {
+            searches[i].step(&columns[i], amplitude);
         }
-        let image = lowest(amplitude);
+        going.retain(|&i| searches[i].next.is_some());
+    }
+    searches.into_iter().map(|search| search.certified).collect()
+}
+
+/// The search for the edge of one column.
+struct Search {
+    /// The damping at which the amplitude is asked for next; `None` when the search is over.
+    next: Option<f64>,
+    /// The largest damping found that fulfils the inequality.
+    certified: Option<f64>,
+    /// Slope of the map c -> min / eps, and where it was evaluated last.
+    slope: f64,
+    previous: Option<(f64, f64)>,
+}
+
+impl Search {
+    fn new(column: &Column) -> Self {
+        let mut search = Self { next: None, certified: None, slope: 0.0, previous: None };
+        search.go_on(lowest(column, column.belt_speed));
+        search
+    }
+
+    /// Asks for `c` next. Where it is not positive the image of a larger damping was not, nor are those of smaller ones.
+    fn go_on(&mut self, c: f64) {
+        self.next = (c > 0.0).then_some(c);
+    }
+
+    /// Takes the bound of the amplitude at the damping asked for.
+    fn step(&mut self, column: &Column, amplitude: f64) {
+        let Some(c) = self.next.take().filter(|_| amplitude.is_finite()) else { return };
+        let image = lowest(column, amplitude);
         if image >= c {
             // From below the map itself climbs towards the fixed point.
-            certified = Some(c);
-            if image <= c * (1.0 + SHARPNESS) {
-                break;
+            self.certified = Some(c);
+            if image > c * (1.0 + SHARPNESS) {
+                self.go_on(image);
             }
-            c = image;
-        } else if certified.is_some() {
-            break;
-        } else {
-            if let Some((c_before, image_before)) = previous {
-                slope = ((image_before - image) / (c_before - c)).clamp(0.0, 0.9);
+        } else if self.certified.is_none() {
+            if let Some((c_before, image_before)) = self.previous {
+                self.slope = ((image_before - image) / (c_before - c)).clamp(0.0, 0.9);
             }
-            previous = Some((c, image));
-            let root = c - (c - image) / (1.0 - slope) - c * (0.5 * SHARPNESS);
+            self.previous = Some((c, image));
+            let root = c - (c - image) / (1.0 - self.slope) - c * (0.5 * SHARPNESS);
             // A steep secant must not jump over a fixed point down to zero.
-            c = root.max(0.5 * image);
+            self.go_on(root.max(0.5 * image));
         }
     }
-    certified
 }
 
 #[cfg(test)]

@@ -27,7 +27,9 @@ pub const TEST: Test = Test {
     long_name: "Bendixson criterion at first order",
     equation: "paper section 5.1, first order",
     guarantee: Guarantee::Asymptotic,
+    first_order: true,
     claim,
+    claims: None,
 };
 
 fn claim(column: &Column) -> Claim {

@@ -22,7 +22,7 @@
 //!
 //! Departures from the paper: this test is not in it.
 
-use super::{Claim, Guarantee, Test};
+use super::{Claim, Guarantee, Test, absence_edge, presence_edge};
 use crate::friction::Column;
 
 /// The test.
@@ -31,12 +31,18 @@ pub const TEST: Test = Test {
     long_name: "harmonic balance on the grazing circle",
     equation: "paper (6) without expansion in eps",
     guarantee: Guarantee::Asymptotic,
+    first_order: false,
     claim,
+    claims: None,
 };
 
 fn claim(column: &Column) -> Claim {
-    let edge = column.curve.mean_weakening(column.belt_speed) / column.epsilon;
-    Claim { present_below: edge, absent_above: edge, ..Claim::NOTHING }
+    let mean = column.curve.mean_weakening(column.belt_speed);
+    Claim {
+        present_below: presence_edge(column, mean),
+        absent_above: absence_edge(column, mean),
+        ..Claim::NOTHING
+    }
 }
 
 #[cfg(test)]

@@ -21,7 +21,7 @@
 //! Departures from the paper: there (14) is a remark, followed by Bendixson's criterion to exclude slip
 //! cycles; the second inequality and the landing are not in it.
 
-use super::{Claim, Guarantee, Test, landing};
+use super::{Claim, Guarantee, Test, landing, presence_edge};
 use crate::friction::Column;
 
 /// The test.
@@ -30,13 +30,15 @@ pub const TEST: Test = Test {
     long_name: "divergence at the equilibrium",
     equation: "paper (14)",
     guarantee: Guarantee::FiniteEpsilon,
+    first_order: false,
     claim,
+    claims: None,
 };
 
 fn claim(column: &Column) -> Claim {
     let at_equilibrium = column.curve.weakening(column.belt_speed);
     let proved = column.curve.even_weakening_range(column.belt_speed).lo;
-    let present_below = at_equilibrium.min(proved) / column.epsilon;
+    let present_below = presence_edge(column, at_equilibrium.min(proved));
     Claim { sticks_from: landing::sticks_from(column, present_below), present_below, ..Claim::NOTHING }
 }
 

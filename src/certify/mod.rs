@@ -112,6 +112,23 @@ impl Claim {
     }
 }
 
+/// The edge of a claim of presence for eps c < `bound`: `bound` / eps.
+///
+/// Below the normal numbers a bound may be wrong by any factor, and nothing is claimed. The quotient's own rounding does no
+/// harm at any size: a double c that is less than the quotient as rounded is less than the quotient.
+fn presence_edge(column: &Column, bound: f64) -> f64 {
+    if is_reliable(column, bound) { bound / column.epsilon } else { f64::NEG_INFINITY }
+}
+
+/// The edge of a claim of absence for eps c > `bound`, as [`presence_edge`].
+fn absence_edge(column: &Column, bound: f64) -> f64 {
+    if is_reliable(column, bound) { bound / column.epsilon } else { f64::INFINITY }
+}
+
+fn is_reliable(column: &Column, bound: f64) -> bool {
+    column.curve.is_normal() && !bound.is_subnormal()
+}
+
 /// How far a verdict can be trusted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Guarantee {
@@ -152,8 +169,23 @@ pub struct Test {
     pub equation: &'static str,
     /// What a verdict is worth.
     pub guarantee: Guarantee,
+    /// Whether it takes the law to first order in eps, and has nothing to say of one that has none.
+    pub first_order: bool,
     /// The claim along a column.
     pub claim: fn(&Column) -> Claim,
+    /// The claims of many columns, where finding them together costs less than one by one.
+    pub claims: Option<fn(&[Column]) -> Vec<Claim>>,
+}
+
+impl Test {
+    /// The claims along columns: those of [`Test::claim`].
+    #[must_use]
+    pub fn claims(&self, columns: &[Column]) -> Vec<Claim> {
+        match self.claims {
+            Some(claims) => claims(columns),
+            None => columns.iter().map(self.claim).collect(),
+        }
+    }
 }
 
 /// Every closed-form test, in the order in which maps and tables list them.
@@ -191,6 +223,36 @@ mod tests {
         }
         assert_eq!(claim.margin(0.25), 0.75);
         assert_eq!(Claim::NOTHING.decide(0.0), Decision::Undecided);
+    }
+
+    /// As eps vanishes the edges tend to gamma (1 - alpha) - 2 beta V = 1.2 for presence and, for absence, to the same or
+    /// to gamma (1 - alpha) = 1.4. Where products of eps fall below the normal numbers, there is no claim; at eps =
+    /// 5e-324 presence and absence were once claimed of the same point.
+    #[test]
+    fn claims_are_right_or_missing_down_to_the_smallest_eps() {
+        let (mut claimed, mut silent) = (0, 0);
+        for exponent in -1074..=-960 {
+            for eps in [2f64.powi(exponent), 1.37 * 2f64.powi(exponent)] {
+                let column = test_columns::stribeck(eps, 0.3, 0.1, 2.0, 1.0);
+                for test in &TESTS {
+                    let claim = (test.claim)(&column);
+                    let Claim { present_below, absent_above, .. } = claim;
+                    let tends_to = |edge: f64, limits: &[f64]| {
+                        edge.is_infinite() || limits.iter().any(|limit| (edge / limit - 1.0).abs() < 1e-14)
+                    };
+                    assert!(tends_to(present_below, &[1.2, 1.0]), "{} {eps:e}: {claim:?}", test.name);
+                    assert!(tends_to(absent_above, &[1.2, 1.4]), "{} {eps:e}: {claim:?}", test.name);
+                    assert!(present_below <= absent_above, "{} {eps:e}: {claim:?}", test.name);
+                    if test.guarantee == Guarantee::FiniteEpsilon {
+                        *(if claim == Claim::NOTHING { &mut silent } else { &mut claimed }) += 1;
+                    }
+                }
+            }
+        }
+        assert!(claimed > 100 && silent > 100, "{claimed} {silent}");
+        // A factor of zero leaves nothing to be wrong: Coulomb friction has no cycle with any damping.
+        let coulomb = (symmetric::TEST.claim)(&test_columns::stribeck(5e-324, 0.3, 0.0, 0.0, 1.0));
+        assert_eq!(coulomb.absent_above, 0.0);
     }
 
     #[test]

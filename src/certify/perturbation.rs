@@ -28,7 +28,9 @@ pub const TEST: Test = Test {
     long_name: "first-order perturbation test",
     equation: "paper (12), for any law (6)",
     guarantee: Guarantee::Asymptotic,
+    first_order: true,
     claim,
+    claims: None,
 };
 
 fn claim(column: &Column) -> Claim {

@@ -34,7 +34,7 @@
 //! Departures from the paper: this test is not in it. Its presence edge for the Stribeck law is the
 //! paper's (14), see [`super::instability`].
 
-use super::{Claim, Guarantee, Test, landing};
+use super::{Claim, Guarantee, Test, absence_edge, landing, presence_edge};
 use crate::friction::Column;
 
 /// The test.
@@ -43,16 +43,18 @@ pub const TEST: Test = Test {
     long_name: "sign of the even part of the divergence",
     equation: "not in the paper: even part of the divergence, see certify::symmetric",
     guarantee: Guarantee::FiniteEpsilon,
+    first_order: false,
     claim,
+    claims: None,
 };
 
 fn claim(column: &Column) -> Claim {
     let even = column.curve.even_weakening_range(column.belt_speed);
-    let present_below = even.lo / column.epsilon;
+    let present_below = presence_edge(column, even.lo);
     Claim {
         sticks_from: landing::sticks_from(column, present_below),
         present_below,
-        absent_above: even.hi / column.epsilon,
+        absent_above: absence_edge(column, even.hi),
     }
 }
 

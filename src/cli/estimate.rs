@@ -1,8 +1,9 @@
-//! `slipmap run --dry-run`: how large a map would be and how long it would take.
+//! How large a map will be and how long it will take, from a sample of it: for `slipmap run --dry-run`, and for the
+//! check whether the disk has room for a run.
 
 use std::convert::Infallible;
 use std::io::{self, Write as _};
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use serde_json::{Map, Value, json};
@@ -14,6 +15,7 @@ use crate::config::Job;
 use crate::filippov::Oscillator;
 use crate::map::{self, Account, Control, Grid, Plan, Sink, TileData};
 use crate::simulate;
+use crate::store::{PackedRecord, Packer};
 
 /// A sample that takes this long is long enough to extrapolate from.
 const ENOUGH: Duration = Duration::from_millis(200);
@@ -24,13 +26,32 @@ const GROWTH: usize = 4;
 /// Cells of the audit that are timed.
 const AUDITED: usize = 8;
 
+/// A proof is tried for this long.
+const PROOF: Duration = Duration::from_millis(500);
+
+/// What a sample of a plan tells.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sampled {
+    /// Wall-clock seconds of the cells of the map.
+    seconds: f64,
+    /// Bytes of the packed tiles.
+    pub(super) packed: u128,
+}
+
+/// A run keeps each packed tile twice: in its journal, and in the map.
+pub(super) fn peak(packed: u128) -> u128 {
+    2 * packed
+}
+
 /// Reports on `job` without computing it.
 pub(super) fn run(job: &Job, room: &Room, threads: Option<usize>, as_json: bool) -> Result<Ended, Failure> {
     let plan = &job.plan;
     let grid = &plan.grid;
     let columns = columns(grid);
-    let tiles = grid.tile_count(&plan.tile_shape);
-    let seconds = seconds(plan, threads);
+    let tiles = plan.tile_count();
+    let sampled = sampled(plan, threads);
+    let proof = proof_seconds(plan, threads);
+    let seconds = sampled.seconds + audit_seconds(plan, threads) + proof.unwrap_or(0.0);
 
     if as_json {
         let axes: Map<String, Value> =
@@ -44,10 +65,14 @@ pub(super) fn run(job: &Job, room: &Room, threads: Option<usize>, as_json: bool)
             "columns": columns,
             "tiles": tiles,
             "bytes": u64::try_from(plan.bytes()).ok(),
+            "packed_bytes": u64::try_from(sampled.packed).ok(),
+            "peak_bytes": u64::try_from(peak(sampled.packed)).ok(),
             "free_bytes": room.free,
             "seconds": seconds,
+            "proof_seconds": proof,
+            "would_be_refused": room.refuses.is_some(),
         }))?;
-        return Ok(Ended::Fine);
+        return room.verdict(job, sampled.packed);
     }
 
     let mut out = io::stdout().lock();
@@ -60,39 +85,65 @@ pub(super) fn run(job: &Job, room: &Room, threads: Option<usize>, as_json: bool)
     line("cells", format!("{} in {} columns, {} tiles", count(grid.cells()), count(columns), count(tiles)));
     line("methods", plan.methods.iter().map(|method| method.name()).collect::<Vec<_>>().join(", "));
     line("fields", plan.fields.iter().map(|field| field.name()).collect::<Vec<_>>().join(", "));
-    if !job.planes.is_empty() {
-        line("curves", format!("in {} plane(s), their time not in the estimate", job.planes.len()));
+    if !plan.planes.is_empty() {
+        line("curves", format!("in {} plane(s), their time not in the estimate", plan.planes.len()));
     }
     line("output", job.output.display().to_string());
     if let Some(replaced) = &room.replaces {
         line("replaces", replaced.clone());
     }
-    line("size", format!("{} before compression", bytes(plan.bytes())));
+    line(
+        "size",
+        format!("{} before compression, about {} after it", bytes(plan.bytes()), bytes(sampled.packed)),
+    );
+    line("disk", format!("about {} while it runs: journal and map", bytes(peak(sampled.packed))));
     line("free", room.free.map_or("unknown".into(), |free| bytes(free.into())));
-    line("time", format!("about {}, from a timed sample", duration(seconds)));
+    let proof = proof.map_or(String::new(), |seconds| format!(", {} of it for the proof", duration(seconds)));
+    line("time", format!("about {}{proof}; from a timed sample", duration(seconds)));
     table.write(&mut out)?;
-    Ok(Ended::Fine)
+    drop(out);
+    room.verdict(job, sampled.packed)
 }
 
 fn columns(grid: &Grid) -> usize {
     grid.cells() / grid.dampings().len().max(1)
 }
 
-/// Estimated duration of the run: samples of the grid, each larger than the one before, until one takes
+/// Estimated duration and size of the map: samples of the grid, each larger than the one before, until one takes
 /// long enough to be timed.
-#[allow(clippy::cast_precision_loss)] // an estimate
-fn seconds(plan: &Plan, threads: Option<usize>) -> f64 {
+#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // an estimate
+pub(super) fn sampled(plan: &Plan, threads: Option<usize>) -> Sampled {
     let mut wanted = 1;
-    let main = loop {
+    loop {
         let sample = sample(&plan.grid, wanted);
-        let (cells, elapsed) = timed(plan, &sample, threads);
+        let (cells, elapsed, packed) = timed(plan, &sample, threads);
         let whole = columns(&sample) == columns(&plan.grid);
         if elapsed >= ENOUGH || whole {
-            break elapsed.as_secs_f64() * plan.grid.cells() as f64 / cells.max(1) as f64;
+            let share = plan.grid.cells() as f64 / cells.max(1) as f64;
+            return Sampled {
+                seconds: elapsed.as_secs_f64() * share,
+                packed: (packed as f64 * share).min(plan.bytes() as f64) as u128,
+            };
         }
         wanted *= GROWTH;
-    };
-    main + audit_seconds(plan, threads)
+    }
+}
+
+/// Estimated duration of the proof that the plan asks for, from as much of it as can be had in [`PROOF`].
+#[allow(clippy::cast_precision_loss)] // an estimate
+fn proof_seconds(plan: &Plan, threads: Option<usize>) -> Option<f64> {
+    let stop = AtomicBool::new(false);
+    let proved = std::thread::scope(|scope| {
+        let proof = scope.spawn(|| map::prove(plan, threads, &stop));
+        let start = Instant::now();
+        while !proof.is_finished() && start.elapsed() < PROOF {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        stop.store(true, Ordering::Relaxed);
+        proof.join().ok().flatten()
+    })?;
+    let tried = proved.volumes.tiles.clamp(1, plan.proof_boxes);
+    Some(proved.seconds * plan.proof_boxes as f64 / tried as f64)
 }
 
 /// A coarser grid of at most `wanted` columns (at least one), spread over the whole. Dampings stay, since
@@ -116,13 +167,14 @@ fn spread(values: &[f64], kept: usize) -> Vec<f64> {
     (0..kept).map(|i| values[(2 * i + 1) * values.len() / (2 * kept)]).collect()
 }
 
-/// Computes a sample; number of cells done, and the time it took.
-fn timed(plan: &Plan, sample: &Grid, threads: Option<usize>) -> (usize, Duration) {
+/// Computes and packs a sample: the number of cells done, the time it took, and the bytes they have.
+fn timed(plan: &Plan, sample: &Grid, threads: Option<usize>) -> (usize, Duration, u64) {
     let workers = threads.unwrap_or_else(rayon::current_num_threads).max(1);
     // Enough tiles to keep every thread busy.
     let tile = (sample.cells() / (4 * workers)).max(sample.dampings().len());
     let tile_shape = sample.tile_shape(tile.min(plan.tile_shape.iter().product()));
-    let plan = Plan { grid: sample.clone(), audit_cells: 0, proof_boxes: 0, tile_shape, ..plan.clone() };
+    let grid = sample.clone();
+    let plan = Plan { grid, audit_cells: 0, proof_boxes: 0, planes: Vec::new(), tile_shape, ..plan.clone() };
     let (done, stop, start) = (AtomicUsize::new(0), AtomicBool::new(false), Instant::now());
     let on_cells = |cells| {
         done.fetch_add(cells, Ordering::Relaxed);
@@ -130,9 +182,11 @@ fn timed(plan: &Plan, sample: &Grid, threads: Option<usize>) -> (usize, Duration
             stop.store(true, Ordering::Relaxed);
         }
     };
+    let weighed = Weighed { packer: Packer::new(&plan), bytes: AtomicU64::new(0) };
+    let control = Control { threads, on_cells: &on_cells, stop: &stop, ..Control::default() };
     // Interrupted or not, the cells done in the time are what counts.
-    let _ = map::compute(&plan, &Nowhere, &Control { threads, on_cells: &on_cells, stop: &stop });
-    (done.load(Ordering::Relaxed), start.elapsed())
+    let _ = map::run(&plan, &weighed, &control);
+    (done.load(Ordering::Relaxed), start.elapsed(), weighed.bytes.load(Ordering::Relaxed))
 }
 
 /// Estimated duration of the audit, from a few cells of it.
@@ -159,18 +213,23 @@ fn audit_seconds(plan: &Plan, threads: Option<usize>) -> f64 {
     start.elapsed().as_secs_f64() / f64::from(timed) * cells as f64 / workers as f64
 }
 
-/// A sink that forgets.
-struct Nowhere;
+/// A sink that packs tiles as a run does, and keeps their size alone.
+struct Weighed {
+    packer: Packer,
+    bytes: AtomicU64,
+}
 
-impl Sink for Nowhere {
-    type Packed = ();
+impl Sink for Weighed {
+    type Packed = PackedRecord;
     type Error = Infallible;
 
-    fn pack(&self, _: &TileData) -> Result<(), Infallible> {
-        Ok(())
+    fn pack(&self, data: &TileData) -> Result<PackedRecord, Infallible> {
+        Ok(self.packer.pack(data))
     }
 
-    fn write(&self, (): (), _: &Account) -> Result<(), Infallible> {
+    fn write(&self, packed: PackedRecord, account: &Account) -> Result<(), Infallible> {
+        let bytes = self.packer.to_bytes(&packed, account).len();
+        self.bytes.fetch_add(bytes as u64, Ordering::Relaxed);
         Ok(())
     }
 }

@@ -41,9 +41,9 @@ pub(super) struct Arguments {
     /// Replace the files of an earlier catalogue
     #[arg(long, requires = "out")]
     overwrite: bool,
-    /// Number of threads; default: one per core
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
-    threads: Option<u16>,
+    /// Number of threads; default: one per core, at most 16 per core
+    #[arg(long, value_name = "NUMBER", value_parser = super::threads::parse)]
+    threads: Option<usize>,
     /// No progress bar
     #[arg(long)]
     quiet: bool,
@@ -64,7 +64,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         refuse_existing(folder, arguments.overwrite)?;
     }
     let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(arguments.threads.map_or(0, usize::from))
+        .num_threads(arguments.threads.unwrap_or(0))
         .build()
         .map_err(|error| Failure::Broken(format!("cannot start the worker threads: {error}")))?;
     let points = failures::points_of(grid);

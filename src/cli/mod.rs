@@ -23,6 +23,7 @@ mod room;
 mod run;
 mod shell;
 mod summary;
+mod threads;
 mod work_precision;
 
 use std::io::{self, Write as _};
@@ -122,12 +123,19 @@ const STACK: usize = 8 << 20;
 #[must_use]
 pub fn main() -> ExitCode {
     let command = Arguments::parse().command;
+    interrupt::listen();
     // The work has a thread of its own, and the first one only waits: signals are delivered to it, at once. A thread
     // that a file system keeps waiting (a server that hangs) hears of none.
-    let work = std::thread::Builder::new().stack_size(STACK).spawn(move || carry_out(command));
-    match work.map(std::thread::JoinHandle::join) {
-        Ok(Ok(code)) => code,
-        Ok(Err(panic)) => std::panic::resume_unwind(panic),
+    let (done, ended) = std::sync::mpsc::channel();
+    let work = std::thread::Builder::new().stack_size(STACK).spawn(move || {
+        // The other end waits below.
+        let _ = done.send(carry_out(command));
+    });
+    match work {
+        Ok(work) => match (interrupt::wait(&ended), work.join()) {
+            (_, Err(panic)) => std::panic::resume_unwind(panic),
+            (code, Ok(())) => code.unwrap_or(ExitCode::FAILURE),
+        },
         Err(error) => {
             say(&format!("error: cannot start a thread: {error}"));
             ExitCode::FAILURE

@@ -36,12 +36,49 @@ const NEXT: i32 = 4;
 /// A rank has no more tiles in work.
 const BYE: i32 = 5;
 
-/// Between two looks for messages: MPI's own waiting would keep a core busy.
-const NAP: Duration = Duration::from_micros(100);
+/// Rank 0 has finished the map: the others may end.
+const END: i32 = 6;
+
+/// Looks for messages ever more rarely while there are none: MPI's own waiting would keep a core busy, and so would
+/// looking all the time.
+struct Watch {
+    pause: Duration,
+}
+
+impl Watch {
+    /// The first pause, and the longest: shorter than a tile takes, of which some are always handed out ahead.
+    const PAUSES: [Duration; 2] = [Duration::from_micros(50), Duration::from_millis(1)];
+
+    fn new() -> Self {
+        Self { pause: Self::PAUSES[0] }
+    }
+
+    /// Waits a while, longer from time to time.
+    fn wait(&mut self) {
+        std::thread::sleep(self.pause);
+        self.pause = (2 * self.pause).min(Self::PAUSES[1]);
+    }
+}
 
 /// The processes of a run.
 pub(super) struct Ranks {
     universe: Universe,
+}
+
+/// However rank 0 ends, it tells the others, who wait for that: to leave MPI is to wait for every rank, at full speed.
+impl Drop for Ranks {
+    fn drop(&mut self) {
+        let world = self.universe.world();
+        if self.is_writer() {
+            (1..world.size()).for_each(|rank| world.process_at_rank(rank).send_with_tag(&[0_u8; 0][..], END));
+        } else {
+            let writer = world.process_at_rank(0);
+            while writer.immediate_probe_with_tag(END).is_none() {
+                std::thread::sleep(Duration::from_millis(5));
+            }
+            let _ = writer.receive_vec_with_tag::<u8>(END);
+        }
+    }
 }
 
 impl Ranks {
@@ -93,7 +130,7 @@ impl Ranks {
         let tiles = Mutex::new(tiles);
         let (outbox, finished) = sync_channel(2 * threads);
         let sink = Outbox { packer: Packer::new(&job.plan), outbox };
-        let control = Control { threads: Some(threads), on_cells: &|_| (), stop };
+        let control = Control { threads: Some(threads), stop, ..Control::default() };
         std::thread::scope(|scope| {
             let (job, tiles) = (&job, &tiles);
             scope.spawn(move || {
@@ -124,8 +161,9 @@ impl Ranks {
                 Err(RecvTimeoutError::Disconnected) => break,
             };
             writer.send_with_tag(&bytes[..], TILE);
+            let mut watch = Watch::new();
             while writer.immediate_probe_with_tag(NEXT).is_none() {
-                std::thread::sleep(NAP);
+                watch.wait();
             }
             let (next, _) = writer.receive_vec_with_tag::<u64>(NEXT);
             match (next.first().and_then(|&tile| usize::try_from(tile).ok()), &more) {
@@ -139,7 +177,11 @@ impl Ranks {
 
     /// On rank 0: waits for the others, and sends them to work, or home if there is no plan. The number of
     /// threads of all of them together.
-    pub(super) fn begin(&self, plan: Option<(&map::Plan, &Queue)>) -> Result<usize, Failure> {
+    pub(super) fn begin(
+        &self,
+        plan: Option<(&map::Plan, &Queue)>,
+        own_threads: usize,
+    ) -> Result<usize, Failure> {
         let world = self.universe.world();
         let mut threads = vec![0; self.count()];
         let mut wrong = None;
@@ -162,14 +204,11 @@ impl Ranks {
             }
         }
         let plan = plan.filter(|_| wrong.is_none());
-        for (rank, &threads) in (0..).zip(&threads).skip(1) {
-            let answer: Vec<u64> = match plan {
-                Some((_, queue)) => {
-                    let ahead = (0..2 * threads + 2).map_while(|_| queue.take()).map(|tile| tile as u64);
-                    std::iter::once(BEGIN).chain(ahead).collect()
-                }
-                None => Vec::new(),
-            };
+        let answers = match plan {
+            Some((_, queue)) => dealt(queue, own_threads, &threads[1..]),
+            None => vec![Vec::new(); threads.len() - 1],
+        };
+        for (rank, answer) in (1..).zip(answers) {
             world.process_at_rank(rank).send_with_tag(&answer[..], GO);
         }
         match wrong {
@@ -212,11 +251,13 @@ impl Ranks {
         let mut sum = Account::none(map.plan());
         let mut outcome = Ok(());
         let mut at_work = self.count() - 1;
+        let mut watch = Watch::new();
         while at_work > 0 {
             let Some(message) = world.any_process().immediate_matched_probe() else {
-                std::thread::sleep(NAP);
+                watch.wait();
                 continue;
             };
+            watch = Watch::new();
             let (bytes, status) = message.matched_receive_vec::<u8>();
             if status.tag() == BYE {
                 at_work -= 1;
@@ -246,6 +287,47 @@ impl Ranks {
             }
         }
         outcome.map(|()| sum)
+    }
+}
+
+/// What the other ranks are told at the beginning: to begin, and with which tiles, given the threads of rank 0 and of
+/// each of them. They are dealt out one by one in turn, so that few tiles are shared fairly, until every rank has two
+/// for each thread and two more, or until those are left that rank 0 computes itself.
+fn dealt(queue: &Queue, own_threads: usize, threads: &[usize]) -> Vec<Vec<u64>> {
+    let mut answers = vec![vec![BEGIN]; threads.len()];
+    let most = threads.iter().max().map_or(0, |threads| 2 * threads + 2);
+    for round in 0..most {
+        for (answer, &threads) in answers.iter_mut().zip(threads) {
+            // Rank 0 keeps pace with the others.
+            let reserved = (round + 1).min(2 * own_threads + 2);
+            if round < 2 * threads + 2
+                && queue.has_more_than(reserved)
+                && let Some(tile) = queue.take()
+            {
+                answer.push(tile as u64);
+            }
+        }
+    }
+    answers
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn few_tiles_are_dealt_fairly() {
+        let dealt_of = |tiles: usize| {
+            let queue = Queue::new(vec![false; tiles]);
+            let answers = dealt(&queue, 1, &[1, 1, 1]);
+            let mut shares = vec![std::iter::from_fn(|| queue.take()).count()];
+            shares.extend(answers.iter().map(|answer| answer.len() - 1));
+            shares
+        };
+        assert_eq!(dealt_of(4), [1, 1, 1, 1]);
+        assert_eq!(dealt_of(8), [2, 2, 2, 2]);
+        assert_eq!(dealt_of(1), [1, 0, 0, 0]);
+        assert_eq!(dealt_of(100), [88, 4, 4, 4]);
     }
 }
 

@@ -28,6 +28,10 @@ pub(super) struct LawArguments {
     /// Friction at slip speed 0, by which a formula or a table is divided
     #[arg(long = "static", value_name = "NUMBER", value_parser = parse_number, default_value_t = 1.0)]
     static_level: f64,
+    /// Read the law as 1 + eps F(u), with F = (phi - 1) / eps at the given eps: then the tests to first order in eps
+    /// answer for every law
+    #[arg(long, value_name = "eps", value_parser = ["eps"])]
+    small: Option<String>,
 }
 
 fn parse_name(name: &str) -> Result<String, String> {
@@ -41,6 +45,11 @@ fn parse_name(name: &str) -> Result<String, String> {
 impl LawArguments {
     /// The law.
     pub(super) fn law(&self) -> Result<Law, Failure> {
+        let law = self.law_as_written()?;
+        Ok(if self.small.is_some() { law.read_as_small() } else { law })
+    }
+
+    fn law_as_written(&self) -> Result<Law, Failure> {
         let given = match (&self.phi, &self.table) {
             (Some(_), _) => Some("expression"),
             (None, Some(_)) => Some("table"),
@@ -129,8 +138,11 @@ impl PointArguments {
             .map(|name| flag(name).trim_end().to_owned())
             .collect();
         if !missing.is_empty() {
+            // In a formula every other name is a parameter.
+            let slip = ["v", "x", "s", "w"].iter().any(|name| axes.contains(name) && value(name).is_none());
+            let slip = if slip { "the slip speed is called u; " } else { "" };
             return Err(Failure::BadInput(format!(
-                "the law `{}` also needs {}\n  help: give every parameter, or a table with --points IN.csv --out OUT.csv",
+                "the law `{}` also needs {}\n  help: {slip}give every parameter, or a table with --points IN.csv --out OUT.csv",
                 law.name(),
                 missing.join(", ")
             )));
@@ -163,7 +175,7 @@ fn flag(name: &str) -> String {
 /// Checks that the law is legal at a point.
 pub(super) fn check_law(law: &Law, point: &Point) -> Result<(), String> {
     let fastest = 2.0 * point.belt_speed;
-    match law {
+    match law.as_written() {
         Law::Expression(law) => law
             .check(point.epsilon, &point.law, fastest)
             .map_err(|error| format!("--phi: {}\n  help: {}", point_into(law.text(), &error), error.remedy)),
@@ -173,7 +185,7 @@ pub(super) fn check_law(law: &Law, point: &Point) -> Result<(), String> {
             table.origin(),
             table.fastest()
         )),
-        Law::Stribeck | Law::Exponential | Law::Lorentzian | Law::Table(_) => Ok(()),
+        _ => Ok(()),
     }
 }
 
@@ -189,9 +201,12 @@ impl Args for PointArguments {
                 .value_parser(parse_setting),
         );
         names().into_iter().fold(command, |command, name| {
+            // Whoever types a small v means the belt speed, not another law's parameter.
+            let aliases: &[&'static str] = if name == "V" { &["v"] } else { &[] };
             command.arg(
                 Arg::new(name)
                     .long(name)
+                    .aliases(aliases)
                     .value_name("NUMBER")
                     .help(description(name))
                     .help_heading("Point")
@@ -253,24 +268,30 @@ fn complaint(error: &GridError) -> (String, String, String) {
 /// The command that explains a point, ready to paste.
 pub(super) fn probe_line(law: &Law, point: &Point, tolerance: f64) -> String {
     let mut line = String::from("slipmap probe");
-    match law {
+    match law.as_written() {
         Law::Stribeck => {}
         Law::Exponential | Law::Lorentzian => line.push_str(&format!(" --law {}", law.name())),
         Law::Expression(law) => line.push_str(&format!(" --phi '{}'", law.text())),
         Law::Table(table) => line.push_str(&format!(" --table '{}'", table.origin())),
+        // A function of another program: no command can name it.
+        Law::Function(law) => line.push_str(&format!(" --law '{}'", law.origin())),
+        other => line.push_str(&format!(" --law {}", other.name())),
     }
-    let level = match law {
+    let level = match law.as_written() {
         Law::Expression(law) => law.static_level(),
         Law::Table(table) => table.static_level(),
-        Law::Stribeck | Law::Exponential | Law::Lorentzian => 1.0,
+        _ => 1.0,
     };
     if level != 1.0 {
         line.push_str(&format!(" --static {}", exact(level)));
     }
+    if law.is_read_as_small() {
+        line.push_str(" --small eps");
+    }
     for (name, value) in Grid::coordinates(law, point) {
         line.push_str(&format!(" {}{}", flag(name), exact(value)));
     }
-    if tolerance != crate::config::DEFAULT_TOLERANCE {
+    if tolerance != crate::map::DEFAULT_TOLERANCE {
         line.push_str(&format!(" --tolerance {}", exact(tolerance)));
     }
     line
@@ -298,11 +319,11 @@ mod tests {
             Grid::coordinates(&Law::Stribeck, &point).iter().map(|(_, value)| *value).collect::<Vec<_>>(),
             values
         );
-        for tolerance in [crate::config::DEFAULT_TOLERANCE, 1e-12] {
+        for tolerance in [crate::map::DEFAULT_TOLERANCE, 1e-12] {
             let line = probe_line(&Law::Stribeck, &point, tolerance);
             let read = Line::try_parse_from(line.strip_prefix("slipmap ").unwrap().split(' ')).unwrap();
             assert_eq!(read.point.point(&Law::Stribeck).unwrap(), point);
-            assert_eq!(read.tolerance.unwrap_or(crate::config::DEFAULT_TOLERANCE), tolerance);
+            assert_eq!(read.tolerance.unwrap_or(crate::map::DEFAULT_TOLERANCE), tolerance);
         }
     }
 }

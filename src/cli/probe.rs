@@ -11,19 +11,19 @@ use super::point::{LawArguments, PointArguments};
 use super::report::{existing, failure};
 use super::{Ended, Failure, probe_table};
 use crate::behaviour::behaviour;
-use crate::config::{DEFAULT_TOLERANCE, check_tolerance};
+use crate::config::check_tolerance;
 use crate::filippov::Eigenvalues;
 use crate::friction::Law;
 use crate::machine::Machine;
-use crate::map::limits::HIGHEST;
-use crate::map::{Grid, Method};
+use crate::map::limits::{EpsilonLimit, HIGHEST, Unknown};
+use crate::map::{DEFAULT_TOLERANCE, Grid, Method};
 use crate::point::Point;
 use crate::probe::{Answer, MachineResult, Probe, equilibrium_type, fate_name, regime_words};
 use crate::report::figure::{OrbitPlot, orbit_figure};
 use crate::report::{UnitSystem, write_figure, write_file};
 use crate::simulate::direct::Start;
 use crate::simulate::slip_count::SlipCount;
-use crate::simulate::{self, Flow, Range};
+use crate::simulate::{self, Flow, Neighbour, Range, separates};
 
 /// Ask every method about one point, or about each row of a table.
 #[derive(Debug, Args)]
@@ -69,9 +69,9 @@ pub(super) struct Arguments {
     /// Replace OUT.csv, the figure or the orbit if it exists
     #[arg(long)]
     overwrite: bool,
-    /// Number of threads for a table; default: one per core
-    #[arg(long, requires = "points", value_parser = clap::value_parser!(u16).range(1..))]
-    threads: Option<u16>,
+    /// Number of threads for a table; default: one per core, at most 16 per core
+    #[arg(long, requires = "points", value_name = "NUMBER", value_parser = super::threads::parse)]
+    threads: Option<usize>,
     /// Also append epsilon_limit_METHOD: up to which epsilon each method says what the simulation says; takes
     /// some twenty times as long
     #[arg(long, requires = "points")]
@@ -92,7 +92,7 @@ Examples:
   slipmap probe --points points.csv --out answers.csv
 
 A table with the header epsilon,alpha,beta,gamma,V,c (and any other columns) gains the columns
-verdict_METHOD and margin_METHOD of every method, critical_c, regime, stick_time, slip_time, crossings, cycle_period, cycle_amplitude_x1, cycle_amplitude_x2,
+verdict_METHOD and margin_METHOD of every method, critical_c, critical_c_error, regime, stick_time, slip_time, crossings, cycle_period, cycle_amplitude_x1, cycle_amplitude_x2,
 cycle_multiplier, boundary_velocity, boundary_multiplier, kick_forward and kick_backward. A cell is empty where there is no such number.";
 
 fn parse_tolerance(text: &str) -> Result<f64, String> {
@@ -131,7 +131,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
             overwrite: arguments.overwrite,
             law,
             tolerance,
-            threads: arguments.threads.map(usize::from),
+            threads: arguments.threads,
             epsilon_limits: arguments.epsilon_limits,
             quiet: arguments.quiet,
         });
@@ -227,7 +227,8 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         ("guarantee", Left),
         ("equation", Left),
     ]);
-    for (method, limit) in answer.methods.iter().zip(answer.limits()) {
+    let limits = answer.limits();
+    for (method, limit) in answer.methods.iter().zip(&limits) {
         table.row([
             method.method.name().into(),
             method.verdict.name().into(),
@@ -235,7 +236,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
             method.critical_c.map_or("-".into(), short),
             short(limit.equal.value()),
             method.method.guarantee().name().into(),
-            method.method.equation().into(),
+            method.method.equation_for(&answer.law).into_owned(),
         ]);
     }
     table.write(out)?;
@@ -249,6 +250,10 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         if let Some(reason) = &method.reason {
             writeln!(out, "  {}: {} because {reason}", method.method.name(), method.verdict.name())?;
         }
+    }
+
+    for (why, names) in unknown_limits(answer, &limits) {
+        writeln!(out, "  no epsilon limit of {names}: {why}")?;
     }
 
     writeln!(out, "\nThe flow from the exit point, tolerance {}", short(answer.tolerance))?;
@@ -314,13 +319,21 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         Err(failure) => line("slip cycles", format!("not determined: {failure}")),
         Ok(cycles) => {
             line("slip cycles", slip_count_words(cycles.len(), &answer.slip_count()));
-            for cycle in &cycles {
+            for (i, cycle) in cycles.iter().enumerate() {
+                let parts = separates(i, cycles.len(), &answer.flow.fate).map(neighbour_words);
+                let kind = if cycle.is_stable() {
+                    "attracts".to_owned()
+                } else {
+                    format!(
+                        "repels: from inside it orbits tend to {}, from outside to {}",
+                        parts[0], parts[1]
+                    )
+                };
                 let amplitude = 0.5 * (cycle.displacement.hi - cycle.displacement.lo);
                 line(
                     "slip cycle",
                     format!(
-                        "{}, amplitude {}, {} <= x2 <= {}, multiplier {}, period {}",
-                        if cycle.is_stable() { "attracts" } else { "repels" },
+                        "{kind}; amplitude {}, {} <= x2 <= {}, multiplier {}, period {}",
                         short(amplitude),
                         short(cycle.velocity.lo),
                         short(cycle.velocity.hi),
@@ -351,25 +364,27 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
     if let Some([from, to, error]) = answer.bistable_band() {
         line("bistable for c", format!("{} to {} +- {}", exact(from), exact(to), short(error)));
     }
-    if let Some((cycle, kick)) = &answer.basin {
-        line(
-            "unstable slip cycle",
-            format!(
-                "x2 from {}, multiplier {}: inside it the mass settles, outside it stick-slips",
-                range(cycle.velocity),
-                short(cycle.multiplier)
-            ),
-        );
+    if let Some((_, kick)) = &answer.basin {
         line(
             "kick that starts it",
             format!(
-                "of velocity {} with the belt, or {} against it",
+                "of velocity {} with the belt, or {} against it, from steady slip onto the outermost slip cycle",
                 short(kick.forward),
                 short(kick.backward)
             ),
         );
     }
     table.write(out)
+}
+
+/// What orbits tend to, in words.
+fn neighbour_words(neighbour: Neighbour) -> &'static str {
+    match neighbour {
+        Neighbour::Equilibrium => "the equilibrium",
+        Neighbour::SlipCycle => "the next slip cycle",
+        Neighbour::StickSlip => "stick-slip",
+        Neighbour::Crossing => "crossing for ever",
+    }
 }
 
 /// How many slip cycles were found, and what is proved of their number.
@@ -390,6 +405,16 @@ fn slip_count_words(found: usize, count: &SlipCount) -> String {
         words.push_str(&format!(": {} to {most} are possible", count.at_least));
     }
     words
+}
+
+/// Why limits are not known, and the names of their methods.
+fn unknown_limits(answer: &Answer, limits: &[EpsilonLimit]) -> Vec<(Unknown, String)> {
+    let of = |why: Unknown| {
+        let methods = answer.methods.iter().zip(limits).filter(|(_, limit)| limit.unknown() == Some(why));
+        let names: Vec<&str> = methods.map(|(answer, _)| answer.method.name()).collect();
+        (!names.is_empty()).then(|| (why, names.join(", ")))
+    };
+    [Unknown::NoFlow, Unknown::GivenUp].into_iter().filter_map(of).collect()
 }
 
 #[cfg(test)]

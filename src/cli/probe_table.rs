@@ -8,11 +8,11 @@ use csv::{ByteRecord, WriterBuilder};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 
-use super::output::exact;
+use super::output::{exact, short};
 use super::{Ended, Failure, interrupt, point};
 use crate::config::PointTable;
 use crate::friction::Law;
-use crate::map::{Description, Field, Method, Quantity};
+use crate::map::{Description, Field, Method, Quantity, slip_cycle_count};
 use crate::probe::Answer;
 
 /// Answers for standard output are held in memory up to this size, then in a temporary file.
@@ -41,7 +41,6 @@ pub(super) struct Job<'a> {
 
 /// Runs the command.
 pub(super) fn run(job: &Job) -> Result<Ended, Failure> {
-    // Listening comes first, so that an interruption at any time removes the temporary file.
     let stop = interrupt::flag();
     let table = PointTable::open(job.input, &job.law)?;
     check_header(&table, job.epsilon_limits)?;
@@ -104,7 +103,7 @@ fn answer_columns(epsilon_limits: bool) -> Vec<String> {
         names.push(format!("verdict_{}", method.name()));
         names.push(format!("margin_{}", method.name()));
     }
-    names.extend(["critical_c", "regime"].map(str::to_owned));
+    names.extend(["critical_c", "critical_c_error", "regime"].map(str::to_owned));
     names
         .extend(QUANTITIES.into_iter().flat_map(|field| Quantity::of(field, 0)).map(|q| q.name().to_owned()));
     if epsilon_limits {
@@ -142,10 +141,16 @@ fn answer(table: &PointTable, mut row: ByteRecord, job: &Job) -> Result<ByteReco
         row.push_field(method.verdict.name().as_bytes());
         row.push_field(number(method.margin).as_bytes());
     }
-    let critical = answer.critical.as_ref().ok().map(|root| root.c).filter(|&root| root >= 0.0);
-    row.push_field(critical.map_or(String::new(), number).as_bytes());
+    let critical = answer.critical.as_ref().ok().filter(|root| root.c >= 0.0);
+    row.push_field(critical.map_or(String::new(), |root| number(root.c)).as_bytes());
+    row.push_field(critical.map_or(String::new(), |root| short(root.error)).as_bytes());
     row.push_field(answer.regime.name().as_bytes());
-    let described = Description { landing: answer.landing(), cycle: answer.cycle, boundary: answer.basin };
+    let described = Description {
+        landing: answer.landing(),
+        slip_cycles: slip_cycle_count(&answer.oscillator, &answer.flow),
+        cycle: answer.cycle,
+        boundary: answer.basin,
+    };
     for quantity in QUANTITIES.into_iter().flat_map(|field| Quantity::of(field, 0)) {
         row.push_field(number(described.value(quantity)).as_bytes());
     }
@@ -218,6 +223,11 @@ impl Output {
                 folder.display()
             ))
         })?;
+        let temporary = file.path().to_owned();
+        interrupt::on_giving_up(super::NOTHING_LEFT.to_owned(), move || {
+            // If it cannot be removed there is nothing better to do.
+            let _ = std::fs::remove_file(temporary);
+        });
         Ok(Self { file: Spool::Beside { file: BufWriter::new(file), path: path.to_owned() }, overwrite })
     }
 

@@ -3,8 +3,9 @@
 use std::io::{self, Read as _};
 use std::path::{Component, Path, PathBuf};
 
-use super::Failure;
+use super::estimate::peak;
 use super::output::{bytes, count};
+use super::{Ended, Failure, say};
 use crate::config::Job;
 use crate::store;
 
@@ -13,20 +14,38 @@ use crate::store;
 pub(super) struct Room {
     /// The map that will be replaced, if there is one, and its size.
     pub(super) replaces: Option<String>,
+    /// What is there although the run may not replace it: it would be refused.
+    pub(super) refuses: Option<String>,
     /// Free bytes on its disk, if the system tells.
     pub(super) free: Option<u64>,
 }
 
+/// What a run may do with files that are there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Permission {
+    /// Nothing: they are in the way.
+    None,
+    /// Replace them.
+    Overwrite,
+    /// Go on with them.
+    Resume,
+}
+
 impl Room {
-    /// Refuses an output that cannot be written, before anything is computed or created.
-    pub(super) fn check(job: &Job, overwrite: bool, resume: bool) -> Result<Self, Failure> {
+    /// Refuses an output that cannot be written, before anything is computed or created. What is in the way of a run
+    /// that may not replace it is told, not refused.
+    pub(super) fn check(job: &Job, permission: Permission) -> Result<Self, Failure> {
         let name = job.output.display();
+        let mut refuses = None;
+        let mut exists = |path: &Path, key: &str| {
+            refuses.get_or_insert(format!(
+                "{} exists already\n  help: add --overwrite to replace it, or choose another place with --set {key}=..",
+                path.display()
+            ));
+        };
         let proof = job.proof.as_ref().filter(|proof| proof.symlink_metadata().is_ok());
-        if let (Some(proof), false) = (proof, overwrite || resume) {
-            return Err(Failure::BadInput(format!(
-                "{} exists already\n  help: add --overwrite to replace it, or choose another place with --set validated.proof=..",
-                proof.display()
-            )));
+        if let (Some(proof), Permission::None) = (proof, permission) {
+            exists(proof, "validated.proof");
         }
         if let Some(proof) = proof.filter(|proof| !super::proof::may_replace(proof)) {
             return Err(Failure::BadInput(format!(
@@ -54,13 +73,14 @@ impl Room {
         }
         let replaces = match job.output.symlink_metadata() {
             Err(_) => None,
-            Ok(_) if resume => None,
-            Ok(_) if !overwrite => {
-                return Err(Failure::BadInput(format!(
-                    "{name} exists already\n  help: add --overwrite to replace it, or choose another place with --set output.path=.."
-                )));
-            }
-            Ok(metadata) => Some(replaced(&job.output, &metadata)?),
+            Ok(metadata) => match permission {
+                Permission::Resume => None,
+                Permission::Overwrite => Some(replaced(&job.output, &metadata)?),
+                Permission::None => {
+                    exists(&job.output, "output.path");
+                    None
+                }
+            },
         };
         let folder = first_folder(&job.output);
         // The only sure way to know whether one may write somewhere is to try; the file has no name.
@@ -71,32 +91,44 @@ impl Room {
             ))
         })?;
         let free = fs4::available_space(&folder).ok();
-        let needed = job.plan.bytes();
-        // No deflated stream is smaller than that.
-        let least = if job.plan.compression > 0 { needed / DEFLATE_RATIO } else { needed };
-        if let Some(free) = free.filter(|&free| least > u128::from(free)) {
-            let grid = &job.plan.grid;
-            let sizes: Vec<String> = grid
-                .axes()
-                .iter()
-                .map(|axis| format!("{} {}", axis.name, count(axis.values.len())))
-                .collect();
-            return Err(Failure::BadInput(format!(
-                "{}: the grid has {} cells ({}), {} before compression, but {} is free for {name}\n  \
-                 help: take fewer points on the longest axes or fewer output.fields, or choose another disk",
-                job.config_file.display(),
-                count(grid.cells()),
-                sizes.join(" x "),
-                bytes(needed),
-                bytes(free.into())
-            )));
+        Ok(Self { replaces, refuses, free })
+    }
+
+    /// Refuses a map for which its disk has no room, and warns where the run may fill it. `packed` is the estimated size
+    /// of the map.
+    pub(super) fn verdict(&self, job: &Job, packed: u128) -> Result<Ended, Failure> {
+        let name = job.output.display();
+        let Some(free) = self.free.filter(|&free| peak(packed) > u128::from(free)) else {
+            return Ok(Ended::Fine);
+        };
+        let need = format!(
+            "about {} (its journal and the map, from a sample), and {} is free for {name}",
+            bytes(peak(packed)),
+            bytes(free.into())
+        );
+        // The estimate may be too large by a factor, hardly by two.
+        if packed <= u128::from(free) {
+            say(&format!("warning: the run needs {need}; should the disk fill, it stops and can be resumed"));
+            return Ok(Ended::Fine);
         }
-        Ok(Self { replaces, free })
+        let grid = &job.plan.grid;
+        let sizes: Vec<String> =
+            grid.axes().iter().map(|axis| format!("{} {}", axis.name, count(axis.values.len()))).collect();
+        Err(Failure::BadInput(format!(
+            "{}: the grid has {} cells ({}), {} before compression; the run needs {need}\n  \
+             help: take fewer points on the longest axes or fewer output.fields, or choose another disk",
+            job.config_file.display(),
+            count(grid.cells()),
+            sizes.join(" x "),
+            bytes(job.plan.bytes()),
+        )))
+    }
+
+    /// Whether the map might not fit, so that it is worth a sample to know.
+    pub(super) fn is_scarce(&self, job: &Job) -> bool {
+        self.free.is_some_and(|free| peak(job.plan.bytes()) > u128::from(free))
     }
 }
-
-/// Deflate shrinks at most by this factor: 258 bytes in two bits.
-const DEFLATE_RATIO: u128 = 1032;
 
 /// What `--overwrite` will replace: a map, or nothing at all.
 fn replaced(output: &Path, metadata: &std::fs::Metadata) -> Result<String, Failure> {

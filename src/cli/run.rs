@@ -2,19 +2,19 @@
 
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::sync::atomic::AtomicBool;
 
 use clap::Args;
+use indicatif::ProgressBar;
 use serde_json::json;
 
-use super::output::count;
-use super::room::{Room, create_folders};
+use super::output::{bytes, count};
+use super::room::{Permission, Room, create_folders};
 use super::summary::{self, Report};
 use super::{Ended, Failure, estimate, interrupt, output, progress, proof, say};
 use crate::config::Job;
 use crate::machine::{MOTION_ATTRIBUTE, SI_ATTRIBUTE, UNITS_ATTRIBUTE};
-use crate::map::{self, Account, ComputeError, Control, Queue, Summary};
+use crate::map::{self, Account, ComputeError, Control, Earlier, Queue, Summary};
 use crate::store::{self, Existing, Left, Outcome, PartialMap, Provenance, Resumed, StoreError, Value};
 
 /// Compute a map from a configuration file.
@@ -36,9 +36,9 @@ pub(super) struct Arguments {
     /// Replace one value of the configuration; may be repeated. The value is TOML; a bare word is text
     #[arg(long = "set", value_name = "key.path=value")]
     sets: Vec<String>,
-    /// Number of threads; default: one per core
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
-    threads: Option<u16>,
+    /// Number of threads; default: one per core, at most 16 per core
+    #[arg(long, value_name = "NUMBER", value_parser = super::threads::parse)]
+    threads: Option<usize>,
     /// Say how large the map would be and how long it would take, and write nothing
     #[arg(long)]
     dry_run: bool,
@@ -55,9 +55,6 @@ pub(super) struct Arguments {
     #[arg(long)]
     quiet: bool,
 }
-
-/// Tiles in work when the run is interrupted are waited for so long and then given up.
-const PATIENCE: Duration = Duration::from_secs(10);
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
@@ -79,8 +76,8 @@ fn launched() -> usize {
 }
 
 /// One process does it all.
-fn alone(arguments: &Arguments, stop: &'static AtomicBool) -> Result<Ended, Failure> {
-    match prepare(arguments, arguments.job()?, stop)? {
+fn alone(arguments: &Arguments, stop: &AtomicBool) -> Result<Ended, Failure> {
+    match prepare(arguments, arguments.job()?)? {
         None => Ok(Ended::Fine),
         Some((job, map)) => compute(arguments, &job, map, stop, |map, control, queue| {
             map::compute_tiles(&job.plan, map, control, &|| queue.take())
@@ -90,20 +87,21 @@ fn alone(arguments: &Arguments, stop: &'static AtomicBool) -> Result<Ended, Fail
 
 /// Many processes started by a launcher do it together.
 #[cfg(feature = "mpi")]
-fn together(arguments: &Arguments, stop: &'static AtomicBool, _: usize) -> Result<Ended, Failure> {
+fn together(arguments: &Arguments, stop: &AtomicBool, _: usize) -> Result<Ended, Failure> {
     let ranks = super::mpi::Ranks::join()?;
-    let threads = arguments.threads.map(usize::from);
+    let threads = arguments.threads;
     if !ranks.is_writer() {
         return ranks.work(arguments.job(), threads, stop);
     }
     // Whatever went wrong here, the others wait to be told.
-    let prepared = arguments.job().and_then(|job| prepare(arguments, job, stop));
+    let prepared = arguments.job().and_then(|job| prepare(arguments, job));
     let Ok(Some((job, map))) = prepared else {
-        let others = ranks.begin(None);
+        let others = ranks.begin(None, 0);
         return prepared.and(others).map(|_| Ended::Fine);
     };
     compute(arguments, &job, map, stop, |map, control, queue| -> Result<_, Stopped> {
-        let others = ranks.begin(Some((&job.plan, queue)))?;
+        let own = threads.unwrap_or_else(rayon::current_num_threads).max(1);
+        let others = ranks.begin(Some((&job.plan, queue)), own)?;
         let local = || map::compute_tiles(&job.plan, map, control, &|| queue.take());
         let (account, threads) = ranks.serve(map, queue, stop, control.on_cells, local)?;
         Ok((account, threads + others))
@@ -126,15 +124,25 @@ impl Arguments {
 }
 
 /// Everything up to the computation; `None` if there is none to be done.
-fn prepare(
-    arguments: &Arguments,
-    job: Job,
-    stop: &'static AtomicBool,
-) -> Result<Option<(Job, PartialMap)>, Failure> {
-    let room = Room::check(&job, arguments.overwrite, arguments.resume)?;
+fn prepare(arguments: &Arguments, job: Job) -> Result<Option<(Job, PartialMap)>, Failure> {
+    let permission = match (arguments.overwrite, arguments.resume) {
+        (true, _) => Permission::Overwrite,
+        (false, true) => Permission::Resume,
+        (false, false) => Permission::None,
+    };
+    let room = Room::check(&job, permission)?;
     if arguments.dry_run {
-        estimate::run(&job, &room, arguments.threads.map(usize::from), arguments.json)?;
+        if let Some(refused) = &room.refuses {
+            say(&format!("note: the run itself would be refused: {refused}"));
+        }
+        estimate::run(&job, &room, arguments.threads, arguments.json)?;
         return Ok(None);
+    }
+    if let Some(refused) = &room.refuses {
+        return Err(Failure::BadInput(refused.clone()));
+    }
+    if permission != Permission::Resume && room.is_scarce(&job) {
+        room.verdict(&job, estimate::sampled(&job.plan, arguments.threads).packed)?;
     }
     create_folders(&job.output)?;
     let name = job.output.display();
@@ -160,7 +168,7 @@ fn prepare(
         PartialMap::begin(&job.output, &job.plan, &provenance, existing).map_err(create_failure)?
     };
     tell_of_resumption(&map, arguments.resume);
-    end_in_time(stop, job.output.clone());
+    end_in_time(job.output.clone());
     Ok(Some((job, map)))
 }
 
@@ -185,7 +193,7 @@ impl From<Failure> for Stopped {
 }
 
 /// Computes what is missing by way of `tiles`, completes the map and reports.
-fn compute<E: Into<Stopped>>(
+fn compute<E: Into<Stopped> + From<ComputeError<StoreError>>>(
     arguments: &Arguments,
     job: &Job,
     map: PartialMap,
@@ -193,36 +201,31 @@ fn compute<E: Into<Stopped>>(
     tiles: impl FnOnce(&PartialMap, &Control, &Queue) -> Result<(Account, usize), E>,
 ) -> Result<Ended, Failure> {
     let bar = progress::bar(arguments.quiet, Some(job.plan.grid.cells() as u64), "cells");
+    let planes = std::sync::OnceLock::new();
     bar.inc(map.account().cells);
     let resumed_tiles = map.tiles();
     let queue = Queue::new(map.finished().to_vec());
     let on_cells = |cells| bar.inc(cells as u64);
-    let control = Control { threads: arguments.threads.map(usize::from), on_cells: &on_cells, stop };
-    let (computed, seconds) = timed(|| tiles(&map, &control, &queue));
-    bar.finish_and_clear();
-    let mut summary = match computed.map_err(Into::into) {
-        Ok((mut account, threads)) => {
-            account.add(map.account().clone());
-            Summary::new(&job.plan, account, threads, map.seconds() + seconds)
-        }
+    let on_plane = || planes.get().map_or((), |bar: &ProgressBar| bar.inc(1));
+    let threads = arguments.threads;
+    let control = Control { threads, on_cells: &on_cells, on_plane: &on_plane, stop };
+    let earlier = Earlier { account: map.account().clone(), seconds: map.seconds() };
+    let computed = map::run_with(&job.plan, &control, earlier, || {
+        let computed = tiles(&map, &control, &queue);
+        bar.finish_and_clear();
+        let count = job.plan.planes.len() as u64;
+        planes.get_or_init(|| progress::bar(arguments.quiet || count == 0, Some(count), "planes of curves"));
+        computed
+    });
+    if let Some(bar) = planes.get() {
+        bar.finish_and_clear();
+    }
+    let summary = match computed.map_err(Into::into) {
+        Ok(summary) => summary,
         Err(Stopped::Early(error)) => return Err(stopped(&map, &error, &job.output)),
         #[cfg(feature = "mpi")]
         Err(Stopped::Never(failure)) => return Err(failure),
     };
-    if !job.planes.is_empty() {
-        let bar = progress::bar(arguments.quiet, Some(job.planes.len() as u64), "planes of curves");
-        let on_plane = || bar.inc(1);
-        let (curves, seconds) =
-            timed(|| map::curves_of(&job.plan.grid, &job.planes, control.threads, &on_plane, stop));
-        bar.finish_and_clear();
-        let no_threads = || Failure::Broken("cannot start the worker threads for the curves".into());
-        summary.curves = curves.ok_or_else(no_threads)?;
-        summary.curves_seconds = seconds;
-    }
-    summary.proved = map::prove(&job.plan, control.threads, stop);
-    if stop.load(Ordering::Relaxed) {
-        return Err(stopped(&map, &ComputeError::Interrupted, &job.output));
-    }
     if let (Some(path), Some(proved)) = (&job.proof, &summary.proved) {
         proof::write(&proved.surface, path, arguments.overwrite || arguments.resume)?;
     }
@@ -241,13 +244,6 @@ fn compute<E: Into<Stopped>>(
     }
 }
 
-/// A result and the seconds it took.
-fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
-    let start = std::time::Instant::now();
-    let result = work();
-    (result, start.elapsed().as_secs_f64())
-}
-
 /// Says what is known of the run to be continued and of its safety.
 fn tell_of_resumption(map: &PartialMap, resume: bool) {
     let (done, all) = (map.tiles(), map.finished().len());
@@ -256,12 +252,10 @@ fn tell_of_resumption(map: &PartialMap, resume: bool) {
     } else if resume {
         say("note: there is nothing to resume; starting from the beginning");
     }
-    let damage = map.damage();
-    if damage.places > 0 {
+    if map.lost() > 0 {
         say(&format!(
-            "warning: finished tiles were damaged on the disk in {} place{}; they are computed again",
-            damage.places,
-            if damage.places == 1 { "" } else { "s" }
+            "note: the last {} of the finished tiles are cut short or damaged; they are computed again",
+            bytes(map.lost().into())
         ));
     }
     if !map.is_locked() {
@@ -269,28 +263,11 @@ fn tell_of_resumption(map: &PartialMap, resume: bool) {
     }
 }
 
-/// Lets an interrupted run end in bounded time: ends the process if tiles in work take too long. Whatever
-/// the other threads are at, the journal holds each finished tile or does not.
-fn end_in_time(stop: &'static AtomicBool, output: PathBuf) {
-    let watch = move || {
-        while !stop.load(Ordering::Relaxed) {
-            std::thread::sleep(Duration::from_millis(50));
-        }
-        std::thread::sleep(PATIENCE);
-        say(&format!("interrupted; the tiles in work were given up, finished ones are kept\n{}", way_on()));
-        // Beside this thread: a file system that does not answer would hold it for ever.
-        let (done, wait) = std::sync::mpsc::channel();
-        let remove = move || {
-            store::remove_unfinished(&output);
-            let _ = done.send(());
-        };
-        drop(std::thread::Builder::new().spawn(remove));
-        let _ = wait.recv_timeout(Duration::from_secs(1));
-        // At once: cleaning up might wait for what is being waited for.
-        signal_hook::low_level::exit(interrupt::code().into());
-    };
-    // Without this thread an interruption only takes longer.
-    drop(std::thread::Builder::new().spawn(watch));
+/// If the tiles in work take too long they are given up. Whatever the other threads are at, the journal holds each
+/// finished tile or does not.
+fn end_in_time(output: PathBuf) {
+    let left = format!("the tiles in work were given up, finished ones are kept\n{}", way_on());
+    interrupt::on_giving_up(left, move || store::remove_unfinished(&output));
 }
 
 /// What to say of a run that ended early.
@@ -331,7 +308,16 @@ fn way_on() -> String {
         arguments.retain(|argument| argument != "--overwrite");
         arguments.push("--resume".into());
     }
-    format!("  to continue: {}", arguments.join(" "))
+    format!("  to continue: {}{}", launcher(), arguments.join(" "))
+}
+
+/// What starts as many processes as there are now.
+fn launcher() -> String {
+    match launched() {
+        0 | 1 => String::new(),
+        processes if std::env::var_os("SLURM_STEP_NUM_TASKS").is_some() => format!("srun -n {processes} "),
+        processes => format!("mpirun -n {processes} "),
+    }
 }
 
 /// An output that cannot be begun is bad input, a failure later is not.
@@ -409,12 +395,10 @@ fn outcome(job: &Job, summary: &Summary) -> Outcome {
             .map(|(path, cells)| (format!("cells_by_{path}"), cells.cast_signed().into()))
             .chain([
                 ("rhs".to_owned(), summary.rhs.cast_signed().into()),
-                ("audit_seconds".to_owned(), summary.audit_seconds.into()),
-                ("pack_seconds".to_owned(), summary.pack_seconds.into()),
+                ("contradicted_cells".to_owned(), summary.contradictions.cells.cast_signed().into()),
             ])
             .chain(
-                (!summary.curves.is_empty())
-                    .then(|| ("curves_seconds".to_owned(), summary.curves_seconds.into())),
+                summary.stages.named().map(|(stage, seconds)| (format!("{stage}_seconds"), seconds.into())),
             )
             .chain(summary.proved.iter().flat_map(|proved| {
                 let volumes = &proved.volumes;

@@ -8,7 +8,7 @@ use super::Failure;
 use super::output::{self, Align, Table, bytes, count, duration, short};
 use super::point::probe_line;
 use crate::config::Job;
-use crate::map::{Axis, LISTED, MethodSummary, PlaneCurves, Summary, Verdict};
+use crate::map::{Axis, LISTED, PlaneCurves, Summary, Verdict};
 use crate::probe::fate_name;
 use crate::simulate::bifurcation::Bifurcation;
 
@@ -23,14 +23,16 @@ pub(super) struct Report<'a> {
 }
 
 impl Report<'_> {
-    /// Whether cells failed or the audit disagrees.
+    /// Whether cells failed, methods contradict each other, or the audit disagrees.
     pub(super) fn is_flawed(&self) -> bool {
-        self.failed() > 0 || !self.summary.audit.disagreements.is_empty()
+        self.failed() > 0
+            || self.summary.contradictions.cells > 0
+            || !self.summary.audit.disagreements.is_empty()
     }
 
     /// Number of failed cells, over all methods.
     fn failed(&self) -> u64 {
-        self.summary.methods.iter().map(|method| cells_with(method, Verdict::Failed)).sum()
+        self.summary.methods.iter().map(|method| method.cells_with(Verdict::Failed)).sum()
     }
 
     fn columns(&self) -> usize {
@@ -41,11 +43,6 @@ impl Report<'_> {
     fn file_size(&self) -> Option<u64> {
         self.job.output.metadata().ok().map(|metadata| metadata.len())
     }
-}
-
-/// Number of cells of one verdict.
-fn cells_with(method: &MethodSummary, verdict: Verdict) -> u64 {
-    Verdict::ALL.iter().position(|v| *v == verdict).map_or(0, |i| method.counts[i])
 }
 
 /// Prints it for a person.
@@ -70,15 +67,25 @@ pub(super) fn print(report: &Report, out: &mut dyn Write) -> Result<(), Failure>
     for verdict in shown {
         columns.extend([(verdict.name(), Right), ("%", Right)]);
     }
-    columns.extend([("thread s", Right), ("cells/thread s", Right)]);
+    columns.extend([("processor s", Right), ("cells/processor s", Right)]);
     let mut table = Table::new(&columns);
     for method in &summary.methods {
         let mut row = vec![method.method.name().to_owned()];
         for verdict in shown {
-            let cells = cells_with(method, verdict);
+            let cells = method.cells_with(verdict);
             row.extend([count(cells), percent(cells, method.cells)]);
         }
         row.extend([short3(method.seconds), short3(rate(method.cells, method.seconds))]);
+        table.row(row);
+    }
+    // What belongs to no method, and all of it.
+    let methods: f64 = summary.methods.iter().map(|method| method.seconds).sum();
+    let stages = summary.stages.named();
+    let all = methods + stages.iter().map(|(_, seconds)| seconds).sum::<f64>();
+    for (stage, seconds) in stages.into_iter().filter(|(_, seconds)| *seconds > 0.0).chain([("all", all)]) {
+        let mut row = vec![stage.to_owned()];
+        row.resize(1 + 2 * shown.len(), String::new());
+        row.extend([short3(seconds), short3(rate(summary.cells, seconds))]);
         table.row(row);
     }
     table.write(out)?;
@@ -148,6 +155,28 @@ pub(super) fn print(report: &Report, out: &mut dyn Write) -> Result<(), Failure>
             probe_line(law, &disagreement.point, tolerance)
         )?;
     }
+    let contradictions = &summary.contradictions;
+    if contradictions.cells > 0 {
+        writeln!(
+            out,
+            "{} cell{} in which methods that promise to be right contradict each other: at most one of them is right, \
+             please report this; the first {}:",
+            count(contradictions.cells),
+            if contradictions.cells == 1 { "" } else { "s" },
+            contradictions.first.len()
+        )?;
+        for cell in &contradictions.first {
+            let said = |wanted: Verdict| {
+                let methods = job.plan.methods.iter().zip(&cell.verdicts);
+                let named =
+                    methods.filter(|(_, verdict)| **verdict == wanted).map(|(method, _)| method.name());
+                named.collect::<Vec<_>>().join(", ")
+            };
+            let (present, absent) = (said(Verdict::Present), said(Verdict::Absent));
+            let probe = probe_line(law, &cell.point, tolerance);
+            writeln!(out, "  present by {present}; absent by {absent}: {probe}")?;
+        }
+    }
     if report.failed() > 0 {
         let listed = summary.failed_cells.len();
         writeln!(out, "{} verdicts failed; the first {listed}:", count(report.failed()))?;
@@ -189,7 +218,7 @@ pub(super) fn json(report: &Report) -> Result<(), Failure> {
             entry.insert("cells".into(), json!(method.cells));
             entry.insert("seconds".into(), json!(method.seconds));
             for verdict in Verdict::ALL {
-                entry.insert(verdict.name().into(), json!(cells_with(method, verdict)));
+                entry.insert(verdict.name().into(), json!(method.cells_with(verdict)));
             }
             (method.method.name().to_owned(), Value::Object(entry))
         })
@@ -232,7 +261,16 @@ pub(super) fn json(report: &Report) -> Result<(), Failure> {
             "within_margin": summary.audit.within_margin,
             "unresolved": summary.audit.unresolved,
             "disagreements": disagreements,
-            "thread_seconds": summary.audit_seconds,
+            "thread_seconds": summary.stages.audit,
+        },
+        "contradictions": {
+            "cells": summary.contradictions.cells,
+            "first": summary.contradictions.first.iter().map(|cell| json!({
+                "verdicts": job.plan.methods.iter().zip(&cell.verdicts)
+                    .map(|(method, verdict)| (method.name().to_owned(), json!(verdict.name())))
+                    .collect::<Map<_, _>>(),
+                "probe": probe_line(law, &cell.point, tolerance),
+            })).collect::<Vec<_>>(),
         },
         "curves": summary.curves.iter().map(|curves| json!({
             "x": job.plan.grid.axes()[curves.plane.x].name,
@@ -251,7 +289,8 @@ pub(super) fn json(report: &Report) -> Result<(), Failure> {
             "seconds": proved.seconds,
         })),
         "rhs": summary.rhs,
-        "pack_thread_seconds": summary.pack_seconds,
+        "pack_thread_seconds": summary.stages.pack,
+        "stages": summary.stages.named().into_iter().map(|(stage, seconds)| (stage.to_owned(), json!(seconds))).collect::<Map<_, _>>(),
         "failed": report.failed(),
         "failed_cells": failed,
     }))
@@ -283,7 +322,9 @@ fn short3(x: f64) -> String {
 mod tests {
     use super::*;
     use crate::friction::Law;
-    use crate::map::{Audit, Disagreement, FailedCell, Method, Paths};
+    use crate::map::{
+        Audit, Contradiction, Contradictions, Disagreement, FailedCell, Method, MethodSummary, Paths, Stages,
+    };
     use crate::simulate::{Failure as Breakdown, Fate, Flow};
 
     fn job() -> Job {
@@ -304,8 +345,8 @@ mod tests {
             paths: Paths::default(),
             rhs: 0,
             audit: Audit { cells: 2, checked: 2, agreed: 1, disagreements, ..Audit::default() },
-            audit_seconds: 0.0,
-            pack_seconds: 0.0,
+            contradictions: Contradictions::default(),
+            stages: Stages::default(),
             failed_cells: Vec::new(),
             proved: None,
             curves: Vec::new(),
@@ -336,6 +377,21 @@ mod tests {
         let report = Report { job: &job, summary: &failed, resumed_tiles: 0 };
         assert!(report.is_flawed());
         assert!(text(&report).contains(&format!("simulation: {line}\n")), "{}", text(&report));
+
+        let mut contradictory = summary(0, Vec::new());
+        let methods = job.plan.methods.iter();
+        let verdicts = methods.map(|method| match method.name() {
+            "symmetric" => Verdict::Present,
+            "simulation" => Verdict::Absent,
+            _ => Verdict::Undecided,
+        });
+        let cell = Contradiction { tile: 0, point, verdicts: verdicts.collect() };
+        contradictory.contradictions = Contradictions { cells: 1, first: vec![cell] };
+        let report = Report { job: &job, summary: &contradictory, resumed_tiles: 0 };
+        assert!(report.is_flawed());
+        let said = text(&report);
+        assert!(said.contains("1 cell in which methods that promise to be right contradict"), "{said}");
+        assert!(said.contains(&format!("present by symmetric; absent by simulation: {line}\n")), "{said}");
 
         let fate = Fate::Failed(Breakdown::StepBudget);
         let direct = Flow { fate, margin: f64::NAN, margin_error: f64::NAN, rhs: 0 };

@@ -6,10 +6,10 @@ use std::path::Path;
 use super::nearest;
 use super::source::{ConfigError, Node, Section};
 use crate::friction::{Expression, ExpressionError, Law, Table};
-use crate::map::{AxisRole, Grid};
+use crate::map::{AxisRole, Grid, unravel};
 
 /// The keys of `[friction]`.
-pub(super) const KEYS: [&str; 4] = ["law", "phi", "static", "file"];
+pub(super) const KEYS: [&str; 5] = ["law", "phi", "static", "file", "small"];
 
 /// Columns of the grid at which a law given as text is checked: all of a small grid, evenly spread over a
 /// large one.
@@ -51,7 +51,14 @@ pub(super) fn read(section: &Section, folder: &Path) -> Result<Law, ConfigError>
         let problem = format!("phi(0) = 1 already in the law `{}`", law.name());
         return Err(node.error(&problem, "leave it out"));
     }
-    Ok(law)
+    match section.get("small") {
+        None => Ok(law),
+        Some(node) if node.text()? == "eps" => Ok(law.read_as_small()),
+        Some(node) => {
+            let remedy = "write small = \"eps\" to read the law as 1 + eps F(u), or leave it out";
+            Err(node.error("the small parameter of a law can be eps only", remedy))
+        }
+    }
 }
 
 fn static_level(section: &Section) -> Result<f64, ConfigError> {
@@ -80,7 +87,8 @@ pub fn point_into(text: &str, error: &ExpressionError) -> String {
 /// Bytes of a measured law.
 const LONGEST_TABLE: u64 = 16 << 20;
 
-/// Reads a measured law: two columns, slip speed and friction, with or without a header.
+/// Reads a measured law: two columns, slip speed and friction, and perhaps a third with the standard errors of the
+/// friction; with or without a header.
 ///
 /// # Errors
 /// What is wrong, with its line, and what to do.
@@ -104,21 +112,32 @@ pub fn read_table(path: &Path, static_level: f64) -> Result<Table, (String, Stri
         .trim(csv::Trim::All)
         .flexible(true)
         .from_reader(text.trim_start_matches('\u{feff}').as_bytes());
-    let mut data = Vec::new();
+    let (mut data, mut errors) = (Vec::new(), Vec::new());
     let mut lines = Vec::new();
     for record in reader.records() {
         let Ok(record) = record else {
             return fail(format!("{name} is no CSV file"), "write two columns separated by commas");
         };
         let line = record.position().map_or(0, csv::Position::line);
-        let numbers: Vec<Option<f64>> = record.iter().take(2).map(|field| field.parse().ok()).collect();
+        let numbers: Vec<Option<f64>> = record.iter().take(3).map(|field| field.parse().ok()).collect();
         match numbers.as_slice() {
-            [Some(u), Some(phi)] => {
+            // Words in a third column are no errors.
+            [Some(u), Some(phi)] | [Some(u), Some(phi), None] if errors.is_empty() => {
                 data.push((*u, *phi));
                 lines.push(line);
             }
+            [Some(u), Some(phi), Some(error)] if errors.len() == data.len() => {
+                data.push((*u, *phi));
+                errors.push(*error);
+                lines.push(line);
+            }
+            [Some(_), Some(_), ..] => {
+                let problem =
+                    format!("{name}:{line}: the third column holds standard errors, but not in every row");
+                return fail(problem, "give one in every row, in the units of the friction, or none");
+            }
             // A header.
-            [None, None] if data.is_empty() => {}
+            [None, None, ..] if data.is_empty() => {}
             _ => {
                 let row: Vec<&str> = record.iter().collect();
                 let problem = format!("{name}:{line}: `{}` is no pair of numbers", row.join(","));
@@ -126,7 +145,9 @@ pub fn read_table(path: &Path, static_level: f64) -> Result<Table, (String, Stri
             }
         }
     }
-    Table::new(&name.to_string(), &data, static_level).map_err(|error| {
+    let table = Table::new(&name.to_string(), &data, static_level)
+        .and_then(|table| if errors.is_empty() { Ok(table) } else { table.with_standard_errors(&errors) });
+    table.map_err(|error| {
         let line = error.row.and_then(|row| lines.get(row)).map_or(String::new(), |line| format!(":{line}"));
         (format!("{name}{line}: {}", error.problem), error.remedy)
     })
@@ -134,7 +155,7 @@ pub fn read_table(path: &Path, static_level: f64) -> Result<Table, (String, Stri
 
 /// Refuses names in a formula that no axis gives a value to.
 pub(super) fn check_symbols(law: &Law, friction: &Section, grid: &Section) -> Result<(), ConfigError> {
-    let (Law::Expression(law), Some(phi)) = (law, friction.get("phi")) else { return Ok(()) };
+    let (Law::Expression(law), Some(phi)) = (law.as_written(), friction.get("phi")) else { return Ok(()) };
     for parameter in law.parameters() {
         if grid.get(parameter.name).is_none() {
             let (from, to) = law.place_of(parameter.name).unwrap_or_default();
@@ -158,20 +179,15 @@ pub(super) fn check_symbols(law: &Law, friction: &Section, grid: &Section) -> Re
 pub(super) fn check_range(friction: &Section, grid: &Grid) -> Result<(), ConfigError> {
     let speeds = grid.axes().iter().find(|axis| axis.role == AxisRole::BeltSpeed);
     let fastest = 2.0 * speeds.and_then(|axis| axis.values.last()).copied().unwrap_or(0.0);
-    match (grid.law(), friction.get("phi"), friction.get("file")) {
+    match (grid.law().as_written(), friction.get("phi"), friction.get("file")) {
         (Law::Expression(law), Some(phi), _) => {
             let shape = grid.shape();
             let columns = grid.cells() / shape.last().copied().unwrap_or(1).max(1);
             let checked = columns.min(CHECKED_COLUMNS);
             for i in 0..checked {
                 // From the first column to the last.
-                let mut rest = if checked > 1 { i * (columns - 1) / (checked - 1) } else { 0 };
-                let mut index = vec![0; shape.len()];
-                for axis in (0..shape.len() - 1).rev() {
-                    index[axis] = rest % shape[axis];
-                    rest /= shape[axis];
-                }
-                let point = grid.point(&index);
+                let column = if checked > 1 { i * (columns - 1) / (checked - 1) } else { 0 };
+                let point = grid.point(&unravel(column * grid.dampings().len(), &shape));
                 law.check(point.epsilon, &point.law, fastest).map_err(|error| at_formula(&phi, &error))?;
             }
             Ok(())

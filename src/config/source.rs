@@ -470,6 +470,15 @@ fn read(file: &Path) -> Result<String, ConfigError> {
             "name a configuration; a long axis is written { from = 0.0, to = 1.0, points = 100000 }",
         ));
     }
+    if bytes.starts_with(b"\x89HDF\r\n\x1a\n") {
+        return Err(error(
+            "this is a map, not a configuration file".into(),
+            "name the configuration to run; `slipmap report` and `slipmap plot` read maps",
+        ));
+    }
+    if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") {
+        return Err(error("this file is written in UTF-16".into(), "save it as UTF-8"));
+    }
     String::from_utf8(bytes).map_err(|e| {
         let valid = String::from_utf8_lossy(&e.as_bytes()[..e.utf8_error().valid_up_to()]).into_owned();
         ConfigError {

@@ -79,6 +79,41 @@ pub fn origin(provenance: &Provenance) -> Vec<(&'static str, Value)> {
     ]
 }
 
+/// Name of the attribute, in the journal and in the map, with the fingerprint of all that the result depends on. What
+/// the configuration says beside that (comments, the title, where files go) may change between two runs that make one
+/// map.
+pub const PLAN: &str = "plan_sha256";
+
+/// Fingerprint of all that a map depends on: the plan, and the program that carries it out.
+#[must_use]
+pub fn plan_digest(plan: &Plan) -> String {
+    let Plan {
+        grid,
+        methods,
+        fields,
+        engine,
+        tolerance,
+        audit_cells,
+        proof_boxes,
+        planes,
+        tile_shape,
+        compression,
+    } = plan;
+    let methods: Vec<String> = methods
+        .iter()
+        .map(|method| match method {
+            Method::Test(_) | Method::Simulation => method.name().to_owned(),
+            Method::Naive(naive, knobs) => format!("{naive:?} {knobs:?}"),
+        })
+        .collect();
+    // The text that Rust gives a number reads back as the same number, so that equal texts are equal plans.
+    fingerprint(&format!(
+        "{} {} {grid:?} {methods:?} {fields:?} {engine:?} {tolerance:?} {audit_cells} {proof_boxes} {planes:?} {tile_shape:?} {compression}",
+        env!("CARGO_PKG_VERSION"),
+        env!("SLIPMAP_GIT")
+    ))
+}
+
 /// The root attributes known before the run.
 #[must_use]
 pub fn opening(plan: &Plan, provenance: &Provenance) -> Vec<(String, Value)> {
@@ -92,6 +127,7 @@ pub fn opening(plan: &Plan, provenance: &Provenance) -> Vec<(String, Value)> {
         ("tolerance", plan.tolerance.into()),
         ("tile_shape", Value::Integers(plan.tile_shape.iter().map(|&len| len as i64).collect())),
         ("compression", integer(plan.compression)),
+        (PLAN, plan_digest(plan).into()),
     ];
     let attributes = origin(provenance).into_iter().chain(of_maps);
     attributes.map(|(name, value)| (name.to_owned(), value)).collect()

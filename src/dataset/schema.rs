@@ -1,5 +1,6 @@
 //! What a map file holds: one description, used to write maps, to read them and to check them.
 
+use crate::friction::Law;
 use crate::map::{Field, Grid, Method, Plan, Quantity, Regime, Runs, TileData, Verdict};
 
 use super::Value;
@@ -21,12 +22,13 @@ pub struct MethodInfo {
     pub guarantee: String,
 }
 
-impl From<&Method> for MethodInfo {
-    fn from(method: &Method) -> Self {
+impl MethodInfo {
+    /// Of a method that is asked about this law.
+    fn of(method: &Method, law: &Law) -> Self {
         Self {
             name: method.name().into(),
             long_name: method.long_name().into(),
-            equation: method.equation().into(),
+            equation: method.equation_for(law).into_owned(),
             guarantee: method.guarantee().name().into(),
         }
     }
@@ -128,7 +130,7 @@ impl Schema {
     /// The layout of the map that `plan` asks for.
     #[must_use]
     pub fn of(plan: &Plan) -> Self {
-        let methods = plan.methods.iter().map(MethodInfo::from).collect();
+        let methods = plan.methods.iter().map(|method| MethodInfo::of(method, plan.grid.law())).collect();
         Self::new(plan.grid.clone(), plan.tile_shape.clone(), methods, plan.fields.clone())
     }
 

@@ -2,7 +2,7 @@
 //! `phi(u) = mu + (1 - mu) exp(-u / vs) + eta u`. It does not depend on eps.
 
 use super::jet::Real;
-use super::{Parameter, Range};
+use super::{Gradient, Parameter, Range};
 use crate::point::LawParameters;
 
 /// mu, vs, eta, in this order; shared by the laws that fall from 1 to mu over the speed vs.
@@ -30,6 +30,12 @@ impl Exponential {
         Self { drop: 1.0 - mu, rate: 1.0 / vs, eta }
     }
 
+    /// Whether no coefficient of the law is a product that fell below the normal numbers, where it may be wrong by any
+    /// factor.
+    pub(super) fn is_normal(&self) -> bool {
+        self.rate.is_normal() && (self.drop == 0.0 || (self.drop * self.rate).is_normal())
+    }
+
     #[inline]
     pub(super) fn phi(&self, u: f64) -> f64 {
         1.0 + self.drop * (-self.rate * u).exp_m1() + self.eta * u
@@ -43,6 +49,14 @@ impl Exponential {
     pub(super) fn formula<T: Real>(&self, u: T) -> T {
         let c = T::constant;
         c(1.0) - c(self.drop) + c(self.drop) * (-u * c(self.rate)).exp() + c(self.eta) * u
+    }
+
+    /// Derivatives of the weakening rate.
+    pub(super) fn gradient(&self, u: f64) -> Gradient {
+        let x = self.rate * u;
+        let fade = self.rate * (-x).exp();
+        let by_vs = -self.rate * self.drop * fade * (1.0 - x);
+        Gradient { epsilon: 0.0, parameters: LawParameters::new(&[-fade, by_vs, -1.0]) }
     }
 
     /// The weakening rate falls with u.

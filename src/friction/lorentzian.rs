@@ -4,8 +4,8 @@
 //! It starts flat: the weakening rate rises from -eta at rest to its maximum at u = vs / sqrt(3) and falls
 //! from there. Around that maximum slip cycles are born stable.
 
-use super::Range;
 use super::jet::Real;
+use super::{Gradient, Range};
 use crate::point::LawParameters;
 
 /// The curve at fixed parameters: mu, vs and eta, like those of the exponential law.
@@ -26,6 +26,12 @@ impl Lorentzian {
         Self { drop: 1.0 - mu, rate: 1.0 / vs, eta }
     }
 
+    /// Whether no coefficient of the law is a product that fell below the normal numbers, where it may be wrong by any
+    /// factor.
+    pub(super) fn is_normal(&self) -> bool {
+        self.rate.is_normal() && (self.drop == 0.0 || (self.drop * self.rate).is_normal())
+    }
+
     #[inline]
     pub(super) fn phi(&self, u: f64) -> f64 {
         let x = self.rate * u;
@@ -40,6 +46,17 @@ impl Lorentzian {
         let x = self.rate * u;
         let q = 1.0 + x * x;
         2.0 * self.drop * self.rate * (x / q) / q - self.eta
+    }
+
+    /// Derivatives of the weakening rate.
+    pub(super) fn gradient(&self, u: f64) -> Gradient {
+        let x = self.rate * u;
+        let q = 1.0 + x * x;
+        let by_vs = -4.0 * self.rate * self.rate * self.drop * ((x / q) * ((1.0 - x * x) / q) / q);
+        Gradient {
+            epsilon: 0.0,
+            parameters: LawParameters::new(&[-2.0 * self.rate * (x / q) / q, by_vs, -1.0]),
+        }
     }
 
     /// The weakening rate has one maximum, at u = vs / sqrt(3).

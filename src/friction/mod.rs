@@ -5,8 +5,10 @@
 //! above this module asks a curve for its values and for sign-certain bounds; it never learns which
 //! parameters the law has.
 
+mod custom;
 mod exponential;
 mod expression;
+mod function;
 pub(crate) mod interval;
 pub(crate) mod jet;
 mod lorentzian;
@@ -15,8 +17,10 @@ mod stribeck;
 mod table;
 mod weakening;
 
+pub use custom::{Custom, CustomLaw, CustomLawError};
 pub use exponential::Exponential;
 pub use expression::{Expression, ExpressionCurve, ExpressionError};
+pub use function::{Function, FunctionError};
 pub use lorentzian::Lorentzian;
 pub use stribeck::Stribeck;
 pub use table::{Table, TableError};
@@ -26,6 +30,7 @@ use std::cell::RefCell;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::point::{LawParameters, Point};
+use custom::CustomCurve;
 use interval::Interval;
 use jet::{Jet, Real};
 
@@ -53,6 +58,7 @@ pub struct Parameter {
 
 /// A family of friction laws.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Law {
     /// The paper's law, `(1 - alpha) / (1 + eps gamma u) + alpha + eps beta u^2`.
     Stribeck,
@@ -64,12 +70,22 @@ pub enum Law {
     Expression(Expression),
     /// A law given by data.
     Table(Table),
+    /// A law given as a function of a program.
+    Function(Function),
+    /// A law that a Rust program brings along, see [`Law::custom`].
+    Custom(Custom),
+    /// A law that is to be read as `1 + eps F(u)`, see [`Law::read_as_small`].
+    Small(Arc<Law>),
 }
 
+/// First line of the definition of a law that is read as `1 + eps F(u)`.
+const SMALL: &str = "small eps";
 /// Name of the laws given as text.
 const EXPRESSION: &str = "expression";
 /// Name of the laws given by data.
 const TABLE: &str = "table";
+/// Name of the laws given as functions, which no configuration can name.
+const FUNCTION: &str = "function";
 
 impl Law {
     /// The laws that need no definition, in the order in which messages list them.
@@ -89,6 +105,81 @@ impl Law {
             Law::Lorentzian => "lorentzian",
             Law::Expression(_) => EXPRESSION,
             Law::Table(_) => TABLE,
+            Law::Function(_) => FUNCTION,
+            Law::Custom(law) => law.name(),
+            Law::Small(law) => law.name(),
+        }
+    }
+
+    /// A law given by functions.
+    ///
+    /// ```
+    /// use slipmap::certify::TESTS;
+    /// use slipmap::filippov::Oscillator;
+    /// use slipmap::friction::{CustomLaw, Law, Parameter};
+    /// use slipmap::point::{LawParameters, Point};
+    /// use slipmap::simulate::{Fate, critical_damping, flow};
+    ///
+    /// /// The friction of R. I. Leine and others, 1 / (1 + a u).
+    /// #[derive(Debug)]
+    /// struct Hyperbola([Parameter; 1]);
+    ///
+    /// impl CustomLaw for Hyperbola {
+    ///     fn name(&self) -> &'static str {
+    ///         "hyperbola"
+    ///     }
+    ///     fn parameters(&self) -> &[Parameter] {
+    ///         &self.0
+    ///     }
+    ///     fn phi(&self, u: f64, _epsilon: f64, a: &[f64]) -> f64 {
+    ///         1.0 / (1.0 + a[0] * u)
+    ///     }
+    ///     fn slope(&self, u: f64, _epsilon: f64, a: &[f64]) -> f64 {
+    ///         -a[0] / (1.0 + a[0] * u).powi(2)
+    ///     }
+    /// }
+    ///
+    /// let a = Parameter { name: "a", long_name: "rate of weakening", min: 0.0, max: f64::INFINITY };
+    /// let law = Law::custom(Hyperbola([a]))?;
+    /// let point = Point { epsilon: 1.0, law: LawParameters::new(&[3.0]), belt_speed: 0.2, damping: 0.0 };
+    /// let oscillator = Oscillator::new(&law, &point);
+    /// assert!(matches!(flow(&oscillator, 1e-9).fate, Fate::Sticks(_)));
+    /// let column = law.column(&point);
+    /// assert!(critical_damping(&column, 1e-9).is_ok());
+    /// // Of functions nothing is proved: the theorems are silent.
+    /// let symmetric = TESTS.iter().find(|test| test.name == "symmetric").unwrap();
+    /// assert_eq!((symmetric.claim)(&column).present_below, f64::NEG_INFINITY);
+    /// # Ok::<(), slipmap::friction::CustomLawError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`CustomLawError`].
+    pub fn custom(law: impl CustomLaw) -> Result<Law, CustomLawError> {
+        Custom::new(law).map(Law::Custom)
+    }
+
+    /// The same law, to be read as `1 + eps F(u)` with `F = (phi - 1) / eps` at whatever eps it has: then the paper's test
+    /// (6), which takes a law to first order in eps, has an answer for every law. Nothing else changes.
+    #[must_use]
+    pub fn read_as_small(self) -> Law {
+        match self {
+            Law::Small(_) => self,
+            law => Law::Small(Arc::new(law)),
+        }
+    }
+
+    /// Whether the law is to be read as `1 + eps F(u)`.
+    #[must_use]
+    pub fn is_read_as_small(&self) -> bool {
+        matches!(self, Law::Small(_))
+    }
+
+    /// The law itself, however it is to be read.
+    #[must_use]
+    pub fn as_written(&self) -> &Law {
+        match self {
+            Law::Small(law) => law,
+            law => law,
         }
     }
 
@@ -99,7 +190,9 @@ impl Law {
             Law::Stribeck => &stribeck::PARAMETERS,
             Law::Exponential | Law::Lorentzian => &exponential::PARAMETERS,
             Law::Expression(law) => law.parameters(),
-            Law::Table(_) => &[],
+            Law::Table(_) | Law::Function(_) => &[],
+            Law::Custom(law) => law.parameters(),
+            Law::Small(law) => law.parameters(),
         }
     }
 
@@ -108,33 +201,49 @@ impl Law {
     #[must_use]
     pub fn definition(&self) -> String {
         match self {
-            Law::Stribeck | Law::Exponential | Law::Lorentzian => String::new(),
+            Law::Stribeck | Law::Exponential | Law::Lorentzian | Law::Custom(_) => String::new(),
+            Law::Small(law) => format!("{SMALL}\n{}", law.definition()),
             Law::Expression(law) => format!("{}\n{}", law.static_level(), law.text()),
             Law::Table(table) => {
-                let rows = table.data().map(|(u, phi)| format!("\n{u},{phi}"));
+                let errors = table.standard_errors();
+                let rows = table.data().enumerate().map(|(i, (u, phi))| match errors {
+                    Some(errors) => format!("\n{u},{phi},{}", errors[i]),
+                    None => format!("\n{u},{phi}"),
+                });
                 let head = format!("{} {}", table.static_level(), table.origin());
                 std::iter::once(head).chain(rows).collect()
             }
+            Law::Function(law) => law.definition(),
         }
     }
 
     /// The law of this name and definition; `None` if there is none.
     #[must_use]
     pub fn from_definition(name: &str, definition: &str) -> Option<Law> {
+        if let Some((SMALL, definition)) = definition.split_once('\n') {
+            return Self::from_definition(name, definition).map(Law::read_as_small);
+        }
         if let Some(law) = Self::BUILT_IN.into_iter().find(|law| law.name() == name) {
             return Some(law);
         }
         let (head, rest) = definition.split_once('\n')?;
         match name {
+            FUNCTION => Function::from_definition(definition).map(Law::Function),
             EXPRESSION => Some(Law::Expression(Expression::new(rest, head.parse().ok()?).ok()?)),
             TABLE => {
-                let row = |line: &str| {
-                    let (u, phi) = line.split_once(',')?;
-                    Some((u.parse().ok()?, phi.parse().ok()?))
+                let numbers = |line: &str| -> Option<Vec<f64>> {
+                    line.split(',').map(|number| number.parse().ok()).collect()
                 };
-                let data: Vec<(f64, f64)> = rest.lines().map(row).collect::<Option<_>>()?;
+                let rows: Vec<Vec<f64>> = rest.lines().map(numbers).collect::<Option<_>>()?;
+                let column =
+                    |i: usize| rows.iter().map(|row| row.get(i).copied()).collect::<Option<Vec<_>>>();
+                let data: Vec<(f64, f64)> = column(0)?.into_iter().zip(column(1)?).collect();
                 let (level, origin) = head.split_once(' ')?;
-                Some(Law::Table(Table::new(origin, &data, level.parse().ok()?).ok()?))
+                let table = Table::new(origin, &data, level.parse().ok()?).ok()?;
+                Some(Law::Table(match column(2) {
+                    Some(errors) => table.with_standard_errors(&errors).ok()?,
+                    None => table,
+                }))
             }
             _ => None,
         }
@@ -157,7 +266,8 @@ impl Law {
             {
                 return curve.clone();
             }
-            let curve = Curve { form: self.form(epsilon, parameters), compiled: Arc::default() };
+            let small = self.is_read_as_small().then_some(epsilon);
+            let curve = Curve { form: self.form(epsilon, parameters), small, compiled: Arc::default() };
             *latest = Some((self.clone(), epsilon, *parameters, curve.clone()));
             curve
         })
@@ -170,6 +280,9 @@ impl Law {
             Law::Lorentzian => Form::Lorentzian(Lorentzian::new(parameters)),
             Law::Expression(law) => Form::Expression(law.curve(epsilon, parameters)),
             Law::Table(table) => Form::Table(table.clone()),
+            Law::Function(law) => Form::Function(law.clone()),
+            Law::Custom(law) => Form::Custom(law.curve(epsilon, parameters)),
+            Law::Small(law) => law.form(epsilon, parameters),
         }
     }
 
@@ -188,12 +301,14 @@ impl Law {
 #[derive(Clone, Debug)]
 pub struct Curve {
     form: Form,
+    /// eps, if the law is to be read as 1 + eps F(u).
+    small: Option<f64>,
     compiled: Arc<Mutex<Compiled>>,
 }
 
 impl PartialEq for Curve {
     fn eq(&self, other: &Self) -> bool {
-        self.form == other.form
+        self.form == other.form && self.small == other.small
     }
 }
 
@@ -215,6 +330,8 @@ enum Form {
     /// F1 of a formula, in the place of phi.
     Leading(ExpressionCurve),
     Table(Table),
+    Function(Function),
+    Custom(CustomCurve),
 }
 
 impl Form {
@@ -226,6 +343,8 @@ impl Form {
             Form::Expression(law) => law.phi(u),
             Form::Leading(law) => law.leading(u),
             Form::Table(law) => law.phi(u),
+            Form::Function(law) => law.phi(u),
+            Form::Custom(law) => law.phi(u),
         }
     }
 
@@ -238,10 +357,12 @@ impl Form {
             Form::Expression(law) => law.weakening(u),
             Form::Leading(law) => -law.leading(Jet::<f64, 2>::variable(u, 1.0)).0[1],
             Form::Table(law) => law.weakening(u),
+            Form::Function(law) => law.weakening(u),
+            Form::Custom(law) => law.weakening(u),
         }
     }
 
-    /// phi on numbers, intervals or series; `None` for measured laws, which have no formula.
+    /// phi on numbers, intervals or series; `None` for laws given by data or as functions, which have no formula.
     fn formula<T: Real>(&self, u: T) -> Option<T> {
         match self {
             Form::Stribeck(law) => Some(law.formula(u)),
@@ -249,19 +370,24 @@ impl Form {
             Form::Lorentzian(law) => Some(law.formula(u)),
             Form::Expression(law) => Some(law.formula(u)),
             Form::Leading(law) => Some(law.leading(u)),
-            Form::Table(_) => None,
+            Form::Table(_) | Form::Function(_) | Form::Custom(_) => None,
         }
     }
 
     /// Enclosures of the Taylor coefficients of phi at all slip speeds in `u`, in powers of the slip speed divided by
     /// `unit`.
     fn series<const N: usize>(&self, u: Interval, unit: f64) -> Option<Jet<Interval, N>> {
-        self.formula(Jet::<Interval, N>::variable(u, unit))
+        match self {
+            Form::Function(law) => law.series(u, unit),
+            law => law.formula(Jet::<Interval, N>::variable(u, unit)),
+        }
     }
 
     fn corners(&self) -> &[f64] {
         match self {
             Form::Table(law) => law.corners(),
+            Form::Function(law) => law.corners(),
+            Form::Custom(law) => law.corners(),
             Form::Stribeck(_)
             | Form::Exponential(_)
             | Form::Lorentzian(_)
@@ -270,17 +396,30 @@ impl Form {
         }
     }
 
+    /// Ends of the pieces on which the law is one smooth formula: its corners, and where two polynomials of a function
+    /// meet.
+    fn seams(&self) -> &[f64] {
+        match self {
+            Form::Function(law) => law.seams(),
+            law => law.corners(),
+        }
+    }
+
     /// `known` continued to a slip speed not below `reach`: a power of two, so that belt speeds close to each other
     /// ask for the same.
     fn compile(&self, known: &mut Option<Arc<Weakening>>, reach: f64) -> Arc<Weakening> {
         if let Some(known) = known
-            && (known.reach() >= reach || matches!(self, Form::Table(_)))
+            && (known.reach() >= reach || matches!(self, Form::Table(_) | Form::Function(_)))
         {
             return Arc::clone(known);
         }
         // Neither its square nor its inverse may leave the normal numbers.
         let exponent = reach.clamp(1e-150, 1e150).log2().ceil() as i32;
-        let longer = Arc::new(weakening::extend(self, known.as_deref(), 2f64.powi(exponent)));
+        let reach = match self {
+            Form::Function(law) => law.fastest(),
+            _ => 2f64.powi(exponent),
+        };
+        let longer = Arc::new(weakening::extend(self, known.as_deref(), reach));
         *known = Some(Arc::clone(&longer));
         longer
     }
@@ -298,6 +437,15 @@ pub struct FirstOrder {
     pub weakening_range: Range,
 }
 
+/// Derivatives of the weakening rate at one slip speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gradient {
+    /// By eps.
+    pub epsilon: f64,
+    /// By each parameter of the law.
+    pub parameters: LawParameters,
+}
+
 /// Why a law has no first order in eps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NoFirstOrder {
@@ -313,6 +461,16 @@ pub enum NoFirstOrder {
 }
 
 impl Curve {
+    /// What one evaluation costs, in units of that of the Stribeck law, at least 1: budgets of work are divided by it.
+    #[must_use]
+    pub fn cost(&self) -> u64 {
+        match &self.form {
+            Form::Stribeck(_) | Form::Lorentzian(_) => 1,
+            Form::Exponential(_) | Form::Table(_) | Form::Function(_) | Form::Custom(_) => 2,
+            Form::Expression(law) | Form::Leading(law) => law.cost(),
+        }
+    }
+
     /// phi(u), the friction force at slip speed `u` >= 0.
     #[must_use]
     #[inline]
@@ -343,7 +501,9 @@ impl Curve {
             Form::Stribeck(law) => law.weakening_range(lo, hi),
             Form::Exponential(law) => law.weakening_range(lo, hi),
             Form::Lorentzian(law) => law.weakening_range(lo, hi),
-            Form::Expression(_) | Form::Leading(_) | Form::Table(_) => self.compiled(hi).range(lo, hi),
+            Form::Expression(_) | Form::Leading(_) | Form::Table(_) | Form::Function(_) | Form::Custom(_) => {
+                self.compiled(hi).range(lo, hi)
+            }
         }
     }
 
@@ -353,9 +513,12 @@ impl Curve {
         match &self.form {
             Form::Stribeck(law) => law.even_weakening_range(belt_speed),
             Form::Exponential(law) => law.even_weakening_range(belt_speed),
-            Form::Lorentzian(_) | Form::Expression(_) | Form::Leading(_) | Form::Table(_) => {
-                self.compiled(2.0 * belt_speed).even_range(belt_speed, belt_speed)
-            }
+            Form::Lorentzian(_)
+            | Form::Expression(_)
+            | Form::Leading(_)
+            | Form::Table(_)
+            | Form::Function(_)
+            | Form::Custom(_) => self.compiled(2.0 * belt_speed).even_range(belt_speed, belt_speed),
         }
     }
 
@@ -366,7 +529,12 @@ impl Curve {
         match &self.form {
             Form::Stribeck(law) => law.mean_weakening(belt_speed),
             Form::Table(law) => law.mean_weakening(belt_speed),
-            Form::Exponential(_) | Form::Lorentzian(_) | Form::Expression(_) | Form::Leading(_) => {
+            Form::Exponential(_)
+            | Form::Lorentzian(_)
+            | Form::Expression(_)
+            | Form::Leading(_)
+            | Form::Function(_)
+            | Form::Custom(_) => {
                 let weakening = self.compiled(2.0 * belt_speed);
                 mean::mean_weakening(|u| weakening.at(u), belt_speed)
             }
@@ -378,6 +546,14 @@ impl Curve {
     /// # Errors
     /// [`NoFirstOrder`] for a law that is not 1 + O(eps).
     pub fn first_order(&self, belt_speed: f64) -> Result<FirstOrder, NoFirstOrder> {
+        if let Some(epsilon) = self.small {
+            // -F' = w / eps.
+            let Range { lo, hi } = self.weakening_range(0.0, 2.0 * belt_speed);
+            return Ok(FirstOrder {
+                mean_weakening: self.mean_weakening(belt_speed) / epsilon,
+                weakening_range: Range { lo: lo / epsilon, hi: hi / epsilon },
+            });
+        }
         match &self.form {
             Form::Stribeck(law) => Ok(law.first_order(belt_speed)),
             Form::Expression(law) => {
@@ -392,8 +568,58 @@ impl Curve {
                     weakening_range: leading.range(0.0, 2.0 * belt_speed),
                 })
             }
-            Form::Exponential(_) | Form::Lorentzian(_) | Form::Leading(_) | Form::Table(_) => {
-                Err(NoFirstOrder::NoEpsilon)
+            Form::Exponential(_)
+            | Form::Lorentzian(_)
+            | Form::Leading(_)
+            | Form::Table(_)
+            | Form::Function(_)
+            | Form::Custom(_) => Err(NoFirstOrder::NoEpsilon),
+        }
+    }
+
+    /// Whether the law's weakening rate is enclosed for slip speeds up to `fastest`: else theorems about it have nothing to
+    /// go by.
+    #[must_use]
+    pub fn is_enclosed(&self, fastest: f64) -> bool {
+        let range = self.weakening_range(0.0, fastest);
+        range.lo.is_finite() && range.hi.is_finite()
+    }
+
+    /// How the weakening rate at slip speed `u` changes with eps and with each parameter of the law.
+    #[must_use]
+    pub fn weakening_gradient(&self, u: f64) -> Gradient {
+        match &self.form {
+            Form::Stribeck(law) => law.gradient(u),
+            Form::Exponential(law) => law.gradient(u),
+            Form::Lorentzian(law) => law.gradient(u),
+            Form::Expression(law) | Form::Leading(law) => law.gradient(u),
+            Form::Table(_) | Form::Function(_) => {
+                Gradient { epsilon: 0.0, parameters: LawParameters::new(&[]) }
+            }
+            Form::Custom(law) => law.gradient(u),
+        }
+    }
+
+    /// The table behind a measured law.
+    #[must_use]
+    pub fn table(&self) -> Option<&Table> {
+        match &self.form {
+            Form::Table(table) => Some(table),
+            _ => None,
+        }
+    }
+
+    /// Whether the closed forms of the law are evaluated in normal numbers: below them products may be wrong by any
+    /// factor, and nothing that is made of them is a theorem.
+    #[must_use]
+    pub fn is_normal(&self) -> bool {
+        match &self.form {
+            Form::Stribeck(law) => law.is_normal(),
+            Form::Exponential(law) => law.is_normal(),
+            Form::Lorentzian(law) => law.is_normal(),
+            // Enclosures hold at every size.
+            Form::Expression(_) | Form::Leading(_) | Form::Table(_) | Form::Function(_) | Form::Custom(_) => {
+                true
             }
         }
     }
@@ -426,7 +652,9 @@ impl Curve {
             | Form::Lorentzian(_)
             | Form::Expression(_)
             | Form::Leading(_)
-            | Form::Table(_) => None,
+            | Form::Table(_)
+            | Form::Function(_)
+            | Form::Custom(_) => None,
         }
     }
 
@@ -440,7 +668,12 @@ impl Curve {
     pub fn weakens_less_and_less(&self) -> bool {
         match self.form {
             Form::Stribeck(_) | Form::Exponential(_) => true,
-            Form::Lorentzian(_) | Form::Expression(_) | Form::Leading(_) | Form::Table(_) => false,
+            Form::Lorentzian(_)
+            | Form::Expression(_)
+            | Form::Leading(_)
+            | Form::Table(_)
+            | Form::Function(_)
+            | Form::Custom(_) => false,
         }
     }
 }

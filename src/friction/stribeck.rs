@@ -5,7 +5,7 @@
 //! its system (15); here u = |x2 - V|, which is what its figures and its condition (12) use.
 
 use super::jet::Real;
-use super::{FirstOrder, Parameter, Range};
+use super::{FirstOrder, Gradient, Parameter, Range};
 use crate::point::{LawParameters, ScaledGroups};
 
 /// alpha, beta, gamma, in this order. The limits alpha = 1, beta = 0 and gamma = 0 are legal.
@@ -71,11 +71,33 @@ impl Stribeck {
         self.rate * self.drop / (q * q) - 2.0 * self.epsilon * self.beta * u
     }
 
+    /// Whether no coefficient of the law is a product that fell below the normal numbers, where it may be wrong by any
+    /// factor.
+    pub(super) fn is_normal(&self) -> bool {
+        let slope = self.rate * self.drop;
+        [(self.rate, self.gamma), (slope, self.gamma * self.drop), (self.epsilon * self.beta, self.beta)]
+            .into_iter()
+            .all(|(product, factor)| factor == 0.0 || product.abs() >= f64::MIN_POSITIVE)
+    }
+
     /// phi(u) in any arithmetic.
     pub(super) fn formula<T: Real>(&self, u: T) -> T {
         let c = T::constant;
         let x = c(self.rate) * u;
         c(1.0) - c(self.drop) * x / (c(1.0) + x) + c(self.epsilon) * c(self.beta) * u * u
+    }
+
+    /// Derivatives of the weakening rate.
+    pub(super) fn gradient(&self, u: f64) -> Gradient {
+        let Self { epsilon, drop, gamma, beta, rate } = *self;
+        let x = rate * u;
+        let q = 1.0 + x;
+        // d/dx (x / q^2) = (1 - x) / q^3, and eps gamma / q^2 = x / (q^2 u).
+        let by_rate = drop * (1.0 - x) / (q * q * q);
+        Gradient {
+            epsilon: gamma * by_rate - 2.0 * beta * u,
+            parameters: LawParameters::new(&[-rate / (q * q), -2.0 * epsilon * u, epsilon * by_rate]),
+        }
     }
 
     /// The weakening rate falls with u, so its bounds are its end values.

@@ -8,7 +8,7 @@
 use std::sync::{Arc, LazyLock};
 
 use super::interval::Interval;
-use super::jet::Real as _;
+use super::jet::{Jet, Real as _};
 
 /// How far phi(0) may be from 1: measured values are rounded.
 const STATIC_SLACK: f64 = 1e-9;
@@ -48,6 +48,8 @@ struct Cubics {
     phi: Vec<f64>,
     /// phi' at the data.
     slope: Vec<f64>,
+    /// Standard errors of the friction as given, if there are any.
+    errors: Option<Vec<f64>>,
 }
 
 /// phi on one piece as phi_0 + t (s_0 + t (c_2 + t c_3)), t = u - u_0.
@@ -109,8 +111,78 @@ impl Table {
         }
         let u: Vec<f64> = data.iter().map(|(u, _)| *u).collect();
         let friction = data.iter().map(|(_, friction)| *friction).collect();
-        let slope = slopes(&u, &phi);
-        Ok(Self(Arc::new(Cubics { origin: origin.to_owned(), static_level, friction, u, phi, slope })))
+        let series: Vec<Jet<f64, 1>> = phi.iter().map(|&phi| Jet::of(phi)).collect();
+        let slope = slopes(&u, &series).into_iter().map(|slope| slope.0[0]).collect();
+        Ok(Self(Arc::new(Cubics {
+            origin: origin.to_owned(),
+            static_level,
+            friction,
+            u,
+            phi,
+            slope,
+            errors: None,
+        })))
+    }
+
+    /// The same table with the standard error of each friction value, in the units of the friction.
+    ///
+    /// # Errors
+    /// [`TableError`] unless there is one for each datum, finite and not negative.
+    pub fn with_standard_errors(&self, errors: &[f64]) -> Result<Self, TableError> {
+        let error =
+            |row, problem: String, remedy: &str| Err(TableError { row, problem, remedy: remedy.to_owned() });
+        if errors.len() != self.0.u.len() {
+            let problem = format!("there are {} data and {} standard errors", self.0.u.len(), errors.len());
+            return error(None, problem, "give one for each datum");
+        }
+        if let Some(row) = errors.iter().position(|error| !(*error >= 0.0 && error.is_finite())) {
+            let problem = format!("the standard error {} is no length of an error bar", errors[row]);
+            return error(
+                Some(row),
+                problem,
+                "write a finite number that is at least 0, in the units of the friction",
+            );
+        }
+        let Cubics { origin, static_level, friction, u, phi, slope, errors: _ } = &*self.0;
+        Ok(Self(Arc::new(Cubics {
+            origin: origin.clone(),
+            static_level: *static_level,
+            friction: friction.clone(),
+            u: u.clone(),
+            phi: phi.clone(),
+            slope: slope.clone(),
+            errors: Some(errors.to_vec()),
+        })))
+    }
+
+    /// Standard errors of the friction as given, one for each datum.
+    #[must_use]
+    pub fn standard_errors(&self) -> Option<&[f64]> {
+        self.0.errors.as_deref()
+    }
+
+    /// How -phi' at slip speed `u` changes with the data next to it: the number of the first datum concerned, and the
+    /// derivatives by its friction value as given and by those of the data that follow, zero where there is none.
+    #[must_use]
+    pub fn weakening_by_data(&self, u: f64) -> (usize, [f64; 4]) {
+        let Cubics { u: knots, phi, static_level, .. } = &*self.0;
+        let i = self.piece_at(u);
+        // The slopes at the ends of the piece follow from these data alone.
+        let (first, last) = (i.saturating_sub(1), (i + 3).min(knots.len()));
+        let derivative = |datum: usize| {
+            let weight = |k: usize| if k == datum { 1.0 } else { 0.0 };
+            let near: Vec<Jet<f64, 2>> = (first..last).map(|k| Jet::variable(phi[k], weight(k))).collect();
+            let slope = slopes(&knots[first..last], &near);
+            let [s0, s1] = [i, i + 1].map(|k| slope[k - first].0[1]);
+            let h = knots[i + 1] - knots[i];
+            let secant = (weight(i + 1) - weight(i)) / h;
+            // Hermite's form of the slope of the cubic.
+            let x = (u - knots[i]) / h;
+            let slope =
+                6.0 * x * (1.0 - x) * secant + (1.0 - x) * (1.0 - 3.0 * x) * s0 + x * (3.0 * x - 2.0) * s1;
+            -slope / static_level
+        };
+        (first, std::array::from_fn(|k| if first + k < last { derivative(first + k) } else { 0.0 }))
     }
 
     /// Where the data came from.
@@ -134,6 +206,17 @@ impl Table {
     #[must_use]
     pub fn fastest(&self) -> f64 {
         self.0.u[self.0.u.len() - 1]
+    }
+
+    /// The same law, continued in a straight line to slip speed `fastest` beyond its data: for the question how far
+    /// they should reach. `None` where no such law is legal.
+    #[must_use]
+    pub fn continued(&self, fastest: f64) -> Option<Self> {
+        let end = self.fastest();
+        let mut data: Vec<(f64, f64)> = self.0.u.iter().map(|&u| (u, self.phi(u))).collect();
+        let friction = self.phi(end) - self.weakening(end) * (fastest - end);
+        data.push((fastest, friction.max(0.0)));
+        Self::new(self.origin(), &data, 1.0).ok()
     }
 
     /// Where two cubics meet.
@@ -235,16 +318,19 @@ impl Table {
 }
 
 /// Slopes at the data, Fritsch and Butland: zero at extremes, else a harmonic mean of the secants; at the
-/// ends a one-sided parabola, limited to keep the shape.
-fn slopes(u: &[f64], phi: &[f64]) -> Vec<f64> {
+/// ends a one-sided parabola, limited to keep the shape. With their derivatives, as far as the series of `phi` go.
+fn slopes<const N: usize>(u: &[f64], phi: &[Jet<f64, N>]) -> Vec<Jet<f64, N>> {
+    type Series<const N: usize> = Jet<f64, N>;
+    let (number, value) = (Series::<N>::constant, |series: Series<N>| series.0[0]);
     let h: Vec<f64> = u.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let secant: Vec<f64> = phi.windows(2).zip(&h).map(|(pair, h)| (pair[1] - pair[0]) / h).collect();
-    let end = |h0: f64, h1: f64, s0: f64, s1: f64| {
-        let slope = ((2.0 * h0 + h1) * s0 - h0 * s1) / (h0 + h1);
-        if slope * s0 <= 0.0 {
-            0.0
-        } else if s0 * s1 <= 0.0 && slope.abs() > 3.0 * s0.abs() {
-            3.0 * s0
+    let secant: Vec<Series<N>> =
+        phi.windows(2).zip(&h).map(|(pair, h)| (pair[1] - pair[0]) / number(*h)).collect();
+    let end = |h0: f64, h1: f64, s0: Series<N>, s1: Series<N>| {
+        let slope = (number(2.0 * h0 + h1) * s0 - number(h0) * s1) / number(h0 + h1);
+        if value(slope) * value(s0) <= 0.0 {
+            number(0.0)
+        } else if value(s0) * value(s1) <= 0.0 && value(slope).abs() > 3.0 * value(s0).abs() {
+            number(3.0) * s0
         } else {
             slope
         }
@@ -253,11 +339,11 @@ fn slopes(u: &[f64], phi: &[f64]) -> Vec<f64> {
     let mut slopes = vec![end(h[0], h[1], secant[0], secant[1])];
     for i in 1..=last {
         let (before, after) = (secant[i - 1], secant[i]);
-        slopes.push(if before * after <= 0.0 {
-            0.0
+        slopes.push(if value(before) * value(after) <= 0.0 {
+            number(0.0)
         } else {
             let (w1, w2) = (2.0 * h[i] + h[i - 1], h[i] + 2.0 * h[i - 1]);
-            (w1 + w2) / (w1 / before + w2 / after)
+            number(w1 + w2) / (number(w1) / before + number(w2) / after)
         });
     }
     slopes.push(end(h[last], h[last - 1], secant[last], secant[last - 1]));
@@ -311,6 +397,45 @@ mod tests {
             assert!((at(i + 1) <= at(i) + 1e-15) == falls || (at(i + 1) - at(i)).abs() < 1e-15, "{i}");
         }
         assert!(table.phi(4.1).is_nan() && table.weakening(4.1).is_nan());
+    }
+
+    /// The derivatives by the data against differences, and by all data together: a constant has no slope.
+    #[test]
+    fn weakening_follows_the_data() {
+        let data: Vec<(f64, f64)> = falling().data().map(|(u, phi)| (u, 2.0 * phi)).collect();
+        let table = Table::new("falling", &data, 2.0).unwrap();
+        for u in [0.0, 0.03, 0.1, 0.2, 0.45, 0.8, 1.7, 3.0, 4.0] {
+            let (first, derivatives) = table.weakening_by_data(u);
+            for (k, derivative) in derivatives.into_iter().enumerate() {
+                // The first datum is the static level, which stays.
+                if first + k == 0 || first + k >= data.len() {
+                    continue;
+                }
+                let moved = |step: f64| {
+                    let mut data = data.clone();
+                    data[first + k].1 += step;
+                    Table::new("falling", &data, 2.0).unwrap().weakening(u)
+                };
+                // Truncation of the second order, round-off over the step.
+                let difference = (moved(1e-6) - moved(-1e-6)) / 2e-6;
+                let extreme = first + k == 3;
+                assert!(
+                    extreme || (derivative - difference).abs() <= 1e-7 * (1.0 + derivative.abs()),
+                    "{u} {k}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn standard_errors_are_lengths_one_for_each_datum() {
+        let table = falling();
+        assert_eq!(table.standard_errors(), None);
+        let errors = [0.0, 0.01, 0.02, 0.0, 0.01, 0.01, 0.5];
+        assert_eq!(table.with_standard_errors(&errors).unwrap().standard_errors(), Some(&errors[..]));
+        assert_eq!(table.with_standard_errors(&errors[1..]).unwrap_err().row, None);
+        let negative = [0.0, -0.01, 0.02, 0.0, 0.01, 0.01, 0.5];
+        assert_eq!(table.with_standard_errors(&negative).unwrap_err().row, Some(1));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! What tiles took and gave beyond their cells: counts, seconds, the audit.
 
-use super::{Audit, Method, Paths, Plan, Runs, TileData, Verdict};
+use super::{Audit, Contradictions, Method, Paths, Plan, Runs, TileData, Verdict};
 use crate::point::Point;
 
 /// How many failed cells are kept one by one, of a tile and of a run.
@@ -20,10 +20,63 @@ pub struct FailedCell {
 /// What one method did on some tiles.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MethodAccount {
-    /// Seconds that the workers spent on it, summed over them (elapsed time, not processor time).
+    /// Processor seconds.
     pub seconds: f64,
     /// Cells of each verdict, in the order of [`Verdict::ALL`].
     pub counts: [u64; 5],
+}
+
+/// Processor seconds of the stages of a run that belong to no method.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Stages {
+    /// Setting up the columns of the tiles with their friction curves.
+    pub columns: f64,
+    /// The field `regime`.
+    pub regime: f64,
+    /// The other fields that follow orbits: landings, cycles, basins, limits in eps; also the simulation, if it is
+    /// none of the methods.
+    pub fields: f64,
+    /// The self-audit.
+    pub audit: f64,
+    /// Packing tiles: compression, fingerprints, counts.
+    pub pack: f64,
+    /// Writing packed tiles.
+    pub write: f64,
+    /// The curves of codimension one, on all threads.
+    pub curves: f64,
+    /// The proofs between the nodes, on all threads.
+    pub proofs: f64,
+    /// What is in none of these: waiting threads, handing out tiles.
+    pub other: f64,
+}
+
+impl Stages {
+    /// The stages with their names, for reports.
+    #[must_use]
+    pub fn named(&self) -> [(&'static str, f64); 9] {
+        let Self { columns, regime, fields, audit, pack, write, curves, proofs, other } = *self;
+        [
+            ("columns", columns),
+            ("regime", regime),
+            ("fields", fields),
+            ("audit", audit),
+            ("pack", pack),
+            ("write", write),
+            ("curves", curves),
+            ("proofs", proofs),
+            ("other", other),
+        ]
+    }
+
+    /// The seconds, in the order of [`Stages::named`].
+    pub fn seconds_mut(&mut self) -> [&mut f64; 9] {
+        let Self { columns, regime, fields, audit, pack, write, curves, proofs, other } = self;
+        [columns, regime, fields, audit, pack, write, curves, proofs, other]
+    }
+
+    fn add(&mut self, other: &Stages) {
+        self.seconds_mut().into_iter().zip(other.named()).for_each(|(sum, (_, seconds))| *sum += seconds);
+    }
 }
 
 /// The account of one tile, or the sum of those of many. All but the seconds depends on the plan alone.
@@ -39,10 +92,10 @@ pub struct Account {
     pub rhs: u64,
     /// The self-audit.
     pub audit: Audit,
-    /// Seconds that the workers spent on the self-audit.
-    pub audit_seconds: f64,
-    /// Seconds that the workers spent packing tiles.
-    pub pack_seconds: f64,
+    /// Cells in which methods that promise to be right contradict each other.
+    pub contradictions: Contradictions,
+    /// What the stages that belong to no method cost.
+    pub stages: Stages,
     /// The first failed cells, at most [`LISTED`], in the order of tiles.
     pub failed: Vec<FailedCell>,
 }
@@ -52,6 +105,13 @@ impl Account {
     #[must_use]
     pub fn none(plan: &Plan) -> Self {
         Self { methods: vec![MethodAccount::default(); plan.methods.len()], ..Self::default() }
+    }
+
+    /// Processor seconds of all methods and stages.
+    #[must_use]
+    pub fn processor_seconds(&self) -> f64 {
+        let methods = self.methods.iter().map(|method| method.seconds);
+        methods.chain(self.stages.named().map(|(_, seconds)| seconds)).sum()
     }
 
     /// Adds another.
@@ -64,8 +124,8 @@ impl Account {
         self.paths.add(&other.paths);
         self.rhs += other.rhs;
         self.audit.add(other.audit);
-        self.audit_seconds += other.audit_seconds;
-        self.pack_seconds += other.pack_seconds;
+        self.contradictions.add(other.contradictions);
+        self.stages.add(&other.stages);
         if !other.failed.is_empty() {
             self.failed.extend(other.failed);
             self.failed.sort_by_key(|cell| cell.tile);
@@ -81,15 +141,11 @@ pub(super) fn count(verdicts: &Runs<Verdict>) -> [u64; 5] {
 
 /// The first failed cells of a tile, at most [`LISTED`], method by method.
 pub(super) fn failed_cells(plan: &Plan, data: &TileData) -> Vec<FailedCell> {
-    let dampings = data.tile.damping_range().len();
     let failed = data.methods.iter().flat_map(|cells| {
         let runs = cells.verdicts.iter().filter(|(verdict, _)| *verdict == Verdict::Failed);
         runs.flat_map(|(_, cells)| cells).map(|cell| {
-            let mut index = data.tile.column_index(cell / dampings);
-            if let Some(last) = index.last_mut() {
-                *last += cell % dampings;
-            }
-            FailedCell { tile: data.tile.number, point: plan.grid.point(&index), method: cells.method }
+            let point = plan.grid.point(&data.tile.cell_index(cell));
+            FailedCell { tile: data.tile.number, point, method: cells.method }
         })
     });
     failed.take(LISTED).collect()
@@ -99,7 +155,7 @@ pub(super) fn failed_cells(plan: &Plan, data: &TileData) -> Vec<FailedCell> {
 mod tests {
     use super::*;
     use crate::friction::Law;
-    use crate::map::{Engine, Field, Grid, MethodCells, Tile};
+    use crate::map::{Grid, MethodCells, Tile};
 
     fn tile_data(tile: Tile, failed: &[usize]) -> TileData {
         let verdict = |cell| if failed.contains(&cell) { Verdict::Failed } else { Verdict::Absent };
@@ -110,17 +166,7 @@ mod tests {
     }
 
     fn simulated(grid: Grid, tile_shape: Vec<usize>) -> Plan {
-        Plan {
-            methods: vec![Method::Simulation],
-            fields: vec![Field::Verdict],
-            engine: Engine::Auto,
-            tolerance: 1e-9,
-            audit_cells: 0,
-            proof_boxes: 0,
-            compression: 4,
-            tile_shape,
-            grid,
-        }
+        Plan::builder(grid).methods([Method::Simulation]).tile_shape(tile_shape).build().unwrap()
     }
 
     #[test]

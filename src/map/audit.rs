@@ -1,10 +1,12 @@
 //! The self-audit: cells decided again by the independent direct engine.
 //!
 //! Half of the cells are drawn anywhere, half next to a change of verdict along c, where methods fail.
-//! The draw depends on the grid alone, so it is the same for any number of threads.
+//! The draw depends on the grid alone, so it is the same for any number of threads. A cell that is drawn
+//! twice is decided once; a grid with no more cells than the audit asks for is audited whole.
 
 use std::collections::HashMap;
 
+use super::contradictions::promises;
 use super::{Grid, Plan, Runs, Tile, Verdict};
 use crate::certify::Guarantee;
 use crate::filippov::Oscillator;
@@ -28,7 +30,7 @@ pub struct Disagreement {
 /// audited methods are `simulation` and the tests that are theorems at finite eps.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Audit {
-    /// Cells decided again.
+    /// Distinct cells decided again.
     pub cells: u64,
     /// Decisions checked.
     pub checked: u64,
@@ -77,7 +79,7 @@ impl Disagreement {
 
 /// A drawn cell: which column, and where along it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Draw {
+pub(super) struct Draw {
     column: usize,
     along: Along,
 }
@@ -91,10 +93,13 @@ enum Along {
     NextToBoundary { upper: bool },
 }
 
-/// The cells to audit, by tile.
+/// The cells to audit.
 #[derive(Debug)]
-pub(super) struct Draws {
-    by_tile: HashMap<usize, Vec<Draw>>,
+pub(super) enum Draws {
+    /// Every cell.
+    All,
+    /// Some, by tile.
+    ByTile(HashMap<usize, Vec<Draw>>),
 }
 
 /// SplitMix64, enough to spread cells over a grid.
@@ -109,6 +114,9 @@ fn random(state: &mut u64) -> u64 {
 impl Draws {
     pub(super) fn new(plan: &Plan) -> Self {
         let grid: &Grid = &plan.grid;
+        if plan.audit_cells >= grid.cells() {
+            return Draws::All;
+        }
         let tiles = grid.tile_count(&plan.tile_shape);
         let mut by_tile: HashMap<usize, Vec<Draw>> = HashMap::new();
         let mut state = 0;
@@ -121,7 +129,7 @@ impl Draws {
                 if i % 2 == 0 { Along::At(node) } else { Along::NextToBoundary { upper: i % 4 == 1 } };
             by_tile.entry(tile_number).or_default().push(Draw { column, along });
         }
-        Self { by_tile }
+        Draws::ByTile(by_tile)
     }
 
     /// Audits the drawn cells of one tile against the verdicts just computed, one [`Runs`] per method.
@@ -129,23 +137,32 @@ impl Draws {
         let mut audit = Audit::default();
         let width = tile.damping_range().len();
         let reference = plan.methods.iter().position(|method| method.guarantee() == Guarantee::Numerical);
-        for draw in self.by_tile.get(&tile.number).into_iter().flatten() {
-            let start = draw.column * width;
-            let along = match draw.along {
-                Along::At(node) => node,
-                Along::NextToBoundary { upper } => {
-                    let last_equal = verdicts[reference.unwrap_or(0)].run_end(start);
-                    match last_equal.map(|last| last - start) {
-                        Some(lower) if lower + 1 < width => lower + usize::from(upper),
-                        _ => width - 1,
-                    }
+        let along = |draw: &Draw| match draw.along {
+            Along::At(node) => node,
+            Along::NextToBoundary { upper } => {
+                let start = draw.column * width;
+                let last_equal = verdicts[reference.unwrap_or(0)].run_end(start);
+                match last_equal.map(|last| last - start) {
+                    Some(lower) if lower + 1 < width => lower + usize::from(upper),
+                    _ => width - 1,
                 }
-            };
-            let mut index = tile.column_index(draw.column);
-            if let Some(last) = index.last_mut() {
-                *last += along;
             }
-            let stored = verdicts.iter().filter_map(|verdicts| verdicts.get(start + along));
+        };
+        let mut cells: Vec<usize> = match self {
+            Draws::All => (0..tile.cells()).collect(),
+            Draws::ByTile(draws) => {
+                let draws = draws.get(&tile.number).into_iter().flatten();
+                draws.map(|draw| draw.column * width + along(draw)).collect()
+            }
+        };
+        cells.sort_unstable();
+        cells.dedup();
+        for cell in cells {
+            let mut index = tile.column_index(cell / width);
+            if let Some(last) = index.last_mut() {
+                *last += cell % width;
+            }
+            let stored = verdicts.iter().filter_map(|verdicts| verdicts.get(cell));
             audit.add(audit_cell(plan, plan.grid.point(&index), stored));
         }
         audit
@@ -160,11 +177,7 @@ fn audit_cell(plan: &Plan, point: Point, verdicts: impl Iterator<Item = Verdict>
         if !matches!(stored, Verdict::Present | Verdict::Absent) {
             continue;
         }
-        let promises = match method.guarantee() {
-            Guarantee::FiniteEpsilon | Guarantee::Numerical | Guarantee::Validated => true,
-            Guarantee::Asymptotic | Guarantee::None => false,
-        };
-        if !promises {
+        if !promises(method.guarantee()) {
             continue;
         }
         audit.checked += 1;

@@ -4,19 +4,20 @@
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::sync_channel;
-use std::time::{Duration, Instant};
 
-use super::account::{Account, FailedCell, MethodAccount, count, failed_cells};
+use super::account::{Account, FailedCell, MethodAccount, Stages, count, failed_cells};
 use super::audit::{Audit, Draws};
+use super::behaviour::Behaviour;
+use super::contradictions::{Contradictions, contradictions};
 use super::proved::Proved;
 use super::quantity::describe;
 use super::simulation::{End, Paths, Simulated, simulate};
-use super::{Field, Method, MethodCells, Plan, PlaneCurves, Regime, Runs, Sink, Tile, TileData, Verdict};
+use super::{Field, Method, MethodCells, Plan, PlaneCurves, Runs, Sink, Tile, TileData, Verdict};
 use crate::certify::Claim;
+use crate::clock::timed;
 use crate::filippov::Oscillator;
 use crate::friction::Column;
 use crate::simulate::return_map::{Turn, turns_of};
-use crate::simulate::slip_cycle::{SlipCycle, slip_cycles};
 
 /// How a computation is steered from outside.
 pub struct Control<'a> {
@@ -24,8 +25,18 @@ pub struct Control<'a> {
     pub threads: Option<usize>,
     /// Called with the number of cells just computed, from any worker.
     pub on_cells: &'a (dyn Fn(usize) + Sync),
+    /// Called after each plane of curves, from any worker.
+    pub on_plane: &'a (dyn Fn() + Sync),
     /// Set to true to stop after the tiles in work.
     pub stop: &'a AtomicBool,
+}
+
+impl Default for Control<'_> {
+    /// All cores, nobody to tell, never stopped.
+    fn default() -> Self {
+        static NEVER: AtomicBool = AtomicBool::new(false);
+        Self { threads: None, on_cells: &|_| (), on_plane: &|| (), stop: &NEVER }
+    }
 }
 
 /// What one method did.
@@ -35,10 +46,18 @@ pub struct MethodSummary {
     pub method: Method,
     /// Cells computed.
     pub cells: u64,
-    /// Seconds that the workers spent on it, summed over them (elapsed time, not processor time).
+    /// Processor seconds.
     pub seconds: f64,
     /// Cells of each verdict, in the order of [`Verdict::ALL`].
     pub counts: [u64; 5],
+}
+
+impl MethodSummary {
+    /// Cells of one verdict.
+    #[must_use]
+    pub fn cells_with(&self, verdict: Verdict) -> u64 {
+        Verdict::ALL.iter().position(|v| *v == verdict).map_or(0, |i| self.counts[i])
+    }
 }
 
 /// What a run did.
@@ -58,10 +77,10 @@ pub struct Summary {
     pub rhs: u64,
     /// The self-audit.
     pub audit: Audit,
-    /// Seconds that the workers spent on the self-audit.
-    pub audit_seconds: f64,
-    /// Seconds that the workers spent packing tiles.
-    pub pack_seconds: f64,
+    /// Cells in which methods that promise to be right contradict each other.
+    pub contradictions: Contradictions,
+    /// Processor seconds of the stages that belong to no method.
+    pub stages: Stages,
     /// The first failed cells.
     pub failed_cells: Vec<FailedCell>,
     /// What is proved between the nodes, if the plan asks for that; see [`super::prove`].
@@ -94,8 +113,8 @@ impl Summary {
             paths: account.paths,
             rhs: account.rhs,
             audit,
-            audit_seconds: account.audit_seconds,
-            pack_seconds: account.pack_seconds,
+            contradictions: account.contradictions,
+            stages: account.stages,
             failed_cells: account.failed,
             proved: None,
             curves: Vec::new(),
@@ -121,11 +140,12 @@ pub enum ComputeError<E: std::error::Error> {
 /// One computed tile and what it cost.
 struct Computed {
     data: TileData,
-    seconds: Vec<Duration>,
+    /// Processor seconds of each method.
+    seconds: Vec<f64>,
+    stages: Stages,
     paths: Paths,
     rhs: u64,
     audit: Audit,
-    audit_seconds: Duration,
 }
 
 /// A tile on its way to the writer.
@@ -148,6 +168,13 @@ impl Queue {
         Self { next: AtomicUsize::new(0), finished }
     }
 
+    /// Whether more than `count` tiles are not handed out yet.
+    #[must_use]
+    pub fn has_more_than(&self, count: usize) -> bool {
+        let next = self.next.load(Ordering::Relaxed).min(self.finished.len());
+        self.finished[next..].iter().filter(|finished| !**finished).nth(count).is_some()
+    }
+
     /// Number of the next tile to compute; `None` when all are handed out.
     pub fn take(&self) -> Option<usize> {
         loop {
@@ -159,17 +186,6 @@ impl Queue {
             }
         }
     }
-}
-
-/// Computes the map of `plan` into `sink`.
-///
-/// # Errors
-/// [`ComputeError`]; the sink then holds an incomplete map.
-pub fn compute<S: Sink>(plan: &Plan, sink: &S, control: &Control) -> Result<Summary, ComputeError<S::Error>> {
-    let start = Instant::now();
-    let queue = Queue::new(vec![false; plan.grid.tile_count(&plan.tile_shape)]);
-    let (account, threads) = compute_tiles(plan, sink, control, &|| queue.take())?;
-    Ok(Summary::new(plan, account, threads, start.elapsed().as_secs_f64()))
 }
 
 /// Computes into `sink` the tiles whose numbers `next` hands out to the workers, until it gives `None`. The
@@ -218,11 +234,14 @@ pub fn compute_tiles<S: Sink>(
                 continue;
             }
             let written = message.and_then(|message| {
-                sink.write(message.packed, &message.account)?;
-                Ok(message.account)
+                let (written, seconds) = timed(|| sink.write(message.packed, &message.account));
+                written.map(|()| (message.account, seconds))
             });
             match written {
-                Ok(account) => sum.add(account),
+                Ok((account, seconds)) => {
+                    sum.add(account);
+                    sum.stages.write += seconds;
+                }
                 Err(error) => {
                     failed.store(true, Ordering::Relaxed);
                     outcome = Err(ComputeError::Sink(error));
@@ -240,18 +259,18 @@ pub fn compute_tiles<S: Sink>(
 /// Computes and packs one tile.
 fn work<S: Sink>(plan: &Plan, sink: &S, draws: &Draws, tile: &Tile) -> Result<Message<S::Packed>, S::Error> {
     let computed = compute_tile(plan, draws, tile);
-    let start = Instant::now();
-    let packed = sink.pack(&computed.data)?;
-    let pack_seconds = start.elapsed().as_secs_f64();
+    let (packed, packing) = timed(|| sink.pack(&computed.data));
+    let packed = packed?;
+    let (counted, counting) = timed(|| {
+        let counts = computed.data.methods.iter().map(|cells| count(&cells.verdicts));
+        (counts.collect::<Vec<_>>(), contradictions(plan, &computed.data))
+    });
+    let (counts, contradictions) = counted;
     let methods: Vec<MethodAccount> = computed
-        .data
-        .methods
+        .seconds
         .iter()
-        .zip(&computed.seconds)
-        .map(|(cells, seconds)| MethodAccount {
-            seconds: seconds.as_secs_f64(),
-            counts: count(&cells.verdicts),
-        })
+        .zip(counts)
+        .map(|(&seconds, counts)| MethodAccount { seconds, counts })
         .collect();
     let failures = Verdict::ALL.iter().position(|verdict| *verdict == Verdict::Failed);
     let any_failed = failures.is_some_and(|failed| methods.iter().any(|method| method.counts[failed] > 0));
@@ -261,8 +280,8 @@ fn work<S: Sink>(plan: &Plan, sink: &S, draws: &Draws, tile: &Tile) -> Result<Me
         paths: computed.paths,
         rhs: computed.rhs,
         audit: computed.audit,
-        audit_seconds: computed.audit_seconds.as_secs_f64(),
-        pack_seconds,
+        contradictions,
+        stages: Stages { pack: packing + counting, ..computed.stages },
         failed: if any_failed { failed_cells(plan, &computed.data) } else { Vec::new() },
     };
     Ok(Message { packed, account })
@@ -270,16 +289,15 @@ fn work<S: Sink>(plan: &Plan, sink: &S, draws: &Draws, tile: &Tile) -> Result<Me
 
 /// Computes one tile: all methods, and the optional fields.
 fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> Computed {
-    let columns: Vec<Column> =
-        (0..tile.columns()).map(|column| plan.grid.column(&tile.column_index(column))).collect();
+    let (columns, columns_seconds): (Vec<Column>, f64) = timed(|| plan.grid.columns(tile).collect());
+    let mut stages = Stages { columns: columns_seconds, ..Stages::default() };
     let cs = &plan.grid.dampings()[tile.damping_range()];
     let mut seconds = Vec::with_capacity(plan.methods.len());
     let mut methods = Vec::with_capacity(plan.methods.len());
     let mut simulated = None;
     for &method in &plan.methods {
-        let start = Instant::now();
-        methods.push(match method {
-            Method::Test(test) => closed_form(plan, method, test.claim, &columns, cs),
+        let (cells, taken) = timed(|| match method {
+            Method::Test(test) => closed_form(plan, method, &test.claims(&columns), cs),
             Method::Simulation => {
                 let (cells, ends) = simulation(plan, method, &columns, cs);
                 simulated = Some(ends);
@@ -299,23 +317,35 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> Computed {
                 }
             }
         });
-        seconds.push(start.elapsed());
+        methods.push(cells);
+        seconds.push(taken);
     }
     let (paths, rhs) = simulated.as_ref().map_or((Paths::default(), 0), |s: &Simulated| (s.paths, s.rhs));
     let mut data = TileData { tile: tile.clone(), methods, regime: Runs::new(), quantities: Vec::new() };
     if plan.fields.iter().any(|field| field.needs_flow()) {
-        let simulated =
-            simulated.unwrap_or_else(|| simulate(&columns, cs, plan.engine, plan.tolerance, false));
+        let (simulated, taken) =
+            timed(|| simulated.unwrap_or_else(|| simulate(&columns, cs, plan.engine, plan.tolerance, false)));
+        stages.fields += taken;
         if plan.stores(Field::Regime) {
-            let regime = |(oscillator, end): (Oscillator, &End)| regime_of(&oscillator, *end);
-            data.regime = oscillators(&columns, cs).zip(&simulated.ends).map(regime).collect();
+            let regimes = || {
+                let of_column = |(column, ends): (&Column, &[End])| {
+                    let behaviour = Behaviour::new(&column.curve, column.belt_speed);
+                    let regime =
+                        |(&c, &end): (&f64, &End)| behaviour.regime(&Oscillator::in_column(column, c), end);
+                    cs.iter().zip(ends).map(regime).collect::<Vec<_>>()
+                };
+                columns.iter().zip(simulated.ends.chunks(cs.len())).flat_map(of_column).collect()
+            };
+            (data.regime, stages.regime) = timed(regimes);
         }
-        data.quantities = describe(plan, tile, &simulated.ends);
+        let (quantities, taken) = timed(|| describe(plan, tile, &simulated.ends));
+        data.quantities = quantities;
+        stages.fields += taken;
     }
-    let start = Instant::now();
     let verdicts: Vec<&Runs<Verdict>> = data.methods.iter().map(|cells| &cells.verdicts).collect();
-    let audit = draws.audit(plan, tile, &verdicts);
-    Computed { audit, audit_seconds: start.elapsed(), data, seconds, paths, rhs }
+    let (audit, audit_seconds) = timed(|| draws.audit(plan, tile, &verdicts));
+    stages.audit = audit_seconds;
+    Computed { audit, data, seconds, stages, paths, rhs }
 }
 
 /// The cells of a tile, column by column.
@@ -323,17 +353,10 @@ fn oscillators(columns: &[Column], cs: &[f64]) -> impl Iterator<Item = Oscillato
     columns.iter().flat_map(move |column| cs.iter().map(move |&c| Oscillator::in_column(column, c)))
 }
 
-/// A closed-form test on the columns of a tile.
-fn closed_form(
-    plan: &Plan,
-    method: Method,
-    claim: fn(&Column) -> Claim,
-    columns: &[Column],
-    cs: &[f64],
-) -> MethodCells {
+/// What a closed-form test claims along the columns of a tile, cell by cell.
+fn closed_form(plan: &Plan, method: Method, claims: &[Claim], cs: &[f64]) -> MethodCells {
     let mut cells = MethodCells { method, verdicts: Runs::new(), margins: Vec::new(), critical: Vec::new() };
-    for column in columns {
-        let claim = claim(column);
+    for claim in claims {
         // Along the axis: undecided below sticks_from, present, undecided, absent.
         let present_to = cs.partition_point(|&c| c < claim.present_below);
         let present_from = cs.partition_point(|&c| c < claim.sticks_from).min(present_to);
@@ -382,41 +405,4 @@ fn simulation(plan: &Plan, method: Method, columns: &[Column], cs: &[f64]) -> (M
         }));
     }
     (cells, simulated)
-}
-
-/// The regime of a point whose orbit from the exit point ends as `flow` says.
-#[must_use]
-pub fn regime(oscillator: &Oscillator, flow: &crate::simulate::Flow) -> Regime {
-    regime_of(oscillator, End::of(flow))
-}
-
-/// Relative error of the turns by which slip cycles are sought.
-const SLIP_TOLERANCE: f64 = 1e-10;
-
-/// An orbit that spirals inward around an unstable equilibrium must tend to a slip cycle between the two
-/// (Poincare-Bendixson); around a stable one the equilibrium attracts. A stick-slip cycle around a stable
-/// equilibrium coexists with it. Laws other than those that weaken less and less may have further slip
-/// cycles, which are looked for.
-pub(super) fn regime_of(oscillator: &Oscillator, end: End) -> Regime {
-    let stable = oscillator.eigenvalues().is_stable();
-    let slips = match end {
-        End::Crosses | End::TooClose | End::Failed => false,
-        End::Sticks | End::Inward if oscillator.curve.weakens_less_and_less() => {
-            end == End::Inward && !stable
-        }
-        End::Sticks | End::Inward => match slip_cycles(oscillator, SLIP_TOLERANCE) {
-            Ok(cycles) => cycles.iter().any(SlipCycle::is_stable),
-            Err(_) => return Regime::Failed,
-        },
-    };
-    match end {
-        End::Sticks if slips => Regime::PureSlipAndStickSlip,
-        End::Sticks if stable => Regime::Bistable,
-        End::Sticks => Regime::StickSlip,
-        End::Inward if slips && stable => Regime::PureSlipAndEquilibrium,
-        End::Inward if stable => Regime::Equilibrium,
-        End::Inward => Regime::PureSlip,
-        End::Crosses => Regime::Crossing,
-        End::TooClose | End::Failed => Regime::Failed,
-    }
 }

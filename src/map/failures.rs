@@ -19,7 +19,7 @@ use rayon::prelude::*;
 pub use mechanism::Mechanism;
 
 use super::limits::Ray;
-use super::{Grid, Method, Verdict};
+use super::{Grid, Method, Verdict, unravel};
 use crate::filippov::Oscillator;
 use crate::friction::{Column, Law};
 use crate::point::Point;
@@ -192,16 +192,7 @@ struct Examined {
 #[must_use]
 pub fn points_of(grid: &Grid) -> Vec<Point> {
     let shape = grid.shape();
-    (0..grid.cells())
-        .map(|cell| {
-            let mut rest = cell;
-            let mut index = vec![0; shape.len()];
-            for (place, size) in index.iter_mut().zip(&shape).rev() {
-                (*place, rest) = (rest % size, rest / size);
-            }
-            grid.point(&index)
-        })
-        .collect()
+    (0..grid.cells()).map(|cell| grid.point(&unravel(cell, &shape))).collect()
 }
 
 /// Compares every method with the simulated flow at every point. The result depends on the points and their

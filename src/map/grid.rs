@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::friction::{Column, Law};
-use crate::point::{LawParameters, Point};
+use crate::point::{LawParameters, MAX_LAW_PARAMETERS, Point};
 
 /// What an axis varies. The order of a map's dimensions, slowest first, is eps, the law's parameters in
 /// the law's order, V, c; c is fastest because verdicts are step functions along it.
@@ -17,6 +17,35 @@ pub enum AxisRole {
     BeltSpeed,
     /// The damping c.
     Damping,
+}
+
+impl AxisRole {
+    /// The value of a point's coordinate.
+    ///
+    /// # Panics
+    /// If it is a parameter that the point's law does not have.
+    #[must_use]
+    pub fn of(self, point: &Point) -> f64 {
+        match self {
+            AxisRole::Epsilon => point.epsilon,
+            AxisRole::Law(position) => point.law.as_slice()[position],
+            AxisRole::BeltSpeed => point.belt_speed,
+            AxisRole::Damping => point.damping,
+        }
+    }
+
+    /// Gives a point another value of this coordinate.
+    ///
+    /// # Panics
+    /// As [`AxisRole::of`].
+    pub fn set(self, point: &mut Point, value: f64) {
+        match self {
+            AxisRole::Epsilon => point.epsilon = value,
+            AxisRole::Law(position) => point.law.set(position, value),
+            AxisRole::BeltSpeed => point.belt_speed = value,
+            AxisRole::Damping => point.damping = value,
+        }
+    }
 }
 
 /// One axis of the grid: strictly increasing values of one parameter.
@@ -250,23 +279,39 @@ impl Grid {
     }
 
     fn assemble(&self, values: impl Iterator<Item = f64>) -> Point {
-        let mut law = Vec::with_capacity(self.axes.len() - 3);
-        let (mut epsilon, mut belt_speed, mut damping) = (0.0, 0.0, 0.0);
-        for (axis, value) in self.axes.iter().zip(values) {
-            match axis.role {
-                AxisRole::Epsilon => epsilon = value,
-                AxisRole::Law(_) => law.push(value),
-                AxisRole::BeltSpeed => belt_speed = value,
-                AxisRole::Damping => damping = value,
-            }
-        }
-        Point { epsilon, law: LawParameters::new(&law), belt_speed, damping }
+        let law = LawParameters::new(&[0.0; MAX_LAW_PARAMETERS][..self.axes.len() - 3]);
+        let mut point = Point { epsilon: 0.0, law, belt_speed: 0.0, damping: 0.0 };
+        self.axes.iter().zip(values).for_each(|(axis, value)| axis.role.set(&mut point, value));
+        point
     }
 
     /// The column at the given index on each axis (the last, that of c, is ignored).
     #[must_use]
     pub fn column(&self, index: &[usize]) -> Column {
         self.law.column(&self.point(index))
+    }
+
+    /// The columns of a tile, in its order.
+    pub fn columns<'a>(&'a self, tile: &'a Tile) -> impl Iterator<Item = Column> + 'a {
+        let mut index: Vec<usize> = tile.ranges.iter().map(|range| range.start).collect();
+        let mut point = self.point(&index);
+        (0..tile.columns()).map(move |_| {
+            let column = self.law.column(&point);
+            // The next index, the fastest axis but that of c first.
+            let outer = self.axes.len().saturating_sub(1);
+            for axis in (0..outer).rev() {
+                index[axis] += 1;
+                let ended = index[axis] == tile.ranges[axis].end;
+                if ended {
+                    index[axis] = tile.ranges[axis].start;
+                }
+                self.axes[axis].role.set(&mut point, self.axes[axis].values[index[axis]]);
+                if !ended {
+                    break;
+                }
+            }
+            column
+        })
     }
 
     /// Shape of a tile: the box of at most `target_cells` cells that takes whole the fastest axes. It is
@@ -297,22 +342,26 @@ impl Grid {
     /// The tile with a given number, 0 <= number < [`Grid::tile_count`].
     #[must_use]
     pub fn tile(&self, tile_shape: &[usize], number: usize) -> Tile {
-        let mut rest = number;
-        let mut ranges: Vec<Range<usize>> = self
-            .shape()
-            .iter()
-            .zip(tile_shape)
-            .rev()
-            .map(|(&len, &tile)| {
-                let count = len.div_ceil(tile);
-                let start = (rest % count) * tile;
-                rest /= count;
-                start..(start + tile).min(len)
-            })
-            .collect();
-        ranges.reverse();
-        Tile { number, ranges }
+        let shape = self.shape();
+        let counts: Vec<usize> =
+            shape.iter().zip(tile_shape).map(|(&len, &tile)| len.div_ceil(tile)).collect();
+        let place = unravel(number, &counts);
+        let ranges = shape.iter().zip(tile_shape).zip(place);
+        let ranges = ranges.map(|((&len, &tile), at)| at * tile..((at + 1) * tile).min(len));
+        Tile { number, ranges: ranges.collect() }
     }
+}
+
+/// The index, slowest axis first, of the element with this number in a row-major array of this shape.
+#[must_use]
+pub fn unravel(number: usize, shape: &[usize]) -> Vec<usize> {
+    let mut index = vec![0; shape.len()];
+    let mut rest = number;
+    for (at, &length) in index.iter_mut().zip(shape).rev() {
+        *at = rest % length;
+        rest /= length;
+    }
+    index
 }
 
 /// A box of cells: one range of indices per axis.
@@ -353,22 +402,18 @@ impl Tile {
     /// Grid index of the tile's column with position `column` (row-major), at the tile's first damping.
     #[must_use]
     pub fn column_index(&self, column: usize) -> Vec<usize> {
-        let mut rest = column;
-        let mut index: Vec<usize> = self
-            .ranges
-            .iter()
-            .rev()
-            .enumerate()
-            .map(|(from_last, range)| {
-                if from_last == 0 {
-                    return range.start;
-                }
-                let at = range.start + rest % range.len();
-                rest /= range.len();
-                at
-            })
-            .collect();
-        index.reverse();
-        index
+        let mut lengths = self.shape();
+        if let Some(dampings) = lengths.last_mut() {
+            *dampings = 1;
+        }
+        let place = unravel(column, &lengths);
+        self.ranges.iter().zip(place).map(|(range, at)| range.start + at).collect()
+    }
+
+    /// Grid index of the tile's cell with position `cell` (row-major).
+    #[must_use]
+    pub fn cell_index(&self, cell: usize) -> Vec<usize> {
+        let place = unravel(cell, &self.shape());
+        self.ranges.iter().zip(place).map(|(range, at)| range.start + at).collect()
     }
 }

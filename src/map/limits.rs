@@ -23,12 +23,17 @@
 //! `symmetric` and `harmonic_balance` fall with it, so each is crossed at most once and halving finds it. What the
 //! nodes could miss is a claim of `bendixson`, or of a landing, that is given and taken back between two of
 //! them; and the answers of naive methods, which flicker: their limit is that of the nodes.
+//!
+//! **Budget.** A ray and all limits along it spend at most [`WORK`]. What the budget, or a flow without an answer,
+//! leaves open is [`Limit::Unknown`], with the reason; what was found below that eps stands.
 
+use std::cell::{Cell, RefCell};
+use std::collections::HashMap;
 use std::f64::consts::TAU;
 
 use super::{Method, Verdict};
 use crate::filippov::Oscillator;
-use crate::friction::Law;
+use crate::friction::{Column, Law};
 use crate::point::Point;
 use crate::simulate::{Fate, Flow, flow};
 
@@ -43,6 +48,31 @@ const HALVINGS: u32 = 40;
 /// Golden sections of the search for the farthest landing: from the ratio of two nodes to 1e-5.
 const SECTIONS: u32 = 24;
 
+/// What a ray and its limits may cost together: evaluations of the right-hand side, in units of that of the
+/// Stribeck law (see [`Curve::cost`](crate::friction::Curve::cost)). Rays of moderate parameters take a twentieth of it, without the naive methods.
+pub const WORK: u64 = 10_000_000;
+
+/// What a piece of a compiled law costs, in the same units.
+const PIECE: u64 = 500;
+
+/// Why a limit is not known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unknown {
+    /// The simulated flow, to which methods are compared, gives no answer at some smaller eps.
+    NoFlow,
+    /// [`WORK`] was done before it was found.
+    GivenUp,
+}
+
+impl std::fmt::Display for Unknown {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Unknown::NoFlow => "the simulated flow gives no answer at some smaller epsilon",
+            Unknown::GivenUp => "its search was given up, since it takes too much work",
+        })
+    }
+}
+
 /// Up to which eps something holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Limit {
@@ -52,16 +82,19 @@ pub enum Limit {
     UpTo(f64),
     /// At every eps up to [`HIGHEST`].
     Throughout,
+    /// Not known.
+    Unknown(Unknown),
 }
 
 impl Limit {
-    /// The limit as a number: 0 for never, infinity for throughout.
+    /// The limit as a number: 0 for never, infinity for throughout, NaN where it is not known.
     #[must_use]
     pub fn value(self) -> f64 {
         match self {
             Limit::Never => 0.0,
             Limit::UpTo(epsilon) => epsilon,
             Limit::Throughout => f64::INFINITY,
+            Limit::Unknown(_) => f64::NAN,
         }
     }
 }
@@ -73,6 +106,17 @@ pub struct EpsilonLimit {
     pub equal: Limit,
     /// It does not contradict the simulated flow at any smaller eps, though it may be undecided.
     pub sound: Limit,
+}
+
+impl EpsilonLimit {
+    /// Why one of the two is not known, if so.
+    #[must_use]
+    pub fn unknown(&self) -> Option<Unknown> {
+        [self.equal, self.sound].into_iter().find_map(|limit| match limit {
+            Limit::Unknown(why) => Some(why),
+            Limit::Never | Limit::UpTo(_) | Limit::Throughout => None,
+        })
+    }
 }
 
 /// What closed forms say of all eps at once.
@@ -97,7 +141,7 @@ impl Proved {
     /// lemma of [`crate::certify`], the landing speed is below 2 if V^2 times that less 1 is below 4.
     #[must_use]
     pub fn of(law: &Law, point: &Point) -> Self {
-        let (Law::Stribeck, &[alpha, beta, gamma]) = (law, point.law.as_slice()) else {
+        let (Law::Stribeck, &[alpha, beta, gamma]) = (law.as_written(), point.law.as_slice()) else {
             return Self::NOTHING;
         };
         let (speed, c) = (point.belt_speed, point.damping);
@@ -130,6 +174,12 @@ pub struct Ray {
     first: Verdict,
     /// Where it changes, in increasing order, and what it changes to.
     changes: Vec<(f64, Verdict)>,
+    /// From which eps on nothing is known of the flow, and why.
+    unknown_from: Option<(f64, Unknown)>,
+    /// What is left of [`WORK`].
+    left: Cell<u64>,
+    /// The columns that were asked about, by the bits of eps: a law is compiled once for all methods.
+    columns: RefCell<HashMap<u64, Column>>,
 }
 
 /// How far out the orbit lands: 0 next to grazing, 2 at the far end of the sticking segment, 4 where it has
@@ -166,13 +216,26 @@ fn nodes(from: f64, to: f64) -> impl Iterator<Item = f64> {
     })
 }
 
-/// The place between `low`, at which `holds`, and `high`, at which it does not.
-fn halve(mut low: f64, mut high: f64, holds: impl Fn(f64) -> bool) -> f64 {
+/// The place between an eps at which `holds` and one, on either side, at which it does not.
+fn halve(
+    mut holding: f64,
+    mut other: f64,
+    holds: impl Fn(f64) -> Result<bool, Unknown>,
+) -> Result<f64, Unknown> {
     for _ in 0..HALVINGS {
-        let middle = (low * high).sqrt();
-        *(if holds(middle) { &mut low } else { &mut high }) = middle;
+        let middle = (holding * other).sqrt();
+        *(if holds(middle)? { &mut holding } else { &mut other }) = middle;
     }
-    (low * high).sqrt()
+    Ok((holding * other).sqrt())
+}
+
+/// What the flow does at one eps, if it has an answer.
+#[derive(Clone, Copy, Debug)]
+struct Asked {
+    epsilon: f64,
+    verdict: Verdict,
+    /// See [`reach`].
+    reach: Option<f64>,
 }
 
 impl Ray {
@@ -182,100 +245,151 @@ impl Ray {
         let proved = Proved::of(law, point);
         let from = proved.present_below.max(LOWEST);
         let to = proved.absent_above.min(HIGHEST);
+        let first = match proved {
+            Proved { present_below, .. } if present_below > 0.0 => Verdict::Present,
+            // None at any eps, or an interval of eps below LOWEST: absence begins there.
+            Proved { absent_above, .. } if absent_above == 0.0 || from > to => Verdict::Absent,
+            _ => Verdict::Undecided,
+        };
         let mut ray = Self {
             law: law.clone(),
             point: *point,
             tolerance,
-            first: Verdict::Undecided,
+            first,
             changes: Vec::new(),
+            unknown_from: None,
+            left: Cell::new(WORK),
+            columns: RefCell::default(),
         };
-        let asked: Vec<(f64, Verdict, Option<f64>)> = nodes(from, to)
-            .map(|epsilon| {
-                let oscillator = Oscillator::new(law, &ray.at(epsilon));
-                let flow = flow(&oscillator, tolerance);
-                (epsilon, verdict_of(&flow), reach(&oscillator, &flow))
-            })
-            .collect();
-        ray.first = match asked.first() {
-            _ if proved.present_below > 0.0 => Verdict::Present,
-            _ if proved.absent_above == 0.0 => Verdict::Absent,
-            Some((_, verdict, _)) => *verdict,
-            // An interval of eps below LOWEST: absence begins there.
-            None => Verdict::Absent,
-        };
-        let mut last = (from, ray.first);
-        for (i, &(epsilon, verdict, reach)) in asked.iter().enumerate() {
-            // A flow without an answer is no step.
-            if decided(verdict) && decided(last.1) && verdict != last.1 {
-                let place = halve(last.0, epsilon, |e| ray.simulated(e) == last.1);
-                ray.changes.push((place, verdict));
-            } else if let Some([low, farthest, high]) = ray.overshoot_beside(&asked, i, reach) {
-                ray.changes
-                    .push((halve(low, farthest, |e| ray.simulated(e) == Verdict::Present), Verdict::Absent));
-                let again = halve(farthest, high, |e| ray.simulated(e) != Verdict::Present);
-                ray.changes.push((again, Verdict::Present));
-            }
-            if decided(verdict) {
-                last = (epsilon, verdict);
-            }
-        }
+        let found = ray.search(from, to);
+        ray.unknown_from = found.err();
+        let last = ray.changes.last().map_or(ray.first, |change| change.1);
         // What is proved needs no asking, not even beyond the last node.
-        if to < HIGHEST && decided(last.1) && last.1 != Verdict::Absent {
+        if to < HIGHEST && decided(last) && last != Verdict::Absent {
             ray.changes.push((to, Verdict::Absent));
         }
         ray.changes.sort_by(|a, b| a.0.total_cmp(&b.0));
         ray
     }
 
+    /// Asks the flow at the nodes and locates the steps between them; an error says from where on the verdict
+    /// is not known.
+    fn search(&mut self, from: f64, to: f64) -> Result<(), (f64, Unknown)> {
+        let mut asked: Vec<Asked> = Vec::new();
+        let mut last = (from, self.first);
+        let mut stop = None;
+        for epsilon in nodes(from, to) {
+            match self.ask(epsilon) {
+                Ok(answer) => asked.push(answer),
+                Err(why) => {
+                    let known = if decided(self.first) { from } else { 0.0 };
+                    stop = Some((asked.last().map_or(known, |asked| asked.epsilon), why));
+                    break;
+                }
+            }
+        }
+        if let (Some(node), Verdict::Undecided) = (asked.first(), self.first) {
+            (self.first, last.1) = (node.verdict, node.verdict);
+        }
+        for (i, &Asked { epsilon, verdict, .. }) in asked.iter().enumerate() {
+            // A flow too close to call is no step.
+            if decided(verdict) && decided(last.1) && verdict != last.1 {
+                let place = self.halve(last.0, epsilon, last.1).map_err(|why| (last.0, why))?;
+                self.changes.push((place, verdict));
+            } else if let Some([low, farthest, high]) =
+                self.overshoot_beside(&asked, i).map_err(|why| (last.0, why))?
+            {
+                let leaves = self.halve(low, farthest, Verdict::Present).map_err(|why| (low, why))?;
+                self.changes.push((leaves, Verdict::Absent));
+                let again = self.halve(high, farthest, Verdict::Present).map_err(|why| (farthest, why))?;
+                self.changes.push((again, Verdict::Present));
+            }
+            if decided(verdict) {
+                last = (epsilon, verdict);
+            }
+        }
+        stop.map_or(Ok(()), Err)
+    }
+
+    /// What the flow does at `epsilon`.
+    fn ask(&self, epsilon: f64) -> Result<Asked, Unknown> {
+        let oscillator = Oscillator::in_column(&self.column(epsilon)?, self.point.damping);
+        let flow = flow(&oscillator, self.tolerance);
+        self.spend(flow.rhs * oscillator.curve.cost())?;
+        match flow.fate {
+            Fate::Failed(_) => Err(Unknown::NoFlow),
+            _ => Ok(Asked { epsilon, verdict: verdict_of(&flow), reach: reach(&oscillator, &flow) }),
+        }
+    }
+
+    /// The column at `epsilon`.
+    fn column(&self, epsilon: f64) -> Result<Column, Unknown> {
+        if let Some(known) = self.columns.borrow().get(&epsilon.to_bits()) {
+            return Ok(known.clone());
+        }
+        let column = self.law.column(&self.at(epsilon));
+        if column.curve.stribeck().is_none() {
+            let pieces = column.curve.compiled(2.0 * column.belt_speed).breaks().len();
+            self.spend(PIECE * pieces as u64)?;
+        }
+        self.columns.borrow_mut().insert(epsilon.to_bits(), column.clone());
+        Ok(column)
+    }
+
+    /// Takes work from what is left.
+    fn spend(&self, work: u64) -> Result<(), Unknown> {
+        let left = self.left.get().saturating_sub(work);
+        self.left.set(left);
+        if left > 0 { Ok(()) } else { Err(Unknown::GivenUp) }
+    }
+
+    /// The place between an eps at which the flow has this verdict, and one at which it has another.
+    fn halve(&self, has: f64, has_not: f64, verdict: Verdict) -> Result<f64, Unknown> {
+        halve(has, has_not, |epsilon| Ok(self.ask(epsilon)?.verdict == verdict))
+    }
+
     /// If node `i` is one at which the orbit lands farther out than at its neighbours, and all three stick: the
     /// place of an orbit between them that does not, with those of the neighbours.
-    fn overshoot_beside(
-        &self,
-        asked: &[(f64, Verdict, Option<f64>)],
-        i: usize,
-        reach_here: Option<f64>,
-    ) -> Option<[f64; 3]> {
-        let (before, after) = (asked.get(i.checked_sub(1)?)?, asked.get(i + 1)?);
-        let (here, left, right) = (reach_here?, before.2?, after.2?);
+    fn overshoot_beside(&self, asked: &[Asked], i: usize) -> Result<Option<[f64; 3]>, Unknown> {
+        let neighbours = i.checked_sub(1).and_then(|i| asked.get(i)).zip(asked.get(i + 1));
+        let Some((before, after)) = neighbours else { return Ok(None) };
+        let (Some(here), Some(left), Some(right)) = (asked[i].reach, before.reach, after.reach) else {
+            return Ok(None);
+        };
         if here < left || here < right {
-            return None;
+            return Ok(None);
         }
         // The orbit never sticks where its reach passes 4.
         let value = |epsilon: f64| {
-            let oscillator = Oscillator::new(&self.law, &self.at(epsilon));
-            let flow = flow(&oscillator, self.tolerance);
-            reach(&oscillator, &flow).unwrap_or(if flow.fate == Fate::CrossesForever { 5.0 } else { 0.0 })
+            let Asked { reach, verdict, .. } = self.ask(epsilon)?;
+            Ok(reach.unwrap_or(if verdict == Verdict::Absent { 5.0 } else { 0.0 }))
         };
         let golden = 0.5 * (5_f64.sqrt() - 1.0);
-        let (mut low, mut high) = (before.0.ln(), after.0.ln());
+        let (mut low, mut high) = (before.epsilon.ln(), after.epsilon.ln());
         let inner = |low: f64, high: f64| [high - golden * (high - low), low + golden * (high - low)];
         let mut places = inner(low, high);
-        let mut values = places.map(|place| value(place.exp()));
+        let mut values = [value(places[0].exp())?, value(places[1].exp())?];
         for _ in 0..SECTIONS {
             if let Some(which) = values.iter().position(|&value| value > 4.0) {
-                return Some([before.0, places[which].exp(), after.0]);
+                return Ok(Some([before.epsilon, places[which].exp(), after.epsilon]));
             }
             if values[0] < values[1] {
                 (low, places[0], values[0]) = (places[0], places[1], values[1]);
                 places[1] = inner(low, high)[1];
-                values[1] = value(places[1].exp());
+                values[1] = value(places[1].exp())?;
             } else {
                 (high, places[1], values[1]) = (places[1], places[0], values[0]);
                 places[0] = inner(low, high)[0];
-                values[0] = value(places[0].exp());
+                values[0] = value(places[0].exp())?;
             }
         }
-        None
+        Ok(None)
     }
 
     /// The point of the ray at `epsilon`.
     #[must_use]
     pub fn at(&self, epsilon: f64) -> Point {
         Point { epsilon, ..self.point }
-    }
-
-    fn simulated(&self, epsilon: f64) -> Verdict {
-        verdict_of(&flow(&Oscillator::new(&self.law, &self.at(epsilon)), self.tolerance))
     }
 
     /// The verdict of the flow as eps -> 0, and where it changes up to [`HIGHEST`], to what.
@@ -295,16 +409,46 @@ impl Ray {
     /// Up to which eps `method` says what the flow says.
     #[must_use]
     pub fn limit(&self, method: Method) -> EpsilonLimit {
+        let mut limit = EpsilonLimit { equal: Limit::Throughout, sound: Limit::Throughout };
+        let open = match self.compare(method, &mut limit) {
+            Ok(()) => self.unknown_from,
+            Err(why) => Some((0.0, why)),
+        };
+        if let Some((_, why)) = open {
+            // What was found, was found below the eps from which on nothing is known.
+            for limit in [&mut limit.equal, &mut limit.sound] {
+                if *limit == Limit::Throughout {
+                    *limit = Limit::Unknown(why);
+                }
+            }
+        }
+        limit
+    }
+
+    /// Goes through the verdicts of `method` and of the flow in increasing eps, as far as both are known, and notes
+    /// where they part in `limit`.
+    fn compare(&self, method: Method, limit: &mut EpsilonLimit) -> Result<(), Unknown> {
         if method == Method::Simulation {
-            return EpsilonLimit { equal: Limit::Throughout, sound: Limit::Throughout };
+            return Ok(());
+        }
+        let end = self.unknown_from.map_or(HIGHEST, |(from, _)| from);
+        if end < LOWEST {
+            return Ok(());
         }
         let said = |epsilon: f64| {
-            let here = self.at(epsilon);
-            method.decide(&self.law.column(&here), here.damping, self.tolerance)
+            // Nothing more once the budget is spent.
+            self.spend(0)?;
+            let (column, damping) = (self.column(epsilon)?, self.point.damping);
+            if let Method::Naive(naive, knobs) = method {
+                let oscillator = Oscillator::in_column(&column, damping);
+                let answer = naive.decide(&oscillator, &knobs);
+                self.spend(answer.rhs * oscillator.curve.cost())?;
+                return Ok(Verdict::from(answer.verdict));
+            }
+            Ok(method.decide(&column, damping, self.tolerance))
         };
-        let mut limit = EpsilonLimit { equal: Limit::Throughout, sound: Limit::Throughout };
         // The pairs (method, flow) in increasing eps, each with the place where it begins.
-        let mut pair = (said(LOWEST), self.first);
+        let mut pair = (said(LOWEST)?, self.first);
         let mut meet = |place: Option<f64>, (said, truth): (Verdict, Verdict)| {
             let found = place.map_or(Limit::Never, Limit::UpTo);
             // Where the flow has no answer there is nothing to compare.
@@ -319,13 +463,17 @@ impl Ray {
             limit.sound != Limit::Throughout
         };
         if meet(None, pair) {
-            return limit;
+            return Ok(());
         }
         let mut truth = self.changes.iter().peekable();
         let mut low = LOWEST;
-        for high in nodes(LOWEST, HIGHEST).skip(1) {
-            let after = said(high);
-            let mut own = (after != pair.0).then(|| halve(low, high, |e| said(e) == pair.0));
+        for high in nodes(LOWEST, end).skip(1) {
+            let after = said(high)?;
+            let mut own = if after == pair.0 {
+                None
+            } else {
+                Some(halve(low, high, |epsilon| Ok(said(epsilon)? == pair.0))?)
+            };
             loop {
                 let flow_changes = truth.peek().filter(|(place, _)| *place <= high).map(|(place, _)| *place);
                 let place = match (own, flow_changes) {
@@ -340,11 +488,11 @@ impl Ray {
                     pair.1 = *verdict;
                 }
                 if meet(Some(place), pair) {
-                    return limit;
+                    return Ok(());
                 }
             }
             low = high;
         }
-        limit
+        Ok(())
     }
 }

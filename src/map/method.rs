@@ -1,10 +1,12 @@
 //! The methods a map can compare: the closed-form tests, the simulated flow, and the simulations that people
 //! use today.
 
+use std::borrow::Cow;
+
 use super::Verdict;
 use crate::certify::{Guarantee, TESTS, Test, validated};
 use crate::filippov::Oscillator;
-use crate::friction::Column;
+use crate::friction::{Column, Law};
 use crate::simulate::flow;
 use crate::simulate::naive::{NaiveKnobs, NaiveMethod};
 
@@ -90,6 +92,17 @@ impl Method {
             Method::Test(test) => test.equation,
             Method::Simulation => "paper, Proposition 1: the orbit from the exit point sticks again",
             Method::Naive(naive, _) => naive.equation(),
+        }
+    }
+
+    /// The same with what is assumed of this law.
+    #[must_use]
+    pub fn equation_for(&self, law: &Law) -> Cow<'static, str> {
+        match self {
+            Method::Test(test) if test.first_order && law.is_read_as_small() => {
+                format!("{}; phi read as 1 + eps F(u) with F = (phi - 1) / eps", test.equation).into()
+            }
+            _ => self.equation().into(),
         }
     }
 

@@ -2,6 +2,8 @@
 
 mod account;
 mod audit;
+mod behaviour;
+mod contradictions;
 mod curves;
 pub mod dimension;
 mod engine;
@@ -12,21 +14,29 @@ mod method;
 mod plan;
 mod proved;
 mod quantity;
+mod run;
 mod runs;
 mod simulation;
 mod sink;
+mod tiles;
 mod verdict;
 
-pub use account::{Account, FailedCell, LISTED, MethodAccount};
+pub use account::{Account, FailedCell, LISTED, MethodAccount, Stages};
 pub use audit::{Audit, Disagreement};
+pub use behaviour::{attracting_cycle, basin_boundary, regime, slip_cycle_count};
+pub use contradictions::{Contradiction, Contradictions};
 pub use curves::{CURVE_COLUMNS, Plane, PlaneCurve, PlaneCurves, PlanePoint, curves_of};
-pub use engine::{ComputeError, Control, MethodSummary, Queue, Summary, compute, compute_tiles, regime};
-pub use grid::{Axis, AxisRole, Grid, GridError, Tile, is_linear, is_logarithmic};
+pub use engine::{ComputeError, Control, MethodSummary, Queue, Summary, compute_tiles};
+pub use grid::{Axis, AxisRole, Grid, GridError, Tile, is_linear, is_logarithmic, unravel};
 pub use method::Method;
-pub use plan::{Engine, Field, Plan};
+pub use plan::{
+    DEFAULT_AUDIT_CELLS, DEFAULT_COMPRESSION, DEFAULT_PROOF_BOXES, DEFAULT_TOLERANCE, Engine, Field,
+    MOST_AUDIT_CELLS, Plan, PlanBuilder, PlanError, TOLERANCES,
+};
 pub use proved::{Proved, prove};
-pub use quantity::{AttractingCycle, Description, Quantity, attracting_cycle, basin_boundary};
+pub use quantity::{AttractingCycle, Description, Quantity};
+pub use run::{Earlier, run, run_with};
 pub use runs::Runs;
 pub use simulation::{Paths, decide};
 pub use sink::{MethodCells, Sink, TileData};
-pub use verdict::{Regime, Verdict};
+pub use verdict::{Attractors, Outside, Regime, Verdict};

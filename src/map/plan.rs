@@ -1,6 +1,8 @@
-//! What is to be computed.
+//! What is to be computed, checked.
 
-use super::{Grid, Method, Quantity};
+use super::{Axis, Grid, Method, Plane, Quantity, tiles};
+use crate::certify::validated;
+use crate::friction::Law;
 
 /// How the method `simulation` decides cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -90,31 +92,277 @@ impl Field {
     }
 }
 
-/// A validated job.
+/// A map to be computed, checked: made by [`Plan::builder`].
+///
+/// ```
+/// use slipmap::friction::Law;
+/// use slipmap::map::{Field, Grid, Method, Plan};
+///
+/// // eps, alpha, beta, gamma, V, c: two columns of three cells.
+/// let nodes = [vec![0.1], vec![0.4], vec![0.2], vec![1.0, 2.0], vec![1.0], vec![0.0, 0.3, 0.6]];
+/// let grid = Grid::new(Law::Stribeck, nodes.to_vec())?;
+/// let plan = Plan::builder(grid).methods([Method::Simulation]).fields([Field::CriticalC]).build()?;
+/// assert_eq!(plan.fields(), [Field::Verdict, Field::CriticalC]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Plan {
-    /// The grid.
-    pub grid: Grid,
-    /// The methods, in the order of [`Method::all`], without repetition.
-    pub methods: Vec<Method>,
-    /// The stored fields, in the order of [`Field::ALL`]; [`Field::Verdict`] is always among them.
-    pub fields: Vec<Field>,
-    /// How `simulation` decides cells.
-    pub engine: Engine,
+    pub(crate) grid: Grid,
+    /// In the order of [`Method::all`], without repetition.
+    pub(crate) methods: Vec<Method>,
+    /// In the order of [`Field::ALL`]; [`Field::Verdict`] is always among them.
+    pub(crate) fields: Vec<Field>,
+    pub(crate) engine: Engine,
+    pub(crate) tolerance: f64,
+    pub(crate) audit_cells: usize,
+    pub(crate) proof_boxes: usize,
+    pub(crate) planes: Vec<Plane>,
+    pub(crate) tile_shape: Vec<usize>,
+    pub(crate) compression: u8,
+}
+
+/// Bound on the error of the scaled grazing margin where none is asked for.
+pub const DEFAULT_TOLERANCE: f64 = 1e-9;
+/// From the tightest tolerance that double precision can meet on a margin of order one, to that beyond which
+/// an error of the margin is no longer small against the margin itself.
+pub const TOLERANCES: std::ops::RangeInclusive<f64> = 1e-14..=1e-2;
+/// Cells that the direct engine decides again where no number is asked for.
+pub const DEFAULT_AUDIT_CELLS: usize = 1000;
+/// Boxes that `validated` tries to prove where no number is asked for: half a minute or so.
+pub const DEFAULT_PROOF_BOXES: usize = 32;
+/// The largest number of cells that the direct engine decides again: hours of its work.
+pub const MOST_AUDIT_CELLS: usize = 10_000_000;
+/// How hard a map is compressed where nothing is asked for.
+pub const DEFAULT_COMPRESSION: u8 = 4;
+
+/// Why a plan cannot be made.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PlanError {
+    /// No method is to be asked.
+    #[error("a plan needs at least one method")]
+    NoMethod,
+    /// The tolerance is no number between [`TOLERANCES`].
+    #[error("the tolerance is {0:?}; it must be between {min:?} and {max:?}", min = TOLERANCES.start(), max = TOLERANCES.end())]
+    Tolerance(f64),
+    /// The audit is larger than [`MOST_AUDIT_CELLS`].
+    #[error("an audit of {0} cells; at most {MOST_AUDIT_CELLS} can be decided again")]
+    AuditCells(usize),
+    /// The compression is above 9.
+    #[error("the compression is {0}; it must be between 0 and 9")]
+    Compression(u8),
+    /// The tile's shape does not fit the grid.
+    #[error(
+        "tiles of the shape {0:?} do not divide a grid of the shape {1:?}: every axis needs at least one node of its own"
+    )]
+    TileShape(Vec<usize>, Vec<usize>),
+    /// A plane does not lie in the grid.
+    #[error("there is no plane of the axes {x} and {y} in this grid: it needs two different axes of several nodes each, and a node of every other", x = .0.x, y = .0.y)]
+    Plane(Plane),
+}
+
+/// A [`Plan`] in the making; what is not said takes the default of configurations.
+#[derive(Clone, Debug)]
+#[must_use]
+pub struct PlanBuilder {
+    plan: Plan,
+    tile_shape: Option<Vec<usize>>,
+}
+
+impl PlanBuilder {
+    /// The methods to ask, in any order. Default: [`Method::usual`].
+    pub fn methods(mut self, methods: impl IntoIterator<Item = Method>) -> Self {
+        self.plan.methods = methods.into_iter().collect();
+        self
+    }
+
+    /// What is stored besides verdicts, in any order. Default: nothing.
+    pub fn fields(mut self, fields: impl IntoIterator<Item = Field>) -> Self {
+        self.plan.fields = fields.into_iter().collect();
+        self
+    }
+
+    /// How `simulation` decides cells. Default: [`Engine::Auto`].
+    pub fn engine(mut self, engine: Engine) -> Self {
+        self.plan.engine = engine;
+        self
+    }
+
     /// Bound on the error of the scaled grazing margin m / V that the simulation aims at.
-    pub tolerance: f64,
-    /// Number of cells that the direct engine decides again.
-    pub audit_cells: usize,
-    /// Boxes of scaled parameters that the method `validated`, if it is among the methods, tries to prove in
-    /// order to decide what lies between the nodes; 0 for none.
-    pub proof_boxes: usize,
-    /// Shape of the tiles, see [`Grid::tile_shape`].
-    pub tile_shape: Vec<usize>,
+    pub fn tolerance(mut self, tolerance: f64) -> Self {
+        self.plan.tolerance = tolerance;
+        self
+    }
+
+    /// Number of cells that the direct engine decides again; a grid with fewer cells is audited whole.
+    pub fn audit_cells(mut self, cells: usize) -> Self {
+        self.plan.audit_cells = cells;
+        self
+    }
+
+    /// Boxes of scaled parameters that the method `validated`, if it is among the methods and the law is
+    /// Stribeck's, tries to prove in order to decide what lies between the nodes; 0 for none.
+    pub fn proof_boxes(mut self, boxes: usize) -> Self {
+        self.plan.proof_boxes = boxes;
+        self
+    }
+
+    /// The planes whose curves of codimension one are to be found. Default: none.
+    pub fn planes(mut self, planes: impl IntoIterator<Item = Plane>) -> Self {
+        self.plan.planes = planes.into_iter().collect();
+        self
+    }
+
+    /// Shape of the tiles, slowest axis first: the task of one worker, and a chunk of the map file. Default:
+    /// a size that depends on the number of cells.
+    pub fn tile_shape(mut self, shape: impl Into<Vec<usize>>) -> Self {
+        self.tile_shape = Some(shape.into());
+        self
+    }
+
     /// How hard the stored map is compressed: 0 (not at all) to 9 (smallest file).
-    pub compression: u8,
+    pub fn compression(mut self, compression: u8) -> Self {
+        self.plan.compression = compression;
+        self
+    }
+
+    /// The plan.
+    ///
+    /// # Errors
+    /// The first thing that makes it impossible.
+    pub fn build(self) -> Result<Plan, PlanError> {
+        let Self { mut plan, tile_shape } = self;
+        if plan.methods.is_empty() {
+            return Err(PlanError::NoMethod);
+        }
+        // Maps and tables list methods and fields in one order, whatever order they were asked for in.
+        let wanted = std::mem::take(&mut plan.methods);
+        let chosen = |known: Method| wanted.iter().find(|method| **method == known).copied();
+        plan.methods = Method::all().filter_map(chosen).collect();
+        let wanted = std::mem::take(&mut plan.fields);
+        plan.fields = Field::ALL
+            .into_iter()
+            .filter(|field| *field == Field::Verdict || wanted.contains(field))
+            .collect();
+        if !TOLERANCES.contains(&plan.tolerance) {
+            return Err(PlanError::Tolerance(plan.tolerance));
+        }
+        if plan.audit_cells > MOST_AUDIT_CELLS {
+            return Err(PlanError::AuditCells(plan.audit_cells));
+        }
+        if plan.compression > 9 {
+            return Err(PlanError::Compression(plan.compression));
+        }
+        // Without a simulation there is nothing to decide again.
+        let simulated = plan.methods.contains(&Method::Simulation);
+        plan.audit_cells = if simulated { plan.audit_cells.min(plan.grid.cells()) } else { 0 };
+        let proves =
+            *plan.grid.law() == Law::Stribeck && plan.methods.contains(&Method::Test(&validated::TEST));
+        plan.proof_boxes = if proves { plan.proof_boxes } else { 0 };
+        if let Some(plane) = plan.planes.iter().find(|plane| !lies_in(plane, plan.grid.axes())) {
+            return Err(PlanError::Plane(plane.clone()));
+        }
+        let shape = plan.grid.shape();
+        plan.tile_shape = match tile_shape {
+            None => plan.grid.tile_shape(tiles::cells(plan.grid.cells(), plan.has_orbits())),
+            Some(tile) if tile.len() == shape.len() && !tile.contains(&0) => tile,
+            Some(tile) => return Err(PlanError::TileShape(tile, shape)),
+        };
+        Ok(plan)
+    }
+}
+
+/// Whether a plane has two axes that extend, and holds the others at nodes they have.
+fn lies_in(plane: &Plane, axes: &[Axis]) -> bool {
+    let extends = |axis: usize| axes.get(axis).is_some_and(|axis| axis.values.len() > 1);
+    plane.x != plane.y
+        && extends(plane.x)
+        && extends(plane.y)
+        && plane.held.len() == axes.len()
+        && plane.held.iter().zip(axes).all(|(&node, axis)| node < axis.values.len())
 }
 
 impl Plan {
+    /// Whether every cell takes orbits of its own, other than whole columns that are labelled at once.
+    fn has_orbits(&self) -> bool {
+        let of_method = |method: &Method| match method {
+            Method::Naive(..) => true,
+            Method::Test(test) => std::ptr::eq(*test, &validated::TEST),
+            Method::Simulation => matches!(self.engine, Engine::Direct | Engine::ReturnMap),
+        };
+        let of_field = |field: &Field| match field {
+            Field::Verdict | Field::Margin | Field::CriticalC | Field::Regime => false,
+            Field::Landing | Field::Cycle | Field::Basin | Field::EpsilonLimit => true,
+        };
+        self.methods.iter().any(of_method) || self.fields.iter().any(of_field)
+    }
+
+    /// A plan for every cell of `grid`, with the defaults of configurations.
+    pub fn builder(grid: Grid) -> PlanBuilder {
+        PlanBuilder {
+            plan: Plan {
+                grid,
+                methods: Method::usual().collect(),
+                fields: Vec::new(),
+                engine: Engine::Auto,
+                tolerance: DEFAULT_TOLERANCE,
+                audit_cells: DEFAULT_AUDIT_CELLS,
+                proof_boxes: DEFAULT_PROOF_BOXES,
+                planes: Vec::new(),
+                tile_shape: Vec::new(),
+                compression: DEFAULT_COMPRESSION,
+            },
+            tile_shape: None,
+        }
+    }
+
+    /// The same plan, to be changed; it keeps its tiles.
+    pub fn into_builder(self) -> PlanBuilder {
+        PlanBuilder { tile_shape: Some(self.tile_shape.clone()), plan: self }
+    }
+
+    /// The grid.
+    #[must_use]
+    pub fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
+    /// The methods, in the order of [`Method::all`].
+    #[must_use]
+    pub fn methods(&self) -> &[Method] {
+        &self.methods
+    }
+
+    /// The stored fields, in the order of [`Field::ALL`]; [`Field::Verdict`] is always among them.
+    #[must_use]
+    pub fn fields(&self) -> &[Field] {
+        &self.fields
+    }
+
+    /// Bound on the error of the scaled grazing margin m / V that the simulation aims at.
+    #[must_use]
+    pub fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+
+    /// The planes whose curves of codimension one are to be found.
+    #[must_use]
+    pub fn planes(&self) -> &[Plane] {
+        &self.planes
+    }
+
+    /// Shape of the tiles, see [`Grid::tile_shape`].
+    #[must_use]
+    pub fn tile_shape(&self) -> &[usize] {
+        &self.tile_shape
+    }
+
+    /// Number of tiles.
+    #[must_use]
+    pub fn tile_count(&self) -> usize {
+        self.grid.tile_count(&self.tile_shape)
+    }
+
     /// Whether `field` is to be stored.
     #[must_use]
     pub fn stores(&self, field: Field) -> bool {

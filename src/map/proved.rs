@@ -44,7 +44,7 @@ fn subdivide(plan: &Plan, parameters: ParameterBox, stop: &AtomicBool) -> Proved
 fn parameters(plan: &Plan) -> Option<ParameterBox> {
     let ranges: Vec<[f64; 2]> =
         plan.grid.axes().iter().map(|axis| [axis.values[0], axis.values[axis.values.len() - 1]]).collect();
-    match plan.grid.law() {
+    match plan.grid.law().as_written() {
         // The order of the axes: eps, the law's parameters, V, c.
         Law::Stribeck => Some(ParameterBox {
             epsilon: ranges[0],
@@ -54,6 +54,6 @@ fn parameters(plan: &Plan) -> Option<ParameterBox> {
             belt_speed: ranges[4],
             damping: ranges[5],
         }),
-        Law::Exponential | Law::Lorentzian | Law::Expression(_) | Law::Table(_) => None,
+        _ => None,
     }
 }

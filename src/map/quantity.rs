@@ -3,19 +3,14 @@
 
 use std::collections::HashMap;
 
-use super::engine::regime_of;
+use super::behaviour::Behaviour;
 use super::limits::Ray;
 use super::simulation::End;
-use super::{Field, Plan, Regime, Tile};
+use super::{Field, Plan, Tile};
 use crate::filippov::Oscillator;
 use crate::point::Point;
-use crate::simulate::crossing::{CrossingCycle, StickSlipCycle, crossing_cycles, stick_slip_cycle};
-use crate::simulate::slip_cycle::{Kick, SlipCycle, kick_onto, slip_cycles};
-use crate::simulate::{Fate, Flow, Landing, Range, flow};
-
-/// The relative error of a turn asked for where slip cycles are concerned: their amplitude is the less certain
-/// the closer the multiplier is to 1.
-const TIGHT: f64 = 1e-13;
+use crate::simulate::slip_cycle::{Kick, SlipCycle};
+use crate::simulate::{Fate, Landing, Range, flow};
 
 /// A real number per cell. NaN where the cell has no such number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,6 +23,8 @@ pub enum Quantity {
     SlipTime,
     /// Crossings of the belt line before the mass sticks.
     Crossings,
+    /// Number of cycles, stable or not, that slip all the time below the belt line.
+    SlipCycles,
     /// Period of the cycle that attracts.
     CyclePeriod,
     /// Half the range of its positions.
@@ -56,7 +53,9 @@ impl Quantity {
         match field {
             Field::Verdict | Field::Margin | Field::CriticalC | Field::Regime => Vec::new(),
             Field::Landing => vec![LandingX1, StickTime, SlipTime, Crossings],
-            Field::Cycle => vec![CyclePeriod, CycleAmplitudeX1, CycleAmplitudeX2, CycleMultiplier],
+            Field::Cycle => {
+                vec![SlipCycles, CyclePeriod, CycleAmplitudeX1, CycleAmplitudeX2, CycleMultiplier]
+            }
             Field::Basin => vec![BoundaryVelocity, BoundaryMultiplier, KickForward, KickBackward],
             Field::EpsilonLimit => (0..methods).map(EpsilonLimit).collect(),
         }
@@ -70,6 +69,7 @@ impl Quantity {
             Quantity::StickTime => "stick_time",
             Quantity::SlipTime => "slip_time",
             Quantity::Crossings => "crossings",
+            Quantity::SlipCycles => "slip_cycles",
             Quantity::CyclePeriod => "cycle_period",
             Quantity::CycleAmplitudeX1 => "cycle_amplitude_x1",
             Quantity::CycleAmplitudeX2 => "cycle_amplitude_x2",
@@ -90,6 +90,9 @@ impl Quantity {
             Quantity::StickTime => "time of sticking per period",
             Quantity::SlipTime => "time of slipping per period",
             Quantity::Crossings => "crossings of the belt line before the mass sticks",
+            Quantity::SlipCycles => {
+                "number of cycles, stable or not, that slip all the time below the belt line"
+            }
             Quantity::CyclePeriod => "period of the attracting cycle",
             Quantity::CycleAmplitudeX1 => "half the range of x1 on the attracting cycle",
             Quantity::CycleAmplitudeX2 => "half the range of x2 on the attracting cycle",
@@ -125,52 +128,6 @@ pub struct AttractingCycle {
     pub multiplier: f64,
 }
 
-/// The cycle that attracts in `regime`, where the orbit from the exit point ends as `flow` says: the stick-slip
-/// cycle before a slip cycle, of slip cycles the largest. `None` where there is none, or where it cannot be
-/// followed.
-#[must_use]
-pub fn attracting_cycle(
-    oscillator: &Oscillator,
-    flow: &Flow,
-    regime: Regime,
-    tolerance: f64,
-) -> Option<AttractingCycle> {
-    match regime {
-        Regime::StickSlip | Regime::Bistable | Regime::PureSlipAndStickSlip => {
-            let StickSlipCycle { period, velocity, displacement } =
-                stick_slip_cycle(oscillator, flow, tolerance).ok()??;
-            Some(AttractingCycle { period, displacement, velocity, multiplier: 0.0 })
-        }
-        Regime::Crossing => {
-            let cycles = crossing_cycles(oscillator, tolerance).ok()?;
-            let CrossingCycle { period, displacement, velocity, multiplier, .. } =
-                cycles.into_iter().find(CrossingCycle::is_stable)?;
-            Some(AttractingCycle { period, displacement, velocity, multiplier })
-        }
-        Regime::PureSlip | Regime::PureSlipAndEquilibrium => {
-            let cycles = slip_cycles(oscillator, tolerance.min(TIGHT)).ok()?;
-            let SlipCycle { period, displacement, velocity, multiplier } =
-                cycles.into_iter().rfind(SlipCycle::is_stable)?;
-            Some(AttractingCycle { period, displacement, velocity, multiplier })
-        }
-        Regime::Equilibrium | Regime::Failed => None,
-    }
-}
-
-/// The unstable slip cycle within which the mass does not stick-slip, in the regimes in which the stick-slip
-/// cycle and something within attract, and the kicks onto it. `None` in other regimes, or where it cannot be
-/// followed.
-#[must_use]
-pub fn basin_boundary(oscillator: &Oscillator, regime: Regime, tolerance: f64) -> Option<(SlipCycle, Kick)> {
-    if !matches!(regime, Regime::Bistable | Regime::PureSlipAndStickSlip) {
-        return None;
-    }
-    let tolerance = tolerance.min(TIGHT);
-    let cycle = slip_cycles(oscillator, tolerance).ok()?.pop().filter(|cycle| !cycle.is_stable())?;
-    let kick = kick_onto(oscillator, &cycle, tolerance).ok()?;
-    Some((cycle, kick))
-}
-
 /// The values of the quantities of `plan` in the cells of a tile, in the order of [`Plan::quantities`].
 pub(super) fn describe(plan: &Plan, tile: &Tile, ends: &[End]) -> Vec<Vec<f64>> {
     let quantities = plan.quantities();
@@ -184,9 +141,11 @@ pub(super) fn describe(plan: &Plan, tile: &Tile, ends: &[End]) -> Vec<Vec<f64>> 
     let mut limits = Limits { plan, known: HashMap::new() };
     for column in 0..tile.columns() {
         let start = plan.grid.point(&tile.column_index(column));
+        let behaviour = Behaviour::new(&law.column(&start).curve, start.belt_speed);
         for (i, &c) in cs.iter().enumerate() {
             let point = Point { damping: c, ..start };
-            let cell = Description::of(plan, &Oscillator::new(law, &point), ends[column * cs.len() + i]);
+            let cell =
+                Description::of(plan, &behaviour, &Oscillator::new(law, &point), ends[column * cs.len() + i]);
             let limits = plan.stores(Field::EpsilonLimit).then(|| limits.at(&point));
             for (values, quantity) in values.iter_mut().zip(&quantities) {
                 values.push(match quantity {
@@ -206,6 +165,8 @@ pub(super) fn describe(plan: &Plan, tile: &Tile, ends: &[End]) -> Vec<Vec<f64>> 
 pub struct Description {
     /// Where and when the orbit from the exit point sticks.
     pub landing: Option<Landing>,
+    /// The number of slip cycles, stable or not.
+    pub slip_cycles: Option<usize>,
     /// The cycle that attracts.
     pub cycle: Option<AttractingCycle>,
     /// The boundary of the basin of steady slip.
@@ -214,10 +175,8 @@ pub struct Description {
 
 impl Description {
     /// Follows the orbits that the plan's fields need.
-    fn of(plan: &Plan, oscillator: &Oscillator, end: End) -> Self {
-        let regime = regime_of(oscillator, end);
+    fn of(plan: &Plan, behaviour: &Behaviour, oscillator: &Oscillator, end: End) -> Self {
         let (cycle, basin) = (plan.stores(Field::Cycle), plan.stores(Field::Basin));
-        let cycle = cycle && !matches!(regime, Regime::Equilibrium | Regime::Failed);
         let lands = end == End::Sticks && plan.stores(Field::Landing);
         let flow = (lands || cycle).then(|| flow(oscillator, plan.tolerance));
         Self {
@@ -225,10 +184,14 @@ impl Description {
                 Some(Fate::Sticks(landing)) => Some(landing),
                 _ => None,
             },
+            slip_cycles: cycle
+                .then(|| behaviour.slip_cycles(oscillator, end))
+                .flatten()
+                .map(|cycles| cycles.len()),
             cycle: flow
                 .filter(|_| cycle)
-                .and_then(|flow| attracting_cycle(oscillator, &flow, regime, plan.tolerance)),
-            boundary: basin.then(|| basin_boundary(oscillator, regime, plan.tolerance)).flatten(),
+                .and_then(|flow| behaviour.attracting_cycle(oscillator, &flow, plan.tolerance)),
+            boundary: basin.then(|| behaviour.basin_boundary(oscillator, end, plan.tolerance)).flatten(),
         }
     }
 
@@ -244,6 +207,7 @@ impl Description {
             Quantity::StickTime => landing.map(|landing| landing.stick_time),
             Quantity::SlipTime => landing.map(|landing| landing.slip_time),
             Quantity::Crossings => landing.map(|landing| f64::from(landing.crossings)),
+            Quantity::SlipCycles => self.slip_cycles.map(|count| count as f64),
             Quantity::CyclePeriod => cycle.map(|cycle| cycle.period),
             Quantity::CycleAmplitudeX1 => cycle.map(|cycle| half(cycle.displacement)),
             Quantity::CycleAmplitudeX2 => cycle.map(|cycle| half(cycle.velocity)),

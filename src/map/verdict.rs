@@ -75,7 +75,27 @@ impl From<NaiveVerdict> for Verdict {
     }
 }
 
-/// The long-run behaviour of a cell, with the code stored in `regime`.
+/// What the orbit from the exit point comes to, if it returns to the belt line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outside {
+    /// The stick-slip cycle.
+    StickSlip,
+    /// It crosses the belt line for ever.
+    Crossing,
+}
+
+/// A set of attractors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Attractors {
+    /// Steady slip at the equilibrium.
+    pub equilibrium: bool,
+    /// A cycle that slips all the time below the belt line, or several.
+    pub slip: bool,
+    /// What lies outside of these. Crossing cycles around a stick-slip cycle are not looked for here.
+    pub outside: Option<Outside>,
+}
+
+/// The long-run behaviour of a cell, which is its set of attractors, with the code stored in `regime`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(i8)]
 pub enum Regime {
@@ -85,9 +105,9 @@ pub enum Regime {
     StickSlip = 1,
     /// The equilibrium and the stick-slip cycle both attract.
     Bistable = 2,
-    /// A cycle that slips all the time below the belt line.
+    /// A cycle that slips all the time below the belt line, or several, and nothing else.
     PureSlip = 3,
-    /// A cycle that crosses the belt line and never sticks.
+    /// Orbits cross the belt line for ever and never stick; nothing else attracts.
     Crossing = 4,
     /// Not determined.
     Failed = 5,
@@ -95,11 +115,19 @@ pub enum Regime {
     PureSlipAndStickSlip = 6,
     /// A slip cycle and the equilibrium both attract.
     PureSlipAndEquilibrium = 7,
+    /// The equilibrium, a slip cycle and the stick-slip cycle attract.
+    EquilibriumPureSlipAndStickSlip = 8,
+    /// The equilibrium attracts, and from outside its basin orbits cross the belt line for ever.
+    EquilibriumAndCrossing = 9,
+    /// A slip cycle attracts, and from outside its basin orbits cross the belt line for ever.
+    PureSlipAndCrossing = 10,
+    /// The equilibrium and a slip cycle attract, and from outside their basins orbits cross the belt line for ever.
+    EquilibriumPureSlipAndCrossing = 11,
 }
 
 impl Regime {
     /// Every regime, in the order of its code.
-    pub const ALL: [Regime; 8] = [
+    pub const ALL: [Regime; 12] = [
         Regime::Equilibrium,
         Regime::StickSlip,
         Regime::Bistable,
@@ -108,7 +136,31 @@ impl Regime {
         Regime::Failed,
         Regime::PureSlipAndStickSlip,
         Regime::PureSlipAndEquilibrium,
+        Regime::EquilibriumPureSlipAndStickSlip,
+        Regime::EquilibriumAndCrossing,
+        Regime::PureSlipAndCrossing,
+        Regime::EquilibriumPureSlipAndCrossing,
     ];
+
+    /// The regime with these attractors; [`Regime::Failed`] for none, which no flow has.
+    #[must_use]
+    pub fn of(attractors: Attractors) -> Self {
+        let Attractors { equilibrium, slip, outside } = attractors;
+        match (equilibrium, slip, outside) {
+            (false, false, None) => Regime::Failed,
+            (true, false, None) => Regime::Equilibrium,
+            (false, true, None) => Regime::PureSlip,
+            (true, true, None) => Regime::PureSlipAndEquilibrium,
+            (false, false, Some(Outside::StickSlip)) => Regime::StickSlip,
+            (true, false, Some(Outside::StickSlip)) => Regime::Bistable,
+            (false, true, Some(Outside::StickSlip)) => Regime::PureSlipAndStickSlip,
+            (true, true, Some(Outside::StickSlip)) => Regime::EquilibriumPureSlipAndStickSlip,
+            (false, false, Some(Outside::Crossing)) => Regime::Crossing,
+            (true, false, Some(Outside::Crossing)) => Regime::EquilibriumAndCrossing,
+            (false, true, Some(Outside::Crossing)) => Regime::PureSlipAndCrossing,
+            (true, true, Some(Outside::Crossing)) => Regime::EquilibriumPureSlipAndCrossing,
+        }
+    }
 
     /// The word used in tables and in `flag_meanings`.
     #[must_use]
@@ -122,6 +174,10 @@ impl Regime {
             Regime::Failed => "failed",
             Regime::PureSlipAndStickSlip => "pure_slip_and_stick_slip",
             Regime::PureSlipAndEquilibrium => "pure_slip_and_equilibrium",
+            Regime::EquilibriumPureSlipAndStickSlip => "equilibrium_pure_slip_and_stick_slip",
+            Regime::EquilibriumAndCrossing => "equilibrium_and_crossing",
+            Regime::PureSlipAndCrossing => "pure_slip_and_crossing",
+            Regime::EquilibriumPureSlipAndCrossing => "equilibrium_pure_slip_and_crossing",
         }
     }
 

@@ -7,9 +7,10 @@ use crate::map::limits::{EpsilonLimit, Ray};
 use crate::map::{self, AttractingCycle, Method, Regime, Verdict};
 use crate::number::{short, signed};
 use crate::point::Point;
+use crate::simulate::direct::{Start, trace};
 use crate::simulate::naive::NaiveVerdict;
 use crate::simulate::slip_count::{SlipCount, count_slip_cycles};
-use crate::simulate::slip_cycle::{Kick, SlipCycle, slip_cycles};
+use crate::simulate::slip_cycle::{Kick, SlipCycle, Unknown, slip_cycles};
 use crate::simulate::{self, CriticalDamping, Dynamics, Fate, Flow, Landing, NoCriticalDamping};
 
 /// What one method says.
@@ -49,7 +50,7 @@ pub struct Answer {
     pub regime: Regime,
     /// The cycle that attracts.
     pub cycle: Option<AttractingCycle>,
-    /// The boundary of the basin of steady slip in the bistable regime, and the kicks onto it.
+    /// The unstable slip cycle outside of which the mass stick-slips or crosses for ever, and the kicks onto it.
     pub basin: Option<(SlipCycle, Kick)>,
 }
 
@@ -63,13 +64,13 @@ impl Answer {
         let methods = methods
             .map(|method| match method {
                 Method::Test(test) => of_test(method, &(test.claim)(&column), &column, point.damping),
-                Method::Simulation => of_simulation(&flow, &critical),
+                Method::Simulation => of_simulation(law, point, &flow, &critical),
                 Method::Naive(naive, knobs) => of_naive(method, naive.decide(&oscillator, &knobs).verdict),
             })
             .collect();
         let regime = map::regime(&oscillator, &flow);
-        let cycle = map::attracting_cycle(&oscillator, &flow, regime, tolerance);
-        let basin = map::basin_boundary(&oscillator, regime, tolerance);
+        let cycle = map::attracting_cycle(&oscillator, &flow, tolerance);
+        let basin = map::basin_boundary(&oscillator, &flow, tolerance);
         Self {
             law: law.clone(),
             point: *point,
@@ -103,7 +104,7 @@ impl Answer {
     }
 
     /// Everything that is not an attractor is left out of [`Answer`]; this is all of it.
-    pub fn dynamics(&self) -> Result<Dynamics, simulate::Failure> {
+    pub fn dynamics(&self) -> Result<Dynamics, Unknown> {
         simulate::dynamics(&self.oscillator, &self.flow, self.tolerance)
     }
 
@@ -113,7 +114,7 @@ impl Answer {
     }
 
     /// The cycles that slip all the time below the belt line.
-    pub fn slip_cycles(&self) -> Result<Vec<SlipCycle>, simulate::Failure> {
+    pub fn slip_cycles(&self) -> Result<Vec<SlipCycle>, Unknown> {
         slip_cycles(&self.oscillator, self.tolerance)
     }
 
@@ -143,12 +144,17 @@ fn why_inapplicable(method: Method, claim: &Claim, column: &Column) -> Option<St
     if *claim != Claim::NOTHING {
         return None;
     }
+    if !column.curve.is_normal() {
+        return Some("a coefficient of the friction law is below the normal floating-point numbers".into());
+    }
     match method.guarantee() {
         Guarantee::Asymptotic => column.curve.first_order(column.belt_speed).err().map(|why| why.to_string()),
         Guarantee::Validated => {
             column.curve.stribeck().is_none().then(|| "the proof covers the law stribeck only".into())
         }
-        Guarantee::FiniteEpsilon | Guarantee::Numerical | Guarantee::None => None,
+        Guarantee::FiniteEpsilon => (!column.curve.is_enclosed(2.0 * column.belt_speed))
+            .then(|| "nothing encloses the friction law for slip speeds up to 2 V".into()),
+        Guarantee::Numerical | Guarantee::None => None,
     }
 }
 
@@ -180,7 +186,12 @@ fn why_undecided(claim: &Claim, c: f64) -> String {
 }
 
 /// What the simulated flow says.
-fn of_simulation(flow: &Flow, critical: &Result<CriticalDamping, NoCriticalDamping>) -> MethodAnswer {
+fn of_simulation(
+    law: &Law,
+    point: &Point,
+    flow: &Flow,
+    critical: &Result<CriticalDamping, NoCriticalDamping>,
+) -> MethodAnswer {
     let root = critical.as_ref().ok().map(|critical| critical.c);
     MethodAnswer {
         method: Method::Simulation,
@@ -193,10 +204,28 @@ fn of_simulation(flow: &Flow, critical: &Result<CriticalDamping, NoCriticalDampi
                 signed(flow.margin),
                 short(flow.margin_error)
             )),
-            Fate::Failed(failure) => Some(failure.to_string()),
+            Fate::Failed(failure) => Some(beyond_data(law, point).unwrap_or_else(|| failure.to_string())),
             Fate::Sticks(_) | Fate::SpiralsInward | Fate::CrossesForever => None,
         },
     }
+}
+
+/// If the law is measured and the orbit from the exit point leaves its data: where they end, and how far they should
+/// reach, to some per cent, if the friction goes on as it ends.
+fn beyond_data(law: &Law, point: &Point) -> Option<String> {
+    let Law::Table(table) = law else { return None };
+    let continued = Law::Table(table.continued(8.0 * table.fastest())?);
+    let oscillator = Oscillator::new(&continued, point);
+    let orbit = trace(&oscillator, Start::ExitPoint, 1e-6, 2.0 * std::f64::consts::TAU);
+    let fastest = orbit.samples.iter().map(|state| (point.belt_speed - state.x2).abs()).fold(0.0, f64::max);
+    (fastest > table.fastest()).then(|| {
+        format!(
+            "the orbit leaves the data of {}, which end at slip speed {}: it needs them up to about {}",
+            table.origin(),
+            short(table.fastest()),
+            short((1.05 * fastest * 1e3).round() / 1e3)
+        )
+    })
 }
 
 /// What a naive method says.

@@ -4,6 +4,8 @@ mod answer;
 
 pub use answer::{Answer, MethodAnswer, landing};
 
+use std::borrow::Cow;
+
 use crate::behaviour::Behaviour;
 use crate::filippov::{Eigenvalues, Oscillator};
 use crate::friction::Range;
@@ -13,7 +15,9 @@ use crate::map::{AttractingCycle, Grid, Regime};
 use crate::simulate::crossing::{CrossingCycle, StickSlipCycle};
 use crate::simulate::slip_count::SlipCount;
 use crate::simulate::slip_cycle::{Kick, SlipCycle};
-use crate::simulate::{CriticalDamping, Dynamics, Fate, Flow, Landing, NoCriticalDamping};
+use crate::simulate::{
+    CriticalDamping, Dynamics, Fate, Flow, Landing, Neighbour, NoCriticalDamping, separates,
+};
 
 /// Derives `Serialize` where the feature `serde` is on.
 macro_rules! result {
@@ -76,13 +80,15 @@ result! {
         /// What the verdict is worth.
         pub guarantee: &'static str,
         /// Where the method stands in the paper or in the theory pages.
-        pub equation: &'static str,
+        pub equation: Cow<'static, str>,
         /// Why the verdict is neither presence nor absence.
         pub reason: Option<String>,
         /// Up to which eps the verdict equals the simulated one.
         pub epsilon_limit: Limit,
         /// Up to which eps the verdict does not contradict the simulated one.
         pub epsilon_limit_sound: Limit,
+        /// Why one of these two is not known.
+        pub epsilon_limit_reason: Option<String>,
     }
 
     /// The orbit from the exit point by both engines.
@@ -214,6 +220,10 @@ result! {
         pub stable: bool,
         /// Floquet multiplier; 0 if it sticks.
         pub multiplier: f64,
+        /// Of a slip cycle that repels: what orbits just inside it and just outside it tend to, "equilibrium",
+        /// "slip_cycle", "stick_slip" or "crossing".
+        #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+        pub separates: Option<[&'static str; 2]>,
         /// Period.
         pub period: f64,
         /// Of a cycle that crosses the belt line: x1 at which it crosses downward, less that of the exit point.
@@ -330,13 +340,15 @@ fn as_map<T: serde::Serialize, S: serde::Serializer>(
     serializer.collect_map(pairs.iter().map(|(name, value)| (name, value)))
 }
 
-/// A limit as a number; "inf" where it is beyond all that was looked at, since JSON knows no infinity.
+/// A limit as a number; "inf" where it is beyond all that was looked at, since JSON knows no infinity; null where it
+/// is not known.
 #[cfg(feature = "serde")]
 impl serde::Serialize for Limit {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
             Limit::Never | Limit::UpTo(_) => serializer.serialize_f64(self.value()),
             Limit::Throughout => serializer.serialize_str("inf"),
+            Limit::Unknown(_) => serializer.serialize_none(),
         }
     }
 }
@@ -353,10 +365,11 @@ impl Probe {
                 margin: said.margin,
                 critical_c: said.critical_c,
                 guarantee: said.method.guarantee().name(),
-                equation: said.method.equation(),
+                equation: said.method.equation_for(&answer.law),
                 reason: said.reason.clone(),
                 epsilon_limit: limit.equal,
                 epsilon_limit_sound: limit.sound,
+                epsilon_limit_reason: limit.unknown().map(|why| why.to_string()),
             };
             (said.method.name(), result)
         });
@@ -387,7 +400,9 @@ impl Probe {
                 kick: KickResult { forward, backward },
             }),
             cycles: match answer.dynamics() {
-                Ok(dynamics) => Cycles::Found(AllCycles::of(dynamics, answer.slip_count())),
+                Ok(dynamics) => {
+                    Cycles::Found(AllCycles::of(dynamics, answer.slip_count(), &answer.flow.fate))
+                }
                 Err(failure) => Cycles::Failed { reason: failure.to_string() },
             },
             machine: None,
@@ -468,6 +483,7 @@ impl From<SlipCycle> for StabilityResult {
         Self {
             stable: cycle.is_stable(),
             multiplier: cycle.multiplier,
+            separates: None,
             period: cycle.period,
             beyond_exit: None,
             x1: cycle.displacement.into(),
@@ -481,6 +497,7 @@ impl From<CrossingCycle> for StabilityResult {
         Self {
             stable: cycle.is_stable(),
             multiplier: cycle.multiplier,
+            separates: None,
             period: cycle.period,
             beyond_exit: Some(cycle.beyond_exit),
             x1: cycle.displacement.into(),
@@ -494,6 +511,7 @@ impl From<StickSlipCycle> for StabilityResult {
         Self {
             stable: true,
             multiplier: 0.0,
+            separates: None,
             period: cycle.period,
             beyond_exit: None,
             x1: cycle.displacement.into(),
@@ -503,10 +521,15 @@ impl From<StickSlipCycle> for StabilityResult {
 }
 
 impl AllCycles {
-    fn of(dynamics: Dynamics, count: SlipCount) -> Self {
+    fn of(dynamics: Dynamics, count: SlipCount, fate: &Fate) -> Self {
+        let number = dynamics.slip.len();
+        let slip = dynamics.slip.into_iter().enumerate().map(|(i, cycle)| StabilityResult {
+            separates: (!cycle.is_stable()).then(|| separates(i, number, fate).map(Neighbour::name)),
+            ..cycle.into()
+        });
         Self {
             stick_slip: dynamics.stick_slip.map(Into::into),
-            slip: dynamics.slip.into_iter().map(Into::into).collect(),
+            slip: slip.collect(),
             slip_count: SlipCountResult {
                 proved: count.exact(),
                 at_least: count.at_least,
@@ -579,12 +602,25 @@ pub fn regime_words(regime: Regime) -> &'static str {
         Regime::Equilibrium => "steady slip at the equilibrium is the only attractor",
         Regime::StickSlip => "the stick-slip cycle is the only attractor",
         Regime::Bistable => "the equilibrium and the stick-slip cycle both attract",
-        Regime::PureSlip => "a cycle that slips all the time below the belt line",
-        Regime::Crossing => "a cycle that crosses the belt line and never sticks",
+        Regime::PureSlip => "a cycle that slips all the time below the belt line is the only attractor",
+        Regime::Crossing => "orbits cross the belt line for ever and never stick",
         Regime::Failed => "not determined",
         Regime::PureSlipAndStickSlip => {
             "a cycle that slips all the time and the stick-slip cycle both attract"
         }
         Regime::PureSlipAndEquilibrium => "a cycle that slips all the time and the equilibrium both attract",
+        Regime::EquilibriumPureSlipAndStickSlip => {
+            "the equilibrium, a cycle that slips all the time and the stick-slip cycle attract"
+        }
+        Regime::EquilibriumAndCrossing => {
+            "the equilibrium attracts, and orbits outside its basin cross the belt line for ever"
+        }
+        Regime::PureSlipAndCrossing => {
+            "a cycle that slips all the time attracts, and orbits outside its basin cross the belt line for ever"
+        }
+        Regime::EquilibriumPureSlipAndCrossing => {
+            "the equilibrium and a cycle that slips all the time attract, and orbits outside their basins cross \
+             the belt line for ever"
+        }
     }
 }

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::{Control, ReportError, SIMULATION};
 use crate::certify::Claim;
 use crate::friction::Column;
-use crate::map::{Grid, Method};
+use crate::map::{Grid, Method, unravel};
 use crate::simulate::critical::critical_dampings;
 use crate::store::MapFile;
 
@@ -236,19 +236,8 @@ impl<'a> Block<'a> {
 
     /// Grid index of the column with this position, on each axis but that of c.
     fn index(&self, position: usize) -> Vec<usize> {
-        let mut rest = position;
-        let mut index: Vec<usize> = self
-            .ranges
-            .iter()
-            .rev()
-            .map(|range| {
-                let at = range.start + rest % range.len();
-                rest /= range.len();
-                at
-            })
-            .collect();
-        index.reverse();
-        index
+        let shape: Vec<usize> = self.ranges.iter().map(ExactSizeIterator::len).collect();
+        self.ranges.iter().zip(unravel(position, &shape)).map(|(range, at)| range.start + at).collect()
     }
 
     fn stored(&self, map: &MapFile, variable: &str) -> Result<Vec<f64>, ReportError> {

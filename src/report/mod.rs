@@ -9,6 +9,7 @@ mod document;
 pub mod figure;
 mod machine_page;
 mod proved;
+mod stale;
 mod summary;
 mod table;
 pub mod tables;

@@ -6,7 +6,6 @@ use super::figure::Figure;
 use super::table::{Cell as Entry, Column, Show, Table};
 use super::text::{Rich, rich};
 use super::{Existing, ReportError, figure, write};
-use crate::benchmark::study::coordinate;
 use crate::benchmark::{self, Cell, Errors, Kind, Labels, Row, Study};
 use crate::store::{self, Provenance, Records, Series, Value};
 
@@ -161,7 +160,7 @@ impl Study {
             Series::reals("cell", key, long_name, self.cells.iter().map(of).collect())
         };
         for axis in self.grid.axes() {
-            series.push(cell(&axis.name, &axis.long_name, &|cell| coordinate(cell, axis.role)));
+            series.push(cell(&axis.name, &axis.long_name, &|cell| axis.role.of(&cell.point)));
         }
         let known =
             |exact: Option<benchmark::reference::Exact>| exact.map_or(f64::NAN, |exact| exact.value.value());

@@ -10,7 +10,7 @@ use super::figure::{Figure, Scene, render};
 use super::table::Table;
 use super::text::Rich;
 use super::units::View;
-use super::{Report, ReportError, document, figure, summary, tables};
+use super::{Report, ReportError, document, figure, stale, summary, tables};
 use crate::store::{self, StoreError};
 
 /// What to do with an output that is there already.
@@ -34,7 +34,8 @@ pub struct ReportOptions {
 }
 
 /// Writes the report of a map into `folder`. Files are made in a folder beside it first, so that an error
-/// leaves nothing behind. To replace means to replace files of the same names; others in the folder stay.
+/// leaves nothing behind. To replace means to replace files of the same names, and to remove the figures and
+/// tables of an earlier report that this one does not have; others in the folder stay.
 ///
 /// # Errors
 /// [`ReportError::Exists`], or why something could not be drawn or written.
@@ -57,7 +58,10 @@ pub fn write(
             (path, figure.data.csv().into_bytes())
         }));
     }
-    publish(folder, options.existing, &files, &[])
+    let before = stale::listed(folder);
+    publish(folder, options.existing, &files, &[])?;
+    stale::remove(folder, &before);
+    Ok(())
 }
 
 /// A file that somebody else writes: its name, and how.
@@ -194,7 +198,8 @@ pub fn write_file(contents: &[u8], path: &Path, existing: Existing) -> Result<()
         // Those of any new file; the default of temporary files is readable by their owner only.
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
-    let mut file = builder.tempfile_in(folder).map_err(failed)?;
+    // The name of the temporary file would only confuse.
+    let mut file = builder.tempfile_in(folder).map_err(|error| failed(error.kind().into()))?;
     file.write_all(contents).map_err(failed)?;
     let named = match existing {
         Existing::Replace => file.persist(path),

@@ -7,12 +7,12 @@
 //! | grazing-sliding | the scaled margin m / V | the orbit from the exit point comes back to the belt line, or not |
 //! | landing | wL - 2, wL the landing speed x2' | it lands on the stick segment, or beyond and crosses |
 //! | crossing | y', where it crosses down again beyond E | it sticks after one crossing, or crosses for ever |
-//! | fold | the extreme of ln(P(r) / r) nearest to zero | two slip cycles meet and vanish |
+//! | fold | C - eps c at the extreme of the backbone C(r) that is nearest to eps c | two slip cycles meet and vanish |
 
+use super::backbone::Backbone;
 use super::continuation::{Branch, TestValue, zero_curves};
 use super::crossing::{landing_speed, second_crossing};
 use super::return_map::{Turn, turns_of};
-use super::slip_cycle::extreme_growth;
 use super::{Failure, Fate, flow};
 use crate::filippov::Oscillator;
 use crate::friction::Column;
@@ -68,8 +68,11 @@ impl Bifurcation {
             // There is one slip cycle at most (see there), and none to meet.
             Bifurcation::Fold if oscillator.curve.weakens_less_and_less() => None,
             Bifurcation::Fold => {
-                let extreme = extreme_growth(oscillator, tolerance).ok()??;
-                Some(TestValue { value: extreme.growth, error: extreme.error })
+                let backbone =
+                    Backbone::of_curve(&oscillator.curve, oscillator.belt_speed, tolerance).ok()?;
+                let excess = backbone.folds().iter().map(|fold| fold.viscous - oscillator.viscous);
+                let value = excess.min_by(|a, b| a.abs().total_cmp(&b.abs()))?;
+                Some(TestValue { value, error: backbone.error })
             }
         }
     }

@@ -255,11 +255,14 @@ fn follow(
         }
         let predicted = [direction[0].mul_add(h, here[0]), direction[1].mul_add(h, here[1])];
         if !is_inside(predicted) {
-            if let Some(end) = on_border(function, here, direction, h, slope) {
-                points.push(end);
-                return (points, false);
+            match on_border(function, here, direction, h, slope) {
+                // A curve that touches the border may bend away from the chord to it, like any other step.
+                Some(end) if turn_of(direction, minus(end.place, here)) <= LARGEST_TURN => {
+                    points.push(end);
+                    return (points, false);
+                }
+                Some(_) | None => h *= 0.5,
             }
-            h *= 0.5;
             continue;
         }
         let along = normal(direction);
@@ -270,7 +273,7 @@ fn follow(
         };
         let step = minus(root.point.place, here);
         let length = step[0].hypot(step[1]);
-        let turn = dot(step, normal(direction)).atan2(dot(step, direction)).abs();
+        let turn = turn_of(direction, step);
         if turn > LARGEST_TURN {
             h *= 0.5;
             continue;
@@ -284,6 +287,11 @@ fn follow(
         points.push(root.point);
     }
     (points, false)
+}
+
+/// The angle between a direction and a step.
+fn turn_of(direction: [f64; 2], step: [f64; 2]) -> f64 {
+    dot(step, normal(direction)).atan2(dot(step, direction)).abs()
 }
 
 /// The end of a curve on the border of the square, less than a step ahead.
@@ -359,6 +367,25 @@ mod tests {
             for point in &branch.points {
                 let [x, y] = point.place.map(|x| x - 0.5);
                 assert!((x * y - 2.5e-5).abs() <= 1e-15, "{point:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_curve_that_touches_the_border_is_found_once() {
+        // The law 1 + h sin(w u) has its Hopf curve at c = -h w cos(w V), here up to the largest c there is.
+        for touch in [0.4, 0.4 - 1e-12, 0.4 + 1e-12] {
+            let hopf = exact(move |x, y| -touch * (4.0 * (0.5 + 2.0 * x)).cos() - 0.4 * y);
+            let curves = zero_curves(&hopf);
+            // Four flanks, two of which may be joined where the curve stays inside.
+            assert!((2..=4).contains(&curves.len()), "{touch}: {}", curves.len());
+            for (i, branch) in curves.iter().enumerate() {
+                for other in &curves[..i] {
+                    let double = branch.points.iter().filter(|point| covers(other, point.place)).count();
+                    // Next to where they touch the border, two flanks are near each other.
+                    let all = branch.points.len();
+                    assert!(4 * double < all, "{touch}: {double} of {all} points lie on another");
+                }
             }
         }
     }

@@ -9,15 +9,32 @@
 //! ```
 //!
 //! by trigonometric interpolation. The sweep contracts fast because p moves D only through D'(u), and the
-//! error falls geometrically with M because the orbit is analytic. Convergence is judged by two successive
-//! M, never by one. Columns outside the domain of the polar form are searched with [`flow`].
+//! error falls geometrically with M because the orbit is analytic. Columns outside the domain of the polar
+//! form are searched with [`flow`].
+//!
+//! **Error of the sweeps.** Let delta be what the last sweep left of the equation: its g less the slope of the p at
+//! which g was taken. It has zero mean. A small change delta of the right-hand side moves C by the mean of
+//! W delta over that of W dg/dC, with the weight W = exp(integral of a from theta to 2 pi), a = dg/dp: a change
+//! made at theta has grown or shrunk by that much at the end of the turn. As delta has zero mean, W may be lessened by
+//! any constant, half of which spans its range:
+//!
+//! ```text
+//! |error of C| <= (exp(R) - 1)/2 mean|delta| / mean|dg/dC|,    R = max(integral of a+, integral of a-)
+//! ```
+//!
+//! up to the square of delta. The size of the last *correction* of C is no such bound: it is a mean, and passes through
+//! zero where p has not settled.
+//!
+//! **Error of the angles.** Judged by three successive M, never by one, nor by two, which may agree by chance.
 
 use std::cell::Cell;
 use std::f64::consts::TAU;
 use std::sync::{LazyLock, OnceLock};
 
+use super::closed_orbit::closing_damping;
 use super::polar::{Angle, LANES, Lanes};
-use super::{Fate, flow, general};
+use super::roots::{Bracket, Found, falling_root};
+use super::{Fate, flow};
 use crate::filippov::Oscillator;
 use crate::friction::Column;
 use crate::point::ScaledGroups;
@@ -28,12 +45,15 @@ const RETRY_RUNGS: usize = 4;
 const ANGLES: [usize; 11] = [8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256];
 /// Sweeps on one set of angles after which the iteration is taken to diverge.
 const MOST_SWEEPS: u32 = 40;
-/// Round-off of C in units of its scale: sums of up to 256 terms of that size, with random signs of error.
+/// Round-off of C, and of the residual, in units of the scale of C: sums of up to 256 terms of that size, with random
+/// signs of error.
 const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
 /// Error estimate of C in units of its change from the last circle: the error oscillates as it falls.
 const LAST_CHANGE_WEIGHT: f64 = 8.0;
 /// And in units of the change before: two circles may agree by chance, three do not.
 const CHANGE_BEFORE_WEIGHT: f64 = 0.2;
+/// Angles of the coarsest circle in units of sqrt(1 + k), see [`first_rung`].
+const ANGLES_PER_POLE: f64 = 2.0;
 /// Largest |ln(r/V)| that [`exp`] covers.
 const LARGEST_LOG: f64 = 0.7;
 
@@ -116,28 +136,48 @@ fn exp(x: f64) -> f64 {
     1.0 + expm1
 }
 
+/// A bound on exp(x) - 1 for x >= 0 from above, close to it for x < 8, infinite from 16 on:
+/// exp(y) <= (1 + y/2) / (1 - y/2) for 0 <= y < 2.
+#[inline(always)]
+fn exp_m1_above(x: f64) -> f64 {
+    let y = 0.0625 * x;
+    // ((1 + y) / (1 - y))^8 - 1 by squarings that keep small values accurate.
+    let mut expm1 = 2.0 * y / (1.0 - y);
+    for _ in 0..3 {
+        expm1 *= 2.0 + expm1;
+    }
+    if y < 1.0 { expm1 } else { f64::INFINITY }
+}
+
 /// Result of the sweeps on one circle.
 struct Sweeps {
-    /// Size of the last correction of C.
-    change: [f64; LANES],
-    room: [f64; LANES],
+    /// Bound on the error of C that more sweeps would remove.
+    left: [f64; LANES],
+    /// Whether that is as small as asked for, or as round-off lets it be.
+    settled: [bool; LANES],
+    /// Whether the orbit stays in the domain of the polar form.
+    inside: [bool; LANES],
     sweeps: u32,
 }
 
-/// Sweeps the lanes on one circle until every correction of C is below its lane's `enough`, C in place.
+/// Sweeps the lanes on one circle until the error left in every C is below its lane's `enough`, C in place.
 #[inline(always)]
-fn sweep(lanes: &mut Lanes, circle: &Circle, enough: &[f64; LANES]) -> Sweeps {
+fn sweep(lanes: &mut Lanes, circle: &Circle, enough: &[f64; LANES], round_off: &[f64; LANES]) -> Sweeps {
     let size = circle.angles.len();
     let mut log_r = [[0.0_f64; LANES]; 256];
     let mut slope = [[0.0_f64; LANES]; 256];
     let mut by_c = [[0.0_f64; LANES]; 256];
-    let mut change = [f64::INFINITY; LANES];
+    // What log_r is the antiderivative of.
+    let mut fitted = [[0.0_f64; LANES]; 256];
+    let mut settled = [false; LANES];
+    let mut left = [f64::INFINITY; LANES];
     let mut room = [f64::INFINITY; LANES];
     let mut sweeps = 0;
     while sweeps < MOST_SWEEPS {
         sweeps += 1;
         room = [f64::INFINITY; LANES];
         let (mut mean, mut mean_by_c) = ([0.0_f64; LANES], [0.0_f64; LANES]);
+        let (mut growth, mut growth_size) = ([0.0_f64; LANES], [0.0_f64; LANES]);
         for i in 0..size {
             let mut r = [0.0; LANES];
             for lane in 0..LANES {
@@ -145,29 +185,41 @@ fn sweep(lanes: &mut Lanes, circle: &Circle, enough: &[f64; LANES]) -> Sweeps {
                 let left = LARGEST_LOG - log_r[i][lane].abs();
                 room[lane] = if left < room[lane] { left } else { room[lane] };
             }
-            (slope[i], by_c[i]) = lanes.log_slope(circle.angles[i], &r, &mut room);
+            let terms = lanes.log_slope(circle.angles[i], &r, &mut room);
+            (slope[i], by_c[i]) = (terms.slope, terms.by_c);
             for lane in 0..LANES {
                 mean[lane] += slope[i][lane];
                 mean_by_c[lane] += by_c[i][lane];
+                growth[lane] += terms.by_log_r[lane];
+                growth_size[lane] += terms.by_log_r[lane].abs();
             }
         }
+        let mut change = [0.0; LANES];
         for lane in 0..LANES {
             change[lane] = -mean[lane] / mean_by_c[lane];
         }
         lanes.shift_damping(&change);
-        // The first sweep sees the unperturbed circle, whatever its size: only from the second on does a
-        // small change mean convergence.
-        if sweeps > 1 && (0..LANES).all(|lane| !(change[lane].abs() > enough[lane]) || !(room[lane] > 0.0)) {
-            break;
-        }
+        let mut residual = [0.0_f64; LANES];
         for i in 0..size {
             for lane in 0..LANES {
-                slope[i][lane] = by_c[i][lane].mul_add(change[lane], slope[i][lane]);
+                let better = by_c[i][lane].mul_add(change[lane], slope[i][lane]);
+                residual[lane] += (better - fitted[i][lane]).abs();
+                fitted[i][lane] = better;
             }
+        }
+        for lane in 0..LANES {
+            let range = 0.5 * (growth_size[lane] + growth[lane].abs()) * TAU / size as f64;
+            let half_span = 0.5 * exp_m1_above(range);
+            left[lane] = half_span * residual[lane] / mean_by_c[lane].abs();
+            // Round-off of the residual stays, however many sweeps there are.
+            settled[lane] = left[lane] <= enough[lane] + half_span * round_off[lane];
+        }
+        if (0..LANES).all(|lane| settled[lane] || !(room[lane] > 0.0)) {
+            break;
         }
         for (row, log_r) in circle.antiderivative.chunks_exact(size).zip(&mut log_r) {
             let mut sum = [0.0_f64; LANES];
-            for (weight, slope) in row.iter().zip(&slope) {
+            for (weight, slope) in row.iter().zip(&fitted) {
                 for lane in 0..LANES {
                     sum[lane] = slope[lane].mul_add(*weight, sum[lane]);
                 }
@@ -175,7 +227,8 @@ fn sweep(lanes: &mut Lanes, circle: &Circle, enough: &[f64; LANES]) -> Sweeps {
             *log_r = sum;
         }
     }
-    Sweeps { change, room, sweeps }
+    let inside = std::array::from_fn(|lane| room[lane] > 0.0);
+    Sweeps { left, settled, inside, sweeps }
 }
 
 /// Carries [`sweep`] into the function whose vector width pulp picks at run time.
@@ -183,6 +236,7 @@ struct Dispatched<'a> {
     lanes: &'a mut Lanes,
     circle: &'a Circle,
     enough: &'a [f64; LANES],
+    round_off: &'a [f64; LANES],
 }
 
 impl pulp::WithSimd for Dispatched<'_> {
@@ -190,7 +244,7 @@ impl pulp::WithSimd for Dispatched<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> Sweeps {
-        sweep(self.lanes, self.circle, self.enough)
+        sweep(self.lanes, self.circle, self.enough, self.round_off)
     }
 }
 
@@ -200,9 +254,12 @@ fn spectral(starts: &[ScaledGroups], tolerance: f64) -> Vec<Spectral> {
     let arch = pulp::Arch::new();
     let mut answers = vec![Spectral::NoAnswer { rhs: 0 }; starts.len()];
     let mut changes = vec![f64::INFINITY; starts.len()];
-    let mut waiting: Vec<usize> = (0..starts.len()).collect();
+    let mut waiting: Vec<usize> = Vec::new();
+    // From coarse to fine: columns come in at the first circle that sees the pole of their divergence.
+    let first: Vec<Option<usize>> = starts.iter().map(first_rung).collect();
     for rung in 0..ANGLES.len() {
         let circle = Circle::of_rung(rung);
+        waiting.extend((0..starts.len()).filter(|&column| first[column] == Some(rung)));
         let mut still = Vec::new();
         for columns in waiting.chunks(LANES) {
             let of = |lane: usize| columns[lane.min(columns.len() - 1)];
@@ -213,10 +270,16 @@ fn spectral(starts: &[ScaledGroups], tolerance: f64) -> Vec<Spectral> {
                     Spectral::NoAnswer { .. } => start,
                 }
             });
-            let enough: [f64; LANES] =
-                std::array::from_fn(|lane| (0.1 * tolerance).max(ROUND_OFF) * scale(&starts[lane]));
+            let units: [f64; LANES] = std::array::from_fn(|lane| scale(&starts[lane]));
+            let enough = units.map(|unit| 0.1 * tolerance * unit);
+            let round_off = units.map(|unit| ROUND_OFF * unit);
             let mut lanes = Lanes::new(|lane| &starts[lane]);
-            let done = arch.dispatch(Dispatched { lanes: &mut lanes, circle, enough: &enough });
+            let done = arch.dispatch(Dispatched {
+                lanes: &mut lanes,
+                circle,
+                enough: &enough,
+                round_off: &round_off,
+            });
             for (lane, &column) in columns.iter().enumerate() {
                 let (before, rhs) = match answers[column] {
                     Spectral::Root { viscous, rhs, .. } => (Some(viscous), rhs),
@@ -224,21 +287,20 @@ fn spectral(starts: &[ScaledGroups], tolerance: f64) -> Vec<Spectral> {
                 };
                 let rhs = rhs + u64::from(done.sweeps) * circle.angles.len() as u64;
                 let viscous = lanes.damping()[lane];
-                let inside = done.room[lane] > 0.0 && viscous.is_finite();
-                if !inside || !(done.change[lane].abs() <= enough[lane]) {
+                if !(done.inside[lane] && done.settled[lane] && viscous.is_finite()) {
                     // A coarse circle may fail where a fine one does not, but a finer one will cost more
                     // than the search that takes over.
                     answers[column] = Spectral::NoAnswer { rhs };
-                    if rung < RETRY_RUNGS {
+                    if rung < RETRY_RUNGS || Some(rung) == first[column] {
                         still.push(column);
                     }
                     continue;
                 }
-                let unit = scale(&starts[lane]);
+                let unit = units[lane];
                 let change = before.map_or(f64::INFINITY, |before| (viscous - before).abs());
                 let uncertain = (LAST_CHANGE_WEIGHT * change).max(CHANGE_BEFORE_WEIGHT * changes[column]);
                 changes[column] = change;
-                let error = uncertain + enough[lane] + ROUND_OFF * unit;
+                let error = uncertain + done.left[lane] + ROUND_OFF * unit;
                 answers[column] = Spectral::Root { viscous, error, rhs };
                 if uncertain > (tolerance + 4.0 * LAST_CHANGE_WEIGHT * ROUND_OFF) * unit {
                     if rung + 1 < ANGLES.len() {
@@ -252,6 +314,12 @@ fn spectral(starts: &[ScaledGroups], tolerance: f64) -> Vec<Spectral> {
         waiting = still;
     }
     answers
+}
+
+/// The coarsest circle that sees the pole of the divergence, q = 0, which is sqrt(2 / k) from the angle 0: on coarser ones
+/// several in a row may agree and be wrong. `None` if none does.
+fn first_rung(groups: &ScaledGroups) -> Option<usize> {
+    ANGLES.iter().position(|&angles| angles as f64 >= ANGLES_PER_POLE * (1.0 + groups.k).sqrt())
 }
 
 /// Size of the divergence along a grazing orbit, the natural unit of C.
@@ -283,7 +351,15 @@ pub fn critical_dampings(
                 Ok(CriticalDamping { c, error, rhs })
             }
             Some(Spectral::NoAnswer { rhs }) => Err(rhs),
-            None => general::critical_damping(column, tolerance),
+            None => {
+                let (curve, belt_speed) = (&column.curve, column.belt_speed);
+                let bounds = curve.even_weakening_range(belt_speed);
+                let start = curve.mean_weakening(belt_speed);
+                closing_damping(curve, belt_speed, belt_speed, bounds, start, tolerance).map(|found| {
+                    let (c, error) = (found.viscous / column.epsilon, found.error / column.epsilon);
+                    CriticalDamping { c, error, rhs: found.rhs }
+                })
+            }
         };
         answer.or_else(|rhs| search(column, tolerance, rhs))
     };
@@ -298,9 +374,7 @@ pub fn critical_damping(column: &Column, tolerance: f64) -> Result<CriticalDampi
     critical_dampings(std::slice::from_ref(column), tolerance)[0]
 }
 
-/// Searches a column with the simulated flow, which decides overdamped points too: the ITP method of
-/// Oliveira and Takahashi (ACM Trans. Math. Softw. 47, 2020), which is as fast as the secant where the margin
-/// is smooth and never slower than bisection where only its sign is known.
+/// Searches a column with the simulated flow, which decides overdamped points too.
 fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, NoCriticalDamping> {
     let mut rhs = rhs;
     // Error of the margin where it leaves the sign open.
@@ -323,52 +397,32 @@ fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, 
     let range = column.curve.even_weakening_range(column.belt_speed);
     let width = (range.hi - range.lo).abs() / column.epsilon;
     let pad = 1e-6 * width + 1e-12 * (range.hi.abs() + range.lo.abs()) / column.epsilon;
-    let (mut low, mut high) = (range.lo / column.epsilon - pad, range.hi / column.epsilon + pad);
+    let (low, high) = (range.lo / column.epsilon - pad, range.hi / column.epsilon + pad);
     if low < 0.0 && high > 0.0 && margin(0.0)? < 0.0 {
         // No legal damping is small enough: how negative c* is concerns nobody.
         return Ok(CriticalDamping { c: 0.5 * low, error: -0.5 * low, rhs });
     }
-    let (mut at_low, mut at_high) = (margin(low)?, margin(high)?);
-    if at_low < 0.0 || at_high > 0.0 {
+    let bracket = Bracket { low: (low, margin(low)?), high: (high, margin(high)?) };
+    if bracket.low.1 < 0.0 || bracket.high.1 > 0.0 {
         return Err(NoCriticalDamping::NoVerdict);
     }
     let enough = tolerance.max(4.0 * f64::EPSILON) * (low.abs() + high.abs());
-    let truncation = 0.2 / (high - low);
-    // Half the width that bisection alone would leave, with one step to spare.
-    let mut allowance = high - low;
-    while high - low > enough {
-        let middle = 0.5 * (low + high);
-        if middle <= low || middle >= high {
-            break;
+    let (c, bracket) = match falling_root(bracket, enough, &mut margin)? {
+        Found::Between(bracket) => {
+            return Ok(CriticalDamping { c: bracket.middle(), error: bracket.width(), rhs });
         }
-        let secant = (at_low * high - at_high * low) / (at_low - at_high);
-        let towards = (middle - secant).signum();
-        let shift = truncation * (high - low) * (high - low);
-        let moved = if shift <= (middle - secant).abs() { secant + towards * shift } else { middle };
-        let reach = (allowance - 0.5 * (high - low)).max(0.0);
-        allowance *= 0.5;
-        let next = if (moved - middle).abs() <= reach { moved } else { middle - towards * reach };
-        // Round-off must not let the secant stand still on an end.
-        let next = if next > low && next < high { next } else { middle };
-        match margin(next)? {
-            found if found > 0.0 => (low, at_low) = (next, found),
-            found if found < 0.0 => (high, at_high) = (next, found),
-            _ => {
-                // As near as the flow sees, though a secant may have left the other end far behind: c* is as
-                // near as the next dampings, on either side, that it tells apart.
-                let slope = (at_low - at_high) / (high - low);
-                let mut near = (2.0 * undecided.get() / slope).max(enough);
-                while near < high - low {
-                    let told_below = next - near <= low || margin(next - near)? > 0.0;
-                    let told_above = next + near >= high || margin(next + near)? < 0.0;
-                    if told_below && told_above {
-                        return Ok(CriticalDamping { c: next, error: near, rhs });
-                    }
-                    near *= 2.0;
-                }
-                return Ok(CriticalDamping { c: next, error: high - low, rhs });
-            }
+        Found::Zero(c, bracket) => (c, bracket),
+    };
+    // As near as the flow sees, though a secant may have left the other end far behind: c* is as near as the next
+    // dampings, on either side, that it tells apart.
+    let mut near = (2.0 * undecided.get() / bracket.steepness()).max(enough);
+    while near < bracket.width() {
+        let told_below = c - near <= bracket.low.0 || margin(c - near)? > 0.0;
+        let told_above = c + near >= bracket.high.0 || margin(c + near)? < 0.0;
+        if told_below && told_above {
+            return Ok(CriticalDamping { c, error: near, rhs });
         }
+        near *= 2.0;
     }
-    Ok(CriticalDamping { c: 0.5 * (low + high), error: high - low, rhs })
+    Ok(CriticalDamping { c, error: bracket.width(), rhs })
 }

@@ -1,8 +1,8 @@
 //! All that the flow of one oscillator tends to, or is kept apart by.
 
 use super::crossing::{CrossingCycle, StickSlipCycle, crossing_cycles, stick_slip_cycle};
-use super::slip_cycle::{Kick, SlipCycle, kick_onto, slip_cycles};
-use super::{Failure, Flow};
+use super::slip_cycle::{Kick, SlipCycle, Unknown, kick_onto, slip_cycles};
+use super::{Fate, Flow};
 use crate::filippov::{Eigenvalues, Oscillator};
 
 /// The equilibrium and the cycles, with their stability as computed.
@@ -21,6 +21,48 @@ pub struct Dynamics {
     pub kick: Option<Kick>,
 }
 
+/// What orbits tend to on one side of a cycle that repels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Neighbour {
+    /// Steady slip.
+    Equilibrium,
+    /// The next slip cycle.
+    SlipCycle,
+    /// The stick-slip cycle.
+    StickSlip,
+    /// They cross the belt line for ever.
+    Crossing,
+}
+
+impl Neighbour {
+    /// Its name in `--json`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Neighbour::Equilibrium => "equilibrium",
+            Neighbour::SlipCycle => "slip_cycle",
+            Neighbour::StickSlip => "stick_slip",
+            Neighbour::Crossing => "crossing",
+        }
+    }
+}
+
+/// What the slip cycle with this position among `count` separates, if it repels: what orbits just inside it and just
+/// outside it tend to, where the orbit from the exit point has the given fate. Cycles alternate in stability, so its
+/// neighbours attract.
+#[must_use]
+pub fn separates(cycle: usize, count: usize, fate: &Fate) -> [Neighbour; 2] {
+    let inside = if cycle == 0 { Neighbour::Equilibrium } else { Neighbour::SlipCycle };
+    let outside = match fate {
+        _ if cycle + 1 < count => Neighbour::SlipCycle,
+        Fate::CrossesForever => Neighbour::Crossing,
+        Fate::Sticks(_) | Fate::SpiralsInward | Fate::TooCloseToCall | Fate::Failed(_) => {
+            Neighbour::StickSlip
+        }
+    };
+    [inside, outside]
+}
+
 /// The relative error of a turn below which nothing is gained, asked for where slip cycles are concerned:
 /// their amplitude is the less certain the closer the multiplier is to 1.
 const TIGHT: f64 = 1e-13;
@@ -28,8 +70,8 @@ const TIGHT: f64 = 1e-13;
 /// Finds them; `flow` is the answer about the orbit from the exit point.
 ///
 /// # Errors
-/// [`Failure`] of any of the orbits that have to be followed.
-pub fn dynamics(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> Result<Dynamics, Failure> {
+/// [`Unknown`].
+pub fn dynamics(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> Result<Dynamics, Unknown> {
     let equilibrium = oscillator.eigenvalues();
     let slip = slip_cycles(oscillator, tolerance.min(TIGHT))?;
     // What lies outside the outermost slip cycle leaves it if it repels.

@@ -6,7 +6,9 @@
 //! for a whole column at once.
 
 mod arc;
+pub mod backbone;
 pub mod bifurcation;
+mod closed_orbit;
 mod collocation;
 pub mod continuation;
 mod corners;
@@ -15,18 +17,18 @@ pub mod crossing;
 pub mod direct;
 mod dop853;
 mod dynamics;
-mod general;
 mod landing;
 pub mod naive;
 mod polar;
 pub mod return_map;
+mod roots;
 pub mod slip_count;
 pub mod slip_cycle;
 mod stepping;
 pub mod surface;
 
 pub use critical::{CriticalDamping, NoCriticalDamping, critical_damping};
-pub use dynamics::{Dynamics, dynamics};
+pub use dynamics::{Dynamics, Neighbour, dynamics, separates};
 pub use return_map::flow;
 
 pub use crate::friction::Range;
@@ -80,6 +82,8 @@ impl std::fmt::Display for Failure {
         })
     }
 }
+
+impl std::error::Error for Failure {}
 
 /// The answer of an engine at one point, and what it cost.
 #[derive(Clone, Copy, Debug, PartialEq)]

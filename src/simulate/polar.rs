@@ -64,23 +64,22 @@ impl Lanes {
         slope
     }
 
-    /// d ln r / d theta of every lane, and its derivative by C = eps c.
+    /// d ln r / d theta of every lane, and its derivatives.
     #[inline(always)]
-    pub(super) fn log_slope(
-        &self,
-        angle: Angle,
-        r: &[f64; LANES],
-        room: &mut [f64; LANES],
-    ) -> ([f64; LANES], [f64; LANES]) {
-        let (mut slope, mut by_c) = ([0.0; LANES], [0.0; LANES]);
+    pub(super) fn log_slope(&self, angle: Angle, r: &[f64; LANES], room: &mut [f64; LANES]) -> LogSlope {
+        let [mut slope, mut by_c, mut by_log_r] = [[0.0; LANES]; 3];
         for lane in 0..LANES {
             let terms = self.terms(lane, angle, r[lane], &mut room[lane]);
             let inverse = 1.0 / terms.turn;
             let ratio = terms.q2 * inverse;
             slope[lane] = angle.sin_squared * terms.numerator * inverse;
             by_c[lane] = -angle.sin_squared * ratio * ratio;
+            // dD / d ln r = r cos theta (2 A k / q^3 + 2 b), and q2 times that without a division.
+            let steepness =
+                (2.0 * self.a[lane] * self.k[lane]).mul_add(terms.q, self.b2[lane] * terms.q2 * terms.q2);
+            by_log_r[lane] = angle.sin_squared * inverse * inverse * r[lane] * angle.cos * steepness;
         }
-        (slope, by_c)
+        LogSlope { slope, by_c, by_log_r }
     }
 
     /// Changes C = eps c of every lane.
@@ -110,13 +109,24 @@ impl Lanes {
         let excess = (-SLOWEST_TURN).mul_add(q2, turn);
         let tightest = if excess < q - SLOWEST_TURN { excess } else { q - SLOWEST_TURN };
         *room = if tightest < *room { tightest } else { *room };
-        Terms { numerator, q2, turn }
+        Terms { numerator, q, q2, turn }
     }
+}
+
+/// See [`Lanes::log_slope`].
+pub(super) struct LogSlope {
+    /// d ln r / d theta.
+    pub slope: [f64; LANES],
+    /// Its derivative by C = eps c.
+    pub by_c: [f64; LANES],
+    /// Its derivative by ln r.
+    pub by_log_r: [f64; LANES],
 }
 
 /// See [`Lanes::terms`].
 struct Terms {
     numerator: f64,
+    q: f64,
     q2: f64,
     turn: f64,
 }

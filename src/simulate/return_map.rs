@@ -4,8 +4,9 @@
 //! The sign of the grazing margin m/V = delta(2 pi) is the verdict: negative, the orbit closes inside
 //! itself; positive, it comes back to the belt line (theory, "Two forms of the slip flow"). No event is located for that.
 
+use super::closed_orbit::{HandOver, Lap};
 use super::landing::{Approach, Arrival, approach};
-use super::{Fate, Flow, Landing, collocation, direct, general, stepping};
+use super::{Fate, Flow, Landing, closed_orbit, collocation, direct, stepping};
 use crate::filippov::Oscillator;
 use crate::friction::Column;
 use crate::point::ScaledGroups;
@@ -59,7 +60,15 @@ pub fn turns_of(column: &Column, cs: &[f64], tolerance: f64) -> Vec<Turn> {
             let scaled = |c| law.scaled(column.belt_speed, at(c).viscous);
             turns(&cs.iter().map(scaled).collect::<Vec<_>>(), tolerance)
         }
-        None => cs.iter().map(|c| general::turn(&at(c), tolerance)).collect(),
+        None => cs.iter().map(|c| stepped(&at(c), tolerance)).collect(),
+    }
+}
+
+/// One turn by steps that follow the law, whichever it is.
+fn stepped(oscillator: &Oscillator, tolerance: f64) -> Turn {
+    match closed_orbit::turn(oscillator, oscillator.belt_speed, tolerance) {
+        Ok(Lap { margin, error, rhs, .. }) => Turn::Complete { margin, error, rhs },
+        Err(HandOver { rhs }) => Turn::HandOver { rhs },
     }
 }
 
@@ -67,7 +76,7 @@ pub fn turns_of(column: &Column, cs: &[f64], tolerance: f64) -> Vec<Turn> {
 fn turn_of(oscillator: &Oscillator, tolerance: f64) -> Turn {
     match oscillator.curve.stribeck() {
         Some(law) => turns(&[law.scaled(oscillator.belt_speed, oscillator.viscous)], tolerance)[0],
-        None => general::turn(oscillator, tolerance),
+        None => stepped(oscillator, tolerance),
     }
 }
 

@@ -10,15 +10,10 @@
 //! law is needed. At a fixed point the angles cancel.
 
 use super::arc::{LowerEnd, State, Walk};
+use super::backbone::{Backbone, Crossing};
 use super::{Failure, Range};
 use crate::filippov::{Oscillator, Side};
 
-/// Radii in equal steps at which ln(P(r) / r) is looked at; below the first of them they go down by halves. A pair of
-/// cycles between two of them is missed only if ln(P(r) / r) bends more than once there;
-/// [`super::slip_count::count_slip_cycles`] proves how many there are.
-const RADII: u32 = 32;
-/// Errors of a turn, in units of its tolerance, that a sign must exceed.
-const NOISE: f64 = 10.0;
 /// Newton steps and bisections that find a fixed point.
 const MOST_TRIALS: u32 = 100;
 
@@ -107,192 +102,51 @@ pub fn none_proved(oscillator: &Oscillator) -> bool {
     even.lo > oscillator.viscous || even.hi < oscillator.viscous
 }
 
+/// Why slip cycles are not known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Unknown {
+    /// An orbit gave no answer.
+    #[error(transparent)]
+    Orbit(#[from] Failure),
+    /// Next to a fold, where two cycles meet: whether there are two or none is within the error.
+    #[error("two slip cycles meet within the error")]
+    TooClose,
+}
+
+/// Accuracy of the backbone from which slip cycles are read, in units of the weakening rate: their own is that of the turn.
+pub const BACKBONE_TOLERANCE: f64 = 1e-10;
+
 /// The slip cycles, by growing amplitude, located with the relative error `tolerance` of one turn divided by
 /// |1 - multiplier|.
 ///
-/// They alternate in stability. The equilibrium's own stability and the turn from the belt line are put in,
-/// so the number found is even or odd as it must be. Pairs between two radii of the same sign are looked for
-/// where the slope of ln(P(r) / r) at the two leaves room for an extreme. None exists where [`none_proved`].
+/// They are read off the [`Backbone`], and alternate in stability. None exists where [`none_proved`].
 ///
 /// # Errors
-/// [`Failure`] of one of the turns.
-pub fn slip_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<SlipCycle>, Failure> {
-    let belt_speed = oscillator.belt_speed;
-    let mut cycles = Vec::new();
+/// [`Unknown`].
+pub fn slip_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<SlipCycle>, Unknown> {
     if none_proved(oscillator) {
-        return Ok(cycles);
+        return Ok(Vec::new());
     }
-    let mut low = Sample { radius: 0.0, outward: !oscillator.eigenvalues().is_stable(), growth: None };
-    for radius in radii(belt_speed, tolerance) {
-        let high = Sample::at(oscillator, radius, tolerance)?;
-        if high.growth.is_some_and(|growth| growth.value.abs() <= NOISE * tolerance) && radius < belt_speed {
-            // Its sign is not known; those of its neighbours tell as much.
-            continue;
-        }
-        let mut brackets = Vec::new();
-        if low.outward != high.outward {
-            brackets.push([low, high]);
-        } else if let Some(between) = hidden_between(oscillator, low, high, tolerance)? {
-            brackets.extend([[low, between], [between, high]]);
-        }
-        for [low, high] in brackets {
-            let radius = fixed_point(oscillator, [low.radius, high.radius], low.outward, tolerance)?;
-            if radius > 0.0 {
-                cycles.push(cycle_at(oscillator, radius, tolerance)?);
-            }
-        }
-        low = high;
-    }
-    Ok(cycles)
+    let belt_speed = oscillator.belt_speed;
+    let backbone = Backbone::of_curve(&oscillator.curve, belt_speed, BACKBONE_TOLERANCE)?;
+    let returns = outward(belt_speed, &turn(oscillator, belt_speed, tolerance)?);
+    let cycles = backbone
+        .cycles(oscillator.viscous, oscillator.eigenvalues().is_stable(), returns)
+        .ok_or(Unknown::TooClose)?;
+    let narrowed = cycles.iter().map(|cycle| Crossing {
+        between: backbone.narrowed(cycle, oscillator.viscous),
+        is_stable: cycle.is_stable,
+    });
+    Ok(narrowed.map(|cycle| locate(oscillator, &cycle, tolerance)).collect::<Result<_, _>>()?)
 }
 
-/// The radii to look at, in growing order. Next to the equilibrium ln(P(r) / r) changes with (r / V)^2; where that comes
-/// near the error of a turn there is nothing more to see.
-fn radii(belt_speed: f64, tolerance: f64) -> Vec<f64> {
-    let first = 1.0 / f64::from(RADII);
-    let halves = std::iter::successors(Some(0.5 * first), |ratio| Some(0.5 * ratio));
-    let mut ratios: Vec<f64> = halves.take_while(|ratio| ratio * ratio > 100.0 * tolerance).collect();
-    ratios.reverse();
-    ratios.extend((1..=RADII).map(|i| f64::from(i) * first));
-    ratios.into_iter().map(|ratio| ratio * belt_speed).collect()
-}
-
-/// What is known of the return map at one radius.
-#[derive(Clone, Copy, Debug)]
-struct Sample {
-    radius: f64,
-    outward: bool,
-    growth: Option<Growth>,
-}
-
-impl Sample {
-    fn at(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Result<Self, Failure> {
-        let turn = turn(oscillator, radius, tolerance)?;
-        Ok(Self { radius, outward: outward(radius, &turn), growth: Growth::of(radius, &turn) })
-    }
-}
-
-/// A radius between two of the same sign of ln(P(r) / r) at which it has the other one, if the slopes lead there.
-fn hidden_between(
-    oscillator: &Oscillator,
-    mut low: Sample,
-    mut high: Sample,
-    tolerance: f64,
-) -> Result<Option<Sample>, Failure> {
-    // Towards zero from both ends: its size falls at the lower one and rises at the higher one.
-    let sign = if low.outward { 1.0 } else { -1.0 };
-    while let (Some(Growth { slope: falls, .. }), Some(Growth { slope: rises, .. })) =
-        (low.growth, high.growth)
-    {
-        if !(sign * falls < 0.0 && sign * rises > 0.0) || high.radius - low.radius <= 1e-6 * high.radius {
-            return Ok(None);
-        }
-        // Where the tangent of the slopes' secant vanishes, kept away from the ends.
-        let share = (falls / (falls - rises)).clamp(0.1, 0.9);
-        let radius = low.radius + share * (high.radius - low.radius);
-        let middle = Sample::at(oscillator, radius, tolerance)?;
-        if middle.outward != low.outward {
-            return Ok(Some(middle));
-        }
-        match middle.growth {
-            Some(growth) if sign * growth.slope < 0.0 => low = middle,
-            _ => high = middle,
-        }
-    }
-    Ok(None)
-}
-
-/// Where turns grow or shrink most.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Extreme {
-    /// The maximum r of x2 from which the turn starts.
-    pub radius: f64,
-    /// ln(P(r) / r).
-    pub growth: f64,
-    /// Estimate of its absolute error.
-    pub error: f64,
-}
-
-/// ln(P(r) / r) at a radius and its slope by ln r, r P'(r) / P(r) - 1, which needs no derivative of the law.
-#[derive(Clone, Copy, Debug)]
-struct Growth {
-    radius: f64,
-    value: f64,
-    slope: f64,
-}
-
-impl Growth {
-    /// `None` where the orbit has no next maximum below the belt line.
-    fn of(radius: f64, turn: &SlipTurn) -> Option<Self> {
-        match *turn {
-            SlipTurn::Returns { radius: next, slope, .. } => {
-                Some(Self { radius, value: (next / radius).ln(), slope: radius * slope / next - 1.0 })
-            }
-            SlipTurn::MeetsBelt | SlipTurn::Rests => None,
-        }
-    }
-
-    fn at(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Result<Option<Self>, Failure> {
-        Ok(Self::of(radius, &turn(oscillator, radius, tolerance)?))
-    }
-}
-
-/// Accuracy of the turns that bracket an extreme.
-const ROUGH: f64 = 1e-6;
-
-/// The local extreme of ln(P(r) / r) over 0 < r < V with the growth nearest to zero: as it passes zero, two slip
-/// cycles meet and vanish. `None` if there is none between two of the radii that are looked at.
+/// The slip cycle of which bounds of the amplitude and the stability are known.
 ///
 /// # Errors
-/// [`Failure`] of one of the turns.
-pub fn extreme_growth(oscillator: &Oscillator, tolerance: f64) -> Result<Option<Extreme>, Failure> {
-    let mut brackets = Vec::new();
-    let mut low: Option<Growth> = None;
-    for radius in radii(oscillator.belt_speed, tolerance) {
-        // Next to the equilibrium the slope is of the size of (r / V)^2.
-        let ratio = radius / oscillator.belt_speed;
-        let enough = (1e-4 * ratio * ratio).min(ROUGH).max(tolerance);
-        let high = Growth::at(oscillator, radius, enough)?;
-        if high.is_some_and(|high| high.slope.abs() <= NOISE * enough) {
-            continue;
-        }
-        if let (Some(low), Some(high)) = (low, high)
-            && (low.slope > 0.0) != (high.slope > 0.0)
-        {
-            brackets.push([low, high]);
-        }
-        low = high;
-    }
-    let size = |bracket: &[Growth; 2]| bracket[0].value.abs().min(bracket[1].value.abs());
-    let nearest = brackets.into_iter().min_by(|a, b| size(a).total_cmp(&size(b)));
-    nearest.map_or(Ok(None), |bracket| extreme_between(oscillator, bracket, tolerance))
-}
-
-/// The extreme between two radii with slopes of opposite signs.
-fn extreme_between(
-    oscillator: &Oscillator,
-    [mut low, mut high]: [Growth; 2],
-    tolerance: f64,
-) -> Result<Option<Extreme>, Failure> {
-    let rises = low.slope > 0.0;
-    // Next to the extreme the growth is flat: its error is of second order in that of the radius.
-    let enough = 0.1 * tolerance.sqrt();
-    for trial in 1..=MOST_TRIALS {
-        let secant = low.radius - low.slope * (high.radius - low.radius) / (high.slope - low.slope);
-        let inside = secant > low.radius && secant < high.radius && trial % 3 != 0;
-        let radius = if inside { secant } else { 0.5 * (low.radius + high.radius) };
-        let Some(middle) = Growth::at(oscillator, radius, tolerance)? else { return Ok(None) };
-        if middle.slope.abs() <= enough || high.radius - low.radius <= enough * radius {
-            let Some(rough) = Growth::at(oscillator, radius, 100.0 * tolerance)? else { return Ok(None) };
-            // The extreme itself is farther by slope^2 / 2 over the rate at which the slope changes.
-            let bend = (high.slope - low.slope) / (high.radius / low.radius).ln();
-            let missed = middle.slope * middle.slope / bend.abs();
-            let error = (middle.value - rough.value).abs() + missed + 4.0 * f64::EPSILON;
-            return Ok(Some(Extreme { radius, growth: middle.value, error }));
-        }
-        *if (middle.slope > 0.0) == rises { &mut low } else { &mut high } = middle;
-    }
-    Ok(None)
+/// [`Failure`].
+pub fn locate(oscillator: &Oscillator, cycle: &Crossing, tolerance: f64) -> Result<SlipCycle, Failure> {
+    let radius = fixed_point(oscillator, cycle.between, cycle.is_stable, tolerance)?;
+    cycle_at(oscillator, radius, tolerance)
 }
 
 /// The fixed point between two radii; turns lead outward at the lower one or not, and at the higher one the

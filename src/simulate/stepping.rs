@@ -20,6 +20,9 @@ const ERROR_PER_DISTANCE: f64 = 6.0;
 /// agreement of two coarse turns is not taken for accuracy.
 const ERROR_PER_EMBEDDED: f64 = 0.5;
 
+/// Steps per turn that see the pole of the divergence, sqrt(2 / k) from the start, in units of sqrt(1 + k).
+const STEPS_PER_POLE: f64 = 4.0;
+
 /// A turn that leaves the domain of the polar form on a rung below this one is tried again on it: coarse
 /// steps may stray out of a domain in which the orbit itself stays.
 const RETRY_RUNG: usize = 4;
@@ -93,12 +96,17 @@ impl pulp::WithSimd for Dispatched<'_> {
 }
 
 /// The rung to try first, from the size of the divergence and how fast it changes along the orbit. Fitted
-/// by counting evaluations over random points; a wrong guess costs one more turn, not accuracy.
-fn first_rung(groups: &ScaledGroups, tolerance: f64) -> usize {
+/// by counting evaluations over random points; a wrong guess costs one more turn, not accuracy. `None` where no rung sees
+/// the pole of the divergence: then the estimate sees nothing either.
+fn first_rung(groups: &ScaledGroups, tolerance: f64) -> Option<usize> {
     let strength = groups.divergence(0.0).abs().max(groups.divergence(2.0).abs());
-    // Fewer steps than the first bound do not see the pole of the divergence, and the estimate nothing.
-    let steps = (1.0 + groups.k).sqrt() * (0.9 * (strength / tolerance).powf(0.125)).max(4.0);
-    LADDER.iter().position(|&n| n as f64 >= steps).unwrap_or(LADDER.len() - 2).min(LADDER.len() - 2)
+    let pole = (1.0 + groups.k).sqrt();
+    let fewest = STEPS_PER_POLE * pole;
+    if !(fewest <= LADDER[LADDER.len() - 1] as f64) {
+        return None;
+    }
+    let steps = fewest.max(0.9 * pole * (strength / tolerance).powf(0.125));
+    Some(LADDER.iter().position(|&n| n as f64 >= steps).unwrap_or(LADDER.len() - 2).min(LADDER.len() - 2))
 }
 
 /// Round-off of a turn: each of the steps adds an increment with a few roundings, relative to the state's
@@ -116,7 +124,9 @@ pub(super) fn turns(groups: &[ScaledGroups], tolerance: f64) -> Vec<Turn> {
     let mut answers = vec![Turn::HandOver { rhs: 0 }; groups.len()];
     let mut waiting: [Vec<usize>; LADDER.len()] = Default::default();
     for (orbit, groups) in groups.iter().enumerate() {
-        waiting[first_rung(groups, tolerance)].push(orbit);
+        if let Some(rung) = first_rung(groups, tolerance) {
+            waiting[rung].push(orbit);
+        }
     }
     for rung in 0..LADDER.len() {
         for orbits in std::mem::take(&mut waiting[rung]).chunks(LANES) {

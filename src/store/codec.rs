@@ -3,8 +3,8 @@
 
 use crate::dataset::{Schema, Value};
 use crate::map::{
-    Account, Audit, Axis, AxisRole, Disagreement, FailedCell, Grid, Method, MethodAccount, Paths, Plan,
-    Verdict,
+    Account, Audit, Axis, Contradiction, Contradictions, Disagreement, FailedCell, Grid, Method,
+    MethodAccount, Paths, Plan, Stages, Verdict,
 };
 use crate::point::{LawParameters, MAX_LAW_PARAMETERS, Point};
 
@@ -100,8 +100,15 @@ impl Encoder {
             self.length(method(disagreement.method));
             self.number(u64::from(disagreement.stored == Verdict::Present));
         }
-        self.real(account.audit_seconds);
-        self.real(account.pack_seconds);
+        let Contradictions { cells, first } = &account.contradictions;
+        self.number(*cells);
+        self.length(first.len());
+        for cell in first {
+            self.length(cell.tile);
+            self.point(&cell.point);
+            self.0.extend(cell.verdicts.iter().map(|verdict| verdict.code().cast_unsigned()));
+        }
+        account.stages.named().iter().for_each(|&(_, seconds)| self.real(seconds));
         self.length(account.failed.len());
         for cell in &account.failed {
             self.length(cell.tile);
@@ -232,7 +239,19 @@ impl<'a> Decoder<'a> {
             let stored = if self.number()? == 1 { Verdict::Present } else { Verdict::Absent };
             audit.disagreements.push(Disagreement::again(plan, point, method.name(), stored));
         }
-        let (audit_seconds, pack_seconds) = (self.real()?, self.real()?);
+        let mut contradictions = Contradictions { cells: self.number()?, first: Vec::new() };
+        for _ in 0..self.length(16)? {
+            let tile = usize::try_from(self.number()?).ok()?;
+            let point = self.point_of(plan)?;
+            let codes = self.take(plan.methods.len())?;
+            let verdict = |code: &u8| Verdict::ALL.into_iter().find(|v| v.code() == code.cast_signed());
+            let verdicts = codes.iter().map(verdict).collect::<Option<_>>()?;
+            contradictions.first.push(Contradiction { tile, point, verdicts });
+        }
+        let mut stages = Stages::default();
+        for seconds in stages.seconds_mut() {
+            *seconds = self.real()?;
+        }
         let length = self.length(24)?;
         let failed = (0..length)
             .map(|_| {
@@ -240,25 +259,14 @@ impl<'a> Decoder<'a> {
                 Some(FailedCell { tile, point: self.point_of(plan)?, method: self.method(plan)? })
             })
             .collect::<Option<_>>()?;
-        Some(Account { cells, methods, paths, rhs, audit, audit_seconds, pack_seconds, failed })
+        Some(Account { cells, methods, paths, rhs, audit, contradictions, stages, failed })
     }
 
     /// A point of the law of this plan.
     fn point_of(&mut self, plan: &Plan) -> Option<Point> {
-        let (point, law) = (self.point()?, plan.grid.law());
-        let parameters = point.law.as_slice();
-        let legal = |axis: &Axis| {
-            let value = match axis.role {
-                AxisRole::Epsilon => point.epsilon,
-                AxisRole::Law(position) => *parameters.get(position)?,
-                AxisRole::BeltSpeed => point.belt_speed,
-                AxisRole::Damping => point.damping,
-            };
-            Grid::check_value(law, axis.role, &axis.name, value).ok()
-        };
-        let axes = plan.grid.axes();
-        let all = parameters.len() + 3 == axes.len() && axes.iter().all(|axis| legal(axis).is_some());
-        all.then_some(point)
+        let (point, law, axes) = (self.point()?, plan.grid.law(), plan.grid.axes());
+        let legal = |axis: &Axis| Grid::check_value(law, axis.role, &axis.name, axis.role.of(&point)).is_ok();
+        (point.law.as_slice().len() + 3 == axes.len() && axes.iter().all(legal)).then_some(point)
     }
 
     fn method(&mut self, plan: &Plan) -> Option<Method> {

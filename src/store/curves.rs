@@ -7,10 +7,10 @@ use crate::dataset::{Value, fingerprint};
 use crate::map::{Axis, CURVE_COLUMNS, Grid, Plane, PlaneCurve, PlaneCurves, PlanePoint};
 use crate::simulate::bifurcation::Bifurcation;
 
+use super::create::{group_of_tables, seal_attributes};
 use super::records::{Series, write_tables};
 use super::trust;
 use super::value;
-use super::writer::{group_of_tables, seal_attributes};
 
 /// Name of the group.
 pub(super) const GROUP: &str = "curves";

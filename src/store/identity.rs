@@ -5,16 +5,14 @@ use std::path::Path;
 use similar::{ChangeTag, TextDiff};
 
 use crate::dataset::Value;
-use crate::dataset::attributes::fingerprint;
-use crate::map::{Method, Plan};
+use crate::dataset::attributes::PLAN;
 
 use super::error::StoreError;
 use super::reader::MapFile;
 
-/// In the journal's header: fingerprint of all that the result depends on.
-pub(super) const PLAN: &str = "plan_sha256";
-/// Attributes that tell one computation from another, in the order in which differences are shown.
-const IDENTITY: [&str; 14] = [
+/// Attributes in which two computations are compared where their fingerprints differ, in the order in which
+/// differences are shown.
+const SHOWN: [&str; 12] = [
     "config",
     "crate_version",
     "git",
@@ -27,39 +25,7 @@ const IDENTITY: [&str; 14] = [
     "tolerance",
     "tile_shape",
     "compression",
-    "title",
-    PLAN,
 ];
-
-/// Fingerprint of all that the cells of a map depend on: the plan but for what is proved between the cells, and the
-/// program that computes it.
-#[must_use]
-pub fn plan_digest(plan: &Plan) -> String {
-    let Plan {
-        grid,
-        methods,
-        fields,
-        engine,
-        tolerance,
-        audit_cells,
-        proof_boxes: _,
-        tile_shape,
-        compression,
-    } = plan;
-    let methods: Vec<String> = methods
-        .iter()
-        .map(|method| match method {
-            Method::Test(_) | Method::Simulation => method.name().to_owned(),
-            Method::Naive(naive, knobs) => format!("{naive:?} {knobs:?}"),
-        })
-        .collect();
-    // The text that Rust gives a number reads back as the same number, so that equal texts are equal plans.
-    fingerprint(&format!(
-        "{} {} {grid:?} {methods:?} {fields:?} {engine:?} {tolerance:?} {audit_cells} {tile_shape:?} {compression}",
-        env!("CARGO_PKG_VERSION"),
-        env!("SLIPMAP_GIT")
-    ))
-}
 
 /// Refuses a finished map that is not the one that `opening` describes.
 pub(super) fn check_finished(path: &Path, opening: &[(String, Value)]) -> Result<(), StoreError> {
@@ -84,8 +50,12 @@ pub(super) fn get<'a>(attributes: &'a [(String, Value)], name: &str) -> Option<&
 
 /// In what two computations differ, line by line; `None` if in nothing that both tell of.
 pub(super) fn difference(then: &[(String, Value)], now: &[(String, Value)]) -> Option<String> {
+    // Maps of earlier versions have no fingerprint.
+    if get(then, PLAN).is_some() && get(then, PLAN) == get(now, PLAN) {
+        return None;
+    }
     let mut lines = Vec::new();
-    for name in IDENTITY {
+    for name in SHOWN.into_iter().chain([PLAN]) {
         let (Some(old), Some(new)) = (get(then, name), get(now, name)) else { continue };
         if old == new || (name == PLAN && !lines.is_empty()) {
             continue;

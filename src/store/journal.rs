@@ -5,9 +5,9 @@
 //! digest = SHA-256(magic | kind | lengths | SHA-256(a) | b)
 //! ```
 //!
-//! A frame is whole or it is nothing: what a kill, a power cut or a full disk has left of the last one is
-//! cut off when the journal is opened again, and a damaged one in the middle is passed over, at the next
-//! magic. The journal is locked (`flock`) for as long as its process lives and no longer.
+//! A frame is whole or it is nothing. When the journal is opened again it ends before the first frame that is
+//! not whole: what a kill, a power cut or a full disk has left of the last one is cut off, and so is what follows
+//! a damaged one. The journal is locked (`flock`) for as long as its process lives and no longer.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
@@ -33,7 +33,7 @@ const SYNC_EVERY: Duration = Duration::from_secs(10);
 /// What a frame holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// What the run is to compute: a, the attributes; b, empty. The first frames, twice.
+    /// What the run is to compute: a, the attributes; b, empty. The first frame.
     Header,
     /// One more start of the program: a, what it adds to the history.
     Session,
@@ -91,15 +91,6 @@ pub(super) struct Journal {
     locked: bool,
     /// Whether there is something in it that should outlive this process.
     keep: bool,
-}
-
-/// What was damaged in the journal of a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Damage {
-    /// Places between whole frames at which there was something else.
-    pub places: u64,
-    /// Bytes cut off at the end.
-    pub cut: u64,
 }
 
 impl Journal {
@@ -203,51 +194,34 @@ impl Journal {
         sync_folder(&self.path).map_err(|source| StoreError::io("write", &self.path, source))
     }
 
-    /// Hands every whole frame of at most `longest` bytes to `visit`, which says whether it can use it, and
-    /// cuts off what follows the last. One frame at a time is in memory.
+    /// Hands frame by frame to `visit`, which says whether it can use it, up to the first that is not whole, longer
+    /// than `longest` bytes or of no use, and cuts off the rest: the number of bytes cut off. One frame at a time is
+    /// in memory.
     pub(super) fn replay(
         &mut self,
         longest: u64,
         mut visit: impl FnMut(Kind, &[u8], &[u8]) -> Result<bool, StoreError>,
-    ) -> Result<Damage, StoreError> {
+    ) -> Result<u64, StoreError> {
         let path = self.path.clone();
         let failed = |source| StoreError::io("read", &path, source);
         let length = self.file.metadata().map_err(failed)?.len();
         let mut reader = BufReader::with_capacity(1 << 20, &self.file);
         reader.seek(SeekFrom::Start(0)).map_err(failed)?;
-        let (mut at, mut end, mut damage) = (0, 0, Damage::default());
+        let mut end = 0;
         let mut contents = Vec::new();
-        // Beginnings of frames that promise more than there is, one after the other, would be read over and
-        // over: damage does not look like that, and is not searched for ever.
-        let mut in_vain = 0;
-        while at < length {
-            contents.clear();
-            let frame = read_frame(&mut reader, length - at, longest, &mut contents).map_err(failed)?;
-            if let Some((kind, a)) = frame
-                && visit(kind, &contents[..a], &contents[a..])?
-            {
-                damage.places += u64::from(end < at);
-                at += (HEAD + contents.len()) as u64;
-                end = at;
-            } else {
-                in_vain += contents.len() as u64;
-                contents.clear();
-                if in_vain > length.saturating_add(longest.saturating_mul(16)) {
-                    return Err(StoreError::Unusable { path });
-                }
-                // Not one of ours: on from the next magic.
-                reader.seek(SeekFrom::Start(at + 1)).map_err(failed)?;
-                at = next_magic(&mut reader, at + 1).map_err(failed)?.unwrap_or(length);
-                reader.seek(SeekFrom::Start(at)).map_err(failed)?;
-            }
+        while let Some((kind, a)) =
+            read_frame(&mut reader, length - end, longest, &mut contents).map_err(failed)?
+            && visit(kind, &contents[..a], &contents[a..])?
+        {
+            end += (HEAD + contents.len()) as u64;
         }
         drop(reader);
-        damage.cut = length - end;
-        if damage.cut > 0 && end > 0 {
+        let cut = length - end;
+        if cut > 0 && end > 0 {
             self.file.set_len(end).map_err(|source| StoreError::io("write", &path, source))?;
         }
         self.end = end;
-        Ok(damage)
+        Ok(cut)
     }
 
     /// Removes it: the map is finished, or nothing was.
@@ -334,7 +308,9 @@ fn read_frame(
     let number = |at: usize| found[at..at + 8].iter().rev().fold(0, |n, &byte| n << 8 | u64::from(byte));
     let (code, a, b) = (number(8), number(16), number(24));
     let Some(kind) = Kind::of(code) else { return Ok(None) };
-    let Some(length) = a.checked_add(b).filter(|&length| length <= longest.min(left - HEAD as u64)) else {
+    let Some(length) =
+        a.checked_add(b).filter(|&length| length <= longest.min(left.saturating_sub(HEAD as u64)))
+    else {
         return Ok(None);
     };
     let (Ok(length), Ok(first)) = (usize::try_from(length), usize::try_from(a)) else { return Ok(None) };
@@ -344,25 +320,6 @@ fn read_frame(
     }
     let fingerprint = Sha256::digest(&contents[..first]).into();
     Ok((head(code, a, &fingerprint, &contents[first..]) == found).then_some((kind, first)))
-}
-
-/// Where the next magic begins, read from the place `at` on.
-fn next_magic(reader: &mut impl Read, mut at: u64) -> io::Result<Option<u64>> {
-    let mut window = vec![0; 1 << 16];
-    let mut kept = 0;
-    loop {
-        let filled = kept + read_up_to(reader, &mut window[kept..])?;
-        if let Some(found) = window[..filled].windows(MAGIC.len()).position(|bytes| bytes == MAGIC) {
-            return Ok(Some(at + found as u64));
-        }
-        if filled < window.len() {
-            return Ok(None);
-        }
-        // The end may be the beginning of a magic.
-        kept = MAGIC.len() - 1;
-        at += (filled - kept) as u64;
-        window.copy_within(filled - kept..filled, 0);
-    }
 }
 
 #[cfg(test)]
@@ -376,15 +333,15 @@ mod tests {
     /// A frame: its kind and its two parts.
     type Frame = (Kind, Vec<u8>, Vec<u8>);
 
-    fn frames(journal: &mut Journal) -> (Vec<Frame>, Damage) {
+    fn frames(journal: &mut Journal) -> (Vec<Frame>, u64) {
         let mut found = Vec::new();
-        let damage = journal
+        let cut = journal
             .replay(1 << 20, |kind, a, b| {
                 found.push((kind, a.to_vec(), b.to_vec()));
                 Ok(true)
             })
             .unwrap();
-        (found, damage)
+        (found, cut)
     }
 
     /// Frames of several lengths, some of which contain the magic.
@@ -420,10 +377,10 @@ mod tests {
             journal.file.seek(SeekFrom::Start(0)).unwrap();
             journal.file.write_all(&bytes[..cut]).unwrap();
             let whole = ends.iter().filter(|&&end| end <= cut as u64).count();
-            let (found, damage) = frames(&mut journal);
+            let (found, lost) = frames(&mut journal);
             assert_eq!(found, all[..whole], "cut at {cut}");
             let end = if whole == 0 { 0 } else { ends[whole - 1] };
-            assert_eq!(damage, Damage { places: 0, cut: cut as u64 - end });
+            assert_eq!(lost, cut as u64 - end);
             // It goes on from there.
             journal.append(Kind::Tile, &Part::new(vec![9; 9]), b"on").unwrap();
             assert_eq!(frames(&mut journal).0.len(), whole + 1);
@@ -431,21 +388,22 @@ mod tests {
     }
 
     #[test]
-    fn every_flipped_byte_costs_one_frame() {
+    fn a_flipped_byte_costs_its_frame_and_those_after_it() {
         let folder = tempfile::tempdir().unwrap();
         let mut journal = journal(&folder);
         let all = written(&mut journal);
         let bytes = fs::read(journal.path()).unwrap();
-        for place in 0..bytes.len() {
+        let lengths = all.iter().map(|(_, a, b)| HEAD + a.len() + b.len());
+        let frame_of = lengths.enumerate().flat_map(|(frame, length)| std::iter::repeat_n(frame, length));
+        for (place, frame) in frame_of.enumerate() {
             let mut damaged = bytes.clone();
             damaged[place] ^= 1 << (place % 8);
             journal.file.set_len(0).unwrap();
             journal.file.seek(SeekFrom::Start(0)).unwrap();
             journal.file.write_all(&damaged).unwrap();
-            let (found, damage) = frames(&mut journal);
-            assert_eq!(found.len(), all.len() - 1, "flip at {place}");
-            assert!(found.iter().all(|frame| all.contains(frame)), "flip at {place}");
-            assert!(damage.places == 1 || damage.cut > 0, "flip at {place}");
+            let (found, cut) = frames(&mut journal);
+            assert_eq!(found, all[..frame], "flip at {place}");
+            assert!(cut > 0, "flip at {place}");
         }
     }
 

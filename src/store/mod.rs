@@ -62,11 +62,13 @@
 
 mod check;
 mod codec;
+mod create;
 mod curves;
 mod deflate;
 mod error;
 mod identity;
 mod journal;
+mod open;
 mod pack;
 mod partial;
 mod reader;
@@ -77,14 +79,14 @@ mod trust;
 mod value;
 mod writer;
 
-pub use crate::dataset::attributes::fingerprint;
+pub use crate::dataset::attributes::{fingerprint, plan_digest};
 pub use crate::dataset::{Audit, MethodInfo, Outcome, Provenance, Value};
 pub use check::{CheckReport, Problem, check};
 pub use error::StoreError;
-pub use identity::plan_digest;
 pub use journal::create_folders;
 pub use pack::PackedTile;
-pub use partial::{Damage, Left, PackedRecord, Packer, PartialMap, Resumed, left, remove_unfinished};
+pub use partial::{Left, PackedRecord, Packer, PartialMap, Resumed, left, remove_unfinished};
 pub use reader::{MapFile, Pick, SIGNATURE};
 pub use records::{Records, Series, write_records};
-pub use writer::{Existing, MapWriter};
+pub use seal::Existing;
+pub use writer::MapWriter;

@@ -8,7 +8,7 @@ use libdeflater::{CompressionLvl, Compressor};
 
 use crate::dataset::fingerprint::{self, canonical};
 use crate::dataset::{Cells, Fingerprint, Schema, Variable};
-use crate::map::{Runs, TileData};
+use crate::map::{Runs, TileData, unravel};
 
 use super::deflate;
 
@@ -78,9 +78,10 @@ impl Packing {
     /// If the tile brings another number of cells than the plan asks for: a bug of the engine.
     pub(super) fn pack(&self, data: &TileData) -> PackedTile {
         let schema = &self.schema;
-        let mut work =
-            Work { deflate: (self.level > 0).then(|| Deflate::new(self.level)), plain: Vec::new() };
-        let mut chunks = Vec::with_capacity(schema.variables.len());
+        let mut work = Work { level: self.level, deflate: None, plain: Vec::new() };
+        let mut chunks: Vec<PackedChunk> = Vec::with_capacity(schema.variables.len());
+        // Codes of this tile with the code of their padding, and which chunk they became.
+        let mut packed: Vec<(Runs<i8>, i8, usize)> = Vec::new();
         for (position, variable) in schema.variables.iter().enumerate() {
             let Some(number) = schema.chunk_number(variable, data.tile.number) else { continue };
             let chunk = schema.chunk(variable);
@@ -89,13 +90,19 @@ impl Packing {
             let (bytes, fingerprint, counts) = match variable.cells(data) {
                 Cells::Codes(codes) => {
                     let counts = count(variable, |wanted| codes.count(|code| code == wanted));
-                    let (bytes, fingerprint) =
-                        self.codes(codes, shape, &chunk, variable.fill_code(), &mut work);
+                    let fill = variable.fill_code();
+                    // Two methods often say the same.
+                    let equal = packed.iter().find(|(other, padding, _)| *padding == fill && *other == codes);
+                    let (bytes, fingerprint) = match equal {
+                        Some(&(_, _, chunk)) => (chunks[chunk].bytes.clone(), chunks[chunk].fingerprint),
+                        None => self.codes(&codes, &shape, &chunk, fill, &mut work),
+                    };
+                    packed.push((codes, fill, chunks.len()));
                     (bytes, fingerprint, counts)
                 }
                 Cells::Reals(reals) => {
                     let full = pad(reals, &shape, &chunk, f64::NAN);
-                    let bytes = match &mut work.deflate {
+                    let bytes = match work.deflate() {
                         Some(deflate) => deflate.stream(&shuffle(&full)),
                         None => full.iter().flat_map(|&value| stored(value)).collect(),
                     };
@@ -111,8 +118,8 @@ impl Packing {
     /// The bytes and the fingerprint of a chunk of codes, from those of an equal one if there was one.
     fn codes(
         &self,
-        codes: Runs<i8>,
-        shape: Vec<usize>,
+        codes: &Runs<i8>,
+        shape: &[usize],
         chunk: &[usize],
         fill: i8,
         work: &mut Work,
@@ -121,20 +128,20 @@ impl Packing {
             let full = pad_runs(codes, shape, chunk, fill);
             let fingerprint = fingerprint::codes(work.cells(codes));
             let ordered = full.iter().count() * 16 <= RUNS_PER_16_CELLS * full.len();
-            let bytes = match &mut work.deflate {
-                Some(_) if ordered => deflate::stream(&full, chunk),
-                _ => {
-                    work.cells(&full);
-                    let plain: &[u8] = bytemuck::cast_slice(&work.plain[..full.len()]);
-                    work.deflate.as_mut().map_or_else(|| plain.to_vec(), |deflate| deflate.stream(plain))
-                }
+            if ordered && self.level > 0 {
+                return (deflate::stream(&full, chunk), fingerprint);
+            }
+            let plain: Vec<u8> = bytemuck::cast_slice(work.cells(&full)).to_vec();
+            let bytes = match work.deflate() {
+                Some(deflate) => deflate.stream(&plain),
+                None => plain,
             };
             (bytes, fingerprint)
         };
         if codes.iter().nth(RUNS_OF_KNOWN).is_some() {
-            return make(&codes, &shape, work);
+            return make(codes, shape, work);
         }
-        let key = (codes, shape, fill);
+        let key = (codes.clone(), shape.to_vec(), fill);
         let lock = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
         // Made outside of the lock, perhaps twice: equal codes make equal bytes.
         let known = lock().get(&key).cloned();
@@ -152,6 +159,8 @@ impl Packing {
 
 /// What a worker needs again for every chunk of a tile.
 struct Work {
+    level: u8,
+    /// Made when it is needed first.
     deflate: Option<Deflate>,
     plain: Vec<i8>,
 }
@@ -160,6 +169,11 @@ struct Work {
 const STRETCH: usize = 64;
 
 impl Work {
+    /// The general compressor, if there is to be compression.
+    fn deflate(&mut self) -> Option<&mut Deflate> {
+        (self.level > 0).then(|| self.deflate.get_or_insert_with(|| Deflate::new(self.level)))
+    }
+
     /// The cells of runs one by one.
     fn cells(&mut self, codes: &Runs<i8>) -> &[i8] {
         let length = codes.len();
@@ -228,17 +242,10 @@ impl Deflate {
 
 /// Where in a chunk the rows along the last axis of a tile of the given shape begin, row by row.
 fn row_starts<'a>(shape: &'a [usize], chunk: &'a [usize]) -> impl Iterator<Item = usize> + 'a {
-    let (row, whole_row) = (shape.last().copied().unwrap_or(1), chunk.last().copied().unwrap_or(1));
-    let rows = shape.iter().product::<usize>() / row.max(1);
-    (0..rows).map(move |number| {
-        // The row's index in the tile, read off from the second fastest axis up.
-        let (mut rest, mut start, mut stride) = (number, 0, whole_row);
-        for (&len, &whole) in shape.iter().zip(chunk).rev().skip(1) {
-            start += (rest % len) * stride;
-            rest /= len;
-            stride *= whole;
-        }
-        start
+    let row = shape.last().copied().unwrap_or(1);
+    (0..shape.iter().product::<usize>() / row.max(1)).map(move |number| {
+        let index = unravel(number * row, shape);
+        index.iter().zip(chunk).fold(0, |start, (&at, &length)| start * length + at)
     })
 }
 
@@ -305,7 +312,7 @@ mod tests {
     #[test]
     fn runs_give_their_cells() {
         let cells: Vec<i8> = (0..1000).map(|cell| [1, 0, -1][(cell / 7 + cell / 300) % 3]).collect();
-        let mut work = Work { deflate: None, plain: Vec::new() };
+        let mut work = Work { level: 0, deflate: None, plain: Vec::new() };
         assert_eq!(work.cells(&cells.iter().copied().collect()), cells);
         let long: Vec<i8> = [[1; 500], [-1; 500]].concat();
         assert_eq!(work.cells(&long.iter().copied().collect()), long);

@@ -20,13 +20,11 @@ use crate::map::{Account, Plan, Sink, TileData};
 
 use super::codec::{Decoder, Encoder};
 use super::error::StoreError;
-use super::identity::{PLAN, check_finished, difference, get, plan_digest};
+use super::identity::{check_finished, difference, get};
 use super::journal::{Journal, Kind, Part};
 use super::pack::{PackedTile, Packing};
-use super::seal::{Temporary, beside};
-use super::writer::{Existing, MapWriter};
-
-pub use super::journal::Damage;
+use super::seal::{Existing, Temporary, beside};
+use super::writer::MapWriter;
 
 /// Ending of the journal's name.
 const JOURNAL: &str = ".part";
@@ -108,7 +106,7 @@ struct Found {
     account: Account,
     seconds: f64,
     history: String,
-    damage: Damage,
+    lost: u64,
 }
 
 impl Found {
@@ -118,7 +116,7 @@ impl Found {
             account: Account::none(plan),
             seconds: 0.0,
             history,
-            damage: Damage::default(),
+            lost: 0,
         }
     }
 }
@@ -193,19 +191,17 @@ impl PartialMap {
         mut journal: Journal,
     ) -> Result<Resumed, StoreError> {
         let journal_path = journal.path().to_path_buf();
-        let mut now = opening.to_vec();
-        now.push((PLAN.into(), plan_digest(plan).into()));
         let mut found = Found::nothing(plan, String::new());
         let mut map: Option<MapWriter> = None;
         let mut session_seconds = 0.0;
         let mut finished_already = false;
-        let header_length = header(opening, plan, "", Existing::Refuse).bytes.len() as u64;
+        let header_length = header(opening, "", Existing::Refuse).bytes.len() as u64;
         let length = journal.length();
-        let damage = journal.replay(longest(plan), |kind, a, b| match (kind, &map) {
-            (Kind::Header, Some(_)) => Ok(true),
+        let lost = journal.replay(longest(plan), |kind, a, b| match (kind, &map) {
+            (Kind::Header, Some(_)) => Ok(false),
             (Kind::Header, None) => {
-                let Some(mut then) = Decoder(a).attributes() else { return Ok(false) };
-                if let Some(difference) = difference(&then, &now) {
+                let Some(then) = Decoder(a).attributes() else { return Ok(false) };
+                if let Some(difference) = difference(&then, opening) {
                     return Err(StoreError::Changed { path: journal_path.clone(), difference });
                 }
                 let replaces = get(&then, REPLACES) == Some(&Value::from(1));
@@ -218,9 +214,10 @@ impl PartialMap {
                 if let Some(Value::Text(history)) = get(&then, "history") {
                     found.history.clone_from(history);
                 }
-                then.retain(|(name, _)| ![PLAN, REPLACES, "history"].contains(&name.as_str()));
                 let temporary = Temporary::instead(beside(path, UNFINISHED)?)?;
-                map = Some(MapWriter::begin(path, temporary, plan, &then, found.history.clone(), existing)?);
+                // Title, comments and paths are those of the run that completes the map.
+                map =
+                    Some(MapWriter::begin(path, temporary, plan, opening, found.history.clone(), existing)?);
                 Ok(true)
             }
             (Kind::Session, _) => {
@@ -254,7 +251,7 @@ impl PartialMap {
         }
         let Some(mut map) = map else {
             // Stopped before the header was written, there is nothing to lose; otherwise there is.
-            if length > 2 * (header_length + 4096) {
+            if length > header_length + 4096 {
                 return Err(StoreError::Unusable { path: journal_path });
             }
             let history = attributes::history(provenance);
@@ -262,7 +259,7 @@ impl PartialMap {
             return Ok(Resumed::Partial(Box::new(begun)));
         };
         found.seconds += session_seconds;
-        found.damage = damage;
+        found.lost = lost;
         let tiles = found.finished.iter().filter(|finished| **finished).count();
         let line = format!(
             "{} (resumed with {tiles} of {} tiles)",
@@ -289,10 +286,7 @@ impl PartialMap {
         journal.clear()?;
         let temporary = Temporary::instead(beside(path, UNFINISHED)?)?;
         let map = MapWriter::begin(path, temporary, plan, opening, history.clone(), existing)?;
-        // Twice, so that no single damage makes all tiles useless.
-        let header = header(opening, plan, &history, existing);
-        journal.append(Kind::Header, &header, &[])?;
-        journal.append(Kind::Header, &header, &[])?;
+        journal.append(Kind::Header, &header(opening, &history, existing), &[])?;
         journal.sync()?;
         journal.sync_name()?;
         Ok(Self::with(map, journal, plan, Found::nothing(plan, history)))
@@ -331,10 +325,11 @@ impl PartialMap {
         self.found.seconds
     }
 
-    /// What was damaged in the journal; the tiles in question are not among the finished ones.
+    /// Bytes at the end of the journal that could not be used: what a kill has left of the last tile, or a
+    /// damaged place and all after it. Their tiles are not among the finished ones.
     #[must_use]
-    pub fn damage(&self) -> Damage {
-        self.found.damage
+    pub fn lost(&self) -> u64 {
+        self.found.lost
     }
 
     /// Number of tiles that are safe in the journal by now.
@@ -402,9 +397,8 @@ impl Sink for PartialMap {
 }
 
 /// The journal's first frame.
-fn header(opening: &[(String, Value)], plan: &Plan, history: &str, existing: Existing) -> Part {
+fn header(opening: &[(String, Value)], history: &str, existing: Existing) -> Part {
     let mut attributes = opening.to_vec();
-    attributes.push((PLAN.into(), plan_digest(plan).into()));
     attributes.push((REPLACES.into(), Value::from(i64::from(existing == Existing::Replace))));
     attributes.push(("history".into(), history.into()));
     let mut bytes = Encoder::default();

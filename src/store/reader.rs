@@ -13,10 +13,7 @@ use crate::dataset::{MethodInfo, SCHEMA, Schema, Value};
 use crate::friction::Law;
 use crate::map::{Field, Grid, PlaneCurves, Tile};
 
-use super::check;
-use super::curves;
 use super::error::StoreError;
-use super::seal::{self, Seal};
 use super::trust;
 use super::value;
 
@@ -36,57 +33,16 @@ pub enum Pick {
 /// it was opened.
 #[derive(Debug)]
 pub struct MapFile {
-    path: PathBuf,
-    file: File,
-    schema: Schema,
+    pub(super) path: PathBuf,
+    pub(super) file: File,
+    pub(super) schema: Schema,
     attributes: BTreeMap<String, Value>,
-    length: u64,
-    sealed: bool,
-    curves: Vec<PlaneCurves>,
+    pub(super) length: u64,
+    pub(super) sealed: bool,
+    pub(super) curves: Vec<PlaneCurves>,
 }
 
 impl MapFile {
-    /// Opens the map at `path`, which may be any file: what takes more memory or time than its length
-    /// warrants is refused, and so is what is not as its run left it.
-    ///
-    /// That is told by the seal, for which every byte is read once, before the HDF5 library sees the file. A map
-    /// that another program has written to or copied has lost it; then every cell and attribute is compared with
-    /// its fingerprint.
-    ///
-    /// # Errors
-    /// [`StoreError::NotAMap`] for a file that no version of this program wrote, or that this version
-    /// cannot read; [`StoreError::Damaged`] for a map that was changed; otherwise the file system's or the
-    /// library's reasons.
-    pub fn open(path: &Path) -> Result<Self, StoreError> {
-        let failed = |source| StoreError::io("read", path, source);
-        trust::plain_file(path)
-            .map_err(failed)?
-            .map_err(|why| StoreError::NotAMap { path: path.to_path_buf(), why })?;
-        let damaged = |what: String| StoreError::Damaged { path: path.to_path_buf(), what };
-        let seal = seal::verify(path).map_err(failed)?;
-        if seal == Seal::Broken {
-            return Err(damaged(seal::BROKEN.into()));
-        }
-        let mut map = Self::open_layout(path)?;
-        map.sealed = seal == Seal::Whole;
-        for variable in &map.schema.variables {
-            let dataset = map.dataset(&variable.name)?;
-            trust::variable(&dataset, &map.schema, variable)
-                .map_err(|error| map.failed(&variable.name, &error))?
-                .map_err(|why| StoreError::NotAMap { path: path.to_path_buf(), why })?;
-        }
-        map.curves = curves::read(&map.file, &map.schema.grid, map.length)
-            .map_err(|error| map.failed(curves::GROUP, &error))?
-            .map_err(|why| StoreError::NotAMap { path: path.to_path_buf(), why })?;
-        match map.sealed {
-            true => Ok(map),
-            false => match check::contents(&map).problems.first() {
-                None => Ok(map),
-                Some(problem) => Err(damaged(problem.to_string())),
-            },
-        }
-    }
-
     /// Opens a map whose variables may be anything, for [`super::check`].
     pub(super) fn open_layout(path: &Path) -> Result<Self, StoreError> {
         let not_a_map = |why| StoreError::NotAMap { path: path.to_path_buf(), why };
@@ -252,7 +208,7 @@ impl MapFile {
     }
 
     /// Opens a variable.
-    fn dataset(&self, variable: &str) -> Result<Dataset, StoreError> {
+    pub(super) fn dataset(&self, variable: &str) -> Result<Dataset, StoreError> {
         if !self.has(variable) {
             return Err(StoreError::NoVariable {
                 path: self.path.clone(),
@@ -306,7 +262,7 @@ impl MapFile {
     }
 
     /// An error of the library while reading a variable.
-    fn failed(&self, variable: &str, error: &hdf5::Error) -> StoreError {
+    pub(super) fn failed(&self, variable: &str, error: &hdf5::Error) -> StoreError {
         StoreError::hdf5(format!("read {variable} in"), &self.path, error)
     }
 }

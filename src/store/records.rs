@@ -7,10 +7,10 @@ use hdf5::{Dataset, File, Group, ObjectReference1};
 
 use crate::dataset::{Provenance, Value, attributes, fingerprint};
 
+use super::create::{create_file, seal_attributes};
 use super::error::StoreError;
 use super::sys::{self, Ending, ScaleUse};
 use super::value;
-use super::writer::{create_file, seal_attributes};
 
 /// The contents of a column.
 #[derive(Clone, Debug, PartialEq)]

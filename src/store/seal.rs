@@ -14,7 +14,6 @@ use crate::dataset::hex;
 
 use super::error::StoreError;
 use super::journal::sync_folder;
-use super::writer::Existing;
 
 /// What stands before the 64 digits.
 const LABEL: &str = "\nslipmap seal, sha256 of every byte before this line: ";
@@ -24,6 +23,15 @@ pub(super) const BROKEN: &str = "its bytes are not those that were sealed at the
 
 /// Length of the seal in bytes.
 const LENGTH: u64 = LABEL.len() as u64 + 64 + 1;
+
+/// What to do with an output that is there already.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Existing {
+    /// Leave it and report an error.
+    Refuse,
+    /// Replace it, at the very end and in one step.
+    Replace,
+}
 
 /// What became of a file's seal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,31 +3,22 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-use hdf5::file::{FileCloseDegree, LibraryVersion};
-use hdf5::plist::file_create::{AttrCreationOrder, AttrPhaseChange, LinkCreationOrder};
+use hdf5::plist::file_create::AttrCreationOrder;
 use hdf5::types::VarLenArray;
-use hdf5::{Dataset, File, Group, Location, ObjectReference1};
+use hdf5::{Dataset, File, ObjectReference1};
 
 use crate::dataset::{
     Fingerprint, Outcome, Provenance, Schema, Value, Variable, attributes, fingerprint, hex,
 };
 use crate::map::{Account, Axis, Plan, Sink, TileData};
 
+use super::create::{ATTRIBUTES_IN_HEADER, create_file, seal_attributes};
 use super::curves;
 use super::error::StoreError;
 use super::pack::{PackedTile, Packing};
-use super::seal::{self, Temporary};
+use super::seal::{self, Existing, Temporary};
 use super::sys::{self, Ending, ScaleUse};
-use super::value::{self, ATTRIBUTES_DIGEST};
-
-/// What to do with an output that is there already.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Existing {
-    /// Leave it and report an error.
-    Refuse,
-    /// Replace it, at the very end and in one step.
-    Replace,
-}
+use super::value;
 
 /// What has been written of one variable.
 #[derive(Debug)]
@@ -209,44 +200,6 @@ impl Sink for MapWriter {
     }
 }
 
-/// Creates the HDF5 file.
-///
-/// The format is that of HDF5 1.8: its metadata carry checksums, and every NetCDF-4 reader knows it, which is
-/// not so of later ones (netcdf-java, the reader in Panoply, has its own implementation). Creation order
-/// is recorded because NetCDF lists dimensions, variables and attributes in that order.
-pub(super) fn create_file(path: &Path) -> hdf5::Result<File> {
-    hdf5::FileBuilder::new()
-        .with_fapl(|access| {
-            access
-                .libver_bounds(LibraryVersion::V18, LibraryVersion::V18)
-                .fclose_degree(FileCloseDegree::Strong)
-        })
-        .with_fcpl(|creation| {
-            creation
-                .link_creation_order(LinkCreationOrder::Indexed)
-                .attr_creation_order(AttrCreationOrder::Indexed)
-                .attr_phase_change(ATTRIBUTES_IN_HEADER.max_compact, ATTRIBUTES_IN_HEADER.min_dense)
-                .obj_track_times(false)
-        })
-        .create(path)
-}
-
-/// Creates a group in which NetCDF lists everything in the order of creation.
-pub(super) fn group_of_tables(file: &File, name: &str) -> hdf5::Result<Group> {
-    file.create_group_builder()
-        .with_create_plist(|creation| {
-            creation
-                .link_creation_order(LinkCreationOrder::Indexed)
-                .attr_creation_order(AttrCreationOrder::Indexed)
-                .attr_phase_change(ATTRIBUTES_IN_HEADER.max_compact, ATTRIBUTES_IN_HEADER.min_dense)
-                .obj_track_times(false)
-        })
-        .create(name)
-}
-
-/// Attributes lie in their object's header, not in a heap of their own: the simplest form for readers.
-const ATTRIBUTES_IN_HEADER: AttrPhaseChange = AttrPhaseChange { max_compact: 1024, min_dense: 0 };
-
 /// Creates the dimensions and the variables, and ties them together.
 fn create_datasets(file: &File, schema: &Schema, compression: u8) -> hdf5::Result<Vec<Dataset>> {
     let axes = schema.grid.axes();
@@ -339,12 +292,4 @@ fn close_variable(dataset: &Dataset, variable: &Variable, written: &Written) -> 
     let digest = fingerprint::combine(written.chunks.iter().flatten());
     value::write(dataset, "sha256", &hex(&digest).into())?;
     seal_attributes(dataset)
-}
-
-/// Adds the fingerprint of an object's attributes.
-pub(super) fn seal_attributes(place: &Location) -> hdf5::Result<()> {
-    let attributes = value::read_all(place)?;
-    let known = attributes.iter().filter_map(|(name, value)| Some((name.as_str(), value.as_ref()?)));
-    let digest = value::digest(known);
-    value::write(place, ATTRIBUTES_DIGEST, &digest.into())
 }

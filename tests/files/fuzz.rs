@@ -141,15 +141,15 @@ struct Good {
 }
 
 fn compute(plan: &Plan, sink: &impl Sink<Error = StoreError>) {
-    let queue = Queue::new(vec![false; plan.grid.tile_count(&plan.tile_shape)]);
-    let control = Control { threads: Some(1), on_cells: &|_| (), stop: &AtomicBool::new(false) };
+    let queue = Queue::new(vec![false; plan.tile_count()]);
+    let control = Control { threads: Some(1), ..Control::default() };
     compute_tiles(plan, sink, &control, &|| queue.take()).unwrap();
 }
 
 fn good() -> Good {
     let folder = tempfile::tempdir().unwrap();
-    let mut plan = job(folder.path(), JOB.as_bytes(), &[]).unwrap().plan;
-    plan.tile_shape = vec![1, 3, 1, 2, 1, 5];
+    let plan = job(folder.path(), JOB.as_bytes(), &[]).unwrap().plan;
+    let plan = plan.into_builder().tile_shape([1, 3, 1, 2, 1, 5]).build().unwrap();
     let sink = Messages(Packer::new(&plan), Mutex::default());
     compute(&plan, &sink);
     let message = sink.1.into_inner().unwrap().remove(0);
@@ -159,7 +159,7 @@ fn good() -> Good {
     let journal = std::fs::read(folder.path().join("map.h5.part")).unwrap();
     // gamma and c.
     let plane = Plane::new(3, 5, vec![0; 6]);
-    let curves = vec![PlaneCurves::of(&plan.grid, plane, &AtomicBool::new(false))];
+    let curves = vec![PlaneCurves::of(plan.grid(), plane, &AtomicBool::new(false))];
     assert!(curves[0].points() > 0);
     map.finish(&slipmap::store::Outcome { curves, ..slipmap::store::Outcome::default() }).unwrap();
     let map = std::fs::read(&path).unwrap();

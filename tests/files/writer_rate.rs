@@ -4,12 +4,11 @@
 //! by `scripts/mpi`.
 
 use std::sync::Mutex;
-use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use crate::messages::Messages;
 use slipmap::friction::Law;
-use slipmap::map::{Control, Engine, Field, Grid, Method, Plan, Queue, Sink, compute_tiles};
+use slipmap::map::{Control, Grid, Plan, Queue, Sink, compute_tiles};
 use slipmap::store::{Existing, Packer, PartialMap, Provenance};
 
 /// All seven verdicts on a box of `tiles` tiles, each of `layers` values of gamma by 256 by 256 cells, across
@@ -29,17 +28,11 @@ fn plan(layers: usize, tiles: usize) -> Plan {
         axis(0.0, 1.0, nodes),
     ];
     let tile_shape = vec![1, 1, 1, layers, nodes[4].len(), nodes[5].len()];
-    Plan {
-        grid: Grid::new(Law::Stribeck, nodes).unwrap(),
-        methods: Method::usual().collect(),
-        fields: vec![Field::Verdict],
-        engine: Engine::Auto,
-        tolerance: 1e-9,
-        audit_cells: 0,
-        proof_boxes: 0,
-        tile_shape,
-        compression: 4,
-    }
+    Plan::builder(Grid::new(Law::Stribeck, nodes).unwrap())
+        .audit_cells(0)
+        .tile_shape(tile_shape)
+        .build()
+        .unwrap()
 }
 
 #[test]
@@ -51,15 +44,15 @@ fn rate_of_the_writer() {
     );
     for (layers, tiles) in [(1, 4000), (1, 16000), (1, 64000), (16, 400), (16, 1600), (16, 6400)] {
         let plan = plan(layers, tiles);
-        let cells: usize = plan.tile_shape.iter().product();
+        let cells: usize = plan.tile_shape().iter().product();
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("map.h5");
-        let count = plan.grid.tile_count(&plan.tile_shape);
+        let count = plan.tile_count();
         // A few tiles, evenly spread, stand for all.
         let sample: Vec<bool> = (0..count).map(|tile| !(tile + 1).is_multiple_of(count / 25)).collect();
         let sink = Messages(Packer::new(&plan), Mutex::default());
         let queue = Queue::new(sample);
-        let control = Control { threads: Some(1), on_cells: &|_| (), stop: &AtomicBool::new(false) };
+        let control = Control { threads: Some(1), ..Control::default() };
         let start = Instant::now();
         compute_tiles(&plan, &sink, &control, &|| queue.take()).unwrap();
         let messages = sink.1.into_inner().unwrap();

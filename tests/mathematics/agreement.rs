@@ -5,14 +5,11 @@ use crate::sample::{Random, Sample};
 use rayon::prelude::*;
 use slipmap::certify::{Decision, Guarantee, TESTS};
 use slipmap::friction::Law;
-use slipmap::map::{
-    Account, Control, Engine, Field, Grid, Method, Plan, Sink, TileData, Verdict, compute, decide,
-};
+use slipmap::map::{Account, Control, Engine, Grid, Method, Plan, Sink, TileData, Verdict, decide, run};
 use slipmap::simulate::return_map::{Turn, turns_of};
 use slipmap::simulate::{Fate, Flow, Landing, critical_damping, direct, flow};
 use std::collections::BTreeMap;
 use std::convert::Infallible;
-use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
 
 /// The tolerance of maps.
@@ -300,20 +297,16 @@ fn every_engine_labels_every_cell_alike() {
     ];
     let grid = Grid::new(Law::Stribeck, nodes).unwrap();
     let labels = |engine: Engine| {
-        let plan = Plan {
-            tile_shape: grid.shape(),
-            grid: grid.clone(),
-            methods: vec![Method::Simulation],
-            fields: vec![Field::Verdict],
-            engine,
-            tolerance: TOLERANCE,
-            audit_cells: 0,
-            proof_boxes: 0,
-            compression: 0,
-        };
+        let plan = Plan::builder(grid.clone())
+            .methods([Method::Simulation])
+            .engine(engine)
+            .tolerance(TOLERANCE)
+            .audit_cells(0)
+            .tile_shape(grid.shape())
+            .build()
+            .unwrap();
         let sink = Verdicts::default();
-        let control = Control { threads: None, stop: &AtomicBool::new(false), on_cells: &|_| () };
-        compute(&plan, &sink, &control).unwrap();
+        run(&plan, &sink, &Control::default()).unwrap();
         let verdicts = sink.0.into_inner().unwrap();
         assert_eq!(verdicts.len(), grid.cells());
         verdicts

@@ -9,8 +9,11 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod agreement;
+mod backbone;
+mod budgets;
 mod certificates;
 mod claims;
+mod columns;
 mod curves;
 mod direct;
 mod failures;

@@ -5,13 +5,13 @@ use std::f64::consts::{PI, TAU};
 
 use slipmap::certify;
 use slipmap::filippov::{Oscillator, Side};
-use slipmap::friction::{Column, Law};
-use slipmap::map::{self, Regime};
+use slipmap::friction::{Column, Expression, Law};
+use slipmap::map::{self, Attractors, Outside, Regime};
 use slipmap::point::{LawParameters, Point};
 use slipmap::simulate::crossing::{Loop, crossing_cycles, crossing_loop, stick_slip_cycle};
 use slipmap::simulate::direct::{self, Ending, Phase, Start, Trace, trace};
-use slipmap::simulate::slip_cycle::{SlipTurn, slip_cycles, turn};
-use slipmap::simulate::{Dynamics, Fate, critical_damping, dynamics, flow};
+use slipmap::simulate::slip_cycle::{SlipCycle, SlipTurn, slip_cycles, turn};
+use slipmap::simulate::{Dynamics, Fate, Neighbour, critical_damping, dynamics, flow, separates};
 
 fn point(epsilon: f64, [alpha, beta, gamma]: [f64; 3], belt_speed: f64, damping: f64) -> Point {
     Point { epsilon, law: LawParameters::new(&[alpha, beta, gamma]), belt_speed, damping }
@@ -395,7 +395,18 @@ fn what_is_found_fits_together_at_random_points() {
                 );
             }
             Regime::Crossing => assert!(found.crossing[0].is_stable(), "{label}"),
-            Regime::PureSlip | Regime::PureSlipAndStickSlip | Regime::PureSlipAndEquilibrium => {
+            Regime::EquilibriumAndCrossing => {
+                assert!(
+                    found.slip.len() == 1 && found.kick.is_some() && found.crossing[0].is_stable(),
+                    "{label}"
+                );
+            }
+            Regime::PureSlip
+            | Regime::PureSlipAndStickSlip
+            | Regime::PureSlipAndEquilibrium
+            | Regime::EquilibriumPureSlipAndStickSlip
+            | Regime::PureSlipAndCrossing
+            | Regime::EquilibriumPureSlipAndCrossing => {
                 panic!("no stable slip cycle is known for this law: {label}")
             }
             Regime::Failed => assert_eq!(answer.fate, Fate::TooCloseToCall, "{label}"),
@@ -417,4 +428,67 @@ fn the_half_turn_of_an_undamped_oscillator_is_exact() {
         assert!((next / radius - 1.0).abs() < 1e-13 && (slope - 1.0).abs() < 1e-13);
         assert!((time - 2.0 * PI).abs() < 1e-12);
     }
+}
+
+/// A stable focus, inside an unstable slip cycle, inside a stable one, inside an unstable one, inside the stick-slip cycle.
+#[test]
+fn three_attractors_have_a_name() {
+    let law = Expression::new("1-a*u*exp(-u/s)+h*sin(w*u)+d*u", 1.0).unwrap();
+    let names: Vec<&str> = law.parameters().iter().map(|parameter| parameter.name).collect();
+    assert_eq!(names, ["a", "s", "h", "w", "d"]);
+    let parameters = LawParameters::new(&[
+        1.4011736523425116,
+        1.5163622676000161,
+        0.1959638787725319,
+        7.376007337016889,
+        -0.05998217920725249,
+    ]);
+    let (belt_speed, damping) = (1.6725777145060758, 0.17025221378214433);
+    let law = Law::Expression(law);
+    let point = Point { epsilon: 1.0, law: parameters, belt_speed, damping };
+    let oscillator = Oscillator::new(&law, &point);
+    let answer = flow(&oscillator, 1e-10);
+    assert!(matches!(answer.fate, Fate::Sticks(_)) && oscillator.eigenvalues().is_stable());
+    let cycles = slip_cycles(&oscillator, 1e-12).unwrap();
+    let stable: Vec<bool> = cycles.iter().map(SlipCycle::is_stable).collect();
+    assert_eq!(stable, [false, true, false], "{cycles:?}");
+    assert_eq!(map::regime(&oscillator, &answer), Regime::EquilibriumPureSlipAndStickSlip);
+    let sides: Vec<[Neighbour; 2]> = [0, 2].map(|i| separates(i, 3, &answer.fate)).to_vec();
+    assert_eq!(
+        sides,
+        [[Neighbour::Equilibrium, Neighbour::SlipCycle], [Neighbour::SlipCycle, Neighbour::StickSlip]]
+    );
+    // The other engine: orbits from between the cycles end where these say.
+    let ends = |radius: f64| {
+        let x1 = oscillator.curve.phi(belt_speed - radius) - oscillator.viscous * radius;
+        let orbit = trace(&oscillator, Start::State { x1, x2: radius }, 1e-11, 4000.0);
+        let last = orbit.samples.iter().filter(|sample| sample.t > 3980.0).map(|sample| sample.x2);
+        last.fold(0.0, f64::max)
+    };
+    let [first, second, third] = [0, 1, 2].map(|i| cycles[i].velocity.hi);
+    assert!(ends(0.9 * first) < 0.5 * first);
+    for radius in [0.5 * (first + second), 0.5 * (second + third)] {
+        // Samples miss a maximum by a part in 800.
+        assert!((ends(radius) / second - 1.0).abs() < 2e-3, "{radius} {}", ends(radius));
+    }
+}
+
+/// Every set of attractors has a regime of its own, with a name and a code of its own.
+#[test]
+fn regimes_are_sets_of_attractors() {
+    let mut seen = vec![Regime::Failed];
+    for equilibrium in [false, true] {
+        for slip in [false, true] {
+            for outside in [None, Some(Outside::StickSlip), Some(Outside::Crossing)] {
+                if equilibrium || slip || outside.is_some() {
+                    seen.push(Regime::of(Attractors { equilibrium, slip, outside }));
+                }
+            }
+        }
+    }
+    let mut codes: Vec<i8> = seen.iter().map(|regime| regime.code()).collect();
+    codes.sort_unstable();
+    assert_eq!(codes, Regime::ALL.map(Regime::code));
+    let names: std::collections::HashSet<&str> = seen.iter().map(|regime| regime.name()).collect();
+    assert_eq!(names.len(), Regime::ALL.len());
 }

@@ -12,6 +12,7 @@ mod command;
 mod config;
 mod curves;
 mod damage;
+mod extremes;
 mod hostile;
 mod latex;
 mod laws;

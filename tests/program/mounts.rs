@@ -148,7 +148,7 @@ fn a_server_that_hangs_does_not_hold_a_run_that_is_told_to_end() {
     let mut child = begun(&scratch, &[]);
     server.signal("-STOP");
     assert!(Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap().success());
-    // The program gives up the tiles in work after ten seconds, and says so. The kernel may keep its process
+    // The program gives up the tiles in work after two seconds, and says so. The kernel may keep its process
     // until the server has answered what it had begun to; that no program can change.
     let (said, message) = std::sync::mpsc::channel();
     let mut stderr = child.stderr.take().unwrap();

@@ -83,7 +83,9 @@ pub static TEST: Test = Test {
     long_name: "interval proof of the grazing orbit and of the landing",
     equation: "paper, Proposition 1, by a computer-assisted proof, see certify::validated",
     guarantee: Guarantee::Validated,
+    first_order: false,
     claim,
+    claims: None,
 };
 
 /// `sticks_from` is located to 2^-10 of the interval in which it is sought.

@@ -19,9 +19,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use super::interval::Interval;
 use super::jet::{Jet, Real};
-use super::{NoFirstOrder, Parameter};
+use super::{Gradient, NoFirstOrder, Parameter};
 use crate::point::{LawParameters, MAX_LAW_PARAMETERS};
 use parse::{DEEPEST, Function, Op, Place, Tape};
+
+/// Operations of the longest formula: a right-hand side of more takes as long as hundreds of ordinary ones.
+const MOST_OPERATIONS: usize = 500;
 
 /// How far phi(0) may be from 1 (formulas have rounding errors).
 const STATIC_SLACK: f64 = 1e-12;
@@ -81,6 +84,17 @@ impl Expression {
     /// [`ExpressionError`] where the text is no formula, or has too many parameters.
     pub fn new(text: &str, static_level: f64) -> Result<Self, ExpressionError> {
         let tape = parse::parse(text)?;
+        if let Some(place) = tape.places.get(MOST_OPERATIONS) {
+            return Err(ExpressionError {
+                from: place.from,
+                to: place.to,
+                problem: format!(
+                    "the formula has {} operations; this is the first of more than {MOST_OPERATIONS}",
+                    tape.ops.len()
+                ),
+                remedy: "simplify it, or give the law as a table".into(),
+            });
+        }
         if let Some((name, place)) = tape.parameters.get(MAX_LAW_PARAMETERS) {
             return Err(ExpressionError {
                 from: place.from,
@@ -181,9 +195,26 @@ fn call<T: Real>(function: Function, x: T) -> T {
 }
 
 impl ExpressionCurve {
+    /// See [`super::Curve::cost`]: two operations of a formula take about as long as the Stribeck law.
+    pub(super) fn cost(&self) -> u64 {
+        1 + self.law.0.tape.ops.len() as u64 / 2
+    }
+
     /// Runs the tape; `watch` sees every operation's number and result.
     #[inline]
-    fn run<T: Real>(&self, u: T, epsilon: T, mut watch: impl FnMut(usize, &T)) -> T {
+    fn run<T: Real>(&self, u: T, epsilon: T, watch: impl FnMut(usize, &T)) -> T {
+        self.run_with(u, epsilon, |i| T::constant(self.parameters.as_slice()[i]), watch)
+    }
+
+    /// The same with any values of the parameters.
+    #[inline]
+    fn run_with<T: Real>(
+        &self,
+        u: T,
+        epsilon: T,
+        parameter: impl Fn(usize) -> T,
+        mut watch: impl FnMut(usize, &T),
+    ) -> T {
         let mut stack = [u; DEEPEST];
         let mut top = 0;
         for (number, op) in self.law.0.tape.ops.iter().enumerate() {
@@ -191,7 +222,7 @@ impl ExpressionCurve {
                 Op::Number(x) => (0, T::constant(x)),
                 Op::Slip => (0, u),
                 Op::Epsilon => (0, epsilon),
-                Op::Parameter(i) => (0, T::constant(self.parameters.as_slice()[i])),
+                Op::Parameter(i) => (0, parameter(i)),
                 Op::Add => (2, stack[top - 2] + stack[top - 1]),
                 Op::Subtract => (2, stack[top - 2] - stack[top - 1]),
                 Op::Multiply => (2, stack[top - 2] * stack[top - 1]),
@@ -230,6 +261,21 @@ impl ExpressionCurve {
     pub(super) fn weakening(&self, u: f64) -> f64 {
         let slope = self.series::<f64, 2>(u).0[1];
         if slope.is_finite() || u >= 0.0 { -slope } else { -self.series::<f64, 2>(0.0).0[1] }
+    }
+
+    /// Derivatives of the weakening rate, by series in eps and in one parameter after the other.
+    pub(super) fn gradient(&self, u: f64) -> Gradient {
+        type Mixed = Jet<Jet<f64, 2>, 2>;
+        let values = self.parameters.as_slice();
+        // Number `n` is the variable: eps for 0, parameter n - 1 else.
+        let by = |n: usize| {
+            let input = |i: usize, x: f64| Mixed::of(if i == n { Jet::variable(x, 1.0) } else { Jet::of(x) });
+            let slip = Mixed::variable(Jet::of(u), 1.0);
+            let phi = self.run_with(slip, input(0, self.epsilon), |i| input(i + 1, values[i]), |_, _| ());
+            -phi.0[1].0[1]
+        };
+        let parameters: Vec<f64> = (1..=values.len()).map(by).collect();
+        Gradient { epsilon: by(0), parameters: LawParameters::new(&parameters) }
     }
 
     /// F1(u), where phi = 1 + eps F1 + O(eps^2), by series in eps at eps = 0.

@@ -78,11 +78,11 @@ struct Compiler<'a> {
 }
 
 impl Compiler<'_> {
-    /// From the end of what is known up to `reach`, or to the next corner and on.
+    /// From the end of what is known up to `reach`, or to the next seam and on.
     fn compile(&mut self, reach: f64) {
         let start = self.breaks[self.breaks.len() - 1];
         let mut ends: Vec<f64> =
-            self.law.corners().iter().copied().filter(|corner| start < *corner && *corner < reach).collect();
+            self.law.seams().iter().copied().filter(|seam| start < *seam && *seam < reach).collect();
         ends.push(reach);
         // Largest |w| so far.
         let known = self.pieces.iter().zip(&*self.breaks).map(|(piece, from)| piece.at(*from).abs());

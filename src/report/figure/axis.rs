@@ -80,9 +80,16 @@ impl Scale {
     #[must_use]
     pub fn unit(&self, value: f64) -> f64 {
         if self.log {
-            (value / self.from).ln() / (self.to / self.from).ln()
+            // Differences of logarithms: the ratio of two numbers may overflow.
+            (value.ln() - self.from.ln()) / (self.to.ln() - self.from.ln())
         } else {
-            (value - self.from) / (self.to - self.from)
+            // Halves where the difference of two numbers overflows.
+            let span = self.to - self.from;
+            if span.is_finite() {
+                (value - self.from) / span
+            } else {
+                (0.5 * value - 0.5 * self.from) / (0.5 * self.to - 0.5 * self.from)
+            }
         }
     }
 
@@ -90,9 +97,9 @@ impl Scale {
     #[must_use]
     pub fn value(&self, unit: f64) -> f64 {
         if self.log {
-            self.from * (self.to / self.from).powf(unit)
+            (self.from.ln() * (1.0 - unit) + self.to.ln() * unit).exp().clamp(self.from, self.to)
         } else {
-            self.from + (self.to - self.from) * unit
+            self.from * (1.0 - unit) + self.to * unit
         }
     }
 
@@ -110,15 +117,26 @@ impl Scale {
         ticks.into_iter().map(|tick| Tick { value: tick.value / self.shown, ..tick }).collect()
     }
 
+    /// Ticks at the two ends alone, where there is no room between numbers for round ones: as next to the smallest
+    /// or the largest numbers there are, or next to each other.
+    fn end_ticks(&self) -> Vec<Tick> {
+        let tick = |value: f64| Tick { value, label: Rich::number(value, 3) };
+        vec![tick(self.from), tick(self.to)]
+    }
+
     fn linear_ticks(&self, most: usize) -> Vec<Tick> {
         let span = self.to - self.from;
         let rough = span / most as f64;
+        let resolved = 1e3 * f64::EPSILON * self.from.abs().max(self.to.abs());
+        if !(rough >= f64::MIN_POSITIVE && rough > resolved && span.is_finite()) {
+            return self.end_ticks();
+        }
         let power = 10.0_f64.powf(rough.log10().floor());
         let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|step| *step >= rough);
         let step = step.unwrap_or(10.0 * power);
         let slack = 1e-9 * span;
-        let first = ((self.from - slack) / step).ceil() as i64;
-        let last = ((self.to + slack) / step).floor() as i64;
+        let first = (self.from / step - slack / step).ceil() as i64;
+        let last = (self.to / step + slack / step).floor() as i64;
         let values: Vec<f64> = (first..=last).map(|i| i as f64 * step).collect();
         let largest = values.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
         let decimals = (-step.log10().floor()).max(0.0) as usize;
@@ -139,7 +157,10 @@ impl Scale {
     fn log_ticks(&self, most: usize) -> Vec<Tick> {
         let (low, high) = (self.from * (1.0 - 1e-9), self.to * (1.0 + 1e-9));
         let (first, last) = (low.log10().floor() as i32, high.log10().ceil() as i32);
-        let decades = (high / low).log10();
+        let decades = high.log10() - low.log10();
+        if !(decades > 0.0 && decades.is_finite()) {
+            return self.end_ticks();
+        }
         // Labels at powers of ten; on short axes at 2 and 5 times these, too.
         let every = ((decades / most as f64).ceil() as i32).max(1);
         let labelled: &[u8] = match decades {
@@ -162,7 +183,7 @@ impl Scale {
                 ticks.push(Tick { value, label });
             }
         }
-        ticks
+        if ticks.len() < 2 { self.end_ticks() } else { ticks }
     }
 }
 
@@ -489,7 +510,31 @@ mod tests {
         for (place, expected) in places.iter().zip([0.0, 0.25, 0.5, 0.75, 1.0]) {
             assert!((place - expected).abs() <= 4.0 * f64::EPSILON, "{places:?}");
         }
-        assert_eq!(labels(Scale::logarithmic(1.0, 100.0).in_unit(10.0), 4), ["10", "10^2", "10^3"]);
+        assert_eq!(labels(Scale::logarithmic(1.0, 100.0).in_unit(10.0), 4), ["10", "100", "1000"]);
+    }
+
+    #[test]
+    fn ticks_are_few_and_finite_on_any_axis() {
+        let extremes = [5e-324, 1e-310, 1e-300, 1e-5, 1.0, 1.0 + 1e-15, 1e5, 1e16, 2e16, 1e300, 1e308];
+        for from in [f64::MIN, -1e-300, 0.0].into_iter().chain(extremes) {
+            for to in extremes.into_iter().chain([f64::MAX]).filter(|to| *to > from) {
+                let mut scales = vec![Scale::linear(from, to)];
+                if from > 0.0 {
+                    scales.push(Scale::logarithmic(from, to));
+                }
+                for scale in scales {
+                    let ticks = scale.ticks(7);
+                    assert!((2..=6000).contains(&ticks.len()), "{scale:?}: {}", ticks.len());
+                    let labelled = labels(scale, 7).len();
+                    assert!((1..=14).contains(&labelled), "{scale:?}: {labelled}");
+                    for tick in ticks {
+                        let unit = scale.unit(tick.value);
+                        assert!((-0.01..=1.01).contains(&unit), "{scale:?} {tick:?} at {unit}");
+                    }
+                    assert!((from..=to).contains(&scale.value(0.5)), "{scale:?}");
+                }
+            }
+        }
     }
 
     #[test]

@@ -18,14 +18,31 @@ const HALVINGS: usize = 11;
 /// Accuracy of the grazing margin, far below the width of a line.
 const TOLERANCE: f64 = 1e-9;
 
+/// What a boundary may cost: evaluations of the right-hand side, in units of that of the Stribeck law (see
+/// [`crate::friction::Curve::cost`]), a second or so. Where orbits are so stiff that it would cost more, none is
+/// drawn.
+const WORK: u64 = 100_000_000;
+/// Nodes along each axis from whose cost that of all nodes is told.
+const TRIED: usize = 6;
+
 /// An edge between two nodes of the search: its lower node, and whether it is horizontal.
 type Edge = (usize, usize, bool);
 
-/// The boundary of the set of points whose orbit sticks again, as curves on the page.
+/// The boundary of the set of points whose orbit sticks again, as curves on the page; none where the search would
+/// cost more than [`WORK`].
 #[must_use]
 pub fn boundary(slice: &Slice, panel: &Panel) -> Vec<Vec<Place>> {
-    let sticks = |s: f64, t: f64| sticks(slice, panel.x, panel.y, s, t);
+    let sticks = |s: f64, t: f64| sticks(slice, panel.x, panel.y, s, t).0;
     let at = |i: usize| i as f64 / STEPS as f64;
+    // The same for any number of threads: the cost of a few nodes stands for that of all.
+    let tried: Vec<f64> = (0..TRIED).map(|i| i as f64 / (TRIED - 1) as f64).collect();
+    let cost: u64 = tried
+        .par_iter()
+        .map(|&s| tried.iter().map(|&t| self::sticks(slice, panel.x, panel.y, s, t).1).sum::<u64>())
+        .sum();
+    if cost * ((STEPS + 1) * (STEPS + 1) / (TRIED * TRIED)) as u64 > WORK {
+        return Vec::new();
+    }
     let nodes: Vec<Vec<bool>> =
         (0..=STEPS).into_par_iter().map(|i| (0..=STEPS).map(|j| sticks(at(i), at(j))).collect()).collect();
     let mut edges: Vec<Edge> = Vec::new();
@@ -60,15 +77,18 @@ pub fn boundary(slice: &Slice, panel: &Panel) -> Vec<Vec<Place>> {
     chains(&crossings).into_iter().map(|chain| chain.iter().map(|edge| crossings[edge]).collect()).collect()
 }
 
-/// Whether the orbit sticks at a point of the slice, given by its position along both scales.
-fn sticks(slice: &Slice, x: Scale, y: Scale, s: f64, t: f64) -> bool {
+/// Whether the orbit sticks at a point of the slice, given by its position along both scales, and what the answer
+/// cost.
+fn sticks(slice: &Slice, x: Scale, y: Scale, s: f64, t: f64) -> (bool, u64) {
     let point = slice.point(x.value(s), y.value(t));
-    let answer = flow(&Oscillator::new(slice.law(), &point), TOLERANCE);
-    match answer.fate {
+    let oscillator = Oscillator::new(slice.law(), &point);
+    let answer = flow(&oscillator, TOLERANCE);
+    let sticks = match answer.fate {
         Fate::Sticks(_) => true,
         Fate::TooCloseToCall => answer.margin > 0.0,
         Fate::SpiralsInward | Fate::CrossesForever | Fate::Failed(_) => false,
-    }
+    };
+    (sticks, answer.rhs.saturating_mul(oscillator.curve.cost()))
 }
 
 /// Joins the crossed edges of each square of the search into chains.

@@ -123,6 +123,10 @@ pub fn regime(regime: Regime) -> Fill {
         Regime::Failed => FAILED,
         Regime::PureSlipAndStickSlip => Fill::hatched(YELLOW, Hatch::Dots, BLACK),
         Regime::PureSlipAndEquilibrium => Fill::hatched(WHITE, Hatch::Falling, GREEN),
+        Regime::EquilibriumPureSlipAndStickSlip => Fill::hatched(SKY, Hatch::Crossed, GREEN),
+        Regime::EquilibriumAndCrossing => Fill::hatched(VERMILION, Hatch::Rising, BLACK),
+        Regime::PureSlipAndCrossing => Fill::hatched(VERMILION, Hatch::Falling, GREEN),
+        Regime::EquilibriumPureSlipAndCrossing => Fill::hatched(VERMILION, Hatch::Crossed, GREEN),
     }
 }
 
@@ -138,6 +142,10 @@ pub fn regime_words(regime: Regime) -> &'static str {
         Regime::Failed => "failed",
         Regime::PureSlipAndStickSlip => "slip cycle or stick-slip",
         Regime::PureSlipAndEquilibrium => "slip cycle or equilibrium",
+        Regime::EquilibriumPureSlipAndStickSlip => "equilibrium, slip cycle or stick-slip",
+        Regime::EquilibriumAndCrossing => "equilibrium or crossing cycle",
+        Regime::PureSlipAndCrossing => "slip or crossing cycle",
+        Regime::EquilibriumPureSlipAndCrossing => "equilibrium, slip or crossing cycle",
     }
 }
 

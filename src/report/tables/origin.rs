@@ -64,6 +64,11 @@ pub fn failures(map: &MapFile, report: &Report) -> Table {
     let count = |name: &str| map.number(name).map(|number| number as u64);
     rows.push(vec![words("audit: cells decided again by the direct engine"), count("audit_cells").into()]);
     rows.push(vec![words("audit: verdicts contradicted"), count("audit_disagreements").into()]);
+    let contradicted = count("contradicted_cells").into();
+    rows.push(vec![
+        words("cells in which theorems, proofs or simulation contradict each other"),
+        contradicted,
+    ]);
     let mut notes = Vec::new();
     if count("audit_cells").is_none() {
         notes.push(rich("The run had no audit."));

@@ -22,6 +22,12 @@ use slip::Slip;
 /// Width of the sliding segment in x1: the force of static friction acts both ways.
 const SLIDING_WIDTH: f64 = 2.0;
 
+/// Errors greater than this, in belt speeds, come from orbits that part so fast (at strong nodes) that they are no longer
+/// proportional to what caused them.
+const LINEAR: f64 = 1e-4;
+/// Such errors are multiplied by this before a verdict rests on them.
+const LARGE_ERRORS: f64 = 8.0;
+
 /// What becomes of the orbit from the exit point.
 ///
 /// `tolerance` is the error of the scaled margin m / V that is aimed at: the estimated local errors of
@@ -69,7 +75,9 @@ pub fn flow(oscillator: &Oscillator, tolerance: f64) -> Flow {
         }
         Ok(FirstTurn::Short(turn)) => {
             let height = turn.x2_offset();
-            let fate = if -height <= slip.error { Fate::TooCloseToCall } else { Fate::SpiralsInward };
+            let too_close = -height <= LARGE_ERRORS * slip.error && slip.error > LINEAR * belt_speed;
+            let too_close = too_close || -height <= slip.error;
+            let fate = if too_close { Fate::TooCloseToCall } else { Fate::SpiralsInward };
             answer(fate, height, slip.error, slip.rhs)
         }
         Ok(FirstTurn::Lands(contact)) => {

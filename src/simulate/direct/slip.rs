@@ -20,8 +20,11 @@ use crate::simulate::Failure;
 use crate::simulate::corners::{self, End};
 use std::f64::consts::TAU;
 
-/// Trial steps before an integration gives up; a turn takes about 20 to 200.
+/// Trial steps before an integration gives up, of eleven evaluations of the Stribeck law each; a turn takes about 20
+/// to 200.
 const STEP_BUDGET: u32 = 100_000;
+/// Steps that are made in any case, however long the law takes.
+const FEWEST_STEPS: u32 = 5_000;
 
 /// A step this much shorter than the time in which the direction can turn by a radian has underflowed.
 const SHORTEST_STEP: f64 = 1e-14;
@@ -96,15 +99,19 @@ impl<'a> Slip<'a> {
             last_error: 0.0,
             error: 0.0,
             rhs: 0,
-            steps_left: STEP_BUDGET,
+            steps_left: u32::try_from(u64::from(STEP_BUDGET) / oscillator.curve.cost())
+                .unwrap_or(STEP_BUDGET)
+                .max(FEWEST_STEPS),
         };
         slip.leave_exit(0.0);
         slip
     }
 
-    /// Limits the angle by which a step may turn, in radians, below the one radian that is the default.
-    pub(super) fn with_longest_turn(mut self, angle: f64) -> Self {
+    /// Limits the angle by which a step may turn, in radians, below the one radian that is the default, and the
+    /// number of steps.
+    pub(super) fn sampled(mut self, angle: f64, steps: u32) -> Self {
         self.longest_turn = angle.min(1.0);
+        self.steps_left = self.steps_left.min(steps);
         self
     }
 

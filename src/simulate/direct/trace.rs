@@ -9,6 +9,10 @@ use crate::filippov::{BeltRegion, Oscillator, Side};
 /// departs from the orbit by about 1/800 of its radius.
 const SAMPLE_ANGLE: f64 = 0.1;
 
+/// Steps after which an orbit is not followed any more; a turn takes some 100. Every step is a sample, and a figure of
+/// more cannot be read.
+const MOST_STEPS: u32 = 20_000;
+
 /// An orbit has settled once it is caught within this fraction of the belt speed of the equilibrium.
 const SETTLED_RADIUS: f64 = 1e-3;
 
@@ -84,7 +88,7 @@ pub struct Trace {
 pub fn trace(oscillator: &Oscillator, start: Start, tolerance: f64, max_time: f64) -> Trace {
     let mut tracer = Tracer {
         oscillator,
-        slip: Slip::from_exit(oscillator, tolerance).with_longest_turn(SAMPLE_ANGLE),
+        slip: Slip::from_exit(oscillator, tolerance).sampled(SAMPLE_ANGLE, MOST_STEPS),
         samples: Vec::new(),
         last_exit: None,
         max_time,

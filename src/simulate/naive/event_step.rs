@@ -3,7 +3,7 @@
 use super::super::Failure;
 use super::super::dop853::{Field, step};
 use super::runge_kutta::Control;
-use super::{NaiveKnobs, NaiveVerdict, RHS_BUDGET, enough_time};
+use super::{NaiveKnobs, NaiveVerdict, enough_time, rhs_budget};
 use crate::filippov::{BeltRegion, Oscillator, Side};
 
 /// Bisections that locate an event inside a step, to the last bits of its time.
@@ -32,13 +32,14 @@ pub(super) fn decide(
 ) -> Result<NaiveVerdict, Failure> {
     let belt_speed = oscillator.belt_speed;
     let end = enough_time(oscillator, knobs.turns.max(1));
+    let budget = rhs_budget(oscillator);
     let mut control = Control::new(knobs.tolerance, 8.0);
     let (mut state, mut time) = ([oscillator.exit_x1(), belt_speed], 0.0);
     let (mut side, mut last_event, mut turns) = (Side::Below, 0.0, 0);
     loop {
         let h = control.step.min(knobs.longest_step);
         let (next, error) = step(h, &state, &mut OneSided { oscillator, side, rhs });
-        if *rhs > RHS_BUDGET {
+        if *rhs > budget {
             return Err(Failure::StepBudget);
         }
         if !control.accepts(h, [&state, &next], &error, time)? {

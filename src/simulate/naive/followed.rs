@@ -3,7 +3,7 @@
 
 use super::super::Failure;
 use super::runge_kutta::{Control, State, classical, dormand_prince};
-use super::{NaiveKnobs, NaiveVerdict, RHS_BUDGET, enough_time};
+use super::{NaiveKnobs, NaiveVerdict, enough_time, rhs_budget};
 use crate::filippov::{Oscillator, Side};
 
 /// Slip speed in units of d from which tanh is taken for saturated: tanh 5 = 0.9999. On a sticking orbit the
@@ -116,6 +116,7 @@ fn adaptive(
     field: impl Fn(&State) -> (State, bool),
 ) -> Result<NaiveVerdict, Failure> {
     let mut watch = Watch::new(oscillator, knobs);
+    let budget = rhs_budget(oscillator);
     let mut control = Control::new(knobs.tolerance, 5.0);
     let (mut state, mut time) = (riding(oscillator), 0.0);
     loop {
@@ -127,7 +128,7 @@ fn adaptive(
             sticks |= stuck;
             slope
         });
-        if *rhs > RHS_BUDGET {
+        if *rhs > budget {
             return Err(Failure::StepBudget);
         }
         if control.accepts(h, [&state, &next], &error, time)? {
@@ -147,7 +148,7 @@ pub(super) fn fixed_step(
     knobs: &NaiveKnobs,
     rhs: &mut u64,
 ) -> Result<NaiveVerdict, Failure> {
-    let h = knobs.step;
+    let (h, budget) = (knobs.step, rhs_budget(oscillator));
     let mut watch = Watch::new(oscillator, knobs);
     let (mut state, mut time) = (riding(oscillator), 0.0);
     loop {
@@ -167,7 +168,7 @@ pub(super) fn fixed_step(
                 [x2, -x1 - oscillator.viscous * x2]
             }
         });
-        if *rhs > RHS_BUDGET {
+        if *rhs > budget {
             return Err(Failure::StepBudget);
         }
         if !(next[0].is_finite() && next[1].is_finite()) {

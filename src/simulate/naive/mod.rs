@@ -101,9 +101,14 @@ pub struct NaiveAnswer {
     pub rhs: u64,
 }
 
-/// Evaluations of the right-hand side after which a method gives up: a few hundred times what the default
-/// knobs cost at moderate parameters, a second or less.
+/// Evaluations of the right-hand side of the Stribeck law after which a method gives up: a few hundred times what
+/// the default knobs cost at moderate parameters, a fifth of a second.
 const RHS_BUDGET: u64 = 20_000_000;
+
+/// Evaluations of the right-hand side after which a method gives up on this oscillator.
+fn rhs_budget(oscillator: &Oscillator) -> u64 {
+    RHS_BUDGET / oscillator.curve.cost()
+}
 
 impl NaiveMethod {
     /// Every method, in the order in which maps and tables list them.
@@ -143,7 +148,8 @@ impl NaiveMethod {
         }
     }
 
-    /// Asks the method about one oscillator. At most 20 million right-hand sides are spent.
+    /// Asks the method about one oscillator. At most 20 million right-hand sides are spent, fewer for laws that take
+    /// longer (see [`Curve::cost`](crate::friction::Curve::cost)).
     #[must_use]
     pub fn decide(self, oscillator: &Oscillator, knobs: &NaiveKnobs) -> NaiveAnswer {
         let mut rhs = 0;

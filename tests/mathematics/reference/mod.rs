@@ -82,6 +82,17 @@ pub fn critical_points() -> Vec<CriticalPoint> {
     rows("critical_damping.csv")
 }
 
+/// All rows of `columns.csv`, which `scripts/columns.c` wrote.
+pub fn column_points() -> Vec<CriticalPoint> {
+    rows("columns.csv")
+}
+
+/// All rows of the table of the same kind that the environment names.
+pub fn other_column_points() -> Vec<CriticalPoint> {
+    let path = std::env::var("SLIPMAP_COLUMNS").expect("SLIPMAP_COLUMNS names no file");
+    rows(&path)
+}
+
 /// All rows of `margins.csv`.
 pub fn margin_points() -> Vec<MarginPoint> {
     rows("margins.csv")
@@ -92,7 +103,8 @@ pub fn data_path(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
 }
 
-fn rows<Row: DeserializeOwned>(name: &str) -> Vec<Row> {
+/// All rows of one file.
+pub fn rows<Row: DeserializeOwned>(name: &str) -> Vec<Row> {
     let read = || -> Result<Vec<Row>, csv::Error> {
         csv::ReaderBuilder::new().comment(Some(b'#')).from_path(data_path(name))?.into_deserialize().collect()
     };

@@ -36,17 +36,8 @@ pub fn scratch() -> Scratch {
 
 /// What tells when, where and how fast a map was made, and the fingerprint that covers it.
 fn is_of_time(attribute: &str) -> bool {
-    let names = [
-        "history",
-        "machine",
-        "threads",
-        "wall_seconds",
-        "audit_seconds",
-        "pack_seconds",
-        "curves_seconds",
-        "sha256_attributes",
-    ];
-    names.contains(&attribute) || attribute.starts_with("seconds_")
+    let names = ["history", "machine", "threads", "sha256_attributes"];
+    names.contains(&attribute) || attribute.starts_with("seconds_") || attribute.ends_with("_seconds")
 }
 
 /// The bytes of a dataset, or of an attribute of a type that maps use.

@@ -10,7 +10,7 @@ use std::sync::atomic::AtomicBool;
 
 use ndarray::ArrayD;
 use slipmap::friction::Law;
-use slipmap::map::{self, Control, Engine, Field, Grid, Method, Plan};
+use slipmap::map::{self, Control, Field, Grid, Method, Plan};
 use slipmap::report::{self, Cell, Report, Table};
 use slipmap::simulate::naive::NaiveKnobs;
 use slipmap::store::Pick::{Every, Node};
@@ -32,19 +32,17 @@ const CHEAP: NaiveKnobs = NaiveKnobs {
 /// A plan with tiles so small that columns, boxes and blocks all reach across them.
 fn plan(nodes: [&[f64]; 6], methods: &[&str], fields: &[Field]) -> Plan {
     let grid = Grid::new(Law::Stribeck, nodes.iter().map(|values| values.to_vec()).collect()).unwrap();
-    let shape = grid.shape().iter().map(|&len| len.min(2)).collect();
-    Plan {
-        tile_shape: shape,
-        grid,
-        // What the naive methods say matters little here, what they cost does.
-        methods: methods.iter().map(|name| Method::by_name(name).unwrap().with_knobs(CHEAP)).collect(),
-        fields: fields.to_vec(),
-        engine: Engine::Auto,
-        tolerance: 1e-9,
-        audit_cells: 3,
-        proof_boxes: 0,
-        compression: 1,
-    }
+    let shape: Vec<usize> = grid.shape().iter().map(|&len| len.min(2)).collect();
+    // What the naive methods say matters little here, what they cost does.
+    let methods = methods.iter().map(|name| Method::by_name(name).unwrap().with_knobs(CHEAP));
+    Plan::builder(grid)
+        .methods(methods)
+        .fields(fields.iter().copied())
+        .audit_cells(3)
+        .tile_shape(shape)
+        .compression(1)
+        .build()
+        .unwrap()
 }
 
 /// All but one, which would spend seconds on the few cells of large divergence.
@@ -62,8 +60,8 @@ fn store_map(folder: &Path, plan: &Plan, title: &str) -> MapFile {
         command_line: "slipmap run map.toml".into(),
     };
     let writer = MapWriter::create(&path, plan, &provenance, store::Existing::Refuse).unwrap();
-    let control = Control { threads: Some(1), on_cells: &|_| (), stop: &AtomicBool::new(false) };
-    let summary = map::compute(plan, &writer, &control).unwrap();
+    let control = Control { threads: Some(1), ..Control::default() };
+    let summary = map::run(plan, &writer, &control).unwrap();
     let outcome = Outcome {
         threads: summary.threads,
         wall_seconds: summary.seconds,

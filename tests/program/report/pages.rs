@@ -1,7 +1,5 @@
 //! Figures and documents: degenerate maps, failed cells, hostile texts, and the command line.
 
-use std::sync::atomic::AtomicBool;
-
 use super::{SMALL, gather, plan, row, store_map};
 use crate::command::Scratch;
 use slipmap::map::{self, Control, Field, Verdict};
@@ -104,8 +102,8 @@ fn failed_cells_are_counted_and_drawn() {
     );
     let path = folder.path().join("map.h5");
     let writer = MapWriter::create(&path, &plan, &Provenance::default(), store::Existing::Refuse).unwrap();
-    let control = Control { threads: Some(1), on_cells: &|_| (), stop: &AtomicBool::new(false) };
-    map::compute(&plan, &Broken(&writer), &control).unwrap();
+    let control = Control { threads: Some(1), ..Control::default() };
+    map::run(&plan, &Broken(&writer), &control).unwrap();
     writer.finish(&Outcome::default()).unwrap();
     let map = MapFile::open(&path).unwrap();
     let report = gather(&map);

@@ -8,16 +8,19 @@ const MOST_TILE_CELLS: usize = 1 << 16;
 const MOST_TILES: usize = 1 << 20;
 /// .. at most 1 MiB of verdicts, the size of HDF5's cache of chunks ..
 const MOST_TILE_CELLS_OF_ALL: usize = 1 << 20;
-/// .. at least so much that a tile's own costs do not show ..
+/// .. at least so much that a tile's own costs do not show, which is little where each cell takes orbits of its own:
+/// there a tile may take seconds, and finished ones are what an interruption leaves ..
 const LEAST_TILE_CELLS: usize = 1 << 12;
+const LEAST_TILE_CELLS_WITH_ORBITS: usize = 1 << 4;
 /// .. and in between so many tiles that workers finish together and an interruption is heeded soon. All of
-/// them depend on the grid alone, so that maps do not depend on the machine.
+/// them depend on the plan alone, so that maps do not depend on the machine.
 const TILES: usize = 256;
 
-/// Cells of a tile of a grid of so many cells.
-pub(super) fn cells(all: usize) -> usize {
+/// Cells of a tile of a grid of so many cells; `orbits` says whether cells take orbits of their own.
+pub(super) fn cells(all: usize, orbits: bool) -> usize {
     let most = (all / MOST_TILES).clamp(MOST_TILE_CELLS, MOST_TILE_CELLS_OF_ALL);
-    (all / TILES).clamp(LEAST_TILE_CELLS, most)
+    let least = if orbits { LEAST_TILE_CELLS_WITH_ORBITS } else { LEAST_TILE_CELLS };
+    (all / TILES).clamp(least, most)
 }
 
 #[cfg(test)]
@@ -36,7 +39,10 @@ mod tests {
             (usize::MAX, 1 << 20),
         ];
         for (all, tile) in cases {
-            assert_eq!(cells(all), tile, "{all} cells");
+            assert_eq!(cells(all, false), tile, "{all} cells");
+        }
+        for (all, tile) in [(306, 16), (1 << 14, 64), (1 << 22, 1 << 14), (1_000_000_000, 1 << 16)] {
+            assert_eq!(cells(all, true), tile, "{all} cells with orbits");
         }
     }
 }

@@ -1,0 +1,131 @@
+"""Random legal configurations over the whole range of doubles through every command; see scripts/extremes."""
+
+import os
+import random
+import resource
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+SECONDS = 10.0
+MEMORY = 1 << 30
+LARGEST, SMALLEST = 1.7e308, 5e-324
+
+LAWS = {
+    "stribeck": ["alpha", "beta", "gamma"],
+    "exponential": ["mu", "vs"],
+    "lorentzian": ["mu", "vs", "eta"],
+    "expression": ["a", "b"],
+}
+FORMULAS = ["1 - a*u*exp(-b*u)", "1 - a*sin(b*u)", "1 - a*tanh(b*u)", "1/(1 + abs(a)*u) + b*u^2"]
+SHARES = {"alpha", "mu"}
+
+
+def number(rng, positive):
+    """Any legal number: ordinary ones half of the time, else any exponent that a double has."""
+    kind = rng.random()
+    if kind < 0.1 and not positive:
+        return 0.0
+    if kind < 0.5:
+        return rng.choice([0.05, 0.1, 0.2, 0.5, 1.0, 1.5, 2.0, 5.0]) * rng.uniform(0.9, 1.1)
+    if kind < 0.75:
+        return 10.0 ** rng.uniform(-9, 9)
+    value = 10.0 ** rng.uniform(-323.5, 308.2)
+    return min(max(value, SMALLEST), LARGEST)
+
+
+def axis(rng, name):
+    """One to four nodes, strictly increasing."""
+    count = rng.choice([1, 1, 2, 3, 4])
+    if name in SHARES:
+        values = {rng.choice([0.0, 1.0, rng.random()]) for _ in range(count)}
+    else:
+        values = {number(rng, name in ("epsilon", "V", "vs")) for _ in range(count)}
+    return sorted(values)
+
+
+def configuration(rng):
+    law = rng.choice(list(LAWS))
+    lines = ["[friction]", f'law = "{law}"']
+    if law == "expression":
+        lines.append(f'phi = "{rng.choice(FORMULAS)}"')
+    lines.append("[grid]")
+    for name in ["epsilon", *LAWS[law], "V", "c"]:
+        values = ", ".join(repr(value) for value in axis(rng, name))
+        lines.append(f"{name} = [{values}]")
+    fields = rng.sample(["margin", "critical_c", "regime", "landing", "cycle", "basin", "epsilon_limit"], rng.randint(0, 4))
+    engine = rng.choice(["auto", "auto", "return_map", "critical_surface", "direct"])
+    names = ", ".join(f'"{field}"' for field in ["verdict", *fields])
+    lines += ["[simulation]", f'engine = "{engine}"', "[audit]", "cells = 20", "[output]", 'path = "map.h5"', f"fields = [{names}]"]
+    return law, "\n".join(lines) + "\n"
+
+
+def run(program, arguments, folder):
+    """Exit code, messages, processor seconds and bytes of memory of one command."""
+
+    def limits():
+        # Twice the time that is allowed: what takes longer is stopped, and reported all the same.
+        resource.setrlimit(resource.RLIMIT_CPU, (int(2 * SECONDS), int(2 * SECONDS) + 1))
+
+    process = subprocess.Popen(
+        [program, *arguments], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, preexec_fn=limits
+    )
+    said = process.stdout.read().decode(errors="replace")
+    _, status, usage = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    return process.returncode, said, usage.ru_utime + usage.ru_stime, usage.ru_maxrss * 1024
+
+
+def main():
+    program, count, seed = os.path.abspath(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3])
+    rng = random.Random(seed)
+    problems, slowest, largest, ends = [], {}, {}, {}
+    for i in range(count):
+        law, text = configuration(rng)
+        with tempfile.TemporaryDirectory() as folder:
+            Path(folder, "map.toml").write_text(text)
+            commands = {
+                "run": ["run", "map.toml", "--quiet"],
+                "check": ["check", "map.h5"],
+                "report": ["report", "map.h5", "--out", "report", "--quiet"],
+                "plot": ["plot", "map.h5", "--x", "V", "--y", "c", "--out", "plot.png"],
+                "probe": ["probe", "--points", "points.csv", "--out", "answers.csv", "--quiet"],
+            }
+            # The first node of every axis as a point.
+            nodes = dict(line.split(" = ") for line in text.split("[grid]")[1].split("[simulation]")[0].strip().splitlines())
+            point = {name: values.strip("[]").split(", ")[0] for name, values in nodes.items()}
+            Path(folder, "points.csv").write_text(",".join(point) + "\n" + ",".join(point.values()) + "\n")
+            phi = next((line.split(" = ")[1].strip('"') for line in text.splitlines() if line.startswith("phi")), None)
+            commands["probe"] += ["--phi", phi] if phi else ["--law", law]
+            for name, arguments in commands.items():
+                if name in ("check", "report", "plot") and not Path(folder, "map.h5").exists():
+                    continue
+                code, said, seconds, memory = run(program, arguments, folder)
+                ends[name, code] = ends.get((name, code), 0) + 1
+                slowest[name] = max(slowest.get(name, 0.0), seconds)
+                largest[name] = max(largest.get(name, 0), memory)
+                wrong = []
+                if code not in (0, 1, 2):
+                    wrong.append(f"ended with {code}")
+                if "panicked" in said:
+                    wrong.append("panicked")
+                if code == 2 and "error:" not in said:
+                    wrong.append("refused without a message")
+                if seconds > SECONDS:
+                    wrong.append(f"{seconds:.1f} s")
+                if memory > MEMORY:
+                    wrong.append(f"{memory >> 20} MiB")
+                if wrong:
+                    problems.append((i, name, ", ".join(wrong), text, said[-400:]))
+    for (name, code), number_of in sorted(ends.items()):
+        print(f"{name:7} exit code {code:4}: {number_of}")
+    for name in slowest:
+        print(f"{name:7} at most {slowest[name]:.2f} s, {largest[name] >> 20} MiB")
+    for i, name, wrong, text, said in problems:
+        print(f"\n# configuration {i}: {name} {wrong}\n{text}{said}")
+    print(f"\n{count} configurations, {len(problems)} problems")
+    sys.exit(bool(problems))
+
+
+main()

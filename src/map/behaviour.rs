@@ -1,0 +1,153 @@
+//! What the flow of a column tends to at each of its dampings, from one backbone.
+
+use std::cell::OnceCell;
+
+use super::simulation::End;
+use super::verdict::{Attractors, Outside};
+use super::{AttractingCycle, Regime};
+use crate::filippov::Oscillator;
+use crate::friction::Curve;
+use crate::simulate::backbone::{Backbone, Crossing};
+use crate::simulate::crossing::{CrossingCycle, StickSlipCycle, crossing_cycles, stick_slip_cycle};
+use crate::simulate::slip_cycle::{BACKBONE_TOLERANCE, Kick, SlipCycle, kick_onto, locate, none_proved};
+use crate::simulate::{Failure, Flow};
+
+/// The relative error of a turn asked for where slip cycles are concerned: their amplitude is the less certain
+/// the closer the multiplier is to 1.
+const TIGHT: f64 = 1e-13;
+
+/// All dampings of one friction curve and belt speed.
+pub(super) struct Behaviour {
+    curve: Curve,
+    belt_speed: f64,
+    /// Made when a damping first asks for it.
+    backbone: OnceCell<Result<Backbone, Failure>>,
+}
+
+impl Behaviour {
+    pub(super) fn new(curve: &Curve, belt_speed: f64) -> Self {
+        Self { curve: curve.clone(), belt_speed, backbone: OnceCell::new() }
+    }
+
+    /// The slip cycles of `oscillator`, whose orbit from the exit point ends as `end` says; `None` if they are not known.
+    pub(super) fn slip_cycles(&self, oscillator: &Oscillator, end: End) -> Option<Vec<Crossing>> {
+        let stable = oscillator.eigenvalues().is_stable();
+        let returns = match end {
+            End::Sticks | End::Crosses => true,
+            End::Inward => false,
+            End::TooClose | End::Failed => return None,
+        };
+        if none_proved(oscillator) {
+            return Some(Vec::new());
+        }
+        if oscillator.curve.weakens_less_and_less() {
+            // One at most, which repels: it lies between the equilibrium and the belt line if both attract.
+            let between = [0.0, self.belt_speed];
+            let one = Crossing { between, is_stable: !returns };
+            return Some(if stable == returns { vec![one] } else { Vec::new() });
+        }
+        let backbone = self.backbone()?;
+        let cycles = backbone.cycles(oscillator.viscous, stable, returns)?;
+        let narrowed =
+            |cycle: Crossing| Crossing { between: backbone.narrowed(&cycle, oscillator.viscous), ..cycle };
+        Some(cycles.into_iter().map(narrowed).collect())
+    }
+
+    fn backbone(&self) -> Option<&Backbone> {
+        let make = || Backbone::of_curve(&self.curve, self.belt_speed, BACKBONE_TOLERANCE);
+        self.backbone.get_or_init(make).as_ref().ok()
+    }
+
+    /// What attracts.
+    ///
+    /// An orbit that spirals inward around an unstable equilibrium must tend to a slip cycle between the two
+    /// (Poincare-Bendixson); around a stable one the equilibrium attracts. What the orbit from the exit point comes to
+    /// coexists with all that lies within it.
+    pub(super) fn regime(&self, oscillator: &Oscillator, end: End) -> Regime {
+        let Some(cycles) = self.slip_cycles(oscillator, end) else { return Regime::Failed };
+        let attractors = Attractors {
+            equilibrium: oscillator.eigenvalues().is_stable(),
+            slip: cycles.iter().any(|cycle| cycle.is_stable),
+            outside: match end {
+                End::Sticks => Some(Outside::StickSlip),
+                End::Crosses => Some(Outside::Crossing),
+                End::Inward | End::TooClose | End::Failed => None,
+            },
+        };
+        Regime::of(attractors)
+    }
+
+    /// The cycle that attracts: what the orbit from the exit point comes to before a slip cycle, of slip cycles the
+    /// largest. `None` where there is none, or where it cannot be followed.
+    pub(super) fn attracting_cycle(
+        &self,
+        oscillator: &Oscillator,
+        flow: &Flow,
+        tolerance: f64,
+    ) -> Option<AttractingCycle> {
+        let end = End::of(flow);
+        match end {
+            End::Sticks => {
+                let StickSlipCycle { period, velocity, displacement } =
+                    stick_slip_cycle(oscillator, flow, tolerance).ok()??;
+                Some(AttractingCycle { period, displacement, velocity, multiplier: 0.0 })
+            }
+            End::Crosses => {
+                let cycles = crossing_cycles(oscillator, tolerance).ok()?;
+                let CrossingCycle { period, displacement, velocity, multiplier, .. } =
+                    cycles.into_iter().find(CrossingCycle::is_stable)?;
+                Some(AttractingCycle { period, displacement, velocity, multiplier })
+            }
+            End::Inward => {
+                let cycle = self.slip_cycles(oscillator, end)?.into_iter().rfind(|cycle| cycle.is_stable)?;
+                let SlipCycle { period, displacement, velocity, multiplier } =
+                    locate(oscillator, &cycle, tolerance.min(TIGHT)).ok()?;
+                Some(AttractingCycle { period, displacement, velocity, multiplier })
+            }
+            End::TooClose | End::Failed => None,
+        }
+    }
+
+    /// The outermost slip cycle where it repels and something within it attracts, and the kicks onto it: what lies outside
+    /// ends in stick-slip or crosses for ever. `None` elsewhere, or where it cannot be followed.
+    pub(super) fn basin_boundary(
+        &self,
+        oscillator: &Oscillator,
+        end: End,
+        tolerance: f64,
+    ) -> Option<(SlipCycle, Kick)> {
+        let cycle = self.slip_cycles(oscillator, end)?.pop().filter(|cycle| !cycle.is_stable)?;
+        let tolerance = tolerance.min(TIGHT);
+        let cycle = locate(oscillator, &cycle, tolerance).ok()?;
+        let kick = kick_onto(oscillator, &cycle, tolerance).ok()?;
+        Some((cycle, kick))
+    }
+}
+
+/// The regime of a point whose orbit from the exit point ends as `flow` says.
+#[must_use]
+pub fn regime(oscillator: &Oscillator, flow: &Flow) -> Regime {
+    Behaviour::new(&oscillator.curve, oscillator.belt_speed).regime(oscillator, End::of(flow))
+}
+
+/// The number of slip cycles, stable or not; `None` if it is not known.
+#[must_use]
+pub fn slip_cycle_count(oscillator: &Oscillator, flow: &Flow) -> Option<usize> {
+    let behaviour = Behaviour::new(&oscillator.curve, oscillator.belt_speed);
+    behaviour.slip_cycles(oscillator, End::of(flow)).map(|cycles| cycles.len())
+}
+
+/// The cycle that attracts where the orbit from the exit point ends as `flow` says: the stick-slip or the crossing cycle
+/// before a slip cycle, of slip cycles the largest. `None` where there is none, or where it cannot be followed.
+#[must_use]
+pub fn attracting_cycle(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> Option<AttractingCycle> {
+    Behaviour::new(&oscillator.curve, oscillator.belt_speed).attracting_cycle(oscillator, flow, tolerance)
+}
+
+/// The unstable slip cycle outside of which the mass ends in stick-slip or crosses for ever, and the kicks onto it. `None`
+/// where there is none, or where it cannot be followed.
+#[must_use]
+pub fn basin_boundary(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> Option<(SlipCycle, Kick)> {
+    let behaviour = Behaviour::new(&oscillator.curve, oscillator.belt_speed);
+    behaviour.basin_boundary(oscillator, End::of(flow), tolerance)
+}

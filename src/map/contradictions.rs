@@ -1,0 +1,157 @@
+//! Cells in which methods that promise to be right say opposite things: at most one of them is right, so a run
+//! that finds any says so, whatever the size of its audit.
+//!
+//! The methods in question are the tests that are theorems at finite eps, `validated`, and `simulation`.
+
+use super::account::LISTED;
+use super::{Plan, TileData, Verdict};
+use crate::certify::Guarantee;
+use crate::point::Point;
+
+/// A cell in which methods that promise to be right contradict each other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Contradiction {
+    /// The number of its tile.
+    pub tile: usize,
+    /// Its point.
+    pub point: Point,
+    /// What each method of the plan says there, in the plan's order.
+    pub verdicts: Vec<Verdict>,
+}
+
+/// All such cells of some tiles: their number, and the first of them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Contradictions {
+    /// Number of cells.
+    pub cells: u64,
+    /// The first cells, at most [`LISTED`], in the order of tiles.
+    pub first: Vec<Contradiction>,
+}
+
+impl Contradictions {
+    pub(super) fn add(&mut self, other: Contradictions) {
+        self.cells += other.cells;
+        if !other.first.is_empty() {
+            self.first.extend(other.first);
+            self.first.sort_by_key(|cell| cell.tile);
+            self.first.truncate(LISTED);
+        }
+    }
+}
+
+/// Whether a method with this guarantee promises that its verdicts are right.
+pub(super) fn promises(guarantee: Guarantee) -> bool {
+    match guarantee {
+        Guarantee::FiniteEpsilon | Guarantee::Numerical | Guarantee::Validated => true,
+        Guarantee::Asymptotic | Guarantee::None => false,
+    }
+}
+
+/// The contradictions among the verdicts of a tile.
+pub(super) fn contradictions(plan: &Plan, data: &TileData) -> Contradictions {
+    let promising = data.methods.iter().filter(|cells| promises(cells.method.guarantee()));
+    let mut runs: Vec<_> = promising.map(|cells| cells.verdicts.iter().peekable()).collect();
+    let mut found = Contradictions::default();
+    let cells = data.tile.cells();
+    // From one change of any verdict to the next.
+    let mut from = 0;
+    while from < cells {
+        let (mut to, mut present, mut absent) = (cells, false, false);
+        for run in &mut runs {
+            while run.next_if(|(_, cells)| cells.end <= from).is_some() {}
+            if let Some((verdict, cells)) = run.peek() {
+                to = to.min(cells.end);
+                present |= *verdict == Verdict::Present;
+                absent |= *verdict == Verdict::Absent;
+            }
+        }
+        if present && absent {
+            found.cells += (to - from) as u64;
+            let room = LISTED - found.first.len();
+            found.first.extend((from..to).take(room).map(|cell| contradiction(plan, data, cell)));
+        }
+        from = to;
+    }
+    found
+}
+
+fn contradiction(plan: &Plan, data: &TileData, cell: usize) -> Contradiction {
+    let dampings = data.tile.damping_range().len();
+    let mut index = data.tile.column_index(cell / dampings);
+    if let Some(last) = index.last_mut() {
+        *last += cell % dampings;
+    }
+    Contradiction {
+        tile: data.tile.number,
+        point: plan.grid.point(&index),
+        verdicts: data
+            .methods
+            .iter()
+            .map(|cells| cells.verdicts.get(cell).unwrap_or(Verdict::NotComputed))
+            .collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::friction::Law;
+    use crate::map::{Grid, Method, MethodCells, Runs};
+
+    /// Verdicts by their codes.
+    fn said(codes: &[i8]) -> Runs<Verdict> {
+        let verdict = |code: &i8| Verdict::ALL.into_iter().find(|verdict| verdict.code() == *code).unwrap();
+        codes.iter().map(verdict).collect()
+    }
+
+    /// One column of cells and what four methods say of it.
+    fn of(verdicts: [&[i8]; 4]) -> Contradictions {
+        let cells = verdicts[0].len();
+        let dampings = (0..cells).map(|i| i as f64).collect();
+        let nodes = vec![vec![0.1], vec![0.5], vec![0.0], vec![1.0], vec![1.0], dampings];
+        let names = ["perturbation", "symmetric", "validated", "simulation"];
+        let methods: Vec<Method> = names.iter().filter_map(|name| Method::by_name(name)).collect();
+        let grid = Grid::new(Law::Stribeck, nodes).unwrap();
+        let shape = grid.shape();
+        let plan = Plan::builder(grid).methods(methods).tile_shape(shape).build().unwrap();
+        // The plan's order is that of all methods; each keeps the verdicts given under its name.
+        let methods = plan.methods.iter().map(|&method| MethodCells {
+            method,
+            verdicts: said(verdicts[names.iter().position(|name| *name == method.name()).unwrap()]),
+            margins: Vec::new(),
+            critical: Vec::new(),
+        });
+        let data = TileData {
+            tile: plan.grid.tile(&plan.tile_shape, 0),
+            methods: methods.collect(),
+            regime: Runs::new(),
+            quantities: Vec::new(),
+        };
+        contradictions(&plan, &data)
+    }
+
+    #[test]
+    fn cells_with_opposite_promises_are_counted_and_named() {
+        let clear = of([&[1; 4], &[0, 0, -1, -1], &[2, 3, 0, -1], &[1, 0, -1, -1]]);
+        assert_eq!(clear, Contradictions::default(), "the first-order test promises nothing at finite eps");
+        let found = of([&[0; 4], &[1, 0, -1, -1], &[0, 1, 0, 1], &[-1, -1, 1, 0]]);
+        assert_eq!(found.cells, 4, "with the simulation or between two theorems");
+        let dampings: Vec<f64> = found.first.iter().map(|cell| cell.point.damping).collect();
+        assert_eq!(dampings, [0.0, 1.0, 2.0, 3.0]);
+        assert!(found.first[0].verdicts.contains(&Verdict::Present));
+        assert!(found.first[0].verdicts.contains(&Verdict::Absent));
+    }
+
+    #[test]
+    fn all_are_counted_and_the_first_are_kept() {
+        // Every third cell of a column.
+        for cells in [1, 2, 4, 100, 1000] {
+            let sign = |i: usize| if i.is_multiple_of(3) { -1 } else { 1 };
+            let simulation: Vec<i8> = (0..cells).map(sign).collect();
+            let nothing = vec![0; cells];
+            let found = of([&nothing, &vec![1; cells], &nothing, &simulation]);
+            assert_eq!(found.cells, cells.div_ceil(3) as u64);
+            assert_eq!(found.first.len(), LISTED.min(cells.div_ceil(3)));
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! The whole run: every cell of the map, the curves in its planes, and what is proved between its nodes.
+
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+
+use super::account::Account;
+use super::engine::{ComputeError, Control, Queue, Summary, compute_tiles};
+use super::{Plan, Sink, curves_of, prove};
+use crate::clock::process_time;
+
+/// What earlier runs of the same plan have done, for a run that goes on with it.
+#[derive(Clone, Debug)]
+pub struct Earlier {
+    /// The sum of the accounts of the tiles that they finished.
+    pub account: Account,
+    /// Wall-clock seconds that they took.
+    pub seconds: f64,
+}
+
+impl Earlier {
+    /// There were none.
+    #[must_use]
+    pub fn none(plan: &Plan) -> Self {
+        Self { account: Account::none(plan), seconds: 0.0 }
+    }
+}
+
+/// Does all that `plan` asks for: the cells go into `sink`, the rest into the summary.
+///
+/// # Errors
+/// [`ComputeError`]; the sink then holds an incomplete map.
+///
+/// ```
+/// use slipmap::friction::Law;
+/// use slipmap::map::{self, Account, Control, Grid, Plan, Sink, TileData, Verdict};
+///
+/// /// Forgets the cells; what is counted remains.
+/// struct Nowhere;
+///
+/// impl Sink for Nowhere {
+///     type Packed = ();
+///     type Error = std::convert::Infallible;
+///     fn pack(&self, _: &TileData) -> Result<(), Self::Error> { Ok(()) }
+///     fn write(&self, (): (), _: &Account) -> Result<(), Self::Error> { Ok(()) }
+/// }
+///
+/// let nodes = [vec![0.1], vec![0.4], vec![0.2], vec![2.0], vec![1.0], vec![0.0, 0.3, 0.9]];
+/// let plan = Plan::builder(Grid::new(Law::Stribeck, nodes.to_vec())?).build()?;
+/// let summary = map::run(&plan, &Nowhere, &Control::default())?;
+/// let simulation = summary.methods.last().expect("it is among the usual methods");
+/// assert_eq!(simulation.cells_with(Verdict::Present), 2);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn run<S: Sink>(plan: &Plan, sink: &S, control: &Control) -> Result<Summary, ComputeError<S::Error>> {
+    let queue = Queue::new(vec![false; plan.tile_count()]);
+    run_with(plan, control, Earlier::none(plan), || compute_tiles(plan, sink, control, &|| queue.take()))
+}
+
+/// The same with the tiles computed by `tiles`, wherever that is done, after `earlier` runs have finished some
+/// of them. `tiles` returns the sum of the accounts of its own, and the number of workers.
+///
+/// # Errors
+/// Those of `tiles`, or a [`ComputeError`] made one of them.
+pub fn run_with<S, E>(
+    plan: &Plan,
+    control: &Control,
+    earlier: Earlier,
+    tiles: impl FnOnce() -> Result<(Account, usize), E>,
+) -> Result<Summary, E>
+where
+    S: std::error::Error,
+    E: From<ComputeError<S>>,
+{
+    let (start, processor) = (Instant::now(), process_time());
+    let (mut account, threads) = tiles()?;
+    // Other processes, of which the account may tell as well, have their own rest.
+    let rest = (process_time() - processor).as_secs_f64() - account.processor_seconds();
+    account.stages.other += rest.max(0.0);
+    account.add(earlier.account);
+    let mut summary = Summary::new(plan, account, threads, earlier.seconds + start.elapsed().as_secs_f64());
+    if !plan.planes.is_empty() {
+        let (start, processor) = (Instant::now(), process_time());
+        let curves = curves_of(&plan.grid, &plan.planes, control.threads, control.on_plane, control.stop);
+        summary.curves = curves.ok_or_else(|| ComputeError::Threads("for the curves".into()))?;
+        summary.curves_seconds = start.elapsed().as_secs_f64();
+        summary.stages.curves += (process_time() - processor).as_secs_f64();
+    }
+    let processor = process_time();
+    summary.proved = prove(plan, control.threads, control.stop);
+    summary.stages.proofs += (process_time() - processor).as_secs_f64();
+    if control.stop.load(Ordering::Relaxed) {
+        return Err(ComputeError::Interrupted.into());
+    }
+    Ok(summary)
+}

@@ -1,0 +1,65 @@
+//! Figures and tables of an earlier report that a new one in the same folder does not replace: the report of another
+//! map had them, and left in place they would pass for this one's. Only what the earlier report itself lists is
+//! removed; files that others put there stay.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+/// Endings of the files of a report.
+const ENDINGS: [&str; 5] = ["svg", "png", "pdf", "csv", "tex"];
+
+/// The figures and tables that the report in a folder lists, without their endings; none where there is no report.
+pub(super) fn listed(folder: &Path) -> BTreeSet<String> {
+    let text = fs::read_to_string(folder.join("report.md")).unwrap_or_default();
+    let mut names = BTreeSet::new();
+    for kind in ["figures/", "tables/"] {
+        for (at, _) in text.match_indices(kind) {
+            let rest = &text[at + kind.len()..];
+            let end = rest
+                .find(|c: char| !(c.is_ascii_alphanumeric() || c == '-' || c == '_'))
+                .unwrap_or(rest.len());
+            if end > 0 {
+                names.insert(format!("{kind}{}", &rest[..end]));
+            }
+        }
+    }
+    names
+}
+
+/// Removes the files of those that the report in a folder listed `before` and lists no more.
+pub(super) fn remove(folder: &Path, before: &BTreeSet<String>) {
+    for name in before.difference(&listed(folder)) {
+        for ending in ENDINGS {
+            // What cannot be removed does no harm to what was written.
+            let _ = fs::remove_file(folder.join(format!("{name}.{ending}")));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_listed_no_more_is_removed_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &str| {
+            let path = folder.path().join(name);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, text).unwrap();
+        };
+        for name in
+            ["figures/slice-a-c-2col.png", "figures/slice-a-c-2col.svg", "figures/mine.png", "tables/t.csv"]
+        {
+            write(name, "");
+        }
+        write("report.md", "![x](figures/slice-a-c-2col.png) [CSV](tables/t.csv) ../figures/../mine");
+        let before = listed(folder.path());
+        write("report.md", "[CSV](tables/t.csv)");
+        remove(folder.path(), &before);
+        let left = |name: &str| folder.path().join(name).exists();
+        assert!(!left("figures/slice-a-c-2col.png") && !left("figures/slice-a-c-2col.svg"));
+        assert!(left("figures/mine.png") && left("tables/t.csv"));
+    }
+}

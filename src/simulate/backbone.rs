@@ -1,0 +1,308 @@
+//! The backbone C(r) of a column: for each amplitude r in (0, V] the one damping at which the orbit that turns at x2 = r
+//! closes.
+//!
+//! The right side of the scalar form increases with D at every angle, so the return map P(r; C) falls strictly with C, and
+//! P(r; C) = r has one root C(r) (theory, "The backbone"). Every slip cycle of every damping of the column is on this one
+//! curve: at C = eps c they are the solutions of C(r) = C; one attracts where C falls with r and repels where it rises.
+//! C(0+) is the weakening rate at belt speed (Hopf), C(V) is eps c* (grazing), and the extremes between are folds.
+//!
+//! C is interpolated in r by Chebyshev polynomials through nodes that are doubled until the coefficients have decayed.
+//!
+//! **Error.** Twice the sum of the sizes of the last quarter of the coefficients, with the largest error of the nodes times
+//! the Lebesgue constant. It is numerical, not a bound: [`super::slip_count`] proves counts.
+
+use std::f64::consts::PI;
+
+use super::closed_orbit::{closing_damping, closing_damping_of_node};
+use super::{Failure, Range};
+use crate::friction::{Column, Curve};
+
+/// Numbers of intervals between nodes, coarse to fine.
+const SIZES: [usize; 5] = [8, 16, 32, 64, 128];
+/// The finest of them where the law has corners: C is smooth to finite order only, and more nodes gain little.
+const FINEST_WITH_CORNERS: usize = 64;
+
+/// A place where C stops rising or falling with r, or an end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TurningPoint {
+    /// The amplitude r: largest x2 on the orbit.
+    pub radius: f64,
+    /// C = eps c there.
+    pub viscous: f64,
+}
+
+/// A slip cycle at some damping, as the backbone has it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crossing {
+    /// Amplitudes between which it is the only cycle.
+    pub between: [f64; 2],
+    /// Whether it attracts.
+    pub is_stable: bool,
+}
+
+/// The backbone of a column, for 0 <= r <= V.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Backbone {
+    belt_speed: f64,
+    /// Coefficients of C along the Chebyshev polynomials in 2 r / V - 1.
+    series: Vec<f64>,
+    turning_points: Vec<TurningPoint>,
+    /// Estimate of the absolute error of C at any r.
+    pub error: f64,
+    /// Evaluations of the right-hand side, where the polar form was used.
+    pub rhs: u64,
+}
+
+/// Solves for C at one amplitude after the other.
+struct Solver<'a> {
+    curve: &'a Curve,
+    belt_speed: f64,
+    bounds: Range,
+    tolerance: f64,
+    /// Largest error so far.
+    error: f64,
+    rhs: u64,
+}
+
+impl Solver<'_> {
+    fn at(&mut self, radius: f64, start: f64) -> Result<f64, Failure> {
+        let (curve, belt_speed, bounds, tolerance) =
+            (self.curve, self.belt_speed, self.bounds, self.tolerance);
+        let found = match closing_damping(curve, belt_speed, radius, bounds, start, tolerance) {
+            Ok(found) => found,
+            Err(spent) => {
+                self.rhs += spent;
+                // On the belt line itself the orbit is followed from just below: C is continuous.
+                let radius = radius.min(belt_speed * (1.0 - f64::EPSILON));
+                closing_damping_of_node(curve, belt_speed, radius, bounds, tolerance)?
+            }
+        };
+        self.rhs += found.rhs;
+        self.error = self.error.max(found.error);
+        Ok(found.viscous)
+    }
+}
+
+/// cos(pi i / size), exact at the ends and in the middle.
+fn node(i: usize, size: usize) -> f64 {
+    (PI * (size as f64 - 2.0 * i as f64) / (2.0 * size as f64)).sin()
+}
+
+/// Chebyshev coefficients of the polynomial through `values` at the nodes cos(pi i / size), i = 0 ..= size.
+fn coefficients(values: &[f64]) -> Vec<f64> {
+    let size = values.len() - 1;
+    let half_at_ends = |i: usize| if i == 0 || i == size { 0.5 } else { 1.0 };
+    (0..=size)
+        .map(|k| {
+            let terms = values.iter().enumerate().map(|(i, value)| {
+                // cos(pi i k / size), reduced to one period.
+                half_at_ends(i) * value * node((i * k) % (2 * size), size)
+            });
+            half_at_ends(k) * 2.0 / size as f64 * terms.sum::<f64>()
+        })
+        .collect()
+}
+
+/// The sum of the series at x, by Clenshaw's recurrence.
+fn sum(series: &[f64], x: f64) -> f64 {
+    let (mut b1, mut b2) = (0.0, 0.0);
+    for &c in series[1..].iter().rev() {
+        (b1, b2) = (c + 2.0 * x * b1 - b2, b1);
+    }
+    series[0] + x * b1 - b2
+}
+
+impl Backbone {
+    /// The backbone of a column, with an error of about `tolerance` in units of the weakening rate where that can be had.
+    ///
+    /// # Errors
+    /// [`Failure`] of an orbit.
+    pub fn of(column: &Column, tolerance: f64) -> Result<Self, Failure> {
+        Self::of_curve(&column.curve, column.belt_speed, tolerance)
+    }
+
+    /// As [`Backbone::of`].
+    ///
+    /// # Errors
+    /// [`Failure`] of an orbit.
+    pub fn of_curve(curve: &Curve, belt_speed: f64, tolerance: f64) -> Result<Self, Failure> {
+        let bounds = curve.even_weakening_range(belt_speed);
+        let size = bounds.lo.abs().max(bounds.hi.abs());
+        let mut solver = Solver { curve, belt_speed, bounds, tolerance, error: 0.0, rhs: 0 };
+        let finest = if curve.corners().is_empty() { SIZES[SIZES.len() - 1] } else { FINEST_WITH_CORNERS };
+        let mut values =
+            vec![solver.at(belt_speed, curve.mean_weakening(belt_speed))?, curve.weakening(belt_speed)];
+        let mut intervals = 1;
+        loop {
+            // Every other node is known.
+            let finer = if intervals == 1 { SIZES[0] } else { 2 * intervals };
+            let stride = finer / intervals;
+            let mut refined = Vec::with_capacity(finer + 1);
+            for i in 0..=finer {
+                let radius = 0.5 * belt_speed * (1.0 + node(i, finer));
+                refined.push(if i % stride == 0 {
+                    values[i / stride]
+                } else {
+                    let before: f64 = refined[i - 1];
+                    solver.at(radius, before)?
+                });
+            }
+            (values, intervals) = (refined, finer);
+            let series = coefficients(&values);
+            let last = &series[intervals + 1 - (intervals / 4).max(3)..];
+            let tail = 2.0 * last.iter().map(|c| c.abs()).sum::<f64>();
+            let lebesgue = 1.0 + 2.0 / PI * (intervals as f64).ln();
+            let nodes = lebesgue * solver.error + 4.0 * f64::EPSILON * size;
+            if tail <= (tolerance * size).max(nodes) || intervals >= finest {
+                let mut backbone = Self {
+                    belt_speed,
+                    series,
+                    turning_points: Vec::new(),
+                    error: tail + nodes,
+                    rhs: solver.rhs,
+                };
+                backbone.turning_points = backbone.find_turning_points([values[intervals], values[0]]);
+                return Ok(backbone);
+            }
+        }
+    }
+
+    /// C at an amplitude 0 <= `radius` <= V.
+    #[must_use]
+    pub fn viscous(&self, radius: f64) -> f64 {
+        sum(&self.series, 2.0 * radius / self.belt_speed - 1.0)
+    }
+
+    /// The ends r = 0 and r = V, and the folds between them, by growing r. Between neighbours C rises or falls throughout;
+    /// wiggles within its error are left out.
+    #[must_use]
+    pub fn turning_points(&self) -> &[TurningPoint] {
+        &self.turning_points
+    }
+
+    /// The folds: where two slip cycles meet.
+    #[must_use]
+    pub fn folds(&self) -> &[TurningPoint] {
+        &self.turning_points[1..self.turning_points.len() - 1]
+    }
+
+    fn find_turning_points(&self, [at_rest, at_belt]: [f64; 2]) -> Vec<TurningPoint> {
+        // Twice as many places as there are extremes of the highest polynomial.
+        let places = 4 * (self.series.len() - 1);
+        let radius = |i: usize| 0.5 * self.belt_speed * (1.0 - node(i, places));
+        let mut found = vec![TurningPoint { radius: 0.0, viscous: at_rest }];
+        let values: Vec<f64> = (0..=places).map(|i| self.viscous(radius(i))).collect();
+        for i in 1..places {
+            let [left, here, right] = [values[i - 1], values[i], values[i + 1]];
+            let (up, down) = (here > left && here >= right, here < left && here <= right);
+            if up || down {
+                let sign = if up { 1.0 } else { -1.0 };
+                let best = golden(|r| sign * self.viscous(r), [radius(i - 1), radius(i + 1)]);
+                found.push(TurningPoint { radius: best, viscous: self.viscous(best) });
+            }
+        }
+        found.push(TurningPoint { radius: self.belt_speed, viscous: at_belt });
+        // The smallest step between neighbours goes, with both its ends or with the one that is no end of the curve.
+        while let Some(i) = (1..found.len())
+            .filter(|&i| {
+                found.len() > 2 && (found[i].viscous - found[i - 1].viscous).abs() <= 2.0 * self.error
+            })
+            .min_by(|&i, &j| {
+                let step = |i: usize| (found[i].viscous - found[i - 1].viscous).abs();
+                step(i).total_cmp(&step(j))
+            })
+        {
+            match i {
+                1 => drop(found.remove(1)),
+                i if i + 1 == found.len() => drop(found.remove(i - 1)),
+                i => drop(found.drain(i - 1..=i)),
+            }
+        }
+        found
+    }
+
+    /// The slip cycles at C = `viscous`, by growing amplitude. The stability of the equilibrium and whether the orbit from
+    /// the exit point returns to the belt line are put in, so that the number is even or odd as it must be. `None` where C is
+    /// within the error of a fold's.
+    #[must_use]
+    pub fn cycles(&self, viscous: f64, equilibrium_is_stable: bool, returns: bool) -> Option<Vec<Crossing>> {
+        if self.folds().iter().any(|fold| (fold.viscous - viscous).abs() <= self.error) {
+            return None;
+        }
+        let last = self.turning_points.len() - 1;
+        // Whether orbits of this amplitude shrink.
+        let inward = |i: usize| match i {
+            0 => equilibrium_is_stable,
+            i if i == last => !returns,
+            i => viscous > self.turning_points[i].viscous,
+        };
+        let cycles = (1..=last).filter(|&i| inward(i - 1) != inward(i)).map(|i| Crossing {
+            between: [self.turning_points[i - 1].radius, self.turning_points[i].radius],
+            is_stable: inward(i),
+        });
+        Some(cycles.collect())
+    }
+
+    /// Narrower bounds of a cycle's amplitude at C = `viscous`, as far as the error of C allows.
+    #[must_use]
+    pub fn narrowed(&self, cycle: &Crossing, viscous: f64) -> [f64; 2] {
+        let [from, to] = cycle.between;
+        let rises = !cycle.is_stable;
+        // Where C certainly has not come to `viscous` yet, and where it certainly has.
+        let bound = |shift: f64| {
+            let (mut low, mut high) = (from, to);
+            for _ in 0..60 {
+                let middle = 0.5 * (low + high);
+                let passed = if rises {
+                    self.viscous(middle) + shift > viscous
+                } else {
+                    self.viscous(middle) - shift < viscous
+                };
+                *(if passed { &mut high } else { &mut low }) = middle;
+            }
+            [low, high]
+        };
+        let pad = 2.0 * self.error;
+        let [low, high] = [bound(pad)[0], bound(-pad)[1]];
+        // A little more room: the interpolant's own root may be off by a few roundings.
+        let room = 1e-9 * (to - from);
+        [(low - room).max(from), (high + room).min(to)]
+    }
+}
+
+/// The place of the maximum of `f`, which rises and then falls between two places.
+fn golden(f: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2]) -> f64 {
+    let share = 0.5 * (3.0 - 5.0_f64.sqrt());
+    let (mut a, mut b) = (low + share * (high - low), high - share * (high - low));
+    let (mut at_a, mut at_b) = (f(a), f(b));
+    for _ in 0..60 {
+        if at_a >= at_b {
+            (high, b, at_b) = (b, a, at_a);
+            a = low + share * (high - low);
+            at_a = f(a);
+        } else {
+            (low, a, at_a) = (a, b, at_b);
+            b = high - share * (high - low);
+            at_b = f(b);
+        }
+    }
+    0.5 * (low + high)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn polynomials_are_their_own_series() {
+        let f = |x: f64| 1.0 - 2.0 * x + 0.5 * x * x * x;
+        for size in [4, 8, 16] {
+            let values: Vec<f64> = (0..=size).map(|i| f(node(i, size))).collect();
+            let series = coefficients(&values);
+            for x in [-1.0, -0.3, 0.2, 1.0] {
+                assert!((sum(&series, x) - f(x)).abs() < 1e-14, "{size} {x}");
+            }
+            assert!(series[4..].iter().all(|c| c.abs() < 1e-15), "{series:?}");
+        }
+    }
+}

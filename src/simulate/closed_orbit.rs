@@ -1,0 +1,248 @@
+//! Turns of the lower flow from any maximum of x2, and the damping at which they close, for any friction law.
+//!
+//! In the polar form of [`super::polar`], with R = r / r(0), the orbit through (x2, x2') = (`radius`, 0) obeys
+//!
+//! ```text
+//! dR/dth = D R sin^2 th / (1 + D sin th cos th),    D = w(V - radius R cos th) - C
+//! ```
+//!
+//! with steps that follow the law and end at its corners.
+//!
+//! **Weights.** Let Q(th) be the factor by which a small change of ln r at the start has grown at th. By Liouville's formula
+//! it needs no derivative of the law: Q = exp(integral of D dt) / (R dth/dt), as R dth/dt = 1 at the start. A change dD
+//! along the orbit therefore moves ln R(2 pi) by Q(2 pi) times the integral of `dD W`,
+//!
+//! ```text
+//! W = sin^2 th / (dth/dt)^2 / Q = sin^2 th R exp(-integral of D dt) / (dth/dt) >= 0,
+//! ```
+//!
+//! and the derivative of ln R(2 pi) by C is -Q(2 pi) times that of W.
+//!
+//! **Error.** The sum of the local error estimates, each carried to the end of the turn by Q(2 pi) / Q.
+
+use std::f64::consts::TAU;
+
+use super::corners::{self, End};
+use super::dop853::{Field, NODES, STAGES, step};
+use super::roots::{Bracket, Found, falling_root};
+use super::slip_cycle::{self, SlipTurn};
+use super::{Failure, Range};
+use crate::filippov::Oscillator;
+use crate::friction::{Curve, Weakening};
+
+/// As in the vectorised kernel: below this dth/dt the angle is no clock.
+const SLOWEST_TURN: f64 = 0.05;
+/// Longest step, so that no stage pattern straddles half an orbit.
+const LONGEST_STEP: f64 = 0.5;
+const FIRST_STEP: f64 = 0.02;
+const SHORTEST_STEP: f64 = 1e-9;
+const STEP_BUDGET: u32 = 20_000;
+/// Share of the tolerance that the local error estimates may add up to.
+const SHARE: f64 = 0.3;
+/// Turns after which the search for a root gives up; four are usual.
+const MOST_TURNS: u32 = 60;
+
+/// What one turn yields.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Lap {
+    /// r(2 pi) / r(0) - 1.
+    pub(super) margin: f64,
+    /// Estimate of the absolute error of the margin.
+    pub(super) error: f64,
+    /// Derivative of ln r(2 pi) by C, negative.
+    pub(super) by_damping: f64,
+    /// Evaluations of the right-hand side.
+    pub(super) rhs: u32,
+}
+
+/// The polar form does not apply, or the finest step misses the tolerance. And the evaluations spent to find that out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct HandOver {
+    pub(super) rhs: u32,
+}
+
+/// The polar field in the state [R - 1, integral of D dt, integral of W].
+struct Polar<'a> {
+    oscillator: &'a Oscillator,
+    radius: f64,
+    weakening: &'a Weakening,
+    from: f64,
+    h: f64,
+    slowest: f64,
+    /// Largest |D| met.
+    steepest: f64,
+}
+
+impl Polar<'_> {
+    /// Slip speed, D and dth/dt.
+    fn at(&self, [sin, cos]: [f64; 2], r: f64) -> [f64; 3] {
+        let slip = (-self.radius * r).mul_add(cos, self.oscillator.belt_speed);
+        let d = self.weakening.at(slip) - self.oscillator.viscous;
+        [slip, d, d.mul_add(sin * cos, 1.0)]
+    }
+}
+
+impl Field<3> for Polar<'_> {
+    fn slope(&mut self, stage: usize, state: &[f64; 3]) -> [f64; 3] {
+        let (sin, cos) = NODES[stage].mul_add(self.h, self.from).sin_cos();
+        let r = 1.0 + state[0];
+        let [_, d, turning] = self.at([sin, cos], r);
+        // NaN must not pass as the larger of two numbers.
+        self.slowest = if turning >= self.slowest { self.slowest } else { turning };
+        self.steepest = self.steepest.max(d.abs());
+        let weight = sin * sin * r * (-state[1]).exp() / turning;
+        [r * d * sin * sin / turning, d / turning, weight]
+    }
+}
+
+/// One turn of the orbit through the maximum `radius` of x2, with an error of at most `tolerance` where that can be had.
+pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Result<Lap, HandOver> {
+    let mut rhs = 0;
+    let mut state = [0.0; 3];
+    let (mut theta, mut h) = (0.0, FIRST_STEP);
+    let mut error = 0.0;
+    let weakening = &*oscillator.curve.compiled(4.0 * oscillator.belt_speed);
+    let mut field =
+        Polar { oscillator, radius, weakening, from: 0.0, h, slowest: f64::INFINITY, steepest: 0.0 };
+    for _ in 0..STEP_BUDGET {
+        let last = theta + h >= TAU;
+        let width = if last { TAU - theta } else { h };
+        let steepest = field.steepest;
+        (field.from, field.h, field.slowest) = (theta, width, f64::INFINITY);
+        let (next, local) = step(width, &state, &mut field);
+        // Estimates pass through zero where errors do not: that of the other component does so elsewhere.
+        let local = local[0].hypot(local[1]);
+        rhs += STAGES as u32;
+        let inside = field.slowest > SLOWEST_TURN && next[0].is_finite();
+        let ends = [(theta, &state), (theta + width, &next)].map(|(theta, state)| {
+            let (sin, cos) = theta.sin_cos();
+            let r = 1.0 + state[0];
+            let [slip, _, turning] = field.at([sin, cos], r);
+            // The slip speed with its rate by the angle, and R dth/dt.
+            (End { slip, rate: radius * r * sin / turning }, r * turning)
+        });
+        if inside {
+            let slips = ends.map(|(end, _)| end);
+            if let Some(shorter) = corners::shortened(&oscillator.curve, oscillator.belt_speed, slips, width)
+            {
+                h = shorter;
+                continue;
+            }
+        }
+        // Round-off is all that is left below a few units in the last place of the increments.
+        let floor = 4.0 * f64::EPSILON * field.steepest.max(next[0].abs());
+        let allowed = (SHARE * tolerance / TAU).max(floor) * width;
+        if !inside || local > allowed {
+            let factor =
+                if inside { (0.9 * (allowed / local).powf(1.0 / 7.0)).clamp(0.1, 0.9) } else { 0.25 };
+            h = width * factor;
+            field.steepest = steepest;
+            if !(h > SHORTEST_STEP) {
+                return Err(HandOver { rhs });
+            }
+            continue;
+        }
+        // Carried across this step, then joined by its own error.
+        let carry = ends[0].1 / ends[1].1 * (next[1] - state[1]).exp();
+        error = error * carry.abs() + local;
+        state = next;
+        theta += width;
+        if last {
+            let round_off = 16.0 * f64::EPSILON * state[0].abs().max(field.steepest);
+            let by_damping = -state[1].exp() / (1.0 + state[0]) * state[2];
+            // What the law's polynomials leave out moves the margin as an equal change of C would, at most.
+            let form = weakening.error(0.0, weakening.reach()).bound() * by_damping.abs();
+            let lap = Lap { margin: state[0], error: error / SHARE + round_off + form, by_damping, rhs };
+            return Ok(lap);
+        }
+        let grown = if local > 0.0 { 0.9 * (allowed / local).powf(1.0 / 7.0) } else { 5.0 };
+        h = (width * grown.clamp(0.2, 5.0)).min(LONGEST_STEP);
+    }
+    Err(HandOver { rhs })
+}
+
+/// The damping at which an orbit closes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Closing {
+    /// C = eps c.
+    pub(super) viscous: f64,
+    /// Estimate of its absolute error.
+    pub(super) error: f64,
+    pub(super) rhs: u64,
+}
+
+/// The C at which the orbit through the maximum `radius` of x2 closes, near `start`, between `bounds` of the even part of the
+/// weakening rate (theory, "The backbone"); `Err` with the cost where a turn on the way has no answer in the polar form.
+pub(super) fn closing_damping(
+    curve: &Curve,
+    belt_speed: f64,
+    radius: f64,
+    bounds: Range,
+    start: f64,
+    tolerance: f64,
+) -> Result<Closing, u64> {
+    let size = bounds.lo.abs().max(bounds.hi.abs());
+    if !(size.is_finite() && start.is_finite()) {
+        return Err(0);
+    }
+    // The turn's accuracy is that of C; signs at the bounds are not trusted to the last digit.
+    let accuracy = (0.1 * tolerance * size).max(1e-16);
+    let pad = 1e-9 * (bounds.hi - bounds.lo) + 1e-13 * size;
+    let (mut low, mut high) = (bounds.lo - pad, bounds.hi + pad);
+    let mut rhs = 0;
+    let mut oscillator = Oscillator { curve: curve.clone(), viscous: start.clamp(low, high), belt_speed };
+    for _ in 0..MOST_TURNS {
+        let viscous = oscillator.viscous;
+        let lap = turn(&oscillator, radius, accuracy).map_err(|over| rhs + u64::from(over.rhs))?;
+        rhs += u64::from(lap.rhs);
+        if lap.margin > 0.0 {
+            low = low.max(viscous);
+        } else {
+            high = high.min(viscous);
+        }
+        let newton = viscous - lap.margin.ln_1p() / lap.by_damping;
+        let floor = 4.0 * f64::EPSILON * size;
+        let step = (newton - viscous).abs();
+        if lap.margin.abs() <= lap.error || step <= floor || high - low <= floor {
+            let error = (lap.margin.abs() + lap.error) / lap.by_damping.abs() + floor;
+            return Ok(Closing { viscous, error, rhs });
+        }
+        oscillator.viscous = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+    }
+    Err(rhs)
+}
+
+/// As [`closing_damping`], where the angle is no clock: by the orbit in (x2, x2'), for `radius` < V.
+///
+/// # Errors
+/// [`Failure`] of a turn.
+pub(super) fn closing_damping_of_node(
+    curve: &Curve,
+    belt_speed: f64,
+    radius: f64,
+    bounds: Range,
+    tolerance: f64,
+) -> Result<Closing, Failure> {
+    let mut oscillator = Oscillator { curve: curve.clone(), viscous: 0.0, belt_speed };
+    let mut growth = |viscous: f64| {
+        oscillator.viscous = viscous;
+        Ok(match slip_cycle::turn(&oscillator, radius, tolerance)? {
+            SlipTurn::Returns { radius: next, .. } => (next / radius).ln().clamp(-1.0, 1.0),
+            SlipTurn::MeetsBelt => 1.0,
+            SlipTurn::Rests => -1.0,
+        })
+    };
+    let size = bounds.lo.abs().max(bounds.hi.abs());
+    let pad = 1e-6 * (bounds.hi - bounds.lo) + 1e-12 * size;
+    let (low, high) = (bounds.lo - pad, bounds.hi + pad);
+    let bracket = Bracket { low: (low, growth(low)?), high: (high, growth(high)?) };
+    if !(bracket.low.1 > 0.0 && bracket.high.1 < 0.0) {
+        return Err(Failure::StepUnderflow);
+    }
+    let (viscous, bracket) = match falling_root(bracket, tolerance * size, growth)? {
+        Found::Between(bracket) => (bracket.middle(), bracket),
+        Found::Zero(viscous, bracket) => (viscous, bracket),
+    };
+    let error = bracket.width().min(10.0 * tolerance / bracket.steepness()) + tolerance * size;
+    Ok(Closing { viscous, error, rhs: 0 })
+}

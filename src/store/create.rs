@@ -1,0 +1,55 @@
+//! New HDF5 files and groups, in the one form that all NetCDF-4 tools read.
+
+use std::path::Path;
+
+use hdf5::file::{FileCloseDegree, LibraryVersion};
+use hdf5::plist::file_create::{AttrCreationOrder, AttrPhaseChange, LinkCreationOrder};
+use hdf5::{File, Group, Location};
+
+use super::value::{self, ATTRIBUTES_DIGEST};
+
+/// Creates the HDF5 file.
+///
+/// The format is that of HDF5 1.8: its metadata carry checksums, and every NetCDF-4 reader knows it, which is
+/// not so of later ones (netcdf-java, the reader in Panoply, has its own implementation). Creation order
+/// is recorded because NetCDF lists dimensions, variables and attributes in that order.
+pub(super) fn create_file(path: &Path) -> hdf5::Result<File> {
+    hdf5::FileBuilder::new()
+        .with_fapl(|access| {
+            access
+                .libver_bounds(LibraryVersion::V18, LibraryVersion::V18)
+                .fclose_degree(FileCloseDegree::Strong)
+        })
+        .with_fcpl(|creation| {
+            creation
+                .link_creation_order(LinkCreationOrder::Indexed)
+                .attr_creation_order(AttrCreationOrder::Indexed)
+                .attr_phase_change(ATTRIBUTES_IN_HEADER.max_compact, ATTRIBUTES_IN_HEADER.min_dense)
+                .obj_track_times(false)
+        })
+        .create(path)
+}
+
+/// Creates a group in which NetCDF lists everything in the order of creation.
+pub(super) fn group_of_tables(file: &File, name: &str) -> hdf5::Result<Group> {
+    file.create_group_builder()
+        .with_create_plist(|creation| {
+            creation
+                .link_creation_order(LinkCreationOrder::Indexed)
+                .attr_creation_order(AttrCreationOrder::Indexed)
+                .attr_phase_change(ATTRIBUTES_IN_HEADER.max_compact, ATTRIBUTES_IN_HEADER.min_dense)
+                .obj_track_times(false)
+        })
+        .create(name)
+}
+
+/// Attributes lie in their object's header, not in a heap of their own: the simplest form for readers.
+pub(super) const ATTRIBUTES_IN_HEADER: AttrPhaseChange = AttrPhaseChange { max_compact: 1024, min_dense: 0 };
+
+/// Adds the fingerprint of an object's attributes.
+pub(super) fn seal_attributes(place: &Location) -> hdf5::Result<()> {
+    let attributes = value::read_all(place)?;
+    let known = attributes.iter().filter_map(|(name, value)| Some((name.as_str(), value.as_ref()?)));
+    let digest = value::digest(known);
+    value::write(place, ATTRIBUTES_DIGEST, &digest.into())
+}

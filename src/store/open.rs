@@ -1,0 +1,53 @@
+//! Opening a map of unknown origin: nothing of it is used before it is verified.
+
+use std::path::Path;
+
+use super::check;
+use super::curves;
+use super::error::StoreError;
+use super::reader::MapFile;
+use super::seal::{self, Seal};
+use super::trust;
+
+impl MapFile {
+    /// Opens the map at `path`, which may be any file: what takes more memory or time than its length
+    /// warrants is refused, and so is what is not as its run left it.
+    ///
+    /// That is told by the seal, for which every byte is read once, before the HDF5 library sees the file. A map
+    /// that another program has written to or copied has lost it; then every cell and attribute is compared with
+    /// its fingerprint.
+    ///
+    /// # Errors
+    /// [`StoreError::NotAMap`] for a file that no version of this program wrote, or that this version
+    /// cannot read; [`StoreError::Damaged`] for a map that was changed; otherwise the file system's or the
+    /// library's reasons.
+    pub fn open(path: &Path) -> Result<Self, StoreError> {
+        let failed = |source| StoreError::io("read", path, source);
+        trust::plain_file(path)
+            .map_err(failed)?
+            .map_err(|why| StoreError::NotAMap { path: path.to_path_buf(), why })?;
+        let damaged = |what: String| StoreError::Damaged { path: path.to_path_buf(), what };
+        let seal = seal::verify(path).map_err(failed)?;
+        if seal == Seal::Broken {
+            return Err(damaged(seal::BROKEN.into()));
+        }
+        let mut map = Self::open_layout(path)?;
+        map.sealed = seal == Seal::Whole;
+        for variable in &map.schema.variables {
+            let dataset = map.dataset(&variable.name)?;
+            trust::variable(&dataset, &map.schema, variable)
+                .map_err(|error| map.failed(&variable.name, &error))?
+                .map_err(|why| StoreError::NotAMap { path: path.to_path_buf(), why })?;
+        }
+        map.curves = curves::read(&map.file, &map.schema.grid, map.length)
+            .map_err(|error| map.failed(curves::GROUP, &error))?
+            .map_err(|why| StoreError::NotAMap { path: path.to_path_buf(), why })?;
+        match map.sealed {
+            true => Ok(map),
+            false => match check::contents(&map).problems.first() {
+                None => Ok(map),
+                Some(problem) => Err(damaged(problem.to_string())),
+            },
+        }
+    }
+}

@@ -1,0 +1,124 @@
+//! The critical damping, and verdicts next to it, of columns that are hard to solve: strong weakening, nodes, large k.
+
+use crate::reference::{CriticalPoint, column_points, other_column_points};
+use slipmap::filippov::Oscillator;
+use slipmap::friction::{Column, Law};
+use slipmap::map::{Engine, Verdict, decide};
+use slipmap::simulate::critical::critical_dampings;
+use slipmap::simulate::{Fate, NoCriticalDamping, direct};
+
+/// The tables give this many digits.
+const TABLE: f64 = 1e-16;
+
+fn columns(points: &[CriticalPoint]) -> Vec<Column> {
+    points.iter().map(|point| Law::Stribeck.column(&point.at(0.0))).collect()
+}
+
+/// c* is within its error of the reference's; returns how many columns were solved.
+fn errors_hold(points: &[CriticalPoint], tolerance: f64) -> usize {
+    let mut solved = 0;
+    for (point, found) in points.iter().zip(critical_dampings(&columns(points), tolerance)) {
+        match found {
+            Ok(found) => {
+                let off = (found.c - point.critical_c).abs() - TABLE * point.critical_c;
+                assert!(off <= found.error, "{tolerance:e} {point:?}: {found:?} is off by {off:e}");
+                solved += 1;
+            }
+            Err(NoCriticalDamping::NoVerdict) => {}
+        }
+    }
+    solved
+}
+
+/// Verdicts of `engine` at dampings on both sides of c*, from far to near, are right or withheld.
+fn verdicts_hold(points: &[CriticalPoint], engine: Engine, tolerance: f64) {
+    let mut decided = 0;
+    for point in points {
+        let column = Law::Stribeck.column(&point.at(0.0));
+        let scale = point.gamma * (1.0 - point.alpha);
+        let mut cs: Vec<f64> = [1e-13, 1e-11, 1e-9, 1e-8, 1e-7, 1e-5, 1e-2]
+            .into_iter()
+            .flat_map(|step| [point.critical_c - step * scale, point.critical_c + step * scale])
+            .filter(|c| *c >= 0.0)
+            .collect();
+        cs.sort_by(f64::total_cmp);
+        for (verdict, &c) in
+            decide(std::slice::from_ref(&column), &cs, engine, tolerance).into_iter().zip(&cs)
+        {
+            let right = match verdict {
+                Verdict::Present => c < point.critical_c,
+                // Below c* the orbit may cross the belt line for ever.
+                Verdict::Absent => {
+                    c > point.critical_c
+                        || matches!(
+                            direct::flow(&Oscillator::in_column(&column, c), 1e-12).fate,
+                            Fate::CrossesForever | Fate::TooCloseToCall
+                        )
+                }
+                Verdict::Undecided | Verdict::Failed | Verdict::NotComputed => continue,
+            };
+            decided += 1;
+            assert!(right, "{engine:?} {tolerance:e} {point:?} at {c:?}: {verdict:?}");
+        }
+    }
+    assert!(decided > 8 * points.len(), "{engine:?} {tolerance:e}: {decided}");
+}
+
+#[test]
+fn the_error_of_the_critical_damping_holds_where_it_is_hard_to_find() {
+    let points = column_points();
+    for tolerance in [1e-6, 1e-8, 1e-9, 1e-10, 1e-13] {
+        let solved = errors_hold(&points, tolerance);
+        assert!(100 * solved >= 99 * points.len(), "{tolerance:e}: {solved}");
+    }
+}
+
+#[test]
+fn verdicts_next_to_the_boundary_hold_where_it_is_hard_to_find() {
+    let points = column_points();
+    for tolerance in [1e-6, 1e-9, 1e-13] {
+        verdicts_hold(&points, Engine::CriticalSurface, tolerance);
+        verdicts_hold(&points, Engine::Auto, tolerance);
+        let few: Vec<CriticalPoint> = points.iter().step_by(10).copied().collect();
+        verdicts_hold(&few, Engine::ReturnMap, tolerance);
+        let few: Vec<CriticalPoint> = points.iter().step_by(100).copied().collect();
+        verdicts_hold(&few, Engine::Direct, tolerance);
+    }
+}
+
+/// A cell that a map at default settings called absent, though it lies below c*: the error of c* was understated.
+#[test]
+fn a_cell_just_below_the_critical_damping_is_present() {
+    let point = CriticalPoint {
+        epsilon: 0.9924807815966055,
+        alpha: 0.19684561584687224,
+        beta: 0.01809632782821418,
+        gamma: 3.7719290304827346,
+        belt_speed: 0.4295949795433118,
+        critical_c: 0.606_171_800_598_076_2,
+    };
+    errors_hold(&[point], 1e-9);
+    let column = Law::Stribeck.column(&point.at(0.0));
+    for engine in [Engine::Auto, Engine::CriticalSurface, Engine::ReturnMap, Engine::Direct] {
+        let verdicts = decide(std::slice::from_ref(&column), &[0.6, 0.606_171_75, 0.7], engine, 1e-9);
+        assert_eq!(verdicts, [Verdict::Present, Verdict::Present, Verdict::Absent], "{engine:?}");
+    }
+}
+
+/// Ten thousand columns, written by `scripts/columns.c` to the file that SLIPMAP_COLUMNS names.
+#[test]
+#[ignore = "needs the table that scripts/columns.c writes, see CONTRIBUTING.md"]
+fn ten_thousand_other_columns() {
+    let points = other_column_points();
+    assert!(points.len() >= 10_000);
+    for tolerance in [1e-6, 1e-8, 1e-9, 1e-10, 1e-13] {
+        errors_hold(&points, tolerance);
+    }
+    for tolerance in [1e-6, 1e-9, 1e-13] {
+        verdicts_hold(&points, Engine::CriticalSurface, tolerance);
+        verdicts_hold(&points, Engine::Auto, tolerance);
+        verdicts_hold(&points, Engine::ReturnMap, tolerance);
+    }
+    let few: Vec<CriticalPoint> = points.iter().step_by(20).copied().collect();
+    verdicts_hold(&few, Engine::Direct, 1e-9);
+}

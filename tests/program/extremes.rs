@@ -1,0 +1,269 @@
+//! Legal input at the ends of the range of numbers: every command ends, with an answer or with its reason, and never
+//! in a panic. `scripts/extremes` tries a thousand random configurations.
+
+use std::process::{Child, Stdio};
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+use slipmap::config::Job;
+use slipmap::map::{self, Account, Contradiction, Contradictions, Control, Queue, Sink, TileData, Verdict};
+use slipmap::store::{Existing, MapFile, PackedRecord, PartialMap, Provenance, StoreError};
+
+use crate::command::{Run, Scratch};
+
+/// Eight cells, with one axis changed.
+fn config(axis: &str, nodes: &str) -> String {
+    let mut text = String::from("[grid]\n");
+    let usual = [
+        ("epsilon", "0.2"),
+        ("alpha", "0.3"),
+        ("beta", "0.0"),
+        ("gamma", "[1.0, 2.0]"),
+        ("V", "[1.0, 2.0]"),
+        ("c", "[0.0, 1.0]"),
+    ];
+    for (name, value) in usual {
+        text.push_str(&format!("{name} = {}\n", if name == axis { nodes } else { value }));
+    }
+    text + "[output]\npath = \"map.h5\"\nfields = [\"verdict\", \"critical_c\", \"regime\"]\n"
+}
+
+/// The command ended by itself, with data or with one message.
+#[track_caller]
+fn ended(run: Run) -> Run {
+    assert!((0..=2).contains(&run.code), "\nstdout:\n{}\nstderr:\n{}", run.out, run.err);
+    assert!(!run.err.contains("panicked"), "{}", run.err);
+    assert!(run.code < 2 || run.err.contains("error:"), "a refusal has a message: {}", run.err);
+    run
+}
+
+/// Runs, checks, reports and plots a small map.
+#[track_caller]
+fn whole_way(axis: &str, nodes: &str) {
+    let scratch = Scratch::new();
+    scratch.file("map.toml", config(axis, nodes));
+    let run = ended(scratch.run(&["run", "map.toml", "--quiet"]));
+    if run.code == 2 {
+        return;
+    }
+    scratch.run(&["check", "map.h5"]).ends_with(0);
+    ended(scratch.run(&["report", "map.h5", "--out", "report", "--quiet"]));
+    let other = if axis == "c" { "V" } else { "c" };
+    let axes = ["--x", axis, "--y", other, "--out"];
+    for (variable, file) in
+        [("verdict_simulation", "a.png"), ("regime", "b.svg"), ("verdict_symmetric", "c.pdf")]
+    {
+        ended(scratch.run(&[&["plot", "map.h5", "--variable", variable], &axes[..], &[file]].concat()));
+    }
+}
+
+#[test]
+fn a_map_from_slow_to_ordinary_belts_is_drawn() {
+    whole_way("V", "[1e-5, 1.0]");
+}
+
+#[test]
+fn a_map_of_the_smallest_damping_there_is_is_drawn() {
+    whole_way("c", "[0.0, 5e-324]");
+}
+
+#[test]
+fn a_map_of_all_belt_speeds_there_are_is_drawn() {
+    whole_way("V", "[1e-300, 1e300]");
+}
+
+#[test]
+fn a_map_of_violent_damping_is_drawn() {
+    whole_way("c", "[0.0, 1e12]");
+}
+
+#[test]
+fn a_map_of_violent_weakening_is_drawn() {
+    whole_way("gamma", "[1e16, 2e16]");
+}
+
+#[test]
+fn a_map_of_the_largest_critical_damping_is_drawn() {
+    whole_way("gamma", "[1e308, 1.5e308]");
+}
+
+#[test]
+fn a_slow_belt_has_an_answer_that_says_what_was_given_up() {
+    let scratch = Scratch::new();
+    let fixed = ["probe", "--epsilon", "0.1", "--alpha", "0.3", "--beta", "0.1", "--gamma", "2"];
+    for (speed, damping) in [("1e-3", "0.5"), ("1e-8", "0.5"), ("1", "1e5"), ("1e-8", "1e8")] {
+        let run = scratch.run(&[&fixed[..], &["--V", speed, "--c", damping]].concat()).ends_with(0);
+        let json = [&fixed[..], &["--V", speed, "--c", damping, "--json"]].concat();
+        let answer: Value = serde_json::from_str(&scratch.run(&json).ends_with(0).out).unwrap();
+        let methods = answer["methods"].as_object().unwrap();
+        // Theorems decide these points, and the simulation agrees.
+        let said = |name: &str| methods[name]["verdict"].as_str().unwrap().to_owned();
+        assert_eq!(said("simulation"), said("symmetric"), "V = {speed}, c = {damping}");
+        for (name, method) in methods {
+            let given_up = method["epsilon_limit_reason"].is_string();
+            let known = !method["epsilon_limit"].is_null() && !method["epsilon_limit_sound"].is_null();
+            assert!(known != given_up, "{name}: {method}");
+            let told =
+                run.out.lines().any(|line| line.contains("no epsilon limit of") && line.contains(name));
+            assert_eq!(given_up, told, "{name}\n{}", run.out);
+        }
+    }
+}
+
+#[test]
+fn formulas_have_limits_with_a_message_and_budgets() {
+    let scratch = Scratch::new();
+    let point = ["--epsilon", "1", "--V", "1", "--c", "0.1"];
+    let long = format!("1{}", "-0*u".repeat(25_000));
+    scratch
+        .run(&[&["probe", "--phi", &long], &point[..]].concat())
+        .refuses(&["operations", "give the law as a table"]);
+    let wavy = ["probe", "--phi", "1-0.1*sin(1000*u)", "--json"];
+    scratch.run(&[&wavy[..], &point[..]].concat()).ends_with(0);
+}
+
+#[test]
+fn an_orbit_that_leaves_the_measured_friction_says_how_far_it_should_reach() {
+    let scratch = Scratch::new();
+    let rows: String =
+        (0..=15).map(|i| 0.1 * f64::from(i)).map(|u| format!("{u},{}\n", 1.0 - 0.3 * u)).collect();
+    scratch.file("short.csv", format!("u,phi\n{rows}"));
+    let point = ["--epsilon", "1", "--V", "0.75", "--c", "0"];
+    let run = scratch.run(&[&["probe", "--table", "short.csv"], &point[..]].concat()).ends_with(0);
+    assert!(run.out.contains("which end at slip speed 1.5: it needs them up to about"), "{}", run.out);
+    // Without a simulation there is nothing that a method could be equal to.
+    let json = scratch.run(&[&["probe", "--table", "short.csv", "--json"], &point[..]].concat()).ends_with(0);
+    let answer: Value = serde_json::from_str(&json.out).unwrap();
+    assert_eq!(answer["methods"]["simulation"]["epsilon_limit"], Value::Null, "{answer}");
+}
+
+#[test]
+fn messages_name_what_was_meant() {
+    let scratch = Scratch::new();
+    scratch.file("map.toml", config("c", "[0.0, 1.0]"));
+    scratch.run(&["run", "map.toml", "--quiet"]).ends_with(0);
+    scratch.run(&["run", "map.h5"]).refuses(&["map.h5", "this is a map, not a configuration file"]);
+    scratch.file("eps.toml", config("c", "[0.0, 1.0]").replace("epsilon", "eps"));
+    scratch.run(&["run", "eps.toml"]).refuses(&["nearest valid key is `epsilon`"]);
+    scratch.file("wide.toml", "\u{feff}x".encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<u8>>());
+    scratch.run(&["run", "wide.toml"]).refuses(&["UTF-16", "save it as UTF-8"]);
+    let formula = ["probe", "--phi", "1 - 0.1*v", "--epsilon", "1", "--V", "1", "--c", "0"];
+    scratch.run(&formula).refuses(&["--set v", "the slip speed is called u"]);
+    let point = ["--epsilon", "0.1", "--alpha", "0.3", "--beta", "0.1", "--gamma", "2", "--c", "0.5"];
+    scratch.run(&[&["probe", "--v", "1"], &point[..]].concat()).ends_with(0);
+    scratch.file("there.svg", "");
+    let figure = [&["probe", "--V", "1", "--figure", "there.svg"], &point[..]].concat();
+    scratch.run(&figure).refuses(&["there.svg exists already", "--figure"]);
+}
+
+/// Waits until the process has its handlers of SIGTERM and waits for something.
+fn wait_until_listening(child: &Child) {
+    let start = Instant::now();
+    let caught = || {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap_or_default();
+        let line = status.lines().find_map(|line| line.strip_prefix("SigCgt:").map(str::trim));
+        line.and_then(|mask| u64::from_str_radix(mask, 16).ok()).is_some_and(|mask| mask & (1 << 14) != 0)
+    };
+    while !caught() {
+        assert!(start.elapsed() < Duration::from_secs(60), "it never listened");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    std::thread::sleep(Duration::from_millis(300));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn the_first_signal_ends_whatever_waits_for_a_pipe() {
+    let scratch = Scratch::new();
+    for name in ["pipe.toml", "pipe.csv", "pipe.json", "pipe.h5"] {
+        let made = std::process::Command::new("mkfifo").arg(scratch.path().join(name)).status().unwrap();
+        assert!(made.success());
+    }
+    let point = ["--epsilon", "0.1", "--V", "1", "--c", "0.1"];
+    let commands: [&[&str]; 6] = [
+        &["run", "pipe.toml"],
+        &["failures", "pipe.toml"],
+        &["probe", "--points", "pipe.csv", "--out", "answers.csv"],
+        &[&["probe", "--table", "pipe.csv"], &point[..]].concat(),
+        &["check", "--proof", "pipe.json"],
+        &["probe", "--machine", "pipe.toml"],
+    ];
+    for arguments in commands {
+        let mut command = scratch.command(arguments);
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        wait_until_listening(&child);
+        if child.try_wait().unwrap().is_none() {
+            let sent = std::process::Command::new("kill").args(["-TERM", &child.id().to_string()]).status();
+            assert!(sent.unwrap().success());
+            let run = Run::of(child.wait_with_output().unwrap()).ends_with(143);
+            assert!(run.err.contains("interrupted; nothing was written"), "{arguments:?}: {}", run.err);
+        } else {
+            // Refused at once is as good.
+            Run::of(child.wait_with_output().unwrap()).refuses(&["pipe"]);
+        }
+    }
+    assert_eq!(scratch.names(), ["pipe.csv", "pipe.h5", "pipe.json", "pipe.toml"]);
+}
+
+#[test]
+fn more_threads_than_a_small_multiple_of_the_cores_are_refused() {
+    let scratch = Scratch::new();
+    scratch.file("map.toml", config("c", "[0.0, 1.0]"));
+    scratch.run(&["run", "map.toml", "--threads", "65535"]).refuses(&[
+        "--threads",
+        "65535",
+        "choose from 1 to",
+    ]);
+    assert_eq!(scratch.names(), ["map.toml"]);
+}
+
+/// Writes the tiles of a map with an account that tells of contradictions.
+struct Contradicted<'a>(&'a PartialMap, Contradictions);
+
+impl Sink for Contradicted<'_> {
+    type Packed = PackedRecord;
+    type Error = StoreError;
+
+    fn pack(&self, data: &TileData) -> Result<PackedRecord, StoreError> {
+        self.0.pack(data)
+    }
+
+    fn write(&self, packed: PackedRecord, account: &Account) -> Result<(), StoreError> {
+        self.0.write(packed, &Account { contradictions: self.1.clone(), ..account.clone() })
+    }
+}
+
+#[test]
+fn contradictions_between_theorems_and_simulation_are_never_silent() {
+    let scratch = Scratch::new();
+    let text = config("c", "[0.0, 1.0]") + "[audit]\ncells = 0\n";
+    let file = scratch.file("map.toml", text);
+    // The one tile of a run that was stopped before it could complete the map, with contradictions in its account.
+    let job = Job::load(&file, &[]).unwrap();
+    let provenance = Provenance { config_text: job.config_text.clone(), ..Provenance::default() };
+    let path = scratch.path().join("map.h5");
+    let map = PartialMap::begin(&path, &job.plan, &provenance, Existing::Refuse).unwrap();
+    let verdicts = job.plan.methods().iter().map(|method| match method.name() {
+        "symmetric" => Verdict::Present,
+        "simulation" => Verdict::Absent,
+        _ => Verdict::Undecided,
+    });
+    let point = job.plan.grid().point(&[0; 6]);
+    let first = vec![Contradiction { tile: 0, point, verdicts: verdicts.collect() }];
+    let sink = Contradicted(&map, Contradictions { cells: 3, first });
+    let queue = Queue::new(map.finished().to_vec());
+    map::compute_tiles(&job.plan, &sink, &Control::default(), &|| queue.take()).unwrap();
+    drop(map);
+
+    let run = scratch.run(&["run", "map.toml", "--resume"]).ends_with(1);
+    assert!(run.out.contains("3 cells in which methods that promise to be right contradict"), "{}", run.out);
+    assert!(run.out.contains("present by symmetric; absent by simulation: slipmap probe"), "{}", run.out);
+    assert_eq!(MapFile::open(&path).unwrap().number("contradicted_cells"), Some(3.0));
+    let report = ended(scratch.run(&["report", "map.h5", "--out", "report", "--quiet"]));
+    assert_eq!(report.code, 0);
+    let failures = std::fs::read_to_string(scratch.path().join("report/tables/failures.csv")).unwrap();
+    assert!(
+        failures.lines().any(|line| line.contains("contradict each other") && line.contains('3')),
+        "{failures}"
+    );
+}
