@@ -192,7 +192,7 @@ def first_maximum(point, accuracy):
 
 def grazing_damping(point, rough, fine):
     """c* by the (v, w) flow, for foci and nodes alike: the root of `first_maximum` between the bounds from the even part
-    of D (theory, section 5), found at `rough` and then at `fine` next to it. point.c is ignored.
+    of D (theory, "The tests"), found at `rough` and then at `fine` next to it. point.c is ignored.
     """
     rough.enter()
     eps, belt = mpfr(point.epsilon), mpfr(point.belt)
