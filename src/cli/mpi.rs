@@ -39,14 +39,15 @@ const BYE: i32 = 5;
 /// Rank 0 has finished the map: the others may end.
 const END: i32 = 6;
 
-/// Looks for messages ever more rarely while there are none: MPI's own waiting would keep a core busy, and so would
-/// looking all the time.
+/// Looks for messages ever more rarely while there are none: MPI's own waiting would keep a core busy, and so
+/// would looking all the time.
 struct Watch {
     pause: Duration,
 }
 
 impl Watch {
-    /// The first pause, and the longest: shorter than a tile takes, of which some are always handed out ahead.
+    /// The first pause, and the longest: shorter than a tile takes, of which some are always handed out
+    /// ahead.
     const PAUSES: [Duration; 2] = [Duration::from_micros(50), Duration::from_millis(1)];
 
     fn new() -> Self {
@@ -65,7 +66,8 @@ pub(super) struct Ranks {
     universe: Universe,
 }
 
-/// However rank 0 ends, it tells the others, who wait for that: to leave MPI is to wait for every rank, at full speed.
+/// However rank 0 ends, it tells the others, who wait for that: to leave MPI is to wait for every rank, at
+/// full speed.
 impl Drop for Ranks {
     fn drop(&mut self) {
         let world = self.universe.world();
@@ -290,9 +292,9 @@ impl Ranks {
     }
 }
 
-/// What the other ranks are told at the beginning: to begin, and with which tiles, given the threads of rank 0 and of
-/// each of them. They are dealt out one by one in turn, so that few tiles are shared fairly, until every rank has two
-/// for each thread and two more, or until those are left that rank 0 computes itself.
+/// What the other ranks are told at the beginning: to begin, and with which tiles, given the threads of rank
+/// 0 and of each of them. They are dealt out one by one in turn, so that few tiles are shared fairly, until
+/// every rank has two for each thread and two more, or until those are left that rank 0 computes itself.
 fn dealt(queue: &Queue, own_threads: usize, threads: &[usize]) -> Vec<Vec<u64>> {
     let mut answers = vec![vec![BEGIN]; threads.len()];
     let most = threads.iter().max().map_or(0, |threads| 2 * threads + 2);

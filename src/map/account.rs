@@ -30,8 +30,8 @@ pub struct Stages {
     pub columns: f64,
     /// The field `regime`.
     pub regime: f64,
-    /// The other fields that follow orbits: landings, cycles, basins, limits in eps; also the simulation, if it is
-    /// none of the methods.
+    /// The other fields that follow orbits: landings, cycles, basins, limits in eps; also the simulation, if
+    /// it is none of the methods.
     pub fields: f64,
     /// The self-audit.
     pub audit: f64,

@@ -1,5 +1,5 @@
-//! Cells in which methods that promise to be right say opposite things: at most one of them is right, so a run
-//! that finds any says so, whatever the size of its audit.
+//! Cells in which methods that promise to be right say opposite things: at most one of them is right, so a
+//! run that finds any says so, whatever the size of its audit.
 //!
 //! The methods in question are the tests that are theorems at finite eps, `validated`, and `simulation`.
 

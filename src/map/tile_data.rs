@@ -28,7 +28,7 @@ pub struct TileData {
     pub methods: Vec<MethodCells>,
     /// Regimes, row-major over the tile's shape; empty unless stored.
     pub regime: Runs<Regime>,
-    /// The values of each of the plan's [`Plan::quantities`](super::Plan::quantities), in its order, row-major
-    /// over the tile's shape.
+    /// The values of each of the plan's [`Plan::quantities`](super::Plan::quantities), in its order,
+    /// row-major over the tile's shape.
     pub quantities: Vec<Vec<f64>>,
 }

@@ -151,7 +151,8 @@ fn probe_tells_how_many_slip_cycles_are_proved() {
     );
 }
 
-/// The paper's test answers for a law without eps where the user says how to read it, and every output tells that.
+/// The paper's test answers for a law without eps where the user says how to read it, and every output tells
+/// that.
 #[test]
 fn a_law_without_eps_is_read_as_small_where_asked() {
     let scratch = Scratch::new();
