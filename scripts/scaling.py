@@ -9,10 +9,12 @@ touch the bytes of a cell: to fill them, to fingerprint them (SHA-256), and to w
 """
 
 import csv
+import ctypes
 import datetime
 import hashlib
 import json
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -78,14 +80,15 @@ def make_map(slipmap, folder, n, threads):
 
 # Verdicts of a cell, one byte each.
 VERDICTS = 7
-BLOCK = 1 << 26
+# Small, as the memory of this program counts in the peak of those that it starts.
+BLOCK = 1 << 22
 
 
 def stages_of(summary, processor):
-    """Processor seconds per cell of every method and of every other stage; `other` is what is in none of them."""
+    """Processor seconds per cell of every method and of every other stage, and of all."""
     seconds = [(name, method["seconds"]) for name, method in summary["methods"].items()]
     seconds += summary["stages"].items()
-    seconds.append(("other", processor - sum(value for _, value in seconds)))
+    seconds.append(("start and end of the process", processor - sum(value for _, value in seconds)))
     seconds.append(("all", processor))
     return [(name, value / summary["cells"]) for name, value in seconds]
 
@@ -100,8 +103,8 @@ def least(work, passes=5):
 
 
 def fill_rate():
-    block = bytearray(BLOCK)
-    return least(lambda: block.__setitem__(slice(None), bytes(BLOCK))) / BLOCK
+    block = ctypes.create_string_buffer(BLOCK)
+    return least(lambda: ctypes.memset(block, 1, BLOCK)) / BLOCK
 
 
 def hash_rate():
@@ -111,10 +114,10 @@ def hash_rate():
 
 def write_rate(path, folder):
     """Seconds of the clock for a copy of the file, down to the disk."""
-    data, copy = path.read_bytes(), Path(folder) / "copy"
+    copy = Path(folder) / "copy"
     start = time.monotonic()
-    with open(copy, "wb") as file:
-        file.write(data)
+    with open(path, "rb") as source, open(copy, "wb") as file:
+        shutil.copyfileobj(source, file)
         file.flush()
         os.fsync(file.fileno())
     seconds = time.monotonic() - start

@@ -1,5 +1,6 @@
-//! What an engineer wants to know of a machine at its working point, in SI units: the speeds and the dampings at which it
-//! stick-slips and may stick-slip, what the motion is like, what it depends on, and what of that is proved.
+//! What an engineer wants to know of a machine at its working point, in SI units: the speeds and the dampings
+//! at which it stick-slips and may stick-slip, what the motion is like, what it depends on, and what of that
+//! is proved.
 
 use std::f64::consts::TAU;
 
@@ -44,15 +45,16 @@ pub struct Proof {
     pub verdict: &'static str,
 }
 
-/// The answers. Speeds in m/s, dampings in N s/m, lengths in m, times in s; of a rotation rad for m and N m for N.
+/// The answers. Speeds in m/s, dampings in N s/m, lengths in m, times in s; of a rotation rad for m and N m
+/// for N.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Assessment {
     /// The machine at its working point.
     pub machine: Machine,
     /// What it does there.
     pub behaviour: Behaviour,
-    /// Below this belt speed it stick-slips whatever the start, at the working damping: steady slip is unstable. `None`
-    /// if it is stable at every speed.
+    /// Below this belt speed it stick-slips whatever the start, at the working damping: steady slip is
+    /// unstable. `None` if it is stable at every speed.
     pub always_below_speed: Option<f64>,
     /// Below this damping it stick-slips whatever the start, at the working speed; `None` if at no damping.
     pub always_below_damping: Option<f64>,
@@ -64,7 +66,8 @@ pub struct Assessment {
     pub kick: Option<[f64; 2]>,
     /// What the critical damping at the working speed depends on.
     pub sensitivities: Vec<Sensitivity>,
-    /// Which slip speeds of the friction curve the critical damping depends on; empty where the orbit does not turn.
+    /// Which slip speeds of the friction curve the critical damping depends on; empty where the orbit does
+    /// not turn.
     pub influence: Vec<Influence>,
     /// What is proved at the working point.
     pub proofs: Vec<Proof>,
@@ -121,7 +124,8 @@ pub fn assess(machine: &Machine, law: &Law) -> Option<Assessment> {
 /// Step of the central differences, relative: their error is its square, the round-off 1e-11 divided by it.
 const STEP: f64 = 1e-4;
 
-/// The logarithmic derivative of the critical damping by each quantity of a machine that is not zero; to about 1e-6.
+/// The logarithmic derivative of the critical damping by each quantity of a machine that is not zero; to
+/// about 1e-6.
 fn sensitivities(machine: &Machine, law: &Law) -> Vec<Sensitivity> {
     let critical = |machine: &Machine| -> Option<f64> {
         let root = critical_damping(&law.column(&machine.point(law)?), 1e-12).ok()?.c;
@@ -159,15 +163,15 @@ const PARTS: usize = 40;
 /// Steps of the turn.
 const STEPS: usize = 4000;
 
-/// The weight of each slip speed on the grazing orbit at the critical damping. A change dw of the weakening rate moves
-/// the critical damping by the mean of dw with the weight, over the angle th of the scalar form,
+/// The weight of each slip speed on the grazing orbit at the critical damping. A change dw of the weakening
+/// rate moves the critical damping by the mean of dw with the weight, over the angle th of the scalar form,
 ///
 /// ```text
 /// W = sin^2 th R exp(-integral of D dt) / (dth/dt),    R = r / V,    dth/dt = 1 + D sin th cos th
 /// ```
 ///
-/// (Liouville's formula: no derivative of the law is needed.) `None` where there is no critical damping or the angle
-/// does not advance.
+/// (Liouville's formula: no derivative of the law is needed.) `None` where there is no critical damping or
+/// the angle does not advance.
 fn influence(machine: &Machine, law: &Law) -> Option<Vec<Influence>> {
     let point = machine.point(law)?;
     let root = critical_damping(&law.column(&point), TOLERANCE).ok().filter(|root| root.c > 0.0)?;
@@ -233,16 +237,17 @@ mod tests {
 
     #[test]
     fn scaling_laws_hold_for_the_sensitivities() {
-        // The critical damping is a force divided by a velocity: it grows by one per cent when the forces do (normal
-        // force and, at fixed mass times stiffness, nothing else that sets velocities), and by minus one per cent when
-        // all velocities do. Times enter through sqrt(k m) alone.
+        // The critical damping is a force divided by a velocity: it grows by one per cent when the forces do
+        // (normal force and, at fixed mass times stiffness, nothing else that sets velocities), and by minus
+        // one per cent when all velocities do. Times enter through sqrt(k m) alone.
         for law in Law::BUILT_IN {
             let found = assess(&machine(), &law).unwrap().sensitivities;
             let of = |name: &str| found.iter().find(|s| s.quantity == name).unwrap().critical_damping;
             assert!((of("mass") - of("stiffness")).abs() < 1e-5, "{law:?}: {found:?}");
             assert!(found.iter().all(|s| s.quantity != "strengthening"), "it is zero");
-            // sqrt(k m), the normal force and the critical damping have the dimensions of a force by a velocity, a force,
-            // and a force by a velocity; v and v_s those of a velocity. Forces and velocities may be scaled apart.
+            // sqrt(k m), the normal force and the critical damping have the dimensions of a force by a
+            // velocity, a force, and a force by a velocity; v and v_s those of a velocity. Forces and
+            // velocities may be scaled apart.
             let forces = of("mass") + of("stiffness") + of("normal_force");
             let velocities = -(of("mass") + of("stiffness")) + of("belt_speed") + of("stribeck_velocity");
             assert!((forces - 1.0).abs() < 1e-5, "{law:?}: {forces}");
@@ -252,9 +257,9 @@ mod tests {
 
     #[test]
     fn influence_predicts_what_a_change_of_the_law_does() {
-        // The weakening of the exponential law is (mu_s - mu_k) / v_s exp(-u / v_s): its derivative by mu_k is known, and
-        // its mean with the weight is the derivative of the critical damping. Parts of the range are 1/40 wide, their
-        // middles stand for all of them.
+        // The weakening of the exponential law is (mu_s - mu_k) / v_s exp(-u / v_s): its derivative by mu_k
+        // is known, and its mean with the weight is the derivative of the critical damping. Parts of the
+        // range are 1/40 wide, their middles stand for all of them.
         let (machine, law) = (machine(), Law::Exponential);
         let all = assess(&machine, &law).unwrap();
         assert!((all.influence.iter().map(|i| i.share).sum::<f64>() - 1.0).abs() < 1e-12);

@@ -16,10 +16,11 @@ pub struct Behaviour {
     pub natural_frequency: f64,
     /// Damping ratio d / (2 sqrt(k m)).
     pub damping_ratio: f64,
-    /// The belt speed above which the mass that leaves the belt does not come back to it, m/s: the highest one
-    /// within a factor of 1000 of the machine's; `None` if there is none.
+    /// The belt speed above which the mass that leaves the belt does not come back to it, m/s: the highest
+    /// one within a factor of 1000 of the machine's; `None` if there is none.
     pub critical_belt_speed: Option<f64>,
-    /// The damping coefficient above which the same holds, N s/m; `None` if no damping is needed, or none found.
+    /// The damping coefficient above which the same holds, N s/m; `None` if no damping is needed, or none
+    /// found.
     pub critical_damping: Option<f64>,
     /// The same as a damping ratio.
     pub critical_damping_ratio: Option<f64>,
@@ -36,8 +37,8 @@ pub struct Behaviour {
 const STEPS_PER_DECADE: i32 = 8;
 const DECADES: i32 = 3;
 
-/// The highest belt speed, within three decades of `near`, up to which `holds` says true and beyond which it says
-/// false; `None` if it changes nowhere there, or is still true at the end.
+/// The highest belt speed, within three decades of `near`, up to which `holds` says true and beyond which it
+/// says false; `None` if it changes nowhere there, or is still true at the end.
 pub(crate) fn highest_belt_speed(near: f64, holds: impl Fn(f64) -> Option<bool>) -> Option<f64> {
     let range = DECADES * STEPS_PER_DECADE;
     let at = |i: i32| near * 10f64.powf(f64::from(i) / f64::from(STEPS_PER_DECADE));

@@ -173,7 +173,7 @@ impl Job {
             None => DEFAULT_PROOF_BOXES,
             Some(node) => usize::try_from(node.integer(0, 1_000_000)?).unwrap_or(DEFAULT_PROOF_BOXES),
         };
-        let proves = law == Law::Stribeck && methods.contains(&Method::Test(&validated::TEST));
+        let proves = *law.as_written() == Law::Stribeck && methods.contains(&Method::Test(&validated::TEST));
         let proof_boxes = if proves { proof_boxes } else { 0 };
         let proof = match section.get("proof") {
             None => None,

@@ -15,9 +15,9 @@
 //! | `stribeck` | alpha = mu_k / mu_s, gamma = U / v_s, beta = strengthening U^2 / mu_s |
 //! | `exponential`, `lorentzian` | mu = mu_k / mu_s, vs = v_s / U, eta = strengthening U / mu_s |
 //!
-//! Every oscillator can be written with eps = 1 (theory, "Scaling"). A rotation ([`Motion`]) is the same with the
-//! moment of inertia (kg m^2) for the mass, N m/rad and N m s/rad for stiffness and damping, the normal force
-//! times its lever arm (N m) for the force, and angles for lengths.
+//! Every oscillator can be written with eps = 1 (theory, "Scaling"). A rotation ([`Motion`]) is the same with
+//! the moment of inertia (kg m^2) for the mass, N m/rad and N m s/rad for stiffness and damping, the normal
+//! force times its lever arm (N m) for the force, and angles for lengths.
 
 use crate::friction::Law;
 use crate::point::{LawParameters, Point};
@@ -198,7 +198,8 @@ impl Machine {
         }
     }
 
-    /// The dimensionless point; `None` for laws given as text or data, which have no coefficients of their own.
+    /// The dimensionless point; `None` for laws given as text or data, which have no coefficients of their
+    /// own.
     #[must_use]
     pub fn point(&self, law: &Law) -> Option<Point> {
         let Units { velocity, damping, .. } = self.units();
@@ -217,8 +218,8 @@ impl Machine {
         })
     }
 
-    /// The machine of a dimensionless point, with the mass, stiffness, normal force and static friction of this
-    /// one; `None` as in [`Machine::point`].
+    /// The machine of a dimensionless point, with the mass, stiffness, normal force and static friction of
+    /// this one; `None` as in [`Machine::point`].
     #[must_use]
     pub fn at(&self, law: &Law, point: &Point) -> Option<Machine> {
         let Units { velocity, damping, .. } = self.units();

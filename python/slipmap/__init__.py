@@ -13,15 +13,17 @@ array([ 1, -1], dtype=int8)
 """
 
 from ._accessor import MapAccessor
+from ._backbone import backbone
 from ._codes import METHODS, Method, Regime, Verdict
 from ._core import __version__
 from ._elementwise import critical_c, regime, verdicts
 from ._files import MapError, open_map
 from ._law import Law
+from ._maps import map, run
 from ._orbits import curves, orbit, phase_portrait
 from ._point import Machine, Point, Units, probe
 from ._probe import Probe
-from ._sensitivity import sensitivity
+from ._sensitivity import sensitivity, standard_error
 
 __all__ = [
     "METHODS",
@@ -36,13 +38,17 @@ __all__ = [
     "Units",
     "Verdict",
     "__version__",
+    "backbone",
     "critical_c",
     "curves",
+    "map",
     "open_map",
     "orbit",
     "phase_portrait",
     "probe",
     "regime",
+    "run",
     "sensitivity",
+    "standard_error",
     "verdicts",
 ]

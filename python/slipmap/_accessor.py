@@ -14,6 +14,7 @@ PRESENT, ABSENT = int(Verdict["PRESENT"]), int(Verdict["ABSENT"])
 REFERENCE = "simulation"
 # Colours of Okabe and Ito, as in the program's figures.
 _VERDICT_COLORS = {-1: "#f7e3bf", 0: "#ffffff", 1: "#0072b2", 2: "#000000", 3: "#8c8c8c"}
+# The program tells sets of attractors apart by hatching too; here by colour alone.
 _REGIME_COLORS = {
     "equilibrium": "#f7e3bf",
     "stick_slip": "#0072b2",
@@ -21,8 +22,12 @@ _REGIME_COLORS = {
     "pure_slip": "#009e73",
     "crossing": "#d55e00",
     "failed": "#000000",
-    "pure_slip_and_stick_slip": "#cc79a7",
-    "pure_slip_and_equilibrium": "#f0e442",
+    "pure_slip_and_stick_slip": "#f0e442",
+    "pure_slip_and_equilibrium": "#b3e2cd",
+    "equilibrium_pure_slip_and_stick_slip": "#cc79a7",
+    "equilibrium_and_crossing": "#e69f00",
+    "pure_slip_and_crossing": "#a6761d",
+    "equilibrium_pure_slip_and_crossing": "#7f3b08",
 }
 _CURVE_STYLES = {
     "hopf": ("#000000", (0, (5, 2))),
@@ -37,6 +42,14 @@ _SYMBOLS = {"epsilon": "ε", "alpha": "α", "beta": "β", "gamma": "γ", "mu": "
 @xr.register_dataset_accessor("slipmap")
 class MapAccessor:
     """Questions to a map that :func:`slipmap.map`, :func:`slipmap.run` or :func:`slipmap.open_map` gave.
+
+    Examples
+    --------
+    >>> import numpy as np, slipmap
+    >>> grid = {"V": [0.5, 1.0], "c": np.linspace(0.0, 1.0, 5), "epsilon": [0.1, 0.3]}
+    >>> data = slipmap.map(grid, law=slipmap.Law.stribeck(0.4, 0.2, 2.0))
+    >>> int(data.slipmap.contradictions().wrong_presence.sel(method_name="symmetric").sum())
+    0
     """
 
     def __init__(self, data: xr.Dataset):

@@ -66,18 +66,24 @@ def _numbers(name: str, value: Any) -> Any:
         raise TypeError(f"{name}: real numbers are needed, not {value!r:.60}") from None
 
 
-def _apply(kernel: Kernel, names: list[str], values: Sequence[Any], dtypes: Sequence[type]) -> tuple[Any, ...]:
+def flattened(names: list[str], values: Sequence[Any]) -> tuple[list[np.ndarray], tuple[int, ...]]:
+    """Flat arrays of length 1 or of the common length, and the common shape."""
     arrays = [np.asarray(value, dtype=float) for value in values]
     try:
         shape = np.broadcast_shapes(*(array.shape for array in arrays))
     except ValueError:
         shapes = ", ".join(f"{name} {array.shape}" for name, array in zip(names, arrays, strict=True) if array.ndim)
         raise ValueError(f"these shapes cannot be broadcast together: {shapes}") from None
-    if 0 in shape:
-        return tuple(np.empty(shape, dtype) for dtype in dtypes)
     flat = [
         array.reshape(1) if array.size == 1 else np.ascontiguousarray(np.broadcast_to(array, shape)).reshape(-1)
         for array in arrays
     ]
+    return flat, shape
+
+
+def _apply(kernel: Kernel, names: list[str], values: Sequence[Any], dtypes: Sequence[type]) -> tuple[Any, ...]:
+    flat, shape = flattened(names, values)
+    if 0 in shape:
+        return tuple(np.empty(shape, dtype) for dtype in dtypes)
     # A 0-d result is a NumPy scalar, as that of a ufunc.
     return tuple(np.asarray(result).reshape(shape)[()] for result in kernel(flat))

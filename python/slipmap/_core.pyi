@@ -1,5 +1,5 @@
 from collections.abc import Callable
-from typing import final
+from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +11,14 @@ __all__ = [
     "FIELDS",
     "Law",
     "METHODS",
+    "Map",
     "REGIMES",
     "USUAL_METHODS",
     "VERDICTS",
     "__version__",
+    "backbone",
+    "compute_map",
+    "config_cells",
     "critical_c",
     "curves",
     "machine_point",
@@ -22,6 +26,7 @@ __all__ = [
     "orbit",
     "probe",
     "regime",
+    "run_config",
     "verdicts",
 ]
 
@@ -39,13 +44,17 @@ class Law:
     @staticmethod
     def expression(formula: str, static_level: float) -> Law: ...
     @staticmethod
-    def table(u: _Reals, friction: _Reals, static_level: float, origin: str) -> Law: ...
+    def table(
+        u: _Reals, friction: _Reals, errors: _Reals | None, static_level: float, origin: str
+    ) -> Law: ...
     @staticmethod
     def function(function: Callable[[float], float], fastest: float, corners: list[float], origin: str) -> Law: ...
     @staticmethod
     def from_definition(name: str, definition: str) -> Law: ...
     @property
     def name(self) -> str: ...
+    @property
+    def data(self) -> tuple[list[float], list[float], float, list[float] | None] | None: ...
     @property
     def definition(self) -> str: ...
     @property
@@ -63,6 +72,9 @@ def verdicts(
     law: Law, arrays: list[_Reals], methods: list[str], tolerance: float, threads: int | None = None
 ) -> _Codes: ...
 def regime(law: Law, arrays: list[_Reals], tolerance: float, threads: int | None = None) -> _Codes: ...
+def backbone(
+    law: Law, arrays: list[_Reals], amplitudes: list[float], tolerance: float, threads: int | None = None
+) -> tuple[_Reals, _Reals]: ...
 def probe(law: Law, values: list[float], tolerance: float) -> str: ...
 def orbit(
     law: Law, values: list[float], start: tuple[float, float] | None, tolerance: float, max_time: float
@@ -72,3 +84,37 @@ def curves(
 ) -> list[tuple[str, _Reals, _Reals, _Reals]]: ...
 def machine_point(law: Law, motion: str, numbers: list[float]) -> tuple[list[float], list[float]]: ...
 def machine_probe(law: Law, motion: str, numbers: list[float], tolerance: float) -> str: ...
+
+_Attributes = dict[str, Any]
+_Curve = tuple[str, int, list[float], list[float], list[float]]
+_Plane = tuple[int, int, list[int], list[_Curve]]
+
+@final
+class Map:
+    @property
+    def axes(self) -> list[tuple[str, _Attributes, _Reals]]: ...
+    @property
+    def variables(self) -> list[tuple[str, _Attributes, NDArray[Any]]]: ...
+    @property
+    def attributes(self) -> _Attributes: ...
+    @property
+    def tile_shape(self) -> list[int]: ...
+    @property
+    def curves(self) -> list[_Plane] | None: ...
+
+def compute_map(
+    law: Law,
+    nodes: list[list[float]],
+    methods: list[str] | None,
+    fields: list[str],
+    engine: str,
+    tolerance: float,
+    audit_cells: int,
+    proof_boxes: int,
+    threads: int | None,
+    progress: Callable[[int], None] | None,
+) -> Map: ...
+def config_cells(path: str, sets: list[str]) -> int: ...
+def run_config(
+    path: str, sets: list[str], threads: int | None, progress: Callable[[int], None] | None
+) -> Map: ...

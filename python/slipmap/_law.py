@@ -121,7 +121,13 @@ class Law:
 
     @classmethod
     def table(
-        cls, u: ArrayLike, friction: ArrayLike, *, static: float | None = None, origin: str = "the table"
+        cls,
+        u: ArrayLike,
+        friction: ArrayLike,
+        stderr: ArrayLike | None = None,
+        *,
+        static: float | None = None,
+        origin: str = "the table",
     ) -> Law:
         """A measured law: friction at growing slip speeds, joined by cubics that keep the shape of the data.
 
@@ -131,6 +137,8 @@ class Law:
             Slip speeds, from 0, strictly growing; at least three.
         friction : array_like
             Friction at these, in any unit.
+        stderr : array_like, optional
+            Standard error of each datum, in the same unit; :func:`slipmap.standard_error` makes one of c* of them.
         static : float, optional
             Friction at slip speed 0, by which the data are divided; by default the first of them.
         origin : str
@@ -153,7 +161,8 @@ class Law:
             raise ValueError(f"friction: {len(levels)} values at {len(speeds)} slip speeds")
         if static is None:
             static = float(levels[0]) if len(levels) else 1.0
-        return cls(_core.Law.table(speeds, levels, float(static), origin), {})
+        errors = None if stderr is None else _vector("stderr", np.broadcast_to(stderr, speeds.shape))
+        return cls(_core.Law.table(speeds, levels, errors, float(static), origin), {})
 
     @classmethod
     def from_function(

@@ -53,10 +53,12 @@ class MethodAnswer:
     equation: str
     reason: str | None
     """Why the verdict is neither presence nor absence."""
-    epsilon_limit: float
-    """Up to which epsilon the verdict equals the simulated one; inf: as far as was looked."""
-    epsilon_limit_sound: float
+    epsilon_limit: float | None
+    """Up to which epsilon the verdict equals the simulated one; inf: as far as was looked; None: not known."""
+    epsilon_limit_sound: float | None
     """Up to which epsilon the verdict does not contradict the simulated one."""
+    epsilon_limit_reason: str | None = None
+    """Why one of these two is not known."""
 
 
 @dataclass(frozen=True)
@@ -134,6 +136,8 @@ class Cycle:
     stable: bool = True
     beyond_exit: float | None = None
     """Of a cycle that crosses the belt line: x1 at which it crosses downward, less that of the exit point."""
+    separates: tuple[str, ...] | None = None
+    """Of a slip cycle that repels: what orbits just inside it and just outside it tend to."""
 
 
 @dataclass(frozen=True)

@@ -103,6 +103,57 @@ def sensitivity(
     return (slopes, _named(errors, "error estimate of the derivative")) if return_error else slopes
 
 
+def standard_error(law: Law, *, V: Any, epsilon: Any, threads: int | None = None) -> Any:
+    """Standard error of the critical damping that the standard errors of a table's data make.
+
+    Parameters
+    ----------
+    law : Law
+        A table with standard errors: ``Law.table(u, friction, stderr)``. The errors are taken to be independent.
+    V, epsilon, threads
+        As in :func:`critical_c`.
+
+    Returns
+    -------
+    ndarray, scalar or DataArray
+        The root of the sum of squares of what each datum's standard error does to c*, as :func:`critical_c` broadcasts.
+
+    Raises
+    ------
+    TypeError
+        If the law is no table with standard errors.
+
+    Notes
+    -----
+    Half the difference of the critical dampings with the datum raised and lowered by its standard error. Friction is in units
+    of the static one: the datum at slip speed 0 scales all others.
+
+    Examples
+    --------
+    >>> import slipmap
+    >>> law = slipmap.Law.table([0.0, 0.5, 1.0, 2.0, 4.0], [0.40, 0.31, 0.28, 0.26, 0.25], stderr=0.002)
+    >>> bool(0.0 < slipmap.standard_error(law, V=1.0, epsilon=1.0) < 0.05)
+    True
+    """
+    data = law._law.data
+    if data is None or data[3] is None:
+        raise TypeError("law: a table with standard errors is needed, Law.table(u, friction, stderr)")
+    u, friction, static, errors = np.array(data[0]), np.array(data[1]), data[2], data[3]
+    total: Any = 0.0
+    for datum, error in enumerate(errors):
+        if error == 0.0:
+            continue
+        ends = []
+        for sign in (1.0, -1.0):
+            moved = friction.copy()
+            moved[datum] += sign * error
+            level = static * moved[0] / friction[0]
+            shifted = Law.table(u, moved, static=level, origin="the table with one datum moved")
+            ends.append(critical_c(shifted, V=V, epsilon=epsilon, threads=threads))
+        total = total + (0.5 * (ends[0] - ends[1])) ** 2
+    return total**0.5
+
+
 def _as_real(value: Any) -> Any:
     return value.astype(float) if hasattr(value, "astype") else np.asarray(value, dtype=float)[()]
 

@@ -24,15 +24,15 @@ const TASK: usize = 256;
 const CHECKED: usize = 256;
 
 /// Arguments of an elementwise function, in the order of the law's axes: one value for all elements, or one each.
-struct Arguments<'a> {
+pub(crate) struct Arguments<'a> {
     law: &'a Family,
     values: Vec<&'a [f64]>,
-    len: usize,
+    pub(crate) len: usize,
 }
 
 impl<'a> Arguments<'a> {
     /// Checks lengths and domains. An element with a NaN among its arguments is legal, and has no answer.
-    fn new(law: &'a Family, arrays: &'a [PyReadonlyArray1<'_, f64>]) -> PyResult<Self> {
+    pub(crate) fn new(law: &'a Family, arrays: &'a [PyReadonlyArray1<'_, f64>]) -> PyResult<Self> {
         let values: Vec<&[f64]> = arrays.iter().map(|array| array.as_slice()).collect::<Result<_, _>>()?;
         let len = values.iter().map(|values| values.len()).find(|&len| len != 1).unwrap_or(1);
         if values.iter().any(|values| values.len() != 1 && values.len() != len) {
@@ -41,12 +41,12 @@ impl<'a> Arguments<'a> {
         Ok(Self { law, values, len })
     }
 
-    fn element(&self, i: usize, into: &mut Vec<f64>) {
+    pub(crate) fn element(&self, i: usize, into: &mut Vec<f64>) {
         into.clear();
         into.extend(self.values.iter().map(|values| if values.len() == 1 { values[0] } else { values[i] }));
     }
 
-    fn check(&self) -> PyResult<()> {
+    pub(crate) fn check(&self) -> PyResult<()> {
         let single = self.len == 1;
         let mut element = Vec::new();
         for i in 0..self.len {
@@ -69,7 +69,7 @@ impl<'a> Arguments<'a> {
 }
 
 /// The point of values in the order of the axes; damping 0 if it is left out.
-fn point(law: &Family, values: &[f64]) -> Point {
+pub(crate) fn point(law: &Family, values: &[f64]) -> Point {
     let count = law.parameters().len();
     Point {
         epsilon: values[0],
@@ -80,7 +80,7 @@ fn point(law: &Family, values: &[f64]) -> Point {
 }
 
 /// Applies `each` to tasks of consecutive elements, in parallel where that pays; `None` where it was stopped.
-fn in_tasks<T: Send>(
+pub(crate) fn in_tasks<T: Send>(
     py: Python<'_>,
     len: usize,
     threads: Option<usize>,

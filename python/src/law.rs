@@ -40,17 +40,30 @@ impl Law {
     fn table(
         u: PyReadonlyArray1<'_, f64>,
         friction: PyReadonlyArray1<'_, f64>,
+        errors: Option<PyReadonlyArray1<'_, f64>>,
         static_level: f64,
         origin: &str,
     ) -> PyResult<Self> {
         check_static_level(static_level)?;
-        let data: Vec<(f64, f64)> =
-            u.as_array().iter().copied().zip(friction.as_array().iter().copied()).collect();
-        let law = Table::new(origin, &data, static_level).map_err(|error| {
+        let told = |error: slipmap::friction::TableError| {
             let row = error.row.map_or(String::new(), |row| format!("row {row}: "));
             PyValueError::new_err(format!("{row}{error}"))
-        })?;
+        };
+        let data: Vec<(f64, f64)> =
+            u.as_array().iter().copied().zip(friction.as_array().iter().copied()).collect();
+        let mut law = Table::new(origin, &data, static_level).map_err(told)?;
+        if let Some(errors) = errors {
+            law = law.with_standard_errors(&errors.as_array().to_vec()).map_err(told)?;
+        }
         Ok(Self { law: Family::Table(law) })
+    }
+
+    /// Slip speeds, friction, static level and standard errors of a table; `None` for other laws.
+    #[getter]
+    fn data(&self) -> Option<(Vec<f64>, Vec<f64>, f64, Option<Vec<f64>>)> {
+        let Family::Table(table) = &self.law else { return None };
+        let (u, friction) = table.data().unzip();
+        Some((u, friction, table.static_level(), table.standard_errors().map(<[f64]>::to_vec)))
     }
 
     /// A law given as a function of the slip speed, sampled once up to `fastest`.

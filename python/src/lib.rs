@@ -3,6 +3,7 @@
 //! Python broadcasts, names and documents; this extension takes flat arrays and gives flat arrays. Every function that
 //! works for more than a moment releases the GIL, uses all cores, and heeds Ctrl-C.
 
+mod backbone;
 mod columns;
 mod curves;
 mod law;
@@ -27,13 +28,18 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("USUAL_METHODS", Method::usual().map(|it| it.name()).collect::<Vec<_>>())?;
     module.add("FIELDS", Field::ALL.map(Field::name).to_vec())?;
     module.add_class::<law::Law>()?;
+    module.add_class::<map::Map>()?;
     module.add_function(wrap_pyfunction!(columns::critical_c, module)?)?;
     module.add_function(wrap_pyfunction!(columns::verdicts, module)?)?;
     module.add_function(wrap_pyfunction!(columns::regime, module)?)?;
+    module.add_function(wrap_pyfunction!(backbone::backbone, module)?)?;
     module.add_function(wrap_pyfunction!(point::probe, module)?)?;
     module.add_function(wrap_pyfunction!(orbit::orbit, module)?)?;
     module.add_function(wrap_pyfunction!(curves::curves, module)?)?;
     module.add_function(wrap_pyfunction!(machine::machine_point, module)?)?;
     module.add_function(wrap_pyfunction!(machine::machine_probe, module)?)?;
+    module.add_function(wrap_pyfunction!(map::compute_map, module)?)?;
+    module.add_function(wrap_pyfunction!(map::config_cells, module)?)?;
+    module.add_function(wrap_pyfunction!(map::run_config, module)?)?;
     Ok(())
 }

@@ -1,9 +1,24 @@
-//! Grids.
+//! Maps in memory: the run of the library with arrays for a sink.
 
-use pyo3::exceptions::PyValueError;
+use std::convert::Infallible;
+use std::ops::Range;
+use std::path::Path;
+use std::sync::{Mutex, PoisonError};
+
+use numpy::{PyArray1, PyArrayMethods};
+use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use slipmap::config::Job;
+use slipmap::dataset::{Provenance, Schema, Value, attributes};
 use slipmap::friction::Law as Family;
-use slipmap::map::Grid;
+use slipmap::map::{
+    Account, ComputeError, Control, Engine, Field, Grid, Plan, PlaneCurves, Sink, Summary, TileData,
+};
+
+use crate::columns::method;
+use crate::law::Law;
+use crate::work::run;
 
 /// The grid with these nodes, in the order of the law's axes.
 pub(crate) fn grid_of(law: &Family, nodes: Vec<Vec<f64>>) -> PyResult<Grid> {
@@ -12,4 +27,293 @@ pub(crate) fn grid_of(law: &Family, nodes: Vec<Vec<f64>>) -> PyResult<Grid> {
         return Err(PyValueError::new_err(format!("give nodes for each axis: {}", axes.join(", "))));
     }
     Grid::new(law.clone(), nodes).map_err(|error| PyValueError::new_err(error.to_string()))
+}
+
+/// All cells of a variable.
+enum Cells {
+    Codes(Vec<i8>),
+    Reals(Vec<f64>),
+}
+
+/// Receives tiles into arrays of the whole grid.
+struct Memory {
+    schema: Schema,
+    cells: Vec<Mutex<Cells>>,
+}
+
+impl Memory {
+    fn new(plan: &Plan) -> Self {
+        let schema = Schema::of(plan);
+        let empty = |variable| {
+            let size = schema.shape(variable).iter().product();
+            Mutex::new(match variable.codes() {
+                Some(_) => Cells::Codes(vec![variable.fill_code(); size]),
+                None => Cells::Reals(vec![f64::NAN; size]),
+            })
+        };
+        let cells = schema.variables.iter().map(empty).collect();
+        Self { schema, cells }
+    }
+}
+
+impl Sink for Memory {
+    type Packed = ();
+    type Error = Infallible;
+
+    /// Copies the tile to its place: workers fill different cells.
+    fn pack(&self, data: &TileData) -> Result<(), Infallible> {
+        for (variable, cells) in self.schema.variables.iter().zip(&self.cells) {
+            if self.schema.chunk_number(variable, data.tile.number).is_none() {
+                continue;
+            }
+            let shape = self.schema.shape(variable);
+            let ranges = &data.tile.ranges[..shape.len()];
+            let mut cells = cells.lock().unwrap_or_else(PoisonError::into_inner);
+            match (&mut *cells, variable.cells(data)) {
+                (Cells::Codes(all), slipmap::dataset::Cells::Codes(codes)) => {
+                    scatter(codes.values(), ranges, &shape, all);
+                }
+                (Cells::Reals(all), slipmap::dataset::Cells::Reals(reals)) => {
+                    scatter(reals.iter().copied(), ranges, &shape, all);
+                }
+                _ => unreachable!("codes are codes and real numbers are real numbers"),
+            }
+        }
+        Ok(())
+    }
+
+    fn write(&self, (): (), _: &Account) -> Result<(), Infallible> {
+        Ok(())
+    }
+}
+
+/// Copies the cells of a box, row-major, into an array of the given shape.
+fn scatter<T>(cells: impl IntoIterator<Item = T>, ranges: &[Range<usize>], shape: &[usize], all: &mut [T]) {
+    let mut cells = cells.into_iter();
+    let Some((last, outer)) = ranges.split_last() else { return };
+    let rows: usize = outer.iter().map(ExactSizeIterator::len).product();
+    for row in 0..rows {
+        let (mut rest, mut start, mut stride) = (row, last.start, shape[shape.len() - 1]);
+        for (range, length) in outer.iter().zip(shape).rev() {
+            start += (range.start + rest % range.len()) * stride;
+            rest /= range.len();
+            stride *= length;
+        }
+        for (place, cell) in all[start..start + last.len()].iter_mut().zip(&mut cells) {
+            *place = cell;
+        }
+    }
+}
+
+/// A computed map.
+#[pyclass(frozen, module = "slipmap._core")]
+pub(crate) struct Map {
+    plan: Plan,
+    schema: Schema,
+    cells: Vec<Cells>,
+    provenance: Provenance,
+    summary: Summary,
+}
+
+fn attribute<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
+    Ok(match value {
+        Value::Text(text) => text.into_pyobject(py)?.into_any(),
+        Value::Codes(codes) => PyArray1::from_slice(py, codes).into_any(),
+        // A single number is a scalar, as readers of the file have it.
+        Value::Integers(numbers) if numbers.len() == 1 => {
+            PyArray1::from_slice(py, numbers).get_item(0)?
+        }
+        Value::Integers(numbers) => PyArray1::from_slice(py, numbers).into_any(),
+        Value::Reals(numbers) if numbers.len() == 1 => PyArray1::from_slice(py, numbers).get_item(0)?,
+        Value::Reals(numbers) => PyArray1::from_slice(py, numbers).into_any(),
+    })
+}
+
+fn attribute_dict<'py, 'a>(
+    py: Python<'py>,
+    attributes: impl IntoIterator<Item = (&'a str, &'a Value)>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    for (name, value) in attributes {
+        if !matches!(value, Value::Text(text) if text.is_empty()) {
+            dict.set_item(name, attribute(py, value)?)?;
+        }
+    }
+    Ok(dict)
+}
+
+/// Axes of a plane, the nodes at which the others are held, and its curves: kind, branch, points and their errors.
+type PlaneOf = (usize, usize, Vec<usize>, Vec<(&'static str, usize, Vec<f64>, Vec<f64>, Vec<f64>)>);
+
+#[pymethods]
+impl Map {
+    /// Name, attributes and nodes of every axis.
+    #[getter]
+    fn axes<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<Vec<(String, Bound<'py, PyDict>, Bound<'py, PyArray1<f64>>)>> {
+        let axis = |axis: &slipmap::map::Axis| {
+            let attributes = PyDict::new(py);
+            attributes.set_item("long_name", &axis.long_name)?;
+            attributes.set_item("units", "1")?;
+            Ok((axis.name.clone(), attributes, PyArray1::from_slice(py, &axis.values)))
+        };
+        self.schema.grid.axes().iter().map(axis).collect()
+    }
+
+    /// Name, attributes and cells of every variable.
+    #[getter]
+    fn variables<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<Vec<(String, Bound<'py, PyDict>, Bound<'py, PyAny>)>> {
+        let variables = self.schema.variables.iter().zip(&self.cells).map(|(variable, cells)| {
+            let attributes = variable.attributes.iter().map(|(name, value)| (*name, value));
+            let shape = self.schema.shape(variable);
+            let array = match cells {
+                Cells::Codes(codes) => PyArray1::from_slice(py, codes).reshape(shape)?.into_any(),
+                Cells::Reals(reals) => PyArray1::from_slice(py, reals).reshape(shape)?.into_any(),
+            };
+            Ok((variable.name.clone(), attribute_dict(py, attributes)?, array))
+        });
+        variables.collect()
+    }
+
+    /// Attributes of the map: where it comes from, and what its run counted.
+    #[getter]
+    fn attributes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let opening = attributes::opening(&self.plan, &self.provenance);
+        let dict = attribute_dict(py, opening.iter().map(|(name, value)| (name.as_str(), value)))?;
+        dict.set_item("threads", self.summary.threads)?;
+        dict.set_item("wall_seconds", self.summary.seconds)?;
+        dict.set_item("rhs", self.summary.rhs)?;
+        dict.set_item("audit_cells", self.summary.audit.cells)?;
+        dict.set_item("audit_disagreements", self.summary.audit.disagreements.len())?;
+        if let Some(proved) = &self.summary.proved {
+            dict.set_item("proved_present", proved.volumes.present)?;
+            dict.set_item("proved_absent", proved.volumes.absent)?;
+            dict.set_item("proved_undecided", proved.volumes.undecided)?;
+        }
+        dict.set_item("complete", 1)?;
+        Ok(dict)
+    }
+
+    /// Shape of the tiles over which fingerprints are taken.
+    #[getter]
+    fn tile_shape(&self) -> Vec<usize> {
+        self.schema.tile_shape.clone()
+    }
+
+    /// The curves of codimension one in each plane; `None` where none were asked for.
+    #[getter]
+    fn curves(&self) -> Option<Vec<PlaneOf>> {
+        let plane = |curves: &PlaneCurves| {
+            let lines = curves.numbered().map(|(branch, line)| {
+                let column = |of: fn(&slipmap::map::PlanePoint) -> f64| line.points.iter().map(of).collect();
+                let (x, y, error) = (column(|it| it.x), column(|it| it.y), column(|it| it.error));
+                (line.bifurcation.name(), branch, x, y, error)
+            });
+            (curves.plane.x, curves.plane.y, curves.plane.held.clone(), lines.collect())
+        };
+        let curves = &self.summary.curves;
+        (!curves.is_empty()).then(|| curves.iter().map(plane).collect())
+    }
+}
+
+/// Computes the map of a plan.
+fn compute(
+    py: Python<'_>,
+    plan: Plan,
+    provenance: Provenance,
+    threads: Option<usize>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Map> {
+    let memory = py.detach(|| Memory::new(&plan));
+    // The run of the library has threads of its own.
+    let summary = run(py, Some(1), progress.as_ref(), |steering| {
+        let on_cells = |cells| steering.advance(cells);
+        let control =
+            Control { threads, on_cells: &on_cells, stop: &steering.stop, ..Control::default() };
+        slipmap::map::run(&plan, &memory, &control)
+    })?;
+    let summary = summary.map_err(|error| match error {
+        ComputeError::Interrupted => PyKeyboardInterrupt::new_err("the map was interrupted"),
+        ComputeError::Threads(why) => PyRuntimeError::new_err(why),
+        ComputeError::Sink(never) => match never {},
+    })?;
+    let Memory { schema, cells } = memory;
+    let cells = cells.into_iter().map(|cells| cells.into_inner().unwrap_or_else(PoisonError::into_inner));
+    Ok(Map { plan, schema, cells: cells.collect(), provenance, summary })
+}
+
+/// The map of a grid.
+#[pyfunction]
+#[allow(clippy::too_many_arguments)] // those of the Python function, which have names there
+pub(crate) fn compute_map(
+    py: Python<'_>,
+    law: &Law,
+    nodes: Vec<Vec<f64>>,
+    methods: Option<Vec<String>>,
+    fields: Vec<String>,
+    engine: &str,
+    tolerance: f64,
+    audit_cells: usize,
+    proof_boxes: usize,
+    threads: Option<usize>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Map> {
+    let problem = |error: slipmap::map::PlanError| PyValueError::new_err(error.to_string());
+    let grid = grid_of(&law.law, nodes)?;
+    let field = |name: &String| {
+        let known = || Field::ALL.map(Field::name).join(", ");
+        let unknown = || PyValueError::new_err(format!("there is no field `{name}`; choose from: {}", known()));
+        Field::ALL.into_iter().find(|field| field.name() == name).ok_or_else(unknown)
+    };
+    let fields: Vec<Field> = fields.iter().map(field).collect::<PyResult<_>>()?;
+    let known = || Engine::ALL.map(Engine::name).join(", ");
+    let engine = Engine::ALL.into_iter().find(|it| it.name() == engine).ok_or_else(|| {
+        PyValueError::new_err(format!("there is no engine `{engine}`; choose from: {}", known()))
+    })?;
+    let mut builder = Plan::builder(grid)
+        .fields(fields)
+        .engine(engine)
+        .tolerance(tolerance)
+        .audit_cells(audit_cells)
+        .proof_boxes(proof_boxes);
+    if let Some(methods) = methods {
+        builder = builder.methods(methods.iter().map(|name| method(name)).collect::<PyResult<Vec<_>>>()?);
+    }
+    let plan = builder.build().map_err(problem)?;
+    let provenance = Provenance { command_line: "slipmap.map".into(), ..Provenance::default() };
+    compute(py, plan, provenance, threads, progress)
+}
+
+fn load(path: &str, sets: &[String]) -> PyResult<Job> {
+    Job::load(Path::new(path), sets).map_err(|error| PyValueError::new_err(error.to_string()))
+}
+
+/// Number of cells of the map of a configuration.
+#[pyfunction]
+pub(crate) fn config_cells(path: &str, sets: Vec<String>) -> PyResult<usize> {
+    Ok(load(path, &sets)?.plan.grid().cells())
+}
+
+/// The map of a configuration.
+#[pyfunction]
+pub(crate) fn run_config(
+    py: Python<'_>,
+    path: &str,
+    sets: Vec<String>,
+    threads: Option<usize>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Map> {
+    let job = load(path, &sets)?;
+    let provenance = Provenance {
+        title: job.title,
+        config_path: job.config_file.display().to_string(),
+        config_text: job.config_text,
+        command_line: "slipmap.run".into(),
+    };
+    compute(py, job.plan, provenance, threads, progress)
 }

@@ -8,7 +8,6 @@ import h5py
 import numpy as np
 import pytest
 import slipmap
-import xarray as xr
 
 CONFIG = """\
 title = "a small map"
@@ -132,6 +131,82 @@ def test_slices_are_drawn(stored):
             data.slipmap.plot(delta=1.0)
 
 
-def test_maps_are_datasets(stored):
+def same(own, stored):
+    """Two maps are equal, variable by variable, coordinates and attributes included."""
+    assert list(own.data_vars) == list(stored.data_vars) and set(own.coords) == set(stored.coords)
+    for name in own.variables:
+        a, b = own[name], stored[name]
+        assert a.dims == b.dims and a.dtype == b.dtype, name
+        assert a.values.tobytes() == b.values.tobytes() or np.array_equal(a.values, b.values, equal_nan=True), name
+        assert set(a.attrs) == set(b.attrs), name
+        for key, value in b.attrs.items():
+            assert np.array_equal(a.attrs[key], value), (name, key)
+
+
+def test_a_configuration_gives_the_map_of_the_program(config, stored):
+    cells = []
+    own = slipmap.run(config, progress=lambda done, all: cells.append((done, all)))
     with slipmap.open_map(stored) as data:
-        assert isinstance(data.mean(), xr.Dataset)
+        same(own, data)
+        for name in ("title", "law", "methods", "fields", "engine", "tolerance", "config", "config_sha256"):
+            assert own.attrs[name] == data.attrs[name], name
+        same(own.slipmap.curves, data.slipmap.curves)
+    assert cells and cells[-1] == (own.verdict_simulation.size, own.verdict_simulation.size)
+    assert not config.with_name("unused.h5").exists()
+
+
+def test_a_grid_gives_the_map_of_the_program(config, stored):
+    with slipmap.open_map(stored) as data:
+        fields = ["margin", "critical_c", "regime", "landing", "cycle", "basin"]
+        own = slipmap.map(data.coords, fields=fields, threads=3, audit_cells=10)
+        same(own, data)
+        law = slipmap.Law.stribeck(beta=0.1)
+        grid = {name: data[name] for name in ("epsilon", "alpha", "gamma", "V", "c")}
+        few = slipmap.map(grid, law=law, methods=["simulation", "symmetric"], audit_cells=0)
+        assert few.slipmap.methods == ["symmetric", "simulation"]
+        assert np.array_equal(few.verdict_simulation, data.verdict_simulation)
+        # Elementwise calls say the same.
+        said = slipmap.verdicts(slipmap.Law.stribeck(), methods="simulation", **{name: data[name] for name in data.dims})
+        assert np.array_equal(said.transpose(*data.verdict_simulation.dims), data.verdict_simulation)
+
+
+def test_configurations_can_be_changed_and_are_checked(config):
+    own = slipmap.run(config, set={"grid.V": [1.0], "grid.c.points": 3, "output.fields": ["verdict"], "methods.run": ["simulation"]})
+    assert own.sizes["V"] == 1 and own.sizes["c"] == 3
+    with pytest.raises(ValueError, match="gama"):
+        slipmap.run(config, set=["grid.gama=1"])
+    with pytest.raises(ValueError, match="there is no such file"):
+        slipmap.run(config.with_name("none.toml"))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"grid": {"V": [1.0, 0.5]}}, "V must increase strictly"),
+        ({"grid": {"V": -1.0}}, "axis V has the value -1"),
+        ({"grid": {"delta": 1.0}}, "delta is no axis"),
+        ({"grid": {}, "fields": ["colour"]}, "there is no field `colour`"),
+        ({"grid": {}, "methods": ["guess"]}, "there is no method `guess`"),
+        ({"grid": {}, "methods": []}, "at least one method"),
+        ({"grid": {}, "engine": "fast"}, "there is no engine `fast`"),
+        ({"grid": {}, "tolerance": 2.0}, "tolerance"),
+    ],
+)
+def test_wrong_plans_are_told(arguments, words):
+    grid = {"epsilon": 0.1, "V": 1.0, "c": [0.1, 0.2], **arguments.pop("grid")}
+    with pytest.raises(ValueError, match=words):
+        slipmap.map(grid, law=slipmap.Law.stribeck(0.4, 0.2, 2.0), **arguments)
+    with pytest.raises(ValueError, match="the grid also needs c"):
+        slipmap.map({"epsilon": 0.1, "V": 1.0}, law=slipmap.Law.stribeck(0.4, 0.2, 2.0))
+
+
+def test_a_law_that_is_a_function_has_maps():
+    law = slipmap.Law.from_function(lambda u: 0.5 + 0.5 / (1.0 + u), fastest=8.0)
+    data = slipmap.map({"epsilon": 1.0, "V": [0.5, 1.0], "c": np.linspace(0.0, 1.0, 9)}, law=law, fields=["critical_c"])
+    exact = slipmap.critical_c(law, V=data.V, epsilon=1.0)
+    assert np.allclose(data.critical_c_simulation.squeeze(), exact, atol=1e-8)
+
+
+def test_a_map_shows_its_progress(capsys):
+    slipmap.map({"epsilon": 0.1, "V": 1.0, "c": [0.1, 0.2]}, law=slipmap.Law.stribeck(0.4, 0.2, 2.0), progress=True)
+    assert "2" in capsys.readouterr().err

@@ -33,3 +33,37 @@ def test_shapes_names_and_edges():
     assert (slopes["dc_dalpha"] < 0).all() and (slopes["dc_dbeta"] < 0).all()
     with pytest.raises(ValueError, match="`c` is no parameter"):
         slipmap.sensitivity(law, V=1.0, epsilon=0.1, alpha=0.1, gamma=1.0, wrt=["c"])
+
+
+def test_the_standard_error_of_data_is_that_of_drawn_tables():
+    u = np.array([0.0, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0])
+    friction = 0.4 * (0.6 + 0.4 * np.exp(-u / 0.5))
+    law = slipmap.Law.table(u, friction, 0.0005)
+    error = slipmap.standard_error(law, V=0.8, epsilon=1.0)
+    random = np.random.default_rng(3)
+    drawn = [
+        slipmap.critical_c(slipmap.Law.table(u, friction + 0.0005 * random.standard_normal(u.size)), V=0.8, epsilon=1.0)
+        for _ in range(200)
+    ]
+    # The spread of 200 draws has a relative standard error of 1 / sqrt(400): four of them.
+    assert abs(np.std(drawn) / error - 1.0) < 4.0 / 20.0
+    with pytest.raises(TypeError, match="standard errors"):
+        slipmap.standard_error(slipmap.Law.table(u, friction), V=0.8, epsilon=1.0)
+    with pytest.raises(ValueError, match="row 1"):
+        slipmap.Law.table(u, friction, [0.1, -0.1, 0.1, 0.1, 0.1, 0.1, 0.1])
+
+
+def test_the_backbone_ends_at_the_hopf_and_the_critical_damping():
+    law = slipmap.Law.exponential(mu=0.5, vs=1.0, eta=0.0)
+    V = xr.DataArray([0.4, 1.0, 1.5], dims="V")
+    c, error = slipmap.backbone(law, V=V, epsilon=2.0, return_error=True)
+    assert c.dims == ("V", "amplitude") and error.dims == ("V",)
+    critical, own = slipmap.critical_c(law, V=V, epsilon=2.0, return_error=True)
+    assert (np.abs(c.isel(amplitude=-1) - critical) <= error + own).all()
+    assert (np.abs(c.isel(amplitude=0) - law.weakening(V.values) / 2.0) <= error).all()
+    # One slip cycle at every damping between, and it repels: C rises with the amplitude.
+    assert (c.diff("amplitude") > 0).all()
+    plain = slipmap.backbone(law, [0.0, 1.0], V=[0.4, 1.0, 1.5], epsilon=2.0)
+    assert plain.shape == (3, 2) and np.array_equal(plain[:, 1], c.isel(amplitude=-1))
+    with pytest.raises(ValueError, match="from 0 to 1"):
+        slipmap.backbone(law, [2.0], V=1.0, epsilon=1.0)

@@ -27,8 +27,8 @@ pub struct Cell {
 /// Accuracy of the critical damping from which the reference starts, and of the landing.
 const TOLERANCE: f64 = 1e-13;
 
-/// The generator of Kronecker's sequence in d dimensions: the powers of the root of x^(d + 1) = x + 1 (M. Roberts), whose
-/// points fill a box evenly however many are taken.
+/// The generator of Kronecker's sequence in d dimensions: the powers of the root of x^(d + 1) = x + 1 (M.
+/// Roberts), whose points fill a box evenly however many are taken.
 fn generators(dimensions: usize) -> Vec<f64> {
     let root = (0..64).fold(2.0_f64, |x, _| (1.0 + x).powf(1.0 / (dimensions as f64 + 1.0)));
     (1..=dimensions).map(|power| root.powi(-(power as i32))).collect()

@@ -1,5 +1,5 @@
-//! Numbers of about 31 digits: unevaluated sums of two doubles (T. J. Dekker 1971, D. E. Knuth's exact sum; the
-//! algorithms as in Y. Hida, X. S. Li and D. H. Bailey, *Library for double-double and quad-double
+//! Numbers of about 31 digits: unevaluated sums of two doubles (T. J. Dekker 1971, D. E. Knuth's exact sum;
+//! the algorithms as in Y. Hida, X. S. Li and D. H. Bailey, *Library for double-double and quad-double
 //! arithmetic*). Errors of the operations are a few times 2^-104, relative. Own code, since the one crate
 //! that offers them, `twofloat` 0.8.4, is wrong in the 17th digit of 1/7.
 

@@ -208,8 +208,8 @@ const NEAREST: f64 = 1e-9;
 const FARTHEST: f64 = 4.0;
 
 /// Searches the damping at which the verdicts of a method change, in the columns of the cells next to the
-/// boundary, as many as `budget` allows. Where they do not change between c = 0 and [`FARTHEST`] above the critical
-/// damping, the distance searched counts as the error, which is larger.
+/// boundary, as many as `budget` allows. Where they do not change between c = 0 and [`FARTHEST`] above the
+/// critical damping, the distance searched counts as the error, which is larger.
 fn search(cells: &[Cell], budget: Duration, ask: impl Fn(&Cell, f64) -> Verdict, errors: &mut Sizes) {
     let start = thread_time();
     for (number, cell) in cells.iter().filter(|cell| cell.near).enumerate() {

@@ -1,10 +1,11 @@
 //! Reference answers to some 25 digits: the scalar form in double-double arithmetic.
 //!
-//! One turn of the polar form (theory, "Two forms of the slip flow") by extrapolation (Gragg, Bulirsch and Stoer): the modified
-//! midpoint rule has an error expansion in even powers of its step, so that `SEQUENCE` makes a method of
-//! order 24 without a single tabulated coefficient. The number of equal steps is doubled until two turns
-//! agree. Nothing is shared with the engines that are measured against it but the differential equation,
-//! and that is checked against an integration in other variables (`tests/data/margins.csv`).
+//! One turn of the polar form (theory, "Two forms of the slip flow") by extrapolation (Gragg, Bulirsch and
+//! Stoer): the modified midpoint rule has an error expansion in even powers of its step, so that `SEQUENCE`
+//! makes a method of order 24 without a single tabulated coefficient. The number of equal steps is doubled
+//! until two turns agree. Nothing is shared with the engines that are measured against it but the
+//! differential equation, and that is checked against an integration in other variables
+//! (`tests/data/margins.csv`).
 
 use std::sync::{LazyLock, OnceLock};
 

@@ -71,8 +71,8 @@ fn lowest(column: &Column, amplitude: f64) -> f64 {
     presence_edge(column, column.curve.weakening_range(0.0, column.belt_speed + amplitude).lo)
 }
 
-/// For each column a damping c > 0 with eps c <= weakening on [0, V + R(c)], as large as the search finds; `None` if
-/// it finds none.
+/// For each column a damping c > 0 with eps c <= weakening on [0, V + R(c)], as large as the search finds;
+/// `None` if it finds none.
 fn presence_edges(columns: &[Column]) -> Vec<Option<f64>> {
     let mut searches: Vec<Search> = columns.iter().map(Search::new).collect();
     let mut going: Vec<usize> = (0..columns.len()).filter(|&i| searches[i].next.is_some()).collect();
@@ -109,7 +109,8 @@ impl Search {
         search
     }
 
-    /// Asks for `c` next. Where it is not positive the image of a larger damping was not, nor are those of smaller ones.
+    /// Asks for `c` next. Where it is not positive the image of a larger damping was not, nor are those of
+    /// smaller ones.
     fn go_on(&mut self, c: f64) {
         self.next = (c > 0.0).then_some(c);
     }

@@ -32,7 +32,8 @@ use crate::friction::Column;
 /// Inflation per strip, 1 + 2^-48.
 const INFLATE: f64 = 1.0 + 16.0 * f64::EPSILON;
 
-/// Strips per quarter turn, tried in this order where the largest divergence alone does not settle it; the last leaves the bound half a per cent above the landing speed (median of random points).
+/// Strips per quarter turn, tried in this order where the largest divergence alone does not settle it; the
+/// last leaves the bound half a per cent above the landing speed (median of random points).
 const REFINEMENTS: [u32; 3] = [2, 8, 48];
 
 /// `sticks_from` is located to 2^-10 of the interval in which it is sought.
@@ -71,9 +72,9 @@ fn lands_on_stick_segment(column: &Column, c: f64) -> bool {
 /// An upper bound of the landing speed from the largest divergence alone; infinite where that is none.
 ///
 /// With D <= d on slip speeds up to 3 V, 0 < d < 2, the orbit lies inside that of the flow with D = d, whose
-/// radius grows by rho = exp(pi d / (2 omega)) in each half turn, omega = sqrt(1 - d^2/4), as long as it does not
-/// leave those slip speeds: rho <= 2. By de/ds = 2 D p, e rises up to the second turning point, where it is rho^4.
-/// Where d <= 0, e does not rise at all.
+/// radius grows by rho = exp(pi d / (2 omega)) in each half turn, omega = sqrt(1 - d^2/4), as long as it does
+/// not leave those slip speeds: rho <= 2. By de/ds = 2 D p, e rises up to the second turning point, where it
+/// is rho^4. Where d <= 0, e does not rise at all.
 fn constant_bound(column: &Column, c: f64) -> f64 {
     let d = column.curve.weakening_range(0.0, 3.0 * column.belt_speed).hi - column.epsilon * c;
     if d <= 0.0 {

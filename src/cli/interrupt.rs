@@ -1,6 +1,7 @@
-//! Ctrl-C and requests to terminate. The first signal asks the work to stop, so that it can keep what is finished
-//! and remove what is half written; work that does not stop in time is given up. Either way the program ends within
-//! two seconds, whatever it is at: computing, drawing, or waiting for the other end of a pipe.
+//! Ctrl-C and requests to terminate. The first signal asks the work to stop, so that it can keep what is
+//! finished and remove what is half written; work that does not stop in time is given up. Either way the
+//! program ends within two seconds, whatever it is at: computing, drawing, or waiting for the other end of a
+//! pipe.
 
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -64,14 +65,14 @@ pub(super) fn code() -> u8 {
     u8::try_from(CODE.load(Ordering::SeqCst)).ok().filter(|&code| code > 0).unwrap_or(130)
 }
 
-/// Sets what is said and done if the work is given up: what is `left` of it, and how to `tidy` up. In place of what
-/// was set before.
+/// Sets what is said and done if the work is given up: what is `left` of it, and how to `tidy` up. In place
+/// of what was set before.
 pub(super) fn on_giving_up(left: String, tidy: impl FnOnce() + Send + 'static) {
     *GIVING_UP.lock().unwrap_or_else(PoisonError::into_inner) = Some(GivingUp { left, tidy: Box::new(tidy) });
 }
 
-/// Waits for the exit code of the work; `None` if the work has panicked. Ends the process if a signal came and
-/// the work does not stop in time.
+/// Waits for the exit code of the work; `None` if the work has panicked. Ends the process if a signal came
+/// and the work does not stop in time.
 pub(super) fn wait(work: &Receiver<ExitCode>) -> Option<ExitCode> {
     let mut signalled = None;
     loop {

@@ -39,14 +39,15 @@ const BYE: i32 = 5;
 /// Rank 0 has finished the map: the others may end.
 const END: i32 = 6;
 
-/// Looks for messages ever more rarely while there are none: MPI's own waiting would keep a core busy, and so would
-/// looking all the time.
+/// Looks for messages ever more rarely while there are none: MPI's own waiting would keep a core busy, and so
+/// would looking all the time.
 struct Watch {
     pause: Duration,
 }
 
 impl Watch {
-    /// The first pause, and the longest: shorter than a tile takes, of which some are always handed out ahead.
+    /// The first pause, and the longest: shorter than a tile takes, of which some are always handed out
+    /// ahead.
     const PAUSES: [Duration; 2] = [Duration::from_micros(50), Duration::from_millis(1)];
 
     fn new() -> Self {
@@ -65,7 +66,8 @@ pub(super) struct Ranks {
     universe: Universe,
 }
 
-/// However rank 0 ends, it tells the others, who wait for that: to leave MPI is to wait for every rank, at full speed.
+/// However rank 0 ends, it tells the others, who wait for that: to leave MPI is to wait for every rank, at
+/// full speed.
 impl Drop for Ranks {
     fn drop(&mut self) {
         let world = self.universe.world();
@@ -290,9 +292,9 @@ impl Ranks {
     }
 }
 
-/// What the other ranks are told at the beginning: to begin, and with which tiles, given the threads of rank 0 and of
-/// each of them. They are dealt out one by one in turn, so that few tiles are shared fairly, until every rank has two
-/// for each thread and two more, or until those are left that rank 0 computes itself.
+/// What the other ranks are told at the beginning: to begin, and with which tiles, given the threads of rank
+/// 0 and of each of them. They are dealt out one by one in turn, so that few tiles are shared fairly, until
+/// every rank has two for each thread and two more, or until those are left that rank 0 computes itself.
 fn dealt(queue: &Queue, own_threads: usize, threads: &[usize]) -> Vec<Vec<u64>> {
     let mut answers = vec![vec![BEGIN]; threads.len()];
     let most = threads.iter().max().map_or(0, |threads| 2 * threads + 2);
@@ -309,26 +311,6 @@ fn dealt(queue: &Queue, own_threads: usize, threads: &[usize]) -> Vec<Vec<u64>> 
         }
     }
     answers
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn few_tiles_are_dealt_fairly() {
-        let dealt_of = |tiles: usize| {
-            let queue = Queue::new(vec![false; tiles]);
-            let answers = dealt(&queue, 1, &[1, 1, 1]);
-            let mut shares = vec![std::iter::from_fn(|| queue.take()).count()];
-            shares.extend(answers.iter().map(|answer| answer.len() - 1));
-            shares
-        };
-        assert_eq!(dealt_of(4), [1, 1, 1, 1]);
-        assert_eq!(dealt_of(8), [2, 2, 2, 2]);
-        assert_eq!(dealt_of(1), [1, 0, 0, 0]);
-        assert_eq!(dealt_of(100), [88, 4, 4, 4]);
-    }
 }
 
 /// A sink whose tiles are sent to rank 0.
@@ -349,5 +331,25 @@ impl Sink for Outbox {
         // The receiver lives as long as there is a sender.
         let _ = self.outbox.send(self.packer.to_bytes(&packed, account));
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn few_tiles_are_dealt_fairly() {
+        let dealt_of = |tiles: usize| {
+            let queue = Queue::new(vec![false; tiles]);
+            let answers = dealt(&queue, 1, &[1, 1, 1]);
+            let mut shares = vec![std::iter::from_fn(|| queue.take()).count()];
+            shares.extend(answers.iter().map(|answer| answer.len() - 1));
+            shares
+        };
+        assert_eq!(dealt_of(4), [1, 1, 1, 1]);
+        assert_eq!(dealt_of(8), [2, 2, 2, 2]);
+        assert_eq!(dealt_of(1), [1, 0, 0, 0]);
+        assert_eq!(dealt_of(100), [88, 4, 4, 4]);
     }
 }

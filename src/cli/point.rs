@@ -28,8 +28,8 @@ pub(super) struct LawArguments {
     /// Friction at slip speed 0, by which a formula or a table is divided
     #[arg(long = "static", value_name = "NUMBER", value_parser = parse_number, default_value_t = 1.0)]
     static_level: f64,
-    /// Read the law as 1 + eps F(u), with F = (phi - 1) / eps at the given eps: then the tests to first order in eps
-    /// answer for every law
+    /// Read the law as 1 + eps F(u), with F = (phi - 1) / eps at the given eps: then the tests to first order
+    /// in eps answer for every law
     #[arg(long, value_name = "eps", value_parser = ["eps"])]
     small: Option<String>,
 }

@@ -13,9 +13,8 @@ use super::room::{Permission, Room, create_folders};
 use super::summary::{self, Report};
 use super::{Ended, Failure, estimate, interrupt, output, progress, proof, say};
 use crate::config::Job;
-use crate::machine::{MOTION_ATTRIBUTE, SI_ATTRIBUTE, UNITS_ATTRIBUTE};
-use crate::map::{self, Account, ComputeError, Control, Earlier, Queue, Summary};
-use crate::store::{self, Existing, Left, Outcome, PartialMap, Provenance, Resumed, StoreError, Value};
+use crate::map::{self, Account, ComputeError, Control, Earlier, Queue};
+use crate::store::{self, Existing, Left, Outcome, PartialMap, Provenance, Resumed, StoreError};
 
 /// Compute a map from a configuration file.
 #[derive(Debug, Args)]
@@ -229,7 +228,8 @@ fn compute<E: Into<Stopped> + From<ComputeError<StoreError>>>(
     if let (Some(path), Some(proved)) = (&job.proof, &summary.proved) {
         proof::write(&proved.surface, path, arguments.overwrite || arguments.resume)?;
     }
-    map.finish(&outcome(job, &summary)).map_err(|error| Failure::Broken(with_way_on(&error, &job.output)))?;
+    map.finish(&Outcome::of(&job.plan, &summary, job.machine.as_ref()))
+        .map_err(|error| Failure::Broken(with_way_on(&error, &job.output)))?;
 
     let report = Report { job, summary: &summary, resumed_tiles };
     let printed = match arguments.json {
@@ -374,51 +374,4 @@ pub(super) fn command_line() -> Vec<String> {
         }
     });
     std::iter::once("slipmap".to_owned()).chain(quoted).collect()
-}
-
-fn outcome(job: &Job, summary: &Summary) -> Outcome {
-    let audited = job.plan.audit_cells > 0;
-    Outcome {
-        threads: summary.threads,
-        wall_seconds: summary.seconds,
-        seconds: summary.methods.iter().map(|method| (method.method, method.seconds)).collect(),
-        audit: audited.then_some(store::Audit {
-            cells: summary.audit.cells,
-            disagreements: summary.audit.disagreements.len() as u64,
-        }),
-        not_computed: None,
-        curves: summary.curves.clone(),
-        extra: summary
-            .paths
-            .named()
-            .into_iter()
-            .map(|(path, cells)| (format!("cells_by_{path}"), cells.cast_signed().into()))
-            .chain([
-                ("rhs".to_owned(), summary.rhs.cast_signed().into()),
-                ("contradicted_cells".to_owned(), summary.contradictions.cells.cast_signed().into()),
-            ])
-            .chain(
-                summary.stages.named().map(|(stage, seconds)| (format!("{stage}_seconds"), seconds.into())),
-            )
-            .chain(summary.proved.iter().flat_map(|proved| {
-                let volumes = &proved.volumes;
-                [
-                    ("proved_present", volumes.present.into()),
-                    ("proved_absent", volumes.absent.into()),
-                    ("proved_undecided", volumes.undecided.into()),
-                    ("proved_undecided_at_most", volumes.undecided_at_most.into()),
-                    ("proved_boxes", store::Value::from(volumes.tiles.cast_signed() as i64)),
-                    ("proved_seconds", proved.seconds.into()),
-                ]
-                .map(|(name, value)| (name.to_owned(), value))
-            }))
-            .chain(job.machine.iter().flat_map(|machine| {
-                [
-                    (SI_ATTRIBUTE.to_owned(), Value::Reals(machine.to_array().to_vec())),
-                    (MOTION_ATTRIBUTE.to_owned(), machine.motion.name().into()),
-                    (UNITS_ATTRIBUTE.to_owned(), Value::Reals(machine.units().to_array().to_vec())),
-                ]
-            }))
-            .collect(),
-    }
 }

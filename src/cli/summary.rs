@@ -53,13 +53,14 @@ pub(super) fn print(report: &Report, out: &mut dyn Write) -> Result<(), Failure>
     writeln!(out, "{}: {}{size}", job.title, job.output.display())?;
     writeln!(
         out,
-        "{} cells in {} columns, {} on {} thread{}, {} cells/s\n",
+        "{} cells in {} columns, {} on {} thread{}, {} cells/s{}\n",
         count(summary.cells),
         count(report.columns()),
         duration(summary.seconds),
         summary.threads,
         if summary.threads == 1 { "" } else { "s" },
-        short3(rate(summary.cells, summary.seconds))
+        short3(rate(summary.cells, summary.seconds)),
+        peak_memory().map_or(String::new(), |peak| format!(", {} of memory", bytes(peak.into())))
     )?;
 
     let shown = [Verdict::Present, Verdict::Absent, Verdict::Undecided, Verdict::Failed];
@@ -206,6 +207,13 @@ fn curves_line(axes: &[Axis], curves: &PlaneCurves) -> String {
     format!("curves over {} and {}{at}: {}", axes[plane.x].name, axes[plane.y].name, found.join(", "))
 }
 
+/// Bytes of memory that this process has held at most, where the system tells (Linux).
+fn peak_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    line.trim().strip_suffix(" kB")?.trim().parse::<u64>().ok().map(|kilobytes| 1024 * kilobytes)
+}
+
 /// Prints it as JSON.
 pub(super) fn json(report: &Report) -> Result<(), Failure> {
     let Report { job, summary, resumed_tiles } = report;
@@ -289,6 +297,7 @@ pub(super) fn json(report: &Report) -> Result<(), Failure> {
             "seconds": proved.seconds,
         })),
         "rhs": summary.rhs,
+        "peak_bytes": peak_memory(),
         "pack_thread_seconds": summary.stages.pack,
         "stages": summary.stages.named().into_iter().map(|(stage, seconds)| (stage.to_owned(), json!(seconds))).collect::<Map<_, _>>(),
         "failed": report.failed(),

@@ -1,7 +1,7 @@
 //! The option `--threads`.
 
-/// Threads per core that are still of use where cores wait for a disk; more only stand in each other's way, and
-/// thousands starve a machine.
+/// Threads per core that are still of use where cores wait for a disk; more only stand in each other's way,
+/// and thousands starve a machine.
 const MOST_PER_CORE: usize = 16;
 
 /// Reads a number of threads.

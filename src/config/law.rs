@@ -87,8 +87,8 @@ pub fn point_into(text: &str, error: &ExpressionError) -> String {
 /// Bytes of a measured law.
 const LONGEST_TABLE: u64 = 16 << 20;
 
-/// Reads a measured law: two columns, slip speed and friction, and perhaps a third with the standard errors of the
-/// friction; with or without a header.
+/// Reads a measured law: two columns, slip speed and friction, and perhaps a third with the standard errors
+/// of the friction; with or without a header.
 ///
 /// # Errors
 /// What is wrong, with its line, and what to do.

@@ -63,8 +63,8 @@ fn check_complete(section: &Section, law: &Law) -> Result<(), ConfigError> {
     Err(section.missing(first, format!("write numbers in SI units{also}")))
 }
 
-/// An uncertain quantity, { value = 2.0, sd = 0.1 } or { min = 1.8, max = 2.2 }: its nominal value and its spread;
-/// `None` for anything else.
+/// An uncertain quantity, { value = 2.0, sd = 0.1 } or { min = 1.8, max = 2.2 }: its nominal value and its
+/// spread; `None` for anything else.
 fn uncertain(node: &Node) -> Result<Option<(f64, Spread)>, ConfigError> {
     let Shape::Table(table) = node.shape() else { return Ok(None) };
     let keys = table.keys();

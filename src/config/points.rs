@@ -34,7 +34,8 @@ pub struct PointTable {
 }
 
 impl PointTable {
-    /// Opens the table at `path` (`-`: standard input), and finds the columns of the axes of `law` in its header.
+    /// Opens the table at `path` (`-`: standard input), and finds the columns of the axes of `law` in its
+    /// header.
     ///
     /// # Errors
     /// The file cannot be read, or a column is missing, or there twice.

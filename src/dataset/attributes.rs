@@ -2,7 +2,8 @@
 
 use sha2::{Digest, Sha256};
 
-use crate::map::{Method, Plan, PlaneCurves};
+use crate::machine::{MOTION_ATTRIBUTE, Machine, SI_ATTRIBUTE, UNITS_ATTRIBUTE};
+use crate::map::{Method, Plan, PlaneCurves, Summary};
 
 use super::{SCHEMA, Value, hex};
 
@@ -30,7 +31,7 @@ pub struct Outcome {
     pub threads: usize,
     /// Duration of the run in seconds.
     pub wall_seconds: f64,
-    /// Seconds of all threads together spent on each method.
+    /// Processor seconds of each method.
     pub seconds: Vec<(Method, f64)>,
     /// What the audit found, if there was one.
     pub audit: Option<Audit>,
@@ -40,6 +41,48 @@ pub struct Outcome {
     pub curves: Vec<PlaneCurves>,
     /// Further attributes of the file.
     pub extra: Vec<(String, Value)>,
+}
+
+impl Outcome {
+    /// How the run of `plan` went that `summary` tells of; with the machine whose map it is, if it is one's.
+    #[must_use]
+    pub fn of(plan: &Plan, summary: &Summary, machine: Option<&Machine>) -> Self {
+        let mut extra: Vec<(String, Value)> = Vec::new();
+        let mut add = |name: &str, value: Value| extra.push((name.to_owned(), value));
+        for (path, cells) in summary.paths.named() {
+            add(&format!("cells_by_{path}"), integer(cells));
+        }
+        add("rhs", integer(summary.rhs));
+        add("contradicted_cells", integer(summary.contradictions.cells));
+        for (stage, seconds) in summary.stages.named() {
+            add(&format!("{stage}_seconds"), seconds.into());
+        }
+        if let Some(proved) = &summary.proved {
+            let volumes = &proved.volumes;
+            add("proved_present", volumes.present.into());
+            add("proved_absent", volumes.absent.into());
+            add("proved_undecided", volumes.undecided.into());
+            add("proved_undecided_at_most", volumes.undecided_at_most.into());
+            add("proved_boxes", integer(volumes.tiles));
+            add("proved_seconds", proved.seconds.into());
+        }
+        if let Some(machine) = machine {
+            add(SI_ATTRIBUTE, Value::Reals(machine.to_array().to_vec()));
+            add(MOTION_ATTRIBUTE, machine.motion.name().into());
+            add(UNITS_ATTRIBUTE, Value::Reals(machine.units().to_array().to_vec()));
+        }
+        let audit =
+            Audit { cells: summary.audit.cells, disagreements: summary.audit.disagreements.len() as u64 };
+        Self {
+            threads: summary.threads,
+            wall_seconds: summary.seconds,
+            seconds: summary.methods.iter().map(|method| (method.method, method.seconds)).collect(),
+            audit: (plan.audit_cells > 0).then_some(audit),
+            not_computed: None,
+            curves: summary.curves.clone(),
+            extra,
+        }
+    }
 }
 
 /// Numbers of the audit by the independent engine.

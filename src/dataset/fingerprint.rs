@@ -1,7 +1,8 @@
 //! Fingerprints of cells: the attribute `sha256` of a variable.
 //!
-//! That of a variable is the SHA-256 of its tiles' fingerprints, row-major, each the SHA-256 of the tile's cells,
-//! little-endian, with one bit pattern for NaN. It depends neither on the number of threads nor on compression.
+//! That of a variable is the SHA-256 of its tiles' fingerprints, row-major, each the SHA-256 of the tile's
+//! cells, little-endian, with one bit pattern for NaN. It depends neither on the number of threads nor on
+//! compression.
 
 use sha2::{Digest, Sha256};
 

@@ -1,5 +1,6 @@
-//! What a map holds, apart from the file format: its dimensions, its variables with their attributes, the attributes
-//! of the file, fingerprints. The HDF5 file is written and read by it, and so is any other form of the same data.
+//! What a map holds, apart from the file format: its dimensions, its variables with their attributes, the
+//! attributes of the file, fingerprints. The HDF5 file is written and read by it, and so is any other form of
+//! the same data.
 
 pub mod attributes;
 pub mod fingerprint;

@@ -7,9 +7,9 @@ use crate::point::{LawParameters, MAX_LAW_PARAMETERS};
 
 /// A friction law given by functions, for [`Law::custom`].
 ///
-/// What can be written as a formula is better given as text ([`super::Expression`]): its bounds are proved. Of a law
-/// given by functions only samples are known, so that the engines tell an estimate of their error, and the theorems say
-/// nothing.
+/// What can be written as a formula is better given as text ([`super::Expression`]): its bounds are proved.
+/// Of a law given by functions only samples are known, so that the engines tell an estimate of their error,
+/// and the theorems say nothing.
 pub trait CustomLaw: std::fmt::Debug + Send + Sync + 'static {
     /// Name in messages and map files.
     fn name(&self) -> &'static str;
@@ -17,8 +17,8 @@ pub trait CustomLaw: std::fmt::Debug + Send + Sync + 'static {
     /// The law's own parameters, in the order in which they become axes of a map, slowest first.
     fn parameters(&self) -> &[Parameter];
 
-    /// phi(u), the friction force at slip speed `u` >= 0 in units of the static one: phi(0) = 1. Below 0, by at most a
-    /// fraction of the belt speed, a smooth continuation.
+    /// phi(u), the friction force at slip speed `u` >= 0 in units of the static one: phi(0) = 1. Below 0, by
+    /// at most a fraction of the belt speed, a smooth continuation.
     fn phi(&self, u: f64, epsilon: f64, parameters: &[f64]) -> f64;
 
     /// phi'(u), continuous, to full precision.

@@ -1,9 +1,9 @@
 //! A law given as a function of a program: sampled once into polynomials on pieces of slip speeds.
 //!
-//! The law is what the polynomials say. How far its weakening rate may be from that of the function is estimated by
-//! samples and told ([`Function::error`]); by the comparison lemma of [`crate::certify`] an error delta of the weakening rate
-//! moves the critical damping by at most delta / eps. Beyond the last slip speed the law is not known: phi is NaN there,
-//! as that of a table.
+//! The law is what the polynomials say. How far its weakening rate may be from that of the function is
+//! estimated by samples and told ([`Function::error`]); by the comparison lemma of [`crate::certify`] an
+//! error delta of the weakening rate moves the critical damping by at most delta / eps. Beyond the last slip
+//! speed the law is not known: phi is NaN there, as that of a table.
 
 use std::sync::{Arc, LazyLock};
 
@@ -77,8 +77,9 @@ fn sum<T: Real>(coefficients: &[f64; COUNT], x: T) -> T {
 }
 
 impl Function {
-    /// Samples `phi`, the friction in units of the static one at slip speeds from 0 to `fastest`, once. `corners` are
-    /// slip speeds between at which its slope may jump; elsewhere it should be smooth. `origin` names it.
+    /// Samples `phi`, the friction in units of the static one at slip speeds from 0 to `fastest`, once.
+    /// `corners` are slip speeds between at which its slope may jump; elsewhere it should be smooth. `origin`
+    /// names it.
     ///
     /// # Errors
     /// [`FunctionError`] where a value is not finite, phi(0) is not 1, or a corner does not lie between.
@@ -182,8 +183,8 @@ impl Function {
         -self.on_piece(self.piece_at(u), Jet::<f64, 2>::variable(u, 1.0)).0[1]
     }
 
-    /// Enclosures of the Taylor coefficients of phi at all slip speeds in `u`, in powers of the slip speed divided by
-    /// `unit`; `None` where the law is not known. At a seam both polynomials count.
+    /// Enclosures of the Taylor coefficients of phi at all slip speeds in `u`, in powers of the slip speed
+    /// divided by `unit`; `None` where the law is not known. At a seam both polynomials count.
     pub(super) fn series<const N: usize>(&self, u: Interval, unit: f64) -> Option<Jet<Interval, N>> {
         if !(0.0 <= u.lo && u.hi <= self.fastest()) {
             return None;
@@ -225,7 +226,7 @@ impl Function {
         let rows = lines.map(|line| numbers(line)?.try_into().ok());
         let coefficients: Vec<[f64; COUNT]> = rows.collect::<Option<_>>()?;
         let grows = ends.windows(2).all(|pair| pair[0] < pair[1]);
-        let fits = ends.len() == coefficients.len() + 1 && coefficients.len() >= 1 && ends[0] == 0.0;
+        let fits = ends.len() == coefficients.len() + 1 && !coefficients.is_empty() && ends[0] == 0.0;
         let finite = ends.iter().chain(coefficients.iter().flatten()).all(|number| number.is_finite());
         let error = error.parse().ok()?;
         let pieces = Pieces { origin: origin.to_owned(), ends, corners, coefficients, error };
@@ -259,8 +260,8 @@ impl Fitted {
                 waiting.extend([(middle, b, halvings + 1), (a, middle, halvings + 1)]);
                 continue;
             }
-            // Between the points an interpolant errs most; by Markov's inequality the slope of a polynomial of degree n
-            // is at most n^2 / half times its largest value.
+            // Between the points an interpolant errs most; by Markov's inequality the slope of a polynomial
+            // of degree n is at most n^2 / half times its largest value.
             let between = POINTS.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
             let miss = between.map(|x| (sum(&coefficients, x) - phi(middle + half * x)).abs());
             let miss = miss.fold(tail, f64::max) + 4.0 * f64::EPSILON * size;

@@ -71,8 +71,8 @@ impl Stribeck {
         self.rate * self.drop / (q * q) - 2.0 * self.epsilon * self.beta * u
     }
 
-    /// Whether no coefficient of the law is a product that fell below the normal numbers, where it may be wrong by any
-    /// factor.
+    /// Whether no coefficient of the law is a product that fell below the normal numbers, where it may be
+    /// wrong by any factor.
     pub(super) fn is_normal(&self) -> bool {
         let slope = self.rate * self.drop;
         [(self.rate, self.gamma), (slope, self.gamma * self.drop), (self.epsilon * self.beta, self.beta)]

@@ -161,8 +161,9 @@ impl Table {
         self.0.errors.as_deref()
     }
 
-    /// How -phi' at slip speed `u` changes with the data next to it: the number of the first datum concerned, and the
-    /// derivatives by its friction value as given and by those of the data that follow, zero where there is none.
+    /// How -phi' at slip speed `u` changes with the data next to it: the number of the first datum concerned,
+    /// and the derivatives by its friction value as given and by those of the data that follow, zero where
+    /// there is none.
     #[must_use]
     pub fn weakening_by_data(&self, u: f64) -> (usize, [f64; 4]) {
         let Cubics { u: knots, phi, static_level, .. } = &*self.0;
@@ -208,8 +209,8 @@ impl Table {
         self.0.u[self.0.u.len() - 1]
     }
 
-    /// The same law, continued in a straight line to slip speed `fastest` beyond its data: for the question how far
-    /// they should reach. `None` where no such law is legal.
+    /// The same law, continued in a straight line to slip speed `fastest` beyond its data: for the question
+    /// how far they should reach. `None` where no such law is legal.
     #[must_use]
     pub fn continued(&self, fastest: f64) -> Option<Self> {
         let end = self.fastest();
@@ -269,8 +270,8 @@ impl Table {
         -(slope + t * (2.0 * c2 + t * (3.0 * c3)))
     }
 
-    /// The parabolas of -phi', piece by piece, with the rounding of their coefficients. The law is the piecewise cubic
-    /// with the values and slopes at the data as they are stored.
+    /// The parabolas of -phi', piece by piece, with the rounding of their coefficients. The law is the
+    /// piecewise cubic with the values and slopes at the data as they are stored.
     pub(super) fn parabolas(&self) -> impl Iterator<Item = Parabola> {
         let Cubics { u, phi, slope, .. } = &*self.0;
         (0..self.pieces()).map(|i| {
@@ -318,7 +319,8 @@ impl Table {
 }
 
 /// Slopes at the data, Fritsch and Butland: zero at extremes, else a harmonic mean of the secants; at the
-/// ends a one-sided parabola, limited to keep the shape. With their derivatives, as far as the series of `phi` go.
+/// ends a one-sided parabola, limited to keep the shape. With their derivatives, as far as the series of
+/// `phi` go.
 fn slopes<const N: usize>(u: &[f64], phi: &[Jet<f64, N>]) -> Vec<Jet<f64, N>> {
     type Series<const N: usize> = Jet<f64, N>;
     let (number, value) = (Series::<N>::constant, |series: Series<N>| series.0[0]);

@@ -1,10 +1,7 @@
 //! What tiles took and gave beyond their cells: counts, seconds, the audit.
 
-use super::{Audit, Contradictions, Method, Paths, Plan, Runs, TileData, Verdict};
+use super::{Audit, Contradictions, LISTED, Method, Paths, Plan, Runs, TileData, Verdict};
 use crate::point::Point;
-
-/// How many failed cells are kept one by one, of a tile and of a run.
-pub const LISTED: usize = 10;
 
 /// A cell on which a method broke down.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,8 +30,8 @@ pub struct Stages {
     pub columns: f64,
     /// The field `regime`.
     pub regime: f64,
-    /// The other fields that follow orbits: landings, cycles, basins, limits in eps; also the simulation, if it is
-    /// none of the methods.
+    /// The other fields that follow orbits: landings, cycles, basins, limits in eps; also the simulation, if
+    /// it is none of the methods.
     pub fields: f64,
     /// The self-audit.
     pub audit: f64,

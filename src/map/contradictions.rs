@@ -1,10 +1,9 @@
-//! Cells in which methods that promise to be right say opposite things: at most one of them is right, so a run
-//! that finds any says so, whatever the size of its audit.
+//! Cells in which methods that promise to be right say opposite things: at most one of them is right, so a
+//! run that finds any says so, whatever the size of its audit.
 //!
 //! The methods in question are the tests that are theorems at finite eps, `validated`, and `simulation`.
 
-use super::account::LISTED;
-use super::{Plan, TileData, Verdict};
+use super::{LISTED, Plan, TileData, Verdict};
 use crate::certify::Guarantee;
 use crate::point::Point;
 

@@ -1,7 +1,9 @@
-//! Curves of codimension one in planes of a grid: where the long-run behaviour changes, between its nodes too.
+//! Curves of codimension one in planes of a grid: where the long-run behaviour changes, between its nodes
+//! too.
 //!
-//! Curves are found and followed in the unit square of the plane, along whose sides the axes run from their first
-//! to their last node: in equal steps, or in equal ratios where the nodes have them. Errors are distances there.
+//! Curves are found and followed in the unit square of the plane, along whose sides the axes run from their
+//! first to their last node: in equal steps, or in equal ratios where the nodes have them. Errors are
+//! distances there.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -15,8 +17,8 @@ use crate::simulate::continuation::{Branch, CurvePoint, zero_curves};
 /// Accuracy of the test functions.
 const TOLERANCE: f64 = 1e-10;
 
-/// Names of the columns of stored curves that are not those of axes; no axis may have one of them if curves are to be
-/// stored.
+/// Names of the columns of stored curves that are not those of axes; no axis may have one of them if curves
+/// are to be stored.
 pub const CURVE_COLUMNS: [&str; 8] =
     ["plane", "point", "plane_x", "plane_y", "plane_number", "curve", "branch", "error"];
 
@@ -77,7 +79,8 @@ impl Plane {
 }
 
 impl PlaneCurves {
-    /// Finds and follows the curves of a plane of `grid` whose two axes have several nodes each. When `stop` is set, the curves end where they are.
+    /// Finds and follows the curves of a plane of `grid` whose two axes have several nodes each. When `stop`
+    /// is set, the curves end where they are.
     #[must_use]
     pub fn of(grid: &Grid, plane: Plane, stop: &AtomicBool) -> Self {
         let frame = Frame::new(grid, &plane);

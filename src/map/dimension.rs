@@ -4,8 +4,8 @@
 use super::AxisRole;
 use crate::machine::Dimension;
 
-/// The dimension of an axis; `None` for eps and for the parameters of friction laws, which are pure numbers or, in
-/// laws given by formula, in whatever units the formula has.
+/// The dimension of an axis; `None` for eps and for the parameters of friction laws, which are pure numbers
+/// or, in laws given by formula, in whatever units the formula has.
 #[must_use]
 pub fn of_axis(role: AxisRole) -> Option<Dimension> {
     match role {
@@ -15,8 +15,9 @@ pub fn of_axis(role: AxisRole) -> Option<Dimension> {
     }
 }
 
-/// The dimension of a variable by its name in the map; `None` for pure numbers and codes. Margins are those of
-/// closed-form tests, distances in the damping, but for `margin_simulation`, the scaled grazing margin m / V.
+/// The dimension of a variable by its name in the map; `None` for pure numbers and codes. Margins are those
+/// of closed-form tests, distances in the damping, but for `margin_simulation`, the scaled grazing margin m /
+/// V.
 #[must_use]
 pub fn of_variable(name: &str) -> Option<Dimension> {
     match name {

@@ -85,8 +85,8 @@ pub struct Class {
     /// The largest distance |c - c'| to the nearest damping c' at which the verdict of the simulated flow
     /// changes; NaN where it changes at none.
     pub farthest_c: f64,
-    /// The same in eps, up to [`super::limits::HIGHEST`]; NaN where it changes at none, and for undecided cells,
-    /// where it is not looked for.
+    /// The same in eps, up to [`super::limits::HIGHEST`]; NaN where it changes at none, and for undecided
+    /// cells, where it is not looked for.
     pub farthest_epsilon: f64,
     /// The cell of `farthest_c`, or the first cell.
     pub example: Point,
@@ -309,8 +309,8 @@ fn examine(point: &Point, comparison: &Comparison) -> Examined {
     examined
 }
 
-/// The distance from `c` to the nearest damping at which the simulated verdict changes: the critical damping, or
-/// the damping below which orbits cross for ever. NaN if there is neither.
+/// The distance from `c` to the nearest damping at which the simulated verdict changes: the critical damping,
+/// or the damping below which orbits cross for ever. NaN if there is neither.
 fn distance_in_c(column: &Column, c: f64, fate: &Fate, tolerance: f64) -> f64 {
     let Ok(critical) = critical_damping(column, tolerance) else { return f64::NAN };
     let to_grazing = (critical.c - c).abs();

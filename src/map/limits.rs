@@ -1,31 +1,32 @@
 //! How small is "sufficiently small": up to which eps a method says what the simulated flow says.
 //!
-//! With all parameters but eps fixed, the verdict of a method and that of the simulated flow are step functions
-//! of eps. [`Ray`] finds the steps of the flow once; [`Ray::limit`] the first eps at which a method parts from
-//! it. Steps are located by halving, to a relative width of 1e-12; no grid enters.
+//! With all parameters but eps fixed, the verdict of a method and that of the simulated flow are step
+//! functions of eps. [`Ray`] finds the steps of the flow once; [`Ray::limit`] the first eps at which a method
+//! parts from it. Steps are located by halving, to a relative width of 1e-12; no grid enters.
 //!
 //! # What "for all smaller eps" rests on
-//! **Theorems, for the Stribeck law** ([`Proved`]). Both edges of the test `symmetric`, as functions of eps, fall;
-//! so the orbit from the exit point comes back for every eps below one closed form, and for none above another.
-//! The landing speed is bounded by that of the linear flow with the largest divergence, which grows with eps; so
-//! the orbit sticks for every eps below a third closed form. All three together leave an interval of eps, often
-//! empty or narrow, in which the flow must be asked. Where gamma (1-alpha) - 2 beta V <= c it is empty: no
-//! cycle exists at any eps > 0.
+//! **Theorems, for the Stribeck law** ([`Proved`]). Both edges of the test `symmetric`, as functions of eps,
+//! fall; so the orbit from the exit point comes back for every eps below one closed form, and for none above
+//! another. The landing speed is bounded by that of the linear flow with the largest divergence, which grows
+//! with eps; so the orbit sticks for every eps below a third closed form. All three together leave an
+//! interval of eps, often empty or narrow, in which the flow must be asked. Where gamma (1-alpha) - 2 beta V
+//! <= c it is empty: no cycle exists at any eps > 0.
 //!
 //! **Search, in that interval** (for other laws, in all of [[`LOWEST`], [`HIGHEST`]]): the flow is asked at
-//! [`PER_DECADE`] nodes per factor of ten, and every interval between nodes with different verdicts is halved.
-//! Two steps between neighbouring nodes would be missed. Towards grazing there is no reason for two, since c*
-//! falls with eps wherever that was tried (tests/mathematics/limits.rs). Towards the landing there may be: the orbit lands
-//! ever farther out and then ever closer again. So between nodes next to its farthest landing the maximum is
-//! searched for.
+//! [`PER_DECADE`] nodes per factor of ten, and every interval between nodes with different verdicts is
+//! halved. Two steps between neighbouring nodes would be missed. Towards grazing there is no reason for two,
+//! since c* falls with eps wherever that was tried (tests/mathematics/limits.rs). Towards the landing there
+//! may be: the orbit lands ever farther out and then ever closer again. So between nodes next to its farthest
+//! landing the maximum is searched for.
 //!
-//! **Methods.** The edges of `perturbation` and `bendixson_leading` do not depend on eps, those of `instability`,
-//! `symmetric` and `harmonic_balance` fall with it, so each is crossed at most once and halving finds it. What the
-//! nodes could miss is a claim of `bendixson`, or of a landing, that is given and taken back between two of
-//! them; and the answers of naive methods, which flicker: their limit is that of the nodes.
+//! **Methods.** The edges of `perturbation` and `bendixson_leading` do not depend on eps, those of
+//! `instability`, `symmetric` and `harmonic_balance` fall with it, so each is crossed at most once and
+//! halving finds it. What the nodes could miss is a claim of `bendixson`, or of a landing, that is given and
+//! taken back between two of them; and the answers of naive methods, which flicker: their limit is that of
+//! the nodes.
 //!
-//! **Budget.** A ray and all limits along it spend at most [`WORK`]. What the budget, or a flow without an answer,
-//! leaves open is [`Limit::Unknown`], with the reason; what was found below that eps stands.
+//! **Budget.** A ray and all limits along it spend at most [`WORK`]. What the budget, or a flow without an
+//! answer, leaves open is [`Limit::Unknown`], with the reason; what was found below that eps stands.
 
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
@@ -49,7 +50,8 @@ const HALVINGS: u32 = 40;
 const SECTIONS: u32 = 24;
 
 /// What a ray and its limits may cost together: evaluations of the right-hand side, in units of that of the
-/// Stribeck law (see [`Curve::cost`](crate::friction::Curve::cost)). Rays of moderate parameters take a twentieth of it, without the naive methods.
+/// Stribeck law (see [`Curve::cost`](crate::friction::Curve::cost)). Rays of moderate parameters take a
+/// twentieth of it, without the naive methods.
 pub const WORK: u64 = 10_000_000;
 
 /// What a piece of a compiled law costs, in the same units.
@@ -136,9 +138,10 @@ impl Proved {
     ///
     /// For the Stribeck law with g = gamma (1-alpha) and s = c + 2 beta V, by the theorem of
     /// [`crate::certify::symmetric`]: the orbit returns if s < g / (1 + eps gamma V)^2, and does not if
-    /// s > (g/2) (1 + 1/(1 + 2 eps gamma V)^2). The divergence is at most d = eps (g - c), and in the linear flow
-    /// with that divergence v^2 + v'^2 grows in one turn by exp(2 pi d / sqrt(1 - d^2/4)); so, by the comparison
-    /// lemma of [`crate::certify`], the landing speed is below 2 if V^2 times that less 1 is below 4.
+    /// s > (g/2) (1 + 1/(1 + 2 eps gamma V)^2). The divergence is at most d = eps (g - c), and in the linear
+    /// flow with that divergence v^2 + v'^2 grows in one turn by exp(2 pi d / sqrt(1 - d^2/4)); so, by the
+    /// comparison lemma of [`crate::certify`], the landing speed is below 2 if V^2 times that less 1 is below
+    /// 4.
     #[must_use]
     pub fn of(law: &Law, point: &Point) -> Self {
         let (Law::Stribeck, &[alpha, beta, gamma]) = (law.as_written(), point.law.as_slice()) else {
@@ -190,8 +193,8 @@ fn reach(oscillator: &Oscillator, flow: &Flow) -> Option<f64> {
     Some(if landing.crossings == 0 { from_exit } else { 4.0 - from_exit })
 }
 
-/// The verdict of the simulated flow. At the very boundary, within its error, it is read off the margin's sign,
-/// which halving needs; undecided if there is none, as there is none for circles.
+/// The verdict of the simulated flow. At the very boundary, within its error, it is read off the margin's
+/// sign, which halving needs; undecided if there is none, as there is none for circles.
 fn verdict_of(flow: &Flow) -> Verdict {
     match flow.fate {
         Fate::TooCloseToCall if flow.margin > 0.0 => Verdict::Present,
@@ -348,8 +351,8 @@ impl Ray {
         halve(has, has_not, |epsilon| Ok(self.ask(epsilon)?.verdict == verdict))
     }
 
-    /// If node `i` is one at which the orbit lands farther out than at its neighbours, and all three stick: the
-    /// place of an orbit between them that does not, with those of the neighbours.
+    /// If node `i` is one at which the orbit lands farther out than at its neighbours, and all three stick:
+    /// the place of an orbit between them that does not, with those of the neighbours.
     fn overshoot_beside(&self, asked: &[Asked], i: usize) -> Result<Option<[f64; 3]>, Unknown> {
         let neighbours = i.checked_sub(1).and_then(|i| asked.get(i)).zip(asked.get(i + 1));
         let Some((before, after)) = neighbours else { return Ok(None) };
@@ -398,8 +401,8 @@ impl Ray {
         (self.first, &self.changes)
     }
 
-    /// The eps nearest to `epsilon` at which the verdict of the flow changes; `None` if it changes nowhere up to
-    /// [`HIGHEST`].
+    /// The eps nearest to `epsilon` at which the verdict of the flow changes; `None` if it changes nowhere up
+    /// to [`HIGHEST`].
     #[must_use]
     pub fn nearest_change(&self, epsilon: f64) -> Option<f64> {
         let places = self.changes.iter().map(|(place, _)| *place);
@@ -425,8 +428,8 @@ impl Ray {
         limit
     }
 
-    /// Goes through the verdicts of `method` and of the flow in increasing eps, as far as both are known, and notes
-    /// where they part in `limit`.
+    /// Goes through the verdicts of `method` and of the flow in increasing eps, as far as both are known, and
+    /// notes where they part in `limit`.
     fn compare(&self, method: Method, limit: &mut EpsilonLimit) -> Result<(), Unknown> {
         if method == Method::Simulation {
             return Ok(());

@@ -56,8 +56,8 @@ pub fn run<S: Sink>(plan: &Plan, sink: &S, control: &Control) -> Result<Summary,
     run_with(plan, control, Earlier::none(plan), || compute_tiles(plan, sink, control, &|| queue.take()))
 }
 
-/// The same with the tiles computed by `tiles`, wherever that is done, after `earlier` runs have finished some
-/// of them. `tiles` returns the sum of the accounts of its own, and the number of workers.
+/// The same with the tiles computed by `tiles`, wherever that is done, after `earlier` runs have finished
+/// some of them. `tiles` returns the sum of the accounts of its own, and the number of workers.
 ///
 /// # Errors
 /// Those of `tiles`, or a [`ComputeError`] made one of them.

@@ -4,8 +4,8 @@ use std::ops::Range;
 
 /// The values of the cells of a tile, row-major, as runs of equal values.
 ///
-/// A method's verdict changes a few times along a column, so that a tile of many thousand cells has a few runs
-/// per column, or one run in all. Neighbouring runs always differ: equal values make equal runs.
+/// A method's verdict changes a few times along a column, so that a tile of many thousand cells has a few
+/// runs per column, or one run in all. Neighbouring runs always differ: equal values make equal runs.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Runs<T> {
     /// Value of each run, and the position after its last cell.

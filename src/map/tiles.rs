@@ -8,8 +8,8 @@ const MOST_TILE_CELLS: usize = 1 << 16;
 const MOST_TILES: usize = 1 << 20;
 /// .. at most 1 MiB of verdicts, the size of HDF5's cache of chunks ..
 const MOST_TILE_CELLS_OF_ALL: usize = 1 << 20;
-/// .. at least so much that a tile's own costs do not show, which is little where each cell takes orbits of its own:
-/// there a tile may take seconds, and finished ones are what an interruption leaves ..
+/// .. at least so much that a tile's own costs do not show, which is little where each cell takes orbits of
+/// its own: there a tile may take seconds, and finished ones are what an interruption leaves ..
 const LEAST_TILE_CELLS: usize = 1 << 12;
 const LEAST_TILE_CELLS_WITH_ORBITS: usize = 1 << 4;
 /// .. and in between so many tiles that workers finish together and an interruption is heeded soon. All of

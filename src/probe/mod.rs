@@ -1,4 +1,5 @@
-//! Every answer about one parameter point, as one typed result: what `slipmap probe` prints and Python returns.
+//! Every answer about one parameter point, as one typed result: what `slipmap probe` prints and Python
+//! returns.
 
 mod answer;
 
@@ -220,13 +221,14 @@ result! {
         pub stable: bool,
         /// Floquet multiplier; 0 if it sticks.
         pub multiplier: f64,
-        /// Of a slip cycle that repels: what orbits just inside it and just outside it tend to, "equilibrium",
-        /// "slip_cycle", "stick_slip" or "crossing".
+        /// Of a slip cycle that repels: what orbits just inside it and just outside it tend to,
+        /// "equilibrium", "slip_cycle", "stick_slip" or "crossing".
         #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
         pub separates: Option<[&'static str; 2]>,
         /// Period.
         pub period: f64,
-        /// Of a cycle that crosses the belt line: x1 at which it crosses downward, less that of the exit point.
+        /// Of a cycle that crosses the belt line: x1 at which it crosses downward, less that of the exit
+        /// point.
         #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
         pub beyond_exit: Option<f64>,
         /// Positions on it.
@@ -340,8 +342,8 @@ fn as_map<T: serde::Serialize, S: serde::Serializer>(
     serializer.collect_map(pairs.iter().map(|(name, value)| (name, value)))
 }
 
-/// A limit as a number; "inf" where it is beyond all that was looked at, since JSON knows no infinity; null where it
-/// is not known.
+/// A limit as a number; "inf" where it is beyond all that was looked at, since JSON knows no infinity; null
+/// where it is not known.
 #[cfg(feature = "serde")]
 impl serde::Serialize for Limit {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -354,8 +356,8 @@ impl serde::Serialize for Limit {
 }
 
 impl Probe {
-    /// The whole answer, with the flow of the engine `direct`. Much more work than [`Answer::of`]: the limits in eps
-    /// follow a few hundred orbits.
+    /// The whole answer, with the flow of the engine `direct`. Much more work than [`Answer::of`]: the limits
+    /// in eps follow a few hundred orbits.
     #[must_use]
     pub fn new(answer: &Answer, direct: &Flow) -> Self {
         let oscillator = &answer.oscillator;

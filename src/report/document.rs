@@ -73,8 +73,8 @@ fn anchor(kind: &str, name: &str) -> String {
     format!("{kind}-{name}")
 }
 
-/// The report as one HTML page that needs nothing else: what matters on one screen, then contents, figures, tables
-/// and the configuration. Screens show the figure that fits them; paper the wide one.
+/// The report as one HTML page that needs nothing else: what matters on one screen, then contents, figures,
+/// tables and the configuration. Screens show the figure that fits them; paper the wide one.
 pub(super) fn html(view: &View, summary: &[(Rich, Rich)], tables: &[Table], figures: &[Figure]) -> String {
     let title = title(view.map);
     let mut text = "<dl class=\"summary\">\n".to_owned();

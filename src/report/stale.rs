@@ -1,6 +1,6 @@
-//! Figures and tables of an earlier report that a new one in the same folder does not replace: the report of another
-//! map had them, and left in place they would pass for this one's. Only what the earlier report itself lists is
-//! removed; files that others put there stay.
+//! Figures and tables of an earlier report that a new one in the same folder does not replace: the report of
+//! another map had them, and left in place they would pass for this one's. Only what the earlier report
+//! itself lists is removed; files that others put there stay.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -9,7 +9,8 @@ use std::path::Path;
 /// Endings of the files of a report.
 const ENDINGS: [&str; 5] = ["svg", "png", "pdf", "csv", "tex"];
 
-/// The figures and tables that the report in a folder lists, without their endings; none where there is no report.
+/// The figures and tables that the report in a folder lists, without their endings; none where there is no
+/// report.
 pub(super) fn listed(folder: &Path) -> BTreeSet<String> {
     let text = fs::read_to_string(folder.join("report.md")).unwrap_or_default();
     let mut names = BTreeSet::new();

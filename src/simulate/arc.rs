@@ -1,9 +1,9 @@
 //! Orbits in the Liénard form, side by side of the belt line, with what stability needs.
 //!
-//! With v = x2, w = x2' the flow on either side is v' = w, w' = -v + D(u) w, u = |v - V| (theory, "Two forms of the slip flow"),
-//! and x1 follows from x2' = w. Along with the state goes `growth`, the integral of D: by Liouville's
-//! formula the flow stretches areas by exp(growth), which is the multiplier of a cycle up to the angles at
-//! which its orbit passes the sections.
+//! With v = x2, w = x2' the flow on either side is v' = w, w' = -v + D(u) w, u = |v - V| (theory, "Two forms
+//! of the slip flow"), and x1 follows from x2' = w. Along with the state goes `growth`, the integral of D: by
+//! Liouville's formula the flow stretches areas by exp(growth), which is the multiplier of a cycle up to the
+//! angles at which its orbit passes the sections.
 //!
 //! This serves the questions about cycles; verdicts come from elsewhere.
 

@@ -1,14 +1,15 @@
 //! Curves in a plane of two parameters on which a test function vanishes, by continuation.
 //!
-//! The plane is the unit square: callers map it to their parameters. Curves are found by the signs of the function
-//! on a grid of [`STEPS`] steps a side, so a closed curve that fits between its nodes is missed, and followed from
-//! there in both directions by pseudo-arclength continuation: a step along the secant, then a root on the normal
-//! through its end. Steps shrink where the curve turns. A curve ends on the border of the square, where it closes,
-//! or where the function is not defined any more (for instance at a point of codimension two).
+//! The plane is the unit square: callers map it to their parameters. Curves are found by the signs of the
+//! function on a grid of [`STEPS`] steps a side, so a closed curve that fits between its nodes is missed, and
+//! followed from there in both directions by pseudo-arclength continuation: a step along the secant, then a
+//! root on the normal through its end. Steps shrink where the curve turns. A curve ends on the border of the
+//! square, where it closes, or where the function is not defined any more (for instance at a point of
+//! codimension two).
 //!
-//! **Error.** Of each point, its distance from the curve: (|value| + error of the value) over the slope of the
-//! function along the normal. Between points the curve leaves its chord by at most about an eighth of the longest
-//! step times the largest turn, 6e-4.
+//! **Error.** Of each point, its distance from the curve: (|value| + error of the value) over the slope of
+//! the function along the normal. Between points the curve leaves its chord by at most about an eighth of the
+//! longest step times the largest turn, 6e-4.
 
 use rayon::prelude::*;
 
@@ -18,8 +19,8 @@ pub const STEPS: usize = 40;
 const LONGEST: f64 = 0.025;
 /// Shortest one; a curve that needs shorter ones has come to its end.
 const SHORTEST: f64 = 1e-5;
-/// Steps that turn by more are taken again at half the length; those that turn by a third of it are followed by
-/// longer ones.
+/// Steps that turn by more are taken again at half the length; those that turn by a third of it are followed
+/// by longer ones.
 const LARGEST_TURN: f64 = 0.2;
 /// Points of one curve after which it is given up.
 const MOST_POINTS: usize = 20_000;

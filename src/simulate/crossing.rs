@@ -116,8 +116,8 @@ fn looped(oscillator: &Oscillator, y: f64, tolerance: f64) -> Result<Looped, Fai
     Ok(Looped { end: Loop::Crosses { beyond_exit, slope, time: up.time + down.time }, extent })
 }
 
-/// x2' with which the orbit from the exit point comes back to the belt line, on the lower side; `None` if it does
-/// not. The orbit sticks there if this is below 2 and crosses if it is above.
+/// x2' with which the orbit from the exit point comes back to the belt line, on the lower side; `None` if it
+/// does not. The orbit sticks there if this is below 2 and crosses if it is above.
 ///
 /// # Errors
 /// [`Failure`].
@@ -130,8 +130,8 @@ pub fn landing_speed(oscillator: &Oscillator, tolerance: f64) -> Result<Option<f
     })
 }
 
-/// How far beyond the exit point the orbit from there crosses down again, after it crossed up past the end of the
-/// stick segment; negative if it sticks from above, `None` if it did not cross.
+/// How far beyond the exit point the orbit from there crosses down again, after it crossed up past the end of
+/// the stick segment; negative if it sticks from above, `None` if it did not cross.
 ///
 /// # Errors
 /// [`Failure`].

@@ -329,9 +329,9 @@ fn check_layout(
     Ok(())
 }
 
-/// Checks that a variable says to what dimensions it is tied. To whom is told by the dimensions themselves, see
-/// [`check_uses`]: the list of the variable lies in a heap without checksums, and the HDF5 library (1.10.8 was seen
-/// to) crashes on one that was damaged, or made to crash it. It is covered by the seal.
+/// Checks that a variable says to what dimensions it is tied. To whom is told by the dimensions themselves,
+/// see [`check_uses`]: the list of the variable lies in a heap without checksums, and the HDF5 library
+/// (1.10.8 was seen to) crashes on one that was damaged, or made to crash it. It is covered by the seal.
 fn check_ties(map: &MapFile, variable: &Variable, dataset: &Dataset, report: &mut CheckReport) {
     let rank = variable.rank(map.schema().dimensions().len());
     if dataset.attr("DIMENSION_LIST").ok().map(|list| list.shape()) != Some(vec![rank]) {
@@ -444,8 +444,8 @@ fn check_cells(map: &MapFile, variable: &Variable, dataset: &Dataset, report: &m
 
 /// Number of cells with this code.
 fn count_of(cells: &[i8], code: i8) -> u64 {
-    // Sums of 255 comparisons fit a byte, so that whole vector registers of cells are compared at once: a dozen times
-    // faster than counting into 64-bit numbers one by one.
+    // Sums of 255 comparisons fit a byte, so that whole vector registers of cells are compared at once: a
+    // dozen times faster than counting into 64-bit numbers one by one.
     let count = |part: &[i8]| u64::from(part.iter().map(|&cell| u8::from(cell == code)).sum::<u8>());
     cells.chunks(255).map(count).sum()
 }

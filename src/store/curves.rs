@@ -1,4 +1,5 @@
-//! The curves of codimension one that a map stores: the group `curves`, two tables; see the format in [`super`].
+//! The curves of codimension one that a map stores: the group `curves`, two tables; see the format in
+//! [`super`].
 
 use hdf5::types::{FloatSize, IntSize, TypeDescriptor};
 use hdf5::{Dataset, File, Group};

@@ -1,10 +1,11 @@
 //! zlib streams of cells that are given as runs of equal values.
 //!
-//! DEFLATE (RFC 1951) writes what occurred before as a length and a distance back. For cells of any kind libdeflate
-//! searches for such places byte by byte. For runs it is known where they are: a run repeats its own value, at
-//! distance 1, a row of cells mostly repeats the row before it, and further places begin with equal runs. So the work
-//! is that of the runs, not of the cells, and the stream is one block with Huffman codes of its own. On the verdicts
-//! of a map of 64^5 cells it is half as long as libdeflate's of the level 4.
+//! DEFLATE (RFC 1951) writes what occurred before as a length and a distance back. For cells of any kind
+//! libdeflate searches for such places byte by byte. For runs it is known where they are: a run repeats its
+//! own value, at distance 1, a row of cells mostly repeats the row before it, and further places begin with
+//! equal runs. So the work is that of the runs, not of the cells, and the stream is one block with Huffman
+//! codes of its own. On the verdicts of a map of 64^5 cells it is half as long as libdeflate's of the level
+//! 4.
 
 use crate::map::Runs;
 
@@ -53,8 +54,9 @@ struct Match {
     distance: usize,
 }
 
-/// Looks for repetitions in a chunk: within a run, in the row before, and where the next two runs occurred before. As
-/// boundaries in the grid are smooth, those are the places where the same boundary had the same slope.
+/// Looks for repetitions in a chunk: within a run, in the row before, and where the next two runs occurred
+/// before. As boundaries in the grid are smooth, those are the places where the same boundary had the same
+/// slope.
 struct Search<'a> {
     /// Code of each run, and the position after its last cell.
     runs: &'a [(i8, usize)],
@@ -91,7 +93,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// A number that tells a run's code, the code of the next run and the lengths of the next two; `None` at the end.
+    /// A number that tells a run's code, the code of the next run and the lengths of the next two; `None` at
+    /// the end.
     fn key(&self, run: usize) -> Option<usize> {
         let [(code, end), (next, next_end), (_, last_end)] = *self.runs.get(run..run + 3)? else {
             return None;
@@ -101,7 +104,8 @@ impl<'a> Search<'a> {
         Some((mixed.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> (64 - KEYS_BITS)) as usize)
     }
 
-    /// The longest repetition found for the cells from `at` on, which lies in `run`. `at` never falls from call to call.
+    /// The longest repetition found for the cells from `at` on, which lies in `run`. `at` never falls from
+    /// call to call.
     fn longest(&mut self, at: usize, run: usize) -> Match {
         let runs = self.runs;
         let start = run.checked_sub(1).map_or(0, |before| runs[before].1);
@@ -173,7 +177,8 @@ fn tokens(codes: &Runs<i8>, row: usize) -> Vec<Token> {
     tokens
 }
 
-/// Up to which cell the cells of `run` and after it equal those of the run `back` and after it, `distance` cells back.
+/// Up to which cell the cells of `run` and after it equal those of the run `back` and after it, `distance`
+/// cells back.
 fn equal_to(runs: &[(i8, usize)], mut run: usize, mut back: usize, distance: usize) -> usize {
     let mut end = 0;
     while run < runs.len() && runs[run].0 == runs[back].0 {

@@ -6,8 +6,8 @@
 //! ```
 //!
 //! A frame is whole or it is nothing. When the journal is opened again it ends before the first frame that is
-//! not whole: what a kill, a power cut or a full disk has left of the last one is cut off, and so is what follows
-//! a damaged one. The journal is locked (`flock`) for as long as its process lives and no longer.
+//! not whole: what a kill, a power cut or a full disk has left of the last one is cut off, and so is what
+//! follows a damaged one. The journal is locked (`flock`) for as long as its process lives and no longer.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
@@ -194,9 +194,9 @@ impl Journal {
         sync_folder(&self.path).map_err(|source| StoreError::io("write", &self.path, source))
     }
 
-    /// Hands frame by frame to `visit`, which says whether it can use it, up to the first that is not whole, longer
-    /// than `longest` bytes or of no use, and cuts off the rest: the number of bytes cut off. One frame at a time is
-    /// in memory.
+    /// Hands frame by frame to `visit`, which says whether it can use it, up to the first that is not whole,
+    /// longer than `longest` bytes or of no use, and cuts off the rest: the number of bytes cut off. One
+    /// frame at a time is in memory.
     pub(super) fn replay(
         &mut self,
         longest: u64,
@@ -256,8 +256,8 @@ pub(super) fn sync_folder(path: &Path) -> io::Result<()> {
 /// Creates a folder and those above it, as far as they are not there.
 ///
 /// # Errors
-/// The file system's reasons. Of a folder that is there but does not answer (a dead mount) the system says that
-/// it exists; here is said why it cannot be used.
+/// The file system's reasons. Of a folder that is there but does not answer (a dead mount) the system says
+/// that it exists; here is said why it cannot be used.
 pub fn create_folders(folder: &Path) -> io::Result<()> {
     fs::create_dir_all(folder).map_err(|error| match folder.metadata() {
         Err(reason) if error.kind() == io::ErrorKind::AlreadyExists => reason,

@@ -26,8 +26,9 @@
 //!
 //! # Curves
 //!
-//! Where `[curves]` asks for them, the group `curves` holds the curves of codimension one of planes of the grid as
-//! two tables, along its own dimensions `plane` and `point`; `xarray.open_dataset(file, group="curves")` reads them.
+//! Where `[curves]` asks for them, the group `curves` holds the curves of codimension one of planes of the
+//! grid as two tables, along its own dimensions `plane` and `point`;
+//! `xarray.open_dataset(file, group="curves")` reads them.
 //!
 //! | variable | along | type | contents |
 //! | --- | --- | --- | --- |
@@ -39,14 +40,15 @@
 //! | `AXIS` | `point` | `f64` | the point's parameters, all of them |
 //! | `error` | `point` | `f64` | estimate of its distance from the curve, in sides of the plane |
 //!
-//! Points follow each other along their curves; a closed curve ends with its first point. The sides of a plane go
-//! from the first to the last node, in equal ratios where the nodes have them. Without a curve in any plane there is
-//! no dimension `point`. `sha256` of these variables takes each of them as one tile.
+//! Points follow each other along their curves; a closed curve ends with its first point. The sides of a
+//! plane go from the first to the last node, in equal ratios where the nodes have them. Without a curve in
+//! any plane there is no dimension `point`. `sha256` of these variables takes each of them as one tile.
 //!
 //! # What protects it
 //!
-//! - [`MapFile::open`] verifies a map before anything of it is used: by its seal, or, where another program has cut
-//!   that off, by all fingerprints. They tell accidents, not forgery: who changes a map on purpose can seal it again.
+//! - [`MapFile::open`] verifies a map before anything of it is used: by its seal, or, where another program
+//!   has cut that off, by all fingerprints. They tell accidents, not forgery: who changes a map on purpose
+//!   can seal it again.
 //!
 //! - A map lies under a temporary name, `NAME.part-...`, until it is complete, sealed and on disk. A killed
 //!   run may leave that file and `NAME.part`, the journal of its finished tiles ([`PartialMap`]); nothing

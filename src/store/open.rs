@@ -13,9 +13,9 @@ impl MapFile {
     /// Opens the map at `path`, which may be any file: what takes more memory or time than its length
     /// warrants is refused, and so is what is not as its run left it.
     ///
-    /// That is told by the seal, for which every byte is read once, before the HDF5 library sees the file. A map
-    /// that another program has written to or copied has lost it; then every cell and attribute is compared with
-    /// its fingerprint.
+    /// That is told by the seal, for which every byte is read once, before the HDF5 library sees the file. A
+    /// map that another program has written to or copied has lost it; then every cell and attribute is
+    /// compared with its fingerprint.
     ///
     /// # Errors
     /// [`StoreError::NotAMap`] for a file that no version of this program wrote, or that this version

@@ -48,18 +48,20 @@ pub(super) struct Packing {
     known: Mutex<HashMap<ChunkKey, Arc<KnownChunk>>>,
 }
 
-/// What the bytes of a chunk of codes depend on: its codes, its shape without the padding, the code of the padding.
+/// What the bytes of a chunk of codes depend on: its codes, its shape without the padding, the code of the
+/// padding.
 type ChunkKey = (Runs<i8>, Vec<usize>, i8);
 
 /// The bytes of a chunk and the fingerprint of its cells.
 type KnownChunk = (Vec<u8>, Fingerprint);
 
-/// Chunks of at most so many runs are kept: constant ones, and those that one axis alone divides. Others hardly ever
-/// occur again.
+/// Chunks of at most so many runs are kept: constant ones, and those that one axis alone divides. Others
+/// hardly ever occur again.
 const RUNS_OF_KNOWN: usize = 64;
 /// Number of chunks that are kept: some MB.
 const MOST_KNOWN: usize = 4096;
-/// From so many runs per 16 cells on the cells have little order, and the general search compresses them better.
+/// From so many runs per 16 cells on the cells have little order, and the general search compresses them
+/// better.
 const RUNS_PER_16_CELLS: usize = 4;
 
 impl Packing {
@@ -190,7 +192,8 @@ impl Work {
     }
 }
 
-/// Number of cells with each code of `variable`, in the order of its `flag_values`, by counting those of one code.
+/// Number of cells with each code of `variable`, in the order of its `flag_values`, by counting those of one
+/// code.
 pub(super) fn count(variable: &Variable, count: impl Fn(i8) -> u64) -> Vec<u64> {
     variable.codes().unwrap_or_default().into_iter().map(|(code, _)| count(code)).collect()
 }

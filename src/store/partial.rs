@@ -134,10 +134,10 @@ impl PartialMap {
     /// Starts the map that `plan` asks for.
     ///
     /// # Errors
-    /// [`StoreError::Exists`] if the map is there already, [`StoreError::Unfinished`] if an interrupted run has
-    /// left tiles, both unless they are to be replaced; [`StoreError::Busy`] if another process is at it;
-    /// [`StoreError::InTheWay`] if something else has the name of the journal; otherwise the file system's
-    /// or the library's reasons.
+    /// [`StoreError::Exists`] if the map is there already, [`StoreError::Unfinished`] if an interrupted run
+    /// has left tiles, both unless they are to be replaced; [`StoreError::Busy`] if another process is at it;
+    /// [`StoreError::InTheWay`] if something else has the name of the journal; otherwise the file system's or
+    /// the library's reasons.
     pub fn begin(
         path: &Path,
         plan: &Plan,

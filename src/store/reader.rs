@@ -29,8 +29,8 @@ pub enum Pick {
     Every(usize),
 }
 
-/// A stored map, open for reading. Cells stay on disk until they are asked for; all of them were verified when
-/// it was opened.
+/// A stored map, open for reading. Cells stay on disk until they are asked for; all of them were verified
+/// when it was opened.
 #[derive(Debug)]
 pub struct MapFile {
     pub(super) path: PathBuf,

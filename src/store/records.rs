@@ -1,4 +1,5 @@
-//! Tables as HDF5 that is also valid NetCDF-4: one dimension for each kind of row, one variable for each column.
+//! Tables as HDF5 that is also valid NetCDF-4: one dimension for each kind of row, one variable for each
+//! column.
 
 use std::path::Path;
 

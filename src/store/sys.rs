@@ -142,7 +142,7 @@ pub(super) struct ScaleUse {
 
 /// The address in the file to which a reference leads; nothing is looked up there.
 pub(super) fn address(reference: ObjectReference1) -> u64 {
-    // SAFETY: the safe layer declares the type as a transparent wrapper of HDF5's `hobj_ref_t`, which is a `u64`; were
-    // their sizes to differ, this would not compile.
+    // SAFETY: the safe layer declares the type as a transparent wrapper of HDF5's `hobj_ref_t`, which is a
+    // `u64`; were their sizes to differ, this would not compile.
     unsafe { std::mem::transmute::<ObjectReference1, u64>(reference) }
 }

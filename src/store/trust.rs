@@ -1,8 +1,8 @@
 //! What is believed of a file before anything of it is read: files come from anywhere.
 //!
-//! A few bytes of an HDF5 file can promise more cells than there are atoms, numbers of another kind than ours,
-//! or numbers that lie in other files of the reader's machine. Here is refused, with its reason, what no
-//! finished map holds; whatever passes takes memory and time in proportion to the file's length.
+//! A few bytes of an HDF5 file can promise more cells than there are atoms, numbers of another kind than
+//! ours, or numbers that lie in other files of the reader's machine. Here is refused, with its reason, what
+//! no finished map holds; whatever passes takes memory and time in proportion to the file's length.
 
 use std::path::Path;
 

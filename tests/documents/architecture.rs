@@ -10,11 +10,8 @@ const KNOWN_AGAINST_THE_ORDER: [(&str, &str); 0] = [];
 
 /// Imports that close a circle inside a module and are still there: module, importing part, imported part. To
 /// be emptied.
-const KNOWN_CIRCLES: [(&str, &str, &str); 9] = [
+const KNOWN_CIRCLES: [(&str, &str, &str); 6] = [
     ("cli", "room", "estimate"),
-    ("map", "account", "sink"),
-    ("map", "contradictions", "account"),
-    ("map", "contradictions", "sink"),
     ("map", "plan", "quantity"),
     ("map", "quantity", "behaviour"),
     ("simulate", "collocation", "return_map"),

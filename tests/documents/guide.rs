@@ -17,9 +17,9 @@ use std::process::Command;
 
 use tempfile::TempDir;
 
-/// Commands that need a network, a cluster, another compiler run or a browser: how they begin, and what tries
+/// Commands that need a network, a cluster, or another compiler run: how they begin, and what tries
 /// them.
-const NOT_RUN: [(&str, &str); 9] = [
+const NOT_RUN: [(&str, &str); 8] = [
     ("scripts/test", "runs this test"),
     ("scripts/dist", "tries its archives itself"),
     ("scripts/wheel", "tries its wheel itself"),
@@ -28,7 +28,6 @@ const NOT_RUN: [(&str, &str); 9] = [
     ("sbatch ", "needs a cluster"),
     ("pip install", "scripts/test"),
     ("tar ", "scripts/dist"),
-    ("slipmap explore", "serves until it is stopped; it has tests of its own"),
 ];
 
 /// A block between fences.

@@ -1,5 +1,5 @@
-//! Every question about a point has a budget of work: at the ends of the range of numbers it ends, and its answer is
-//! right or says that there is none.
+//! Every question about a point has a budget of work: at the ends of the range of numbers it ends, and its
+//! answer is right or says that there is none.
 
 use cpu_time::ThreadTime;
 use slipmap::certify::Guarantee;
@@ -112,7 +112,8 @@ fn extreme_points_have_answers_that_agree() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// The acceptance of the budgets: ten thousand points, each within two seconds of processor time in a release build.
+/// The acceptance of the budgets: ten thousand points, each within two seconds of processor time in a release
+/// build.
 #[test]
 #[ignore = "minutes: cargo test --release --test mathematics budgets:: -- --ignored --nocapture"]
 fn ten_thousand_extreme_points_end_within_two_seconds_each() {

@@ -157,8 +157,8 @@ fn wrong_citations(text: &str, titles: &[&str]) -> Vec<String> {
             }
         }
     }
-    // Numbers of sections mean the paper's or a standard's, and say so. Seventy characters reach back to the start of a
-    // sentence.
+    // Numbers of sections mean the paper's or a standard's, and say so. Seventy characters reach back to the
+    // start of a sentence.
     for word in ["section ", "sections ", "Section ", "Sections "] {
         for (at, _) in text.match_indices(word) {
             let before: String =

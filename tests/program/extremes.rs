@@ -1,5 +1,5 @@
-//! Legal input at the ends of the range of numbers: every command ends, with an answer or with its reason, and never
-//! in a panic. `scripts/extremes` tries a thousand random configurations.
+//! Legal input at the ends of the range of numbers: every command ends, with an answer or with its reason,
+//! and never in a panic. `scripts/extremes` tries a thousand random configurations.
 
 use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
@@ -238,7 +238,8 @@ fn contradictions_between_theorems_and_simulation_are_never_silent() {
     let scratch = Scratch::new();
     let text = config("c", "[0.0, 1.0]") + "[audit]\ncells = 0\n";
     let file = scratch.file("map.toml", text);
-    // The one tile of a run that was stopped before it could complete the map, with contradictions in its account.
+    // The one tile of a run that was stopped before it could complete the map, with contradictions in its
+    // account.
     let job = Job::load(&file, &[]).unwrap();
     let provenance = Provenance { config_text: job.config_text.clone(), ..Provenance::default() };
     let path = scratch.path().join("map.h5");

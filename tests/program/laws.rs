@@ -150,3 +150,45 @@ fn probe_tells_how_many_slip_cycles_are_proved() {
         "{text}"
     );
 }
+
+/// The paper's test answers for a law without eps where the user says how to read it, and every output tells
+/// that.
+#[test]
+fn a_law_without_eps_is_read_as_small_where_asked() {
+    let scratch = Scratch::new();
+    let friction = "[friction]\nlaw = \"exponential\"\n";
+    scratch.file("plain.toml", format!("{friction}{GRID}"));
+    scratch.file("small.toml", format!("{friction}small = \"eps\"\n{}", GRID.replace("map.h5", "small.h5")));
+    for job in ["plain.toml", "small.toml"] {
+        scratch.run(&["run", job]).ends_with(0);
+    }
+    scratch.run(&["check", "small.h5"]).ends_with(0);
+    scratch.run(&["report", "small.h5", "--out", "report"]).ends_with(0);
+    let report = scratch.read("report/report.md");
+    assert!(report.contains("phi read as 1 + eps F(u)"), "{report}");
+    let point =
+        ["--law", "exponential", "--epsilon", "0.1", "--mu", "0.6", "--vs", "1", "--eta", "0", "--V", "0.5"];
+    let probe = |extra: &[&str]| {
+        let words = [&["probe"], &point[..], &["--c", "1"], extra].concat();
+        scratch.run(&words).ends_with(0).out
+    };
+    let line = |text: &str| text.lines().find(|line| line.starts_with("  perturbation ")).unwrap().to_owned();
+    let (plain, small) = (line(&probe(&[])), line(&probe(&["--small", "eps"])));
+    assert!(plain.contains("undecided") && !plain.contains("read as"), "{plain}");
+    assert!(small.contains("present") && small.contains("phi read as 1 + eps F(u)"), "{small}");
+    scratch.file("wrong.toml", format!("{friction}small = \"mu\"\n{GRID}"));
+    scratch.run(&["run", "wrong.toml"]).refuses(&["wrong.toml:3:9", "eps only", "small = \"eps\""]);
+}
+
+#[test]
+fn standard_errors_of_a_table_are_read_whole_or_refused() {
+    let scratch = Scratch::new();
+    let probe = |rows: &str| {
+        scratch.file("pad.csv", rows);
+        scratch.run(&["probe", "--table", "pad.csv", "--epsilon", "1", "--V", "0.2", "--c", "0.1"])
+    };
+    probe("u,mu,sigma\n0,1,0.01\n0.1,0.9,0.01\n0.5,0.8,0.02\n1,0.8,0.01\n").ends_with(0);
+    probe("u,mu,remark\n0,1,at rest\n0.1,0.9,\n0.5,0.8,warm\n1,0.8,\n").ends_with(0);
+    probe("0,1,0.01\n0.1,0.9\n0.5,0.8,0.02\n1,0.8,0.01\n").refuses(&["pad.csv:2", "standard errors"]);
+    probe("0,1,0.01\n0.1,0.9,-0.1\n0.5,0.8,0.02\n1,0.8,0.01\n").refuses(&["pad.csv:2", "-0.1"]);
+}

@@ -276,7 +276,8 @@ fn what_changed_is_refused_and_shown() {
         &["map.h5.part was begun as something else", "+ tolerance = 1e-8", "--overwrite"],
     );
     changed(&["--set", "grid.V=1.0"], &["- V = [0.5, 2.0]", "+ V = 1.0"]);
-    // What does not change the map does not count: its title, a comment, the way its path is written, its place.
+    // What does not change the map does not count: its title, a comment, the way its path is written, its
+    // place.
     let commented = format!("# a thought\n{}", scratch.read("job.toml"));
     scratch.file("commented.toml", commented);
     fs::rename(scratch.path().join("map.h5.part"), scratch.path().join("moved.h5.part")).unwrap();

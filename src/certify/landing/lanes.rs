@@ -1,7 +1,7 @@
 //! The bound of the amplitude for many columns of Stribeck's law at once, in the lanes of vector registers.
 //!
-//! Each lane does the operations of [`super::amplitude_bound`] one by one, on D in units of the belt speed; branches
-//! become choices between two results.
+//! Each lane does the operations of [`super::amplitude_bound`] one by one, on D in units of the belt speed;
+//! branches become choices between two results.
 
 use super::{INFLATE, turning_point};
 use crate::friction::Column;

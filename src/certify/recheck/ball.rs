@@ -2,8 +2,8 @@
 
 use std::ops::{Add, Mul, Neg, Sub};
 
-/// All real numbers within `radius` of `middle`. An infinite or undefined radius means that nothing is known; every
-/// use compares so that such a ball proves nothing.
+/// All real numbers within `radius` of `middle`. An infinite or undefined radius means that nothing is known;
+/// every use compares so that such a ball proves nothing.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ball {
     pub(super) middle: f64,
@@ -19,9 +19,9 @@ impl Ball {
         Self { middle, radius }
     }
 
-    /// The middle is a sum or product rounded once, wrong by at most half of |middle| epsilon or, below the normal
-    /// numbers, by less than the least of these. The radius is a sum of at most eight positive terms and products,
-    /// each rounded with half a unit: sixteen units cover that.
+    /// The middle is a sum or product rounded once, wrong by at most half of |middle| epsilon or, below the
+    /// normal numbers, by less than the least of these. The radius is a sum of at most eight positive terms
+    /// and products, each rounded with half a unit: sixteen units cover that.
     fn rounded(middle: f64, radius: f64) -> Self {
         let radius = radius + middle.abs() * f64::EPSILON + f64::MIN_POSITIVE;
         Self { middle, radius: radius * (1.0 + 16.0 * f64::EPSILON) }

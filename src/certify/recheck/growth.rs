@@ -34,8 +34,8 @@ pub(super) fn least(tile: &Tile, tube: f64) -> Option<f64> {
     let points = points()?;
     let mut least = f64::INFINITY;
     for (cos, sin) in points {
-        // Values at the middle of the cell by modes, of the powers of e^(i theta). Each power multiplies the error of the
-        // last by 1 + 1e-15 and adds as much: after at most 512 of them less than 1e-12.
+        // Values at the middle of the cell by modes, of the powers of e^(i theta). Each power multiplies the
+        // error of the last by 1 + 1e-15 and adds as much: after at most 512 of them less than 1e-12.
         let (mut r, mut slope) = ([0.0; MODES], [0.0; MODES]);
         let (mut c, mut s) = (1.0, 0.0);
         for (n, (a, b)) in tile.cosines.iter().zip(&tile.sines).enumerate() {
@@ -46,8 +46,8 @@ pub(super) fn least(tile: &Tile, tube: f64) -> Option<f64> {
                 slope[mode] += order * (b[mode] * c - a[mode] * s);
             }
         }
-        // Values elsewhere in the cell differ by at most a slope times half a cell; 1e-10 of the sizes covers the
-        // errors of powers and sums.
+        // Values elsewhere in the cell differ by at most a slope times half a cell; 1e-10 of the sizes covers
+        // the errors of powers and sums.
         let (r_off, slope_off) = (first * (half + 1e-10), second * (half + 1e-10));
         let around = |middle: f64| Ball::new(middle, half + 1e-10);
         let (cos, product, square) = (around(cos), around(sin * cos), around(sin * sin));
@@ -142,7 +142,8 @@ fn modes(x: Ball) -> [Ball; super::HIGHEST + 1] {
     })
 }
 
-/// Middles of the cells of the angle: points of the circle up to 1e-14, neighbours no further apart than a cell.
+/// Middles of the cells of the angle: points of the circle up to 1e-14, neighbours no further apart than a
+/// cell.
 fn points() -> Option<Vec<(f64, f64)>> {
     let quarter = ANGLES / 4;
     // One quarter computed and three by turning it: the points go once around.

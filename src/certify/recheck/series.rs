@@ -18,8 +18,8 @@ pub(super) struct Series {
 const LOOSE: f64 = 1.0 + 1e-9;
 
 impl Series {
-    /// sum of a_n cos n theta + b_n sin n theta from n = 0 (b_0 is ignored), with a bound on the sum of the errors of all a_n
-    /// and b_n.
+    /// sum of a_n cos n theta + b_n sin n theta from n = 0 (b_0 is ignored), with a bound on the sum of the
+    /// errors of all a_n and b_n.
     pub(super) fn real(cosines: &[f64], sines: &[f64], error: f64) -> Self {
         let degree = cosines.len() - 1;
         let (mut re, mut im) = (vec![0.0; 2 * degree + 1], vec![0.0; 2 * degree + 1]);
@@ -64,9 +64,9 @@ impl Series {
                 *im += a * d + b * c;
             }
         }
-        // A real part is a sum of at most 2 n products, n terms of the shorter series: its error is at most (2 n + 2)
-        // units of 2^-53 times the sum of their sizes, which is at most the product of the moduli summed,
-        // times sqrt(2); the same for the imaginary part.
+        // A real part is a sum of at most 2 n products, n terms of the shorter series: its error is at most
+        // (2 n + 2) units of 2^-53 times the sum of their sizes, which is at most the product of the moduli
+        // summed, times sqrt(2); the same for the imaginary part.
         let (one, two) = (self.stored_norm(), other.stored_norm());
         let rounding = (4 * short.re.len() + 8) as f64 * f64::EPSILON * one * two;
         let error = one * other.error + self.error * two + self.error * other.error + rounding;

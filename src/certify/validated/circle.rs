@@ -128,11 +128,11 @@ impl Circle {
 ///
 /// **Proof** (M. Riesz). Let T have degree at most d, |T| <= 1 and T(0) = 1. The claim is T(t) >= cos d t for
 /// |t| <= pi/d, so that the sample nearest to a maximum sees at least that share of it. Suppose T(t) < cos d t,
-/// say with 0 < t < pi/d, and let h(x) = cos d x - T(x) and x_k = k pi/d. Since cos d x_k = (-1)^k and |T| <= 1,
-/// h has a zero in each of the 2 d - 2 intervals [x_k, x_k+1], k = 1 .. 2 d - 2 (a zero at a common end is
+/// say with 0 < t < pi/d, and let h(x) = cos d x - T(x) and x_k = k pi/d. Since cos d x_k = (-1)^k and |T| <=
+/// 1, h has a zero in each of the 2 d - 2 intervals [x_k, x_k+1], k = 1 .. 2 d - 2 (a zero at a common end is
 /// double, if it serves both); a double zero at 0, where both functions are 1 with slope 0; and one more in
-/// (t, x_1], since h(t) > 0 while h(x_1) is not positive. That is 2 d + 1 zeros of a trigonometric polynomial of degree d: h = 0, a
-/// contradiction.
+/// (t, x_1], since h(t) > 0 while h(x_1) is not positive. That is 2 d + 1 zeros of a trigonometric polynomial
+/// of degree d: h = 0, a contradiction.
 pub(super) fn riesz_factor(degree: usize, reach: Interval) -> f64 {
     let x = Interval::of(degree as f64) * reach;
     // Taylor's polynomial up to x^6, a lower bound as long as the cosine is not negative.

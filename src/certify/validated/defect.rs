@@ -23,8 +23,8 @@
 //! dF/dy = -D'(s) r cos sin^2 / (1 + D sin cos)^2,    dF/dC = -sin^2 / (1 + D sin cos)^2.
 //! ```
 //!
-//! The circle is cut into cells around every [`STRIDES`]-th sampled angle; in each, all quantities are bounded over the
-//! tube, 1 + k s and 1 + D sin cos from below by positive numbers. That gives upper bounds
+//! The circle is cut into cells around every [`STRIDES`]-th sampled angle; in each, all quantities are
+//! bounded over the tube, 1 + k s and 1 + D sin cos from below by positive numbers. That gives upper bounds
 //!
 //! ```text
 //! L+ and L- of the integrals of the positive and the negative part of dF/dy,
@@ -38,10 +38,10 @@
 //! -dy(2 pi)/dC >= e^-L- T =: mu.
 //! ```
 //!
-//! If eta > E/mu and the right side of (1) at |C - C0| = eta is below [`TUBE`], solutions cannot leave the tube
-//! for |C - C0| <= eta; y(2 pi; C0 - eta) > 0 > y(2 pi; C0 + eta), and the angle advances along all of them
-//! (1 + D sin cos > 0), so that they are orbits. At C0 - eta the orbit from the exit point comes back to the
-//! belt line, at C0 + eta it does not; by monotonicity ([`super`]) C* lies between. []
+//! If eta > E/mu and the right side of (1) at |C - C0| = eta is below [`TUBE`], solutions cannot leave the
+//! tube for |C - C0| <= eta; y(2 pi; C0 - eta) > 0 > y(2 pi; C0 + eta), and the angle advances along all of
+//! them (1 + D sin cos > 0), so that they are orbits. At C0 - eta the orbit from the exit point comes back to
+//! the belt line, at C0 + eta it does not; by monotonicity ([`super`]) C* lies between. []
 //!
 //! All numbers may depend on parameters in which r0 and C0 are polynomials, see [`super::tile`]: then the
 //! samples are taken there too, and one proof serves a whole box.
@@ -219,8 +219,8 @@ pub(super) struct Bounds {
 }
 
 impl Bounds {
-    /// From samples to everything: r0 at an angle and C0 are polynomials of the same degrees in the parameters, and
-    /// take values outside the hull of their samples between them.
+    /// From samples to everything: r0 at an angle and C0 are polynomials of the same degrees in the
+    /// parameters, and take values outside the hull of their samples between them.
     pub(super) fn new(seen: &Seen, factors: &Factors) -> Self {
         Self {
             defect: Interval::of(seen.defect) * Interval::of(factors.defect),

@@ -205,8 +205,8 @@ mod tests {
         (lo < value || (lo == value && error >= 0.0)) && (value < hi || (value == hi && error <= 0.0))
     }
 
-    /// Compares sums, products, quotients and roots with the exact ones, which double arithmetic knows as a value
-    /// and an error: Knuth's two-sum, and the fused remainders of product, quotient and root.
+    /// Compares sums, products, quotients and roots with the exact ones, which double arithmetic knows as a
+    /// value and an error: Knuth's two-sum, and the fused remainders of product, quotient and root.
     fn wrong_operations(seed: u64) -> u32 {
         let mut random = Random(seed);
         let mut wrong = 0;

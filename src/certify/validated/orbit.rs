@@ -40,7 +40,8 @@ pub(super) struct Orbit {
 struct Mesh {
     cos: Vec<f64>,
     sin: Vec<f64>,
-    /// Column by column, the matrix from samples of a function of zero mean to its antiderivative from angle 0.
+    /// Column by column, the matrix from samples of a function of zero mean to its antiderivative from angle
+    /// 0.
     antiderivative: Vec<f64>,
 }
 

@@ -2,11 +2,11 @@
 //! any other names, which become parameters of the law and axes of maps.
 //!
 //! The text is parsed with the crate `winnow` to a tape of operations, which runs on Taylor series
-//! ([`super::jet`]): over numbers for phi and its derivative, over intervals for certain bounds, over series in
-//! eps for the first-order theory. A series is as exact as a formula for the derivative, and stays short: a
-//! third derivative costs ten products for each product of the law, where its formula has hundreds of terms.
-//! The tests confirm the series by the formulas that the crate `exmex` derives from random laws. (It is no
-//! parser for users: -u^2 is (-u)^2 there, 1e-3 is no number, and errors have no place in the text.)
+//! ([`super::jet`]): over numbers for phi and its derivative, over intervals for certain bounds, over series
+//! in eps for the first-order theory. A series is as exact as a formula for the derivative, and stays short:
+//! a third derivative costs ten products for each product of the law, where its formula has hundreds of
+//! terms. The tests confirm the series by the formulas that the crate `exmex` derives from random laws. (It
+//! is no parser for users: -u^2 is (-u)^2 there, 1e-3 is no number, and errors have no place in the text.)
 //!
 //! **Legal laws** are checked by [`Expression::check`]: phi(0) = 1 (after division by a stated static
 //! level), phi and D finite and continuous over the slip speeds in question. `abs` is legal where its
@@ -63,8 +63,8 @@ impl PartialEq for Expression {
     }
 }
 
-/// The names of parameters live as long as the program, each once however many formulas use it: axes of maps are
-/// known by such names.
+/// The names of parameters live as long as the program, each once however many formulas use it: axes of maps
+/// are known by such names.
 fn lasting(name: String) -> &'static str {
     static KNOWN: Mutex<Option<HashSet<&'static str>>> = Mutex::new(None);
     let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
@@ -283,7 +283,8 @@ impl ExpressionCurve {
         self.run(Jet::<T, 2>::of(u), Jet::variable(T::constant(0.0), 1.0), |_, _| ()).0[1]
     }
 
-    /// Whether the law has a first order in eps on slip speeds up to twice the belt speed, as samples have it.
+    /// Whether the law has a first order in eps on slip speeds up to twice the belt speed, as samples have
+    /// it.
     pub(super) fn check_leading(&self, belt_speed: f64) -> Result<(), NoFirstOrder> {
         if !self.law.0.tape.ops.contains(&Op::Epsilon) {
             return Err(NoFirstOrder::NoEpsilon);

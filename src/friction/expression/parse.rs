@@ -1,4 +1,5 @@
-//! From the text of a formula to a tape of operations in reverse Polish order, with the parser crate `winnow`.
+//! From the text of a formula to a tape of operations in reverse Polish order, with the parser crate
+//! `winnow`.
 //!
 //! The grammar is that of pencil and paper: `+ - * / ^`, parentheses, functions, numbers such as 1.5e-3;
 //! powers bind tighter than signs (-u^2 is -(u^2)) and to the right. An operation joins the tape as soon as
@@ -339,7 +340,8 @@ fn value(input: &mut Input, op: Op, place: Place) -> Result<Place, Stop> {
     Ok(push(input, op, place, place))
 }
 
-/// Appends an operation of two values. What can go wrong with a quotient is its denominator, with a power its base.
+/// Appends an operation of two values. What can go wrong with a quotient is its denominator, with a power its
+/// base.
 fn join(input: &mut Input, op: Op, left: Place, right: Place) -> Place {
     input.state.waiting -= 1;
     let whole = Place { from: left.from, to: right.to };

@@ -1,7 +1,8 @@
 //! Derivatives by Taylor series against those that the crate `exmex` finds as formulas.
 //!
-//! Both are evaluated over intervals with outward rounding, so there is no tolerance: two enclosures of one number
-//! have a number in common, and an enclosure holds what the same operations give with rounding to nearest.
+//! Both are evaluated over intervals with outward rounding, so there is no tolerance: two enclosures of one
+//! number have a number in common, and an enclosure holds what the same operations give with rounding to
+//! nearest.
 
 use std::str::FromStr;
 
@@ -98,8 +99,8 @@ fn formula() -> impl Strategy<Value = String> {
 
 #[test]
 fn derivatives_are_those_of_the_formulas() {
-    // exmex calls itself for each level of a formula, and those of fourth derivatives have thousands. The same formulas
-    // at each run, as the deepest of all would find the end of any stack.
+    // exmex calls itself for each level of a formula, and those of fourth derivatives have thousands. The
+    // same formulas at each run, as the deepest of all would find the end of any stack.
     let config = ProptestConfig {
         cases: 200,
         max_global_rejects: 2000,

@@ -13,7 +13,8 @@ const MOST_PIECES: usize = 4096;
 const MOST_HALVINGS: u32 = 64;
 /// Truncation error aimed at, in units of the largest |w| met so far.
 const SHARPNESS: f64 = 2.0 * f64::EPSILON;
-/// Bound of the Lebesgue constant of the points, 1 + (2 / pi) ln 12 = 2.582, with room for the rounding of the points.
+/// Bound of the Lebesgue constant of the points, 1 + (2 / pi) ln 12 = 2.582, with room for the rounding of
+/// the points.
 const LEBESGUE: f64 = 2.6;
 /// Room for the rounding of the points in the product of the distances to them.
 const ROOM: f64 = 1.001;
@@ -109,7 +110,8 @@ impl Compiler<'_> {
     }
 }
 
-/// The piece [a, b] of a law that is smooth there; `None` if its halves will do better, unless it has to be the `last`.
+/// The piece [a, b] of a law that is smooth there; `None` if its halves will do better, unless it has to be
+/// the `last`.
 fn piece(law: &Form, a: f64, b: f64, size: &mut f64, last: bool) -> Option<Piece> {
     let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
     let points = POINTS.map(|x| (middle + half * x).clamp(a, b));
@@ -193,8 +195,8 @@ impl Piece {
     }
 }
 
-/// A table's parabolas: exact, but for the rounding of their coefficients. They are cut at their extremes, so that each
-/// piece is monotone.
+/// A table's parabolas: exact, but for the rounding of their coefficients. They are cut at their extremes, so
+/// that each piece is monotone.
 fn compile_table(table: &Table, breaks: &mut Vec<f64>, pieces: &mut Vec<Piece>) {
     if !pieces.is_empty() {
         return;

@@ -1,4 +1,5 @@
-//! Certain bounds from coefficients: of the weakening rate over slip speeds, and of its even part about the belt speed.
+//! Certain bounds from coefficients: of the weakening rate over slip speeds, and of its even part about the
+//! belt speed.
 
 use super::{Bend, COUNT, Piece, Weakening};
 use crate::friction::Range;
@@ -51,8 +52,9 @@ struct Local {
 impl Local {
     /// In z with x = middle + half z, all of |x|, |z| <= 1, by repeated synthetic division.
     ///
-    /// Coefficient k is the sum over j of c_j binomial(j, k) middle^(j-k), made with at most 2 (j - k) + 2 roundings of
-    /// terms that add up, with z = +-1, to at most |c_j| (|middle| + |half|)^j <= |c_j|, but for rounding.
+    /// Coefficient k is the sum over j of c_j binomial(j, k) middle^(j-k), made with at most 2 (j - k) + 2
+    /// roundings of terms that add up, with z = +-1, to at most |c_j| (|middle| + |half|)^j <= |c_j|, but for
+    /// rounding.
     fn shifted(mut self, middle: f64, half: f64) -> Local {
         let size: f64 = self.c.iter().map(|c| c.abs()).sum();
         for k in 0..COUNT {
@@ -99,8 +101,8 @@ fn range_of_polynomial(polynomial: &Local, halvings: u32) -> Range {
 }
 
 impl Weakening {
-    /// Proved bounds of w over slip speeds in [`lo`, `hi`], 0 <= lo <= hi; infinite where there are none, as beyond the
-    /// reach.
+    /// Proved bounds of w over slip speeds in [`lo`, `hi`], 0 <= lo <= hi; infinite where there are none, as
+    /// beyond the reach.
     #[must_use]
     pub fn range(&self, lo: f64, hi: f64) -> Range {
         if !(0.0 <= lo && lo <= hi && hi <= self.reach()) {
@@ -116,7 +118,8 @@ impl Weakening {
         (first..=last).map(part).reduce(Range::hull).unwrap_or(NOTHING)
     }
 
-    /// Proved bounds, over 0 <= v <= `within` <= V, of the even part in v of w(V - v); infinite where there are none.
+    /// Proved bounds, over 0 <= v <= `within` <= V, of the even part in v of w(V - v); infinite where there
+    /// are none.
     #[must_use]
     pub fn even_range(&self, belt_speed: f64, within: f64) -> Range {
         let farthest = belt_speed + within;
@@ -126,8 +129,8 @@ impl Weakening {
         let nearest = belt_speed - within;
         let pieces = &self.pieces[self.pieces_between(nearest, farthest.next_up().min(self.reach()))];
         let Some(bend) = pieces.first().map(|piece| piece.bend) else { return NOTHING };
-        // The even part of a function that bends one way everywhere is monotone in |v|. At corners w is continuous, and
-        // its slope must jump the same way.
+        // The even part of a function that bends one way everywhere is monotone in |v|. At corners w is
+        // continuous, and its slope must jump the same way.
         if bend != Bend::Unknown && pieces.iter().all(|piece| piece.bend == bend) && self.corners().is_empty()
         {
             let ends = [0.0, within].map(|v| self.even_at(belt_speed, v));
@@ -145,8 +148,8 @@ impl Weakening {
         Range { lo: 0.5 * (near.lo + far.lo), hi: 0.5 * (near.hi + far.hi) }.widened(0.0)
     }
 
-    /// The same between all ends of pieces on both sides of the belt speed, over slip speeds u below it; the far side has
-    /// 2 V - u.
+    /// The same between all ends of pieces on both sides of the belt speed, over slip speeds u below it; the
+    /// far side has 2 V - u.
     fn even_range_by_pieces(&self, belt_speed: f64, within: f64) -> Range {
         let nearest = if within == belt_speed { 0.0 } else { (belt_speed - within).next_down() };
         let inside = |u: &f64| nearest < *u && *u < belt_speed;
@@ -164,7 +167,8 @@ impl Weakening {
         let piece = |u: f64| &self.pieces[self.piece_of(u.clamp(0.0, self.reach()))];
         let middle = 0.5 * (a + b);
         let (near, far) = (piece(middle), piece(mirror(middle)));
-        // The far ends are rounded twice, by a unit in the last place of 2 V in all, which moves w in proportion.
+        // The far ends are rounded twice, by a unit in the last place of 2 V in all, which moves w in
+        // proportion.
         let slip = 2.0 * f64::EPSILON * (belt_speed + belt_speed) * far.scale;
         let steepest: f64 = far.c.iter().zip(0_u8..).map(|(c, k)| f64::from(k) * c.abs()).sum();
         let error = 0.5 * (near.error + far.error + slip * steepest);

@@ -97,7 +97,8 @@ fn ranges_hold_at_samples_and_are_met() {
         for (lo, hi) in [(0.0, 4.0), (0.05, 0.25), (0.2, 2.5), (0.7, 0.7), (0.0, 1e-3)] {
             let found = compiled.range(lo, hi);
             let samples = sampled(|u| curve.weakening(u), lo, hi);
-            // Samples miss an extreme by half the curvature, below 1e4, times the square of half their distance.
+            // Samples miss an extreme by half the curvature, below 1e4, times the square of half their
+            // distance.
             let miss = 2e3 * ((hi - lo) / 20_000.0).powi(2) + 1e-11;
             assert!(
                 found.lo <= samples.lo + 1e-13 && samples.lo - found.lo <= miss,
@@ -153,7 +154,8 @@ fn what_cannot_be_resolved_has_an_error_that_says_so() {
 
 #[test]
 fn the_mean_is_a_bessel_function() {
-    // (1/pi) integral of exp(-x + x cos t) sin^2 t = 2 exp(-x) I1(x) / x, and I1(1) = 0.565159103992485 from its series.
+    // (1/pi) integral of exp(-x + x cos t) sin^2 t = 2 exp(-x) I1(x) / x, and I1(1) = 0.565159103992485 from
+    // its series.
     let exact = 2.0 * 0.565_159_103_992_485 / std::f64::consts::E;
     let law = Law::Exponential.curve(1.0, &LawParameters::new(&[0.0, 1.0, 0.0]));
     for curve in [law, formula("exp(-u)")] {

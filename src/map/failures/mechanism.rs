@@ -11,7 +11,8 @@ use crate::simulate::{Failure, Fate};
 /// Why a method fails at a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mechanism {
-    /// A condition of first order in eps at a finite eps: a band of width O(eps) next to the critical damping.
+    /// A condition of first order in eps at a finite eps: a band of width O(eps) next to the critical
+    /// damping.
     FirstOrderInEps,
     /// The energy balance is taken along the circle of the undamped oscillator, which the orbit is not.
     Circle,
@@ -26,8 +27,8 @@ pub enum Mechanism {
     StickBand,
     /// Fixed steps chatter about the belt line and leave it off the exit point.
     Chatter,
-    /// The orbit is above the belt line, or inside the stick band, for less than a step, and both crossings go
-    /// unseen.
+    /// The orbit is above the belt line, or inside the stick band, for less than a step, and both crossings
+    /// go unseen.
     MissedDoubleCrossing,
     /// Events next to a start on the belt line are ignored (or the start itself is one).
     TangentStart,
@@ -162,8 +163,8 @@ fn of_test(name: &str, column: &Column, c: f64, kind: Kind, fate: &Fate) -> Mech
 /// Why a naive method answers wrongly or breaks down: the first of its defects without which it is right.
 fn of_naive(naive: NaiveMethod, knobs: &NaiveKnobs, oscillator: &Oscillator, truth: Verdict) -> Mechanism {
     let (n, d) = (*knobs, naive);
-    // A few units of time in which a grazing orbit is beyond the belt line are the shortest thing to see: steps
-    // of a thousandth are shorter than that down to margins of 1e-7.
+    // A few units of time in which a grazing orbit is beyond the belt line are the shortest thing to see:
+    // steps of a thousandth are shorter than that down to margins of 1e-7.
     let short = |n: NaiveKnobs| NaiveKnobs { longest_step: 1e-3, ..n };
     let transient = (Mechanism::Transient, NaiveKnobs { turns: n.turns.saturating_mul(10), ..n });
     let error = (Mechanism::StepError, NaiveKnobs { tolerance: (1e-4 * n.tolerance).max(1e-13), ..n });

@@ -117,8 +117,8 @@ impl Scale {
         ticks.into_iter().map(|tick| Tick { value: tick.value / self.shown, ..tick }).collect()
     }
 
-    /// Ticks at the two ends alone, where there is no room between numbers for round ones: as next to the smallest
-    /// or the largest numbers there are, or next to each other.
+    /// Ticks at the two ends alone, where there is no room between numbers for round ones: as next to the
+    /// smallest or the largest numbers there are, or next to each other.
     fn end_ticks(&self) -> Vec<Tick> {
         let tick = |value: f64| Tick { value, label: Rich::number(value, 3) };
         vec![tick(self.from), tick(self.to)]
@@ -288,8 +288,8 @@ impl Panel {
         scene.text((x + 0.5 * w, y + h + SMALL_TEXT + TEXT + 3.5), name, TEXT, Anchor::Middle);
     }
 
-    /// Writes the name of the vertical axis left of its numbers, upwards: upright, a letter beside a number would
-    /// read as a product.
+    /// Writes the name of the vertical axis left of its numbers, upwards: upright, a letter beside a number
+    /// would read as a product.
     pub fn y_name(&self, scene: &mut Scene, name: &Rich, labels_width: f64) {
         let Rect { x, y, h, .. } = self.rect;
         scene.text_up((x - labels_width - 5.5, y + 0.5 * h), name, TEXT, Anchor::Middle);

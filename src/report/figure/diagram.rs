@@ -1,7 +1,8 @@
 //! Bifurcation diagrams: the amplitude of the equilibrium and of every cycle against one parameter.
 //!
-//! At each value of the parameter every cycle is searched anew. Where their number or stability changes between two
-//! values, the change is located by bisection, so that folds and ends of branches are where they belong.
+//! At each value of the parameter every cycle is searched anew. Where their number or stability changes
+//! between two values, the change is located by bisection, so that folds and ends of branches are where they
+//! belong.
 
 use rayon::prelude::*;
 

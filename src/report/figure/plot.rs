@@ -24,13 +24,14 @@ pub type At = (String, Vec<f64>);
 pub struct Plot<'a> {
     /// Name of the horizontal axis.
     pub x: &'a str,
-    /// Name of the vertical axis; without one, or if one of the two has a single node, variables are drawn over the
-    /// other axis.
+    /// Name of the vertical axis; without one, or if one of the two has a single node, variables are drawn
+    /// over the other axis.
     pub y: Option<&'a str>,
-    /// Where other axes are held. One of them may have several values if there is no vertical axis: each is a curve.
+    /// Where other axes are held. One of them may have several values if there is no vertical axis: each is a
+    /// curve.
     pub at: &'a [At],
-    /// The variables, of which only one can be drawn over a plane; none means the verdict of the simulation, or
-    /// else of the first method.
+    /// The variables, of which only one can be drawn over a plane; none means the verdict of the simulation,
+    /// or else of the first method.
     pub variables: &'a [String],
     /// An axis with a panel for each of these values.
     pub panels: Option<&'a At>,
@@ -229,7 +230,8 @@ fn stored(map: &MapFile, plane: &Plane) -> Option<PlaneCurves> {
     })
 }
 
-/// What is drawn over one axis: a variable at the nodes `index` of the other axes, in the panel with this number.
+/// What is drawn over one axis: a variable at the nodes `index` of the other axes, in the panel with this
+/// number.
 struct Line<'a> {
     variable: &'a str,
     index: Vec<usize>,

@@ -146,8 +146,8 @@ pub enum Anchor {
     End,
 }
 
-/// Places farther than this from the origin are beyond every page. Nothing is drawn there: rasterisers and dashes
-/// take time and memory by length, and coordinates of single precision.
+/// Places farther than this from the origin are beyond every page. Nothing is drawn there: rasterisers and
+/// dashes take time and memory by length, and coordinates of single precision.
 const BEYOND: f64 = 5000.0;
 
 /// Whether a place is on the page or near it.

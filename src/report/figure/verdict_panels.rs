@@ -176,7 +176,8 @@ fn one_axis(view: &View, axis: Option<usize>, index: &[usize]) -> Result<Option<
     Ok(Some(Figure { name: format!("slice-{x}"), caption, scenes, data }))
 }
 
-/// The damping up to which a method claims the cycle, as stored, over the nodes of a slice with c upwards: (x, c).
+/// The damping up to which a method claims the cycle, as stored, over the nodes of a slice with c upwards:
+/// (x, c).
 pub(super) fn stored_edge(slice: &Slice, method: &str) -> Result<Vec<(f64, f64)>, ReportError> {
     let (map, variable) = (slice.view.map, format!("critical_c_{method}"));
     let damping = map.grid().axes().len() - 1;

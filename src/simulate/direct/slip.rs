@@ -20,8 +20,8 @@ use crate::simulate::Failure;
 use crate::simulate::corners::{self, End};
 use std::f64::consts::TAU;
 
-/// Trial steps before an integration gives up, of eleven evaluations of the Stribeck law each; a turn takes about 20
-/// to 200.
+/// Trial steps before an integration gives up, of eleven evaluations of the Stribeck law each; a turn takes
+/// about 20 to 200.
 const STEP_BUDGET: u32 = 100_000;
 /// Steps that are made in any case, however long the law takes.
 const FEWEST_STEPS: u32 = 5_000;
@@ -107,8 +107,8 @@ impl<'a> Slip<'a> {
         slip
     }
 
-    /// Limits the angle by which a step may turn, in radians, below the one radian that is the default, and the
-    /// number of steps.
+    /// Limits the angle by which a step may turn, in radians, below the one radian that is the default, and
+    /// the number of steps.
     pub(super) fn sampled(mut self, angle: f64, steps: u32) -> Self {
         self.longest_turn = angle.min(1.0);
         self.steps_left = self.steps_left.min(steps);

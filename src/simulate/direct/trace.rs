@@ -9,8 +9,8 @@ use crate::filippov::{BeltRegion, Oscillator, Side};
 /// departs from the orbit by about 1/800 of its radius.
 const SAMPLE_ANGLE: f64 = 0.1;
 
-/// Steps after which an orbit is not followed any more; a turn takes some 100. Every step is a sample, and a figure of
-/// more cannot be read.
+/// Steps after which an orbit is not followed any more; a turn takes some 100. Every step is a sample, and a
+/// figure of more cannot be read.
 const MOST_STEPS: u32 = 20_000;
 
 /// An orbit has settled once it is caught within this fraction of the belt speed of the equilibrium.

@@ -101,8 +101,8 @@ pub struct NaiveAnswer {
     pub rhs: u64,
 }
 
-/// Evaluations of the right-hand side of the Stribeck law after which a method gives up: a few hundred times what
-/// the default knobs cost at moderate parameters, a fifth of a second.
+/// Evaluations of the right-hand side of the Stribeck law after which a method gives up: a few hundred times
+/// what the default knobs cost at moderate parameters, a fifth of a second.
 const RHS_BUDGET: u64 = 20_000_000;
 
 /// Evaluations of the right-hand side after which a method gives up on this oscillator.
@@ -148,8 +148,8 @@ impl NaiveMethod {
         }
     }
 
-    /// Asks the method about one oscillator. At most 20 million right-hand sides are spent, fewer for laws that take
-    /// longer (see [`Curve::cost`](crate::friction::Curve::cost)).
+    /// Asks the method about one oscillator. At most 20 million right-hand sides are spent, fewer for laws
+    /// that take longer (see [`Curve::cost`](crate::friction::Curve::cost)).
     #[must_use]
     pub fn decide(self, oscillator: &Oscillator, knobs: &NaiveKnobs) -> NaiveAnswer {
         let mut rhs = 0;

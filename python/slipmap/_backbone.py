@@ -1,0 +1,86 @@
+"""The backbone: one damping for each amplitude of a slip cycle."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from . import _core
+from ._broadcast import flattened
+from ._law import Law
+
+
+def backbone(
+    law: Law,
+    amplitude: ArrayLike | None = None,
+    *,
+    V: Any,
+    epsilon: Any,
+    return_error: bool = False,
+    tolerance: float = 1e-9,
+    threads: int | None = None,
+    **parameters: Any,
+) -> Any:
+    """The damping at which the slip cycle of each amplitude lives: all slip cycles of a column in one curve.
+
+    For each amplitude r in (0, V] there is exactly one damping c = C(r) at which the orbit that turns at x2 = r closes. At
+    damping c the slip cycles are the solutions of C(r) = c; one attracts where C falls with r, and repels where it rises.
+    At r = 0 it is the Hopf damping, at r = V the critical damping, and its extremes between are folds.
+
+    Parameters
+    ----------
+    law : Law
+        The friction law.
+    amplitude : array_like, optional
+        Amplitudes in belt speeds, r / V, from 0 to 1; by default 65 equal steps.
+    V, epsilon, tolerance, threads, **parameters
+        As in :func:`critical_c`.
+    return_error : bool
+        Whether to return error estimates too.
+
+    Returns
+    -------
+    c : ndarray or DataArray
+        Dampings, of the shape to which the arguments broadcast and a last axis ``amplitude``. NaN where an argument is,
+        or where an orbit could not be followed.
+    error : ndarray or DataArray
+        Estimates of their absolute errors, without that axis; only if `return_error`.
+
+    Examples
+    --------
+    >>> import slipmap
+    >>> law = slipmap.Law.exponential(mu=0.5, vs=1.0, eta=0.0)
+    >>> c = slipmap.backbone(law, [0.0, 0.5, 1.0], V=1.5, epsilon=1.0)
+    >>> bool(abs(c[2] - slipmap.critical_c(law, V=1.5, epsilon=1.0)) < 1e-9)
+    True
+    """
+    ratios = np.linspace(0.0, 1.0, 65) if amplitude is None else np.atleast_1d(np.asarray(amplitude, dtype=float))
+    if ratios.ndim != 1 or not ((ratios >= 0.0) & (ratios <= 1.0)).all():
+        raise ValueError("amplitude: one row of numbers from 0 to 1 is needed, in units of the belt speed")
+    arguments = law._arguments(parameters, epsilon=epsilon, V=V)
+    names, values = list(arguments), list(arguments.values())
+
+    def block(*arrays: Any) -> Any:
+        flat, shape = flattened(names, arrays)
+        rows, errors = _core.backbone(law._law, flat, ratios.tolist(), tolerance, threads)
+        # The law's own error moves every damping of the curve by at most that, as it does the critical one.
+        return rows.reshape((*shape, ratios.size)), errors.reshape(shape)[()] + law.error / np.broadcast_to(arrays[0], shape)[()]
+
+    if any(isinstance(value, (xr.DataArray, xr.Variable)) for value in values):
+        c, error = xr.apply_ufunc(
+            block,
+            *values,
+            output_core_dims=[["amplitude"], []],
+            dask="parallelized",
+            output_dtypes=[float, float],
+            dask_gufunc_kwargs={"output_sizes": {"amplitude": ratios.size}},
+        )
+        c = c.assign_coords(amplitude=("amplitude", ratios, {"long_name": "amplitude over belt speed", "units": "1"}))
+        c.attrs = {"long_name": "damping of the slip cycle", "units": "1"}
+        error.attrs = {"long_name": "error estimate of the damping", "units": "1"}
+    else:
+        c, error = block(*[np.asarray(value, dtype=float) for value in values])
+    return (c, error) if return_error else c

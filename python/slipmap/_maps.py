@@ -1,0 +1,260 @@
+"""Maps: every method at every cell of a grid."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from . import _core, _fingerprints
+from ._law import Law
+
+
+def map(
+    grid: Mapping[str, Any],
+    *,
+    law: Law | None = None,
+    methods: Iterable[str] | None = None,
+    fields: Iterable[str] = (),
+    engine: str = "auto",
+    tolerance: float = 1e-9,
+    audit_cells: int = 1000,
+    proof_boxes: int = 32,
+    threads: int | None = None,
+    progress: bool | Callable[[int, int], None] = False,
+) -> xr.Dataset:
+    """Asks every method at every cell of a grid: the map that ``slipmap run`` writes, in memory.
+
+    Parameters
+    ----------
+    grid : mapping of str to array_like
+        Nodes of every axis, growing: epsilon, the law's own parameters, V and c; a number is an axis of one node. A
+        Dataset of coordinates will do. Parameters that the law holds can be left out.
+    law : Law, optional
+        The friction law; by default the paper's.
+    methods : iterable of str, optional
+        By default the closed-form tests and the simulation. See ``slipmap.METHODS``.
+    fields : iterable of str
+        What to compute besides verdicts: "margin", "critical_c", "regime", "landing", "cycle", "basin",
+        "epsilon_limit".
+    engine : {"auto", "critical_surface", "return_map", "direct"}
+        How the simulation decides cells.
+    tolerance : float
+        Bound on the error of the scaled grazing margin that the simulation aims at.
+    audit_cells : int
+        Cells that the independent engine decides again; disagreements are counted in the attributes.
+    proof_boxes : int
+        Boxes that the method `validated`, if it is asked, tries to prove between the nodes.
+    threads : int, optional
+        Number of threads; by default one per core.
+    progress : bool or callable
+        True shows a bar (of tqdm, if it is there); a function is called with the cells done and all cells.
+
+    Returns
+    -------
+    xarray.Dataset
+        Equal, variable by variable, attributes included, to the file that the program writes.
+
+    Raises
+    ------
+    ValueError
+        If an axis, a method or a field is wrong; the message names it.
+    KeyboardInterrupt
+        On Ctrl-C, after the tiles in work.
+
+    Examples
+    --------
+    >>> import numpy as np, slipmap
+    >>> grid = {"V": [0.5, 1.0], "c": np.linspace(0.0, 1.0, 5), "epsilon": 0.1}
+    >>> data = slipmap.map(grid, law=slipmap.Law.stribeck(0.4, 0.2, 2.0), fields=["critical_c"])
+    >>> data.verdict_simulation.squeeze().values
+    array([[ 1,  1,  1,  1, -1],
+           [ 1,  1, -1, -1, -1]], dtype=int8)
+    """
+    law = Law.stribeck() if law is None else law
+    axes = {**{name: value for name, value in law.parameters.items() if value is not None}, **grid}
+    unknown = [name for name in axes if name not in law.axes]
+    if unknown:
+        raise ValueError(f"{unknown[0]} is no axis of the law `{law.name}`; its axes are {', '.join(law.axes)}")
+    missing = [name for name in law.axes if name not in axes]
+    if missing:
+        raise ValueError(f"the grid also needs {', '.join(missing)}; an axis of one node is a number")
+    nodes = [_nodes(name, axes[name]) for name in law.axes]
+    found = _core.compute_map(
+        law._law,
+        nodes,
+        None if methods is None else list(methods),
+        list(fields),
+        engine,
+        tolerance,
+        audit_cells,
+        proof_boxes,
+        threads,
+        _told(progress, int(np.prod([len(axis) for axis in nodes], dtype=np.int64))),
+    )
+    return _dataset(found)
+
+
+def run(
+    config: str | os.PathLike[str],
+    *,
+    set: Mapping[str, Any] | Sequence[str] = (),
+    threads: int | None = None,
+    progress: bool | Callable[[int, int], None] = False,
+) -> xr.Dataset:
+    """Computes the map of a configuration file, as ``slipmap run`` does, and writes nothing.
+
+    Parameters
+    ----------
+    config : str or path
+        The configuration (TOML).
+    set : mapping or sequence of str
+        Values that replace those of the file: ``{"grid.V": 2.5}`` or ``["grid.V=2.5"]``.
+    threads, progress
+        As in :func:`map`.
+
+    Returns
+    -------
+    xarray.Dataset
+        As :func:`map`; stored curves are at ``Dataset.slipmap.curves``.
+
+    Raises
+    ------
+    ValueError
+        With the program's message: file, line, key, value and remedy.
+    """
+    sets = [f"{key}={_toml(value)}" for key, value in set.items()] if isinstance(set, Mapping) else list(set)
+    name = os.fspath(config)
+    cells = _core.config_cells(name, sets)
+    return _dataset(_core.run_config(name, sets, threads, _told(progress, cells)))
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(_toml(entry) for entry in value) + "]"
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{key} = {_toml(entry)}" for key, entry in value.items()) + "}"
+    return repr(value.item() if isinstance(value, np.generic) else value)
+
+
+def _nodes(name: str, value: Any) -> list[float]:
+    try:
+        nodes = np.atleast_1d(np.asarray(value, dtype=float))
+    except (TypeError, ValueError):
+        raise TypeError(f"{name}: numbers are needed, not {value!r:.60}") from None
+    if nodes.ndim != 1:
+        raise ValueError(f"{name}: the nodes of an axis are one row of numbers, not the shape {nodes.shape}")
+    return [float(node) for node in nodes]
+
+
+def _told(progress: bool | Callable[[int, int], None], cells: int) -> Callable[[int], None] | None:
+    """What the engine is to call with the number of cells done."""
+    if progress is False:
+        return None
+    if callable(progress):
+        return lambda done: progress(done, cells)
+    try:
+        from tqdm.auto import tqdm
+    except ImportError:
+
+        def line(done: int) -> None:
+            print(f"\r{done:,} of {cells:,} cells", end="\n" if done >= cells else "", file=sys.stderr, flush=True)
+
+        return line
+    bar = tqdm(total=cells, unit="cells")
+
+    def update(done: int) -> None:
+        bar.update(done - bar.n)
+        if done >= cells:
+            bar.close()
+
+    return update
+
+
+def _dataset(found: _core.Map) -> xr.Dataset:
+    tile = found.tile_shape
+    coords = {}
+    for name, attributes, values in found.axes:
+        coords[name] = (name, values, _closed(dict(attributes), values, None))
+    names = [name for name, *_ in found.axes]
+    variables = {}
+    for name, attributes, values in found.variables:
+        own = dict(attributes)
+        if "flag_values" in own:
+            own["flag_counts"] = np.array([int((values == code).sum()) for code in own["flag_values"]], dtype=np.int64)
+        variables[name] = (names[: values.ndim], values, _closed(own, values, tile))
+    data = xr.Dataset(variables, coords, attrs=dict(found.attributes))
+    if found.curves is not None:
+        data.encoding["curves"] = _curves(found)
+    return data
+
+
+def _closed(attributes: dict[str, Any], values: np.ndarray, tile: Sequence[int] | None) -> dict[str, Any]:
+    """The attributes with the fingerprints that the file has."""
+    attributes["sha256"] = _fingerprints.of_values(values, tile)
+    attributes[_fingerprints.ATTRIBUTES] = _fingerprints.of_attributes(attributes)
+    return attributes
+
+
+def _curves(found: _core.Map) -> xr.Dataset:
+    """The curves as the two tables of the file's group: along ``plane`` and along ``point``."""
+    planes = found.curves or []
+    axes = [(name, attributes["long_name"], values) for name, attributes, values in found.axes]
+    columns: dict[str, tuple[str, np.ndarray, dict[str, Any]]] = {}
+
+    def reals(dimension: str, name: str, long_name: str, values: Any) -> None:
+        columns[name] = (dimension, np.array(values, dtype=float), {"long_name": long_name, "units": "1"})
+
+    def integers(dimension: str, name: str, long_name: str, values: Any) -> None:
+        columns[name] = (dimension, np.array(values, dtype=np.int32), {"long_name": long_name, "units": "1"})
+
+    def words(dimension: str, name: str, long_name: str, values: list[str]) -> None:
+        meanings = list(dict.fromkeys(values))
+        flags = np.arange(len(meanings), dtype=np.int8)
+        attributes = {
+            # A single number is a scalar, as readers of the file have it.
+            "flag_values": flags[0] if len(flags) == 1 else flags,
+            "flag_meanings": " ".join(meanings),
+            "long_name": long_name,
+            "units": "1",
+        }
+        columns[name] = (dimension, np.array([meanings.index(it) for it in values], dtype=np.int8), attributes)
+
+    words("plane", "plane_x", "first axis of the plane", [axes[x][0] for x, *_ in planes])
+    words("plane", "plane_y", "second axis of the plane", [axes[y][0] for _, y, *_ in planes])
+    for i, (name, _, values) in enumerate(axes):
+        held = [np.nan if i in (x, y) else values[nodes[i]] for x, y, nodes, _ in planes]
+        reals("plane", f"held_{name}", f"value at which {name} is held, NaN in the plane", held)
+    lines = [(n, plane, line) for n, plane in enumerate(planes, 1) for line in plane[3]]
+    if any(len(line[2]) for *_, line in lines):
+        lengths = [len(line[2]) for *_, line in lines]
+        integers("point", "plane_number", "number of the plane", np.repeat([n for n, *_ in lines], lengths))
+        kinds = [kind for (*_, (kind, *_)), length in zip(lines, lengths, strict=True) for _ in range(length)]
+        words("point", "curve", "what happens on the curve", kinds)
+        long_name = "number of the connected curve in its plane and kind"
+        integers("point", "branch", long_name, np.repeat([line[1] for *_, line in lines], lengths))
+        for i, (name, own, values) in enumerate(axes):
+            parts = []
+            for _, (x, y, nodes, _), line in lines:
+                parts.append(line[2] if i == x else line[3] if i == y else np.full(len(line[2]), values[nodes[i]]))
+            reals("point", name, own, np.concatenate(parts))
+        long_name = (
+            "estimate of the distance from the curve, in sides of the plane, which is logarithmic along axes of "
+            "equal ratios"
+        )
+        reals("point", "error", long_name, np.concatenate([line[4] for *_, line in lines]))
+    data = xr.Dataset(columns)
+    for dimension in data.sizes:
+        numbers = np.arange(1.0, data.sizes[dimension] + 1)
+        data = data.assign_coords({dimension: (dimension, numbers, {"long_name": f"number of the {dimension}", "units": "1"})})
+    for variable in data.variables.values():
+        _closed(variable.attrs, variable.values, None)
+    return data

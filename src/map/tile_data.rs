@@ -1,0 +1,34 @@
+//! What is computed for one tile.
+
+use super::{Method, Regime, Runs, Tile, Verdict};
+
+/// How many failed cells are kept one by one, of a tile and of a run.
+pub const LISTED: usize = 10;
+
+/// What one method says of the cells of a tile.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MethodCells {
+    /// The method.
+    pub method: Method,
+    /// Verdicts, row-major over the tile's shape.
+    pub verdicts: Runs<Verdict>,
+    /// Margins, row-major over the tile's shape; empty unless stored.
+    pub margins: Vec<f64>,
+    /// Critical damping of each column, row-major over the tile's shape without the damping axis; empty
+    /// unless stored. NaN where the column has no critical damping c >= 0.
+    pub critical: Vec<f64>,
+}
+
+/// Everything computed for one tile.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TileData {
+    /// The tile.
+    pub tile: Tile,
+    /// One entry per method of the plan, in its order.
+    pub methods: Vec<MethodCells>,
+    /// Regimes, row-major over the tile's shape; empty unless stored.
+    pub regime: Runs<Regime>,
+    /// The values of each of the plan's [`Plan::quantities`](super::Plan::quantities), in its order,
+    /// row-major over the tile's shape.
+    pub quantities: Vec<Vec<f64>>,
+}
