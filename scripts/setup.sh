@@ -66,3 +66,8 @@ need_mpi() {
     need_packages "command -v mpirun && command -v mpicc && ls /usr/lib/llvm-*/lib/libclang.so*" \
         libopenmpi-dev openmpi-bin libclang-dev
 }
+
+# A browser, and a reader of what it prints: what people make of the pages.
+need_chromium() {
+    need_packages "command -v chromium && command -v pdftotext" chromium poppler-utils
+}

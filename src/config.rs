@@ -67,6 +67,8 @@ pub use points::{PointTable, point_of};
 pub use source::ConfigError;
 use source::{Node, Section, Source};
 
+#[cfg(feature = "report")]
+use crate::benchmark::Settings;
 use crate::certify::validated;
 use crate::friction::Law;
 use crate::machine::Machine;
@@ -74,8 +76,6 @@ use crate::map::{
     DEFAULT_AUDIT_CELLS, DEFAULT_COMPRESSION, DEFAULT_PROOF_BOXES, DEFAULT_TOLERANCE, Engine, Field, Grid,
     GridError, MOST_AUDIT_CELLS, Method, Plan, TOLERANCES,
 };
-#[cfg(feature = "report")]
-use crate::report::work_precision::Settings;
 use crate::simulate::naive::NaiveKnobs;
 
 /// A map to be computed, and where it goes.

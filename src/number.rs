@@ -44,6 +44,19 @@ pub(crate) fn exact(x: f64) -> String {
     text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
 }
 
+/// A count in groups of three digits: 1,234,567.
+pub(crate) fn count(n: impl TryInto<u128>) -> String {
+    let digits = n.try_into().unwrap_or(u128::MAX).to_string();
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

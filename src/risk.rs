@@ -285,13 +285,18 @@ mod tests {
         let (min, max) = (0.9 * critical, 1.3 * critical);
         let spreads = [(Quantity::Damping, Spread::Uniform { min, max })];
         let found = risk(&machine, &law, &spreads, 20_000, &[0.05]).unwrap();
+        // Four standard errors of a share.
+        let error = |p: f64| 4.0 * (p * (1.0 - p) / 20_000.0_f64).sqrt();
         let [low, high] = found.probability.limits;
-        assert!(low < 0.25 && 0.25 < high && high - low < 0.013, "{found:?}");
+        assert!((found.probability.value - 0.25).abs() < error(0.25), "{found:?}");
+        // The limits are 1.96 standard errors to both sides.
+        assert!((0.5 * (high - low) / error(0.25) - 1.96 / 4.0).abs() < 0.02, "{found:?}");
         // The nominal damping is d*; deviations go from -0.1 to 0.3 of it. To exceed d* in all but 5 % of the draws, it
         // has to be d* (1 + 0.1 - 0.05 * 0.4).
         let damping = found.rare_by[0].damping.unwrap();
         let exact = critical * (1.0 + 0.1 - 0.02);
-        assert!(damping.limits[0] <= exact && exact <= damping.limits[1], "{damping:?} {exact}");
+        assert!((damping.value - exact).abs() < 0.4 * critical * error(0.05), "{damping:?} {exact}");
+        assert!(damping.limits[0] < damping.value && damping.value < damping.limits[1], "{damping:?}");
         assert!((found.failed, found.draws) == (0, 20_000));
     }
 

@@ -14,10 +14,12 @@ mod contestants;
 pub mod double_double;
 mod measure;
 pub mod reference;
+pub mod study;
 
 pub use cells::Cell;
 pub use contestants::{Contestant, Kind, contestants};
 pub use measure::{Errors, Labels, Measurement, measure};
+pub use study::{Row, Settings, Study, StudyError};
 
 /// Marks the points of the Pareto front: those for which no other has both less time and less error.
 /// Points without a number are never on it.

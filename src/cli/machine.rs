@@ -51,7 +51,7 @@ fn quantity(value: Option<f64>, unit: &str) -> String {
 
 /// Prints it for a person.
 pub(super) fn write(out: &mut dyn Write, machine: &Machine, behaviour: &Behaviour) -> io::Result<()> {
-    writeln!(out, "\nThe machine, in SI units")?;
+    writeln!(out, "The machine, in SI units")?;
     let (units, motion) = (machine.units(), machine.motion);
     let mut table = Table::new(&[("", Align::Left), ("", Align::Left)]);
     let [slip, stick] = behaviour.slip_and_stick_time.map_or([None; 2], |times| times.map(Some));

@@ -4,20 +4,7 @@ use std::io::{self, Write};
 
 use serde::Serialize;
 
-pub(super) use crate::number::{exact, short, signed};
-
-/// A count in groups of three digits: 1,234,567.
-pub(super) fn count(n: impl TryInto<u128>) -> String {
-    let digits = n.try_into().unwrap_or(u128::MAX).to_string();
-    let mut text = String::new();
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i) % 3 == 0 {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
-}
+pub(super) use crate::number::{count, exact, short, signed};
 
 /// A number of bytes in the unit that suits it.
 #[allow(clippy::cast_precision_loss)] // three digits are shown

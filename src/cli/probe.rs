@@ -150,10 +150,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         json(&whole)?;
     } else {
         let mut out = io::stdout().lock();
-        write(&mut out, &answer, &direct)?;
         if let Some((machine, behaviour)) = &behaviour {
             super::machine::write(&mut out, machine, behaviour)?;
+            writeln!(out, "\nThe same machine in dimensionless terms")?;
         }
+        write(&mut out, &answer, &direct)?;
     }
     Ok(Ended::Fine)
 }

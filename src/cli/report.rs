@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::{Ended, Failure, interrupt, progress, say};
+use crate::benchmark::StudyError;
 use crate::report::{self, Control, Existing, Report, ReportError, ReportOptions, View};
 use crate::store::{MapFile, StoreError};
 
@@ -113,10 +114,12 @@ pub(super) fn failure(error: ReportError) -> Failure {
         ReportError::NoFolder { .. }
         | ReportError::Format { .. }
         | ReportError::Choice(_)
-        | ReportError::NoReference { .. }
+        | ReportError::Study(StudyError::NoReference { .. })
         | ReportError::Peers { .. } => Failure::BadInput(error.to_string()),
         ReportError::Map(error) => unreadable(&error),
-        ReportError::Interrupted => Failure::Interrupted(super::NOTHING_LEFT.into()),
+        ReportError::Interrupted | ReportError::Study(StudyError::Interrupted) => {
+            Failure::Interrupted(super::NOTHING_LEFT.into())
+        }
         _ => Failure::Broken(error.to_string()),
     }
 }

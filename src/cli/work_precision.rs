@@ -9,9 +9,9 @@ use clap::Args;
 use super::report::{existing, failure};
 use super::run::command_line;
 use super::{Ended, Failure, interrupt, progress, say};
+use crate::benchmark::Study;
 use crate::benchmark::contestants;
 use crate::config::Job;
-use crate::report::work_precision::Study;
 use crate::report::{Existing, ReportError};
 use crate::store::Provenance;
 
@@ -71,7 +71,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let on_row = |done: usize, _: &str| bar.set_position(done as u64);
     let stop = interrupt::flag();
     let go_on = || !stop.load(Ordering::Relaxed);
-    let mut study = Study::run(&job.plan.grid, job.work_precision, &who, &on_row, &go_on).map_err(failure)?;
+    let mut study = Study::run(&job.plan.grid, job.work_precision, &who, &on_row, &go_on)
+        .map_err(|error| failure(error.into()))?;
     bar.finish_and_clear();
     study.add_peers(arguments.peers.as_deref(), Path::new("results")).map_err(failure)?;
     match &study.peers {

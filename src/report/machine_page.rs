@@ -212,21 +212,19 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
         ("Motion", motion),
         ("Critical damping changes with", sensitivities.collect()),
     ];
-    let proved: Vec<&str> =
-        all.proofs.iter().filter(|proof| proof.verdict != "undecided").map(|proof| proof.test).collect();
-    let proved = match (all.proofs.iter().find(|proof| proof.verdict != "undecided"), proved.is_empty()) {
-        (Some(proof), false) => format!(
-            "stick-slip cycle {} at the working point, by theorem: {}",
-            proof.verdict,
-            proved.join(", ").replace('_', " ")
-        ),
-        _ => "nothing at the working point: no theorem decides there".to_owned(),
+    let deciding: Vec<_> = all.proofs.iter().filter(|proof| proof.verdict != "undecided").collect();
+    let proved = match deciding.first() {
+        Some(first) => {
+            let tests: Vec<&str> = deciding.iter().map(|proof| proof.test).collect();
+            format!("{}, by the theorems {}", first.verdict, tests.join(", ").replace('_', " "))
+        }
+        None => "no theorem decides it".to_owned(),
     };
     sections.push((
         "What is proved and what is computed",
         vec![
-            line("proved", Rich::foreign(&proved)),
-            line("computed", rich("all numbers above: orbits to 1e-9, sensitivities to 1e-5")),
+            line("stick-slip cycle at the working point", Rich::foreign(&proved)),
+            line("all numbers above", rich("computed: orbits to 1e-9, sensitivities to 1e-5")),
         ],
     ));
     sections

@@ -30,6 +30,7 @@ pub use units::{Label, UnitSystem, View};
 pub use verdicts::{Confusion, Verdicts, Volume};
 pub use write::{Existing, ReportOptions, write, write_figure, write_file};
 
+use crate::benchmark::StudyError;
 use crate::store::{MapFile, StoreError};
 
 /// Name of the method against which all others are measured.
@@ -84,15 +85,9 @@ pub enum ReportError {
     /// The map has no such axis, variable or the like.
     #[error(transparent)]
     Choice(#[from] figure::ChoiceError),
-    /// Work and precision can only be compared where there is a reference.
-    #[error(
-        "there is no reference to measure against: the law `{law}` has none, or every cell of the box lies outside its \
-         domain; the law `stribeck` at moderate epsilon has one"
-    )]
-    NoReference {
-        /// The friction law.
-        law: &'static str,
-    },
+    /// There is no study to report.
+    #[error(transparent)]
+    Study(#[from] StudyError),
     /// The peers' measurements cannot be read.
     #[error("{path}: {why}; make it anew with scripts/peers, or name another file")]
     Peers {

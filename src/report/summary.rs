@@ -6,22 +6,10 @@ use super::{Report, SIMULATION};
 use crate::behaviour::behaviour;
 use crate::machine::Dimension;
 use crate::map::Verdict;
+use crate::number::count;
 
 /// Bound on the error of the scaled grazing margin where a machine is asked about.
 const TOLERANCE: f64 = 1e-9;
-
-/// A count in groups of three digits: 1,234,567.
-fn count(number: u64) -> String {
-    let digits = number.to_string();
-    let mut text = String::new();
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
-}
 
 /// Lines of a name and what is to be said of it.
 pub(super) fn summary(view: &View, report: &Report) -> Vec<(Rich, Rich)> {

@@ -303,7 +303,7 @@ fn breakable(words: &str) -> String {
 
 /// Words in a cell of a CSV file, where terminals and spreadsheets obey none of them: no control characters,
 /// and an apostrophe before what a spreadsheet would take for a formula.
-fn unobeyed(words: &str) -> String {
+fn csv_cell(words: &str) -> String {
     let text: String = words.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
     let mut letters = text.trim_start().chars();
     let formula = match letters.next() {
@@ -317,7 +317,7 @@ fn unobeyed(words: &str) -> String {
 /// A cell of a CSV file.
 fn in_full(cell: &Cell) -> String {
     match cell {
-        Cell::Words(words) => unobeyed(words),
+        Cell::Words(words) => csv_cell(words),
         Cell::Count(count) => count.to_string(),
         Cell::Real(value) => format!("{value:?}"),
         Cell::Missing => String::new(),
@@ -462,11 +462,11 @@ mod tests {
         for (words, text) in
             [("=cmd|' /C calc'!A0", "'=cmd|' /C calc'!A0"), ("\x1b[2J\n@x", " [2J @x"), (" @x", "' @x")]
         {
-            assert_eq!(unobeyed(words), text);
+            assert_eq!(csv_cell(words), text);
         }
         for plain in ["-0.5 to 1", "+inf", "a = b", "- "] {
-            assert_eq!(unobeyed(plain).trim_start_matches('\''), plain);
+            assert_eq!(csv_cell(plain).trim_start_matches('\''), plain);
         }
-        assert_eq!(unobeyed("-0.5 to 1"), "-0.5 to 1");
+        assert_eq!(csv_cell("-0.5 to 1"), "-0.5 to 1");
     }
 }

@@ -1,6 +1,6 @@
 //! In which units the numbers of a map are shown: those of its machine, or none.
 
-use super::text::{Rich, rich};
+use super::text::{Piece, Rich, rich};
 use crate::machine::{Dimension, MOTION_ATTRIBUTE, Machine, Motion, SI_ATTRIBUTE};
 use crate::map::{Axis, AxisRole, dimension};
 use crate::store::{MapFile, Value};
@@ -183,9 +183,15 @@ impl Label {
     /// "damping, N s/m": for axes and headings.
     #[must_use]
     pub fn text(&self) -> Rich {
-        match self.unit {
-            "" => self.name.clone(),
-            unit => self.name.clone().then(Rich::foreign(&format!(", {unit}"))),
+        let mut text = self.name.clone();
+        match (self.unit, text.pieces.last_mut()) {
+            ("", _) => text,
+            // One piece, so that it can be searched for in a figure.
+            (unit, Some(Piece::Words(words))) => {
+                words.push_str(&format!(", {unit}"));
+                text
+            }
+            (unit, _) => text.then(Rich::foreign(&format!(", {unit}"))),
         }
     }
 

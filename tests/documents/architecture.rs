@@ -6,15 +6,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Imports against the order that are still there: module, what it imports. To be emptied.
-const KNOWN_AGAINST_THE_ORDER: [(&str, &str); 1] = [("report", "benchmark")];
+const KNOWN_AGAINST_THE_ORDER: [(&str, &str); 0] = [];
 
 /// Imports that close a circle inside a module and are still there: module, importing part, imported part. To
 /// be emptied.
-const KNOWN_CIRCLES: [(&str, &str, &str); 7] = [
+const KNOWN_CIRCLES: [(&str, &str, &str); 6] = [
     ("cli", "room", "estimate"),
     ("map", "plan", "quantity"),
     ("map", "quantity", "behaviour"),
-    ("report", "figure", "work_precision"),
     ("simulate", "collocation", "return_map"),
     ("simulate", "slip_cycle", "backbone"),
     ("simulate", "stepping", "return_map"),

@@ -8,11 +8,11 @@ use crate::command::Scratch;
 use slipmap::benchmark::double_double::Double2;
 use slipmap::benchmark::reference::{Exact, reference};
 use slipmap::benchmark::{Contestant, Errors, Kind, Labels, contestants};
+use slipmap::benchmark::{Row, Settings, Study};
 use slipmap::friction::Law;
 use slipmap::map::{Grid, Verdict};
 use slipmap::point::{LawParameters, Point};
 use slipmap::report::figure::work_precision::chart;
-use slipmap::report::work_precision::{Row, Settings, Study};
 use slipmap::store::{Provenance, fingerprint};
 
 /// Rows of a table as texts, by the names of the columns.

@@ -12,7 +12,7 @@ use super::palette::{self, Kind};
 use super::region::{cell_edges, outlines};
 use super::scene::{Anchor, Fill, Hatch, Rect, Scene, Width, text_width};
 use super::slice::Slice;
-use super::slices::{EXACT, draw_exact};
+use super::verdict_panels::{EXACT, draw_exact};
 use crate::map::PlaneCurves;
 
 /// What is drawn of each cell.

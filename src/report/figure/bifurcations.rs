@@ -7,7 +7,7 @@ use super::data::Data;
 use super::legend::{Legend, Sample};
 use super::palette;
 use super::scene::{Place, Rect, Scene, Stroke};
-use super::slices::{EXACT, HALO};
+use super::verdict_panels::{EXACT, HALO};
 use crate::map::PlaneCurves;
 use crate::simulate::bifurcation::Bifurcation;
 

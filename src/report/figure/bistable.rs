@@ -7,7 +7,7 @@ use super::axis::{Panel, Panels, Scale, write_heading};
 use super::data::Data;
 use super::legend::{Legend, Sample};
 use super::scene::{Fill, Hatch, Marker, Place, Scene, Stroke, Width};
-use super::slice::{equals, telling};
+use super::slice::{equals, informative_nodes};
 use super::{Figure, curves, palette};
 
 const BISTABLE: Fill = Fill::hatched(palette::SKY, Hatch::Rising, palette::BLACK);
@@ -22,7 +22,7 @@ pub fn bistable(view: &View) -> Figure {
     let map = view.map;
     let axes = map.grid().axes();
     let v = axes.len() - 2;
-    let mut index = telling(map);
+    let mut index = informative_nodes(map);
     index[0] = axes[0].values.len() - 1;
     let belt = &axes[v].values;
     let (first, last) = (belt[0], belt[belt.len() - 1]);

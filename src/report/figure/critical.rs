@@ -6,8 +6,8 @@ use super::axis::{Panels, Scale};
 use super::data::Data;
 use super::legend::{Legend, Sample};
 use super::scene::{Scene, Width};
-use super::slice::{Slice, equals, telling};
-use super::slices::chosen_epsilons;
+use super::slice::{Slice, equals, informative_nodes};
+use super::verdict_panels::chosen_epsilons;
 use super::{Figure, curves, palette};
 
 /// The range of V that is shown where a map has one V only, as a factor up and down.
@@ -28,7 +28,7 @@ pub fn critical(view: &View) -> Figure {
         }
     };
     let epsilons = chosen_epsilons(map);
-    let index = telling(map);
+    let index = informative_nodes(map);
     let curves_over = |values: &[f64]| -> Vec<Vec<(String, Vec<f64>)>> {
         let of = |&epsilon: &usize| {
             let mut index = index.clone();
@@ -69,7 +69,7 @@ pub fn critical(view: &View) -> Figure {
                 let style = palette::method(name);
                 curves::draw(&mut scene, panel, &values, curve, &style, turn);
                 if i == 0 {
-                    legend.add(Sample::Method(style), super::slices::method_title(name));
+                    legend.add(Sample::Method(style), super::verdict_panels::method_title(name));
                 }
             }
             if view.units.machine().is_none() {

@@ -11,8 +11,8 @@ use super::exact::boundary;
 use super::legend::{Legend, Sample};
 use super::region::{cell_edges, outlines};
 use super::scene::{Fill, Rect, Scene, Width};
-use super::slice::{Slice, telling};
-use super::slices::{
+use super::slice::{Slice, informative_nodes};
+use super::verdict_panels::{
     EXACT, cell_columns, chosen_epsilons, draw_curves, draw_edge, main_plane, method_title, stored_edge,
 };
 use super::{Figure, palette, slice::equals};
@@ -38,7 +38,7 @@ pub fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, ReportEr
     if [x, y].iter().any(|&axis| map.grid().axes()[axis].values.len() < 2) {
         return Ok(None);
     }
-    let index = telling(map);
+    let index = informative_nodes(map);
     let epsilons = if x == 0 { vec![index[0]] } else { chosen_epsilons(map) };
     let area = |name: &str| (palette::method_area(name), method_title(name));
     let mut kinds: Vec<(Fill, Rich)> = tests.iter().map(|&m| area(&methods[m].name)).collect();

@@ -7,7 +7,7 @@ use super::axis::{AXIS, Labels, Panel, Panels, SMALL_TEXT, Scale, TITLE_MARGIN};
 use super::data::Data;
 use super::legend::{Legend, Sample};
 use super::scene::{Anchor, Rect, Scene, Stroke, Width, text_width};
-use super::slices::method_title;
+use super::verdict_panels::method_title;
 use super::{Figure, palette};
 
 /// Median, 95 % and worst size of the error of a method at an eps, if they can be drawn on a logarithmic

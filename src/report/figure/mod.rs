@@ -5,6 +5,7 @@ pub mod axis;
 pub mod bifurcations;
 pub mod bistable;
 pub mod critical;
+pub mod curve_planes;
 mod curves;
 pub mod data;
 pub mod deciders;
@@ -16,7 +17,6 @@ pub mod lines;
 pub mod orbit;
 pub mod palette;
 pub mod paper;
-pub mod planes;
 pub mod plot;
 pub mod portrait;
 pub mod portraits;
@@ -24,8 +24,8 @@ pub mod region;
 pub mod render;
 pub mod scene;
 pub mod slice;
-pub mod slices;
 pub mod strips;
+pub mod verdict_panels;
 pub mod work_precision;
 
 pub use data::Data;
@@ -61,8 +61,8 @@ pub struct Figure {
 pub fn all(view: &View, report: &Report) -> Result<Vec<Figure>, ReportError> {
     type Maker<'a> = &'a (dyn Fn() -> Result<Vec<Figure>, ReportError> + Sync);
     let makers: [Maker; 7] = [
-        &|| planes::planes(view),
-        &|| slices::slices(view),
+        &|| curve_planes::curve_planes(view),
+        &|| verdict_panels::verdict_panels(view),
         &|| Ok(deciders::deciders(view, report)?.into_iter().collect()),
         &|| Ok(vec![critical::critical(view)]),
         &|| Ok(errors::errors(view, report).into_iter().collect()),

@@ -57,12 +57,18 @@ pub fn orbit_from(oscillator: &Oscillator, start: Start, duration: Option<f64>) 
     // A trace ends where the cycle closes; what follows is the cycle again.
     let Ending::Closes { period } = orbit.ending else { return orbit };
     let cycle = trace(oscillator, Start::ExitPoint, TOLERANCE, 2.0 * period);
-    while let Some(last) = orbit.samples.pop().filter(|last| last.t < duration) {
-        let shifted = cycle.samples.iter().map(|sample| State { t: last.t + sample.t, ..*sample });
-        orbit.samples.extend(shifted.take_while(|sample| sample.t <= duration));
-        if orbit.samples.last().is_some_and(|sample| sample.t == last.t) {
+    while let Some(last) = orbit.samples.pop() {
+        let left = duration - last.t;
+        let again = cycle.samples.iter().take_while(|sample| sample.t <= left);
+        orbit.samples.extend(again.map(|sample| State { t: last.t + sample.t, ..*sample }));
+        if left < period {
             break;
         }
+    }
+    // While it sticks there are no samples but at the ends.
+    if let Some(last) = orbit.samples.last().copied().filter(|last| last.phase == Phase::Stick) {
+        let x1 = last.x1 + oscillator.belt_speed * (duration - last.t);
+        orbit.samples.push(State { t: duration, x1, ..last });
     }
     orbit
 }

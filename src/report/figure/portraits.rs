@@ -8,7 +8,7 @@ use super::legend::Legend;
 use super::lines::letter;
 use super::portrait::{Portrait, equal_scales, orbit_data};
 use super::scene::{Rect, Scene, Width};
-use super::slice::telling;
+use super::slice::informative_nodes;
 use super::{Figure, curves};
 use crate::filippov::Oscillator;
 use crate::simulate::direct::Start;
@@ -23,7 +23,7 @@ const TOLERANCE: f64 = 1e-10;
 pub fn portraits(view: &View) -> Option<Figure> {
     let grid = view.map.grid();
     let axes = grid.axes();
-    let mut index = telling(view.map);
+    let mut index = informative_nodes(view.map);
     // The largest eps, where orbits differ most to the eye, as long as it has a cycle.
     let root = |index: &[usize]| curves::exact(&[grid.column(index)])[0];
     for epsilon in (0..axes[0].values.len()).rev() {

@@ -414,7 +414,7 @@ pub fn middle(axes: &[Axis]) -> Vec<usize> {
 /// else those of the most similar column among first, middle and last nodes of every axis that has one:
 /// with V in its middle if possible, few axes moved, and the largest critical damping of these.
 #[must_use]
-pub fn telling(map: &MapFile) -> Vec<usize> {
+pub fn informative_nodes(map: &MapFile) -> Vec<usize> {
     let axes = map.grid().axes();
     let middle = middle(axes);
     let mut candidates = vec![middle.clone()];

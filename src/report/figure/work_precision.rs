@@ -1,14 +1,13 @@
 //! The work-precision chart: time per cell against error, and against the share of cells not labelled right.
 
 use super::super::text::{Rich, rich};
-use super::super::work_precision::{Row, Study};
 use super::axis::{Panel, Panels, SMALL_TEXT, Scale};
 use super::legend::{Legend, Sample};
 use super::lines::letter;
 use super::palette::{self, MethodStyle};
 use super::scene::{Anchor, Marker, Place, Rect, Scene, Stroke, Width};
 use super::{Data, Figure};
-use crate::benchmark::Kind;
+use crate::benchmark::{Kind, Row, Study};
 
 /// The front, under everything else.
 const FRONT: Stroke = Stroke::solid(palette::LIGHT_GREY, 2.6);

@@ -13,7 +13,7 @@ use super::palette;
 use super::plot::{At, Plot, plot};
 use super::region::{cell_edges, outlines};
 use super::scene::{Fill, Place, Scene, Stroke, Width};
-use super::slice::{Slice, telling};
+use super::slice::{Slice, informative_nodes};
 use crate::map::Verdict;
 use crate::simulate::critical_damping;
 use crate::store::{MapFile, Pick};
@@ -104,19 +104,19 @@ pub fn chosen_epsilons(map: &MapFile) -> Vec<usize> {
 ///
 /// # Errors
 /// [`ReportError::Map`] if the map cannot be read.
-pub fn slices(view: &View) -> Result<Vec<Figure>, ReportError> {
+pub fn verdict_panels(view: &View) -> Result<Vec<Figure>, ReportError> {
     let map = view.map;
     let axes = map.grid().axes();
     let c = axes.len() - 1;
     let (x, y) = main_plane(map);
-    let index = telling(map);
+    let index = informative_nodes(map);
     let mut planes = vec![(x, y, index.clone())];
     // A second plane, across the law's parameters and V at fixed c.
     let mut others: Vec<usize> = (1..c).filter(|&axis| axes[axis].values.len() > 1 && axis != x).collect();
     others.sort_by_key(|&axis| std::cmp::Reverse(axes[axis].values.len()));
     if let (Some(&second), true) = (others.first(), y == c && x > 0) {
         let mut index = index;
-        index[c] = telling_damping(map, &index);
+        index[c] = informative_damping(map, &index);
         planes.push((x.min(second), x.max(second), index));
     }
     if let Some(axis) = single_axis(map, x, y) {
@@ -135,7 +135,7 @@ pub fn slices(view: &View) -> Result<Vec<Figure>, ReportError> {
 }
 
 /// The node of c at which a plane of fixed c tells most: half of the critical damping in its middle.
-fn telling_damping(map: &MapFile, index: &[usize]) -> usize {
+fn informative_damping(map: &MapFile, index: &[usize]) -> usize {
     let axes = map.grid().axes();
     match critical_damping(&map.grid().column(index), 1e-6) {
         Ok(root) if root.c > 0.0 => axes[axes.len() - 1].nearest(0.5 * root.c),
