@@ -29,7 +29,7 @@ const TRIED: usize = 4;
 type Edge = (usize, usize, bool);
 
 /// The boundary of the set of points whose orbit sticks again, as curves on the page; none where the search would
-/// cost more than [`WORK`].
+/// cost more than a fixed budget of work.
 #[must_use]
 pub fn boundary(slice: &Slice, panel: &Panel) -> Vec<Vec<Place>> {
     let sticks = |s: f64, t: f64| sticks(slice, panel.x, panel.y, s, t).0;
