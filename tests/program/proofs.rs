@@ -47,7 +47,7 @@ fn a_proof_in_the_way_of_another_file_is_refused_before_anything_is_computed() {
         ("map.h5.part-map", "a name that the unfinished map uses"),
         ("job.toml", "is no proof, and only proofs are replaced"),
         ("notes.txt", "is no proof, and only proofs are replaced"),
-        ("folder", "is no proof, and only proofs are replaced"),
+        ("folder", "this is a folder"),
         ("notes.txt/proof.json", "cannot"),
         ("/proc/proof.json", "cannot write into the folder /proc"),
         ("new/../proof.json", "the folder new/.. does not exist"),
