@@ -40,7 +40,7 @@ mod tests {
     #[test]
     fn every_variable_of_a_map_has_its_dimension() {
         // A variable without one is a pure number; these are all of them.
-        let pure = ["crossings", "cycle_multiplier", "boundary_multiplier", "epsilon_limit"];
+        let pure = ["crossings", "cycle_multiplier", "slip_cycles", "boundary_multiplier", "epsilon_limit"];
         for quantity in Field::ALL.into_iter().flat_map(|field| Quantity::of(field, 1)) {
             let dimension = of_variable(quantity.name());
             assert_eq!(dimension.is_none(), pure.contains(&quantity.name()), "{}", quantity.name());

@@ -510,7 +510,7 @@ fn a_changed_attribute_or_layout_is_found() {
         }),
         ("regime, attribute flag_values", |file| {
             let dataset = file.dataset("regime").unwrap();
-            dataset.attr("flag_values").unwrap().write(&[9i8, 8, 7, 6, 5, 4, 3, 2]).unwrap();
+            dataset.attr("flag_values").unwrap().write(&[12i8, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1]).unwrap();
         }),
         ("regime, attribute DIMENSION_LIST", |file| {
             let dataset = file.dataset("regime").unwrap();
@@ -602,6 +602,10 @@ fn regimes_and_verdicts_have_the_documented_codes() {
         "failed",
         "pure_slip_and_stick_slip",
         "pure_slip_and_equilibrium",
+        "equilibrium_pure_slip_and_stick_slip",
+        "equilibrium_and_crossing",
+        "pure_slip_and_crossing",
+        "equilibrium_pure_slip_and_crossing",
     ];
     assert_eq!(regimes, (0..).zip(names).collect::<Vec<(i8, &str)>>());
 }

@@ -101,9 +101,9 @@ fn hostile_nesting_is_refused_on_a_small_stack() {
             let error = Expression::new(&text, 1.0).unwrap_err();
             assert_eq!((error.from, error.to), (from, from + 1), "{}: {error}", &text[..8]);
         }
-        // What does not nest may be long.
-        let long = format!("1{}", times("+1").split_at(20_000).0);
-        assert_eq!(value(&long, 0.0), 10_001.0);
+        // What does not nest may be long, up to the limit of operations.
+        let long = format!("1{}", times("+1").split_at(400).0);
+        assert_eq!(value(&long, 0.0), 201.0);
     };
     // A quarter of what threads have by default.
     std::thread::Builder::new().stack_size(512 * 1024).spawn(refused).unwrap().join().unwrap();
