@@ -153,7 +153,7 @@ fn messages_name_what_was_meant() {
     scratch.run(&[&["probe", "--v", "1"], &point[..]].concat()).ends_with(0);
     scratch.file("there.svg", "");
     let figure = [&["probe", "--V", "1", "--figure", "there.svg"], &point[..]].concat();
-    scratch.run(&figure).refuses(&["there.svg exists already", "--figure"]);
+    scratch.run(&figure).refuses(&["--figure there.svg: the file exists already", "--overwrite"]);
 }
 
 /// Waits until the process has its handlers of SIGTERM and waits for something.
