@@ -11,7 +11,7 @@ const SAMPLE_ANGLE: f64 = 0.1;
 
 /// Steps after which an orbit is not followed any more; a turn takes some 100. Every step is a sample, and a
 /// figure of more cannot be read.
-const MOST_STEPS: u32 = 20_000;
+const MOST_STEPS: u32 = 200_000;
 
 /// An orbit has settled once it is caught within this fraction of the belt speed of the equilibrium.
 const SETTLED_RADIUS: f64 = 1e-3;
