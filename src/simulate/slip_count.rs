@@ -131,7 +131,7 @@ pub fn count_slip_cycles(oscillator: &Oscillator) -> SlipCount {
         top = from;
     }
     // A formula's series take longer than those of the laws with names.
-    let mut budget = BUDGET / u32::try_from(oscillator.curve.cost().div_ceil(16)).unwrap_or(BUDGET);
+    let mut budget = BUDGET / u32::try_from(oscillator.curve.cost().div_ceil(64)).unwrap_or(BUDGET);
     while let Some([from, to]) = waiting.pop() {
         let shape = shape(oscillator, from, to, &mut budget);
         let middle = (from * to).sqrt();

@@ -8,7 +8,7 @@ use crate::command::{Run, Scratch};
 const NODES: usize = 16_000;
 
 /// Kilobytes of address space: less than one byte for each cell of the plane would take.
-const ROOM: &str = "200000";
+const ROOM: &str = "240000";
 
 #[test]
 fn a_plane_of_two_long_axes_is_thinned() {
@@ -27,7 +27,7 @@ fn a_plane_of_two_long_axes_is_thinned() {
         let mut command = Command::new("sh");
         command.args(["-c", "ulimit -v \"$0\"; exec \"$@\"", ROOM, env!("CARGO_BIN_EXE_slipmap")]);
         // Every thread has memory of its own.
-        command.env("RAYON_NUM_THREADS", "1");
+        command.env("RAYON_NUM_THREADS", "1").env("MALLOC_ARENA_MAX", "1");
         command.args(["plot", "map.h5", "--x", x, "--y", y, "--out", out]);
         let run = Run::of(command.current_dir(scratch.path()).stdin(Stdio::null()).output().unwrap());
         let run = run.ends_with(0);

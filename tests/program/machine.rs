@@ -360,7 +360,7 @@ fn a_machine_is_plotted_in_its_units() {
         "plot",
         "map.h5",
         "--x",
-        "belt_speed",
+        "V",
         "--variable",
         "cycle_amplitude_x1,cycle_period",
         "--out",
