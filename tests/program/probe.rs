@@ -185,7 +185,17 @@ fn a_table_keeps_its_columns_and_gains_the_answers() {
     let mut added: Vec<String> =
         METHODS.iter().flat_map(|name| [format!("verdict_{name}"), format!("margin_{name}")]).collect();
     added.extend(
-        ["critical_c", "regime", "landing_x1", "stick_time", "slip_time", "crossings"].map(str::to_owned),
+        [
+            "critical_c",
+            "critical_c_error",
+            "regime",
+            "landing_x1",
+            "stick_time",
+            "slip_time",
+            "crossings",
+            "slip_cycles",
+        ]
+        .map(str::to_owned),
     );
     added
         .extend(["period", "amplitude_x1", "amplitude_x2", "multiplier"].map(|name| format!("cycle_{name}")));
@@ -293,6 +303,10 @@ fn existing_tables_are_kept_unless_told_otherwise() {
     let arguments = ["probe", "--points", "in.csv", "--out", "out.csv", "--overwrite"];
     scratch.run(&arguments[..5]).refuses(&["out.csv", "exists already", "--overwrite"]);
     assert_eq!(scratch.read("out.csv"), "precious");
+    // Only a table of answers is replaced by another one.
+    scratch.run(&arguments).refuses(&["out.csv", "only those are replaced"]);
+    std::fs::remove_file(scratch.path().join("out.csv")).unwrap();
+    scratch.run(&arguments).ends_with(0);
     scratch.run(&arguments).ends_with(0);
     assert_eq!(scratch.read("out.csv").lines().count(), 3);
     // Even onto itself.
