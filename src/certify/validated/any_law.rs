@@ -1,4 +1,4 @@
-//! Columns of any friction law: what is proved of them by [`super::turn`] and [`super::landing`].
+//! Columns of any friction law: what is proved of their turns and landings.
 
 use super::interval::Interval;
 use super::landing_speed::{Divergence, Flow};

@@ -12,8 +12,8 @@
 //! point.
 //!
 //! **Volumes.** Over a part, a lower and an upper bound of C* / eps are polynomials of tiles, or the bounds by the even part
-//! of the divergence, up to a number; with their expansions of second order ([`super::expansion`]) and the means of
-//! expansions that are cut off at the ends of the range of c ([`super::mean`]), they bound the volumes of the part's
+//! of the divergence, up to a number; with their expansions of second order (`expansion`) and the means of
+//! expansions that are cut off at the ends of the range of c (`mean`), they bound the volumes of the part's
 //! share in the first two sets from below. Sums over all parts, rounded down, are [`Volumes::present`] and
 //! [`Volumes::absent`], and what these leave of the whole, rounded up, is [`Volumes::undecided`]. Nothing is sampled. []
 
