@@ -218,21 +218,10 @@ fn influence(machine: &Machine, law: &Law) -> Option<Vec<Influence>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::machine::Motion;
+    use crate::machine::example;
 
     fn machine() -> Machine {
-        Machine {
-            motion: Motion::Translation,
-            mass: 2.0,
-            stiffness: 800.0,
-            damping: 4.0,
-            normal_force: 50.0,
-            static_friction: 0.4,
-            kinetic_friction: 0.3,
-            stribeck_velocity: 0.25,
-            strengthening: 0.0,
-            belt_speed: 0.1,
-        }
+        Machine { strengthening: 0.0, ..example() }
     }
 
     #[test]

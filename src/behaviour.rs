@@ -109,27 +109,12 @@ pub fn behaviour(machine: &Machine, law: &Law, tolerance: f64) -> Option<Behavio
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::machine::Motion;
-
-    fn machine() -> Machine {
-        Machine {
-            motion: Motion::Translation,
-            mass: 2.0,
-            stiffness: 800.0,
-            damping: 4.0,
-            normal_force: 50.0,
-            static_friction: 0.4,
-            kinetic_friction: 0.3,
-            stribeck_velocity: 0.25,
-            strengthening: 0.02,
-            belt_speed: 0.1,
-        }
-    }
+    use crate::machine::example;
 
     #[test]
     fn critical_values_are_those_of_the_machine_itself() {
         for law in Law::BUILT_IN {
-            let here = behaviour(&machine(), &law, 1e-10).unwrap();
+            let here = behaviour(&example(), &law, 1e-10).unwrap();
             let (Some(speed), Some(damping)) = (here.critical_belt_speed, here.critical_damping) else {
                 continue;
             };
@@ -137,15 +122,15 @@ mod tests {
                 let flow = flow(&Oscillator::new(&law, &machine.point(&law).unwrap()), 1e-11);
                 matches!(flow.fate, Fate::Sticks(_))
             };
-            assert!(sticks(Machine { belt_speed: speed * (1.0 - 1e-6), ..machine() }), "{law:?}");
-            assert!(!sticks(Machine { belt_speed: speed * (1.0 + 1e-6), ..machine() }), "{law:?}");
-            assert!(sticks(Machine { damping: damping * (1.0 - 1e-6), ..machine() }), "{law:?}");
-            assert!(!sticks(Machine { damping: damping * (1.0 + 1e-6), ..machine() }), "{law:?}");
+            assert!(sticks(Machine { belt_speed: speed * (1.0 - 1e-6), ..example() }), "{law:?}");
+            assert!(!sticks(Machine { belt_speed: speed * (1.0 + 1e-6), ..example() }), "{law:?}");
+            assert!(sticks(Machine { damping: damping * (1.0 - 1e-6), ..example() }), "{law:?}");
+            assert!(!sticks(Machine { damping: damping * (1.0 + 1e-6), ..example() }), "{law:?}");
             let [slip, stick] = here.slip_and_stick_time.unwrap();
             // While it sticks the mass travels with the belt, at most from end to end of its motion.
             assert!(stick * 0.1 <= 2.0 * here.amplitude.unwrap() && slip > 0.0, "{here:?}");
         }
-        let stribeck = behaviour(&machine(), &Law::Stribeck, 1e-10).unwrap();
+        let stribeck = behaviour(&example(), &Law::Stribeck, 1e-10).unwrap();
         assert!(stribeck.critical_belt_speed.is_some() && stribeck.critical_damping.is_some());
     }
 }

@@ -68,6 +68,7 @@ pub mod map;
 mod number;
 pub mod point;
 pub mod probe;
+mod random;
 #[cfg(feature = "report")]
 pub mod report;
 pub mod risk;

@@ -242,39 +242,41 @@ impl Machine {
     }
 }
 
+/// The machine that the tests ask about.
+#[cfg(test)]
+pub(crate) fn example() -> Machine {
+    Machine {
+        motion: Motion::Translation,
+        mass: 2.0,
+        stiffness: 800.0,
+        damping: 4.0,
+        normal_force: 50.0,
+        static_friction: 0.4,
+        kinetic_friction: 0.3,
+        stribeck_velocity: 0.25,
+        strengthening: 0.02,
+        belt_speed: 0.1,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn machine() -> Machine {
-        Machine {
-            motion: Motion::Translation,
-            mass: 2.0,
-            stiffness: 800.0,
-            damping: 4.0,
-            normal_force: 50.0,
-            static_friction: 0.4,
-            kinetic_friction: 0.3,
-            stribeck_velocity: 0.25,
-            strengthening: 0.02,
-            belt_speed: 0.1,
-        }
-    }
-
     #[test]
     fn by_hand() {
         // F = 20 N, sqrt(k m) = 40 N s/m, so that U = 0.5 m/s, the length 25 mm and the time 50 ms.
-        let units = machine().units();
+        let units = example().units();
         let hand = Units { time: 0.05, length: 0.025, velocity: 0.5, force: 20.0, damping: 40.0 };
         assert_eq!(units, hand);
-        let point = machine().point(&Law::Stribeck).unwrap();
+        let point = example().point(&Law::Stribeck).unwrap();
         let close = |a: f64, b: f64| assert!((a - b).abs() <= 4.0 * f64::EPSILON * b, "{a} {b}");
         for (a, b) in point.law.as_slice().iter().zip([0.75, 0.0125, 2.0]) {
             close(*a, b);
         }
         close(point.belt_speed, 0.2);
         close(point.damping, 0.1);
-        let point = machine().point(&Law::Exponential).unwrap();
+        let point = example().point(&Law::Exponential).unwrap();
         for (a, b) in point.law.as_slice().iter().zip([0.75, 0.5, 0.025]) {
             close(*a, b);
         }
@@ -283,7 +285,7 @@ mod tests {
     #[test]
     fn there_and_back() {
         for law in Law::BUILT_IN {
-            let machine = machine();
+            let machine = example();
             let back = machine.at(&law, &machine.point(&law).unwrap()).unwrap();
             for (a, b) in [
                 (back.damping, machine.damping),

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use crate::friction::Law;
 use crate::machine::Machine;
+use crate::random::Random;
 use crate::simulate::critical::critical_dampings;
 
 /// How an uncertain quantity is spread.
@@ -132,30 +133,6 @@ const TRIES: usize = 1000;
 /// 97.5 % quantile of the normal distribution.
 const NORMAL: f64 = 1.959_963_984_540_054;
 
-/// SplitMix64: each chunk of draws has a stream of its own, whoever computes it.
-struct Random(u64);
-
-impl Random {
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 * 2f64.powi(-53)
-    }
-
-    /// A standard normal number, by the polar method.
-    fn normal(&mut self) -> f64 {
-        loop {
-            let (a, b) = (2.0 * self.unit() - 1.0, 2.0 * self.unit() - 1.0);
-            let square = a * a + b * b;
-            if square > 0.0 && square < 1.0 {
-                return a * (-2.0 * square.ln() / square).sqrt();
-            }
-        }
-    }
-}
-
 /// Whether a machine is one.
 fn is_legal(machine: &Machine) -> bool {
     let positive = [
@@ -200,6 +177,7 @@ pub fn risk(
     let chunks: Vec<Option<(Vec<f64>, usize)>> = (0..draws.div_ceil(CHUNK))
         .into_par_iter()
         .map(|chunk| {
+            // Each chunk has a stream of its own, whoever computes it.
             let mut random = Random(0x5115_ca9e ^ (chunk as u64).wrapping_mul(0xd134_2543_de82_ef95));
             let count = CHUNK.min(draws - chunk * CHUNK);
             let machines: Vec<Machine> =
@@ -256,22 +234,11 @@ fn quantile(sorted: &[f64], probability: f64) -> Option<Estimate> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::machine::Motion;
+    use crate::machine::example;
     use crate::simulate::critical_damping;
 
     fn machine() -> Machine {
-        Machine {
-            motion: Motion::Translation,
-            mass: 2.0,
-            stiffness: 800.0,
-            damping: 4.0,
-            normal_force: 50.0,
-            static_friction: 0.4,
-            kinetic_friction: 0.3,
-            stribeck_velocity: 0.25,
-            strengthening: 0.0,
-            belt_speed: 0.1,
-        }
+        Machine { strengthening: 0.0, ..example() }
     }
 
     #[test]

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use serde_json::json;
 
-use super::output::{count, json, tame};
+use super::output::{count, json, without_control_characters};
 use super::{Ended, Failure, proof};
 use crate::store;
 
@@ -83,7 +83,7 @@ fn check_map(map: &Path, as_json: bool) -> Result<Ended, Failure> {
             n => writeln!(out, "{n} problem{}:", if n == 1 { "" } else { "s" })?,
         }
         for problem in &problems {
-            writeln!(out, "  {}", tame(problem))?;
+            writeln!(out, "  {}", without_control_characters(problem))?;
         }
     }
     Ok(if report.is_sound() { Ended::Fine } else { Ended::Flawed })

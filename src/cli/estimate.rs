@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use serde_json::{Map, Value, json};
 
 use super::output::{self, Align, Table, bytes, count, duration};
-use super::room::Room;
+use super::preflight::{Preflight, peak};
 use super::{Ended, Failure};
 use crate::config::Job;
 use crate::filippov::Oscillator;
@@ -38,13 +38,13 @@ pub(super) struct Sampled {
     pub(super) packed: u128,
 }
 
-/// A run keeps each packed tile twice: in its journal, and in the map.
-pub(super) fn peak(packed: u128) -> u128 {
-    2 * packed
-}
-
 /// Reports on `job` without computing it.
-pub(super) fn run(job: &Job, room: &Room, threads: Option<usize>, as_json: bool) -> Result<Ended, Failure> {
+pub(super) fn run(
+    job: &Job,
+    preflight: &Preflight,
+    threads: Option<usize>,
+    as_json: bool,
+) -> Result<Ended, Failure> {
     let plan = &job.plan;
     let grid = &plan.grid;
     let columns = columns(grid);
@@ -59,8 +59,8 @@ pub(super) fn run(job: &Job, room: &Room, threads: Option<usize>, as_json: bool)
         output::json(&json!({
             "title": job.title,
             "output": job.output.to_string_lossy(),
-            "replaces": room.replaces.is_some(),
-            "replaces_proof": room.replaces_proof.is_some(),
+            "replaces": preflight.replaces.is_some(),
+            "replaces_proof": preflight.replaces_proof.is_some(),
             "axes": axes,
             "cells": grid.cells(),
             "columns": columns,
@@ -68,12 +68,12 @@ pub(super) fn run(job: &Job, room: &Room, threads: Option<usize>, as_json: bool)
             "bytes": u64::try_from(plan.bytes()).ok(),
             "packed_bytes": u64::try_from(sampled.packed).ok(),
             "peak_bytes": u64::try_from(peak(sampled.packed)).ok(),
-            "free_bytes": room.free,
+            "free_bytes": preflight.free,
             "seconds": seconds,
             "proof_seconds": proof,
-            "would_be_refused": room.refuses.is_some(),
+            "would_be_refused": preflight.refuses.is_some(),
         }))?;
-        return room.verdict(job, sampled.packed);
+        return preflight.verdict(job, sampled.packed);
     }
 
     let mut out = io::stdout().lock();
@@ -90,7 +90,7 @@ pub(super) fn run(job: &Job, room: &Room, threads: Option<usize>, as_json: bool)
         line("curves", format!("in {} plane(s), their time not in the estimate", plan.planes.len()));
     }
     line("output", job.output.display().to_string());
-    for replaced in room.replaces.iter().chain(&room.replaces_proof) {
+    for replaced in preflight.replaces.iter().chain(&preflight.replaces_proof) {
         line("replaces", replaced.clone());
     }
     line(
@@ -98,12 +98,12 @@ pub(super) fn run(job: &Job, room: &Room, threads: Option<usize>, as_json: bool)
         format!("{} before compression, about {} after it", bytes(plan.bytes()), bytes(sampled.packed)),
     );
     line("disk", format!("about {} while it runs: journal and map", bytes(peak(sampled.packed))));
-    line("free", room.free.map_or("unknown".into(), |free| bytes(free.into())));
+    line("free", preflight.free.map_or("unknown".into(), |free| bytes(free.into())));
     let proof = proof.map_or(String::new(), |seconds| format!(", {} of it for the proof", duration(seconds)));
     line("time", format!("about {}{proof}; from a timed sample", duration(seconds)));
     table.write(&mut out)?;
     drop(out);
-    room.verdict(job, sampled.packed)
+    preflight.verdict(job, sampled.packed)
 }
 
 fn columns(grid: &Grid) -> usize {

@@ -14,13 +14,13 @@ mod mpi;
 mod output;
 mod plot;
 mod point;
+mod preflight;
 mod probe;
 mod probe_table;
 mod progress;
 mod proof;
 mod replace;
 mod report;
-mod room;
 mod run;
 mod shell;
 mod summary;
@@ -179,5 +179,5 @@ const NOTHING_LEFT: &str = "nothing was written";
 
 /// Writes a message to standard error. If that is closed, there is nobody left to tell.
 fn say(message: &str) {
-    let _ = writeln!(io::stderr().lock(), "{}", output::tame(message));
+    let _ = writeln!(io::stderr().lock(), "{}", output::without_control_characters(message));
 }

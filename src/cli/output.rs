@@ -40,7 +40,7 @@ pub(super) fn duration(seconds: f64) -> String {
 }
 
 /// A text that may quote a file or a name, without the control characters that a terminal would obey.
-pub(super) fn tame(text: &str) -> String {
+pub(super) fn without_control_characters(text: &str) -> String {
     let obeyed = |c: char| c.is_control() && c != '\n' && c != '\t';
     text.chars().map(|c| if obeyed(c) { char::REPLACEMENT_CHARACTER } else { c }).collect()
 }

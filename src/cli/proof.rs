@@ -158,7 +158,7 @@ pub(super) fn check(path: &Path, as_json: bool) -> Result<Ended, Failure> {
             writeln!(out, "{} problem{}:", problems.len(), if problems.len() == 1 { "" } else { "s" })?;
         }
         for problem in &problems {
-            writeln!(out, "  {}", output::tame(problem))?;
+            writeln!(out, "  {}", output::without_control_characters(problem))?;
         }
     }
     Ok(if problems.is_empty() { Ended::Fine } else { Ended::Flawed })
@@ -183,7 +183,7 @@ fn check_point(path: &Path, certificate: &PointCertificate, as_json: bool) -> Re
             out,
             "{}: one point, {}; critical c from {} to {}",
             path.display(),
-            output::tame(certificate.verdict()),
+            output::without_control_characters(certificate.verdict()),
             end(lo),
             end(hi)
         )?;
@@ -192,7 +192,7 @@ fn check_point(path: &Path, certificate: &PointCertificate, as_json: bool) -> Re
             n => writeln!(out, "{n} problem{}:", if n == 1 { "" } else { "s" })?,
         }
         for problem in &problems {
-            writeln!(out, "  {}", output::tame(problem))?;
+            writeln!(out, "  {}", output::without_control_characters(problem))?;
         }
     }
     Ok(if problems.is_empty() { Ended::Fine } else { Ended::Flawed })

@@ -9,7 +9,7 @@ use indicatif::ProgressBar;
 use serde_json::json;
 
 use super::output::{bytes, count};
-use super::room::{Permission, Room, create_folders};
+use super::preflight::{Permission, Preflight, create_folders};
 use super::summary::{self, Report};
 use super::{Ended, Failure, estimate, interrupt, output, progress, proof, say};
 use crate::config::Job;
@@ -129,19 +129,19 @@ fn prepare(arguments: &Arguments, job: Job) -> Result<Option<(Job, PartialMap)>,
         (false, true) => Permission::Resume,
         (false, false) => Permission::None,
     };
-    let room = Room::check(&job, permission)?;
+    let preflight = Preflight::check(&job, permission)?;
     if arguments.dry_run {
-        if let Some(refused) = &room.refuses {
+        if let Some(refused) = &preflight.refuses {
             say(&format!("note: the run itself would be refused: {refused}"));
         }
-        estimate::run(&job, &room, arguments.threads, arguments.json)?;
+        estimate::run(&job, &preflight, arguments.threads, arguments.json)?;
         return Ok(None);
     }
-    if let Some(refused) = &room.refuses {
+    if let Some(refused) = &preflight.refuses {
         return Err(Failure::BadInput(refused.clone()));
     }
-    if permission != Permission::Resume && room.is_scarce(&job) {
-        room.verdict(&job, estimate::sampled(&job.plan, arguments.threads).packed)?;
+    if permission != Permission::Resume && preflight.is_scarce(&job) {
+        preflight.verdict(&job, estimate::sampled(&job.plan, arguments.threads).packed)?;
     }
     create_folders(&job.output)?;
     let name = job.output.display();
@@ -160,7 +160,7 @@ fn prepare(arguments: &Arguments, job: Job) -> Result<Option<(Job, PartialMap)>,
             }
         }
     } else {
-        for replaced in room.replaces.iter().chain(&room.replaces_proof) {
+        for replaced in preflight.replaces.iter().chain(&preflight.replaces_proof) {
             say(&format!("note: {replaced} will be replaced"));
         }
         let existing = if arguments.overwrite { Existing::Replace } else { Existing::Refuse };
@@ -229,7 +229,7 @@ fn compute<E: Into<Stopped> + From<ComputeError<StoreError>>>(
         proof::write(&proved.surface, &job.identity(), path, arguments.overwrite)?;
     }
     map.finish(&Outcome::of(&job.plan, &summary, job.machine.as_ref()))
-        .map_err(|error| Failure::Broken(with_way_on(&error, &job.output)))?;
+        .map_err(|error| Failure::Broken(with_how_to_continue(&error, &job.output)))?;
 
     let report = Report { job, summary: &summary, resumed_tiles };
     let printed = match arguments.json {
@@ -266,7 +266,7 @@ fn tell_of_resumption(map: &PartialMap, resume: bool) {
 /// If the tiles in work take too long they are given up. Whatever the other threads are at, the journal holds each
 /// finished tile or does not.
 fn end_in_time(output: PathBuf) {
-    let left = format!("the tiles in work were given up, finished ones are kept\n{}", way_on());
+    let left = format!("the tiles in work were given up, finished ones are kept\n{}", how_to_continue());
     interrupt::on_giving_up(left, move || store::remove_unfinished(&output));
 }
 
@@ -281,28 +281,31 @@ fn stopped(map: &PartialMap, error: &ComputeError<StoreError>, output: &Path) ->
             "{} of {} tiles are finished and kept\n{}",
             count(done),
             count(all),
-            way_on()
+            how_to_continue()
         )),
         ComputeError::Threads(_) => Failure::Broken(error.to_string()),
-        ComputeError::Sink(error) => Failure::Broken(with_way_on(error, output)),
+        ComputeError::Sink(error) => Failure::Broken(with_how_to_continue(error, output)),
     }
 }
 
 /// A failure of the file system, and that not all is lost, if that is so.
-fn with_way_on(error: &StoreError, output: &Path) -> String {
+fn with_how_to_continue(error: &StoreError, output: &Path) -> String {
     match store::left(output) {
         Left::Nothing => error.to_string(),
         Left::Journal => {
-            format!("{error}\n  finished tiles are kept; when the cause is mended,\n{}", way_on())
+            format!("{error}\n  finished tiles are kept; when the cause is mended,\n{}", how_to_continue())
         }
         Left::OutOfReach => {
-            format!("{error}\n  the finished tiles that reached it are kept; when it is back,\n{}", way_on())
+            format!(
+                "{error}\n  the finished tiles that reached it are kept; when it is back,\n{}",
+                how_to_continue()
+            )
         }
     }
 }
 
 /// How to continue this run.
-fn way_on() -> String {
+fn how_to_continue() -> String {
     let mut arguments = command_line();
     if !arguments.contains(&"--resume".to_owned()) {
         arguments.retain(|argument| argument != "--overwrite");

@@ -666,7 +666,7 @@ impl Curve {
     /// of a turn with its amplitude: there is one slip cycle at most, and it repels. No proof of that is known to us for
     /// every divergence; [`crate::simulate::slip_count`] proves it point by point, and has found no exception.
     #[must_use]
-    pub fn weakens_less_and_less(&self) -> bool {
+    pub fn weakening_is_convex(&self) -> bool {
         match self.form {
             Form::Stribeck(_) | Form::Exponential(_) => true,
             Form::Lorentzian(_)

@@ -11,6 +11,7 @@ use super::{Grid, Plan, Runs, Tile, Verdict};
 use crate::certify::Guarantee;
 use crate::filippov::Oscillator;
 use crate::point::Point;
+use crate::random::Random;
 use crate::simulate::{Fate, Flow, direct};
 
 /// One decision that the direct engine contradicts.
@@ -102,15 +103,6 @@ pub(super) enum Draws {
     ByTile(HashMap<usize, Vec<Draw>>),
 }
 
-/// SplitMix64, enough to spread cells over a grid.
-fn random(state: &mut u64) -> u64 {
-    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let mut z = *state;
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
-}
-
 impl Draws {
     pub(super) fn new(plan: &Plan) -> Self {
         let grid: &Grid = &plan.grid;
@@ -119,12 +111,12 @@ impl Draws {
         }
         let tiles = grid.tile_count(&plan.tile_shape);
         let mut by_tile: HashMap<usize, Vec<Draw>> = HashMap::new();
-        let mut state = 0;
+        let mut random = Random(0);
         for i in 0..plan.audit_cells {
-            let tile_number = (random(&mut state) % tiles as u64) as usize;
+            let tile_number = (random.next() % tiles as u64) as usize;
             let tile = grid.tile(&plan.tile_shape, tile_number);
-            let column = (random(&mut state) % tile.columns() as u64) as usize;
-            let node = (random(&mut state) % tile.damping_range().len() as u64) as usize;
+            let column = (random.next() % tile.columns() as u64) as usize;
+            let node = (random.next() % tile.damping_range().len() as u64) as usize;
             let along =
                 if i % 2 == 0 { Along::At(node) } else { Along::NextToBoundary { upper: i % 4 == 1 } };
             by_tile.entry(tile_number).or_default().push(Draw { column, along });

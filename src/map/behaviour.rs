@@ -41,7 +41,7 @@ impl Behaviour {
         if none_proved(oscillator) {
             return Some(Vec::new());
         }
-        if oscillator.curve.weakens_less_and_less() {
+        if oscillator.curve.weakening_is_convex() {
             // One at most, which repels: it lies between the equilibrium and the belt line if both attract.
             let between = [0.0, self.belt_speed];
             let one = Crossing { between, is_stable: !returns };

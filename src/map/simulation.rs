@@ -226,7 +226,7 @@ fn return_map_column(column: &Column, cs: &[f64], tolerance: f64, done: &mut Sim
 /// wL^2 = r^2 - V^2 that bounds the landing speed. D at slip speeds below zero is the continuation's, at
 /// least D(0) for a friction that weakens less and less.
 fn lands_on_stick(oscillator: &Oscillator, margin: f64) -> bool {
-    oscillator.curve.weakens_less_and_less()
+    oscillator.curve.weakening_is_convex()
         && oscillator.divergence(0.0) > 0.0
         && oscillator.belt_speed * (margin * (2.0 + margin)).sqrt() < 2.0
 }

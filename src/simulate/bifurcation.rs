@@ -66,7 +66,7 @@ impl Bifurcation {
             }),
             Bifurcation::Crossing => twice(tolerance, |tolerance| second_crossing(oscillator, tolerance)),
             // There is one slip cycle at most (see there), and none to meet.
-            Bifurcation::Fold if oscillator.curve.weakens_less_and_less() => None,
+            Bifurcation::Fold if oscillator.curve.weakening_is_convex() => None,
             Bifurcation::Fold => {
                 let backbone =
                     Backbone::of_curve(&oscillator.curve, oscillator.belt_speed, tolerance).ok()?;

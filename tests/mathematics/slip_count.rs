@@ -74,7 +74,7 @@ fn proofs_and_searches_agree_at_random_laws() {
     assert!(proved * 20 >= POINTS * 19 && several > 0, "{proved} {several}");
 }
 
-/// What regimes and folds take from [`slipmap::friction::Curve::weakens_less_and_less`].
+/// What regimes and folds take from [`slipmap::friction::Curve::weakening_is_convex`].
 #[test]
 fn laws_that_weaken_less_and_less_have_one_slip_cycle_at_most() {
     let mut random = Random(78);
@@ -95,7 +95,7 @@ fn laws_that_weaken_less_and_less_have_one_slip_cycle_at_most() {
             continue;
         }
         let oscillator = Oscillator::in_column(&column, viscous);
-        assert!(oscillator.curve.weakens_less_and_less());
+        assert!(oscillator.curve.weakening_is_convex());
         let counted = count_slip_cycles(&oscillator);
         assert!(counted.at_least <= 1, "{oscillator:?} {counted:?}");
         match counted.exact() {

@@ -2,7 +2,7 @@
 
 use std::process::Stdio;
 
-use crate::command::{Run, Scratch};
+use crate::command::{PROBE, Run, Scratch};
 use serde_json::Value;
 
 const POINT: [(&str, f64); 6] =
@@ -386,22 +386,7 @@ fn a_reader_that_leaves_early_is_no_error() {
 #[test]
 fn orbits_are_written_from_any_start() {
     let scratch = Scratch::new();
-    let point = [
-        "probe",
-        "--epsilon",
-        "0.1",
-        "--alpha",
-        "0.3",
-        "--beta",
-        "0.1",
-        "--gamma",
-        "2",
-        "--V",
-        "1",
-        "--c",
-        "0.5",
-    ];
-    let run = |more: &[&str]| scratch.run(&[&point[..], more].concat());
+    let run = |more: &[&str]| scratch.run(&[&PROBE[..], more].concat());
     run(&["--orbit", "o.csv", "--from", "-0.5,0.2", "--duration", "30"]).ends_with(0);
     let csv = scratch.read("o.csv");
     let mut lines = csv.lines();

@@ -3,6 +3,23 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
+/// A probe of the point that the README asks about.
+pub const PROBE: [&str; 13] = [
+    "probe",
+    "--epsilon",
+    "0.1",
+    "--alpha",
+    "0.3",
+    "--beta",
+    "0.1",
+    "--gamma",
+    "2",
+    "--V",
+    "1",
+    "--c",
+    "0.5",
+];
+
 /// A scratch folder in which the program runs.
 pub struct Scratch {
     folder: tempfile::TempDir,

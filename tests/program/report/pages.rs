@@ -1,7 +1,7 @@
 //! Figures and documents: degenerate maps, failed cells, hostile texts, and the command line.
 
 use super::{SMALL, gather, plan, row, store_map};
-use crate::command::Scratch;
+use crate::command::{PROBE, Scratch};
 use slipmap::map::{self, Control, Field, Verdict};
 use slipmap::report::figure::plot::At;
 use slipmap::report::figure::{Plot, Width};
@@ -352,25 +352,10 @@ fn the_commands_write_everything_or_nothing() {
         scratch.names()
     );
 
-    let point = [
-        "probe",
-        "--epsilon",
-        "0.1",
-        "--alpha",
-        "0.3",
-        "--beta",
-        "0.1",
-        "--gamma",
-        "2",
-        "--V",
-        "1",
-        "--c",
-        "0.5",
-    ];
-    scratch.run(&[&point[..], &["--figure", "point.svg"]].concat()).ends_with(0);
+    scratch.run(&[&PROBE[..], &["--figure", "point.svg"]].concat()).ends_with(0);
     let svg = scratch.read("point.svg");
     assert!(svg.contains("sticking segment") && svg.contains("landing"), "{svg}");
-    scratch.run(&[&point[..], &["--figure", "point.svg"]].concat()).refuses(&[
+    scratch.run(&[&PROBE[..], &["--figure", "point.svg"]].concat()).refuses(&[
         "--figure point.svg",
         "choose another name",
         "--overwrite",

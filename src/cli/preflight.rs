@@ -3,7 +3,6 @@
 use std::io::{self, Read as _};
 use std::path::{Component, Path, PathBuf};
 
-use super::estimate::peak;
 use super::output::{bytes, count};
 use super::proof::{self, Existing};
 use super::{Ended, Failure, say};
@@ -12,7 +11,7 @@ use crate::store;
 
 /// What is at the place of the output, and how much room there is.
 #[derive(Debug)]
-pub(super) struct Room {
+pub(super) struct Preflight {
     /// The map that will be replaced, if there is one, and its size.
     pub(super) replaces: Option<String>,
     /// The certificate that will be replaced, if there is one.
@@ -21,6 +20,11 @@ pub(super) struct Room {
     pub(super) refuses: Option<String>,
     /// Free bytes on its disk, if the system tells.
     pub(super) free: Option<u64>,
+}
+
+/// A run keeps each packed tile twice: in its journal, and in the map.
+pub(super) fn peak(packed: u128) -> u128 {
+    2 * packed
 }
 
 /// What a run may do with files that are there.
@@ -34,7 +38,7 @@ pub(super) enum Permission {
     Resume,
 }
 
-impl Room {
+impl Preflight {
     /// Refuses an output that cannot be written, before anything is computed or created. What is in the way of a run
     /// that may not replace it is told, not refused.
     pub(super) fn check(job: &Job, permission: Permission) -> Result<Self, Failure> {
