@@ -1,7 +1,7 @@
 //! The option `--threads`.
 
-/// Threads per core that are still of use where cores wait for a disk; more only stand in each other's way,
-/// and thousands starve a machine.
+/// Largest useful number of threads per core: threads may wait for a disk, but thousands would slow a machine
+/// down.
 const MOST_PER_CORE: usize = 16;
 
 /// Reads a number of threads.
