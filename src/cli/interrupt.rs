@@ -67,7 +67,8 @@ pub(super) fn code() -> u8 {
 /// Sets the message (`left`: what remains of the work) and the cleanup (`tidy`) for the case that the work is
 /// abandoned. Replaces earlier ones.
 pub(super) fn on_abandonment(left: String, tidy: impl FnOnce() + Send + 'static) {
-    *ABANDONMENT.lock().unwrap_or_else(PoisonError::into_inner) = Some(Abandonment { left, tidy: Box::new(tidy) });
+    *ABANDONMENT.lock().unwrap_or_else(PoisonError::into_inner) =
+        Some(Abandonment { left, tidy: Box::new(tidy) });
 }
 
 /// Waits for the exit code of the work; `None` if the work has panicked. Ends the process if a signal came
