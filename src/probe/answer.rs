@@ -153,7 +153,7 @@ fn why_inapplicable(method: Method, claim: &Claim, column: &Column) -> Option<St
     }
     match method.guarantee() {
         Guarantee::Asymptotic => column.curve.first_order(column.belt_speed).err().map(|why| why.to_string()),
-        Guarantee::Validated => any_law::prove(column).resists.map(|resists| resists.to_string()),
+        Guarantee::Validated => any_law::prove(column).obstacle.map(|obstacle| obstacle.to_string()),
         Guarantee::FiniteEpsilon => (!column.curve.is_enclosed(2.0 * column.belt_speed))
             .then(|| "nothing encloses the friction law for slip speeds up to 2 V".into()),
         Guarantee::Numerical | Guarantee::None => None,
