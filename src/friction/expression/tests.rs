@@ -101,11 +101,11 @@ fn hostile_nesting_is_refused_on_a_small_stack() {
             let error = Expression::new(&text, 1.0).unwrap_err();
             assert_eq!((error.from, error.to), (from, from + 1), "{}: {error}", &text[..8]);
         }
-        // What does not nest may be long, up to the limit of operations.
+        // A formula without nesting may be long, up to the limit of operations.
         let long = format!("1{}", times("+1").split_at(400).0);
         assert_eq!(value(&long, 0.0), 201.0);
     };
-    // A quarter of what threads have by default.
+    // A quarter of the default stack of threads.
     std::thread::Builder::new().stack_size(512 * 1024).spawn(refused).unwrap().join().unwrap();
 }
 
@@ -143,7 +143,7 @@ fn honest_laws_pass() {
         let law = Expression::new(text, level).unwrap();
         law.check(0.1, &LawParameters::new(parameters), 3.0).unwrap();
     }
-    // Out of reach the same pole does no harm.
+    // Outside the range of slip speeds the same pole does no harm.
     let law = Expression::new("1 - 0.1*u/(5 - u)", 1.0).unwrap();
     law.check(0.1, &LawParameters::new(&[]), 3.0).unwrap();
     assert!(law.check(0.1, &LawParameters::new(&[]), 6.0).is_err());
