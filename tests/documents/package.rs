@@ -1,4 +1,4 @@
-//! What the package says of itself: versions that agree, a minimum Rust that its dependencies allow,
+//! Checks the package's metadata: versions that agree, a minimum Rust version that its dependencies allow,
 //! licences.
 
 use std::fs;
@@ -7,8 +7,7 @@ use std::process::Command;
 
 use serde_json::Value;
 
-/// Licences under which a program may be given away in binary form if their texts come with it, as
-/// `scripts/dist` sees to.
+/// Licences that allow distributing the program in binary form with their texts, which `scripts/dist` adds.
 const LICENCES: [&str; 9] =
     ["MIT", "Apache-2.0", "BSD-2-Clause", "BSD-3-Clause", "ISC", "Zlib", "0BSD", "Unlicense", "Unicode-3.0"];
 
@@ -16,7 +15,7 @@ fn read(name: &str) -> String {
     fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(name)).unwrap()
 }
 
-/// The packages that this crate is built from, itself included, as cargo knows them.
+/// The packages that this crate is built from, itself included, as reported by cargo.
 fn packages() -> Vec<Value> {
     let output = Command::new(env!("CARGO"))
         .args(["metadata", "--locked", "--offline", "--format-version", "1", "--all-features"])
@@ -55,7 +54,7 @@ fn the_minimum_rust_is_that_of_the_dependencies_at_least_and_told_alike() {
 fn licences_of_dependencies_allow_releases() {
     for package in packages() {
         let licence = package["license"].as_str().unwrap_or_default().replace('/', " OR ");
-        // Of alternatives one suffices; of what is joined by AND all are needed.
+        // One of several alternatives suffices; of licences joined by AND all are needed.
         let allowed = |names: &str| {
             names.split(" AND ").all(|name| {
                 let name = name.trim_matches(['(', ')', ' ']);

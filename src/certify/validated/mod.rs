@@ -77,7 +77,7 @@ mod turn;
 
 use super::{Claim, Guarantee, Test};
 use crate::friction::Column;
-use defect::{Bounds, Candidate, Groups, Seen, radius_of_proof, sampling};
+use defect::{Bounds, Candidate, Groups, Sampled, radius_of_proof, sampling};
 use interval::Interval;
 use landing_speed::{Divergence, Flow};
 use orbit::{Guess, approximate};
@@ -157,8 +157,8 @@ impl Enclosed {
             sines: &orbit.sines,
             error: 0.0,
         };
-        let seen = Seen::of(&self.groups, &candidate, circle);
-        let eta = radius_of_proof(&self.groups, &Bounds::new(&seen, &factors), circle)?;
+        let sampled = Sampled::of(&self.groups, &candidate, circle);
+        let eta = radius_of_proof(&self.groups, &Bounds::new(&sampled, &factors), circle)?;
         Some(Interval::ball(orbit.viscous, eta))
     }
 
