@@ -75,7 +75,7 @@ pub struct Checked {
 #[derive(Debug, thiserror::Error)]
 pub enum NoCertificate {
     /// It is not JSON, or has other keys or values than a certificate.
-    #[error("is no proof: {0}")]
+    #[error("is not a proof: {0}")]
     Malformed(#[from] serde_json::Error),
     /// It has another version of the format.
     #[error("is a proof of another format: {format}, unit {unit:e}")]

@@ -10,7 +10,7 @@
 //! perturbation test for any law, (12) the same for the Stribeck law, (13) the Stribeck oscillator and
 //! (14) the divergence at the equilibrium. Where the perturbation test is called "(13)" and the
 //! divergence test "(14)", the first means the inequality (12), which is stated for the system (13).
-//! Everywhere else tests go by name.
+//! Everywhere else tests are cited by name.
 //!
 //! # Common ground of the finite-eps tests
 //! Write v = x2, w = x2' and D(u) = weakening(u) - eps c. Below the belt line the flow is v' = w, w' = -v +

@@ -150,7 +150,7 @@ impl PointArguments {
         }
         if let Some((foreign, _)) = self.given.iter().find(|(name, _)| !axes.contains(&name.as_str())) {
             return Err(Failure::BadInput(format!(
-                "--{foreign} is no parameter of the law `{}`\n  help: its parameters are {}",
+                "--{foreign} is not a parameter of the law `{}`\n  help: its parameters are {}",
                 law.name(),
                 axes.join(", ")
             )));

@@ -179,7 +179,7 @@ fn check_proof(job: &Job, proof: &Path, permission: Permission) -> Result<Place,
         Existing::Nothing => Ok(Place::Free),
         Existing::OutOfReach(error) => refuse(format!("{name} cannot be written: {error}")),
         Existing::Other => Err(Failure::BadInput(format!(
-            "{name} is no proof, and only proofs are replaced\n  \
+            "{name} is not a proof, and only proofs are replaced\n  \
              help: move it away, or choose another place with --set validated.proof=.."
         ))),
         Existing::Proof(_) if permission == Permission::Overwrite => {
@@ -223,7 +223,7 @@ fn replaced(output: &Path, metadata: &std::fs::Metadata) -> Result<String, Failu
     // In this order: opening a pipe would wait for its other end.
     if !(metadata.is_file() && is_map()) {
         return Err(Failure::BadInput(format!(
-            "{name} is no map, and only maps are replaced\n  help: move it away, or choose another place with --set output.path=.."
+            "{name} is not a map, and only maps are replaced\n  help: move it away, or choose another place with --set output.path=.."
         )));
     }
     Ok(format!("{name} ({})", bytes(metadata.len().into())))

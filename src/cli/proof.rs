@@ -72,7 +72,7 @@ pub(super) fn check_place(path: &Path, overwrite: bool) -> Result<(), Failure> {
         Existing::Proof(_) => {
             "exists already\n  help: add --overwrite to replace it, or choose another name".into()
         }
-        Existing::Other => "is no proof, and only proofs are replaced\n  help: choose another name".into(),
+        Existing::Other => "is not a proof, and only proofs are replaced\n  help: choose another name".into(),
         Existing::OutOfReach(error) => format!("cannot be written: {error}\n  help: choose another name"),
     };
     Err(Failure::BadInput(format!("--proof {name} {problem}")))
@@ -119,7 +119,7 @@ pub(super) fn check(path: &Path, as_json: bool) -> Result<Ended, Failure> {
     let name = path.display();
     let bad = |problem: String, help: &str| Failure::BadInput(format!("{name}: {problem}\n  help: {help}"));
     let text = read(path)
-        .and_then(|text| text.ok_or_else(|| io::Error::other("it is no proof")))
+        .and_then(|text| text.ok_or_else(|| io::Error::other("it is not a proof")))
         .map_err(|error| bad(format!("cannot be read: {error}"), "name a file written by `slipmap run`"))?;
     if text.starts_with(point_certificate::BEGINNING) {
         let certificate = PointCertificate::parse(&text)

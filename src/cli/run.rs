@@ -293,7 +293,7 @@ fn with_how_to_continue(error: &StoreError, output: &Path) -> String {
     match store::left(output) {
         Left::Nothing => error.to_string(),
         Left::Journal => {
-            format!("{error}\n  finished tiles are kept; when the cause is mended,\n{}", how_to_continue())
+            format!("{error}\n  finished tiles are kept; when the cause is fixed,\n{}", how_to_continue())
         }
         Left::OutOfReach => {
             format!(

@@ -160,7 +160,7 @@ pub(super) fn print(report: &Report, out: &mut dyn Write) -> Result<(), Failure>
     if contradictions.cells > 0 {
         writeln!(
             out,
-            "{} cell{} in which methods that promise to be right contradict each other: at most one of them is right, \
+            "{} cell{} in which methods with a guarantee contradict each other: at most one of them is right, \
              please report this; the first {}:",
             count(contradictions.cells),
             if contradictions.cells == 1 { "" } else { "s" },
@@ -398,7 +398,7 @@ mod tests {
         let report = Report { job: &job, summary: &contradictory, resumed_tiles: 0 };
         assert!(report.is_flawed());
         let said = text(&report);
-        assert!(said.contains("1 cell in which methods that promise to be right contradict"), "{said}");
+        assert!(said.contains("1 cell in which methods with a guarantee contradict"), "{said}");
         assert!(said.contains(&format!("present by symmetric; absent by simulation: {line}\n")), "{said}");
 
         let fate = Fate::Failed(Breakdown::StepBudget);

@@ -8,7 +8,7 @@ const MOST_PER_CORE: usize = 16;
 pub(super) fn parse(text: &str) -> Result<usize, String> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let most = MOST_PER_CORE * cores;
-    let threads: usize = text.parse().map_err(|_| format!("this is no number from 1 to {most}"))?;
+    let threads: usize = text.parse().map_err(|_| format!("this is not a number from 1 to {most}"))?;
     if (1..=most).contains(&threads) {
         return Ok(threads);
     }

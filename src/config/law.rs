@@ -116,7 +116,7 @@ pub fn read_table(path: &Path, static_level: f64) -> Result<Table, (String, Stri
     let mut lines = Vec::new();
     for record in reader.records() {
         let Ok(record) = record else {
-            return fail(format!("{name} is no CSV file"), "write two columns separated by commas");
+            return fail(format!("{name} is not a CSV file"), "write two columns separated by commas");
         };
         let line = record.position().map_or(0, csv::Position::line);
         let numbers: Vec<Option<f64>> = record.iter().take(3).map(|field| field.parse().ok()).collect();
@@ -140,7 +140,7 @@ pub fn read_table(path: &Path, static_level: f64) -> Result<Table, (String, Stri
             [None, None, ..] if data.is_empty() => {}
             _ => {
                 let row: Vec<&str> = record.iter().collect();
-                let problem = format!("{name}:{line}: `{}` is no pair of numbers", row.join(","));
+                let problem = format!("{name}:{line}: `{}` is not a pair of numbers", row.join(","));
                 return fail(problem, "write slip speed and friction, separated by a comma");
             }
         }

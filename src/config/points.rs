@@ -125,7 +125,7 @@ impl PointTable {
             };
             let text = self.axes.iter().position(|(axis, _)| *axis == name).map_or("", |i| &texts[i]);
             let problem = format!("is out of range: {name} must be {wanted}");
-            bad(name, text, problem, "mend or remove this row")
+            bad(name, text, problem, "correct or remove this row")
         })
     }
 
@@ -202,7 +202,7 @@ impl Read for Rows {
             return Err(io::Error::new(
                 io::ErrorKind::InvalidData,
                 format!(
-                    "a row is longer than {} MiB: a quote is never closed, or this is no table",
+                    "a row is longer than {} MiB: a quote is never closed, or this is not a table",
                     LONGEST_ROW >> 20
                 ),
             ));

@@ -493,7 +493,7 @@ fn parse(file: &Path, text: String) -> Result<Document<String>, ConfigError> {
     Document::parse(text.clone()).map_err(|e| ConfigError {
         place: position(file, &text, e.span().map_or(0, |span| span.start)),
         problem: format!("not valid TOML: {}", e.message().trim().replace('\n', " ")),
-        remedy: "mend this line; configs/quickstart.toml shows how each value is written".into(),
+        remedy: "correct this line; configs/quickstart.toml shows how each value is written".into(),
     })
 }
 

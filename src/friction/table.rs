@@ -91,7 +91,7 @@ impl Table {
         }
         for (row, &(u, phi)) in data.iter().enumerate() {
             if !(u.is_finite() && phi.is_finite()) {
-                return error(Some(row), "a datum is not finite".into(), "mend or remove this row");
+                return error(Some(row), "a datum is not finite".into(), "correct or remove this row");
             }
             if row > 0 && u <= data[row - 1].0 {
                 let problem = format!("the slip speed {u} follows {}", data[row - 1].0);
@@ -135,7 +135,7 @@ impl Table {
             return error(None, problem, "give one for each datum");
         }
         if let Some(row) = errors.iter().position(|error| !(*error >= 0.0 && error.is_finite())) {
-            let problem = format!("the standard error {} is no length of an error bar", errors[row]);
+            let problem = format!("the standard error {} is not a valid error bar", errors[row]);
             return error(
                 Some(row),
                 problem,

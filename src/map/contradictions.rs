@@ -132,7 +132,7 @@ mod tests {
     #[test]
     fn cells_with_opposite_promises_are_counted_and_named() {
         let clear = of([&[1; 4], &[0, 0, -1, -1], &[2, 3, 0, -1], &[1, 0, -1, -1]]);
-        assert_eq!(clear, Contradictions::default(), "the first-order test promises nothing at finite eps");
+        assert_eq!(clear, Contradictions::default(), "the first-order test has no guarantee at finite eps");
         let found = of([&[0; 4], &[1, 0, -1, -1], &[0, 1, 0, 1], &[-1, -1, 1, 0]]);
         assert_eq!(found.cells, 4, "with the simulation or between two theorems");
         let dampings: Vec<f64> = found.first.iter().map(|cell| cell.point.damping).collect();

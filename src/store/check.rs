@@ -212,7 +212,7 @@ fn check_curves(map: &MapFile, report: &mut CheckReport) -> hdf5::Result<()> {
         if let Err(why) = trust::own_numbers(&dataset, &name)? {
             report.note(Some(&name), None, why);
         } else if dataset.size() as u64 > map.length() {
-            report.note(Some(&name), None, "promises more numbers than the file can hold");
+            report.note(Some(&name), None, "declares more numbers than the file can hold");
         } else {
             check_attributes(&dataset, Some(&name), report);
             if value::read(&dataset, "sha256")? != curves::fingerprint_of(&dataset)? {

@@ -128,7 +128,7 @@ pub(super) fn read(file: &File, grid: &Grid, length: u64) -> Read<Vec<PlaneCurve
     }
     for (number, (x, y)) in xs.iter().zip(&ys).enumerate() {
         let (Some(x), Some(y)) = (axis(x), axis(y)) else {
-            return Ok(Err(format!("its curves lie in a plane of {x} and {y}, which are no axes")));
+            return Ok(Err(format!("its curves lie in a plane of {x} and {y}, which are not axes")));
         };
         let mut nodes = vec![0; axes.len()];
         for (position, values) in held_at.iter().enumerate().filter(|(axis, _)| *axis != x && *axis != y) {

@@ -289,7 +289,7 @@ fn open_file(path: &Path) -> Result<(File, u64), StoreError> {
         .and_then(|file| file.take(SIGNATURE.len() as u64).read_to_end(&mut head))
         .map_err(failed)?;
     if head != SIGNATURE {
-        return Err(not_a_map("it is no HDF5 file".into()));
+        return Err(not_a_map("it is not an HDF5 file".into()));
     }
     Ok((File::open(path).map_err(|error| StoreError::hdf5("open", path, &error))?, length))
 }

@@ -53,7 +53,7 @@ pub(super) fn own_members(group: &Group) -> hdf5::Result<Result<(), String>> {
 pub(super) fn name(name: &str) -> Result<(), String> {
     let plain = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'_';
     if name.is_empty() || name.len() > LONGEST_NAME || !name.bytes().all(plain) {
-        return Err(format!("{name:?} is no name of a method"));
+        return Err(format!("{name:?} is not the name of a method"));
     }
     Ok(())
 }
@@ -69,7 +69,7 @@ pub(super) fn axis(dataset: &Dataset, name: &str, length: u64) -> hdf5::Result<R
     let nodes = dataset.shape()[0];
     let holds = usize::try_from(length / 8).unwrap_or(usize::MAX);
     Ok(if nodes > HARMLESS_NODES.max(holds) {
-        Err(format!("its axis {name} promises {nodes} nodes, more than {length} bytes can hold"))
+        Err(format!("its axis {name} declares {nodes} nodes, more than {length} bytes can hold"))
     } else if kind(dataset)? != TypeDescriptor::Float(FloatSize::U8) {
         Err(format!("its axis {name} does not hold 64-bit floating-point numbers"))
     } else {
@@ -85,7 +85,7 @@ pub(super) fn grid(schema: &Schema, length: u64) -> Result<(), String> {
         return Err(format!("its tiles have {tile} cells, which no version of slipmap writes"));
     }
     if cells as u64 > length.saturating_mul(DEFLATE_RATIO) || schema.tiles() as u64 > length {
-        return Err(format!("it promises {cells} cells, more than {length} bytes can hold"));
+        return Err(format!("it declares {cells} cells, more than {length} bytes can hold"));
     }
     Ok(())
 }

@@ -257,7 +257,7 @@ fn contradictions_between_theorems_and_simulation_are_never_silent() {
     drop(map);
 
     let run = scratch.run(&["run", "map.toml", "--resume"]).ends_with(1);
-    assert!(run.out.contains("3 cells in which methods that promise to be right contradict"), "{}", run.out);
+    assert!(run.out.contains("3 cells in which methods with a guarantee contradict"), "{}", run.out);
     assert!(run.out.contains("present by symmetric; absent by simulation: slipmap probe"), "{}", run.out);
     assert_eq!(MapFile::open(&path).unwrap().number("contradicted_cells"), Some(3.0));
     let report = ended(scratch.run(&["report", "map.h5", "--out", "report", "--quiet"]));

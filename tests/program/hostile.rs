@@ -167,11 +167,11 @@ fn maps_that_promise_more_than_they_hold_are_refused() {
     let scratch = scratch();
     for tile in [[1, 1, 1, 1, 10, 1000], [1000; 6]] {
         damaged_copy(&scratch, |file| absurd(file, &tile));
-        let part = if tile[0] == 1 { "promises 1000000000000000000 cells" } else { "which no version" };
+        let part = if tile[0] == 1 { "declares 1000000000000000000 cells" } else { "which no version" };
         assert_refused(&scratch, "10^18 cells", part, 2);
     }
     damaged_copy(&scratch, |file| promise::<f64>(file, "alpha", &[1_000_000_000_000_000_000], &[1000]));
-    assert_refused(&scratch, "10^18 nodes", "promises 1000000000000000000 nodes", 2);
+    assert_refused(&scratch, "10^18 nodes", "declares 1000000000000000000 nodes", 2);
     damaged_copy(&scratch, |file| promise::<f64>(file, "alpha", &[1 << 29], &[1 << 28]));
     assert_refused(&scratch, "a chunk of 2 GiB on an axis", "chunks of shape", 2);
     damaged_copy(&scratch, |file| {
@@ -242,7 +242,7 @@ fn maps_of_other_programs_are_refused() {
     assert_refused(&scratch, "a file of another program", "is not a map", 2);
     for (what, bytes) in [("text", "epsilon,alpha\n"), ("nothing", ""), ("zeros", "\0\0\0\0\0\0\0\0\0\0")] {
         scratch.file("map.h5", bytes);
-        assert_refused(&scratch, what, "it is no HDF5 file", 2);
+        assert_refused(&scratch, what, "it is not an HDF5 file", 2);
     }
 }
 
@@ -448,10 +448,10 @@ fn what_will_be_replaced_is_said_and_nothing_else_is() {
     assert!(fs::read(scratch.path().join("good.h5")).unwrap() == good);
     fs::create_dir(scratch.path().join("folder.h5")).unwrap();
     to("folder.h5").refuses(&["folder.h5", "this is a folder"]);
-    to("/dev/null").refuses(&["/dev/null is no map"]);
+    to("/dev/null").refuses(&["/dev/null is not a map"]);
     assert!(Command::new("mkfifo").arg(scratch.path().join("pipe.h5")).status().unwrap().success());
     let pipe = ["run", "job.toml", "--overwrite", "--set", "output.path=\"pipe.h5\""];
-    bounded(&scratch, &pipe).refuses(&["pipe.h5 is no map"]);
+    bounded(&scratch, &pipe).refuses(&["pipe.h5 is not a map"]);
     fs::remove_file(scratch.path().join("pipe.h5")).unwrap();
     to("job.toml").refuses(&["job.toml is the configuration itself"]);
     to("job.toml/map.h5").refuses(&["job.toml/map.h5"]);
@@ -471,8 +471,8 @@ fn what_will_be_replaced_is_said_and_nothing_else_is() {
         let sets = sets.iter().flat_map(|set| ["--set", set.as_str()]);
         scratch.run(&["run", "job.toml", "--overwrite"].into_iter().chain(sets).collect::<Vec<_>>())
     };
-    proof("job.toml").refuses(&["job.toml is no proof, and only proofs are replaced"]);
-    proof("good.h5").refuses(&["good.h5 is no proof"]);
-    bounded(&scratch, &["check", "--proof", "/dev/zero"]).refuses(&["/dev/zero", "it is no proof"]);
+    proof("job.toml").refuses(&["job.toml is not a proof, and only proofs are replaced"]);
+    proof("good.h5").refuses(&["good.h5 is not a proof"]);
+    bounded(&scratch, &["check", "--proof", "/dev/zero"]).refuses(&["/dev/zero", "it is not a proof"]);
     assert_eq!(scratch.names(), ["folder.h5", "good.h5", "job.toml", "link.h5", "map.h5"]);
 }

@@ -76,7 +76,7 @@ fn bad_laws_are_refused_with_their_place() {
     scratch.file("job.toml", format!("[friction]\nlaw = \"table\"\nfile = \"short.csv\"\n{no_axes}"));
     scratch.run(&["run", "job.toml"]).refuses(&["job.toml:3:8", "end at slip speed 1", "up to 2"]);
     scratch.file("short.csv", "0,1\n0.5,x\n1,0.8\n");
-    scratch.run(&["run", "job.toml"]).refuses(&["short.csv:2: `0.5,x` is no pair"]);
+    scratch.run(&["run", "job.toml"]).refuses(&["short.csv:2: `0.5,x` is not a pair"]);
     assert_eq!(scratch.names(), ["job.toml", "short.csv"]);
 }
 

@@ -45,8 +45,8 @@ fn a_proof_in_the_way_of_another_file_is_refused_before_anything_is_computed() {
         ("map.h5/proof.json", "is the place of the map itself"),
         ("map.h5.part", "a name that the unfinished map uses"),
         ("map.h5.part-map", "a name that the unfinished map uses"),
-        ("job.toml", "is no proof, and only proofs are replaced"),
-        ("notes.txt", "is no proof, and only proofs are replaced"),
+        ("job.toml", "is not a proof, and only proofs are replaced"),
+        ("notes.txt", "is not a proof, and only proofs are replaced"),
         ("folder", "this is a folder"),
         ("notes.txt/proof.json", "cannot"),
         ("/proc/proof.json", "cannot write into the folder /proc"),
@@ -108,12 +108,12 @@ fn the_proof_of_a_point_is_kept_and_verified() {
         scratch.run(&[&["probe"], point, &["--proof", name, "--overwrite"]].concat()).ends_with(0);
         scratch
             .run(&[&["probe"], point, &["--proof", "table.csv", "--overwrite"]].concat())
-            .refuses(&["is no proof"]);
+            .refuses(&["is not a proof"]);
         let text = scratch.read(name);
         scratch.file("wrong.json", text.replace("\"present\"", "\"absent\""));
         let wrong = scratch.run(&["check", "--proof", "wrong.json"]).ends_with(1);
         assert!(wrong.out.contains("the verdict that is proved is present"), "{}", wrong.out);
         scratch.file("wrong.json", text.replace("\"written_by\"", "\"written\""));
-        scratch.run(&["check", "--proof", "wrong.json"]).refuses(&["is no proof"]);
+        scratch.run(&["check", "--proof", "wrong.json"]).refuses(&["is not a proof"]);
     }
 }

@@ -363,7 +363,7 @@ fn a_run_that_replaces_a_map_keeps_the_old_one_until_the_end() {
 fn only_maps_are_replaced() {
     let scratch = scratch();
     scratch.file("map.h5", "my thesis");
-    scratch.run(&["run", "job.toml", "--overwrite"]).refuses(&["map.h5 is no map", "output.path"]);
+    scratch.run(&["run", "job.toml", "--overwrite"]).refuses(&["map.h5 is not a map", "output.path"]);
     assert_eq!(scratch.read("map.h5"), "my thesis");
 }
 

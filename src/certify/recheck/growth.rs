@@ -19,7 +19,7 @@ struct Part {
 }
 
 /// Lower bound of H for |t| <= `tube` over all angles and the whole box; `None` if it is not positive, or if
-/// the curve is no barrier.
+/// the curve is not a barrier.
 pub(super) fn least(tile: &Tile, tube: f64) -> Option<f64> {
     let parts = parts(tile);
     // Sizes of r0' and r0'': sums of |coefficients| times orders.

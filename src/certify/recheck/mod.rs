@@ -97,7 +97,7 @@ impl std::fmt::Display for Doubt {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         match self {
             Doubt::Malformed => write!(f, "its numbers do not make a proof"),
-            Doubt::NoBarrier => write!(f, "its orbit is no barrier"),
+            Doubt::NoBarrier => write!(f, "its orbit is not a barrier"),
             Doubt::TooSharp { proved } => {
                 write!(f, "its orbit proves the critical damping to {proved:.3e} only")
             }

@@ -30,12 +30,16 @@ impl std::fmt::Display for Fault {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         match self {
             Fault::NoBox(None) => {
-                write!(f, "the domain is no box: each range needs finite ends, the lower first")
+                write!(f, "the domain is not a box: each range needs finite ends, the lower first")
             }
             Fault::NoBox(Some(i)) => {
-                write!(f, "box {} is none: each range needs finite ends, the lower first, and a width", i + 1)
+                write!(
+                    f,
+                    "box {} is invalid: each range needs finite ends, the lower first, and a width",
+                    i + 1
+                )
             }
-            Fault::Outside(i) => write!(f, "box {} reaches out of the domain", i + 1),
+            Fault::Outside(i) => write!(f, "box {} extends outside the domain", i + 1),
             Fault::Gap(GroupBox { a, k, b }) => {
                 write!(f, "the boxes do not cover the domain: none holds A {a:?}, k {k:?}, b {b:?}")
             }

@@ -369,7 +369,7 @@ impl ExpressionCurve {
                 (format!("`{part}` is not defined at {at}"), "keep its argument positive")
             }
             Op::Power => (
-                format!("the base `{part}` of a power that is no integer is not positive at {at}"),
+                format!("the base `{part}` of a power that is not an integer is not positive at {at}"),
                 "add a small constant to the base, or use an integer power",
             ),
             Op::Call(Function::Tan) => (format!("`{part}` has a pole at {at}"), "keep away from it"),

@@ -222,7 +222,7 @@ fn operand(input: &mut Input) -> Result<Place, Stop> {
         ['a'..='z' | 'A'..='Z' | '_', ..] => name(input, word.iter().collect(), place),
         ['*' | '/' | '^' | ')' | ',', ..] => {
             let problem = format!("a value is expected here, not `{}`", word[0]);
-            wrong(place, problem, "mend the formula")
+            wrong(place, problem, "correct the formula")
         }
         _ => unknown(word, place),
     }
@@ -250,7 +250,7 @@ fn name(input: &mut Input, name: String, place: Place) -> Result<Place, Stop> {
         "eps" | "epsilon" => Op::Epsilon,
         "pi" => Op::Number(std::f64::consts::PI),
         "V" | "c" => {
-            let problem = format!("`{name}` is an axis of every map and no part of a friction law");
+            let problem = format!("`{name}` is an axis of every map and not part of a friction law");
             return wrong(place, problem, "choose another name");
         }
         _ if function.is_some() => {
@@ -275,7 +275,7 @@ fn parenthesis(input: &mut Input, bracket: Place) -> Result<Place, Stop> {
     sum(input)?;
     match opt(token).parse_next(input)? {
         Some(([')'], Place { to, .. })) => Ok(Place { from: close(input), to }),
-        Some(([','], place)) => wrong(place, "functions take one argument".into(), "mend the formula"),
+        Some(([','], place)) => wrong(place, "functions take one argument".into(), "correct the formula"),
         Some((word, place)) if begins_operand(word) => {
             wrong(place, "an operator or `)` is expected here".into(), "products need a *")
         }
@@ -293,7 +293,7 @@ fn end(input: &mut Input) -> Result<(), Stop> {
         _ if begins_operand(word) => "an operator such as * is missing before this",
         _ => return unknown(word, place),
     };
-    wrong(place, problem.to_owned(), "mend the formula")
+    wrong(place, problem.to_owned(), "correct the formula")
 }
 
 fn begins_operand(word: &[char]) -> bool {

@@ -71,7 +71,7 @@ fn errors_of_syntax_name_their_place() {
         ("|u - 1|", (0, 1), "`|` is not known"),
         ("1 + #", (4, 5), "`#` is not known"),
         ("1.2.3", (0, 5), "not a number"),
-        ("1 + V", (4, 5), "no part of a friction law"),
+        ("1 + V", (4, 5), "not part of a friction law"),
         ("exp + 1", (0, 3), "needs its argument"),
         ("1 * / 2", (4, 5), "a value is expected"),
         ("a+b+d+e+f+g+h+i+j", (16, 17), "one parameter more"),
