@@ -104,7 +104,7 @@ impl Job {
     /// What tells this run's certificate from those of other runs: the plan, what is proved between the cells included.
     #[must_use]
     pub fn identity(&self) -> String {
-        format!("{} {}", crate::store::plan_digest(&self.plan), self.plan.proof_boxes)
+        format!("{} {}", crate::dataset::attributes::plan_digest(&self.plan), self.plan.proof_boxes)
     }
 
     /// Reads and validates `file` under the overrides `sets`, each `key.path=value` with a TOML value.

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike
 
 from . import _core
 from ._broadcast import elementwise
@@ -203,10 +202,3 @@ def regime(
     arguments = law._arguments(parameters, epsilon=epsilon, V=V, c=c)
     attrs = {"long_name": "long-run behaviour according to the simulated flow", "units": "1", **REGIME_FLAGS}
     return elementwise(kernel, arguments, [np.int8], [attrs])[0]
-
-
-def _as_float(name: str, value: ArrayLike) -> float:
-    array = np.asarray(value, dtype=float)
-    if array.ndim:
-        raise ValueError(f"{name}: one number is needed here, not the shape {array.shape}")
-    return float(array)

@@ -205,7 +205,8 @@ class Law:
         >>> law.error < 1e-10
         True
         >>> built_in = slipmap.Law.exponential(mu=0.5, vs=1.0, eta=0.0)
-        >>> abs(slipmap.critical_c(law, V=1.0, epsilon=1.0) - slipmap.critical_c(built_in, V=1.0, epsilon=1.0)) < 1e-10
+        >>> difference = slipmap.critical_c(law, V=1.0, epsilon=1.0) - slipmap.critical_c(built_in, V=1.0, epsilon=1.0)
+        >>> bool(abs(difference) < 1e-10)
         True
         """
         name = getattr(function, "__name__", "a function") if origin is None else origin
@@ -294,11 +295,7 @@ class Law:
         return hash(self._key())
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return (_restore, (self.name, self._law.definition, self._values))
-
-
-def _restore(name: str, definition: str, values: Mapping[str, Any]) -> Law:
-    return Law(_core.Law.from_definition(name, definition), values)
+        return (Law, (self._law, self._values))
 
 
 def _unknown(name: str, law: _core.Law) -> str:

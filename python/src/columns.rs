@@ -31,22 +31,49 @@ pub(crate) struct Arguments<'a> {
 }
 
 impl<'a> Arguments<'a> {
-    /// Checks lengths and domains. An element with a NaN among its arguments is legal, and has no answer.
-    pub(crate) fn new(law: &'a Family, arrays: &'a [PyReadonlyArray1<'_, f64>]) -> PyResult<Self> {
+    /// Checks the tolerance, lengths and domains. An element with a NaN among its arguments is legal, and has no answer.
+    pub(crate) fn new(
+        law: &'a Family,
+        arrays: &'a [PyReadonlyArray1<'_, f64>],
+        tolerance: f64,
+    ) -> PyResult<Self> {
+        check_tolerance(tolerance)?;
         let values: Vec<&[f64]> = arrays.iter().map(|array| array.as_slice()).collect::<Result<_, _>>()?;
         let len = values.iter().map(|values| values.len()).find(|&len| len != 1).unwrap_or(1);
         if values.iter().any(|values| values.len() != 1 && values.len() != len) {
             return Err(PyValueError::new_err("arrays of different lengths"));
         }
-        Ok(Self { law, values, len })
+        let arguments = Self { law, values, len };
+        arguments.check()?;
+        Ok(arguments)
     }
 
-    pub(crate) fn element(&self, i: usize, into: &mut Vec<f64>) {
+    /// The point of an element; `None` if an argument is NaN.
+    fn point(&self, i: usize, element: &mut Vec<f64>) -> Option<Point> {
+        self.element(i, element);
+        (!element.iter().any(|value| value.is_nan())).then(|| point(self.law, element))
+    }
+
+    /// Applies `of` to the point of each element, in parallel where that pays; `unknown` where an argument is NaN.
+    pub(crate) fn each<T: Clone + Send + Sync>(
+        &self,
+        py: Python<'_>,
+        threads: Option<usize>,
+        unknown: &T,
+        of: impl Fn(&Point) -> T + Sync,
+    ) -> PyResult<Vec<T>> {
+        in_tasks(py, self.len, threads, |task| {
+            let mut element = Vec::new();
+            task.map(|i| self.point(i, &mut element).map_or_else(|| unknown.clone(), |point| of(&point))).collect()
+        })
+    }
+
+    fn element(&self, i: usize, into: &mut Vec<f64>) {
         into.clear();
         into.extend(self.values.iter().map(|values| if values.len() == 1 { values[0] } else { values[i] }));
     }
 
-    pub(crate) fn check(&self) -> PyResult<()> {
+    fn check(&self) -> PyResult<()> {
         let single = self.len == 1;
         let mut element = Vec::new();
         for i in 0..self.len {
@@ -59,9 +86,9 @@ impl<'a> Arguments<'a> {
         }
         let checked = self.len.min(CHECKED);
         for i in 0..checked {
-            self.element(if checked > 1 { i * (self.len - 1) / (checked - 1) } else { 0 }, &mut element);
-            if !element.iter().any(|value| value.is_nan()) {
-                check_law(self.law, &point(self.law, &element)).map_err(PyValueError::new_err)?;
+            let place = if checked > 1 { i * (self.len - 1) / (checked - 1) } else { 0 };
+            if let Some(point) = self.point(place, &mut element) {
+                check_law(self.law, &point).map_err(PyValueError::new_err)?;
             }
         }
         Ok(())
@@ -69,7 +96,7 @@ impl<'a> Arguments<'a> {
 }
 
 /// The point of values in the order of the axes; damping 0 if it is left out.
-pub(crate) fn point(law: &Family, values: &[f64]) -> Point {
+fn point(law: &Family, values: &[f64]) -> Point {
     let count = law.parameters().len();
     Point {
         epsilon: values[0],
@@ -80,7 +107,7 @@ pub(crate) fn point(law: &Family, values: &[f64]) -> Point {
 }
 
 /// Applies `each` to tasks of consecutive elements, in parallel where that pays; `None` where it was stopped.
-pub(crate) fn in_tasks<T: Send>(
+fn in_tasks<T: Send>(
     py: Python<'_>,
     len: usize,
     threads: Option<usize>,
@@ -112,21 +139,16 @@ pub(crate) fn critical_c<'py>(
     tolerance: f64,
     threads: Option<usize>,
 ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
-    check_tolerance(tolerance)?;
     let family = &law.law;
-    let arguments = Arguments::new(family, &arrays)?;
-    arguments.check()?;
+    let arguments = Arguments::new(family, &arrays, tolerance)?;
     let found = in_tasks(py, arguments.len, threads, |task| {
         let mut element = Vec::new();
         let mut columns: Vec<Column> = Vec::with_capacity(task.len());
         let mut known = Vec::with_capacity(task.len());
         for i in task {
-            arguments.element(i, &mut element);
-            let is_known = !element.iter().any(|value| value.is_nan());
-            known.push(is_known);
-            if is_known {
-                columns.push(family.column(&point(family, &element)));
-            }
+            let point = arguments.point(i, &mut element);
+            known.push(point.is_some());
+            columns.extend(point.map(|point| family.column(&point)));
         }
         let mut answers = critical_dampings(&columns, tolerance).into_iter();
         let answer = |known: bool| known.then(|| answers.next()).flatten().and_then(Result::ok);
@@ -153,10 +175,8 @@ pub(crate) fn verdicts<'py>(
     tolerance: f64,
     threads: Option<usize>,
 ) -> PyResult<Bound<'py, PyArray2<i8>>> {
-    check_tolerance(tolerance)?;
     let family = &law.law;
-    let arguments = Arguments::new(family, &arrays)?;
-    arguments.check()?;
+    let arguments = Arguments::new(family, &arrays, tolerance)?;
     let methods: Vec<Method> = methods.iter().map(|name| method(name)).collect::<PyResult<_>>()?;
     let groups = py.detach(|| groups(&arguments));
     let decide_group = |group: &Group| -> Vec<Vec<i8>> {
@@ -246,21 +266,11 @@ pub(crate) fn regime<'py>(
     tolerance: f64,
     threads: Option<usize>,
 ) -> PyResult<Bound<'py, PyArray1<i8>>> {
-    check_tolerance(tolerance)?;
     let family = &law.law;
-    let arguments = Arguments::new(family, &arrays)?;
-    arguments.check()?;
-    let codes = in_tasks(py, arguments.len, threads, |task| {
-        let mut element = Vec::new();
-        task.map(|i| {
-            arguments.element(i, &mut element);
-            if element.iter().any(|value| value.is_nan()) {
-                return Regime::Failed.code();
-            }
-            let oscillator = Oscillator::new(family, &point(family, &element));
-            regime_of(&oscillator, &flow(&oscillator, tolerance)).code()
-        })
-        .collect()
+    let arguments = Arguments::new(family, &arrays, tolerance)?;
+    let codes = arguments.each(py, threads, &Regime::Failed.code(), |point| {
+        let oscillator = Oscillator::new(family, point);
+        regime_of(&oscillator, &flow(&oscillator, tolerance)).code()
     })?;
     Ok(PyArray1::from_vec(py, codes))
 }

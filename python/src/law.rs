@@ -102,6 +102,12 @@ impl Law {
         Ok(Self { law: law.ok_or_else(|| PyValueError::new_err(format!("this defines no law `{name}`")))? })
     }
 
+    /// How to make the law again, for pickle.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (&'static str, String))> {
+        let again = py.get_type::<Self>().getattr("from_definition")?;
+        Ok((again, (self.name(), self.definition())))
+    }
+
     #[getter]
     fn name(&self) -> &'static str {
         self.law.name()
