@@ -46,9 +46,9 @@ def critical_c(
     Returns
     -------
     c : ndarray, scalar, DataArray or dask array
-        Of the shape to which the arguments broadcast; dimensions and coordinates of DataArrays are kept. Negative
-        where no damping c >= 0 is small enough; NaN where an argument is NaN, or where the flow gives no verdict
-        next to the boundary.
+        Of the shape to which the arguments broadcast; dimensions and coordinates of DataArrays are kept.
+        Negative where no damping c >= 0 is small enough; NaN where an argument is NaN, or where the flow
+        gives no verdict next to the boundary.
     error : like `c`
         Estimate of its absolute error; only if `return_error`.
 
@@ -61,8 +61,8 @@ def critical_c(
 
     Notes
     -----
-    Where the spectral iteration for the periodic grazing orbit converges, the error falls to rounding; see the
-    theory pages of the crate, "The critical damping".
+    Where the spectral iteration for the periodic grazing orbit converges, the error falls to rounding; see
+    the theory pages of the crate, "The critical damping".
 
     Examples
     --------
@@ -120,8 +120,9 @@ def verdicts(
     Returns
     -------
     ndarray, scalar, DataArray or dask array; or a dict or Dataset of them
-        Codes of :class:`Verdict` (int8): of the one method if `methods` is a str, else by name of the method, in a
-        Dataset if an argument is a DataArray and in a dict otherwise. ``NOT_COMPUTED`` where an argument is NaN.
+        Codes of :class:`Verdict` (int8): of the one method if `methods` is a str, else by name of the method,
+        in a Dataset if an argument is a DataArray and in a dict otherwise. ``NOT_COMPUTED`` where an argument
+        is NaN.
 
     Raises
     ------

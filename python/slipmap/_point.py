@@ -126,7 +126,8 @@ class Machine:
     belt_speed : float or pint.Quantity
         v in m/s, greater than 0; rad/s.
     strengthening : float
-        Rise of the coefficient of friction at high speed: per (m/s)^2 in the law `stribeck`, per m/s in others.
+        Rise of the coefficient of friction at high speed: per (m/s)^2 in the law `stribeck`, per m/s in
+        others.
     motion : {"translation", "rotation"}
         How it moves, which names its units.
 

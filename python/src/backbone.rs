@@ -6,9 +6,10 @@ use slipmap::simulate::backbone::Backbone;
 
 use crate::columns::Arguments;
 use crate::law::Law;
+use crate::point::check_tolerance;
 
-/// Dampings c = C(r) / eps at the amplitudes r / V, one row per column, and the error estimate of each column; NaN where
-/// an orbit could not be followed or an argument is NaN.
+/// Dampings c = C(r) / eps at the amplitudes r / V, one row per column, and the error estimate of each
+/// column; NaN where an orbit could not be followed or an argument is NaN.
 #[pyfunction]
 #[pyo3(signature = (law, arrays, amplitudes, tolerance, threads=None))]
 pub(crate) fn backbone<'py>(
@@ -19,8 +20,9 @@ pub(crate) fn backbone<'py>(
     tolerance: f64,
     threads: Option<usize>,
 ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>)> {
+    check_tolerance(tolerance)?;
     let family = &law.law;
-    let arguments = Arguments::new(family, &arrays, tolerance)?;
+    let arguments = Arguments::new(family, &arrays)?;
     let unknown = (vec![f64::NAN; amplitudes.len()], f64::NAN);
     let found = arguments.each(py, threads, &unknown, |point| {
         let column = family.column(point);

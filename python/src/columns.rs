@@ -23,7 +23,8 @@ const TASK: usize = 256;
 /// Elements at which a law that needs a check of its own is checked: all of a few, evenly spread over many.
 const CHECKED: usize = 256;
 
-/// Arguments of an elementwise function, in the order of the law's axes: one value for all elements, or one each.
+/// Arguments of an elementwise function, in the order of the law's axes: one value for all elements, or one
+/// each.
 pub(crate) struct Arguments<'a> {
     law: &'a Family,
     values: Vec<&'a [f64]>,
@@ -31,13 +32,8 @@ pub(crate) struct Arguments<'a> {
 }
 
 impl<'a> Arguments<'a> {
-    /// Checks the tolerance, lengths and domains. An element with a NaN among its arguments is legal, and has no answer.
-    pub(crate) fn new(
-        law: &'a Family,
-        arrays: &'a [PyReadonlyArray1<'_, f64>],
-        tolerance: f64,
-    ) -> PyResult<Self> {
-        check_tolerance(tolerance)?;
+    /// Checks lengths and domains. An element with a NaN among its arguments is legal, and has no answer.
+    pub(crate) fn new(law: &'a Family, arrays: &'a [PyReadonlyArray1<'_, f64>]) -> PyResult<Self> {
         let values: Vec<&[f64]> = arrays.iter().map(|array| array.as_slice()).collect::<Result<_, _>>()?;
         let len = values.iter().map(|values| values.len()).find(|&len| len != 1).unwrap_or(1);
         if values.iter().any(|values| values.len() != 1 && values.len() != len) {
@@ -54,7 +50,8 @@ impl<'a> Arguments<'a> {
         (!element.iter().any(|value| value.is_nan())).then(|| point(self.law, element))
     }
 
-    /// Applies `of` to the point of each element, in parallel where that pays; `unknown` where an argument is NaN.
+    /// Applies `of` to the point of each element, in parallel where that pays; `unknown` where an argument is
+    /// NaN.
     pub(crate) fn each<T: Clone + Send + Sync>(
         &self,
         py: Python<'_>,
@@ -64,7 +61,8 @@ impl<'a> Arguments<'a> {
     ) -> PyResult<Vec<T>> {
         in_tasks(py, self.len, threads, |task| {
             let mut element = Vec::new();
-            task.map(|i| self.point(i, &mut element).map_or_else(|| unknown.clone(), |point| of(&point))).collect()
+            task.map(|i| self.point(i, &mut element).map_or_else(|| unknown.clone(), |point| of(&point)))
+                .collect()
         })
     }
 
@@ -139,8 +137,9 @@ pub(crate) fn critical_c<'py>(
     tolerance: f64,
     threads: Option<usize>,
 ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
+    check_tolerance(tolerance)?;
     let family = &law.law;
-    let arguments = Arguments::new(family, &arrays, tolerance)?;
+    let arguments = Arguments::new(family, &arrays)?;
     let found = in_tasks(py, arguments.len, threads, |task| {
         let mut element = Vec::new();
         let mut columns: Vec<Column> = Vec::with_capacity(task.len());
@@ -152,7 +151,11 @@ pub(crate) fn critical_c<'py>(
         }
         let mut answers = critical_dampings(&columns, tolerance).into_iter();
         let answer = |known: bool| known.then(|| answers.next()).flatten().and_then(Result::ok);
-        known.into_iter().map(answer).map(|it| it.map_or((f64::NAN, f64::NAN), |it| (it.c, it.error))).collect()
+        known
+            .into_iter()
+            .map(answer)
+            .map(|it| it.map_or((f64::NAN, f64::NAN), |it| (it.c, it.error)))
+            .collect()
     })?;
     let (values, errors): (Vec<f64>, Vec<f64>) = found.into_iter().unzip();
     Ok((PyArray1::from_vec(py, values), PyArray1::from_vec(py, errors)))
@@ -175,14 +178,16 @@ pub(crate) fn verdicts<'py>(
     tolerance: f64,
     threads: Option<usize>,
 ) -> PyResult<Bound<'py, PyArray2<i8>>> {
+    check_tolerance(tolerance)?;
     let family = &law.law;
-    let arguments = Arguments::new(family, &arrays, tolerance)?;
+    let arguments = Arguments::new(family, &arrays)?;
     let methods: Vec<Method> = methods.iter().map(|name| method(name)).collect::<PyResult<_>>()?;
     let groups = py.detach(|| groups(&arguments));
     let decide_group = |group: &Group| -> Vec<Vec<i8>> {
         let column = family.column(&point(family, &group.column));
         let last = arguments.values.len() - 1;
-        let damping = |&i: &usize| arguments.values[last][if arguments.values[last].len() == 1 { 0 } else { i }];
+        let damping =
+            |&i: &usize| arguments.values[last][if arguments.values[last].len() == 1 { 0 } else { i }];
         let dampings: Vec<f64> = group.elements.iter().map(damping).collect();
         methods.iter().map(|method| of_method(method, &column, &dampings, tolerance)).collect()
     };
@@ -266,8 +271,9 @@ pub(crate) fn regime<'py>(
     tolerance: f64,
     threads: Option<usize>,
 ) -> PyResult<Bound<'py, PyArray1<i8>>> {
+    check_tolerance(tolerance)?;
     let family = &law.law;
-    let arguments = Arguments::new(family, &arrays, tolerance)?;
+    let arguments = Arguments::new(family, &arrays)?;
     let codes = arguments.each(py, threads, &Regime::Failed.code(), |point| {
         let oscillator = Oscillator::new(family, point);
         regime_of(&oscillator, &flow(&oscillator, tolerance)).code()

@@ -176,6 +176,8 @@ def test_configurations_can_be_changed_and_are_checked(config):
     sets = {"grid.V": [1.0], "grid.c.points": 3, "output.fields": ["verdict"], "methods.run": ["simulation"], "curves.planes": []}
     own = slipmap.run(config, set=sets)
     assert own.sizes["V"] == 1 and own.sizes["c"] == 3
+    # Texts are quoted as TOML has it.
+    assert slipmap.run(config, set={**sets, "title": "it's \"so\" \\ so"}).attrs["title"] == "it's \"so\" \\ so"
     with pytest.raises(ValueError, match="gama"):
         slipmap.run(config, set=["grid.gama=1"])
     with pytest.raises(ValueError, match="there is no such file"):
