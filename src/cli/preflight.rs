@@ -114,7 +114,7 @@ impl Preflight {
     }
 
     /// Returns whether the map might not fit, so that its size must be sampled.
-    pub(super) fn is_scarce(&self, job: &Job) -> bool {
+    pub(super) fn may_not_fit(&self, job: &Job) -> bool {
         self.free.is_some_and(|free| peak(job.plan.bytes()) > u128::from(free))
     }
 }

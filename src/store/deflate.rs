@@ -498,7 +498,7 @@ mod tests {
         }
 
         #[test]
-        fn cells_without_order_come_back(cells in prop::collection::vec(any::<i8>(), 1..3000)) {
+        fn random_cells_are_restored(cells in prop::collection::vec(any::<i8>(), 1..3000)) {
             check(&cells.iter().copied().collect(), &[cells.len()]);
         }
 

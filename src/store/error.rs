@@ -275,7 +275,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn what_is_gone_is_told_from_what_is_full_or_forbidden() {
+    fn lost_full_and_forbidden_disks_are_distinguished() {
         use rustix::io::Errno;
         let of = |errno: Errno| {
             StoreError::io("write", Path::new("a"), io::Error::from_raw_os_error(errno.raw_os_error()))
