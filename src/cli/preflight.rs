@@ -28,7 +28,7 @@ pub(super) fn peak(packed: u128) -> u128 {
     2 * packed
 }
 
-/// What a run may do with existing files.
+/// Permission of a run to change existing files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Permission {
     /// Nothing: the run is refused.

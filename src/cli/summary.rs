@@ -13,7 +13,7 @@ use crate::probe::fate_name;
 use crate::report::proved::{Rounded, proved_percent};
 use crate::simulate::bifurcation::Bifurcation;
 
-/// What is reported of a run.
+/// Contents of the report of a run.
 pub(super) struct Report<'a> {
     /// The job.
     pub(super) job: &'a Job,

@@ -75,7 +75,7 @@ const NONE: u32 = u32::MAX;
 const KEYS_BITS: u32 = 10;
 /// Largest number of earlier places that are tried: more hardly make the stream smaller.
 const TRIED: usize = 4;
-/// A repetition of at most this length gives way to a longer one that begins at the next cell.
+/// Up to this length a repetition is replaced by a longer one that begins at the next cell.
 const SHORT: usize = 64;
 
 impl<'a> Search<'a> {

@@ -52,7 +52,7 @@ pub enum StoreError {
     Overtaken {
         /// The output.
         path: PathBuf,
-        /// Where the finished map is.
+        /// Path of the finished map.
         kept: PathBuf,
     },
     /// The folder of the output does not exist.
@@ -112,7 +112,7 @@ pub enum StoreError {
     /// A failure inside the HDF5 library.
     #[error("cannot {doing} {path}: {detail}")]
     Hdf5 {
-        /// What was tried.
+        /// The action that failed.
         doing: String,
         /// The action that failed.
         path: PathBuf,
