@@ -13,6 +13,7 @@ use crate::point::Point;
 
 /// The oscillator with every parameter fixed.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Oscillator {
     /// The friction curve phi(u).
     pub curve: Curve,
@@ -78,6 +79,9 @@ impl Eigenvalues {
 
 impl Oscillator {
     /// The oscillator at a parameter point of `law`.
+    ///
+    /// # Panics
+    /// As [`Law::column`], if the point is not legal.
     #[must_use]
     pub fn new(law: &Law, point: &Point) -> Self {
         Self::in_column(&law.column(point), point.damping)

@@ -3,7 +3,7 @@
 use super::{Method, Regime, Runs, Tile, Verdict};
 
 /// How many failed cells are kept one by one, of a tile and of a run.
-pub const LISTED: usize = 10;
+pub(crate) const LISTED: usize = 10;
 
 /// What one method says of the cells of a tile.
 #[derive(Clone, Debug, PartialEq)]
