@@ -13,7 +13,6 @@ use crate::point::Point;
 
 /// The oscillator with every parameter fixed.
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
 pub struct Oscillator {
     /// The friction curve phi(u).
     pub curve: Curve,

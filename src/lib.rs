@@ -50,8 +50,8 @@
 //! `cli` (the program) are on by default; `serde` lets results be serialised. With none of them, or only
 //! `config` and `serde`, the crate is pure Rust.
 //!
-//! The modules `assessment`, `benchmark`, `cli` and `report` belong to the program. They are public for its tests only, are
-//! not documented here, and may change at any time.
+//! The modules `assessment`, `benchmark`, `cli` and `report` belong to the program. They are public for its
+//! tests only, are not documented here, and may change at any time.
 
 #[cfg(feature = "report")]
 #[doc(hidden)]
