@@ -105,7 +105,7 @@ impl Job {
     /// included.
     #[must_use]
     pub fn identity(&self) -> String {
-        format!("{} {}", crate::store::plan_digest(&self.plan), self.plan.proof_boxes)
+        format!("{} {}", crate::dataset::attributes::plan_digest(&self.plan), self.plan.proof_boxes)
     }
 
     /// Reads and validates `file` under the overrides `sets`, each `key.path=value` with a TOML value.
