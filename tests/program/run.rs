@@ -65,7 +65,9 @@ fn a_run_makes_a_sound_map_and_accounts_for_every_cell() {
     let paths: u64 =
         summary["paths"].as_object().unwrap().values().map(|cells| cells.as_u64().unwrap()).sum();
     assert_eq!(paths, CELLS, "every simulated cell was decided on some path");
-    assert_eq!(summary["audit"]["cells"], 50);
+    // Fifty draws; cells that are drawn twice count once.
+    let audited = summary["audit"]["cells"].as_u64().unwrap();
+    assert!((40..=50).contains(&audited), "{audited} cells are audited");
     assert_eq!(summary["audit"]["disagreements"], Value::Array(Vec::new()));
     assert_eq!(maps(&scratch), ["small.h5"], "no temporary file stays");
     assert_eq!(summary["bytes"], std::fs::metadata(scratch.path().join("maps/small.h5")).unwrap().len());
@@ -99,7 +101,7 @@ fn the_table_of_a_run_names_every_method() {
         "perturbation",
         "simulation",
         "simulation decided by:",
-        "audit: 50 cells",
+        "cells decided again by the direct engine",
         "0 contradicted",
     ] {
         assert!(run.out.contains(part), "no `{part}` in\n{}", run.out);
