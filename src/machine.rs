@@ -141,6 +141,29 @@ impl Units {
     }
 }
 
+/// The units of a machine with their names: what leads from dimensionless numbers to SI.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SiUnits {
+    /// How the machine moves.
+    pub motion: Motion,
+    /// Its units.
+    pub units: Units,
+}
+
+impl SiUnits {
+    /// What a dimensionless number of this dimension is multiplied by.
+    #[must_use]
+    pub fn factor(&self, dimension: Dimension) -> f64 {
+        self.units.factor(dimension)
+    }
+
+    /// The name of the unit of this dimension.
+    #[must_use]
+    pub fn unit(&self, dimension: Dimension) -> &'static str {
+        self.motion.unit(dimension)
+    }
+}
+
 /// Name of the attribute in which a map keeps the units of its machine, as [`Units::to_array`].
 pub const UNITS_ATTRIBUTE: &str = "machine_units";
 /// Name of the attribute in which a map keeps its machine, as [`Machine::to_array`].
@@ -196,6 +219,12 @@ impl Machine {
             force,
             damping,
         }
+    }
+
+    /// The same with their names.
+    #[must_use]
+    pub fn si(&self) -> SiUnits {
+        SiUnits { motion: self.motion, units: self.units() }
     }
 
     /// The dimensionless point; `None` for laws given as text or data, which have no coefficients of their

@@ -3,11 +3,13 @@
 //! the same data.
 
 pub mod attributes;
+pub mod auxiliary;
 pub mod fingerprint;
 mod schema;
 mod value;
 
 pub use attributes::{Audit, Outcome, Provenance};
+pub use auxiliary::Auxiliary;
 pub use fingerprint::Fingerprint;
 pub use schema::{Cells, Content, MethodInfo, SCHEMA, Schema, Variable};
 pub use value::Value;
