@@ -5,29 +5,13 @@ use std::path::Path;
 
 use super::Failure;
 use super::output::{Align, Table, short};
-use super::point::PointArguments;
 use crate::behaviour::Behaviour;
 use crate::config::{MachineJob, load_machine};
-use crate::friction::Law;
 use crate::machine::{Dimension, Machine};
 use crate::probe::regime_words;
-use crate::risk::Quantity;
 
-/// Reads the machine of a file, with the quantities chosen by `--set`.
-pub(super) fn load(file: &Path, chosen: &PointArguments) -> Result<(Law, Machine), Failure> {
-    let job = load_job(file, chosen.given())?;
-    Ok((job.law, job.machine))
-}
-
-/// The same with what is uncertain of it; belt speed and damping have one value each.
-pub(super) fn load_job(file: &Path, settings: &[(String, f64)]) -> Result<MachineJob, Failure> {
-    let known: Vec<&str> = Quantity::ALL.iter().map(|quantity| quantity.name()).collect();
-    if let Some((name, _)) = settings.iter().find(|(name, _)| !known.contains(&name.as_str())) {
-        return Err(Failure::BadInput(format!(
-            "{name} is given together with a machine\n  help: --set can choose {}",
-            known.join(", ")
-        )));
-    }
+/// Reads the machine of a file with the quantities chosen by `--set`; belt speed and damping have one value each.
+pub(super) fn load(file: &Path, settings: &[(String, f64)]) -> Result<MachineJob, Failure> {
     let sets: Vec<String> =
         settings.iter().map(|(name, value)| format!("machine.{name}={value:?}")).collect();
     let job = load_machine(file, &sets)?;

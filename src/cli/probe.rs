@@ -1,7 +1,7 @@
 //! `slipmap probe`: every answer about one point.
 
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
@@ -16,7 +16,7 @@ use crate::certify::point_certificate::PointCertificate;
 use crate::config::check_tolerance;
 use crate::filippov::Eigenvalues;
 use crate::friction::Law;
-use crate::machine::Machine;
+use crate::machine::{Machine, Model};
 use crate::map::limits::{EpsilonLimit, HIGHEST, Unknown};
 use crate::map::{DEFAULT_TOLERANCE, Grid, Method};
 use crate::point::Point;
@@ -121,9 +121,10 @@ fn parse_duration(text: &str) -> Result<f64, String> {
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let tolerance = arguments.tolerance.unwrap_or(DEFAULT_TOLERANCE);
-    let machine =
-        arguments.machine.as_ref().map(|file| super::machine::load(file, &arguments.point)).transpose()?;
-    let law = machine.clone().map_or_else(|| arguments.law.law(), |(law, _)| Ok(law))?;
+    if let Some(file) = &arguments.machine {
+        return probe_machine(arguments, file, tolerance);
+    }
+    let law = arguments.law.law()?;
     if let (Some(input), Some(output)) = (&arguments.points, &arguments.out) {
         if !arguments.point.is_empty() {
             return Err(Failure::BadInput(
@@ -142,21 +143,37 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
             quiet: arguments.quiet,
         });
     }
-    let point = match machine.clone().and_then(|(law, machine)| machine.point(&law)) {
-        Some(point) => point,
-        None => arguments.point.point(&law)?,
-    };
+    let point = arguments.point.point(&law)?;
+    probe_point(arguments, &law, &point, tolerance, None)
+}
+
+/// Probes the machine of a file.
+fn probe_machine(arguments: &Arguments, file: &Path, tolerance: f64) -> Result<Ended, Failure> {
+    let job = super::machine::load(file, arguments.point.given())?;
+    let leaves = || Failure::BadInput("the friction leaves the numbers\n  help: check the units".into());
+    let model = job.model_of(&job.machine).ok_or_else(leaves)?;
+    probe_point(arguments, &model.law, &model.point, tolerance, Some((&job.machine, &model)))
+}
+
+/// Probes one point, which may be a machine's.
+fn probe_point(
+    arguments: &Arguments,
+    law: &Law,
+    point: &Point,
+    tolerance: f64,
+    machine: Option<(&Machine, &Model)>,
+) -> Result<Ended, Failure> {
     if let Some(path) = &arguments.proof {
         proof::check_place(path, arguments.overwrite)?;
-        proof::write_point(&PointCertificate::of(&law, &point), path, arguments.overwrite)?;
+        proof::write_point(&PointCertificate::of(law, point), path, arguments.overwrite)?;
     }
-    write_orbit(arguments, &law, &point, machine.as_ref().map(|(_, machine)| machine))?;
-    let answer = Answer::of(&law, &point, tolerance, Method::all());
+    write_orbit(arguments, law, point, machine.map(|(_, model)| model))?;
+    let answer = Answer::of(law, point, tolerance, Method::all());
     let direct = simulate::direct::flow(&answer.oscillator, tolerance);
-    let behaviour = machine.and_then(|(law, machine)| Some((machine, behaviour(&machine, &law, tolerance)?)));
+    let behaviour = machine.map(|(machine, model)| (machine, behaviour(model, tolerance)));
     if arguments.json {
         let mut whole = Probe::new(&answer, &direct);
-        whole.machine = behaviour.map(|(machine, behaviour)| MachineResult::new(&machine, &behaviour));
+        whole.machine = behaviour.map(|(machine, behaviour)| MachineResult::new(machine, &behaviour));
         json(&whole)?;
     } else {
         let mut out = io::stdout().lock();
@@ -174,7 +191,7 @@ fn write_orbit(
     arguments: &Arguments,
     law: &Law,
     point: &Point,
-    machine: Option<&Machine>,
+    model: Option<&Model>,
 ) -> Result<(), Failure> {
     let files = [("--figure", &arguments.figure), ("--orbit", &arguments.orbit)];
     for (flag, path) in files.iter().filter_map(|(flag, path)| path.as_ref().map(|path| (flag, path))) {
@@ -198,7 +215,7 @@ fn write_orbit(
             false => Ok(()),
         };
     }
-    let units = machine.map_or_else(UnitSystem::default, |machine| UnitSystem::of_machine(*machine));
+    let units = model.map_or_else(UnitSystem::default, |model| UnitSystem::of_machine(model.si));
     let start = match arguments.from {
         None => Start::ExitPoint,
         Some((x1, x2)) => Start::State { x1: x1 / units.x1().factor, x2: x2 / units.x2().factor },

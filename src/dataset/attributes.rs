@@ -70,7 +70,9 @@ impl Outcome {
             add("proved_seconds", proved.seconds.into());
         }
         if let Some(machine) = machine {
-            add(SI_ATTRIBUTE, Value::Reals(machine.to_array().to_vec()));
+            if let Some(numbers) = machine.to_array() {
+                add(SI_ATTRIBUTE, Value::Reals(numbers.to_vec()));
+            }
             add(MOTION_ATTRIBUTE, machine.motion.name().into());
             add(UNITS_ATTRIBUTE, Value::Reals(machine.units().to_array().to_vec()));
         }

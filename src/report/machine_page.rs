@@ -12,11 +12,10 @@ use super::figure::region::{cell_edges, outlines};
 use super::figure::scene::{Anchor, Fill, Marker, Rect, Scene};
 use super::figure::{Scene as Figure, bifurcations};
 use super::text::{Rich, rich};
-use super::units::UnitSystem;
+use super::units::{UnitSystem, join};
 use crate::assessment::Assessment;
 use crate::filippov::Oscillator;
-use crate::friction::Law;
-use crate::machine::Dimension;
+use crate::machine::{Dimension, Friction, Model};
 use crate::map::{Grid, Plane, PlaneCurves, regime};
 use crate::point::Point;
 use crate::risk::{Estimate, Risk};
@@ -43,16 +42,16 @@ pub struct MachinePage {
 }
 
 impl MachinePage {
-    /// The page of a machine under `law`, the working point at `all.machine`.
+    /// The page of a machine, the working point at `all.machine`.
     #[must_use]
-    pub fn new(title: &str, all: &Assessment, risk: Option<&Risk>, law: &Law) -> Self {
+    pub fn new(title: &str, all: &Assessment, risk: Option<&Risk>) -> Self {
         let mut sections = sections(all);
         if let Some(risk) = risk {
             sections.insert(2, ("Uncertain quantities", risk_lines(all, risk)));
         }
         Self {
             sections,
-            regimes: regimes(all, law),
+            regimes: regimes(all),
             influence: (!all.influence.is_empty()).then(|| influence(all)),
             title: Rich::foreign(title),
         }
@@ -135,19 +134,35 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
     };
     use Dimension::{Damping, Force, Length, Mass, Stiffness, Time, Velocity};
     let line = |name: &str, value: Rich| (rich(name), value);
+    let of_velocity = |value: f64| of(value, Velocity);
     let mut given = vec![
         line("mass", of(machine.mass, Mass)),
         line("stiffness", of(machine.stiffness, Stiffness)),
         line("normal force", of(machine.normal_force, Force)),
-        line("coefficient of friction at rest, kinetic", {
-            quantity(machine.static_friction, "")
-                .then(rich(", "))
-                .then(quantity(machine.kinetic_friction, ""))
-        }),
-        line("Stribeck velocity", of(machine.stribeck_velocity, Velocity)),
     ];
-    if machine.strengthening > 0.0 {
-        given.push(line("strengthening", quantity(machine.strengthening, "")));
+    match &machine.friction {
+        Friction::Coefficients(law, of) => {
+            let rest = quantity(of.static_friction, "").then(rich(", "));
+            given.push(line("friction law", Rich::foreign(law.name())));
+            let both = rest.then(quantity(of.kinetic_friction, ""));
+            given.push(line("coefficient of friction at rest, kinetic", both));
+            given.push(line("Stribeck velocity", of_velocity(of.stribeck_velocity)));
+            if of.strengthening > 0.0 {
+                given.push(line("strengthening", quantity(of.strengthening, "")));
+            }
+        }
+        Friction::Formula(formula, parameters) => {
+            given.push(line("coefficient of friction", Rich::foreign(formula.text())));
+            let named = formula.parameters().iter().zip(parameters.as_slice());
+            let values = named.map(|(of, value)| {
+                Rich::foreign(&format!("{} = ", of.name)).then(Rich::number(*value, 4))
+            });
+            given.push(line("with", join(values)));
+        }
+        Friction::Measured(table) => {
+            given.push(line("coefficient of friction", Rich::foreign(table.origin())));
+            given.push(line("at rest", quantity(table.static_level(), "")));
+        }
     }
     given.push(line("belt speed", of(machine.belt_speed, Velocity)));
     let ratio = rich(" (damping ratio ").then(Rich::number(does.damping_ratio, 3)).then(rich(")"));
@@ -261,7 +276,7 @@ fn risk_lines(all: &Assessment, risk: &Risk) -> Vec<(Rich, Rich)> {
 const FIGURE: f64 = 252.0;
 
 /// The regimes around the working point, with the curves between them.
-fn regimes(all: &Assessment, law: &Law) -> Scene {
+fn regimes(all: &Assessment) -> Scene {
     let machine = &all.machine;
     let units = machine.units();
     let does = &all.behaviour;
@@ -273,7 +288,7 @@ fn regimes(all: &Assessment, law: &Law) -> Scene {
     };
     let speeds = nodes(speed / units.velocity, 0.02 * speed / units.velocity / NODES as f64);
     let dampings = nodes(damping / units.damping, 0.0);
-    let system = UnitSystem::of_machine(*machine);
+    let system = UnitSystem::of_machine(machine.si());
     let velocity = system.quantity("belt speed", Rich::default(), "", Some(Dimension::Velocity));
     let friction = system.quantity("damping", Rich::default(), "", Some(Dimension::Damping));
     let x = Scale::linear(speeds[0], speeds[NODES - 1]).in_unit(velocity.factor);
@@ -285,12 +300,12 @@ fn regimes(all: &Assessment, law: &Law) -> Scene {
     let panel = Panel { rect, x, y };
     panel.title(&mut scene, &rich("Regimes; diamond: the working point"));
     let mut legend = Legend::default();
-    let Some(point) = machine.point(law) else { return scene };
+    let Some(Model { law, point, .. }) = machine.model() else { return scene };
     let cells: Vec<Vec<i8>> = speeds
         .par_iter()
         .map(|&belt_speed| {
             let of = |&damping: &f64| {
-                let oscillator = Oscillator::new(law, &Point { belt_speed, damping, ..point });
+                let oscillator = Oscillator::new(&law, &Point { belt_speed, damping, ..point });
                 regime(&oscillator, &flow(&oscillator, TOLERANCE)).code()
             };
             dampings.iter().map(of).collect()
@@ -307,7 +322,7 @@ fn regimes(all: &Assessment, law: &Law) -> Scene {
     let mut axes = vec![vec![1.0]];
     axes.extend(point.law.as_slice().iter().map(|value| vec![*value]));
     axes.extend([speeds, dampings]);
-    if let Ok(grid) = Grid::new(law.clone(), axes) {
+    if let Ok(grid) = Grid::new(law, axes) {
         let last = grid.axes().len() - 1;
         let plane = Plane::new(last - 1, last, vec![0; last + 1]);
         let curves = PlaneCurves::of(&grid, plane, &AtomicBool::new(false));
