@@ -241,8 +241,7 @@ mod tests {
         let kinetic = all.sensitivities.iter().find(|s| s.quantity == "kinetic_friction").unwrap();
         let critical = all.behaviour.critical_damping.unwrap();
         let slope = kinetic.critical_damping * critical / kinetic_friction;
-        let change =
-            |u: f64| -machine.normal_force / stribeck_velocity * (-u / stribeck_velocity).exp();
+        let change = |u: f64| -machine.normal_force / stribeck_velocity * (-u / stribeck_velocity).exp();
         let predicted: f64 = all.influence.iter().map(|i| i.share * change(i.slip_speed)).sum();
         assert!((predicted / slope - 1.0).abs() < 2e-3, "{predicted} {slope}");
     }

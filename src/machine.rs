@@ -355,8 +355,7 @@ mod tests {
     fn data_keep_their_shape_in_dimensionless_terms() {
         let data = [(0.0, 0.4), (0.1, 0.35), (0.3, 0.31), (1.0, 0.3), (2.0, 0.31)];
         let table = Table::new("a test", &data, 0.4).unwrap();
-        let machine =
-            Machine { friction: Friction::Measured(table.clone()), ..example(Law::Stribeck) };
+        let machine = Machine { friction: Friction::Measured(table.clone()), ..example(Law::Stribeck) };
         let model = machine.model().unwrap();
         let curve = model.column().curve;
         let si = Law::Table(table).curve(1.0, &LawParameters::new(&[]));

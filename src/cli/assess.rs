@@ -68,8 +68,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
             path.display()
         )));
     }
-    let all = assess(&job.machine)
-        .ok_or_else(|| Failure::BadInput("the friction leaves the numbers\n  help: check the units".into()))?;
+    let all = assess(&job.machine).ok_or_else(|| {
+        Failure::BadInput("the friction leaves the numbers\n  help: check the units".into())
+    })?;
     let risk = match job.uncertain.is_empty() {
         true => None,
         false => {

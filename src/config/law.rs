@@ -21,7 +21,8 @@ pub(super) enum About {
 }
 
 /// What a machine has beside its friction, for messages.
-const OF_MACHINE: &str = "beside the friction [machine] needs mass, stiffness, damping, normal_force and belt_speed";
+const OF_MACHINE: &str =
+    "beside the friction [machine] needs mass, stiffness, damping, normal_force and belt_speed";
 
 /// Columns of the grid at which a law given as text is checked: all of a small grid, evenly spread over a
 /// large one.

@@ -70,9 +70,7 @@ pub(super) fn remedy(key: &str, law: &Law) -> String {
 
 /// Refuses a machine that lacks keys, naming all of them at once.
 fn check_complete(section: &Section, law: &Law, forces: bool) -> Result<(), ConfigError> {
-    let optional = |key: &str| {
-        key == "motion" || key == "strengthening" || (key == "normal_force" && forces)
-    };
+    let optional = |key: &str| key == "motion" || key == "strengthening" || (key == "normal_force" && forces);
     let missing = keys(law).into_iter().filter(|key| !optional(key) && section.get(key).is_none());
     let missing: Vec<&str> = missing.collect();
     let Some((first, others)) = missing.split_first() else { return Ok(()) };
@@ -172,8 +170,10 @@ pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<M
     let uncertain = reader.uncertain;
     if machine.model().is_none() {
         let node = friction.get("phi").or_else(|| friction.get("file"));
-        let (problem, remedy) =
-            ("it leaves the numbers, or is too long, in dimensionless terms", "check the units, or simplify it");
+        let (problem, remedy) = (
+            "it leaves the numbers, or is too long, in dimensionless terms",
+            "check the units, or simplify it",
+        );
         return Err(node.map_or_else(
             || section.missing("mass", format!("{problem}; {remedy}")),
             |node| node.error(problem, remedy),

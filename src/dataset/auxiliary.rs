@@ -21,15 +21,39 @@ const COORDINATES: [(&str, AxisRole, &str); 2] = [
     ("damping_si", AxisRole::Damping, "damping coefficient"),
 ];
 
+/// Name of the probability that a machine with uncertain quantities may stick-slip, over belt speed and damping.
+pub const PROBABILITY: &str = "stick_slip_probability";
+
 /// The names of all auxiliary variables.
-pub const AUXILIARY: [&str; 2] = [COORDINATES[0].0, COORDINATES[1].0];
+pub const AUXILIARY: [&str; 3] = [COORDINATES[0].0, COORDINATES[1].0, PROBABILITY];
 
 /// Positions of the axes that an auxiliary variable has; `None` if there is no such variable.
 #[must_use]
 pub fn axes_of(name: &str, grid: &Grid) -> Option<Vec<usize>> {
+    let roles = match name {
+        PROBABILITY => vec![AxisRole::BeltSpeed, AxisRole::Damping],
+        _ => vec![COORDINATES.iter().find(|(known, ..)| *known == name)?.1],
+    };
     let position = |role: AxisRole| grid.axes().iter().position(|axis| axis.role == role);
-    let (_, role, _) = COORDINATES.iter().find(|(known, ..)| *known == name)?;
-    Some(vec![position(*role)?])
+    roles.into_iter().map(position).collect()
+}
+
+/// The probability that a machine may stick-slip, row-major along belt speed and damping, from so many draws at each
+/// belt speed.
+#[must_use]
+pub fn probability(values: Vec<f64>, draws: usize) -> Auxiliary {
+    let coordinates: Vec<&str> = COORDINATES.iter().map(|(name, ..)| *name).collect();
+    Auxiliary {
+        name: PROBABILITY,
+        values,
+        attributes: vec![
+            ("long_name", "probability that the machine may stick-slip".into()),
+            ("units", "1".into()),
+            ("coordinates", coordinates.join(" ").into()),
+            ("draws", Value::Integers(vec![i64::try_from(draws).unwrap_or(i64::MAX)])),
+            ("standard_error_at_most", (0.5 / (draws as f64).sqrt()).into()),
+        ],
+    }
 }
 
 /// Belt speeds and dampings of a machine's map in SI units.

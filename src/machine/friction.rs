@@ -31,7 +31,9 @@ impl Coefficients {
 
     /// The coefficients of such an array.
     #[must_use]
-    pub fn from_array([static_friction, kinetic_friction, stribeck_velocity, strengthening]: [f64; 4]) -> Self {
+    pub fn from_array(
+        [static_friction, kinetic_friction, stribeck_velocity, strengthening]: [f64; 4],
+    ) -> Self {
         Self { static_friction, kinetic_friction, stribeck_velocity, strengthening }
     }
 

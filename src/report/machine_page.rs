@@ -154,10 +154,11 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
         Friction::Formula(formula, parameters) => {
             given.push(line("coefficient of friction", Rich::foreign(formula.text())));
             let named = formula.parameters().iter().zip(parameters.as_slice());
-            let values = named.map(|(of, value)| {
-                Rich::foreign(&format!("{} = ", of.name)).then(Rich::number(*value, 4))
-            });
-            given.push(line("with", join(values)));
+            let values = named
+                .map(|(of, value)| Rich::foreign(&format!("{} = ", of.name)).then(Rich::number(*value, 4)));
+            if !parameters.as_slice().is_empty() {
+                given.push(line("with", join(values)));
+            }
         }
         Friction::Measured(table) => {
             given.push(line("coefficient of friction", Rich::foreign(table.origin())));

@@ -1,6 +1,7 @@
 //! In which units the numbers of a map are shown: those of its machine, or none.
 
 use super::text::{Piece, Rich, rich};
+use crate::dataset::auxiliary::PROBABILITY;
 use crate::machine::{
     Coefficients, Dimension, MOTION_ATTRIBUTE, Model, Motion, SI_ATTRIBUTE, SiUnits, UNITS_ATTRIBUTE, Units,
 };
@@ -272,6 +273,7 @@ fn variable_words(name: &str) -> Rich {
         "boundary_velocity" => rich("largest {x_2} on the unstable cycle"),
         "boundary_multiplier" => rich("Floquet multiplier of the unstable cycle"),
         "kick_forward" => rich("kick with the belt"),
+        PROBABILITY => rich("probability that it may stick-slip"),
         "kick_backward" => rich("kick against the belt"),
         _ => Rich::foreign(&name.replace('_', " ")),
     }

@@ -206,7 +206,8 @@ impl<'a> Groups<'a> {
         let samples: Vec<usize> = (0..SAMPLES).map(|i| machines[i * step]).collect();
         let searched = self.searched_of(&samples);
         let missed = samples.iter().zip(&searched).map(|(&m, y)| (surface.at(self.of(m)) - y).abs());
-        let error = missed.fold(0.0, |most: f64, miss| if miss.is_nan() { f64::INFINITY } else { most.max(miss) });
+        let error =
+            missed.fold(0.0, |most: f64, miss| if miss.is_nan() { f64::INFINITY } else { most.max(miss) });
         if error <= ACCURACY * surface.size() {
             return machines.iter().map(|&machine| (machine, surface.at(self.of(machine)), error)).collect();
         }
@@ -277,7 +278,8 @@ impl Surface {
             for first in (0..nodes).filter(|number| number / stride % along == 0) {
                 let values: Vec<f64> = (0..along).map(|i| coefficients[first + i * stride]).collect();
                 for j in 0..along {
-                    let term = |i: usize| (std::f64::consts::PI * j as f64 * (i as f64 + 0.5) / along as f64).cos();
+                    let term =
+                        |i: usize| (std::f64::consts::PI * j as f64 * (i as f64 + 0.5) / along as f64).cos();
                     let sum: f64 = values.iter().enumerate().map(|(i, value)| value * term(i)).sum();
                     coefficients[first + j * stride] = if j == 0 { 1.0 } else { 2.0 } * sum / along as f64;
                 }

@@ -109,11 +109,7 @@ pub(super) fn variable(
 }
 
 /// Refuses a variable beside the cells that is no array of numbers of this shape.
-pub(super) fn auxiliary(
-    dataset: &Dataset,
-    name: &str,
-    shape: &[usize],
-) -> hdf5::Result<Result<(), String>> {
+pub(super) fn auxiliary(dataset: &Dataset, name: &str, shape: &[usize]) -> hdf5::Result<Result<(), String>> {
     if let Err(why) = own_numbers(dataset, name)? {
         return Ok(Err(why));
     }
