@@ -4,7 +4,8 @@ use std::io::Read as _;
 use std::path::Path;
 
 use super::nearest;
-use super::source::{ConfigError, Node, Section};
+use super::points::SEPARATE;
+use super::source::{ConfigError, Node, Section, decimal_comma, is_utf_16};
 use crate::friction::{Expression, ExpressionError, Law, Table};
 use crate::map::{AxisRole, Grid, unravel};
 
@@ -137,13 +138,19 @@ pub fn read_table(path: &Path, static_level: f64) -> Result<Table, (String, Stri
 fn table_of(path: &Path, static_level: Option<f64>) -> Result<Table, (String, String)> {
     let name = path.display();
     let fail = |problem: String, remedy: &str| Err((problem, remedy.to_owned()));
-    let mut text = String::new();
+    let mut bytes = Vec::new();
     // Some files never end, and no measurement is that long.
     let read =
-        std::fs::File::open(path).and_then(|open| open.take(LONGEST_TABLE + 1).read_to_string(&mut text));
+        std::fs::File::open(path).and_then(|open| open.take(LONGEST_TABLE + 1).read_to_end(&mut bytes));
     if let Err(error) = read {
         return fail(format!("{name} cannot be read: {error}"), "check the path");
     }
+    if is_utf_16(&bytes) {
+        return fail(format!("{name} is written in UTF-16"), "save it as UTF-8");
+    }
+    let Ok(text) = String::from_utf8(bytes) else {
+        return fail(format!("{name} cannot be read: it is no text in UTF-8"), "name a CSV file");
+    };
     if text.len() as u64 > LONGEST_TABLE {
         let problem = format!("{name} is longer than {} MiB, and no measured friction", LONGEST_TABLE >> 20);
         return fail(problem, "name a CSV file with the columns slip speed and friction");
@@ -183,7 +190,9 @@ fn table_of(path: &Path, static_level: Option<f64>) -> Result<Table, (String, St
             _ => {
                 let row: Vec<&str> = record.iter().collect();
                 let problem = format!("{name}:{line}: `{}` is no pair of numbers", row.join(","));
-                return fail(problem, "write slip speed and friction, separated by a comma");
+                let foreign = row.iter().any(|field| field.contains([';', '\t']) || decimal_comma(field).is_some());
+                let remedy = if foreign { SEPARATE } else { "write slip speed and friction, separated by a comma" };
+                return fail(problem, remedy);
             }
         }
     }

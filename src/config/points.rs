@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use csv::{ByteRecord, ReaderBuilder};
 
-use super::source::ConfigError;
+use super::source::{ConfigError, decimal_comma};
 use crate::friction::Law;
 use crate::map::{Grid, GridError};
 use crate::point::Point;
@@ -136,7 +136,8 @@ impl PointTable {
             Ok(value) => Ok((name, value)),
             Err(_) => {
                 let problem = format!("column {name}: `{}` is not a number", short(&self.text(row, name)));
-                Err(error(self.place(row), problem, "write a number such as 0.5 or 1e-3"))
+                let remedy = decimal_comma(&self.text(row, name));
+                Err(error(self.place(row), problem, &remedy.unwrap_or("write a number such as 0.5 or 1e-3".into())))
             }
         };
         self.columns.iter().map(number).collect()
@@ -184,6 +185,9 @@ fn short(text: &str) -> String {
     }
 }
 
+/// What to do about a table that spreadsheets of some countries write.
+pub(super) const SEPARATE: &str = "separate the columns by commas, and write decimals with a point: 0.5,0.8";
+
 /// Finds the columns of these names: of all of them, or of one at least.
 fn find_axes(
     name: &str,
@@ -197,7 +201,7 @@ fn find_axes(
     let words = if all { "a column for each of" } else { "one or more of" };
     let remedy = match header.as_slice() {
         [] => format!("the first line must name the columns: {}", names.join(",")),
-        [only] if only.contains([';', '\t']) => "separate the columns by commas".into(),
+        [only] if only.contains([';', '\t']) => SEPARATE.into(),
         _ => format!(
             "the first line must name {words} {}; it names {}",
             names.join(", "),

@@ -263,6 +263,10 @@ fn risk_lines(all: &Assessment, risk: &Risk) -> Vec<(Rich, Rich)> {
         rich("probability that it may stick-slip (95 % limits)"),
         limits(&risk.probability, 100.0, "%").then(rich(&format!(", {} draws", risk.draws))),
     )];
+    lines.push((
+        rich("largest error met of a draw's critical damping"),
+        Rich::number(risk.critical_damping_error, 2).then(Rich::foreign(&format!(" {unit}"))),
+    ));
     for rare in &risk.rare_by {
         let name =
             rich("damping that makes it ").then(Rich::number(100.0 * rare.probability, 4)).then(rich(" %"));
