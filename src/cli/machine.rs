@@ -12,11 +12,26 @@ use crate::probe::regime_words;
 
 /// Reads the machine of a file with the quantities chosen by `--set`; belt speed and damping have one value each.
 pub(super) fn load(file: &Path, settings: &[(String, f64)]) -> Result<MachineJob, Failure> {
+    let job = load_any(file, settings)?;
+    check_single(&job, file, |_| false)?;
+    Ok(job)
+}
+
+/// The same with any number of belt speeds and dampings.
+pub(super) fn load_any(file: &Path, settings: &[(String, f64)]) -> Result<MachineJob, Failure> {
     let sets: Vec<String> =
         settings.iter().map(|(name, value)| format!("machine.{name}={value:?}")).collect();
-    let job = load_machine(file, &sets)?;
+    Ok(load_machine(file, &sets)?)
+}
+
+/// Refuses several belt speeds or dampings, but for those that are chosen elsewhere.
+pub(super) fn check_single(
+    job: &MachineJob,
+    file: &Path,
+    is_chosen: impl Fn(&str) -> bool,
+) -> Result<(), Failure> {
     for (name, values) in [("belt_speed", &job.belt_speeds), ("damping", &job.dampings)] {
-        if values.len() > 1 {
+        if values.len() > 1 && !is_chosen(name) {
             return Err(Failure::BadInput(format!(
                 "{}: {name} has {} values\n  help: choose one, for example --set {name}={}",
                 file.display(),
@@ -25,7 +40,7 @@ pub(super) fn load(file: &Path, settings: &[(String, f64)]) -> Result<MachineJob
             )));
         }
     }
-    Ok(job)
+    Ok(())
 }
 
 /// A number with its unit, or a dash.

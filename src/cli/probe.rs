@@ -143,10 +143,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
 
 /// Probes the machine of a file.
 fn probe_machine(arguments: &Arguments, file: &Path, tolerance: f64) -> Result<Ended, Failure> {
-    let job = super::machine::load(file, arguments.point.given())?;
     if arguments.points.is_some() {
-        return probe_table(arguments, About::Machine(&job), tolerance);
+        let job = super::machine::load_any(file, arguments.point.given())?;
+        return probe_table(arguments, About::Machine(&job, file), tolerance);
     }
+    let job = super::machine::load(file, arguments.point.given())?;
     let leaves = || Failure::BadInput("the friction leaves the numbers\n  help: check the units".into());
     let model = job.model_of(&job.machine).ok_or_else(leaves)?;
     probe_point(arguments, &model.law, &model.point, tolerance, Some((&job.machine, &model)))

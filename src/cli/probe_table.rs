@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::output::{exact, short};
 use super::replace::{self, Kind};
-use super::{Ended, Failure, interrupt, point};
+use super::{Ended, Failure, interrupt, machine, point};
 use crate::config::{MachineJob, PointTable};
 use crate::friction::Law;
 use crate::machine::{Dimension, Friction, Machine, SiUnits};
@@ -47,8 +47,8 @@ pub(super) struct Job<'a> {
 pub(super) enum About<'a> {
     /// Points of a law.
     Law(Law),
-    /// Machines: this one, with the quantities that the table names.
-    Machine(&'a MachineJob),
+    /// Machines: that of this file, with the quantities that the table names.
+    Machine(&'a MachineJob, &'a Path),
 }
 
 /// Runs the command.
@@ -56,9 +56,11 @@ pub(super) fn run(job: &Job) -> Result<Ended, Failure> {
     let stop = interrupt::flag();
     let table = match &job.about {
         About::Law(law) => PointTable::open(job.input, law)?,
-        About::Machine(of) => {
+        About::Machine(of, file) => {
             let quantities: Vec<&str> = of.machine.quantities().into_iter().map(|(name, _)| name).collect();
-            PointTable::of_machines(job.input, &quantities)?
+            let table = PointTable::of_machines(job.input, &quantities)?;
+            machine::check_single(of, file, |name| table.has(name))?;
+            table
         }
     };
     check_header(&table, job)?;
@@ -117,7 +119,7 @@ fn convert(
 /// Names of the columns that are added; those of a machine with their units.
 fn answer_columns(job: &Job) -> Vec<String> {
     let unit = |name: &str| match (&job.about, dimension::of_variable(name)) {
-        (About::Machine(of), Some(dimension)) => format!("{name} [{}]", of.machine.motion.unit(dimension)),
+        (About::Machine(of, _), Some(dimension)) => format!("{name} [{}]", of.machine.motion.unit(dimension)),
         _ => name.to_owned(),
     };
     let mut names = Vec::new();
@@ -127,7 +129,7 @@ fn answer_columns(job: &Job) -> Vec<String> {
     }
     let critical = match &job.about {
         About::Law(_) => ["critical_c", "critical_c_error"].map(str::to_owned),
-        About::Machine(of) => {
+        About::Machine(of, _) => {
             let unit = of.machine.motion.unit(Dimension::Damping);
             ["critical_damping", "critical_damping_error"].map(|name| format!("{name} [{unit}]"))
         }
@@ -169,7 +171,7 @@ fn oscillator(
             point::check_law(law, &point).map_err(at)?;
             Ok((law.clone(), point, None))
         }
-        About::Machine(of) => {
+        About::Machine(of, _) => {
             let mut machine = of.machine.clone();
             for (name, value) in table.values(row)? {
                 let changed = machine.with(name, value).filter(Machine::is_legal);

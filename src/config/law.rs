@@ -190,8 +190,10 @@ fn table_of(path: &Path, static_level: Option<f64>) -> Result<Table, (String, St
             _ => {
                 let row: Vec<&str> = record.iter().collect();
                 let problem = format!("{name}:{line}: `{}` is no pair of numbers", row.join(","));
-                let foreign = row.iter().any(|field| field.contains([';', '\t']) || decimal_comma(field).is_some());
-                let remedy = if foreign { SEPARATE } else { "write slip speed and friction, separated by a comma" };
+                let foreign =
+                    row.iter().any(|field| field.contains([';', '\t']) || decimal_comma(field).is_some());
+                let remedy =
+                    if foreign { SEPARATE } else { "write slip speed and friction, separated by a comma" };
                 return fail(problem, remedy);
             }
         }

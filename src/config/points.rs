@@ -91,6 +91,12 @@ impl PointTable {
         &self.header
     }
 
+    /// Whether it has the column of this parameter or quantity.
+    #[must_use]
+    pub fn has(&self, name: &str) -> bool {
+        self.columns.iter().any(|(column, _)| *column == name)
+    }
+
     /// The next rows, some thousand at most; none at the end.
     ///
     /// # Errors
@@ -137,7 +143,11 @@ impl PointTable {
             Err(_) => {
                 let problem = format!("column {name}: `{}` is not a number", short(&self.text(row, name)));
                 let remedy = decimal_comma(&self.text(row, name));
-                Err(error(self.place(row), problem, &remedy.unwrap_or("write a number such as 0.5 or 1e-3".into())))
+                Err(error(
+                    self.place(row),
+                    problem,
+                    &remedy.unwrap_or("write a number such as 0.5 or 1e-3".into()),
+                ))
             }
         };
         self.columns.iter().map(number).collect()
