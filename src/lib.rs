@@ -46,9 +46,9 @@
 //! ```
 //!
 //! # Features
-//! `store` (the map file, by way of HDF5), `report` (tables and figures), `config` (configuration files) and
-//! `cli` (the program) are on by default; `serde` lets results be serialised. With none of them, or only
-//! `config` and `serde`, the crate is pure Rust.
+//! `store` (the map file, with the HDF5 library), `report` (tables and figures), `config` (configuration
+//! files) and `cli` (the program) are on by default; `serde` makes results serialisable. With none of them,
+//! or only `config` and `serde`, the crate is pure Rust.
 
 #[cfg(feature = "report")]
 pub mod assessment;

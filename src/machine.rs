@@ -28,7 +28,7 @@ pub use friction::{Coefficients, Friction};
 use crate::friction::{Column, Law};
 use crate::point::Point;
 
-/// How a machine moves, which names its units.
+/// Kind of motion of a machine, which determines its units.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Motion {
     /// Along a line.
@@ -84,7 +84,7 @@ pub enum Dimension {
     Stiffness,
 }
 
-/// A machine, in SI units; those of a rotation are kg m^2 for kg, N m for N and rad for m.
+/// A machine, in SI units; for a rotation kg m^2 replaces kg, N m replaces N and rad replaces m.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Machine {
     /// How it moves.
@@ -143,7 +143,7 @@ impl Units {
         }
     }
 
-    /// What a dimensionless number of this dimension is multiplied by.
+    /// The factor from a dimensionless number of this dimension to SI.
     #[must_use]
     pub fn factor(&self, dimension: Dimension) -> f64 {
         match dimension {
@@ -180,7 +180,7 @@ pub struct SiUnits {
 }
 
 impl SiUnits {
-    /// What a dimensionless number of this dimension is multiplied by.
+    /// The factor from a dimensionless number of this dimension to SI.
     #[must_use]
     pub fn factor(&self, dimension: Dimension) -> f64 {
         self.units.factor(dimension)
@@ -262,7 +262,7 @@ impl Machine {
             && self.friction.is_legal()
     }
 
-    /// The units in which it is measured.
+    /// The units of the dimensionless oscillator.
     #[must_use]
     pub fn units(&self) -> Units {
         Units::of(self.mass, self.stiffness, self.friction.at_rest() * self.normal_force)
@@ -297,7 +297,7 @@ impl Model {
     }
 }
 
-/// The machine that the tests ask about.
+/// An example machine for tests.
 #[cfg(test)]
 pub(crate) fn example(law: Law) -> Machine {
     Machine::from_array(Motion::Translation, law, [2.0, 800.0, 4.0, 50.0, 0.4, 0.3, 0.25, 0.02, 0.1])

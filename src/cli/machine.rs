@@ -1,4 +1,4 @@
-//! `slipmap probe --machine`: what a machine does, in SI units.
+//! `slipmap probe --machine`: the behaviour of a machine, in SI units.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -10,7 +10,7 @@ use crate::config::{MachineJob, load_machine};
 use crate::machine::{Dimension, Machine};
 use crate::probe::regime_words;
 
-/// Reads the machine of a file with the quantities chosen by `--set`; belt speed and damping have one value each.
+/// Reads the machine of a file with the quantities set by `--set`; belt speed and damping have one value each.
 pub(super) fn load(file: &Path, settings: &[(String, f64)]) -> Result<MachineJob, Failure> {
     let job = load_any(file, settings)?;
     check_single(&job, file, |_| false)?;
@@ -48,7 +48,7 @@ fn quantity(value: Option<f64>, unit: &str) -> String {
     value.map_or("-".into(), |value| format!("{} {unit}", short(value)))
 }
 
-/// Prints it for a person.
+/// Prints the machine and its behaviour as text.
 pub(super) fn write(out: &mut dyn Write, machine: &Machine, behaviour: &Behaviour) -> io::Result<()> {
     writeln!(out, "The machine, in SI units")?;
     let (units, motion) = (machine.units(), machine.motion);

@@ -201,7 +201,7 @@ fn probe_point(
     Ok(Ended::Fine)
 }
 
-/// Writes the figure and the table of the orbit, if they are asked for.
+/// Writes the figure and the table of the orbit, if they were asked for.
 fn write_orbit(
     arguments: &Arguments,
     law: &Law,
@@ -253,7 +253,7 @@ fn write_orbit(
     Ok(())
 }
 
-/// Writes everything for a person to read.
+/// Prints the answer as text.
 fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> {
     use Align::{Left, Right};
 
@@ -421,7 +421,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
     table.write(out)
 }
 
-/// What orbits tend to, in words.
+/// Describes an attractor.
 fn neighbour_words(neighbour: Neighbour) -> &'static str {
     match neighbour {
         Neighbour::Equilibrium => "the equilibrium",
@@ -431,7 +431,7 @@ fn neighbour_words(neighbour: Neighbour) -> &'static str {
     }
 }
 
-/// How many slip cycles were found, and what is proved of their number.
+/// Describes the number of slip cycles found, and what is proved of it.
 fn slip_count_words(found: usize, count: &SlipCount) -> String {
     let number = |n: u32| if n == 0 { "none".to_owned() } else { n.to_string() };
     if let Some(exact) = count.exact() {
@@ -451,7 +451,7 @@ fn slip_count_words(found: usize, count: &SlipCount) -> String {
     words
 }
 
-/// Why limits are not known, and the names of their methods.
+/// Reasons why limits in eps are unknown, each with the names of its methods.
 fn unknown_limits(answer: &Answer, limits: &[EpsilonLimit]) -> Vec<(Unknown, String)> {
     let of = |why: Unknown| {
         let methods = answer.methods.iter().zip(limits).filter(|(_, limit)| limit.unknown() == Some(why));

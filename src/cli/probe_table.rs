@@ -21,7 +21,7 @@ use crate::probe::Answer;
 /// Answers for standard output are held in memory up to this size, then in a temporary file.
 const SPOOL: usize = 16 << 20;
 
-/// What to do.
+/// Arguments of the command.
 #[derive(Debug)]
 pub(super) struct Job<'a> {
     /// The table of points, `-` for standard input.
@@ -76,7 +76,7 @@ pub(super) fn run(job: &Job) -> Result<Ended, Failure> {
     Ok(Ended::Fine)
 }
 
-/// Reads, computes and writes batch after batch.
+/// Reads, computes and writes rows batch by batch.
 fn convert(
     job: &Job,
     mut table: PointTable,
@@ -116,7 +116,7 @@ fn convert(
     writer.flush().map_err(|error| write_error(error.into()))
 }
 
-/// Names of the columns that are added; those of a machine with their units.
+/// Names of the columns that are appended; those of a machine with their units.
 fn answer_columns(job: &Job) -> Vec<String> {
     let unit = |name: &str| match (&job.about, dimension::of_variable(name)) {
         (About::Machine(of, _), Some(dimension)) => format!("{name} [{}]", of.machine.motion.unit(dimension)),
@@ -143,10 +143,10 @@ fn answer_columns(job: &Job) -> Vec<String> {
     names
 }
 
-/// The fields of a map whose quantities are added.
+/// The fields of a map whose quantities are appended.
 const QUANTITIES: [Field; 3] = [Field::Landing, Field::Cycle, Field::Basin];
 
-/// Refuses a table that has a column of the name of one to be added.
+/// Refuses a table that already has a column with an appended name.
 fn check_header(table: &PointTable, job: &Job) -> Result<(), Failure> {
     let header: Vec<_> = table.header().iter().map(|field| String::from_utf8_lossy(field)).collect();
     match answer_columns(job).into_iter().find(|name| header.iter().any(|field| field.trim() == name)) {
@@ -199,7 +199,7 @@ fn oscillator(
     }
 }
 
-/// The row with its answers appended.
+/// Appends the answers to a row.
 fn answer(table: &PointTable, mut row: ByteRecord, job: &Job) -> Result<ByteRecord, Failure> {
     let (law, point, si) = oscillator(table, &row, &job.about)?;
     let answer = Answer::of(&law, &point, job.tolerance, Method::usual());
@@ -235,16 +235,16 @@ fn answer(table: &PointTable, mut row: ByteRecord, job: &Job) -> Result<ByteReco
     Ok(row)
 }
 
-/// The table being written, out of sight until it is complete.
+/// The table being written, under a temporary name until it is complete.
 struct Output {
     file: Spool,
     overwrite: bool,
 }
 
 enum Spool {
-    /// Beside its final place.
+    /// In a temporary file beside its final path.
     Beside { file: BufWriter<tempfile::NamedTempFile>, path: PathBuf },
-    /// Bound for standard output.
+    /// For standard output.
     Standard(tempfile::SpooledTempFile),
 }
 
@@ -290,7 +290,7 @@ impl Output {
         #[cfg(unix)]
         {
             use std::os::unix::fs::PermissionsExt as _;
-            // Those of any new file; the default of temporary files is readable by their owner only.
+            // The permissions of any new file; temporary files are readable by their owner only.
             builder.permissions(std::fs::Permissions::from_mode(0o666));
         }
         let file = builder.tempfile_in(folder).map_err(|error| {
@@ -300,14 +300,14 @@ impl Output {
             ))
         })?;
         let temporary = file.path().to_owned();
-        interrupt::on_giving_up(super::NOTHING_LEFT.to_owned(), move || {
-            // If it cannot be removed there is nothing better to do.
+        interrupt::on_abandonment(super::NOTHING_LEFT.to_owned(), move || {
+            // Nothing more can be done if it cannot be removed.
             let _ = std::fs::remove_file(temporary);
         });
         Ok(Self { file: Spool::Beside { file: BufWriter::new(file), path: path.to_owned() }, overwrite })
     }
 
-    /// Gives the complete table its name.
+    /// Gives the complete table its name, or copies it to standard output.
     fn publish(self) -> Result<(), Failure> {
         match self.file {
             Spool::Standard(mut file) => {

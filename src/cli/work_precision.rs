@@ -1,4 +1,4 @@
-//! `slipmap work-precision`: speed charted against accuracy.
+//! `slipmap work-precision`: measures speed against accuracy.
 
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
@@ -59,7 +59,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     if existing == Existing::Refuse && folder.symlink_metadata().is_ok() {
         return Err(failure(ReportError::Exists { path: folder }));
     }
-    // Before minutes of work.
+    // Checked before minutes of work.
     if let Some(peers) = arguments.peers.as_ref().filter(|peers| !peers.is_file()) {
         return Err(Failure::BadInput(format!(
             "--peers {}: there is no such file\n  help: scripts/peers makes one",

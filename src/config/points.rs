@@ -1,4 +1,4 @@
-//! Tables of points: CSV with one column for every axis of a law, and any others.
+//! Tables of points: CSV files with one column for every axis of a law; other columns are kept.
 
 use std::fs::File;
 use std::io::{self, BufReader, Read};
@@ -13,31 +13,32 @@ use crate::friction::Law;
 use crate::map::{Grid, GridError};
 use crate::point::Point;
 
-/// Rows handed out at a time: enough to keep all cores busy, little enough to hold.
+/// Number of rows handed out at a time: keeps all cores busy and fits into memory.
 const BATCH: usize = 8192;
 
-/// Bytes of rows held at a time.
+/// Largest number of bytes of rows held at a time.
 const HELD: u64 = 1 << 26;
 
-/// Bytes of a row. A longer one is no row of numbers, and would fill the memory before it could be refused.
+/// Largest number of bytes of a row. A longer row is not one of numbers, and would fill the memory before it
+/// could be refused.
 const LONGEST_ROW: u64 = 1 << 20;
 
-/// A table of points, or of machines, being read.
+/// Reader of a table of points, or of machines.
 pub struct PointTable {
     name: String,
     reader: csv::Reader<Rows>,
     header: ByteRecord,
     /// Names of the parameters or quantities, and the column of each.
     columns: Vec<(&'static str, usize)>,
-    understood: Arc<AtomicU64>,
+    parsed: Arc<AtomicU64>,
 }
 
 impl PointTable {
-    /// Opens the table at `path` (`-`: standard input), and finds the columns of the axes of `law` in its
+    /// Opens the table at `path` (`-`: standard input), and finds the columns of the axes of `law` by its
     /// header.
     ///
     /// # Errors
-    /// The file cannot be read, or a column is missing, or there twice.
+    /// The file cannot be read, or a column is missing or occurs twice.
     pub fn open(path: &Path, law: &Law) -> Result<Self, ConfigError> {
         Self::with_columns(path, |name, header| find_axes(name, header, &Grid::axis_names(law), true))
     }
@@ -67,25 +68,25 @@ impl PointTable {
             })?;
             (name, Box::new(BufReader::new(file)))
         };
-        let understood = Arc::new(AtomicU64::new(0));
-        let source = Rows { source, read: 0, understood: Arc::clone(&understood) };
+        let parsed = Arc::new(AtomicU64::new(0));
+        let source = Rows { source, read: 0, parsed: Arc::clone(&parsed) };
         let mut reader = ReaderBuilder::new().from_reader(source);
         let mut header = reader.byte_headers().map_err(|error| read_error(&name, &error))?.clone();
-        // Some spreadsheets begin a file with a byte order mark, which is no part of the first name.
+        // Some spreadsheets write a byte order mark, which is not part of the first name.
         if let Some(first) = header.get(0).and_then(|first| first.strip_prefix("\u{feff}".as_bytes())) {
             header = std::iter::once(first).chain(header.iter().skip(1)).collect();
         }
         let columns = find(&name, &header)?;
-        Ok(Self { name, reader, header, columns, understood })
+        Ok(Self { name, reader, header, columns, parsed })
     }
 
-    /// The file's name, for messages.
+    /// The file's name in messages.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The first row, which names the columns.
+    /// The header: names of the columns.
     #[must_use]
     pub fn header(&self) -> &ByteRecord {
         &self.header
@@ -97,10 +98,11 @@ impl PointTable {
         self.columns.iter().any(|(column, _)| *column == name)
     }
 
-    /// The next rows, some thousand at most; none at the end.
+    /// Reads the next rows, some thousand at most; empty at the end.
     ///
     /// # Errors
-    /// A row of another length than the header, or of more than a mebibyte, or the file system's reasons.
+    /// A row with another number of fields than the header, or of more than a mebibyte; or the file system's
+    /// reasons.
     pub fn rows(&mut self) -> Result<Vec<ByteRecord>, ConfigError> {
         let mut rows = Vec::new();
         let start = self.reader.position().byte();
@@ -110,7 +112,7 @@ impl PointTable {
             if !more.map_err(|error| read_error(&self.name, &error))? {
                 break;
             }
-            self.understood.store(self.reader.position().byte(), Ordering::Relaxed);
+            self.parsed.store(self.reader.position().byte(), Ordering::Relaxed);
             rows.push(row);
         }
         Ok(rows)
@@ -119,14 +121,14 @@ impl PointTable {
     /// The point of `law` that a row describes.
     ///
     /// # Errors
-    /// A field of an axis that is no number, or none that the axis may have.
+    /// A field of an axis that is not a number, or not legal on the axis.
     pub fn point(&self, row: &ByteRecord, law: &Law) -> Result<Point, ConfigError> {
         let values: Vec<f64> = self.values(row)?.into_iter().map(|(_, value)| value).collect();
         point_of(law, &values).map_err(|error| {
             let (name, wanted) = match &error {
                 GridError::OutOfDomain { axis, domain, .. } => (axis.as_str(), domain.clone()),
                 GridError::NotFinite { axis, .. } => (axis.as_str(), "finite".to_owned()),
-                // A grid of one cell has no other faults.
+                // A grid of one cell has no other errors.
                 other => ("", other.to_string()),
             };
             self.illegal(row, name, &format!("is out of range: {name} must be {wanted}"))
@@ -157,7 +159,7 @@ impl PointTable {
     #[must_use]
     pub fn illegal(&self, row: &ByteRecord, name: &str, problem: &str) -> ConfigError {
         let problem = format!("column {name}: `{}` {problem}", short(&self.text(row, name)));
-        error(self.place(row), problem, "mend or remove this row")
+        error(self.place(row), problem, "correct or remove this row")
     }
 
     fn text(&self, row: &ByteRecord, name: &str) -> String {
@@ -166,7 +168,7 @@ impl PointTable {
         String::from_utf8_lossy(field).trim().to_owned()
     }
 
-    /// Where a row stands: file and line.
+    /// File and line of a row.
     #[must_use]
     pub fn place(&self, row: &ByteRecord) -> String {
         format!("{}:{}", self.name, row.position().map_or(0, csv::Position::line))
@@ -176,7 +178,7 @@ impl PointTable {
 /// The point with the given value on each axis of `law`, in the order of [`Grid::axis_names`].
 ///
 /// # Errors
-/// The first value that its axis may not have.
+/// The first value that is not legal on its axis.
 pub fn point_of(law: &Law, values: &[f64]) -> Result<Point, GridError> {
     // A point is legal exactly when the grid of this one cell is.
     let grid = Grid::new(law.clone(), values.iter().map(|&value| vec![value]).collect())?;
@@ -187,7 +189,7 @@ fn error(place: String, problem: impl Into<String>, remedy: impl Into<String>) -
     ConfigError { place, problem: problem.into(), remedy: remedy.into() }
 }
 
-/// A field as far as it fits into a message.
+/// A field, shortened for a message.
 fn short(text: &str) -> String {
     match text.char_indices().nth(40) {
         Some((end, _)) => format!("{}..", &text[..end]),
@@ -236,22 +238,22 @@ fn find_axes(
     Ok(columns)
 }
 
-/// A source that ends with an error where a row seems never to end.
+/// Byte source that returns an error if a row is too long.
 struct Rows {
     source: Box<dyn Read + Send + Sync>,
-    /// Bytes handed on.
+    /// Number of bytes passed on.
     read: u64,
-    /// Bytes of the rows that the reader has understood.
-    understood: Arc<AtomicU64>,
+    /// Number of bytes of the rows parsed so far.
+    parsed: Arc<AtomicU64>,
 }
 
 impl Read for Rows {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        if self.read > self.understood.load(Ordering::Relaxed) + LONGEST_ROW {
+        if self.read > self.parsed.load(Ordering::Relaxed) + LONGEST_ROW {
             return Err(io::Error::new(
                 io::ErrorKind::InvalidData,
                 format!(
-                    "a row is longer than {} MiB: a quote is never closed, or this is no table",
+                    "a row is longer than {} MiB: a quote is never closed, or this is not a table",
                     LONGEST_ROW >> 20
                 ),
             ));
@@ -262,7 +264,7 @@ impl Read for Rows {
     }
 }
 
-/// An error of the table itself, with its line.
+/// Converts an error of the CSV reader, with its line.
 fn read_error(name: &str, cause: &csv::Error) -> ConfigError {
     let place = format!("{name}:{}", cause.position().map_or(1, csv::Position::line));
     match cause.kind() {

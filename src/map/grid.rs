@@ -5,8 +5,8 @@ use std::ops::Range;
 use crate::friction::{Column, Law};
 use crate::point::{LawParameters, MAX_LAW_PARAMETERS, Point};
 
-/// What an axis varies. The order of a map's dimensions, slowest first, is eps, the law's parameters in
-/// the law's order, V, c; c is fastest because verdicts are step functions along it.
+/// The parameter that an axis varies. The order of a map's dimensions, slowest first, is eps, the law's
+/// parameters in the law's order, V, c; c is fastest because verdicts are step functions along it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AxisRole {
     /// eps.
@@ -23,7 +23,7 @@ impl AxisRole {
     /// The value of a point's coordinate.
     ///
     /// # Panics
-    /// If it is a parameter that the point's law does not have.
+    /// If the point's law does not have this parameter.
     #[must_use]
     pub fn of(self, point: &Point) -> f64 {
         match self {
@@ -34,7 +34,7 @@ impl AxisRole {
         }
     }
 
-    /// Gives a point another value of this coordinate.
+    /// Sets a point's coordinate.
     ///
     /// # Panics
     /// As [`AxisRole::of`].
@@ -55,14 +55,14 @@ pub struct Axis {
     pub name: String,
     /// One phrase for a figure's axis.
     pub long_name: String,
-    /// What it varies.
+    /// The parameter that it varies.
     pub role: AxisRole,
     /// The nodes, finite and strictly increasing.
     pub values: Vec<f64>,
 }
 
 impl Axis {
-    /// Whether it has more than two nodes, of equal ratios.
+    /// Returns whether it has more than two nodes, in equal ratios.
     #[must_use]
     pub fn is_logarithmic(&self) -> bool {
         self.values.len() > 2 && is_logarithmic(&self.values)
@@ -74,7 +74,7 @@ impl Axis {
         (self.values.len() - 1) / 2
     }
 
-    /// The node nearest to a value.
+    /// Index of the node nearest to a value.
     #[must_use]
     pub fn nearest(&self, value: f64) -> usize {
         let distance = |i: &usize| (self.values[*i] - value).abs();
@@ -82,7 +82,7 @@ impl Axis {
     }
 }
 
-/// Whether nodes have equal steps, up to the rounding of decimal input.
+/// Returns whether nodes have equal steps, up to the rounding of decimal input.
 #[must_use]
 pub fn is_linear(values: &[f64]) -> bool {
     let (first, last) = (values[0], values[values.len() - 1]);
@@ -90,13 +90,13 @@ pub fn is_linear(values: &[f64]) -> bool {
     values.iter().enumerate().all(|(i, value)| (value - first - step * i as f64).abs() <= 1e-6 * step)
 }
 
-/// Whether nodes have equal ratios.
+/// Returns whether nodes have equal ratios.
 #[must_use]
 pub fn is_logarithmic(values: &[f64]) -> bool {
     values[0] > 0.0 && is_linear(&values.iter().map(|value| value.ln()).collect::<Vec<_>>())
 }
 
-/// Why a grid cannot be built.
+/// Reason why a grid cannot be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum GridError {
     /// The axis has no nodes.
@@ -113,7 +113,7 @@ pub enum GridError {
         /// The value.
         value: f64,
     },
-    /// Nodes repeat or fall.
+    /// Nodes are not strictly increasing.
     #[error("axis {axis} must increase strictly, but {next} follows {previous}")]
     NotIncreasing {
         /// Name of the axis.
@@ -147,7 +147,7 @@ fn axis_names(law: &Law) -> Vec<(AxisRole, &'static str, &'static str)> {
     names
 }
 
-/// The legal domain of one axis in words, and whether a value is in it.
+/// The legal domain of one axis in words, and whether a value lies in it.
 fn domain(law: &Law, role: AxisRole, value: f64) -> (bool, String) {
     match role {
         AxisRole::Epsilon | AxisRole::BeltSpeed => (value > 0.0, "greater than 0".into()),
@@ -168,7 +168,7 @@ fn domain(law: &Law, role: AxisRole, value: f64) -> (bool, String) {
     }
 }
 
-/// The six-axis grid (for the Stribeck law) of a map.
+/// The grid of a map: a friction law and one axis for each parameter (six axes for the Stribeck law).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
     law: Law,
@@ -297,7 +297,7 @@ impl Grid {
         let mut point = self.point(&index);
         (0..tile.columns()).map(move |_| {
             let column = self.law.column(&point);
-            // The next index, the fastest axis but that of c first.
+            // Increments the index, the fastest axis but that of c first.
             let outer = self.axes.len().saturating_sub(1);
             for axis in (0..outer).rev() {
                 index[axis] += 1;
@@ -314,8 +314,8 @@ impl Grid {
         })
     }
 
-    /// Shape of a tile: the box of at most `target_cells` cells that takes whole the fastest axes. It is
-    /// also the shape of the chunks of the map file, so that one tile fills one chunk.
+    /// Shape of a tile: the box of at most `target_cells` cells that contains whole axes, the fastest first.
+    /// It is also the shape of the chunks of the map file, so that one tile fills one chunk.
     #[must_use]
     pub fn tile_shape(&self, target_cells: usize) -> Vec<usize> {
         let mut room = target_cells.max(1);
@@ -386,7 +386,7 @@ impl Tile {
         self.ranges.iter().map(ExactSizeIterator::len).product()
     }
 
-    /// Number of columns, complete or cut.
+    /// Number of columns, whole or partial.
     #[must_use]
     pub fn columns(&self) -> usize {
         let outer = self.ranges.len() - 1;

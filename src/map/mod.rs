@@ -1,4 +1,4 @@
-//! Maps: axes, grid, tiles, the parallel engine, and what a sink of cells is.
+//! Maps: axes, grid, tiles, the parallel engine, and the interface of a sink of tiles.
 
 mod account;
 mod audit;

@@ -1,5 +1,5 @@
-//! Friction laws beyond the paper's: the same Stribeck law by closed form and as text, certificates of every
-//! law against the simulated flow, and the engines against each other.
+//! Friction laws beyond the paper's: the Stribeck law by closed form and as text, certificates of every law
+//! compared with the simulated flow, and the engines with each other.
 
 use crate::reference;
 use crate::sample::Random;
@@ -55,7 +55,8 @@ fn stribeck_as_text_gives_the_same_verdicts_and_margins() {
         assert!(both_nan || (margins[0] - margins[1]).abs() <= allowed, "{built_in:?}: {flows:?}");
         let roots = columns.map(|column| critical_damping(&column, 1e-12).map(|root| root.c));
         if let [Ok(a), Ok(b)] = roots {
-            // Below zero one of them may have ended its search early: how negative c* is concerns nobody.
+            // Below zero one of them may have ended its search early: the value of a negative c* is not
+            // needed.
             assert!(apart(a, b) <= 1e-10 || a.max(b) < 0.0, "{built_in:?}: {a} {b}");
         }
     }
@@ -200,8 +201,8 @@ fn a_law_given_as_a_function_is_the_law_built_in() {
         // The comparison lemma: an error delta of the weakening rate moves eps c* by at most delta.
         let allowed = delta / 0.5 + found.error + exact.error;
         assert!((found.c - exact.c).abs() <= allowed, "V = {belt_speed}: {found:?} {exact:?} {delta}");
-        // Bounds are proved of the polynomials: theorems hold for them as for a formula. Rounding: some hundred
-        // operations on numbers below one.
+        // Bounds are proved of the polynomials: theorems hold for them as for a formula. Rounding: some
+        // hundred operations on numbers below one.
         let range = own.column(&point(&[])).curve.weakening_range(0.0, 2.0 * belt_speed);
         assert!(range.lo.is_finite() && (range.hi - 0.5).abs() <= 2.0 * delta + 1e-13, "{range:?}");
     }
@@ -339,7 +340,8 @@ fn gradients_of_the_weakening_rate_are_its_differences() {
                 law.curve(epsilon, &LawParameters::new(parameters)).weakening(u)
             };
             let gradient = law.curve(epsilon, &LawParameters::new(&parameters)).weakening_gradient(u);
-            // Truncation of the second order with third derivatives up to some hundreds; round-off over the step.
+            // Truncation of the second order with third derivatives up to some hundreds; round-off over the
+            // step.
             let step = 1e-5;
             let close = |a: f64, b: f64| (a - b).abs() <= 1e-7 * (1.0 + a.abs());
             let by_epsilon =
@@ -359,9 +361,10 @@ fn gradients_of_the_weakening_rate_are_its_differences() {
     }
 }
 
-/// R. I. Leine, D. H. van Campen, A. de Kraker, L. van den Steen, "Stick-slip vibrations induced by alternate friction
-/// models", Nonlinear Dynamics 16 (1998) 41-54: unit mass and stiffness, friction 1 / (1 + 3 |v|), belt speed 0.2. Their
-/// cycle in all digits, by other programs: period 12.00103129, greatest displacement 1.13394467.
+/// R. I. Leine, D. H. van Campen, A. de Kraker, L. van den Steen, "Stick-slip vibrations induced by alternate
+/// friction models", Nonlinear Dynamics 16 (1998) 41-54: unit mass and stiffness, friction 1 / (1 + 3 |v|),
+/// belt speed 0.2. Their cycle in all digits, by other programs: period 12.00103129, greatest displacement
+/// 1.13394467.
 #[test]
 fn the_stick_slip_cycle_of_leine_and_others() {
     let law = Law::Expression(Expression::new("1/(1 + 3*u)", 1.0).unwrap());
@@ -372,8 +375,9 @@ fn the_stick_slip_cycle_of_leine_and_others() {
         // Half a unit of the last digit given.
         assert!((landing.slip_time + landing.stick_time - 12.001_031_29).abs() <= 0.5e-8, "{landing:?}");
     }
-    // The turning point by the classical Runge-Kutta method from the exit point (1, 0.2) to x2 = 0: with steps of 1e-4
-    // its error is far below the last digit; the step that passes the turning point is halved until it is nothing.
+    // The turning point by the classical Runge-Kutta method from the exit point (1, 0.2) to x2 = 0: with
+    // steps of 1e-4 its error is far below the last digit; the step that passes the turning point is bisected
+    // until it vanishes.
     let rate = |x1: f64, x2: f64| (x2, 1.0 / (1.0 + 3.0 * (0.2 - x2)) - x1);
     let (mut x1, mut x2, mut h) = (1.0, 0.2, 1e-4);
     while h > 1e-12 {
@@ -390,7 +394,7 @@ fn the_stick_slip_cycle_of_leine_and_others() {
     }
     let greatest =
         trace(&oscillator, Start::ExitPoint, 1e-12, 20.0).samples.iter().map(|s| s.x1).fold(0.0, f64::max);
-    // Their last digit is cut off.
+    // Their last digit is truncated.
     assert!((0.0..1e-8).contains(&(x1 - 1.133_944_67)), "{x1}");
     // Samples are at most 0.1 rad apart.
     assert!(greatest <= x1 + 1e-9 && x1 - greatest <= 0.2 * 0.05, "{greatest} {x1}");
@@ -434,7 +438,7 @@ fn critical_dampings_of_random_laws_are_those_of_the_reference() {
             row.belt_speed,
             row.critical
         );
-        // Every theorem is on the right side of it, and holds it in its undecided gap.
+        // Every theorem is on the right side of it, or leaves it in its undecided gap.
         for test in TESTS.iter().filter(|test| test.guarantee == Guarantee::FiniteEpsilon) {
             let claim = (test.claim)(&column);
             assert!(
@@ -457,8 +461,8 @@ fn critical_dampings_of_random_laws_are_those_of_the_reference() {
     assert_eq!(seen, [200, 100]);
 }
 
-/// The method `validated` on laws other than Stribeck's: the critical damping of the simulation is inside, and no claim
-/// is contradicted by the direct engine.
+/// The method `validated` on laws other than Stribeck's: the critical damping of the simulation is inside,
+/// and no claim is contradicted by the direct engine.
 #[test]
 fn validated_encloses_every_law() {
     let mut random = Random(68);
