@@ -148,7 +148,7 @@ impl PointTable {
                 Err(error(
                     self.place(row),
                     problem,
-                    &remedy.unwrap_or("write a number such as 0.5 or 1e-3".into()),
+                    remedy.unwrap_or("write a number such as 0.5 or 1e-3".into()),
                 ))
             }
         };

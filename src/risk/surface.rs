@@ -275,7 +275,7 @@ impl Surface {
         // From values at the nodes to coefficients, axis by axis.
         for axis in 0..wide.len() {
             let stride = along.pow((wide.len() - 1 - axis) as u32);
-            for first in (0..nodes).filter(|number| number / stride % along == 0) {
+            for first in (0..nodes).filter(|number| (number / stride).is_multiple_of(along)) {
                 let values: Vec<f64> = (0..along).map(|i| coefficients[first + i * stride]).collect();
                 for j in 0..along {
                     let term =

@@ -221,7 +221,7 @@ fn bad_machines_are_refused_with_their_place() {
     with("damping = 4.0", "damping = -4.0").refuses(&["bad.toml:11:11", "damping must be at least 0"]);
     with("damping = 4.0", "damping = 4.0\nstrengthening = -1.0").refuses(&["bad.toml:12:17", "at least 0"]);
     with("law = \"stribeck\"", "law = \"expression\"\nphi = \"1 - 0.1*tanh(u)\"").refuses(&[
-        "bad.toml:9:1",
+        "bad.toml:8:1",
         "`static_friction`",
         "leave it out",
         "stribeck, exponential and lorentzian",

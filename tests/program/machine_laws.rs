@@ -125,6 +125,7 @@ fn what_a_machine_of_a_law_needs_is_told_at_once() {
     refused(table("quantity = \"forces\""), &["quantity", "force"]);
     scratch.file("mu.csv", "0,-0.4\n0.05,0.35\n0.3,0.3\n");
     refused(table(""), &["mu.csv:1", "at rest is -0.4", "greater than 0"]);
+    scratch.file("mu.csv", "0,1\n0.5,0.8\n2,0.7\n");
     let dimensionless =
         "[friction]\nlaw = \"table\"\nfile = \"mu.csv\"\nquantity = \"force\"\n[grid]\nepsilon = 1.0\n";
     scratch.file("bad.toml", dimensionless);
