@@ -370,6 +370,8 @@ fn grid_error(error: &GridError, names: &[&str], nodes: &[(Vec<f64>, Node)]) -> 
                 report(at, format!("{next} follows {previous}"), "sort the list: axes increase".into())
             }
         }
+        // One list was made per axis of the law.
+        GridError::AxisCount { .. } => unreachable!("{error}"),
         GridError::TooLarge => {
             let sizes: Vec<String> =
                 names.iter().zip(nodes).map(|(name, (v, _))| format!("{name} {}", v.len())).collect();

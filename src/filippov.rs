@@ -78,6 +78,9 @@ impl Eigenvalues {
 
 impl Oscillator {
     /// The oscillator at a parameter point of `law`.
+    ///
+    /// # Panics
+    /// As [`Law::column`], if the point is not legal.
     #[must_use]
     pub fn new(law: &Law, point: &Point) -> Self {
         Self::in_column(&law.column(point), point.damping)

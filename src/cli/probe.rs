@@ -35,8 +35,8 @@ pub(super) struct Arguments {
     point: PointArguments,
     #[command(flatten)]
     law: LawArguments,
-    /// The machine in SI units described in the tables [machine] and [friction] of a configuration, in place of
-    /// the point; --set belt_speed=.. and --set damping=.. choose others than the file's
+    /// The machine in SI units described in the tables [machine] and [friction] of a configuration, in place
+    /// of the point; --set belt_speed=.. and --set damping=.. choose others than the file's
     #[arg(long, value_name = "FILE.toml", conflicts_with_all = ["points", "law", "phi", "table"])]
     machine: Option<PathBuf>,
     /// Bound on the error of the scaled grazing margin m / V that the simulation aims at [default: 1e-9]
@@ -51,7 +51,8 @@ pub(super) struct Arguments {
     /// Width of the figure: one column of a journal (84 mm) or two (174 mm)
     #[arg(long, value_enum, default_value_t = Columns::One, requires = "figure")]
     columns: Columns,
-    /// Write the orbit: t, x1, x2, and whether the mass slips or sticks from there on; in SI units with --machine
+    /// Write the orbit: t, x1, x2, and whether the mass slips or sticks from there on; in SI units with
+    /// --machine
     #[arg(long, value_name = "FILE.csv", conflicts_with = "points")]
     orbit: Option<PathBuf>,
     /// Start of the orbit that is drawn and written; default: the exit point, where sticking ends
@@ -436,7 +437,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn help_tells_the_default_tolerance() {
+    fn help_names_the_default_tolerance() {
         let help =
             crate::cli::Arguments::command().find_subcommand_mut("probe").unwrap().render_help().to_string();
         assert!(help.contains(&format!("[default: {}]", exact(DEFAULT_TOLERANCE))), "{help}");

@@ -36,8 +36,8 @@ pub(super) struct Arguments {
     /// The folder to write; default: results/ and the name of the configuration
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// What scripts/peers measured; default: of the files results/peers-*.csv the newest about the same cells, or
-    /// else the newest
+    /// What scripts/peers measured; default: of the files results/peers-*.csv the newest about the same
+    /// cells, or else the newest
     #[arg(long, value_name = "FILE.csv")]
     peers: Option<PathBuf>,
     /// Replace the files of an earlier study

@@ -5,6 +5,7 @@
 //! values and its proved bounds, and do not depend on which parameters the law has.
 
 mod custom;
+pub(crate) mod domain;
 mod exponential;
 mod expression;
 mod function;
@@ -17,6 +18,7 @@ mod table;
 mod weakening;
 
 pub use custom::{Custom, CustomLaw, CustomLawError};
+pub use domain::PointError;
 pub use exponential::Exponential;
 pub use expression::{Expression, ExpressionCurve, ExpressionError};
 pub use function::{Function, FunctionError};
@@ -117,7 +119,6 @@ impl Law {
     /// use slipmap::certify::TESTS;
     /// use slipmap::filippov::Oscillator;
     /// use slipmap::friction::{CustomLaw, Law, Parameter};
-    /// use slipmap::point::{LawParameters, Point};
     /// use slipmap::simulate::{Fate, critical_damping, flow};
     ///
     /// /// The friction of R. I. Leine and others, 1 / (1 + a u).
@@ -141,7 +142,7 @@ impl Law {
     ///
     /// let a = Parameter { name: "a", long_name: "rate of weakening", min: 0.0, max: f64::INFINITY };
     /// let law = Law::custom(Hyperbola([a]))?;
-    /// let point = Point { epsilon: 1.0, law: LawParameters::new(&[3.0]), belt_speed: 0.2, damping: 0.0 };
+    /// let point = law.point(1.0, &[3.0], 0.2, 0.0)?;
     /// let oscillator = Oscillator::new(&law, &point);
     /// assert!(matches!(flow(&oscillator, 1e-9).fate, Fate::Sticks(_)));
     /// let column = law.column(&point);
@@ -149,7 +150,7 @@ impl Law {
     /// // Of functions nothing is proved: the theorems are silent.
     /// let symmetric = TESTS.iter().find(|test| test.name == "symmetric").unwrap();
     /// assert_eq!((symmetric.claim)(&column).present_below, f64::NEG_INFINITY);
-    /// # Ok::<(), slipmap::friction::CustomLawError>(())
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///
     /// # Errors
@@ -287,8 +288,14 @@ impl Law {
     }
 
     /// The column of parameter space (all parameters fixed but the damping) that contains `point`.
+    ///
+    /// # Panics
+    /// If the point is not legal: [`Law::point`] makes legal points, [`Law::check`] tells.
     #[must_use]
     pub fn column(&self, point: &Point) -> Column {
+        if let Err(error) = self.check(point) {
+            panic!("{error}");
+        }
         Column {
             curve: self.curve(point.epsilon, &point.law),
             epsilon: point.epsilon,
@@ -301,7 +308,7 @@ impl Law {
 #[derive(Clone, Debug)]
 pub struct Curve {
     form: Form,
-    /// eps, if the law is to be read as 1 + eps F(u).
+    /// eps, if the law is read as 1 + eps F(u).
     small: Option<f64>,
     compiled: Arc<Mutex<Compiled>>,
 }
@@ -690,8 +697,9 @@ impl Column {
 }
 
 /// All parameters but the damping: the unit of work of a map. Verdicts along a column change at most
-/// twice, because every orbit's amplitude falls with c.
+/// twice, because every orbit's amplitude falls with c. Made by [`Law::column`].
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Column {
     /// The friction curve.
     pub curve: Curve,

@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use crate::friction::{Column, Law};
+use crate::friction::domain::{BELT_SPEED, DAMPING, EPSILON};
+use crate::friction::{Column, Law, Parameter};
 use crate::point::{LawParameters, MAX_LAW_PARAMETERS, Point};
 
 /// The parameter that an axis varies. The order of a map's dimensions, slowest first, is eps, the law's
@@ -98,7 +99,18 @@ pub fn is_logarithmic(values: &[f64]) -> bool {
 
 /// Reason why a grid cannot be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum GridError {
+    /// The law has another number of axes.
+    #[error("a grid of the law {law} has {wanted} axes, and the nodes of {given} are given")]
+    AxisCount {
+        /// Name of the law.
+        law: &'static str,
+        /// How many axes it has, see [`Grid::axis_names`].
+        wanted: usize,
+        /// How many lists of nodes were given.
+        given: usize,
+    },
     /// The axis has no nodes.
     #[error("axis {axis} has no values")]
     Empty {
@@ -138,34 +150,12 @@ pub enum GridError {
     TooLarge,
 }
 
-/// The names of a law's axes with their roles and descriptions, in the order of a map's dimensions.
-fn axis_names(law: &Law) -> Vec<(AxisRole, &'static str, &'static str)> {
-    let mut names = vec![(AxisRole::Epsilon, "epsilon", "size of the small terms")];
-    names.extend(law.parameters().iter().enumerate().map(|(i, p)| (AxisRole::Law(i), p.name, p.long_name)));
-    names.push((AxisRole::BeltSpeed, "V", "belt speed"));
-    names.push((AxisRole::Damping, "c", "viscous damping"));
-    names
-}
-
-/// The legal domain of one axis in words, and whether a value lies in it.
-fn domain(law: &Law, role: AxisRole, value: f64) -> (bool, String) {
-    match role {
-        AxisRole::Epsilon | AxisRole::BeltSpeed => (value > 0.0, "greater than 0".into()),
-        AxisRole::Damping => (value >= 0.0, "at least 0".into()),
-        AxisRole::Law(i) => {
-            let p = &law.parameters()[i];
-            let words = if p.min == f64::MIN_POSITIVE && p.max == f64::INFINITY {
-                "greater than 0".into()
-            } else if p.min == f64::MIN {
-                "finite".into()
-            } else if p.max.is_finite() {
-                format!("between {} and {}", p.min, p.max)
-            } else {
-                format!("at least {}", p.min)
-            };
-            ((p.min..=p.max).contains(&value), words)
-        }
-    }
+/// The axes of a law with their roles, in the order of a map's dimensions.
+fn axes_of(law: &Law) -> impl Iterator<Item = (AxisRole, &Parameter)> {
+    let own = law.parameters().iter().enumerate().map(|(i, parameter)| (AxisRole::Law(i), parameter));
+    std::iter::once((AxisRole::Epsilon, &EPSILON))
+        .chain(own)
+        .chain([(AxisRole::BeltSpeed, &BELT_SPEED), (AxisRole::Damping, &DAMPING)])
 }
 
 /// The grid of a map: a friction law and one axis for each parameter (six axes for the Stribeck law).
@@ -179,7 +169,7 @@ impl Grid {
     /// Names of the axes of `law`, slowest dimension first.
     #[must_use]
     pub fn axis_names(law: &Law) -> Vec<&'static str> {
-        axis_names(law).into_iter().map(|(_, name, _)| name).collect()
+        axes_of(law).map(|(_, parameter)| parameter.name).collect()
     }
 
     /// The coordinates of a point: each axis of `law` with its value, in the order of [`Grid::axis_names`].
@@ -199,24 +189,29 @@ impl Grid {
         if !value.is_finite() {
             return Err(GridError::NotFinite { axis: axis.into(), value });
         }
-        match domain(law, role, value) {
-            (true, _) => Ok(()),
-            (false, domain) => Err(GridError::OutOfDomain { axis: axis.into(), value, domain }),
+        let parameter = match role {
+            AxisRole::Epsilon => &EPSILON,
+            AxisRole::BeltSpeed => &BELT_SPEED,
+            AxisRole::Damping => &DAMPING,
+            AxisRole::Law(i) => &law.parameters()[i],
+        };
+        if parameter.admits(value) {
+            return Ok(());
         }
+        Err(GridError::OutOfDomain { axis: axis.into(), value, domain: parameter.domain() })
     }
 
     /// Builds the grid from the nodes of each axis, in the order of [`Grid::axis_names`].
     ///
     /// # Errors
-    /// A [`GridError`] that names the axis.
-    ///
-    /// # Panics
-    /// If the number of axes is not that of the law.
+    /// A [`GridError`].
     pub fn new(law: Law, nodes: Vec<Vec<f64>>) -> Result<Self, GridError> {
-        let names = axis_names(&law);
-        assert_eq!(names.len(), nodes.len(), "one list of nodes per axis");
-        let mut axes = Vec::with_capacity(names.len());
-        for ((role, name, long_name), values) in names.into_iter().zip(nodes) {
+        let (wanted, given) = (axes_of(&law).count(), nodes.len());
+        if wanted != given {
+            return Err(GridError::AxisCount { law: law.name(), wanted, given });
+        }
+        let mut axes = Vec::with_capacity(nodes.len());
+        for ((role, &Parameter { name, long_name, .. }), values) in axes_of(&law).zip(nodes) {
             if values.is_empty() {
                 return Err(GridError::Empty { axis: name.into() });
             }

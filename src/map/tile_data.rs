@@ -3,7 +3,7 @@
 use super::{Method, Regime, Runs, Tile, Verdict};
 
 /// Largest number of failed cells that are listed, for a tile and for a run.
-pub const LISTED: usize = 10;
+pub(crate) const LISTED: usize = 10;
 
 /// The results of one method on the cells of a tile.
 #[derive(Clone, Debug, PartialEq)]

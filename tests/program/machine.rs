@@ -248,7 +248,7 @@ fn bad_machines_are_refused_with_their_place() {
 }
 
 #[test]
-fn a_page_tells_an_engineer_all_of_a_machine() {
+fn a_page_assesses_a_machine() {
     let scratch = Scratch::new();
     scratch.file("brake.toml", example("brake_pad"));
     let run = |more: &[&str]| {
@@ -406,7 +406,8 @@ fn a_machine_is_plotted_in_its_units() {
     let probe = ["probe", "--machine", "machine.toml", "--set", "belt_speed=0.2", "--set", "damping=100"];
     let answer: Value =
         serde_json::from_str(&scratch.run(&[&probe[..], &["--json"]].concat()).ends_with(0).out).unwrap();
-    // Stick-slip ends at the critical damping, where the diagram located its end to a ten-millionth of a step.
+    // Stick-slip ends at the critical damping, where the diagram located its end to a ten-millionth of a
+    // step.
     close(reach("stick_slip_cycle"), answer["machine"]["critical_damping"].as_f64().unwrap(), 1e-6);
     scratch.run(&[&probe[..], &["--orbit", "o.csv", "--duration", "0.05"]].concat()).ends_with(0);
     let orbit = rows(&scratch.read("o.csv"));

@@ -402,7 +402,7 @@ proptest! {
 
     /// At fixed eps gamma (1 - alpha), eps gamma V and eps beta V the edges do not depend on V.
     #[test]
-    fn edges_depend_on_the_scaled_groups_only(p in any_point(), numerator in 0u32..=1024) {
+    fn edges_depend_on_the_scaled_groups_only(p in any_point(), numerator in 512u32..=1024) {
         let alpha = f64::from(numerator) / 1024.0;
         let p = Stribeck { alpha, ..p };
         let faster = Stribeck { v: 2.0 * p.v, gamma: 0.5 * p.gamma, beta: 0.5 * p.beta, ..p };

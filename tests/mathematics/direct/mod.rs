@@ -8,15 +8,16 @@ mod references;
 use crate::sample::{Random, Sample};
 use slipmap::filippov::Oscillator;
 use slipmap::friction::Law;
-use slipmap::point::{LawParameters, Point};
+use slipmap::point::LawParameters;
 use slipmap::simulate::direct::{Sample as Contact, Trace};
 
 /// epsilon, alpha, beta, gamma, V, c.
 type Six = [f64; 6];
 
+/// The oscillator at any six numbers, legal or not: the engine must end at each.
 fn oscillator([epsilon, alpha, beta, gamma, belt_speed, damping]: Six) -> Oscillator {
-    let law = LawParameters::new(&[alpha, beta, gamma]);
-    Oscillator::new(&Law::Stribeck, &Point { epsilon, law, belt_speed, damping })
+    let curve = Law::Stribeck.curve(epsilon, &LawParameters::new(&[alpha, beta, gamma]));
+    Oscillator { curve, viscous: epsilon * damping, belt_speed }
 }
 
 /// Dry friction of constant size, with the given coefficient of viscous damping: a linear oscillator on each
