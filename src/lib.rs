@@ -46,8 +46,8 @@
 //! ```
 //!
 //! # Features
-//! `store` (the map file, by way of HDF5), `report` (tables and figures), `config` (configuration files) and
-//! `cli` (the program) are on by default; `serde` lets results be serialised. With none of them, or only
+//! `store` (the map file, by way of HDF5), `report` (tables and figures), `config` (configuration files), `cli` (the
+//! program) and `explore` (its web page) are on by default; `serde` lets results be serialised. With none of them, or only
 //! `config` and `serde`, the crate is pure Rust.
 
 #[cfg(feature = "report")]
@@ -61,6 +61,8 @@ mod clock;
 #[cfg(feature = "config")]
 pub mod config;
 pub mod dataset;
+#[cfg(feature = "explore")]
+pub mod explore;
 pub mod filippov;
 pub mod friction;
 pub mod machine;

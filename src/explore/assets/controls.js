@@ -1,0 +1,277 @@
+// Everything that changes the state but the plane itself: law, what is shown, axes, sliders.
+
+import { element, short } from "./elements.js";
+import { post } from "./server.js";
+
+const EXAMPLE = "mu + (1 - mu)*exp(-u/vs)";
+const OWN = [["expression", "your formula"], ["table", "your measurement"]];
+
+export class Controls {
+  constructor(app, catalogue) {
+    const find = (id) => document.getElementById(id);
+    Object.assign(this, { app, catalogue, law: find("law"), show: find("show"), editor: find("law-editor") });
+    Object.assign(this, { axesBox: find("axes"), sliderBox: find("parameters"), built: "", inputs: new Map() });
+    const option = ([value, words]) => element("option", { value }, words);
+    this.law.append(...catalogue.laws.map(({ name }) => option([name, name])), ...OWN.map(option));
+    this.law.addEventListener("change", () => this.choose_law(this.law.value));
+    const usual = catalogue.methods.map(({ name }) => name);
+    const words = (name) => name.replaceAll("_", " ");
+    const group = (label, options) => element("optgroup", { label }, ...options.map(option));
+    this.show.append(
+      group("Behaviour", [["regime", "what the mass does"], ["decider", "which method decides"]]),
+      group("Verdict of", usual.map((name) => [`verdict_${name}`, words(name)])),
+      group("Where it is wrong", usual.filter((name) => name !== "simulation").map((name) => [`difference:${name}:simulation`, `${words(name)} against simulation`])),
+      group("Two tests compared", [["difference:perturbation:bendixson", "perturbation, bendixson"], ["difference:bendixson:symmetric", "bendixson, symmetric"], ["difference:harmonic_balance:perturbation", "harmonic balance, perturbation"]]),
+      group("Numbers", [["critical_c_simulation", "critical damping"], ["margin_simulation", "grazing margin"], ...catalogue.quantities.map(({ name, words }) => [name, words])]),
+    );
+    this.show.addEventListener("change", () => {
+      this.app.state.show = this.show.value;
+      this.app.change("rest");
+    });
+    this.listen_for_files();
+  }
+
+  get state() {
+    return this.app.state;
+  }
+
+  // Shows the state in all inputs; those of another law or of other axes are made anew.
+  sync() {
+    const { state } = this;
+    const key = JSON.stringify([state.law.name, state.axes.map(({ name }) => name), state.x.axis, state.y.axis]);
+    if (this.built !== key) {
+      this.built = key;
+      this.inputs.clear();
+      this.build_editor();
+      this.build_axes();
+      this.build_sliders();
+    }
+    this.law.value = state.law.name;
+    if (this.show.value !== state.show) {
+      this.show.value = state.show;
+      if (this.show.selectedIndex < 0) {
+        // A link may show what the list does not offer.
+        this.show.append(element("option", { value: state.show }, state.show));
+        this.show.value = state.show;
+      }
+    }
+    for (const [input, value] of this.inputs) {
+      const wanted = value();
+      if (input.type === "checkbox") input.checked = wanted;
+      else if (document.activeElement !== input || input.type === "range") {
+        const text = typeof wanted === "number" ? short(wanted) : wanted;
+        if (input.type === "range") {
+          input.value = wanted;
+          input.setAttribute("aria-valuetext", short(wanted));
+        } else if (input.value !== text) input.value = text;
+      }
+    }
+  }
+
+  // An input for a number: `read` gives it, `set` takes a new one and says what kind of change that is.
+  number(label, read, set, { least = -Infinity, most = Infinity } = {}) {
+    const input = element("input", { class: "number", inputmode: "decimal", "aria-label": label, autocomplete: "off" });
+    input.addEventListener("input", () => {
+      const value = Number(input.value);
+      const legal = input.value.trim() !== "" && Number.isFinite(value) && value >= least && value <= most && set(value) !== false;
+      input.setAttribute("aria-invalid", String(!legal));
+    });
+    input.addEventListener("blur", () => {
+      input.setAttribute("aria-invalid", "false");
+      this.sync();
+    });
+    this.inputs.set(input, read);
+    return input;
+  }
+
+  build_axes() {
+    const { state, app } = this;
+    const row = (side, words) => {
+      const other = side === "x" ? "y" : "x";
+      const choice = element("select", { "aria-label": `Axis ${words}` }, ...state.axes.map(({ name, symbol }) => element("option", { value: name }, symbol)));
+      choice.addEventListener("change", () => {
+        if (choice.value === state[other].axis) [state.x, state.y] = [state.y, state.x];
+        else {
+          const [from, to] = state.ranges[choice.value];
+          state[side] = { axis: choice.value, from, to, log: false };
+        }
+        app.change("rest");
+      });
+      this.inputs.set(choice, () => this.state[side].axis);
+      const bounds = () => {
+        const { least, most } = this.state.axes.find(({ name }) => name === this.state[side].axis);
+        return { least: least ?? -Infinity, most: most ?? Infinity };
+      };
+      const end = (key, label, legal) =>
+        this.number(label, () => this.state[side][key], (value) => {
+          if (!legal(value) || value < bounds().least || value > bounds().most) return false;
+          this.state[side] = { ...this.state[side], [key]: value };
+          app.change("rest");
+          return true;
+        });
+      const from = end("from", `${words}: from`, (value) => value < this.state[side].to && (!this.state[side].log || value > 0));
+      const to = end("to", `${words}: to`, (value) => value > this.state[side].from);
+      const log = element("input", { type: "checkbox" });
+      log.addEventListener("change", () => {
+        const old = this.state[side];
+        this.state[side] = { ...old, log: log.checked, from: log.checked && old.from <= 0 ? old.to / 100 : old.from };
+        app.change("rest");
+      });
+      this.inputs.set(log, () => Boolean(this.state[side].log));
+      return element("div", { class: "axis-row" }, element("span", {}, words), choice, from, to, element("label", {}, log, " log"));
+    };
+    const curves = element("input", { type: "checkbox" });
+    curves.addEventListener("change", () => {
+      this.state.curves = curves.checked;
+      app.change("rest");
+    });
+    this.inputs.set(curves, () => this.state.curves);
+    const swap = element("button", { type: "button", onclick: () => {
+      [this.state.x, this.state.y] = [this.state.y, this.state.x];
+      app.change("rest");
+    } }, "Swap");
+    const home = element("button", { type: "button", onclick: () => app.plane.home() }, "Show all");
+    this.axesBox.replaceChildren(
+      element("div", { class: "title" }, element("h2", {}, "Axes"), element("span", {}, swap, " ", home)),
+      row("x", "across"), row("y", "up"),
+      element("label", { class: "field" }, curves, "exact boundary curves"),
+    );
+  }
+
+  build_sliders() {
+    const { state } = this;
+    const rows = state.axes.filter(({ name }) => name !== state.x.axis && name !== state.y.axis).map((axis) => this.slider(axis));
+    this.sliderBox.replaceChildren(...(rows.length ? [element("h2", {}, "Held"), ...rows] : []));
+  }
+
+  slider({ name, symbol, words, least, most }) {
+    const { app } = this;
+    const bounds = { least: least ?? -Infinity, most: most ?? Infinity };
+    const label = `${words || symbol} (${symbol})`;
+    const range = element("input", { type: "range", "aria-label": label });
+    // The position is a share of the range, so that every range has fine steps.
+    Object.assign(range, { min: 0, max: 1, step: "any" });
+    const ends = () => {
+      const [from, to] = this.state.ranges[name];
+      // 0 may be out of reach, as for a belt speed.
+      return [from === 0 && (name === "epsilon" || name === "V") ? to / 1000 : from, to];
+    };
+    range.addEventListener("input", () => {
+      const [from, to] = ends();
+      const digits = Math.max(0, 3 - Math.floor(Math.log10(to - from)));
+      this.state.at[name] = Math.min(to, Math.max(from, Number((from + range.value * (to - from)).toFixed(Math.min(digits, 15)))));
+      app.change("slider");
+    });
+    range.addEventListener("change", () => app.change("rest"));
+    range.addEventListener("keydown", (event) => {
+      const step = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1, PageUp: 10, PageDown: -10 }[event.key];
+      if (!step) return;
+      event.preventDefault();
+      const [from, to] = ends();
+      const value = this.state.at[name] + (step * (to - from)) / 100;
+      this.state.at[name] = Number(Math.min(to, Math.max(from, value)).toPrecision(6));
+      app.change("slider");
+    });
+    this.inputs.set(range, () => {
+      const [from, to] = ends();
+      return (this.state.at[name] - from) / (to - from);
+    });
+    const value = this.number(`${label}: value`, () => this.state.at[name], (value) => {
+      this.state.at[name] = value;
+      const [from, to] = this.state.ranges[name];
+      this.state.ranges[name] = [Math.min(from, value), Math.max(to, value)];
+      app.change("rest");
+      return true;
+    }, bounds);
+    const end = (i, which) =>
+      this.number(`${label}: ${which} end of the slider`, () => this.state.ranges[name][i], (value) => {
+        const ends = [...this.state.ranges[name]];
+        ends[i] = value;
+        if (!(ends[0] < ends[1])) return false;
+        this.state.ranges[name] = ends;
+        this.state.at[name] = Math.min(ends[1], Math.max(ends[0], this.state.at[name]));
+        app.change("rest");
+        return true;
+      }, bounds);
+    return element("div", { class: "slider" },
+      element("span", { class: "symbol" }, symbol), range, value,
+      element("div", { class: "ends" }, end(0, "lower"), end(1, "upper")),
+      words ? element("span", { class: "words" }, words) : null);
+  }
+
+  build_editor() {
+    const { state } = this;
+    const known = this.catalogue.laws.find(({ name }) => name === state.law.name);
+    if (known) {
+      this.editor.replaceChildren(element("h2", {}, "Friction law"), element("p", {}, known.formula));
+      return;
+    }
+    this.problem = element("div", { class: "problem", role: "alert" });
+    const level = element("input", { class: "number", inputmode: "decimal", "aria-label": "friction at slip speed 0", value: state.law.static ?? 1 });
+    const parts = [];
+    let text;
+    if (state.law.name === "expression") {
+      text = element("textarea", { "aria-label": "Friction over slip speed u, as a formula", spellcheck: "false" });
+      text.value = state.law.phi;
+      parts.push(element("p", { class: "hint" }, "φ(u) in units of the static friction; u is the slip speed, eps the small parameter, every other name becomes a slider."), text);
+    } else {
+      const file = element("input", { type: "file", accept: ".csv,.txt,text/csv", "aria-label": "Table of slip speed and friction" });
+      file.addEventListener("change", () => file.files[0] && this.drop(file.files[0]));
+      text = element("textarea", { "aria-label": "Slip speed and friction, row by row", spellcheck: "false", rows: 6 });
+      text.value = state.law.table;
+      parts.push(element("p", { class: "hint" }, "Slip speed, friction, and perhaps its standard error, row by row; drop a CSV file anywhere on the page."), file, text);
+    }
+    let timer;
+    const changed = () => {
+      clearTimeout(timer);
+      timer = setTimeout(() => {
+        const law = { ...this.state.law, static: Number(level.value) || 1 };
+        this.try_law(law.name === "expression" ? { ...law, phi: text.value } : { ...law, table: text.value });
+      }, 250);
+    };
+    text.addEventListener("input", changed);
+    level.addEventListener("input", changed);
+    parts.push(element("label", { class: "field" }, "static friction", level), this.problem);
+    this.editor.replaceChildren(element("h2", {}, "Friction law"), ...parts);
+  }
+
+  choose_law(name) {
+    const law = { name };
+    if (name === "expression") law.phi = EXAMPLE;
+    if (name === "table") Object.assign(law, { table: "0,1\n0.25,0.8\n0.5,0.68\n1,0.56\n2,0.5\n4,0.5\n", file: "example.csv" });
+    this.try_law(law, true);
+  }
+
+  // Takes a law that was chosen, typed or dropped; a message with its place if it is none.
+  async try_law(law, anew = false) {
+    try {
+      const { axes } = await post("/api/law", law);
+      const { show, curves, at, ranges, x, y } = this.state;
+      this.problem?.replaceChildren();
+      this.app.open(anew ? { law, show, curves } : { law, show, curves, at, ranges, x, y, pinned: this.state.pinned }, axes);
+    } catch (problem) {
+      if (!problem.problem) return;
+      const marks = problem.place ? [element("pre", {}, `${law.phi}\n${" ".repeat(problem.place[0])}${"^".repeat(Math.max(1, problem.place[1] - problem.place[0]))}`)] : [];
+      if (this.problem) this.problem.replaceChildren(problem.problem, ...marks, element("div", {}, problem.remedy ?? ""));
+      else this.app.complain(problem);
+    }
+  }
+
+  async drop(file) {
+    if (file.size > 900_000) {
+      this.app.complain(new Error(`${file.name} is longer than 900 kB, and no measured friction`));
+      return;
+    }
+    const table = await file.text();
+    const level = Number(table.split("\n").map((line) => line.split(",")).find(([u]) => u?.trim() !== "" && Number(u) === 0)?.[1]);
+    await this.try_law({ name: "table", table, file: file.name, static: Number.isFinite(level) && level > 0 ? level : 1 }, true);
+  }
+
+  listen_for_files() {
+    addEventListener("dragover", (event) => event.preventDefault());
+    addEventListener("drop", (event) => {
+      event.preventDefault();
+      if (event.dataTransfer.files[0]) this.drop(event.dataTransfer.files[0]);
+    });
+  }
+}

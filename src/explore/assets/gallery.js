@@ -1,0 +1,44 @@
+// The examples of the first screen: links of this page, each with two sentences of what to see.
+
+export const CASES = [
+  {
+    title: "The paper's section 5.1",
+    words: "Where the first-order test claims a cycle that is not there. Below ε = 0.1 the wrong area shrinks like ε².",
+    link: "#v=1&law=stribeck&x=gamma,0,8&y=c,0,6&show=difference:perturbation:simulation&p.epsilon=0.2&p.alpha=0.3&p.beta=0&p.V=1&p.gamma=4&p.c=2",
+  },
+  {
+    title: "The missed double crossing",
+    words: "At high speed and strong weakening the orbit overshoots the stick segment and crosses twice. Tests that never ask where it lands claim too much there.",
+    link: "#v=1&law=stribeck&x=V,0.2,8&y=c,0,3&show=regime&p.epsilon=1&p.alpha=0&p.beta=0&p.gamma=2&p.V=4&p.c=0.02&pin=1",
+  },
+  {
+    title: "The bistable band",
+    words: "Between the Hopf and the grazing curve steady slip and stick-slip both attract. It depends on the last push which of them you see.",
+    link: "#v=1&law=exponential&x=V,0.2,2.5&y=c,0,0.4&show=regime&p.epsilon=1&p.mu=0.5&p.vs=0.5&p.eta=0&p.V=1.5&p.c=0.1&pin=1",
+  },
+  {
+    title: "A brake pad",
+    words: "Friction falls from 0.4 to 0.25 over 5 cm/s. The pad groans at walking speed of the disc unless damping stops it.",
+    link: "#v=1&law=stribeck&x=V,0.02,1.2&y=c,0,0.5&show=regime&p.epsilon=1&p.alpha=0.625&p.beta=0&p.gamma=8&p.V=0.25&p.c=0.1&pin=1",
+  },
+  {
+    title: "A drill string",
+    words: "A bit on a long pipe turns in jerks. Turn faster, or damp the top, until the blue region is left.",
+    link: "#v=1&law=exponential&x=V,0.05,2&y=c,0,0.7&show=cycle_amplitude_x1&p.epsilon=1&p.mu=0.625&p.vs=0.1138&p.eta=0&p.V=0.8&p.c=0.35&pin=1",
+  },
+  {
+    title: "Leine's oscillator",
+    words: "Friction 1/(1 + 3u) at belt speed 0.2 without damping: the period 12.00103 of the publication. Drag the point and watch the portrait.",
+    link: "#v=1&law=stribeck&x=V,0.05,1&y=c,0,2&show=cycle_period&p.epsilon=1&p.alpha=0&p.beta=0&p.gamma=3&p.V=0.2&p.c=0&pin=1",
+  },
+  {
+    title: "A law with several slip cycles",
+    words: "A curve that wiggles makes cycles within cycles. Each fold of the backbone is where two of them meet and vanish.",
+    link: "#v=1&law=expression&phi=1+-+0.3*u+%2B+0.12*(1-cos(6*u))/6+%2B+a*u^2&x=V,0.5,3&y=c,0,0.5&show=regime&p.epsilon=1&p.a=0.05&p.V=1.5&p.c=0.15&pin=1",
+  },
+  {
+    title: "Which theorem decides",
+    words: "Each colour is the weakest theorem that proves the answer. The simulation is needed in a thin band only.",
+    link: "#v=1&law=stribeck&x=gamma,0,8&y=c,0,6&show=decider&p.epsilon=0.2&p.alpha=0.2&p.beta=0.1&p.V=1&p.gamma=3&p.c=1",
+  },
+];
