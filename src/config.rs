@@ -102,7 +102,8 @@ pub struct Job {
 }
 
 impl Job {
-    /// What tells this run's certificate from those of other runs: the plan, what is proved between the cells included.
+    /// What tells this run's certificate from those of other runs: the plan, what is proved between the cells
+    /// included.
     #[must_use]
     pub fn identity(&self) -> String {
         format!("{} {}", crate::store::plan_digest(&self.plan), self.plan.proof_boxes)
@@ -258,8 +259,8 @@ fn schema(law: &Law) -> Vec<(Option<&'static str>, Vec<&'static str>)> {
     schema
 }
 
-/// Every key of a configuration for the law `stribeck`, by section; the name of the top level is empty. Of `[grid]`
-/// those of all built-in laws.
+/// Every key of a configuration for the law `stribeck`, by section; the name of the top level is empty. Of
+/// `[grid]` those of all built-in laws.
 #[must_use]
 pub fn keys() -> Vec<(&'static str, Vec<&'static str>)> {
     let axes = Law::BUILT_IN.iter().flat_map(|law| Grid::axis_names(law));
