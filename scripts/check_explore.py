@@ -24,6 +24,8 @@ from urllib.parse import parse_qs
 import axe_playwright_python
 from playwright.sync_api import expect, sync_playwright
 
+expect.set_options(timeout=30_000)
+
 AXE = Path(axe_playwright_python.__file__).with_name("axe.min.js")
 # Rules that WCAG 2.2 asks for, and the best practices of axe.
 RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"]
@@ -69,7 +71,7 @@ class Session:
         context = self.browser.new_context(
             viewport={"width": width, "height": height}, color_scheme="dark" if dark else "light", has_touch=touch)
         page = context.new_page()
-        page.set_default_timeout(10_000)
+        page.set_default_timeout(30_000)
         page.on("console", lambda message: message.type == "error" and self.complaints.append(message.text))
         page.on("pageerror", lambda error: self.complaints.append(str(error)))
         if self.arguments.assets:

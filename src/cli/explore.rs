@@ -58,8 +58,7 @@ fn start(file: &Path) -> Result<Start, Failure> {
     if file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
         return Ok(Start::of_job(&Job::load(file, &[])?));
     }
-    let map = open_map(file)?;
-    Ok(Start::of_grid(map.grid(), map.text("title").unwrap_or_default()))
+    Ok(Start::of_map(open_map(file)?))
 }
 
 fn listen(port: Option<u16>) -> Result<TcpListener, Failure> {

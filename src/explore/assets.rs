@@ -7,7 +7,7 @@ use axum::response::{IntoResponse, Response};
 use super::refusal::Refusal;
 
 /// Name, media type and content of each file.
-const FILES: [(&str, &str, &str); 14] = [
+const FILES: [(&str, &str, &str); 15] = [
     ("style.css", "text/css", include_str!("assets/style.css")),
     ("icon.svg", "image/svg+xml", include_str!("assets/icon.svg")),
     ("main.js", SCRIPT, include_str!("assets/main.js")),
@@ -21,6 +21,7 @@ const FILES: [(&str, &str, &str); 14] = [
     ("point.js", SCRIPT, include_str!("assets/point.js")),
     ("elements.js", SCRIPT, include_str!("assets/elements.js")),
     ("gallery.js", SCRIPT, include_str!("assets/gallery.js")),
+    ("leave.js", SCRIPT, include_str!("assets/leave.js")),
     ("legend.js", SCRIPT, include_str!("assets/legend.js")),
 ];
 const SCRIPT: &str = "text/javascript";

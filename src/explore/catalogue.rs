@@ -8,79 +8,51 @@ use crate::report::figure::palette::{self, Kind};
 use crate::report::figure::scene::Fill;
 use crate::report::{Rich, UnitSystem};
 
-/// What a code means and how it is filled.
-#[derive(Clone, Debug)]
-pub(super) struct Ground {
-    code: i8,
-    name: String,
-    words: String,
-    fill: Fill,
+/// What the codes of two methods compared mean.
+pub(super) fn differences(a: &str, b: &str) -> Vec<Kind> {
+    let (a, b) = (a.replace('_', " "), b.replace('_', " "));
+    let said = [
+        ("both_present", "both: cycle exists".into(), palette::PRESENT),
+        ("both_absent", "both: no cycle".into(), palette::ABSENT),
+        ("only_first_present", format!("{a}: cycle exists, {b}: none"), palette::WRONG_PRESENCE),
+        ("only_second_present", format!("{a}: no cycle, {b}: one exists"), palette::WRONG_ABSENCE),
+        ("undecided", "one of them does not decide".into(), palette::UNDECIDED),
+        ("failed", "one of them failed".into(), palette::FAILED),
+    ];
+    let kind = |(code, (name, words, fill)): (usize, (&'static str, String, Fill))| Kind {
+        code: code as i8,
+        name,
+        words: words.into(),
+        fill,
+    };
+    said.into_iter().enumerate().map(kind).collect()
 }
 
-impl Ground {
-    fn of_kind(kind: Kind) -> Self {
-        Self { code: kind.code, name: kind.name.into(), words: kind.words.into(), fill: kind.fill }
-    }
-
-    pub(super) fn regimes() -> Vec<Self> {
-        palette::regimes().into_iter().map(Self::of_kind).collect()
-    }
-
-    pub(super) fn verdicts() -> Vec<Self> {
-        palette::verdicts().into_iter().map(Self::of_kind).collect()
-    }
-
-    /// Of the codes of two methods compared.
-    pub(super) fn differences(a: &str, b: &str) -> Vec<Self> {
-        let (a, b) = (a.replace('_', " "), b.replace('_', " "));
-        let said = [
-            ("both_present", "both: cycle exists".into(), palette::PRESENT),
-            ("both_absent", "both: no cycle".into(), palette::ABSENT),
-            ("only_first_present", format!("{a}: cycle exists, {b}: none"), palette::WRONG_PRESENCE),
-            ("only_second_present", format!("{a}: no cycle, {b}: one exists"), palette::WRONG_ABSENCE),
-            ("undecided", "one of them does not decide".into(), palette::UNDECIDED),
-            ("failed", "one of them failed".into(), palette::FAILED),
-        ];
-        let ground = |(code, (name, words, fill)): (usize, (&str, String, Fill))| Self {
-            code: code as i8,
-            name: name.into(),
-            words,
-            fill,
-        };
-        said.into_iter().enumerate().map(ground).collect()
-    }
-
-    /// Of the position of the first method that decides.
-    pub(super) fn deciders(methods: &[&str]) -> Vec<Self> {
-        let decided = methods.iter().enumerate().map(|(code, name)| Self {
-            code: code as i8,
-            name: (*name).into(),
-            words: format!("decided by {}", name.replace('_', " ")),
-            fill: palette::method_area(name),
-        });
-        let nobody = Self {
-            code: -1,
-            name: "undecided".into(),
-            words: "none of them decides".into(),
-            fill: palette::UNDECIDED,
-        };
-        decided.chain([nobody]).collect()
-    }
+/// What the position of the first method that decides means.
+pub(super) fn deciders(methods: &[Method]) -> Vec<Kind> {
+    let decided = methods.iter().enumerate().map(|(code, method)| Kind {
+        code: code as i8,
+        name: method.name(),
+        words: format!("decided by {}", method.name().replace('_', " ")).into(),
+        fill: palette::method_area(method.name()),
+    });
+    let words = "none of them decides".into();
+    decided.chain([Kind { code: -1, name: "undecided", words, fill: palette::UNDECIDED }]).collect()
 }
 
 /// Codes as the page reads them.
-pub(super) fn kinds_json(grounds: &[Ground]) -> Value {
-    let one = |ground: &Ground| {
+pub(super) fn kinds_json(kinds: &[Kind]) -> Value {
+    let one = |kind: &Kind| {
         json!({
-            "code": ground.code,
-            "name": ground.name,
-            "words": ground.words,
-            "ground": ground.fill.ground,
-            "hatch": ground.fill.hatch.map(|(hatch, _)| format!("{hatch:?}").to_lowercase()),
-            "ink": ground.fill.hatch.map(|(_, ink)| ink),
+            "code": kind.code,
+            "name": kind.name,
+            "words": kind.words,
+            "ground": kind.fill.ground,
+            "hatch": kind.fill.hatch.map(|(hatch, _)| format!("{hatch:?}").to_lowercase()),
+            "ink": kind.fill.hatch.map(|(_, ink)| ink),
         })
     };
-    grounds.iter().map(one).collect()
+    kinds.iter().map(one).collect()
 }
 
 /// Where the sliders of an axis begin and end, and where they stand at first.
@@ -121,6 +93,9 @@ pub(super) fn axes(law: &Law) -> Value {
             (_, None) => (f64::MIN, f64::MAX, ""),
         };
         let finite = |x: f64| (x.abs() < 1e300).then_some(x);
+        // The least number there is stands for 0, which is itself illegal.
+        let open = matches!(*name, "V" | "epsilon") || least == f64::MIN_POSITIVE;
+        let least = if open { 0.0 } else { least };
         let to = to.min(most);
         json!({
             "name": name,
@@ -129,6 +104,7 @@ pub(super) fn axes(law: &Law) -> Value {
             // Legal values; null for no bound.
             "least": finite(least),
             "most": finite(most),
+            "open": open,
             "from": from.max(least),
             "to": to,
             "value": value.min(0.5 * (from + to)),
@@ -174,8 +150,8 @@ pub(super) fn catalogue() -> Value {
         "laws": Law::BUILT_IN.iter().map(law).collect::<Vec<_>>(),
         "methods": methods.collect::<Vec<_>>(),
         "quantities": quantities,
-        "regimes": kinds_json(&Ground::regimes()),
-        "verdicts": kinds_json(&Ground::verdicts()),
+        "regimes": kinds_json(&palette::regimes()),
+        "verdicts": kinds_json(&palette::verdicts()),
         "sequential": anchors(palette::sequential, 10),
         "diverging": anchors(palette::diverging, 2),
     })

@@ -111,7 +111,13 @@ pub(super) fn backbone(law: &Law, point: &Point) -> Result<Value, Refusal> {
     let (low, high) = (numbers().fold(f64::INFINITY, f64::min), numbers().fold(f64::NEG_INFINITY, f64::max));
     let room = (0.06 * (high - low)).max(1e-3);
     let chart = chart("largest {x_2}", "", curves);
-    let scene = draw(&Rich::default(), Scale::linear(low - room, high + room), &rich("damping {c}"), &[chart], Width::OneColumn);
+    let scene = draw(
+        &Rich::default(),
+        Scale::linear(low - room, high + room),
+        &rich("damping {c}"),
+        &[chart],
+        Width::OneColumn,
+    );
     let caption = rich("The backbone: the one damping at which each amplitude closes to a slip cycle.");
     Ok(answer("backbone", &scene, &caption))
 }

@@ -5,11 +5,12 @@
 //! whole state of a page is in its link, and each request says all that it needs. Nothing is read from the disk but the file that
 //! the command names.
 
-mod assets;
 mod asked;
+mod assets;
 mod catalogue;
 mod figures;
 mod guard;
+mod leave;
 mod place;
 mod plane;
 mod point;

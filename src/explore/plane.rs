@@ -8,7 +8,7 @@ use std::time::Instant;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::catalogue::{Ground, kinds_json};
+use super::catalogue::{deciders, differences, kinds_json};
 use super::place::{Place, check_law};
 use super::refusal::Refusal;
 use super::tabs::Turn;
@@ -17,11 +17,13 @@ use crate::config::range_nodes;
 use crate::dataset::{Cells, Schema};
 use crate::friction::Law;
 use crate::map::{
-    Account, ComputeError, Control, Field, Grid, Method, Plan, Plane, PlaneCurves, Queue, Sink, TileData, Verdict,
-    compute_tiles,
+    Account, ComputeError, Control, Field, Grid, Method, Plan, Plane, PlaneCurves, Queue, Sink, TileData,
+    Verdict, compute_tiles,
 };
 use crate::report::UnitSystem;
 use crate::report::figure::bifurcations::line_style;
+use crate::report::figure::palette::{self, Kind};
+use crate::store::{MapFile, Pick};
 
 /// Cells of a picture along one axis.
 const MOST_POINTS: usize = 4096;
@@ -48,23 +50,58 @@ pub(super) struct Side {
 pub(super) struct PlaneRequest {
     pub(super) turn: Turn,
     #[serde(flatten)]
-    place: Place,
+    pub(super) place: Place,
     x: Side,
     y: Side,
     /// Name of a variable of a map, `decider`, or `difference:METHOD:METHOD`.
     #[serde(default)]
     show: String,
+    /// Whether a figure has the curves at which the behaviour changes.
+    #[serde(default)]
+    pub(super) curves: bool,
+    /// Whether the cells of the given map are shown where it holds them.
+    #[serde(default)]
+    stored: bool,
 }
 
 /// What is shown.
 #[derive(Clone, Debug)]
-enum Show {
+pub(super) enum Show {
     /// A variable of a map.
     Variable(String),
-    /// Where the verdicts of two methods differ.
-    Difference,
+    /// Where the verdicts of two methods differ, by their names.
+    Difference([&'static str; 2]),
     /// The first method in the order of the plan that decides.
     Decider,
+}
+
+impl Show {
+    /// What the codes of a picture mean; `None` for numbers.
+    pub(super) fn kinds(&self, methods: &[Method]) -> Option<Vec<Kind>> {
+        match self {
+            Show::Variable(name) if name == "regime" => Some(palette::regimes()),
+            Show::Variable(name) if name.starts_with("verdict_") => Some(palette::verdicts()),
+            Show::Variable(_) => None,
+            Show::Difference([a, b]) => Some(differences(a, b)),
+            Show::Decider => Some(deciders(methods)),
+        }
+    }
+
+    /// The code of a cell of which the methods say this.
+    pub(super) fn derived(&self, methods: &[Method], said: &[i8]) -> i8 {
+        match self {
+            Show::Difference(pair) => {
+                // A plan has an order of its own.
+                let of = |name: &str| methods.iter().position(|method| method.name() == name).unwrap_or(0);
+                let [a, b] = pair.map(|name| said[of(name)]);
+                difference(a, b)
+            }
+            Show::Decider | Show::Variable(_) => {
+                let decides = |code: &i8| *code == Verdict::Present.code() || *code == Verdict::Absent.code();
+                said.iter().position(decides).map_or(-1, |first| first as i8)
+            }
+        }
+    }
 }
 
 impl Side {
@@ -93,17 +130,19 @@ impl Side {
         let nodes = range_nodes(at(half), at(1.0 - half), points, log);
         match nodes.windows(2).all(|pair| pair[0] < pair[1]) {
             true => Ok(nodes),
-            false => bad(format!("{} from {from} to {to}", self.axis), "the ends are too close to be told apart"),
+            false => {
+                bad(format!("{} from {from} to {to}", self.axis), "the ends are too close to be told apart")
+            }
         }
     }
 }
 
 /// A plane of a grid.
 pub(super) struct Slice {
-    grid: Grid,
+    pub(super) grid: Grid,
     /// Positions of the axes across and up.
-    x: usize,
-    y: usize,
+    pub(super) x: usize,
+    pub(super) y: usize,
 }
 
 impl PlaneRequest {
@@ -113,12 +152,16 @@ impl PlaneRequest {
         let names = Grid::axis_names(&law);
         let position = |side: &Side| {
             let found = names.iter().position(|name| *name == side.axis);
-            let unknown = || Refusal::malformed(format!("the law `{}` has no axis {}", law.name(), side.axis));
+            let unknown =
+                || Refusal::malformed(format!("the law `{}` has no axis {}", law.name(), side.axis));
             found.ok_or_else(unknown)
         };
         let (x, y) = (position(&self.x)?, position(&self.y)?);
         if x == y {
-            return Err(Refusal::bad_input("both directions show the same axis", "choose two different axes"));
+            return Err(Refusal::bad_input(
+                "both directions show the same axis",
+                "choose two different axes",
+            ));
         }
         let mut nodes: Vec<Vec<f64>> = values.into_iter().map(|value| vec![value]).collect();
         (nodes[x], nodes[y]) = (nodes_of(&self.x)?, nodes_of(&self.y)?);
@@ -130,12 +173,25 @@ impl PlaneRequest {
         Ok(Slice { grid, x, y })
     }
 
-    fn show(&self) -> Result<(Show, Vec<Method>, Option<Field>), Refusal> {
-        let unknown = || Refusal::bad_input(format!("there is nothing called `{}`", self.show), "reload the page");
+    /// The grid of the picture.
+    pub(super) fn cells(&self) -> Result<Slice, Refusal> {
+        self.slice(Side::nodes)
+    }
+
+    /// Whether the axes across and up are logarithmic.
+    pub(super) fn logarithmic(&self) -> [bool; 2] {
+        [self.x.log, self.y.log]
+    }
+
+    /// What is shown, of which methods, and which field of a map holds it.
+    pub(super) fn show(&self) -> Result<(Show, Vec<Method>, Option<Field>), Refusal> {
+        let unknown =
+            || Refusal::bad_input(format!("there is nothing called `{}`", self.show), "reload the page");
         let method = |name: &str| Method::by_name(name).ok_or_else(unknown);
         if let Some(pair) = self.show.strip_prefix("difference:") {
             let (a, b) = pair.split_once(':').ok_or_else(unknown)?;
-            return Ok((Show::Difference, vec![method(a)?, method(b)?], None));
+            let pair = [method(a)?, method(b)?];
+            return Ok((Show::Difference(pair.each_ref().map(Method::name)), pair.to_vec(), None));
         }
         if self.show == "decider" {
             // The weakest first, as in the report: what it decides needs no other.
@@ -160,43 +216,39 @@ impl PlaneRequest {
     }
 
     /// The picture: a line of JSON that describes it, and a code (one byte) or a number (four bytes) for each cell,
-    /// line by line from the lowest.
-    pub(super) fn picture(&self, stop: &AtomicBool) -> Result<Vec<u8>, Refusal> {
+    /// line by line from the lowest. From `map` if that is asked for and holds it, else computed.
+    pub(super) fn picture(&self, map: Option<&MapFile>, stop: &AtomicBool) -> Result<Vec<u8>, Refusal> {
         let started = Instant::now();
-        let Slice { grid, x, y } = self.slice(Side::nodes)?;
+        let slice = self.cells()?;
         let (show, methods, field) = self.show()?;
-        let (width, height) = (grid.axes()[x].values.len(), grid.axes()[y].values.len());
-        let ends = [x, y].map(|axis| {
-            let values = &grid.axes()[axis].values;
-            [values[0], values[values.len() - 1]]
-        });
-        let with_columns = grid.axes().len() - 1 == x.max(y);
-        let tile = if with_columns { TILE_WITH_COLUMNS } else { TILE_OF_SINGLE_CELLS };
-        let tile_shape = grid.tile_shape(tile);
-        let plan = Plan::builder(grid).methods(methods).fields(field).audit_cells(0).tile_shape(tile_shape).build()?;
-        let sink = Picture::new(&plan, show, x, y)?;
-        let queue = Queue::new(vec![false; plan.tile_count()]);
-        let control = Control { stop, ..Control::default() };
-        match compute_tiles(&plan, &sink, &control, &|| queue.take()) {
-            Ok(_) => {}
-            Err(ComputeError::Interrupted) => return Err(Refusal::overtaken()),
-            Err(ComputeError::Threads(why)) => return Err(Refusal::broken(why)),
-            Err(ComputeError::Sink(never)) => match never {},
-        }
-        let label = match &sink.show {
-            Show::Variable(name) => UnitSystem::default().variable(name).name.plain(),
-            Show::Difference | Show::Decider => String::new(),
+        let stored = map.filter(|_| self.stored).map_or(Ok(None), |map| stored(map, &slice, &show))?;
+        let (cells, kinds) = match stored {
+            Some(cells) => (cells, show.kinds(&methods).map(with_nothing)),
+            None => computed(&slice, &show, methods, field, stop)?,
         };
-        let mut head = json!({
-            "width": width,
-            "height": height,
-            "x": ends[0],
-            "y": ends[1],
+        Ok(self.written(&slice, &show, cells, kinds, started))
+    }
+
+    fn written(
+        &self,
+        Slice { grid, x, y }: &Slice,
+        show: &Show,
+        cells: Values,
+        kinds: Option<Vec<Kind>>,
+        started: Instant,
+    ) -> Vec<u8> {
+        let axes = grid.axes();
+        let label = match show {
+            Show::Variable(name) => UnitSystem::default().variable(name).name.plain(),
+            Show::Difference(_) | Show::Decider => String::new(),
+        };
+        let head = json!({
+            "width": axes[*x].values.len(),
+            "height": axes[*y].values.len(),
             "label": label,
-            "kinds": sink.grounds().map(|grounds| kinds_json(&grounds)),
+            "kinds": kinds.map(|kinds| kinds_json(&kinds)),
+            "seconds": started.elapsed().as_secs_f64(),
         });
-        let cells = sink.cells.into_inner().unwrap_or_else(PoisonError::into_inner);
-        head["seconds"] = started.elapsed().as_secs_f64().into();
         let mut bytes = head.to_string().into_bytes();
         // Numbers of four bytes begin at a multiple of four.
         while bytes.len() % 4 != 3 {
@@ -207,11 +259,11 @@ impl PlaneRequest {
             Values::Codes(codes) => bytes.extend(codes.iter().map(|code| code.to_le_bytes()[0])),
             Values::Reals(reals) => bytes.extend(reals.iter().flat_map(|real| real.to_le_bytes())),
         }
-        Ok(bytes)
+        bytes
     }
 
     /// The curves at which the long-run behaviour changes.
-    pub(super) fn curves(&self, stop: &AtomicBool) -> Result<serde_json::Value, Refusal> {
+    pub(super) fn boundaries(&self, stop: &AtomicBool) -> Result<serde_json::Value, Refusal> {
         // The nodes between the ends tell a logarithmic axis from a linear one. The ends themselves may be illegal.
         const NODES: usize = 9;
         const ROOM: f64 = 1e-4;
@@ -255,6 +307,86 @@ fn check_corners(grid: &Grid) -> Result<(), Refusal> {
     first.map_or(Ok(()), Err)
 }
 
+/// The cells of a picture by the engine, and what codes mean.
+fn computed(
+    slice: &Slice,
+    show: &Show,
+    methods: Vec<Method>,
+    field: Option<Field>,
+    stop: &AtomicBool,
+) -> Result<(Values, Option<Vec<Kind>>), Refusal> {
+    let Slice { grid, x, y } = slice;
+    let with_columns = grid.axes().len() - 1 == *x.max(y);
+    let tile_shape = grid.tile_shape(if with_columns { TILE_WITH_COLUMNS } else { TILE_OF_SINGLE_CELLS });
+    let plan =
+        Plan::builder(grid.clone()).methods(methods).fields(field).audit_cells(0).tile_shape(tile_shape);
+    let plan = plan.build()?;
+    let sink = Picture::new(&plan, show, *x, *y)?;
+    let queue = Queue::new(vec![false; plan.tile_count()]);
+    let control = Control { stop, ..Control::default() };
+    match compute_tiles(&plan, &sink, &control, &|| queue.take()) {
+        Ok(_) => {}
+        Err(ComputeError::Interrupted) => return Err(Refusal::overtaken()),
+        Err(ComputeError::Threads(why)) => return Err(Refusal::broken(why)),
+        Err(ComputeError::Sink(never)) => match never {},
+    }
+    let kinds = show.kinds(&sink.methods);
+    Ok((sink.cells.into_inner().unwrap_or_else(PoisonError::into_inner), kinds))
+}
+
+/// The code of places beyond a map, which no variable has.
+const NOT_STORED: i8 = i8::MIN;
+
+/// The kinds of a map's variable, and that of places beyond the map.
+fn with_nothing(mut kinds: Vec<Kind>) -> Vec<Kind> {
+    let words = "not in the map".into();
+    kinds.push(Kind { code: NOT_STORED, name: "not_stored", fill: palette::NOT_COMPUTED, words });
+    kinds
+}
+
+/// The cells of a picture as a map has stored them: those of the nearest nodes, none beyond its ends. `None` if it is a map
+/// of another law or does not hold what is shown.
+fn stored(map: &MapFile, slice: &Slice, show: &Show) -> Result<Option<Values>, Refusal> {
+    let Slice { grid, x, y } = slice;
+    let Show::Variable(name) = show else { return Ok(None) };
+    if map.grid().law() != grid.law() || !map.has(name) || name.starts_with("critical_c_") {
+        return Ok(None);
+    }
+    let axes = map.grid().axes();
+    let picks: Vec<Pick> = (0..axes.len())
+        .map(|axis| match axis == *x || axis == *y {
+            true => Pick::Every(1),
+            false => Pick::Node(axes[axis].nearest(grid.axes()[axis].values[0])),
+        })
+        .collect();
+    // The stored node nearest to each cell; none farther beyond an end than the step there.
+    let nearest = |axis: usize| -> Vec<Option<usize>> {
+        let nodes = &axes[axis].values;
+        let last = nodes.len() - 1;
+        let beyond = |value: f64| match nodes.len() {
+            1 => value != nodes[0],
+            _ => {
+                value < nodes[0] - 0.5 * (nodes[1] - nodes[0])
+                    || value > nodes[last] + 0.5 * (nodes[last] - nodes[last - 1])
+            }
+        };
+        let values = grid.axes()[axis].values.iter();
+        values.map(|&value| (!beyond(value)).then(|| axes[axis].nearest(value))).collect()
+    };
+    let (across, up) = (nearest(*x), nearest(*y));
+    let at = |i: usize, j: usize| if x < y { [i, j] } else { [j, i] };
+    let failed = |error: crate::store::StoreError| Refusal::broken(error.to_string());
+    let places = || up.iter().flat_map(|j| across.iter().map(move |i| i.zip(*j)));
+    if show.kinds(&[]).is_some() {
+        let cells = map.code_slice(name, &picks).map_err(failed)?;
+        let code = |place: Option<(usize, usize)>| place.map_or(NOT_STORED, |(i, j)| cells[&at(i, j)[..]]);
+        return Ok(Some(Values::Codes(places().map(code).collect())));
+    }
+    let cells = map.real_slice(name, &picks).map_err(failed)?;
+    let number = |place: Option<(usize, usize)>| place.map_or(f32::NAN, |(i, j)| cells[&at(i, j)[..]] as f32);
+    Ok(Some(Values::Reals(places().map(number).collect())))
+}
+
 /// The cells of a picture.
 enum Values {
     Codes(Vec<i8>),
@@ -262,8 +394,8 @@ enum Values {
 }
 
 /// Receives tiles into a picture.
-struct Picture {
-    show: Show,
+struct Picture<'a> {
+    show: &'a Show,
     methods: Vec<Method>,
     schema: Schema,
     x: usize,
@@ -273,31 +405,34 @@ struct Picture {
     cells: Mutex<Values>,
 }
 
-/// What two methods say of a cell, as a code.
-fn difference(a: Verdict, b: Verdict) -> i8 {
-    use Verdict::{Absent, Failed, NotComputed, Present, Undecided};
+/// What two methods say of a cell, as a code of [`differences`].
+fn difference(a: i8, b: i8) -> i8 {
+    const PRESENT: i8 = Verdict::Present as i8;
+    const ABSENT: i8 = Verdict::Absent as i8;
+    const UNDECIDED: i8 = Verdict::Undecided as i8;
     match (a, b) {
-        (Failed | NotComputed, _) | (_, Failed | NotComputed) => 5,
-        (Present, Present) => 0,
-        (Absent, Absent) => 1,
-        (Present, Absent) => 2,
-        (Absent, Present) => 3,
-        (Undecided, _) | (_, Undecided) => 4,
+        (PRESENT, PRESENT) => 0,
+        (ABSENT, ABSENT) => 1,
+        (PRESENT, ABSENT) => 2,
+        (ABSENT, PRESENT) => 3,
+        (UNDECIDED, PRESENT | ABSENT | UNDECIDED) | (PRESENT | ABSENT, UNDECIDED) => 4,
+        _ => 5,
     }
 }
 
-impl Picture {
-    fn new(plan: &Plan, show: Show, x: usize, y: usize) -> Result<Self, Refusal> {
+impl<'a> Picture<'a> {
+    fn new(plan: &Plan, show: &'a Show, x: usize, y: usize) -> Result<Self, Refusal> {
         let schema = Schema::of(plan);
         let axes = plan.grid().axes();
         let (width, height) = (axes[x].values.len(), axes[y].values.len());
-        let codes = match &show {
+        let codes = match show {
             Show::Variable(name) => {
                 let variable = schema.variables.iter().find(|variable| variable.name == *name);
-                let unknown = || Refusal::bad_input(format!("there is nothing called `{name}`"), "reload the page");
+                let unknown =
+                    || Refusal::bad_input(format!("there is nothing called `{name}`"), "reload the page");
                 variable.ok_or_else(unknown)?.codes().is_some()
             }
-            Show::Difference | Show::Decider => true,
+            Show::Difference(_) | Show::Decider => true,
         };
         let cells = match codes {
             true => Values::Codes(vec![Verdict::NotComputed.code(); width * height]),
@@ -307,30 +442,12 @@ impl Picture {
         Ok(Self { show, methods, schema, x, y, width, height, cells: Mutex::new(cells) })
     }
 
-    /// What the codes mean; `None` for numbers.
-    fn grounds(&self) -> Option<Vec<Ground>> {
-        let names: Vec<&str> = self.methods.iter().map(Method::name).collect();
-        match &self.show {
-            Show::Variable(name) if name == "regime" => Some(Ground::regimes()),
-            Show::Variable(name) if name.starts_with("verdict_") => Some(Ground::verdicts()),
-            Show::Variable(_) => None,
-            Show::Difference => Some(Ground::differences(names[0], names[1])),
-            Show::Decider => Some(Ground::deciders(&names)),
-        }
-    }
-
     fn derived(&self, data: &TileData) -> Vec<i8> {
-        let verdicts: Vec<Vec<Verdict>> =
-            data.methods.iter().map(|method| method.verdicts.values().collect()).collect();
-        let decides = |verdict: Verdict| matches!(verdict, Verdict::Present | Verdict::Absent);
-        let code = |cell: usize| match self.show {
-            Show::Difference => difference(verdicts[0][cell], verdicts[1][cell]),
-            Show::Decider | Show::Variable(_) => {
-                let first = verdicts.iter().position(|of_method| decides(of_method[cell]));
-                first.map_or(-1, |first| first as i8)
-            }
-        };
-        (0..data.tile.cells()).map(code).collect()
+        let methods = data.methods.iter();
+        let verdicts: Vec<Vec<i8>> =
+            methods.map(|method| method.verdicts.values().map(Verdict::code).collect()).collect();
+        let said = |cell: usize| verdicts.iter().map(|of_method| of_method[cell]).collect::<Vec<i8>>();
+        (0..data.tile.cells()).map(|cell| self.show.derived(&self.methods, &said(cell))).collect()
     }
 
     /// Calls `put` with the place in the picture of each cell of the tile, in the tile's order.
@@ -348,14 +465,14 @@ impl Picture {
     }
 }
 
-impl Sink for Picture {
+impl Sink for Picture<'_> {
     type Packed = ();
     type Error = Infallible;
 
     fn pack(&self, data: &TileData) -> Result<(), Infallible> {
-        let variable = match &self.show {
+        let variable = match self.show {
             Show::Variable(name) => self.schema.variables.iter().find(|variable| variable.name == *name),
-            Show::Difference | Show::Decider => None,
+            Show::Difference(_) | Show::Decider => None,
         };
         let found = variable.map(|variable| variable.cells(data));
         let codes = match &found {
@@ -373,10 +490,13 @@ impl Sink for Picture {
             (Values::Codes(all), _) => self.scatter(data, |cell, place| all[place] = codes[cell]),
             (Values::Reals(_), _) => unreachable!("numbers are numbers"),
         }
-        debug_assert_eq!(self.width * self.height, match &*cells {
-            Values::Codes(codes) => codes.len(),
-            Values::Reals(reals) => reals.len(),
-        });
+        debug_assert_eq!(
+            self.width * self.height,
+            match &*cells {
+                Values::Codes(codes) => codes.len(),
+                Values::Reals(reals) => reals.len(),
+            }
+        );
         Ok(())
     }
 

@@ -19,6 +19,7 @@ use tokio::sync::Semaphore;
 
 use super::asked::{Asked, LONGEST_BODY};
 use super::guard::{Names, protect};
+use super::leave::LeaveRequest;
 use super::plane::PlaneRequest;
 use super::point::PointRequest;
 use super::refusal::Refusal;
@@ -61,7 +62,8 @@ pub fn serve(listener: TcpListener, start: Start, stop: &AtomicBool) -> io::Resu
         points: Semaphore::new(POINTS),
         start,
     });
-    let router = routes(Arc::clone(&shared)).layer(axum::middleware::from_fn_with_state(Names::of_port(port), protect));
+    let router = routes(Arc::clone(&shared))
+        .layer(axum::middleware::from_fn_with_state(Names::of_port(port), protect));
     let runtime = tokio::runtime::Builder::new_current_thread().enable_io().enable_time().build()?;
     let ended = runtime.block_on(async {
         let listener = tokio::net::TcpListener::from_std(listener)?;
@@ -88,6 +90,8 @@ fn routes(shared: Arc<Shared>) -> Router {
         .route("/api/glance", post(glance))
         .route("/api/point", post(point))
         .route("/api/figure", post(figure))
+        .route("/api/texts", post(texts))
+        .route("/api/file", post(file))
         .fallback(|| async { Refusal::malformed("there is nothing here") })
         .layer(DefaultBodyLimit::max(LONGEST_BODY))
         .with_state(shared)
@@ -129,7 +133,9 @@ async fn carry_out<T: Send + 'static>(
     let stop = Arc::clone(ticket.stop());
     let mut done = tokio::task::spawn_blocking(move || work(&stop));
     let answer = match tokio::time::timeout(Duration::from_secs(LONGEST_WORK), &mut done).await {
-        Ok(done) => done.unwrap_or_else(|panic| Err(Refusal::broken(format!("the computation failed: {panic}")))),
+        Ok(done) => {
+            done.unwrap_or_else(|panic| Err(Refusal::broken(format!("the computation failed: {panic}"))))
+        }
         Err(_) => Err(Refusal::out_of_time(LONGEST_WORK)),
     };
     drop(place);
@@ -151,7 +157,9 @@ async fn plane(
     Asked(asked): Asked<PlaneRequest>,
 ) -> Result<Response, Refusal> {
     let ticket = shared.tabs.take(&asked.turn, "plane")?;
-    let picture = carry_out(&shared.pictures, ticket, move |stop| asked.picture(stop)).await?;
+    let all = Arc::clone(&shared);
+    let work = move |stop: &AtomicBool| asked.picture(all.start.map(), stop);
+    let picture = carry_out(&shared.pictures, ticket, work).await?;
     Ok(([(CONTENT_TYPE, "application/octet-stream")], picture).into_response())
 }
 
@@ -160,7 +168,7 @@ async fn curves(
     Asked(asked): Asked<PlaneRequest>,
 ) -> Result<Json<Value>, Refusal> {
     let ticket = shared.tabs.take(&asked.turn, "curves")?;
-    carry_out(&shared.pictures, ticket, move |stop| asked.curves(stop)).await.map(Json)
+    carry_out(&shared.pictures, ticket, move |stop| asked.boundaries(stop)).await.map(Json)
 }
 
 async fn glance(
@@ -185,4 +193,21 @@ async fn figure(
 ) -> Result<Json<Value>, Refusal> {
     let ticket = shared.tabs.take(&asked.turn, asked.topic())?;
     carry_out(&shared.points, ticket, move |_| asked.figure()).await.map(Json)
+}
+
+async fn texts(
+    State(shared): State<Arc<Shared>>,
+    Asked(asked): Asked<LeaveRequest>,
+) -> Result<Json<Value>, Refusal> {
+    let ticket = shared.tabs.take(&asked.plane.turn, "texts")?;
+    carry_out(&shared.points, ticket, move |_| asked.texts()).await.map(Json)
+}
+
+async fn file(
+    State(shared): State<Arc<Shared>>,
+    Asked(asked): Asked<LeaveRequest>,
+) -> Result<Response, Refusal> {
+    let ticket = shared.tabs.take(&asked.plane.turn, "file")?;
+    let (kind, bytes) = carry_out(&shared.pictures, ticket, move |stop| asked.file(stop)).await?;
+    Ok(([(CONTENT_TYPE, kind)], bytes).into_response())
 }

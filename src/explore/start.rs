@@ -4,25 +4,33 @@ use serde_json::{Value, json};
 
 use crate::config::Job;
 use crate::map::Grid;
+use crate::store::MapFile;
 
 /// What the command was given.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub struct Start {
     grid: Option<Grid>,
     title: String,
+    map: Option<MapFile>,
 }
 
 impl Start {
     /// The plane of a configuration.
     #[must_use]
     pub fn of_job(job: &Job) -> Self {
-        Self { grid: Some(job.plan.grid().clone()), title: job.title.clone() }
+        Self { grid: Some(job.plan.grid().clone()), title: job.title.clone(), map: None }
     }
 
-    /// The plane of a map.
+    /// The plane of a map, whose cells stay on disk until they are shown.
     #[must_use]
-    pub fn of_grid(grid: &Grid, title: &str) -> Self {
-        Self { grid: Some(grid.clone()), title: title.into() }
+    pub fn of_map(map: MapFile) -> Self {
+        let title = map.text("title").unwrap_or_default().into();
+        Self { grid: Some(map.grid().clone()), title, map: Some(map) }
+    }
+
+    /// The map, if one was given.
+    pub(super) fn map(&self) -> Option<&MapFile> {
+        self.map.as_ref()
     }
 
     /// As the page reads it.
@@ -40,6 +48,7 @@ impl Start {
         };
         json!({
             "title": self.title,
+            "variables": self.map.as_ref().map(|map| map.variables().collect::<Vec<_>>()),
             "law": super::place::law_json(grid.law()),
             "axes": grid.axes().iter().map(axis).collect::<Vec<_>>(),
         })

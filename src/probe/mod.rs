@@ -2,8 +2,14 @@
 //! returns.
 
 mod answer;
+#[cfg(feature = "cli")]
+mod command;
 
 pub use answer::{Answer, MethodAnswer, landing};
+#[cfg(feature = "cli")]
+pub use command::command_line;
+#[cfg(feature = "cli")]
+pub(crate) use command::{axis_names, flag};
 
 use std::borrow::Cow;
 

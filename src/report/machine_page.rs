@@ -301,7 +301,7 @@ fn regimes(all: &Assessment, law: &Law) -> Scene {
         let areas = outlines(&panel, &edges.0, &edges.1, |i, j| cells[i][j] == kind.code);
         if !areas.is_empty() {
             scene.area(&areas, kind.fill);
-            legend.add(Sample::Area(kind.fill), rich(kind.words));
+            legend.add(Sample::Area(kind.fill), rich(&kind.words));
         }
     }
     let mut axes = vec![vec![1.0]];

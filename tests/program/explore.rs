@@ -166,6 +166,17 @@ fn pictures_hold_the_cells_of_the_map() {
         let (status, bytes) = server.post("/api/plane", asked.to_string().as_bytes());
         assert_eq!((status, picture(&bytes).1.len()), (200, 128 * size), "{show}");
     }
+    // Whichever of two methods is named first is the first.
+    let compared = |pair: &str| {
+        let mut asked = plane();
+        asked["at"]["epsilon"] = 0.5.into();
+        asked["show"] = format!("difference:{pair}").into();
+        let (_, bytes) = server.post("/api/plane", asked.to_string().as_bytes());
+        picture(&bytes).1.to_vec()
+    };
+    let (one, other) = (compared("perturbation:simulation"), compared("simulation:perturbation"));
+    assert!(one.contains(&2) && !one.contains(&3));
+    assert!(one.iter().zip(&other).all(|(a, b)| [(0, 0), (1, 1), (2, 3), (4, 4)].contains(&(*a, *b))));
     let (status, found) = server.ask("/api/curves", &plane());
     assert_eq!(status, 200);
     let names: Vec<&str> =
@@ -187,7 +198,10 @@ fn a_configuration_or_a_map_is_where_the_page_begins() {
         let (_, _, body) = server.get("/api/start", "");
         let start: Value = serde_json::from_slice(&body).unwrap();
         assert_eq!((&start["title"], &start["law"]["name"]), (&json!("A small map"), &json!("lorentzian")));
-        assert_eq!(start["axes"][2], json!({ "name": "vs", "from": 0.2, "to": 0.5, "value": 0.2, "nodes": 2, "log": false }));
+        assert_eq!(
+            start["axes"][2],
+            json!({ "name": "vs", "from": 0.2, "to": 0.5, "value": 0.2, "nodes": 2, "log": false })
+        );
     }
     scratch.run(&["explore", "--no-browser", "none.toml"]).refuses(&["none.toml"]);
     scratch.run(&["explore", "--no-browser", "small.txt"]).refuses(&["small.txt"]);
@@ -202,7 +216,9 @@ fn only_the_page_itself_may_ask() {
     let text = String::from_utf8(body).unwrap();
     assert!(text.contains("/assets/main.js"));
     assert!(head.contains("content-security-policy: default-src 'none'; script-src 'self'"), "{head}");
-    for header in ["x-content-type-options: nosniff", "referrer-policy: no-referrer", "frame-ancestors 'none'"] {
+    for header in
+        ["x-content-type-options: nosniff", "referrer-policy: no-referrer", "frame-ancestors 'none'"]
+    {
         assert!(head.contains(header), "no {header} in\n{head}");
     }
     let port = server.port;
@@ -223,7 +239,13 @@ fn only_the_page_itself_may_ask() {
     }
     assert_eq!(server.get("/api/start", &format!("Origin: http://localhost:{port}\r\n")).0, 200);
     // No file of the machine, by whatever name.
-    for path in ["/assets/../../../../etc/passwd", "/assets/%2e%2e%2fetc%2fpasswd", "/assets//etc/passwd", "/etc/passwd", "/api/none"] {
+    for path in [
+        "/assets/../../../../etc/passwd",
+        "/assets/%2e%2e%2fetc%2fpasswd",
+        "/assets//etc/passwd",
+        "/etc/passwd",
+        "/api/none",
+    ] {
         let (status, _, body) = server.get(path, "");
         assert!((400..500).contains(&status), "{path} {status}");
         assert!(!String::from_utf8_lossy(&body).contains("root:"));
@@ -335,7 +357,9 @@ fn the_server_outlives_everything() {
     let mut half_said: Vec<TcpStream> = (0..100).map(|_| server.connect()).collect();
     for stream in &mut half_said {
         let head = "POST /api/plane HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: 9\r\n\r\n{";
-        stream.write_all(head.replace("localhost", &format!("localhost:{}", server.port)).as_bytes()).unwrap();
+        stream
+            .write_all(head.replace("localhost", &format!("localhost:{}", server.port)).as_bytes())
+            .unwrap();
     }
     let mut random = 20_u64;
     let mut next = || {
@@ -345,10 +369,34 @@ fn the_server_outlives_everything() {
     for number in 0..1000_u64 {
         let mut asked = plane();
         asked["turn"] = json!({ "tab": number.to_string(), "number": next() });
-        let values = [json!(1e308), json!(-1e308), json!(5e-324), json!(0), json!([]), json!("x"), json!({}), Value::Null, json!(u64::MAX)];
-        let pointers = ["/at/epsilon", "/at/V", "/at/gamma", "/at/c", "/x/from", "/x/to", "/x/points", "/y/log", "/show", "/law", "/law/phi", "/turn"];
+        let values = [
+            json!(1e308),
+            json!(-1e308),
+            json!(5e-324),
+            json!(0),
+            json!([]),
+            json!("x"),
+            json!({}),
+            Value::Null,
+            json!(u64::MAX),
+        ];
+        let pointers = [
+            "/at/epsilon",
+            "/at/V",
+            "/at/gamma",
+            "/at/c",
+            "/x/from",
+            "/x/to",
+            "/x/points",
+            "/y/log",
+            "/show",
+            "/law",
+            "/law/phi",
+            "/turn",
+        ];
         for _ in 0..1 + next() % 2 {
-            let (pointer, value) = (pointers[next() as usize % pointers.len()], &values[next() as usize % values.len()]);
+            let (pointer, value) =
+                (pointers[next() as usize % pointers.len()], &values[next() as usize % values.len()]);
             if let Some(place) = asked.pointer_mut(pointer) {
                 *place = value.clone();
             }
@@ -357,7 +405,11 @@ fn the_server_outlives_everything() {
         let cut = if next() % 8 == 0 { text.len() / 2 } else { text.len() };
         let path = ["/api/plane", "/api/law", "/api/glance", "/nowhere"][next() as usize % 4];
         let (status, answer) = server.post(path, &text.as_bytes()[..cut]);
-        assert!(status == 200 || status == 204 || (400..500).contains(&status) || status == 503, "{status} {text} {}", String::from_utf8_lossy(&answer));
+        assert!(
+            status == 200 || status == 204 || (400..500).contains(&status) || status == 503,
+            "{status} {text} {}",
+            String::from_utf8_lossy(&answer)
+        );
     }
     drop((idle, half_said));
     assert_eq!(server.ask("/api/point", &place()).0, 200);
@@ -389,4 +441,87 @@ fn ctrl_c_ends_it_in_time() {
     Command::new("kill").args(["-INT", &server.process.id().to_string()]).status().unwrap();
     assert_eq!(server.process.wait().unwrap().code(), Some(130));
     asking.join().unwrap();
+}
+
+#[test]
+fn the_plane_leaves_as_a_configuration_a_map_figures_and_a_table() {
+    let scratch = Scratch::new();
+    let server = Server::start(&scratch, &[]);
+    let (status, texts) = server.ask("/api/texts", &plane());
+    assert_eq!(status, 200, "{texts}");
+    // The command of the point is that of the README.
+    let command = texts["command"].as_str().unwrap();
+    assert_eq!(command, format!("slipmap {}", crate::command::PROBE.join(" ")));
+    assert!(texts["python"].as_str().unwrap().contains("slipmap.map(grid, law=slipmap.Law.stribeck()"));
+    // The configuration makes the map that the page hands out.
+    let mut asked = plane();
+    asked["file"] = "h5".into();
+    let (status, bytes) = server.post("/api/file", asked.to_string().as_bytes());
+    assert_eq!(status, 200);
+    scratch.file("page.h5", &bytes);
+    scratch.file("plane.toml", texts["toml"].as_str().unwrap());
+    let same = || {
+        let _ = std::fs::remove_file(scratch.path().join("plane.h5"));
+        scratch.run(&["run", "plane.toml"]).ends_with(0);
+        let path = |name: &str| scratch.path().join(name);
+        crate::map_equal::assert_same(&path("page.h5"), &path("plane.h5"));
+    };
+    same();
+    for (file, start) in
+        [("svg", &b"<svg "[..]), ("png", b"\x89PNG"), ("pdf", b"%PDF"), ("csv", b"gamma,c,regime")]
+    {
+        for show in ["regime", "decider", "difference:perturbation:simulation", "cycle_period"] {
+            let mut asked = plane();
+            (asked["file"], asked["show"], asked["curves"]) = (file.into(), show.into(), true.into());
+            let (status, bytes) = server.post("/api/file", asked.to_string().as_bytes());
+            let said = String::from_utf8_lossy(&bytes[..bytes.len().min(300)]).into_owned();
+            assert!(
+                status == 200 && (bytes.starts_with(start) || file == "csv"),
+                "{file} {show} {status} {said}"
+            );
+        }
+    }
+    // Formulas and tables too.
+    for law in [
+        json!({ "name": "expression", "phi": "mu + (1 - mu)*exp(-u)" }),
+        json!({ "name": "table", "table": "0,1\n1,0.7\n2,0.6\n9,0.5\n", "file": "../measured.csv" }),
+    ] {
+        let mut asked = plane();
+        asked["law"] = law;
+        asked["at"] = json!({ "epsilon": 1.0, "mu": 0.5, "V": 1.0, "c": 0.1 });
+        asked["x"]["axis"] = "V".into();
+        (asked["x"]["to"], asked["file"]) = (2.0.into(), "h5".into());
+        let (status, bytes) = server.post("/api/file", asked.to_string().as_bytes());
+        assert_eq!(status, 200, "{}", String::from_utf8_lossy(&bytes));
+        let (_, texts) = server.ask("/api/texts", &asked);
+        scratch.file("plane.toml", texts["toml"].as_str().unwrap());
+        if let Some(table) = texts["table"].as_str() {
+            scratch.file("friction.csv", table);
+        }
+        scratch.file("page.h5", &bytes);
+        same();
+    }
+}
+
+#[test]
+fn stored_cells_are_shown_as_they_are() {
+    let scratch = Scratch::new();
+    scratch.file(
+        "map.toml",
+        "[grid]\nepsilon = [0.1, 0.2]\nalpha = 0.3\nbeta = 0.1\nV = 1.0\ngamma = { from = 0.25, to = 7.75, points = 16 }\n\
+         c = { from = 0.25, to = 3.75, points = 8 }\n[output]\npath = \"map.h5\"\nfields = [\"regime\"]\n",
+    );
+    scratch.run(&["run", "map.toml", "--quiet"]).ends_with(0);
+    let server = Server::start(&scratch, &["map.h5"]);
+    let of = |stored: bool, from: f64| {
+        let mut asked = plane();
+        (asked["stored"], asked["x"]["from"]) = (stored.into(), from.into());
+        picture(&server.post("/api/plane", asked.to_string().as_bytes()).1).1.to_vec()
+    };
+    assert_eq!(of(true, 0.0), of(false, 0.0));
+    // Far from the map there is nothing.
+    let mut far = plane();
+    (far["stored"], far["x"]["from"], far["x"]["to"]) = (true.into(), 20.0.into(), 30.0.into());
+    let far = server.post("/api/plane", far.to_string().as_bytes()).1;
+    assert!(picture(&far).1.iter().all(|&code| code as i8 == i8::MIN));
 }

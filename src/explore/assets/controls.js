@@ -69,11 +69,11 @@ export class Controls {
   }
 
   // An input for a number: `read` gives it, `set` takes a new one and says what kind of change that is.
-  number(label, read, set, { least = -Infinity, most = Infinity } = {}) {
+  number(label, read, set, { least = -Infinity, most = Infinity, open = false } = {}) {
     const input = element("input", { class: "number", inputmode: "decimal", "aria-label": label, autocomplete: "off" });
     input.addEventListener("input", () => {
       const value = Number(input.value);
-      const legal = input.value.trim() !== "" && Number.isFinite(value) && value >= least && value <= most && set(value) !== false;
+      const legal = input.value.trim() !== "" && Number.isFinite(value) && value >= least && value <= most && !(open && value === least) && set(value) !== false;
       input.setAttribute("aria-invalid", String(!legal));
     });
     input.addEventListener("blur", () => {
@@ -118,7 +118,7 @@ export class Controls {
         app.change("rest");
       });
       this.inputs.set(log, () => Boolean(this.state[side].log));
-      return element("div", { class: "axis-row" }, element("span", {}, words), choice, from, to, element("label", {}, log, " log"));
+      return element("div", { class: "axis-row" }, element("span", {}, words), choice, from, to, element("label", { class: "log" }, log, "log"));
     };
     const curves = element("input", { type: "checkbox" });
     curves.addEventListener("change", () => {
@@ -144,17 +144,16 @@ export class Controls {
     this.sliderBox.replaceChildren(...(rows.length ? [element("h2", {}, "Held"), ...rows] : []));
   }
 
-  slider({ name, symbol, words, least, most }) {
+  slider({ name, symbol, words, least, most, open }) {
     const { app } = this;
-    const bounds = { least: least ?? -Infinity, most: most ?? Infinity };
+    const bounds = { least: least ?? -Infinity, most: most ?? Infinity, open };
     const label = `${words || symbol} (${symbol})`;
     const range = element("input", { type: "range", "aria-label": label });
     // The position is a share of the range, so that every range has fine steps.
     Object.assign(range, { min: 0, max: 1, step: "any" });
     const ends = () => {
       const [from, to] = this.state.ranges[name];
-      // 0 may be out of reach, as for a belt speed.
-      return [from === 0 && (name === "epsilon" || name === "V") ? to / 1000 : from, to];
+      return [open && from === least ? from + (to - from) / 1000 : from, to];
     };
     range.addEventListener("input", () => {
       const [from, to] = ends();
@@ -192,11 +191,10 @@ export class Controls {
         this.state.at[name] = Math.min(ends[1], Math.max(ends[0], this.state.at[name]));
         app.change("rest");
         return true;
-      }, bounds);
+      }, { ...bounds, open: false });
     return element("div", { class: "slider" },
       element("span", { class: "symbol" }, symbol), range, value,
-      element("div", { class: "ends" }, end(0, "lower"), end(1, "upper")),
-      words ? element("span", { class: "words" }, words) : null);
+      element("div", { class: "ends" }, end(0, "lower"), element("span", { class: "words" }, words), end(1, "upper")));
   }
 
   build_editor() {

@@ -3,13 +3,13 @@
 export const CASES = [
   {
     title: "The paper's section 5.1",
-    words: "Where the first-order test claims a cycle that is not there. Below ε = 0.1 the wrong area shrinks like ε².",
+    words: "Where the first-order test promises a cycle that is not there: a band of width 2 ε γ² (1 − α) V. Make ε small and it goes.",
     link: "#v=1&law=stribeck&x=gamma,0,8&y=c,0,6&show=difference:perturbation:simulation&p.epsilon=0.2&p.alpha=0.3&p.beta=0&p.V=1&p.gamma=4&p.c=2",
   },
   {
     title: "The missed double crossing",
-    words: "At high speed and strong weakening the orbit overshoots the stick segment and crosses twice. Tests that never ask where it lands claim too much there.",
-    link: "#v=1&law=stribeck&x=V,0.2,8&y=c,0,3&show=regime&p.epsilon=1&p.alpha=0&p.beta=0&p.gamma=2&p.V=4&p.c=0.02&pin=1",
+    words: "Next to grazing the orbit is above the belt line for a moment only. A simulation with a stick band steps over it and denies the cycle.",
+    link: "#v=1&law=stribeck&x=gamma,0,4&y=c,0,3&show=difference:stick_band:simulation&p.epsilon=0.0001&p.alpha=0.5&p.beta=0.2&p.V=1&p.gamma=2&p.c=0.1&pin=1",
   },
   {
     title: "The bistable band",
@@ -24,7 +24,7 @@ export const CASES = [
   {
     title: "A drill string",
     words: "A bit on a long pipe turns in jerks. Turn faster, or damp the top, until the blue region is left.",
-    link: "#v=1&law=exponential&x=V,0.05,2&y=c,0,0.7&show=cycle_amplitude_x1&p.epsilon=1&p.mu=0.625&p.vs=0.1138&p.eta=0&p.V=0.8&p.c=0.35&pin=1",
+    link: "#v=1&law=exponential&x=V,0.05,2&y=c,0,0.7&show=regime&p.epsilon=1&p.mu=0.625&p.vs=0.1138&p.eta=0&p.V=0.8&p.c=0.35&pin=1",
   },
   {
     title: "Leine's oscillator",
@@ -35,6 +35,11 @@ export const CASES = [
     title: "A law with several slip cycles",
     words: "A curve that wiggles makes cycles within cycles. Each fold of the backbone is where two of them meet and vanish.",
     link: "#v=1&law=expression&phi=1+-+0.3*u+%2B+0.12*(1-cos(6*u))/6+%2B+a*u^2&x=V,0.5,3&y=c,0,0.5&show=regime&p.epsilon=1&p.a=0.05&p.V=1.5&p.c=0.15&pin=1",
+  },
+  {
+    title: "Fast belts",
+    words: "Here the orbit may overshoot the stick segment. It crosses for ever, sticks, or spirals inward, in this order as the damping grows.",
+    link: "#v=1&law=stribeck&x=V,5,60&y=c,0,0.06&show=regime&p.epsilon=1&p.alpha=0&p.beta=0&p.gamma=0.1&p.V=30&p.c=0.01&pin=1",
   },
   {
     title: "Which theorem decides",

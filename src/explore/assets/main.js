@@ -90,7 +90,9 @@ function listen_for_the_program(app) {
 // A small picture of an example, as soon as it can be had.
 async function thumbnail(canvas, said, axes) {
   const state = complete(said, axes);
-  const points = { x: { ...state.x, points: 96 }, y: { ...state.y, points: 60 } };
+  // Formulas take longer.
+  const fine = said.law.name === "expression" || state.show.includes("stick_band") ? 1 : 2;
+  const points = { x: { ...state.x, points: 36 * fine }, y: { ...state.y, points: 22 * fine } };
   const found = await picture({ ...place(state), ...points, show: state.show }, crypto.randomUUID());
   Object.assign(canvas, { width: 288, height: 180 });
   paint(canvas, { ...found, show: state.show }, this.catalogue);

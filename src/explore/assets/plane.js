@@ -9,10 +9,11 @@ import { picture as ask, post } from "./server.js";
 import { place } from "./state.js";
 
 // Rows of pictures while something is dragged, and seconds that one of them may take.
-const QUICK = [24, 32, 48, 64, 96, 128, 192, 256];
+const QUICK = [12, 16, 24, 32, 48, 64, 96, 128, 192, 256];
 const FRAME = 0.03;
-// Seconds that a finer picture may take, and cells that it may have.
+// Seconds that a finer picture may take, those that are taken without a coarser one before, and cells that it may have.
 const PATIENCE = 6;
+const SOON = 0.3;
 const MOST_CELLS = 1_500_000;
 // Pixels within which a pointer takes the pin, and beyond which a click is a drag.
 const GRASP = 15;
@@ -86,12 +87,16 @@ export class Plane {
     return [Math.max(2, Math.round((rows * this.rect.w) / this.rect.h)), rows];
   }
 
-  // Seconds that it will take: a column of all dampings costs little more than one cell of it.
-  seconds(rows) {
+  // What it costs: a column of all dampings costs little more than one cell of it.
+  work(rows) {
     const [width, height] = this.cells(rows);
     const { x, y } = this.state;
-    const work = x.axis === "c" ? height : y.axis === "c" ? width : width * height;
-    return { work, seconds: work * (this.cost.get(this.kind()) ?? 1e-5) };
+    return x.axis === "c" ? height : y.axis === "c" ? width : width * height;
+  }
+
+  // Seconds that it will take; unknown before the first of its kind.
+  seconds(rows) {
+    return this.work(rows) * (this.cost.get(this.kind()) ?? Infinity);
   }
 
   // Pictures that cost about the same for each cell.
@@ -100,62 +105,71 @@ export class Plane {
     return [law.name, law.phi, x.axis, y.axis, show].join(" ");
   }
 
-  ladder() {
-    const first = QUICK.findLast((rows) => this.seconds(rows).seconds <= FRAME) ?? QUICK[0];
-    if (this.hurry) return [first];
-    let full = Math.min(this.canvas.height, 4096);
-    while (this.cells(full)[0] * full > MOST_CELLS || this.cells(full)[0] > 4096) full = Math.floor(0.9 * full);
-    const steps = [first];
-    while (steps.at(-1) * 4 < full) steps.push(steps.at(-1) * 4);
-    return [...steps, full];
+  // Rows of the finest picture.
+  full() {
+    let rows = Math.min(this.canvas.height, 4096);
+    while (this.cells(rows)[0] * rows > MOST_CELLS || this.cells(rows)[0] > 4096) rows = Math.floor(0.9 * rows);
+    return rows;
+  }
+
+  // Rows of the picture after one with so many; none if it would take too long.
+  finer(rows) {
+    const full = this.full();
+    if (rows >= full) return null;
+    if (this.seconds(full) < SOON) return full;
+    return [4 * rows, 2 * rows].map((finer) => Math.min(finer, full)).find((finer) => this.seconds(finer) < PATIENCE) ?? null;
   }
 
   async refine() {
     const turn = this.changes;
-    let asked = false;
-    for (const [step, rows] of this.ladder().entries()) {
-      // The first pictures tell how long the finer ones will take.
-      if (step > 0 && this.seconds(rows).seconds > PATIENCE) break;
-      const { x, y, show } = this.state;
-      const key = this.key();
-      const [width, height] = this.cells(rows);
-      const running = { quick: step === 0 };
-      this.running = running;
-      const late = setTimeout(() => (this.busy.hidden = false), 300);
-      let picture;
-      try {
-        const body = { ...place(this.state), x: { ...x, points: width }, y: { ...y, points: height }, show };
-        picture = await ask(body);
-      } catch (problem) {
-        if (this.running === running) {
-          this.running = null;
-          this.busy.hidden = true;
-        }
-        if (!problem.overtaken) this.app.complain(problem);
-        // What was changed meanwhile may be right again.
-        if (running.quick && turn !== this.changes) this.refine();
-        return;
-      } finally {
-        clearTimeout(late);
+    let rows = QUICK.findLast((rows) => this.seconds(rows) <= FRAME) ?? QUICK[0];
+    let quick = true;
+    while (rows !== null) {
+      const picture = await this.fetch(rows, quick, turn);
+      if (!picture) return;
+      if (turn === this.changes || quick) {
+        this.picture = picture;
+        this.show();
       }
-      this.busy.hidden = true;
-      this.app.complain(null);
-      const { work } = this.seconds(rows);
-      this.cost.set(this.kind(), picture.seconds / work);
-      if (this.running === running) this.running = null;
-      if (turn !== this.changes && !running.quick) return;
-      this.picture = Object.assign(picture, { x: { ...x }, y: { ...y }, show, key });
-      this.show();
       if (turn !== this.changes) {
-        this.refine();
+        // A slower one was overtaken by a run of its own.
+        if (quick) this.refine();
         return;
       }
-      if (!this.hurry && !asked && step > 0) {
-        asked = true;
-        this.follow_curves(turn);
-      }
+      if (this.hurry) return;
+      if (quick) this.follow_curves(turn);
+      quick = false;
+      rows = this.finer(rows);
     }
     this.canvas.dataset.settled = turn;
+  }
+
+  // A picture of the present state; nothing where it was overtaken or refused.
+  async fetch(rows, quick, turn) {
+    const { x, y, show } = this.state;
+    const [key, kind, work] = [this.key(), this.kind(), this.work(rows)];
+    const [width, height] = this.cells(rows);
+    const running = { quick };
+    this.running = running;
+    const late = setTimeout(() => (this.busy.hidden = false), 300);
+    try {
+      const body = { ...place(this.state), x: { ...x, points: width }, y: { ...y, points: height }, show };
+      const picture = await ask(body);
+      this.app.complain(null);
+      this.cost.set(kind, picture.seconds / work);
+      return Object.assign(picture, { x: { ...x }, y: { ...y }, show, key });
+    } catch (problem) {
+      if (!problem.overtaken) this.app.complain(problem);
+      // What was changed meanwhile may be right again.
+      if (quick && turn !== this.changes) setTimeout(() => this.refine());
+      return null;
+    } finally {
+      clearTimeout(late);
+      if (this.running === running) {
+        this.running = null;
+        this.busy.hidden = true;
+      }
+    }
   }
 
   async follow_curves(turn) {
