@@ -25,10 +25,9 @@ fn answer(name: &str, scene: &Scene, caption: &Rich) -> Value {
 }
 
 /// Phase portrait and time series.
-pub(super) fn orbit(law: &Law, point: &Point, start: Option<[f64; 2]>) -> Value {
-    let units = UnitSystem::default();
+pub(super) fn orbit(law: &Law, point: &Point, units: &UnitSystem, start: Option<[f64; 2]>) -> Value {
     let start = start.map_or(Start::ExitPoint, |[x1, x2]| Start::State { x1, x2 });
-    let plot = OrbitPlot { law, point, start, duration: None, units: &units, width: Width::OneColumn };
+    let plot = OrbitPlot { law, point, start, duration: None, units, width: Width::OneColumn };
     let drawn = orbit_figure(&plot);
     let mut answer = answer("orbit", &drawn.scene, &drawn.caption);
     let panel = drawn.portrait;

@@ -13,9 +13,10 @@ use serde_json::{Value, json};
 
 use super::plane::{PlaneRequest, Show, Slice};
 use super::refusal::Refusal;
-use crate::config::Job;
+use crate::config::{Job, table_of_text};
 use crate::friction::Law;
-use crate::map::{self, ComputeError, Control, Field, Method, Plan, PlaneCurves};
+use crate::machine::Machine;
+use crate::map::{self, ComputeError, Control, Field, Grid, Method, Plan, PlaneCurves};
 use crate::number::exact;
 use crate::report::figure::area::{self, Area, Layer};
 use crate::report::figure::{self, Width, render};
@@ -65,6 +66,8 @@ struct Told<'a> {
     ranges: [RangeOf<'a>; 2],
     methods: Vec<Method>,
     field: Option<Field>,
+    /// The machine whose belt speed and damping the two axes are.
+    machine: Option<Machine>,
 }
 
 impl Told<'_> {
@@ -90,14 +93,17 @@ impl Told<'_> {
         if self.law.is_read_as_small() {
             text.push_str("small = \"eps\"\n");
         }
-        text.push_str("\n[grid]\n");
-        for (name, value) in &self.held {
-            let _ = writeln!(text, "{name} = {}", float(*value));
-        }
-        for (name, from, to, points, log) in self.ranges {
-            let spacing = if log { ", spacing = \"log\"" } else { "" };
-            let (from, to) = (float(from), float(to));
-            let _ = writeln!(text, "{name} = {{ from = {from}, to = {to}, points = {points}{spacing} }}");
+        match &self.machine {
+            Some(machine) => text.push_str(&self.machine_toml(machine)),
+            None => {
+                text.push_str("\n[grid]\n");
+                for (name, value) in &self.held {
+                    let _ = writeln!(text, "{name} = {}", float(*value));
+                }
+                for (name, from, to, points, log) in self.ranges {
+                    let _ = writeln!(text, "{name} = {}", range(from, to, points, log));
+                }
+            }
         }
         let methods: Vec<String> = self.methods.iter().map(|method| quoted(method.name())).collect();
         let _ = writeln!(text, "\n[methods]\nrun = [{}]", methods.join(", "));
@@ -105,6 +111,29 @@ impl Told<'_> {
         let fields: Vec<String> = field.iter().map(|field| quoted(field.name())).collect();
         let fields = std::iter::once("\"verdict\"".to_owned()).chain(fields).collect::<Vec<_>>().join(", ");
         let _ = writeln!(text, "\n[output]\npath = \"{MAP}\"\nfields = [{fields}]");
+        text
+    }
+
+    /// The table `[machine]`, in SI units.
+    fn machine_toml(&self, machine: &Machine) -> String {
+        let mut text = format!("\n[machine]\nmotion = {}\n", quoted(machine.motion.name()));
+        for (name, value) in [
+            ("mass", machine.mass),
+            ("stiffness", machine.stiffness),
+            ("normal_force", machine.normal_force),
+            ("static_friction", machine.static_friction),
+            ("kinetic_friction", machine.kinetic_friction),
+            ("stribeck_velocity", machine.stribeck_velocity),
+            ("strengthening", machine.strengthening),
+        ] {
+            let _ = writeln!(text, "{name} = {}", float(value));
+        }
+        let units = machine.units();
+        for (name, from, to, points, log) in self.ranges {
+            let (key, factor) =
+                if name == "V" { ("belt_speed", units.velocity) } else { ("damping", units.damping) };
+            let _ = writeln!(text, "{key} = {}", range(from * factor, to * factor, points, log));
+        }
         text
     }
 
@@ -149,6 +178,12 @@ impl Told<'_> {
     }
 }
 
+/// A range of a configuration.
+fn range(from: f64, to: f64, points: usize, log: bool) -> String {
+    let spacing = if log { ", spacing = \"log\"" } else { "" };
+    format!("{{ from = {}, to = {}, points = {points}{spacing} }}", float(from), float(to))
+}
+
 /// A number as TOML takes it for a real one.
 fn float(value: f64) -> String {
     format!("{value:?}")
@@ -164,13 +199,18 @@ impl LeaveRequest {
             (&axes[axis].name, values[0], values[values.len() - 1], values.len(), log)
         };
         let [x_log, y_log] = self.plane.logarithmic();
-        let names = crate::map::Grid::axis_names(slice.grid.law());
+        let names = Grid::axis_names(slice.grid.law());
+        let last = axes.len() - 1;
+        let of_machine = [slice.x.min(slice.y), slice.x.max(slice.y)] == [last - 1, last];
+        let middle = slice.grid.point(&slice.grid.shape().iter().map(|len| len / 2).collect::<Vec<_>>());
+        let machine = self.plane.place.machine.as_ref().filter(|_| of_machine);
         let told = Told {
             law: slice.grid.law(),
             held: held.map(|(position, axis)| (names[position], axis.values[0])).collect(),
             ranges: [range(slice.x, x_log), range(slice.y, y_log)],
             methods,
             field,
+            machine: machine.map(|machine| machine.at(&middle)).transpose()?,
         };
         Ok((told, show))
     }
@@ -180,10 +220,18 @@ impl LeaveRequest {
         let slice = self.plane.cells()?;
         let (told, _) = self.told(&slice)?;
         let (law, point) = self.plane.place.point()?;
+        let command = match (&told.machine, &self.plane.place.machine) {
+            (Some(_), Some(machine)) => {
+                let here = machine.at(&point)?;
+                let (speed, damping) = (exact(here.belt_speed), exact(here.damping));
+                format!("slipmap probe --machine {CONFIG} --set belt_speed={speed} --set damping={damping}")
+            }
+            _ => crate::probe::command_line(&law, &point, map::DEFAULT_TOLERANCE),
+        };
         Ok(json!({
             "toml": told.toml(),
             "python": told.python(),
-            "command": crate::probe::command_line(&law, &point, map::DEFAULT_TOLERANCE),
+            "command": command,
             "table": table_text(&law),
         }))
     }
@@ -269,7 +317,16 @@ fn run(told: &Told, folder: &Path, stop: &AtomicBool) -> Result<std::path::PathB
     if let Some(table) = table_text(told.law) {
         std::fs::write(folder.join(TABLE), table).map_err(broken)?;
     }
-    let job = Job::load(&config, &[]).map_err(|error| Refusal::bad_input(error.problem, error.remedy))?;
+    let mut job = Job::load(&config, &[]).map_err(|error| Refusal::bad_input(error.problem, error.remedy))?;
+    if let Law::Table(table) = told.law.as_written() {
+        // The map names the table as a run beside it does, not by this folder.
+        let text = table_text(told.law).unwrap_or_default();
+        let named = table_of_text(TABLE, &text, table.static_level()).map(Law::Table);
+        let named = named.map_err(|(problem, remedy)| Refusal::bad_input(problem, remedy))?;
+        let law = if told.law.is_read_as_small() { named.read_as_small() } else { named };
+        let nodes = job.plan.grid.axes().iter().map(|axis| axis.values.clone()).collect();
+        job.plan.grid = Grid::new(law, nodes)?;
+    }
     let map = folder.join(MAP);
     let provenance = Provenance {
         title: job.title.clone(),
@@ -280,6 +337,6 @@ fn run(told: &Told, folder: &Path, stop: &AtomicBool) -> Result<std::path::PathB
     let plan: &Plan = &job.plan;
     let partial = PartialMap::begin(&map, plan, &provenance, Existing::Refuse).map_err(broken)?;
     let summary = map::run(plan, &partial, &Control { stop, ..Control::default() }).map_err(failed)?;
-    partial.finish(&Outcome::of(plan, &summary, None)).map_err(broken)?;
+    partial.finish(&Outcome::of(plan, &summary, job.machine.as_ref())).map_err(broken)?;
     Ok(map)
 }

@@ -16,6 +16,7 @@ mod plane;
 mod point;
 mod refusal;
 mod server;
+mod si;
 mod start;
 mod tabs;
 

@@ -6,6 +6,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::refusal::Refusal;
+use super::si::MachineText;
 use crate::config::{point_of, table_of_text};
 use crate::friction::{Expression, Law};
 use crate::map::Grid;
@@ -70,6 +71,9 @@ impl LawText {
 pub(super) struct Place {
     pub(super) law: LawText,
     pub(super) at: BTreeMap<String, f64>,
+    /// The machine that this is the dimensionless point of.
+    #[serde(default)]
+    pub(super) machine: Option<MachineText>,
 }
 
 impl Place {
@@ -92,6 +96,11 @@ impl Place {
         check_law(&law, &point)?;
         Ok((law, point))
     }
+}
+
+/// The values of a point by the names of the law's axes.
+pub(super) fn at_json(law: &Law, point: &Point) -> Value {
+    Grid::coordinates(law, point).into_iter().map(|(name, value)| (name.to_owned(), json!(value))).collect()
 }
 
 /// Checks that the law is legal at a point for the slip speeds that every orbit and every test uses.

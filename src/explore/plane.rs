@@ -23,6 +23,7 @@ use crate::map::{
 use crate::report::UnitSystem;
 use crate::report::figure::bifurcations::line_style;
 use crate::report::figure::palette::{self, Kind};
+use crate::simulate::bifurcation::Bifurcation;
 use crate::store::{MapFile, Pick};
 
 /// Cells of a picture along one axis.
@@ -59,6 +60,9 @@ pub(super) struct PlaneRequest {
     /// Whether a figure has the curves at which the behaviour changes.
     #[serde(default)]
     pub(super) curves: bool,
+    /// Whether the fold curves are asked for, or all others: for formulas and tables they take much longer.
+    #[serde(default)]
+    folds: bool,
     /// Whether the cells of the given map are shown where it holds them.
     #[serde(default)]
     stored: bool,
@@ -269,7 +273,9 @@ impl PlaneRequest {
         const ROOM: f64 = 1e-4;
         let Slice { grid, x, y } = self.slice(|side| side.between(NODES, ROOM))?;
         let held = vec![0; grid.axes().len()];
-        let found = PlaneCurves::of(&grid, Plane::new(x, y, held), stop);
+        let kinds: Vec<Bifurcation> =
+            Bifurcation::ALL.into_iter().filter(|kind| (*kind == Bifurcation::Fold) == self.folds).collect();
+        let found = PlaneCurves::of_kinds(&kinds, &grid, Plane::new(x, y, held), stop);
         if stop.load(std::sync::atomic::Ordering::Relaxed) {
             return Err(Refusal::overtaken());
         }

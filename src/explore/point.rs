@@ -7,8 +7,12 @@ use super::figures;
 use super::place::Place;
 use super::refusal::Refusal;
 use super::tabs::Turn;
+use crate::behaviour::behaviour;
+use crate::machine::Machine;
 use crate::map::{DEFAULT_TOLERANCE, Method};
-use crate::probe::{Answer, Probe, regime_words};
+use crate::point::Point;
+use crate::probe::{Answer, MachineResult, Probe, regime_words};
+use crate::report::UnitSystem;
 use crate::simulate::direct;
 
 /// What a page asks about a point.
@@ -39,6 +43,11 @@ impl PointRequest {
         }
     }
 
+    /// The machine at the point, if this is one's.
+    fn machine(&self, point: &Point) -> Result<Option<Machine>, Refusal> {
+        self.place.machine.as_ref().map(|machine| machine.at(point)).transpose()
+    }
+
     /// What the usual methods say: for the pointer that passes by.
     pub(super) fn glance(&self) -> Result<Value, Refusal> {
         let (law, point) = self.place.point()?;
@@ -57,7 +66,12 @@ impl PointRequest {
         let (law, point) = self.place.point()?;
         let answer = Answer::of(&law, &point, DEFAULT_TOLERANCE, Method::all());
         let direct = direct::flow(&answer.oscillator, DEFAULT_TOLERANCE);
-        to_json(&Probe::new(&answer, &direct))
+        let mut whole = Probe::new(&answer, &direct);
+        if let Some(machine) = self.machine(&point)? {
+            let behaviour = behaviour(&machine, &law, DEFAULT_TOLERANCE);
+            whole.machine = behaviour.map(|behaviour| MachineResult::new(&machine, &behaviour));
+        }
+        to_json(&whole)
     }
 
     /// A figure as SVG, with what leads from its coordinates to numbers.
@@ -65,7 +79,10 @@ impl PointRequest {
         let (law, point) = self.place.point()?;
         let start = self.start.filter(|start| start.iter().all(|x| x.is_finite()));
         match self.figure.as_str() {
-            "orbit" => Ok(figures::orbit(&law, &point, start)),
+            "orbit" => {
+                let units = self.machine(&point)?.map_or_else(UnitSystem::default, UnitSystem::of_machine);
+                Ok(figures::orbit(&law, &point, &units, start))
+            }
             "friction" => Ok(figures::friction(&law, &point)),
             "backbone" => figures::backbone(&law, &point),
             other => Err(Refusal::malformed(format!("there is no figure `{other}`"))),

@@ -23,6 +23,7 @@ use super::leave::LeaveRequest;
 use super::plane::PlaneRequest;
 use super::point::PointRequest;
 use super::refusal::Refusal;
+use super::si::MachineRequest;
 use super::tabs::{Tabs, Ticket};
 use super::{Start, assets, catalogue, place};
 
@@ -85,6 +86,7 @@ fn routes(shared: Arc<Shared>) -> Router {
         .route("/api/catalogue", get(|| async { Json(catalogue::catalogue()) }))
         .route("/api/start", get(start))
         .route("/api/law", post(law))
+        .route("/api/machine", post(machine))
         .route("/api/plane", post(plane))
         .route("/api/curves", post(curves))
         .route("/api/glance", post(glance))
@@ -152,6 +154,10 @@ async fn law(Asked(text): Asked<place::LawText>) -> Result<Json<Value>, Refusal>
     Ok(Json(json!({ "name": law.name(), "axes": catalogue::axes(&law) })))
 }
 
+async fn machine(Asked(asked): Asked<MachineRequest>) -> Result<Json<Value>, Refusal> {
+    asked.point().map(Json)
+}
+
 async fn plane(
     State(shared): State<Arc<Shared>>,
     Asked(asked): Asked<PlaneRequest>,
@@ -168,7 +174,11 @@ async fn curves(
     Asked(asked): Asked<PlaneRequest>,
 ) -> Result<Json<Value>, Refusal> {
     let ticket = shared.tabs.take(&asked.turn, "curves")?;
-    carry_out(&shared.pictures, ticket, move |stop| asked.boundaries(stop)).await.map(Json)
+    match carry_out(&shared.pictures, ticket, move |stop| asked.boundaries(stop)).await {
+        // The picture stands without them.
+        Err(refusal) if refusal.is_out_of_time() => Ok(Json(json!({ "curves": [], "given_up": true }))),
+        answer => answer.map(Json),
+    }
 }
 
 async fn glance(

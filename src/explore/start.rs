@@ -3,7 +3,10 @@
 use serde_json::{Value, json};
 
 use crate::config::Job;
+use super::si::MachineText;
+use crate::machine::Machine;
 use crate::map::Grid;
+use crate::report::View;
 use crate::store::MapFile;
 
 /// What the command was given.
@@ -12,20 +15,22 @@ pub struct Start {
     grid: Option<Grid>,
     title: String,
     map: Option<MapFile>,
+    machine: Option<Machine>,
 }
 
 impl Start {
     /// The plane of a configuration.
     #[must_use]
     pub fn of_job(job: &Job) -> Self {
-        Self { grid: Some(job.plan.grid().clone()), title: job.title.clone(), map: None }
+        Self { grid: Some(job.plan.grid().clone()), title: job.title.clone(), map: None, machine: job.machine }
     }
 
     /// The plane of a map, whose cells stay on disk until they are shown.
     #[must_use]
     pub fn of_map(map: MapFile) -> Self {
         let title = map.text("title").unwrap_or_default().into();
-        Self { grid: Some(map.grid().clone()), title, map: Some(map) }
+        let machine = View::new(&map).units.machine().copied();
+        Self { grid: Some(map.grid().clone()), title, map: Some(map), machine }
     }
 
     /// The map, if one was given.
@@ -48,6 +53,7 @@ impl Start {
         };
         json!({
             "title": self.title,
+            "machine": self.machine.as_ref().map(MachineText::of),
             "variables": self.map.as_ref().map(|map| map.variables().collect::<Vec<_>>()),
             "law": super::place::law_json(grid.law()),
             "axes": grid.axes().iter().map(axis).collect::<Vec<_>>(),

@@ -2,8 +2,11 @@
 
 import { element, short } from "./elements.js";
 import { post } from "./server.js";
+import { label } from "./state.js";
 
 const EXAMPLE = "mu + (1 - mu)*exp(-u/vs)";
+// Quantities of a machine that are held; belt speed and damping are the axes.
+const QUANTITIES = ["mass", "stiffness", "normal_force", "static_friction", "kinetic_friction", "stribeck_velocity", "strengthening"];
 const OWN = [["expression", "your formula"], ["table", "your measurement"]];
 
 export class Controls {
@@ -38,7 +41,7 @@ export class Controls {
   // Shows the state in all inputs; those of another law or of other axes are made anew.
   sync() {
     const { state } = this;
-    const key = JSON.stringify([state.law.name, state.axes.map(({ name }) => name), state.x.axis, state.y.axis]);
+    const key = JSON.stringify([state.law.name, state.axes.map(({ name }) => name), state.x.axis, state.y.axis, Boolean(state.machine)]);
     if (this.built !== key) {
       this.built = key;
       this.inputs.clear();
@@ -88,7 +91,8 @@ export class Controls {
     const { state, app } = this;
     const row = (side, words) => {
       const other = side === "x" ? "y" : "x";
-      const choice = element("select", { "aria-label": `Axis ${words}` }, ...state.axes.map(({ name, symbol }) => element("option", { value: name }, symbol)));
+      const choices = state.machine ? ["V", "c"] : state.axes.map(({ name }) => name);
+      const choice = element("select", { "aria-label": `Axis ${words}` }, ...choices.map((name) => element("option", { value: name }, label(state, name).words)));
       choice.addEventListener("change", () => {
         if (choice.value === state[other].axis) [state.x, state.y] = [state.y, state.x];
         else {
@@ -102,8 +106,10 @@ export class Controls {
         const { least, most } = this.state.axes.find(({ name }) => name === this.state[side].axis);
         return { least: least ?? -Infinity, most: most ?? Infinity };
       };
-      const end = (key, label, legal) =>
-        this.number(label, () => this.state[side][key], (value) => {
+      const factor = () => label(this.state, this.state[side].axis).factor;
+      const end = (key, words, legal) =>
+        this.number(words, () => this.state[side][key] * factor(), (shown) => {
+          const value = shown / factor();
           if (!legal(value) || value < bounds().least || value > bounds().most) return false;
           this.state[side] = { ...this.state[side], [key]: value };
           app.change("rest");
@@ -126,6 +132,12 @@ export class Controls {
       app.change("rest");
     });
     this.inputs.set(curves, () => this.state.curves);
+    const stored = element("input", { type: "checkbox" });
+    stored.addEventListener("change", () => {
+      this.state.stored = stored.checked;
+      app.change("rest");
+    });
+    this.inputs.set(stored, () => this.state.stored);
     const swap = element("button", { type: "button", onclick: () => {
       [this.state.x, this.state.y] = [this.state.y, this.state.x];
       app.change("rest");
@@ -134,62 +146,77 @@ export class Controls {
     this.axesBox.replaceChildren(
       element("div", { class: "title" }, element("h2", {}, "Axes"), element("span", {}, swap, " ", home)),
       row("x", "across"), row("y", "up"),
-      element("label", { class: "field" }, curves, "exact boundary curves"),
+      element("div", {}, element("label", { class: "field" }, curves, "exact boundary curves")),
+      ...(app.map ? [element("div", {}, element("label", { class: "field" }, stored, `cells as stored in ${app.map}`))] : []),
     );
   }
 
   build_sliders() {
     const { state } = this;
-    const rows = state.axes.filter(({ name }) => name !== state.x.axis && name !== state.y.axis).map((axis) => this.slider(axis));
+    const held = state.axes.filter(({ name }) => name !== state.x.axis && name !== state.y.axis);
+    const rows = state.machine ? QUANTITIES.map((name) => this.quantity(name)) : held.map((axis) => this.slider(axis));
     this.sliderBox.replaceChildren(...(rows.length ? [element("h2", {}, "Held"), ...rows] : []));
   }
 
+  // A parameter of the law.
   slider({ name, symbol, words, least, most, open }) {
-    const { app } = this;
     const bounds = { least: least ?? -Infinity, most: most ?? Infinity, open };
-    const label = `${words || symbol} (${symbol})`;
+    const set = (value, what) => {
+      this.state.at[name] = value;
+      this.app.change(what);
+    };
+    return this.row(symbol, words, `${words || symbol} (${symbol})`, bounds, () => this.state.at[name], set, () => this.state.ranges[name]);
+  }
+
+  // A quantity of the machine in SI units.
+  quantity(name) {
+    const { si, machine, ranges } = this.state;
+    const words = name.replaceAll("_", " ");
+    const most = name === "kinetic_friction" ? machine.static_friction : Infinity;
+    const open = !["kinetic_friction", "strengthening"].includes(name);
+    ranges[name] ??= [0, name === "kinetic_friction" ? machine.static_friction : 2 * machine[name] || 1];
+    const set = (value, what) => this.app.set_quantity(name, value, what);
+    return this.row(words, si.units[name] ?? "", words, { least: 0, most, open }, () => this.state.machine[name], set, () => this.state.ranges[name]);
+  }
+
+  // A slider with its value and its ends typed.
+  row(symbol, words, label, bounds, read, set, range_of) {
     const range = element("input", { type: "range", "aria-label": label });
     // The position is a share of the range, so that every range has fine steps.
     Object.assign(range, { min: 0, max: 1, step: "any" });
     const ends = () => {
-      const [from, to] = this.state.ranges[name];
-      return [open && from === least ? from + (to - from) / 1000 : from, to];
+      const [from, to] = range_of();
+      return [bounds.open && from === bounds.least ? from + (to - from) / 1000 : from, to];
     };
     range.addEventListener("input", () => {
       const [from, to] = ends();
-      const digits = Math.max(0, 3 - Math.floor(Math.log10(to - from)));
-      this.state.at[name] = Math.min(to, Math.max(from, Number((from + range.value * (to - from)).toFixed(Math.min(digits, 15)))));
-      app.change("slider");
+      const digits = Math.min(15, Math.max(0, 3 - Math.floor(Math.log10(to - from))));
+      set(Math.min(to, Math.max(from, Number((from + range.value * (to - from)).toFixed(digits)))), "slider");
     });
-    range.addEventListener("change", () => app.change("rest"));
+    range.addEventListener("change", () => this.app.change("rest"));
     range.addEventListener("keydown", (event) => {
       const step = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1, PageUp: 10, PageDown: -10 }[event.key];
       if (!step) return;
       event.preventDefault();
       const [from, to] = ends();
-      const value = this.state.at[name] + (step * (to - from)) / 100;
-      this.state.at[name] = Number(Math.min(to, Math.max(from, value)).toPrecision(6));
-      app.change("slider");
+      set(Number(Math.min(to, Math.max(from, read() + (step * (to - from)) / 100)).toPrecision(6)), "slider");
     });
     this.inputs.set(range, () => {
       const [from, to] = ends();
-      return (this.state.at[name] - from) / (to - from);
+      return (read() - from) / (to - from);
     });
-    const value = this.number(`${label}: value`, () => this.state.at[name], (value) => {
-      this.state.at[name] = value;
-      const [from, to] = this.state.ranges[name];
-      this.state.ranges[name] = [Math.min(from, value), Math.max(to, value)];
-      app.change("rest");
+    const value = this.number(`${label}: value`, read, (value) => {
+      const ends = range_of();
+      [ends[0], ends[1]] = [Math.min(ends[0], value), Math.max(ends[1], value)];
+      set(value, "rest");
       return true;
     }, bounds);
     const end = (i, which) =>
-      this.number(`${label}: ${which} end of the slider`, () => this.state.ranges[name][i], (value) => {
-        const ends = [...this.state.ranges[name]];
+      this.number(`${label}: ${which} end of the slider`, () => range_of()[i], (value) => {
+        const ends = range_of();
+        if (i === 0 ? value >= ends[1] : value <= ends[0]) return false;
         ends[i] = value;
-        if (!(ends[0] < ends[1])) return false;
-        this.state.ranges[name] = ends;
-        this.state.at[name] = Math.min(ends[1], Math.max(ends[0], this.state.at[name]));
-        app.change("rest");
+        set(Math.min(ends[1], Math.max(ends[0], read())), "rest");
         return true;
       }, { ...bounds, open: false });
     return element("div", { class: "slider" },
@@ -201,7 +228,12 @@ export class Controls {
     const { state } = this;
     const known = this.catalogue.laws.find(({ name }) => name === state.law.name);
     if (known) {
-      this.editor.replaceChildren(element("h2", {}, "Friction law"), element("p", {}, known.formula));
+      const as_numbers = element("button", { type: "button", onclick: () => {
+        Object.assign(this.state, { machine: null, si: null });
+        this.app.change("rest");
+      } }, "Without units");
+      const words = state.machine ? ["A machine in SI units. ", as_numbers] : [];
+      this.editor.replaceChildren(element("h2", {}, "Friction law"), element("p", {}, known.formula), ...words);
       return;
     }
     this.problem = element("div", { class: "problem", role: "alert" });
@@ -244,8 +276,13 @@ export class Controls {
   async try_law(law, anew = false) {
     try {
       const { axes } = await post("/api/law", law);
-      const { show, curves, at, ranges, x, y } = this.state;
+      const { show, curves, at, ranges, x, y, machine } = this.state;
       this.problem?.replaceChildren();
+      // A machine may have another law of the same coefficients.
+      if (machine && !OWN.some(([name]) => name === law.name)) {
+        await this.app.open_machine({ law, show, curves, machine, x, y, pinned: this.state.pinned }, axes);
+        return;
+      }
       this.app.open(anew ? { law, show, curves } : { law, show, curves, at, ranges, x, y, pinned: this.state.pinned }, axes);
     } catch (problem) {
       if (!problem.problem) return;

@@ -18,13 +18,13 @@ export const CASES = [
   },
   {
     title: "A brake pad",
-    words: "Friction falls from 0.4 to 0.25 over 5 cm/s. The pad groans at walking speed of the disc unless damping stops it.",
-    link: "#v=1&law=stribeck&x=V,0.02,1.2&y=c,0,0.5&show=regime&p.epsilon=1&p.alpha=0.625&p.beta=0&p.gamma=8&p.V=0.25&p.c=0.1&pin=1",
+    words: "Friction falls from 0.4 to 0.25 over 5 cm/s. The pad groans at low speed of the disc unless damping stops it; all in SI units.",
+    link: "#v=1&law=stribeck&x=V,0.025,1&y=c,0,0.5&show=regime&m.motion=translation&m.mass=2&m.stiffness=505000&m.damping=60&m.normal_force=1000&m.static_friction=0.4&m.kinetic_friction=0.25&m.stribeck_velocity=0.05&m.strengthening=0&m.belt_speed=0.15&pin=1",
   },
   {
     title: "A drill string",
-    words: "A bit on a long pipe turns in jerks. Turn faster, or damp the top, until the blue region is left.",
-    link: "#v=1&law=exponential&x=V,0.05,2&y=c,0,0.7&show=regime&p.epsilon=1&p.mu=0.625&p.vs=0.1138&p.eta=0&p.V=0.8&p.c=0.35&pin=1",
+    words: "A bit on a long pipe turns in jerks. Turn faster, or damp it, until the blue region is left.",
+    link: "#v=1&law=exponential&x=V,0.05,2&y=c,0,0.7&show=regime&m.motion=rotation&m.mass=471.9698&m.stiffness=861.5336&m.damping=222.3067&m.normal_force=7778.75&m.static_friction=0.8&m.kinetic_friction=0.5&m.stribeck_velocity=1.111111111&m.strengthening=0&m.belt_speed=10&pin=1",
   },
   {
     title: "Leine's oscillator",

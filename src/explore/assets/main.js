@@ -3,11 +3,12 @@
 import { Controls } from "./controls.js";
 import { element } from "./elements.js";
 import { CASES } from "./gallery.js";
+import { Leave } from "./leave.js";
 import { paint } from "./paint.js";
 import { Plane } from "./plane.js";
 import { Point } from "./point.js";
 import { get, picture, post } from "./server.js";
-import { complete, place, read, write } from "./state.js";
+import { complete, label, place, read, write } from "./state.js";
 
 // Milliseconds after the last movement at which something counts as at rest.
 const REST = 160;
@@ -18,6 +19,7 @@ class App {
     this.plane = new Plane(this, catalogue);
     this.controls = new Controls(this, catalogue);
     this.point = new Point(this);
+    this.leave = new Leave(this);
   }
 
   // Shows another state of a law with these axes.
@@ -26,12 +28,39 @@ class App {
     this.change("rest");
   }
 
+  // Shows a machine: its working point in place of the law's parameters.
+  async open_machine(said, axes) {
+    const si = await post("/api/machine", { law: said.law, machine: said.machine });
+    this.open({ ...said, si, at: { ...said.at, ...si.at } }, axes);
+  }
+
+  // Gives a quantity of the machine another value; belt speeds and dampings stay what they are in SI units.
+  async set_quantity(name, value) {
+    const { state } = this;
+    const machine = { ...state.machine, [name]: value };
+    let si;
+    try {
+      si = await post("/api/machine", { law: state.law, machine });
+    } catch (problem) {
+      this.complain(problem);
+      return;
+    }
+    if (state !== this.state) return;
+    for (const side of ["x", "y"]) {
+      const ratio = (state.si.axes[state[side].axis]?.factor ?? 1) / (si.axes[state[side].axis]?.factor ?? 1);
+      state[side] = { ...state[side], from: state[side].from * ratio, to: state[side].to * ratio };
+    }
+    Object.assign(state, { machine, si });
+    Object.assign(state.at, si.at);
+    this.change("slider");
+  }
+
   async open_link(fragment) {
     const said = read(fragment);
     if (!said) return false;
     try {
       const { axes } = await post("/api/law", said.law);
-      this.open(said, axes);
+      await (said.machine ? this.open_machine(said, axes) : this.open(said, axes));
     } catch (problem) {
       this.complain(problem);
       return false;
@@ -50,14 +79,18 @@ class App {
     if (what === "rest") {
       const link = write(this.state);
       if (link !== location.hash) history.replaceState(null, "", link);
-      const symbol = (side) => this.state.axes.find(({ name }) => name === this.state[side].axis).symbol;
-      document.title = `${symbol("x")}, ${symbol("y")} – slipmap explore`;
+      const words = (side) => label(this.state, this.state[side].axis).words;
+      document.title = `${words("x")}, ${words("y")} – slipmap explore`;
     }
   }
 
   // Pins the point with these values.
   move(values) {
-    Object.assign(this.state.at, values);
+    const { machine, si, at } = this.state;
+    Object.assign(at, values);
+    if (machine) {
+      this.state.machine = { ...machine, belt_speed: at.V * si.axes.V.factor, damping: at.c * si.axes.c.factor };
+    }
     this.state.pinned = true;
     this.change("point");
   }
@@ -119,6 +152,7 @@ async function build_gallery(app) {
     for (const { canvas, said } of pictures) {
       try {
         const { axes } = await post("/api/law", said.law);
+        if (said.machine) Object.assign(said.at, (await post("/api/machine", { law: said.law, machine: said.machine })).at);
         await thumbnail.call(app, canvas, said, axes);
       } catch {
         // A card without a picture still opens its example.
@@ -152,7 +186,9 @@ function said_of(start) {
   const x = ["V", "gamma", ...rest].find((name) => rest.includes(name));
   const at = Object.fromEntries(start.axes.map(({ name, value }) => [name, value]));
   const ranges = Object.fromEntries(start.axes.filter(({ nodes }) => nodes > 1).map(({ name, from, to }) => [name, [from, to]]));
-  return { law: start.law, x: side(x), y: side(y), at, ranges, show: "regime" };
+  const stored = Boolean(start.variables);
+  const show = !stored || start.variables.includes("regime") ? "regime" : start.variables.find((name) => name.startsWith("verdict_"));
+  return { law: start.law, x: side(x), y: side(y), at, ranges, show, stored, machine: start.machine };
 }
 
 async function main() {
@@ -162,12 +198,13 @@ async function main() {
   listen_for_the_program(app);
   const show_gallery = await build_gallery(app);
   addEventListener("hashchange", () => app.open_link(location.hash));
-  if (await app.open_link(location.hash)) return;
   const start = await get("/api/start");
+  app.map = start?.variables ? start.title : null;
+  if (await app.open_link(location.hash)) return;
   if (start) {
     const { axes } = await post("/api/law", start.law);
-    app.open(said_of(start), axes);
-    document.title = start.title;
+    const said = said_of(start);
+    await (said.machine ? app.open_machine(said, axes) : app.open(said, axes));
   } else {
     await app.open_link(CASES[2].link.replace("&pin=1", ""));
     show_gallery();

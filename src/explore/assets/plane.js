@@ -6,7 +6,7 @@ import { draw, rectangle } from "./overlay.js";
 import { paint } from "./paint.js";
 import { Scale } from "./scale.js";
 import { picture as ask, post } from "./server.js";
-import { place } from "./state.js";
+import { label, place } from "./state.js";
 
 // Rows of pictures while something is dragged, and seconds that one of them may take.
 const QUICK = [12, 16, 24, 32, 48, 64, 96, 128, 192, 256];
@@ -40,9 +40,9 @@ export class Plane {
 
   // What the picture depends on besides its ends.
   key() {
-    const { law, x, y, show, at, axes } = this.state;
+    const { law, x, y, show, stored, at, axes } = this.state;
     const held = axes.filter(({ name }) => name !== x.axis && name !== y.axis).map(({ name }) => [name, at[name]]);
-    return JSON.stringify([law, x.axis, x.log, y.axis, y.log, show, held]);
+    return JSON.stringify([law, x.axis, x.log, y.axis, y.log, show, stored, held]);
   }
 
   resize() {
@@ -62,6 +62,7 @@ export class Plane {
     if (!this.rect) return this.resize();
     this.changes += 1;
     this.hurry = hurry;
+    delete this.canvas.dataset.settled;
     if (this.curvesOf !== this.key()) this.curves = [];
     this.show();
     // A quick picture in work sees the change when it is done; a slow one is overtaken.
@@ -77,8 +78,8 @@ export class Plane {
       canvas.dataset.cells = `${picture.width}x${picture.height}`;
       legend(this.legendBox, picture, this.curves, this.catalogue);
     }
-    const symbol = (side) => this.state.axes.find((axis) => axis.name === this.state[side].axis).symbol;
-    this.overlay.setAttribute("aria-label", `Plane of ${symbol("x")} across and ${symbol("y")} up`);
+    const words = (side) => label(this.state, this.state[side].axis).words;
+    this.overlay.setAttribute("aria-label", `Plane of ${words("x")} across and ${words("y")} up`);
     draw(this.overlay, this.rect, this.scales, this.state, this.state.curves ? this.curves : []);
   }
 
@@ -101,8 +102,8 @@ export class Plane {
 
   // Pictures that cost about the same for each cell.
   kind() {
-    const { law, x, y, show } = this.state;
-    return [law.name, law.phi, x.axis, y.axis, show].join(" ");
+    const { law, x, y, show, stored } = this.state;
+    return [law.name, law.phi, x.axis, y.axis, show, stored].join(" ");
   }
 
   // Rows of the finest picture.
@@ -146,14 +147,14 @@ export class Plane {
 
   // A picture of the present state; nothing where it was overtaken or refused.
   async fetch(rows, quick, turn) {
-    const { x, y, show } = this.state;
+    const { x, y, show, stored } = this.state;
     const [key, kind, work] = [this.key(), this.kind(), this.work(rows)];
     const [width, height] = this.cells(rows);
     const running = { quick };
     this.running = running;
     const late = setTimeout(() => (this.busy.hidden = false), 300);
     try {
-      const body = { ...place(this.state), x: { ...x, points: width }, y: { ...y, points: height }, show };
+      const body = { ...place(this.state), x: { ...x, points: width }, y: { ...y, points: height }, show, stored };
       const picture = await ask(body);
       this.app.complain(null);
       this.cost.set(kind, picture.seconds / work);
@@ -176,15 +177,21 @@ export class Plane {
     const { x, y, curves } = this.state;
     if (!curves) return;
     const key = this.key();
-    try {
-      const found = await post("/api/curves", { ...place(this.state), x: { ...x, points: 2 }, y: { ...y, points: 2 } });
-      if (turn !== this.changes) return;
-      this.curves = found.curves;
+    const body = { ...place(this.state), x: { ...x, points: 2 }, y: { ...y, points: 2 } };
+    let all = [];
+    // Folds take longer, and come last.
+    for (const folds of [false, true]) {
+      try {
+        const found = await post("/api/curves", { ...body, folds });
+        if (turn !== this.changes) return;
+        all = [...all, ...found.curves];
+      } catch (problem) {
+        // The picture stands without them.
+        if (problem.overtaken || turn !== this.changes) return;
+      }
+      this.curves = all;
       this.curvesOf = key;
       this.show();
-    } catch (problem) {
-      // The picture stands without them.
-      if (!problem.overtaken && turn === this.changes) this.curves = [];
     }
   }
 
@@ -335,8 +342,10 @@ export class Plane {
     this.overlay.style.cursor = this.near_pin(event) ? "grab" : "crosshair";
     const { state, scales } = this;
     const at = { ...state.at, [state.x.axis]: scales.x.rounded(u), [state.y.axis]: scales.y.rounded(v) };
-    const symbol = (name) => state.axes.find((axis) => axis.name === name).symbol;
-    const where = [state.x.axis, state.y.axis].map((name) => `${symbol(name)} = ${short(at[name])}`).join(", ");
+    const where = [state.x.axis, state.y.axis].map((name) => {
+      const { words, unit, factor } = label(state, name);
+      return `${words} = ${short(at[name] * factor)}${unit}`;
+    }).join(", ");
     const lines = [element("div", {}, where), element("b", {}, this.cell(u, v))];
     this.glanceBox.replaceChildren(...lines);
     this.glanceBox.hidden = false;

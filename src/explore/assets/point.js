@@ -2,7 +2,7 @@
 
 import { drawing, element, short } from "./elements.js";
 import { post } from "./server.js";
-import { place } from "./state.js";
+import { label, place } from "./state.js";
 
 const FIGURES = [["orbit", "Motion"], ["friction", "Friction curve"], ["backbone", "Amplitude against damping"]];
 
@@ -29,7 +29,11 @@ export class Point {
       this.key = key;
       this.whole = false;
       this.start = null;
-      const words = this.state.axes.map(({ name, symbol }) => `${symbol} = ${short(this.state.at[name])}`);
+      const shown = this.state.machine ? [this.state.x.axis, this.state.y.axis] : this.state.axes.map(({ name }) => name);
+      const words = shown.map((name) => {
+        const { words, unit, factor } = label(this.state, name);
+        return `${words} = ${short(this.state.at[name] * factor)}${unit}`;
+      });
       this.where.textContent = words.join(", ");
       this.turn += 1;
       this.draw("orbit");
@@ -115,7 +119,7 @@ function verdict_table({ methods, critical_c }) {
       element("td", { class: "number" }, short(said.margin)),
       element("td", { class: "number" }, short(said.critical_c))));
   const exact = critical_c.value === null ? critical_c.reason : `${critical_c.value} ± ${short(critical_c.error)}`;
-  return element("div", {},
+  return element("div", { class: "wide", tabindex: "0", role: "group", "aria-label": "verdicts" },
     element("table", { class: "verdicts" }, element("caption", {}, "Does a stick-slip limit cycle exist?"), element("thead", {}, head), element("tbody", {}, ...rows)),
     element("p", { class: "hint" }, `Critical damping c* = ${exact}. A margin is in c to the edge of presence, or m / V of the simulation.`));
 }

@@ -54,6 +54,9 @@ function ask(path, body, name = tab) {
 export const get = (path) => send(path).then((response) => response.json());
 export const post = (path, body) => ask(path, body).then((response) => response.json());
 
+// A file of the plane.
+export const file = (body) => ask("/api/file", body).then((response) => response.blob());
+
 // A picture: its description with the cells, codes or numbers, line by line from the lowest.
 export async function picture(body, name) {
   const bytes = await (await ask("/api/plane", body, name)).arrayBuffer();

@@ -1,7 +1,7 @@
 // The whole state of the page, and how it is written into the link.
 //
 // A link is a list of `key=value`: `v` the version, `law`, `x` and `y` (name, from, to, and "log"), `show`, `p.NAME` the value of a
-// parameter, `r.NAME` the ends of its slider, `pin=1` if a point is pinned. Keys that this page does not know
+// parameter, `m.NAME` a quantity of a machine in SI units, `r.NAME` the ends of its slider, `pin=1` if a point is pinned. Keys that this page does not know
 // are passed over, and keys that are missing take their defaults: links of older and of newer versions open.
 
 export const VERSION = 1;
@@ -19,11 +19,13 @@ export function write(state) {
   }
   link.set("show", state.show);
   if (!state.curves) link.set("curves", "0");
+  if (state.stored) link.set("stored", "1");
   for (const axis of state.axes) {
     link.set(`p.${axis.name}`, state.at[axis.name]);
     const range = state.ranges[axis.name];
     if (range[0] !== axis.from || range[1] !== axis.to) link.set(`r.${axis.name}`, range.join(","));
   }
+  if (state.machine) for (const [name, value] of Object.entries(state.machine)) link.set(`m.${name}`, value);
   if (state.pinned) link.set("pin", "1");
   // Commas and slashes are legal in a fragment, and easier to read.
   return `#${link.toString().replaceAll("%2C", ",").replaceAll("%2F", "/")}`;
@@ -46,15 +48,17 @@ export function read(fragment) {
   };
   const at = {};
   const ranges = {};
+  let machine = null;
   for (const [key, value] of link) {
     const name = key.slice(2);
+    if (key.startsWith("m.")) machine = { ...machine, [name]: number(value) ?? value };
     if (key.startsWith("p.") && number(value) !== null) at[name] = number(value);
     if (key.startsWith("r.")) {
       const ends = value.split(",").map(number);
       if (ends.length === 2 && ends[0] !== null && ends[1] !== null && ends[0] < ends[1]) ranges[name] = ends;
     }
   }
-  return { law, x: side("x"), y: side("y"), show: link.get("show"), curves: link.get("curves") !== "0", at, ranges, pinned: link.get("pin") === "1" };
+  return { law, x: side("x"), y: side("y"), show: link.get("show"), curves: link.get("curves") !== "0", stored: link.get("stored") === "1", at, ranges, machine, pinned: link.get("pin") === "1" };
 }
 
 // A state of a law with these axes: what is said, and defaults for the rest.
@@ -76,8 +80,16 @@ export function complete(said, axes) {
   const usual = ["gamma", "V"].find((name) => free.includes(name)) ?? free[0];
   let x = side(said.x, usual);
   if (x.axis === y.axis) x = side(null, usual);
-  return { law: said.law, axes, at, ranges, x, y, show: said.show || "regime", curves: said.curves ?? true, pinned: said.pinned ?? false };
+  return { law: said.law, axes, at, ranges, x, y, machine: said.machine ?? null, si: said.si ?? null, show: said.show || "regime", curves: said.curves ?? true, stored: said.stored ?? false, pinned: said.pinned ?? false };
 }
 
 // What the program has to know of a place.
-export const place = ({ law, at }) => ({ law, at });
+export const place = ({ law, at, machine }) => ({ law, at, machine });
+
+// How an axis is called and counted: in the SI units of a machine, if the state is one's.
+export function label(state, name) {
+  const si = state.si?.axes[name];
+  if (si) return { words: si.words, text: `${si.words}, ${si.unit}`, unit: ` ${si.unit}`, factor: si.factor };
+  const { symbol } = state.axes.find((axis) => axis.name === name);
+  return { words: symbol, text: symbol, unit: "", factor: 1 };
+}
