@@ -1,4 +1,4 @@
-//! A parameter point on the command line and in tables, for any friction law.
+//! Parameter points on the command line and in tables, for any friction law.
 
 use std::path::PathBuf;
 
@@ -12,7 +12,7 @@ use crate::map::{Grid, GridError};
 use crate::point::Point;
 use crate::probe::{axis_names, flag};
 
-/// The friction law: `--law`, and what the laws given as text or as data need.
+/// Arguments of the friction law: `--law` and the options of laws given as text or as data.
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Friction law")]
 pub(super) struct LawArguments {
@@ -91,7 +91,7 @@ impl LawArguments {
     }
 }
 
-/// `--epsilon`, the parameters of every law, `--V` and `--c`, as far as they were given; parameters also as
+/// `--epsilon`, the parameters of every law, `--V` and `--c`, as far as they are given; parameters also as
 /// `--set NAME=NUMBER`.
 #[derive(Clone, Debug)]
 pub(super) struct PointArguments {
@@ -108,12 +108,12 @@ pub(super) fn parse_setting(text: &str) -> Result<(String, f64), String> {
 }
 
 impl PointArguments {
-    /// What was given.
+    /// The given parameters, by name.
     pub(super) fn given(&self) -> &[(String, f64)] {
         &self.given
     }
 
-    /// Whether any parameter was given.
+    /// Returns whether no parameter was given.
     pub(super) fn is_empty(&self) -> bool {
         self.given.is_empty()
     }
@@ -128,7 +128,8 @@ impl PointArguments {
             .map(|name| flag(name).trim_end().to_owned())
             .collect();
         if !missing.is_empty() {
-            // In a formula every other name is a parameter.
+            // In a formula every other name is a parameter; a common name of the slip speed is probably a
+            // mistake.
             let slip = ["v", "x", "s", "w"].iter().any(|name| axes.contains(name) && value(name).is_none());
             let slip = if slip { "the slip speed is called u; " } else { "" };
             return Err(Failure::BadInput(format!(
@@ -139,7 +140,7 @@ impl PointArguments {
         }
         if let Some((foreign, _)) = self.given.iter().find(|(name, _)| !axes.contains(&name.as_str())) {
             return Err(Failure::BadInput(format!(
-                "--{foreign} is no parameter of the law `{}`\n  help: its parameters are {}",
+                "--{foreign} is not a parameter of the law `{}`\n  help: its parameters are {}",
                 law.name(),
                 axes.join(", ")
             )));
@@ -186,7 +187,7 @@ impl Args for PointArguments {
                 .value_parser(parse_setting),
         );
         axis_names().into_iter().fold(command, |command, name| {
-            // Whoever types a small v means the belt speed, not another law's parameter.
+            // A small v means the belt speed, not a parameter of another law.
             let aliases: &[&'static str] = if name == "V" { &["v"] } else { &[] };
             command.arg(
                 Arg::new(name)
@@ -226,7 +227,7 @@ impl FromArgMatches for PointArguments {
     }
 }
 
-/// What an axis is, in one phrase.
+/// Description of an axis, in one phrase.
 fn description(name: &str) -> String {
     let known = Law::BUILT_IN;
     let of_law = |law| Law::parameters(law).iter().find(|parameter| parameter.name == name);
@@ -240,12 +241,12 @@ fn description(name: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// Which coordinate of a point is illegal, its value, and what it must be.
+/// The illegal coordinate of a point, its value, and the condition that it violates.
 fn complaint(error: &GridError) -> (String, String, String) {
     match error {
         GridError::OutOfDomain { axis, value, domain } => (axis.clone(), exact(*value), domain.clone()),
         GridError::NotFinite { axis, value } => (axis.clone(), exact(*value), "finite".into()),
-        // A grid of one cell has no other faults.
+        // A grid of one cell has no other errors.
         other => (String::new(), String::new(), other.to_string()),
     }
 }

@@ -1,8 +1,8 @@
 //! Who may ask, and what the page may do: requests to another host or from another origin are refused, and
 //! the browser is told to load nothing from anywhere else.
 //!
-//! A page of the web can send requests to the loopback address. Its origin gives it away; where a name was bound to
-//! this address on purpose, the host does.
+//! A page of the web can send requests to the loopback address. Its origin gives it away; where a name was
+//! bound to this address on purpose, the host does.
 
 use axum::extract::{Request, State};
 use axum::http::header::{

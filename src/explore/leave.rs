@@ -1,7 +1,7 @@
 //! What the page is left with: the plane as a configuration, as Python, as a map, as figures and as a table.
 //!
-//! Maps and figures are made as `slipmap run` and `slipmap plot` make them from the same configuration, in a folder
-//! that is removed again.
+//! Maps and figures are made as `slipmap run` and `slipmap plot` make them from the same configuration, in a
+//! folder that is removed again.
 
 use std::fmt::Write as _;
 use std::path::Path;

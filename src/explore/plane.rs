@@ -30,8 +30,8 @@ use crate::store::{MapFile, Pick};
 const MOST_POINTS: usize = 4096;
 /// Cells of a picture.
 const MOST_CELLS: usize = 1 << 22;
-/// Cells of a tile, the work after which an overtaken request is given up: many where c is an axis, since a column's
-/// answer costs little more than one cell of it.
+/// Cells of a tile, the work after which an overtaken request is given up: many where c is an axis, since a
+/// column's answer costs little more than one cell of it.
 const TILE_WITH_COLUMNS: usize = 1 << 14;
 const TILE_OF_SINGLE_CELLS: usize = 512;
 
@@ -109,7 +109,8 @@ impl Show {
 }
 
 impl Side {
-    /// The values at the middle of the cells. They lie inside the ends, which may themselves be illegal (V = 0).
+    /// The values at the middle of the cells. They lie inside the ends, which may themselves be illegal (V =
+    /// 0).
     fn nodes(&self) -> Result<Vec<f64>, Refusal> {
         self.between(self.points, 0.5 / self.points as f64)
     }
@@ -219,8 +220,8 @@ impl PlaneRequest {
         Ok((variable, vec![Method::Simulation], Some(field)))
     }
 
-    /// The picture: a line of JSON that describes it, and a code (one byte) or a number (four bytes) for each cell,
-    /// line by line from the lowest. From `map` if that is asked for and holds it, else computed.
+    /// The picture: a line of JSON that describes it, and a code (one byte) or a number (four bytes) for each
+    /// cell, line by line from the lowest. From `map` if that is asked for and holds it, else computed.
     pub(super) fn picture(&self, map: Option<&MapFile>, stop: &AtomicBool) -> Result<Vec<u8>, Refusal> {
         let started = Instant::now();
         let slice = self.cells()?;
@@ -268,7 +269,8 @@ impl PlaneRequest {
 
     /// The curves at which the long-run behaviour changes.
     pub(super) fn boundaries(&self, stop: &AtomicBool) -> Result<serde_json::Value, Refusal> {
-        // The nodes between the ends tell a logarithmic axis from a linear one. The ends themselves may be illegal.
+        // The nodes between the ends tell a logarithmic axis from a linear one. The ends themselves may be
+        // illegal.
         const NODES: usize = 9;
         const ROOM: f64 = 1e-4;
         let Slice { grid, x, y } = self.slice(|side| side.between(NODES, ROOM))?;
@@ -350,8 +352,8 @@ fn with_nothing(mut kinds: Vec<Kind>) -> Vec<Kind> {
     kinds
 }
 
-/// The cells of a picture as a map has stored them: those of the nearest nodes, none beyond its ends. `None` if it is a map
-/// of another law or does not hold what is shown.
+/// The cells of a picture as a map has stored them: those of the nearest nodes, none beyond its ends. `None`
+/// if it is a map of another law or does not hold what is shown.
 fn stored(map: &MapFile, slice: &Slice, show: &Show) -> Result<Option<Values>, Refusal> {
     let Slice { grid, x, y } = slice;
     let Show::Variable(name) = show else { return Ok(None) };

@@ -64,11 +64,15 @@ impl MachineText {
         let bad = |name: &str, value: f64, wanted: &str| {
             Refusal::bad_input(format!("{name} is {value}; it must be {wanted}"), "choose another value")
         };
-        if let Some((name, value)) = positive.into_iter().find(|(_, value)| !(*value > 0.0 && value.is_finite())) {
+        if let Some((name, value)) =
+            positive.into_iter().find(|(_, value)| !(*value > 0.0 && value.is_finite()))
+        {
             return Err(bad(name, value, "greater than 0"));
         }
         let others = [("damping", self.damping), ("strengthening", self.strengthening)];
-        if let Some((name, value)) = others.into_iter().find(|(_, value)| !(*value >= 0.0 && value.is_finite())) {
+        if let Some((name, value)) =
+            others.into_iter().find(|(_, value)| !(*value >= 0.0 && value.is_finite()))
+        {
             return Err(bad(name, value, "at least 0"));
         }
         if !(0.0..=self.static_friction).contains(&self.kinetic_friction) {
@@ -107,9 +111,7 @@ impl MachineRequest {
         // Units that are far too large or small make numbers that no law can have.
         point_of(&law, &values)?;
         let units = machine.units();
-        let axis = |words: &str, dimension: Dimension| {
-            json!({ "words": words, "unit": machine.motion.unit(dimension), "factor": units.factor(dimension) })
-        };
+        let axis = |words: &str, dimension: Dimension| json!({ "words": words, "unit": machine.motion.unit(dimension), "factor": units.factor(dimension) });
         let unit = |dimension: Dimension| machine.motion.unit(dimension);
         Ok(json!({
             "at": at_json(&law, &point),

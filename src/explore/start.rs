@@ -2,8 +2,8 @@
 
 use serde_json::{Value, json};
 
-use crate::config::Job;
 use super::si::MachineText;
+use crate::config::Job;
 use crate::machine::Machine;
 use crate::map::Grid;
 use crate::report::View;
@@ -22,7 +22,12 @@ impl Start {
     /// The plane of a configuration.
     #[must_use]
     pub fn of_job(job: &Job) -> Self {
-        Self { grid: Some(job.plan.grid().clone()), title: job.title.clone(), map: None, machine: job.machine }
+        Self {
+            grid: Some(job.plan.grid().clone()),
+            title: job.title.clone(),
+            map: None,
+            machine: job.machine,
+        }
     }
 
     /// The plane of a map, whose cells stay on disk until they are shown.

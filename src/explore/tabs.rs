@@ -1,4 +1,5 @@
-//! Which requests are overtaken: of the requests of one tab about the same thing only the latest is worked on.
+//! Which requests are overtaken: of the requests of one tab about the same thing only the latest is worked
+//! on.
 
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -16,12 +16,12 @@ pub(crate) fn axis_names() -> Vec<&'static str> {
     names
 }
 
-/// How a value of this axis is given: `--alpha `, or `--set name=`.
+/// The option that sets an axis: `--alpha `, or `--set name=`.
 pub(crate) fn flag(name: &str) -> String {
     if axis_names().contains(&name) { format!("--{name} ") } else { format!("--set {name}=") }
 }
 
-/// The command that explains a point, ready to paste.
+/// The command that explains a point, to be pasted into a shell.
 #[must_use]
 pub fn command_line(law: &Law, point: &Point, tolerance: f64) -> String {
     let mut line = String::from("slipmap probe");
@@ -30,7 +30,7 @@ pub fn command_line(law: &Law, point: &Point, tolerance: f64) -> String {
         Law::Exponential | Law::Lorentzian => line.push_str(&format!(" --law {}", law.name())),
         Law::Expression(law) => line.push_str(&format!(" --phi '{}'", law.text())),
         Law::Table(table) => line.push_str(&format!(" --table '{}'", table.origin())),
-        // A function of another program: no command can name it.
+        // No command can name a function of another program.
         Law::Function(law) => line.push_str(&format!(" --law '{}'", law.origin())),
         other => line.push_str(&format!(" --law {}", other.name())),
     }

@@ -57,8 +57,8 @@ export function colours(picture, catalogue) {
   return { least, most, lookup, signed };
 }
 
-// Fills a canvas with the part of a picture that lies in the view; `fit` leads from places in the view to places in
-// the picture, both in the unit square from the lower left corner: [left, right, low, high].
+// Fills a canvas with the part of a picture that lies in the view; `fit` leads from places in the view to
+// places in the picture, both in the unit square from the lower left corner: [left, right, low, high].
 export function paint(canvas, picture, catalogue, fit = [0, 1, 0, 1]) {
   const { width, height } = canvas;
   const context = canvas.getContext("2d");

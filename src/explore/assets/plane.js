@@ -1,4 +1,5 @@
-// The plane: its picture in steps from coarse to fine, the curves over it, and what mouse, fingers and keys do there.
+// The plane: its picture in steps from coarse to fine, the curves over it, and what mouse, fingers and keys
+// do there.
 
 import { element, short } from "./elements.js";
 import { legend } from "./legend.js";
@@ -11,7 +12,8 @@ import { label, place } from "./state.js";
 // Rows of pictures while something is dragged, and seconds that one of them may take.
 const QUICK = [12, 16, 24, 32, 48, 64, 96, 128, 192, 256];
 const FRAME = 0.03;
-// Seconds that a finer picture may take, those that are taken without a coarser one before, and cells that it may have.
+// Seconds that a finer picture may take, those that are taken without a coarser one before, and cells that it
+// may have.
 const PATIENCE = 6;
 const SOON = 0.3;
 const MOST_CELLS = 1_500_000;
@@ -56,8 +58,8 @@ export class Plane {
     this.update(false);
   }
 
-  // Shows the state: at once as far as the last picture goes, then better. While something is dragged (`hurry`) with
-  // few cells, many times a second.
+  // Shows the state: at once as far as the last picture goes, then better. While something is dragged
+  // (`hurry`) with few cells, many times a second.
   update(hurry) {
     if (!this.rect) return this.resize();
     this.changes += 1;

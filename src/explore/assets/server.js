@@ -1,5 +1,5 @@
-// Requests to the program behind the page. Each says of which tab it is and its number, so that the program can
-// drop those that are overtaken.
+// Requests to the program behind the page. Each says of which tab it is and its number, so that the program
+// can drop those that are overtaken.
 
 const tab = crypto.randomUUID();
 let number = 0;

@@ -1,8 +1,9 @@
 // The whole state of the page, and how it is written into the link.
 //
-// A link is a list of `key=value`: `v` the version, `law`, `x` and `y` (name, from, to, and "log"), `show`, `p.NAME` the value of a
-// parameter, `m.NAME` a quantity of a machine in SI units, `r.NAME` the ends of its slider, `pin=1` if a point is pinned. Keys that this page does not know
-// are passed over, and keys that are missing take their defaults: links of older and of newer versions open.
+// A link is a list of `key=value`: `v` the version, `law`, `x` and `y` (name, from, to, and "log"), `show`,
+// `p.NAME` the value of a parameter, `m.NAME` a quantity of a machine in SI units, `r.NAME` the ends of its
+// slider, `pin=1` if a point is pinned. Keys that this page does not know are passed over, and keys that are
+// missing take their defaults: links of older and of newer versions open.
 
 export const VERSION = 1;
 

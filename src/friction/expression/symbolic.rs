@@ -1,8 +1,7 @@
-//! Derivatives by Taylor series against those that the crate `exmex` finds as formulas.
+//! Compares derivatives by Taylor series with the formulas that the crate `exmex` derives.
 //!
-//! Both are evaluated over intervals with outward rounding, so there is no tolerance: two enclosures of one
-//! number have a number in common, and an enclosure holds what the same operations give with rounding to
-//! nearest.
+//! Both are evaluated over intervals with outward rounding, so no tolerance is needed: two enclosures of one
+//! number intersect, and an enclosure contains the result of the same operations with rounding to nearest.
 
 use std::str::FromStr;
 
@@ -12,7 +11,7 @@ use proptest::test_runner::RngSeed;
 
 use super::*;
 
-/// An interval as exmex wants it.
+/// An interval in the form that exmex needs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Sure(Interval);
 
@@ -79,7 +78,7 @@ fn power(base: Sure, exponent: Sure) -> Sure {
 
 type Formula = FlatEx<Sure, Operators, NumberMatcher>;
 
-/// Formulas in parentheses throughout, as the two parsers differ in how tightly signs bind.
+/// Fully parenthesised formulas, since the two parsers differ in how tightly signs bind.
 fn formula() -> impl Strategy<Value = String> {
     let number = (1..40_u32).prop_map(|x| format!("{}", f64::from(x) / 8.0));
     let leaf = prop_oneof![3 => Just("u".to_owned()), 2 => Just("eps".to_owned()), 1 => Just("a".to_owned()), 2 => number];
@@ -99,8 +98,8 @@ fn formula() -> impl Strategy<Value = String> {
 
 #[test]
 fn derivatives_are_those_of_the_formulas() {
-    // exmex calls itself for each level of a formula, and those of fourth derivatives have thousands. The
-    // same formulas at each run, as the deepest of all would find the end of any stack.
+    // exmex recurses for each level of a formula, and formulas of fourth derivatives have thousands. Every
+    // run tests the same formulas, since a deeper one could overflow any stack.
     let config = ProptestConfig {
         cases: 200,
         max_global_rejects: 2000,
@@ -158,7 +157,7 @@ fn check(text: &str, u: f64, epsilon: f64, a: f64) -> Result<(), TestCaseError> 
                 format!("{text} by u {by_u} and eps {by_epsilon} times: {ours:?} {symbolic:?} {plain}");
             prop_assert!(ours.lo.max(symbolic.lo) <= ours.hi.min(symbolic.hi), "{}", both);
             prop_assert!((ours.lo..=ours.hi).contains(&plain), "{}", both);
-            // The agreement is of many digits, but where a formula loses them.
+            // They agree in many digits, except where a formula cancels.
             let largest = ours.lo.abs().max(ours.hi.abs()).max(1.0);
             prop_assume!((ours.hi - ours.lo).max(symbolic.hi - symbolic.lo) <= 1e-6 * largest);
         }
