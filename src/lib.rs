@@ -1,35 +1,47 @@
-//! Where in parameter space a dry-friction oscillator on a moving belt stick-slips, which mathematical test
-//! proves it, where each test fails, and what each answer costs.
+//! Where in parameter space a dry-friction oscillator on a moving belt stick-slips, which mathematical
+//! test proves it, where each test fails, and what each answer costs.
 //!
-//! A mass on a spring rides on a belt of speed V. Friction that weakens with the slip speed can drive it into
-//! a cycle of sticking and slipping. Six numbers decide: eps, the alpha, beta and gamma of the friction law,
-//! V, and the damping c. This crate asks the same question, "does a stick-slip cycle exist?", of closed-form
-//! tests ([`certify`]) and of the simulated flow ([`simulate`]), at one point or at every cell of a grid
-//! ([`map`]). The mathematics is in [`theory`].
+//! A mass on a spring rides on a belt of speed V. Friction that weakens with the slip speed can drive it
+//! into a cycle of sticking and slipping. Six numbers decide: eps, the alpha, beta and gamma of the
+//! friction law, V, and the damping c. This crate asks the same question, "does a stick-slip cycle
+//! exist?", of closed-form tests ([`certify`]) and of the simulated flow ([`simulate`]), at one point or at
+//! every cell of a grid ([`map`]). The mathematics is in [`theory`].
 //!
 //! # One point
 //! ```
-//! use slipmap::certify::{self, Decision, Guarantee}; use slipmap::filippov::Oscillator; use
-//! slipmap::friction::Law; use slipmap::point::Point; use slipmap::simulate::{Fate, critical_damping, flow};
+//! use slipmap::certify::{self, Decision, Guarantee};
+//! use slipmap::filippov::Oscillator;
+//! use slipmap::friction::Law;
+//! use slipmap::point::Point;
+//! use slipmap::simulate::{Fate, critical_damping, flow};
 //!
-//! // eps; alpha, beta, gamma; V; c. let point = Law::Stribeck.point(0.1, &[0.4, 0.2, 2.0], 1.0, 0.6)?;
+//! // eps; alpha, beta, gamma; V; c.
+//! let point = Law::Stribeck.point(0.1, &[0.4, 0.2, 2.0], 1.0, 0.6)?;
 //!
-//! // The simulated flow: the orbit that leaves the belt spirals inward, so there is no cycle. let answer =
-//! flow(&Oscillator::new(Law::Stribeck, &point), 1e-9); assert_eq!(answer.fate, Fate::SpiralsInward);
+//! // The simulated flow: the orbit that leaves the belt spirals inward, so there is no cycle.
+//! let answer = flow(&Oscillator::new(Law::Stribeck, &point), 1e-9);
+//! assert_eq!(answer.fate, Fate::SpiralsInward);
 //! assert!(answer.margin < -answer.margin_error);
 //!
-//! // The paper's first-order test claims one; the test that is a theorem at every eps denies it. let column
-//! = Law::Stribeck.column(&point); let decide = |test: &certify::Test|
-//! (test.claim)(&column).decide(point.damping); assert_eq!(decide(&certify::perturbation::TEST),
-//! Decision::Present); assert_eq!(decide(&certify::symmetric::TEST), Decision::Absent);
+//! // The paper's first-order test claims one; the test that is a theorem at every eps denies it.
+//! let column = Law::Stribeck.column(&point);
+//! let decide = |test: &certify::Test| (test.claim)(&column).decide(point.damping);
+//! assert_eq!(decide(&certify::perturbation::TEST), Decision::Present);
+//! assert_eq!(decide(&certify::symmetric::TEST), Decision::Absent);
 //! assert_eq!(certify::symmetric::TEST.guarantee, Guarantee::FiniteEpsilon);
 //!
-//! // All dampings at once: the cycle exists below the critical damping and not above it. let critical =
-//! critical_damping(&column, 1e-12)?; assert!((certify::instability::TEST.claim)(&column).present_below <
-//! critical.c); assert!(critical.c < (certify::symmetric::TEST.claim)(&column).absent_above); let slower =
-//! Point { damping: 0.9 * critical.c, ..point }; match flow(&Oscillator::new(Law::Stribeck, &slower),
-//! 1e-9).fate { Fate::Sticks(landing) => { let period = landing.slip_time + landing.stick_time;
-//! assert!((period - 2.0 * std::f64::consts::PI).abs() < 0.1); } other => panic!("{other:?}"), }
+//! // All dampings at once: the cycle exists below the critical damping and not above it.
+//! let critical = critical_damping(&column, 1e-12)?;
+//! assert!((certify::instability::TEST.claim)(&column).present_below < critical.c);
+//! assert!(critical.c < (certify::symmetric::TEST.claim)(&column).absent_above);
+//! let slower = Point { damping: 0.9 * critical.c, ..point };
+//! match flow(&Oscillator::new(Law::Stribeck, &slower), 1e-9).fate {
+//!     Fate::Sticks(landing) => {
+//!         let period = landing.slip_time + landing.stick_time;
+//!         assert!((period - 2.0 * std::f64::consts::PI).abs() < 0.1);
+//!     }
+//!     other => panic!("{other:?}"),
+//! }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
