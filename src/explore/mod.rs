@@ -19,6 +19,7 @@ mod server;
 mod si;
 mod start;
 mod tabs;
+mod working_point;
 
 pub use server::serve;
 pub use start::Start;

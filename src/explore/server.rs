@@ -23,8 +23,8 @@ use super::leave::LeaveRequest;
 use super::plane::PlaneRequest;
 use super::point::PointRequest;
 use super::refusal::Refusal;
-use super::si::MachineRequest;
 use super::tabs::{Tabs, Ticket};
+use super::working_point::MachineRequest;
 use super::{Start, assets, catalogue, place};
 
 /// Connections at a time; more wait.

@@ -1,14 +1,9 @@
 //! A machine in SI units: its quantities in place of a law's parameters.
 
 use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
 
-use super::place::{LawText, at_json};
 use super::refusal::Refusal;
-use crate::config::point_of;
-use crate::friction::Law;
-use crate::machine::{Dimension, Machine, Motion};
-use crate::map::Grid;
+use crate::machine::{Machine, Motion};
 use crate::point::Point;
 
 /// A machine as a page says it, by the keys of `[machine]`.
@@ -24,13 +19,6 @@ pub(super) struct MachineText {
     stribeck_velocity: f64,
     strengthening: f64,
     belt_speed: f64,
-}
-
-/// What the page asks: the dimensionless point of a machine.
-#[derive(Clone, Debug, Deserialize)]
-pub(super) struct MachineRequest {
-    law: LawText,
-    machine: MachineText,
 }
 
 impl MachineText {
@@ -50,7 +38,7 @@ impl MachineText {
     }
 
     /// The machine, each quantity legal.
-    fn machine(&self) -> Result<Machine, Refusal> {
+    pub(super) fn machine(&self) -> Result<Machine, Refusal> {
         let motion = Motion::ALL.into_iter().find(|motion| motion.name() == self.motion);
         let unknown = || Refusal::malformed(format!("there is no motion `{}`", self.motion));
         let positive = [
@@ -99,34 +87,4 @@ impl MachineText {
         let damping = point.epsilon * point.damping * units.damping;
         Ok(Machine { belt_speed: point.belt_speed * units.velocity, damping, ..machine })
     }
-}
-
-impl MachineRequest {
-    /// The values of the law's axes at the machine's working point, and what leads from them to SI.
-    pub(super) fn point(&self) -> Result<Value, Refusal> {
-        let law = self.law.law()?;
-        let machine = self.machine.machine()?;
-        let point = machine.point(&law).ok_or_else(|| no_machine(&law))?;
-        let values: Vec<f64> = Grid::coordinates(&law, &point).into_iter().map(|(_, value)| value).collect();
-        // Units that are far too large or small make numbers that no law can have.
-        point_of(&law, &values)?;
-        let units = machine.units();
-        let axis = |words: &str, dimension: Dimension| json!({ "words": words, "unit": machine.motion.unit(dimension), "factor": units.factor(dimension) });
-        let unit = |dimension: Dimension| machine.motion.unit(dimension);
-        Ok(json!({
-            "at": at_json(&law, &point),
-            "axes": { "V": axis("belt speed", Dimension::Velocity), "c": axis("damping", Dimension::Damping) },
-            "units": {
-                "mass": unit(Dimension::Mass),
-                "stiffness": unit(Dimension::Stiffness),
-                "normal_force": unit(Dimension::Force),
-                "stribeck_velocity": unit(Dimension::Velocity),
-            },
-        }))
-    }
-}
-
-fn no_machine(law: &Law) -> Refusal {
-    let problem = format!("the law `{}` has no coefficients of friction", law.name());
-    Refusal::bad_input(problem, "use stribeck, exponential or lorentzian")
 }

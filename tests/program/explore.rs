@@ -281,7 +281,7 @@ fn bad_requests_are_refused_in_words() {
         ("/x/points", json!(0), "0 cells"),
         ("/x/points", json!(-1), "cannot be read"),
         ("/x/to", json!(-1.0), "must increase"),
-        ("/x/to", json!(1e-320), "too close"),
+        ("/x/to", json!(2e-323), "too close"),
         ("/x/axis", json!("c"), "same axis"),
         ("/x/axis", json!("nothing"), "no axis nothing"),
         ("/at/V", json!(0.0), "V has the value 0"),

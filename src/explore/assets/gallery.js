@@ -43,7 +43,7 @@ export const CASES = [
   },
   {
     title: "Which theorem decides",
-    words: "Each colour is the weakest theorem that proves the answer. The simulation is needed in a thin band only.",
+    words: "Each colour is the weakest theorem that proves the answer. Where there are dots only the simulation has one.",
     link: "#v=1&law=stribeck&x=gamma,0,8&y=c,0,6&show=decider&p.epsilon=0.2&p.alpha=0.2&p.beta=0.1&p.V=1&p.gamma=3&p.c=1",
   },
 ];

@@ -14,7 +14,7 @@ const QUICK = [12, 16, 24, 32, 48, 64, 96, 128, 192, 256];
 const FRAME = 0.03;
 // Seconds that a finer picture may take, those that are taken without a coarser one before, and cells that it
 // may have.
-const PATIENCE = 6;
+const PATIENCE = 15;
 const SOON = 0.3;
 const MOST_CELLS = 1_500_000;
 // Pixels within which a pointer takes the pin, and beyond which a click is a drag.
@@ -145,6 +145,10 @@ export class Plane {
       rows = this.finer(rows);
     }
     this.canvas.dataset.settled = turn;
+    // Better to know than to wonder why it stays coarse.
+    const seconds = this.seconds(this.full());
+    this.busy.hidden = seconds < PATIENCE;
+    this.busy.textContent = `coarse: every pixel would take ${seconds < 100 ? `${Math.round(seconds)} s` : `${Math.round(seconds / 60)} min`}`;
   }
 
   // A picture of the present state; nothing where it was overtaken or refused.
@@ -154,7 +158,7 @@ export class Plane {
     const [width, height] = this.cells(rows);
     const running = { quick };
     this.running = running;
-    const late = setTimeout(() => (this.busy.hidden = false), 300);
+    const late = setTimeout(() => Object.assign(this.busy, { hidden: false, textContent: "computing" }), 300);
     try {
       const body = { ...place(this.state), x: { ...x, points: width }, y: { ...y, points: height }, show, stored };
       const picture = await ask(body);
