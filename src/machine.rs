@@ -81,7 +81,7 @@ pub enum Dimension {
 /// A machine, in SI units; for a rotation kg m^2 replaces kg, N m replaces N and rad replaces m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Machine {
-    /// How it moves.
+    /// Kind of motion.
     pub motion: Motion,
     /// m > 0, kg.
     pub mass: f64,

@@ -48,7 +48,7 @@ pub(super) struct Answer {
     pub critical: Option<f64>,
 }
 
-/// How a contestant computes its answers.
+/// The function that computes a contestant's answers.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Solver {
     /// A closed-form test, cell by cell.

@@ -35,7 +35,7 @@ pub fn pareto(points: &[Option<(f64, f64)>]) -> Vec<bool> {
 #[cfg(test)]
 mod tests {
     #[test]
-    fn the_front_is_what_nothing_beats() {
+    fn the_front_consists_of_undominated_points() {
         let points =
             [Some((1.0, 4.0)), Some((2.0, 2.0)), None, Some((3.0, 3.0)), Some((2.0, 2.0)), Some((4.0, 1.0))];
         assert_eq!(super::pareto(&points), [true, true, false, false, true, true]);

@@ -368,7 +368,7 @@ mod tests {
     }
 
     #[test]
-    fn says_so_when_the_orbit_cannot_come_back() {
+    fn the_bound_is_zero_when_the_orbit_cannot_come_back() {
         let column = stribeck(1.0, 0.0, 0.0, 1.0, TINY_BELT);
         assert_eq!(speed_bound(&column, 2.5, 8), 0.0);
         // Overdamped: a stable node.

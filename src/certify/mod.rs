@@ -133,7 +133,7 @@ fn is_reliable(column: &Column, bound: f64) -> bool {
     column.curve.is_normal() && !bound.is_subnormal()
 }
 
-/// How far a verdict can be trusted.
+/// Strength of a verdict.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Guarantee {
     /// True in the limit eps -> 0; may be wrong at any given eps.

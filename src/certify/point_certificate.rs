@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn honest_certificates_are_sound_and_read_back() {
+    fn valid_certificates_are_sound_and_read_back() {
         let verdicts: Vec<String> = honest().iter().map(|one| one.verdict.clone()).collect();
         assert_eq!((verdicts[0].as_str(), verdicts[2].as_str()), ("present", "absent"));
         for one in honest() {

@@ -18,7 +18,7 @@ static CODE: LazyLock<Arc<AtomicUsize>> = LazyLock::new(Arc::default);
 /// Cleanup and message for the case that the work is abandoned.
 static ABANDONMENT: Mutex<Option<Abandonment>> = Mutex::new(None);
 
-/// What to do and print when the work is abandoned.
+/// Message and cleanup of abandoned work.
 struct Abandonment {
     left: String,
     tidy: Box<dyn FnOnce() + Send>,

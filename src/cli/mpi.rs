@@ -41,11 +41,11 @@ const END: i32 = 6;
 
 /// Polls for messages at growing intervals. MPI's own blocking calls would keep a core busy, and so would
 /// polling all the time.
-struct Watch {
+struct Poller {
     pause: Duration,
 }
 
-impl Watch {
+impl Poller {
     /// First and longest interval. Both are shorter than a tile takes, and every rank has tiles in advance.
     const PAUSES: [Duration; 2] = [Duration::from_micros(50), Duration::from_millis(1)];
 
@@ -162,9 +162,9 @@ impl Ranks {
                 Err(RecvTimeoutError::Disconnected) => break,
             };
             writer.send_with_tag(&bytes[..], TILE);
-            let mut watch = Watch::new();
+            let mut poller = Poller::new();
             while writer.immediate_probe_with_tag(NEXT).is_none() {
-                watch.wait();
+                poller.wait();
             }
             let (next, _) = writer.receive_vec_with_tag::<u64>(NEXT);
             match (next.first().and_then(|&tile| usize::try_from(tile).ok()), &more) {
@@ -206,7 +206,7 @@ impl Ranks {
         }
         let plan = plan.filter(|_| wrong.is_none());
         let answers = match plan {
-            Some((_, queue)) => dealt(queue, own_threads, &threads[1..]),
+            Some((_, queue)) => first_messages(queue, own_threads, &threads[1..]),
             None => vec![Vec::new(); threads.len() - 1],
         };
         for (rank, answer) in (1..).zip(answers) {
@@ -251,13 +251,13 @@ impl Ranks {
         let mut sum = Account::none(map.plan());
         let mut outcome = Ok(());
         let mut at_work = self.count() - 1;
-        let mut watch = Watch::new();
+        let mut poller = Poller::new();
         while at_work > 0 {
             let Some(message) = world.any_process().immediate_matched_probe() else {
-                watch.wait();
+                poller.wait();
                 continue;
             };
-            watch = Watch::new();
+            poller = Poller::new();
             let (bytes, status) = message.matched_receive_vec::<u8>();
             if status.tag() == BYE {
                 at_work -= 1;
@@ -293,7 +293,7 @@ impl Ranks {
 /// First messages to the other ranks: whether to begin, and with which tiles. Tiles are dealt one by one in
 /// turn, so that few tiles are shared fairly, until every rank has two for each thread and two more, or until
 /// only those are left that rank 0 computes itself.
-fn dealt(queue: &Queue, own_threads: usize, threads: &[usize]) -> Vec<Vec<u64>> {
+fn first_messages(queue: &Queue, own_threads: usize, threads: &[usize]) -> Vec<Vec<u64>> {
     let mut answers = vec![vec![BEGIN]; threads.len()];
     let most = threads.iter().max().map_or(0, |threads| 2 * threads + 2);
     for round in 0..most {
@@ -340,7 +340,7 @@ mod tests {
     fn few_tiles_are_dealt_fairly() {
         let dealt_of = |tiles: usize| {
             let queue = Queue::new(vec![false; tiles]);
-            let answers = dealt(&queue, 1, &[1, 1, 1]);
+            let answers = first_messages(&queue, 1, &[1, 1, 1]);
             let mut shares = vec![std::iter::from_fn(|| queue.take()).count()];
             shares.extend(answers.iter().map(|answer| answer.len() - 1));
             shares

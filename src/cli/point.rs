@@ -147,7 +147,7 @@ impl PointArguments {
         }
         let values: Vec<f64> = axes.iter().filter_map(|name| value(name)).collect();
         let point = point_of(law, &values).map_err(|error| {
-            let (name, value, wanted) = complaint(&error);
+            let (name, value, wanted) = invalid_coordinate(&error);
             Failure::BadInput(format!(
                 "{}{value}: {name} must be {wanted}\n  help: choose a value that is",
                 flag(&name)
@@ -242,7 +242,7 @@ fn description(name: &str) -> String {
 }
 
 /// The illegal coordinate of a point, its value, and the condition that it violates.
-fn complaint(error: &GridError) -> (String, String, String) {
+fn invalid_coordinate(error: &GridError) -> (String, String, String) {
     match error {
         GridError::OutOfDomain { axis, value, domain } => (axis.clone(), exact(*value), domain.clone()),
         GridError::NotFinite { axis, value } => (axis.clone(), exact(*value), "finite".into()),

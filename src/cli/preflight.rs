@@ -28,7 +28,7 @@ pub(super) fn peak(packed: u128) -> u128 {
     2 * packed
 }
 
-/// What a run may do with existing files.
+/// Permission of a run to change existing files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Permission {
     /// Nothing: the run is refused.
@@ -114,7 +114,7 @@ impl Preflight {
     }
 
     /// Returns whether the map might not fit, so that its size must be sampled.
-    pub(super) fn is_scarce(&self, job: &Job) -> bool {
+    pub(super) fn may_not_fit(&self, job: &Job) -> bool {
         self.free.is_some_and(|free| peak(job.plan.bytes()) > u128::from(free))
     }
 }

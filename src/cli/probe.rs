@@ -437,7 +437,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn help_tells_the_default_tolerance() {
+    fn help_names_the_default_tolerance() {
         let help =
             crate::cli::Arguments::command().find_subcommand_mut("probe").unwrap().render_help().to_string();
         assert!(help.contains(&format!("[default: {}]", exact(DEFAULT_TOLERANCE))), "{help}");

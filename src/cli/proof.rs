@@ -15,7 +15,7 @@ use crate::certify::validated::tile::GroupBox;
 /// Largest size in bytes of a certificate that is read: more than a hundred thousand tiles.
 const LONGEST: u64 = 1 << 30;
 
-/// What exists at the path of a certificate.
+/// State of a certificate's path.
 #[derive(Debug)]
 pub(super) enum Existing {
     /// Nothing, or an empty file.

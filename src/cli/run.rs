@@ -140,7 +140,7 @@ fn prepare(arguments: &Arguments, job: Job) -> Result<Option<(Job, PartialMap)>,
     if let Some(refused) = &preflight.refuses {
         return Err(Failure::BadInput(refused.clone()));
     }
-    if permission != Permission::Resume && preflight.is_scarce(&job) {
+    if permission != Permission::Resume && preflight.may_not_fit(&job) {
         preflight.verdict(&job, estimate::sampled(&job.plan, arguments.threads).packed)?;
     }
     create_folders(&job.output)?;
@@ -166,8 +166,8 @@ fn prepare(arguments: &Arguments, job: Job) -> Result<Option<(Job, PartialMap)>,
         let existing = if arguments.overwrite { Existing::Replace } else { Existing::Refuse };
         PartialMap::begin(&job.output, &job.plan, &provenance, existing).map_err(create_failure)?
     };
-    tell_of_resumption(&map, arguments.resume);
-    end_in_time(job.output.clone());
+    report_resumption(&map, arguments.resume);
+    abandon_in_time(job.output.clone());
     Ok(Some((job, map)))
 }
 
@@ -245,7 +245,7 @@ fn compute<E: Into<Stopped> + From<ComputeError<StoreError>>>(
 }
 
 /// Prints what is known of the run to be continued, and whether it is locked.
-fn tell_of_resumption(map: &PartialMap, resume: bool) {
+fn report_resumption(map: &PartialMap, resume: bool) {
     let (done, all) = (map.tiles(), map.finished().len());
     if done > 0 {
         say(&format!("note: resuming with {} of {} tiles finished", count(done), count(all)));
@@ -265,7 +265,7 @@ fn tell_of_resumption(map: &PartialMap, resume: bool) {
 
 /// Abandons tiles that take too long after an interruption. The journal holds each tile whole or not at all,
 /// whatever other threads are doing.
-fn end_in_time(output: PathBuf) {
+fn abandon_in_time(output: PathBuf) {
     let left = format!("the tiles in work were given up, finished ones are kept\n{}", how_to_continue());
     interrupt::on_abandonment(left, move || store::remove_unfinished(&output));
 }

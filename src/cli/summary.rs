@@ -13,7 +13,7 @@ use crate::probe::fate_name;
 use crate::report::proved::{Rounded, proved_percent};
 use crate::simulate::bifurcation::Bifurcation;
 
-/// What is reported of a run.
+/// Contents of the report of a run.
 pub(super) struct Report<'a> {
     /// The job.
     pub(super) job: &'a Job,
@@ -369,7 +369,7 @@ mod tests {
     }
 
     #[test]
-    fn failures_and_contradictions_are_told_with_their_points() {
+    fn failures_and_contradictions_are_listed_with_their_points() {
         let job = job();
         let point = job.plan.grid.point(&[0, 0, 0, 0, 0, 1]);
         let line = "slipmap probe --epsilon 0.1 --alpha 0.5 --beta 0 --gamma 1 --V 1 --c 1";

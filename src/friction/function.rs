@@ -284,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn a_smooth_function_is_met_within_the_error_told() {
+    fn a_smooth_function_is_interpolated_within_the_stated_error() {
         let law = exponential();
         assert!(law.seams().len() < 16 && law.error() < 1e-10, "{} {}", law.seams().len(), law.error());
         for i in 0..=800 {
@@ -296,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn a_corner_is_kept_if_it_is_told() {
+    fn a_corner_is_exact_if_it_is_declared() {
         let kinked = |u: f64| if u < 1.0 { 1.0 - 0.2 * u } else { 0.8 - 0.1 * (u - 1.0) };
         let law = Function::new("kinked", kinked, 4.0, &[1.0]).unwrap();
         assert_eq!(law.corners(), [1.0]);
@@ -325,7 +325,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_law_is_refused() {
+    fn invalid_laws_are_refused() {
         let problem = |law: Result<Function, FunctionError>| law.unwrap_err().problem;
         assert!(problem(Function::new("bad", |u| 2.0 - u, 1.0, &[])).contains("phi(0) is 2"));
         assert!(

@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_defined_is_the_whole_line() {
+    fn undefined_operations_give_the_whole_line() {
         let x = Interval::new(-1.0, 1.0);
         for image in [Interval::thin(1.0) / x, x.ln(), x.sqrt(), x.abs(), Interval::new(f64::NAN, 1.0)] {
             assert_eq!(image, Interval::ENTIRE);

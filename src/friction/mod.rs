@@ -308,7 +308,7 @@ impl Law {
 #[derive(Clone, Debug)]
 pub struct Curve {
     form: Form,
-    /// eps, if the law is to be read as 1 + eps F(u).
+    /// eps, if the law is read as 1 + eps F(u).
     small: Option<f64>,
     compiled: Arc<Mutex<Compiled>>,
 }

@@ -6,7 +6,7 @@
 
 use std::collections::HashMap;
 
-use super::contradictions::promises;
+use super::contradictions::excludes_errors;
 use super::{Grid, Plan, Runs, Tile, Verdict};
 use crate::certify::Guarantee;
 use crate::filippov::Oscillator;
@@ -169,7 +169,7 @@ fn audit_cell(plan: &Plan, point: Point, verdicts: impl Iterator<Item = Verdict>
         if !matches!(stored, Verdict::Present | Verdict::Absent) {
             continue;
         }
-        if !promises(method.guarantee()) {
+        if !excludes_errors(method.guarantee()) {
             continue;
         }
         audit.checked += 1;

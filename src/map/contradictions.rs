@@ -39,7 +39,7 @@ impl Contradictions {
 }
 
 /// Returns whether this guarantee excludes wrong verdicts.
-pub(super) fn promises(guarantee: Guarantee) -> bool {
+pub(super) fn excludes_errors(guarantee: Guarantee) -> bool {
     match guarantee {
         Guarantee::FiniteEpsilon | Guarantee::Numerical | Guarantee::Validated => true,
         Guarantee::Asymptotic | Guarantee::None => false,
@@ -48,8 +48,8 @@ pub(super) fn promises(guarantee: Guarantee) -> bool {
 
 /// The contradictions among the verdicts of a tile.
 pub(super) fn contradictions(plan: &Plan, data: &TileData) -> Contradictions {
-    let promising = data.methods.iter().filter(|cells| promises(cells.method.guarantee()));
-    let mut runs: Vec<_> = promising.map(|cells| cells.verdicts.iter().peekable()).collect();
+    let guaranteed = data.methods.iter().filter(|cells| excludes_errors(cells.method.guarantee()));
+    let mut runs: Vec<_> = guaranteed.map(|cells| cells.verdicts.iter().peekable()).collect();
     let mut found = Contradictions::default();
     let cells = data.tile.cells();
     // From one change of any verdict to the next.
@@ -98,7 +98,7 @@ mod tests {
     use crate::map::{Grid, Method, MethodCells, Runs};
 
     /// Converts codes to verdicts.
-    fn said(codes: &[i8]) -> Runs<Verdict> {
+    fn verdicts_of(codes: &[i8]) -> Runs<Verdict> {
         let verdict = |code: &i8| Verdict::ALL.into_iter().find(|verdict| verdict.code() == *code).unwrap();
         codes.iter().map(verdict).collect()
     }
@@ -116,7 +116,7 @@ mod tests {
         // Methods are in the plan's order; each keeps the verdicts given under its name.
         let methods = plan.methods.iter().map(|&method| MethodCells {
             method,
-            verdicts: said(verdicts[names.iter().position(|name| *name == method.name()).unwrap()]),
+            verdicts: verdicts_of(verdicts[names.iter().position(|name| *name == method.name()).unwrap()]),
             margins: Vec::new(),
             critical: Vec::new(),
         });
@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn cells_with_opposite_promises_are_counted_and_named() {
+    fn contradictory_cells_are_counted_and_listed() {
         let clear = of([&[1; 4], &[0, 0, -1, -1], &[2, 3, 0, -1], &[1, 0, -1, -1]]);
         assert_eq!(clear, Contradictions::default(), "the first-order test has no guarantee at finite eps");
         let found = of([&[0; 4], &[1, 0, -1, -1], &[0, 1, 0, 1], &[-1, -1, 1, 0]]);

@@ -1,10 +1,10 @@
-//! A validated description of what is to be computed.
+//! A validated description of a computation.
 
 use super::{Axis, Grid, Method, Plane, Quantity, tiles};
 use crate::certify::validated;
 use crate::friction::Law;
 
-/// How the method `simulation` decides cells.
+/// The engine of the method `simulation`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Engine {
     /// Every cell by integration in (x1, x2).
@@ -176,13 +176,13 @@ impl PlanBuilder {
         self
     }
 
-    /// What is stored besides verdicts, in any order. Default: nothing.
+    /// The fields to store besides verdicts, in any order. Default: none.
     pub fn fields(mut self, fields: impl IntoIterator<Item = Field>) -> Self {
         self.plan.fields = fields.into_iter().collect();
         self
     }
 
-    /// How `simulation` decides cells. Default: [`Engine::Auto`].
+    /// The engine of `simulation`. Default: [`Engine::Auto`].
     pub fn engine(mut self, engine: Engine) -> Self {
         self.plan.engine = engine;
         self
@@ -207,7 +207,7 @@ impl PlanBuilder {
         self
     }
 
-    /// The planes whose curves of codimension one are to be found. Default: none.
+    /// The planes whose curves of codimension one are computed. Default: none.
     pub fn planes(mut self, planes: impl IntoIterator<Item = Plane>) -> Self {
         self.plan.planes = planes.into_iter().collect();
         self
@@ -345,7 +345,7 @@ impl Plan {
         self.tolerance
     }
 
-    /// The planes whose curves of codimension one are to be found.
+    /// The planes whose curves of codimension one are computed.
     #[must_use]
     pub fn planes(&self) -> &[Plane] {
         &self.planes

@@ -13,7 +13,7 @@ use crate::simulate::{
     return_map::Turn, return_map::turns_of, surface,
 };
 
-/// How the orbit of a cell ends, without its details.
+/// The fate of a cell's orbit, without its details.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum End {
     /// It sticks again.
@@ -232,7 +232,7 @@ fn lands_on_stick(oscillator: &Oscillator, margin: f64) -> bool {
         && oscillator.belt_speed * (margin * (2.0 + margin)).sqrt() < 2.0
 }
 
-/// How a column is labelled.
+/// The path by which a column is labelled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Path {
     /// The certificate decides every cell.

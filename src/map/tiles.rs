@@ -9,9 +9,10 @@ const MOST_TILE_CELLS: usize = 1 << 16;
 const MOST_TILES: usize = 1 << 20;
 /// Largest number of cells of a tile of any grid: 1 MiB of verdicts, the size of HDF5's cache of chunks.
 const MOST_TILE_CELLS_OF_ALL: usize = 1 << 20;
-/// Least number of cells of a tile: the overhead of a tile must be small. It is low because a tile takes
-/// seconds where each cell needs orbits of its own, and an interruption loses unfinished tiles.
+/// Least number of cells of a tile, so that the overhead per tile is small.
 const LEAST_TILE_CELLS: usize = 1 << 12;
+/// The same where each cell needs orbits of its own: such a tile may take seconds, and an interruption loses
+/// unfinished tiles.
 const LEAST_TILE_CELLS_WITH_ORBITS: usize = 1 << 4;
 /// Number of tiles that is aimed at between these limits: workers then finish together, and an interruption
 /// takes effect soon.

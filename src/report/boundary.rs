@@ -363,7 +363,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn quantiles_keep_their_promise() {
+    fn quantiles_are_within_their_error() {
         let mut sizes = Sizes::default();
         assert_eq!(sizes.quantile(0.5), None);
         let mut all: Vec<f64> = (1..=999).map(|i| 1e-6 * f64::from(i * i)).collect();

@@ -42,7 +42,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_listed_no_more_is_removed_and_nothing_else() {
+    fn only_files_that_are_no_longer_listed_are_removed() {
         let folder = tempfile::tempdir().unwrap();
         let write = |name: &str, text: &str| {
             let path = folder.path().join(name);

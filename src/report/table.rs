@@ -438,7 +438,7 @@ mod tests {
     }
 
     #[test]
-    fn each_format_says_the_same() {
+    fn each_format_has_the_same_contents() {
         let table = table();
         assert!(table.markdown().contains("| a\\_b | 1\u{202f}234\u{202f}567 | 12.3 | −1.50e-7 |"));
         assert!(table.markdown().contains("| c\\|d | 0 | – | 0.250 |"));
@@ -458,7 +458,7 @@ mod tests {
     }
 
     #[test]
-    fn words_in_csv_are_not_obeyed() {
+    fn words_in_csv_are_not_executed() {
         for (words, text) in
             [("=cmd|' /C calc'!A0", "'=cmd|' /C calc'!A0"), ("\x1b[2J\n@x", " [2J @x"), (" @x", "' @x")]
         {

@@ -314,7 +314,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn symbols_read_alike_everywhere() {
+    fn symbols_are_equal_in_all_formats() {
         let text = rich("error of {c^*} at {epsilon}, {x_1}");
         assert_eq!(text.plain(), "error of c* at ε, x1");
         assert_eq!(text.latex(), r"error of $c^{\ast}$ at $\varepsilon$, $x_{1}$");
@@ -323,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn foreign_words_lose_their_power() {
+    fn foreign_words_are_escaped() {
         let hostile =
             "<script>alert('x')</script> & \\input{/etc/passwd} $x$ | `rm` [a](http://b) {c}\n# d\0";
         let text = Rich::foreign(hostile);

@@ -13,7 +13,7 @@ use super::units::View;
 use super::{Report, ReportError, document, figure, stale, summary, tables};
 use crate::store::{self, StoreError};
 
-/// What to do if the output exists already.
+/// Behaviour if the output exists already.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Existing {
     /// Leave it and return an error.
@@ -25,7 +25,7 @@ pub enum Existing {
 /// Options of a report.
 #[derive(Clone, Copy, Debug)]
 pub struct ReportOptions {
-    /// What to do if there is a report already.
+    /// Behaviour if there is a report already.
     pub existing: Existing,
     /// Whether every figure also writes its numbers as CSV.
     pub data: bool,

@@ -480,7 +480,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_proved_is_left_open() {
+    fn unproved_parts_stay_open() {
         // A pole at u = 0.3: the even part has no bounds near it, and orbits that reach it have no enclosure.
         let pole = Law::Expression(Expression::new("1 - 0.01*u/(0.3 - u)", 1.0).unwrap());
         let curve = pole.curve(1.0, &LawParameters::new(&[]));

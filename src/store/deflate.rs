@@ -75,7 +75,7 @@ const NONE: u32 = u32::MAX;
 const KEYS_BITS: u32 = 10;
 /// Largest number of earlier places that are tried: more hardly make the stream smaller.
 const TRIED: usize = 4;
-/// A repetition of at most this length gives way to a longer one that begins at the next cell.
+/// Up to this length a repetition is replaced by a longer one that begins at the next cell.
 const SHORT: usize = 64;
 
 impl<'a> Search<'a> {
@@ -498,7 +498,7 @@ mod tests {
         }
 
         #[test]
-        fn cells_without_order_come_back(cells in prop::collection::vec(any::<i8>(), 1..3000)) {
+        fn random_cells_are_restored(cells in prop::collection::vec(any::<i8>(), 1..3000)) {
             check(&cells.iter().copied().collect(), &[cells.len()]);
         }
 

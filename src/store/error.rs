@@ -52,7 +52,7 @@ pub enum StoreError {
     Overtaken {
         /// The output.
         path: PathBuf,
-        /// Where the finished map is.
+        /// Path of the finished map.
         kept: PathBuf,
     },
     /// The folder of the output does not exist.
@@ -112,7 +112,7 @@ pub enum StoreError {
     /// A failure inside the HDF5 library.
     #[error("cannot {doing} {path}: {detail}")]
     Hdf5 {
-        /// What was tried.
+        /// The action that failed.
         doing: String,
         /// The action that failed.
         path: PathBuf,
@@ -275,7 +275,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn what_is_gone_is_told_from_what_is_full_or_forbidden() {
+    fn lost_full_and_forbidden_disks_are_distinguished() {
         use rustix::io::Errno;
         let of = |errno: Errno| {
             StoreError::io("write", Path::new("a"), io::Error::from_raw_os_error(errno.raw_os_error()))

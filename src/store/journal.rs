@@ -420,7 +420,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_journal_is_left_alone() {
+    fn other_files_are_not_opened_as_journals() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("map.h5.part");
         fs::write(&path, "my notes").unwrap();

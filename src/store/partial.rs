@@ -30,7 +30,7 @@ const JOURNAL: &str = ".part";
 /// Suffix of the unfinished map's name.
 const UNFINISHED: &str = ".part-map";
 
-/// Key in the journal's header: whether the run was told to replace its output.
+/// Key in the journal's header: whether the run replaces its output.
 const REPLACES: &str = "replaces";
 
 /// Largest length of a header in bytes; a tile's frame may be longer.
@@ -413,7 +413,7 @@ fn longest(plan: &Plan) -> u64 {
     LONGEST_HEADER.max(plain + plain / 16)
 }
 
-/// What an interrupted run has left at a path.
+/// The remains of an interrupted run at a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Left {
     /// Nothing to resume.

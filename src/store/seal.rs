@@ -24,7 +24,7 @@ pub(super) const BROKEN: &str = "its bytes are not those that were sealed at the
 /// Length of the seal in bytes.
 const LENGTH: u64 = LABEL.len() as u64 + 64 + 1;
 
-/// What to do if the output exists already.
+/// Behaviour if the output exists already.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Existing {
     /// Leave it and return an error.

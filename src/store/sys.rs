@@ -66,7 +66,7 @@ pub(super) fn unlock(_: &File) -> hdf5::Result<()> {
     Ok(())
 }
 
-/// How a text of fixed length is terminated.
+/// Termination of a text of fixed length.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Ending {
     /// Not terminated: UTF-8 of exactly the text's length.

@@ -20,7 +20,7 @@ const DEFLATE_RATIO: u64 = 1032;
 const MOST_CHUNK_CELLS: usize = 1 << 24;
 
 /// Number of nodes of an axis up to which the file's length is not compared.
-const HARMLESS_NODES: usize = 1 << 20;
+const UNCHECKED_NODES: usize = 1 << 20;
 
 /// Largest number of letters of a name.
 const LONGEST_NAME: usize = 64;
@@ -68,7 +68,7 @@ pub(super) fn axis(dataset: &Dataset, name: &str, length: u64) -> hdf5::Result<R
     }
     let nodes = dataset.shape()[0];
     let holds = usize::try_from(length / 8).unwrap_or(usize::MAX);
-    Ok(if nodes > HARMLESS_NODES.max(holds) {
+    Ok(if nodes > UNCHECKED_NODES.max(holds) {
         Err(format!("its axis {name} declares {nodes} nodes, more than {length} bytes can hold"))
     } else if kind(dataset)? != TypeDescriptor::Float(FloatSize::U8) {
         Err(format!("its axis {name} does not hold 64-bit floating-point numbers"))

@@ -20,7 +20,7 @@ use super::seal::{self, Existing, Temporary};
 use super::sys::{self, Ending, ScaleUse};
 use super::value;
 
-/// What was written of one variable.
+/// Fingerprints and counts of the chunks of one variable written so far.
 #[derive(Debug)]
 struct Written {
     /// Fingerprint of each chunk, once it is written.

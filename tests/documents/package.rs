@@ -29,7 +29,7 @@ fn version(text: &str) -> Vec<u64> {
 }
 
 #[test]
-fn the_minimum_rust_is_that_of_the_dependencies_at_least_and_told_alike() {
+fn the_minimum_rust_version_is_consistent_and_enough_for_the_dependencies() {
     let packages = packages();
     let ours = packages.iter().find(|package| package["name"] == "slipmap").unwrap();
     let claimed = ours["rust_version"].as_str().unwrap();

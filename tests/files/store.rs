@@ -176,7 +176,7 @@ fn problems(path: &Path) -> Vec<String> {
 }
 
 #[test]
-fn what_is_written_is_read() {
+fn data_are_read_as_written() {
     // Tiles of odd sizes, one-point axes, one cell in all, one tile for all, split columns.
     let cases = [
         ([2, 1, 3, 1, 5, 4], 15),

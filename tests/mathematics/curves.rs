@@ -131,7 +131,7 @@ fn grazing_is_the_critical_damping_in_planes_with_and_without_c() {
 }
 
 #[test]
-fn landing_beyond_the_stick_segment_is_told_by_direct_simulation() {
+fn direct_simulation_confirms_the_landing_curve() {
     // theory, "Statements that do not hold": at V = 30 the orbit crosses at c = 0 and sticks at c = 0.01.
     let (speeds, cs) = ([10.0, 60.0], [0.0, 0.05]);
     let at = |[x, y]: [f64; 2]| {
@@ -159,7 +159,7 @@ fn landing_beyond_the_stick_segment_is_told_by_direct_simulation() {
 }
 
 #[test]
-fn crossing_for_ever_is_told_by_direct_simulation() {
+fn direct_simulation_confirms_the_crossing_curve() {
     let (speeds, cs) = ([5.0, 60.0], [0.0, 0.02]);
     let at = |[x, y]: [f64; 2]| {
         let law = LawParameters::new(&[0.0, 0.0, 0.1]);

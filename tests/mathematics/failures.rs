@@ -157,7 +157,7 @@ fn overshoot() {
 
 /// m / V by the polar form with classical Runge-Kutta steps, without checking that the angle is monotone in
 /// time.
-fn margin_without_a_look_at_the_angle(oscillator: &Oscillator) -> f64 {
+fn margin_without_a_check_of_the_angle(oscillator: &Oscillator) -> f64 {
     let slope = |theta: f64, r: f64| {
         let (sin, cos) = theta.sin_cos();
         let d = oscillator.divergence(oscillator.belt_speed * (1.0 - r * cos));
@@ -181,7 +181,7 @@ fn margin_without_a_look_at_the_angle(oscillator: &Oscillator) -> f64 {
 fn nodes() {
     // Where it is, the plain polar form is right.
     let focus = point(0.5, [0.2, 0.1, 2.0], 1.0, 0.2);
-    let plain = margin_without_a_look_at_the_angle(&oscillator(&focus));
+    let plain = margin_without_a_check_of_the_angle(&oscillator(&focus));
     assert!((plain - flow(&oscillator(&focus), TOLERANCE).margin).abs() < 1e-8, "{plain}");
 
     // Overdamped: |D| above 2 next to the belt or far from it. The angle stops, and the plain form passes
@@ -200,7 +200,7 @@ fn nodes() {
         assert_eq!(flow(&oscillator, TOLERANCE).fate, Fate::SpiralsInward);
         theorems_hold(&node);
         // The plain form gives a return to the belt, or a negative radius.
-        let plain = margin_without_a_look_at_the_angle(&oscillator);
+        let plain = margin_without_a_check_of_the_angle(&oscillator);
         assert!(!(-1.0..0.0).contains(&plain), "{plain} {node:?}");
     }
 }

@@ -204,7 +204,7 @@ fn sticking_begins_and_ends_along_the_damping_of_a_fast_belt() {
     }
 }
 
-/// So the verdict changes once along c, at the critical damping.
+/// The verdict changes once along c, at the critical damping.
 #[test]
 fn one_critical_damping_separates_the_verdicts() {
     let mut random = Random(4);

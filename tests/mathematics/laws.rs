@@ -151,7 +151,7 @@ fn engines_agree_for_every_law() {
 }
 
 #[test]
-fn critical_damping_is_where_the_direct_engine_changes_its_mind() {
+fn the_verdict_of_the_direct_engine_changes_at_the_critical_damping() {
     let mut found = 0;
     for (law, column) in columns(60) {
         let Ok(root) = critical_damping(&column, 1e-10) else { continue };
@@ -261,7 +261,7 @@ impl CustomLaw for Hyperbolic {
 }
 
 #[test]
-fn a_law_given_by_functions_is_simulated_like_its_formula_and_proves_nothing() {
+fn a_law_given_by_functions_is_simulated_like_its_formula_without_proofs() {
     let text = Law::Expression(Expression::new("1 - d*tanh(u/w)", 1.0).unwrap());
     let law = Hyperbolic::law();
     let mut random = Random(70);
@@ -297,7 +297,7 @@ fn a_law_given_by_functions_is_simulated_like_its_formula_and_proves_nothing() {
 }
 
 #[test]
-fn a_law_is_read_as_small_where_the_user_says_so() {
+fn a_law_is_read_as_small_on_request() {
     for (law, column) in columns(80) {
         let by_name = |name: &str, column: &Column| {
             (TESTS.iter().find(|test| test.name == name).unwrap().claim)(column)

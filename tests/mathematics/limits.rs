@@ -27,7 +27,7 @@ fn samples(n: usize) -> Vec<Sample> {
 }
 
 #[test]
-fn what_is_proved_for_all_eps_holds_at_every_eps_tried() {
+fn proofs_for_all_eps_hold_at_every_eps_tried() {
     let mut random = Random(5);
     let (mut present, mut absent) = (0, 0);
     for sample in samples(400) {

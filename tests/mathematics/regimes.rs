@@ -349,7 +349,7 @@ fn the_stick_slip_cycle_is_the_traced_one() {
 }
 
 #[test]
-fn what_is_found_fits_together_at_random_points() {
+fn cycles_and_regimes_are_consistent_at_random_points() {
     let mut seed = 11;
     let mut met = [0; Regime::ALL.len()];
     for _ in 0..300 {

@@ -21,7 +21,7 @@ fn critical_damping_to_twelve_digits() {
 }
 
 #[test]
-fn critical_damping_keeps_its_promise_at_every_tolerance() {
+fn critical_damping_is_within_its_error_at_every_tolerance() {
     for tolerance in [1e-4, 1e-6, 1e-8, 1e-10, 1e-12] {
         for point in critical_points() {
             let found = critical_damping(&Law::Stribeck.column(&point.at(0.0)), tolerance).unwrap();

@@ -112,7 +112,7 @@ fn laws_that_weaken_less_and_less_have_one_slip_cycle_at_most() {
 }
 
 #[test]
-fn of_measured_laws_only_what_the_even_part_says_is_proved() {
+fn for_measured_laws_only_the_even_part_gives_proofs() {
     let data: Vec<(f64, f64)> =
         (0..80).map(|i| 0.05 * f64::from(i)).map(|u| (u, 1.0 / (1.0 + u * u))).collect();
     let curve =

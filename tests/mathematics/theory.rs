@@ -289,7 +289,7 @@ fn no_test_of_the_theory_is_left_out() {
 }
 
 #[test]
-fn the_reader_of_the_table_sees_what_is_not_there() {
+fn items_and_tests_are_found_in_sources() {
     let source = "pub struct Known;\n// fn hidden() {}\n    Variant(u8),\n\n#[test]\n#[ignore]\nfn tried() {}\nfn helper() {}\n";
     assert!(defines(source, "Known") && defines(source, "Variant"));
     assert!(!defines(source, "hidden") && !defines(source, "Know") && !defines(source, "variant"));

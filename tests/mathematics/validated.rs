@@ -14,7 +14,7 @@ fn claim(point: &Point) -> Claim {
 }
 
 #[test]
-fn it_promises_proofs() {
+fn its_guarantee_is_validated() {
     assert_eq!(validated::TEST.guarantee, Guarantee::Validated);
 }
 

@@ -145,7 +145,7 @@ fn engines_keep_their_tolerance_and_theorems_never_err() {
 }
 
 #[test]
-fn nobody_beats_a_row_on_the_front() {
+fn no_row_dominates_a_row_on_the_front() {
     let point = |row: &Row| row.margin.map(|errors| (row.seconds, errors.worst));
     let all: Vec<(f64, f64)> = STUDY.rows.iter().filter_map(point).collect();
     for row in &STUDY.rows {

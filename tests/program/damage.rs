@@ -138,7 +138,7 @@ fn maps_without_a_seal_are_compared_with_their_fingerprints() {
 }
 
 #[test]
-fn what_turns_out_damaged_while_it_is_read_is_bad_input_too() {
+fn damage_found_while_reading_is_bad_input_too() {
     let scratch = scratch();
     fs::copy(scratch.path().join("good.h5"), scratch.path().join("map.h5")).unwrap();
     let path = scratch.path().join("map.h5");

@@ -88,7 +88,7 @@ fn a_map_of_the_largest_critical_damping_is_drawn() {
 }
 
 #[test]
-fn a_slow_belt_has_an_answer_that_says_what_was_given_up() {
+fn a_slow_belt_has_an_answer_with_the_reason_of_unknown_limits() {
     let scratch = Scratch::new();
     let fixed = ["probe", "--epsilon", "0.1", "--alpha", "0.3", "--beta", "0.1", "--gamma", "2"];
     for (speed, damping) in [("1e-3", "0.5"), ("1e-8", "0.5"), ("1", "1e5"), ("1e-8", "1e8")] {
@@ -123,7 +123,7 @@ fn formulas_have_limits_with_a_message_and_budgets() {
 }
 
 #[test]
-fn an_orbit_that_leaves_the_measured_friction_says_how_far_it_should_reach() {
+fn a_message_says_how_far_data_should_reach_for_an_orbit() {
     let scratch = Scratch::new();
     let rows: String =
         (0..=15).map(|i| 0.1 * f64::from(i)).map(|u| format!("{u},{}\n", 1.0 - 0.3 * u)).collect();
@@ -138,7 +138,7 @@ fn an_orbit_that_leaves_the_measured_friction_says_how_far_it_should_reach() {
 }
 
 #[test]
-fn messages_name_what_was_meant() {
+fn messages_name_the_intended_key() {
     let scratch = Scratch::new();
     scratch.file("map.toml", config("c", "[0.0, 1.0]"));
     scratch.run(&["run", "map.toml", "--quiet"]).ends_with(0);
@@ -173,7 +173,7 @@ fn wait_until_listening(child: &Child) {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn the_first_signal_ends_whatever_waits_for_a_pipe() {
+fn the_first_signal_ends_a_command_that_waits_for_a_pipe() {
     let scratch = Scratch::new();
     for name in ["pipe.toml", "pipe.csv", "pipe.json", "pipe.h5"] {
         let made = std::process::Command::new("mkfifo").arg(scratch.path().join(name)).status().unwrap();
@@ -234,7 +234,7 @@ impl Sink for Contradicted<'_> {
 }
 
 #[test]
-fn contradictions_between_theorems_and_simulation_are_never_silent() {
+fn contradictions_between_theorems_and_simulation_are_reported() {
     let scratch = Scratch::new();
     let text = config("c", "[0.0, 1.0]") + "[audit]\ncells = 0\n";
     let file = scratch.file("map.toml", text);

@@ -163,7 +163,7 @@ fn absurd(file: &File, tile: &[i64]) {
 }
 
 #[test]
-fn maps_that_promise_more_than_they_hold_are_refused() {
+fn maps_that_declare_more_than_they_contain_are_refused() {
     let scratch = scratch();
     for tile in [[1, 1, 1, 1, 10, 1000], [1000; 6]] {
         damaged_copy(&scratch, |file| absurd(file, &tile));
@@ -273,7 +273,7 @@ const COMMANDS: &str = "</title></text><script>alert(1)</script><img src=x onerr
      # heading ]]> <!-- \"q\" 'r' {f} 中 \u{202e}";
 
 #[test]
-fn texts_of_maps_are_not_obeyed() {
+fn texts_of_maps_are_not_executed() {
     let scratch = scratch();
     damaged_copy(&scratch, |file| {
         for name in [
@@ -430,7 +430,7 @@ fn tables_of_points_may_be_anything() {
 }
 
 #[test]
-fn what_will_be_replaced_is_said_and_nothing_else_is() {
+fn replaced_files_are_announced_and_others_are_kept() {
     let scratch = scratch();
     fs::copy(scratch.path().join("good.h5"), scratch.path().join("map.h5")).unwrap();
     let run = scratch.run(&["run", "job.toml", "--overwrite", "--dry-run"]).ends_with(0);

@@ -81,7 +81,7 @@ fn bad_laws_are_refused_with_their_place() {
 }
 
 #[test]
-fn a_map_of_other_data_is_not_taken_for_the_one_asked_for() {
+fn a_map_of_another_table_is_not_resumed() {
     let scratch = Scratch::new();
     let grid = "[grid]\nepsilon = 1.0\nV = [0.2, 0.5]\nc = [0.0, 0.1]\n[output]\npath = \"map.h5\"\n";
     scratch.file("job.toml", format!("[friction]\nlaw = \"table\"\nfile = \"pad.csv\"\n{grid}"));
@@ -124,7 +124,7 @@ fn probe_asks_any_law() {
 }
 
 #[test]
-fn probe_tells_how_many_slip_cycles_are_proved() {
+fn probe_prints_the_proved_number_of_slip_cycles() {
     let scratch = Scratch::new();
     let probe = |more: &[&'static str]| {
         let all: Vec<&str> = ["probe", "--epsilon", "1", "--V", "0.58"].iter().chain(more).copied().collect();
@@ -153,7 +153,7 @@ fn probe_tells_how_many_slip_cycles_are_proved() {
 
 /// The paper's test applies to a law without eps if the user says how to read it, and every output says so.
 #[test]
-fn a_law_without_eps_is_read_as_small_where_asked() {
+fn a_law_without_eps_is_read_as_small_on_request() {
     let scratch = Scratch::new();
     let friction = "[friction]\nlaw = \"exponential\"\n";
     scratch.file("plain.toml", format!("{friction}{GRID}"));

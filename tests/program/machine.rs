@@ -248,7 +248,7 @@ fn bad_machines_are_refused_with_their_place() {
 }
 
 #[test]
-fn a_page_tells_an_engineer_all_of_a_machine() {
+fn a_page_assesses_a_machine() {
     let scratch = Scratch::new();
     scratch.file("brake.toml", example("brake_pad"));
     let run = |more: &[&str]| {

@@ -99,7 +99,7 @@ fn begun(scratch: &Scratch, arguments: &[&str]) -> Child {
 }
 
 #[test]
-fn a_server_that_dies_under_a_run_costs_no_finished_tile() {
+fn a_server_that_dies_during_a_run_costs_no_finished_tile() {
     let scratch = scratch();
     // The same configuration to the last letter, on the disk itself.
     scratch.run(&[&["run", "job.toml"], &THERE[..]].concat()).ends_with(0);
@@ -142,7 +142,7 @@ fn a_server_that_dies_under_a_run_costs_no_finished_tile() {
 }
 
 #[test]
-fn a_server_that_hangs_does_not_hold_a_run_that_is_told_to_end() {
+fn a_hanging_server_does_not_delay_an_interrupted_run() {
     let scratch = scratch();
     let Some(server) = Server::start(&scratch) else { return };
     let mut child = begun(&scratch, &[]);
@@ -171,7 +171,7 @@ fn a_server_that_hangs_does_not_hold_a_run_that_is_told_to_end() {
 }
 
 #[test]
-fn a_folder_unmounted_under_a_run_is_told() {
+fn a_folder_unmounted_during_a_run_is_reported() {
     let scratch = scratch();
     let Some(server) = Server::start(&scratch) else { return };
     let child = begun(&scratch, &[]);

@@ -70,7 +70,7 @@ fn any_number_of_ranks_makes_the_same_map() {
 }
 
 #[test]
-fn a_lost_rank_costs_no_finished_tile() {
+fn a_killed_rank_costs_no_finished_tile() {
     let scratch = scratch();
     let reference = reference(&scratch);
     let journal = scratch.path().join("map.h5.part");

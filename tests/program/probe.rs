@@ -42,7 +42,7 @@ fn json(changes: &[(&str, f64)]) -> Value {
 }
 
 #[test]
-fn json_tells_everything_and_agrees_with_closed_forms() {
+fn json_has_every_answer_and_agrees_with_closed_forms() {
     let answer = json(&[]);
     for (name, value) in POINT {
         assert_eq!(answer["point"][name], value, "{name}");
@@ -296,7 +296,7 @@ fn a_table_without_rows_stays_one() {
 }
 
 #[test]
-fn existing_tables_are_kept_unless_told_otherwise() {
+fn existing_tables_are_kept_without_overwrite() {
     let scratch = Scratch::new();
     scratch.file("in.csv", many(2));
     scratch.file("out.csv", "precious");

@@ -191,7 +191,7 @@ fn drop_after(path: &Path, plan: &Plan, tiles: usize) {
 }
 
 #[test]
-fn a_folder_that_vanishes_under_a_run_is_told() {
+fn a_folder_that_disappears_during_a_run_is_reported() {
     let scratch = scratch();
     let away = ["--set", "output.path=\"away/map.h5\"", "--threads", "1"];
     let child = start(&scratch, &away);
@@ -208,7 +208,7 @@ fn a_folder_that_vanishes_under_a_run_is_told() {
 }
 
 #[test]
-fn a_polite_stop_keeps_finished_tiles_and_says_how_to_go_on() {
+fn an_interrupted_run_keeps_finished_tiles_and_names_the_command_to_continue() {
     let scratch = scratch();
     let (reference, _) = reference(&scratch, &[]);
     for (name, code) in [("-INT", 130), ("-TERM", 143)] {
@@ -237,7 +237,7 @@ fn a_polite_stop_keeps_finished_tiles_and_says_how_to_go_on() {
 }
 
 #[test]
-fn what_an_interrupted_run_left_is_neither_ignored_nor_overwritten_unasked() {
+fn an_interrupted_run_is_neither_ignored_nor_overwritten() {
     let scratch = scratch();
     stopped(&scratch);
     let before = fs::read(scratch.path().join("map.h5.part")).unwrap();
@@ -251,7 +251,7 @@ fn what_an_interrupted_run_left_is_neither_ignored_nor_overwritten_unasked() {
 }
 
 #[test]
-fn a_second_run_is_refused_while_the_first_one_lives() {
+fn a_second_run_is_refused_while_the_first_one_is_running() {
     let scratch = scratch();
     let mut first = start(&scratch, &["--threads", "1"]);
     wait_for_tiles(&scratch, 0);
@@ -265,7 +265,7 @@ fn a_second_run_is_refused_while_the_first_one_lives() {
 }
 
 #[test]
-fn what_changed_is_refused_and_shown() {
+fn changed_plans_are_refused_and_shown() {
     let scratch = scratch();
     stopped(&scratch);
     let changed = |sets: &[&str], parts: &[&str]| {
@@ -295,7 +295,7 @@ fn what_changed_is_refused_and_shown() {
 }
 
 #[test]
-fn damaged_tiles_are_told_and_computed_again() {
+fn damaged_tiles_are_reported_and_computed_again() {
     let scratch = scratch();
     let (reference, _) = reference(&scratch, &[]);
     let journal = scratch.path().join("map.h5.part");
@@ -321,7 +321,7 @@ fn damaged_tiles_are_told_and_computed_again() {
 }
 
 #[test]
-fn what_is_no_journal_stays_as_it_is() {
+fn files_that_are_not_journals_are_not_changed() {
     let scratch = scratch();
     scratch.file("map.h5.part", "notes of mine");
     for mode in [&[][..], &["--resume"], &["--overwrite"]] {

@@ -212,7 +212,7 @@ fn the_cycles_basins_and_limits_of_a_map_are_those_of_probe() {
 }
 
 #[test]
-fn an_existing_map_is_kept_unless_told_otherwise() {
+fn an_existing_map_is_kept_without_overwrite() {
     let scratch = scratch();
     let small = ["run", "small.toml", "--set", "output.fields=[\"verdict\"]"];
     scratch.run(&small).ends_with(0);
@@ -252,7 +252,7 @@ fn a_full_standard_output_is_an_error() {
 }
 
 #[test]
-fn a_dry_run_tells_the_size_and_writes_nothing() {
+fn a_dry_run_estimates_the_size_and_writes_nothing() {
     let scratch = scratch();
     let told = parse(&scratch.run(&["run", "small.toml", "--dry-run", "--json"]).ends_with(0));
     assert_eq!(told["cells"], CELLS);
@@ -289,7 +289,7 @@ fn methods_can_be_left_out() {
 }
 
 #[test]
-fn check_tells_sound_damaged_and_foreign_files_apart() {
+fn check_distinguishes_sound_damaged_and_foreign_files() {
     let scratch = scratch();
     scratch.run(&["run", "small.toml"]).ends_with(0);
     let mut bytes = std::fs::read(scratch.path().join("maps/small.h5")).unwrap();
@@ -391,7 +391,7 @@ fn an_interrupted_table_leaves_nothing_behind() {
 }
 
 #[test]
-fn what_is_proved_between_the_nodes_is_told_stored_and_reported() {
+fn proofs_between_the_nodes_are_printed_stored_and_reported() {
     let scratch = scratch();
     let run = |boxes: &str| {
         let proof = if boxes == "0" { "title=none" } else { "validated.proof=proof.json" };

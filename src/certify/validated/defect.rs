@@ -92,11 +92,11 @@ pub(super) struct Sampled {
 /// Factors from the maxima over samples to bounds everywhere.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Factors {
-    /// Of G.
+    /// Factor of G.
     pub(super) defect: f64,
-    /// Of C0, and of r0 at the sampled angles, as functions of the parameters; 1 without parameters.
+    /// Factor of C0, and of r0 at the sampled angles, as functions of the parameters; 1 without parameters.
     pub(super) radius: f64,
-    /// Of r0'.
+    /// Factor of r0'.
     pub(super) slope: f64,
 }
 

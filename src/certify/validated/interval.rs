@@ -272,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_computed_is_anything() {
+    fn a_failed_operation_is_the_whole_line() {
         let infinite = Interval::new(1.0, f64::INFINITY);
         assert_eq!(infinite + Interval::ONE, Interval::WHOLE);
         assert_eq!(Interval::of(1e200) * Interval::of(1e200), Interval::WHOLE);

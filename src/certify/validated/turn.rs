@@ -425,7 +425,7 @@ mod tests {
 
     /// A law whose weakening rate is a parabola on each piece, with corners on the orbit.
     #[test]
-    fn corners_are_passed_and_the_end_of_a_table_is_told() {
+    fn corners_are_passed_and_the_end_of_a_table_is_reported() {
         let data: Vec<(f64, f64)> =
             (0..12).map(|i| 0.25 * f64::from(i)).map(|u| (u, 0.6 + 0.4 * (-u).exp() + 0.02 * u)).collect();
         let law = Law::Table(Table::new("corners", &data, 1.0).unwrap());

@@ -67,7 +67,7 @@ impl PartialEq for Expression {
 
 /// Keeps the names of parameters for the life of the program, each once: axes of maps are known by static
 /// names.
-fn lasting(name: String) -> &'static str {
+fn interned(name: String) -> &'static str {
     static KNOWN: Mutex<Option<HashSet<&'static str>>> = Mutex::new(None);
     let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
     let known = known.get_or_insert_default();
@@ -106,8 +106,8 @@ impl Expression {
             });
         }
         let parameters = tape.parameters.iter().map(|(name, _)| Parameter {
-            name: lasting(name.clone()),
-            long_name: lasting(format!("parameter {name} of the friction law")),
+            name: interned(name.clone()),
+            long_name: interned(format!("parameter {name} of the friction law")),
             min: f64::MIN,
             max: f64::MAX,
         });

@@ -13,27 +13,27 @@ use super::*;
 
 /// An interval in the form that exmex needs.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Sure(Interval);
+struct Enclosed(Interval);
 
-impl Default for Sure {
+impl Default for Enclosed {
     fn default() -> Self {
         Self::from(0)
     }
 }
 
-impl From<f32> for Sure {
+impl From<f32> for Enclosed {
     fn from(x: f32) -> Self {
         Self(Interval::thin(x.into()))
     }
 }
 
-impl From<u8> for Sure {
+impl From<u8> for Enclosed {
     fn from(x: u8) -> Self {
         Self(Interval::thin(x.into()))
     }
 }
 
-impl FromStr for Sure {
+impl FromStr for Enclosed {
     type Err = std::num::ParseFloatError;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
@@ -44,39 +44,40 @@ impl FromStr for Sure {
 #[derive(Clone, Debug)]
 struct Operators;
 
-impl MakeOperators<Sure> for Operators {
-    fn make<'a>() -> Vec<Operator<'a, Sure>> {
-        let bin = |apply: fn(Sure, Sure) -> Sure, prio| BinOp { apply, prio, is_commutative: false };
+impl MakeOperators<Enclosed> for Operators {
+    fn make<'a>() -> Vec<Operator<'a, Enclosed>> {
+        let bin =
+            |apply: fn(Enclosed, Enclosed) -> Enclosed, prio| BinOp { apply, prio, is_commutative: false };
         vec![
-            Operator::make_bin_unary("+", bin(|a, b| Sure(a.0 + b.0), 0), |a| a),
-            Operator::make_bin_unary("-", bin(|a, b| Sure(a.0 - b.0), 1), |a| Sure(-a.0)),
-            Operator::make_bin("*", bin(|a, b| Sure(a.0 * b.0), 2)),
-            Operator::make_bin("/", bin(|a, b| Sure(a.0 / b.0), 3)),
+            Operator::make_bin_unary("+", bin(|a, b| Enclosed(a.0 + b.0), 0), |a| a),
+            Operator::make_bin_unary("-", bin(|a, b| Enclosed(a.0 - b.0), 1), |a| Enclosed(-a.0)),
+            Operator::make_bin("*", bin(|a, b| Enclosed(a.0 * b.0), 2)),
+            Operator::make_bin("/", bin(|a, b| Enclosed(a.0 / b.0), 3)),
             Operator::make_bin("^", bin(power, 4)),
-            Operator::make_unary("exp", |a| Sure(call(Function::Exp, a.0))),
-            Operator::make_unary("ln", |a| Sure(call(Function::Ln, a.0))),
-            Operator::make_unary("sqrt", |a| Sure(call(Function::Sqrt, a.0))),
-            Operator::make_unary("sin", |a| Sure(call(Function::Sin, a.0))),
-            Operator::make_unary("cos", |a| Sure(call(Function::Cos, a.0))),
-            Operator::make_unary("tan", |a| Sure(call(Function::Tan, a.0))),
-            Operator::make_unary("sinh", |a| Sure(call(Function::Sinh, a.0))),
-            Operator::make_unary("cosh", |a| Sure(call(Function::Cosh, a.0))),
-            Operator::make_unary("tanh", |a| Sure(call(Function::Tanh, a.0))),
-            Operator::make_unary("atan", |a| Sure(call(Function::Atan, a.0))),
+            Operator::make_unary("exp", |a| Enclosed(call(Function::Exp, a.0))),
+            Operator::make_unary("ln", |a| Enclosed(call(Function::Ln, a.0))),
+            Operator::make_unary("sqrt", |a| Enclosed(call(Function::Sqrt, a.0))),
+            Operator::make_unary("sin", |a| Enclosed(call(Function::Sin, a.0))),
+            Operator::make_unary("cos", |a| Enclosed(call(Function::Cos, a.0))),
+            Operator::make_unary("tan", |a| Enclosed(call(Function::Tan, a.0))),
+            Operator::make_unary("sinh", |a| Enclosed(call(Function::Sinh, a.0))),
+            Operator::make_unary("cosh", |a| Enclosed(call(Function::Cosh, a.0))),
+            Operator::make_unary("tanh", |a| Enclosed(call(Function::Tanh, a.0))),
+            Operator::make_unary("atan", |a| Enclosed(call(Function::Atan, a.0))),
         ]
     }
 }
 
-fn power(base: Sure, exponent: Sure) -> Sure {
+fn power(base: Enclosed, exponent: Enclosed) -> Enclosed {
     let Interval { lo, hi } = exponent.0;
     if lo == hi && lo.fract() == 0.0 && lo.abs() <= 64.0 {
-        Sure(base.0.powi(lo as i32))
+        Enclosed(base.0.powi(lo as i32))
     } else {
-        Sure((exponent.0 * base.0.ln()).exp())
+        Enclosed((exponent.0 * base.0.ln()).exp())
     }
 }
 
-type Formula = FlatEx<Sure, Operators, NumberMatcher>;
+type Formula = FlatEx<Enclosed, Operators, NumberMatcher>;
 
 /// Fully parenthesised formulas, since the two parsers differ in how tightly signs bind.
 fn formula() -> impl Strategy<Value = String> {
@@ -129,14 +130,14 @@ fn check(text: &str, u: f64, epsilon: f64, a: f64) -> Result<(), TestCaseError> 
 
     let whole = Formula::parse(text).unwrap();
     let names = whole.var_names().to_vec();
-    let values: Vec<Sure> = names
+    let values: Vec<Enclosed> = names
         .iter()
         .map(|name| match name.as_str() {
             "u" => u,
             "eps" => epsilon,
             _ => a,
         })
-        .map(|x| Sure(Interval::thin(x)))
+        .map(|x| Enclosed(Interval::thin(x)))
         .collect();
     for by_epsilon in 0..2 {
         for by_u in 0..4 {

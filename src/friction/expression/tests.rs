@@ -110,7 +110,7 @@ fn hostile_nesting_is_refused_on_a_small_stack() {
 }
 
 #[test]
-fn lies_are_found_with_their_place() {
+fn errors_are_found_with_their_place() {
     for (text, parameters, place, words) in [
         ("0.5 + exp(-u)", &[][..], (0, 13), "phi(0) is 1.5, not 1"),
         ("1 - 0.1*u/(u - a)", &[0.7], (10, 17), "vanishes at u = 0.7"),
@@ -131,7 +131,7 @@ fn lies_are_found_with_their_place() {
 }
 
 #[test]
-fn honest_laws_pass() {
+fn legal_laws_pass() {
     for (text, level, parameters) in [
         ("mu + (1 - mu)*exp(-u/vs)", 1.0, &[0.4, 0.3][..]),
         ("0.2 + 0.25*exp(-u)", 0.45, &[]),

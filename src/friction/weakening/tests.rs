@@ -132,7 +132,7 @@ fn ranges_hold_at_samples_and_are_met() {
 }
 
 #[test]
-fn what_cannot_be_resolved_has_an_error_that_says_so() {
+fn unresolved_laws_have_a_large_error() {
     // phi'' is infinite at 0: the piece there is never short enough.
     let curve = formula("1 - 0.1*u*sqrt(u + 1e-300)");
     let compiled = curve.compiled(1.0);

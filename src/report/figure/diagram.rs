@@ -111,7 +111,7 @@ fn find(oscillator: &Oscillator) -> Found {
 }
 
 /// Returns whether two values of the parameter have the same kinds of cycles with the same stability.
-fn alike(a: &Found, b: &Found) -> bool {
+fn same_kinds(a: &Found, b: &Found) -> bool {
     let kinds = |found: &Found| -> Option<Vec<(Kind, bool)>> {
         found.as_ref().map(|states| states.iter().map(|state| (state.kind, state.attracts)).collect())
     };
@@ -132,7 +132,7 @@ fn branches(found: &[(f64, Found)]) -> Vec<Branch> {
     let mut open: Vec<Branch> = Vec::new();
     let mut last: &Found = &None;
     for (value, states) in found {
-        if !alike(last, states) {
+        if !same_kinds(last, states) {
             done.append(&mut open);
             open = states
                 .iter()
@@ -186,13 +186,13 @@ pub fn diagram(view: &View, plot: &DiagramPlot) -> Result<Plotted, ReportError> 
         .into_par_iter()
         .map(|i| {
             let mut piece = vec![coarse[i].clone()];
-            if !alike(&coarse[i].1, &coarse[i + 1].1) {
+            if !same_kinds(&coarse[i].1, &coarse[i + 1].1) {
                 let (mut low, mut high) = (units[i], units[i + 1]);
                 let (mut below, mut above) = (None, None);
                 for _ in 0..BISECTIONS {
                     let middle = 0.5 * (low + high);
                     let here = find_at(middle);
-                    if alike(&here.1, &coarse[i].1) {
+                    if same_kinds(&here.1, &coarse[i].1) {
                         (low, below) = (middle, Some(here));
                     } else {
                         (high, above) = (middle, Some(here));

@@ -110,7 +110,7 @@ pub(in crate::simulate) fn turns(groups: &[ScaledGroups], tolerance: f64) -> Vec
     let mut turns = vec![Turn::HandOver { rhs: 0 }; groups.len()];
     let mut ladder = Ladder::default();
     for (groups, turns) in groups.chunks(TOGETHER).zip(turns.chunks_mut(TOGETHER)) {
-        ladder.climb(groups, tolerance, turns);
+        ladder.compute(groups, tolerance, turns);
     }
     turns
 }
@@ -124,7 +124,7 @@ struct Ladder {
 
 impl Ladder {
     /// Computes every orbit, on ever more expensive rungs until the error is small enough.
-    fn climb(&mut self, groups: &[ScaledGroups], tolerance: f64, turns: &mut [Turn]) {
+    fn compute(&mut self, groups: &[ScaledGroups], tolerance: f64, turns: &mut [Turn]) {
         for (orbit, groups) in (0..).zip(groups) {
             if let Some(rung) = Rung::first(groups, tolerance) {
                 self.waiting[rung.size][rung.sweeps].push(orbit);

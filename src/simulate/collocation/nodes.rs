@@ -25,9 +25,9 @@ const HARMONICS: u32 = 4;
 /// Weights of one pair's values in the antiderivative at another.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Entry {
-    /// Of the sum g(early) + g(late), in the odd part of the antiderivative of sin^2 theta g.
+    /// Weight of the sum g(early) + g(late), in the odd part of the antiderivative of sin^2 theta g.
     pub even: f64,
-    /// Of the difference g(late) - g(early), in the even part, which vanishes at the ends of the turn.
+    /// Weight of the difference g(late) - g(early), in the even part, which vanishes at the ends of the turn.
     pub odd: f64,
 }
 

@@ -93,7 +93,7 @@ pub fn flow(oscillator: &Oscillator, tolerance: f64) -> Flow {
     }
 }
 
-/// How the first turn below the belt line ends.
+/// Outcome of the first turn below the belt line.
 enum FirstTurn {
     /// The orbit has no later maximum of x2 above this.
     Rests { later_maxima: f64 },

@@ -58,7 +58,7 @@ pub(super) struct Contact {
     pub(super) beyond: State,
 }
 
-/// How far the continued field carries an orbit beyond the belt line.
+/// Outcome of following the continued field beyond the belt line.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Overshoot {
     /// It turns back at this state.

@@ -59,7 +59,7 @@ impl Observer {
 }
 
 /// A sticking state in the middle of the sliding segment.
-fn riding(oscillator: &Oscillator) -> State {
+fn sticking_state(oscillator: &Oscillator) -> State {
     [-oscillator.viscous * oscillator.belt_speed, oscillator.belt_speed]
 }
 
@@ -118,7 +118,7 @@ fn adaptive(
     let mut watch = Observer::new(oscillator, knobs);
     let budget = rhs_budget(oscillator);
     let mut control = Control::new(knobs.tolerance, 5.0);
-    let (mut state, mut time) = (riding(oscillator), 0.0);
+    let (mut state, mut time) = (sticking_state(oscillator), 0.0);
     loop {
         let h = control.step.min(knobs.longest_step);
         let mut sticks = false;
@@ -150,7 +150,7 @@ pub(super) fn fixed_step(
 ) -> Result<NaiveVerdict, Failure> {
     let (h, budget) = (knobs.step, rhs_budget(oscillator));
     let mut watch = Observer::new(oscillator, knobs);
-    let (mut state, mut time) = (riding(oscillator), 0.0);
+    let (mut state, mut time) = (sticking_state(oscillator), 0.0);
     loop {
         let (mut below, mut above, mut held) = (false, false, false);
         let next = classical(&state, h, &mut |at| {

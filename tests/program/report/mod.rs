@@ -93,7 +93,7 @@ fn small(folder: &Path, methods: &[&str], fields: &[Field]) -> MapFile {
     store_map(folder, &plan(nodes, methods, fields), "A small map")
 }
 
-/// That map with every method and every field, which many tests read.
+/// The small map with every method and every field, which many tests read.
 static SMALL: LazyLock<MapFile> = LazyLock::new(|| {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("report");
     let _ = std::fs::remove_dir_all(&folder);

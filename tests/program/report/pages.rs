@@ -164,7 +164,7 @@ fn over_plane<'a>(x: &'a str, y: &'a str, at: &'a [At], variables: &'a [String])
 }
 
 #[test]
-fn plots_say_what_they_hold_and_refuse_what_is_not_there() {
+fn plots_report_fixed_axes_and_refuse_unknown_names() {
     let view = View::new(&SMALL);
     let at = [("V".to_owned(), vec![3.0]), ("epsilon".to_owned(), vec![0.06])];
     let variables: Vec<String> = view.map.variables().map(str::to_owned).collect();
