@@ -117,15 +117,9 @@ impl Told<'_> {
     /// The table `[machine]`, in SI units.
     fn machine_toml(&self, machine: &Machine) -> String {
         let mut text = format!("\n[machine]\nmotion = {}\n", quoted(machine.motion.name()));
-        for (name, value) in [
-            ("mass", machine.mass),
-            ("stiffness", machine.stiffness),
-            ("normal_force", machine.normal_force),
-            ("static_friction", machine.static_friction),
-            ("kinetic_friction", machine.kinetic_friction),
-            ("stribeck_velocity", machine.stribeck_velocity),
-            ("strengthening", machine.strengthening),
-        ] {
+        let held =
+            machine.quantities().into_iter().filter(|(name, _)| !["belt_speed", "damping"].contains(name));
+        for (name, value) in held {
             let _ = writeln!(text, "{name} = {}", float(value));
         }
         let units = machine.units();
@@ -210,7 +204,7 @@ impl LeaveRequest {
             ranges: [range(slice.x, x_log), range(slice.y, y_log)],
             methods,
             field,
-            machine: machine.map(|machine| machine.at(&middle)).transpose()?,
+            machine: machine.map(|machine| machine.at(slice.grid.law(), &middle)).transpose()?,
         };
         Ok((told, show))
     }
@@ -222,7 +216,7 @@ impl LeaveRequest {
         let (law, point) = self.plane.place.point()?;
         let command = match (&told.machine, &self.plane.place.machine) {
             (Some(_), Some(machine)) => {
-                let here = machine.at(&point)?;
+                let here = machine.at(&law, &point)?;
                 let (speed, damping) = (exact(here.belt_speed), exact(here.damping));
                 format!("slipmap probe --machine {CONFIG} --set belt_speed={speed} --set damping={damping}")
             }
@@ -321,7 +315,7 @@ fn run(told: &Told, folder: &Path, stop: &AtomicBool) -> Result<std::path::PathB
     if let Law::Table(table) = told.law.as_written() {
         // The map names the table as a run beside it does, not by this folder.
         let text = table_text(told.law).unwrap_or_default();
-        let named = table_of_text(TABLE, &text, table.static_level()).map(Law::Table);
+        let named = table_of_text(TABLE, &text, Some(table.static_level())).map(Law::Table);
         let named = named.map_err(|(problem, remedy)| Refusal::bad_input(problem, remedy))?;
         let law = if told.law.is_read_as_small() { named.read_as_small() } else { named };
         let nodes = job.plan.grid.axes().iter().map(|axis| axis.values.clone()).collect();

@@ -52,7 +52,7 @@ impl LawText {
             ("expression", None) => Law::Expression(Expression::new(&self.phi, level)?),
             ("table", None) => {
                 let file = if self.file.is_empty() { "table" } else { &self.file };
-                let table = table_of_text(file, &self.table, level);
+                let table = table_of_text(file, &self.table, self.static_level);
                 Law::Table(table.map_err(|(problem, remedy)| Refusal::bad_input(problem, remedy))?)
             }
             (name, None) => {

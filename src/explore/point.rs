@@ -8,6 +8,7 @@ use super::place::Place;
 use super::refusal::Refusal;
 use super::tabs::Turn;
 use crate::behaviour::behaviour;
+use crate::friction::Law;
 use crate::machine::Machine;
 use crate::map::{DEFAULT_TOLERANCE, Method};
 use crate::point::Point;
@@ -44,8 +45,8 @@ impl PointRequest {
     }
 
     /// The machine at the point, if this is one's.
-    fn machine(&self, point: &Point) -> Result<Option<Machine>, Refusal> {
-        self.place.machine.as_ref().map(|machine| machine.at(point)).transpose()
+    fn machine(&self, law: &Law, point: &Point) -> Result<Option<Machine>, Refusal> {
+        self.place.machine.as_ref().map(|machine| machine.at(law, point)).transpose()
     }
 
     /// What the usual methods say: for the pointer that passes by.
@@ -67,8 +68,8 @@ impl PointRequest {
         let answer = Answer::of(&law, &point, DEFAULT_TOLERANCE, Method::all());
         let direct = direct::flow(&answer.oscillator, DEFAULT_TOLERANCE);
         let mut whole = Probe::new(&answer, &direct);
-        if let Some(machine) = self.machine(&point)? {
-            let behaviour = behaviour(&machine, &law, DEFAULT_TOLERANCE);
+        if let Some(machine) = self.machine(&law, &point)? {
+            let behaviour = machine.model().map(|model| behaviour(&model, DEFAULT_TOLERANCE));
             whole.machine = behaviour.map(|behaviour| MachineResult::new(&machine, &behaviour));
         }
         to_json(&whole)
@@ -80,7 +81,8 @@ impl PointRequest {
         let start = self.start.filter(|start| start.iter().all(|x| x.is_finite()));
         match self.figure.as_str() {
             "orbit" => {
-                let units = self.machine(&point)?.map_or_else(UnitSystem::default, UnitSystem::of_machine);
+                let machine = self.machine(&law, &point)?;
+                let units = machine.map_or_else(UnitSystem::default, |it| UnitSystem::of_machine(it.si()));
                 Ok(figures::orbit(&law, &point, &units, start))
             }
             "friction" => Ok(figures::friction(&law, &point)),

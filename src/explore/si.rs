@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::refusal::Refusal;
+use crate::friction::Law;
 use crate::machine::{Machine, Motion};
 use crate::point::Point;
 
@@ -22,23 +23,31 @@ pub(super) struct MachineText {
 }
 
 impl MachineText {
-    pub(super) fn of(machine: &Machine) -> Self {
+    /// What a page says of a machine; `None` where its friction is not given by coefficients.
+    pub(super) fn of(machine: &Machine) -> Option<Self> {
+        Some(Self::of_array(machine.motion, machine.to_array()?))
+    }
+
+    /// The same from what a map keeps of its machine, [`Machine::to_array`].
+    pub(super) fn of_array(motion: Motion, numbers: [f64; 9]) -> Self {
+        let [mass, stiffness, damping, normal_force, static_friction, kinetic_friction, rest @ ..] = numbers;
+        let [stribeck_velocity, strengthening, belt_speed] = rest;
         Self {
-            motion: machine.motion.name().into(),
-            mass: machine.mass,
-            stiffness: machine.stiffness,
-            damping: machine.damping,
-            normal_force: machine.normal_force,
-            static_friction: machine.static_friction,
-            kinetic_friction: machine.kinetic_friction,
-            stribeck_velocity: machine.stribeck_velocity,
-            strengthening: machine.strengthening,
-            belt_speed: machine.belt_speed,
+            motion: motion.name().into(),
+            mass,
+            stiffness,
+            damping,
+            normal_force,
+            static_friction,
+            kinetic_friction,
+            stribeck_velocity,
+            strengthening,
+            belt_speed,
         }
     }
 
-    /// The machine, each quantity legal.
-    pub(super) fn machine(&self) -> Result<Machine, Refusal> {
+    /// The machine under a law with coefficients, each quantity legal.
+    pub(super) fn machine(&self, law: &Law) -> Result<Machine, Refusal> {
         let motion = Motion::ALL.into_iter().find(|motion| motion.name() == self.motion);
         let unknown = || Refusal::malformed(format!("there is no motion `{}`", self.motion));
         let positive = [
@@ -66,23 +75,23 @@ impl MachineText {
         if !(0.0..=self.static_friction).contains(&self.kinetic_friction) {
             return Err(bad("kinetic_friction", self.kinetic_friction, "from 0 to static_friction"));
         }
-        Ok(Machine {
-            motion: motion.ok_or_else(unknown)?,
-            mass: self.mass,
-            stiffness: self.stiffness,
-            damping: self.damping,
-            normal_force: self.normal_force,
-            static_friction: self.static_friction,
-            kinetic_friction: self.kinetic_friction,
-            stribeck_velocity: self.stribeck_velocity,
-            strengthening: self.strengthening,
-            belt_speed: self.belt_speed,
-        })
+        let numbers = [
+            self.mass,
+            self.stiffness,
+            self.damping,
+            self.normal_force,
+            self.static_friction,
+            self.kinetic_friction,
+            self.stribeck_velocity,
+            self.strengthening,
+            self.belt_speed,
+        ];
+        Ok(Machine::from_array(motion.ok_or_else(unknown)?, law.clone(), numbers))
     }
 
     /// The machine at a dimensionless point, with the belt speed and the damping of the point.
-    pub(super) fn at(&self, point: &Point) -> Result<Machine, Refusal> {
-        let machine = self.machine()?;
+    pub(super) fn at(&self, law: &Law, point: &Point) -> Result<Machine, Refusal> {
+        let machine = self.machine(law)?;
         let units = machine.units();
         let damping = point.epsilon * point.damping * units.damping;
         Ok(Machine { belt_speed: point.belt_speed * units.velocity, damping, ..machine })

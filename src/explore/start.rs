@@ -1,13 +1,12 @@
 //! With what the page begins: nothing, a configuration, or a map.
 
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::si::MachineText;
 use crate::config::Job;
-use crate::machine::Machine;
+use crate::machine::{MOTION_ATTRIBUTE, Motion, SI_ATTRIBUTE};
 use crate::map::Grid;
-use crate::report::View;
-use crate::store::MapFile;
+use crate::store::{MapFile, Value};
 
 /// What the command was given.
 #[derive(Debug, Default)]
@@ -15,7 +14,7 @@ pub struct Start {
     grid: Option<Grid>,
     title: String,
     map: Option<MapFile>,
-    machine: Option<Machine>,
+    machine: Option<MachineText>,
 }
 
 impl Start {
@@ -26,7 +25,7 @@ impl Start {
             grid: Some(job.plan.grid().clone()),
             title: job.title.clone(),
             map: None,
-            machine: job.machine,
+            machine: job.machine.as_ref().and_then(MachineText::of),
         }
     }
 
@@ -34,7 +33,13 @@ impl Start {
     #[must_use]
     pub fn of_map(map: MapFile) -> Self {
         let title = map.text("title").unwrap_or_default().into();
-        let machine = View::new(&map).units.machine().copied();
+        let machine = match map.attributes().get(SI_ATTRIBUTE) {
+            Some(Value::Reals(numbers)) => numbers.as_slice().try_into().ok(),
+            _ => None,
+        };
+        let named = |motion: &Motion| map.text(MOTION_ATTRIBUTE) == Some(motion.name());
+        let motion = Motion::ALL.into_iter().find(named);
+        let machine = motion.zip(machine).map(|(motion, numbers)| MachineText::of_array(motion, numbers));
         Self { grid: Some(map.grid().clone()), title, map: Some(map), machine }
     }
 
@@ -44,8 +49,8 @@ impl Start {
     }
 
     /// As the page reads it.
-    pub(super) fn to_json(&self) -> Value {
-        let Some(grid) = &self.grid else { return Value::Null };
+    pub(super) fn to_json(&self) -> serde_json::Value {
+        let Some(grid) = &self.grid else { return serde_json::Value::Null };
         let axis = |axis: &crate::map::Axis| {
             json!({
                 "name": axis.name,
@@ -58,7 +63,7 @@ impl Start {
         };
         json!({
             "title": self.title,
-            "machine": self.machine.as_ref().map(MachineText::of),
+            "machine": self.machine,
             "variables": self.map.as_ref().map(|map| map.variables().collect::<Vec<_>>()),
             "law": super::place::law_json(grid.law()),
             "axes": grid.axes().iter().map(axis).collect::<Vec<_>>(),

@@ -22,8 +22,8 @@ impl MachineRequest {
     /// The values of the law's axes at the machine's working point, and what leads from them to SI.
     pub(super) fn point(&self) -> Result<Value, Refusal> {
         let law = self.law.law()?;
-        let machine = self.machine.machine()?;
-        let point = machine.point(&law).ok_or_else(|| no_machine(&law))?;
+        let machine = self.machine.machine(&law)?;
+        let point = machine.model().ok_or_else(|| no_machine(&law))?.point;
         let values: Vec<f64> = Grid::coordinates(&law, &point).into_iter().map(|(_, value)| value).collect();
         // Units that are far too large or small make numbers that no law can have.
         point_of(&law, &values)?;
