@@ -62,6 +62,12 @@ pub fn draw(scene: &mut Scene, panel: &Panel, curves: &PlaneCurves, legend: &mut
     }
 }
 
+/// Line style and legend text of the curve of a bifurcation.
+#[must_use]
+pub fn line_style(bifurcation: Bifurcation) -> (Stroke, &'static str) {
+    (style(bifurcation), words(bifurcation))
+}
+
 /// Lines that differ in their dashes, in colours visible on every area.
 fn style(bifurcation: Bifurcation) -> Stroke {
     match bifurcation {
