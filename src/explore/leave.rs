@@ -132,7 +132,7 @@ impl Told<'_> {
         text
     }
 
-    /// The same with the Python package.
+    /// The same plane as a Python script.
     fn python(&self) -> String {
         let mut text = String::from("import numpy as np\nimport slipmap\n\n");
         let law = match self.law.as_written() {

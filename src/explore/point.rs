@@ -62,7 +62,7 @@ impl PointRequest {
         }))
     }
 
-    /// What `slipmap probe --json` prints.
+    /// The output of `slipmap probe --json`.
     pub(super) fn probe(&self) -> Result<Value, Refusal> {
         let (law, point) = self.place.point()?;
         let answer = Answer::of(&law, &point, DEFAULT_TOLERANCE, Method::all());
