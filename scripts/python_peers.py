@@ -2,10 +2,10 @@
 
     python_peers.py OUT.md
 
-The law is phi = 0.5 + 0.5 exp(-u), epsilon 1. Each function below is what a user writes; its lines are counted, its answer
-is compared with that of the engine `direct`, which shares nothing with the engine that slipmap answers with but the law.
-SciPy is asked every fifth node of both axes, and its time is multiplied by 25. Needs: slipmap, scipy, pybasin (Python
-3.12 or newer, which brings PyTorch).
+The law is phi = 0.5 + 0.5 exp(-u), epsilon 1. Each function below is what a user writes; its lines are
+counted, its answer is compared with that of the engine `direct`, which shares nothing with the engine that
+slipmap answers with but the law. SciPy is asked every fifth node of both axes, and its time is multiplied by
+25. Needs: slipmap, scipy, pybasin (Python 3.12 or newer, which brings PyTorch).
 """
 
 import datetime
@@ -75,8 +75,8 @@ def by_pybasin(V, c):
     from pybasin.solvers.torchdiffeq_solver import TorchDiffEqSolver
 
     class Belt(ODESystem):
-        # Position and velocity from the exit point, so that one start suits all parameters. Dry friction is smoothed over
-        # a velocity of 1e-2.
+        # Position and velocity from the exit point, so that one start suits all parameters. Dry friction is
+        # smoothed over a velocity of 1e-2.
         def ode(self, t, y, p):
             x, v = y.unbind(-1)
             V, c = p.unbind(-1)

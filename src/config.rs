@@ -101,10 +101,11 @@ pub struct Job {
 }
 
 impl Job {
-    /// What tells this run's certificate from those of other runs: the plan, what is proved between the cells included.
+    /// What tells this run's certificate from those of other runs: the plan, what is proved between the cells
+    /// included.
     #[must_use]
     pub fn identity(&self) -> String {
-        format!("{} {}", crate::store::plan_digest(&self.plan), self.plan.proof_boxes)
+        format!("{} {}", crate::dataset::attributes::plan_digest(&self.plan), self.plan.proof_boxes)
     }
 
     /// Reads and validates `file` under the overrides `sets`, each `key.path=value` with a TOML value.
@@ -257,8 +258,8 @@ fn schema(law: &Law) -> Vec<(Option<&'static str>, Vec<&'static str>)> {
     schema
 }
 
-/// Every key of a configuration for the law `stribeck`, by section; the name of the top level is empty. Of `[grid]`
-/// those of all built-in laws.
+/// Every key of a configuration for the law `stribeck`, by section; the name of the top level is empty. Of
+/// `[grid]` those of all built-in laws.
 #[must_use]
 pub fn keys() -> Vec<(&'static str, Vec<&'static str>)> {
     let axes = Law::BUILT_IN.iter().flat_map(|law| Grid::axis_names(law));

@@ -45,6 +45,7 @@ pub(crate) fn exact(x: f64) -> String {
 }
 
 /// A count in groups of three digits: 1,234,567.
+#[cfg(feature = "report")]
 pub(crate) fn count(n: impl TryInto<u128>) -> String {
     let digits = n.try_into().unwrap_or(u128::MAX).to_string();
     let mut text = String::new();

@@ -1,6 +1,7 @@
 //! Pseudo-random numbers that are the same on every machine.
 
-/// SplitMix64 of Steele, Lea and Flood (OOPSLA 2014): enough to spread cells over a grid and to draw machines.
+/// SplitMix64 of Steele, Lea and Flood (OOPSLA 2014): enough to spread cells over a grid and to draw
+/// machines.
 pub(crate) struct Random(pub(crate) u64);
 
 impl Random {

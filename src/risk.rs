@@ -1,9 +1,10 @@
-//! How probably a machine with uncertain quantities may stick-slip, and the damping that makes it as rare as asked.
+//! How probably a machine with uncertain quantities may stick-slip, and the damping that makes it as rare as
+//! asked.
 //!
-//! Every draw of the uncertain quantities has its own critical damping, by the same root search as everywhere. The machine
-//! may stick-slip (for some start) if its damping is below it. So the share of such draws is the probability, and a
-//! quantile of "critical damping less the deviation of the damping" is the nominal damping that makes it as rare as
-//! asked. Both are told with 95 % confidence limits of the sampling.
+//! Every draw of the uncertain quantities has its own critical damping, by the same root search as
+//! everywhere. The machine may stick-slip (for some start) if its damping is below it. So the share of such
+//! draws is the probability, and a quantile of "critical damping less the deviation of the damping" is the
+//! nominal damping that makes it as rare as asked. Both are told with 95 % confidence limits of the sampling.
 
 use rayon::prelude::*;
 
@@ -163,8 +164,8 @@ fn draw(machine: &Machine, spreads: &[(Quantity, Spread)], random: &mut Random) 
     })
 }
 
-/// Draws `draws` machines and asks each. The same numbers for any number of threads. `None` where a machine under `law`
-/// has no point (see [`Machine::point`]) or the spreads have hardly any legal values.
+/// Draws `draws` machines and asks each. The same numbers for any number of threads. `None` where a machine
+/// under `law` has no point (see [`Machine::point`]) or the spreads have hardly any legal values.
 #[must_use]
 pub fn risk(
     machine: &Machine,
@@ -258,8 +259,8 @@ mod tests {
         assert!((found.probability.value - 0.25).abs() < error(0.25), "{found:?}");
         // The limits are 1.96 standard errors to both sides.
         assert!((0.5 * (high - low) / error(0.25) - 1.96 / 4.0).abs() < 0.02, "{found:?}");
-        // The nominal damping is d*; deviations go from -0.1 to 0.3 of it. To exceed d* in all but 5 % of the draws, it
-        // has to be d* (1 + 0.1 - 0.05 * 0.4).
+        // The nominal damping is d*; deviations go from -0.1 to 0.3 of it. To exceed d* in all but 5 % of the
+        // draws, it has to be d* (1 + 0.1 - 0.05 * 0.4).
         let damping = found.rare_by[0].damping.unwrap();
         let exact = critical * (1.0 + 0.1 - 0.02);
         assert!((damping.value - exact).abs() < 0.4 * critical * error(0.05), "{damping:?} {exact}");

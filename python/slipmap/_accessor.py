@@ -85,8 +85,8 @@ class MapAccessor:
         Returns
         -------
         xarray.Dataset
-            Over ``method_name`` and ``epsilon``, in cells: ``wrong_presence`` (it claims a cycle where the reference
-            finds none), ``wrong_absence``, ``undecided``, ``agree``.
+            Over ``method_name`` and ``epsilon``, in cells: ``wrong_presence`` (it claims a cycle where the
+            reference finds none), ``wrong_absence``, ``undecided``, ``agree``.
         """
         truth = self.verdict(reference)
         over = [dimension for dimension in truth.dims if dimension != "epsilon"]
@@ -103,14 +103,15 @@ class MapAccessor:
         return xr.concat(parts, self._names)
 
     def certified_volume(self, method: str | None = None) -> xr.DataArray:
-        """Volume of parameter space in which each method claims a stick-slip cycle, as in the program's report.
+        """Volume of parameter space in which each method claims a stick-slip cycle, as in the report.
 
         By the trapezoidal rule over the axes of more than one node except epsilon.
 
         Returns
         -------
         xarray.DataArray
-            Over ``method_name`` (unless one is named) and ``epsilon``; the attribute ``box`` is the volume of the grid.
+            Over ``method_name`` (unless one is named) and ``epsilon``; the attribute ``box`` is the volume of
+            the grid.
         """
         if method is None:
             parts = [self.certified_volume(name) for name in self.methods]
@@ -132,8 +133,8 @@ class MapAccessor:
     def boundary(self, method: str = REFERENCE) -> xr.DataArray:
         """Damping at which a method's verdict changes from presence, in each column.
 
-        The stored ``critical_c_METHOD`` if the map has it; else the middle between the last damping at which presence
-        is claimed and the next node, NaN where it is claimed nowhere or at the last node.
+        The stored ``critical_c_METHOD`` if the map has it; else the middle between the last damping at which
+        presence is claimed and the next node, NaN where it is claimed nowhere or at the last node.
         """
         stored = f"critical_c_{method}"
         if stored in self._data:
@@ -159,7 +160,7 @@ class MapAccessor:
         ax: Any = None,
         **at: float,
     ) -> Any:
-        """Draws a slice as the program does: verdicts or regimes as areas, the exact boundary and curves as lines.
+        """Draws a slice as the program does: verdicts or regimes as areas, boundaries as lines.
 
         Parameters
         ----------

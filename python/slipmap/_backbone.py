@@ -26,9 +26,10 @@ def backbone(
 ) -> Any:
     """The damping at which the slip cycle of each amplitude lives: all slip cycles of a column in one curve.
 
-    For each amplitude r in (0, V] there is exactly one damping c = C(r) at which the orbit that turns at x2 = r closes. At
-    damping c the slip cycles are the solutions of C(r) = c; one attracts where C falls with r, and repels where it rises.
-    At r = 0 it is the Hopf damping, at r = V the critical damping, and its extremes between are folds.
+    For each amplitude r in (0, V] there is exactly one damping c = C(r) at which the orbit that turns at x2 =
+    r closes. At damping c the slip cycles are the solutions of C(r) = c; one attracts where C falls with r,
+    and repels where it rises. At r = 0 it is the Hopf damping, at r = V the critical damping, and its
+    extremes between are folds.
 
     Parameters
     ----------
@@ -44,8 +45,8 @@ def backbone(
     Returns
     -------
     c : ndarray or DataArray
-        Dampings, of the shape to which the arguments broadcast and a last axis ``amplitude``. NaN where an argument is,
-        or where an orbit could not be followed.
+        Dampings, of the shape to which the arguments broadcast and a last axis ``amplitude``. NaN where an
+        argument is, or where an orbit could not be followed.
     error : ndarray or DataArray
         Estimates of their absolute errors, without that axis; only if `return_error`.
 

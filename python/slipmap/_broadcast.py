@@ -16,8 +16,8 @@ def elementwise(
 ) -> tuple[Any, ...]:
     """Applies `kernel` to the broadcast arguments, as a NumPy ufunc would.
 
-    `kernel` takes one flat array per argument, of length 1 or of the common length, and returns one flat array
-    per entry of `dtypes`. `attrs` are the attributes of results that are DataArrays.
+    `kernel` takes one flat array per argument, of length 1 or of the common length, and returns one flat
+    array per entry of `dtypes`. `attrs` are the attributes of results that are DataArrays.
     """
     names = list(arguments)
     values = [_numbers(name, value) for name, value in arguments.items()]

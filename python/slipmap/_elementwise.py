@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike
 
 from . import _core
 from ._broadcast import elementwise
@@ -47,9 +46,9 @@ def critical_c(
     Returns
     -------
     c : ndarray, scalar, DataArray or dask array
-        Of the shape to which the arguments broadcast; dimensions and coordinates of DataArrays are kept. Negative
-        where no damping c >= 0 is small enough; NaN where an argument is NaN, or where the flow gives no verdict
-        next to the boundary.
+        Of the shape to which the arguments broadcast; dimensions and coordinates of DataArrays are kept.
+        Negative where no damping c >= 0 is small enough; NaN where an argument is NaN, or where the flow
+        gives no verdict next to the boundary.
     error : like `c`
         Estimate of its absolute error; only if `return_error`.
 
@@ -62,8 +61,8 @@ def critical_c(
 
     Notes
     -----
-    Where the spectral iteration for the periodic grazing orbit converges, the error falls to rounding; see the
-    theory pages of the crate, "The critical damping".
+    Where the spectral iteration for the periodic grazing orbit converges, the error falls to rounding; see
+    the theory pages of the crate, "The critical damping".
 
     Examples
     --------
@@ -121,8 +120,9 @@ def verdicts(
     Returns
     -------
     ndarray, scalar, DataArray or dask array; or a dict or Dataset of them
-        Codes of :class:`Verdict` (int8): of the one method if `methods` is a str, else by name of the method, in a
-        Dataset if an argument is a DataArray and in a dict otherwise. ``NOT_COMPUTED`` where an argument is NaN.
+        Codes of :class:`Verdict` (int8): of the one method if `methods` is a str, else by name of the method,
+        in a Dataset if an argument is a DataArray and in a dict otherwise. ``NOT_COMPUTED`` where an argument
+        is NaN.
 
     Raises
     ------
@@ -203,10 +203,3 @@ def regime(
     arguments = law._arguments(parameters, epsilon=epsilon, V=V, c=c)
     attrs = {"long_name": "long-run behaviour according to the simulated flow", "units": "1", **REGIME_FLAGS}
     return elementwise(kernel, arguments, [np.int8], [attrs])[0]
-
-
-def _as_float(name: str, value: ArrayLike) -> float:
-    array = np.asarray(value, dtype=float)
-    if array.ndim:
-        raise ValueError(f"{name}: one number is needed here, not the shape {array.shape}")
-    return float(array)

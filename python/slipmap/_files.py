@@ -26,14 +26,14 @@ def open_map(path: str | os.PathLike[str], *, verify: bool = True) -> xr.Dataset
     path : str or path
         The file.
     verify : bool
-        Whether to recompute the seal of the file, the fingerprint of every variable and those of all attributes, and
-        to refuse a map that has changed. Reads the whole file once.
+        Whether to recompute the seal of the file, the fingerprint of every variable and those of all
+        attributes, and to refuse a map that has changed. Reads the whole file once.
 
     Returns
     -------
     xarray.Dataset
-        Variables over the axes epsilon, the law's parameters, V and c, read when they are needed; see the accessor
-        ``Dataset.slipmap``. Close it, or use it in a ``with`` block.
+        Variables over the axes epsilon, the law's parameters, V and c, read when they are needed; see the
+        accessor ``Dataset.slipmap``. Close it, or use it in a ``with`` block.
 
     Raises
     ------

@@ -20,7 +20,7 @@ STRUCTURAL = ("CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST")
 
 
 def of_values(values: Any, tile: Iterable[int] | None = None) -> str:
-    """Fingerprint of the cells of an array (or of a dataset of h5py), divided into tiles of the given shape."""
+    """Fingerprint of the cells of an array (or a dataset of h5py) in tiles of the given shape."""
     whole = hashlib.sha256()
     lengths = values.shape if tile is None else tuple(tile)[: values.ndim]
     starts = [range(0, size, length) for size, length in zip(values.shape, lengths, strict=True)]

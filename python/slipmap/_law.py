@@ -12,15 +12,16 @@ from . import _core
 
 
 class Law:
-    r"""A friction law: the friction force phi(u) at slip speed u >= 0, in units of the static force, phi(0) = 1.
+    r"""A friction law: the friction force phi(u) at slip speed u >= 0, in units of the static force.
 
-    Made by one of the class methods :meth:`stribeck`, :meth:`exponential`, :meth:`lorentzian`, :meth:`expression`,
-    :meth:`table` and :meth:`from_function`. A law may hold values of its parameters; the others are given at each
-    call.
+    Made by one of the class methods :meth:`stribeck`, :meth:`exponential`, :meth:`lorentzian`,
+    :meth:`expression`, :meth:`table` and :meth:`from_function`. A law may hold values of its parameters; the
+    others are given at each call.
 
     Notes
     -----
-    Slip speeds are in units of (static force) / sqrt(stiffness * mass); see :class:`slipmap.Machine` for SI.
+    phi(0) = 1. Slip speeds are in units of (static force) / sqrt(stiffness * mass); for SI see
+    :class:`slipmap.Machine`.
     The oscillator is x1' = x2, x2' = -x1 - epsilon c x2 - sign(x2 - V) phi(\|x2 - V\|).
 
     Examples
@@ -98,8 +99,8 @@ class Law:
         Parameters
         ----------
         formula : str
-            For example ``"mu + (1 - mu)*exp(-u/vs)"``. Functions: exp, ln, sqrt, sin, cos, tan, sinh, cosh, tanh,
-            atan, abs.
+            For example ``"mu + (1 - mu)*exp(-u/vs)"``. Functions: exp, ln, sqrt, sin, cos, tan, sinh, cosh,
+            tanh, atan, abs.
         static : float
             Value of the formula at u = 0, by which it is divided.
         **parameters : array_like
@@ -138,7 +139,8 @@ class Law:
         friction : array_like
             Friction at these, in any unit.
         stderr : array_like, optional
-            Standard error of each datum, in the same unit; :func:`slipmap.standard_error` makes one of c* of them.
+            Standard error of each datum, in the same unit; :func:`slipmap.standard_error` makes one of c* of
+            them.
         static : float, optional
             Friction at slip speed 0, by which the data are divided; by default the first of them.
         origin : str
@@ -173,15 +175,15 @@ class Law:
         corners: ArrayLike = (),
         origin: str | None = None,
     ) -> Law:
-        """A law given as a Python function, sampled once into polynomials and from then on as fast as any other.
+        """A law given as a Python function, sampled once into polynomials, then as fast as any other.
 
         Parameters
         ----------
         function : callable
             Friction at a slip speed, a number at a time, in units of the static friction: 1 at slip speed 0.
         fastest : float
-            Slip speed up to which it is sampled: at least twice the largest belt speed that will be asked about, better
-            four times, as orbits that start beyond the belt line are faster.
+            Slip speed up to which it is sampled: at least twice the largest belt speed that will be asked
+            about, better four times, as orbits that start beyond the belt line are faster.
         corners : array_like
             Slip speeds at which its slope jumps; elsewhere it should be smooth.
         origin : str, optional
@@ -190,8 +192,8 @@ class Law:
         Returns
         -------
         Law
-            Its :attr:`error` says how far its weakening rate may be from that of the function; the error estimates of
-            :func:`critical_c` count it.
+            Its :attr:`error` says how far its weakening rate may be from that of the function; the error
+            estimates of :func:`critical_c` count it.
 
         Raises
         ------
@@ -205,7 +207,8 @@ class Law:
         >>> law.error < 1e-10
         True
         >>> built_in = slipmap.Law.exponential(mu=0.5, vs=1.0, eta=0.0)
-        >>> abs(slipmap.critical_c(law, V=1.0, epsilon=1.0) - slipmap.critical_c(built_in, V=1.0, epsilon=1.0)) < 1e-10
+        >>> difference = slipmap.critical_c(law, V=1.0, epsilon=1.0) - slipmap.critical_c(built_in, V=1.0, epsilon=1.0)
+        >>> bool(abs(difference) < 1e-10)
         True
         """
         name = getattr(function, "__name__", "a function") if origin is None else origin
@@ -214,7 +217,7 @@ class Law:
 
     @property
     def error(self) -> float:
-        """Of a law made by :meth:`from_function`: how far its weakening rate may be from the function's; else 0."""
+        """How far the weakening rate may be from that of the function that was sampled; 0 for other laws."""
         return self._law.error
 
     @property
@@ -224,7 +227,7 @@ class Law:
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """Names of all parameters of a point, in the order of a map's dimensions: epsilon, the law's own, V, c."""
+        """Names of all parameters in the order of a map's dimensions: epsilon, the law's own, V, c."""
         return tuple(self._law.axes)
 
     @property
@@ -244,7 +247,7 @@ class Law:
         return Law(self._law, {**self._values, **parameters})
 
     def phi(self, u: ArrayLike, *, epsilon: float = 1.0, **parameters: float) -> Any:
-        """Friction force at the slip speeds `u`, in units of the static force; NaN beyond the data of a table."""
+        """Friction at the slip speeds `u`, in units of the static force; NaN beyond the data of a table."""
         return self._evaluate(u, epsilon, parameters)[0]
 
     def weakening(self, u: ArrayLike, *, epsilon: float = 1.0, **parameters: float) -> Any:
@@ -294,11 +297,7 @@ class Law:
         return hash(self._key())
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return (_restore, (self.name, self._law.definition, self._values))
-
-
-def _restore(name: str, definition: str, values: Mapping[str, Any]) -> Law:
-    return Law(_core.Law.from_definition(name, definition), values)
+        return (Law, (self._law, self._values))
 
 
 def _unknown(name: str, law: _core.Law) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -32,8 +33,8 @@ def map(
     Parameters
     ----------
     grid : mapping of str to array_like
-        Nodes of every axis, growing: epsilon, the law's own parameters, V and c; a number is an axis of one node. A
-        Dataset of coordinates will do. Parameters that the law holds can be left out.
+        Nodes of every axis, growing: epsilon, the law's own parameters, V and c; a number is an axis of one
+        node. A Dataset of coordinates will do. Parameters that the law holds can be left out.
     law : Law, optional
         The friction law; by default the paper's.
     methods : iterable of str, optional
@@ -136,6 +137,8 @@ def run(
 def _toml(value: Any) -> str:
     if isinstance(value, bool):
         return str(value).lower()
+    if isinstance(value, (str, os.PathLike)):
+        return json.dumps(os.fspath(value), ensure_ascii=False)
     if isinstance(value, np.ndarray):
         value = value.tolist()
     if isinstance(value, (list, tuple)):

@@ -43,9 +43,9 @@ def orbit(
     Returns
     -------
     xarray.Dataset
-        ``x1``, ``x2`` and ``phase`` along ``time``, at most 0.1 rad apart while slipping; contacts with the belt
-        line are among the samples. Attributes: ``ending`` ("closes", "settles", "out_of_time" or "failed: ..")
-        and, of an orbit that closes, ``period``.
+        ``x1``, ``x2`` and ``phase`` along ``time``, at most 0.1 rad apart while slipping; contacts with the
+        belt line are among the samples. Attributes: ``ending`` ("closes", "settles", "out_of_time" or
+        "failed: ..") and, of an orbit that closes, ``period``.
 
     Examples
     --------
@@ -75,8 +75,9 @@ def orbit(
 
 
 def phase_portrait(point: Point, *, max_time: float = 40.0 * math.pi, tolerance: float = 1e-9) -> xr.Dataset:
-    """The orbits that tell what the flow does at a point: from the exit point, near steady slip, from far out, and
-    the unstable slip cycle, if there is one.
+    """The orbits that tell what the flow does at a point.
+
+    From the exit point, from near steady slip, from far out, and the unstable slip cycle, if there is one.
 
     Parameters
     ----------
@@ -86,8 +87,8 @@ def phase_portrait(point: Point, *, max_time: float = 40.0 * math.pi, tolerance:
     Returns
     -------
     xarray.Dataset
-        ``time``, ``x1``, ``x2`` and ``phase`` along ``sample``; the coordinate ``orbit`` names the orbit of each
-        sample: "exit", "inner", "outer" and "unstable_cycle". Scalars: ``equilibrium_x1`` and the ends
+        ``time``, ``x1``, ``x2`` and ``phase`` along ``sample``; the coordinate ``orbit`` names the orbit of
+        each sample: "exit", "inner", "outer" and "unstable_cycle". Scalars: ``equilibrium_x1`` and the ends
         ``exit_x1`` and ``upper_tangency_x1`` of the sliding segment, which lies at x2 = V.
     """
     answer = probe(point, tolerance=tolerance)
@@ -121,24 +122,24 @@ def phase_portrait(point: Point, *, max_time: float = 40.0 * math.pi, tolerance:
 def curves(
     law: Law, *, V: Any, c: Any, epsilon: Any, threads: int | None = None, **parameters: Any
 ) -> xr.Dataset:
-    """Where the long-run behaviour changes in a plane of two parameters: curves of codimension one, by continuation.
+    """Curves in a plane of two parameters on which the long-run behaviour changes, by continuation.
 
     Parameters
     ----------
     law : Law
         The friction law.
     V, c, epsilon, **parameters : float or array_like
-        Two of them are the plane: give two numbers or more, growing, of which the first and the last are its sides
-        (more than two of equal ratios: the side is logarithmic). The others are numbers.
+        Two of them are the plane: give two numbers or more, growing, of which the first and the last are its
+        sides (more than two of equal ratios: the side is logarithmic). The others are numbers.
     threads : int, optional
         Number of threads; by default one per core.
 
     Returns
     -------
     xarray.Dataset
-        Along ``point``, as in the group "curves" of a map: ``curve`` (code of what happens there: Hopf, grazing,
-        landing, crossing, fold), ``branch`` (number of the connected curve), the values of the two axes, and
-        ``error``, the estimated distance from the curve in sides of the plane.
+        Along ``point``, as in the group "curves" of a map: ``curve`` (code of what happens there: Hopf,
+        grazing, landing, crossing, fold), ``branch`` (number of the connected curve), the values of the two
+        axes, and ``error``, the estimated distance from the curve in sides of the plane.
 
     Raises
     ------

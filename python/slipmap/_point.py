@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import functools
 from dataclasses import dataclass
 from typing import Any
 
@@ -62,14 +64,10 @@ class Point:
         return hash((self.law, *self._values.values()))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return (_restore, (self.law, self._values))
+        return (functools.partial(Point, self.law, **self._values), ())
 
     def __repr__(self) -> str:
         return f"Point({self.law.name}, {', '.join(f'{name}={value!r}' for name, value in self._values.items())})"
-
-
-def _restore(law: Law, values: dict[str, float]) -> Point:
-    return Point(law, **values)
 
 
 @dataclass(frozen=True)
@@ -88,25 +86,28 @@ class Units:
     """N s/m, of c = 1 at epsilon = 1"""
 
 
+# Names and units of quantities: of a translation, of a rotation. Their order is that of the compiled part.
 _QUANTITIES = {
-    # Name: unit of a translation, unit of a rotation.
-    "mass": ("kg", "kg m^2"),
-    "stiffness": ("N/m", "N m/rad"),
-    "damping": ("N s/m", "N m s/rad"),
-    "normal_force": ("N", "N m"),
-    "static_friction": ("", ""),
-    "kinetic_friction": ("", ""),
+    "mass": ("kg", "kg*m**2"),
+    "stiffness": ("N/m", "N*m/rad"),
+    "damping": ("N*s/m", "N*m*s/rad"),
+    "normal_force": ("N", "N*m"),
+    "static_friction": ("dimensionless", "dimensionless"),
+    "kinetic_friction": ("dimensionless", "dimensionless"),
     "stribeck_velocity": ("m/s", "rad/s"),
     "strengthening": (None, None),
     "belt_speed": ("m/s", "rad/s"),
 }
-_PINT_UNITS = {"kg m^2": "kg*m**2", "N m": "N*m", "N m/rad": "N*m/rad", "N s/m": "N*s/m", "N m s/rad": "N*m*s/rad"}
+_MAY_BE_ZERO = ("damping", "kinetic_friction", "strengthening")
 
 
+@dataclass(frozen=True, kw_only=True)
 class Machine:
     """A mass on a spring, pressed onto a moving belt, in SI units.
 
     ``m x'' + d x' + k x = -sign(x' - v) N mu(|x' - v|)``
+
+    Quantities of pint are converted; the attributes are numbers.
 
     Parameters
     ----------
@@ -125,7 +126,8 @@ class Machine:
     belt_speed : float or pint.Quantity
         v in m/s, greater than 0; rad/s.
     strengthening : float
-        Rise of the coefficient of friction at high speed: per (m/s)^2 in the law `stribeck`, per m/s in others.
+        Rise of the coefficient of friction at high speed: per (m/s)^2 in the law `stribeck`, per m/s in
+        others.
     motion : {"translation", "rotation"}
         How it moves, which names its units.
 
@@ -145,99 +147,61 @@ class Machine:
     0.351
     """
 
-    __slots__ = ("_numbers", "motion")
+    mass: Any
+    stiffness: Any
+    damping: Any
+    normal_force: Any
+    static_friction: Any
+    kinetic_friction: Any
+    stribeck_velocity: Any
+    belt_speed: Any
+    strengthening: Any = 0.0
+    motion: str = "translation"
 
-    def __init__(
-        self,
-        *,
-        mass: Any,
-        stiffness: Any,
-        damping: Any,
-        normal_force: Any,
-        static_friction: Any,
-        kinetic_friction: Any,
-        stribeck_velocity: Any,
-        belt_speed: Any,
-        strengthening: Any = 0.0,
-        motion: str = "translation",
-    ):
-        if motion not in ("translation", "rotation"):
-            raise ValueError(f"motion: there is no motion `{motion}`; choose from: translation, rotation")
-        given = {
-            "mass": mass,
-            "stiffness": stiffness,
-            "damping": damping,
-            "normal_force": normal_force,
-            "static_friction": static_friction,
-            "kinetic_friction": kinetic_friction,
-            "stribeck_velocity": stribeck_velocity,
-            "strengthening": strengthening,
-            "belt_speed": belt_speed,
-        }
-        rotation = motion == "rotation"
-        numbers = {name: _si(name, value, _QUANTITIES[name][rotation]) for name, value in given.items()}
-        for name, value in numbers.items():
-            least = 0.0 if name in ("damping", "kinetic_friction", "strengthening") else None
-            if not (value > 0.0 if least is None else value >= 0.0) or value == float("inf"):
-                wanted = "greater than 0" if least is None else "at least 0"
+    def __post_init__(self) -> None:
+        if self.motion not in ("translation", "rotation"):
+            raise ValueError(f"motion: there is no motion `{self.motion}`; choose from: translation, rotation")
+        for name, units in _QUANTITIES.items():
+            value = _si(name, getattr(self, name), units[self.motion == "rotation"])
+            legal = value >= 0.0 if name in _MAY_BE_ZERO else value > 0.0
+            if not legal or value == float("inf"):
+                wanted = "at least 0" if name in _MAY_BE_ZERO else "greater than 0"
                 raise ValueError(f"{name} = {value}: must be {wanted}")
-        if numbers["kinetic_friction"] > numbers["static_friction"]:
-            raise ValueError(f"kinetic_friction = {numbers['kinetic_friction']}: must be from 0 to static_friction")
-        self._numbers = numbers
-        self.motion = motion
+            # The one place where the frozen value is set: from a quantity to its number.
+            object.__setattr__(self, name, value)
+        if self.kinetic_friction > self.static_friction:
+            raise ValueError(f"kinetic_friction = {self.kinetic_friction}: must be from 0 to static_friction")
 
-    def __getattr__(self, name: str) -> float:
-        if name in _QUANTITIES:
-            return self._numbers[name]
-        raise AttributeError(name)
-
-    def _array(self) -> list[float]:
-        return list(self._numbers.values())
+    def _numbers(self) -> list[float]:
+        return [getattr(self, name) for name in _QUANTITIES]
 
     @property
     def units(self) -> Units:
         """The units of the dimensionless oscillator."""
-        _, units = _core.machine_point(Law.stribeck()._law, self.motion, self._array())
+        _, units = _core.machine_point(Law.stribeck()._law, self.motion, self._numbers())
         return Units(*units)
 
     def point(self, law: Law | None = None) -> Point:
         """The dimensionless point of the machine under `law` (by default the paper's), at epsilon = 1."""
         law = Law.stribeck() if law is None else law
-        values, _ = _core.machine_point(law._law, self.motion, self._array())
+        values, _ = _core.machine_point(law._law, self.motion, self._numbers())
         return Point(law, **dict(zip(law.axes, values, strict=True)))
 
     def probe(self, law: Law | None = None, *, tolerance: float = 1e-9) -> Probe:
         """Every answer about the machine, with those in SI units in its field ``machine``."""
         law = Law.stribeck() if law is None else law
-        return Probe.from_json(_core.machine_probe(law._law, self.motion, self._array(), tolerance))
+        return Probe.from_json(_core.machine_probe(law._law, self.motion, self._numbers(), tolerance))
 
     def replace(self, **changes: Any) -> Machine:
         """The machine with other quantities."""
-        return Machine(**{**self._numbers, "motion": self.motion, **changes})
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Machine) and (self.motion, self._numbers) == (other.motion, other._numbers)
-
-    def __hash__(self) -> int:
-        return hash((self.motion, *self._numbers.values()))
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return (_restore_machine, ({**self._numbers, "motion": self.motion},))
-
-    def __repr__(self) -> str:
-        values = ", ".join(f"{name}={value!r}" for name, value in self._numbers.items())
-        return f"Machine({values}, motion={self.motion!r})"
-
-
-def _restore_machine(arguments: dict[str, Any]) -> Machine:
-    return Machine(**arguments)
+        return dataclasses.replace(self, **changes)
 
 
 def _si(name: str, value: Any, unit: str | None) -> float:
     """The number in SI units; pint's quantities are converted."""
     if unit is not None and hasattr(value, "to") and hasattr(value, "magnitude"):
         try:
-            value = value.to(_PINT_UNITS.get(unit, unit) or "dimensionless").magnitude
+            value = value.to(unit).magnitude
         except Exception as error:
             raise ValueError(f"{name}: {error}") from None
     return _scalar(name, value)

@@ -46,7 +46,8 @@ class MethodAnswer:
     verdict: str
     """"present", "absent", "undecided" or "failed"."""
     margin: float | None
-    """Signed distance in c to the edge of presence, or m / V of the simulation; None where it is no finite number."""
+    """Signed distance in c to the edge of presence, or m / V of the simulation; None where it is no finite
+    number."""
     critical_c: float | None
     """The edge of presence in c; None where there is none at c >= 0."""
     guarantee: str
@@ -54,7 +55,8 @@ class MethodAnswer:
     reason: str | None
     """Why the verdict is neither presence nor absence."""
     epsilon_limit: float | None
-    """Up to which epsilon the verdict equals the simulated one; inf: as far as was looked; None: not known."""
+    """Up to which epsilon the verdict equals the simulated one; inf: as far as was looked; None: not
+    known."""
     epsilon_limit_sound: float | None
     """Up to which epsilon the verdict does not contradict the simulated one."""
     epsilon_limit_reason: str | None = None

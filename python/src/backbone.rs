@@ -4,12 +4,12 @@ use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
 use pyo3::prelude::*;
 use slipmap::simulate::backbone::Backbone;
 
-use crate::columns::{Arguments, in_tasks, point};
+use crate::columns::Arguments;
 use crate::law::Law;
 use crate::point::check_tolerance;
 
-/// Dampings c = C(r) / eps at the amplitudes r / V, one row per column, and the error estimate of each column; NaN where
-/// an orbit could not be followed or an argument is NaN.
+/// Dampings c = C(r) / eps at the amplitudes r / V, one row per column, and the error estimate of each
+/// column; NaN where an orbit could not be followed or an argument is NaN.
 #[pyfunction]
 #[pyo3(signature = (law, arrays, amplitudes, tolerance, threads=None))]
 pub(crate) fn backbone<'py>(
@@ -23,26 +23,12 @@ pub(crate) fn backbone<'py>(
     check_tolerance(tolerance)?;
     let family = &law.law;
     let arguments = Arguments::new(family, &arrays)?;
-    arguments.check()?;
-    let amplitudes = &amplitudes;
-    let found = in_tasks(py, arguments.len, threads, |task| {
-        let mut element = Vec::new();
-        task.map(|i| {
-            arguments.element(i, &mut element);
-            let unknown = || (vec![f64::NAN; amplitudes.len()], f64::NAN);
-            if element.iter().any(|value| value.is_nan()) {
-                return unknown();
-            }
-            let column = family.column(&point(family, &element));
-            Backbone::of(&column, tolerance).map_or_else(
-                |_| unknown(),
-                |backbone| {
-                    let damping = |ratio: &f64| backbone.viscous(ratio * column.belt_speed) / column.epsilon;
-                    (amplitudes.iter().map(damping).collect(), backbone.error / column.epsilon)
-                },
-            )
-        })
-        .collect()
+    let unknown = (vec![f64::NAN; amplitudes.len()], f64::NAN);
+    let found = arguments.each(py, threads, &unknown, |point| {
+        let column = family.column(point);
+        let Ok(backbone) = Backbone::of(&column, tolerance) else { return unknown.clone() };
+        let damping = |ratio: &f64| backbone.viscous(ratio * column.belt_speed) / column.epsilon;
+        (amplitudes.iter().map(damping).collect(), backbone.error / column.epsilon)
     })?;
     let (rows, errors): (Vec<Vec<f64>>, Vec<f64>) = found.into_iter().unzip();
     Ok((PyArray2::from_vec2(py, &rows)?, PyArray1::from_vec(py, errors)))

@@ -23,7 +23,8 @@ const TASK: usize = 256;
 /// Elements at which a law that needs a check of its own is checked: all of a few, evenly spread over many.
 const CHECKED: usize = 256;
 
-/// Arguments of an elementwise function, in the order of the law's axes: one value for all elements, or one each.
+/// Arguments of an elementwise function, in the order of the law's axes: one value for all elements, or one
+/// each.
 pub(crate) struct Arguments<'a> {
     law: &'a Family,
     values: Vec<&'a [f64]>,
@@ -38,15 +39,39 @@ impl<'a> Arguments<'a> {
         if values.iter().any(|values| values.len() != 1 && values.len() != len) {
             return Err(PyValueError::new_err("arrays of different lengths"));
         }
-        Ok(Self { law, values, len })
+        let arguments = Self { law, values, len };
+        arguments.check()?;
+        Ok(arguments)
     }
 
-    pub(crate) fn element(&self, i: usize, into: &mut Vec<f64>) {
+    /// The point of an element; `None` if an argument is NaN.
+    fn point(&self, i: usize, element: &mut Vec<f64>) -> Option<Point> {
+        self.element(i, element);
+        (!element.iter().any(|value| value.is_nan())).then(|| point(self.law, element))
+    }
+
+    /// Applies `of` to the point of each element, in parallel where that pays; `unknown` where an argument is
+    /// NaN.
+    pub(crate) fn each<T: Clone + Send + Sync>(
+        &self,
+        py: Python<'_>,
+        threads: Option<usize>,
+        unknown: &T,
+        of: impl Fn(&Point) -> T + Sync,
+    ) -> PyResult<Vec<T>> {
+        in_tasks(py, self.len, threads, |task| {
+            let mut element = Vec::new();
+            task.map(|i| self.point(i, &mut element).map_or_else(|| unknown.clone(), |point| of(&point)))
+                .collect()
+        })
+    }
+
+    fn element(&self, i: usize, into: &mut Vec<f64>) {
         into.clear();
         into.extend(self.values.iter().map(|values| if values.len() == 1 { values[0] } else { values[i] }));
     }
 
-    pub(crate) fn check(&self) -> PyResult<()> {
+    fn check(&self) -> PyResult<()> {
         let single = self.len == 1;
         let mut element = Vec::new();
         for i in 0..self.len {
@@ -59,9 +84,9 @@ impl<'a> Arguments<'a> {
         }
         let checked = self.len.min(CHECKED);
         for i in 0..checked {
-            self.element(if checked > 1 { i * (self.len - 1) / (checked - 1) } else { 0 }, &mut element);
-            if !element.iter().any(|value| value.is_nan()) {
-                check_law(self.law, &point(self.law, &element)).map_err(PyValueError::new_err)?;
+            let place = if checked > 1 { i * (self.len - 1) / (checked - 1) } else { 0 };
+            if let Some(point) = self.point(place, &mut element) {
+                check_law(self.law, &point).map_err(PyValueError::new_err)?;
             }
         }
         Ok(())
@@ -69,7 +94,7 @@ impl<'a> Arguments<'a> {
 }
 
 /// The point of values in the order of the axes; damping 0 if it is left out.
-pub(crate) fn point(law: &Family, values: &[f64]) -> Point {
+fn point(law: &Family, values: &[f64]) -> Point {
     let count = law.parameters().len();
     Point {
         epsilon: values[0],
@@ -80,7 +105,7 @@ pub(crate) fn point(law: &Family, values: &[f64]) -> Point {
 }
 
 /// Applies `each` to tasks of consecutive elements, in parallel where that pays; `None` where it was stopped.
-pub(crate) fn in_tasks<T: Send>(
+fn in_tasks<T: Send>(
     py: Python<'_>,
     len: usize,
     threads: Option<usize>,
@@ -115,22 +140,22 @@ pub(crate) fn critical_c<'py>(
     check_tolerance(tolerance)?;
     let family = &law.law;
     let arguments = Arguments::new(family, &arrays)?;
-    arguments.check()?;
     let found = in_tasks(py, arguments.len, threads, |task| {
         let mut element = Vec::new();
         let mut columns: Vec<Column> = Vec::with_capacity(task.len());
         let mut known = Vec::with_capacity(task.len());
         for i in task {
-            arguments.element(i, &mut element);
-            let is_known = !element.iter().any(|value| value.is_nan());
-            known.push(is_known);
-            if is_known {
-                columns.push(family.column(&point(family, &element)));
-            }
+            let point = arguments.point(i, &mut element);
+            known.push(point.is_some());
+            columns.extend(point.map(|point| family.column(&point)));
         }
         let mut answers = critical_dampings(&columns, tolerance).into_iter();
         let answer = |known: bool| known.then(|| answers.next()).flatten().and_then(Result::ok);
-        known.into_iter().map(answer).map(|it| it.map_or((f64::NAN, f64::NAN), |it| (it.c, it.error))).collect()
+        known
+            .into_iter()
+            .map(answer)
+            .map(|it| it.map_or((f64::NAN, f64::NAN), |it| (it.c, it.error)))
+            .collect()
     })?;
     let (values, errors): (Vec<f64>, Vec<f64>) = found.into_iter().unzip();
     Ok((PyArray1::from_vec(py, values), PyArray1::from_vec(py, errors)))
@@ -156,13 +181,13 @@ pub(crate) fn verdicts<'py>(
     check_tolerance(tolerance)?;
     let family = &law.law;
     let arguments = Arguments::new(family, &arrays)?;
-    arguments.check()?;
     let methods: Vec<Method> = methods.iter().map(|name| method(name)).collect::<PyResult<_>>()?;
     let groups = py.detach(|| groups(&arguments));
     let decide_group = |group: &Group| -> Vec<Vec<i8>> {
         let column = family.column(&point(family, &group.column));
         let last = arguments.values.len() - 1;
-        let damping = |&i: &usize| arguments.values[last][if arguments.values[last].len() == 1 { 0 } else { i }];
+        let damping =
+            |&i: &usize| arguments.values[last][if arguments.values[last].len() == 1 { 0 } else { i }];
         let dampings: Vec<f64> = group.elements.iter().map(damping).collect();
         methods.iter().map(|method| of_method(method, &column, &dampings, tolerance)).collect()
     };
@@ -249,18 +274,9 @@ pub(crate) fn regime<'py>(
     check_tolerance(tolerance)?;
     let family = &law.law;
     let arguments = Arguments::new(family, &arrays)?;
-    arguments.check()?;
-    let codes = in_tasks(py, arguments.len, threads, |task| {
-        let mut element = Vec::new();
-        task.map(|i| {
-            arguments.element(i, &mut element);
-            if element.iter().any(|value| value.is_nan()) {
-                return Regime::Failed.code();
-            }
-            let oscillator = Oscillator::new(family, &point(family, &element));
-            regime_of(&oscillator, &flow(&oscillator, tolerance)).code()
-        })
-        .collect()
+    let codes = arguments.each(py, threads, &Regime::Failed.code(), |point| {
+        let oscillator = Oscillator::new(family, point);
+        regime_of(&oscillator, &flow(&oscillator, tolerance)).code()
     })?;
     Ok(PyArray1::from_vec(py, codes))
 }

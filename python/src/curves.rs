@@ -12,7 +12,8 @@ use crate::work::run;
 type Curve<'py> =
     (&'static str, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
 
-/// The curves in the plane of the axes `x` and `y` of the grid with these nodes, through its first nodes elsewhere.
+/// The curves in the plane of the axes `x` and `y` of the grid with these nodes, through its first nodes
+/// elsewhere.
 #[pyfunction]
 pub(crate) fn curves<'py>(
     py: Python<'py>,

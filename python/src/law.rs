@@ -68,7 +68,12 @@ impl Law {
 
     /// A law given as a function of the slip speed, sampled once up to `fastest`.
     #[staticmethod]
-    fn function(function: &Bound<'_, PyAny>, fastest: f64, corners: Vec<f64>, origin: &str) -> PyResult<Self> {
+    fn function(
+        function: &Bound<'_, PyAny>,
+        fastest: f64,
+        corners: Vec<f64>,
+        origin: &str,
+    ) -> PyResult<Self> {
         let mut raised = None;
         let call = |u: f64| match function.call1((u,)).and_then(|value| value.extract::<f64>()) {
             Ok(value) => value,
@@ -100,6 +105,12 @@ impl Law {
     fn from_definition(name: &str, definition: &str) -> PyResult<Self> {
         let law = Family::from_definition(name, definition);
         Ok(Self { law: law.ok_or_else(|| PyValueError::new_err(format!("this defines no law `{name}`")))? })
+    }
+
+    /// How to make the law again, for pickle.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (&'static str, String))> {
+        let again = py.get_type::<Self>().getattr("from_definition")?;
+        Ok((again, (self.name(), self.definition())))
     }
 
     #[getter]
@@ -146,7 +157,9 @@ fn check_static_level(level: f64) -> PyResult<()> {
     if level > 0.0 && level.is_finite() {
         return Ok(());
     }
-    Err(PyValueError::new_err(format!("static = {level}: the friction at slip speed 0 must be greater than 0")))
+    Err(PyValueError::new_err(format!(
+        "static = {level}: the friction at slip speed 0 must be greater than 0"
+    )))
 }
 
 /// Which element of the caller's arrays a value is.

@@ -28,8 +28,8 @@ fn no_coefficients(law: &Law) -> PyErr {
     ))
 }
 
-/// The point of a machine (epsilon, the law's parameters, V, c), and the units of time, length, velocity, force and
-/// damping.
+/// The point of a machine (epsilon, the law's parameters, V, c), and the units of time, length, velocity,
+/// force and damping.
 #[pyfunction]
 pub(crate) fn machine_point(law: &Law, motion: &str, numbers: [f64; 9]) -> PyResult<(Vec<f64>, [f64; 5])> {
     let machine = machine_of(motion, numbers)?;

@@ -120,9 +120,7 @@ fn attribute<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>>
         Value::Text(text) => text.into_pyobject(py)?.into_any(),
         Value::Codes(codes) => PyArray1::from_slice(py, codes).into_any(),
         // A single number is a scalar, as readers of the file have it.
-        Value::Integers(numbers) if numbers.len() == 1 => {
-            PyArray1::from_slice(py, numbers).get_item(0)?
-        }
+        Value::Integers(numbers) if numbers.len() == 1 => PyArray1::from_slice(py, numbers).get_item(0)?,
         Value::Integers(numbers) => PyArray1::from_slice(py, numbers).into_any(),
         Value::Reals(numbers) if numbers.len() == 1 => PyArray1::from_slice(py, numbers).get_item(0)?,
         Value::Reals(numbers) => PyArray1::from_slice(py, numbers).into_any(),
@@ -142,7 +140,8 @@ fn attribute_dict<'py, 'a>(
     Ok(dict)
 }
 
-/// Axes of a plane, the nodes at which the others are held, and its curves: kind, branch, points and their errors.
+/// Axes of a plane, the nodes at which the others are held, and its curves: kind, branch, points and their
+/// errors.
 type PlaneOf = (usize, usize, Vec<usize>, Vec<(&'static str, usize, Vec<f64>, Vec<f64>, Vec<f64>)>);
 
 #[pymethods]
@@ -233,8 +232,7 @@ fn compute(
     // The run of the library has threads of its own.
     let summary = run(py, Some(1), progress.as_ref(), |steering| {
         let on_cells = |cells| steering.advance(cells);
-        let control =
-            Control { threads, on_cells: &on_cells, stop: &steering.stop, ..Control::default() };
+        let control = Control { threads, on_cells: &on_cells, stop: &steering.stop, ..Control::default() };
         slipmap::map::run(&plan, &memory, &control)
     })?;
     let summary = summary.map_err(|error| match error {
@@ -267,7 +265,8 @@ pub(crate) fn compute_map(
     let grid = grid_of(&law.law, nodes)?;
     let field = |name: &String| {
         let known = || Field::ALL.map(Field::name).join(", ");
-        let unknown = || PyValueError::new_err(format!("there is no field `{name}`; choose from: {}", known()));
+        let unknown =
+            || PyValueError::new_err(format!("there is no field `{name}`; choose from: {}", known()));
         Field::ALL.into_iter().find(|field| field.name() == name).ok_or_else(unknown)
     };
     let fields: Vec<Field> = fields.iter().map(field).collect::<PyResult<_>>()?;

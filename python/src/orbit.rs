@@ -9,8 +9,8 @@ use crate::law::{Law, point_of};
 use crate::point::check_tolerance;
 use crate::work::run;
 
-/// Time, x1, x2 and phase (-1 slower than the belt, 0 sticking, 1 faster) of every sample, how the orbit ends, and the
-/// period where it closes.
+/// Time, x1, x2 and phase (-1 slower than the belt, 0 sticking, 1 faster) of every sample, how the orbit
+/// ends, and the period where it closes.
 type Sampled<'py> = (
     Bound<'py, PyArray1<f64>>,
     Bound<'py, PyArray1<f64>>,
@@ -34,9 +34,8 @@ pub(crate) fn orbit<'py>(
     let point = point_of(&law.law, &values)?;
     let family = law.law.clone();
     let start = start.map_or(Start::ExitPoint, |(x1, x2)| Start::State { x1, x2 });
-    let traced = run(py, Some(1), None, |_| {
-        trace(&Oscillator::new(&family, &point), start, tolerance, max_time)
-    })?;
+    let traced =
+        run(py, Some(1), None, |_| trace(&Oscillator::new(&family, &point), start, tolerance, max_time))?;
     let column = |of: fn(&slipmap::simulate::direct::Sample) -> f64| {
         PyArray1::from_vec(py, traced.samples.iter().map(of).collect())
     };

@@ -32,8 +32,9 @@ impl Steering {
     }
 }
 
-/// Runs `work` without the GIL, on a pool of threads that lives no longer than this call (all cores if `threads` is
-/// `None`), so that nothing is left behind in the process. `progress` is called with the number of pieces done.
+/// Runs `work` without the GIL, on a pool of threads that lives no longer than this call (all cores if
+/// `threads` is `None`), so that nothing is left behind in the process. `progress` is called with the number
+/// of pieces done.
 ///
 /// # Errors
 /// What a signal handler raises (`KeyboardInterrupt`), or `progress`.

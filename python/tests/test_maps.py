@@ -145,7 +145,9 @@ def same(own, stored):
 
 def test_a_configuration_gives_the_map_of_the_program(config, stored):
     cells = []
-    own = slipmap.run(config, progress=lambda done, all: cells.append((done, all)))
+    # The text in force, overrides applied, is stored too: the same ones are needed.
+    sets = {"output.path": str(stored)}
+    own = slipmap.run(config, set=sets, progress=lambda done, all: cells.append((done, all)))
     with slipmap.open_map(stored) as data:
         same(own, data)
         for name in ("title", "law", "methods", "fields", "engine", "tolerance", "config", "config_sha256"):
@@ -171,8 +173,11 @@ def test_a_grid_gives_the_map_of_the_program(config, stored):
 
 
 def test_configurations_can_be_changed_and_are_checked(config):
-    own = slipmap.run(config, set={"grid.V": [1.0], "grid.c.points": 3, "output.fields": ["verdict"], "methods.run": ["simulation"]})
+    sets = {"grid.V": [1.0], "grid.c.points": 3, "output.fields": ["verdict"], "methods.run": ["simulation"], "curves.planes": []}
+    own = slipmap.run(config, set=sets)
     assert own.sizes["V"] == 1 and own.sizes["c"] == 3
+    # Texts are quoted as TOML has it.
+    assert slipmap.run(config, set={**sets, "title": "it's \"so\" \\ so"}).attrs["title"] == "it's \"so\" \\ so"
     with pytest.raises(ValueError, match="gama"):
         slipmap.run(config, set=["grid.gama=1"])
     with pytest.raises(ValueError, match="there is no such file"):

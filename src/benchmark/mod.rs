@@ -1,5 +1,5 @@
-//! Speed against accuracy: every method and engine over its own knob, on the same cells, against a reference of
-//! some 25 digits. The data of the work-precision chart.
+//! Speed against accuracy: every method and engine over its own knob, on the same cells, against a reference
+//! of some 25 digits. The data of the work-precision chart.
 //!
 //! | what | how |
 //! | --- | --- |

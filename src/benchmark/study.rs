@@ -1,4 +1,5 @@
-//! A study of speed against accuracy: the cells, and every method and engine measured on them at each of its settings.
+//! A study of speed against accuracy: the cells, and every method and engine measured on them at each of its
+//! settings.
 
 use super::{Cell, Contestant, Errors, Kind, Labels, Measurement, cells, measure, pareto};
 use crate::map::Grid;

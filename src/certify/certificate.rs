@@ -1,9 +1,10 @@
 //! Certificates of the universal surface C*(A, k, b): text (JSON) that anybody can verify again.
 //!
-//! A certificate is evidence only as far as it is checked, and may come from anybody. [`Certificate::parse`] reads
-//! nothing but the keys of the format, with finite numbers; [`Certificate::check`] proves every claim anew by
-//! [`super::recheck`] and compares what is not a number, the statement, with the one it must be. `written_by` and `run`
-//! say where a certificate comes from; they claim nothing, and nothing vouches for them.
+//! A certificate is evidence only as far as it is checked, and may come from anybody. [`Certificate::parse`]
+//! reads nothing but the keys of the format, with finite numbers; [`Certificate::check`] proves every claim
+//! anew by [`super::recheck`] and compares what is not a number, the statement, with the one it must be.
+//! `written_by` and `run` say where a certificate comes from; they claim nothing, and nothing vouches for
+//! them.
 //!
 //! Numbers mean the doubles nearest to them; the coefficients of polynomials are whole multiples of `unit`.
 

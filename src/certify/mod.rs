@@ -118,8 +118,9 @@ impl Claim {
 
 /// The edge of a claim of presence for eps c < `bound`: `bound` / eps.
 ///
-/// Below the normal numbers a bound may be wrong by any factor, and nothing is claimed. The quotient's own rounding does no
-/// harm at any size: a double c that is less than the quotient as rounded is less than the quotient.
+/// Below the normal numbers a bound may be wrong by any factor, and nothing is claimed. The quotient's own
+/// rounding does no harm at any size: a double c that is less than the quotient as rounded is less than the
+/// quotient.
 fn presence_edge(column: &Column, bound: f64) -> f64 {
     if is_reliable(column, bound) { bound / column.epsilon } else { f64::NEG_INFINITY }
 }
@@ -232,9 +233,9 @@ mod tests {
         assert_eq!(Claim::NOTHING.decide(0.0), Decision::Undecided);
     }
 
-    /// As eps vanishes the edges tend to gamma (1 - alpha) - 2 beta V = 1.2 for presence and, for absence, to the same or
-    /// to gamma (1 - alpha) = 1.4. Where products of eps fall below the normal numbers, there is no claim; at eps =
-    /// 5e-324 presence and absence were once claimed of the same point.
+    /// As eps vanishes the edges tend to gamma (1 - alpha) - 2 beta V = 1.2 for presence and, for absence, to
+    /// the same or to gamma (1 - alpha) = 1.4. Where products of eps fall below the normal numbers, there is
+    /// no claim; at eps = 5e-324 presence and absence were once claimed of the same point.
     #[test]
     fn claims_are_right_or_missing_down_to_the_smallest_eps() {
         let (mut claimed, mut silent) = (0, 0);

@@ -1,7 +1,8 @@
-//! Certificates of one point of any law: what `validated` proves of it, as text that anybody can verify again.
+//! Certificates of one point of any law: what `validated` proves of it, as text that anybody can verify
+//! again.
 //!
-//! [`PointCertificate::check`] believes nothing: the statement is compared with the one it must be, the law is made again from its
-//! definition, and everything that is claimed of the point is proved again from these.
+//! [`PointCertificate::check`] believes nothing: the statement is compared with the one it must be, the law
+//! is made again from its definition, and everything that is claimed of the point is proved again from these.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,5 +1,5 @@
-//! How large a map will be and how long it will take, from a sample of it: for `slipmap run --dry-run`, and for the
-//! check whether the disk has room for a run.
+//! How large a map will be and how long it will take, from a sample of it: for `slipmap run --dry-run`, and
+//! for the check whether the disk has room for a run.
 
 use std::convert::Infallible;
 use std::io::{self, Write as _};
@@ -110,8 +110,8 @@ fn columns(grid: &Grid) -> usize {
     grid.cells() / grid.dampings().len().max(1)
 }
 
-/// Estimated duration and size of the map: samples of the grid, each larger than the one before, until one takes
-/// long enough to be timed.
+/// Estimated duration and size of the map: samples of the grid, each larger than the one before, until one
+/// takes long enough to be timed.
 #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // an estimate
 pub(super) fn sampled(plan: &Plan, threads: Option<usize>) -> Sampled {
     let mut wanted = 1;

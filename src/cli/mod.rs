@@ -125,8 +125,8 @@ const STACK: usize = 8 << 20;
 pub fn main() -> ExitCode {
     let command = Arguments::parse().command;
     interrupt::listen();
-    // The work has a thread of its own, and the first one only waits: signals are delivered to it, at once. A thread
-    // that a file system keeps waiting (a server that hangs) hears of none.
+    // The work has a thread of its own, and the first one only waits: signals are delivered to it, at once. A
+    // thread that a file system keeps waiting (a server that hangs) hears of none.
     let (done, ended) = std::sync::mpsc::channel();
     let work = std::thread::Builder::new().stack_size(STACK).spawn(move || {
         // The other end waits below.

@@ -36,25 +36,25 @@ pub(super) struct Arguments {
     /// Axis upwards; without one, variables are drawn over the axis across alone
     #[arg(long, value_name = "AXIS")]
     y: Option<String>,
-    /// Hold an axis at the node nearest to a value; may be repeated. Without --y one axis may have several values,
-    /// with a curve for each: --at V=1,2,4
+    /// Hold an axis at the node nearest to a value; may be repeated. Without --y one axis may have several
+    /// values, with a curve for each: --at V=1,2,4
     #[arg(long, value_name = "AXIS=VALUE", value_parser = parse_at)]
     at: Vec<At>,
-    /// What to draw, for instance verdict_symmetric, critical_c_simulation, margin_simulation or regime; without --y
-    /// several, with commas between them; default: verdict_simulation
+    /// What to draw, for instance verdict_symmetric, critical_c_simulation, margin_simulation or regime;
+    /// without --y several, with commas between them; default: verdict_simulation
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     variable: Vec<String>,
     /// A panel for each of these values of an axis: --panels beta=0,0.1,0.2,0.4
     #[arg(long, value_name = "AXIS=VALUES", value_parser = parse_at)]
     panels: Option<At>,
-    /// Also draw where the behaviour changes, by continuation: Hopf bifurcations, grazing, landings past the stick
-    /// segment, crossings that never end, and folds of slip cycles. Their points go to FILE.csv: curve, branch, both
-    /// axes, and the distance from the curve in sides of the figure. Curves that the map stores are drawn without
-    /// being asked for
+    /// Also draw where the behaviour changes, by continuation: Hopf bifurcations, grazing, landings past the
+    /// stick segment, crossings that never end, and folds of slip cycles. Their points go to FILE.csv: curve,
+    /// branch, both axes, and the distance from the curve in sides of the figure. Curves that the map stores
+    /// are drawn without being asked for
     #[arg(long, requires = "y")]
     curves: bool,
-    /// Draw the bifurcation diagram over the axis across: the amplitude of the equilibrium and of every cycle,
-    /// attracting ones solid, repelling ones dashed
+    /// Draw the bifurcation diagram over the axis across: the amplitude of the equilibrium and of every
+    /// cycle, attracting ones solid, repelling ones dashed
     #[arg(long, conflicts_with_all = ["y", "variable", "panels", "curves"])]
     diagram: bool,
     /// Ends of the diagram; default: those of the axis

@@ -1,4 +1,5 @@
-//! The place of a run's output: whether a map may be written there, what it replaces, and how much room there is.
+//! The place of a run's output: whether a map may be written there, what it replaces, and how much room there
+//! is.
 
 use std::io::{self, Read as _};
 use std::path::{Component, Path, PathBuf};
@@ -39,8 +40,8 @@ pub(super) enum Permission {
 }
 
 impl Preflight {
-    /// Refuses an output that cannot be written, before anything is computed or created. What is in the way of a run
-    /// that may not replace it is told, not refused.
+    /// Refuses an output that cannot be written, before anything is computed or created. What is in the way
+    /// of a run that may not replace it is told, not refused.
     pub(super) fn check(job: &Job, permission: Permission) -> Result<Self, Failure> {
         let name = job.output.display();
         let mut refuses = None;
@@ -82,8 +83,8 @@ impl Preflight {
         Ok(Self { replaces, replaces_proof, refuses, free })
     }
 
-    /// Refuses a map for which its disk has no room, and warns where the run may fill it. `packed` is the estimated size
-    /// of the map.
+    /// Refuses a map for which its disk has no room, and warns where the run may fill it. `packed` is the
+    /// estimated size of the map.
     pub(super) fn verdict(&self, job: &Job, packed: u128) -> Result<Ended, Failure> {
         let name = job.output.display();
         let Some(free) = self.free.filter(|&free| peak(packed) > u128::from(free)) else {
@@ -125,8 +126,8 @@ enum Place {
     Taken,
 }
 
-/// Refuses a path with `..` through a folder that does not exist: the folders that a path names are created, and then
-/// `..` would lead out of them to who knows what.
+/// Refuses a path with `..` through a folder that does not exist: the folders that a path names are created,
+/// and then `..` would lead out of them to who knows what.
 fn check_back_steps(path: &Path) -> Result<(), Failure> {
     let leads_back = |path: &Path| path.components().any(|part| part == Component::ParentDir);
     match path.parent().filter(|folder| leads_back(folder) && folder.metadata().is_err()) {
@@ -140,7 +141,8 @@ fn check_back_steps(path: &Path) -> Result<(), Failure> {
     }
 }
 
-/// Refuses a path in a folder that cannot be written. The only sure way to know is to try; the file has no name.
+/// Refuses a path in a folder that cannot be written. The only sure way to know is to try; the file has no
+/// name.
 fn check_folder(path: &Path, key: &str) -> Result<(), Failure> {
     let folder = first_folder(path);
     tempfile::tempfile_in(&folder).map(drop).map_err(|error| {
@@ -152,7 +154,8 @@ fn check_folder(path: &Path, key: &str) -> Result<(), Failure> {
     })
 }
 
-/// Refuses a certificate whose place is that of another file of the run, cannot be written, or is taken by something else.
+/// Refuses a certificate whose place is that of another file of the run, cannot be written, or is taken by
+/// something else.
 fn check_proof(job: &Job, proof: &Path, permission: Permission) -> Result<Place, Failure> {
     let name = proof.display();
     let refuse = |problem: String| {

@@ -78,8 +78,8 @@ pub(super) fn check_place(path: &Path, overwrite: bool) -> Result<(), Failure> {
     Err(Failure::BadInput(format!("--proof {name} {problem}")))
 }
 
-/// Writes the certificate of a surface, all at once. What is there already is replaced if `overwrite` says so, or if
-/// the same run has written it before it was stopped.
+/// Writes the certificate of a surface, all at once. What is there already is replaced if `overwrite` says
+/// so, or if the same run has written it before it was stopped.
 pub(super) fn write(surface: &Surface, run: &str, path: &Path, overwrite: bool) -> Result<(), Failure> {
     let own = || matches!(existing(path), Existing::Proof(Some(writer)) if writer == run);
     write_text(Certificate::of(surface, run).text(), path, overwrite || own())

@@ -1,4 +1,5 @@
-//! What `--overwrite` may replace: files of the kind that the command writes, and never the command's own input.
+//! What `--overwrite` may replace: files of the kind that the command writes, and never the command's own
+//! input.
 
 use std::io::{self, BufRead as _, Read as _};
 use std::path::Path;
@@ -27,7 +28,8 @@ pub(super) fn check(output: &Path, input: Option<&Path>, kind: Kind) -> Result<(
         )));
     }
     let Ok(metadata) = output.symlink_metadata() else { return Ok(()) };
-    // A folder is refused when it is written to, in its own words. A pipe is never opened, which might wait for ever.
+    // A folder is refused when it is written to, in its own words. A pipe is never opened, which might wait
+    // for ever.
     let fits = match output.metadata() {
         _ if metadata.is_dir() => true,
         Ok(metadata) if metadata.is_file() => metadata.len() == 0 || begins(output, kind).unwrap_or(false),

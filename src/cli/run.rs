@@ -263,8 +263,8 @@ fn tell_of_resumption(map: &PartialMap, resume: bool) {
     }
 }
 
-/// If the tiles in work take too long they are given up. Whatever the other threads are at, the journal holds each
-/// finished tile or does not.
+/// If the tiles in work take too long they are given up. Whatever the other threads are at, the journal holds
+/// each finished tile or does not.
 fn end_in_time(output: PathBuf) {
     let left = format!("the tiles in work were given up, finished ones are kept\n{}", how_to_continue());
     interrupt::on_giving_up(left, move || store::remove_unfinished(&output));

@@ -121,9 +121,9 @@ pub fn origin(provenance: &Provenance) -> Vec<(&'static str, Value)> {
     ]
 }
 
-/// Name of the attribute, in the journal and in the map, with the fingerprint of all that the result depends on. What
-/// the configuration says beside that (comments, the title, where files go) may change between two runs that make one
-/// map.
+/// Name of the attribute, in the journal and in the map, with the fingerprint of all that the result depends
+/// on. What the configuration says beside that (comments, the title, where files go) may change between two
+/// runs that make one map.
 pub const PLAN: &str = "plan_sha256";
 
 /// Fingerprint of all that a map depends on: the plan, and the program that carries it out.

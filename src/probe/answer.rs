@@ -51,7 +51,8 @@ pub struct Answer {
     pub regime: Regime,
     /// The cycle that attracts.
     pub cycle: Option<AttractingCycle>,
-    /// The unstable slip cycle outside of which the mass stick-slips or crosses for ever, and the kicks onto it.
+    /// The unstable slip cycle outside of which the mass stick-slips or crosses for ever, and the kicks onto
+    /// it.
     pub basin: Option<(SlipCycle, Kick)>,
 }
 
@@ -209,8 +210,8 @@ fn of_simulation(
     }
 }
 
-/// If the law is measured and the orbit from the exit point leaves its data: where they end, and how far they should
-/// reach, to some per cent, if the friction goes on as it ends.
+/// If the law is measured and the orbit from the exit point leaves its data: where they end, and how far they
+/// should reach, to some per cent, if the friction goes on as it ends.
 fn beyond_data(law: &Law, point: &Point) -> Option<String> {
     let Law::Table(table) = law else { return None };
     let continued = Law::Table(table.continued(8.0 * table.fastest())?);

@@ -41,8 +41,8 @@ fn verdicts_hold(points: &[CriticalPoint], engine: Engine, tolerance: f64) {
             .into_iter()
             .flat_map(|step| [point.critical_c - step * scale, point.critical_c + step * scale])
             .filter(|c| *c >= 0.0)
-            // Beyond this k the vectorised turns hand over to the direct engine, whose error estimates are too
-            // small there by a factor of about two.
+            // Beyond this k the vectorised turns hand over to the direct engine, whose error estimates are
+            // too small there by a factor of about two.
             .filter(|c| {
                 let k = point.epsilon * point.gamma * point.belt_speed;
                 k < 4000.0 || (c - point.critical_c).abs() > 5e-12 * scale
@@ -82,8 +82,8 @@ fn the_error_of_the_critical_damping_holds_where_it_is_hard_to_find() {
 
 #[test]
 fn verdicts_next_to_the_boundary_hold_where_it_is_hard_to_find() {
-    // Not held yet: k beyond 1000, where steps may miss the pole of the divergence, and a tolerance of 1e-6, at which
-    // coarse turns may agree by chance.
+    // Not held yet: k beyond 1000, where steps may miss the pole of the divergence, and a tolerance of 1e-6,
+    // at which coarse turns may agree by chance.
     let small_k = |point: &CriticalPoint| point.epsilon * point.gamma * point.belt_speed < 1000.0;
     let points: Vec<CriticalPoint> = column_points().into_iter().filter(small_k).collect();
     for tolerance in [1e-9, 1e-13] {

@@ -1,7 +1,7 @@
 //! Forged certificates: altered in every way, and refused unless what they state is true even so.
 //!
-//! The truth is known without the library's proofs: the critical damping from the simulation, and the geometry of boxes
-//! by looking at every pair and at many points.
+//! The truth is known without the library's proofs: the critical damping from the simulation, and the
+//! geometry of boxes by looking at every pair and at many points.
 
 use proptest::prelude::*;
 use proptest::sample::Index;
@@ -154,7 +154,8 @@ fn alter(forged: &mut Value, change: &Change) {
     }
 }
 
-/// C* by simulation, and its error. With alpha = 0 and eps = 1 the groups are A = gamma, k = gamma V, b = beta V.
+/// C* by simulation, and its error. With alpha = 0 and eps = 1 the groups are A = gamma, k = gamma V, b =
+/// beta V.
 fn critical([a, k, b]: [f64; 3]) -> [f64; 2] {
     if !(a > 0.0 && k > 0.0) {
         // D + C is A - 2 b s or -2 b s, whose even part is constant: so is C*, at any amplitude.
@@ -260,7 +261,8 @@ fn forge(cases: u32) -> u32 {
 #[test]
 fn altered_certificates_are_refused_unless_true() {
     let accepted = forge(600);
-    // Wider radii, other authors and coefficients changed by a unit are true and accepted; most changes are neither.
+    // Wider radii, other authors and coefficients changed by a unit are true and accepted; most changes are
+    // neither.
     assert!((1..400).contains(&accepted), "{accepted}");
 }
 

@@ -200,8 +200,8 @@ fn a_law_given_as_a_function_is_the_law_built_in() {
         // The comparison lemma: an error delta of the weakening rate moves eps c* by at most delta.
         let allowed = delta / 0.5 + found.error + exact.error;
         assert!((found.c - exact.c).abs() <= allowed, "V = {belt_speed}: {found:?} {exact:?} {delta}");
-        // Bounds are proved of the polynomials: theorems hold for them as for a formula. Rounding: some hundred
-        // operations on numbers below one.
+        // Bounds are proved of the polynomials: theorems hold for them as for a formula. Rounding: some
+        // hundred operations on numbers below one.
         let range = own.column(&point(&[])).curve.weakening_range(0.0, 2.0 * belt_speed);
         assert!(range.lo.is_finite() && (range.hi - 0.5).abs() <= 2.0 * delta + 1e-13, "{range:?}");
     }
@@ -339,7 +339,8 @@ fn gradients_of_the_weakening_rate_are_its_differences() {
                 law.curve(epsilon, &LawParameters::new(parameters)).weakening(u)
             };
             let gradient = law.curve(epsilon, &LawParameters::new(&parameters)).weakening_gradient(u);
-            // Truncation of the second order with third derivatives up to some hundreds; round-off over the step.
+            // Truncation of the second order with third derivatives up to some hundreds; round-off over the
+            // step.
             let step = 1e-5;
             let close = |a: f64, b: f64| (a - b).abs() <= 1e-7 * (1.0 + a.abs());
             let by_epsilon =
@@ -359,9 +360,10 @@ fn gradients_of_the_weakening_rate_are_its_differences() {
     }
 }
 
-/// R. I. Leine, D. H. van Campen, A. de Kraker, L. van den Steen, "Stick-slip vibrations induced by alternate friction
-/// models", Nonlinear Dynamics 16 (1998) 41-54: unit mass and stiffness, friction 1 / (1 + 3 |v|), belt speed 0.2. Their
-/// cycle in all digits, by other programs: period 12.00103129, greatest displacement 1.13394467.
+/// R. I. Leine, D. H. van Campen, A. de Kraker, L. van den Steen, "Stick-slip vibrations induced by alternate
+/// friction models", Nonlinear Dynamics 16 (1998) 41-54: unit mass and stiffness, friction 1 / (1 + 3 |v|),
+/// belt speed 0.2. Their cycle in all digits, by other programs: period 12.00103129, greatest displacement
+/// 1.13394467.
 #[test]
 fn the_stick_slip_cycle_of_leine_and_others() {
     let law = Law::Expression(Expression::new("1/(1 + 3*u)", 1.0).unwrap());
@@ -372,8 +374,9 @@ fn the_stick_slip_cycle_of_leine_and_others() {
         // Half a unit of the last digit given.
         assert!((landing.slip_time + landing.stick_time - 12.001_031_29).abs() <= 0.5e-8, "{landing:?}");
     }
-    // The turning point by the classical Runge-Kutta method from the exit point (1, 0.2) to x2 = 0: with steps of 1e-4
-    // its error is far below the last digit; the step that passes the turning point is halved until it is nothing.
+    // The turning point by the classical Runge-Kutta method from the exit point (1, 0.2) to x2 = 0: with
+    // steps of 1e-4 its error is far below the last digit; the step that passes the turning point is halved
+    // until it is nothing.
     let rate = |x1: f64, x2: f64| (x2, 1.0 / (1.0 + 3.0 * (0.2 - x2)) - x1);
     let (mut x1, mut x2, mut h) = (1.0, 0.2, 1e-4);
     while h > 1e-12 {
@@ -457,8 +460,8 @@ fn critical_dampings_of_random_laws_are_those_of_the_reference() {
     assert_eq!(seen, [200, 100]);
 }
 
-/// The method `validated` on laws other than Stribeck's: the critical damping of the simulation is inside, and no claim
-/// is contradicted by the direct engine.
+/// The method `validated` on laws other than Stribeck's: the critical damping of the simulation is inside,
+/// and no claim is contradicted by the direct engine.
 #[test]
 fn validated_encloses_every_law() {
     let mut random = Random(68);

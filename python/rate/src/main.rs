@@ -1,7 +1,7 @@
 //! Critical dampings of many columns by the engine itself: what a call from Python is measured against.
 //!
-//! Arguments: the law, the number of columns and the number of passes. Belt speeds run over equal steps from 0.3 to 3.
-//! Prints the seconds of each pass and the sum of all critical dampings.
+//! Arguments: the law, the number of columns and the number of passes. Belt speeds run over equal steps from
+//! 0.3 to 3. Prints the seconds of each pass and the sum of all critical dampings.
 
 use std::time::Instant;
 
@@ -30,7 +30,9 @@ fn main() {
             .into_par_iter()
             .map(|task| {
                 let columns: Vec<Column> = (task * TASK..((task + 1) * TASK).min(count))
-                    .map(|i| law.column(&Point { epsilon, law: parameters, belt_speed: speed(i), damping: 0.0 }))
+                    .map(|i| {
+                        law.column(&Point { epsilon, law: parameters, belt_speed: speed(i), damping: 0.0 })
+                    })
                     .collect();
                 critical_dampings(&columns, 1e-9).into_iter().flatten().map(|root| root.c).sum()
             })

@@ -1,53 +1,55 @@
 //! A second proof of every tile of the universal surface, by another argument, in other arithmetic.
 //!
 //! A [`Tile`] claims that |C* - C0| <= eta over a box of (A, k, b), C0 a polynomial. It was found with
-//! Gronwall's lemma, samples and M. Riesz's inequality, in interval arithmetic ([`super::validated`]). Nothing of that is
-//! used here: of the tile only its numbers are read, and the statement is proved anew.
+//! Gronwall's lemma, samples and M. Riesz's inequality, in interval arithmetic ([`super::validated`]).
+//! Nothing of that is used here: of the tile only its numbers are read, and the statement is proved anew.
 //!
 //! # Barriers
-//! In the scaled groups (see [`super::validated`]) the flow is v' = w, w' = -v + D w, D = A/q^2 - E, with q = 1 + k s, E
-//! = C + 2 b s, s = 1 - v. Let rho be a 2 pi-periodic positive function with rho(0) = 1, and q > 0 on the closed
-//! curve v = rho cos theta, w = -rho sin theta, which bounds a region Omega around the origin. As r' = D r sin^2 and
-//! theta' = 1 + D sin cos, orbits cross the curve outwards wherever r' - rho'(theta) theta' > 0 on it, that is
-//! where G < 0, and inwards where G > 0, with
+//! In the scaled groups (see [`super::validated`]) the flow is v' = w, w' = -v + D w, D = A/q^2 - E, with q =
+//! 1 + k s, E = C + 2 b s, s = 1 - v. Let rho be a 2 pi-periodic positive function with rho(0) = 1, and q > 0
+//! on the closed curve v = rho cos theta, w = -rho sin theta, which bounds a region Omega around the origin.
+//! As r' = D r sin^2 and theta' = 1 + D sin cos, orbits cross the curve outwards wherever r' - rho'(theta)
+//! theta' > 0 on it, that is where G < 0, and inwards where G > 0, with
 //!
 //! ```text
 //! G = rho' (q^2 + N sin cos) - N rho sin^2,      N = q^2 D = A - q^2 E.
 //! ```
 //!
-//! **If G < 0 on the whole curve, the orbit from (1, 0) comes back to the belt line v = 1 or runs away.** *Proof.* The
-//! orbit starts on the curve and stays outside afterwards. As long as v < 1 and w < 0, v falls. If the orbit does
-//! not run away it reaches w = 0, since the only equilibrium is the origin, inside; and there v < 0, since the
-//! positive axis up to 1 is inside too. Then w > 0 and v rises; w cannot vanish again at v < 0, where w' = -v > 0, nor
-//! between 0 and 1, inside. So the orbit passes v = 1, or runs away. []
+//! **If G < 0 on the whole curve, the orbit from (1, 0) comes back to the belt line v = 1 or runs away.**
+//! *Proof.* The orbit starts on the curve and stays outside afterwards. As long as v < 1 and w < 0, v falls.
+//! If the orbit does not run away it reaches w = 0, since the only equilibrium is the origin, inside; and
+//! there v < 0, since the positive axis up to 1 is inside too. Then w > 0 and v rises; w cannot vanish again
+//! at v < 0, where w' = -v > 0, nor between 0 and 1, inside. So the orbit passes v = 1, or runs away. []
 //!
-//! **If G > 0 on the whole curve, it neither comes back nor runs away.** *Proof.* The orbit, continued beyond the
-//! belt line by the same formula (Omega is star-shaped, so that s is least, and q > 0 certain, on the curve),
-//! stays inside. If it passed v = 1 upwards, v would rise further until w = 0, which must happen, since Omega is bounded
-//! and has no equilibrium there; but on the positive axis Omega ends at v = 1. []
+//! **If G > 0 on the whole curve, it neither comes back nor runs away.** *Proof.* The orbit, continued beyond
+//! the belt line by the same formula (Omega is star-shaped, so that s is least, and q > 0 certain, on the
+//! curve), stays inside. If it passed v = 1 upwards, v would rise further until w = 0, which must happen,
+//! since Omega is bounded and has no equilibrium there; but on the positive axis Omega ends at v = 1. []
 //!
 //! The angle need not advance, and no solution is followed. By monotonicity in C ([`super::validated`]) a
 //! barrier of the first kind at C = C0 - eta and one of the second kind at C0 + eta prove the tile's claim.
 //!
 //! # The barriers
-//! Let r0 be the tile's witness, rho = r0 + t sigma and C = C0 - t with sigma = -sin(2 theta)/4, which vanishes
-//! at 0. Then rho(0) = 1 for all t, and G(t = 0) is the tile's defect, close to 0. With a dot for the
-//! derivative by t, s. = -sigma cos, (q^2). = -2 k q sigma cos, E. = -1 - 2 b sigma cos:
+//! Let r0 be the tile's witness, rho = r0 + t sigma and C = C0 - t with sigma = -sin(2 theta)/4, which
+//! vanishes at 0. Then rho(0) = 1 for all t, and G(t = 0) is the tile's defect, close to 0. With a dot for
+//! the derivative by t, s. = -sigma cos, (q^2). = -2 k q sigma cos, E. = -1 - 2 b sigma cos:
 //!
 //! ```text
 //! H := -G. = q^2 (rho sin^2 - sigma') - sigma' N sin cos - rho' ((q^2). + N. sin cos) + (N. - q^2) rho sin^2 + N sigma sin^2,
 //! N. = -(q^2). E - q^2 E.
 //! ```
 //!
-//! Since sigma' = sin^2 - 1/2, the first term is about q^2/2 wherever r0 is about 1. If H >= h > 0 for |t| <= eta and |G|
-//! <= g at t = 0, then G(eta) <= g - eta h and G(-eta) >= eta h - g: **g < eta h proves the tile.**
+//! Since sigma' = sin^2 - 1/2, the first term is about q^2/2 wherever r0 is about 1. If H >= h > 0 for |t| <=
+//! eta and |G| <= g at t = 0, then G(eta) <= g - eta h and G(-eta) >= eta h - g: **g < eta h proves the
+//! tile.**
 //!
 //! # The bounds
-//! h: `Ball`s over cells of the angle and of the box. g: at each of a mesh of exact points of the box, G is computed as a
-//! Fourier series (`series`), whose coefficients' absolute values bound it at every angle. Between the
-//! points: in A = middle + half-width cos t (k and b likewise) G is a trigonometric polynomial of degree d, four times that
-//! of the tile's polynomials plus 0, 2, 1. Where |G| is largest, at t*, its slope vanishes, and by Bernstein's
-//! inequality (|G''| <= d^2 max |G|) a point within delta of t* sees at least the share 1 - (d delta)^2 / 2.
+//! h: `Ball`s over cells of the angle and of the box. g: at each of a mesh of exact points of the box, G is
+//! computed as a Fourier series (`series`), whose coefficients' absolute values bound it at every angle.
+//! Between the points: in A = middle + half-width cos t (k and b likewise) G is a trigonometric polynomial of
+//! degree d, four times that of the tile's polynomials plus 0, 2, 1. Where |G| is largest, at t*, its slope
+//! vanishes, and by Bernstein's inequality (|G''| <= d^2 max |G|) a point within delta of t* sees at least
+//! the share 1 - (d delta)^2 / 2.
 //!
 //! | statement | function | test |
 //! | --- | --- | --- |
@@ -136,8 +138,8 @@ fn degrees(mode: usize) -> [usize; 3] {
     [mode % 3, mode / 3 % 9, mode / 27]
 }
 
-/// T_n and T_n+1 at `x` by doubling, T_2n = 2 T_n^2 - 1 and T_2n+1 = 2 T_n T_n+1 - x, which multiplies errors by 4 at
-/// most; the usual recurrence would let radii grow exponentially.
+/// T_n and T_n+1 at `x` by doubling, T_2n = 2 T_n^2 - 1 and T_2n+1 = 2 T_n T_n+1 - x, which multiplies errors
+/// by 4 at most; the usual recurrence would let radii grow exponentially.
 fn chebyshev_pair(x: Ball, n: usize) -> [Ball; 2] {
     if n == 0 {
         return [Ball::exact(1.0), x];
@@ -179,8 +181,9 @@ impl Mesh {
         let n = count as f64;
         let points: Vec<f64> =
             (0..count).map(|j| (std::f64::consts::PI * (j as f64 + 0.5) / n).cos()).collect();
-        // No trust in the cosine: with x = cos t, T_n(x) = cos n t, and |cos n t| <= e means that n t is within
-        // pi e / 2 of an odd multiple of pi/2. Points further apart than two such t are not at the same zero.
+        // No trust in the cosine: with x = cos t, T_n(x) = cos n t, and |cos n t| <= e means that n t is
+        // within pi e / 2 of an odd multiple of pi/2. Points further apart than two such t are not at the
+        // same zero.
         let off = std::f64::consts::FRAC_PI_2 * OFF_ZERO / n * 1.001;
         for (j, &x) in points.iter().enumerate() {
             let [t, _] = chebyshev_pair(Ball::exact(x), count);

@@ -1,20 +1,20 @@
 //! Whether boxes divide a domain: every point of it in one of them, inner points in no two, none outside.
 //!
-//! Only comparisons of the stated numbers are used, no volumes. The domain is cut by planes that no box crosses, and
-//! each part again, until a single box is left, which must then equal its part. That proves coverage and
-//! disjointness at once, and succeeds on every subdivision that was made by repeated cuts.
+//! Only comparisons of the stated numbers are used, no volumes. The domain is cut by planes that no box
+//! crosses, and each part again, until a single box is left, which must then equal its part. That proves
+//! coverage and disjointness at once, and succeeds on every subdivision that was made by repeated cuts.
 
 use crate::certify::validated::tile::GroupBox;
 
-/// Boxes looked at, summed over all cuts, before a division is called too intricate. Halvings look at each box once a
-/// level: a million boxes, cut to a depth of 64, stay below it.
+/// Boxes looked at, summed over all cuts, before a division is called too intricate. Halvings look at each
+/// box once a level: a million boxes, cut to a depth of 64, stay below it.
 const BUDGET: usize = 1 << 27;
 
 /// Why boxes do not divide their domain.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Fault {
-    /// The domain itself, or the box of this index, is no box: an end is not finite, or the lower exceeds the upper,
-    /// or it is flat along an axis where the domain is not.
+    /// The domain itself, or the box of this index, is no box: an end is not finite, or the lower exceeds the
+    /// upper, or it is flat along an axis where the domain is not.
     NoBox(Option<usize>),
     /// The box of this index reaches out of the domain.
     Outside(usize),
@@ -85,7 +85,8 @@ pub fn divides(domain: &GroupBox, boxes: &[GroupBox]) -> Result<(), Fault> {
     Ok(())
 }
 
-/// The parts and their boxes between all planes across `axis` that no box crosses; `None` if there is no such plane.
+/// The parts and their boxes between all planes across `axis` that no box crosses; `None` if there is no such
+/// plane.
 fn cut(part: &GroupBox, boxes: &mut [GroupBox], axis: usize) -> Option<Vec<(GroupBox, Vec<GroupBox>)>> {
     let [from, to] = part.ranges()[axis];
     if from == to {
@@ -157,7 +158,8 @@ mod tests {
         assert!(matches!(divides(&point, &[point, point]), Err(Fault::Overlap(_))));
     }
 
-    /// The shape that defeats searches by volume: as large as the domain, but one box twice and one not at all.
+    /// The shape that defeats searches by volume: as large as the domain, but one box twice and one not at
+    /// all.
     #[test]
     fn volumes_do_not_matter() {
         let whole = domain();

@@ -6,12 +6,12 @@
 //! C_HB = A h(k) - 2 b,     h = 2 / (q (1 + k + q)),     q^2 = 1 + 2 k.
 //! ```
 //!
-//! C* <= C_HB is false at large k, and no proof is known for any; but a [`Tile`] encloses C* by a polynomial, so that
-//! it is a finite computation wherever the gap exceeds the tile's radius. The gap is of fifth order in (A, k, b),
-//! which keeps boxes at A = 0 or k = 0 out of reach.
+//! C* <= C_HB is false at large k, and no proof is known for any; but a [`Tile`] encloses C* by a polynomial,
+//! so that it is a finite computation wherever the gap exceeds the tile's radius. The gap is of fifth order
+//! in (A, k, b), which keeps boxes at A = 0 or k = 0 out of reach.
 //!
-//! C_HB is linear in A and b, and is subtracted from the polynomial mode by mode; along k both are enclosed over
-//! intervals, which are halved until the difference has one sign.
+//! C_HB is linear in A and b, and is subtracted from the polynomial mode by mode; along k both are enclosed
+//! over intervals, which are halved until the difference has one sign.
 
 use super::interval::Interval;
 use super::tile::{GroupBox, Tile, degrees};

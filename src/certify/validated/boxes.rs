@@ -1,21 +1,22 @@
 //! Whole boxes of the Stribeck oscillator's parameters: what part of the volume is proved.
 //!
-//! Two subdivisions work together. The universal surface C*(A, k, b) is proved on pieces of the image of
-//! the box ([`super::surface`]); it is an explicit function, so that the c axis needs no subdivision: of
-//! every column all is decided but the width of its enclosure. The box itself is cut into parts, of whose volume
+//! Two subdivisions work together. The universal surface C*(A, k, b) is proved on pieces of the image of the
+//! box ([`super::surface`]); it is an explicit function, so that the c axis needs no subdivision: of every
+//! column all is decided but the width of its enclosure. The box itself is cut into parts, of whose volume
 //! more can be said the smaller they are.
 //!
 //! # Statements
-//! **Sets.** Every point (epsilon, alpha, beta, gamma, V, c) of the box is in one of three sets: proved present
-//! (c at or above the damping from which the landing is proved in its part of the box, and eps c below a
-//! lower bound of C*), proved absent (eps c above an upper bound), undecided. Membership is a theorem at every real
-//! point.
+//! **Sets.** Every point (epsilon, alpha, beta, gamma, V, c) of the box is in one of three sets: proved
+//! present (c at or above the damping from which the landing is proved in its part of the box, and eps c
+//! below a lower bound of C*), proved absent (eps c above an upper bound), undecided. Membership is a theorem
+//! at every real point.
 //!
-//! **Volumes.** Over a part, a lower and an upper bound of C* / eps are polynomials of tiles, or the bounds by the even part
-//! of the divergence, up to a number; with their expansions of second order (`expansion`) and the means of
-//! expansions that are cut off at the ends of the range of c (`mean`), they bound the volumes of the part's
-//! share in the first two sets from below. Sums over all parts, rounded down, are [`Volumes::present`] and
-//! [`Volumes::absent`], and what these leave of the whole, rounded up, is [`Volumes::undecided`]. Nothing is sampled. []
+//! **Volumes.** Over a part, a lower and an upper bound of C* / eps are polynomials of tiles, or the bounds
+//! by the even part of the divergence, up to a number; with their expansions of second order (`expansion`)
+//! and the means of expansions that are cut off at the ends of the range of c (`mean`), they bound the
+//! volumes of the part's share in the first two sets from below. Sums over all parts, rounded down, are
+//! [`Volumes::present`] and [`Volumes::absent`], and what these leave of the whole, rounded up, is
+//! [`Volumes::undecided`]. Nothing is sampled. []
 
 use rayon::prelude::*;
 
@@ -28,12 +29,13 @@ use super::mean::{mean_cut, share_above};
 use super::surface::{Known, Surface};
 use super::tile::GroupBox;
 
-/// Columns that tell how the volume of the box is spread over the groups: where the surface is refined first. No
-/// statement depends on them.
+/// Columns that tell how the volume of the box is spread over the groups: where the surface is refined first.
+/// No statement depends on them.
 const SAMPLES: usize = 1 << 14;
 /// `sticks_from` of a part is located to 2^-6 of the range of c.
 const HALVINGS: u32 = 6;
-/// Parts of the parameter box for each tile: they take a few microseconds each, a tile some tenths of a second.
+/// Parts of the parameter box for each tile: they take a few microseconds each, a tile some tenths of a
+/// second.
 const PARTS_PER_TILE: usize = 2048;
 /// Most parts of a box.
 const MOST_PARTS: usize = 1 << 18;
@@ -156,7 +158,8 @@ impl BoxProof {
             if sum(|judged| judged.gain) <= SMALL_GAIN * sum(|judged| judged.undecided) {
                 return;
             }
-            // A quarter of the parts at a time, those first that promise most: the order does not depend on threads.
+            // A quarter of the parts at a time, those first that promise most: the order does not depend on
+            // threads.
             let mut parts = std::mem::take(&mut self.parts);
             parts.sort_by(|one, two| two.judged.gain.total_cmp(&one.judged.gain));
             let promising =
@@ -187,8 +190,8 @@ impl BoxProof {
         vec![half([lo, middle]), half([middle, hi])]
     }
 
-    /// The smallest damping found, of the range of c, from which on the landing is proved in a whole part; `None` if
-    /// there is none.
+    /// The smallest damping found, of the range of c, from which on the landing is proved in a whole part;
+    /// `None` if there is none.
     fn sticks_from(&self, groups: Groups, epsilon: Interval, belt_speed: Interval) -> Option<f64> {
         let [c_lo, c_hi] = self.damping;
         let lands = |c: f64| {
@@ -451,9 +454,9 @@ mod tests {
         assert!(last < 2e-3, "{last}");
     }
 
-    /// The box of configs/validated.toml, in which the cycle exists in 27.4987 % of the volume: the mean over 40,000
-    /// columns in each of 100 shifted lattices, good to 3e-4 %. What was measured on 16,384 columns was 27.4 %, and even
-    /// with what it called undecided below the truth.
+    /// The box of configs/validated.toml, in which the cycle exists in 27.4987 % of the volume: the mean over
+    /// 40,000 columns in each of 100 shifted lattices, good to 3e-4 %. What was measured on 16,384 columns
+    /// was 27.4 %, and even with what it called undecided below the truth.
     #[test]
     fn proved_volumes_enclose_the_true_one() {
         let parameters =
@@ -467,14 +470,15 @@ mod tests {
         }
     }
 
-    /// Volumes that are known in closed form: without weakening nothing sticks, and with next to none of k the critical
-    /// damping is gamma (1 - alpha) - 2 beta V.
+    /// Volumes that are known in closed form: without weakening nothing sticks, and with next to none of k
+    /// the critical damping is gamma (1 - alpha) - 2 beta V.
     #[test]
     fn volumes_of_known_sets() {
         let none = ParameterBox { alpha: [1.0, 1.0], ..parameters() };
         let found = volumes(&none, 0, 1);
         assert!(found.absent > 1.0 - 1e-9 && found.present == 0.0, "{found:?}");
-        // The mean of gamma (1 - alpha) for gamma in [1, 2] and alpha in [0, 1/2] is 9/8, of 2 beta V 1/16; c in [0, 2].
+        // The mean of gamma (1 - alpha) for gamma in [1, 2] and alpha in [0, 1/2] is 9/8, of 2 beta V 1/16; c
+        // in [0, 2].
         let flat = ParameterBox {
             epsilon: [1e-12, 1e-12],
             alpha: [0.0, 0.5],
@@ -488,7 +492,8 @@ mod tests {
         // At this epsilon k moves the critical damping by less than 1e-11 of itself.
         assert!(found.present < exact + 1e-11 && exact - 1e-11 < 1.0 - found.absent, "{found:?}");
         assert!(found.undecided < 1e-4, "{found:?}");
-        // A range of c that cuts off both ends of c*: half of the volume by symmetry of gamma (1 - alpha) at beta = 0.
+        // A range of c that cuts off both ends of c*: half of the volume by symmetry of gamma (1 - alpha) at
+        // beta = 0.
         let cut = ParameterBox {
             alpha: [0.2, 0.2],
             beta: [0.0, 0.0],

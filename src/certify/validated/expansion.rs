@@ -6,8 +6,8 @@
 //! f = f0 + sum_i g_i xi_i + 1/2 sum_ij q_ij xi_i xi_j,
 //! ```
 //!
-//! with f0 and g_i taken at the middle of the part and q_ij at some other point of it, which depends on xi (Taylor). All
-//! three are enclosed.
+//! with f0 and g_i taken at the middle of the part and q_ij at some other point of it, which depends on xi
+//! (Taylor). All three are enclosed.
 
 use super::interval::Interval;
 use super::tile::{HIGHEST, MODES, Tile, degrees};
@@ -253,8 +253,8 @@ impl Function<'_> {
     }
 }
 
-/// The polynomial of a tile and its derivatives over ranges of A, k, b, which may reach out of the tile a little; the whole
-/// line where they reach far.
+/// The polynomial of a tile and its derivatives over ranges of A, k, b, which may reach out of the tile a
+/// little; the whole line where they reach far.
 fn polynomial(tile: &Tile, at: [Interval; 3]) -> Derivatives {
     let axes: [[[Interval; HIGHEST + 1]; 3]; 3] =
         std::array::from_fn(|axis| chebyshev(at[axis], tile.domain.ranges()[axis]));
@@ -299,8 +299,8 @@ fn chebyshev(at: Interval, [lo, hi]: [f64; 2]) -> [[Interval; HIGHEST + 1]; 3] {
     if !(x.size() <= FARTHEST) {
         return [[Interval::WHOLE; HIGHEST + 1]; 3];
     }
-    // At the middle, and bounds of the derivatives over all of x: T_n and its derivatives are largest, in size, at the
-    // ends of [-1, 1] and beyond.
+    // At the middle, and bounds of the derivatives over all of x: T_n and its derivatives are largest, in
+    // size, at the ends of [-1, 1] and beyond.
     let middle = 0.5 * (x.lo + x.hi);
     let off = (x - Interval::of(middle)).size();
     let (here, most) = (recurrence(middle), recurrence(x.size().max(1.0)));

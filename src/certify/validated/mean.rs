@@ -1,4 +1,5 @@
-//! Means over a part of the parameter box: of a damping that is cut off at two levels, and of its being above one.
+//! Means over a part of the parameter box: of a damping that is cut off at two levels, and of its being above
+//! one.
 //!
 //! With an affine function u + sum_i g_i xi_i, xi uniform in [-1, 1]^d, integrating d times gives
 //!
@@ -7,10 +8,11 @@
 //! share of u + sum g_i xi_i > 0 =  sum over s of (prod s_i) (u + sum s_i g_i)_+^d / (d! 2^d prod g_i),
 //! ```
 //!
-//! where x_+ = max(x, 0) and d >= 1. Small g_i would cancel all digits: they are left out. Since x_+ is convex and its second
-//! integral has at most the density 1 / (2 g) of the widest term, leaving out terms of variance sigma^2 lowers the mean, by
-//! at most sigma^2 / (4 g) (Jensen). The second order of a function is bounded over the whole part, but for functions that are
-//! not cut off there, of which the mean of the second order is taken.
+//! where x_+ = max(x, 0) and d >= 1. Small g_i would cancel all digits: they are left out. Since x_+ is
+//! convex and its second integral has at most the density 1 / (2 g) of the widest term, leaving out terms of
+//! variance sigma^2 lowers the mean, by at most sigma^2 / (4 g) (Jensen). The second order of a function is
+//! bounded over the whole part, but for functions that are not cut off there, of which the mean of the second
+//! order is taken.
 
 use super::expansion::{AXES, Expansion};
 use super::interval::Interval;
@@ -44,7 +46,8 @@ impl Slopes {
         }
     }
 
-    /// Sum over the corners of the signs times the `power`-th power of the positive part, divided by power! 2^d prod g.
+    /// Sum over the corners of the signs times the `power`-th power of the positive part, divided by power!
+    /// 2^d prod g.
     fn corners(&self, u: f64, power: usize) -> Interval {
         let mut sum = Interval::ZERO;
         for corner in 0..1_usize << self.kept.len() {
@@ -63,7 +66,8 @@ impl Slopes {
 
     /// The mean of the positive part.
     fn positive_part(&self, u: Interval) -> Interval {
-        // It rises with u, and is at least the positive part of the mean; with all of one sign it is the mean or nothing.
+        // It rises with u, and is at least the positive part of the mean; with all of one sign it is the mean
+        // or nothing.
         let mean = u.at_least_zero();
         if u.lo >= self.sum || !(u.hi > -self.sum) {
             return mean;
@@ -109,8 +113,8 @@ fn affine(f: &Expansion, shift: Interval) -> (Interval, Slopes) {
     (u, Slopes::of(sizes))
 }
 
-/// The mean over the part of min(max(f + e, `lo`), `hi`), where e is anything within `error`; `lo` <= `hi`. All of f + e
-/// is known to be in `range`.
+/// The mean over the part of min(max(f + e, `lo`), `hi`), where e is anything within `error`; `lo` <= `hi`.
+/// All of f + e is known to be in `range`.
 pub(super) fn mean_cut(f: &Expansion, error: Interval, range: Interval, [lo, hi]: [f64; 2]) -> Interval {
     let (least, most) = (Interval::of(lo), Interval::of(hi));
     let spread = f.spread();
@@ -128,7 +132,8 @@ pub(super) fn mean_cut(f: &Expansion, error: Interval, range: Interval, [lo, hi]
         f.value + f.mean_remainder() + error
     } else {
         let (u, slopes) = affine(f, f.remainder() + error);
-        // min(max(x, lo), hi) = lo + (x - lo)_+ - (x - hi)_+, which rises with x: one end of u after the other.
+        // min(max(x, lo), hi) = lo + (x - lo)_+ - (x - hi)_+, which rises with x: one end of u after the
+        // other.
         let ends = [u.lo, u.hi].map(|u| {
             let above = |level: Interval| slopes.positive_part(Interval::of(u) - level);
             least + above(least) - above(most)
@@ -174,7 +179,8 @@ mod tests {
             let slopes = slopes(g);
             for u in [-1.4, -0.7, -0.1, 0.0, 0.3, 0.9] {
                 let n = if g.len() < 3 { 1000 } else { 40 };
-                // The midpoint rule errs by h^2 g^2 times a density of at most 1 / (2 g), the share by a few cells.
+                // The midpoint rule errs by h^2 g^2 times a density of at most 1 / (2 g), the share by a few
+                // cells.
                 let slack = 2.0 * g.iter().map(|g| g * g).sum::<f64>() / (n * n) as f64;
                 let found = slopes.positive_part(Interval::of(u));
                 let mean = by_mesh(u, g, n, |x| x.max(0.0));

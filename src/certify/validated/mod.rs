@@ -36,15 +36,15 @@
 //! 1 at C1 and r(2 pi) < 1 at C2, then at every C <= C1 the orbit comes back unless it runs away, which the
 //! bound on the landing speed excludes, and at every C >= C2 it does not. The point's own C need not be in
 //! the domain of the polar form: |D| >= 2, where the simulation hands over to another flow, is nothing
-//! special here. Since D falls with b and, at s >= 0, with k, and rises with A, the same lemma makes C* fall with
-//! b and k and rise with A. []
+//! special here. Since D falls with b and, at s >= 0, with k, and rises with A, the same lemma makes C* fall
+//! with b and k and rise with A. []
 //!
-//! **Enclosure.** See [`Enclosed::critical`] and the source of `validated::defect`: a trigonometric polynomial that
-//! nearly solves the polar form, its defect bounded through samples by M. Riesz's inequality, and Gronwall's
-//! lemma.
+//! **Enclosure.** See [`Enclosed::critical`] and the source of `validated::defect`: a trigonometric
+//! polynomial that nearly solves the polar form, its defect bounded through samples by M. Riesz's inequality,
+//! and Gronwall's lemma.
 //!
-//! **Where the enclosure fails** (strongly varying D), the even part of D, [`super::symmetric`], still encloses
-//! C*, less sharply: A/(1+k)^2 - 2b <= C* <= (A/2)(1 + 1/(1+2k)^2) - 2b.
+//! **Where the enclosure fails** (strongly varying D), the even part of D, [`super::symmetric`], still
+//! encloses C*, less sharply: A/(1+k)^2 - 2b <= C* <= (A/2)(1 + 1/(1+2k)^2) - 2b.
 //!
 //! | statement | function | test |
 //! | --- | --- | --- |
@@ -114,8 +114,8 @@ pub struct Enclosed {
 }
 
 impl Enclosed {
-    /// The column, with the roundings of its scaled groups enclosed; `None` for laws other than Stribeck's, for which see
-    /// [`any_law`].
+    /// The column, with the roundings of its scaled groups enclosed; `None` for laws other than Stribeck's,
+    /// for which see [`any_law`].
     #[must_use]
     pub fn of(column: &Column) -> Option<Self> {
         let law = column.curve.stribeck()?;
@@ -177,7 +177,8 @@ impl Enclosed {
     }
 }
 
-/// The smallest damping found from which on the landing is proved, see [`super::landing`]; infinity if none is.
+/// The smallest damping found from which on the landing is proved, see [`super::landing`]; infinity if none
+/// is.
 fn sticks_from(lands: &dyn Fn(f64) -> bool, present_below: f64) -> f64 {
     if present_below <= 0.0 || lands(0.0) {
         return 0.0;

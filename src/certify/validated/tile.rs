@@ -83,8 +83,8 @@ impl GroupBox {
 
 /// C*(A, k, b) = a polynomial up to `radius`, proved over a box.
 ///
-/// Polynomials are sums over modes, number i + 3 (j + 9 l) the mode T_i T_j T_l of the Chebyshev polynomials in A, k and b
-/// scaled to [-1, 1] over the box.
+/// Polynomials are sums over modes, number i + 3 (j + 9 l) the mode T_i T_j T_l of the Chebyshev polynomials
+/// in A, k and b scaled to [-1, 1] over the box.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tile {
     /// Where it holds.
@@ -93,8 +93,8 @@ pub struct Tile {
     pub radius: f64,
     /// The polynomial, by modes; every coefficient is a multiple of [`UNIT`].
     pub viscous: Vec<f64>,
-    /// The witness: r0 = 1 + sum over n of cosines\[n-1\] (cos n theta - 1) + sines\[n-1\] sin n theta, each by
-    /// modes.
+    /// The witness: r0 = 1 + sum over n of cosines\[n-1\] (cos n theta - 1) + sines\[n-1\] sin n theta, each
+    /// by modes.
     pub cosines: Vec<Vec<f64>>,
     /// The other half of it.
     pub sines: Vec<Vec<f64>>,
@@ -120,8 +120,8 @@ impl Tile {
         Some(tile)
     }
 
-    /// The candidates at all sampled points of the box, and the factors from these samples and those of the circle to
-    /// bounds.
+    /// The candidates at all sampled points of the box, and the factors from these samples and those of the
+    /// circle to bounds.
     fn survey(&self, circle: &Circle, factors: Factors) -> Option<(Seen, Factors)> {
         let domain = self.domain;
         let axes = [0, 1, 2].map(|axis| Samples::new(&domain, axis));

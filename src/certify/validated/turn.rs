@@ -7,17 +7,20 @@
 //! dr/dth = F(th, r) = D r sin^2 th / (1 + D sin th cos th),      r(0) = 1,
 //! ```
 //!
-//! and the orbit from the exit point comes back to the belt line if r(2 pi) > 1 and does not if r(2 pi) < 1 (see
-//! [`super`]); a proof of either at one damping is one at all smaller, or larger, ones. So an enclosure of r(2 pi) at C1 and at C2
-//! that excludes 1 encloses C* between them. For u < 0 any continuation of w serves; that of the first polynomial is taken.
+//! and the orbit from the exit point comes back to the belt line if r(2 pi) > 1 and does not if r(2 pi) < 1
+//! (see [`super`]); a proof of either at one damping is one at all smaller, or larger, ones. So an enclosure
+//! of r(2 pi) at C1 and at C2 that excludes 1 encloses C* between them. For u < 0 any continuation of w
+//! serves; that of the first polynomial is taken.
 //!
 //! **The law.** On each piece of slip speeds w is a polynomial p up to a proved error
-//! ([`crate::friction::Weakening::proved_pieces`]). A step uses the p of one piece. Where the orbits of the step meet other
-//! pieces, q with error e_q, |w - p| <= e_q + max |q - p| there; delta is the largest of these bounds.
+//! ([`crate::friction::Weakening::proved_pieces`]). A step uses the p of one piece. Where the orbits of the
+//! step meet other pieces, q with error e_q, |w - p| <= e_q + max |q - p| there; delta is the largest of
+//! these bounds.
 //!
-//! **A step.** A polynomial R(th) of degree 6 starts at a number r0. Its defect R' - F_p(th, R), F_p with p for w, is
-//! enclosed by its Taylor series at the beginning of the step, the last coefficient over the whole step: |defect| <= d. Let the
-//! true orbit start within e of r0, let dF_p/dr <= L and |dF/dD| <= M in a tube around R, s the length of the step. Since
+//! **A step.** A polynomial R(th) of degree 6 starts at a number r0. Its defect R' - F_p(th, R), F_p with p
+//! for w, is enclosed by its Taylor series at the beginning of the step, the last coefficient over the whole
+//! step: |defect| <= d. Let the true orbit start within e of r0, let dF_p/dr <= L and |dF/dD| <= M in a tube
+//! around R, s the length of the step. Since
 //! |F - F_p| <= M delta,
 //!
 //! ```text
@@ -26,8 +29,8 @@
 //!
 //! as long as the orbit stays in the tube (Gronwall), and it does if this bound is below the tube's width. []
 //!
-//! The curve is the one that is held: its coefficients, such as 1 - mu, were rounded when it was made. Sines and
-//! cosines are the platform's, which are taken to err by less than four units in the last place.
+//! The curve is the one that is held: its coefficients, such as 1 - mu, were rounded when it was made. Sines
+//! and cosines are the platform's, which are taken to err by less than four units in the last place.
 
 use crate::friction::interval::Interval;
 use crate::friction::jet::{Jet, Real};
@@ -97,8 +100,8 @@ enum Step {
     Shorter(f64),
 }
 
-/// Bound of the difference of two pieces' polynomials between the slip speeds `from` and `to`, which may be beyond the
-/// ends of either; by their Taylor series.
+/// Bound of the difference of two pieces' polynomials between the slip speeds `from` and `to`, which may be
+/// beyond the ends of either; by their Taylor series.
 fn difference(one: &ProvedPiece, two: &ProvedPiece, from: f64, to: f64) -> f64 {
     let series = |piece: &ProvedPiece| {
         let constant = Jet::<Interval, COUNT>::constant;
@@ -143,8 +146,8 @@ impl Orbit<'_> {
         belt - belt * r * theta.sin_cos().1
     }
 
-    /// Slip speeds along a polynomial and within `tube` of it: those at the ends of the step, where they rise or fall all
-    /// the way.
+    /// Slip speeds along a polynomial and within `tube` of it: those at the ends of the step, where they rise
+    /// or fall all the way.
     fn slips(
         &self,
         angles: Interval,
@@ -234,7 +237,8 @@ impl Orbit<'_> {
                 .rev()
                 .fold(Jet::of(Interval::constant(0.0)), |sum, x| sum * offset + Jet::constant(*x))
         };
-        // The angle at the end of the step is a number: the width is what the subtraction leaves, exactly or nearly.
+        // The angle at the end of the step is a number: the width is what the subtraction leaves, exactly or
+        // nearly.
         let width = Interval::constant(theta + width) - Interval::constant(theta);
         let span = Interval::new(0.0, width.hi);
         let angles = Interval::constant(theta) + span;
@@ -298,12 +302,14 @@ impl Orbit<'_> {
     fn turn(&self) -> Result<Interval, Resists> {
         let end = Interval::new(std::f64::consts::TAU, std::f64::consts::TAU.next_up());
         let (mut theta, mut r, mut error) = (0.0, 1.0, 0.0);
-        // The length of steps that the orbit asks for, and that of the next one, which may be cut at the end of a piece.
+        // The length of steps that the orbit asks for, and that of the next one, which may be cut at the end
+        // of a piece.
         let (mut usual, mut width): (f64, f64) = (0.05, 0.05);
         for _ in 0..MOST_STEPS {
             let rest = end.lo - theta;
             if rest <= 0.0 {
-                // From the number below 2 pi to 2 pi itself, F is of the size of the square of the difference.
+                // From the number below 2 pi to 2 pi itself, F is of the size of the square of the
+                // difference.
                 return Ok(around(Interval::constant(r), error + f64::EPSILON));
             }
             let last = width >= rest;
@@ -331,8 +337,8 @@ impl Orbit<'_> {
     }
 }
 
-/// C* = eps c* of an orbit at belt speed `belt_speed`, between two numbers of which each is a theorem, and why it is not known
-/// better if `bounds`, what is known of it before, could not be sharpened on a side.
+/// C* = eps c* of an orbit at belt speed `belt_speed`, between two numbers of which each is a theorem, and
+/// why it is not known better if `bounds`, what is known of it before, could not be sharpened on a side.
 pub(super) fn critical(law: &Weakening, belt_speed: f64, bounds: [f64; 2]) -> ([f64; 2], Option<Resists>) {
     let [mut lo, mut hi] = bounds;
     if !(lo.is_finite() && hi.is_finite() && lo < hi) {
@@ -399,7 +405,8 @@ mod tests {
     use crate::friction::{Law, Table};
     use crate::point::{LawParameters, Point};
 
-    /// Stribeck's law through the polynomials against the proof of its own, which shares neither witness nor arithmetic.
+    /// Stribeck's law through the polynomials against the proof of its own, which shares neither witness nor
+    /// arithmetic.
     #[test]
     fn two_proofs_of_one_column_agree() {
         let (mut sharp, mut all) = (0, 0);
