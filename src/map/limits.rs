@@ -52,8 +52,8 @@ const SECTIONS: u32 = 24;
 
 /// What a ray and its limits may cost together: evaluations of the right-hand side, in units of that of the
 /// Stribeck law (see [`Curve::cost`](crate::friction::Curve::cost)). Rays of moderate parameters take a
-/// twentieth of it, without the naive methods.
-pub const WORK: u64 = 10_000_000;
+/// tenth of it, without the naive methods.
+pub const WORK: u64 = 6_000_000;
 
 /// What a piece of a compiled law costs, in the same units.
 const PIECE: u64 = 500;

@@ -10,6 +10,7 @@ use crate::number::{short, signed};
 use crate::point::Point;
 use crate::simulate::direct::{Start, trace};
 use crate::simulate::naive::NaiveVerdict;
+use crate::simulate::sensitivity::{NoSensitivity, Sensitivity, sensitivity};
 use crate::simulate::slip_count::{SlipCount, count_slip_cycles};
 use crate::simulate::slip_cycle::{Kick, SlipCycle, Unknown, slip_cycles};
 use crate::simulate::{self, CriticalDamping, Dynamics, Fate, Flow, Landing, NoCriticalDamping};
@@ -70,9 +71,7 @@ impl Answer {
                 Method::Naive(naive, knobs) => of_naive(method, naive.decide(&oscillator, &knobs).verdict),
             })
             .collect();
-        let regime = map::regime(&oscillator, &flow);
-        let cycle = map::attracting_cycle(&oscillator, &flow, tolerance);
-        let basin = map::basin_boundary(&oscillator, &flow, tolerance);
+        let map::LongRun { regime, cycle, basin } = map::long_run(&oscillator, &flow, tolerance);
         Self {
             law: law.clone(),
             point: *point,
@@ -108,6 +107,11 @@ impl Answer {
     /// Everything that is not an attractor is left out of [`Answer`]; this is all of it.
     pub fn dynamics(&self) -> Result<Dynamics, Unknown> {
         simulate::dynamics(&self.oscillator, &self.flow, self.tolerance)
+    }
+
+    /// What the critical damping depends on.
+    pub fn sensitivity(&self) -> Result<Sensitivity, NoSensitivity> {
+        sensitivity(&self.law.column(&self.point))
     }
 
     /// Where and when the orbit sticks, if it does.

@@ -163,9 +163,7 @@ impl<'a> Walk<'a> {
                 continue;
             }
             let ends = [self.slip(&from), self.slip(&to)];
-            if let Some(shorter) =
-                corners::shortened(self.stops, self.oscillator.belt_speed, ends, h)
-            {
+            if let Some(shorter) = corners::shortened(self.stops, self.oscillator.belt_speed, ends, h) {
                 h = shorter;
                 continue;
             }

@@ -131,7 +131,8 @@ pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Resu
         });
         if inside {
             let slips = ends.map(|(end, _)| end);
-            if let Some(shorter) = corners::shortened(oscillator.curve.corners(), oscillator.belt_speed, slips, width)
+            if let Some(shorter) =
+                corners::shortened(oscillator.curve.corners(), oscillator.belt_speed, slips, width)
             {
                 h = shorter;
                 continue;

@@ -150,7 +150,8 @@ fn landing_speed_within(
 /// [`Failure`].
 pub fn second_crossing(oscillator: &Oscillator, tolerance: f64) -> Result<Option<f64>, Failure> {
     let work = Work::of_question(&oscillator.curve);
-    let Some(speed) = landing_speed_within(oscillator, tolerance, &work)?.filter(|speed| *speed > JUMP) else {
+    let Some(speed) = landing_speed_within(oscillator, tolerance, &work)?.filter(|speed| *speed > JUMP)
+    else {
         return Ok(None);
     };
     let belt_speed = oscillator.belt_speed;
@@ -252,7 +253,8 @@ pub fn stick_slip_cycle(
     let Fate::Sticks(landing) = flow.fate else {
         return Ok(None);
     };
-    let Extent { velocity, displacement } = looped(oscillator, 0.0, tolerance, &Work::of_question(&oscillator.curve))?.extent;
+    let Extent { velocity, displacement } =
+        looped(oscillator, 0.0, tolerance, &Work::of_question(&oscillator.curve))?.extent;
     Ok(Some(StickSlipCycle {
         period: landing.slip_time + landing.stick_time,
         velocity,

@@ -25,7 +25,7 @@ use super::arc::{LowerEnd, State, Walk};
 use super::work::Work;
 use super::{CriticalDamping, Failure, NoCriticalDamping, critical_damping};
 use crate::filippov::{Oscillator, Side};
-use crate::friction::{Column, Table};
+use crate::friction::{Column, Law, Table};
 
 /// Error of the critical damping that is asked for, in units of the divergence.
 const CRITICAL: f64 = 1e-13;
@@ -57,6 +57,16 @@ pub struct Sensitivity {
     /// The standard error of c* that the independent standard errors of a table's data make; `None` where the
     /// law has none.
     pub standard_error: Option<Estimate>,
+}
+
+impl Sensitivity {
+    /// The derivatives by eps, by the parameters of `law` and by V, each with the name of its axis.
+    pub fn named(&self, law: &Law) -> impl Iterator<Item = (&'static str, Estimate)> {
+        let parameters = law.parameters().iter().map(|parameter| parameter.name);
+        std::iter::once(("epsilon", self.by_epsilon))
+            .chain(parameters.zip(self.by_parameters.iter().copied()))
+            .chain([("V", self.by_belt_speed)])
+    }
 }
 
 /// How much a range of slip speeds has to say.
@@ -165,13 +175,7 @@ fn gauss() -> [(f64, f64); 5] {
     let (root, seventy) = ((10.0_f64 / 7.0).sqrt(), 70.0_f64.sqrt());
     let [near, far] = [-2.0, 2.0].map(|sign: f64| (5.0 + sign * root).sqrt() / 6.0);
     let [inner, outer] = [13.0, -13.0].map(|factor: f64| (322.0 + factor * seventy) / 1800.0);
-    [
-        (0.5 - far, outer),
-        (0.5 - near, inner),
-        (0.5, 64.0 / 225.0),
-        (0.5 + near, inner),
-        (0.5 + far, outer),
-    ]
+    [(0.5 - far, outer), (0.5 - near, inner), (0.5, 64.0 / 225.0), (0.5 + near, inner), (0.5 + far, outer)]
 }
 
 impl Grazing {
@@ -196,7 +200,8 @@ impl Grazing {
             return Err(Failure::StepUnderflow);
         }
         let largest = points.iter().map(|point| point.2).fold(f64::NEG_INFINITY, f64::max);
-        let weights: Vec<f64> = points.iter().map(|(_, weight, log)| weight * (log - largest).exp()).collect();
+        let weights: Vec<f64> =
+            points.iter().map(|(_, weight, log)| weight * (log - largest).exp()).collect();
         let total: f64 = weights.iter().sum();
         if !(total > 0.0 && total.is_finite()) {
             return Err(Failure::NotFinite);

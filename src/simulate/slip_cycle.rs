@@ -203,12 +203,7 @@ fn fixed_point(
 }
 
 /// Extremes and multiplier of the cycle through (x2, x2') = (`radius`, 0).
-fn cycle_at(
-    oscillator: &Oscillator,
-    radius: f64,
-    tolerance: f64,
-    work: &Work,
-) -> Result<SlipCycle, Failure> {
+fn cycle_at(oscillator: &Oscillator, radius: f64, tolerance: f64, work: &Work) -> Result<SlipCycle, Failure> {
     let mut walk = Walk::new(oscillator, Side::Below, [radius, 0.0], tolerance, radius, work);
     let mut extent = Extent::new(&walk);
     let end = walk.lower_arc(|walk, from, to| extent.step(walk, from, to))?;

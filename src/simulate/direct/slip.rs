@@ -458,7 +458,9 @@ impl<'a> Slip<'a> {
             return None;
         }
         let r = v.hypot(w);
-        if r <= radius.min(belt_speed) && self.oscillator.divergence_is_at_most(0.0, belt_speed - r, belt_speed + r) {
+        if r <= radius.min(belt_speed)
+            && self.oscillator.divergence_is_at_most(0.0, belt_speed - r, belt_speed + r)
+        {
             return Some(Rest::Trapped { radius: r });
         }
         let u = belt_speed - v;

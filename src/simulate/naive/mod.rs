@@ -101,9 +101,9 @@ pub struct NaiveAnswer {
     pub rhs: u64,
 }
 
-/// Evaluations of the right-hand side of the Stribeck law after which a method gives up: nearly a hundred times
-/// what the default knobs cost at moderate parameters, a fifth of a second.
-const RHS_BUDGET: u64 = 4_000_000;
+/// Evaluations of the right-hand side of the Stribeck law after which a method gives up: forty times what
+/// the default knobs cost at moderate parameters, a tenth of a second.
+const RHS_BUDGET: u64 = 2_000_000;
 
 /// Evaluations of the right-hand side after which a method gives up on this oscillator.
 fn rhs_budget(oscillator: &Oscillator) -> u64 {
@@ -148,7 +148,7 @@ impl NaiveMethod {
         }
     }
 
-    /// Asks the method about one oscillator. At most 4 million right-hand sides are spent, fewer for laws
+    /// Asks the method about one oscillator. At most 2 million right-hand sides are spent, fewer for laws
     /// that take longer (see [`Curve::cost`](crate::friction::Curve::cost)).
     #[must_use]
     pub fn decide(self, oscillator: &Oscillator, knobs: &NaiveKnobs) -> NaiveAnswer {
