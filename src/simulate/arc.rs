@@ -8,12 +8,14 @@
 //! This serves the questions about cycles; verdicts come from elsewhere.
 
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 use super::Failure;
 use super::corners::{self, End};
 use super::dop853::{Field, STAGES, step};
 use super::work::Work;
 use crate::filippov::{Oscillator, Side};
+use crate::friction::Weakening;
 
 /// A step this much shorter than the time scale of the flow has underflowed.
 const SHORTEST_STEP: f64 = 1e-14;
@@ -49,6 +51,8 @@ pub(super) enum LowerEnd {
 pub(super) struct Walk<'a> {
     oscillator: &'a Oscillator,
     side: Side,
+    /// The law's polynomials, where they are quicker than the law and their error is below that of the orbit.
+    weakening: Option<Arc<Weakening>>,
     /// Slip speeds at which steps end, in growing order.
     stops: &'a [f64],
     /// Local error allowed per unit of time.
@@ -59,26 +63,13 @@ pub(super) struct Walk<'a> {
 }
 
 /// The field in the state [v, w, growth].
-struct Lienard<'a> {
-    oscillator: &'a Oscillator,
-    side: Side,
-}
+struct Lienard<'a>(&'a Walk<'a>);
 
 impl Field<3> for Lienard<'_> {
     fn slope(&mut self, _stage: usize, &[v, w, _]: &[f64; 3]) -> [f64; 3] {
-        let d = divergence(self.oscillator, self.side, v);
+        let d = self.0.divergence(v);
         [w, d.mul_add(w, -v), d]
     }
-}
-
-/// D at velocity `v`. Beyond the belt line it stays at its value there: steps that pass the line are taken
-/// back to it, so this only has to be tame.
-fn divergence(oscillator: &Oscillator, side: Side, v: f64) -> f64 {
-    let slip = match side {
-        Side::Below => oscillator.belt_speed - v,
-        Side::Above => v - oscillator.belt_speed,
-    };
-    oscillator.divergence(slip.max(0.0))
 }
 
 impl<'a> Walk<'a> {
@@ -92,11 +83,17 @@ impl<'a> Walk<'a> {
         scale: f64,
         work: &'a Work,
     ) -> Self {
+        let tolerance = tolerance.max(1e-14);
+        let curve = &oscillator.curve;
+        let weakening = (curve.cost() > 1).then(|| curve.compiled(4.0 * oscillator.belt_speed));
+        // An error of the divergence is one of x2'', per unit of time, in units of x2'.
+        let weakening = weakening.filter(|form| form.error(0.0, form.reach()).bound() <= tolerance / TAU);
         Self {
             oscillator,
             side,
+            weakening,
             stops: oscillator.curve.corners(),
-            allowed: tolerance.max(1e-14) * scale / TAU,
+            allowed: tolerance * scale / TAU,
             here: State { v, w, growth: 0.0, time: 0.0 },
             // The friction law may change on a scale much smaller than V next to the belt line; steps grow
             // from a size that sees it.
@@ -105,7 +102,21 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// The same, with steps that end at these slip speeds, among which the law's corners are.
+    /// D at velocity `v`. Beyond the belt line it stays at its value there: steps that pass the line are taken
+    /// back to it, so this only has to be tame.
+    fn divergence(&self, v: f64) -> f64 {
+        let slip = match self.side {
+            Side::Below => self.oscillator.belt_speed - v,
+            Side::Above => v - self.oscillator.belt_speed,
+        };
+        let slip = slip.max(0.0);
+        match &self.weakening {
+            Some(form) => form.at(slip) - self.oscillator.viscous,
+            None => self.oscillator.divergence(slip),
+        }
+    }
+
+    /// The walk with steps that end at these slip speeds, among which the law's corners are.
     pub(super) fn stopping_at(self, stops: &'a [f64]) -> Self {
         Self { stops, ..self }
     }
@@ -122,8 +133,7 @@ impl<'a> Walk<'a> {
 
     /// The state a time `h` after `from`, and its local error.
     pub(super) fn after(&self, from: &State, h: f64) -> (State, f64) {
-        let mut field = Lienard { oscillator: self.oscillator, side: self.side };
-        let ([v, w, growth], error) = step(h, &[from.v, from.w, from.growth], &mut field);
+        let ([v, w, growth], error) = step(h, &[from.v, from.w, from.growth], &mut Lienard(self));
         (State { v, w, growth, time: from.time + h }, error[0].hypot(error[1]))
     }
 
@@ -150,10 +160,13 @@ impl<'a> Walk<'a> {
     /// [`Failure`].
     pub(super) fn advance(&mut self) -> Result<State, Failure> {
         let from = self.here;
-        let scale = 1.0 / (1.0 + 0.5 * divergence(self.oscillator, self.side, from.v).abs());
+        let scale = 1.0 / (1.0 + 0.5 * self.divergence(from.v).abs());
         let mut h = self.next_step.min(scale);
         loop {
-            self.work.spend(STAGES as u64)?;
+            match self.weakening {
+                Some(_) => self.work.spend_compiled(STAGES as u64)?,
+                None => self.work.spend(STAGES as u64)?,
+            }
             if !(h > SHORTEST_STEP * scale) {
                 return Err(if h.is_nan() { Failure::NotFinite } else { Failure::StepUnderflow });
             }
@@ -293,7 +306,7 @@ impl<'a> Walk<'a> {
     fn is_accurate(&mut self, from: &State, to: &State) -> bool {
         let h = to.time - from.time;
         let (_, error) = self.after(from, h);
-        let scale = 1.0 / (1.0 + 0.5 * divergence(self.oscillator, self.side, from.v).abs());
+        let scale = 1.0 / (1.0 + 0.5 * self.divergence(from.v).abs());
         let accurate = error <= self.allowed * h || h <= 1e-6 * scale;
         if !accurate {
             self.here = *from;

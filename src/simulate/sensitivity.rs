@@ -8,7 +8,7 @@
 //! integral of x2'^2 exp(-G) dD dt = 0,    G(t) = integral of D from 0 to t,
 //! ```
 //!
-//! over one turn (Melnikov's integral; theory, "Sensitivity"). With dD = dw - dC that is the **weighted mean**
+//! over one turn (Melnikov's integral; theory, "Any friction law"). With dD = dw - dC that is the **weighted mean**
 //!
 //! ```text
 //! dC = integral of W dw dt / integral of W dt,    W = x2'^2 exp(-G) >= 0.

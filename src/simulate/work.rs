@@ -10,8 +10,8 @@ use super::Failure;
 use crate::friction::Curve;
 
 /// Evaluations of the right-hand side of the Stribeck law that one question may cost, see [`Curve::cost`]: a
-/// tenth of a second. The backbones and cycles of moderate parameters take a twentieth of it.
-const QUESTION: u64 = 4_000_000;
+/// third of a second. The backbones and cycles of moderate parameters take a fiftieth of it.
+const QUESTION: u64 = 10_000_000;
 
 /// What is left of the budget of a question.
 #[derive(Debug)]
