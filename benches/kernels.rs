@@ -27,7 +27,7 @@ fn main() {
 const CELLS: usize = 4096;
 const FEW: usize = 256;
 
-/// A closed form: the whole column's claim.
+/// A closed form: the claim of a whole column.
 #[divan::bench(args = TESTS.iter().map(|test| test.name))]
 fn closed_form(bencher: Bencher, name: &str) {
     let test = certify::by_name(name).expect("a test's own name");
@@ -77,7 +77,7 @@ fn critical_damping(bencher: Bencher, tolerance: f64) {
     bencher.counter(ItemsCount::new(CELLS)).bench(|| critical_dampings(black_box(&columns), tolerance));
 }
 
-/// The same root from the table that serves every column.
+/// The same root from the table of all columns.
 #[divan::bench]
 fn universal_surface(bencher: Bencher) {
     let columns = columns(&points(CELLS));
@@ -93,7 +93,7 @@ fn universal_surface(bencher: Bencher) {
     });
 }
 
-/// What becomes of one orbit, landing included.
+/// The fate of one orbit, landing included.
 #[divan::bench]
 fn fate(bencher: Bencher) {
     let oscillators: Vec<Oscillator> =

@@ -1,4 +1,4 @@
-//! What one answer costs and what the machine could do at best; scripts/kernels makes a table of it.
+//! The cost of one answer, and the limits of the machine; scripts/kernels makes a table of both.
 //!
 //! ```text
 //! limits peaks             divisions and fused multiply-adds per second of one thread
@@ -24,7 +24,7 @@ use slipmap::simulate::{direct, surface};
 
 use common::{TOLERANCE, columns, groups, points};
 
-/// Independent chains of one operation: enough to hide its latency.
+/// Number of independent chains of one operation: enough to hide its latency.
 const CHAINS: usize = 10;
 const ROUNDS: usize = 200_000;
 
@@ -33,7 +33,7 @@ struct Peak {
 }
 
 impl WithSimd for Peak {
-    /// Operations on one number each.
+    /// Number of operations per pass.
     type Output = f64;
 
     #[inline(always)]
@@ -65,14 +65,14 @@ fn peak(divide: bool) -> f64 {
     (0..20).map(rate).fold(0.0, f64::max)
 }
 
-/// Cells in the forms that kernels take.
+/// Cells in the forms that the kernels need.
 struct Cells {
     points: Vec<Point>,
     columns: Vec<Column>,
     groups: Vec<ScaledGroups>,
 }
 
-/// What a kernel says of all cells: right-hand sides, and a number per cell to check.
+/// The answers of a kernel for all cells: number of right-hand sides, and a number per cell to check.
 type Kernel = fn(&Cells) -> (u64, Vec<f64>);
 
 const KERNELS: [(&str, Kernel); 6] = [
@@ -115,8 +115,7 @@ fn edges(cells: &Cells, test: &certify::Test) -> (u64, Vec<f64>) {
     (0, cells.columns.iter().map(|column| (test.claim)(black_box(column)).present_below).collect())
 }
 
-/// The answers must be those of the engine that shares nothing with them, and the closed forms must be lower
-/// bounds.
+/// The answers must equal those of the independent engine, and the closed forms must be lower bounds.
 fn check(name: &str, cells: &Cells, answers: &[f64]) {
     let roots =
         || critical_dampings(&cells.columns, 1e-13).into_iter().map(|root| root.map_or(f64::NAN, |r| r.c));
@@ -132,7 +131,7 @@ fn check(name: &str, cells: &Cells, answers: &[f64]) {
         }
         "critical_damping" => {
             for (root, answer) in roots().zip(answers) {
-                // The tolerance is relative to A and b, of which c* is 1/eps of a part.
+                // The tolerance is relative to A and b, and c* is their order divided by eps.
                 assert!((answer - root).abs() <= 5.0 * TOLERANCE / 0.05, "{name}: {answer} not {root}");
             }
         }
@@ -140,7 +139,7 @@ fn check(name: &str, cells: &Cells, answers: &[f64]) {
             for (root, answer) in roots().zip(answers).filter(|(_, answer)| answer.is_finite()) {
                 assert!((answer - root).abs() <= 1e-9, "{name}: {answer} not {root}");
             }
-            // Nothing is tabulated where no damping c >= 0 is critical.
+            // The table has no entry where no damping c >= 0 is critical.
             assert!(answers.iter().zip(roots()).all(|(a, root)| a.is_finite() || root <= 1e-9));
         }
         _ => {
@@ -167,7 +166,7 @@ fn run(arguments: &[String]) -> Result<(), String> {
     let count: usize = count.parse().map_err(|_| usage)?;
     let points = points(count);
     let cells = Cells { columns: columns(&points), groups: groups(&points), points };
-    // Tables are made at first use, on the first cells.
+    // Tables are computed on first use, with the first cells.
     let few = Cells {
         points: cells.points[..count.min(256)].to_vec(),
         columns: cells.columns[..count.min(256)].to_vec(),

@@ -3,7 +3,7 @@
 //! ```text
 //! cargo bench --bench maps
 //! ```
-//! Maps stay in memory; scripts/scaling measures those that are written. Every engine's verdicts are checked
+//! Maps stay in memory; scripts/scaling measures maps that are written. Every engine's verdicts are checked
 //! against those of `direct` before it is timed.
 
 #![allow(clippy::expect_used)] // a bench whose answers are wrong stops
@@ -43,7 +43,7 @@ fn axis(from: f64, to: f64, points: usize) -> Vec<f64> {
     (0..points).map(|i| from + (to - from) * i as f64 / (points - 1) as f64).collect()
 }
 
-/// n^5 cells of the box in which speeds are quoted.
+/// n^5 cells of the box for which speeds are stated.
 fn plan(engine: Engine, n: usize) -> Plan {
     let nodes = vec![
         vec![0.05],
@@ -82,7 +82,7 @@ fn engine(bencher: Bencher, name: &str) {
     bencher.counter(ItemsCount::new(plan.grid().cells())).bench_local(|| verdicts(&plan, 1));
 }
 
-/// The cheapest path, by nodes per axis and threads.
+/// The engine `auto`, by nodes per axis and threads.
 #[divan::bench(args = [(16, 1), (16, 2), (24, 1), (24, 2)], sample_count = 10)]
 fn auto(bencher: Bencher, (n, threads): (usize, usize)) {
     let plan = plan(Engine::Auto, n);

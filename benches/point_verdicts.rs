@@ -1,4 +1,4 @@
-//! How many verdicts of the method `validated` a second and core: single points, no two in one column.
+//! Number of verdicts of the method `validated` per second and core: single points, each in its own column.
 //!
 //! ```sh
 //! cargo bench --bench point_verdicts
@@ -45,7 +45,7 @@ fn main() {
             counts[which] += 1;
         }
         let anywhere = points.len() as f64 / start.elapsed().as_secs_f64();
-        // Next to the boundary no shortcut decides.
+        // Near the boundary no shortcut decides.
         let start = Instant::now();
         let near = &points[..10_000];
         let mut decided = 0;

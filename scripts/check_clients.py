@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Reads a map with the programs its users have, and recomputes its closed-form verdicts.
+"""Reads a map with xarray, h5py and ncdump, and recomputes its closed-form verdicts.
 
     check_clients.py MAP.h5
 
@@ -51,7 +51,7 @@ def text(value):
 
 
 def check_xarray(path, engine):
-    """The map as xarray sees it."""
+    """Checks the map read with xarray."""
     with xr.open_dataset(path, engine=engine) as data:
         law = data.attrs["law"]
         axes = AXES.get(law, tuple(data.coords))
@@ -94,7 +94,7 @@ def check_xarray(path, engine):
 
 
 def check_h5py(path):
-    """The map as h5py sees it, and the fingerprints of its cells."""
+    """Checks the map read with h5py, and the fingerprints of its cells."""
     with h5py.File(path, "r") as file:
         axes = AXES.get(text(file.attrs["law"]))
         tile = tuple(int(n) for n in np.atleast_1d(file.attrs["tile_shape"]))
@@ -139,7 +139,7 @@ def digest(tiles):
 
 
 def check_ncdump(path):
-    """The map as the NetCDF library's own tool sees it."""
+    """Checks the map read with the NetCDF library's own tool."""
     if shutil.which("ncdump") is None:
         expect(False, "ncdump is not installed (Debian package netcdf-bin)")
         return
@@ -158,7 +158,7 @@ BIFURCATIONS = {"hopf", "grazing_sliding", "landing", "crossing", "fold"}
 
 
 def check_curves(path):
-    """The curves of codimension one as xarray sees them, and the conditions that hold on them."""
+    """Checks the curves of codimension one read with xarray, and the conditions that hold on them."""
     with h5py.File(path, "r") as file:
         if "curves" not in file:
             print("curves: none are stored")
@@ -194,7 +194,7 @@ def check_curves(path):
             continue
         part = data.isel(point=np.flatnonzero(kinds == kind))
         point = {axis: part[axis].values for axis in axes}
-        # From the size of the condition to a distance: its slope along the sides of the plane, by
+        # Convert the size of the condition to a distance by its slopes along the sides of the plane, from
         # differences.
         steps = []
         for name in ("plane_x", "plane_y"):
@@ -210,7 +210,7 @@ def check_curves(path):
 
 
 def further(nodes, value, share):
-    """A value moved by a share of the axis with these nodes, in equal ratios where they have them."""
+    """A value moved by a share of the axis with these nodes, logarithmically if the nodes are logarithmic."""
     if nodes[0] > 0 and len(nodes) > 2 and np.allclose(nodes[1:] / nodes[:-1], nodes[1] / nodes[0], rtol=1e-6):
         return value * (nodes[-1] / nodes[0]) ** share
     return value + share * (nodes[-1] - nodes[0])
@@ -296,10 +296,10 @@ def check_verdicts(path):
                 claims = [claimed(condition, stored.shape) for condition in (present, absent)]
                 (yes, tie_yes), (no, tie_no) = claims
                 expected = np.where(yes, 1, np.where(no, -1, 0))
-                # Within rounding of its edge a condition may come out either way.
+                # Within rounding of its edge a condition may have either sign.
                 tie = tie_yes | tie_no
-                # A fast belt may carry the mass beyond the stick segment; a test that is right at every
-                # epsilon then rightly stays undecided. For slow belts the landing speed is too small.
+                # On a fast belt the mass may land beyond the stick segment; a test that is right at every
+                # epsilon is then undecided. For slow belts the landing speed is too small for that.
                 fast = lands & (expected == 1) & (stored == 0) & (V > 0.3)
                 wrong = (stored != expected) & ~tie & ~fast
                 count["cells"] += stored.size

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What a browser makes of the pages of slipmap: on a phone, on a screen and on paper.
+"""Checks the pages of slipmap in a browser: on a phone, on a screen and on paper.
 
     check_pages.py PAGE.html [--most-pages N] [--pictures FOLDER]
 
@@ -28,7 +28,7 @@ def chromium(folder, *arguments):
 
 def overflow(folder, page, width):
     """By how many pixels the page is wider than a window of this width."""
-    # Headless windows are not narrower than 500 pixels: the page is measured in a frame of the width instead.
+    # Headless windows are at least 500 pixels wide, so the page is measured in a frame of the width instead.
     text = page.read_text()
     text = re.sub(r'<meta http-equiv="Content-Security-Policy"[^>]*>', "", text)
     inner = Path(folder) / "inner.html"
@@ -69,7 +69,7 @@ def main():
             failures.append(f"it prints to {len(pages)} pages, not to {arguments.most_pages} at most")
         for number, text in enumerate(pages, 1):
             lines = [line.split() for line in text.splitlines() if line.strip()]
-            # A broken word stands as one letter to a line, many lines one below the other.
+            # A broken word shows as many lines of one letter, one below the other.
             letters = run = 0
             for words in lines:
                 run = run + 1 if len(words) == 1 and len(words[0]) == 1 and words[0].isalpha() else 0

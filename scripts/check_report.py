@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Recomputes every number in the tables of a report from its map, and checks what users' programs make of the files.
+"""Recomputes every number in the tables of a report from its map, and opens the files with other programs.
 
     check_report.py MAP.h5 REPORT [--study DIR] [--figure F.png]
 
@@ -56,7 +56,7 @@ def share(part, whole):
 
 
 class Map:
-    """What the tables are about."""
+    """The map's data, from which the tables are recomputed."""
 
     def __init__(self, path):
         self.file = h5py.File(path)
@@ -175,7 +175,7 @@ def quantile(sizes, q):
 
 
 def resolution(data):
-    """How well critical dampings are known: the tolerance times the size of the divergence."""
+    """The error of critical dampings: the tolerance times the size of the divergence."""
     p = data.columns()
     at_rest = p["gamma"] * (1 - p["alpha"])
     at_belt = at_rest / (1 + p["epsilon"] * p["gamma"] * p["V"]) ** 2 - 2 * p["beta"] * p["V"]
@@ -229,7 +229,8 @@ def check_order(data, folder, errors, known):
             residual = y - np.polyval(np.polyfit(x, y, 1), x)
             spread = np.sum((x - x.mean()) ** 2)
             half_width = STUDENT[len(x) - 2] * sqrt(np.sum(residual**2) / (len(x) - 2) / spread)
-        # Medians are off by half a bin; so is the slope between two of them, by 2 bins over their distance.
+        # Medians are off by up to half a bin, so the slope between two of them by up to 2 bins over their
+        # distance.
         slack = 4 * BIN / (x[1] - x[0]) if len(x) > 1 else 0.0
         expect(row["order"], order, what, absolute=slack)
         expect(row["order_smallest"], smallest, what, absolute=slack)
@@ -275,14 +276,14 @@ def check_rest(data, folder):
 
 
 def check_page(folder):
-    """report.html opens without a network, and holds its figures as text that can be searched."""
+    """Checks that report.html needs no network, and that its figures contain searchable text."""
     page = (folder / "report.html").read_text()
     expect(str(len(re.findall(r'(?:src|href)\s*=(?!"#)|url\((?!#)|@import|<script', page))), "0", "report.html: things from elsewhere")
     expect("yes" if page.count("<svg") >= 10 and page.count("<text") > 100 else "no", "yes", "report.html: figures")
 
 
 def check_study(folder):
-    """The study's HDF5 file says what its CSV says, in both engines of xarray."""
+    """Checks that the study's HDF5 file equals its CSV, with both engines of xarray."""
     import xarray as xr
 
     with open(folder / "work-precision.csv", newline="") as file:
@@ -299,7 +300,7 @@ def check_study(folder):
 
 
 def check_figure(path):
-    """A picture is there, with room for several panels and areas of several colours."""
+    """Checks that a picture exists, is large enough for several panels, and has areas of several colours."""
     import matplotlib.image
 
     pixels = matplotlib.image.imread(path)[..., :3]

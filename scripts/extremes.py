@@ -65,7 +65,7 @@ def run(program, arguments, folder):
     """Exit code, messages, processor seconds and bytes of memory of one command."""
 
     def limits():
-        # Twice the time that is allowed: what takes longer is stopped, and reported all the same.
+        # Twice the allowed time: a command that takes longer is stopped, and reported.
         resource.setrlimit(resource.RLIMIT_CPU, (int(2 * SECONDS), int(2 * SECONDS) + 1))
 
     process = subprocess.Popen(

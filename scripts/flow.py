@@ -153,7 +153,7 @@ def critical_damping(point, accuracy, start):
     c0 = c1 * (1 - mpfr("1e-4")) - mpfr("1e-8")
     margin = lambda c: polar_log_radius(replace(point, c=c), accuracy)
     y0, y1 = margin(c0), margin(c1)
-    # The root cannot be known better than the error of y over the slope dy/dc, about pi eps.
+    # The error of the root is at least that of y over the slope dy/dc, about pi eps.
     enough = mpfr(accuracy.tolerance) * 100 / mpfr(point.epsilon)
     for _ in range(40):
         if y1 == y0:
@@ -335,8 +335,8 @@ def follow(point, accuracy, extra_loops=6):
     reach = lambda v, w: v - belt
 
     def trapped(v, w):
-        # D <= 0 wherever |v| <= rho < V makes the energy v^2 + w^2 fall for ever: the belt is out of reach.
-        # Asking for -2 leaves alone the orbits that turn and have a margin; the others creep towards a node.
+        # D <= 0 wherever |v| <= rho < V makes the energy v^2 + w^2 fall for ever, so the orbit cannot reach
+        # the belt. Demanding D <= -2 excludes orbits that turn and have a margin; the others tend to a node.
         radius = gmpy2.sqrt(v * v + w * w)
         return radius < belt and below.divergence(radius) <= -2
 
@@ -345,7 +345,7 @@ def follow(point, accuracy, extra_loops=6):
     bottom = below.until(start, turn_up, trapped)
     if bottom is None:
         return orbit  # it creeps towards a node: no next maximum, hence no margin
-    # On to whichever comes first: the belt line, or the maximum of v short of it.
+    # Continue to the belt line or to the maximum of v below it, whichever comes first.
     first = below.until(bottom, lambda v, w: max(v - belt, -w), trapped)
     if first is None:
         return orbit

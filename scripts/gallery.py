@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Shares of the starts that settle at rest, for docs/gallery.md: results/gallery/bstab2021.csv.
+"""Shares of initial states that tend to the equilibrium, for docs/gallery.md: results/gallery/bstab2021.csv.
 
     slipmap run configs/gallery/bstab2021.toml
     scripts/gallery.py results/bstab2021.h5 > results/gallery/bstab2021.csv

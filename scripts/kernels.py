@@ -82,7 +82,7 @@ def counts(path, kernel, cells):
 def per_cell(path, kinds, kernel, cells):
     """Divisions, other arithmetic and instructions per cell."""
     few, many = counts(path, kernel, cells), counts(path, kernel, 2 * cells)
-    # Where the program was loaded: the offset that makes every executed address one of the program's
+    # The load address of the program: the offset that makes every executed address one of the program's
     # instructions.
     lowest = min(many)
     for base in {lowest - address for address in kinds if (lowest - address) % 4096 == 0}:

@@ -202,7 +202,7 @@ def rows(rng, formula_count, table_count):
         if start < 0.005:
             continue
         fine = None
-        # Laws that change over a small part of the orbit take more steps.
+        # Laws that change within a small part of the orbit need more steps.
         for finer in (1, 2, 4, 8):
             try:
                 fine, check = (

@@ -1,4 +1,4 @@
-"""Other people's integrators on this project's question: the grazing margin m/V of many cells, at equal accuracy.
+"""Other integrators on the problem of this project: the grazing margin m/V of many cells, at equal accuracy.
 
 Called by scripts/peers. With --cells-from, peers answer the cells of `slipmap work-precision` at several tolerances, and
 the result is for its chart; the rest of this text is about the table made without it. Every peer answers the same random cells of the box below; its tolerance is the loosest of a
@@ -119,7 +119,8 @@ class Heyoka:
                 ta.propagate_until(turn)
                 margins[i : i + lanes] = ta.state[0]
 
-        # A step of no length costs one expansion and all the calls from Python: an upper bound of the latter.
+        # A step of length zero costs one expansion and all the calls from Python: an upper bound of the
+        # latter.
         self.overhead = timed(3, lambda: work(1e-9))[0] / len(cells)
         seconds, _ = timed(5, lambda: work(2 * np.pi))
         return seconds, margins[: len(cells)] - 1, None
@@ -240,7 +241,7 @@ class ScipyMargin:
 
 
 class ScipyVerdict:
-    """What a first script would do: solve_ivp from the exit point, present if the event x2 = V, rising, fires within
+    """The obvious first script: solve_ivp from the exit point, present if the event x2 = V, rising, fires within
     8 time units. Its `margins` are +1 and -1: only verdicts count."""
 
     name, form, package, lanes = "SciPy solve_ivp, verdict only", "(x1,x2), DOP853 + event x2 = V", "scipy", 1
@@ -265,7 +266,7 @@ class ScipyVerdict:
 
 
 class Crate:
-    """A Rust crate (or our own engine) by way of scripts/peers-rs."""
+    """A Rust crate (or our own engine) through scripts/peers-rs."""
 
     program = ROOT / "target/peers-rs/release/peers"
     lanes = 1
@@ -291,7 +292,7 @@ def crate_version(package):
 
 
 def calibrate(peer, cells, exact):
-    """The loosest tolerance of the ladder at which no error exceeds the target; the tightest if none does."""
+    """The largest tolerance of the ladder at which no error exceeds the target; the smallest if none does."""
     for tolerance in LADDER:
         _, margins, _ = peer(cells, tolerance)
         if np.all(np.abs(margins - exact) <= TARGET):
@@ -370,7 +371,7 @@ def own_rows(cells, exact):
 
 
 def table_rows(cells, exact):
-    """Every peer at the loosest tolerance that meets the target."""
+    """Every peer at the largest tolerance that meets the target."""
     few = max(len(cells) // 16, 1)
     rows = heyoka_rows(cells, exact)
     verner = Crate("differential-equations", "(x1,x2), Verner 6(5) + event")
@@ -385,7 +386,7 @@ def table_rows(cells, exact):
 
 
 def chart_rows(cells, exact, near):
-    """Every peer over its tolerance. A peer that breaks down at one is left out there."""
+    """Every peer over its tolerance. A tolerance at which a peer fails is left out."""
     import heyoka as hy
 
     few = min(len(cells), 256)

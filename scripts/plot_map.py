@@ -20,7 +20,8 @@ SYMBOLS = {"epsilon": "ε", "alpha": "α", "beta": "β", "gamma": "γ"}
 def main(map_path, out_path):
     with xr.open_dataset(map_path, engine="h5netcdf") as data:
         names = [name for name in data if name.startswith("verdict_")]
-        # Two axes to show: c, and the longest of the others but epsilon. All others are held in their middle.
+        # Two axes to show: c, and the longest of the others except epsilon. All others are fixed at their
+        # middle.
         sizes = data[names[0]].sizes
         x = max((axis for axis in sizes if axis not in ("c", "epsilon")), key=lambda axis: sizes[axis])
         held = {axis: size // 2 for axis, size in sizes.items() if axis not in ("c", x)}

@@ -43,15 +43,15 @@ SEED = 20260413
 LAW_COLUMNS = ["kind", "law", "V", "critical"]
 FORMULAS, TABLES = 200, 100
 CRITICAL_POINTS, SMALL_CRITICAL_POINTS = 250, 20
-# Rows of margins.csv from each stratum. The whole box is mostly points that spiral inward; the others look
-# closer at weak damping, at belts fast enough for orbits to cross the belt line, and at the grazing boundary.
+# Number of rows of margins.csv from each stratum. Most points of the whole box spiral inward; the other
+# strata sample weak damping, belts fast enough for orbits to cross the belt line, and the grazing boundary.
 MARGIN_POINTS = {"box": 110, "weak": 120, "fast": 110, "near": 60}
-# (power that gathers beta and c near 0, greatest alpha, greatest beta, greatest c, range of V)
+# (power that concentrates beta and c near 0, largest alpha, largest beta, largest c, range of V)
 STRATA = {"box": (1, 1, 1, 3, (0.1, 10)), "weak": (3, 1, 1, 3, (0.1, 10)), "fast": (2, 0.3, 0.003, 0.2, (5, 20))}
 CRITICAL_COLUMNS = ["epsilon", "alpha", "beta", "gamma", "V", "critical_c"]
 NUMBERS = ["margin", "landing_speed", "slip_time", "stick_time", "landing_x1"]
 MARGIN_COLUMNS = ["epsilon", "alpha", "beta", "gamma", "c", "V", "margin", "landing_speed", "fate", *NUMBERS[2:]]
-# The files hold 25 digits; two runs must agree to well below the last of them that a reader may rely on.
+# The files have 25 digits; two runs must agree to well below the last of them that a reader may rely on.
 REQUIRED = 1e-23
 # Enough for signs and for choosing points.
 SKETCH = Accuracy(bits=100, order=24, tolerance="1e-20", cap="0.4")
@@ -114,7 +114,7 @@ def critical_row(point):
     fine = critical_damping(point, FINE, harmonic_balance(point))
     check = critical_damping(point, CHECK, fine * (1 + mpfr("1e-6")))
     margin = follow(replace(point, c=fine), CHECK).margin
-    # dm/dc is -pi eps V to leading order, so m/(pi eps V) is the error of c* that the (v, w) flow sees.
+    # dm/dc is -pi eps V to leading order, so m/(pi eps V) is the error of c* by the (v, w) flow.
     by_flow = margin / (gmpy2.const_pi() * mpfr(point.epsilon))
     return fine, float(max(abs(check - fine), abs(by_flow)) / fine)
 
@@ -286,7 +286,7 @@ def point_of(row):
 
 
 def same(committed, value):
-    """Whether a committed number is the recomputed one, to a unit of its last digit."""
+    """Returns whether a committed number equals the recomputed one, to a unit of its last digit."""
     if committed == "" or value is None:
         return committed == "" and value is None
     return bool(abs(mpfr(committed) - value) <= abs(value) * mpfr("1.01e-24"))
@@ -307,14 +307,14 @@ def quick(seed, count=6):
         if row["fate"] != orbit.fate or not all(numbers):
             wrong += 1
             print(f"margins.csv {row}: recomputed {orbit}")
-    # These were written by scripts/columns.c.
+    # Rows written by scripts/columns.c.
     rough, sharp = Accuracy(80, 18, "1e-15", "0.5"), Accuracy(110, 26, "1e-24", "0.4")
     for row in rng.sample(read("columns.csv"), count):
         critical = grazing_damping(point_of(row), rough, sharp)
         if not abs(mpfr(row["critical_c"]) - critical) <= abs(critical) * mpfr("1.01e-17"):
             wrong += 1
             print(f"columns.csv {row}: recomputed {digits(critical)}")
-    # The laws follow each other from one seed.
+    # The laws come in a sequence from one seed.
     first = [tuple(row.values()) for row in read("law_dampings.csv")][:3]
     if law_table(3, 0)[1] != first:
         wrong += 1
@@ -339,7 +339,7 @@ def main():
     if not args.laws:
         write("critical_damping.csv", CRITICAL_COLUMNS, critical_table)
         write("margins.csv", MARGIN_COLUMNS, margin_table)
-    # 18 digits are stored; the tests ask for 11.
+    # 18 digits are stored; the tests need 11.
     write("law_dampings.csv", LAW_COLUMNS, law_table, required=1e-15)
 
 

@@ -1,4 +1,4 @@
-"""How the cost of a map grows: n nodes on each of five axes, n^5 cells in n^4 columns.
+"""Scaling of the cost of a map: n nodes on each of five axes, n^5 cells in n^4 columns.
 
 Called by scripts/scaling with the path of the program and the numbers of nodes. Every map is made with one thread and
 with two, and every variable of the two files is compared by the fingerprint of its data that the file holds. The work
@@ -80,7 +80,7 @@ def make_map(slipmap, folder, n, threads):
 
 # Verdicts of a cell, one byte each.
 VERDICTS = 7
-# Small, as the memory of this program counts in the peak of those that it starts.
+# Small, because the memory of this program counts in the peak of the programs that it starts.
 BLOCK = 1 << 22
 
 
@@ -113,7 +113,7 @@ def hash_rate():
 
 
 def write_rate(path, folder):
-    """Seconds of the clock for a copy of the file, down to the disk."""
+    """Wall-clock seconds for a copy of the file, forced to disk."""
     copy = Path(folder) / "copy"
     start = time.monotonic()
     with open(path, "rb") as source, open(copy, "wb") as file:

@@ -98,7 +98,7 @@ def identities(rng, count=25):
             weaker = polar_log_radius(replace(p, alpha=p.alpha / 2), CHECK)
         except Unresolved:
             continue
-        # The scaled points are exact only in the working precision, hence the (v, w) flow sees other numbers.
+        # The scaled points are exact only in the working precision, so the (v, w) flow gets other numbers.
         three = mpfr(3)
         scaled = Point(three * p.epsilon, p.alpha, p.beta / three, p.gamma / three, p.c / three, p.belt)
         # A third of the belt speed at three times gamma and beta keeps k, b and C; A needs a third of 1 -
@@ -135,7 +135,7 @@ def search(rng, count=400):
             continue
         tried += 1
         gap = harmonic_balance(p) - critical
-        # Differences below the sketch's own error say nothing.
+        # Differences below the estimate's own error are meaningless.
         if abs(gap) > mpfr("1e-16") / mpfr(p.epsilon):
             orderings(p, critical, p)
             closest = min(closest, (gap / harmonic_balance(p), p), key=lambda pair: pair[0])

@@ -1,6 +1,5 @@
-//! What an engineer wants to know of a machine at its working point, in SI units: the speeds and the dampings
-//! at which it stick-slips and may stick-slip, what the motion is like, what it depends on, and what of that
-//! is proved.
+//! The engineer's assessment of a machine at its working point, in SI units: the speeds and dampings at which
+//! it stick-slips and may stick-slip, the motion, its sensitivities, and what is proved.
 
 use crate::behaviour::{Behaviour, behaviour, highest_belt_speed};
 use crate::certify::{Decision, Guarantee, TESTS};
@@ -14,7 +13,7 @@ use crate::simulate::sensitivity::{self, sensitivity};
 /// Accuracy of the scaled grazing margin.
 const TOLERANCE: f64 = 1e-9;
 
-/// How much of the critical damping changes with a quantity of the machine.
+/// Sensitivity of the critical damping to a quantity of the machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Sensitivity {
@@ -24,7 +23,7 @@ pub struct Sensitivity {
     pub critical_damping: f64,
 }
 
-/// The weight of one slip speed in the critical damping.
+/// Weight of one slip speed in the critical damping.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Influence {
@@ -34,7 +33,7 @@ pub struct Influence {
     pub share: f64,
 }
 
-/// What a rigorous test says at the working point.
+/// Verdict of a rigorous test at the working point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Proof {
@@ -44,43 +43,45 @@ pub struct Proof {
     pub verdict: &'static str,
 }
 
-/// The answers. Speeds in m/s, dampings in N s/m, lengths in m, times in s; of a rotation rad for m and N m
-/// for N.
+/// The assessment. Speeds in m/s, dampings in N s/m, lengths in m, times in s; of a rotation rad for m and N
+/// m for N.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Assessment {
     /// The machine at its working point.
     pub machine: Machine,
-    /// What it does there.
+    /// Its behaviour there.
     pub behaviour: Behaviour,
-    /// Below this belt speed it stick-slips whatever the start, at the working damping: steady slip is
-    /// unstable. `None` if it is stable at every speed.
+    /// Belt speed below which it stick-slips from every initial state, at the working damping: steady slip is
+    /// unstable. `None` if steady slip is stable at every speed.
     pub always_below_speed: Option<f64>,
-    /// Below this damping it stick-slips whatever the start, at the working speed; `None` if at no damping.
+    /// Damping below which it stick-slips from every initial state, at the working speed; `None` if there is
+    /// none.
     pub always_below_damping: Option<f64>,
-    /// Period of the motion that attracts, s.
+    /// Period of the attracting motion, s.
     pub period: Option<f64>,
     /// Half the range of velocities of that motion, m/s.
     pub velocity_amplitude: Option<f64>,
     /// The sudden changes of velocity with the belt, and against it, that start stick-slip from steady slip.
     pub kick: Option<[f64; 2]>,
-    /// What the critical damping at the working speed depends on.
+    /// Sensitivities of the critical damping at the working speed.
     pub sensitivities: Vec<Sensitivity>,
-    /// Which slip speeds of the friction curve the critical damping depends on; empty where the orbit does
-    /// not turn.
+    /// Weights of slip speeds of the friction curve in the critical damping; empty where the polar angle of
+    /// the orbit is not monotone in time.
     pub influence: Vec<Influence>,
-    /// What is proved at the working point.
+    /// Verdicts of the rigorous tests at the working point.
     pub proofs: Vec<Proof>,
 }
 
 impl Assessment {
-    /// The working damping in units of the critical one: above 1 nothing brings the mass back to the belt.
+    /// The working damping in units of the critical one: above 1 no orbit that has left the belt returns to
+    /// it.
     #[must_use]
     pub fn safety_margin(&self) -> Option<f64> {
         self.behaviour.critical_damping.filter(|d| *d > 0.0).map(|critical| self.machine.damping / critical)
     }
 }
 
-/// Asks everything; `None` as in [`Machine::point`].
+/// Assesses a machine; `None` as in [`Machine::point`].
 #[must_use]
 pub fn assess(machine: &Machine, law: &Law) -> Option<Assessment> {
     let point = machine.point(law)?;
@@ -170,7 +171,7 @@ fn sensitivities(machine: &Machine, law: &Law) -> Vec<Sensitivity> {
         .collect()
 }
 
-/// Parts of the range of slip speeds.
+/// Number of parts of the range of slip speeds.
 const PARTS: usize = 40;
 
 /// The weight of each slip speed on the grazing orbit at the critical damping; `None` where there is none.

@@ -1,4 +1,4 @@
-//! What a machine does at its working point, in SI units.
+//! The behaviour of a machine at its working point, in SI units.
 
 use crate::filippov::Oscillator;
 use crate::friction::Law;
@@ -9,36 +9,36 @@ use crate::simulate::crossing::stick_slip_cycle;
 use crate::simulate::slip_cycle::slip_cycles;
 use crate::simulate::{Fate, critical_damping, flow};
 
-/// What an engineer asks, in SI units.
+/// The answers, in SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Behaviour {
     /// Undamped natural frequency, Hz.
     pub natural_frequency: f64,
     /// Damping ratio d / (2 sqrt(k m)).
     pub damping_ratio: f64,
-    /// The belt speed above which the mass that leaves the belt does not come back to it, m/s: the highest
-    /// one within a factor of 1000 of the machine's; `None` if there is none.
+    /// Critical belt speed, m/s: above it a mass that leaves the belt does not return to it. The highest one
+    /// within a factor of 1000 of the machine's speed; `None` if there is none.
     pub critical_belt_speed: Option<f64>,
-    /// The damping coefficient above which the same holds, N s/m; `None` if no damping is needed, or none
-    /// found.
+    /// Critical damping coefficient, N s/m: above it the same holds. `None` if no damping is needed, or none
+    /// was found.
     pub critical_damping: Option<f64>,
-    /// The same as a damping ratio.
+    /// Damping ratio of the critical damping.
     pub critical_damping_ratio: Option<f64>,
     /// Long-run behaviour.
     pub regime: Regime,
     /// Slip and stick time of the stick-slip cycle, s.
     pub slip_and_stick_time: Option<[f64; 2]>,
-    /// Half the distance between the extremes of x of the cycle that attracts: the stick-slip cycle's, else
-    /// the largest stable slip cycle's, m.
+    /// Half the distance between the extremes of x, m: of the stick-slip cycle, or else of the largest stable
+    /// slip cycle.
     pub amplitude: Option<f64>,
 }
 
-/// Belt speeds are sought in these steps per factor of ten.
+/// Number of belt speeds per factor of ten at which the search looks.
 const STEPS_PER_DECADE: i32 = 8;
 const DECADES: i32 = 3;
 
-/// The highest belt speed, within three decades of `near`, up to which `holds` says true and beyond which it
-/// says false; `None` if it changes nowhere there, or is still true at the end.
+/// The highest belt speed, within three decades of `near`, up to which `holds` is true and beyond which it is
+/// false; `None` if it does not change, or is still true at the end.
 pub(crate) fn highest_belt_speed(near: f64, holds: impl Fn(f64) -> Option<bool>) -> Option<f64> {
     let range = DECADES * STEPS_PER_DECADE;
     let at = |i: i32| near * 10f64.powf(f64::from(i) / f64::from(STEPS_PER_DECADE));
@@ -76,7 +76,7 @@ fn critical_belt_speed(law: &Law, point: &Point, tolerance: f64) -> Option<f64> 
     })
 }
 
-/// What the machine does under `law`; `None` as in [`Machine::point`].
+/// Computes the behaviour of a machine under `law`; `None` as in [`Machine::point`].
 #[must_use]
 pub fn behaviour(machine: &Machine, law: &Law, tolerance: f64) -> Option<Behaviour> {
     let point = machine.point(law)?;
@@ -127,7 +127,7 @@ mod tests {
             assert!(sticks(Machine { damping: damping * (1.0 - 1e-6), ..example() }), "{law:?}");
             assert!(!sticks(Machine { damping: damping * (1.0 + 1e-6), ..example() }), "{law:?}");
             let [slip, stick] = here.slip_and_stick_time.unwrap();
-            // While it sticks the mass travels with the belt, at most from end to end of its motion.
+            // While it sticks the mass moves with the belt, at most from end to end of its motion.
             assert!(stick * 0.1 <= 2.0 * here.amplitude.unwrap() && slip > 0.0, "{here:?}");
         }
         let stribeck = behaviour(&example(), &Law::Stribeck, 1e-10).unwrap();

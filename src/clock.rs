@@ -1,4 +1,4 @@
-//! Processor time, so that other programs on the machine do not count.
+//! Processor time, which other programs on the computer do not affect.
 
 use std::time::Duration;
 
@@ -18,7 +18,7 @@ pub(crate) fn process_time() -> Duration {
     return time_of_day();
 }
 
-/// What `work` returns, and the processor seconds that this thread took for it.
+/// The result of `work`, and the processor seconds that this thread used for it.
 pub(crate) fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
     let start = thread_time();
     let result = work();
@@ -28,11 +28,11 @@ pub(crate) fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
 #[cfg(unix)]
 fn read(clock: rustix::time::ClockId) -> Duration {
     let now = rustix::time::clock_gettime(clock);
-    // Neither is negative, nor a second more than a billion nanoseconds.
+    // Neither is negative, and nanoseconds are below a billion.
     Duration::new(now.tv_sec.unsigned_abs(), u32::try_from(now.tv_nsec).unwrap_or(0))
 }
 
-/// Elsewhere the time of day has to do.
+/// Wall-clock time, on systems without a clock of processor time.
 #[cfg(not(unix))]
 fn time_of_day() -> Duration {
     use std::sync::LazyLock;

@@ -1,4 +1,4 @@
-//! Configuration files: from the text a person wrote to a validated [`Job`].
+//! Configuration files: read, validated and converted to a [`Job`].
 //!
 //! ```toml
 //! title = "..."                        # default: the file's name
@@ -48,9 +48,9 @@
 //! seconds = 1.0                        # default; for each method at each setting
 //! ```
 //!
-//! The output path is relative to the current folder; the folders that it names are created when the run
-//! starts. Everything is checked before anything is computed or written. The text kept in the job is the
-//! one in force, with overrides applied and comments kept.
+//! The output path is relative to the current folder; its folders are created when the run starts. Everything
+//! is checked before anything is computed or written. The text kept in the job has the overrides applied and
+//! keeps its comments.
 
 mod axis;
 mod curves;
@@ -78,31 +78,31 @@ use crate::map::{
 };
 use crate::simulate::naive::NaiveKnobs;
 
-/// A map to be computed, and where it goes.
+/// A validated configuration: what to compute, and where to write it.
 #[derive(Clone, Debug)]
 pub struct Job {
-    /// What to compute.
+    /// The computation.
     pub plan: Plan,
     /// Title of the map.
     pub title: String,
-    /// The machine that the grid is about, at its first belt speed and damping.
+    /// The machine of the grid, at its first belt speed and damping.
     pub machine: Option<Machine>,
     /// The configuration file.
     pub config_file: PathBuf,
-    /// The configuration in force, overrides applied.
+    /// The text of the configuration, overrides applied.
     pub config_text: String,
     /// The map file to write.
     pub output: PathBuf,
-    /// Where the certificate of what is proved between the nodes goes.
+    /// Path of the certificate of what is proved between the nodes.
     pub proof: Option<PathBuf>,
-    /// What a study of speed against accuracy is to do.
+    /// Settings of a study of speed against accuracy.
     #[cfg(feature = "report")]
     pub work_precision: Settings,
 }
 
 impl Job {
-    /// What tells this run's certificate from those of other runs: the plan, what is proved between the cells
-    /// included.
+    /// Identity of this run in its certificate: the plan, and the number of boxes to be proved between the
+    /// cells.
     #[must_use]
     pub fn identity(&self) -> String {
         format!("{} {}", crate::dataset::attributes::plan_digest(&self.plan), self.plan.proof_boxes)
@@ -111,7 +111,7 @@ impl Job {
     /// Reads and validates `file` under the overrides `sets`, each `key.path=value` with a TOML value.
     ///
     /// # Errors
-    /// The first thing wrong, with its place, its value and a remedy.
+    /// The first error, with its place, its value and a remedy.
     pub fn load(file: &Path, sets: &[String]) -> Result<Job, ConfigError> {
         let source = Source::load(file, sets)?;
         let root = source.root();
@@ -149,7 +149,7 @@ impl Job {
             Some(node) => {
                 let all: Vec<_> = Method::all().map(|method| (method.name(), method)).collect();
                 let chosen = choices(&node, &all, "method")?;
-                // Maps and tables list methods in one order, whatever order they were asked for in.
+                // Maps and tables list methods in a fixed order, independent of that of the request.
                 Method::all().filter(|method| chosen.contains(method)).collect()
             }
         };
@@ -168,7 +168,7 @@ impl Job {
 
         let audit_cells = match root.section("audit")?.get("cells") {
             None => DEFAULT_AUDIT_CELLS,
-            // A grid with fewer cells is audited whole.
+            // A grid with fewer cells is audited completely.
             Some(node) => {
                 let most = i64::try_from(MOST_AUDIT_CELLS).unwrap_or(i64::MAX);
                 usize::try_from(node.integer(0, most)?).unwrap_or(MOST_AUDIT_CELLS)
@@ -221,7 +221,7 @@ impl Job {
             .planes(planes)
             .compression(compression)
             .build()
-            // What could be wrong was refused above, with its place.
+            // All errors were refused above, with their places.
             .map_err(|error| root.missing("grid", error.to_string()))?;
         Ok(Job {
             plan,
@@ -258,8 +258,8 @@ fn schema(law: &Law) -> Vec<(Option<&'static str>, Vec<&'static str>)> {
     schema
 }
 
-/// Every key of a configuration for the law `stribeck`, by section; the name of the top level is empty. Of
-/// `[grid]` those of all built-in laws.
+/// Every key of a configuration for the law `stribeck`, by section; the name of the top level is empty.
+/// `[grid]` has the keys of all built-in laws.
 #[must_use]
 pub fn keys() -> Vec<(&'static str, Vec<&'static str>)> {
     let axes = Law::BUILT_IN.iter().flat_map(|law| Grid::axis_names(law));
@@ -274,14 +274,14 @@ pub fn keys() -> Vec<(&'static str, Vec<&'static str>)> {
         .into_iter()
         .map(|(name, keys)| match name {
             Some("grid") => ("grid", all.clone()),
-            // A section is no key.
+            // A section is not a key.
             None => ("", keys.into_iter().filter(|key| !sections.contains(key)).collect()),
             Some(name) => (name, keys),
         })
         .collect()
 }
 
-/// Refuses every key that no one would read, and says which was probably meant.
+/// Refuses unknown keys, and names the section or the key that was probably meant.
 fn check_keys(root: &Section, law: &Law) -> Result<(), ConfigError> {
     let schema = schema(law);
     for (name, known) in &schema {
@@ -332,7 +332,7 @@ fn grid(section: &Section, law: &Law) -> Result<Grid, ConfigError> {
     Grid::new(law.clone(), values).map_err(|error| grid_error(&error, &names, &nodes))
 }
 
-/// Finds the value that a [`GridError`] speaks of.
+/// Converts a [`GridError`] to an error at the value concerned.
 fn grid_error(error: &GridError, names: &[&str], nodes: &[(Vec<f64>, Node)]) -> ConfigError {
     let same = |a: f64, b: f64| a == b || (a.is_nan() && b.is_nan());
     let find = |axis: &str, wanted: &dyn Fn(&[f64], usize) -> bool| {
@@ -370,6 +370,8 @@ fn grid_error(error: &GridError, names: &[&str], nodes: &[(Vec<f64>, Node)]) -> 
                 report(at, format!("{next} follows {previous}"), "sort the list: axes increase".into())
             }
         }
+        // One list was made per axis of the law.
+        GridError::AxisCount { .. } => unreachable!("{error}"),
         GridError::TooLarge => {
             let sizes: Vec<String> =
                 names.iter().zip(nodes).map(|(name, (v, _))| format!("{name} {}", v.len())).collect();
@@ -385,7 +387,7 @@ fn grid_error(error: &GridError, names: &[&str], nodes: &[(Vec<f64>, Node)]) -> 
 const NAIVE_KEYS: [&str; 7] =
     ["smoothing_width", "stick_band_width", "step", "tolerance", "longest_step", "turns", "start_pause"];
 
-/// Reads the choices of the naive methods.
+/// Reads the settings of the naive methods.
 fn knobs(section: &Section) -> Result<NaiveKnobs, ConfigError> {
     let number = |key: &str, default: f64, least: f64, remedy: &str| match section.get(key) {
         None => Ok(default),
@@ -415,7 +417,7 @@ fn knobs(section: &Section) -> Result<NaiveKnobs, ConfigError> {
     })
 }
 
-/// Reads what a study of speed against accuracy is to do.
+/// Reads the settings of a study of speed against accuracy.
 #[cfg(feature = "report")]
 fn work_precision(section: &Section) -> Result<Settings, ConfigError> {
     let default = Settings::default();
@@ -447,7 +449,7 @@ fn tolerance(node: &Node) -> Result<f64, ConfigError> {
 /// Checks a bound on the error of the scaled grazing margin.
 ///
 /// # Errors
-/// What it must be.
+/// The condition that it must meet.
 pub fn check_tolerance(value: f64) -> Result<(), String> {
     if TOLERANCES.contains(&value) {
         Ok(())
@@ -491,7 +493,7 @@ fn fields(node: &Node, simulated: bool) -> Result<Vec<Field>, ConfigError> {
             format!("add \"simulation\" to methods.run, or leave \"{}\" out", field.name()),
         ));
     }
-    // The verdicts are what a map is; they are stored whether asked for or not.
+    // The verdicts are always stored.
     Ok(Field::ALL.into_iter().filter(|field| *field == Field::Verdict || chosen.contains(field)).collect())
 }
 
@@ -529,10 +531,10 @@ fn choices<T: Clone>(node: &Node, table: &[(&'static str, T)], noun: &str) -> Re
     Ok(chosen)
 }
 
-/// "the nearest valid key is `alpha`; valid are: .."
+/// The nearest valid word: "the nearest valid key is `alpha`; valid are: ..".
 fn nearest(noun: &str, word: &str, valid: &[&'static str]) -> String {
     let word = word.to_lowercase();
-    // An abbreviation is nearer than a word of other letters: `eps` means epsilon, not beta.
+    // An abbreviation counts as nearer than a word with other letters: `eps` means epsilon, not beta.
     let distance = |name: &&&str| {
         let name = name.to_lowercase();
         let abbreviated = word.chars().count() > 1 && name.starts_with(&word);
@@ -602,7 +604,7 @@ c = { from = 0, to = 1, points = 5 }
         assert_eq!(job.plan.engine, Engine::Direct);
         assert!(job.config_text.contains("# my map\n[grid]\n"), "{}", job.config_text);
         assert!(job.config_text.contains("epsilon = [0.1, 0.2] # small\n"), "{}", job.config_text);
-        // The text in force, read again, is the same job.
+        // Reading the text again gives the same job.
         let again = load(&job.config_text, &[]).unwrap();
         assert_eq!(again.plan.grid, job.plan.grid);
         assert_eq!((again.title, again.output), (job.title, job.output));

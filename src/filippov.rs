@@ -31,7 +31,7 @@ pub enum Side {
     Above,
 }
 
-/// What the flow does at a point (x1, V) of the belt line.
+/// The flow at a point (x1, V) of the belt line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BeltRegion {
     /// Both fields push towards the line: the mass sticks and moves with x1' = V.
@@ -66,7 +66,7 @@ pub enum Eigenvalues {
 }
 
 impl Eigenvalues {
-    /// Whether both eigenvalues have a negative real part.
+    /// Returns whether both eigenvalues have a negative real part.
     #[must_use]
     pub fn is_stable(&self) -> bool {
         match *self {
@@ -78,6 +78,9 @@ impl Eigenvalues {
 
 impl Oscillator {
     /// The oscillator at a parameter point of `law`.
+    ///
+    /// # Panics
+    /// As [`Law::column`], if the point is not legal.
     #[must_use]
     pub fn new(law: &Law, point: &Point) -> Self {
         Self::in_column(&law.column(point), point.damping)

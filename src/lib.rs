@@ -12,11 +12,11 @@
 //! use slipmap::certify::{self, Decision, Guarantee};
 //! use slipmap::filippov::Oscillator;
 //! use slipmap::friction::Law;
-//! use slipmap::point::{LawParameters, Point};
+//! use slipmap::point::Point;
 //! use slipmap::simulate::{Fate, critical_damping, flow};
 //!
-//! let alpha_beta_gamma = LawParameters::new(&[0.4, 0.2, 2.0]);
-//! let point = Point { epsilon: 0.1, law: alpha_beta_gamma, belt_speed: 1.0, damping: 0.6 };
+//! // eps; alpha, beta, gamma; V; c.
+//! let point = Law::Stribeck.point(0.1, &[0.4, 0.2, 2.0], 1.0, 0.6)?;
 //!
 //! // The simulated flow: the orbit that leaves the belt spirals inward, so there is no cycle.
 //! let answer = flow(&Oscillator::new(Law::Stribeck, &point), 1e-9);
@@ -42,20 +42,26 @@
 //!     }
 //!     other => panic!("{other:?}"),
 //! }
-//! # Ok::<(), slipmap::simulate::NoCriticalDamping>(())
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
 //! # Features
-//! `store` (the map file, by way of HDF5), `report` (tables and figures), `config` (configuration files) and
-//! `cli` (the program) are on by default; `serde` lets results be serialised. With none of them, or only
-//! `config` and `serde`, the crate is pure Rust.
+//! `store` (the map file, with the HDF5 library), `report` (tables and figures), `config` (configuration
+//! files) and `cli` (the program) are on by default; `serde` makes results serialisable. With none of them,
+//! or only `config` and `serde`, the crate is pure Rust.
+//!
+//! The modules `assessment`, `benchmark`, `cli` and `report` belong to the program. They are public for its
+//! tests only, are not documented here, and may change at any time.
 
 #[cfg(feature = "report")]
+#[doc(hidden)]
 pub mod assessment;
 pub mod behaviour;
+#[doc(hidden)]
 pub mod benchmark;
 pub mod certify;
 #[cfg(feature = "cli")]
+#[doc(hidden)]
 pub mod cli;
 mod clock;
 #[cfg(feature = "config")]
@@ -70,6 +76,7 @@ pub mod point;
 pub mod probe;
 mod random;
 #[cfg(feature = "report")]
+#[doc(hidden)]
 pub mod report;
 pub mod risk;
 pub mod simulate;

@@ -22,7 +22,7 @@
 use crate::friction::Law;
 use crate::point::{LawParameters, Point};
 
-/// How a machine moves, which names its units.
+/// Kind of motion of a machine, which determines its units.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Motion {
     /// Along a line.
@@ -78,10 +78,10 @@ pub enum Dimension {
     Stiffness,
 }
 
-/// A machine, in SI units; those of a rotation are kg m^2 for kg, N m for N and rad for m.
+/// A machine, in SI units; for a rotation kg m^2 replaces kg, N m replaces N and rad replaces m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Machine {
-    /// How it moves.
+    /// Kind of motion.
     pub motion: Motion,
     /// m > 0, kg.
     pub mass: f64,
@@ -120,7 +120,7 @@ pub struct Units {
 }
 
 impl Units {
-    /// What a dimensionless number of this dimension is multiplied by.
+    /// The factor from a dimensionless number of this dimension to SI.
     #[must_use]
     pub fn factor(&self, dimension: Dimension) -> f64 {
         match dimension {
@@ -184,7 +184,7 @@ impl Machine {
         }
     }
 
-    /// The units in which it is measured.
+    /// The units of the dimensionless oscillator.
     #[must_use]
     pub fn units(&self) -> Units {
         let force = self.static_friction * self.normal_force;
@@ -198,8 +198,8 @@ impl Machine {
         }
     }
 
-    /// The dimensionless point; `None` for laws given as text or data, which have no coefficients of their
-    /// own.
+    /// The dimensionless point; `None` for laws given as text or data, which have no coefficients of
+    /// friction.
     #[must_use]
     pub fn point(&self, law: &Law) -> Option<Point> {
         let Units { velocity, damping, .. } = self.units();
@@ -242,7 +242,7 @@ impl Machine {
     }
 }
 
-/// The machine that the tests ask about.
+/// An example machine for tests.
 #[cfg(test)]
 pub(crate) fn example() -> Machine {
     Machine {

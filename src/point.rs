@@ -1,9 +1,9 @@
-//! The parameter point, and the scaled groups that decide its fate.
+//! A parameter point, and the scaled groups on which its behaviour depends.
 //!
 //! All quantities are dimensionless (time in units of sqrt(mass / stiffness), force in units of the
 //! static friction force).
 
-/// The largest number of parameters a friction law may bring.
+/// Largest number of parameters of a friction law.
 pub const MAX_LAW_PARAMETERS: usize = 8;
 
 /// Values of a friction law's own parameters, in the order of [`crate::friction::Law::parameters`].
@@ -19,7 +19,7 @@ impl LawParameters {
     /// Copies up to [`MAX_LAW_PARAMETERS`] values.
     ///
     /// # Panics
-    /// If `values` is longer than that: a law with more parameters is a bug, not an input.
+    /// If `values` is longer: a law with more parameters is a bug, not an input error.
     #[must_use]
     pub fn new(values: &[f64]) -> Self {
         let mut stored = [0.0; MAX_LAW_PARAMETERS];
@@ -30,7 +30,7 @@ impl LawParameters {
     /// Replaces the value at this position.
     ///
     /// # Panics
-    /// If there is none.
+    /// If there is no such position.
     pub fn set(&mut self, position: usize, value: f64) {
         self.values[..self.len][position] = value;
     }
@@ -42,7 +42,7 @@ impl LawParameters {
     }
 }
 
-/// One point of parameter space: what every law shares, and the law's own parameters.
+/// A point of parameter space: the parameters that all laws share, and the law's own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
     /// Size of the nonlinear part of the friction law and of the viscous damping, eps > 0.
@@ -55,7 +55,7 @@ pub struct Point {
     pub damping: f64,
 }
 
-/// The four groups on which a Stribeck oscillator's existence question depends once velocity is
+/// The four groups on which the existence of a cycle of a Stribeck oscillator depends, once velocity is
 /// measured in belt speeds, s = u / V:
 ///
 /// ```text

@@ -1,6 +1,6 @@
-//! Pseudo-random numbers that are the same on every machine.
+//! Pseudo-random numbers, the same on every machine.
 
-/// SplitMix64 of Steele, Lea and Flood (OOPSLA 2014): enough to spread cells over a grid and to draw
+/// SplitMix64 of Steele, Lea and Flood (OOPSLA 2014): good enough to spread cells over a grid and to sample
 /// machines.
 pub(crate) struct Random(pub(crate) u64);
 

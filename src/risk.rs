@@ -1,10 +1,10 @@
-//! How probably a machine with uncertain quantities may stick-slip, and the damping that makes it as rare as
-//! asked.
+//! Probability that a machine with uncertain quantities may stick-slip, and the damping that lowers it to a
+//! given probability.
 //!
-//! Every draw of the uncertain quantities has its own critical damping, by the same root search as
-//! everywhere. The machine may stick-slip (for some start) if its damping is below it. So the share of such
-//! draws is the probability, and a quantile of "critical damping less the deviation of the damping" is the
-//! nominal damping that makes it as rare as asked. Both are told with 95 % confidence limits of the sampling.
+//! Every draw of the uncertain quantities has its own critical damping, found by the same root search as
+//! everywhere. The machine may stick-slip (for some initial state) if its damping is below it. So the share
+//! of such draws is the probability, and a quantile of "critical damping less the deviation of the damping"
+//! is the nominal damping for a given probability. Both have 95 % confidence limits for the sampling.
 
 use rayon::prelude::*;
 
@@ -13,15 +13,15 @@ use crate::machine::Machine;
 use crate::random::Random;
 use crate::simulate::critical::critical_dampings;
 
-/// How an uncertain quantity is spread.
+/// Distribution of an uncertain quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Spread {
-    /// Normally, with this standard deviation around the machine's value; illegal values are drawn again.
+    /// Normal, with this standard deviation around the machine's value; illegal values are drawn again.
     Normal {
         /// Standard deviation.
         sd: f64,
     },
-    /// Evenly between two values.
+    /// Uniform between two values.
     Uniform {
         /// The smaller one.
         min: f64,
@@ -30,7 +30,7 @@ pub enum Spread {
     },
 }
 
-/// A quantity of a machine, by the name that configurations give it.
+/// A quantity of a machine, named as in configurations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum Quantity {
@@ -75,7 +75,7 @@ impl Quantity {
         }
     }
 
-    /// Its place in a machine.
+    /// The quantity's field in a machine.
     pub fn of(self, machine: &mut Machine) -> &mut f64 {
         match self {
             Quantity::Mass => &mut machine.mass,
@@ -101,40 +101,41 @@ pub struct Estimate {
     pub limits: [f64; 2],
 }
 
-/// The nominal damping that makes stick-slip as rare as asked.
+/// The nominal damping for a given probability of stick-slip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct RareBy {
-    /// The probability that is asked for.
+    /// The given probability.
     pub probability: f64,
     /// The damping, N s/m (of a rotation N m s/rad); `None` where there are too few draws for limits.
     pub damping: Option<Estimate>,
 }
 
-/// What the draws say.
+/// The result of the draws.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Risk {
-    /// Draws with an answer.
+    /// Number of draws with an answer.
     pub draws: usize,
-    /// Draws whose critical damping was not found; they are left out.
+    /// Number of draws whose critical damping was not found; they are left out.
     pub failed: usize,
     /// The probability that the machine may stick-slip.
     pub probability: Estimate,
-    /// The dampings that make it rare.
+    /// The dampings for the given probabilities.
     pub rare_by: Vec<RareBy>,
 }
 
-/// Draws that share a stream of random numbers and a call of the root search.
+/// Number of draws that share a stream of random numbers and a call of the root search.
 const CHUNK: usize = 2048;
 /// Accuracy of the critical dampings, far below any tolerance of a machine.
 const TOLERANCE: f64 = 1e-7;
-/// Illegal values are drawn again so often; then the spread is too wide for the quantity.
+/// Largest number of times that an illegal value is drawn again; beyond it the spread is too wide for the
+/// quantity.
 const TRIES: usize = 1000;
 /// 97.5 % quantile of the normal distribution.
 const NORMAL: f64 = 1.959_963_984_540_054;
 
-/// Whether a machine is one.
+/// Returns whether all quantities are legal.
 fn is_legal(machine: &Machine) -> bool {
     let positive = [
         machine.mass,
@@ -164,8 +165,9 @@ fn draw(machine: &Machine, spreads: &[(Quantity, Spread)], random: &mut Random) 
     })
 }
 
-/// Draws `draws` machines and asks each. The same numbers for any number of threads. `None` where a machine
-/// under `law` has no point (see [`Machine::point`]) or the spreads have hardly any legal values.
+/// Draws `draws` machines and computes the critical damping of each. The result does not depend on the number
+/// of threads. `None` where a machine under `law` has no point (see [`Machine::point`]) or the spreads have
+/// hardly any legal values.
 #[must_use]
 pub fn risk(
     machine: &Machine,
@@ -174,11 +176,11 @@ pub fn risk(
     draws: usize,
     rare: &[f64],
 ) -> Option<Risk> {
-    // Of each draw the nominal damping above which it would not stick-slip, at its own deviation.
+    // For each draw the nominal damping above which it would not stick-slip, at its own deviation.
     let chunks: Vec<Option<(Vec<f64>, usize)>> = (0..draws.div_ceil(CHUNK))
         .into_par_iter()
         .map(|chunk| {
-            // Each chunk has a stream of its own, whoever computes it.
+            // Each chunk has a stream of its own, so the result does not depend on threads.
             let mut random = Random(0x5115_ca9e ^ (chunk as u64).wrapping_mul(0xd134_2543_de82_ef95));
             let count = CHUNK.min(draws - chunk * CHUNK);
             let machines: Vec<Machine> =
@@ -289,7 +291,7 @@ mod tests {
         // Four standard errors of the difference of two shares.
         let error = (0.25 / 4000.0 + 0.25 / 2000.0_f64).sqrt();
         assert!((found.probability.value - sticks).abs() < 4.0 * error, "{found:?} {sticks}");
-        // With that damping it is as rare as asked.
+        // With that damping the probability is as asked.
         let rare = Machine { damping: found.rare_by[0].damping.unwrap().value, ..machine };
         let again = risk(&rare, &law, &spreads, 4000, &[]).unwrap();
         assert!((again.probability.value - 0.1).abs() < 2e-3, "{again:?}");

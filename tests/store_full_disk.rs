@@ -1,9 +1,10 @@
-//! A map that finds no room is reported and leaves nothing behind.
+//! A full disk is reported, and no file is left.
 //!
-//! In a program of its own: it starts processes, and those inherit the locks of whatever files HDF5 has open.
+//! In a program of its own, because it starts processes, which inherit the locks of all files that HDF5 has
+//! open.
 
 #![cfg(all(unix, feature = "store"))]
-// clippy.toml exempts only test functions, and not what helps them.
+// clippy.toml exempts only test functions, not their helpers.
 #![allow(clippy::expect_used)]
 
 use std::fs;
@@ -15,10 +16,11 @@ use slipmap::map::{Account, Field, Grid, Method, MethodCells, Plan, Runs, Sink, 
 use slipmap::store::{Existing, MapWriter, Outcome, Provenance, StoreError};
 use tempfile::TempDir;
 
-/// Tells this program, started again under a limit on the size of files, where to write.
+/// The environment variable with the output folder, for this program started again under a limit on the size
+/// of files.
 const FOLDER: &str = "SLIPMAP_TEST_FULL_DISK";
 
-/// Writes a map of eight tiles whose margins no compression can shrink.
+/// Writes a map of eight tiles whose margins are incompressible.
 fn write(path: &Path) -> Result<(), StoreError> {
     let nodes = [4usize, 1, 1, 1, 16, 32].map(|len| (1..=len).map(|i| i as f64 / 64.0).collect());
     let grid = Grid::new(Law::Stribeck, nodes.into()).expect("legal axes");
@@ -64,7 +66,7 @@ fn a_full_disk_is_reported_and_leaves_nothing() {
     write(&path).expect("there is room");
     // The shell counts in blocks of 512 bytes; the last one is not full, or just full.
     let blocks = (fs::metadata(&path).expect("it was written").len() - 1) / 512;
-    // Room for nothing, for some chunks, for all chunks, for all but the seal.
+    // Space for nothing, for some chunks, for all chunks, for all but the seal.
     for limit in [0, blocks / 4, blocks / 2, 3 * blocks / 4, blocks - 1, blocks] {
         let folder = TempDir::new().expect("a scratch folder");
         let child = Command::new("sh")

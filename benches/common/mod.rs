@@ -1,4 +1,4 @@
-//! The cells that the benches answer, and the answers that they must give.
+//! The cells of the benchmarks, and the right answers.
 
 #![allow(dead_code)] // every bench compiles this module and uses its own part
 
@@ -21,7 +21,7 @@ impl Random {
     }
 }
 
-/// Random points of the box in which speeds are quoted: eps = 0.05, alpha in [0, 1], beta in [0, 0.5], gamma
+/// Random points of the box for which speeds are stated: eps = 0.05, alpha in [0, 1], beta in [0, 0.5], gamma
 /// in [0, 4], c in [0, 1], V in [0.2, 1.5].
 pub fn points(count: usize) -> Vec<Point> {
     let mut random = Random(20_260_414);

@@ -1,4 +1,4 @@
-//! Configurations: any bytes as the file of `slipmap run`.
+//! Configurations: arbitrary bytes as the file of `slipmap run`.
 #![no_main]
 
 use std::sync::LazyLock;

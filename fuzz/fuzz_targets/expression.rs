@@ -6,7 +6,7 @@ use slipmap::friction::Law;
 use slipmap::point::LawParameters;
 
 fuzz_target!(|text: &str| {
-    // Texts of laws are kept for the life of the program, so that a long run needs bounded ones.
+    // Texts of laws are kept until the program ends, so they are bounded in a long run.
     if text.len() < 200 {
         if let Some(Law::Expression(law)) = Law::from_definition("expression", &format!("1\n{text}")) {
             let parameters = LawParameters::new(&vec![0.5; law.parameters().len()]);

@@ -1,7 +1,7 @@
-//! Map files: any bytes as the file of `slipmap check`, `report` and `plot`.
+//! Map files: arbitrary bytes as the file of `slipmap check`, `report` and `plot`.
 //!
-//! Damage is told by the seal before anything else is looked at; here every file gets the seal that belongs
-//! to it, as one would that was made on purpose.
+//! The seal would reveal damage before anything else is read, so every file gets a valid seal, like one that
+//! was forged.
 #![no_main]
 
 use std::sync::LazyLock;

@@ -1,4 +1,4 @@
-//! Tables of points: any bytes as the CSV of `slipmap probe --points`.
+//! Tables of points: arbitrary bytes as the CSV of `slipmap probe --points`.
 #![no_main]
 
 use std::sync::LazyLock;

@@ -1,4 +1,4 @@
-//! Measured friction: any bytes as the CSV of the law `table`.
+//! Measured friction: arbitrary bytes as the CSV of the law `table`.
 #![no_main]
 
 use std::sync::LazyLock;

@@ -1,4 +1,5 @@
-//! The cells on which methods are compared: some anywhere in the box of a grid, some next to the boundary.
+//! The cells on which methods are compared: half of them anywhere in the box of a grid, half near the
+//! boundary.
 
 use rayon::prelude::*;
 
@@ -9,16 +10,16 @@ use crate::map::{Grid, Verdict};
 use crate::point::Point;
 use crate::simulate::{Fate, critical_damping, return_map};
 
-/// A cell, with what is true of it.
+/// A cell with its true answers.
 #[derive(Clone, Debug)]
 pub struct Cell {
-    /// Where it is.
+    /// Its parameters.
     pub point: Point,
     /// Its column.
     pub column: Column,
     /// Whether it was drawn next to the boundary.
     pub near: bool,
-    /// What is known to more than double precision.
+    /// The answers to more than double precision.
     pub reference: Reference,
     /// The true verdict: the margin's sign, and for an orbit that comes back whether it sticks.
     pub verdict: Verdict,
@@ -34,7 +35,7 @@ fn generators(dimensions: usize) -> Vec<f64> {
     (1..=dimensions).map(|power| root.powi(-(power as i32))).collect()
 }
 
-/// The value of an axis at a share of its extent, by ratios if its nodes have equal ratios.
+/// The value of an axis at a fraction of its extent, logarithmically if its nodes are logarithmic.
 fn along(values: &[f64], share: f64) -> f64 {
     let (first, last) = (values[0], values[values.len() - 1]);
     let middle = values[values.len() / 2];
@@ -47,11 +48,11 @@ fn along(values: &[f64], share: f64) -> f64 {
     }
 }
 
-/// Draws about `count` cells from the box that `grid` spans: by turns one anywhere in it and, where the
-/// column has a boundary at c > `near`, one at most `near` away from it along c. Always the same for the
-/// same grid, and the first of many are the same as fewer.
+/// Draws about `count` cells from the box of `grid`, alternately anywhere in it and, where the column has a
+/// boundary at c > `near`, at most `near` away from it along c. The sequence depends on the grid alone, and
+/// fewer cells are the first of many.
 ///
-/// Cells of which the truth is not certain are left out.
+/// Cells whose true answer is not certain are left out.
 #[must_use]
 pub fn draw(grid: &Grid, count: usize, near: f64) -> Vec<Cell> {
     let axes = grid.axes();
@@ -77,7 +78,7 @@ pub fn draw(grid: &Grid, count: usize, near: f64) -> Vec<Cell> {
     columns.concat()
 }
 
-/// A cell with its truth, if that is certain.
+/// A cell with its true answers, if they are certain.
 fn cell(law: &Law, point: Point, critical: Option<f64>, near: bool) -> Option<Cell> {
     let column = law.column(&point);
     let reference = reference(&point, critical);
@@ -91,7 +92,7 @@ fn cell(law: &Law, point: Point, critical: Option<f64>, near: bool) -> Option<Ce
         match return_map::flow(&Oscillator::in_column(&column, point.damping), TOLERANCE).fate {
             Fate::Sticks(_) => Verdict::Present,
             Fate::CrossesForever => Verdict::Absent,
-            // A margin of 1e-15 is certain here and not there; its orbit lands gently.
+            // A margin of 1e-15 is certain here but not for the engine; its orbit lands gently.
             Fate::TooCloseToCall => Verdict::Present,
             Fate::SpiralsInward | Fate::Failed(_) => return None,
         }

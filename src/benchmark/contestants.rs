@@ -1,4 +1,4 @@
-//! Who takes part: each method and engine at each setting of its own knob.
+//! The methods and engines that are compared, each at several settings of its main parameter.
 
 use crate::certify::{TESTS, Test};
 use crate::filippov::Oscillator;
@@ -12,21 +12,21 @@ use crate::simulate::{Fate, Flow, direct, surface};
 
 use super::cells::Cell;
 
-/// What a contestant is.
+/// Kind of a contestant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// A closed-form test.
     ClosedForm,
     /// An engine of this program.
     Engine,
-    /// A simulation as its users write it.
+    /// A simulation as commonly written.
     Naive,
-    /// Somebody else's program.
+    /// A program of others.
     Peer,
 }
 
 impl Kind {
-    /// The word in tables.
+    /// Name in tables.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -38,50 +38,50 @@ impl Kind {
     }
 }
 
-/// What is said of a cell.
+/// The answer about a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Answer {
     pub verdict: Verdict,
-    /// The scaled grazing margin, from those who compute it.
+    /// The scaled grazing margin, if it is computed.
     pub margin: Option<f64>,
-    /// The critical damping of the cell's column, from those who compute it.
+    /// The critical damping of the cell's column, if it is computed.
     pub critical: Option<f64>,
 }
 
-/// How a contestant answers.
+/// The function that computes a contestant's answers.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Way {
+pub(super) enum Solver {
     /// A closed-form test, cell by cell.
     Test(&'static Test),
     /// An engine, cell by cell, at a setting.
     Each(fn(&Cell, f64) -> Answer),
-    /// An engine, all cells in one call, vectors of them side by side.
+    /// An engine that takes all cells in one call and vectorises over them.
     Batch(fn(&[Cell], f64) -> Vec<Answer>),
-    /// A naive method, cell by cell, verdicts alone; the critical damping has to be searched for.
+    /// A naive method, cell by cell: verdicts only; its critical damping is found by bisection.
     Naive(NaiveMethod, NaiveKnobs),
 }
 
-/// What a contestant says besides verdicts.
+/// The numbers that a contestant computes besides verdicts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Gives {
+pub(super) enum Output {
     Margins,
     CriticalDampings,
     Nothing,
 }
 
-/// A method at one setting of its knob.
+/// A method at one setting of its parameter.
 #[derive(Clone, Copy, Debug)]
 pub struct Contestant {
     /// The method or engine.
     pub name: &'static str,
-    /// What it is.
+    /// Its kind.
     pub kind: Kind,
-    /// Its knob; `None` for a method that has none.
+    /// Name of its parameter; `None` for a method without one.
     pub knob: Option<&'static str>,
-    /// Where the knob stands.
+    /// Value of the parameter.
     pub setting: f64,
-    pub(super) way: Way,
-    pub(super) gives: Gives,
+    pub(super) solver: Solver,
+    pub(super) output: Output,
 }
 
 fn verdict_of(flow: &Flow) -> Verdict {
@@ -93,7 +93,7 @@ fn verdict_of(flow: &Flow) -> Verdict {
     }
 }
 
-/// By comparison with a critical damping and its error.
+/// The answer by comparing `c` with a critical damping and its error.
 fn compare(c: f64, critical: Option<(f64, f64)>) -> Answer {
     let verdict = match critical {
         Some((critical, error)) if c < critical - error => Verdict::Present,
@@ -127,7 +127,7 @@ fn critical_surface(cells: &[Cell], tolerance: f64) -> Vec<Answer> {
 fn return_map(cells: &[Cell], tolerance: f64) -> Vec<Answer> {
     let groups: Vec<ScaledGroups> = cells.iter().filter_map(scaled).collect();
     if groups.len() < cells.len() {
-        // The vectors are for the Stribeck law; for others there is no reference either.
+        // The vectorised engine is for the Stribeck law; for others there is no reference either.
         return vec![Answer { verdict: Verdict::Failed, margin: None, critical: None }; cells.len()];
     }
     let turns = turns(&groups, tolerance);
@@ -147,7 +147,7 @@ fn return_map(cells: &[Cell], tolerance: f64) -> Vec<Answer> {
         .collect()
 }
 
-/// The groups of a cell of the Stribeck law.
+/// The scaled groups of a cell of the Stribeck law.
 fn scaled(cell: &Cell) -> Option<ScaledGroups> {
     let &[alpha, beta, gamma] = cell.point.law.as_slice() else { return None };
     let rate = cell.point.epsilon * gamma;
@@ -171,30 +171,32 @@ fn auto(cell: &Cell, tolerance: f64) -> Answer {
     Answer { verdict: verdicts[0], margin: None, critical: None }
 }
 
-/// Everyone, each method with its settings from coarse to fine.
+/// All contestants, each method with its settings from coarse to fine.
 ///
-/// The knobs: `tolerance` for engines (the error of the margin that is aimed at; for `critical_surface`
+/// The parameters: `tolerance` for engines (the error of the margin that is aimed at; for `critical_surface`
 /// relative to the divergence) and for `event_step` (the error per step), `smoothing_width` for `smoothed`,
-/// `stick_band_width` for `stick_band`, `step` for `fixed_step`. All other choices of the naive methods have
-/// their default values.
+/// `stick_band_width` for `stick_band`, `step` for `fixed_step`. All other parameters of the naive methods
+/// have their default values.
 #[must_use]
 pub fn contestants() -> Vec<Contestant> {
-    let fixed = |name, kind, way, gives| Contestant { name, kind, knob: None, setting: f64::NAN, way, gives };
-    let test =
-        |test: &'static Test| fixed(test.name, Kind::ClosedForm, Way::Test(test), Gives::CriticalDampings);
+    let fixed =
+        |name, kind, solver, output| Contestant { name, kind, knob: None, setting: f64::NAN, solver, output };
+    let test = |test: &'static Test| {
+        fixed(test.name, Kind::ClosedForm, Solver::Test(test), Output::CriticalDampings)
+    };
     let mut all: Vec<Contestant> = TESTS.iter().map(test).collect();
-    let table = Way::Each(universal_surface);
-    all.push(fixed("universal_surface", Kind::Engine, table, Gives::CriticalDampings));
+    let table = Solver::Each(universal_surface);
+    all.push(fixed("universal_surface", Kind::Engine, table, Output::CriticalDampings));
     let engines = [
-        ("critical_surface", Way::Batch(critical_surface), Gives::CriticalDampings),
-        ("return_map", Way::Batch(return_map), Gives::Margins),
-        ("auto", Way::Each(auto), Gives::Nothing),
-        ("direct", Way::Each(direct), Gives::Margins),
+        ("critical_surface", Solver::Batch(critical_surface), Output::CriticalDampings),
+        ("return_map", Solver::Batch(return_map), Output::Margins),
+        ("auto", Solver::Each(auto), Output::Nothing),
+        ("direct", Solver::Each(direct), Output::Margins),
     ];
-    for (name, way, gives) in engines {
+    for (name, solver, output) in engines {
         for setting in [1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14] {
             let knob = Some("tolerance");
-            all.push(Contestant { knob, setting, ..fixed(name, Kind::Engine, way, gives) });
+            all.push(Contestant { knob, setting, ..fixed(name, Kind::Engine, solver, output) });
         }
     }
     for method in NaiveMethod::ALL {
@@ -212,8 +214,8 @@ pub fn contestants() -> Vec<Contestant> {
                 NaiveMethod::FixedStep => NaiveKnobs { step: setting, ..knobs },
                 NaiveMethod::EventStep => NaiveKnobs { tolerance: setting, ..knobs },
             };
-            let way = Way::Naive(method, knobs);
-            let one = fixed(method.name(), Kind::Naive, way, Gives::Nothing);
+            let solver = Solver::Naive(method, knobs);
+            let one = fixed(method.name(), Kind::Naive, solver, Output::Nothing);
             all.push(Contestant { knob: Some(knob), setting, ..one });
         }
     }

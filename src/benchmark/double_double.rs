@@ -1,7 +1,7 @@
-//! Numbers of about 31 digits: unevaluated sums of two doubles (T. J. Dekker 1971, D. E. Knuth's exact sum;
-//! the algorithms as in Y. Hida, X. S. Li and D. H. Bailey, *Library for double-double and quad-double
-//! arithmetic*). Errors of the operations are a few times 2^-104, relative. Own code, since the one crate
-//! that offers them, `twofloat` 0.8.4, is wrong in the 17th digit of 1/7.
+//! Double-double arithmetic, about 31 digits: unevaluated sums of two doubles (T. J. Dekker 1971, D. E.
+//! Knuth's exact sum; the algorithms as in Y. Hida, X. S. Li and D. H. Bailey, *Library for double-double and
+//! quad-double arithmetic*). Relative errors of the operations are a few times 2^-104. Own code, because the
+//! one crate that offers them, `twofloat` 0.8.4, is wrong in the 17th digit of 1/7.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -10,7 +10,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 pub struct Double2 {
     /// The sum, rounded to a double.
     pub hi: f64,
-    /// What the rounding lost.
+    /// The rounding error of that sum.
     pub lo: f64,
 }
 
@@ -24,7 +24,7 @@ fn two_sum(a: f64, b: f64) -> Double2 {
     Double2 { hi, lo: (a - (hi - part)) + (b - part) }
 }
 
-/// The same for |a| >= |b| or a = 0.
+/// a + b and its rounding error, for |a| >= |b| or a = 0.
 fn quick_two_sum(a: f64, b: f64) -> Double2 {
     let hi = a + b;
     Double2 { hi, lo: b - (hi - a) }
@@ -89,7 +89,7 @@ impl<T: Into<Double2>> Div<T> for Double2 {
 }
 
 impl Double2 {
-    /// Rounded to a double.
+    /// The number rounded to a double.
     #[must_use]
     pub fn value(self) -> f64 {
         self.hi
@@ -98,8 +98,8 @@ impl Double2 {
     /// (sin, cos) of a number from 0 to 2 pi.
     #[must_use]
     pub fn sin_cos(self) -> (Self, Self) {
-        // Taylor's series at a 16th of it (at most 0.4: x^27 / 27! < 2e-39), then four doublings of sin and
-        // of 1 - cos, which keeps the accuracy of small angles.
+        // Taylor series at x / 16 (at most 0.4: x^27 / 27! < 2e-39), then four doublings of sin and of 1 -
+        // cos, which keeps the accuracy of small angles.
         let x = self * 0.0625;
         let square = x * x;
         let series = |first: Self, from: u32| {
@@ -123,7 +123,7 @@ impl Double2 {
 mod tests {
     use super::*;
 
-    /// A few units of the 31st digit.
+    /// A few units in the 31st digit.
     const TINY: f64 = 1e-30;
 
     #[test]
@@ -146,7 +146,7 @@ mod tests {
         assert!(close(twelfth.0, 0.5) && close(twelfth.1 * twelfth.1, 0.75), "{twelfth:?}");
         assert!(close(at(0.125).0 * at(0.125).0, 0.5));
         for (part, sin, cos) in [(0.0, 0.0, 1.0), (0.25, 1.0, 0.0), (0.5, 0.0, -1.0), (1.0, 0.0, 1.0)] {
-            // Four doublings multiply errors by up to 2^4 each for the versine.
+            // Four doublings multiply the error of 1 - cos by up to 2^4 each.
             let (s, c) = at(part);
             assert!((s - sin).value().abs() < 1e3 * TINY && (c - cos).value().abs() < 1e3 * TINY, "{part}");
         }

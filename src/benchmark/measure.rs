@@ -1,29 +1,29 @@
-//! Time and error of one contestant.
+//! Measures time and error of one contestant.
 
 use std::hint::black_box;
 use std::time::Duration;
 
 use super::cells::Cell;
-use super::contestants::{Answer, Contestant, Gives, Way, closed_form};
+use super::contestants::{Answer, Contestant, Output, Solver, closed_form};
 use crate::clock::thread_time;
 use crate::filippov::Oscillator;
 use crate::map::Verdict;
 
-/// Sizes of errors.
+/// Statistics of errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Errors {
-    /// How many.
+    /// Number of errors.
     pub count: usize,
     /// The median.
     pub median: f64,
-    /// What 95 % do not exceed.
+    /// The 95 % quantile.
     pub high: f64,
     /// The largest.
     pub worst: f64,
 }
 
 impl Errors {
-    /// Sums up; `None` if there are none.
+    /// Computes the statistics; `None` if there are no errors.
     #[must_use]
     pub fn of(mut sizes: Vec<f64>) -> Option<Self> {
         sizes.sort_by(f64::total_cmp);
@@ -33,14 +33,14 @@ impl Errors {
     }
 }
 
-/// How cells were labelled.
+/// Numbers of wrong and missing verdicts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Labels {
-    /// Cells asked about.
+    /// Number of cells.
     pub cells: usize,
-    /// Wrong verdicts.
+    /// Number of wrong verdicts.
     pub wrong: usize,
-    /// No verdict: undecided or failed.
+    /// Number of cells without a verdict: undecided or failed.
     pub none: usize,
 }
 
@@ -53,48 +53,48 @@ impl Labels {
         }
     }
 
-    /// The share of cells without the right label.
+    /// Share of cells without the right verdict.
     #[must_use]
     pub fn missed(&self) -> Option<f64> {
         (self.cells > 0).then(|| (self.wrong + self.none) as f64 / self.cells as f64)
     }
 }
 
-/// What was found of one contestant.
+/// Measurements of one contestant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measurement {
-    /// Cells that it was asked about: all, or as many as its time allowed.
+    /// Number of cells that it was asked about: all, or as many as its time allowed.
     pub cells: usize,
-    /// Processor time per cell.
+    /// Processor time per cell in seconds.
     pub seconds: f64,
-    /// Error of the scaled grazing margin; that of the critical damping as a margin for those who give none.
+    /// Error of the scaled grazing margin; for methods without one, that of the critical damping as a margin.
     pub margin: Option<Errors>,
-    /// Error of the critical damping; that of the margin as a damping for those who give none.
+    /// Error of the critical damping; for methods without one, that of the margin as a damping.
     pub critical: Option<Errors>,
-    /// Cells on whose margin or critical damping nothing was said though there is one.
+    /// Number of cells without an answer although there is a margin or critical damping.
     pub unanswered: usize,
-    /// Labels of the cells next to the boundary.
+    /// Verdicts on the cells near the boundary.
     pub near: Labels,
-    /// Labels of the cells anywhere.
+    /// Verdicts on the cells anywhere.
     pub anywhere: Labels,
 }
 
-/// Least number of cells that slow contestants are asked about, whatever that takes.
+/// Least number of cells that even slow contestants are asked about.
 const LEAST_CELLS: usize = 4;
-/// A pass over the cells is repeated until it takes at least this long: a thousand ticks of the clock.
+/// Least duration of a timed pass, reached by repetition: a thousand ticks of the clock.
 const LONG_ENOUGH: Duration = Duration::from_micros(500);
-/// Passes of which the fastest counts.
+/// Number of passes; the fastest counts.
 const PASSES: usize = 5;
 
-/// Asks a contestant about `cells`, or about as many of the first of them as take about `seconds`.
+/// Measures a contestant on `cells`, or on as many of the first of them as take about `seconds`.
 #[must_use]
 pub fn measure(contestant: &Contestant, cells: &[Cell], seconds: f64) -> Measurement {
     let budget = Duration::from_secs_f64(seconds);
-    let (count, time, answers) = match contestant.way {
-        Way::Batch(ask) => timed(cells, cells.len(), budget, |cells| ask(cells, contestant.setting)),
-        Way::Each(ask) => one_by_one(cells, budget, |cell| ask(cell, contestant.setting)),
-        Way::Test(test) => one_by_one(cells, budget, |cell| closed_form(test, cell)),
-        Way::Naive(method, knobs) => one_by_one(cells, budget, |cell| {
+    let (count, time, answers) = match contestant.solver {
+        Solver::Batch(ask) => timed(cells, cells.len(), budget, |cells| ask(cells, contestant.setting)),
+        Solver::Each(ask) => one_by_one(cells, budget, |cell| ask(cell, contestant.setting)),
+        Solver::Test(test) => one_by_one(cells, budget, |cell| closed_form(test, cell)),
+        Solver::Naive(method, knobs) => one_by_one(cells, budget, |cell| {
             let oscillator = Oscillator::in_column(&cell.column, cell.point.damping);
             let verdict = method.decide(&oscillator, &knobs).verdict.into();
             Answer { verdict, margin: None, critical: None }
@@ -113,9 +113,9 @@ pub fn measure(contestant: &Contestant, cells: &[Cell], seconds: f64) -> Measure
     for (answer, cell) in answers.iter().zip(cells) {
         let labels = if cell.near { &mut found.near } else { &mut found.anywhere };
         labels.add(answer.verdict, cell.verdict);
-        found.unanswered += usize::from(!errors.add(contestant.gives, answer, cell));
+        found.unanswered += usize::from(!errors.add(contestant.output, answer, cell));
     }
-    if let Way::Naive(method, knobs) = contestant.way {
+    if let Solver::Naive(method, knobs) = contestant.solver {
         let ask = |cell: &Cell, c: f64| {
             method.decide(&Oscillator::in_column(&cell.column, c), &knobs).verdict.into()
         };
@@ -126,9 +126,9 @@ pub fn measure(contestant: &Contestant, cells: &[Cell], seconds: f64) -> Measure
     found
 }
 
-/// Asks about one cell after the other, about as many as `budget` allows.
+/// Asks about one cell after the other, as many as `budget` allows.
 fn one_by_one(cells: &[Cell], budget: Duration, ask: impl Fn(&Cell) -> Answer) -> (usize, f64, Vec<Answer>) {
-    // Tables are made at first use.
+    // Warm up: tables are computed on first use.
     if let Some(first) = cells.first() {
         black_box(ask(first));
     }
@@ -141,7 +141,7 @@ fn one_by_one(cells: &[Cell], budget: Duration, ask: impl Fn(&Cell) -> Answer) -
     timed(cells, affordable, budget, |cells| cells.iter().map(&ask).collect())
 }
 
-/// The time that the first `count` cells take, and their answers.
+/// Times the first `count` cells; returns their answers too.
 fn timed(
     cells: &[Cell],
     count: usize,
@@ -167,7 +167,7 @@ fn timed(
     (count, least.as_secs_f64(), answers)
 }
 
-/// Sizes of errors, as margins and as dampings.
+/// Errors as margins and as dampings.
 #[derive(Default)]
 struct Sizes {
     margin: Vec<f64>,
@@ -175,8 +175,8 @@ struct Sizes {
 }
 
 impl Sizes {
-    /// Adds the error of an answer; false if it says nothing where there is something to say.
-    fn add(&mut self, gives: Gives, answer: &Answer, cell: &Cell) -> bool {
+    /// Adds the error of an answer; returns false if the answer lacks a number that exists.
+    fn add(&mut self, output: Output, answer: &Answer, cell: &Cell) -> bool {
         let reference = &cell.reference;
         if let (Some(margin), Some(exact)) = (answer.margin, &reference.margin) {
             let error = exact.distance(margin);
@@ -185,15 +185,15 @@ impl Sizes {
             return true;
         }
         let (Some(exact), Some(slope)) = (&reference.critical, reference.slope) else {
-            // A column without a boundary: only a margin could be wrong.
-            return gives != Gives::Margins;
+            // A column without a boundary has only a margin.
+            return output != Output::Margins;
         };
         match answer.critical.filter(|critical| critical.is_finite()) {
             Some(critical) => {
                 self.add_damping(exact.distance(critical), slope);
                 true
             }
-            None => gives == Gives::Nothing,
+            None => output == Output::Nothing,
         }
     }
 
@@ -203,11 +203,11 @@ impl Sizes {
     }
 }
 
-/// First and last distance from the critical damping at which a boundary is searched for.
+/// First and last distance from the critical damping at which the search for a boundary looks.
 const NEAREST: f64 = 1e-9;
 const FARTHEST: f64 = 4.0;
 
-/// Searches the damping at which the verdicts of a method change, in the columns of the cells next to the
+/// Searches the damping at which the verdicts of a method change, in the columns of the cells near the
 /// boundary, as many as `budget` allows. Where they do not change between c = 0 and [`FARTHEST`] above the
 /// critical damping, the distance searched counts as the error, which is larger.
 fn search(cells: &[Cell], budget: Duration, ask: impl Fn(&Cell, f64) -> Verdict, errors: &mut Sizes) {
@@ -219,8 +219,8 @@ fn search(cells: &[Cell], budget: Duration, ask: impl Fn(&Cell, f64) -> Verdict,
         let (Some(exact), Some(slope)) = (&cell.reference.critical, cell.reference.slope) else { continue };
         let critical = exact.value.value();
         let present = |offset: f64| ask(cell, critical + offset) == Verdict::Present;
-        // Presence at c* means a boundary above it. Towards it, the distance is multiplied until the verdict
-        // changes, then halved in ratio until it is known to 5 %.
+        // Presence at c* means a boundary above it. The distance is multiplied until the verdict changes,
+        // then halved in ratio until it is known to 5 %.
         let above = present(0.0);
         let side = if above { 1.0 } else { -1.0 };
         let farthest = if above { FARTHEST } else { critical };

@@ -1,13 +1,13 @@
-//! Speed against accuracy: every method and engine over its own knob, on the same cells, against a reference
-//! of some 25 digits. The data of the work-precision chart.
+//! Speed against accuracy: every method and engine at several settings, on the same cells, against a
+//! reference of some 25 digits. The data of the work-precision chart.
 //!
-//! | what | how |
+//! | item | definition |
 //! | --- | --- |
 //! | cells | [`cells::draw`]: half anywhere in the box of the configuration's grid, half within a stated distance in c of the boundary |
 //! | reference | [`reference::reference`]: margin and critical damping in double-double arithmetic |
-//! | time | processor time of one thread from the cell's friction curve to its answer, each cell on its own: nothing is shared between the cells of a column, as maps do it |
+//! | time | processor time of one thread from the cell's friction curve to its answer; unlike in maps, nothing is shared between the cells of a column |
 //! | error | of the scaled grazing margin m/V where a method gives one; else of the critical damping, times abs(dm/dc)/V at the boundary, which makes it the margin of the orbit that the method takes for the grazing one |
-//! | labels | verdicts on the cells next to the boundary: right, wrong, or none |
+//! | labels | verdicts on the cells near the boundary: right, wrong, or none |
 
 pub mod cells;
 mod contestants;
@@ -35,7 +35,7 @@ pub fn pareto(points: &[Option<(f64, f64)>]) -> Vec<bool> {
 #[cfg(test)]
 mod tests {
     #[test]
-    fn the_front_is_what_nothing_beats() {
+    fn the_front_consists_of_undominated_points() {
         let points =
             [Some((1.0, 4.0)), Some((2.0, 2.0)), None, Some((3.0, 3.0)), Some((2.0, 2.0)), Some((4.0, 1.0))];
         assert_eq!(super::pareto(&points), [true, true, false, false, true, true]);

@@ -2,10 +2,9 @@
 //!
 //! One turn of the polar form (theory, "Two forms of the slip flow") by extrapolation (Gragg, Bulirsch and
 //! Stoer): the modified midpoint rule has an error expansion in even powers of its step, so that `SEQUENCE`
-//! makes a method of order 24 without a single tabulated coefficient. The number of equal steps is doubled
-//! until two turns agree. Nothing is shared with the engines that are measured against it but the
-//! differential equation, and that is checked against an integration in other variables
-//! (`tests/data/margins.csv`).
+//! gives a method of order 24 without tabulated coefficients. The number of equal steps is doubled until two
+//! turns agree. The reference shares only the differential equation with the engines measured against it, and
+//! that is checked against an integration in other variables (`tests/data/margins.csv`).
 
 use std::sync::{LazyLock, OnceLock};
 
@@ -16,15 +15,15 @@ use crate::point::Point;
 const SEQUENCE: [usize; 12] = [2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24];
 /// Numbers of extrapolated steps per turn.
 const STEPS: [usize; 5] = [8, 16, 32, 64, 128];
-/// Two turns that agree to this are good to this. Rounding errors are a few thousand times 2^-106.
+/// Two turns that agree to this are accurate to this. Rounding errors are a few thousand times 2^-106.
 const AGREEMENT: f64 = 1e-24;
-/// Below this the angle, or the distance from the pole of the friction law, is too small for the polar
-/// form; as in the return map.
+/// Least speed of the angle, and least distance from the pole of the friction law, for which the polar form
+/// is used; as in the return map.
 const SLOWEST_TURN: f64 = 0.05;
-/// Newton's steps to a root: from 16 digits each multiplies their number by nearly two.
+/// Number of Newton steps to a root: each nearly doubles the 16 digits at the start.
 const ROOT_STEPS: usize = 3;
 
-/// The scaled groups (A, k, b, C) of a Stribeck oscillator without rounding errors of double precision.
+/// The scaled groups (A, k, b, C) of a Stribeck oscillator, computed without rounding to double precision.
 #[derive(Clone, Copy, Debug)]
 struct Groups {
     a: Double2,
@@ -33,12 +32,12 @@ struct Groups {
     c: Double2,
 }
 
-/// A number to more digits than a double holds, and a bound on its error.
+/// A number to more digits than a double has, with a bound on its error.
 #[derive(Clone, Copy, Debug)]
 pub struct Exact {
     /// The number.
     pub value: Double2,
-    /// How far it may be off.
+    /// Bound on its error.
     pub error: f64,
 }
 
@@ -50,14 +49,14 @@ impl Exact {
     }
 }
 
-/// What is known of the column and of the cell at a point.
+/// The reference answers of a column and of a cell.
 #[derive(Clone, Copy, Debug)]
 pub struct Reference {
     /// The scaled grazing margin m/V; `None` where the polar form does not apply.
     pub margin: Option<Exact>,
     /// The critical damping c* of the point's column, if there is one at c >= 0.
     pub critical: Option<Exact>,
-    /// |dm/dc| / V at c*: what an error of c is worth as an error of the margin.
+    /// |dm/dc| / V at c*: the factor from an error of c to an error of the margin.
     pub slope: Option<f64>,
 }
 
@@ -106,7 +105,7 @@ impl Groups {
         let q = one + self.k * s;
         let divergence = self.a / (q * q) - self.c - self.b * s * 2.0;
         let turn = one + divergence * *sin_cos;
-        // Written so that NaN is refused, too.
+        // Negated so that NaN is refused, too.
         (turn.value() > SLOWEST_TURN && q.value() > SLOWEST_TURN)
             .then(|| divergence * r * *sin_squared / turn)
     }
@@ -138,7 +137,7 @@ impl Groups {
         Some(delta)
     }
 
-    /// m/V.
+    /// The scaled grazing margin m/V.
     fn margin(&self) -> Option<Exact> {
         let mut coarse = self.turn(0);
         for rung in 1..STEPS.len() {
@@ -155,15 +154,15 @@ impl Groups {
     }
 }
 
-/// The reference at a point of the Stribeck law, searching its column's root from `near`, a critical damping
-/// to double precision.
+/// The reference at a point of the Stribeck law. The root search of its column starts at `near`, a critical
+/// damping in double precision.
 #[must_use]
 pub fn reference(point: &Point, near: Option<f64>) -> Reference {
     let margin = |damping: Double2| Groups::of(point, damping)?.margin();
     let own = margin(Double2::from(point.damping));
     let root = near.filter(|c| *c >= 0.0).and_then(|near| {
         let mut c = Double2::from(near);
-        // One slope is enough: each step then multiplies the error by the relative error of the slope.
+        // One slope is enough: each step multiplies the error by the relative error of the slope.
         let apart = 1e-7 * near.max(1e-3);
         let slope = (margin(c + apart)?.value - margin(c - apart)?.value) / (2.0 * apart);
         let mut last = f64::INFINITY;

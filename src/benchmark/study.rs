@@ -1,13 +1,13 @@
-//! A study of speed against accuracy: the cells, and every method and engine measured on them at each of its
+//! A study of speed against accuracy: every method and engine measured on the same cells at each of its
 //! settings.
 
 use super::{Cell, Contestant, Errors, Kind, Labels, Measurement, cells, measure, pareto};
 use crate::map::Grid;
 
-/// Why there is no study.
+/// Reason why there is no study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum StudyError {
-    /// Work and precision can only be compared where there is a reference.
+    /// There is no reference to compare with.
     #[error(
         "there is no reference to measure against: the law `{law}` has none, or every cell of the box lies outside its \
          domain; the law `stribeck` at moderate epsilon has one"
@@ -16,19 +16,19 @@ pub enum StudyError {
         /// The friction law.
         law: &'static str,
     },
-    /// The caller asked for an end.
+    /// The caller interrupted it.
     #[error("interrupted")]
     Interrupted,
 }
 
-/// What a study is to do.
+/// Settings of a study.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// Number of cells, half of them next to the boundary as far as there is one.
+    /// Number of cells, half of them near the boundary as far as there is one.
     pub cells: usize,
-    /// Largest distance in c from the boundary of the cells next to it.
+    /// Largest distance in c from the boundary of the cells near it.
     pub near: f64,
-    /// Seconds of processor time that slow methods may take at each setting.
+    /// Processor time in seconds that slow methods may use at each setting.
     pub seconds: f64,
 }
 
@@ -38,63 +38,64 @@ impl Default for Settings {
     }
 }
 
-/// Somebody at one setting, and what was measured.
+/// The measurements of one contestant at one setting.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// What it is.
+    /// Its kind.
     pub kind: Kind,
     /// Its name.
     pub name: String,
-    /// Its knob and where that stands.
+    /// Its parameter and the value of that.
     pub setting: Option<(String, f64)>,
-    /// Cells that it was asked about.
+    /// Number of cells that it was asked about.
     pub cells: usize,
     /// Processor time per cell in seconds.
     pub seconds: f64,
-    /// Sizes of the error of the scaled margin.
+    /// Errors of the scaled margin.
     pub margin: Option<Errors>,
-    /// Sizes of the error of the critical damping.
+    /// Errors of the critical damping.
     pub critical: Option<Errors>,
-    /// Cells without an answer.
+    /// Number of cells without an answer.
     pub unanswered: usize,
-    /// Labels next to the boundary; `None` if it was not asked about such cells.
+    /// Verdicts near the boundary; `None` if it was not asked about such cells.
     pub near: Option<Labels>,
-    /// Labels anywhere.
+    /// Verdicts anywhere.
     pub anywhere: Option<Labels>,
     /// Whether it is on the Pareto front of time and largest error.
     pub front_error: bool,
-    /// Whether it is on the Pareto front of time and share of cells not labelled right.
+    /// Whether it is on the Pareto front of time and share of cells without the right verdict.
     pub front_labels: bool,
 }
 
 /// A finished study.
 #[derive(Clone, Debug)]
 pub struct Study {
-    /// What was asked for.
+    /// Its settings.
     pub settings: Settings,
-    /// The box.
+    /// The grid whose box the cells are drawn from.
     pub grid: Grid,
     /// The cells.
     pub cells: Vec<Cell>,
     /// The measurements, methods in their order, each from coarse to fine.
     pub rows: Vec<Row>,
-    /// Where the peers' rows come from, and whether they are about the same cells.
+    /// The file of the peers' rows, and whether they are about the same cells.
     pub peers: Option<(String, bool)>,
 }
 
-/// The smallest error that is told apart from none: what a double next to 1 can differ by is 1e-16; errors of
-/// small margins are smaller.
+/// Errors below this count as none: a double next to 1 has an error of 1e-16, but errors of small margins are
+/// smaller.
 const NO_ERROR: f64 = 1e-18;
 
 impl Study {
-    /// Draws the cells and measures `who` on them. `on_row` is called before each with its number and name.
+    /// Draws the cells and measures `contestants` on them. `on_row` is called before each with its number and
+    /// name.
     ///
     /// # Errors
     /// [`StudyError`].
     pub fn run(
         grid: &Grid,
         settings: Settings,
-        who: &[Contestant],
+        contestants: &[Contestant],
         on_row: &dyn Fn(usize, &str),
         go_on: &dyn Fn() -> bool,
     ) -> Result<Self, StudyError> {
@@ -102,8 +103,8 @@ impl Study {
         if cells.is_empty() {
             return Err(StudyError::NoReference { law: grid.law().name() });
         }
-        let mut rows = Vec::with_capacity(who.len());
-        for (number, contestant) in who.iter().enumerate() {
+        let mut rows = Vec::with_capacity(contestants.len());
+        for (number, contestant) in contestants.iter().enumerate() {
             if !go_on() {
                 return Err(StudyError::Interrupted);
             }
@@ -130,7 +131,7 @@ impl Study {
         Ok(study)
     }
 
-    /// Finds anew who is on the fronts.
+    /// Computes the Pareto fronts again.
     pub(crate) fn mark_fronts(&mut self) {
         let worst = |row: &Row| row.margin.map(|errors| (row.seconds, errors.worst.max(NO_ERROR)));
         let missed = |row: &Row| row.near.and_then(|labels| Some((row.seconds, labels.missed()?)));

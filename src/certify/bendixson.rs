@@ -8,18 +8,18 @@
 //! **Domain**: every law.
 //! **Guarantee**: a theorem at every eps > 0, evaluated in double precision.
 //!
-//! **Proof.** r^2 = x2^2 + x2'^2 obeys (r^2)' = 2 D x2'^2 below the belt line. *Absence*: while r <= V,
-//! the slip speed V - x2 is in [0, 2 V], where D < 0; so r falls from V and never comes back to it, nor
-//! the orbit to x2 = V. *Presence*: r rises, since the slip speed stays in [0, V + R]: the lower half ends
-//! at -x2 = R by definition. The upper half cannot turn at 0 < x2 <= V, where it would have r <= V; so it
-//! reaches the belt line with r > V, that is `wL` > 0. It sticks if `wL` < 2, see [`super::landing`]. By
-//! monotonicity in c ([`super`]) presence at one damping is presence at every smaller one, down to where
-//! the landing is proved. []
+//! **Proof.** r^2 = x2^2 + x2'^2 obeys (r^2)' = 2 D x2'^2 below the belt line. *Absence*: while r <= V, the
+//! slip speed V - x2 is in [0, 2 V], where D < 0; so r falls from V and never returns to it, nor does the
+//! orbit to x2 = V. *Presence*: r rises, since the slip speed stays in [0, V + R]: the lower half ends at -x2
+//! = R by definition. The upper half cannot turn at 0 < x2 <= V, where it would have r <= V; so it reaches
+//! the belt line with r > V, that is `wL` > 0. It sticks if `wL` < 2, see [`super::landing`]. By monotonicity
+//! in c ([`super`]) presence at one damping is presence at every smaller one, down to where the landing is
+//! proved. []
 //!
-//! **The edge.** R is replaced by its proved bound [`landing::amplitude_bound`], which falls with c. So
-//! the right side of eps c <= min of weakening over [0, V + R(c)] rises with c as the left side does, and
-//! the edge is the largest fixed point of c -> min / eps. It is approached from above, by secants,
-//! starting with R = V, and passed by a hair; the edge returned satisfies the inequality as computed.
+//! **The edge.** R is replaced by its proved bound [`landing::amplitude_bound`], which falls with c. So the
+//! right side of eps c <= min of weakening over [0, V + R(c)] rises with c as the left side does, and the
+//! edge is the largest fixed point of c -> min / eps. Secants starting with R = V approach it from above and
+//! pass it slightly; the edge returned satisfies the inequality as computed.
 //!
 //! Departures from the paper (section 5.1): the paper keeps only the first order in eps and takes x2 >= -V
 //! along the orbit. That is [`super::bendixson_leading`]; where D > 0 the orbit in fact overshoots -V.
@@ -38,11 +38,11 @@ pub const TEST: Test = Test {
     claims: Some(claims),
 };
 
-/// Strips per quarter turn of the amplitude's bound. In random columns the edge then falls short of that
-/// with 512 strips by 0.02 % in the median and by 2 % at the ninetieth percentile.
+/// Number of strips per quarter turn of the amplitude's bound. In random columns the edge is lower than with
+/// 512 strips by 0.02 % in the median and by 2 % at the ninetieth percentile.
 const STRIPS: u32 = 8;
 
-/// Evaluations of the amplitude's bound before the search stops; three to six are usual.
+/// Largest number of evaluations of the amplitude's bound; three to six are usual.
 const EVALUATIONS: u32 = 40;
 
 /// Relative distance to the fixed point at which the search stops.
@@ -93,9 +93,9 @@ fn presence_edges(columns: &[Column]) -> Vec<Option<f64>> {
 
 /// The search for the edge of one column.
 struct Search {
-    /// The damping at which the amplitude is asked for next; `None` when the search is over.
+    /// The damping at which the amplitude is to be computed next; `None` when the search is over.
     next: Option<f64>,
-    /// The largest damping found that fulfils the inequality.
+    /// The largest damping found that satisfies the inequality.
     certified: Option<f64>,
     /// Slope of the map c -> min / eps, and where it was evaluated last.
     slope: f64,
@@ -109,18 +109,18 @@ impl Search {
         search
     }
 
-    /// Asks for `c` next. Where it is not positive the image of a larger damping was not, nor are those of
-    /// smaller ones.
+    /// Requests the amplitude at `c` next. If `c` is not positive the search ends: the image of smaller
+    /// dampings is not positive either.
     fn go_on(&mut self, c: f64) {
         self.next = (c > 0.0).then_some(c);
     }
 
-    /// Takes the bound of the amplitude at the damping asked for.
+    /// Uses the bound of the amplitude at the requested damping.
     fn step(&mut self, column: &Column, amplitude: f64) {
         let Some(c) = self.next.take().filter(|_| amplitude.is_finite()) else { return };
         let image = lowest(column, amplitude);
         if image >= c {
-            // From below the map itself climbs towards the fixed point.
+            // From below the map itself rises towards the fixed point.
             self.certified = Some(c);
             if image > c * (1.0 + SHARPNESS) {
                 self.go_on(image);

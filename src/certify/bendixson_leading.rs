@@ -7,13 +7,12 @@
 //! which for the Stribeck law is gamma (1 - alpha) - 4 beta V (paper, section 5.1: the divergence along the
 //! orbit, with x2 >= -V).
 //!
-//! **Domain**: laws with an expansion in eps; none is claimed for others.
-//! **Guarantee**: asymptotic. At finite eps the weakening has faded at u = 2 V and the orbit
-//! overshoots -V, so that the claim may be wrong; [`super::bendixson`] is the same idea made rigorous.
-//! The landing is not checked, as in [`super::perturbation`].
-//! **Idea**: where the divergence is positive along and inside a closed orbit there is none, so that an
-//! orbit from the exit point, spiralling away from the equilibrium, has nothing to hold it below the belt
-//! line.
+//! **Domain**: laws with an expansion in eps; none is claimed for others. **Guarantee**: asymptotic. At
+//! finite eps the weakening is smaller at u = 2 V and the orbit overshoots -V, so the claim may be wrong;
+//! [`super::bendixson`] makes the same idea rigorous. The landing is not checked, as in
+//! [`super::perturbation`]. **Idea**: there is no closed orbit along and inside which the divergence is
+//! positive, so nothing keeps an orbit from the exit point, which spirals away from the equilibrium, below
+//! the belt line.
 //!
 //! Departures from the paper: none in the formula. The paper takes the inequality along the supposed
 //! cycle; the bound x2 >= -V on that cycle is what makes it a formula.

@@ -1,12 +1,11 @@
-//! Certificates of the universal surface C*(A, k, b): text (JSON) that anybody can verify again.
+//! Certificates of the universal surface C*(A, k, b): JSON text that can be verified independently.
 //!
-//! A certificate is evidence only as far as it is checked, and may come from anybody. [`Certificate::parse`]
-//! reads nothing but the keys of the format, with finite numbers; [`Certificate::check`] proves every claim
-//! anew by [`super::recheck`] and compares what is not a number, the statement, with the one it must be.
-//! `written_by` and `run` say where a certificate comes from; they claim nothing, and nothing vouches for
-//! them.
+//! A certificate may come from anybody, so it proves nothing until it is checked. [`Certificate::parse`]
+//! accepts only the keys of the format, with finite numbers; [`Certificate::check`] proves every claim again
+//! by [`super::recheck`] and compares the statement with that of the format. `written_by` and `run` record
+//! where a certificate comes from and are not verified.
 //!
-//! Numbers mean the doubles nearest to them; the coefficients of polynomials are whole multiples of `unit`.
+//! Numbers mean the nearest doubles; the coefficients of polynomials are integer multiples of `unit`.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -15,11 +14,11 @@ use super::recheck::{self, divides};
 use super::validated::surface::Surface;
 use super::validated::tile::{GroupBox, MODES, Tile, UNIT};
 
-/// What a certificate calls itself.
+/// The name of the format.
 const FORMAT: &str = "slipmap proof 1";
-/// How the text of every certificate begins, of whatever format.
+/// First bytes of every certificate, of any version of the format.
 pub const BEGINNING: &str = "{\"format\":\"slipmap proof ";
-/// What it says.
+/// The statement of every certificate.
 const STATEMENT: &str = "With v' = w, w' = -v + D w, D = -C + A/(1 + k s)^2 - 2 b s, s = 1 - v, the orbit from (1, 0) \
     comes back to v = 1 (or runs away) for C < C* and not for C > C*. In the domain of each tile |C* - sum of viscous[m] \
     T_i T_j T_l| <= radius, m = i + 3 (j + 9 l), T Chebyshev polynomials of A, k, b scaled to [-1, 1] over the domain. \
@@ -28,7 +27,7 @@ const STATEMENT: &str = "With v' = w, w' = -v + D w, D = -C + A/(1 + k s)^2 - 2 
 /// Larger integers are not exact as f64, and no coefficient is that large.
 const LARGEST: i64 = 1 << 53;
 
-/// A certificate, of which nothing is verified yet.
+/// A certificate that has been parsed but not verified.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Certificate {
@@ -44,7 +43,7 @@ pub struct Certificate {
     tiles: Vec<StoredTile>,
 }
 
-/// A tile in the text.
+/// A tile as stored.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct StoredTile {
@@ -55,30 +54,30 @@ struct StoredTile {
     sines: Vec<Vec<i64>>,
 }
 
-/// What a check has found.
+/// The result of a check.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Checked {
-    /// Where the surface is claimed to be known.
+    /// The domain of the surface.
     pub domain: GroupBox,
     /// Number of tiles.
     pub tiles: usize,
-    /// Number of those that were proved again.
+    /// Number of tiles that were proved again.
     pub confirmed: usize,
     /// The largest radius claimed.
     pub largest_radius: f64,
-    /// Share of the domain in which nothing is claimed; right if there are no problems.
+    /// Share of the domain in which nothing is claimed; valid if there are no problems.
     pub open_share: f64,
-    /// Everything that is wrong; the certificate is sound if there is nothing.
+    /// All problems; the certificate is sound if there are none.
     pub problems: Vec<String>,
 }
 
-/// Why a text is no certificate.
+/// Reason why a text is not a certificate.
 #[derive(Debug, thiserror::Error)]
 pub enum NoCertificate {
     /// It is not JSON, or has other keys or values than a certificate.
-    #[error("is no proof: {0}")]
+    #[error("is not a proof: {0}")]
     Malformed(#[from] serde_json::Error),
-    /// It is one of another version.
+    /// It has another version of the format.
     #[error("is a proof of another format: {format}, unit {unit:e}")]
     OtherFormat {
         /// The format that it names.
@@ -104,7 +103,7 @@ impl Certificate {
         }
     }
 
-    /// Reads a certificate, and believes none of it.
+    /// Parses a certificate without verifying its claims.
     ///
     /// # Errors
     /// [`NoCertificate`].
@@ -116,21 +115,21 @@ impl Certificate {
         Ok(read)
     }
 
-    /// Its text: one line a tile, for people who look at differences.
+    /// Its JSON text, with one line per tile so that differences can be read.
     ///
     /// # Errors
-    /// None that is known: the numbers of a surface are finite.
+    /// None is known: the numbers of a surface are finite.
     pub fn text(&self) -> serde_json::Result<String> {
         Ok(serde_json::to_string(self)?.replace("{\"domain\"", "\n{\"domain\"") + "\n")
     }
 
-    /// The run that it says has written it.
+    /// The run that it names as its origin.
     #[must_use]
     pub fn run(&self) -> Option<&str> {
         self.run.as_deref()
     }
 
-    /// Verifies everything that it claims, by [`super::recheck`].
+    /// Verifies every claim, by [`super::recheck`].
     #[must_use]
     pub fn check(&self) -> Checked {
         let mut problems = Vec::new();
@@ -186,7 +185,7 @@ impl StoredTile {
         }
     }
 
-    /// Why its claim is not confirmed; `None` if it is.
+    /// The reason why its claim is not confirmed; `None` if it is.
     fn doubt(&self) -> Option<String> {
         let mut numbers = self.cosines.iter().chain(&self.sines).chain([&self.viscous]).flatten();
         if numbers.any(|c| !(-LARGEST..=LARGEST).contains(c)) {
@@ -195,7 +194,7 @@ impl StoredTile {
         recheck::verify(&self.tile()).err().map(|doubt| doubt.to_string())
     }
 
-    /// The tile; lists that are too long make one that no check confirms.
+    /// The tile; lists that are too long make a tile that no check confirms.
     #[allow(clippy::cast_precision_loss)] // exact up to LARGEST
     fn tile(&self) -> Tile {
         let row = |row: &Vec<i64>| {

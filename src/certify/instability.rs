@@ -1,4 +1,4 @@
-//! The divergence at the equilibrium, D(V) > 0, made a certificate.
+//! The divergence at the equilibrium, D(V) > 0, with the condition that makes it a certificate.
 //!
 //! ```text
 //! present if  eps c < weakening(V)  and  eps c < min over 0 < |v| <= V of E(v),  the landing speed below 2
@@ -7,16 +7,14 @@
 //! The first inequality is the paper's (14), gamma (1 - alpha) / (1 + eps gamma V)^2 - 2 beta V > c for
 //! the Stribeck law: the equilibrium is unstable. E is the even part in v of weakening(V - v).
 //!
-//! **Domain**: every law.
-//! **Guarantee**: a theorem at every eps > 0, evaluated in double precision.
-//! **Why the second inequality.** By itself (14) proves nothing about the orbit from the exit point: a
-//! stable slip cycle may surround the equilibrium and hold that orbit back. E is weakening(V) at v = 0,
-//! and [`super::symmetric`] proves presence where its minimum exceeds eps c. If the minimum is at v = 0,
-//! as for the Stribeck law, whose E is convex, the second inequality says no more than the first and (14)
-//! *is* a certificate. For a law with its minimum elsewhere the claim shrinks to what is proved, and
-//! coincides with that of `symmetric`. Absence is not claimed: between this edge and the critical damping
-//! the equilibrium is stable and the stick-slip cycle exists. The landing is checked, see
-//! [`super::landing`].
+//! **Domain**: every law. **Guarantee**: a theorem at every eps > 0, evaluated in double precision. **Why the
+//! second inequality.** By itself (14) proves nothing about the orbit from the exit point: a stable slip
+//! cycle may surround the equilibrium and attract that orbit. E is weakening(V) at v = 0, and
+//! [`super::symmetric`] proves presence where its minimum exceeds eps c. If the minimum is at v = 0, as for
+//! the Stribeck law, whose E is convex, the second inequality is implied by the first and (14) *is* a
+//! certificate. For a law with its minimum elsewhere the claim shrinks to what is proved, and coincides with
+//! that of `symmetric`. Absence is not claimed: between this edge and the critical damping the equilibrium is
+//! stable and the stick-slip cycle exists. The landing is checked, see [`super::landing`].
 //!
 //! Departures from the paper: there (14) is a remark, followed by Bendixson's criterion to exclude slip
 //! cycles; the second inequality and the landing are not in it.

@@ -1,4 +1,4 @@
-//! Where the orbit lands: a proved upper bound on its landing speed.
+//! A proved upper bound on the speed at which the orbit lands on the belt line.
 //!
 //! An orbit that comes back to the belt line from below with speed x2' = `wL` lands at x1 = 1 - eps c V -
 //! `wL`. The stick segment is |x1 + eps c V| < 1, so that the mass sticks iff 0 < `wL` < 2 (`wL` = 0 is
@@ -32,15 +32,15 @@ use crate::friction::Column;
 /// Inflation per strip, 1 + 2^-48.
 const INFLATE: f64 = 1.0 + 16.0 * f64::EPSILON;
 
-/// Strips per quarter turn, tried in this order where the largest divergence alone does not settle it; the
-/// last leaves the bound half a per cent above the landing speed (median of random points).
+/// Numbers of strips per quarter turn, tried in this order where the largest divergence alone does not
+/// decide; the last gives a bound half a per cent above the landing speed (median of random points).
 const REFINEMENTS: [u32; 3] = [2, 8, 48];
 
-/// `sticks_from` is located to 2^-10 of the interval in which it is sought.
+/// Number of bisections: `sticks_from` is located to 2^-10 of the interval searched.
 const HALVINGS: u32 = 10;
 
 /// The smallest damping c >= 0 found at which the landing speed is proved below 2; by monotonicity it is
-/// below 2 at every larger one. Sought in [0, `present_below`]; 0 if that is empty, infinity if the bound
+/// below 2 at every larger one. Searched in [0, `present_below`]; 0 if that is empty, infinity if the bound
 /// fails even at `present_below`. Negative infinity where no presence is claimed anywhere.
 pub(super) fn sticks_from(column: &Column, present_below: f64) -> f64 {
     if present_below == f64::NEG_INFINITY {
@@ -65,11 +65,11 @@ pub(super) fn sticks_from(column: &Column, present_below: f64) -> f64 {
 }
 
 fn lands_on_stick_segment(column: &Column, c: f64) -> bool {
-    // The bound of one number settles most columns.
+    // The bound with the largest divergence settles most columns.
     constant_bound(column, c) < 2.0 || REFINEMENTS.iter().any(|&strips| speed_bound(column, c, strips) < 2.0)
 }
 
-/// An upper bound of the landing speed from the largest divergence alone; infinite where that is none.
+/// An upper bound of the landing speed from the largest divergence alone; infinite where it gives none.
 ///
 /// With D <= d on slip speeds up to 3 V, 0 < d < 2, the orbit lies inside that of the flow with D = d, whose
 /// radius grows by rho = exp(pi d / (2 omega)) in each half turn, omega = sqrt(1 - d^2/4), as long as it does
@@ -81,7 +81,7 @@ fn constant_bound(column: &Column, c: f64) -> f64 {
         return 0.0;
     }
     let exponent = std::f64::consts::PI * d / ((1.0 - 0.5 * d) * (1.0 + 0.5 * d)).sqrt();
-    // Written so that NaN, of d >= 2 or of a law that overflows, is no bound.
+    // Written so that NaN, from d >= 2 or from a law that overflows, gives no bound.
     if exponent <= 2.0 * std::f64::consts::LN_2 {
         column.belt_speed * ((2.0 * exponent).exp_m1() * INFLATE).sqrt()
     } else {
@@ -90,7 +90,7 @@ fn constant_bound(column: &Column, c: f64) -> f64 {
 }
 
 /// An upper bound of the landing speed at damping `c`, from `strips` >= 1 strips per quarter turn. Infinite
-/// where none was found; 0 if the bound shows that the orbit does not come back to the belt line at all.
+/// where none was found; 0 if the bound shows that the orbit does not return to the belt line.
 #[must_use]
 pub fn speed_bound(column: &Column, c: f64, strips: u32) -> f64 {
     let flow = Flow { column, viscous: column.epsilon * c };
@@ -144,7 +144,7 @@ impl Flow<'_> {
         self.axis_to_turning(at_axis, strips)
     }
 
-    /// The first quarter of each half: upper bound of e at s = 0 on the orbit from s = -`start`, p = 0.
+    /// First quarter of each half: upper bound of e at s = 0 on the orbit from s = -`start`, p = 0.
     fn to_axis(&self, half: Half, start: f64, strips: u32) -> f64 {
         debug_assert!(strips > 0);
         let mut energy = start * start;
@@ -158,8 +158,8 @@ impl Flow<'_> {
         energy
     }
 
-    /// The upper half's second quarter: upper bound of e at the belt line, s = 1; `None` if the orbit
-    /// turns before.
+    /// Second quarter of the upper half: upper bound of e at the belt line, s = 1; `None` if the orbit turns
+    /// before.
     fn axis_to_belt(&self, at_axis: f64, strips: u32) -> Option<f64> {
         let mut energy = at_axis;
         let mut s = 0.0;
@@ -172,9 +172,9 @@ impl Flow<'_> {
         Some(energy)
     }
 
-    /// The lower half's second quarter: upper bound of the turning point.
+    /// Second quarter of the lower half: upper bound of the turning point.
     fn axis_to_turning(&self, at_axis: f64, strips: u32) -> f64 {
-        // At s = 0, e = p^2. Without divergence the orbit would turn at s = p: that sets the scale.
+        // At s = 0, e = p^2. Without divergence the orbit would turn at s = p, which sets the scale.
         let scale = at_axis.sqrt();
         if !scale.is_finite() {
             return f64::INFINITY;
@@ -205,7 +205,7 @@ fn turning_point(energy: f64, s: f64, divergence_bound: impl Fn(f64) -> f64) -> 
     let unforced = energy.sqrt();
     let squared = energy - s * s;
     if squared < 0.0 {
-        // The bound says that the orbit does not come as far as `s`.
+        // By the bound the orbit does not reach `s`.
         return s;
     }
     let p = squared.sqrt();
@@ -230,7 +230,8 @@ fn turning_point(energy: f64, s: f64, divergence_bound: impl Fn(f64) -> f64) -> 
     f64::INFINITY
 }
 
-/// Takes an upper bound `energy` of e = s^2 + p^2 from s = `from` < 0 to `to` in (`from`, 0], where D <= `d`.
+/// Bounds e = s^2 + p^2 at s = `to` in (`from`, 0], given its upper bound `energy` at s = `from` < 0 and D <=
+/// `d` between.
 ///
 /// Consider the solution with D = d. By de/ds = 2 d p, e(to) = e + 2 d times the integral of
 /// p = sqrt(e(s) - s^2). Let h = to - from.
@@ -251,8 +252,8 @@ fn approach(energy: f64, from: f64, to: f64, d: f64) -> f64 {
     exit_energy(kick, if gap < 0.0 { 0.0 } else { gap }, m)
 }
 
-/// The same from s = `from` >= 0 to `to` > `from`. The farther end is `to` now, and e >= m^2 need not
-/// hold: `None` if no x >= 0 fulfils the inequality, which means that the orbit turns before `to`.
+/// The same from s = `from` >= 0 to `to` > `from`. The farther end is `to` now, and e >= m^2 need not hold:
+/// `None` if no x >= 0 satisfies the inequality, which means that the orbit turns before `to`.
 #[inline]
 fn recede(energy: f64, from: f64, to: f64, d: f64) -> Option<f64> {
     debug_assert!(0.0 <= from && from <= to);
@@ -267,7 +268,7 @@ fn recede(energy: f64, from: f64, to: f64, d: f64) -> Option<f64> {
 #[inline]
 fn exit_energy(kick: f64, gap: f64, m: f64) -> f64 {
     let x = kick + (kick * kick + gap).sqrt();
-    // Written so that a NaN passes through and ends as a failed bound.
+    // Written so that a NaN passes through and becomes a failed bound.
     let x = if x < 0.0 { 0.0 } else { x };
     (m * m + x * x) * INFLATE
 }
@@ -295,8 +296,8 @@ mod tests {
         }
     }
 
-    /// Integrates s' = p, p' = D p - s from (`s`, `p`) to where `done` turns true; the classical
-    /// Runge-Kutta method.
+    /// Integrates s' = p, p' = D p - s from (`s`, `p`) until `done` is true, by the classical Runge-Kutta
+    /// method.
     fn integrate(flow: &Flow, half: Half, state: (f64, f64), done: impl Fn(f64, f64) -> bool) -> (f64, f64) {
         let rate = |s: f64, p: f64| {
             let u = match half {
@@ -325,7 +326,7 @@ mod tests {
         state
     }
 
-    /// Each quarter by itself, so that slack in one cannot hide an error in another.
+    /// Each quarter is tested by itself, so that slack in one cannot hide an error in another.
     #[test]
     fn every_quarter_is_bounded_and_the_bound_is_sharp() {
         // Laws that weaken fast: D changes most where the slip speed is least.
@@ -367,7 +368,7 @@ mod tests {
     }
 
     #[test]
-    fn says_so_when_the_orbit_cannot_come_back() {
+    fn the_bound_is_zero_when_the_orbit_cannot_come_back() {
         let column = stribeck(1.0, 0.0, 0.0, 1.0, TINY_BELT);
         assert_eq!(speed_bound(&column, 2.5, 8), 0.0);
         // Overdamped: a stable node.
@@ -405,10 +406,11 @@ mod tests {
             for c in [0.0, 0.3] {
                 let crude = constant_bound(&column, c);
                 if crude.is_finite() {
-                    // The strips end above the landing speed, so that a valid bound may be below theirs: the
-                    // less, the finer they are.
+                    // The strips end above the landing speed, so a valid bound may be below theirs: the less,
+                    // the finer they are.
                     let fine = speed_bound(&column, c, 2048);
-                    // Where nothing rises, the inflation of 6144 strips is left: 1e-11 of e, 1e-5 of a speed.
+                    // Where e does not rise, the inflation of 6144 strips is left: 1e-11 of e, 1e-5 of a
+                    // speed.
                     let slack = 1e-5 * column.belt_speed;
                     assert!(crude + slack >= 0.999 * fine, "{column:?} {c}: {crude} {fine}");
                     settled += u32::from(crude < 2.0);
@@ -416,7 +418,7 @@ mod tests {
             }
         }
         assert!(settled > 300, "{settled}");
-        // D constant: exact up to the turning point. D = 1, and 2 V away from the belt it is the same.
+        // D constant: exact up to the turning point. D = 1, also 2 V away from the belt.
         assert_eq!(constant_bound(&stribeck(1.0, 0.0, 0.0, 3.0, TINY_BELT), 0.5), f64::INFINITY);
     }
 
@@ -428,7 +430,8 @@ mod tests {
             let many: Vec<(&Column, f64)> = (0..columns.len()).map(at).collect();
             for (&(column, c), bound) in many.iter().zip(amplitude_bounds(&many, strips)) {
                 let alone = amplitude_bound(column, c, strips);
-                // Slip speeds in units of the belt speed round otherwise: a unit or two of each of 16 strips.
+                // Slip speeds in units of the belt speed round differently: a unit or two in each of 16
+                // strips.
                 let close = (bound / alone - 1.0).abs() < 1e-13;
                 assert!(close || bound == alone, "{column:?} {c}: {bound} {alone}");
             }
@@ -439,7 +442,7 @@ mod tests {
     fn refining_tightens_the_bound() {
         for column in random_columns(500) {
             let bounds = REFINEMENTS.map(|strips| speed_bound(&column, 0.3, strips));
-            // Near the end of the scale the bound is pure inflation; it can only grow by that.
+            // Near the end of the range of doubles the bound is pure inflation, and can only grow by that.
             assert!(bounds[2] <= bounds[0] * (1.0 + 1e-9) || bounds[2] < 1e-6, "{column:?} {bounds:?}");
         }
     }

@@ -1,9 +1,8 @@
-//! Closed-form tests for stick-slip limit cycles, one file each, and the table of them.
+//! Closed-form tests for stick-slip limit cycles, one file each, and their table.
 //!
-//! Every test answers the same question, "does the orbit that leaves the belt at the exit point stick
-//! again?", and every one of them turns into thresholds along the damping axis: a [`Claim`] per
-//! [`Column`]. This module knows nothing of `simulate`: the agreement of the two is evidence only while
-//! they are independent.
+//! Every test answers the question "does the orbit that leaves the belt at the exit point stick again?" by
+//! thresholds along the damping axis: a [`Claim`] per [`Column`]. This module does not use `simulate`: the
+//! agreement of the two is evidence only while they are independent.
 //!
 //! # Equation numbers
 //! The paper is O. Makarenkov, "A new test for stick-slip limit cycles in dry-friction oscillators with
@@ -11,22 +10,22 @@
 //! perturbation test for any law, (12) the same for the Stribeck law, (13) the Stribeck oscillator and
 //! (14) the divergence at the equilibrium. Where the perturbation test is called "(13)" and the
 //! divergence test "(14)", the first means the inequality (12), which is stated for the system (13).
-//! Everywhere else tests go by name.
+//! Everywhere else tests are cited by name.
 //!
-//! # What the finite-eps tests share
-//! Write v = x2, w = x2' and D(u) = weakening(u) - eps c. Below the belt line the flow is v' = w,
-//! w' = -v + D(V - v) w, and the exit point is (V, 0). Put s = -v, p = -w in the lower half plane and
-//! s = v, p = w in the upper one: in both, p > 0 and
+//! # Common ground of the finite-eps tests
+//! Write v = x2, w = x2' and D(u) = weakening(u) - eps c. Below the belt line the flow is v' = w, w' = -v +
+//! D(V - v) w, and the exit point is (V, 0). Put s = -v, p = -w in the lower half plane and s = v, p = w in
+//! the upper one: in both, p > 0 and
 //!
 //! ```text
 //! dp/ds = D - s / p,        u = V + s in the lower half plane, u = V - s in the upper one.   (H)
 //! ```
 //!
 //! One turn is a lower half, from s = -V to the turning point s = R (the *amplitude*), and an upper half,
-//! from s = -R to the belt line s = V, where the mass arrives with speed p = `wL` (the *landing speed*).
-//! It sticks there iff `wL` < 2, see [`landing`]. An orbit may also fail to come back: its upper half may
-//! turn at some s < V, and then it is trapped inside its own first turn; or a half may never end, because
-//! the orbit creeps into a stable node at the origin or runs away to infinity.
+//! from s = -R to the belt line s = V, where the mass arrives with speed p = `wL` (the *landing speed*). It
+//! sticks there iff `wL` < 2, see [`landing`]. An orbit may also fail to return: its upper half may turn at
+//! some s < V, and then it is trapped inside its own first turn; or a half may never end, because the orbit
+//! tends to a stable node at the origin or runs away to infinity.
 //!
 //! **Comparison lemma.** If D >= D~ along two solutions of (H) and p >= p~ >= 0 at the start, then p >= p~
 //! as long as both last; p > p~ at the end, even if p~ = 0 there, if moreover p > p~ at the start or D > D~
@@ -64,7 +63,7 @@ mod test_columns;
 
 use crate::friction::Column;
 
-/// What a test says of one point.
+/// The verdict of a test at one point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Decision {
     /// A stick-slip limit cycle exists.
@@ -75,12 +74,12 @@ pub enum Decision {
     Undecided,
 }
 
-/// What a test says along a whole column: presence for c >= 0 in [`sticks_from`, `present_below`), absence
-/// for c > `absent_above`, nothing elsewhere. Infinite thresholds mean "never" or "no limit".
+/// The verdicts of a test along a whole column: presence for c >= 0 in [`sticks_from`, `present_below`),
+/// absence for c > `absent_above`, undecided elsewhere. Infinite thresholds mean "never" or "no limit".
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Claim {
-    /// Presence is claimed only from this damping up: below it the orbit may land beyond the stick
-    /// segment. Negative infinity for the asymptotic tests, which ignore the landing.
+    /// Presence is claimed from this damping up: below it the orbit may land beyond the stick segment.
+    /// Negative infinity for the asymptotic tests, which ignore the landing.
     pub sticks_from: f64,
     /// The test's critical damping: edge of the claim of presence. Negative infinity if it claims none.
     pub present_below: f64,
@@ -96,7 +95,7 @@ impl Claim {
         absent_above: f64::INFINITY,
     };
 
-    /// What the test says at damping `c`.
+    /// The verdict at damping `c`.
     #[must_use]
     pub fn decide(&self, c: f64) -> Decision {
         if c > self.absent_above {
@@ -119,7 +118,7 @@ impl Claim {
 /// The edge of a claim of presence for eps c < `bound`: `bound` / eps.
 ///
 /// Below the normal numbers a bound may be wrong by any factor, and nothing is claimed. The quotient's own
-/// rounding does no harm at any size: a double c that is less than the quotient as rounded is less than the
+/// rounding does no harm at any size: a double c that is less than the rounded quotient is less than the
 /// quotient.
 fn presence_edge(column: &Column, bound: f64) -> f64 {
     if is_reliable(column, bound) { bound / column.epsilon } else { f64::NEG_INFINITY }
@@ -134,7 +133,7 @@ fn is_reliable(column: &Column, bound: f64) -> bool {
     column.curve.is_normal() && !bound.is_subnormal()
 }
 
-/// How far a verdict can be trusted.
+/// Strength of a verdict.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Guarantee {
     /// True in the limit eps -> 0; may be wrong at any given eps.
@@ -145,12 +144,12 @@ pub enum Guarantee {
     Numerical,
     /// A theorem including round-off.
     Validated,
-    /// No claim of correctness: a method that is here to be measured.
+    /// No claim of correctness: a method that is included to be measured.
     None,
 }
 
 impl Guarantee {
-    /// The word stored in map files.
+    /// Name in map files.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -163,7 +162,7 @@ impl Guarantee {
     }
 }
 
-/// Finds the claims of many columns.
+/// Computes the claims of many columns.
 pub type ManyClaims = fn(&[Column]) -> Vec<Claim>;
 
 /// A closed-form test.
@@ -173,15 +172,15 @@ pub struct Test {
     pub name: &'static str,
     /// One phrase for legends and `long_name`.
     pub long_name: &'static str,
-    /// Where the condition stands in the paper or in the crate's theory pages.
+    /// Its equation in the paper, or its section of the crate's theory pages.
     pub equation: &'static str,
-    /// What a verdict is worth.
+    /// The guarantee of its verdicts.
     pub guarantee: Guarantee,
-    /// Whether it takes the law to first order in eps, and has nothing to say of one that has none.
+    /// Whether it needs the law's expansion to first order in eps, and claims nothing without one.
     pub first_order: bool,
     /// The claim along a column.
     pub claim: fn(&Column) -> Claim,
-    /// The claims of many columns, where finding them together costs less than one by one.
+    /// The claims of many columns, where computing them together costs less than one by one.
     pub claims: Option<ManyClaims>,
 }
 
@@ -240,7 +239,9 @@ mod tests {
     fn claims_are_right_or_missing_down_to_the_smallest_eps() {
         let (mut claimed, mut silent) = (0, 0);
         for exponent in -1074..=-960 {
-            for eps in [2f64.powi(exponent), 1.37 * 2f64.powi(exponent)] {
+            // In two factors: the power alone is the inverse of one that overflows.
+            let power = 2f64.powi(exponent + 500) * 2f64.powi(-500);
+            for eps in [power, 1.37 * power] {
                 let column = test_columns::stribeck(eps, 0.3, 0.1, 2.0, 1.0);
                 for test in &TESTS {
                     let claim = (test.claim)(&column);
@@ -259,7 +260,7 @@ mod tests {
             }
         }
         assert!(claimed > 100 && silent > 100, "{claimed} {silent}");
-        // A factor of zero leaves nothing to be wrong: Coulomb friction has no cycle with any damping.
+        // A factor of zero is exact: Coulomb friction has no cycle with any damping.
         let coulomb = (symmetric::TEST.claim)(&test_columns::stribeck(5e-324, 0.3, 0.0, 0.0, 1.0));
         assert_eq!(coulomb.absent_above, 0.0);
     }

@@ -8,13 +8,12 @@
 //! where phi(u) = 1 + eps F1(u) + O(eps^2); for the Stribeck law the right side is gamma (1 - alpha) - 2
 //! beta V, the paper's (12).
 //!
-//! **Domain**: laws with an expansion in eps; none is claimed for others.
-//! **Guarantee**: asymptotic. At a fixed c off the edge the verdict is right for all sufficiently small
-//! eps (presence: the paper's Proposition 2; absence: its conclusion). At finite eps the edge lies too
-//! high: the exact critical damping of the Stribeck law is smaller by 2 eps gamma^2 (1 - alpha) V +
-//! O(eps^2), and in that band the test claims cycles that do not exist. The landing is not checked, since
-//! the landing speed is O(sqrt(eps)).
-//! **Idea**: work done by friction and damping on the circle x2 = V cos t, which is the orbit at eps = 0.
+//! **Domain**: laws with an expansion in eps; none is claimed for others. **Guarantee**: asymptotic. At a
+//! fixed c off the edge the verdict is right for all sufficiently small eps (presence: the paper's
+//! Proposition 2; absence: its conclusion). At finite eps the edge is too high: the exact critical damping of
+//! the Stribeck law is smaller by 2 eps gamma^2 (1 - alpha) V + O(eps^2), and in that band the test claims
+//! cycles that do not exist. The landing is not checked, since the landing speed is O(sqrt(eps)). **Idea**:
+//! work done by friction and damping on the circle x2 = V cos t, which is the orbit at eps = 0.
 //!
 //! Departures from the paper: its section 5 expands the law in the signed argument x2 - V < 0 and once writes
 //! lambda for alpha; the inequality that results is the same.

@@ -1,8 +1,8 @@
-//! Certificates of one point of any law: what `validated` proves of it, as text that anybody can verify
-//! again.
+//! Certificates of one point of any law: the statements that `validated` proves of it, as text that can be
+//! verified independently.
 //!
-//! [`PointCertificate::check`] believes nothing: the statement is compared with the one it must be, the law
-//! is made again from its definition, and everything that is claimed of the point is proved again from these.
+//! [`PointCertificate::check`] trusts nothing: it compares the statement with that of the format, rebuilds
+//! the law from its definition, and proves every claim about the point again.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,17 +12,17 @@ use super::{Claim, Decision};
 use crate::friction::Law;
 use crate::point::{LawParameters, Point};
 
-/// What a certificate of a point calls itself.
+/// The name of the format.
 const FORMAT: &str = "slipmap proof of a point 1";
-/// How its text begins.
+/// First bytes of its text.
 pub const BEGINNING: &str = "{\"format\":\"slipmap proof of a point ";
-/// What it says.
+/// The statement of every certificate.
 const STATEMENT: &str = "With x1' = x2, x2' = -x1 - epsilon c x2 - sign(x2 - V) phi(|x2 - V|) and the friction law phi \
     of the given name, definition and parameters, the orbit from the exit point (1 - epsilon c V, V) comes back to the belt line \
     (or runs away) for c < critical_c[0] and does not for c > critical_c[1]; null claims nothing on its side. Verdict present: a \
     stick-slip limit cycle exists at the given c. Absent: none exists. Undecided: nothing is claimed of that.";
 
-/// A certificate, of which nothing is verified yet.
+/// A certificate that has been parsed but not verified.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PointCertificate {
@@ -42,7 +42,7 @@ pub struct PointCertificate {
 }
 
 impl PointCertificate {
-    /// What is proved of a point.
+    /// Certifies the statements that `validated` proves of a point.
     #[must_use]
     pub fn of(law: &Law, point: &Point) -> Self {
         let claim = (validated::TEST.claim)(&law.column(point));
@@ -61,7 +61,7 @@ impl PointCertificate {
         }
     }
 
-    /// Reads a certificate, and believes none of it.
+    /// Parses a certificate without verifying its claims.
     ///
     /// # Errors
     /// [`NoCertificate`].
@@ -76,7 +76,7 @@ impl PointCertificate {
     /// Its text.
     ///
     /// # Errors
-    /// None that is known: the numbers of a point are finite.
+    /// None is known: the numbers of a point are finite.
     pub fn text(&self) -> serde_json::Result<String> {
         Ok(serde_json::to_string(self)? + "\n")
     }
@@ -87,13 +87,13 @@ impl PointCertificate {
         &self.verdict
     }
 
-    /// The critical damping as it claims it.
+    /// The bounds of the critical damping that it claims.
     #[must_use]
     pub fn critical_c(&self) -> [Option<f64>; 2] {
         self.critical_c
     }
 
-    /// Proves everything again; what is wrong, nothing if the certificate is sound.
+    /// Proves every claim again; returns the problems, none if the certificate is sound.
     #[must_use]
     pub fn check(&self) -> Vec<String> {
         let mut problems = Vec::new();
@@ -144,7 +144,7 @@ impl PointCertificate {
     }
 }
 
-/// What a claim says of the critical damping.
+/// The bounds of the critical damping in a claim.
 fn critical(claim: &Claim) -> [Option<f64>; 2] {
     [claim.present_below, claim.absent_above].map(|c| c.is_finite().then_some(c))
 }
@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn honest_certificates_are_sound_and_read_back() {
+    fn valid_certificates_are_sound_and_read_back() {
         let verdicts: Vec<String> = honest().iter().map(|one| one.verdict.clone()).collect();
         assert_eq!((verdicts[0].as_str(), verdicts[2].as_str()), ("present", "absent"));
         for one in honest() {

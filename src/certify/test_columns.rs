@@ -1,4 +1,4 @@
-//! Columns for the unit tests of this module.
+//! Columns for unit tests of the closed-form tests.
 
 use crate::friction::{Column, Law};
 use crate::point::{LawParameters, Point};

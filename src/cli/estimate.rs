@@ -1,5 +1,5 @@
-//! How large a map will be and how long it will take, from a sample of it: for `slipmap run --dry-run`, and
-//! for the check whether the disk has room for a run.
+//! Estimates the size of a map and the duration of its run from a sample of cells: for
+//! `slipmap run --dry-run`, and for the check of the disk's free space.
 
 use std::convert::Infallible;
 use std::io::{self, Write as _};
@@ -17,19 +17,19 @@ use crate::map::{self, Account, Control, Grid, Plan, Sink, TileData};
 use crate::simulate;
 use crate::store::{PackedRecord, Packer};
 
-/// A sample that takes this long is long enough to extrapolate from.
+/// Duration from which on a sample is extrapolated.
 const ENOUGH: Duration = Duration::from_millis(200);
-/// A sample is broken off after this long.
+/// Duration after which a sample is stopped.
 const TOO_LONG: Duration = Duration::from_secs(1);
-/// Each sample has this many times the columns of the one before.
+/// Factor from the number of columns of a sample to that of the next.
 const GROWTH: usize = 4;
-/// Cells of the audit that are timed.
+/// Number of audited cells that are timed.
 const AUDITED: usize = 8;
 
-/// A proof is tried for this long.
+/// Duration for which the proof is sampled.
 const PROOF: Duration = Duration::from_millis(500);
 
-/// What a sample of a plan tells.
+/// Estimates from a sample of a plan.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sampled {
     /// Wall-clock seconds of the cells of the map.
@@ -38,7 +38,7 @@ pub(super) struct Sampled {
     pub(super) packed: u128,
 }
 
-/// Reports on `job` without computing it.
+/// Reports on `job` without computing its map.
 pub(super) fn run(
     job: &Job,
     preflight: &Preflight,
@@ -110,8 +110,8 @@ fn columns(grid: &Grid) -> usize {
     grid.cells() / grid.dampings().len().max(1)
 }
 
-/// Estimated duration and size of the map: samples of the grid, each larger than the one before, until one
-/// takes long enough to be timed.
+/// Estimates duration and size of the map. Samples of the grid grow until one takes long enough to be
+/// extrapolated.
 #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // an estimate
 pub(super) fn sampled(plan: &Plan, threads: Option<usize>) -> Sampled {
     let mut wanted = 1;
@@ -130,7 +130,7 @@ pub(super) fn sampled(plan: &Plan, threads: Option<usize>) -> Sampled {
     }
 }
 
-/// Estimated duration of the proof that the plan asks for, from as much of it as can be had in [`PROOF`].
+/// Estimated duration in seconds of the proof that the plan asks for, from a sample that takes [`PROOF`].
 #[allow(clippy::cast_precision_loss)] // an estimate
 fn proof_seconds(plan: &Plan, threads: Option<usize>) -> Option<f64> {
     let stop = AtomicBool::new(false);
@@ -147,8 +147,8 @@ fn proof_seconds(plan: &Plan, threads: Option<usize>) -> Option<f64> {
     Some(proved.seconds * plan.proof_boxes as f64 / tried as f64)
 }
 
-/// A coarser grid of at most `wanted` columns (at least one), spread over the whole. Dampings stay, since
-/// methods work on whole columns.
+/// A coarser grid of at most `wanted` columns (at least one), spread over the whole grid. All dampings are
+/// kept, since methods work on whole columns.
 fn sample(grid: &Grid, wanted: usize) -> Grid {
     let mut kept = grid.shape();
     let outer = kept.len() - 1;
@@ -159,16 +159,16 @@ fn sample(grid: &Grid, wanted: usize) -> Grid {
         }
     }
     let nodes = grid.axes().iter().zip(&kept).map(|(axis, &kept)| spread(&axis.values, kept)).collect();
-    // Nodes of a legal grid make a legal grid.
+    // Nodes taken from a legal grid make a legal grid.
     Grid::new(grid.law().clone(), nodes).unwrap_or_else(|_| grid.clone())
 }
 
-/// `kept` of the values, evenly spread: the middle of each of `kept` equal stretches.
+/// Selects `kept` of the values, evenly spread: the middle of each of `kept` equal parts.
 fn spread(values: &[f64], kept: usize) -> Vec<f64> {
     (0..kept).map(|i| values[(2 * i + 1) * values.len() / (2 * kept)]).collect()
 }
 
-/// Computes and packs a sample: the number of cells done, the time it took, and the bytes they have.
+/// Computes and packs a sample; returns the number of cells computed, the time, and the packed bytes.
 fn timed(plan: &Plan, sample: &Grid, threads: Option<usize>) -> (usize, Duration, u64) {
     let workers = threads.unwrap_or_else(rayon::current_num_threads).max(1);
     // Enough tiles to keep every thread busy.
@@ -183,11 +183,11 @@ fn timed(plan: &Plan, sample: &Grid, threads: Option<usize>) -> (usize, Duration
             stop.store(true, Ordering::Relaxed);
         }
     };
-    let weighed = Weighed { packer: Packer::new(&plan), bytes: AtomicU64::new(0) };
+    let size_sink = SizeSink { packer: Packer::new(&plan), bytes: AtomicU64::new(0) };
     let control = Control { threads, on_cells: &on_cells, stop: &stop, ..Control::default() };
-    // Interrupted or not, the cells done in the time are what counts.
-    let _ = map::run(&plan, &weighed, &control);
-    (done.load(Ordering::Relaxed), start.elapsed(), weighed.bytes.load(Ordering::Relaxed))
+    // An interrupted sample counts as far as it went.
+    let _ = map::run(&plan, &size_sink, &control);
+    (done.load(Ordering::Relaxed), start.elapsed(), size_sink.bytes.load(Ordering::Relaxed))
 }
 
 /// Estimated duration of the audit, from a few cells of it.
@@ -214,13 +214,13 @@ fn audit_seconds(plan: &Plan, threads: Option<usize>) -> f64 {
     start.elapsed().as_secs_f64() / f64::from(timed) * cells as f64 / workers as f64
 }
 
-/// A sink that packs tiles as a run does, and keeps their size alone.
-struct Weighed {
+/// A sink that packs tiles as a run does, and records only their sizes.
+struct SizeSink {
     packer: Packer,
     bytes: AtomicU64,
 }
 
-impl Sink for Weighed {
+impl Sink for SizeSink {
     type Packed = PackedRecord;
     type Error = Infallible;
 

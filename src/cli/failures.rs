@@ -15,7 +15,7 @@ use crate::map::limits::HIGHEST;
 use crate::map::{Grid, Method};
 use crate::simulate::naive::NaiveKnobs;
 
-/// More cells than this would take hours.
+/// Largest number of cells: more would take hours.
 const MOST_CELLS: usize = 10_000_000;
 
 /// Compare every method with the simulated flow on a grid, and explain each failure.
@@ -91,7 +91,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     Ok(if catalogue.truth.open > 0 { Ended::Flawed } else { Ended::Fine })
 }
 
-/// The command as it can be given again.
+/// The command line that repeats this catalogue.
 fn command(arguments: &Arguments) -> String {
     let mut line = format!("slipmap failures {}", arguments.config.display());
     for set in &arguments.sets {
@@ -103,10 +103,11 @@ fn command(arguments: &Arguments) -> String {
     line
 }
 
-/// Names of the files.
+/// Names of the files written.
 const FILES: [&str; 3] = ["failures.md", "methods.csv", "classes.csv"];
 
-/// Refuses to write over an earlier catalogue unless asked to, before anything is computed.
+/// Returns an error if an earlier catalogue exists and may not be replaced; called before anything is
+/// computed.
 fn refuse_existing(folder: &Path, overwrite: bool) -> Result<(), Failure> {
     let there = FILES.iter().map(|name| folder.join(name)).find(|path| path.symlink_metadata().is_ok());
     match there {
@@ -118,7 +119,7 @@ fn refuse_existing(folder: &Path, overwrite: bool) -> Result<(), Failure> {
     }
 }
 
-/// Writes every file beside its name first, so that none is ever half there.
+/// Writes every file under a temporary name first, so that no file is ever half written.
 fn write_files(folder: &Path, report: &Report) -> Result<(), Failure> {
     let broken =
         |path: &Path, error: io::Error| Failure::Broken(format!("cannot write {}: {error}", path.display()));
@@ -137,7 +138,7 @@ fn write_files(folder: &Path, report: &Report) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What is written.
+/// Contents of the catalogue.
 struct Report<'a> {
     /// The command that made it.
     command: String,
@@ -239,7 +240,7 @@ impl Report<'_> {
         probe_line(self.job.plan.grid.law(), &class.example, self.job.plan.tolerance)
     }
 
-    /// The choices of the naive methods, unless they are the default ones.
+    /// The settings of the naive methods, unless they are the default ones.
     fn knobs(&self) -> Option<String> {
         let chosen = self.job.plan.methods.iter().find_map(|method| match method {
             Method::Naive(_, knobs) if *knobs != NaiveKnobs::default() => Some(knobs),
@@ -248,7 +249,7 @@ impl Report<'_> {
         Some(format!("{chosen:?}"))
     }
 
-    /// "1,200 cells: 5 epsilon from 0.001 to 1, .."
+    /// Size and ranges of the grid: "1,200 cells: 5 epsilon from 0.001 to 1, ..".
     fn box_in_words(&self) -> String {
         let grid = &self.job.plan.grid;
         let axes = grid.axes().iter().map(|axis| match axis.values.as_slice() {
@@ -293,7 +294,7 @@ impl Report<'_> {
     }
 }
 
-/// A number for a table; nothing where there is none.
+/// A number for a table; empty if there is none.
 fn number(x: f64) -> String {
     if x.is_nan() { String::new() } else { exact(x) }
 }

@@ -1,4 +1,4 @@
-//! `slipmap probe --machine`: what a machine does, in SI units.
+//! `slipmap probe --machine`: the behaviour of a machine, in SI units.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -13,13 +13,13 @@ use crate::machine::{Dimension, Machine};
 use crate::probe::regime_words;
 use crate::risk::Quantity;
 
-/// Reads the machine of a file, with the quantities chosen by `--set`.
+/// Reads the machine of a file, with the quantities set by `--set`.
 pub(super) fn load(file: &Path, chosen: &PointArguments) -> Result<(Law, Machine), Failure> {
     let job = load_job(file, chosen.given())?;
     Ok((job.law, job.machine))
 }
 
-/// The same with what is uncertain of it; belt speed and damping have one value each.
+/// Reads the machine and its uncertain quantities; belt speed and damping have one value each.
 pub(super) fn load_job(file: &Path, settings: &[(String, f64)]) -> Result<MachineJob, Failure> {
     let known: Vec<&str> = Quantity::ALL.iter().map(|quantity| quantity.name()).collect();
     if let Some((name, _)) = settings.iter().find(|(name, _)| !known.contains(&name.as_str())) {
@@ -49,7 +49,7 @@ fn quantity(value: Option<f64>, unit: &str) -> String {
     value.map_or("-".into(), |value| format!("{} {unit}", short(value)))
 }
 
-/// Prints it for a person.
+/// Prints the machine and its behaviour as text.
 pub(super) fn write(out: &mut dyn Write, machine: &Machine, behaviour: &Behaviour) -> io::Result<()> {
     writeln!(out, "The machine, in SI units")?;
     let (units, motion) = (machine.units(), machine.motion);

@@ -1,7 +1,7 @@
 //! The command-line program. Data goes to standard output, progress and messages to standard error.
 //!
-//! Exit codes: 0 all is well; 1 the job ran but something in it failed; 2 bad input, with nothing written;
-//! 130 interrupted by Ctrl-C, 143 by a request to terminate.
+//! Exit codes: 0 success; 1 the job ran but part of it failed; 2 bad input, with nothing written; 130
+//! interrupted by Ctrl-C, 143 by a request to terminate.
 
 mod assess;
 mod check;
@@ -43,7 +43,7 @@ struct Arguments {
     command: Command,
 }
 
-/// The version and the state of the sources that it was built from.
+/// The version, and the commit it was built from.
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (git ", env!("SLIPMAP_GIT"), ")");
 
 const EXAMPLES: &str = "\
@@ -79,25 +79,25 @@ enum Command {
     Completions(shell::CompletionArguments),
 }
 
-/// How a command ended when nothing stopped it.
+/// Outcome of a command that was not stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Ended {
-    /// All is well.
+    /// Success.
     Fine,
-    /// The job ran, but something in it failed; the report says what.
+    /// The job ran, but part of it failed; the report names the part.
     Flawed,
 }
 
-/// Why a command stopped.
+/// Reason why a command stopped.
 #[derive(Debug)]
 enum Failure {
     /// The input cannot be used; nothing was written.
     BadInput(String),
-    /// The input was fine, but the job could not be done.
+    /// The input is valid, but the job failed.
     Broken(String),
-    /// The user stopped it; what is left of it.
+    /// The user interrupted it; the text says what remains.
     Interrupted(String),
-    /// Nobody reads our output any more: a reason to stop, not an error.
+    /// The reader of standard output closed it: a reason to stop, not an error.
     ReaderGone,
 }
 
@@ -117,7 +117,7 @@ impl From<io::Error> for Failure {
     }
 }
 
-/// Room for the program's stack: what the first thread of a process usually has.
+/// Stack size of the working thread in bytes: that of a process's first thread.
 const STACK: usize = 8 << 20;
 
 /// Runs the program on the arguments of the process.
@@ -125,11 +125,11 @@ const STACK: usize = 8 << 20;
 pub fn main() -> ExitCode {
     let command = Arguments::parse().command;
     interrupt::listen();
-    // The work has a thread of its own, and the first one only waits: signals are delivered to it, at once. A
-    // thread that a file system keeps waiting (a server that hangs) hears of none.
+    // The command runs in a thread of its own, and the first thread only waits, so that it receives signals
+    // at once. A thread that waits for a file system (a server that hangs) would not.
     let (done, ended) = std::sync::mpsc::channel();
     let work = std::thread::Builder::new().stack_size(STACK).spawn(move || {
-        // The other end waits below.
+        // The receiver is alive: it waits below.
         let _ = done.send(carry_out(command));
     });
     match work {
@@ -144,7 +144,7 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// Carries out a command and says how it ended.
+/// Runs a command and returns its exit code.
 fn carry_out(command: Command) -> ExitCode {
     let result = match command {
         Command::Run(arguments) => run::run(&arguments),
@@ -174,10 +174,10 @@ fn carry_out(command: Command) -> ExitCode {
     ExitCode::from(code)
 }
 
-/// What is left of a job that writes nothing before it is done.
+/// Message after an interruption of a command that writes only at its end.
 const NOTHING_LEFT: &str = "nothing was written";
 
-/// Writes a message to standard error. If that is closed, there is nobody left to tell.
+/// Writes a message to standard error. Nothing can be done if that is closed.
 fn say(message: &str) {
     let _ = writeln!(io::stderr().lock(), "{}", output::without_control_characters(message));
 }

@@ -1,9 +1,9 @@
-//! One map by many processes, on one machine or on many (feature `mpi`).
+//! Computes one map with many processes, on one or several machines (feature `mpi`).
 //!
-//! Rank 0 owns the journal and the map, hands out tiles, and computes as well. Every other rank computes
-//! and packs tiles and sends them to rank 0; the answer to a finished tile is the number of another one, so
-//! that fast ranks get more. A few tiles are handed out ahead, which hides the way of a message. What is
-//! written is what a single process writes: a run can be resumed by any number of ranks, or by none.
+//! Rank 0 owns the journal and the map, distributes tiles, and computes as well. Every other rank computes
+//! and packs tiles and sends them to rank 0, which answers each with the number of another tile, so that fast
+//! ranks get more. Every rank has a few tiles in advance, which hides the latency of messages. The file is
+//! the same as that of a single process, and a run can be resumed by any number of ranks, or without MPI.
 //!
 //! All messages are sent by the main thread of each process (`MPI_THREAD_FUNNELED`).
 
@@ -23,38 +23,37 @@ use crate::config::Job;
 use crate::map::{self, Account, ComputeError, Control, Queue, Sink, TileData};
 use crate::store::{PackedRecord, Packer, PartialMap, StoreError, plan_digest};
 
-/// A rank introduces itself: fingerprint of its plan and number of threads, or what is wrong with its job.
+/// Message of a rank at its start: fingerprint of its plan and number of threads, or the error of its job.
 const HELLO: i32 = 1;
-/// Rank 0 answers: [`BEGIN`] and the first tiles, or nothing at all if the run does not begin.
+/// Answer of rank 0: [`BEGIN`] and the first tiles, or empty if the run does not begin.
 const GO: i32 = 2;
-/// See [`GO`].
+/// First entry of [`GO`].
 const BEGIN: u64 = 1;
-/// A finished tile.
+/// Message with a finished tile.
 const TILE: i32 = 3;
-/// Rank 0 hands out tiles; none: there are no more.
+/// Message of rank 0 with further tiles; empty if there are no more.
 const NEXT: i32 = 4;
-/// A rank has no more tiles in work.
+/// Message of a rank that has finished all its tiles.
 const BYE: i32 = 5;
 
-/// Rank 0 has finished the map: the others may end.
+/// Message of rank 0: the map is finished, the others may end.
 const END: i32 = 6;
 
-/// Looks for messages ever more rarely while there are none: MPI's own waiting would keep a core busy, and so
-/// would looking all the time.
-struct Watch {
+/// Polls for messages at growing intervals. MPI's own blocking calls would keep a core busy, and so would
+/// polling all the time.
+struct Poller {
     pause: Duration,
 }
 
-impl Watch {
-    /// The first pause, and the longest: shorter than a tile takes, of which some are always handed out
-    /// ahead.
+impl Poller {
+    /// First and longest interval. Both are shorter than a tile takes, and every rank has tiles in advance.
     const PAUSES: [Duration; 2] = [Duration::from_micros(50), Duration::from_millis(1)];
 
     fn new() -> Self {
         Self { pause: Self::PAUSES[0] }
     }
 
-    /// Waits a while, longer from time to time.
+    /// Sleeps, and doubles the interval up to its limit.
     fn wait(&mut self) {
         std::thread::sleep(self.pause);
         self.pause = (2 * self.pause).min(Self::PAUSES[1]);
@@ -66,8 +65,8 @@ pub(super) struct Ranks {
     universe: Universe,
 }
 
-/// However rank 0 ends, it tells the others, who wait for that: to leave MPI is to wait for every rank, at
-/// full speed.
+/// Rank 0 always tells the others that it ends: they wait for that message, because ending MPI waits for
+/// every rank with a busy loop.
 impl Drop for Ranks {
     fn drop(&mut self) {
         let world = self.universe.world();
@@ -84,7 +83,7 @@ impl Drop for Ranks {
 }
 
 impl Ranks {
-    /// Joins the other processes.
+    /// Initialises MPI.
     pub(super) fn join() -> Result<Self, Failure> {
         match mpi::initialize_with_threading(Threading::Funneled) {
             Some((universe, threading)) if threading >= Threading::Funneled => Ok(Self { universe }),
@@ -92,17 +91,17 @@ impl Ranks {
         }
     }
 
-    /// How many they are.
+    /// Number of ranks.
     pub(super) fn count(&self) -> usize {
         usize::try_from(self.universe.world().size()).unwrap_or(1)
     }
 
-    /// Whether this is the one that writes.
+    /// Returns whether this is rank 0, which writes the map.
     pub(super) fn is_writer(&self) -> bool {
         self.universe.world().rank() == 0
     }
 
-    /// On the other ranks: computes what rank 0 hands out.
+    /// On the other ranks: computes the tiles that rank 0 hands out.
     pub(super) fn work(
         &self,
         job: Result<Job, Failure>,
@@ -119,15 +118,15 @@ impl Ranks {
         let writer = world.process_at_rank(0);
         writer.send_with_tag(hello.as_bytes(), HELLO);
         let (go, _) = writer.receive_vec_with_tag::<u64>(GO);
-        // What is wrong is told by rank 0, once.
+        // Rank 0 reports the error, once.
         let (Ok(job), Some((&BEGIN, ahead))) = (job, go.split_first()) else { return Ok(Ended::Fine) };
 
         let (more, tiles) = channel();
         for tile in ahead.iter().filter_map(|&tile| usize::try_from(tile).ok()) {
-            // The other end waits below.
+            // The receiver is alive: it waits below.
             let _ = more.send(tile);
         }
-        // Without a tile ahead there is none at all.
+        // A rank that gets no tile now gets none later.
         let more = (!ahead.is_empty()).then_some(more);
         let tiles = Mutex::new(tiles);
         let (outbox, finished) = sync_channel(2 * threads);
@@ -137,7 +136,7 @@ impl Ranks {
             let (job, tiles) = (&job, &tiles);
             scope.spawn(move || {
                 let next = || tiles.lock().unwrap_or_else(PoisonError::into_inner).recv().ok();
-                // An interruption is told by rank 0; nothing else can happen here.
+                // Rank 0 reports an interruption; there are no other errors here.
                 let _ = map::compute_tiles(&job.plan, &sink, &control, &next);
             });
             self.send_all(&finished, more, stop);
@@ -147,7 +146,7 @@ impl Ranks {
         Ok(Ended::Fine)
     }
 
-    /// Sends finished tiles to rank 0 and passes on the new ones.
+    /// Sends finished tiles to rank 0 and passes new ones to the workers.
     ///
     /// `more` is dropped when no more tiles will come, which ends the workers that wait for one.
     fn send_all(&self, finished: &Receiver<Vec<u8>>, mut more: Option<Sender<usize>>, stop: &AtomicBool) {
@@ -163,9 +162,9 @@ impl Ranks {
                 Err(RecvTimeoutError::Disconnected) => break,
             };
             writer.send_with_tag(&bytes[..], TILE);
-            let mut watch = Watch::new();
+            let mut poller = Poller::new();
             while writer.immediate_probe_with_tag(NEXT).is_none() {
-                watch.wait();
+                poller.wait();
             }
             let (next, _) = writer.receive_vec_with_tag::<u64>(NEXT);
             match (next.first().and_then(|&tile| usize::try_from(tile).ok()), &more) {
@@ -177,8 +176,8 @@ impl Ranks {
         }
     }
 
-    /// On rank 0: waits for the others, and sends them to work, or home if there is no plan. The number of
-    /// threads of all of them together.
+    /// On rank 0: waits for the other ranks and starts them, or dismisses them if there is no plan. Returns
+    /// the number of threads of all ranks together.
     pub(super) fn begin(
         &self,
         plan: Option<(&map::Plan, &Queue)>,
@@ -207,7 +206,7 @@ impl Ranks {
         }
         let plan = plan.filter(|_| wrong.is_none());
         let answers = match plan {
-            Some((_, queue)) => dealt(queue, own_threads, &threads[1..]),
+            Some((_, queue)) => first_messages(queue, own_threads, &threads[1..]),
             None => vec![Vec::new(); threads.len() - 1],
         };
         for (rank, answer) in (1..).zip(answers) {
@@ -219,8 +218,7 @@ impl Ranks {
         }
     }
 
-    /// On rank 0: serves the others while `local` computes here. The sum of the others' accounts and of the
-    /// local one.
+    /// On rank 0: serves the other ranks while `local` computes here. Returns the sum of all accounts.
     pub(super) fn serve(
         &self,
         map: &PartialMap,
@@ -253,13 +251,13 @@ impl Ranks {
         let mut sum = Account::none(map.plan());
         let mut outcome = Ok(());
         let mut at_work = self.count() - 1;
-        let mut watch = Watch::new();
+        let mut poller = Poller::new();
         while at_work > 0 {
             let Some(message) = world.any_process().immediate_matched_probe() else {
-                watch.wait();
+                poller.wait();
                 continue;
             };
-            watch = Watch::new();
+            poller = Poller::new();
             let (bytes, status) = message.matched_receive_vec::<u8>();
             if status.tag() == BYE {
                 at_work -= 1;
@@ -268,7 +266,7 @@ impl Ranks {
                 }
                 continue;
             }
-            // The next tile goes out first: the sender waits for it.
+            // Send the next tile first: the other rank waits for it.
             let go_on = outcome.is_ok() && !stop.load(Ordering::Relaxed);
             let next: Vec<u64> =
                 if go_on { queue.take().map(|tile| tile as u64).into_iter().collect() } else { Vec::new() };
@@ -284,7 +282,7 @@ impl Ranks {
                     }
                     Err(error) => outcome = Err(ComputeError::Sink(error)),
                 },
-                // The plans are equal by their fingerprints: a network that garbles messages.
+                // The plans have equal fingerprints, so the message was corrupted on its way.
                 None => outcome = Err(ComputeError::Interrupted),
             }
         }
@@ -292,15 +290,15 @@ impl Ranks {
     }
 }
 
-/// What the other ranks are told at the beginning: to begin, and with which tiles, given the threads of rank
-/// 0 and of each of them. They are dealt out one by one in turn, so that few tiles are shared fairly, until
-/// every rank has two for each thread and two more, or until those are left that rank 0 computes itself.
-fn dealt(queue: &Queue, own_threads: usize, threads: &[usize]) -> Vec<Vec<u64>> {
+/// First messages to the other ranks: whether to begin, and with which tiles. Tiles are dealt one by one in
+/// turn, so that few tiles are shared fairly, until every rank has two for each thread and two more, or until
+/// only those are left that rank 0 computes itself.
+fn first_messages(queue: &Queue, own_threads: usize, threads: &[usize]) -> Vec<Vec<u64>> {
     let mut answers = vec![vec![BEGIN]; threads.len()];
     let most = threads.iter().max().map_or(0, |threads| 2 * threads + 2);
     for round in 0..most {
         for (answer, &threads) in answers.iter_mut().zip(threads) {
-            // Rank 0 keeps pace with the others.
+            // Rank 0 gets a tile in every round as well.
             let reserved = (round + 1).min(2 * own_threads + 2);
             if round < 2 * threads + 2
                 && queue.has_more_than(reserved)
@@ -313,7 +311,7 @@ fn dealt(queue: &Queue, own_threads: usize, threads: &[usize]) -> Vec<Vec<u64>> 
     answers
 }
 
-/// A sink whose tiles are sent to rank 0.
+/// A sink that sends tiles to rank 0.
 struct Outbox {
     packer: Packer,
     outbox: SyncSender<Vec<u8>>,
@@ -342,7 +340,7 @@ mod tests {
     fn few_tiles_are_dealt_fairly() {
         let dealt_of = |tiles: usize| {
             let queue = Queue::new(vec![false; tiles]);
-            let answers = dealt(&queue, 1, &[1, 1, 1]);
+            let answers = first_messages(&queue, 1, &[1, 1, 1]);
             let mut shares = vec![std::iter::from_fn(|| queue.take()).count()];
             shares.extend(answers.iter().map(|answer| answer.len() - 1));
             shares

@@ -1,4 +1,4 @@
-//! What is printed: numbers, aligned tables, JSON.
+//! Printing of numbers, aligned tables and JSON.
 
 use std::io::{self, Write};
 
@@ -6,7 +6,7 @@ use serde::Serialize;
 
 pub(super) use crate::number::{count, exact, short, signed};
 
-/// A number of bytes in the unit that suits it.
+/// Formats a number of bytes in a fitting unit.
 #[allow(clippy::cast_precision_loss)] // three digits are shown
 pub(super) fn bytes(n: u128) -> String {
     const UNITS: [&str; 7] = ["B", "kB", "MB", "GB", "TB", "PB", "EB"];
@@ -24,7 +24,7 @@ pub(super) fn bytes(n: u128) -> String {
     }
 }
 
-/// A duration in words that suit it.
+/// Formats a duration in fitting units.
 pub(super) fn duration(seconds: f64) -> String {
     if seconds < 1.0 {
         format!("{:.0} ms", seconds * 1e3)
@@ -39,13 +39,13 @@ pub(super) fn duration(seconds: f64) -> String {
     }
 }
 
-/// A text that may quote a file or a name, without the control characters that a terminal would obey.
+/// Removes control characters, which a terminal would execute, from a text that may quote a file or a name.
 pub(super) fn without_control_characters(text: &str) -> String {
     let obeyed = |c: char| c.is_control() && c != '\n' && c != '\t';
     text.chars().map(|c| if obeyed(c) { char::REPLACEMENT_CHARACTER } else { c }).collect()
 }
 
-/// On which side a column is flush.
+/// Alignment of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Align {
     /// Words.
@@ -74,7 +74,7 @@ impl Table {
         self.rows.push(cells.into_iter().collect());
     }
 
-    /// Writes it, indented by two spaces.
+    /// Writes the table, indented by two spaces.
     pub(super) fn write(&self, out: &mut dyn Write) -> io::Result<()> {
         let width = |column: usize| {
             self.rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max()
@@ -95,7 +95,7 @@ impl Table {
     }
 }
 
-/// Prints `value` as JSON. What is not a finite number is null there.
+/// Prints `value` as JSON. Numbers that are not finite become null.
 pub(super) fn json(value: &impl Serialize) -> Result<(), super::Failure> {
     let text = serde_json::to_string_pretty(value)
         .map_err(|error| super::Failure::Broken(format!("cannot form the JSON: {error}")))?;

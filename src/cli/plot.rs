@@ -134,7 +134,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
             replace::check(data, Some(&arguments.map), Kind::Table(""))?;
         }
     }
-    // Known before the work is done.
+    // Checked before the work starts.
     if let (Existing::Refuse, Some(path)) =
         (existing, written.iter().find(|path| path.symlink_metadata().is_ok()))
     {

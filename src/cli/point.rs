@@ -1,4 +1,4 @@
-//! A parameter point on the command line and in tables, for any friction law.
+//! Parameter points on the command line and in tables, for any friction law.
 
 use std::path::PathBuf;
 
@@ -11,7 +11,7 @@ use crate::friction::{Expression, Law};
 use crate::map::{Grid, GridError};
 use crate::point::Point;
 
-/// The friction law: `--law`, and what the laws given as text or as data need.
+/// Arguments of the friction law: `--law` and the options of laws given as text or as data.
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Friction law")]
 pub(super) struct LawArguments {
@@ -90,7 +90,7 @@ impl LawArguments {
     }
 }
 
-/// `--epsilon`, the parameters of every law, `--V` and `--c`, as far as they were given; parameters also as
+/// `--epsilon`, the parameters of every law, `--V` and `--c`, as far as they are given; parameters also as
 /// `--set NAME=NUMBER`.
 #[derive(Clone, Debug)]
 pub(super) struct PointArguments {
@@ -118,12 +118,12 @@ pub(super) fn parse_setting(text: &str) -> Result<(String, f64), String> {
 }
 
 impl PointArguments {
-    /// What was given.
+    /// The given parameters, by name.
     pub(super) fn given(&self) -> &[(String, f64)] {
         &self.given
     }
 
-    /// Whether any parameter was given.
+    /// Returns whether no parameter was given.
     pub(super) fn is_empty(&self) -> bool {
         self.given.is_empty()
     }
@@ -138,7 +138,8 @@ impl PointArguments {
             .map(|name| flag(name).trim_end().to_owned())
             .collect();
         if !missing.is_empty() {
-            // In a formula every other name is a parameter.
+            // In a formula every other name is a parameter; a common name of the slip speed is probably a
+            // mistake.
             let slip = ["v", "x", "s", "w"].iter().any(|name| axes.contains(name) && value(name).is_none());
             let slip = if slip { "the slip speed is called u; " } else { "" };
             return Err(Failure::BadInput(format!(
@@ -149,14 +150,14 @@ impl PointArguments {
         }
         if let Some((foreign, _)) = self.given.iter().find(|(name, _)| !axes.contains(&name.as_str())) {
             return Err(Failure::BadInput(format!(
-                "--{foreign} is no parameter of the law `{}`\n  help: its parameters are {}",
+                "--{foreign} is not a parameter of the law `{}`\n  help: its parameters are {}",
                 law.name(),
                 axes.join(", ")
             )));
         }
         let values: Vec<f64> = axes.iter().filter_map(|name| value(name)).collect();
         let point = point_of(law, &values).map_err(|error| {
-            let (name, value, wanted) = complaint(&error);
+            let (name, value, wanted) = invalid_coordinate(&error);
             Failure::BadInput(format!(
                 "{}{value}: {name} must be {wanted}\n  help: choose a value that is",
                 flag(&name)
@@ -167,7 +168,7 @@ impl PointArguments {
     }
 }
 
-/// How a value of this axis is given: `--alpha `, or `--set name=`.
+/// The option that sets an axis: `--alpha `, or `--set name=`.
 fn flag(name: &str) -> String {
     if names().contains(&name) { format!("--{name} ") } else { format!("--set {name}=") }
 }
@@ -201,7 +202,7 @@ impl Args for PointArguments {
                 .value_parser(parse_setting),
         );
         names().into_iter().fold(command, |command, name| {
-            // Whoever types a small v means the belt speed, not another law's parameter.
+            // A small v means the belt speed, not a parameter of another law.
             let aliases: &[&'static str] = if name == "V" { &["v"] } else { &[] };
             command.arg(
                 Arg::new(name)
@@ -241,7 +242,7 @@ impl FromArgMatches for PointArguments {
     }
 }
 
-/// What an axis is, in one phrase.
+/// Description of an axis, in one phrase.
 fn description(name: &str) -> String {
     let known = Law::BUILT_IN;
     let of_law = |law| Law::parameters(law).iter().find(|parameter| parameter.name == name);
@@ -255,17 +256,17 @@ fn description(name: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// Which coordinate of a point is illegal, its value, and what it must be.
-fn complaint(error: &GridError) -> (String, String, String) {
+/// The illegal coordinate of a point, its value, and the condition that it violates.
+fn invalid_coordinate(error: &GridError) -> (String, String, String) {
     match error {
         GridError::OutOfDomain { axis, value, domain } => (axis.clone(), exact(*value), domain.clone()),
         GridError::NotFinite { axis, value } => (axis.clone(), exact(*value), "finite".into()),
-        // A grid of one cell has no other faults.
+        // A grid of one cell has no other errors.
         other => (String::new(), String::new(), other.to_string()),
     }
 }
 
-/// The command that explains a point, ready to paste.
+/// The command that explains a point, to be pasted into a shell.
 pub(super) fn probe_line(law: &Law, point: &Point, tolerance: f64) -> String {
     let mut line = String::from("slipmap probe");
     match law.as_written() {
@@ -273,7 +274,7 @@ pub(super) fn probe_line(law: &Law, point: &Point, tolerance: f64) -> String {
         Law::Exponential | Law::Lorentzian => line.push_str(&format!(" --law {}", law.name())),
         Law::Expression(law) => line.push_str(&format!(" --phi '{}'", law.text())),
         Law::Table(table) => line.push_str(&format!(" --table '{}'", table.origin())),
-        // A function of another program: no command can name it.
+        // No command can name a function of another program.
         Law::Function(law) => line.push_str(&format!(" --law '{}'", law.origin())),
         other => line.push_str(&format!(" --law {}", other.name())),
     }

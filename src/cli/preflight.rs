@@ -1,5 +1,5 @@
-//! The place of a run's output: whether a map may be written there, what it replaces, and how much room there
-//! is.
+//! Checks the output of a run before anything is computed: whether a map may be written there, what it
+//! replaces, and how much space is free.
 
 use std::io::{self, Read as _};
 use std::path::{Component, Path, PathBuf};
@@ -10,38 +10,38 @@ use super::{Ended, Failure, say};
 use crate::config::Job;
 use crate::store;
 
-/// What is at the place of the output, and how much room there is.
+/// State of the output's path and of its disk.
 #[derive(Debug)]
 pub(super) struct Preflight {
     /// The map that will be replaced, if there is one, and its size.
     pub(super) replaces: Option<String>,
     /// The certificate that will be replaced, if there is one.
     pub(super) replaces_proof: Option<String>,
-    /// What is there although the run may not replace it: it would be refused.
+    /// An existing file that the run may not replace, if there is one: the run would be refused.
     pub(super) refuses: Option<String>,
-    /// Free bytes on its disk, if the system tells.
+    /// Free bytes on the disk, if the system reports them.
     pub(super) free: Option<u64>,
 }
 
-/// A run keeps each packed tile twice: in its journal, and in the map.
+/// Largest number of bytes on the disk during a run: packed tiles lie in the journal and in the map.
 pub(super) fn peak(packed: u128) -> u128 {
     2 * packed
 }
 
-/// What a run may do with files that are there.
+/// Permission of a run to change existing files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Permission {
-    /// Nothing: they are in the way.
+    /// Nothing: the run is refused.
     None,
     /// Replace them.
     Overwrite,
-    /// Go on with them.
+    /// Continue them.
     Resume,
 }
 
 impl Preflight {
-    /// Refuses an output that cannot be written, before anything is computed or created. What is in the way
-    /// of a run that may not replace it is told, not refused.
+    /// Refuses an output that cannot be written, before anything is computed or created. An existing file
+    /// that may not be replaced is reported in the result.
     pub(super) fn check(job: &Job, permission: Permission) -> Result<Self, Failure> {
         let name = job.output.display();
         let mut refuses = None;
@@ -83,7 +83,7 @@ impl Preflight {
         Ok(Self { replaces, replaces_proof, refuses, free })
     }
 
-    /// Refuses a map for which its disk has no room, and warns where the run may fill it. `packed` is the
+    /// Refuses a map that does not fit on its disk, and warns if the run may fill it. `packed` is the
     /// estimated size of the map.
     pub(super) fn verdict(&self, job: &Job, packed: u128) -> Result<Ended, Failure> {
         let name = job.output.display();
@@ -95,7 +95,7 @@ impl Preflight {
             bytes(peak(packed)),
             bytes(free.into())
         );
-        // The estimate may be too large by a factor, hardly by two.
+        // The estimate may be wrong by a factor, but hardly by two.
         if packed <= u128::from(free) {
             say(&format!("warning: the run needs {need}; should the disk fill, it stops and can be resumed"));
             return Ok(Ended::Fine);
@@ -113,21 +113,21 @@ impl Preflight {
         )))
     }
 
-    /// Whether the map might not fit, so that it is worth a sample to know.
-    pub(super) fn is_scarce(&self, job: &Job) -> bool {
+    /// Returns whether the map might not fit, so that its size must be sampled.
+    pub(super) fn may_not_fit(&self, job: &Job) -> bool {
         self.free.is_some_and(|free| peak(job.plan.bytes()) > u128::from(free))
     }
 }
 
-/// What is at the place of a certificate.
+/// State of a certificate's path.
 enum Place {
     Free,
     Replaces(String),
     Taken,
 }
 
-/// Refuses a path with `..` through a folder that does not exist: the folders that a path names are created,
-/// and then `..` would lead out of them to who knows what.
+/// Refuses a path with `..` through a folder that does not exist: the run would create that folder, and `..`
+/// would then lead to another place.
 fn check_back_steps(path: &Path) -> Result<(), Failure> {
     let leads_back = |path: &Path| path.components().any(|part| part == Component::ParentDir);
     match path.parent().filter(|folder| leads_back(folder) && folder.metadata().is_err()) {
@@ -141,8 +141,7 @@ fn check_back_steps(path: &Path) -> Result<(), Failure> {
     }
 }
 
-/// Refuses a path in a folder that cannot be written. The only sure way to know is to try; the file has no
-/// name.
+/// Refuses a folder that cannot be written, by creating an unnamed file in it.
 fn check_folder(path: &Path, key: &str) -> Result<(), Failure> {
     let folder = first_folder(path);
     tempfile::tempfile_in(&folder).map(drop).map_err(|error| {
@@ -154,7 +153,7 @@ fn check_folder(path: &Path, key: &str) -> Result<(), Failure> {
     })
 }
 
-/// Refuses a certificate whose place is that of another file of the run, cannot be written, or is taken by
+/// Refuses a certificate's path that is that of another file of the run, cannot be written, or holds
 /// something else.
 fn check_proof(job: &Job, proof: &Path, permission: Permission) -> Result<Place, Failure> {
     let name = proof.display();
@@ -180,7 +179,7 @@ fn check_proof(job: &Job, proof: &Path, permission: Permission) -> Result<Place,
         Existing::Nothing => Ok(Place::Free),
         Existing::OutOfReach(error) => refuse(format!("{name} cannot be written: {error}")),
         Existing::Other => Err(Failure::BadInput(format!(
-            "{name} is no proof, and only proofs are replaced\n  \
+            "{name} is not a proof, and only proofs are replaced\n  \
              help: move it away, or choose another place with --set validated.proof=.."
         ))),
         Existing::Proof(_) if permission == Permission::Overwrite => {
@@ -196,7 +195,7 @@ fn check_proof(job: &Job, proof: &Path, permission: Permission) -> Result<Place,
     }
 }
 
-/// The path without links, dots and relative parts, as far as it exists.
+/// The path with links, dots and relative parts resolved, as far as it exists.
 fn resolved(path: &Path) -> PathBuf {
     if let Ok(whole) = path.canonicalize() {
         return whole;
@@ -208,7 +207,7 @@ fn resolved(path: &Path) -> PathBuf {
     }
 }
 
-/// What `--overwrite` will replace: a map, or nothing at all.
+/// Describes what `--overwrite` will replace; refuses anything but a map.
 fn replaced(output: &Path, metadata: &std::fs::Metadata) -> Result<String, Failure> {
     let name = output.display();
     if metadata.is_symlink() {
@@ -224,17 +223,17 @@ fn replaced(output: &Path, metadata: &std::fs::Metadata) -> Result<String, Failu
     // In this order: opening a pipe would wait for its other end.
     if !(metadata.is_file() && is_map()) {
         return Err(Failure::BadInput(format!(
-            "{name} is no map, and only maps are replaced\n  help: move it away, or choose another place with --set output.path=.."
+            "{name} is not a map, and only maps are replaced\n  help: move it away, or choose another place with --set output.path=.."
         )));
     }
     Ok(format!("{name} ({})", bytes(metadata.len().into())))
 }
 
-/// The folder of `output`, or the nearest above it that exists.
+/// The folder of `output`, or its nearest parent that exists.
 fn first_folder(output: &Path) -> PathBuf {
     let mut folder = output.parent();
     while let Some(path) = folder.filter(|path| !path.as_os_str().is_empty()) {
-        // One that is there but does not answer is told so by whoever writes into it.
+        // A folder that exists but does not answer is reported when it is written to.
         if !path.symlink_metadata().is_err_and(|error| error.kind() == io::ErrorKind::NotFound) {
             return path.to_owned();
         }
@@ -243,7 +242,7 @@ fn first_folder(output: &Path) -> PathBuf {
     PathBuf::from(".")
 }
 
-/// Creates the folders that the path of the output names.
+/// Creates the folders of the output's path.
 pub(super) fn create_folders(output: &Path) -> Result<(), Failure> {
     match output.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => store::create_folders(folder).map_err(|error| {

@@ -36,8 +36,8 @@ pub(super) struct Arguments {
     point: PointArguments,
     #[command(flatten)]
     law: LawArguments,
-    /// The machine in SI units described in the tables [machine] and [friction] of a configuration, in place of
-    /// the point; --set belt_speed=.. and --set damping=.. choose others than the file's
+    /// The machine in SI units described in the tables [machine] and [friction] of a configuration, in place
+    /// of the point; --set belt_speed=.. and --set damping=.. choose others than the file's
     #[arg(long, value_name = "FILE.toml", conflicts_with_all = ["points", "law", "phi", "table"])]
     machine: Option<PathBuf>,
     /// Bound on the error of the scaled grazing margin m / V that the simulation aims at [default: 1e-9]
@@ -52,7 +52,8 @@ pub(super) struct Arguments {
     /// Width of the figure: one column of a journal (84 mm) or two (174 mm)
     #[arg(long, value_enum, default_value_t = Columns::One, requires = "figure")]
     columns: Columns,
-    /// Write the orbit: t, x1, x2, and whether the mass slips or sticks from there on; in SI units with --machine
+    /// Write the orbit: t, x1, x2, and whether the mass slips or sticks from there on; in SI units with
+    /// --machine
     #[arg(long, value_name = "FILE.csv", conflicts_with = "points")]
     orbit: Option<PathBuf>,
     /// Start of the orbit that is drawn and written; default: the exit point, where sticking ends
@@ -170,7 +171,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     Ok(Ended::Fine)
 }
 
-/// Writes the figure and the table of the orbit, if they are asked for.
+/// Writes the figure and the table of the orbit, if they were asked for.
 fn write_orbit(
     arguments: &Arguments,
     law: &Law,
@@ -222,7 +223,7 @@ fn write_orbit(
     Ok(())
 }
 
-/// Writes everything for a person to read.
+/// Prints the answer as text.
 fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> {
     use Align::{Left, Right};
 
@@ -403,7 +404,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
     table.write(out)
 }
 
-/// What orbits tend to, in words.
+/// Describes an attractor.
 fn neighbour_words(neighbour: Neighbour) -> &'static str {
     match neighbour {
         Neighbour::Equilibrium => "the equilibrium",
@@ -413,7 +414,7 @@ fn neighbour_words(neighbour: Neighbour) -> &'static str {
     }
 }
 
-/// How many slip cycles were found, and what is proved of their number.
+/// Describes the number of slip cycles found, and what is proved of it.
 fn slip_count_words(found: usize, count: &SlipCount) -> String {
     let number = |n: u32| if n == 0 { "none".to_owned() } else { n.to_string() };
     if let Some(exact) = count.exact() {
@@ -433,7 +434,7 @@ fn slip_count_words(found: usize, count: &SlipCount) -> String {
     words
 }
 
-/// Why limits are not known, and the names of their methods.
+/// Reasons why limits in eps are unknown, each with the names of its methods.
 fn unknown_limits(answer: &Answer, limits: &[EpsilonLimit]) -> Vec<(Unknown, String)> {
     let of = |why: Unknown| {
         let methods = answer.methods.iter().zip(limits).filter(|(_, limit)| limit.unknown() == Some(why));
@@ -450,7 +451,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn help_tells_the_default_tolerance() {
+    fn help_names_the_default_tolerance() {
         let help =
             crate::cli::Arguments::command().find_subcommand_mut("probe").unwrap().render_help().to_string();
         assert!(help.contains(&format!("[default: {}]", exact(DEFAULT_TOLERANCE))), "{help}");

@@ -19,7 +19,7 @@ use crate::probe::Answer;
 /// Answers for standard output are held in memory up to this size, then in a temporary file.
 const SPOOL: usize = 16 << 20;
 
-/// What to do.
+/// Arguments of the command.
 #[derive(Debug)]
 pub(super) struct Job<'a> {
     /// The table of points, `-` for standard input.
@@ -57,7 +57,7 @@ pub(super) fn run(job: &Job) -> Result<Ended, Failure> {
     Ok(Ended::Fine)
 }
 
-/// Reads, computes and writes batch after batch.
+/// Reads, computes and writes rows batch by batch.
 fn convert(
     job: &Job,
     mut table: PointTable,
@@ -97,7 +97,7 @@ fn convert(
     writer.flush().map_err(|error| write_error(error.into()))
 }
 
-/// Names of the columns that are added.
+/// Names of the columns that are appended.
 fn answer_columns(epsilon_limits: bool) -> Vec<String> {
     let mut names = Vec::new();
     for method in Method::usual() {
@@ -114,10 +114,10 @@ fn answer_columns(epsilon_limits: bool) -> Vec<String> {
     names
 }
 
-/// The fields of a map whose quantities are added.
+/// The fields of a map whose quantities are appended.
 const QUANTITIES: [Field; 3] = [Field::Landing, Field::Cycle, Field::Basin];
 
-/// Refuses a table that has a column of the name of one to be added.
+/// Refuses a table that already has a column with an appended name.
 fn check_header(table: &PointTable, epsilon_limits: bool) -> Result<(), Failure> {
     let header: Vec<_> = table.header().iter().map(|field| String::from_utf8_lossy(field)).collect();
     match answer_columns(epsilon_limits)
@@ -132,7 +132,7 @@ fn check_header(table: &PointTable, epsilon_limits: bool) -> Result<(), Failure>
     }
 }
 
-/// The row with its answers appended.
+/// Appends the answers to a row.
 fn answer(table: &PointTable, mut row: ByteRecord, job: &Job) -> Result<ByteRecord, Failure> {
     let point = table.point(&row)?;
     point::check_law(&job.law, &point)
@@ -164,16 +164,16 @@ fn answer(table: &PointTable, mut row: ByteRecord, job: &Job) -> Result<ByteReco
     Ok(row)
 }
 
-/// The table being written, out of sight until it is complete.
+/// The table being written, under a temporary name until it is complete.
 struct Output {
     file: Spool,
     overwrite: bool,
 }
 
 enum Spool {
-    /// Beside its final place.
+    /// In a temporary file beside its final path.
     Beside { file: BufWriter<tempfile::NamedTempFile>, path: PathBuf },
-    /// Bound for standard output.
+    /// For standard output.
     Standard(tempfile::SpooledTempFile),
 }
 
@@ -219,7 +219,7 @@ impl Output {
         #[cfg(unix)]
         {
             use std::os::unix::fs::PermissionsExt as _;
-            // Those of any new file; the default of temporary files is readable by their owner only.
+            // The permissions of any new file; temporary files are readable by their owner only.
             builder.permissions(std::fs::Permissions::from_mode(0o666));
         }
         let file = builder.tempfile_in(folder).map_err(|error| {
@@ -229,14 +229,14 @@ impl Output {
             ))
         })?;
         let temporary = file.path().to_owned();
-        interrupt::on_giving_up(super::NOTHING_LEFT.to_owned(), move || {
-            // If it cannot be removed there is nothing better to do.
+        interrupt::on_abandonment(super::NOTHING_LEFT.to_owned(), move || {
+            // Nothing more can be done if it cannot be removed.
             let _ = std::fs::remove_file(temporary);
         });
         Ok(Self { file: Spool::Beside { file: BufWriter::new(file), path: path.to_owned() }, overwrite })
     }
 
-    /// Gives the complete table its name.
+    /// Gives the complete table its name, or copies it to standard output.
     fn publish(self) -> Result<(), Failure> {
         match self.file {
             Spool::Standard(mut file) => {

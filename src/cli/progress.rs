@@ -1,4 +1,4 @@
-//! The progress bar: on a terminal only.
+//! The progress bar, on terminals only.
 
 use std::fmt;
 use std::io::{self, IsTerminal as _};
@@ -20,17 +20,17 @@ pub(super) fn bar(quiet: bool, total: Option<u64>, unit: &str) -> ProgressBar {
         ),
         None => (ProgressBar::no_length(), format!("{{spinner}} {{human_pos}} {unit}, {{rate}}")),
     };
-    // A template that indicatif does not understand costs the looks, not the run.
+    // With an invalid template the bar looks different, but the run goes on.
     let style = ProgressStyle::with_template(&template).unwrap_or_else(|_| ProgressStyle::default_bar());
     bar.set_style(style.with_key("rate", rate));
     bar.enable_steady_tick(Duration::from_millis(200));
     bar
 }
 
-/// The speed with three significant digits.
+/// Formats the speed with three significant digits.
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a speed is positive
 fn rate(state: &ProgressState, out: &mut dyn fmt::Write) {
     let rounded = format!("{:.2e}", state.per_sec()).parse::<f64>().unwrap_or(0.0);
-    // A bar that cannot be drawn is not worth stopping for.
+    // A bar that cannot be drawn does not stop the run.
     let _ = write!(out, "{}/s", count(rounded as u64));
 }

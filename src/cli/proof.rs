@@ -12,23 +12,23 @@ use crate::certify::point_certificate::{self, PointCertificate};
 use crate::certify::validated::surface::Surface;
 use crate::certify::validated::tile::GroupBox;
 
-/// Longest certificate that is read: more than a hundred thousand tiles.
+/// Largest size in bytes of a certificate that is read: more than a hundred thousand tiles.
 const LONGEST: u64 = 1 << 30;
 
-/// What is at the place of a certificate that is to be written.
+/// State of a certificate's path.
 #[derive(Debug)]
 pub(super) enum Existing {
     /// Nothing, or an empty file.
     Nothing,
-    /// A certificate, written by the run of this identity if it tells one.
+    /// A certificate, with the identity of the run that wrote it if it records one.
     Proof(Option<String>),
     /// Something else, which is never replaced.
     Other,
-    /// The system does not say, or cannot.
+    /// The path cannot be examined.
     OutOfReach(io::Error),
 }
 
-/// Looks at the place of a certificate.
+/// Examines the path of a certificate.
 pub(super) fn existing(path: &Path) -> Existing {
     match path.symlink_metadata() {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Existing::Nothing,
@@ -49,9 +49,9 @@ pub(super) fn existing(path: &Path) -> Existing {
     }
 }
 
-/// The text of a certificate; `None` if the file does not begin like one.
+/// Reads the text of a certificate; `None` if the file does not begin like one.
 fn read(path: &Path) -> io::Result<Option<String>> {
-    // What begins otherwise may never end.
+    // Check the beginning first: another file may never end.
     let mut file = io::BufReader::new(std::fs::File::open(path)?);
     if !file.fill_buf()?.starts_with(BEGINNING.as_bytes()) {
         return Ok(None);
@@ -63,7 +63,7 @@ fn read(path: &Path) -> io::Result<Option<String>> {
     Ok(Some(text))
 }
 
-/// Refuses a place for the certificate of a point that is taken, or by something else than a proof.
+/// Refuses a path for the certificate of a point that exists and may not be replaced, or is not a proof.
 pub(super) fn check_place(path: &Path, overwrite: bool) -> Result<(), Failure> {
     let name = path.display();
     let problem = match existing(path) {
@@ -72,20 +72,20 @@ pub(super) fn check_place(path: &Path, overwrite: bool) -> Result<(), Failure> {
         Existing::Proof(_) => {
             "exists already\n  help: add --overwrite to replace it, or choose another name".into()
         }
-        Existing::Other => "is no proof, and only proofs are replaced\n  help: choose another name".into(),
+        Existing::Other => "is not a proof, and only proofs are replaced\n  help: choose another name".into(),
         Existing::OutOfReach(error) => format!("cannot be written: {error}\n  help: choose another name"),
     };
     Err(Failure::BadInput(format!("--proof {name} {problem}")))
 }
 
-/// Writes the certificate of a surface, all at once. What is there already is replaced if `overwrite` says
-/// so, or if the same run has written it before it was stopped.
+/// Writes the certificate of a surface atomically. Replaces an existing one if `overwrite` is set, or if it
+/// was written by the same run before it was stopped.
 pub(super) fn write(surface: &Surface, run: &str, path: &Path, overwrite: bool) -> Result<(), Failure> {
     let own = || matches!(existing(path), Existing::Proof(Some(writer)) if writer == run);
     write_text(Certificate::of(surface, run).text(), path, overwrite || own())
 }
 
-/// Writes the certificate of a point, all at once.
+/// Writes the certificate of a point atomically.
 pub(super) fn write_point(
     certificate: &PointCertificate,
     path: &Path,
@@ -104,7 +104,7 @@ fn write_text(text: serde_json::Result<String>, path: &Path, replace: bool) -> R
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt as _;
-        // Those of any new file; the default of temporary files is readable by their owner only.
+        // The permissions of any new file; temporary files are readable by their owner only.
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
     let mut file = builder.tempfile_in(folder).map_err(|error| broken(&error))?;
@@ -119,7 +119,7 @@ pub(super) fn check(path: &Path, as_json: bool) -> Result<Ended, Failure> {
     let name = path.display();
     let bad = |problem: String, help: &str| Failure::BadInput(format!("{name}: {problem}\n  help: {help}"));
     let text = read(path)
-        .and_then(|text| text.ok_or_else(|| io::Error::other("it is no proof")))
+        .and_then(|text| text.ok_or_else(|| io::Error::other("it is not a proof")))
         .map_err(|error| bad(format!("cannot be read: {error}"), "name a file written by `slipmap run`"))?;
     if text.starts_with(point_certificate::BEGINNING) {
         let certificate = PointCertificate::parse(&text)

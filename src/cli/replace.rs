@@ -1,24 +1,24 @@
-//! What `--overwrite` may replace: files of the kind that the command writes, and never the command's own
-//! input.
+//! Decides which files `--overwrite` may replace: those of the kind that the command writes, and never the
+//! command's own input.
 
 use std::io::{self, BufRead as _, Read as _};
 use std::path::Path;
 
 use super::Failure;
 
-/// Longest first line of a table that is looked at.
+/// Largest number of bytes of a table's first line that are read.
 const LONGEST_LINE: u64 = 1 << 16;
 
-/// How a file begins that may be replaced.
+/// Kind of a file that may be replaced.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Kind {
-    /// A figure, of the format that its name's ending tells.
+    /// A figure, in the format of its file extension.
     Figure,
-    /// A table with a column whose name begins like this.
+    /// A table with a column whose name begins with this text.
     Table(&'static str),
 }
 
-/// Refuses an output that is there already and is either `input` or of another kind.
+/// Refuses an existing output that is `input` or of another kind.
 pub(super) fn check(output: &Path, input: Option<&Path>, kind: Kind) -> Result<(), Failure> {
     let name = output.display();
     let same = |a: &Path, b: &Path| a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b));
@@ -28,13 +28,12 @@ pub(super) fn check(output: &Path, input: Option<&Path>, kind: Kind) -> Result<(
         )));
     }
     let Ok(metadata) = output.symlink_metadata() else { return Ok(()) };
-    // A folder is refused when it is written to, in its own words. A pipe is never opened, which might wait
-    // for ever.
+    // A folder is refused when it is written to. A pipe is never opened, since that could block for ever.
     let fits = match output.metadata() {
         _ if metadata.is_dir() => true,
         Ok(metadata) if metadata.is_file() => metadata.len() == 0 || begins(output, kind).unwrap_or(false),
         Ok(_) => false,
-        // A link that leads nowhere.
+        // A dangling link may be replaced.
         Err(_) => metadata.is_symlink(),
     };
     let what = match kind {
@@ -50,7 +49,7 @@ pub(super) fn check(output: &Path, input: Option<&Path>, kind: Kind) -> Result<(
     }
 }
 
-/// Whether the file begins as its kind does.
+/// Returns whether the file begins as its kind does.
 fn begins(path: &Path, kind: Kind) -> io::Result<bool> {
     let mut file = io::BufReader::new(std::fs::File::open(path)?.take(LONGEST_LINE));
     match kind {
@@ -65,7 +64,7 @@ fn begins(path: &Path, kind: Kind) -> io::Result<bool> {
                 Some("svg") => b"<svg",
                 Some("png") => b"\x89PNG",
                 Some("pdf") => b"%PDF",
-                // The ending is refused later, with those that are known.
+                // An unknown extension is refused later, with a list of the known ones.
                 _ => return Ok(true),
             };
             Ok(file.fill_buf()?.starts_with(first))

@@ -53,7 +53,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         arguments.map.with_file_name(name)
     });
     let existing = existing(arguments.overwrite);
-    // Known before the work is done.
+    // Checked before the work starts.
     if existing == Existing::Refuse && folder.symlink_metadata().is_ok() {
         return Err(failure(ReportError::Exists { path: folder }));
     }
@@ -74,7 +74,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     Ok(Ended::Fine)
 }
 
-/// Opens a map, all of it verified; one that cannot be read or trusted is bad input.
+/// Opens and verifies a map; one that cannot be read or is damaged is bad input.
 pub(super) fn open(path: &Path) -> Result<MapFile, Failure> {
     let map = MapFile::open(path).map_err(|error| unreadable(&error))?;
     if !map.is_sealed() {
@@ -87,7 +87,7 @@ pub(super) fn open(path: &Path) -> Result<MapFile, Failure> {
     Ok(map)
 }
 
-/// A map that cannot be used, found out before or while it is read.
+/// Converts an error of opening or reading a map.
 fn unreadable(error: &StoreError) -> Failure {
     let help = match error {
         StoreError::NotAMap { .. } => "\n  help: name a file written by `slipmap run`".into(),

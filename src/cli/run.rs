@@ -38,7 +38,7 @@ pub(super) struct Arguments {
     /// Number of threads; default: one per core, at most 16 per core
     #[arg(long, value_name = "NUMBER", value_parser = super::threads::parse)]
     threads: Option<usize>,
-    /// Say how large the map would be and how long it would take, and write nothing
+    /// Print how large the map would be and how long it would take, and write nothing
     #[arg(long)]
     dry_run: bool,
     /// Continue an interrupted run; starts one if there is none, and does nothing if the map is complete
@@ -64,17 +64,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     }
 }
 
-/// Number of processes that a launcher such as mpirun has started, as the launchers of Open MPI and MPICH
-/// tell them, or Slurm where it takes their place; 0 without one.
+/// Number of processes started by mpirun (Open MPI, MPICH) or by Slurm, from the environment; 0 without a
+/// launcher.
 fn launched() -> usize {
     let told = |name: &str| std::env::var(name).ok();
-    // Without PMIx these may be as many independent runs.
+    // Without PMIx these may be independent runs.
     let by_slurm = || told("PMIX_RANK").and_then(|_| told("SLURM_STEP_NUM_TASKS"));
     let count = told("OMPI_COMM_WORLD_SIZE").or_else(|| told("PMI_SIZE")).or_else(by_slurm);
     count.and_then(|count| count.parse().ok()).unwrap_or(0)
 }
 
-/// One process does it all.
+/// Runs the command in one process.
 fn alone(arguments: &Arguments, stop: &AtomicBool) -> Result<Ended, Failure> {
     match prepare(arguments, arguments.job()?)? {
         None => Ok(Ended::Fine),
@@ -84,7 +84,7 @@ fn alone(arguments: &Arguments, stop: &AtomicBool) -> Result<Ended, Failure> {
     }
 }
 
-/// Many processes started by a launcher do it together.
+/// Runs the command in many processes started by a launcher.
 #[cfg(feature = "mpi")]
 fn together(arguments: &Arguments, stop: &AtomicBool, _: usize) -> Result<Ended, Failure> {
     let ranks = super::mpi::Ranks::join()?;
@@ -92,7 +92,7 @@ fn together(arguments: &Arguments, stop: &AtomicBool, _: usize) -> Result<Ended,
     if !ranks.is_writer() {
         return ranks.work(arguments.job(), threads, stop);
     }
-    // Whatever went wrong here, the others wait to be told.
+    // The other ranks wait for an answer even if this fails.
     let prepared = arguments.job().and_then(|job| prepare(arguments, job));
     let Ok(Some((job, map))) = prepared else {
         let others = ranks.begin(None, 0);
@@ -107,7 +107,7 @@ fn together(arguments: &Arguments, stop: &AtomicBool, _: usize) -> Result<Ended,
     })
 }
 
-/// This build cannot: without a word each of them would make the same map.
+/// Refuses: without MPI each of the processes would compute the same map.
 #[cfg(not(feature = "mpi"))]
 fn together(_: &Arguments, _: &'static AtomicBool, processes: usize) -> Result<Ended, Failure> {
     Err(Failure::BadInput(format!(
@@ -122,7 +122,7 @@ impl Arguments {
     }
 }
 
-/// Everything up to the computation; `None` if there is none to be done.
+/// Does everything before the computation; `None` if nothing is left to compute.
 fn prepare(arguments: &Arguments, job: Job) -> Result<Option<(Job, PartialMap)>, Failure> {
     let permission = match (arguments.overwrite, arguments.resume) {
         (true, _) => Permission::Overwrite,
@@ -140,7 +140,7 @@ fn prepare(arguments: &Arguments, job: Job) -> Result<Option<(Job, PartialMap)>,
     if let Some(refused) = &preflight.refuses {
         return Err(Failure::BadInput(refused.clone()));
     }
-    if permission != Permission::Resume && preflight.is_scarce(&job) {
+    if permission != Permission::Resume && preflight.may_not_fit(&job) {
         preflight.verdict(&job, estimate::sampled(&job.plan, arguments.threads).packed)?;
     }
     create_folders(&job.output)?;
@@ -166,12 +166,12 @@ fn prepare(arguments: &Arguments, job: Job) -> Result<Option<(Job, PartialMap)>,
         let existing = if arguments.overwrite { Existing::Replace } else { Existing::Refuse };
         PartialMap::begin(&job.output, &job.plan, &provenance, existing).map_err(create_failure)?
     };
-    tell_of_resumption(&map, arguments.resume);
-    end_in_time(job.output.clone());
+    report_resumption(&map, arguments.resume);
+    abandon_in_time(job.output.clone());
     Ok(Some((job, map)))
 }
 
-/// Why tiles were not all computed.
+/// Reason why some tiles were not computed.
 enum Stopped {
     Early(ComputeError<StoreError>),
     #[cfg(feature = "mpi")]
@@ -191,7 +191,7 @@ impl From<Failure> for Stopped {
     }
 }
 
-/// Computes what is missing by way of `tiles`, completes the map and reports.
+/// Computes the missing tiles through `tiles`, completes the map and reports.
 fn compute<E: Into<Stopped> + From<ComputeError<StoreError>>>(
     arguments: &Arguments,
     job: &Job,
@@ -237,15 +237,15 @@ fn compute<E: Into<Stopped> + From<ComputeError<StoreError>>>(
         false => summary::print(&report, &mut io::stdout().lock()),
     };
     match printed {
-        // What is wrong with the map is wrong whether or not someone reads about it.
+        // A flawed map is reported even if standard output was closed.
         Ok(()) | Err(Failure::ReaderGone) if report.is_flawed() => Ok(Ended::Flawed),
         Ok(()) => Ok(Ended::Fine),
         Err(failure) => Err(failure),
     }
 }
 
-/// Says what is known of the run to be continued and of its safety.
-fn tell_of_resumption(map: &PartialMap, resume: bool) {
+/// Prints what is known of the run to be continued, and whether it is locked.
+fn report_resumption(map: &PartialMap, resume: bool) {
     let (done, all) = (map.tiles(), map.finished().len());
     if done > 0 {
         say(&format!("note: resuming with {} of {} tiles finished", count(done), count(all)));
@@ -263,16 +263,16 @@ fn tell_of_resumption(map: &PartialMap, resume: bool) {
     }
 }
 
-/// If the tiles in work take too long they are given up. Whatever the other threads are at, the journal holds
-/// each finished tile or does not.
-fn end_in_time(output: PathBuf) {
+/// Abandons tiles that take too long after an interruption. The journal holds each tile whole or not at all,
+/// whatever other threads are doing.
+fn abandon_in_time(output: PathBuf) {
     let left = format!("the tiles in work were given up, finished ones are kept\n{}", how_to_continue());
-    interrupt::on_giving_up(left, move || store::remove_unfinished(&output));
+    interrupt::on_abandonment(left, move || store::remove_unfinished(&output));
 }
 
-/// What to say of a run that ended early.
+/// The failure for a run that ended early.
 fn stopped(map: &PartialMap, error: &ComputeError<StoreError>, output: &Path) -> Failure {
-    // The error that stopped the run says more than one of this could.
+    // The error that stopped the run matters more than a failure of this.
     let _ = map.sync();
     let (done, all) = (map.tiles(), map.finished().len());
     match error {
@@ -288,12 +288,12 @@ fn stopped(map: &PartialMap, error: &ComputeError<StoreError>, output: &Path) ->
     }
 }
 
-/// A failure of the file system, and that not all is lost, if that is so.
+/// An error of the file system, and whether finished tiles are kept.
 fn with_how_to_continue(error: &StoreError, output: &Path) -> String {
     match store::left(output) {
         Left::Nothing => error.to_string(),
         Left::Journal => {
-            format!("{error}\n  finished tiles are kept; when the cause is mended,\n{}", how_to_continue())
+            format!("{error}\n  finished tiles are kept; when the cause is fixed,\n{}", how_to_continue())
         }
         Left::OutOfReach => {
             format!(
@@ -304,7 +304,7 @@ fn with_how_to_continue(error: &StoreError, output: &Path) -> String {
     }
 }
 
-/// How to continue this run.
+/// The command that continues this run.
 fn how_to_continue() -> String {
     let mut arguments = command_line();
     if !arguments.contains(&"--resume".to_owned()) {
@@ -314,7 +314,7 @@ fn how_to_continue() -> String {
     format!("  to continue: {}{}", launcher(), arguments.join(" "))
 }
 
-/// What starts as many processes as there are now.
+/// The launcher command for as many processes as there are now.
 fn launcher() -> String {
     match launched() {
         0 | 1 => String::new(),
@@ -323,7 +323,7 @@ fn launcher() -> String {
     }
 }
 
-/// An output that cannot be begun is bad input, a failure later is not.
+/// Failures to create the map are bad input; later failures are not.
 fn create_failure(error: StoreError) -> Failure {
     let help = match error {
         StoreError::Unfinished { .. } => {
@@ -365,7 +365,7 @@ fn provenance(job: &Job) -> Provenance {
     }
 }
 
-/// The command as one would type it, word by word.
+/// The words of the command line, quoted for a shell where needed.
 pub(super) fn command_line() -> Vec<String> {
     let plain = |c: char| c.is_alphanumeric() || "-_./=,:+@%".contains(c);
     let quoted = std::env::args_os().skip(1).map(|argument| {

@@ -1,5 +1,4 @@
-//! `slipmap man` and `slipmap completions`: made from the definition of the command line, so that they cannot
-//! differ from it.
+//! `slipmap man` and `slipmap completions`, generated from the definition of the command line.
 
 use std::fs;
 use std::io::{self, Write as _};
@@ -51,7 +50,7 @@ fn page(command: &Command) -> io::Result<Vec<u8>> {
 /// # Errors
 /// [`Failure::BadInput`] for an unknown command, [`Failure::Broken`] if a file cannot be written.
 pub fn man(mut program: Command, arguments: &ManArguments) -> Result<Ended, Failure> {
-    // Gives the pages of commands their full names: `slipmap-run`, not `run`.
+    // Gives each command's page its full name: `slipmap-run`, not `run`.
     program = program.disable_help_subcommand(true);
     program.build();
     if let Some(folder) = &arguments.out {
@@ -94,7 +93,7 @@ fn write_all(program: &Command, folder: &Path) -> Result<Ended, Failure> {
 /// # Errors
 /// [`Failure::ReaderGone`] or [`Failure::Broken`] if they cannot be printed.
 pub fn completions(mut program: Command, arguments: &CompletionArguments) -> Result<Ended, Failure> {
-    // The generator panics where it cannot write; memory always takes it.
+    // The generator panics on write errors; writing to memory never fails.
     let mut text = Vec::new();
     clap_complete::generate(arguments.shell, &mut program, "slipmap", &mut text);
     io::stdout().lock().write_all(&text)?;

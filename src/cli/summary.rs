@@ -13,18 +13,18 @@ use crate::probe::fate_name;
 use crate::report::proved::{Rounded, proved_percent};
 use crate::simulate::bifurcation::Bifurcation;
 
-/// What there is to report.
+/// Contents of the report of a run.
 pub(super) struct Report<'a> {
     /// The job.
     pub(super) job: &'a Job,
-    /// How it went.
+    /// The result of the run.
     pub(super) summary: &'a Summary,
     /// Number of tiles that earlier runs had finished.
     pub(super) resumed_tiles: usize,
 }
 
 impl Report<'_> {
-    /// Whether cells failed, methods contradict each other, or the audit disagrees.
+    /// Returns whether cells failed, methods contradict each other, or the audit disagrees.
     pub(super) fn is_flawed(&self) -> bool {
         self.failed() > 0
             || self.summary.contradictions.cells > 0
@@ -46,7 +46,7 @@ impl Report<'_> {
     }
 }
 
-/// Prints it for a person.
+/// Prints the report as text.
 pub(super) fn print(report: &Report, out: &mut dyn Write) -> Result<(), Failure> {
     use Align::{Left, Right};
     let Report { job, summary, .. } = report;
@@ -80,7 +80,7 @@ pub(super) fn print(report: &Report, out: &mut dyn Write) -> Result<(), Failure>
         row.extend([short3(method.seconds), short3(rate(method.cells, method.seconds))]);
         table.row(row);
     }
-    // What belongs to no method, and all of it.
+    // Time that belongs to no method, and the total.
     let methods: f64 = summary.methods.iter().map(|method| method.seconds).sum();
     let stages = summary.stages.named();
     let all = methods + stages.iter().map(|(_, seconds)| seconds).sum::<f64>();
@@ -160,7 +160,7 @@ pub(super) fn print(report: &Report, out: &mut dyn Write) -> Result<(), Failure>
     if contradictions.cells > 0 {
         writeln!(
             out,
-            "{} cell{} in which methods that promise to be right contradict each other: at most one of them is right, \
+            "{} cell{} in which methods with a guarantee contradict each other: at most one of them is right, \
              please report this; the first {}:",
             count(contradictions.cells),
             if contradictions.cells == 1 { "" } else { "s" },
@@ -207,14 +207,14 @@ fn curves_line(axes: &[Axis], curves: &PlaneCurves) -> String {
     format!("curves over {} and {}{at}: {}", axes[plane.x].name, axes[plane.y].name, found.join(", "))
 }
 
-/// Bytes of memory that this process has held at most, where the system tells (Linux).
+/// Largest memory of this process in bytes, where the system reports it (Linux).
 fn peak_memory() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
     line.trim().strip_suffix(" kB")?.trim().parse::<u64>().ok().map(|kilobytes| 1024 * kilobytes)
 }
 
-/// Prints it as JSON.
+/// Prints the report as JSON.
 pub(super) fn json(report: &Report) -> Result<(), Failure> {
     let Report { job, summary, resumed_tiles } = report;
     let (law, tolerance) = (job.plan.grid.law(), job.plan.tolerance);
@@ -309,7 +309,7 @@ fn rate(cells: u64, seconds: f64) -> f64 {
     cells as f64 / seconds
 }
 
-/// A share in per cent. Only nothing reads 0 and only all reads 100.
+/// Formats a share in per cent. Only an empty share is shown as 0 and only a full one as 100.
 #[allow(clippy::cast_precision_loss)] // shown with three digits
 fn percent(part: u64, whole: u64) -> String {
     match 100.0 * part as f64 / whole as f64 {
@@ -369,7 +369,7 @@ mod tests {
     }
 
     #[test]
-    fn failures_and_contradictions_are_told_with_their_points() {
+    fn failures_and_contradictions_are_listed_with_their_points() {
         let job = job();
         let point = job.plan.grid.point(&[0, 0, 0, 0, 0, 1]);
         let line = "slipmap probe --epsilon 0.1 --alpha 0.5 --beta 0 --gamma 1 --V 1 --c 1";
@@ -398,7 +398,7 @@ mod tests {
         let report = Report { job: &job, summary: &contradictory, resumed_tiles: 0 };
         assert!(report.is_flawed());
         let said = text(&report);
-        assert!(said.contains("1 cell in which methods that promise to be right contradict"), "{said}");
+        assert!(said.contains("1 cell in which methods with a guarantee contradict"), "{said}");
         assert!(said.contains(&format!("present by symmetric; absent by simulation: {line}\n")), "{said}");
 
         let fate = Fate::Failed(Breakdown::StepBudget);

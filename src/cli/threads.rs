@@ -1,14 +1,14 @@
 //! The option `--threads`.
 
-/// Threads per core that are still of use where cores wait for a disk; more only stand in each other's way,
-/// and thousands starve a machine.
+/// Largest useful number of threads per core: threads may wait for a disk, but thousands would slow a machine
+/// down.
 const MOST_PER_CORE: usize = 16;
 
 /// Reads a number of threads.
 pub(super) fn parse(text: &str) -> Result<usize, String> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let most = MOST_PER_CORE * cores;
-    let threads: usize = text.parse().map_err(|_| format!("this is no number from 1 to {most}"))?;
+    let threads: usize = text.parse().map_err(|_| format!("this is not a number from 1 to {most}"))?;
     if (1..=most).contains(&threads) {
         return Ok(threads);
     }

@@ -1,4 +1,4 @@
-//! `slipmap work-precision`: speed charted against accuracy.
+//! `slipmap work-precision`: measures speed against accuracy.
 
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
@@ -36,8 +36,8 @@ pub(super) struct Arguments {
     /// The folder to write; default: results/ and the name of the configuration
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// What scripts/peers measured; default: of the files results/peers-*.csv the newest about the same cells, or
-    /// else the newest
+    /// What scripts/peers measured; default: of the files results/peers-*.csv the newest about the same
+    /// cells, or else the newest
     #[arg(long, value_name = "FILE.csv")]
     peers: Option<PathBuf>,
     /// Replace the files of an earlier study
@@ -59,7 +59,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     if existing == Existing::Refuse && folder.symlink_metadata().is_ok() {
         return Err(failure(ReportError::Exists { path: folder }));
     }
-    // Before minutes of work.
+    // Checked before minutes of work.
     if let Some(peers) = arguments.peers.as_ref().filter(|peers| !peers.is_file()) {
         return Err(Failure::BadInput(format!(
             "--peers {}: there is no such file\n  help: scripts/peers makes one",

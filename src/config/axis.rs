@@ -2,13 +2,14 @@
 
 use super::source::{ConfigError, Node, Section, Shape};
 
-/// A longer axis is a slip of the pen, and would fill the memory before the grid could be refused.
+/// Largest number of nodes. A longer axis is a mistake, and would fill the memory before the grid could be
+/// refused.
 const MOST_POINTS: i64 = 1_000_000;
 
 /// The keys of a range.
 pub(super) const RANGE_KEYS: [&str; 4] = ["from", "to", "points", "spacing"];
 
-/// How the points of a range are spread.
+/// Spacing of the points of a range.
 #[derive(Clone, Copy, PartialEq)]
 enum Spacing {
     Linear,
@@ -130,7 +131,7 @@ mod tests {
     fn log_spacing_has_equal_ratios() {
         let nodes = spread(0.01, 100.0, 5, Spacing::Log);
         for (node, exact) in nodes.iter().zip([0.01, 0.1, 1.0, 10.0, 100.0]) {
-            // exp and ln are good to an ulp each and |ln| <= 4.6, so the relative error is a few eps.
+            // exp and ln are accurate to an ulp each and |ln| <= 4.6, so the relative error is a few eps.
             assert!((node / exact - 1.0).abs() < 16.0 * f64::EPSILON, "{node} is not {exact}");
         }
     }

@@ -1,4 +1,4 @@
-//! The planes whose curves of codimension one a run stores.
+//! The planes of a configuration in which a run stores curves of codimension one.
 
 use super::source::{ConfigError, Node, Section, Shape};
 use super::{choice, nearest, refuse_unknown_keys};
@@ -10,7 +10,7 @@ pub(super) const KEYS: [&str; 1] = ["planes"];
 /// The keys of a plane.
 const PLANE_KEYS: [&str; 3] = ["x", "y", "at"];
 
-/// How a plane is written.
+/// An example of a plane.
 const EXAMPLE: &str = "{ x = \"V\", y = \"c\" }";
 
 /// Reads `[curves]`.

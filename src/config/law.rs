@@ -11,11 +11,11 @@ use crate::map::{AxisRole, Grid, unravel};
 /// The keys of `[friction]`.
 pub(super) const KEYS: [&str; 5] = ["law", "phi", "static", "file", "small"];
 
-/// Columns of the grid at which a law given as text is checked: all of a small grid, evenly spread over a
-/// large one.
+/// Largest number of columns of the grid at which a law given as text is checked: all of a small grid, evenly
+/// spread over a large one.
 const CHECKED_COLUMNS: usize = 256;
 
-/// Reads `[friction]`; files are sought from the folder of the configuration.
+/// Reads `[friction]`; file names are relative to the folder of the configuration.
 pub(super) fn read(section: &Section, folder: &Path) -> Result<Law, ConfigError> {
     let built_in = |name: &str| Law::BUILT_IN.into_iter().find(|law| law.name() == name);
     let node = section.get("law");
@@ -71,32 +71,32 @@ fn static_level(section: &Section) -> Result<f64, ConfigError> {
     }
 }
 
-/// A complaint about a formula that points into it.
+/// An error in a formula, with marks under its place.
 fn at_formula(node: &Node, error: &ExpressionError) -> ConfigError {
     let text = node.text().unwrap_or_default();
     node.error(&point_into(text, error), error.remedy.clone())
 }
 
-/// The problem with the formula below it, and marks under the part concerned.
+/// The problem, the formula below it, and marks under the part concerned.
 #[must_use]
 pub fn point_into(text: &str, error: &ExpressionError) -> String {
     let marks = "^".repeat(error.to.saturating_sub(error.from).max(1));
     format!("{}\n    {text}\n    {}{marks}", error.problem, " ".repeat(error.from))
 }
 
-/// Bytes of a measured law.
+/// Largest size in bytes of the file of a measured law.
 const LONGEST_TABLE: u64 = 16 << 20;
 
-/// Reads a measured law: two columns, slip speed and friction, and perhaps a third with the standard errors
-/// of the friction; with or without a header.
+/// Reads a measured law: two columns, slip speed and friction, and optionally a third with the standard
+/// errors of the friction; with or without a header.
 ///
 /// # Errors
-/// What is wrong, with its line, and what to do.
+/// The problem with its line, and a remedy.
 pub fn read_table(path: &Path, static_level: f64) -> Result<Table, (String, String)> {
     let name = path.display();
     let fail = |problem: String, remedy: &str| Err((problem, remedy.to_owned()));
     let mut text = String::new();
-    // Some files never end, and no measurement is that long.
+    // The length is limited because some files never end.
     let read =
         std::fs::File::open(path).and_then(|open| open.take(LONGEST_TABLE + 1).read_to_string(&mut text));
     if let Err(error) = read {
@@ -116,12 +116,12 @@ pub fn read_table(path: &Path, static_level: f64) -> Result<Table, (String, Stri
     let mut lines = Vec::new();
     for record in reader.records() {
         let Ok(record) = record else {
-            return fail(format!("{name} is no CSV file"), "write two columns separated by commas");
+            return fail(format!("{name} is not a CSV file"), "write two columns separated by commas");
         };
         let line = record.position().map_or(0, csv::Position::line);
         let numbers: Vec<Option<f64>> = record.iter().take(3).map(|field| field.parse().ok()).collect();
         match numbers.as_slice() {
-            // Words in a third column are no errors.
+            // Text in a third column is not a standard error.
             [Some(u), Some(phi)] | [Some(u), Some(phi), None] if errors.is_empty() => {
                 data.push((*u, *phi));
                 lines.push(line);
@@ -136,11 +136,11 @@ pub fn read_table(path: &Path, static_level: f64) -> Result<Table, (String, Stri
                     format!("{name}:{line}: the third column holds standard errors, but not in every row");
                 return fail(problem, "give one in every row, in the units of the friction, or none");
             }
-            // A header.
+            // The header.
             [None, None, ..] if data.is_empty() => {}
             _ => {
                 let row: Vec<&str> = record.iter().collect();
-                let problem = format!("{name}:{line}: `{}` is no pair of numbers", row.join(","));
+                let problem = format!("{name}:{line}: `{}` is not a pair of numbers", row.join(","));
                 return fail(problem, "write slip speed and friction, separated by a comma");
             }
         }
@@ -153,7 +153,7 @@ pub fn read_table(path: &Path, static_level: f64) -> Result<Table, (String, Stri
     })
 }
 
-/// Refuses names in a formula that no axis gives a value to.
+/// Refuses symbols in a formula for which no axis gives a value.
 pub(super) fn check_symbols(law: &Law, friction: &Section, grid: &Section) -> Result<(), ConfigError> {
     let (Law::Expression(law), Some(phi)) = (law.as_written(), friction.get("phi")) else { return Ok(()) };
     for parameter in law.parameters() {
@@ -174,7 +174,7 @@ pub(super) fn check_symbols(law: &Law, friction: &Section, grid: &Section) -> Re
     Ok(())
 }
 
-/// Checks that the law is legal on the slip speeds [0, 2 V] of the grid, which every orbit and every test
+/// Checks that the law is legal for the slip speeds [0, 2 V] of the grid, which every orbit and every test
 /// uses.
 pub(super) fn check_range(friction: &Section, grid: &Grid) -> Result<(), ConfigError> {
     let speeds = grid.axes().iter().find(|axis| axis.role == AxisRole::BeltSpeed);
@@ -185,7 +185,7 @@ pub(super) fn check_range(friction: &Section, grid: &Grid) -> Result<(), ConfigE
             let columns = grid.cells() / shape.last().copied().unwrap_or(1).max(1);
             let checked = columns.min(CHECKED_COLUMNS);
             for i in 0..checked {
-                // From the first column to the last.
+                // Evenly from the first column to the last.
                 let column = if checked > 1 { i * (columns - 1) / (checked - 1) } else { 0 };
                 let point = grid.point(&unravel(column * grid.dampings().len(), &shape));
                 law.check(point.epsilon, &point.law, fastest).map_err(|error| at_formula(&phi, &error))?;

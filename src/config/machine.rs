@@ -1,4 +1,4 @@
-//! The machine of a configuration, in SI units: instead of `[grid]`.
+//! The machine of a configuration, in SI units; replaces `[grid]`.
 
 use std::path::Path;
 
@@ -23,10 +23,10 @@ pub(super) const KEYS: [&str; 10] = [
     "belt_speed",
 ];
 
-/// A machine with the belt speeds and damping coefficients that are asked about.
+/// A machine with the belt speeds and damping coefficients of a grid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MachineJob {
-    /// The machine at the first of them.
+    /// The machine at the first belt speed and damping.
     pub machine: Machine,
     /// Its friction law.
     pub law: Law,
@@ -34,7 +34,7 @@ pub struct MachineJob {
     pub belt_speeds: Vec<f64>,
     /// Damping coefficients, N s/m.
     pub dampings: Vec<f64>,
-    /// Which of its quantities are uncertain, and how.
+    /// The uncertain quantities and their distributions.
     pub spreads: Vec<(Quantity, Spread)>,
     /// Title of the configuration, if it has one.
     pub title: Option<String>,
@@ -63,8 +63,8 @@ fn check_complete(section: &Section, law: &Law) -> Result<(), ConfigError> {
     Err(section.missing(first, format!("write numbers in SI units{also}")))
 }
 
-/// An uncertain quantity, { value = 2.0, sd = 0.1 } or { min = 1.8, max = 2.2 }: its nominal value and its
-/// spread; `None` for anything else.
+/// Reads an uncertain quantity, { value = 2.0, sd = 0.1 } or { min = 1.8, max = 2.2 }: its nominal value and
+/// its spread; `None` for anything else.
 fn uncertain(node: &Node) -> Result<Option<(f64, Spread)>, ConfigError> {
     let Shape::Table(table) = node.shape() else { return Ok(None) };
     let keys = table.keys();
@@ -95,7 +95,7 @@ fn uncertain(node: &Node) -> Result<Option<(f64, Spread)>, ConfigError> {
 /// Reads the law and the machine of `file` alone, under the overrides `sets`, each `key.path=value`.
 ///
 /// # Errors
-/// The first thing wrong, with its place, its value and a remedy.
+/// The first error, with its place, its value and a remedy.
 pub fn load_machine(file: &Path, sets: &[String]) -> Result<MachineJob, ConfigError> {
     let source = Source::load(file, sets)?;
     let root = source.root();

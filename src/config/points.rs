@@ -1,4 +1,4 @@
-//! Tables of points: CSV with one column for every axis of a law, and any others.
+//! Tables of points: CSV files with one column for every axis of a law; other columns are kept.
 
 use std::fs::File;
 use std::io::{self, BufReader, Read};
@@ -13,16 +13,17 @@ use crate::friction::Law;
 use crate::map::{Grid, GridError};
 use crate::point::Point;
 
-/// Rows handed out at a time: enough to keep all cores busy, little enough to hold.
+/// Number of rows handed out at a time: keeps all cores busy and fits into memory.
 const BATCH: usize = 8192;
 
-/// Bytes of rows held at a time.
+/// Largest number of bytes of rows held at a time.
 const HELD: u64 = 1 << 26;
 
-/// Bytes of a row. A longer one is no row of numbers, and would fill the memory before it could be refused.
+/// Largest number of bytes of a row. A longer row is not one of numbers, and would fill the memory before it
+/// could be refused.
 const LONGEST_ROW: u64 = 1 << 20;
 
-/// A table of points being read.
+/// Reader of a table of points.
 pub struct PointTable {
     name: String,
     law: Law,
@@ -30,15 +31,15 @@ pub struct PointTable {
     header: ByteRecord,
     /// Names of the axes of the law, and the column of each.
     axes: Vec<(&'static str, usize)>,
-    understood: Arc<AtomicU64>,
+    parsed: Arc<AtomicU64>,
 }
 
 impl PointTable {
-    /// Opens the table at `path` (`-`: standard input), and finds the columns of the axes of `law` in its
+    /// Opens the table at `path` (`-`: standard input), and finds the columns of the axes of `law` by its
     /// header.
     ///
     /// # Errors
-    /// The file cannot be read, or a column is missing, or there twice.
+    /// The file cannot be read, or a column is missing or occurs twice.
     pub fn open(path: &Path, law: &Law) -> Result<Self, ConfigError> {
         let (name, source): (String, Box<dyn Read + Send + Sync>) = if path == Path::new("-") {
             ("standard input".into(), Box::new(io::stdin()))
@@ -53,34 +54,35 @@ impl PointTable {
             })?;
             (name, Box::new(BufReader::new(file)))
         };
-        let understood = Arc::new(AtomicU64::new(0));
-        let source = Rows { source, read: 0, understood: Arc::clone(&understood) };
+        let parsed = Arc::new(AtomicU64::new(0));
+        let source = Rows { source, read: 0, parsed: Arc::clone(&parsed) };
         let mut reader = ReaderBuilder::new().from_reader(source);
         let mut header = reader.byte_headers().map_err(|error| read_error(&name, &error))?.clone();
-        // Some spreadsheets begin a file with a byte order mark, which is no part of the first name.
+        // Some spreadsheets write a byte order mark, which is not part of the first name.
         if let Some(first) = header.get(0).and_then(|first| first.strip_prefix("\u{feff}".as_bytes())) {
             header = std::iter::once(first).chain(header.iter().skip(1)).collect();
         }
         let axes = find_axes(&name, &header, law)?;
-        Ok(Self { name, law: law.clone(), reader, header, axes, understood })
+        Ok(Self { name, law: law.clone(), reader, header, axes, parsed })
     }
 
-    /// The file's name, for messages.
+    /// The file's name in messages.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The first row, which names the columns.
+    /// The header: names of the columns.
     #[must_use]
     pub fn header(&self) -> &ByteRecord {
         &self.header
     }
 
-    /// The next rows, some thousand at most; none at the end.
+    /// Reads the next rows, some thousand at most; empty at the end.
     ///
     /// # Errors
-    /// A row of another length than the header, or of more than a mebibyte, or the file system's reasons.
+    /// A row with another number of fields than the header, or of more than a mebibyte; or the file system's
+    /// reasons.
     pub fn rows(&mut self) -> Result<Vec<ByteRecord>, ConfigError> {
         let mut rows = Vec::new();
         let start = self.reader.position().byte();
@@ -90,16 +92,16 @@ impl PointTable {
             if !more.map_err(|error| read_error(&self.name, &error))? {
                 break;
             }
-            self.understood.store(self.reader.position().byte(), Ordering::Relaxed);
+            self.parsed.store(self.reader.position().byte(), Ordering::Relaxed);
             rows.push(row);
         }
         Ok(rows)
     }
 
-    /// The point that a row describes.
+    /// The point of a row.
     ///
     /// # Errors
-    /// A field of an axis that is no number, or none that the axis may have.
+    /// A field of an axis that is not a number, or not legal on the axis.
     pub fn point(&self, row: &ByteRecord) -> Result<Point, ConfigError> {
         let bad = |name: &str, text: &str, problem: String, remedy: &str| {
             error(self.place(row), format!("column {name}: `{}` {problem}", short(text)), remedy)
@@ -118,16 +120,16 @@ impl PointTable {
             let (name, wanted) = match &error {
                 GridError::OutOfDomain { axis, domain, .. } => (axis.as_str(), domain.clone()),
                 GridError::NotFinite { axis, .. } => (axis.as_str(), "finite".to_owned()),
-                // A grid of one cell has no other faults.
+                // A grid of one cell has no other errors.
                 other => ("", other.to_string()),
             };
             let text = self.axes.iter().position(|(axis, _)| *axis == name).map_or("", |i| &texts[i]);
             let problem = format!("is out of range: {name} must be {wanted}");
-            bad(name, text, problem, "mend or remove this row")
+            bad(name, text, problem, "correct or remove this row")
         })
     }
 
-    /// Where a row stands: file and line.
+    /// File and line of a row.
     #[must_use]
     pub fn place(&self, row: &ByteRecord) -> String {
         format!("{}:{}", self.name, row.position().map_or(0, csv::Position::line))
@@ -137,7 +139,7 @@ impl PointTable {
 /// The point with the given value on each axis of `law`, in the order of [`Grid::axis_names`].
 ///
 /// # Errors
-/// The first value that its axis may not have.
+/// The first value that is not legal on its axis.
 pub fn point_of(law: &Law, values: &[f64]) -> Result<Point, GridError> {
     // A point is legal exactly when the grid of this one cell is.
     let grid = Grid::new(law.clone(), values.iter().map(|&value| vec![value]).collect())?;
@@ -148,7 +150,7 @@ fn error(place: String, problem: impl Into<String>, remedy: impl Into<String>) -
     ConfigError { place, problem: problem.into(), remedy: remedy.into() }
 }
 
-/// A field as far as it fits into a message.
+/// A field, shortened for a message.
 fn short(text: &str) -> String {
     match text.char_indices().nth(40) {
         Some((end, _)) => format!("{}..", &text[..end]),
@@ -185,22 +187,22 @@ fn find_axes(name: &str, header: &ByteRecord, law: &Law) -> Result<Vec<(&'static
     Ok(axes)
 }
 
-/// A source that ends with an error where a row seems never to end.
+/// Byte source that returns an error if a row is too long.
 struct Rows {
     source: Box<dyn Read + Send + Sync>,
-    /// Bytes handed on.
+    /// Number of bytes passed on.
     read: u64,
-    /// Bytes of the rows that the reader has understood.
-    understood: Arc<AtomicU64>,
+    /// Number of bytes of the rows parsed so far.
+    parsed: Arc<AtomicU64>,
 }
 
 impl Read for Rows {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        if self.read > self.understood.load(Ordering::Relaxed) + LONGEST_ROW {
+        if self.read > self.parsed.load(Ordering::Relaxed) + LONGEST_ROW {
             return Err(io::Error::new(
                 io::ErrorKind::InvalidData,
                 format!(
-                    "a row is longer than {} MiB: a quote is never closed, or this is no table",
+                    "a row is longer than {} MiB: a quote is never closed, or this is not a table",
                     LONGEST_ROW >> 20
                 ),
             ));
@@ -211,7 +213,7 @@ impl Read for Rows {
     }
 }
 
-/// An error of the table itself, with its line.
+/// Converts an error of the CSV reader, with its line.
 fn read_error(name: &str, cause: &csv::Error) -> ConfigError {
     let place = format!("{name}:{}", cause.position().map_or(1, csv::Position::line));
     match cause.kind() {

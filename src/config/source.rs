@@ -1,5 +1,5 @@
-//! A configuration file as it was written, the `--set` overrides on top of it, and the place in either
-//! from which each value came, so that every complaint can say where to look.
+//! A configuration file with the `--set` overrides applied. Keeps the place (line or override) of every
+//! value, for error messages.
 
 use std::fmt::Write as _;
 use std::io::Read as _;
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use toml_edit::{Array, Document, DocumentMut, InlineTable, Item, Key, Table, TableLike, Value};
 
-/// A configuration that cannot be used: where, what, why, and what to do about it.
+/// An error in a configuration: its place, the problem and the remedy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{place}: {problem}\n  help: {remedy}")]
 pub struct ConfigError {
@@ -15,7 +15,7 @@ pub struct ConfigError {
     pub place: String,
     /// The key, its value and what is wrong with it.
     pub problem: String,
-    /// What would be right.
+    /// What to do instead.
     pub remedy: String,
 }
 
@@ -24,7 +24,7 @@ pub struct ConfigError {
 struct Override {
     /// The argument as it was typed.
     argument: String,
-    /// The key it sets.
+    /// The key that it sets.
     path: Vec<Step>,
 }
 
@@ -61,7 +61,7 @@ impl Source {
         &self.file
     }
 
-    /// The text in force: the file's, comments included, with the overridden values replaced.
+    /// The text with the overridden values replaced; comments are kept.
     pub(super) fn text(&self) -> String {
         self.effective.to_string()
     }
@@ -93,7 +93,7 @@ impl Source {
         };
         let mut table: &mut dyn TableLike = self.effective.as_table_mut();
         for (depth, key) in parents.iter().enumerate() {
-            // Sections become [tables], anything deeper an inline table: what a person would have written.
+            // Sections become [tables], anything deeper an inline table, as a person would write them.
             let missing =
                 if depth == 0 { Item::Table(Table::new()) } else { Item::Value(InlineTable::new().into()) };
             let item = table.entry(key.get()).or_insert(missing);
@@ -119,8 +119,8 @@ impl Source {
         Ok(())
     }
 
-    /// Where the entry at `path` was written: at its key, or at its value. For an entry that is missing,
-    /// where its nearest parent was.
+    /// Place where the entry at `path` was written: that of its key, or of its value. For a missing entry,
+    /// that of its nearest parent.
     fn place(&self, path: &[Step], at_key: bool) -> String {
         if let Some(set) = self.overrides.iter().rev().find(|set| path.starts_with(&set.path)) {
             return format!("--set {}", set.argument);
@@ -147,7 +147,7 @@ impl Source {
             found = i + 1;
             at = next;
         }
-        // What is missing from the file may be missing from a table that an override made.
+        // An entry that is missing from the file may be missing from a table of an override.
         let maker = path
             .get(..=found)
             .and_then(|made| self.overrides.iter().rev().find(|set| set.path.starts_with(made)));
@@ -220,7 +220,7 @@ impl<'a> Section<'a> {
         Some(Node { source: self.source, path: self.child(key), entry: Entry::Item(item) })
     }
 
-    /// The table of this name; an empty one if it is left out.
+    /// The table of this name, or an empty one.
     pub(super) fn section(&self, key: &str) -> Result<Section<'a>, ConfigError> {
         match self.get(key) {
             Some(node) => node.table("a table"),
@@ -228,7 +228,7 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// Whether the file or an override has this table.
+    /// Returns whether the file or an override has this table.
     pub(super) fn is_present(&self) -> bool {
         self.table.is_some()
     }
@@ -240,7 +240,7 @@ impl<'a> Section<'a> {
         })
     }
 
-    /// A complaint about an entry that should not be here.
+    /// Error: the key is unknown.
     pub(super) fn unknown(&self, key: &str, remedy: String) -> ConfigError {
         let problem = match self.name() {
             section if section.is_empty() => format!("unknown key `{key}`"),
@@ -249,7 +249,7 @@ impl<'a> Section<'a> {
         self.source.error(&self.child(key), true, problem, remedy)
     }
 
-    /// A complaint about an entry that is missing.
+    /// Error: the key is missing.
     pub(super) fn missing(&self, key: &str, remedy: String) -> ConfigError {
         let problem = match self.name() {
             section if section.is_empty() => format!("`{key}` is missing"),
@@ -258,7 +258,7 @@ impl<'a> Section<'a> {
         self.source.error(&self.child(key), true, problem, remedy)
     }
 
-    /// `[section]`, or `grid.alpha` for a table that is a value.
+    /// Name in messages: `[section]`, or `grid.alpha` for a table that is a value.
     fn name(&self) -> String {
         match self.path.as_slice() {
             [] => String::new(),
@@ -281,7 +281,7 @@ pub(super) struct Node<'a> {
     entry: Entry<'a>,
 }
 
-/// What a value is, for a caller that accepts several kinds.
+/// Kind of a value, for callers that accept several kinds.
 pub(super) enum Shape<'a> {
     /// A number.
     Number(f64),
@@ -294,7 +294,7 @@ pub(super) enum Shape<'a> {
 }
 
 impl<'a> Node<'a> {
-    /// The value by kind.
+    /// The value, by kind.
     pub(super) fn shape(&self) -> Shape<'a> {
         if let Some(number) = self.entry.as_value().and_then(as_number) {
             Shape::Number(number)
@@ -307,12 +307,12 @@ impl<'a> Node<'a> {
         }
     }
 
-    /// A number, whole or not.
+    /// The value as a number, whole or not.
     pub(super) fn number(&self) -> Result<f64, ConfigError> {
         self.entry.as_value().and_then(as_number).ok_or_else(|| self.wrong_kind("a number"))
     }
 
-    /// A whole number from `lo` to `hi`.
+    /// The value as a whole number from `lo` to `hi`.
     pub(super) fn integer(&self, lo: i64, hi: i64) -> Result<i64, ConfigError> {
         let value = self.entry.as_value().and_then(Value::as_integer);
         let value = value.ok_or_else(|| self.wrong_kind("a whole number"))?;
@@ -328,12 +328,12 @@ impl<'a> Node<'a> {
         }
     }
 
-    /// Text.
+    /// The value as text.
     pub(super) fn text(&self) -> Result<&'a str, ConfigError> {
         self.entry.as_value().and_then(Value::as_str).ok_or_else(|| self.wrong_kind("text in quotes"))
     }
 
-    /// The elements of a list; `wanted` says of what.
+    /// The value as a list; `wanted` describes the elements in messages.
     pub(super) fn list(&self, wanted: &str) -> Result<Vec<Node<'a>>, ConfigError> {
         let array = self.entry.as_array().ok_or_else(|| self.wrong_kind(wanted))?;
         Ok(self.elements(array))
@@ -353,18 +353,18 @@ impl<'a> Node<'a> {
         array.iter().enumerate().map(node).collect()
     }
 
-    /// A complaint about this value.
+    /// An error of this value.
     pub(super) fn error(&self, problem: &str, remedy: impl Into<String>) -> ConfigError {
         let problem = format!("{} = {}: {problem}", dotted(&self.path), self.written());
         self.source.error(&self.path, false, problem, remedy.into())
     }
 
-    /// A complaint that this value is of another kind than `wanted`.
+    /// Error: this value is of another kind than `wanted`.
     pub(super) fn wrong_kind(&self, wanted: &str) -> ConfigError {
         self.error(&format!("this is {}, not {wanted}", self.entry.kind()), format!("write {wanted}"))
     }
 
-    /// The value as it was written, shortened to fit into a line.
+    /// The value as written, shortened to fit into a line.
     fn written(&self) -> String {
         let text = match self.entry {
             Entry::Value(value) => value.to_string(),
@@ -402,7 +402,7 @@ fn kind_of_value(value: &Value) -> &'static str {
     }
 }
 
-/// `grid.alpha[2]`.
+/// A key path as text: `grid.alpha[2]`.
 fn dotted(path: &[Step]) -> String {
     let mut text = String::new();
     for step in path {
@@ -415,7 +415,7 @@ fn dotted(path: &[Step]) -> String {
     text
 }
 
-/// One line of at most 60 characters.
+/// Shortens a text to one line of at most 60 characters.
 fn shorten(text: &str) -> String {
     const LONGEST: usize = 60;
     let line: Vec<&str> = text.split_whitespace().collect();
@@ -426,11 +426,11 @@ fn shorten(text: &str) -> String {
     }
 }
 
-/// The value of an override: TOML, or bare words taken as text.
+/// Parses the value of an override: TOML, or bare words taken as text.
 fn override_value(text: &str) -> Result<Value, String> {
     match text.parse::<Value>() {
         Ok(value) => Ok(value),
-        // What opens like a TOML string, list or table was meant as one.
+        // A value that opens like a TOML string, list or table was meant as one.
         Err(error) if text.is_empty() || text.starts_with(['"', '\'', '[', '{']) => {
             Err(error.message().trim().replace('\n', " "))
         }
@@ -438,10 +438,10 @@ fn override_value(text: &str) -> Result<Value, String> {
     }
 }
 
-/// Bytes of a configuration.
+/// Largest size of a configuration in bytes.
 const LONGEST: u64 = 16 << 20;
 
-/// The file's text.
+/// Reads the file's text.
 fn read(file: &Path) -> Result<String, ConfigError> {
     let error = |problem: String, remedy: &str| ConfigError {
         place: file.display().to_string(),
@@ -455,7 +455,7 @@ fn read(file: &Path) -> Result<String, ConfigError> {
         ));
     }
     let mut bytes = Vec::new();
-    // Some files never end, and what is too long was not meant.
+    // The length is limited because some files never end.
     let read = std::fs::File::open(file).and_then(|open| open.take(LONGEST + 1).read_to_end(&mut bytes));
     read.map_err(|e| match e.kind() {
         std::io::ErrorKind::NotFound => error(
@@ -493,11 +493,11 @@ fn parse(file: &Path, text: String) -> Result<Document<String>, ConfigError> {
     Document::parse(text.clone()).map_err(|e| ConfigError {
         place: position(file, &text, e.span().map_or(0, |span| span.start)),
         problem: format!("not valid TOML: {}", e.message().trim().replace('\n', " ")),
-        remedy: "mend this line; configs/quickstart.toml shows how each value is written".into(),
+        remedy: "correct this line; configs/quickstart.toml shows how each value is written".into(),
     })
 }
 
-/// `file:line:column`, counted from 1 in characters.
+/// Place as `file:line:column`, counted from 1 in characters.
 fn position(file: &Path, text: &str, offset: usize) -> String {
     let before = text.get(..offset).unwrap_or(text);
     let line = before.matches('\n').count() + 1;

@@ -1,4 +1,4 @@
-//! The attributes of the file as a whole: where a map comes from and how its run went.
+//! The attributes of the whole file: provenance of a map, and the course of its run.
 
 use sha2::{Digest, Sha256};
 
@@ -7,24 +7,24 @@ use crate::map::{Method, Plan, PlaneCurves, Summary};
 
 use super::{SCHEMA, Value, hex};
 
-/// Where the mathematics of the tests comes from.
+/// Reference for the mathematics of the tests.
 const REFERENCES: &str = "O. Makarenkov, A new test for stick-slip limit cycles in dry-friction \
                           oscillators with small nonlinear friction characteristics";
 
-/// What a map tells of its origin, known before the run.
+/// Provenance of a map, known before the run.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Provenance {
     /// The map's title.
     pub title: String,
-    /// Where the configuration came from.
+    /// Path of the configuration.
     pub config_path: String,
-    /// The configuration in full, changes from the command line included.
+    /// Text of the configuration, overrides included.
     pub config_text: String,
     /// The command that started the run.
     pub command_line: String,
 }
 
-/// How a run went, known at its end.
+/// The course of a run, known at its end.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outcome {
     /// Number of worker threads.
@@ -33,9 +33,9 @@ pub struct Outcome {
     pub wall_seconds: f64,
     /// Processor seconds of each method.
     pub seconds: Vec<(Method, f64)>,
-    /// What the audit found, if there was one.
+    /// Result of the audit, if there was one.
     pub audit: Option<Audit>,
-    /// Why cells were left out. Without a reason a map with cells that were not computed is refused.
+    /// Reason why cells were left out. Without a reason a map with cells that were not computed is refused.
     pub not_computed: Option<String>,
     /// The curves of codimension one.
     pub curves: Vec<PlaneCurves>,
@@ -44,7 +44,7 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// How the run of `plan` went that `summary` tells of; with the machine whose map it is, if it is one's.
+    /// The outcome of the run of `plan` from its `summary`, with the machine if the map is about one.
     #[must_use]
     pub fn of(plan: &Plan, summary: &Summary, machine: Option<&Machine>) -> Self {
         let mut extra: Vec<(String, Value)> = Vec::new();
@@ -93,17 +93,17 @@ pub struct Audit {
     pub disagreements: u64,
 }
 
-/// A number as an attribute; beyond the range of the file's integers it is cut off there.
+/// An integer as an attribute, limited to the range of the file's integers.
 fn integer(number: impl TryInto<i64>) -> Value {
     Value::Integers(vec![number.try_into().unwrap_or(i64::MAX)])
 }
 
-/// Words in a row, as in `flag_meanings`.
+/// Words separated by blanks, as in `flag_meanings`.
 fn words<'a>(list: impl IntoIterator<Item = &'a str>) -> Value {
     Value::Text(list.into_iter().collect::<Vec<_>>().join(" "))
 }
 
-/// The attributes that tell where any of our files comes from.
+/// The provenance attributes that all files share.
 #[must_use]
 pub fn origin(provenance: &Provenance) -> Vec<(&'static str, Value)> {
     let version = env!("CARGO_PKG_VERSION");
@@ -121,12 +121,12 @@ pub fn origin(provenance: &Provenance) -> Vec<(&'static str, Value)> {
     ]
 }
 
-/// Name of the attribute, in the journal and in the map, with the fingerprint of all that the result depends
-/// on. What the configuration says beside that (comments, the title, where files go) may change between two
-/// runs that make one map.
+/// Name of the attribute, in the journal and in the map, with the fingerprint of everything that the result
+/// depends on. Other parts of the configuration (comments, the title, output paths) may differ between two
+/// runs that make the same map.
 pub const PLAN: &str = "plan_sha256";
 
-/// Fingerprint of all that a map depends on: the plan, and the program that carries it out.
+/// Fingerprint of everything that a map depends on: the plan and the version of the program.
 #[must_use]
 pub fn plan_digest(plan: &Plan) -> String {
     let Plan {
@@ -148,7 +148,7 @@ pub fn plan_digest(plan: &Plan) -> String {
             Method::Naive(naive, knobs) => format!("{naive:?} {knobs:?}"),
         })
         .collect();
-    // The text that Rust gives a number reads back as the same number, so that equal texts are equal plans.
+    // Rust's text of a number reads back as the same number, so equal texts mean equal plans.
     fingerprint(&format!(
         "{} {} {grid:?} {methods:?} {fields:?} {engine:?} {tolerance:?} {audit_cells} {proof_boxes} {planes:?} {tile_shape:?} {compression}",
         env!("CARGO_PKG_VERSION"),
@@ -175,7 +175,7 @@ pub fn opening(plan: &Plan, provenance: &Provenance) -> Vec<(String, Value)> {
     attributes.map(|(name, value)| (name.to_owned(), value)).collect()
 }
 
-/// One line of the attribute `history`: when, what, by which command.
+/// One line of the attribute `history`: date, version and command.
 #[must_use]
 pub fn history(provenance: &Provenance) -> String {
     let date = humantime::format_rfc3339_seconds(std::time::SystemTime::now());
@@ -213,7 +213,7 @@ pub fn fingerprint(text: &str) -> String {
     hex(&Sha256::digest(text.as_bytes()))
 }
 
-/// Host name, processor and number of usable cores; what the system does not tell is "unknown".
+/// Host name, processor and number of usable cores; "unknown" where the system does not report them.
 fn machine() -> String {
     let read = |path: &str| std::fs::read_to_string(path).ok().filter(|text| !text.trim().is_empty());
     let host = read("/proc/sys/kernel/hostname")

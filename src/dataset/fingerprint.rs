@@ -1,8 +1,8 @@
 //! Fingerprints of cells: the attribute `sha256` of a variable.
 //!
-//! That of a variable is the SHA-256 of its tiles' fingerprints, row-major, each the SHA-256 of the tile's
-//! cells, little-endian, with one bit pattern for NaN. It depends neither on the number of threads nor on
-//! compression.
+//! The fingerprint of a variable is the SHA-256 of its tiles' fingerprints, row-major, each the SHA-256 of
+//! the tile's cells, little-endian, with one bit pattern for NaN. It depends neither on the number of threads
+//! nor on compression.
 
 use sha2::{Digest, Sha256};
 
@@ -42,7 +42,7 @@ pub fn of_one_tile(fingerprint: &Fingerprint) -> Value {
     hex(&combine([fingerprint])).into()
 }
 
-/// Fingerprint of a variable: that of its chunks' fingerprints, in their order.
+/// Fingerprint of a variable from those of its chunks, in their order.
 #[must_use]
 pub fn combine<'a>(fingerprints: impl IntoIterator<Item = &'a Fingerprint>) -> Fingerprint {
     let mut hash = Sha256::new();
@@ -50,7 +50,7 @@ pub fn combine<'a>(fingerprints: impl IntoIterator<Item = &'a Fingerprint>) -> F
     hash.finalize().into()
 }
 
-/// The one NaN that is stored, so that maps do not depend on which instruction made it.
+/// Replaces every NaN by the same one, so that maps do not depend on the instruction that made it.
 #[must_use]
 pub fn canonical(value: f64) -> f64 {
     if value.is_nan() { f64::NAN } else { value }

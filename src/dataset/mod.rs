@@ -1,6 +1,5 @@
-//! What a map holds, apart from the file format: its dimensions, its variables with their attributes, the
-//! attributes of the file, fingerprints. The HDF5 file is written and read by it, and so is any other form of
-//! the same data.
+//! The contents of a map, independent of the file format: dimensions, variables with their attributes,
+//! attributes of the file, fingerprints. The HDF5 file is written and read from this description.
 
 pub mod attributes;
 pub mod fingerprint;

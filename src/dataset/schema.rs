@@ -1,29 +1,29 @@
-//! What a map file holds: one description, used to write maps, to read them and to check them.
+//! The layout of a map file: one description, used to write maps, to read them and to check them.
 
 use crate::friction::Law;
 use crate::map::{Field, Grid, Method, Plan, Quantity, Regime, Runs, TileData, Verdict};
 
 use super::Value;
 
-/// Number of this layout of map files; raised when a reader of the old layout would misread the new one.
-/// 2 brought curves of codimension one, which readers of 1 take for damage.
+/// Version of the layout of map files; raised when a reader of the old layout would misread the new one.
+/// Version 2 added curves of codimension one, which readers of version 1 report as damage.
 pub const SCHEMA: i64 = 2;
 
-/// What a map says of one of its methods.
+/// Description of a method in a map.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MethodInfo {
     /// Name, as in `verdict_NAME`.
     pub name: String,
     /// One phrase for legends.
     pub long_name: String,
-    /// Its place in the paper or in the theory pages.
+    /// Its equation in the paper, or its section of the theory pages.
     pub equation: String,
-    /// What its verdicts are worth, a [`crate::certify::Guarantee`] in words.
+    /// The guarantee of its verdicts, a [`crate::certify::Guarantee`] in words.
     pub guarantee: String,
 }
 
 impl MethodInfo {
-    /// Of a method that is asked about this law.
+    /// The description of a method that was asked about this law.
     fn of(method: &Method, law: &Law) -> Self {
         Self {
             name: method.name().into(),
@@ -34,7 +34,7 @@ impl MethodInfo {
     }
 }
 
-/// Where a variable's cells come from.
+/// Source of a variable's cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Content {
     /// Verdicts of the method with this position.
@@ -63,7 +63,7 @@ pub enum Cells<'a> {
 pub struct Variable {
     /// Name of the dataset.
     pub name: String,
-    /// Where its cells come from.
+    /// Source of its cells.
     pub content: Content,
     /// Its attributes, apart from fingerprints and counts, which are known only at the end.
     pub attributes: Vec<(&'static str, Value)>,
@@ -134,7 +134,7 @@ impl Schema {
         Self::new(plan.grid.clone(), plan.tile_shape.clone(), methods, plan.fields.clone())
     }
 
-    /// The layout of a map with these contents.
+    /// The layout of a map with these dimensions, methods and fields.
     #[must_use]
     pub fn new(grid: Grid, tile_shape: Vec<usize>, methods: Vec<MethodInfo>, fields: Vec<Field>) -> Self {
         let mut variables = Vec::new();
@@ -177,8 +177,8 @@ impl Schema {
         self.grid.tile_count(&self.tile_shape)
     }
 
-    /// Number of tiles that follow each other along the damping axis alone. A variable without that axis
-    /// takes its cells from the first of them.
+    /// Number of consecutive tiles along the damping axis. A variable without that axis takes its cells from
+    /// the first of them.
     #[must_use]
     pub fn tiles_per_column(&self) -> usize {
         match self.tile_shape.last() {
@@ -267,7 +267,7 @@ fn of_quantity(quantity: Quantity, methods: &[MethodInfo], grid: &Grid, content:
     }
 }
 
-/// A variable with the attributes that all have.
+/// A variable with the attributes that all variables have.
 fn plain(name: &str, long_name: &str, content: Content) -> Variable {
     let mut variable = Variable {
         name: name.into(),

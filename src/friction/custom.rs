@@ -1,4 +1,4 @@
-//! Laws that a Rust program brings along.
+//! Friction laws implemented by a Rust program.
 
 use std::sync::Arc;
 
@@ -7,9 +7,9 @@ use crate::point::{LawParameters, MAX_LAW_PARAMETERS};
 
 /// A friction law given by functions, for [`Law::custom`].
 ///
-/// What can be written as a formula is better given as text ([`super::Expression`]): its bounds are proved.
-/// Of a law given by functions only samples are known, so that the engines tell an estimate of their error,
-/// and the theorems say nothing.
+/// A law that can be written as a formula is better given as text ([`super::Expression`]), since its bounds
+/// are proved. Functions can only be sampled: the engines then give an estimate of their error, and the
+/// theorems claim nothing.
 pub trait CustomLaw: std::fmt::Debug + Send + Sync + 'static {
     /// Name in messages and map files.
     fn name(&self) -> &'static str;
@@ -30,10 +30,10 @@ pub trait CustomLaw: std::fmt::Debug + Send + Sync + 'static {
     }
 }
 
-/// Why a custom law is none.
+/// Reason why a custom law is not accepted.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CustomLawError {
-    /// Points have room for so many only.
+    /// It has more parameters than a point can hold.
     #[error("the law {name} has {count} parameters, more than {MAX_LAW_PARAMETERS}")]
     TooManyParameters {
         /// The law.
@@ -88,7 +88,7 @@ impl Custom {
     }
 }
 
-/// The same with all its parameters fixed.
+/// A custom law with all its parameters fixed.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct CustomCurve {
     law: Custom,
@@ -106,7 +106,8 @@ impl CustomCurve {
         -self.law.0.slope(u, self.epsilon, self.parameters.as_slice())
     }
 
-    /// By differences with the step at which truncation and rounding are alike, relative to the parameter.
+    /// By differences, with the step (relative to the parameter) at which truncation and rounding errors are
+    /// about equal.
     pub(super) fn gradient(&self, u: f64) -> Gradient {
         let parameters = self.parameters.as_slice();
         let slope = |epsilon: f64, parameters: &[f64]| -self.law.0.slope(u, epsilon, parameters);

@@ -30,8 +30,8 @@ impl Exponential {
         Self { drop: 1.0 - mu, rate: 1.0 / vs, eta }
     }
 
-    /// Whether no coefficient of the law is a product that fell below the normal numbers, where it may be
-    /// wrong by any factor.
+    /// Returns whether no coefficient of the law is a product below the normal numbers, where it may be wrong
+    /// by any factor.
     pub(super) fn is_normal(&self) -> bool {
         self.rate.is_normal() && (self.drop == 0.0 || (self.drop * self.rate).is_normal())
     }

@@ -1,32 +1,33 @@
-//! A law given as a function of a program: sampled once into polynomials on pieces of slip speeds.
+//! A law given as a function of a program: sampled once and stored as piecewise polynomials.
 //!
-//! The law is what the polynomials say. How far its weakening rate may be from that of the function is
-//! estimated by samples and told ([`Function::error`]); by the comparison lemma of [`crate::certify`] an
-//! error delta of the weakening rate moves the critical damping by at most delta / eps. Beyond the last slip
-//! speed the law is not known: phi is NaN there, as that of a table.
+//! The polynomials define the law. The distance of its weakening rate from that of the function is estimated
+//! by samples ([`Function::error`]); by the comparison lemma of [`crate::certify`] an error delta of the
+//! weakening rate moves the critical damping by at most delta / eps. Beyond the largest slip speed the law is
+//! unknown: phi is NaN there, as for a table.
 
 use std::sync::{Arc, LazyLock};
 
 use super::interval::Interval;
 use super::jet::{Jet, Real};
 
-/// Chebyshev coefficients of phi on a piece.
+/// Number of Chebyshev coefficients of phi on a piece.
 const COUNT: usize = 16;
-/// How far phi(0) may be from 1: values of a function have rounding errors.
+/// Tolerance of phi(0) = 1: values of a function have rounding errors.
 const STATIC_SLACK: f64 = 1e-12;
-/// A piece is short enough where its last two coefficients are below this, in units of the largest |phi|.
+/// A piece is short enough if its last two coefficients are below this, in units of the largest |phi|.
 const SHARPNESS: f64 = 64.0 * f64::EPSILON;
-/// Most pieces, and most halvings of a piece; what is left then is taken as it is, and the error tells.
+/// Largest number of pieces, and of bisections of a piece; a piece that is still too long is accepted, and
+/// the error shows it.
 const MOST_PIECES: usize = 512;
 const MOST_HALVINGS: u32 = 40;
 
-/// Why a function is no friction law.
+/// Reason why a function is not a friction law.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{problem}\n  help: {remedy}")]
 pub struct FunctionError {
-    /// What is wrong.
+    /// The problem.
     pub problem: String,
-    /// What to do.
+    /// The remedy.
     pub remedy: String,
 }
 
@@ -77,9 +78,9 @@ fn sum<T: Real>(coefficients: &[f64; COUNT], x: T) -> T {
 }
 
 impl Function {
-    /// Samples `phi`, the friction in units of the static one at slip speeds from 0 to `fastest`, once.
-    /// `corners` are slip speeds between at which its slope may jump; elsewhere it should be smooth. `origin`
-    /// names it.
+    /// Samples `phi` once: the friction in units of the static friction at slip speeds from 0 to `fastest`.
+    /// `corners` are slip speeds in between at which its slope may jump; elsewhere it should be smooth.
+    /// `origin` names it.
     ///
     /// # Errors
     /// [`FunctionError`] where a value is not finite, phi(0) is not 1, or a corner does not lie between.
@@ -130,7 +131,7 @@ impl Function {
         Ok(Self(Arc::new(Pieces { origin, ends, corners, coefficients, error })))
     }
 
-    /// What it was made of.
+    /// The function's name.
     #[must_use]
     pub fn origin(&self) -> &str {
         &self.0.origin
@@ -142,7 +143,7 @@ impl Function {
         self.0.ends[self.0.coefficients.len()]
     }
 
-    /// How far the weakening rate may be from that of the function: an estimate by samples.
+    /// Estimate, by samples, of the distance of the weakening rate from that of the function.
     #[must_use]
     pub fn error(&self) -> f64 {
         self.0.error
@@ -152,25 +153,25 @@ impl Function {
         &self.0.corners
     }
 
-    /// Where two polynomials meet.
+    /// Slip speeds at which two polynomials meet.
     pub(super) fn seams(&self) -> &[f64] {
         &self.0.ends[1..self.0.coefficients.len()]
     }
 
-    /// phi on a piece, at `u` within it or near it.
+    /// phi by the polynomial of a piece, at `u` within it or near it.
     fn on_piece<T: Real>(&self, piece: usize, u: T) -> T {
         let (from, to) = (self.0.ends[piece], self.0.ends[piece + 1]);
         let (middle, scale) = (0.5 * (from + to), 2.0 / (to - from));
         sum(&self.0.coefficients[piece], (u - T::constant(middle)) * T::constant(scale))
     }
 
-    /// The piece that holds `u`; the first below zero.
+    /// Index of the piece that contains `u`; the first one below zero.
     fn piece_at(&self, u: f64) -> usize {
         let after = self.0.ends.partition_point(|end| *end <= u);
         after.saturating_sub(1).min(self.0.coefficients.len() - 1)
     }
 
-    /// phi(u); below u = 0, where the flow is continued, the first polynomial.
+    /// phi(u); below u = 0, where the flow is continued, by the first polynomial.
     pub(super) fn phi(&self, u: f64) -> f64 {
         if u > self.fastest() { f64::NAN } else { self.on_piece(self.piece_at(u), u) }
     }
@@ -184,7 +185,7 @@ impl Function {
     }
 
     /// Enclosures of the Taylor coefficients of phi at all slip speeds in `u`, in powers of the slip speed
-    /// divided by `unit`; `None` where the law is not known. At a seam both polynomials count.
+    /// divided by `unit`; `None` where the law is unknown. Where two polynomials meet both are included.
     pub(super) fn series<const N: usize>(&self, u: Interval, unit: f64) -> Option<Jet<Interval, N>> {
         if !(0.0 <= u.lo && u.hi <= self.fastest()) {
             return None;
@@ -202,7 +203,7 @@ impl Function {
         meets.map(of_piece).reduce(|a, b| Jet(std::array::from_fn(|order| a.0[order].hull(b.0[order]))))
     }
 
-    /// Everything, as text that [`Function::from_definition`] reads to the last bit.
+    /// The whole law as text, from which [`Function::from_definition`] restores every bit.
     pub(super) fn definition(&self) -> String {
         let Pieces { origin, ends, corners, coefficients, error } = &*self.0;
         let words = |numbers: &[f64]| numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
@@ -211,7 +212,7 @@ impl Function {
         head.into_iter().chain(rows).collect::<Vec<_>>().join("\n")
     }
 
-    /// The law of [`Function::definition`]; `None` if that is none.
+    /// The law of the text of [`Function::definition`]; `None` if the text is malformed.
     pub(super) fn from_definition(definition: &str) -> Option<Self> {
         let numbers = |line: &str| -> Option<Vec<f64>> {
             if line.is_empty() {
@@ -234,7 +235,7 @@ impl Function {
     }
 }
 
-/// Pieces as they were found.
+/// Pieces before they are stored.
 struct Fitted {
     ends: Vec<f64>,
     coefficients: Vec<[f64; COUNT]>,
@@ -242,7 +243,7 @@ struct Fitted {
 }
 
 impl Fitted {
-    /// Fits `phi` between the `ends`, in pieces as short as they need to be.
+    /// Fits `phi` between the `ends`, in pieces as short as needed.
     fn new(phi: &mut impl FnMut(f64) -> f64, ends: &[f64]) -> Self {
         let mut fitted = Self { ends: vec![0.0], coefficients: Vec::new(), error: 0.0 };
         let mut waiting: Vec<(f64, f64, u32)> =
@@ -260,8 +261,8 @@ impl Fitted {
                 waiting.extend([(middle, b, halvings + 1), (a, middle, halvings + 1)]);
                 continue;
             }
-            // Between the points an interpolant errs most; by Markov's inequality the slope of a polynomial
-            // of degree n is at most n^2 / half times its largest value.
+            // The error of an interpolant is largest between the points; by Markov's inequality the slope of
+            // a polynomial of degree n is at most n^2 / half times its largest value.
             let between = POINTS.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
             let miss = between.map(|x| (sum(&coefficients, x) - phi(middle + half * x)).abs());
             let miss = miss.fold(tail, f64::max) + 4.0 * f64::EPSILON * size;
@@ -283,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn a_smooth_function_is_met_within_the_error_told() {
+    fn a_smooth_function_is_interpolated_within_the_stated_error() {
         let law = exponential();
         assert!(law.seams().len() < 16 && law.error() < 1e-10, "{} {}", law.seams().len(), law.error());
         for i in 0..=800 {
@@ -295,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn a_corner_is_kept_if_it_is_told() {
+    fn a_corner_is_exact_if_it_is_declared() {
         let kinked = |u: f64| if u < 1.0 { 1.0 - 0.2 * u } else { 0.8 - 0.1 * (u - 1.0) };
         let law = Function::new("kinked", kinked, 4.0, &[1.0]).unwrap();
         assert_eq!(law.corners(), [1.0]);
@@ -324,7 +325,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_law_is_refused() {
+    fn invalid_laws_are_refused() {
         let problem = |law: Result<Function, FunctionError>| law.unwrap_err().problem;
         assert!(problem(Function::new("bad", |u| 2.0 - u, 1.0, &[])).contains("phi(0) is 2"));
         assert!(

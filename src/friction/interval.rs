@@ -1,7 +1,7 @@
-//! Interval arithmetic with outward rounding, as far as friction laws need it.
+//! Interval arithmetic with outward rounding, for friction laws.
 //!
-//! Every operation widens its result by one unit in the last place (elementary functions by four: the
-//! platform's mathematics library is taken to err by less), so that an enclosure is a theorem about the
+//! Every operation widens its result by one unit in the last place (elementary functions by four: the error
+//! of the platform's mathematics library is assumed to be less), so that an enclosure is a theorem about the
 //! real function. Where an operation is not defined on the whole operand, the result is the whole line.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -38,7 +38,7 @@ impl Interval {
         self.lo <= 0.0 && self.hi >= 0.0
     }
 
-    /// The smallest interval that holds both.
+    /// The smallest interval that contains both.
     pub(crate) fn hull(self, other: Self) -> Self {
         Self { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
     }
@@ -98,14 +98,14 @@ impl Mul for Interval {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
         if self == Self::constant(0.0) || other == Self::constant(0.0) {
-            // Exact, and the common case: derivatives of what does not depend on u.
+            // Exact, and frequent: derivatives of terms that do not depend on u.
             return Self::constant(0.0);
         }
         let products = [self.lo * other.lo, self.lo * other.hi, self.hi * other.lo, self.hi * other.hi];
         if !(self.is_bounded() && other.is_bounded()) {
             return hull_of(products);
         }
-        // No product is NaN, and this is where the time goes.
+        // No product is NaN; this is the hot path.
         let order = |a: f64, b: f64| if a < b { (a, b) } else { (b, a) };
         let [(a, b), (c, d)] = [order(products[0], products[1]), order(products[2], products[3])];
         Self { lo: order(a, c).0.next_down(), hi: order(b, d).1.next_up() }
@@ -125,7 +125,7 @@ impl Div for Interval {
     }
 }
 
-/// Whether a point `phase + 2 pi k` may lie in the interval.
+/// Returns whether a point `phase + 2 pi k` may lie in the interval.
 fn may_hold(interval: Interval, phase: f64) -> bool {
     const SLACK: f64 = 1e-9;
     let turns = |x: f64| (x - phase) / std::f64::consts::TAU;
@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_defined_is_the_whole_line() {
+    fn undefined_operations_give_the_whole_line() {
         let x = Interval::new(-1.0, 1.0);
         for image in [Interval::thin(1.0) / x, x.ln(), x.sqrt(), x.abs(), Interval::new(f64::NAN, 1.0)] {
             assert_eq!(image, Interval::ENTIRE);

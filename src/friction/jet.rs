@@ -1,11 +1,11 @@
-//! Truncated Taylor series: derivatives of any order, exact but for rounding, of anything that is built
-//! from the elementary functions. Over [`super::interval::Interval`] they enclose the derivatives on a
-//! whole interval; over each other they give mixed derivatives.
+//! Truncated Taylor series: derivatives of any order, exact except for rounding, of functions composed of the
+//! elementary ones. Over [`super::interval::Interval`] they enclose the derivatives on a whole interval;
+//! nested series give mixed derivatives.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// What the elementary functions can be applied to. A value where a function is not defined is NaN, or
-/// the whole line for intervals.
+/// Numbers to which the elementary functions can be applied. Where a function is not defined its value is
+/// NaN, or the whole line for intervals.
 pub(crate) trait Real:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
@@ -70,7 +70,7 @@ impl Real for f64 {
 pub(crate) struct Jet<T, const N: usize>(pub(crate) [T; N]);
 
 impl<T: Real, const N: usize> Jet<T, N> {
-    /// The variable itself at `x`, times `slope`.
+    /// The variable at `x`, with derivative `slope`.
     pub(crate) fn variable(x: T, slope: f64) -> Self {
         let mut jet = Self::of(x);
         if N > 1 {
@@ -79,7 +79,7 @@ impl<T: Real, const N: usize> Jet<T, N> {
         jet
     }
 
-    /// What does not depend on the variable.
+    /// A constant.
     pub(crate) fn of(x: T) -> Self {
         let mut coefficients = [T::constant(0.0); N];
         coefficients[0] = x;
@@ -233,7 +233,7 @@ impl<T: Real, const N: usize> Real for Jet<T, N> {
 mod tests {
     use super::*;
 
-    /// Derivatives of compositions with known ones.
+    /// Derivatives of compositions whose derivatives are known.
     #[test]
     fn derivatives_to_third_order() {
         let x = Jet::<f64, 4>::variable(0.7, 1.0);

@@ -2,7 +2,7 @@
 //! `phi(u) = mu + (1 - mu) / (1 + (u / vs)^2) + eta u`. It does not depend on eps.
 //!
 //! It starts flat: the weakening rate rises from -eta at rest to its maximum at u = vs / sqrt(3) and falls
-//! from there. Around that maximum slip cycles are born stable.
+//! from there. Around that maximum stable slip cycles arise.
 
 use super::jet::Real;
 use super::{Gradient, Range};
@@ -26,8 +26,8 @@ impl Lorentzian {
         Self { drop: 1.0 - mu, rate: 1.0 / vs, eta }
     }
 
-    /// Whether no coefficient of the law is a product that fell below the normal numbers, where it may be
-    /// wrong by any factor.
+    /// Returns whether no coefficient of the law is a product below the normal numbers, where it may be wrong
+    /// by any factor.
     pub(super) fn is_normal(&self) -> bool {
         self.rate.is_normal() && (self.drop == 0.0 || (self.drop * self.rate).is_normal())
     }
@@ -36,7 +36,7 @@ impl Lorentzian {
     pub(super) fn phi(&self, u: f64) -> f64 {
         let x = self.rate * u;
         let square = x * x;
-        // Far out x^2 overflows, where the fraction is 1.
+        // For large x, x^2 overflows, and the fraction is 1.
         let fallen = if square < 1e300 { square / (1.0 + square) } else { 1.0 };
         1.0 - self.drop * fallen + self.eta * u
     }

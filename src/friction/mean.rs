@@ -1,11 +1,10 @@
 //! Averages of a law over the grazing circle.
 
-/// Nodes of the coarsest and of the finest rule over half a turn.
+/// Numbers of nodes of the coarsest and of the finest rule over half a turn.
 const NODES: [u32; 2] = [16, 1 << 14];
 
-/// The mean over a turn, t in [0, 2 pi], of a function of cos t that is given at t, half the turn being the
-/// mirror image of the other. The trapezoidal rule, doubled until it stands still: for smooth functions it
-/// converges faster than any power.
+/// The mean over a turn of a function of cos t, given by its values at t in [0, pi]. The trapezoidal rule,
+/// doubled until it no longer changes: for smooth functions it converges faster than any power.
 pub(super) fn mean_over_turn(f: impl Fn(f64) -> f64) -> f64 {
     let at = |i: u32, n: u32| f(std::f64::consts::PI * f64::from(i) / f64::from(n));
     let mut n = NODES[0];

@@ -1,11 +1,11 @@
 //! Friction laws: the force phi(u) at slip speed u >= 0 in units of the static force, phi(0) = 1.
 //!
-//! A [`Law`] is a family with named parameters, each of which becomes an axis of a map. Fixing eps and
-//! the parameters gives a [`Curve`], the function of one variable that the tests and the flow see. Code
-//! above this module asks a curve for its values and for sign-certain bounds; it never learns which
-//! parameters the law has.
+//! A [`Law`] is a family with named parameters, each of which becomes an axis of a map. Fixing eps and the
+//! parameters gives a [`Curve`], a function of the slip speed. All other modules use a curve through its
+//! values and its proved bounds, and do not depend on which parameters the law has.
 
 mod custom;
+pub(crate) mod domain;
 mod exponential;
 mod expression;
 mod function;
@@ -18,6 +18,7 @@ mod table;
 mod weakening;
 
 pub use custom::{Custom, CustomLaw, CustomLawError};
+pub use domain::PointError;
 pub use exponential::Exponential;
 pub use expression::{Expression, ExpressionCurve, ExpressionError};
 pub use function::{Function, FunctionError};
@@ -73,13 +74,13 @@ pub enum Law {
     Table(Table),
     /// A law given as a function of a program.
     Function(Function),
-    /// A law that a Rust program brings along, see [`Law::custom`].
+    /// A law implemented by a Rust program, see [`Law::custom`].
     Custom(Custom),
-    /// A law that is to be read as `1 + eps F(u)`, see [`Law::read_as_small`].
+    /// A law read as `1 + eps F(u)`, see [`Law::read_as_small`].
     Small(Arc<Law>),
 }
 
-/// First line of the definition of a law that is read as `1 + eps F(u)`.
+/// First line of the definition of a law read as `1 + eps F(u)`.
 const SMALL: &str = "small eps";
 /// Name of the laws given as text.
 const EXPRESSION: &str = "expression";
@@ -118,7 +119,6 @@ impl Law {
     /// use slipmap::certify::TESTS;
     /// use slipmap::filippov::Oscillator;
     /// use slipmap::friction::{CustomLaw, Law, Parameter};
-    /// use slipmap::point::{LawParameters, Point};
     /// use slipmap::simulate::{Fate, critical_damping, flow};
     ///
     /// /// The friction of R. I. Leine and others, 1 / (1 + a u).
@@ -142,7 +142,7 @@ impl Law {
     ///
     /// let a = Parameter { name: "a", long_name: "rate of weakening", min: 0.0, max: f64::INFINITY };
     /// let law = Law::custom(Hyperbola([a]))?;
-    /// let point = Point { epsilon: 1.0, law: LawParameters::new(&[3.0]), belt_speed: 0.2, damping: 0.0 };
+    /// let point = law.point(1.0, &[3.0], 0.2, 0.0)?;
     /// let oscillator = Oscillator::new(&law, &point);
     /// assert!(matches!(flow(&oscillator, 1e-9).fate, Fate::Sticks(_)));
     /// let column = law.column(&point);
@@ -150,7 +150,7 @@ impl Law {
     /// // Of functions nothing is proved: the theorems are silent.
     /// let symmetric = TESTS.iter().find(|test| test.name == "symmetric").unwrap();
     /// assert_eq!((symmetric.claim)(&column).present_below, f64::NEG_INFINITY);
-    /// # Ok::<(), slipmap::friction::CustomLawError>(())
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///
     /// # Errors
@@ -159,8 +159,8 @@ impl Law {
         Custom::new(law).map(Law::Custom)
     }
 
-    /// The same law, to be read as `1 + eps F(u)` with `F = (phi - 1) / eps` at whatever eps it has: then the paper's test
-    /// (6), which takes a law to first order in eps, has an answer for every law. Nothing else changes.
+    /// The same law, read as `1 + eps F(u)` with `F = (phi - 1) / eps` at the given eps: then the paper's
+    /// test (6), which takes a law to first order in eps, applies to every law. Nothing else changes.
     #[must_use]
     pub fn read_as_small(self) -> Law {
         match self {
@@ -169,13 +169,13 @@ impl Law {
         }
     }
 
-    /// Whether the law is to be read as `1 + eps F(u)`.
+    /// Returns whether the law is read as `1 + eps F(u)`.
     #[must_use]
     pub fn is_read_as_small(&self) -> bool {
         matches!(self, Law::Small(_))
     }
 
-    /// The law itself, however it is to be read.
+    /// The law itself, without the reading as `1 + eps F(u)`.
     #[must_use]
     pub fn as_written(&self) -> &Law {
         match self {
@@ -197,8 +197,8 @@ impl Law {
         }
     }
 
-    /// What has to be known beside the name to make the law again with [`Law::from_definition`]; empty for
-    /// the built-in laws.
+    /// The data that [`Law::from_definition`] needs, beside the name, to restore the law; empty for the
+    /// built-in laws.
     #[must_use]
     pub fn definition(&self) -> String {
         match self {
@@ -252,8 +252,8 @@ impl Law {
 
     /// The friction curve at one eps and one choice of the law's parameters.
     ///
-    /// Curves that are asked for one after the other with the same eps and parameters, as the columns of a map that
-    /// differ in the belt speed only, share what they compile.
+    /// Successive curves with the same eps and parameters, as the columns of a map that differ in the belt
+    /// speed only, share their compiled form.
     #[must_use]
     pub fn curve(&self, epsilon: f64, parameters: &LawParameters) -> Curve {
         thread_local! {
@@ -287,9 +287,15 @@ impl Law {
         }
     }
 
-    /// The column of parameter space (all but the damping fixed) that holds `point`.
+    /// The column of parameter space (all parameters fixed but the damping) that contains `point`.
+    ///
+    /// # Panics
+    /// If the point is not legal: [`Law::point`] makes legal points, [`Law::check`] tells.
     #[must_use]
     pub fn column(&self, point: &Point) -> Column {
+        if let Err(error) = self.check(point) {
+            panic!("{error}");
+        }
         Column {
             curve: self.curve(point.epsilon, &point.law),
             epsilon: point.epsilon,
@@ -298,11 +304,11 @@ impl Law {
     }
 }
 
-/// A friction curve: a law with all its parameters fixed. Clones share what was compiled.
+/// A friction curve: a law with all its parameters fixed. Clones share the compiled form.
 #[derive(Clone, Debug)]
 pub struct Curve {
     form: Form,
-    /// eps, if the law is to be read as 1 + eps F(u).
+    /// eps, if the law is read as 1 + eps F(u).
     small: Option<f64>,
     compiled: Arc<Mutex<Compiled>>,
 }
@@ -313,7 +319,7 @@ impl PartialEq for Curve {
     }
 }
 
-/// What is compiled of a curve, as far as it was needed yet.
+/// The compiled forms of a curve, as far as they have been needed.
 #[derive(Debug, Default)]
 struct Compiled {
     weakening: Option<Arc<Weakening>>,
@@ -321,14 +327,14 @@ struct Compiled {
     leading: Option<Arc<Weakening>>,
 }
 
-/// The kinds of curves: what the law of each kind knows by itself.
+/// The kinds of curves, each with its own closed forms.
 #[derive(Clone, Debug, PartialEq)]
 enum Form {
     Stribeck(Stribeck),
     Exponential(Exponential),
     Lorentzian(Lorentzian),
     Expression(ExpressionCurve),
-    /// F1 of a formula, in the place of phi.
+    /// F1 of a formula, in place of phi.
     Leading(ExpressionCurve),
     Table(Table),
     Function(Function),
@@ -363,7 +369,8 @@ impl Form {
         }
     }
 
-    /// phi on numbers, intervals or series; `None` for laws given by data or as functions, which have no formula.
+    /// phi in any arithmetic (numbers, intervals or series); `None` for laws given by data or as functions,
+    /// which have no formula.
     fn formula<T: Real>(&self, u: T) -> Option<T> {
         match self {
             Form::Stribeck(law) => Some(law.formula(u)),
@@ -375,8 +382,8 @@ impl Form {
         }
     }
 
-    /// Enclosures of the Taylor coefficients of phi at all slip speeds in `u`, in powers of the slip speed divided by
-    /// `unit`.
+    /// Enclosures of the Taylor coefficients of phi at all slip speeds in `u`, in powers of the slip speed
+    /// divided by `unit`.
     fn series<const N: usize>(&self, u: Interval, unit: f64) -> Option<Jet<Interval, N>> {
         match self {
             Form::Function(law) => law.series(u, unit),
@@ -397,8 +404,8 @@ impl Form {
         }
     }
 
-    /// Ends of the pieces on which the law is one smooth formula: its corners, and where two polynomials of a function
-    /// meet.
+    /// Ends of the pieces on which the law is one smooth formula: its corners, and the ends of a function's
+    /// polynomials.
     fn seams(&self) -> &[f64] {
         match self {
             Form::Function(law) => law.seams(),
@@ -406,15 +413,15 @@ impl Form {
         }
     }
 
-    /// `known` continued to a slip speed not below `reach`: a power of two, so that belt speeds close to each other
-    /// ask for the same.
+    /// Extends `known` to a slip speed of at least `reach`: a power of two, so that similar belt speeds share
+    /// the result.
     fn compile(&self, known: &mut Option<Arc<Weakening>>, reach: f64) -> Arc<Weakening> {
         if let Some(known) = known
             && (known.reach() >= reach || matches!(self, Form::Table(_) | Form::Function(_)))
         {
             return Arc::clone(known);
         }
-        // Neither its square nor its inverse may leave the normal numbers.
+        // Neither its square nor its inverse may leave the range of normal numbers.
         let exponent = reach.clamp(1e-150, 1e150).log2().ceil() as i32;
         let reach = match self {
             Form::Function(law) => law.fastest(),
@@ -426,7 +433,7 @@ impl Form {
     }
 }
 
-/// What the first-order theory (eps -> 0) needs of a law: phi = 1 + eps F1(u) + O(eps^2).
+/// The quantities that the first-order theory (eps -> 0) needs of a law phi = 1 + eps F1(u) + O(eps^2).
 ///
 /// Slopes are per unit eps, so that they compare directly with the damping c.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -447,7 +454,7 @@ pub struct Gradient {
     pub parameters: LawParameters,
 }
 
-/// Why a law has no first order in eps.
+/// Reason why a law has no first order in eps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NoFirstOrder {
     /// eps does not occur in it.
@@ -462,7 +469,8 @@ pub enum NoFirstOrder {
 }
 
 impl Curve {
-    /// What one evaluation costs, in units of that of the Stribeck law, at least 1: budgets of work are divided by it.
+    /// Cost of one evaluation, in units of that of the Stribeck law, at least 1: budgets of work are divided
+    /// by it.
     #[must_use]
     pub fn cost(&self) -> u64 {
         match &self.form {
@@ -487,15 +495,15 @@ impl Curve {
         self.form.weakening(u)
     }
 
-    /// The weakening rate as polynomials on slip speeds from 0 to at least `reach`; a table's to its end. Compiled once,
-    /// and continued where a later call asks for more.
+    /// The weakening rate as polynomials on slip speeds from 0 to at least `reach`; for a table up to its
+    /// end. Compiled once, and extended by calls with a larger reach.
     #[must_use]
     pub fn compiled(&self, reach: f64) -> Arc<Weakening> {
         let mut compiled = self.compiled.lock().unwrap_or_else(PoisonError::into_inner);
         self.form.compile(&mut compiled.weakening, reach)
     }
 
-    /// Sign-certain bounds of the weakening rate over slip speeds u in [`lo`, `hi`], 0 <= lo <= hi.
+    /// Proved bounds of the weakening rate over slip speeds u in [`lo`, `hi`], 0 <= lo <= hi.
     #[must_use]
     pub fn weakening_range(&self, lo: f64, hi: f64) -> Range {
         match &self.form {
@@ -508,7 +516,7 @@ impl Curve {
         }
     }
 
-    /// Sign-certain bounds, over 0 < |v| <= V, of the even part in v of `weakening(V - v)`.
+    /// Proved bounds, over 0 < |v| <= V, of the even part in v of `weakening(V - v)`.
     #[must_use]
     pub fn even_weakening_range(&self, belt_speed: f64) -> Range {
         match &self.form {
@@ -523,8 +531,8 @@ impl Curve {
         }
     }
 
-    /// The weakening rate averaged over the grazing circle v = V cos t with weight sin^2 t / pi:
-    /// the energy that friction feeds into one turn, in units of that taken by unit damping eps c.
+    /// The weakening rate averaged over the grazing circle v = V cos t with weight sin^2 t / pi: the energy
+    /// that friction supplies in one turn, in units of that dissipated by unit damping eps c.
     #[must_use]
     pub fn mean_weakening(&self, belt_speed: f64) -> f64 {
         match &self.form {
@@ -578,15 +586,15 @@ impl Curve {
         }
     }
 
-    /// Whether the law's weakening rate is enclosed for slip speeds up to `fastest`: else theorems about it have nothing to
-    /// go by.
+    /// Returns whether the law's weakening rate has proved bounds for slip speeds up to `fastest`; theorems
+    /// need them.
     #[must_use]
     pub fn is_enclosed(&self, fastest: f64) -> bool {
         let range = self.weakening_range(0.0, fastest);
         range.lo.is_finite() && range.hi.is_finite()
     }
 
-    /// How the weakening rate at slip speed `u` changes with eps and with each parameter of the law.
+    /// Derivatives of the weakening rate at slip speed `u` by eps and by each parameter of the law.
     #[must_use]
     pub fn weakening_gradient(&self, u: f64) -> Gradient {
         match &self.form {
@@ -610,22 +618,22 @@ impl Curve {
         }
     }
 
-    /// Whether the closed forms of the law are evaluated in normal numbers: below them products may be wrong by any
-    /// factor, and nothing that is made of them is a theorem.
+    /// Returns whether the closed forms of the law are evaluated in normal numbers: below them products may
+    /// be wrong by any factor, and no result is a theorem.
     #[must_use]
     pub fn is_normal(&self) -> bool {
         match &self.form {
             Form::Stribeck(law) => law.is_normal(),
             Form::Exponential(law) => law.is_normal(),
             Form::Lorentzian(law) => law.is_normal(),
-            // Enclosures hold at every size.
+            // Enclosures are valid for numbers of every size.
             Form::Expression(_) | Form::Leading(_) | Form::Table(_) | Form::Function(_) | Form::Custom(_) => {
                 true
             }
         }
     }
 
-    /// phi on numbers, intervals or series; `None` for measured laws, which have no formula.
+    /// phi in any arithmetic (numbers, intervals or series); `None` for measured laws, which have no formula.
     pub(crate) fn formula<T: Real>(&self, u: T) -> Option<T> {
         self.form.formula(u)
     }
@@ -636,15 +644,15 @@ impl Curve {
         Some(self.compiled(2.0 * belt_speed).even_range(belt_speed, reach))
     }
 
-    /// Slip speeds > 0, in growing order, at which the slope of the weakening rate jumps: everywhere else the
-    /// curve is smooth.
+    /// Slip speeds > 0, increasing, at which the slope of the weakening rate jumps: everywhere else the curve
+    /// is smooth.
     #[must_use]
     pub fn corners(&self) -> &[f64] {
         self.form.corners()
     }
 
-    /// Stribeck's law, whose three numbers have more to give than its weakening rate: proofs over boxes, and engines for
-    /// many parameters side by side. `None` for other laws.
+    /// Stribeck's law, for proofs over boxes and for vectorised engines, which use its three numbers; `None`
+    /// for other laws.
     #[must_use]
     pub fn stribeck(&self) -> Option<&Stribeck> {
         match &self.form {
@@ -659,12 +667,13 @@ impl Curve {
         }
     }
 
-    /// Whether the weakening rate certainly never rises with the slip speed and falls ever more slowly (is convex),
-    /// the continuation to u < 0 included.
+    /// Returns whether the weakening rate is proved to be nonincreasing and convex in the slip speed, the
+    /// continuation to u < 0 included.
     ///
-    /// Then its even part in v at V - v rises with |v|, and so, to first order in the divergence, does the growth
-    /// of a turn with its amplitude: there is one slip cycle at most, and it repels. No proof of that is known to us for
-    /// every divergence; [`crate::simulate::slip_count`] proves it point by point, and has found no exception.
+    /// Then its even part in v at V - v rises with |v|, and so, to first order in the divergence, does the
+    /// growth of a turn with its amplitude: there is at most one slip cycle, and it repels. No proof for
+    /// every divergence is known to us; [`crate::simulate::slip_count`] proves it point by point, and has
+    /// found no exception.
     #[must_use]
     pub fn weakening_is_convex(&self) -> bool {
         match self.form {
@@ -680,7 +689,7 @@ impl Curve {
 }
 
 impl Column {
-    /// The weakening rate as polynomials, far enough for orbits that start within the belt speed.
+    /// The weakening rate as polynomials, up to the slip speeds of orbits that start within the belt speed.
     #[must_use]
     pub fn compiled(&self) -> Arc<Weakening> {
         self.curve.compiled(4.0 * self.belt_speed)
@@ -688,8 +697,9 @@ impl Column {
 }
 
 /// All parameters but the damping: the unit of work of a map. Verdicts along a column change at most
-/// twice, because every orbit's amplitude falls with c.
+/// twice, because every orbit's amplitude falls with c. Made by [`Law::column`].
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Column {
     /// The friction curve.
     pub curve: Curve,

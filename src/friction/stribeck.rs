@@ -39,7 +39,7 @@ pub struct Stribeck {
     rate: f64,
 }
 
-/// Parameters of the law, exact but for one rounding.
+/// Parameters of the law, exact except for one rounding.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Parts {
     pub(crate) beta: f64,
@@ -71,8 +71,8 @@ impl Stribeck {
         self.rate * self.drop / (q * q) - 2.0 * self.epsilon * self.beta * u
     }
 
-    /// Whether no coefficient of the law is a product that fell below the normal numbers, where it may be
-    /// wrong by any factor.
+    /// Returns whether no coefficient of the law is a product below the normal numbers, where it may be wrong
+    /// by any factor.
     pub(super) fn is_normal(&self) -> bool {
         let slope = self.rate * self.drop;
         [(self.rate, self.gamma), (slope, self.gamma * self.drop), (self.epsilon * self.beta, self.beta)]
@@ -131,7 +131,7 @@ impl Stribeck {
         }
     }
 
-    /// The parameters as they were given, for arithmetic that encloses its roundings.
+    /// The given parameters, for arithmetic that encloses its rounding errors.
     pub(crate) fn parts(&self) -> Parts {
         Parts { beta: self.beta, gamma: self.gamma, drop: self.drop }
     }

@@ -1,27 +1,26 @@
-//! A measured law: phi(u) at increasing slip speeds, joined by cubics that keep the shape of the data.
+//! A measured law: phi(u) at increasing slip speeds, interpolated by shape-preserving cubics.
 //!
 //! The slopes at the data are those of Fritsch and Butland (SIAM J. Sci. Stat. Comput. 5, 1984): between two
-//! data phi is monotone, and phi' is continuous, so that D is too. Beyond the last datum the law is not
-//! known: phi is NaN there, orbits that come so far fail, and tests that would have to know it are
-//! undecided.
+//! data phi is monotone, and phi' is continuous, so that D is too. Beyond the last datum the law is unknown:
+//! phi is NaN there, orbits that reach it fail, and tests that need it are undecided.
 
 use std::sync::{Arc, LazyLock};
 
 use super::interval::Interval;
 use super::jet::{Jet, Real as _};
 
-/// How far phi(0) may be from 1: measured values are rounded.
+/// Tolerance of phi(0) = 1: measured values are rounded.
 const STATIC_SLACK: f64 = 1e-9;
 
-/// Why a table is no friction law.
+/// Reason why a table is not a friction law.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{problem}\n  help: {remedy}")]
 pub struct TableError {
     /// The datum concerned, from 0; `None` for the whole table.
     pub row: Option<usize>,
-    /// What is wrong.
+    /// The problem.
     pub problem: String,
-    /// What to do.
+    /// The remedy.
     pub remedy: String,
 }
 
@@ -37,7 +36,7 @@ impl PartialEq for Table {
 
 #[derive(Debug, PartialEq)]
 struct Cubics {
-    /// Where the data came from.
+    /// The source of the data.
     origin: String,
     /// Friction at slip speed 0.
     static_level: f64,
@@ -70,7 +69,7 @@ pub(super) struct Parabola {
 }
 
 impl Parabola {
-    /// Where it is extreme, but for rounding.
+    /// The slip speed of its extreme, up to rounding.
     pub(super) fn extreme(&self) -> Option<f64> {
         let [_, slope, bend] = self.coefficients.map(|x| 0.5 * (x.lo + x.hi));
         let at = self.ends[0] - 0.5 * slope / bend;
@@ -92,7 +91,7 @@ impl Table {
         }
         for (row, &(u, phi)) in data.iter().enumerate() {
             if !(u.is_finite() && phi.is_finite()) {
-                return error(Some(row), "a datum is not finite".into(), "mend or remove this row");
+                return error(Some(row), "a datum is not finite".into(), "correct or remove this row");
             }
             if row > 0 && u <= data[row - 1].0 {
                 let problem = format!("the slip speed {u} follows {}", data[row - 1].0);
@@ -136,7 +135,7 @@ impl Table {
             return error(None, problem, "give one for each datum");
         }
         if let Some(row) = errors.iter().position(|error| !(*error >= 0.0 && error.is_finite())) {
-            let problem = format!("the standard error {} is no length of an error bar", errors[row]);
+            let problem = format!("the standard error {} is not a valid error bar", errors[row]);
             return error(
                 Some(row),
                 problem,
@@ -161,9 +160,9 @@ impl Table {
         self.0.errors.as_deref()
     }
 
-    /// How -phi' at slip speed `u` changes with the data next to it: the number of the first datum concerned,
-    /// and the derivatives by its friction value as given and by those of the data that follow, zero where
-    /// there is none.
+    /// Derivatives of -phi' at slip speed `u` by the data next to it: the index of the first datum concerned,
+    /// and the derivatives by its friction value as given and by the following ones, zero where there is
+    /// none.
     #[must_use]
     pub fn weakening_by_data(&self, u: f64) -> (usize, [f64; 4]) {
         let Cubics { u: knots, phi, static_level, .. } = &*self.0;
@@ -186,7 +185,7 @@ impl Table {
         (first, std::array::from_fn(|k| if first + k < last { derivative(first + k) } else { 0.0 }))
     }
 
-    /// Where the data came from.
+    /// The source of the data.
     #[must_use]
     pub fn origin(&self) -> &str {
         &self.0.origin
@@ -209,8 +208,8 @@ impl Table {
         self.0.u[self.0.u.len() - 1]
     }
 
-    /// The same law, continued in a straight line to slip speed `fastest` beyond its data: for the question
-    /// how far they should reach. `None` where no such law is legal.
+    /// The same law, continued in a straight line to slip speed `fastest` beyond its data, to estimate how
+    /// far the data should reach. `None` where no such law is legal.
     #[must_use]
     pub fn continued(&self, fastest: f64) -> Option<Self> {
         let end = self.fastest();
@@ -220,7 +219,7 @@ impl Table {
         Self::new(self.origin(), &data, 1.0).ok()
     }
 
-    /// Where two cubics meet.
+    /// Slip speeds at which two cubics meet.
     pub(super) fn corners(&self) -> &[f64] {
         &self.0.u[1..self.pieces()]
     }
@@ -230,7 +229,7 @@ impl Table {
         self.0.u.len() - 1
     }
 
-    /// The piece that holds `u`; the first below zero.
+    /// Index of the piece that contains `u`; the first one below zero.
     fn piece_at(&self, u: f64) -> usize {
         let after = self.0.u.partition_point(|knot| *knot <= u);
         after.saturating_sub(1).min(self.pieces() - 1)
@@ -245,7 +244,7 @@ impl Table {
         Piece { start: u[i], phi: phi[i], slope: slope[i], c2, c3 }
     }
 
-    /// phi(u); below u = 0, where the flow is continued, the first cubic.
+    /// phi(u); below u = 0, where the flow is continued, by the first cubic.
     pub(super) fn phi(&self, u: f64) -> f64 {
         if u > self.fastest() {
             return f64::NAN;
@@ -318,9 +317,9 @@ impl Table {
     }
 }
 
-/// Slopes at the data, Fritsch and Butland: zero at extremes, else a harmonic mean of the secants; at the
-/// ends a one-sided parabola, limited to keep the shape. With their derivatives, as far as the series of
-/// `phi` go.
+/// Slopes at the data by Fritsch and Butland: zero at extremes, else a harmonic mean of the secants; at the
+/// ends a one-sided parabola, limited to keep the shape. Returned with their derivatives, to the order of the
+/// series of `phi`.
 fn slopes<const N: usize>(u: &[f64], phi: &[Jet<f64, N>]) -> Vec<Jet<f64, N>> {
     type Series<const N: usize> = Jet<f64, N>;
     let (number, value) = (Series::<N>::constant, |series: Series<N>| series.0[0]);
@@ -401,7 +400,7 @@ mod tests {
         assert!(table.phi(4.1).is_nan() && table.weakening(4.1).is_nan());
     }
 
-    /// The derivatives by the data against differences, and by all data together: a constant has no slope.
+    /// The derivatives by the data equal differences, and vanish for a change of all data together.
     #[test]
     fn weakening_follows_the_data() {
         let data: Vec<(f64, f64)> = falling().data().map(|(u, phi)| (u, 2.0 * phi)).collect();
@@ -409,7 +408,7 @@ mod tests {
         for u in [0.0, 0.03, 0.1, 0.2, 0.45, 0.8, 1.7, 3.0, 4.0] {
             let (first, derivatives) = table.weakening_by_data(u);
             for (k, derivative) in derivatives.into_iter().enumerate() {
-                // The first datum is the static level, which stays.
+                // The first datum is the static level, which is fixed.
                 if first + k == 0 || first + k >= data.len() {
                     continue;
                 }

@@ -1,37 +1,37 @@
-//! What tiles took and gave beyond their cells: counts, seconds, the audit.
+//! Statistics of tiles: cells counted, processor seconds, audit results.
 
 use super::{Audit, Contradictions, LISTED, Method, Paths, Plan, Runs, TileData, Verdict};
 use crate::point::Point;
 
-/// A cell on which a method broke down.
+/// A cell on which a method failed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FailedCell {
     /// Number of its tile.
     pub tile: usize,
-    /// Where.
+    /// The parameters of the cell.
     pub point: Point,
     /// The method.
     pub method: Method,
 }
 
-/// What one method did on some tiles.
+/// Statistics of one method.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MethodAccount {
     /// Processor seconds.
     pub seconds: f64,
-    /// Cells of each verdict, in the order of [`Verdict::ALL`].
+    /// Number of cells with each verdict, in the order of [`Verdict::ALL`].
     pub counts: [u64; 5],
 }
 
 /// Processor seconds of the stages of a run that belong to no method.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Stages {
-    /// Setting up the columns of the tiles with their friction curves.
+    /// Creating the columns of the tiles with their friction curves.
     pub columns: f64,
-    /// The field `regime`.
+    /// Computing the field `regime`.
     pub regime: f64,
-    /// The other fields that follow orbits: landings, cycles, basins, limits in eps; also the simulation, if
-    /// it is none of the methods.
+    /// Computing the other fields that follow orbits: landings, cycles, basins, limits in eps; also the
+    /// simulation, if it is not among the methods.
     pub fields: f64,
     /// The self-audit.
     pub audit: f64,
@@ -43,7 +43,7 @@ pub struct Stages {
     pub curves: f64,
     /// The proofs between the nodes, on all threads.
     pub proofs: f64,
-    /// What is in none of these: waiting threads, handing out tiles.
+    /// The rest: waiting threads, handing out tiles.
     pub other: f64,
 }
 
@@ -76,29 +76,29 @@ impl Stages {
     }
 }
 
-/// The account of one tile, or the sum of those of many. All but the seconds depends on the plan alone.
+/// Statistics of one tile, or of many together. All but the seconds depends on the plan alone.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Account {
-    /// Cells computed.
+    /// Number of cells computed.
     pub cells: u64,
     /// One entry per method of the plan.
     pub methods: Vec<MethodAccount>,
-    /// How many cells each path of `simulation` decided.
+    /// Number of cells that each path of `simulation` decided.
     pub paths: Paths,
-    /// Evaluations of the right-hand side by `simulation`.
+    /// Number of evaluations of the right-hand side by `simulation`.
     pub rhs: u64,
     /// The self-audit.
     pub audit: Audit,
-    /// Cells in which methods that promise to be right contradict each other.
+    /// Cells in which methods with a guarantee contradict each other.
     pub contradictions: Contradictions,
-    /// What the stages that belong to no method cost.
+    /// Processor seconds of the stages that belong to no method.
     pub stages: Stages,
     /// The first failed cells, at most [`LISTED`], in the order of tiles.
     pub failed: Vec<FailedCell>,
 }
 
 impl Account {
-    /// That of no tile.
+    /// The account of no tiles.
     #[must_use]
     pub fn none(plan: &Plan) -> Self {
         Self { methods: vec![MethodAccount::default(); plan.methods.len()], ..Self::default() }
@@ -111,7 +111,7 @@ impl Account {
         methods.chain(self.stages.named().map(|(_, seconds)| seconds)).sum()
     }
 
-    /// Adds another.
+    /// Adds another account.
     pub fn add(&mut self, other: Account) {
         self.cells += other.cells;
         for (sum, method) in self.methods.iter_mut().zip(other.methods) {
@@ -131,7 +131,7 @@ impl Account {
     }
 }
 
-/// Cells of each verdict, in the order of [`Verdict::ALL`].
+/// Number of cells with each verdict, in the order of [`Verdict::ALL`].
 pub(super) fn count(verdicts: &Runs<Verdict>) -> [u64; 5] {
     Verdict::ALL.map(|verdict| verdicts.count(|other| other == verdict))
 }
@@ -172,12 +172,12 @@ mod tests {
         let nodes =
             [&[0.1, 0.2][..], &[0.5], &[0.0], &[1.0, 2.0, 3.0], &[1.0], &[0.0, 0.5, 1.0, 1.5]].map(axis);
         let grid = Grid::new(Law::Stribeck, nodes.to_vec()).unwrap();
-        // Two columns a tile, and a tile of one at the end of each gamma axis.
+        // Two columns per tile, and a tile of one column at the end of each gamma axis.
         let tile_shape = vec![1, 1, 1, 2, 1, 4];
         let plan = simulated(grid, tile_shape);
         let mut sum = Account::none(&plan);
         let last = plan.grid.tile_count(&plan.tile_shape) - 1;
-        // Tiles come in any order; those found are in the grid's.
+        // Tiles come in any order; the failed cells are listed in the grid's order.
         for (number, failed) in [(last, &[2][..]), (0, &[1, 7])] {
             let data = tile_data(plan.grid.tile(&plan.tile_shape, number), failed);
             sum.add(Account { failed: failed_cells(&plan, &data), ..Account::none(&plan) });

@@ -1,12 +1,12 @@
-//! The self-audit: cells decided again by the independent direct engine.
+//! The self-audit: decides random cells again with the independent direct engine.
 //!
-//! Half of the cells are drawn anywhere, half next to a change of verdict along c, where methods fail.
-//! The draw depends on the grid alone, so it is the same for any number of threads. A cell that is drawn
-//! twice is decided once; a grid with no more cells than the audit asks for is audited whole.
+//! Half of the cells are drawn anywhere, half next to a change of verdict along c, where methods fail. The
+//! draw depends on the grid alone, so it is the same for any number of threads. A cell that is drawn twice is
+//! decided once; a grid with no more cells than the audit asks for is audited completely.
 
 use std::collections::HashMap;
 
-use super::contradictions::promises;
+use super::contradictions::excludes_errors;
 use super::{Grid, Plan, Runs, Tile, Verdict};
 use crate::certify::Guarantee;
 use crate::filippov::Oscillator;
@@ -14,32 +14,32 @@ use crate::point::Point;
 use crate::random::Random;
 use crate::simulate::{Fate, Flow, direct};
 
-/// One decision that the direct engine contradicts.
+/// A verdict that the direct engine contradicts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Disagreement {
     /// The cell's point.
     pub point: Point,
     /// Name of the method.
     pub method: &'static str,
-    /// What the map says.
+    /// The verdict in the map.
     pub stored: Verdict,
-    /// What the direct engine found.
+    /// The flow computed by the direct engine.
     pub direct: Flow,
 }
 
-/// Counts over audited cells. A decision is one method's verdict, present or absent, on one audited cell;
-/// audited methods are `simulation` and the tests that are theorems at finite eps.
+/// Results of the audit. A decision is one method's verdict, present or absent, on one audited cell; audited
+/// methods are `simulation` and the tests that are theorems at finite eps.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Audit {
-    /// Distinct cells decided again.
+    /// Number of distinct cells decided again.
     pub cells: u64,
-    /// Decisions checked.
+    /// Number of decisions checked.
     pub checked: u64,
-    /// Decisions that the direct engine confirms.
+    /// Number of decisions that the direct engine confirms.
     pub agreed: u64,
-    /// Decisions on which it is closer to the boundary than its error.
+    /// Number of decisions on cells that are closer to the boundary than its error.
     pub within_margin: u64,
-    /// Decisions on cells in which the direct engine itself gives no answer.
+    /// Number of decisions on cells for which the direct engine gives no answer.
     pub unresolved: u64,
     /// Decisions that it contradicts.
     pub disagreements: Vec<Disagreement>,
@@ -55,7 +55,7 @@ impl Audit {
         self.disagreements.extend(other.disagreements);
     }
 
-    /// Puts the disagreements in the order of the grid, whatever order their tiles came in.
+    /// Sorts the disagreements in the order of the grid, since tiles come in any order.
     pub(super) fn sort(&mut self) {
         let numbers = |d: &Disagreement| {
             let Point { epsilon, law, belt_speed, damping } = d.point;
@@ -69,8 +69,8 @@ impl Audit {
 }
 
 impl Disagreement {
-    /// The disagreement on a cell that the audit of `plan` found before: the direct engine's answer is
-    /// computed again.
+    /// A disagreement that the audit of `plan` found in an earlier run: computes the direct engine's answer
+    /// again.
     #[must_use]
     pub fn again(plan: &Plan, point: Point, method: &'static str, stored: Verdict) -> Self {
         let direct = direct::flow(&Oscillator::new(plan.grid.law(), &point), plan.tolerance);
@@ -78,14 +78,14 @@ impl Disagreement {
     }
 }
 
-/// A drawn cell: which column, and where along it.
+/// A drawn cell: a column and a position along it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Draw {
     column: usize,
     along: Along,
 }
 
-/// Where along a column the audited cell lies.
+/// Position of an audited cell in its column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Along {
     /// At this index of the damping axis.
@@ -99,7 +99,7 @@ enum Along {
 pub(super) enum Draws {
     /// Every cell.
     All,
-    /// Some, by tile.
+    /// Some cells, by tile.
     ByTile(HashMap<usize, Vec<Draw>>),
 }
 
@@ -161,7 +161,7 @@ impl Draws {
     }
 }
 
-/// Decides one cell again and compares every method that promises to be right.
+/// Decides one cell again and compares every method with a guarantee.
 fn audit_cell(plan: &Plan, point: Point, verdicts: impl Iterator<Item = Verdict>) -> Audit {
     let mut audit = Audit { cells: 1, ..Audit::default() };
     let direct = direct::flow(&Oscillator::new(plan.grid.law(), &point), plan.tolerance);
@@ -169,7 +169,7 @@ fn audit_cell(plan: &Plan, point: Point, verdicts: impl Iterator<Item = Verdict>
         if !matches!(stored, Verdict::Present | Verdict::Absent) {
             continue;
         }
-        if !promises(method.guarantee()) {
+        if !excludes_errors(method.guarantee()) {
             continue;
         }
         audit.checked += 1;

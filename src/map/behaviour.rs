@@ -1,4 +1,4 @@
-//! What the flow of a column tends to at each of its dampings, from one backbone.
+//! The attractors of a column at each of its dampings, from one backbone.
 
 use std::cell::OnceCell;
 
@@ -12,15 +12,15 @@ use crate::simulate::crossing::{CrossingCycle, StickSlipCycle, crossing_cycles, 
 use crate::simulate::slip_cycle::{BACKBONE_TOLERANCE, Kick, SlipCycle, kick_onto, locate, none_proved};
 use crate::simulate::{Failure, Flow};
 
-/// The relative error of a turn asked for where slip cycles are concerned: their amplitude is the less
-/// certain the closer the multiplier is to 1.
+/// Relative error of a turn for slip cycles. It is small because the amplitude of a cycle is ill-conditioned
+/// where the multiplier is close to 1.
 const TIGHT: f64 = 1e-13;
 
-/// All dampings of one friction curve and belt speed.
+/// The attractors of one friction curve and belt speed, for all dampings.
 pub(super) struct Behaviour {
     curve: Curve,
     belt_speed: f64,
-    /// Made when a damping first asks for it.
+    /// Computed on first use.
     backbone: OnceCell<Result<Backbone, Failure>>,
 }
 
@@ -29,8 +29,8 @@ impl Behaviour {
         Self { curve: curve.clone(), belt_speed, backbone: OnceCell::new() }
     }
 
-    /// The slip cycles of `oscillator`, whose orbit from the exit point ends as `end` says; `None` if they
-    /// are not known.
+    /// The slip cycles of `oscillator`, whose orbit from the exit point ends as `end`; `None` if they are
+    /// unknown.
     pub(super) fn slip_cycles(&self, oscillator: &Oscillator, end: End) -> Option<Vec<Crossing>> {
         let stable = oscillator.eigenvalues().is_stable();
         let returns = match end {
@@ -42,7 +42,8 @@ impl Behaviour {
             return Some(Vec::new());
         }
         if oscillator.curve.weakening_is_convex() {
-            // One at most, which repels: it lies between the equilibrium and the belt line if both attract.
+            // At most one cycle, which repels: it lies between the equilibrium and the belt line if both
+            // attract.
             let between = [0.0, self.belt_speed];
             let one = Crossing { between, is_stable: !returns };
             return Some(if stable == returns { vec![one] } else { Vec::new() });
@@ -59,11 +60,11 @@ impl Behaviour {
         self.backbone.get_or_init(make).as_ref().ok()
     }
 
-    /// What attracts.
+    /// The regime: the set of attractors.
     ///
     /// An orbit that spirals inward around an unstable equilibrium must tend to a slip cycle between the two
-    /// (Poincare-Bendixson); around a stable one the equilibrium attracts. What the orbit from the exit point
-    /// comes to coexists with all that lies within it.
+    /// (Poincare-Bendixson); around a stable one the equilibrium attracts. The attractor of the orbit from
+    /// the exit point coexists with all attractors inside that orbit.
     pub(super) fn regime(&self, oscillator: &Oscillator, end: End) -> Regime {
         let Some(cycles) = self.slip_cycles(oscillator, end) else { return Regime::Failed };
         let attractors = Attractors {
@@ -78,8 +79,8 @@ impl Behaviour {
         Regime::of(attractors)
     }
 
-    /// The cycle that attracts: what the orbit from the exit point comes to before a slip cycle, of slip
-    /// cycles the largest. `None` where there is none, or where it cannot be followed.
+    /// The attracting cycle: that of the orbit from the exit point, or else the largest slip cycle. `None`
+    /// where there is none, or where it cannot be followed.
     pub(super) fn attracting_cycle(
         &self,
         oscillator: &Oscillator,
@@ -109,8 +110,8 @@ impl Behaviour {
         }
     }
 
-    /// The outermost slip cycle where it repels and something within it attracts, and the kicks onto it: what
-    /// lies outside ends in stick-slip or crosses for ever. `None` elsewhere, or where it cannot be followed.
+    /// The outermost slip cycle where it repels and an attractor lies inside it, and the kicks onto it:
+    /// orbits outside it stick-slip or cross for ever. `None` elsewhere, or where it cannot be followed.
     pub(super) fn basin_boundary(
         &self,
         oscillator: &Oscillator,
@@ -125,7 +126,7 @@ impl Behaviour {
     }
 }
 
-/// What the flow of a point tends to in the long run.
+/// The long-run behaviour of a point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LongRun {
     /// The set of attractors.
@@ -136,8 +137,8 @@ pub struct LongRun {
     pub basin: Option<(SlipCycle, Kick)>,
 }
 
-/// The long run of a point whose orbit from the exit point ends as `flow` says: [`regime`], [`attracting_cycle`] and
-/// [`basin_boundary`] from one backbone.
+/// The long-run behaviour of a point whose orbit from the exit point is `flow`: [`regime`],
+/// [`attracting_cycle`] and [`basin_boundary`] from one backbone.
 #[must_use]
 pub fn long_run(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> LongRun {
     let behaviour = Behaviour::new(&oscillator.curve, oscillator.belt_speed);
@@ -148,29 +149,28 @@ pub fn long_run(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> LongRun
     }
 }
 
-/// The regime of a point whose orbit from the exit point ends as `flow` says.
+/// The regime of a point whose orbit from the exit point is `flow`.
 #[must_use]
 pub fn regime(oscillator: &Oscillator, flow: &Flow) -> Regime {
     Behaviour::new(&oscillator.curve, oscillator.belt_speed).regime(oscillator, End::of(flow))
 }
 
-/// The number of slip cycles, stable or not; `None` if it is not known.
+/// The number of slip cycles, stable or not; `None` if it is unknown.
 #[must_use]
 pub fn slip_cycle_count(oscillator: &Oscillator, flow: &Flow) -> Option<usize> {
     let behaviour = Behaviour::new(&oscillator.curve, oscillator.belt_speed);
     behaviour.slip_cycles(oscillator, End::of(flow)).map(|cycles| cycles.len())
 }
 
-/// The cycle that attracts where the orbit from the exit point ends as `flow` says: the stick-slip or the
-/// crossing cycle before a slip cycle, of slip cycles the largest. `None` where there is none, or where it
-/// cannot be followed.
+/// The attracting cycle where the orbit from the exit point is `flow`: the stick-slip or the crossing cycle,
+/// or else the largest slip cycle. `None` where there is none, or where it cannot be followed.
 #[must_use]
 pub fn attracting_cycle(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> Option<AttractingCycle> {
     Behaviour::new(&oscillator.curve, oscillator.belt_speed).attracting_cycle(oscillator, flow, tolerance)
 }
 
-/// The unstable slip cycle outside of which the mass ends in stick-slip or crosses for ever, and the kicks
-/// onto it. `None` where there is none, or where it cannot be followed.
+/// The unstable slip cycle outside of which the mass stick-slips or crosses for ever, and the kicks onto it.
+/// `None` where there is none, or where it cannot be followed.
 #[must_use]
 pub fn basin_boundary(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> Option<(SlipCycle, Kick)> {
     let behaviour = Behaviour::new(&oscillator.curve, oscillator.belt_speed);

@@ -1,24 +1,24 @@
-//! Cells in which methods that promise to be right say opposite things: at most one of them is right, so a
-//! run that finds any says so, whatever the size of its audit.
+//! Finds cells in which methods with a guarantee give opposite verdicts: at most one of them is right. Every
+//! run reports such cells, whatever the size of its audit.
 //!
-//! The methods in question are the tests that are theorems at finite eps, `validated`, and `simulation`.
+//! These methods are the tests that are theorems at finite eps, `validated`, and `simulation`.
 
 use super::{LISTED, Plan, TileData, Verdict};
 use crate::certify::Guarantee;
 use crate::point::Point;
 
-/// A cell in which methods that promise to be right contradict each other.
+/// A cell in which methods with a guarantee contradict each other.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contradiction {
     /// The number of its tile.
     pub tile: usize,
     /// Its point.
     pub point: Point,
-    /// What each method of the plan says there, in the plan's order.
+    /// The verdict of each method of the plan, in the plan's order.
     pub verdicts: Vec<Verdict>,
 }
 
-/// All such cells of some tiles: their number, and the first of them.
+/// All such cells of some tiles: their number, and the first ones.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Contradictions {
     /// Number of cells.
@@ -38,8 +38,8 @@ impl Contradictions {
     }
 }
 
-/// Whether a method with this guarantee promises that its verdicts are right.
-pub(super) fn promises(guarantee: Guarantee) -> bool {
+/// Returns whether this guarantee excludes wrong verdicts.
+pub(super) fn excludes_errors(guarantee: Guarantee) -> bool {
     match guarantee {
         Guarantee::FiniteEpsilon | Guarantee::Numerical | Guarantee::Validated => true,
         Guarantee::Asymptotic | Guarantee::None => false,
@@ -48,8 +48,8 @@ pub(super) fn promises(guarantee: Guarantee) -> bool {
 
 /// The contradictions among the verdicts of a tile.
 pub(super) fn contradictions(plan: &Plan, data: &TileData) -> Contradictions {
-    let promising = data.methods.iter().filter(|cells| promises(cells.method.guarantee()));
-    let mut runs: Vec<_> = promising.map(|cells| cells.verdicts.iter().peekable()).collect();
+    let guaranteed = data.methods.iter().filter(|cells| excludes_errors(cells.method.guarantee()));
+    let mut runs: Vec<_> = guaranteed.map(|cells| cells.verdicts.iter().peekable()).collect();
     let mut found = Contradictions::default();
     let cells = data.tile.cells();
     // From one change of any verdict to the next.
@@ -97,13 +97,13 @@ mod tests {
     use crate::friction::Law;
     use crate::map::{Grid, Method, MethodCells, Runs};
 
-    /// Verdicts by their codes.
-    fn said(codes: &[i8]) -> Runs<Verdict> {
+    /// Converts codes to verdicts.
+    fn verdicts_of(codes: &[i8]) -> Runs<Verdict> {
         let verdict = |code: &i8| Verdict::ALL.into_iter().find(|verdict| verdict.code() == *code).unwrap();
         codes.iter().map(verdict).collect()
     }
 
-    /// One column of cells and what four methods say of it.
+    /// The contradictions of one column of cells with the verdicts of four methods.
     fn of(verdicts: [&[i8]; 4]) -> Contradictions {
         let cells = verdicts[0].len();
         let dampings = (0..cells).map(|i| i as f64).collect();
@@ -113,10 +113,10 @@ mod tests {
         let grid = Grid::new(Law::Stribeck, nodes).unwrap();
         let shape = grid.shape();
         let plan = Plan::builder(grid).methods(methods).tile_shape(shape).build().unwrap();
-        // The plan's order is that of all methods; each keeps the verdicts given under its name.
+        // Methods are in the plan's order; each keeps the verdicts given under its name.
         let methods = plan.methods.iter().map(|&method| MethodCells {
             method,
-            verdicts: said(verdicts[names.iter().position(|name| *name == method.name()).unwrap()]),
+            verdicts: verdicts_of(verdicts[names.iter().position(|name| *name == method.name()).unwrap()]),
             margins: Vec::new(),
             critical: Vec::new(),
         });
@@ -130,9 +130,9 @@ mod tests {
     }
 
     #[test]
-    fn cells_with_opposite_promises_are_counted_and_named() {
+    fn contradictory_cells_are_counted_and_listed() {
         let clear = of([&[1; 4], &[0, 0, -1, -1], &[2, 3, 0, -1], &[1, 0, -1, -1]]);
-        assert_eq!(clear, Contradictions::default(), "the first-order test promises nothing at finite eps");
+        assert_eq!(clear, Contradictions::default(), "the first-order test has no guarantee at finite eps");
         let found = of([&[0; 4], &[1, 0, -1, -1], &[0, 1, 0, 1], &[-1, -1, 1, 0]]);
         assert_eq!(found.cells, 4, "with the simulation or between two theorems");
         let dampings: Vec<f64> = found.first.iter().map(|cell| cell.point.damping).collect();
@@ -143,7 +143,7 @@ mod tests {
 
     #[test]
     fn all_are_counted_and_the_first_are_kept() {
-        // Every third cell of a column.
+        // A contradiction in every third cell of a column.
         for cells in [1, 2, 4, 100, 1000] {
             let sign = |i: usize| if i.is_multiple_of(3) { -1 } else { 1 };
             let simulation: Vec<i8> = (0..cells).map(sign).collect();

@@ -1,9 +1,9 @@
-//! Curves of codimension one in planes of a grid: where the long-run behaviour changes, between its nodes
-//! too.
+//! Curves of codimension one in planes of a grid: the boundaries of the long-run behaviour, also between the
+//! nodes.
 //!
-//! Curves are found and followed in the unit square of the plane, along whose sides the axes run from their
-//! first to their last node: in equal steps, or in equal ratios where the nodes have them. Errors are
-//! distances there.
+//! Curves are found and followed in the unit square of the plane, whose sides run from the first to the last
+//! node of an axis, linearly or, if the nodes are logarithmic, logarithmically. Errors are distances in the
+//! square.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -17,19 +17,19 @@ use crate::simulate::continuation::{Branch, CurvePoint, zero_curves};
 /// Accuracy of the test functions.
 const TOLERANCE: f64 = 1e-10;
 
-/// Names of the columns of stored curves that are not those of axes; no axis may have one of them if curves
-/// are to be stored.
+/// Names of the columns of stored curves that are not axes. No axis may have one of these names if curves are
+/// to be stored.
 pub const CURVE_COLUMNS: [&str; 8] =
     ["plane", "point", "plane_x", "plane_y", "plane_number", "curve", "branch", "error"];
 
-/// A plane of a grid: two axes, the others held at nodes.
+/// A plane of a grid: two axes, and a node for each of the others.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Plane {
-    /// Position of the first axis, which figures show across.
+    /// Position of the first axis, horizontal in figures.
     pub x: usize,
     /// Position of the second axis.
     pub y: usize,
-    /// Node at which each axis is held; 0, without a meaning, for the two of the plane.
+    /// Node of each fixed axis; 0, without meaning, for the two axes of the plane.
     pub held: Vec<usize>,
 }
 
@@ -47,9 +47,9 @@ pub struct PlanePoint {
 /// A connected curve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlaneCurve {
-    /// What happens there.
+    /// Its kind.
     pub bifurcation: Bifurcation,
-    /// Its points in order; of a closed curve, the last is the first again.
+    /// Its points in order; a closed curve ends with its first point.
     pub points: Vec<PlanePoint>,
 }
 
@@ -80,7 +80,7 @@ impl Plane {
 
 impl PlaneCurves {
     /// Finds and follows the curves of a plane of `grid` whose two axes have several nodes each. When `stop`
-    /// is set, the curves end where they are.
+    /// is set, the curves end at once.
     #[must_use]
     pub fn of(grid: &Grid, plane: Plane, stop: &AtomicBool) -> Self {
         let frame = Frame::new(grid, &plane);
@@ -99,7 +99,7 @@ impl PlaneCurves {
         Self { plane, curves }
     }
 
-    /// The same curves with the axes of the plane exchanged.
+    /// These curves in the plane with its axes exchanged.
     #[must_use]
     pub fn turned(&self) -> Self {
         let turned = |point: &PlanePoint| PlanePoint { x: point.y, y: point.x, error: point.error };
@@ -125,8 +125,8 @@ impl PlaneCurves {
     }
 }
 
-/// Finds the curves of several planes with `threads` workers (all cores if `None`), less if `stop` is set;
-/// `on_plane` is called after each plane. Nothing if the workers cannot be started.
+/// Finds the curves of several planes with `threads` workers (all cores if `None`), fewer curves if `stop` is
+/// set; calls `on_plane` after each plane. `None` if the workers cannot be started.
 #[must_use]
 pub fn curves_of(
     grid: &Grid,

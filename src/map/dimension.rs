@@ -1,11 +1,11 @@
-//! The physical dimension of the axes and variables of a map, which leads from its dimensionless numbers to a
-//! machine's SI units.
+//! The physical dimension of the axes and variables of a map, for the conversion of dimensionless numbers to
+//! a machine's SI units.
 
 use super::AxisRole;
 use crate::machine::Dimension;
 
 /// The dimension of an axis; `None` for eps and for the parameters of friction laws, which are pure numbers
-/// or, in laws given by formula, in whatever units the formula has.
+/// or, in laws given by formula, have the formula's units.
 #[must_use]
 pub fn of_axis(role: AxisRole) -> Option<Dimension> {
     match role {
@@ -15,9 +15,9 @@ pub fn of_axis(role: AxisRole) -> Option<Dimension> {
     }
 }
 
-/// The dimension of a variable by its name in the map; `None` for pure numbers and codes. Margins are those
-/// of closed-form tests, distances in the damping, but for `margin_simulation`, the scaled grazing margin m /
-/// V.
+/// The dimension of a variable by its name in the map; `None` for pure numbers and codes. Margins of
+/// closed-form tests are distances in the damping; `margin_simulation` is the scaled grazing margin m / V, a
+/// pure number.
 #[must_use]
 pub fn of_variable(name: &str) -> Option<Dimension> {
     match name {

@@ -1,6 +1,6 @@
-//! The parallel engine: tiles are computed and packed by the workers of a pool, and written by the
-//! calling thread. A bounded channel between them bounds memory; every tile's content depends on the plan
-//! alone, so maps are equal for any number of threads.
+//! The parallel engine: worker threads compute and pack tiles, and the calling thread writes them. A bounded
+//! channel between them bounds the memory. Every tile's content depends on the plan alone, so maps are equal
+//! for any number of threads.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::sync_channel;
@@ -19,7 +19,7 @@ use crate::filippov::Oscillator;
 use crate::friction::Column;
 use crate::simulate::return_map::{Turn, turns_of};
 
-/// How a computation is steered from outside.
+/// Controls of a computation: threads, callbacks, interruption.
 pub struct Control<'a> {
     /// Number of worker threads; all cores if `None`.
     pub threads: Option<usize>,
@@ -27,67 +27,67 @@ pub struct Control<'a> {
     pub on_cells: &'a (dyn Fn(usize) + Sync),
     /// Called after each plane of curves, from any worker.
     pub on_plane: &'a (dyn Fn() + Sync),
-    /// Set to true to stop after the tiles in work.
+    /// Set to true to stop after the current tiles.
     pub stop: &'a AtomicBool,
 }
 
 impl Default for Control<'_> {
-    /// All cores, nobody to tell, never stopped.
+    /// All cores, no callbacks, never stopped.
     fn default() -> Self {
         static NEVER: AtomicBool = AtomicBool::new(false);
         Self { threads: None, on_cells: &|_| (), on_plane: &|| (), stop: &NEVER }
     }
 }
 
-/// What one method did.
+/// Results of one method.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MethodSummary {
     /// The method.
     pub method: Method,
-    /// Cells computed.
+    /// Number of cells computed.
     pub cells: u64,
     /// Processor seconds.
     pub seconds: f64,
-    /// Cells of each verdict, in the order of [`Verdict::ALL`].
+    /// Number of cells with each verdict, in the order of [`Verdict::ALL`].
     pub counts: [u64; 5],
 }
 
 impl MethodSummary {
-    /// Cells of one verdict.
+    /// Number of cells with one verdict.
     #[must_use]
     pub fn cells_with(&self, verdict: Verdict) -> u64 {
         Verdict::ALL.iter().position(|v| *v == verdict).map_or(0, |i| self.counts[i])
     }
 }
 
-/// What a run did.
+/// The result of a run, apart from the cells themselves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
-    /// Cells of the grid.
+    /// Number of cells of the grid.
     pub cells: u64,
     /// Wall-clock seconds.
     pub seconds: f64,
-    /// Worker threads.
+    /// Number of worker threads.
     pub threads: usize,
     /// One entry per method of the plan.
     pub methods: Vec<MethodSummary>,
-    /// How many cells each path of `simulation` decided.
+    /// Number of cells that each path of `simulation` decided.
     pub paths: Paths,
-    /// Evaluations of the right-hand side by `simulation`.
+    /// Number of evaluations of the right-hand side by `simulation`.
     pub rhs: u64,
     /// The self-audit.
     pub audit: Audit,
-    /// Cells in which methods that promise to be right contradict each other.
+    /// Cells in which methods with a guarantee contradict each other.
     pub contradictions: Contradictions,
     /// Processor seconds of the stages that belong to no method.
     pub stages: Stages,
     /// The first failed cells.
     pub failed_cells: Vec<FailedCell>,
-    /// What is proved between the nodes, if the plan asks for that; see [`super::prove`].
+    /// The proofs between the nodes, if the plan asks for them; see [`super::prove`].
     pub proved: Option<Proved>,
     /// The curves of codimension one, if they were asked for; see [`super::curves_of`].
     pub curves: Vec<PlaneCurves>,
-    /// Seconds that these took.
+    /// Wall-clock seconds that the curves took.
     pub curves_seconds: f64,
 }
 
@@ -123,7 +123,7 @@ impl Summary {
     }
 }
 
-/// Why a computation ended early.
+/// Reason why a computation ended early.
 #[derive(Debug, thiserror::Error)]
 pub enum ComputeError<E: std::error::Error> {
     /// [`Control::stop`] was set.
@@ -137,7 +137,7 @@ pub enum ComputeError<E: std::error::Error> {
     Sink(E),
 }
 
-/// One computed tile and what it cost.
+/// A computed tile with its statistics.
 struct Computed {
     data: TileData,
     /// Processor seconds of each method.
@@ -162,20 +162,20 @@ pub struct Queue {
 }
 
 impl Queue {
-    /// The tiles that are not `finished` yet: one entry per tile of the grid.
+    /// The queue of the tiles that are not `finished`; one entry per tile of the grid.
     #[must_use]
     pub fn new(finished: Vec<bool>) -> Self {
         Self { next: AtomicUsize::new(0), finished }
     }
 
-    /// Whether more than `count` tiles are not handed out yet.
+    /// Returns whether more than `count` tiles are left.
     #[must_use]
     pub fn has_more_than(&self, count: usize) -> bool {
         let next = self.next.load(Ordering::Relaxed).min(self.finished.len());
         self.finished[next..].iter().filter(|finished| !**finished).nth(count).is_some()
     }
 
-    /// Number of the next tile to compute; `None` when all are handed out.
+    /// Number of the next tile to compute; `None` when none is left.
     pub fn take(&self) -> Option<usize> {
         loop {
             let number = self.next.fetch_add(1, Ordering::Relaxed);
@@ -188,8 +188,8 @@ impl Queue {
     }
 }
 
-/// Computes into `sink` the tiles whose numbers `next` hands out to the workers, until it gives `None`. The
-/// sum of their accounts, and the number of workers.
+/// Computes into `sink` the tiles whose numbers `next` gives to the workers, until it gives `None`. Returns
+/// the sum of their accounts, and the number of workers.
 ///
 /// # Errors
 /// [`ComputeError`]; tiles that were handed out may then be missing in the sink.
@@ -307,13 +307,13 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> Computed {
                 let verdicts = oscillators(&columns, cs)
                     .map(|oscillator| Verdict::from(naive.decide(&oscillator, &knobs).verdict))
                     .collect();
-                // These methods know neither margins nor critical dampings.
-                let nothing = |field, length| vec![f64::NAN; if plan.stores(field) { length } else { 0 }];
+                // These methods have neither margins nor critical dampings.
+                let no_numbers = |field, length| vec![f64::NAN; if plan.stores(field) { length } else { 0 }];
                 MethodCells {
                     method,
                     verdicts,
-                    margins: nothing(Field::Margin, columns.len() * cs.len()),
-                    critical: nothing(Field::CriticalC, columns.len()),
+                    margins: no_numbers(Field::Margin, columns.len() * cs.len()),
+                    critical: no_numbers(Field::CriticalC, columns.len()),
                 }
             }
         });
@@ -353,7 +353,7 @@ fn oscillators(columns: &[Column], cs: &[f64]) -> impl Iterator<Item = Oscillato
     columns.iter().flat_map(move |column| cs.iter().map(move |&c| Oscillator::in_column(column, c)))
 }
 
-/// What a closed-form test claims along the columns of a tile, cell by cell.
+/// Evaluates a closed-form test on the columns of a tile, cell by cell.
 fn closed_form(plan: &Plan, method: Method, claims: &[Claim], cs: &[f64]) -> MethodCells {
     let mut cells = MethodCells { method, verdicts: Runs::new(), margins: Vec::new(), critical: Vec::new() };
     for claim in claims {
@@ -380,7 +380,7 @@ fn closed_form(plan: &Plan, method: Method, claims: &[Claim], cs: &[f64]) -> Met
     cells
 }
 
-/// The simulated flow on the columns of a tile.
+/// Simulates the flow on the columns of a tile.
 fn simulation(plan: &Plan, method: Method, columns: &[Column], cs: &[f64]) -> (MethodCells, Simulated) {
     let want_critical = plan.stores(Field::CriticalC);
     let simulated = simulate(columns, cs, plan.engine, plan.tolerance, want_critical);

@@ -1,14 +1,14 @@
-//! Where methods fail: every method compared with the simulated flow, cell by cell, and every failure given
-//! the mechanism that explains it.
+//! The catalogue of failures: compares every method with the simulated flow, cell by cell, and attributes
+//! every failure to a mechanism.
 //!
-//! **Truth** at a point is the verdict on which the two engines of the simulated flow agree; points on which
-//! they do not, or which are closer to the boundary than their errors, are set aside as open.
+//! **Truth** at a point is the verdict on which the two engines of the simulated flow agree. Points on which
+//! they disagree, or which are closer to the boundary than their errors, are left out as open.
 //!
 //! **Mechanisms** are attributed by removal: a defect explains a failure if the same method without it does
-//! not fail there. Without the expansion in eps `perturbation` is `harmonic_balance`, and
-//! `bendixson_leading` is `bendixson`; the naive methods are asked again with the knob turned that causes
-//! their defect. What no removal mends is counted as [`Mechanism::Unexplained`]. Why a test leaves a cell
-//! undecided follows from its claim.
+//! not fail there. Without the expansion in eps `perturbation` is `harmonic_balance`, and `bendixson_leading`
+//! is `bendixson`; the naive methods are run again with the parameter changed that causes their defect. A
+//! failure that no removal mends is [`Mechanism::Unexplained`]. Why a test leaves a cell undecided follows
+//! from its claim.
 
 mod mechanism;
 
@@ -25,19 +25,19 @@ use crate::friction::{Column, Law};
 use crate::point::Point;
 use crate::simulate::{Fate, critical_damping, direct, flow};
 
-/// The dampings between sticking and crossing are found to this share of the interval searched.
+/// Number of bisections for the damping between sticking and crossing.
 const HALVINGS: u32 = 40;
 
-/// In which way a method fails at a cell.
+/// Kind of failure of a method at a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
-    /// It says present, and no stick-slip cycle exists.
+    /// The verdict is present, and no stick-slip cycle exists.
     WrongPresence,
-    /// It says absent, and one exists.
+    /// The verdict is absent, and a stick-slip cycle exists.
     WrongAbsence,
-    /// It does not decide.
+    /// The verdict is undecided.
     Undecided,
-    /// It breaks down.
+    /// The method breaks down.
     Failed,
 }
 
@@ -45,7 +45,7 @@ impl Kind {
     /// Every kind.
     pub const ALL: [Kind; 4] = [Kind::WrongPresence, Kind::WrongAbsence, Kind::Undecided, Kind::Failed];
 
-    /// The word used in tables.
+    /// Name in tables.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -56,7 +56,7 @@ impl Kind {
         }
     }
 
-    /// The failure of a verdict; `None` if it is right.
+    /// The failure of the verdict `said`; `None` if it is right.
     fn of(said: Verdict, truth: Verdict) -> Option<Kind> {
         match said {
             Verdict::Present if truth == Verdict::Absent => Some(Kind::WrongPresence),
@@ -67,26 +67,26 @@ impl Kind {
         }
     }
 
-    /// Whether the method answers, and wrongly.
+    /// Returns whether the method answers, and wrongly.
     fn is_wrong(self) -> bool {
         matches!(self, Kind::WrongPresence | Kind::WrongAbsence)
     }
 }
 
-/// The cells at which one method fails in one way for one reason.
+/// The cells at which one method fails in one way by one mechanism.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Class {
-    /// In which way.
+    /// Kind of failure.
     pub kind: Kind,
-    /// Why.
+    /// Cause of the failure.
     pub mechanism: Mechanism,
     /// Number of cells.
     pub cells: u64,
     /// The largest distance |c - c'| to the nearest damping c' at which the verdict of the simulated flow
-    /// changes; NaN where it changes at none.
+    /// changes; NaN where there is none.
     pub farthest_c: f64,
-    /// The same in eps, up to [`super::limits::HIGHEST`]; NaN where it changes at none, and for undecided
-    /// cells, where it is not looked for.
+    /// The same in eps, up to [`super::limits::HIGHEST`]; NaN where there is no change, and for undecided
+    /// cells, where it is not computed.
     pub farthest_epsilon: f64,
     /// The cell of `farthest_c`, or the first cell.
     pub example: Point,
@@ -97,20 +97,20 @@ pub struct Class {
 pub struct MethodFailures {
     /// The method.
     pub method: Method,
-    /// Cells at which it was compared.
+    /// Number of cells at which it was compared.
     pub cells: u64,
     /// Its classes of failure: by kind, the largest first.
     pub classes: Vec<Class>,
 }
 
 impl MethodFailures {
-    /// Cells of one kind of failure.
+    /// Number of cells with one kind of failure.
     #[must_use]
     pub fn count(&self, kind: Kind) -> u64 {
         self.classes.iter().filter(|class| class.kind == kind).map(|class| class.cells).sum()
     }
 
-    /// Cells on which the method is right.
+    /// Number of cells on which the method is right.
     #[must_use]
     pub fn right(&self) -> u64 {
         self.cells - self.classes.iter().map(|class| class.cells).sum::<u64>()
@@ -127,36 +127,36 @@ impl MethodFailures {
     }
 }
 
-/// What is known of the cells themselves.
+/// Numbers of cells by their true answer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Truth {
-    /// Cells with a stick-slip cycle.
+    /// With a stick-slip cycle.
     pub present: u64,
-    /// Cells whose orbit from the exit point spirals inward.
+    /// Orbit from the exit point spirals inward.
     pub inward: u64,
-    /// Cells whose orbit crosses the belt line for ever.
+    /// Orbit crosses the belt line for ever.
     pub crossing: u64,
-    /// Cells too close to a boundary to call.
+    /// Too close to a boundary to call.
     pub too_close: u64,
-    /// Cells in which an engine gives no answer, or the two contradict each other.
+    /// An engine gives no answer, or the two contradict each other.
     pub open: u64,
 }
 
 /// The catalogue of failures over a set of points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Catalogue {
-    /// The points themselves.
+    /// Numbers of points by their true answer.
     pub truth: Truth,
     /// The methods.
     pub methods: Vec<MethodFailures>,
 }
 
-/// The catalogue was stopped.
+/// The error of a catalogue that was stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("interrupted")]
 pub struct Interrupted;
 
-/// What is compared.
+/// Arguments of a catalogue.
 #[derive(Clone, Copy)]
 pub struct Comparison<'a> {
     /// The friction law.
@@ -178,7 +178,7 @@ struct Finding {
     mechanism: Mechanism,
 }
 
-/// What is found at one point.
+/// The result at one point.
 struct Examined {
     truth: Truth,
     /// Whether the methods were compared.
@@ -196,7 +196,7 @@ pub fn points_of(grid: &Grid) -> Vec<Point> {
 }
 
 /// Compares every method with the simulated flow at every point. The result depends on the points and their
-/// order alone, not on the number of threads.
+/// order, not on the number of threads.
 ///
 /// # Errors
 /// [`Interrupted`] if `comparison.stop` was set.
@@ -254,7 +254,7 @@ impl MethodFailures {
         });
         let class = &mut self.classes[place];
         class.cells += 1;
-        // A comparison with NaN is false both ways: the first number replaces it.
+        // A comparison with NaN is false, so the first number replaces it.
         if !(examined.distance_c <= class.farthest_c) && !examined.distance_c.is_nan() {
             (class.farthest_c, class.example) = (examined.distance_c, *point);
         }
@@ -314,7 +314,7 @@ fn examine(point: &Point, comparison: &Comparison) -> Examined {
 fn distance_in_c(column: &Column, c: f64, fate: &Fate, tolerance: f64) -> f64 {
     let Ok(critical) = critical_damping(column, tolerance) else { return f64::NAN };
     let to_grazing = (critical.c - c).abs();
-    // Fates come in one order along the column: crossing, sticking, inward.
+    // Fates have a fixed order along the column: crossing, sticking, inward.
     let crosses = |c: f64| flow(&Oscillator::in_column(column, c), tolerance).fate == Fate::CrossesForever;
     let (mut low, mut high) = match fate {
         Fate::CrossesForever => (c, critical.c),

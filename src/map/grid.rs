@@ -2,11 +2,12 @@
 
 use std::ops::Range;
 
-use crate::friction::{Column, Law};
+use crate::friction::domain::{BELT_SPEED, DAMPING, EPSILON};
+use crate::friction::{Column, Law, Parameter};
 use crate::point::{LawParameters, MAX_LAW_PARAMETERS, Point};
 
-/// What an axis varies. The order of a map's dimensions, slowest first, is eps, the law's parameters in
-/// the law's order, V, c; c is fastest because verdicts are step functions along it.
+/// The parameter that an axis varies. The order of a map's dimensions, slowest first, is eps, the law's
+/// parameters in the law's order, V, c; c is fastest because verdicts are step functions along it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AxisRole {
     /// eps.
@@ -23,7 +24,7 @@ impl AxisRole {
     /// The value of a point's coordinate.
     ///
     /// # Panics
-    /// If it is a parameter that the point's law does not have.
+    /// If the point's law does not have this parameter.
     #[must_use]
     pub fn of(self, point: &Point) -> f64 {
         match self {
@@ -34,7 +35,7 @@ impl AxisRole {
         }
     }
 
-    /// Gives a point another value of this coordinate.
+    /// Sets a point's coordinate.
     ///
     /// # Panics
     /// As [`AxisRole::of`].
@@ -55,14 +56,14 @@ pub struct Axis {
     pub name: String,
     /// One phrase for a figure's axis.
     pub long_name: String,
-    /// What it varies.
+    /// The parameter that it varies.
     pub role: AxisRole,
     /// The nodes, finite and strictly increasing.
     pub values: Vec<f64>,
 }
 
 impl Axis {
-    /// Whether it has more than two nodes, of equal ratios.
+    /// Returns whether it has more than two nodes, in equal ratios.
     #[must_use]
     pub fn is_logarithmic(&self) -> bool {
         self.values.len() > 2 && is_logarithmic(&self.values)
@@ -74,7 +75,7 @@ impl Axis {
         (self.values.len() - 1) / 2
     }
 
-    /// The node nearest to a value.
+    /// Index of the node nearest to a value.
     #[must_use]
     pub fn nearest(&self, value: f64) -> usize {
         let distance = |i: &usize| (self.values[*i] - value).abs();
@@ -82,7 +83,7 @@ impl Axis {
     }
 }
 
-/// Whether nodes have equal steps, up to the rounding of decimal input.
+/// Returns whether nodes have equal steps, up to the rounding of decimal input.
 #[must_use]
 pub fn is_linear(values: &[f64]) -> bool {
     let (first, last) = (values[0], values[values.len() - 1]);
@@ -90,15 +91,26 @@ pub fn is_linear(values: &[f64]) -> bool {
     values.iter().enumerate().all(|(i, value)| (value - first - step * i as f64).abs() <= 1e-6 * step)
 }
 
-/// Whether nodes have equal ratios.
+/// Returns whether nodes have equal ratios.
 #[must_use]
 pub fn is_logarithmic(values: &[f64]) -> bool {
     values[0] > 0.0 && is_linear(&values.iter().map(|value| value.ln()).collect::<Vec<_>>())
 }
 
-/// Why a grid cannot be built.
+/// Reason why a grid cannot be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum GridError {
+    /// The law has another number of axes.
+    #[error("a grid of the law {law} has {wanted} axes, and the nodes of {given} are given")]
+    AxisCount {
+        /// Name of the law.
+        law: &'static str,
+        /// How many axes it has, see [`Grid::axis_names`].
+        wanted: usize,
+        /// How many lists of nodes were given.
+        given: usize,
+    },
     /// The axis has no nodes.
     #[error("axis {axis} has no values")]
     Empty {
@@ -113,7 +125,7 @@ pub enum GridError {
         /// The value.
         value: f64,
     },
-    /// Nodes repeat or fall.
+    /// Nodes are not strictly increasing.
     #[error("axis {axis} must increase strictly, but {next} follows {previous}")]
     NotIncreasing {
         /// Name of the axis.
@@ -138,37 +150,15 @@ pub enum GridError {
     TooLarge,
 }
 
-/// The names of a law's axes with their roles and descriptions, in the order of a map's dimensions.
-fn axis_names(law: &Law) -> Vec<(AxisRole, &'static str, &'static str)> {
-    let mut names = vec![(AxisRole::Epsilon, "epsilon", "size of the small terms")];
-    names.extend(law.parameters().iter().enumerate().map(|(i, p)| (AxisRole::Law(i), p.name, p.long_name)));
-    names.push((AxisRole::BeltSpeed, "V", "belt speed"));
-    names.push((AxisRole::Damping, "c", "viscous damping"));
-    names
+/// The axes of a law with their roles, in the order of a map's dimensions.
+fn axes_of(law: &Law) -> impl Iterator<Item = (AxisRole, &Parameter)> {
+    let own = law.parameters().iter().enumerate().map(|(i, parameter)| (AxisRole::Law(i), parameter));
+    std::iter::once((AxisRole::Epsilon, &EPSILON))
+        .chain(own)
+        .chain([(AxisRole::BeltSpeed, &BELT_SPEED), (AxisRole::Damping, &DAMPING)])
 }
 
-/// The legal domain of one axis in words, and whether a value is in it.
-fn domain(law: &Law, role: AxisRole, value: f64) -> (bool, String) {
-    match role {
-        AxisRole::Epsilon | AxisRole::BeltSpeed => (value > 0.0, "greater than 0".into()),
-        AxisRole::Damping => (value >= 0.0, "at least 0".into()),
-        AxisRole::Law(i) => {
-            let p = &law.parameters()[i];
-            let words = if p.min == f64::MIN_POSITIVE && p.max == f64::INFINITY {
-                "greater than 0".into()
-            } else if p.min == f64::MIN {
-                "finite".into()
-            } else if p.max.is_finite() {
-                format!("between {} and {}", p.min, p.max)
-            } else {
-                format!("at least {}", p.min)
-            };
-            ((p.min..=p.max).contains(&value), words)
-        }
-    }
-}
-
-/// The six-axis grid (for the Stribeck law) of a map.
+/// The grid of a map: a friction law and one axis for each parameter (six axes for the Stribeck law).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
     law: Law,
@@ -179,7 +169,7 @@ impl Grid {
     /// Names of the axes of `law`, slowest dimension first.
     #[must_use]
     pub fn axis_names(law: &Law) -> Vec<&'static str> {
-        axis_names(law).into_iter().map(|(_, name, _)| name).collect()
+        axes_of(law).map(|(_, parameter)| parameter.name).collect()
     }
 
     /// The coordinates of a point: each axis of `law` with its value, in the order of [`Grid::axis_names`].
@@ -199,24 +189,29 @@ impl Grid {
         if !value.is_finite() {
             return Err(GridError::NotFinite { axis: axis.into(), value });
         }
-        match domain(law, role, value) {
-            (true, _) => Ok(()),
-            (false, domain) => Err(GridError::OutOfDomain { axis: axis.into(), value, domain }),
+        let parameter = match role {
+            AxisRole::Epsilon => &EPSILON,
+            AxisRole::BeltSpeed => &BELT_SPEED,
+            AxisRole::Damping => &DAMPING,
+            AxisRole::Law(i) => &law.parameters()[i],
+        };
+        if parameter.admits(value) {
+            return Ok(());
         }
+        Err(GridError::OutOfDomain { axis: axis.into(), value, domain: parameter.domain() })
     }
 
     /// Builds the grid from the nodes of each axis, in the order of [`Grid::axis_names`].
     ///
     /// # Errors
-    /// A [`GridError`] that names the axis.
-    ///
-    /// # Panics
-    /// If the number of axes is not that of the law.
+    /// A [`GridError`].
     pub fn new(law: Law, nodes: Vec<Vec<f64>>) -> Result<Self, GridError> {
-        let names = axis_names(&law);
-        assert_eq!(names.len(), nodes.len(), "one list of nodes per axis");
-        let mut axes = Vec::with_capacity(names.len());
-        for ((role, name, long_name), values) in names.into_iter().zip(nodes) {
+        let (wanted, given) = (axes_of(&law).count(), nodes.len());
+        if wanted != given {
+            return Err(GridError::AxisCount { law: law.name(), wanted, given });
+        }
+        let mut axes = Vec::with_capacity(nodes.len());
+        for ((role, &Parameter { name, long_name, .. }), values) in axes_of(&law).zip(nodes) {
             if values.is_empty() {
                 return Err(GridError::Empty { axis: name.into() });
             }
@@ -297,7 +292,7 @@ impl Grid {
         let mut point = self.point(&index);
         (0..tile.columns()).map(move |_| {
             let column = self.law.column(&point);
-            // The next index, the fastest axis but that of c first.
+            // Increments the index, the fastest axis but that of c first.
             let outer = self.axes.len().saturating_sub(1);
             for axis in (0..outer).rev() {
                 index[axis] += 1;
@@ -314,8 +309,8 @@ impl Grid {
         })
     }
 
-    /// Shape of a tile: the box of at most `target_cells` cells that takes whole the fastest axes. It is
-    /// also the shape of the chunks of the map file, so that one tile fills one chunk.
+    /// Shape of a tile: the box of at most `target_cells` cells that contains whole axes, the fastest first.
+    /// It is also the shape of the chunks of the map file, so that one tile fills one chunk.
     #[must_use]
     pub fn tile_shape(&self, target_cells: usize) -> Vec<usize> {
         let mut room = target_cells.max(1);
@@ -386,7 +381,7 @@ impl Tile {
         self.ranges.iter().map(ExactSizeIterator::len).product()
     }
 
-    /// Number of columns, complete or cut.
+    /// Number of columns, whole or partial.
     #[must_use]
     pub fn columns(&self) -> usize {
         let outer = self.ranges.len() - 1;

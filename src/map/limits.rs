@@ -1,32 +1,32 @@
-//! How small is "sufficiently small": up to which eps a method says what the simulated flow says.
+//! Limits in eps: the largest eps up to which a method's verdict equals that of the simulated flow.
 //!
-//! With all parameters but eps fixed, the verdict of a method and that of the simulated flow are step
-//! functions of eps. [`Ray`] finds the steps of the flow once; [`Ray::limit`] the first eps at which a method
-//! parts from it. Steps are located by halving, to a relative width of 1e-12; no grid enters.
+//! With all parameters but eps fixed, the verdicts of a method and of the simulated flow are step functions
+//! of eps. [`Ray`] locates the steps of the flow once; [`Ray::limit`] the first eps at which a method differs
+//! from it. Steps are located by bisection, to a relative width of 1e-12, independent of any grid.
 //!
-//! # What "for all smaller eps" rests on
+//! # Justification of "for all smaller eps"
 //! **Theorems, for the Stribeck law** ([`Proved`]). Both edges of the test `symmetric`, as functions of eps,
 //! fall; so the orbit from the exit point comes back for every eps below one closed form, and for none above
 //! another. The landing speed is bounded by that of the linear flow with the largest divergence, which grows
 //! with eps; so the orbit sticks for every eps below a third closed form. All three together leave an
-//! interval of eps, often empty or narrow, in which the flow must be asked. Where gamma (1-alpha) - 2 beta V
-//! <= c it is empty: no cycle exists at any eps > 0.
+//! interval of eps, often empty or narrow, in which the flow must be computed. Where gamma (1-alpha) - 2 beta
+//! V <= c it is empty: no cycle exists at any eps > 0.
 //!
-//! **Search, in that interval** (for other laws, in all of [[`LOWEST`], [`HIGHEST`]]): the flow is asked at
-//! [`PER_DECADE`] nodes per factor of ten, and every interval between nodes with different verdicts is
-//! halved. Two steps between neighbouring nodes would be missed. Towards grazing there is no reason for two,
-//! since c* falls with eps wherever that was tried (tests/mathematics/limits.rs). Towards the landing there
-//! may be: the orbit lands ever farther out and then ever closer again. So between nodes next to its farthest
-//! landing the maximum is searched for.
+//! **Search, in that interval** (for other laws, in all of [[`LOWEST`], [`HIGHEST`]]): the flow is computed
+//! at [`PER_DECADE`] nodes per factor of ten, and every interval between nodes with different verdicts is
+//! bisected. Two steps between neighbouring nodes would be missed. Towards grazing no pair is expected, since
+//! c* falls with eps wherever that was tried (tests/mathematics/limits.rs). Towards the landing a pair is
+//! possible: the orbit may land ever farther out and then closer again. So between the nodes next to its
+//! farthest landing the maximum is searched for.
 //!
 //! **Methods.** The edges of `perturbation` and `bendixson_leading` do not depend on eps, those of
 //! `instability`, `symmetric` and `harmonic_balance` fall with it, so each is crossed at most once and
-//! halving finds it. What the nodes could miss is a claim of `bendixson`, or of a landing, that is given and
-//! taken back between two of them; and the answers of naive methods, which flicker: their limit is that of
-//! the nodes.
+//! bisection finds it. The nodes may miss a claim of `bendixson`, or of a landing, that holds only between
+//! two of them, and changes of the verdicts of naive methods, which alternate: their limit is that of the
+//! nodes.
 //!
-//! **Budget.** A ray and all limits along it spend at most [`WORK`]. What the budget, or a flow without an
-//! answer, leaves open is [`Limit::Unknown`], with the reason; what was found below that eps stands.
+//! **Budget.** A ray and all limits along it spend at most [`WORK`]. A limit that the budget, or a flow
+//! without an answer, leaves open is [`Limit::Unknown`], with the reason; limits found below that eps hold.
 
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
@@ -39,31 +39,31 @@ use crate::friction::{Column, Law};
 use crate::point::Point;
 use crate::simulate::{Fate, Flow, flow};
 
-/// The smallest eps at which methods are asked; what they say here they are taken to say below.
+/// The smallest eps at which methods are evaluated; their verdicts below it are taken to be the same.
 pub const LOWEST: f64 = 1e-6;
-/// The largest eps that is looked at.
+/// The largest eps considered.
 pub const HIGHEST: f64 = 10.0;
-/// Nodes per factor of ten.
+/// Number of nodes per factor of ten.
 pub const PER_DECADE: u32 = 8;
-/// Halvings after which an interval between nodes is down to 1e-12 of itself.
+/// Number of bisections, which reduce an interval between nodes to 1e-12 of itself.
 const HALVINGS: u32 = 40;
-/// Golden sections of the search for the farthest landing: from the ratio of two nodes to 1e-5.
+/// Number of golden sections in the search for the farthest landing: from the ratio of two nodes to 1e-5.
 const SECTIONS: u32 = 24;
 
-/// What a ray and its limits may cost together: evaluations of the right-hand side, in units of that of the
-/// Stribeck law (see [`Curve::cost`](crate::friction::Curve::cost)). Rays of moderate parameters take a
-/// tenth of it, without the naive methods.
+/// Budget of a ray and its limits: evaluations of the right-hand side, in units of that of the Stribeck law
+/// (see [`Curve::cost`](crate::friction::Curve::cost)). Rays of moderate parameters take a tenth of it,
+/// without the naive methods.
 pub const WORK: u64 = 6_000_000;
 
-/// What a piece of a compiled law costs, in the same units.
+/// Cost of compiling one piece of a law, in the same units.
 const PIECE: u64 = 500;
 
-/// Why a limit is not known.
+/// Reason why a limit is unknown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unknown {
-    /// The simulated flow, to which methods are compared, gives no answer at some smaller eps.
+    /// The simulated flow has no answer at some smaller eps.
     NoFlow,
-    /// [`WORK`] was done before it was found.
+    /// The budget [`WORK`] was spent before it was found.
     GivenUp,
 }
 
@@ -76,21 +76,21 @@ impl std::fmt::Display for Unknown {
     }
 }
 
-/// Up to which eps something holds.
+/// The range of eps, from 0 up, in which a statement holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Limit {
-    /// Not even as eps -> 0.
+    /// Does not hold even as eps -> 0.
     Never,
-    /// At all smaller eps, and not just beyond.
+    /// Holds at all smaller eps, and fails just beyond.
     UpTo(f64),
-    /// At every eps up to [`HIGHEST`].
+    /// Holds at every eps up to [`HIGHEST`].
     Throughout,
-    /// Not known.
+    /// Unknown.
     Unknown(Unknown),
 }
 
 impl Limit {
-    /// The limit as a number: 0 for never, infinity for throughout, NaN where it is not known.
+    /// The limit as a number: 0 for never, infinity for throughout, NaN where it is unknown.
     #[must_use]
     pub fn value(self) -> f64 {
         match self {
@@ -102,7 +102,7 @@ impl Limit {
     }
 }
 
-/// How far a method can be trusted along a ray.
+/// The limits in eps of a method along a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EpsilonLimit {
     /// Its verdict equals that of the simulated flow at all smaller eps.
@@ -112,7 +112,7 @@ pub struct EpsilonLimit {
 }
 
 impl EpsilonLimit {
-    /// Why one of the two is not known, if so.
+    /// The reason why one of the two is unknown, if so.
     #[must_use]
     pub fn unknown(&self) -> Option<Unknown> {
         [self.equal, self.sound].into_iter().find_map(|limit| match limit {
@@ -122,20 +122,20 @@ impl EpsilonLimit {
     }
 }
 
-/// What closed forms say of all eps at once.
+/// Thresholds in eps that are proved in closed form.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Proved {
     /// A stick-slip cycle exists at every eps below this.
     pub present_below: f64,
-    /// None exists at any eps above this, nor does the orbit from the exit point come back.
+    /// Above this eps no cycle exists, and the orbit from the exit point does not come back.
     pub absent_above: f64,
 }
 
 impl Proved {
-    /// Nothing is known.
+    /// Proves nothing.
     const NOTHING: Proved = Proved { present_below: 0.0, absent_above: f64::INFINITY };
 
-    /// For the ray through `point`, whose own eps does not matter.
+    /// The thresholds for the ray through `point`, whose own eps does not matter.
     ///
     /// For the Stribeck law with g = gamma (1-alpha) and s = c + 2 beta V, by the theorem of
     /// [`crate::certify::symmetric`]: the orbit returns if s < g / (1 + eps gamma V)^2, and does not if
@@ -151,7 +151,7 @@ impl Proved {
         let (speed, c) = (point.belt_speed, point.damping);
         let (drop, loss) = (gamma * (1.0 - alpha), c + 2.0 * beta * speed);
         if drop == 0.0 && loss == 0.0 {
-            // No divergence at all: every orbit is a circle.
+            // The divergence vanishes: every orbit is a circle.
             return Self::NOTHING;
         }
         if drop <= loss {
@@ -168,7 +168,7 @@ impl Proved {
     }
 }
 
-/// The points that share all parameters but eps, and the verdicts of the simulated flow along them.
+/// The points that share all parameters but eps, with the verdicts of the simulated flow along them.
 #[derive(Clone, Debug)]
 pub struct Ray {
     law: Law,
@@ -176,26 +176,26 @@ pub struct Ray {
     tolerance: f64,
     /// The verdict as eps -> 0.
     first: Verdict,
-    /// Where it changes, in increasing order, and what it changes to.
+    /// The eps at which the verdict changes, increasing, and the verdict beyond each.
     changes: Vec<(f64, Verdict)>,
-    /// From which eps on nothing is known of the flow, and why.
+    /// The eps from which on the flow is unknown, and the reason.
     unknown_from: Option<(f64, Unknown)>,
-    /// What is left of [`WORK`].
+    /// The rest of the budget [`WORK`].
     left: Cell<u64>,
-    /// The columns that were asked about, by the bits of eps: a law is compiled once for all methods.
+    /// The columns computed so far, by the bits of eps: a law is compiled once for all methods.
     columns: RefCell<HashMap<u64, Column>>,
 }
 
-/// How far out the orbit lands: 0 next to grazing, 2 at the far end of the sticking segment, 4 where it has
-/// crossed, come back, and sticks just so. `None` unless it sticks.
+/// A coordinate of the landing: 0 next to grazing, 2 at the far end of the stick segment, 4 where the orbit
+/// has crossed, comes back, and just sticks. `None` unless it sticks.
 fn reach(oscillator: &Oscillator, flow: &Flow) -> Option<f64> {
     let Fate::Sticks(landing) = flow.fate else { return None };
     let from_exit = oscillator.exit_x1() - landing.x1;
     Some(if landing.crossings == 0 { from_exit } else { 4.0 - from_exit })
 }
 
-/// The verdict of the simulated flow. At the very boundary, within its error, it is read off the margin's
-/// sign, which halving needs; undecided if there is none, as there is none for circles.
+/// The verdict of the simulated flow. Within its error of the boundary the margin's sign decides, as
+/// bisection needs it; undecided if there is no margin, as for circles.
 fn verdict_of(flow: &Flow) -> Verdict {
     match flow.fate {
         Fate::TooCloseToCall if flow.margin > 0.0 => Verdict::Present,
@@ -204,12 +204,12 @@ fn verdict_of(flow: &Flow) -> Verdict {
     }
 }
 
-/// Whether a verdict says anything.
+/// Returns whether a verdict is present or absent.
 fn decided(verdict: Verdict) -> bool {
     matches!(verdict, Verdict::Present | Verdict::Absent)
 }
 
-/// Nodes of equal ratio from `from` to `to`, both included; none if `from` > `to`.
+/// Nodes in equal ratios from `from` to `to`, both included; none if `from` > `to`.
 fn nodes(from: f64, to: f64) -> impl Iterator<Item = f64> {
     let decades = (to / from).log10();
     let intervals = (decades * f64::from(PER_DECADE)).ceil().max(1.0);
@@ -220,7 +220,7 @@ fn nodes(from: f64, to: f64) -> impl Iterator<Item = f64> {
     })
 }
 
-/// The place between an eps at which `holds` and one, on either side, at which it does not.
+/// Bisects between an eps at which `holds` is true and one, on either side, at which it is false.
 fn halve(
     mut holding: f64,
     mut other: f64,
@@ -233,7 +233,7 @@ fn halve(
     Ok((holding * other).sqrt())
 }
 
-/// What the flow does at one eps, if it has an answer.
+/// The flow at one eps.
 #[derive(Clone, Copy, Debug)]
 struct Asked {
     epsilon: f64,
@@ -251,7 +251,7 @@ impl Ray {
         let to = proved.absent_above.min(HIGHEST);
         let first = match proved {
             Proved { present_below, .. } if present_below > 0.0 => Verdict::Present,
-            // None at any eps, or an interval of eps below LOWEST: absence begins there.
+            // Absence at every eps, or from an eps below LOWEST on.
             Proved { absent_above, .. } if absent_above == 0.0 || from > to => Verdict::Absent,
             _ => Verdict::Undecided,
         };
@@ -268,7 +268,7 @@ impl Ray {
         let found = ray.search(from, to);
         ray.unknown_from = found.err();
         let last = ray.changes.last().map_or(ray.first, |change| change.1);
-        // What is proved needs no asking, not even beyond the last node.
+        // Proved verdicts need no computation, even beyond the last node.
         if to < HIGHEST && decided(last) && last != Verdict::Absent {
             ray.changes.push((to, Verdict::Absent));
         }
@@ -276,8 +276,8 @@ impl Ray {
         ray
     }
 
-    /// Asks the flow at the nodes and locates the steps between them; an error says from where on the verdict
-    /// is not known.
+    /// Computes the flow at the nodes and locates the steps between them; the error gives the eps from which
+    /// on the verdict is unknown.
     fn search(&mut self, from: f64, to: f64) -> Result<(), (f64, Unknown)> {
         let mut asked: Vec<Asked> = Vec::new();
         let mut last = (from, self.first);
@@ -296,7 +296,7 @@ impl Ray {
             (self.first, last.1) = (node.verdict, node.verdict);
         }
         for (i, &Asked { epsilon, verdict, .. }) in asked.iter().enumerate() {
-            // A flow too close to call is no step.
+            // A flow too close to call is not a step.
             if decided(verdict) && decided(last.1) && verdict != last.1 {
                 let place = self.halve(last.0, epsilon, last.1).map_err(|why| (last.0, why))?;
                 self.changes.push((place, verdict));
@@ -315,7 +315,7 @@ impl Ray {
         stop.map_or(Ok(()), Err)
     }
 
-    /// What the flow does at `epsilon`.
+    /// Computes the flow at `epsilon`.
     fn ask(&self, epsilon: f64) -> Result<Asked, Unknown> {
         let oscillator = Oscillator::in_column(&self.column(epsilon)?, self.point.damping);
         let flow = flow(&oscillator, self.tolerance);
@@ -340,20 +340,21 @@ impl Ray {
         Ok(column)
     }
 
-    /// Takes work from what is left.
+    /// Subtracts from the budget; an error if it is spent.
     fn spend(&self, work: u64) -> Result<(), Unknown> {
         let left = self.left.get().saturating_sub(work);
         self.left.set(left);
         if left > 0 { Ok(()) } else { Err(Unknown::GivenUp) }
     }
 
-    /// The place between an eps at which the flow has this verdict, and one at which it has another.
+    /// Bisects between an eps at which the flow has this verdict, and one at which it has another.
     fn halve(&self, has: f64, has_not: f64, verdict: Verdict) -> Result<f64, Unknown> {
         halve(has, has_not, |epsilon| Ok(self.ask(epsilon)?.verdict == verdict))
     }
 
-    /// If node `i` is one at which the orbit lands farther out than at its neighbours, and all three stick:
-    /// the place of an orbit between them that does not, with those of the neighbours.
+    /// If the orbit lands farther out at node `i` than at its neighbours, and all three stick: searches an
+    /// eps between the neighbours at which it does not stick. Returns that eps between those of the
+    /// neighbours.
     fn overshoot_beside(&self, asked: &[Asked], i: usize) -> Result<Option<[f64; 3]>, Unknown> {
         let neighbours = i.checked_sub(1).and_then(|i| asked.get(i)).zip(asked.get(i + 1));
         let Some((before, after)) = neighbours else { return Ok(None) };
@@ -396,7 +397,8 @@ impl Ray {
         Point { epsilon, ..self.point }
     }
 
-    /// The verdict of the flow as eps -> 0, and where it changes up to [`HIGHEST`], to what.
+    /// The verdict of the flow as eps -> 0, and each eps up to [`HIGHEST`] at which it changes, with the new
+    /// verdict.
     #[must_use]
     pub fn steps(&self) -> (Verdict, &[(f64, Verdict)]) {
         (self.first, &self.changes)
@@ -410,7 +412,7 @@ impl Ray {
         places.min_by(|a, b| (a - epsilon).abs().total_cmp(&(b - epsilon).abs()))
     }
 
-    /// Up to which eps `method` says what the flow says.
+    /// The limits in eps of `method`.
     #[must_use]
     pub fn limit(&self, method: Method) -> EpsilonLimit {
         let mut limit = EpsilonLimit { equal: Limit::Throughout, sound: Limit::Throughout };
@@ -419,7 +421,7 @@ impl Ray {
             Err(why) => Some((0.0, why)),
         };
         if let Some((_, why)) = open {
-            // What was found, was found below the eps from which on nothing is known.
+            // Limits found below the eps from which on the flow is unknown still hold.
             for limit in [&mut limit.equal, &mut limit.sound] {
                 if *limit == Limit::Throughout {
                     *limit = Limit::Unknown(why);
@@ -430,7 +432,7 @@ impl Ray {
     }
 
     /// Goes through the verdicts of `method` and of the flow in increasing eps, as far as both are known, and
-    /// notes where they part in `limit`.
+    /// records in `limit` where they begin to differ.
     fn compare(&self, method: Method, limit: &mut EpsilonLimit) -> Result<(), Unknown> {
         if method == Method::Simulation {
             return Ok(());
@@ -440,11 +442,11 @@ impl Ray {
             return Ok(());
         }
         let said = |epsilon: f64| {
-            // Nothing more once the budget is spent.
+            // Stop if the budget is spent.
             self.spend(0)?;
             let (column, damping) = (self.column(epsilon)?, self.point.damping);
             if method.name() == validated::TEST.name && column.curve.stribeck().is_none() {
-                // For such laws each eps would take a proof of its own.
+                // For these laws each eps would need a proof of its own.
                 return Err(Unknown::GivenUp);
             }
             if let Method::Naive(naive, knobs) = method {
@@ -455,7 +457,7 @@ impl Ray {
             }
             Ok(method.decide(&column, damping, self.tolerance))
         };
-        // The pairs (method, flow) in increasing eps, each with the place where it begins.
+        // The pairs (method, flow) in increasing eps, each with the eps at which it begins.
         let mut pair = (said(LOWEST)?, self.first);
         let mut meet = |place: Option<f64>, (said, truth): (Verdict, Verdict)| {
             let found = place.map_or(Limit::Never, Limit::UpTo);

@@ -1,5 +1,4 @@
-//! The methods a map can compare: the closed-form tests, the simulated flow, and the simulations that people
-//! use today.
+//! The methods of a map: the closed-form tests, the simulated flow, and common simulation methods.
 
 use std::borrow::Cow;
 
@@ -17,7 +16,7 @@ pub enum Method {
     Test(&'static Test),
     /// The simulated Filippov flow.
     Simulation,
-    /// A simulation as its users write it, here to be measured.
+    /// A common simulation method, included to be measured.
     Naive(NaiveMethod, NaiveKnobs),
 }
 
@@ -28,13 +27,13 @@ impl PartialEq for Method {
 }
 
 impl Method {
-    /// Every method, in the order in which maps and tables list them; naive ones with their default knobs.
+    /// Every method, in the order of maps and tables; naive ones with their default parameters.
     pub fn all() -> impl Iterator<Item = Method> {
         let naive = NaiveMethod::ALL.map(|method| Method::Naive(method, NaiveKnobs::default()));
         Self::usual().chain([Method::Test(&validated::TEST)]).chain(naive)
     }
 
-    /// The methods that are run where none are named: all that are meant to be right and cost microseconds.
+    /// The default methods: all that have a guarantee and take microseconds per cell.
     pub fn usual() -> impl Iterator<Item = Method> {
         TESTS.iter().map(Method::Test).chain([Method::Simulation])
     }
@@ -45,7 +44,7 @@ impl Method {
         Self::all().find(|method| method.name() == name)
     }
 
-    /// The method with these knobs, if it has any.
+    /// This method with other parameters of naive methods, if it is one.
     #[must_use]
     pub fn with_knobs(self, knobs: NaiveKnobs) -> Method {
         match self {
@@ -54,7 +53,7 @@ impl Method {
         }
     }
 
-    /// What the method says at damping `c` of a column; `tolerance` is that of the simulation.
+    /// The verdict at damping `c` of a column; `tolerance` is that of the simulation.
     #[must_use]
     pub fn decide(&self, column: &Column, c: f64, tolerance: f64) -> Verdict {
         let oscillator = Oscillator::in_column(column, c);
@@ -85,7 +84,7 @@ impl Method {
         }
     }
 
-    /// Where the method stands in the paper or in the crate's theory pages.
+    /// Its equation in the paper, or its section of the crate's theory pages.
     #[must_use]
     pub fn equation(&self) -> &'static str {
         match self {
@@ -95,7 +94,7 @@ impl Method {
         }
     }
 
-    /// The same with what is assumed of this law.
+    /// The same, with the assumption made for this law.
     #[must_use]
     pub fn equation_for(&self, law: &Law) -> Cow<'static, str> {
         match self {
@@ -106,7 +105,7 @@ impl Method {
         }
     }
 
-    /// What a verdict is worth.
+    /// The guarantee of its verdicts.
     #[must_use]
     pub fn guarantee(&self) -> Guarantee {
         match self {

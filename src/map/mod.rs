@@ -1,4 +1,4 @@
-//! Maps: axes, grid, tiles, the parallel engine, and what a sink of cells is.
+//! Maps: axes, grid, tiles, the parallel engine, and the interface of a sink of tiles.
 
 mod account;
 mod audit;
@@ -27,7 +27,9 @@ pub use audit::{Audit, Disagreement};
 pub use behaviour::{LongRun, attracting_cycle, basin_boundary, long_run, regime, slip_cycle_count};
 pub use contradictions::{Contradiction, Contradictions};
 pub use curves::{CURVE_COLUMNS, Plane, PlaneCurve, PlaneCurves, PlanePoint, curves_of};
-pub use engine::{ComputeError, Control, MethodSummary, Queue, Summary, compute_tiles};
+pub use engine::{ComputeError, Control, MethodSummary, Summary};
+#[doc(hidden)] // the program shares tiles out to the processes of a run
+pub use engine::{Queue, compute_tiles};
 pub use grid::{Axis, AxisRole, Grid, GridError, Tile, is_linear, is_logarithmic, unravel};
 pub use method::Method;
 pub use plan::{
@@ -40,5 +42,6 @@ pub use run::{Earlier, run, run_with};
 pub use runs::Runs;
 pub use simulation::{Paths, decide};
 pub use sink::Sink;
-pub use tile_data::{LISTED, MethodCells, TileData};
+pub(crate) use tile_data::LISTED;
+pub use tile_data::{MethodCells, TileData};
 pub use verdict::{Attractors, Outside, Regime, Verdict};

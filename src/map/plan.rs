@@ -1,10 +1,10 @@
-//! What is to be computed, checked.
+//! A validated description of a computation.
 
 use super::{Axis, Grid, Method, Plane, Quantity, tiles};
 use crate::certify::validated;
 use crate::friction::Law;
 
-/// How the method `simulation` decides cells.
+/// The engine of the method `simulation`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Engine {
     /// Every cell by integration in (x1, x2).
@@ -33,7 +33,7 @@ impl Engine {
     }
 }
 
-/// A quantity a map can store.
+/// A quantity that a map can store.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Field {
     /// `verdict_METHOD`, always stored.
@@ -86,7 +86,7 @@ impl Field {
         }
     }
 
-    /// Whether it comes from the simulated flow, whatever the methods.
+    /// Returns whether it is computed from the simulated flow, whatever the methods.
     #[must_use]
     pub fn needs_flow(self) -> bool {
         match self {
@@ -101,7 +101,7 @@ impl Field {
     }
 }
 
-/// A map to be computed, checked: made by [`Plan::builder`].
+/// A validated map to be computed; made by [`Plan::builder`].
 ///
 /// ```
 /// use slipmap::friction::Law;
@@ -130,28 +130,28 @@ pub struct Plan {
     pub(crate) compression: u8,
 }
 
-/// Bound on the error of the scaled grazing margin where none is asked for.
+/// Default bound on the error of the scaled grazing margin.
 pub const DEFAULT_TOLERANCE: f64 = 1e-9;
-/// From the tightest tolerance that double precision can meet on a margin of order one, to that beyond which
-/// an error of the margin is no longer small against the margin itself.
+/// Legal tolerances: from the smallest that double precision can meet on a margin of order one, to the
+/// largest error that is still small against the margin itself.
 pub const TOLERANCES: std::ops::RangeInclusive<f64> = 1e-14..=1e-2;
-/// Cells that the direct engine decides again where no number is asked for.
+/// Default number of cells that the direct engine decides again.
 pub const DEFAULT_AUDIT_CELLS: usize = 1000;
-/// Boxes that `validated` tries to prove where no number is asked for: half a minute or so.
+/// Default number of boxes that `validated` tries to prove: about half a minute.
 pub const DEFAULT_PROOF_BOXES: usize = 32;
-/// The largest number of cells that the direct engine decides again: hours of its work.
+/// Largest number of cells that the direct engine decides again: hours of its work.
 pub const MOST_AUDIT_CELLS: usize = 10_000_000;
-/// How hard a map is compressed where nothing is asked for.
+/// Default compression of a map.
 pub const DEFAULT_COMPRESSION: u8 = 4;
 
-/// Why a plan cannot be made.
+/// Reason why a plan cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PlanError {
-    /// No method is to be asked.
+    /// There is no method.
     #[error("a plan needs at least one method")]
     NoMethod,
-    /// The tolerance is no number between [`TOLERANCES`].
+    /// The tolerance is not in [`TOLERANCES`].
     #[error("the tolerance is {0:?}; it must be between {min:?} and {max:?}", min = TOLERANCES.start(), max = TOLERANCES.end())]
     Tolerance(f64),
     /// The audit is larger than [`MOST_AUDIT_CELLS`].
@@ -170,7 +170,7 @@ pub enum PlanError {
     Plane(Plane),
 }
 
-/// A [`Plan`] in the making; what is not said takes the default of configurations.
+/// Builder of a [`Plan`]; the defaults are those of configurations.
 #[derive(Clone, Debug)]
 #[must_use]
 pub struct PlanBuilder {
@@ -185,13 +185,13 @@ impl PlanBuilder {
         self
     }
 
-    /// What is stored besides verdicts, in any order. Default: nothing.
+    /// The fields to store besides verdicts, in any order. Default: none.
     pub fn fields(mut self, fields: impl IntoIterator<Item = Field>) -> Self {
         self.plan.fields = fields.into_iter().collect();
         self
     }
 
-    /// How `simulation` decides cells. Default: [`Engine::Auto`].
+    /// The engine of `simulation`. Default: [`Engine::Auto`].
     pub fn engine(mut self, engine: Engine) -> Self {
         self.plan.engine = engine;
         self
@@ -203,20 +203,20 @@ impl PlanBuilder {
         self
     }
 
-    /// Number of cells that the direct engine decides again; a grid with fewer cells is audited whole.
+    /// Number of cells that the direct engine decides again; a grid with fewer cells is audited completely.
     pub fn audit_cells(mut self, cells: usize) -> Self {
         self.plan.audit_cells = cells;
         self
     }
 
-    /// Boxes of scaled parameters that the method `validated`, if it is among the methods and the law is
-    /// Stribeck's, tries to prove in order to decide what lies between the nodes; 0 for none.
+    /// Number of boxes of scaled parameters that the method `validated` tries to prove, to decide points
+    /// between the nodes; 0 for none. Used only if it is among the methods and the law is Stribeck's.
     pub fn proof_boxes(mut self, boxes: usize) -> Self {
         self.plan.proof_boxes = boxes;
         self
     }
 
-    /// The planes whose curves of codimension one are to be found. Default: none.
+    /// The planes whose curves of codimension one are computed. Default: none.
     pub fn planes(mut self, planes: impl IntoIterator<Item = Plane>) -> Self {
         self.plan.planes = planes.into_iter().collect();
         self
@@ -229,22 +229,22 @@ impl PlanBuilder {
         self
     }
 
-    /// How hard the stored map is compressed: 0 (not at all) to 9 (smallest file).
+    /// Compression of the stored map: 0 (none) to 9 (smallest file).
     pub fn compression(mut self, compression: u8) -> Self {
         self.plan.compression = compression;
         self
     }
 
-    /// The plan.
+    /// Validates and makes the plan.
     ///
     /// # Errors
-    /// The first thing that makes it impossible.
+    /// The first error found.
     pub fn build(self) -> Result<Plan, PlanError> {
         let Self { mut plan, tile_shape } = self;
         if plan.methods.is_empty() {
             return Err(PlanError::NoMethod);
         }
-        // Maps and tables list methods and fields in one order, whatever order they were asked for in.
+        // Maps and tables list methods and fields in a fixed order, independent of that of the request.
         let wanted = std::mem::take(&mut plan.methods);
         let chosen = |known: Method| wanted.iter().find(|method| **method == known).copied();
         plan.methods = Method::all().filter_map(chosen).collect();
@@ -262,7 +262,7 @@ impl PlanBuilder {
         if plan.compression > 9 {
             return Err(PlanError::Compression(plan.compression));
         }
-        // Without a simulation there is nothing to decide again.
+        // Without the simulation there is nothing to audit.
         let simulated = plan.methods.contains(&Method::Simulation);
         plan.audit_cells = if simulated { plan.audit_cells.min(plan.grid.cells()) } else { 0 };
         let proves =
@@ -281,7 +281,7 @@ impl PlanBuilder {
     }
 }
 
-/// Whether a plane has two axes that extend, and holds the others at nodes they have.
+/// Returns whether a plane has two different axes of several nodes, and a node of every other axis.
 fn lies_in(plane: &Plane, axes: &[Axis]) -> bool {
     let extends = |axis: usize| axes.get(axis).is_some_and(|axis| axis.values.len() > 1);
     plane.x != plane.y
@@ -292,7 +292,7 @@ fn lies_in(plane: &Plane, axes: &[Axis]) -> bool {
 }
 
 impl Plan {
-    /// Whether every cell takes orbits of its own, other than whole columns that are labelled at once.
+    /// Returns whether every cell needs orbits of its own, instead of one label per column.
     fn has_orbits(&self) -> bool {
         let of_method = |method: &Method| match method {
             Method::Naive(..) => true,
@@ -325,7 +325,7 @@ impl Plan {
         }
     }
 
-    /// The same plan, to be changed; it keeps its tiles.
+    /// A builder with the values of this plan; it keeps the shape of the tiles.
     pub fn into_builder(self) -> PlanBuilder {
         PlanBuilder { tile_shape: Some(self.tile_shape.clone()), plan: self }
     }
@@ -354,7 +354,7 @@ impl Plan {
         self.tolerance
     }
 
-    /// The planes whose curves of codimension one are to be found.
+    /// The planes whose curves of codimension one are computed.
     #[must_use]
     pub fn planes(&self) -> &[Plane] {
         &self.planes
@@ -372,7 +372,7 @@ impl Plan {
         self.grid.tile_count(&self.tile_shape)
     }
 
-    /// Whether `field` is to be stored.
+    /// Returns whether `field` is stored.
     #[must_use]
     pub fn stores(&self, field: Field) -> bool {
         self.fields.contains(&field)
@@ -388,7 +388,7 @@ impl Plan {
         Quantity::of(field, self.methods.len(), self.grid.law().parameters().len())
     }
 
-    /// Bytes of the map before compression.
+    /// Size of the map in bytes before compression.
     #[must_use]
     pub fn bytes(&self) -> u128 {
         let cells = self.grid.cells() as u128;

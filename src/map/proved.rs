@@ -1,4 +1,4 @@
-//! What the method `validated` proves of the whole box of parameters, between the nodes of the grid.
+//! Proofs by the method `validated` over the whole box of parameters, between the nodes of the grid too.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -9,7 +9,7 @@ use crate::certify::validated::boxes::{BoxProof, Budget, ParameterBox, Volumes};
 use crate::certify::validated::surface::Surface;
 use crate::friction::Law;
 
-/// A box, and what is proved of it.
+/// A box of parameters, and the proofs over it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Proved {
     /// From the first to the last node of every axis.
@@ -22,7 +22,7 @@ pub struct Proved {
     pub surface: Surface,
 }
 
-/// Proves what the plan asks for with `threads` workers (all cores if `None`), or less if `stop` is set;
+/// Proves with `threads` workers (all cores if `None`) what the plan asks for, or less if `stop` is set;
 /// `None` if it asks for nothing, or if the workers cannot be started.
 #[must_use]
 pub fn prove(plan: &Plan, threads: Option<usize>, stop: &AtomicBool) -> Option<Proved> {

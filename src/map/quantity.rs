@@ -1,5 +1,5 @@
-//! The real numbers that a map can store in every cell besides margins: what the flow does there, and how far
-//! methods can be trusted.
+//! The real numbers besides margins that a map can store in every cell: properties of the flow, and limits in
+//! eps of the methods.
 
 use std::collections::HashMap;
 
@@ -13,7 +13,7 @@ use crate::simulate::sensitivity::sensitivity;
 use crate::simulate::slip_cycle::{Kick, SlipCycle};
 use crate::simulate::{Fate, Landing, Range, flow};
 
-/// A real number per cell. NaN where the cell has no such number.
+/// A real number per cell; NaN where the cell has no such number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
     /// x1 at which the mass begins to stick.
@@ -26,7 +26,7 @@ pub enum Quantity {
     Crossings,
     /// Number of cycles, stable or not, that slip all the time below the belt line.
     SlipCycles,
-    /// Period of the cycle that attracts.
+    /// Period of the attracting cycle.
     CyclePeriod,
     /// Half the range of its positions.
     CycleAmplitudeX1,
@@ -42,7 +42,7 @@ pub enum Quantity {
     KickForward,
     /// The same against the belt.
     KickBackward,
-    /// Up to which eps the method with this position says what the simulated flow says.
+    /// Limit in eps of the method with this position.
     EpsilonLimit(usize),
     /// Derivative of the critical damping by the axis with this position.
     CriticalDerivative(usize),
@@ -123,7 +123,7 @@ impl Quantity {
     }
 }
 
-/// A cycle that attracts.
+/// An attracting cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AttractingCycle {
     /// Period.
@@ -173,14 +173,14 @@ pub(super) fn describe(plan: &Plan, tile: &Tile, ends: &[End]) -> Vec<Vec<f64>> 
     values
 }
 
-/// What is known of the orbits of one cell.
+/// Properties of the orbits of one cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Description {
-    /// Where and when the orbit from the exit point sticks.
+    /// Place and times of sticking of the orbit from the exit point.
     pub landing: Option<Landing>,
     /// The number of slip cycles, stable or not.
     pub slip_cycles: Option<usize>,
-    /// The cycle that attracts.
+    /// The attracting cycle.
     pub cycle: Option<AttractingCycle>,
     /// The boundary of the basin of steady slip.
     pub boundary: Option<(SlipCycle, Kick)>,

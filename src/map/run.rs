@@ -1,4 +1,4 @@
-//! The whole run: every cell of the map, the curves in its planes, and what is proved between its nodes.
+//! A whole run: every cell of the map, the curves in its planes, and the proofs between its nodes.
 
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -8,7 +8,7 @@ use super::engine::{ComputeError, Control, Queue, Summary, compute_tiles};
 use super::{Plan, Sink, curves_of, prove};
 use crate::clock::process_time;
 
-/// What earlier runs of the same plan have done, for a run that goes on with it.
+/// The work that earlier runs of the same plan have done, for a resumed run.
 #[derive(Clone, Debug)]
 pub struct Earlier {
     /// The sum of the accounts of the tiles that they finished.
@@ -18,14 +18,14 @@ pub struct Earlier {
 }
 
 impl Earlier {
-    /// There were none.
+    /// No earlier runs.
     #[must_use]
     pub fn none(plan: &Plan) -> Self {
         Self { account: Account::none(plan), seconds: 0.0 }
     }
 }
 
-/// Does all that `plan` asks for: the cells go into `sink`, the rest into the summary.
+/// Computes everything that `plan` asks for: cells go into `sink`, the rest into the summary.
 ///
 /// # Errors
 /// [`ComputeError`]; the sink then holds an incomplete map.
@@ -56,11 +56,11 @@ pub fn run<S: Sink>(plan: &Plan, sink: &S, control: &Control) -> Result<Summary,
     run_with(plan, control, Earlier::none(plan), || compute_tiles(plan, sink, control, &|| queue.take()))
 }
 
-/// The same with the tiles computed by `tiles`, wherever that is done, after `earlier` runs have finished
-/// some of them. `tiles` returns the sum of the accounts of its own, and the number of workers.
+/// As [`run`], with tiles computed by the function `tiles`, after `earlier` runs have finished some of them.
+/// `tiles` returns the sum of the accounts of its tiles, and the number of workers.
 ///
 /// # Errors
-/// Those of `tiles`, or a [`ComputeError`] made one of them.
+/// Those of `tiles`, or a [`ComputeError`] converted to that type.
 pub fn run_with<S, E>(
     plan: &Plan,
     control: &Control,
@@ -73,7 +73,7 @@ where
 {
     let (start, processor) = (Instant::now(), process_time());
     let (mut account, threads) = tiles()?;
-    // Other processes, of which the account may tell as well, have their own rest.
+    // The account may include other processes, whose rest is not known here.
     let rest = (process_time() - processor).as_secs_f64() - account.processor_seconds();
     account.stages.other += rest.max(0.0);
     account.add(earlier.account);

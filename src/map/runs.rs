@@ -1,11 +1,11 @@
-//! Values of cells as runs of equal values.
+//! Run-length encoded values of cells.
 
 use std::ops::Range;
 
 /// The values of the cells of a tile, row-major, as runs of equal values.
 ///
-/// A method's verdict changes a few times along a column, so that a tile of many thousand cells has a few
-/// runs per column, or one run in all. Neighbouring runs always differ: equal values make equal runs.
+/// A method's verdict changes a few times along a column, so a tile of many thousand cells has a few runs per
+/// column, or one run in all. Neighbouring runs always differ, so equal values have equal runs.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Runs<T> {
     /// Value of each run, and the position after its last cell.
@@ -28,7 +28,7 @@ impl<T: Copy + PartialEq> Runs<T> {
     /// Appends `count` cells of equal value.
     ///
     /// # Panics
-    /// If there are 2^32 cells or more: no tile is that large.
+    /// If there are 2^32 cells or more, which no tile has.
     pub fn push(&mut self, value: T, count: usize) {
         if count == 0 {
             return;
@@ -48,7 +48,7 @@ impl<T: Copy + PartialEq> Runs<T> {
         self.runs.last().map_or(0, |&(_, end)| end as usize)
     }
 
-    /// Whether there are no cells.
+    /// Returns whether there are no cells.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.runs.is_empty()
@@ -85,7 +85,7 @@ impl<T: Copy + PartialEq> Runs<T> {
         self.iter().filter(|(value, _)| wanted(*value)).map(|(_, cells)| cells.len() as u64).sum()
     }
 
-    /// Other values in the place of these.
+    /// Applies `to` to each value.
     #[must_use]
     pub fn map<U: Copy + PartialEq>(&self, to: impl Fn(T) -> U) -> Runs<U> {
         let mut mapped = Runs { runs: Vec::with_capacity(self.runs.len()) };

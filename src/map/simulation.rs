@@ -1,8 +1,8 @@
 //! The method `simulation` on the columns of a tile.
 //!
-//! Along a column every orbit shrinks as c grows (the right-hand side of the scalar form increases with
-//! the divergence), so fates come in one order: crosses for ever, sticks, spirals inward. One root, or two
-//! searches by halving, label a column of any length.
+//! Along a column every orbit shrinks as c grows (the right-hand side of the scalar form increases with the
+//! divergence), so fates have a fixed order: crosses for ever, sticks, spirals inward. One root, or two
+//! bisections, label a column of any length.
 
 use super::{Engine, Verdict};
 use crate::certify::{self, Claim, Decision};
@@ -13,7 +13,7 @@ use crate::simulate::{
     return_map::Turn, return_map::turns_of, surface,
 };
 
-/// How the orbit of a cell ends, without its details.
+/// The fate of a cell's orbit, without its details.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum End {
     /// It sticks again.
@@ -49,7 +49,7 @@ impl End {
     }
 }
 
-/// How many cells each path decided.
+/// Number of cells that each path decided.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Paths {
     /// Columns decided whole by the certificate `symmetric`, never simulated.
@@ -102,12 +102,12 @@ impl Paths {
     }
 }
 
-/// What the simulation says of the cells of a tile.
+/// The result of the simulation on the cells of a tile.
 #[derive(Debug, Default)]
 pub(super) struct Simulated {
     /// The end of each cell's orbit, column by column.
     pub ends: Vec<End>,
-    /// Critical damping of each column, where asked for or found on the way.
+    /// Critical damping of each column, where requested or found on the way.
     pub critical: Vec<Option<CriticalDamping>>,
     pub paths: Paths,
     pub rhs: u64,
@@ -149,11 +149,11 @@ pub(super) fn simulate(
     done
 }
 
-/// Finds the critical dampings that labelling the cells did without.
+/// Computes the critical dampings that were not needed to label the cells.
 fn complete_critical(columns: &[Column], engine: Engine, tolerance: f64, done: &mut Simulated) {
     let mut numbers = Vec::new();
     for (number, (column, critical)) in columns.iter().zip(&mut done.critical).enumerate() {
-        // Where the certificate rules out a cycle at every c >= 0 there is no critical damping to look for.
+        // Where the certificate excludes a cycle at every c >= 0 there is no critical damping.
         if critical.is_some() || (certify::symmetric::TEST.claim)(column).absent_above < 0.0 {
             continue;
         }
@@ -181,10 +181,11 @@ pub fn decide(columns: &[Column], cs: &[f64], engine: Engine, tolerance: f64) ->
     simulate(columns, cs, engine, tolerance, false).ends.into_iter().map(End::verdict).collect()
 }
 
-/// The finest tolerance of the direct engine at which round-off leaves its steps alone.
+/// The smallest tolerance of the direct engine at which round-off does not affect its steps.
 const FINEST_DIRECT: f64 = 1e-13;
 
-/// A cell by the direct engine, at finer tolerances while it lies within the error of the boundary.
+/// Decides a cell by the direct engine, with smaller tolerances while it lies within the error of the
+/// boundary.
 fn by_direct(oscillator: &Oscillator, tolerance: f64, rhs: &mut u64) -> End {
     let mut tolerance = tolerance;
     loop {
@@ -198,8 +199,8 @@ fn by_direct(oscillator: &Oscillator, tolerance: f64, rhs: &mut u64) -> End {
     }
 }
 
-/// Every cell of a column by its own orbit: vectors of turns, and single orbits where the margin's sign or
-/// the landing is not settled by the turn.
+/// Decides every cell of a column by its own orbit: vectorised turns, and single orbits where a turn settles
+/// neither the margin's sign nor the landing.
 fn return_map_column(column: &Column, cs: &[f64], tolerance: f64, done: &mut Simulated) {
     for (turn, &c) in turns_of(column, cs, tolerance).iter().zip(cs) {
         let oscillator = Oscillator::in_column(column, c);
@@ -221,62 +222,62 @@ fn return_map_column(column: &Column, cs: &[f64], tolerance: f64, done: &mut Sim
     done.paths.return_map += cs.len() as u64;
 }
 
-/// Whether an orbit of positive margin certainly lands on the stick segment. Continued beyond the landing,
-/// the lower flow turns outward while D > 0, so r at the landing is at most V (1 + m); with
-/// wL^2 = r^2 - V^2 that bounds the landing speed. D at slip speeds below zero is the continuation's, at
-/// least D(0) for a friction that weakens less and less.
+/// Returns whether an orbit of positive margin certainly lands on the stick segment. Continued beyond the
+/// landing, the lower flow turns outward while D > 0, so r at the landing is at most V (1 + m); with wL^2 =
+/// r^2 - V^2 that bounds the landing speed. D at slip speeds below zero is the continuation's, at least D(0)
+/// if -phi' falls with the slip speed.
 fn lands_on_stick(oscillator: &Oscillator, margin: f64) -> bool {
     oscillator.curve.weakening_is_convex()
         && oscillator.divergence(0.0) > 0.0
         && oscillator.belt_speed * (margin * (2.0 + margin)).sqrt() < 2.0
 }
 
-/// How a column is labelled.
+/// The path by which a column is labelled.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Way {
+enum Path {
     /// The certificate decides every cell.
     Certificate,
-    /// The universal surface's bound decides every cell that the landing leaves to it.
+    /// The universal surface's bound decides every cell, where the landing permits.
     Surface(CriticalDamping),
-    /// A root of the column's own.
+    /// A root search for this column.
     Root,
 }
 
-/// Whole columns: for `auto` by certificate or by the universal surface where they decide every cell, else by
-/// one root per column and comparison.
+/// Labels whole columns: for `auto` by certificate or by the universal surface where they decide every cell,
+/// else by one root per column and comparison.
 fn by_column(columns: &[Column], cs: &[f64], engine: Engine, tolerance: f64, done: &mut Simulated) {
     let claims: Vec<Claim> = columns.iter().map(certify::symmetric::TEST.claim).collect();
-    let way = |column: &Column, claim: &Claim| {
+    let path = |column: &Column, claim: &Claim| {
         if engine != Engine::Auto {
-            return Way::Root;
+            return Path::Root;
         }
         if cs.iter().all(|&c| claim.decide(c) != Decision::Undecided) {
-            return Way::Certificate;
+            return Path::Certificate;
         }
         let clear = |known: &CriticalDamping| cs.iter().all(|&c| (c - known.c).abs() > known.error);
-        surface::critical_damping(column).filter(clear).map_or(Way::Root, Way::Surface)
+        surface::critical_damping(column).filter(clear).map_or(Path::Root, Path::Surface)
     };
-    let ways: Vec<Way> = columns.iter().zip(&claims).map(|(column, claim)| way(column, claim)).collect();
+    let paths: Vec<Path> = columns.iter().zip(&claims).map(|(column, claim)| path(column, claim)).collect();
     let rooted: Vec<Column> = columns
         .iter()
-        .zip(&ways)
-        .filter(|(_, way)| **way == Way::Root)
+        .zip(&paths)
+        .filter(|(_, path)| **path == Path::Root)
         .map(|(column, _)| column.clone())
         .collect();
     let mut roots = critical_dampings(&rooted, tolerance).into_iter();
-    for (number, ((column, claim), way)) in columns.iter().zip(&claims).zip(ways).enumerate() {
-        match way {
-            Way::Certificate => {
+    for (number, ((column, claim), path)) in columns.iter().zip(&claims).zip(paths).enumerate() {
+        match path {
+            Path::Certificate => {
                 done.paths.certificate += cs.len() as u64;
                 done.ends.extend(cs.iter().map(|&c| match claim.decide(c) {
                     Decision::Present => End::Sticks,
                     Decision::Absent | Decision::Undecided => End::Inward,
                 }));
             }
-            Way::Surface(critical) => {
+            Path::Surface(critical) => {
                 done.paths.universal_surface += column_by_root(column, cs, claim, critical, tolerance, done);
             }
-            Way::Root => match roots.next() {
+            Path::Root => match roots.next() {
                 Some(Ok(critical)) => {
                     done.critical[number] = Some(critical);
                     done.paths.critical_surface +=
@@ -316,8 +317,9 @@ fn column_by_root(
     (returning - sticking + cs.len() - inward) as u64
 }
 
-/// Labels cells by the order of fates along the column: orbits at both ends, and by halving wherever the
-/// ends of an interval differ. A cell without a clear end is followed by its neighbours one by one.
+/// Labels cells by the order of fates along the column: computes the orbits at both ends, and bisects
+/// wherever the ends of an interval differ. Next to a cell without a clear end, cells are computed one by
+/// one.
 fn by_order(column: &Column, cs: &[f64], tolerance: f64, done: &mut Simulated) {
     let mut orbit = |c: f64| {
         let answer = flow(&Oscillator::in_column(column, c), tolerance);

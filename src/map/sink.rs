@@ -1,22 +1,22 @@
-//! Where computed tiles go.
+//! The interface of a receiver of computed tiles.
 
 use super::{Account, TileData};
 
-/// A receiver of tiles. The workers call [`Sink::pack`] in parallel, one thread calls [`Sink::write`];
-/// tiles arrive in any order, each exactly once.
+/// A receiver of tiles. The workers call [`Sink::pack`] in parallel, one thread calls [`Sink::write`]; tiles
+/// arrive in any order, each exactly once.
 pub trait Sink: Sync {
-    /// A tile made ready for writing.
+    /// A packed tile.
     type Packed: Send;
-    /// Why a tile could not be written.
+    /// Reason why a tile could not be written.
     type Error: Send + std::error::Error + 'static;
 
-    /// Makes a tile ready for writing: the expensive part, done by the workers.
+    /// Packs a tile for writing: the expensive part, done by the workers.
     ///
     /// # Errors
     /// The sink's own.
     fn pack(&self, data: &TileData) -> Result<Self::Packed, Self::Error>;
 
-    /// Writes a packed tile. Its account is known only now: packing is part of it.
+    /// Writes a packed tile. Its account is complete only now, since it includes the packing.
     ///
     /// # Errors
     /// The sink's own.

@@ -1,11 +1,11 @@
-//! What is computed for one tile.
+//! The data computed for one tile.
 
 use super::{Method, Regime, Runs, Tile, Verdict};
 
-/// How many failed cells are kept one by one, of a tile and of a run.
-pub const LISTED: usize = 10;
+/// Largest number of failed cells that are listed, for a tile and for a run.
+pub(crate) const LISTED: usize = 10;
 
-/// What one method says of the cells of a tile.
+/// The results of one method on the cells of a tile.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MethodCells {
     /// The method.

@@ -1,22 +1,24 @@
-//! How large the tiles of a grid are.
+//! The size of the tiles of a grid. It depends on the plan alone, so that maps do not depend on the machine.
 
-/// A tile is a task of one worker and a chunk of the map file. At most 64 KiB of verdicts, 512 KiB of a
-/// real field, which suits readers of HDF5 ..
+/// Usual largest number of cells of a tile, which is a task of one worker and a chunk of the map file: 64 KiB
+/// of verdicts and 512 KiB of a real field suit readers of HDF5.
 const MOST_TILE_CELLS: usize = 1 << 16;
-/// .. but for grids beyond 10^10 cells, whose tiles are so many that the one process that writes them could
-/// not follow hundreds of cores (see [`crate::clusters`]) ..
+/// Largest number of tiles up to which [`MOST_TILE_CELLS`] applies. Grids beyond 10^10 cells have larger
+/// tiles, since the one process that writes them could not keep up with hundreds of cores (see
+/// [`crate::clusters`]).
 const MOST_TILES: usize = 1 << 20;
-/// .. at most 1 MiB of verdicts, the size of HDF5's cache of chunks ..
+/// Largest number of cells of a tile of any grid: 1 MiB of verdicts, the size of HDF5's cache of chunks.
 const MOST_TILE_CELLS_OF_ALL: usize = 1 << 20;
-/// .. at least so much that a tile's own costs do not show, which is little where each cell takes orbits of
-/// its own: there a tile may take seconds, and finished ones are what an interruption leaves ..
+/// Least number of cells of a tile, so that the overhead per tile is small.
 const LEAST_TILE_CELLS: usize = 1 << 12;
+/// The same where each cell needs orbits of its own: such a tile may take seconds, and an interruption loses
+/// unfinished tiles.
 const LEAST_TILE_CELLS_WITH_ORBITS: usize = 1 << 4;
-/// .. and in between so many tiles that workers finish together and an interruption is heeded soon. All of
-/// them depend on the plan alone, so that maps do not depend on the machine.
+/// Number of tiles that is aimed at between these limits: workers then finish together, and an interruption
+/// takes effect soon.
 const TILES: usize = 256;
 
-/// Cells of a tile of a grid of so many cells; `orbits` says whether cells take orbits of their own.
+/// Number of cells of a tile of a grid of `all` cells; `orbits` says whether cells need orbits of their own.
 pub(super) fn cells(all: usize, orbits: bool) -> usize {
     let most = (all / MOST_TILES).clamp(MOST_TILE_CELLS, MOST_TILE_CELLS_OF_ALL);
     let least = if orbits { LEAST_TILE_CELLS_WITH_ORBITS } else { LEAST_TILE_CELLS };

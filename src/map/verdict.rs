@@ -1,4 +1,4 @@
-//! The labels a map stores.
+//! The labels that a map stores.
 
 use crate::certify::Decision;
 use crate::simulate::Fate;
@@ -14,7 +14,7 @@ pub enum Verdict {
     Undecided = 0,
     /// A stick-slip limit cycle exists.
     Present = 1,
-    /// The method broke down; the reason is available from `slipmap probe`.
+    /// The method failed; `slipmap probe` shows the reason.
     Failed = 2,
     /// The cell was not computed.
     NotComputed = 3,
@@ -25,7 +25,7 @@ impl Verdict {
     pub const ALL: [Verdict; 5] =
         [Verdict::Absent, Verdict::Undecided, Verdict::Present, Verdict::Failed, Verdict::NotComputed];
 
-    /// The word used in tables and in `flag_meanings`.
+    /// Name in tables and in `flag_meanings`.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -75,7 +75,7 @@ impl From<NaiveVerdict> for Verdict {
     }
 }
 
-/// What the orbit from the exit point comes to, if it returns to the belt line.
+/// The attractor of the orbit from the exit point, if the orbit returns to the belt line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outside {
     /// The stick-slip cycle.
@@ -91,7 +91,7 @@ pub struct Attractors {
     pub equilibrium: bool,
     /// A cycle that slips all the time below the belt line, or several.
     pub slip: bool,
-    /// What lies outside of these. Crossing cycles around a stick-slip cycle are not looked for here.
+    /// The attractor outside of these. Crossing cycles around a stick-slip cycle are not searched for here.
     pub outside: Option<Outside>,
 }
 
@@ -163,7 +163,7 @@ impl Regime {
         }
     }
 
-    /// The word used in tables and in `flag_meanings`.
+    /// Name in tables and in `flag_meanings`.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

@@ -1,4 +1,4 @@
-//! The answers of every method about one point, and what the flow does there.
+//! The answers of every method about one point, and the simulated flow there.
 
 use crate::certify::validated::any_law;
 use crate::certify::{Claim, Decision, Guarantee};
@@ -15,23 +15,24 @@ use crate::simulate::slip_count::{SlipCount, count_slip_cycles};
 use crate::simulate::slip_cycle::{Kick, SlipCycle, Unknown, slip_cycles};
 use crate::simulate::{self, CriticalDamping, Dynamics, Fate, Flow, Landing, NoCriticalDamping};
 
-/// What one method says.
+/// The answer of one method.
 #[derive(Debug)]
 pub struct MethodAnswer {
     /// The method.
     pub method: Method,
     /// Its verdict.
     pub verdict: Verdict,
-    /// As in a map: of a test the signed distance in c to the edge of presence, -infinity where the test
-    /// claims none; of the simulation the scaled grazing margin m / V, NaN where the flow has none.
+    /// The margin as in a map: for a test the signed distance in c to the edge of presence, -infinity where
+    /// the test claims no presence; for the simulation the scaled grazing margin m / V, NaN where the flow
+    /// has none.
     pub margin: f64,
     /// The edge of presence; `None` where the method has none at c >= 0.
     pub critical_c: Option<f64>,
-    /// Why the verdict is neither presence nor absence.
+    /// Reason why the verdict is neither presence nor absence.
     pub reason: Option<String>,
 }
 
-/// All answers but the second engine's.
+/// All answers, without the second engine's.
 #[derive(Debug)]
 pub struct Answer {
     /// The friction law.
@@ -40,9 +41,9 @@ pub struct Answer {
     pub point: Point,
     /// Bound on the error of the grazing margin that the simulation aimed at.
     pub tolerance: f64,
-    /// The oscillator there.
+    /// The oscillator at the point.
     pub oscillator: Oscillator,
-    /// One answer per method that was asked.
+    /// One answer for each method asked.
     pub methods: Vec<MethodAnswer>,
     /// The flow by the return map.
     pub flow: Flow,
@@ -50,7 +51,7 @@ pub struct Answer {
     pub critical: Result<CriticalDamping, NoCriticalDamping>,
     /// The long-run behaviour.
     pub regime: Regime,
-    /// The cycle that attracts.
+    /// The attracting cycle.
     pub cycle: Option<AttractingCycle>,
     /// The unstable slip cycle outside of which the mass stick-slips or crosses for ever, and the kicks onto
     /// it.
@@ -58,7 +59,7 @@ pub struct Answer {
 }
 
 impl Answer {
-    /// Asks `methods`.
+    /// Computes the answers of `methods`.
     pub fn of(law: &Law, point: &Point, tolerance: f64, methods: impl Iterator<Item = Method>) -> Self {
         let column = law.column(point);
         let oscillator = Oscillator::new(law, point);
@@ -86,35 +87,36 @@ impl Answer {
         }
     }
 
-    /// The dampings c >= 0 between which steady slip and stick-slip both attract: from where the equilibrium
-    /// becomes stable to c*, with the error of the latter. The landing is another matter.
+    /// The dampings c >= 0 between which steady slip and stick-slip both attract: from the damping at which
+    /// the equilibrium becomes stable to c*, with the error of the latter. The landing is not taken into
+    /// account.
     pub fn bistable_band(&self) -> Option<[f64; 3]> {
         let epsilon = self.point.epsilon;
         let becomes_stable = self.oscillator.curve.weakening(self.oscillator.belt_speed) / epsilon;
         let root = self.critical.as_ref().ok()?;
-        // No zero with a sign: this is printed.
+        // Avoids -0, since this is printed.
         let from = if becomes_stable > 0.0 { becomes_stable } else { 0.0 };
         (from < root.c).then_some([from, root.c, root.error])
     }
 
-    /// Up to which eps each method says what the flow says, the other parameters being as they are. Much more
-    /// work than all other answers.
+    /// For each method the eps up to which its verdict equals that of the flow, with the other parameters
+    /// fixed. Takes much longer than all other answers.
     pub fn limits(&self) -> Vec<EpsilonLimit> {
         let ray = Ray::new(&self.law, &self.point, self.tolerance);
         self.methods.iter().map(|answer| ray.limit(answer.method)).collect()
     }
 
-    /// Everything that is not an attractor is left out of [`Answer`]; this is all of it.
+    /// All attractors and the unstable cycles between them.
     pub fn dynamics(&self) -> Result<Dynamics, Unknown> {
         simulate::dynamics(&self.oscillator, &self.flow, self.tolerance)
     }
 
-    /// What the critical damping depends on.
+    /// Derivatives of the critical damping.
     pub fn sensitivity(&self) -> Result<Sensitivity, NoSensitivity> {
         sensitivity(&self.law.column(&self.point))
     }
 
-    /// Where and when the orbit sticks, if it does.
+    /// Place and times of sticking, if the orbit sticks.
     pub fn landing(&self) -> Option<Landing> {
         landing(&self.flow)
     }
@@ -124,13 +126,13 @@ impl Answer {
         slip_cycles(&self.oscillator, self.tolerance)
     }
 
-    /// How many of them there are, as far as that is proved.
+    /// Number of slip cycles, as far as it is proved.
     pub fn slip_count(&self) -> SlipCount {
         count_slip_cycles(&self.oscillator)
     }
 }
 
-/// What a closed-form test says.
+/// The answer of a closed-form test.
 fn of_test(method: Method, claim: &Claim, column: &Column, c: f64) -> MethodAnswer {
     let decision = claim.decide(c);
     let edge = claim.present_below;
@@ -145,7 +147,7 @@ fn of_test(method: Method, claim: &Claim, column: &Column, c: f64) -> MethodAnsw
     }
 }
 
-/// Why a test says nothing about the law of a column, if it is the law.
+/// The reason, if a property of the law itself makes a test inapplicable.
 fn why_inapplicable(method: Method, claim: &Claim, column: &Column) -> Option<String> {
     if *claim != Claim::NOTHING {
         return None;
@@ -155,14 +157,14 @@ fn why_inapplicable(method: Method, claim: &Claim, column: &Column) -> Option<St
     }
     match method.guarantee() {
         Guarantee::Asymptotic => column.curve.first_order(column.belt_speed).err().map(|why| why.to_string()),
-        Guarantee::Validated => any_law::prove(column).resists.map(|resists| resists.to_string()),
+        Guarantee::Validated => any_law::prove(column).obstacle.map(|obstacle| obstacle.to_string()),
         Guarantee::FiniteEpsilon => (!column.curve.is_enclosed(2.0 * column.belt_speed))
             .then(|| "nothing encloses the friction law for slip speeds up to 2 V".into()),
         Guarantee::Numerical | Guarantee::None => None,
     }
 }
 
-/// Why a claim says nothing at damping `c`.
+/// The reason why a claim is undecided at damping `c`.
 fn why_undecided(claim: &Claim, c: f64) -> String {
     let Claim { sticks_from, present_below, absent_above } = *claim;
     if c < present_below && c < sticks_from {
@@ -189,7 +191,7 @@ fn why_undecided(claim: &Claim, c: f64) -> String {
     }
 }
 
-/// What the simulated flow says.
+/// The answer of the simulated flow.
 fn of_simulation(
     law: &Law,
     point: &Point,
@@ -214,8 +216,8 @@ fn of_simulation(
     }
 }
 
-/// If the law is measured and the orbit from the exit point leaves its data: where they end, and how far they
-/// should reach, to some per cent, if the friction goes on as it ends.
+/// The problem if the law is measured and the orbit from the exit point leaves its data: where they end, and
+/// how far they should reach, to some per cent, if the friction goes on as it ends.
 fn beyond_data(law: &Law, point: &Point) -> Option<String> {
     let Law::Table(table) = law else { return None };
     let continued = Law::Table(table.continued(8.0 * table.fastest())?);
@@ -232,7 +234,7 @@ fn beyond_data(law: &Law, point: &Point) -> Option<String> {
     })
 }
 
-/// What a naive method says.
+/// The answer of a naive method.
 fn of_naive(method: Method, verdict: NaiveVerdict) -> MethodAnswer {
     let reason = match verdict {
         NaiveVerdict::Failed(failure) => Some(failure.to_string()),
@@ -241,7 +243,7 @@ fn of_naive(method: Method, verdict: NaiveVerdict) -> MethodAnswer {
     MethodAnswer { method, verdict: verdict.into(), margin: f64::NAN, critical_c: None, reason }
 }
 
-/// Where and when the orbit sticks, if it does.
+/// Place and times of sticking, if the orbit sticks.
 pub fn landing(flow: &Flow) -> Option<Landing> {
     match flow.fate {
         Fate::Sticks(landing) => Some(landing),

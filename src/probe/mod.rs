@@ -1,5 +1,4 @@
-//! Every answer about one parameter point, as one typed result: what `slipmap probe` prints and Python
-//! returns.
+//! All answers about one parameter point as one typed result: printed by `slipmap probe`, returned to Python.
 
 mod answer;
 
@@ -32,7 +31,7 @@ macro_rules! result {
 }
 
 result! {
-    /// Every answer about one point. Serialised, it is what `slipmap probe --json` prints.
+    /// All answers about one point; `slipmap probe --json` prints its serialised form.
     pub struct Probe {
         /// Name of the friction law.
         pub law: &'static str,
@@ -41,7 +40,7 @@ result! {
         pub point: Vec<(&'static str, f64)>,
         /// Bound on the error of the scaled grazing margin m / V that the simulation aimed at.
         pub tolerance: f64,
-        /// What each method says, by name.
+        /// The answer of each method, by name.
         #[cfg_attr(feature = "serde", serde(serialize_with = "as_map"))]
         pub methods: Vec<(&'static str, MethodResult)>,
         /// The orbit from the exit point by both engines.
@@ -54,26 +53,26 @@ result! {
         pub regime: &'static str,
         /// The state of steady slip.
         pub equilibrium: Equilibrium,
-        /// Where the mass can stick.
+        /// The segment on which the mass can stick.
         pub sliding_segment: SlidingSegment,
-        /// Where every sticking orbit leaves the belt.
+        /// The point at which every sticking orbit leaves the belt.
         pub exit_point: State,
-        /// Where and when the orbit from the exit point sticks again.
+        /// Place and times of sticking again, for the orbit from the exit point.
         pub landing: Option<LandingResult>,
         /// The dampings between which steady slip and stick-slip both attract.
         pub bistable_band: Option<BistableBand>,
-        /// The cycle that attracts.
+        /// The attracting cycle.
         pub attracting_cycle: Option<CycleResult>,
-        /// The unstable slip cycle within which the mass settles.
+        /// The unstable slip cycle inside which orbits tend to steady slip.
         pub basin_boundary: Option<BasinBoundary>,
         /// All cycles, with their stability.
         pub cycles: Cycles,
-        /// What a machine does there, in SI units; only if one was given.
+        /// Behaviour of the machine, in SI units; only if one was given.
         #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
         pub machine: Option<MachineResult>,
     }
 
-    /// What one method says of a point.
+    /// The answer of one method.
     pub struct MethodResult {
         /// "present", "absent", "undecided" or "failed".
         pub verdict: &'static str,
@@ -81,17 +80,17 @@ result! {
         pub margin: f64,
         /// The edge of presence in c; `None` where there is none at c >= 0.
         pub critical_c: Option<f64>,
-        /// What the verdict is worth.
+        /// Guarantee of the verdict.
         pub guarantee: &'static str,
-        /// Where the method stands in the paper or in the theory pages.
+        /// Equation in the paper, or section of the theory pages.
         pub equation: Cow<'static, str>,
-        /// Why the verdict is neither presence nor absence.
+        /// Reason why the verdict is neither presence nor absence.
         pub reason: Option<String>,
-        /// Up to which eps the verdict equals the simulated one.
+        /// Largest eps up to which the verdict equals the simulated one.
         pub epsilon_limit: Limit,
-        /// Up to which eps the verdict does not contradict the simulated one.
+        /// Largest eps up to which the verdict does not contradict the simulated one.
         pub epsilon_limit_sound: Limit,
-        /// Why one of these two is not known.
+        /// Reason why one of these two is not known.
         pub epsilon_limit_reason: Option<String>,
     }
 
@@ -107,7 +106,7 @@ result! {
     pub struct FlowResult {
         /// "sticks", "spirals_inward", "crosses_forever", "too_close_to_call" or "failed".
         pub fate: &'static str,
-        /// The verdict that this fate means.
+        /// The verdict that follows from this fate.
         pub verdict: &'static str,
         /// The scaled grazing margin m / V; NaN where the flow has none.
         pub margin: f64,
@@ -115,13 +114,13 @@ result! {
         pub margin_error: f64,
         /// Evaluations of the right-hand side.
         pub rhs: u64,
-        /// Where and when the orbit sticks.
+        /// Place and times of sticking.
         pub landing: Option<LandingResult>,
-        /// Why there is no answer.
+        /// Reason why there is no answer.
         pub reason: Option<String>,
     }
 
-    /// Where and when an orbit sticks.
+    /// Place and times of sticking.
     pub struct LandingResult {
         /// x1 at which the mass begins to stick.
         pub x1: f64,
@@ -143,7 +142,7 @@ result! {
         pub error: Option<f64>,
         /// Evaluations of the right-hand side.
         pub rhs: Option<u64>,
-        /// Why there is none.
+        /// Reason why there is none.
         pub reason: Option<String>,
     }
 
@@ -174,7 +173,7 @@ result! {
         pub x2: f64,
         /// Divergence of the flow there.
         pub divergence: f64,
-        /// "unstable focus" and the like.
+        /// Type, for instance "unstable focus".
         #[cfg_attr(feature = "serde", serde(rename = "type"))]
         pub kind: &'static str,
         /// The two eigenvalues.
@@ -189,7 +188,7 @@ result! {
         pub im: f64,
     }
 
-    /// Where the mass can stick: from_x1 < x1 < to_x1 on the line x2.
+    /// The sliding segment: from_x1 < x1 < to_x1 on the line x2.
     pub struct SlidingSegment {
         /// The end at which the upper field is tangent.
         pub from_x1: f64,
@@ -209,7 +208,7 @@ result! {
 
     /// The dampings c >= 0 between which steady slip and stick-slip both attract.
     pub struct BistableBand {
-        /// From here the equilibrium is stable.
+        /// Damping from which on the equilibrium is stable.
         pub from_c: f64,
         /// The critical damping.
         pub to_c: f64,
@@ -243,13 +242,13 @@ result! {
         pub stable: bool,
         /// Floquet multiplier; 0 if it sticks.
         pub multiplier: f64,
-        /// Of a slip cycle that repels: what orbits just inside it and just outside it tend to,
+        /// For a repelling slip cycle: the attractors of the orbits just inside it and just outside it,
         /// "equilibrium", "slip_cycle", "stick_slip" or "crossing".
         #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
         pub separates: Option<[&'static str; 2]>,
         /// Period.
         pub period: f64,
-        /// Of a cycle that crosses the belt line: x1 at which it crosses downward, less that of the exit
+        /// For a cycle that crosses the belt line: x1 at which it crosses downward, less that of the exit
         /// point.
         #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
         pub beyond_exit: Option<f64>,
@@ -259,7 +258,7 @@ result! {
         pub x2: Extent,
     }
 
-    /// The unstable slip cycle within which the mass settles, and the kicks onto it.
+    /// The unstable slip cycle inside which orbits tend to steady slip, and the kicks onto it.
     pub struct BasinBoundary {
         /// The cycle.
         pub cycle: StabilityResult,
@@ -281,25 +280,25 @@ result! {
         pub stick_slip: Option<StabilityResult>,
         /// Cycles below the belt line, by growing amplitude.
         pub slip: Vec<StabilityResult>,
-        /// What is proved of their number.
+        /// Bounds on their number.
         pub slip_count: SlipCountResult,
         /// Cycles that cross the belt line, by growing size.
         pub crossing: Vec<StabilityResult>,
     }
 
-    /// What is proved of the number of slip cycles.
+    /// Proved bounds on the number of slip cycles.
     pub struct SlipCountResult {
         /// The number, where it is proved.
         pub proved: Option<u32>,
-        /// There are at least so many.
+        /// Lower bound.
         pub at_least: u32,
-        /// There are at most so many; `None` where nothing bounds them.
+        /// Upper bound; `None` where there is none.
         pub at_most: Option<u32>,
-        /// Maxima of x2 between which nothing is proved.
+        /// Ranges of the maximum of x2 in which nothing is proved.
         pub open: Vec<Extent>,
     }
 
-    /// What a machine does, in SI units (of a rotation: rad for m, N m for N, kg m^2 for kg).
+    /// Behaviour of a machine, in SI units (for a rotation: rad for m, N m for N, kg m^2 for kg).
     pub struct MachineResult {
         /// "translation" or "rotation".
         pub motion: &'static str,
@@ -323,7 +322,7 @@ result! {
         pub slip_time: Option<f64>,
         /// Stick time of the stick-slip cycle, s.
         pub stick_time: Option<f64>,
-        /// Half the distance between the extremes of x of the cycle that attracts, m.
+        /// Half the distance between the extremes of x of the attracting cycle, m.
         pub amplitude: Option<f64>,
         /// The units of the dimensionless oscillator.
         pub units: UnitsResult,
@@ -342,7 +341,7 @@ result! {
     }
 }
 
-/// All cycles, or why they could not be followed.
+/// All cycles, or the reason why they could not be computed.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize), serde(untagged))]
 pub enum Cycles {
@@ -350,7 +349,7 @@ pub enum Cycles {
     Found(AllCycles),
     /// An orbit could not be followed.
     Failed {
-        /// Why.
+        /// The reason.
         reason: String,
     },
 }
@@ -364,8 +363,8 @@ fn as_map<T: serde::Serialize, S: serde::Serializer>(
     serializer.collect_map(pairs.iter().map(|(name, value)| (name, value)))
 }
 
-/// A limit as a number; "inf" where it is beyond all that was looked at, since JSON knows no infinity; null
-/// where it is not known.
+/// Serialises a limit as a number; "inf" where it is beyond all eps looked at, since JSON has no infinity;
+/// null where it is unknown.
 #[cfg(feature = "serde")]
 impl serde::Serialize for Limit {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -378,8 +377,8 @@ impl serde::Serialize for Limit {
 }
 
 impl Probe {
-    /// The whole answer, with the flow of the engine `direct`. Much more work than [`Answer::of`]: the limits
-    /// in eps follow a few hundred orbits.
+    /// The whole result, with the flow of the engine `direct`. Takes much longer than [`Answer::of`]: the
+    /// limits in eps need a few hundred orbits.
     #[must_use]
     pub fn new(answer: &Answer, direct: &Flow) -> Self {
         let oscillator = &answer.oscillator;
@@ -586,7 +585,7 @@ impl AllCycles {
 }
 
 impl MachineResult {
-    /// What `machine` does.
+    /// Converts the behaviour of `machine`.
     #[must_use]
     pub fn new(machine: &Machine, behaviour: &Behaviour) -> Self {
         let units = machine.units();
@@ -627,7 +626,7 @@ pub fn fate_name(fate: &Fate) -> &'static str {
     }
 }
 
-/// "unstable focus" and the like.
+/// The type of the equilibrium, for instance "unstable focus".
 #[must_use]
 pub fn equilibrium_type(oscillator: &Oscillator) -> &'static str {
     match oscillator.eigenvalues() {

@@ -12,15 +12,15 @@ use crate::map::{Grid, Method, unravel};
 use crate::simulate::critical::critical_dampings;
 use crate::store::MapFile;
 
-/// Accuracy of critical dampings that are not in the map: relative to the divergence, see
+/// Accuracy of critical dampings that the map does not store: relative to the divergence, see
 /// [`critical_dampings`].
 const TOLERANCE: f64 = 1e-12;
 
-/// Columns handed to one worker at a time.
+/// Number of columns handed to one worker at a time.
 const BATCH: usize = 1024;
 
-/// Sizes of errors, for quantiles: a histogram with bins of relative width 2^-10, so that its memory does
-/// not grow with the map.
+/// Histogram of the sizes of errors, for quantiles. Its bins have the relative width 2^-10, so its memory
+/// does not grow with the map.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sizes {
     bins: BTreeMap<u64, u64>,
@@ -28,7 +28,7 @@ pub struct Sizes {
 }
 
 impl Sizes {
-    /// Bits of an f64 below the bin: 10 of the 52 bits of the fraction make bins.
+    /// Number of bits of an f64 below the bin: 10 of the 52 bits of the fraction make bins.
     const DROPPED: u32 = 42;
 
     fn add(&mut self, size: f64) {
@@ -36,14 +36,13 @@ impl Sizes {
         self.count += 1;
     }
 
-    /// How many there are.
+    /// Number of errors.
     #[must_use]
     pub fn count(&self) -> u64 {
         self.count
     }
 
-    /// The smallest size that at least the fraction `q` of all do not exceed, to one part in 2^11: the
-    /// middle of its bin. `None` if there are none.
+    /// The `q` quantile, to one part in 2^11: the middle of its bin. `None` if there are no errors.
     #[must_use]
     pub fn quantile(&self, q: f64) -> Option<f64> {
         let rank = ((q * self.count as f64).ceil() as u64).max(1);
@@ -59,7 +58,7 @@ impl Sizes {
     }
 }
 
-/// The largest error and where it is.
+/// The largest error and its column.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Worst {
     /// The method's boundary minus the exact one; positive where the method claims too much.
@@ -78,11 +77,12 @@ pub struct BoundaryError {
     pub common: Sizes,
     /// The largest.
     pub worst: Option<Worst>,
-    /// Columns in which the method's boundary lies beyond the exact one by more than the latter's error.
+    /// Number of columns in which the method's boundary lies beyond the exact one by more than the latter's
+    /// error.
     pub beyond: u64,
-    /// Columns in which only the flow has a boundary: the method claims no presence there.
+    /// Number of columns in which only the flow has a boundary: the method claims no presence there.
     pub only_exact: u64,
-    /// Columns in which only the method has one: it claims cycles where there are none.
+    /// Number of columns in which only the method has one: it claims cycles where there are none.
     pub only_method: u64,
 }
 
@@ -91,7 +91,7 @@ pub struct BoundaryError {
 pub struct Order {
     /// p, by least squares of the logarithms of the medians.
     pub order: f64,
-    /// Half width of its 95 % confidence interval; `None` for two eps, which leave nothing to judge it by.
+    /// Half width of its 95 % confidence interval; `None` for two eps, which give none.
     pub half_width: Option<f64>,
     /// Number of eps in the fit.
     pub points: usize,
@@ -117,13 +117,13 @@ pub struct Boundaries {
     pub methods: Vec<MethodBoundary>,
     /// Methods that this program does not know and whose boundary the map does not store.
     pub unknown: Vec<String>,
-    /// Whether the exact boundary was read from the map, or else computed again.
+    /// Whether the exact boundary was read from the map rather than computed again.
     pub stored: bool,
     /// Errors of the exact boundary in each column, at each eps.
     pub exact_error: Vec<Sizes>,
 }
 
-/// Where a method's boundary comes from.
+/// Source of a method's boundary.
 enum Source {
     Stored(String),
     Claim(fn(&Column) -> Claim),
@@ -146,7 +146,7 @@ impl Boundaries {
         for method in map.methods().iter().filter(|method| method.name != SIMULATION) {
             let variable = format!("critical_c_{}", method.name);
             let source = match Method::by_name(&method.name) {
-                // These know no critical damping, only verdicts.
+                // These methods give verdicts, not critical dampings.
                 Some(Method::Naive(..)) => continue,
                 _ if map.has(&variable) => Source::Stored(variable),
                 Some(Method::Test(test)) => Source::Claim(test.claim),
@@ -171,7 +171,7 @@ impl Boundaries {
                 })
             };
             let resolution: Vec<f64> = columns.compute(|columns| {
-                // `critical_dampings` answers to `tolerance` times the size of the divergence eps D.
+                // `critical_dampings` is accurate to `tolerance` times the size of the divergence eps D.
                 let size = |column: &Column| {
                     let range = column.curve.weakening_range(0.0, column.belt_speed);
                     range.lo.abs().max(range.hi.abs()) / column.epsilon
@@ -199,7 +199,7 @@ impl Boundaries {
     }
 }
 
-/// The tiles of the map, each extended over all eps and freed of the damping axis.
+/// The tiles of the map, each extended over all eps and without the damping axis.
 fn blocks(map: &MapFile) -> impl Iterator<Item = Vec<Range<usize>>> {
     let grid = map.grid();
     let mut shape = map.tile_shape().to_vec();
@@ -268,7 +268,7 @@ impl<'a> Block<'a> {
     }
 }
 
-/// A boundary at c >= 0; maps hold NaN where there is none.
+/// Returns whether `c` is a boundary at c >= 0; maps hold NaN where there is none.
 fn is_boundary(c: f64) -> bool {
     (0.0..f64::INFINITY).contains(&c)
 }
@@ -303,7 +303,7 @@ impl MethodBoundary {
     }
 }
 
-/// Fits the order of the medians in eps. Medians below the error of the exact boundary tell nothing.
+/// Fits the order of the medians in eps, without medians below the error of the exact boundary.
 fn order(epsilons: &[f64], errors: &[BoundaryError], exact_error: &[Sizes]) -> Option<Order> {
     let points: Vec<(f64, f64)> = epsilons
         .iter()
@@ -317,7 +317,7 @@ fn order(epsilons: &[f64], errors: &[BoundaryError], exact_error: &[Sizes]) -> O
     fit(&points)
 }
 
-/// Least squares of y = a + p x; points in rising order of x.
+/// Least squares of y = a + p x; points by increasing x.
 fn fit(points: &[(f64, f64)]) -> Option<Order> {
     let n = points.len();
     if n < 2 {
@@ -363,7 +363,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn quantiles_keep_their_promise() {
+    fn quantiles_are_within_their_error() {
         let mut sizes = Sizes::default();
         assert_eq!(sizes.quantile(0.5), None);
         let mut all: Vec<f64> = (1..=999).map(|i| 1e-6 * f64::from(i * i)).collect();

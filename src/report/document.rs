@@ -57,7 +57,7 @@ pub(super) fn markdown(
     }
     if let Some(config) = map.text("config") {
         let config: String = config.chars().filter(|c| !c.is_control() || matches!(c, '\n' | '\t')).collect();
-        // A fence longer than any run of backticks in what is shown.
+        // A fence longer than any run of backticks in the text.
         let longest = config.split(|c| c != '`').map(str::len).max().unwrap_or(0);
         let fence = "`".repeat(longest.max(2) + 1);
         text.push_str(&format!("\n## Configuration\n\n{fence}toml\n{}\n{fence}\n", config.trim_end()));
@@ -67,14 +67,14 @@ pub(super) fn markdown(
 
 const STYLE: &str = include_str!("document.css");
 
-/// An element's name for links: "slice-gamma-c".
+/// Identifier of an element for links: "slice-gamma-c".
 fn anchor(kind: &str, name: &str) -> String {
     let name: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
     format!("{kind}-{name}")
 }
 
-/// The report as one HTML page that needs nothing else: what matters on one screen, then contents, figures,
-/// tables and the configuration. Screens show the figure that fits them; paper the wide one.
+/// The report as one self-contained HTML page: a summary on one screen, then contents, figures, tables and
+/// the configuration. Screens show the figure of fitting width; paper the wide one.
 pub(super) fn html(view: &View, summary: &[(Rich, Rich)], tables: &[Table], figures: &[Figure]) -> String {
     let title = title(view.map);
     let mut text = "<dl class=\"summary\">\n".to_owned();
@@ -126,7 +126,7 @@ pub(super) fn html(view: &View, summary: &[(Rich, Rich)], tables: &[Table], figu
     page(&title, &text)
 }
 
-/// An HTML page that needs nothing else, with its title as heading.
+/// A self-contained HTML page with its title as heading.
 pub(super) fn page(title: &Rich, body: &str) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
@@ -137,7 +137,7 @@ pub(super) fn page(title: &Rich, body: &str) -> String {
     )
 }
 
-/// A LaTeX document that shows every table and figure, as an example of their use.
+/// A LaTeX document that includes every table and figure, as an example of their use.
 pub(super) fn latex(map: &MapFile, tables: &[Table], figures: &[Figure]) -> String {
     let mut text = format!(
         "\\documentclass{{article}}\n\\usepackage[T1]{{fontenc}}\n\\usepackage[utf8]{{inputenc}}\n\\usepackage{{textcomp}}\n\

@@ -1,7 +1,7 @@
 //! Reports of stored maps for papers: numbers, tables and figures that compare the methods.
 //!
-//! Numbers are gathered tile by tile ([`Report::gather`]), so maps may be far larger than memory. Every
-//! table exists once, without a format ([`tables`]), and is written as Markdown, HTML, LaTeX and CSV; every
+//! Numbers are gathered tile by tile ([`Report::gather`]), so maps may be far larger than memory. Every table
+//! is made once, independent of formats ([`tables`]), and written as Markdown, HTML, LaTeX and CSV; every
 //! figure is drawn once as a scene ([`figure`]) and written as SVG, PDF and PNG.
 
 mod boundary;
@@ -33,10 +33,10 @@ pub use write::{Existing, ReportOptions, write, write_figure, write_file};
 use crate::benchmark::StudyError;
 use crate::store::{MapFile, StoreError};
 
-/// Name of the method against which all others are measured.
+/// Name of the method with which all others are compared.
 pub const SIMULATION: &str = "simulation";
 
-/// Why there is no report.
+/// Reason why there is no report.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReportError {
@@ -46,13 +46,13 @@ pub enum ReportError {
     /// Tables could not be stored as HDF5.
     #[error(transparent)]
     Records(StoreError),
-    /// The output is there already.
+    /// The output exists already.
     #[error("{path} exists already; choose another place, or ask for it to be replaced")]
     Exists {
         /// The output.
         path: PathBuf,
     },
-    /// The folder of the output is not there.
+    /// The folder of the output does not exist.
     #[error("{path}: there is no folder {folder}; create it, or choose another place")]
     NoFolder {
         /// The output.
@@ -60,7 +60,7 @@ pub enum ReportError {
         /// The folder.
         folder: PathBuf,
     },
-    /// The name of a figure does not say its format.
+    /// The file extension of a figure is not that of a known format.
     #[error("{path} does not end in .svg, .pdf or .png; give the figure one of these endings")]
     Format {
         /// The output.
@@ -69,7 +69,7 @@ pub enum ReportError {
     /// The file system refuses.
     #[error("cannot write {path}: {source}")]
     Io {
-        /// What was to be written.
+        /// The file to be written.
         path: PathBuf,
         /// The system's reason.
         source: std::io::Error,
@@ -93,7 +93,7 @@ pub enum ReportError {
     Peers {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The problem.
         why: String,
     },
     /// [`Control::stop`] was set.
@@ -101,7 +101,7 @@ pub enum ReportError {
     Interrupted,
 }
 
-/// How gathering is steered from outside.
+/// Controls of the gathering of numbers.
 pub struct Control<'a> {
     /// Called with the number of cells just read.
     pub on_cells: &'a dyn Fn(usize),
@@ -118,12 +118,12 @@ impl Control<'_> {
     }
 }
 
-/// Everything that a report says of a map in numbers.
+/// All numbers of a report.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Report {
-    /// What the verdicts say.
+    /// Statistics of the verdicts.
     pub verdicts: Verdicts,
-    /// Where the boundaries lie.
+    /// Errors of the boundaries.
     pub boundaries: Boundaries,
 }
 

@@ -1,10 +1,10 @@
-//! What the method `validated` proves between the nodes of a map: the table, and shares as text.
+//! The proofs of the method `validated` between the nodes of a map: the table, and shares as text.
 
 use super::table::{Cell, Column, Show, Table};
 use super::text::rich;
 use crate::store::MapFile;
 
-/// In which direction a bound is rounded, so that it stays one.
+/// Direction in which a bound is rounded, so that it remains a bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rounded {
     /// A lower bound.
@@ -13,22 +13,22 @@ pub enum Rounded {
     Up,
 }
 
-/// A bound of a share in per cent, with the digits that are proved where a share of `undecided` is not: rounding moves it by
-/// less than a tenth of that.
+/// A bound of a share in per cent, with as many digits as the share `undecided` allows: rounding moves the
+/// bound by less than a tenth of that.
 #[must_use]
 pub fn proved_percent(share: f64, undecided: f64, rounded: Rounded) -> String {
     if share >= 1.0 && rounded == Rounded::Up {
         return "100".into();
     }
     let (percent, open) = (100.0 * share, 100.0 * undecided);
-    // The decimals of a tenth of what is undecided; f64 has no more than fourteen of a hundred.
+    // As many decimals as a tenth of the undecided share has; f64 has no more than fourteen of a hundred.
     let decimals = if open > 0.0 { (1.0 - open.log10()).ceil().clamp(0.0, 14.0) } else { 14.0 };
     let unit = 10f64.powi(-(decimals as i32));
     let toward = |x: f64| match rounded {
         Rounded::Down => x.next_down(),
         Rounded::Up => x.next_up(),
     };
-    // The nearest decimal, or the next one where that is on the wrong side.
+    // The nearest decimal, or the next one if that is on the wrong side.
     let text = |x: f64| format!("{x:.*}", decimals as usize);
     let wrong = |text: &str| {
         let read: f64 = text.parse().unwrap_or(f64::NAN);
@@ -108,7 +108,7 @@ mod tests {
             let read = |text: String| text.parse::<f64>().unwrap();
             let (low, high) = (read(down(share, open)), read(up(share, open)));
             assert!(low <= 100.0 * share && 100.0 * share <= high, "{share} {open}: {low} {high}");
-            // A tenth of what is undecided on either side, and the last digits of f64.
+            // A tenth of the undecided share on either side, and the last digits of f64.
             assert!(high - low <= 21.0 * open + 1e-12, "{share} {open}: {low} {high}");
         }
     }

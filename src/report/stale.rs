@@ -1,16 +1,15 @@
-//! Figures and tables of an earlier report that a new one in the same folder does not replace: the report of
-//! another map had them, and left in place they would pass for this one's. Only what the earlier report
-//! itself lists is removed; files that others put there stay.
+//! Removes the files of an earlier report that a new one in the same folder does not replace: they belong to
+//! another map. Only files that the earlier report itself lists are removed.
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-/// Endings of the files of a report.
+/// File extensions of a report.
 const ENDINGS: [&str; 5] = ["svg", "png", "pdf", "csv", "tex"];
 
-/// The figures and tables that the report in a folder lists, without their endings; none where there is no
-/// report.
+/// The figures and tables that the report in a folder lists, without their extensions; empty where there is
+/// no report.
 pub(super) fn listed(folder: &Path) -> BTreeSet<String> {
     let text = fs::read_to_string(folder.join("report.md")).unwrap_or_default();
     let mut names = BTreeSet::new();
@@ -28,11 +27,11 @@ pub(super) fn listed(folder: &Path) -> BTreeSet<String> {
     names
 }
 
-/// Removes the files of those that the report in a folder listed `before` and lists no more.
+/// Removes the files that the report in a folder listed `before` and does not list now.
 pub(super) fn remove(folder: &Path, before: &BTreeSet<String>) {
     for name in before.difference(&listed(folder)) {
         for ending in ENDINGS {
-            // What cannot be removed does no harm to what was written.
+            // A file that cannot be removed does not make the new report wrong.
             let _ = fs::remove_file(folder.join(format!("{name}.{ending}")));
         }
     }
@@ -43,7 +42,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_listed_no_more_is_removed_and_nothing_else() {
+    fn only_files_that_are_no_longer_listed_are_removed() {
         let folder = tempfile::tempdir().unwrap();
         let write = |name: &str, text: &str| {
             let path = folder.path().join(name);

@@ -1,4 +1,4 @@
-//! A table without a format, and its formats: Markdown, HTML, LaTeX and CSV.
+//! A table independent of formats, and its formats: Markdown, HTML, LaTeX and CSV.
 
 use super::text::{Rich, html, latex, markdown};
 
@@ -7,11 +7,11 @@ use super::text::{Rich, html, latex, markdown};
 pub enum Cell {
     /// Words, possibly from the map file.
     Words(String),
-    /// A number of things.
+    /// A count.
     Count(u64),
     /// A real number.
     Real(f64),
-    /// There is no such number here.
+    /// No number.
     Missing,
 }
 
@@ -27,7 +27,7 @@ impl From<Option<u64>> for Cell {
     }
 }
 
-/// How the numbers of a column are shown. CSV holds them in full whatever this says.
+/// Format of the numbers of a column. CSV holds all digits whatever this says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Show {
     /// Words or counts.
@@ -47,7 +47,7 @@ pub struct Column {
     pub key: String,
     /// Its heading.
     pub heading: Rich,
-    /// How its numbers are shown.
+    /// Format of its numbers.
     pub show: Show,
 }
 
@@ -56,7 +56,7 @@ pub struct Column {
 pub struct Table {
     /// Name of its files, and of its label in LaTeX.
     pub name: &'static str,
-    /// What it shows.
+    /// Its caption.
     pub caption: Rich,
     /// The columns.
     pub columns: Vec<Column>,
@@ -66,14 +66,14 @@ pub struct Table {
     pub notes: Vec<Rich>,
 }
 
-/// A number as it is shown: a decimal, and a power of ten if that is not 0.
+/// A number as shown: a decimal, and a power of ten if that is not 0.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Decimal {
     mantissa: String,
     exponent: i32,
 }
 
-/// How all numbers of one column are shown.
+/// Common format of all numbers of one column.
 #[derive(Clone, Copy, Debug)]
 enum Style {
     Words,
@@ -84,15 +84,15 @@ enum Style {
     Scientific(usize),
 }
 
-/// Tables of more columns than this are set smaller in LaTeX.
+/// Number of columns above which tables have a smaller font in LaTeX.
 const WIDE: usize = 10;
 
-/// Numbers outside of this range are shown with a power of ten; in LaTeX, where numbers are aligned, so is
-/// their whole column.
+/// Range of numbers that are shown without a power of ten. In LaTeX, where numbers are aligned, one number
+/// outside of it gives the whole column a power of ten.
 const PLAIN: std::ops::Range<f64> = 1e-3..1e6;
 
 impl Table {
-    /// Whether a column holds numbers.
+    /// Returns whether a column holds numbers.
     fn is_numeric(&self, column: usize) -> bool {
         self.rows.iter().any(|row| matches!(row[column], Cell::Count(_) | Cell::Real(_)))
             && !self.rows.iter().any(|row| matches!(row[column], Cell::Words(_)))
@@ -156,7 +156,7 @@ impl Table {
     pub fn html(&self) -> String {
         let styles: Vec<Style> = (0..self.columns.len()).map(|column| self.style(column)).collect();
         let class = |style: &Style| if matches!(style, Style::Words) { "" } else { " class=\"number\"" };
-        // Words that no line of a screen holds may be broken anywhere; others may not.
+        // Words longer than a line may be broken anywhere; others may not.
         let is_long = |words: &str| words.split(' ').any(|word| word.chars().count() > LONGEST_WORD);
         let mut text = format!("<table>\n<caption>{}</caption>\n<thead><tr>", self.caption.html());
         for (column, style) in self.columns.iter().zip(&styles) {
@@ -230,7 +230,7 @@ impl Table {
         text
     }
 
-    /// The column of `tabular` with room for the widest number.
+    /// The column type of `tabular` that fits the widest number.
     fn latex_column(&self, column: usize, style: Style) -> String {
         if matches!(style, Style::Words) {
             return self.latex_words_column(column);
@@ -250,7 +250,7 @@ impl Table {
         }
     }
 
-    /// A column of words: of paragraphs if the words of the table do not fit on a line.
+    /// A column of words: paragraphs if the words of the table do not fit on a line.
     fn latex_words_column(&self, column: usize) -> String {
         const LINE: usize = 90;
         let longest = |column: usize| {
@@ -265,12 +265,12 @@ impl Table {
         if all.iter().sum::<usize>() <= LINE || all[column] <= LINE / 4 {
             return "l".into();
         }
-        // The long columns share what the short ones leave.
+        // The long columns share the width that the short ones leave.
         let long = all.iter().filter(|length| **length > LINE / 4).count();
         format!("p{{{:.2}\\linewidth}}", (room as f64 / LINE as f64).max(0.3) / long as f64)
     }
 
-    /// As CSV, numbers in full.
+    /// As CSV, numbers with all digits.
     #[must_use]
     pub fn csv(&self) -> String {
         let mut writer = csv::Writer::from_writer(Vec::new());
@@ -287,10 +287,10 @@ impl Table {
     }
 }
 
-/// Words longer than this, such as fingerprints, may be broken anywhere.
+/// Longest word that is not broken; longer ones, such as fingerprints, may be broken anywhere.
 const LONGEST_WORD: usize = 40;
 
-/// Words for LaTeX.
+/// Words for LaTeX, with places at which long ones may be broken.
 fn breakable(words: &str) -> String {
     let parts = words.split(' ').map(|word| match word.is_ascii() && word.len() > LONGEST_WORD {
         true => {
@@ -301,8 +301,8 @@ fn breakable(words: &str) -> String {
     parts.map(|parts| parts.join("\\allowbreak{}")).collect::<Vec<_>>().join(" ")
 }
 
-/// Words in a cell of a CSV file, where terminals and spreadsheets obey none of them: no control characters,
-/// and an apostrophe before what a spreadsheet would take for a formula.
+/// Words in a cell of a CSV file, made harmless for terminals and spreadsheets: no control characters, and an
+/// apostrophe before text that a spreadsheet would take for a formula.
 fn csv_cell(words: &str) -> String {
     let text: String = words.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
     let mut letters = text.trim_start().chars();
@@ -324,7 +324,7 @@ fn in_full(cell: &Cell) -> String {
     }
 }
 
-/// Whether a number is shown without a power of ten.
+/// Returns whether a number is shown without a power of ten.
 fn is_plain(value: f64) -> bool {
     value == 0.0 || PLAIN.contains(&value.abs())
 }
@@ -438,7 +438,7 @@ mod tests {
     }
 
     #[test]
-    fn each_format_says_the_same() {
+    fn each_format_has_the_same_contents() {
         let table = table();
         assert!(table.markdown().contains("| a\\_b | 1\u{202f}234\u{202f}567 | 12.3 | −1.50e-7 |"));
         assert!(table.markdown().contains("| c\\|d | 0 | – | 0.250 |"));
@@ -458,7 +458,7 @@ mod tests {
     }
 
     #[test]
-    fn words_in_csv_are_not_obeyed() {
+    fn words_in_csv_are_not_executed() {
         for (words, text) in
             [("=cmd|' /C calc'!A0", "'=cmd|' /C calc'!A0"), ("\x1b[2J\n@x", " [2J @x"), (" @x", "' @x")]
         {

@@ -19,13 +19,13 @@ use crate::store::MapFile;
 #[must_use]
 pub fn all(view: &View, report: &Report) -> Vec<Table> {
     let map = view.map;
-    // What an engineer looks for comes first.
+    // An engineer's tables come first.
     let mut tables: Vec<Table> = machine::machine(view).into_iter().collect();
     tables.push(volume(view, report));
     tables.extend(proved::volume(map));
     tables.push(agreement(map, report));
     tables.push(boundary(view, report));
-    // One eps has no order.
+    // One eps gives no order.
     tables.extend((epsilons(map).len() > 1).then(|| order(map, report)));
     tables.extend([cost(map), failures(map, report), methods(map), axes(view), provenance(map)]);
     tables
@@ -35,7 +35,7 @@ fn column(key: &str, heading: &str, show: Show) -> Column {
     Column { key: key.into(), heading: rich(heading), show }
 }
 
-/// A column of a quantity with its unit; `key` names it in CSV files and `heading` for people.
+/// A column of a quantity with its unit; `key` names it in CSV files and `heading` in the other formats.
 fn column_of(label: &Label, key: &str, heading: &str, show: Show) -> Column {
     let label = Label { name: rich(heading), key: key.into(), ..label.clone() };
     Column { key: label.header(), heading: label.text(), show }
@@ -54,7 +54,7 @@ fn epsilons(map: &MapFile) -> &[f64] {
     &map.grid().axes()[0].values
 }
 
-/// Significant digits with which eps is shown.
+/// Number of significant digits of eps.
 const EPSILON_DIGITS: Show = Show::Trimmed(4);
 
 fn percent(part: f64, whole: f64) -> Option<f64> {
@@ -65,7 +65,7 @@ fn percent(part: f64, whole: f64) -> Option<f64> {
 #[must_use]
 pub fn volume(view: &View, report: &Report) -> Table {
     let map = view.map;
-    // The volume has the dimension of all axes that it is measured along.
+    // The volume has the product of the dimensions of the axes along which it is measured.
     let long = map.grid().axes()[1..].iter().filter(|axis| axis.values.len() > 1);
     let labels: Vec<Label> = long.map(|axis| view.axis(axis)).collect();
     let factor: f64 = labels.iter().map(|label| label.factor).product();
@@ -82,7 +82,7 @@ pub fn volume(view: &View, report: &Report) -> Table {
         for (method, volumes) in map.methods().iter().zip(&verdicts.volumes) {
             let volume = volumes[e];
             let relative = reference.filter(|reference| reference.claimed > 0.0);
-            // The quotient of two uncertain volumes, at its worst.
+            // The largest error of the quotient of two uncertain volumes.
             let relative_error = relative.map(|reference| {
                 let middle = volume.claimed / reference.claimed;
                 let (error, error_of_reference) = (volume.error_in_c, reference.error_in_c);

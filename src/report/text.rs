@@ -1,7 +1,7 @@
-//! Text with mathematical symbols, written alike into Markdown, HTML, LaTeX and figures.
+//! Text with mathematical symbols, for Markdown, HTML, LaTeX and figures alike.
 //!
-//! Words that come from a map file enter through [`Rich::foreign`] and are escaped for each format; the
-//! program's own words may hold symbols in braces, see [`rich`].
+//! Words from a map file enter through [`Rich::foreign`] and are escaped for each format; the program's own
+//! words may contain symbols in braces, see [`rich`].
 
 /// A part of a text.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -23,7 +23,7 @@ pub struct Symbol {
     pub exponent: String,
 }
 
-/// Names of Greek letters as axes and templates spell them, the letter, and LaTeX's name.
+/// Greek letters: their names in axes and templates, the letter, and the name in LaTeX.
 const GREEK: [(&str, &str, &str); 16] = [
     ("alpha", "α", r"\alpha"),
     ("beta", "β", r"\beta"),
@@ -53,7 +53,7 @@ impl Symbol {
         Self { base: letter.into(), index: index.into(), exponent: exponent.into() }
     }
 
-    /// Whether the base is one letter, set in italics; a word is set upright.
+    /// Returns whether the base is one letter, set in italics; a word is set upright.
     #[must_use]
     pub fn is_letter(&self) -> bool {
         self.base.chars().count() == 1
@@ -106,7 +106,7 @@ pub struct Rich {
 pub fn rich(template: &str) -> Rich {
     let mut text = Rich::default();
     for (i, part) in template.split(['{', '}']).enumerate() {
-        // Braces alternate, so every other part was between braces.
+        // Braces alternate, so every other part is between braces.
         if i % 2 == 1 {
             text.pieces.push(Piece::Symbol(Symbol::of(part)));
         } else if !part.is_empty() {
@@ -117,7 +117,7 @@ pub fn rich(template: &str) -> Rich {
 }
 
 impl Rich {
-    /// Words that come from a file or from a user, whatever they hold.
+    /// Words from a file or from a user, with arbitrary characters.
     #[must_use]
     pub fn foreign(words: &str) -> Self {
         Self { pieces: vec![Piece::Words(words.into())] }
@@ -168,7 +168,7 @@ impl Rich {
         self
     }
 
-    /// Without any markup, for file names, CSV and messages.
+    /// Plain text, for file names, CSV and messages.
     #[must_use]
     pub fn plain(&self) -> String {
         self.write(str::to_owned, Symbol::plain)
@@ -208,8 +208,8 @@ impl Rich {
     }
 }
 
-/// Escapes words for HTML and for SVG, in elements and in quoted attributes. What no XML document may hold
-/// becomes a space.
+/// Escapes words for HTML and for SVG, in elements and in quoted attributes. Characters that XML forbids
+/// become spaces.
 #[must_use]
 pub fn html(words: &str) -> String {
     let mut text = String::with_capacity(words.len());
@@ -241,7 +241,8 @@ fn markdown_after(line: &str, words: &str) -> String {
     let mut letters = words.chars().peekable();
     while let Some(c) = letters.next() {
         let before = if line.is_empty() { text.trim_start() } else { line };
-        // Some characters only act at the start of a line, or where a bare address is made a link.
+        // Some characters are markup only at the start of a line, or where a bare address would become a
+        // link.
         let acts = match c {
             '.' => {
                 let lower = before.to_ascii_lowercase();
@@ -263,7 +264,7 @@ fn markdown_after(line: &str, words: &str) -> String {
     text
 }
 
-/// Escapes words for LaTeX. Characters that pdfLaTeX does not know by default are spelt by their number.
+/// Escapes words for LaTeX. Characters that pdfLaTeX does not know by default are written as their number.
 #[must_use]
 pub fn latex(words: &str) -> String {
     let mut text = String::with_capacity(words.len());
@@ -282,7 +283,7 @@ pub fn latex(words: &str) -> String {
             '|' => text.push_str(r"\textbar{}"),
             '"' => text.push_str(r"\textquotedbl{}"),
             '`' => text.push_str(r"\textasciigrave{}"),
-            // No ligatures: `--` would print as one long dash.
+            // Prevents ligatures: `--` would print as one long dash.
             '-' | '\'' | ',' if letters.peek() == Some(&c) => {
                 text.push(c);
                 text.push_str("{}");
@@ -313,7 +314,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn symbols_read_alike_everywhere() {
+    fn symbols_are_equal_in_all_formats() {
         let text = rich("error of {c^*} at {epsilon}, {x_1}");
         assert_eq!(text.plain(), "error of c* at ε, x1");
         assert_eq!(text.latex(), r"error of $c^{\ast}$ at $\varepsilon$, $x_{1}$");
@@ -322,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn foreign_words_lose_their_power() {
+    fn foreign_words_are_escaped() {
         let hostile =
             "<script>alert('x')</script> & \\input{/etc/passwd} $x$ | `rm` [a](http://b) {c}\n# d\0";
         let text = Rich::foreign(hostile);

@@ -1,5 +1,5 @@
-//! One pass over the verdicts of a map: what each method claims, how much of parameter space that is, and
-//! how it compares with the simulation.
+//! Statistics of the verdicts of a map, gathered in one pass: the cells and the volume that each method
+//! claims, and its agreement with the simulation.
 
 use std::ops::Range;
 
@@ -9,7 +9,7 @@ use super::{Control, ReportError, SIMULATION};
 use crate::map::{Tile, Verdict};
 use crate::store::MapFile;
 
-/// How many cells have each pair of verdicts, the simulation's and a method's.
+/// Numbers of cells by pairs of verdicts, the simulation's and a method's.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Confusion {
     /// `cells[simulation][method]`, both in the order of [`Verdict::ALL`]. Without a simulation in the map
@@ -18,25 +18,25 @@ pub struct Confusion {
 }
 
 impl Confusion {
-    /// Cells with the given verdicts.
+    /// Number of cells with the given verdicts.
     #[must_use]
     pub fn pair(&self, simulation: Verdict, method: Verdict) -> u64 {
         self.cells[place(simulation)][place(method)]
     }
 
-    /// Cells on which the method says `verdict`.
+    /// Number of cells on which the method's verdict is `verdict`.
     #[must_use]
     pub fn method(&self, verdict: Verdict) -> u64 {
         self.cells.iter().map(|row| row[place(verdict)]).sum()
     }
 
-    /// Cells on which the simulation says `verdict`.
+    /// Number of cells on which the simulation's verdict is `verdict`.
     #[must_use]
     pub fn simulation(&self, verdict: Verdict) -> u64 {
         self.cells[place(verdict)].iter().sum()
     }
 
-    /// All cells.
+    /// Number of all cells.
     #[must_use]
     pub fn total(&self) -> u64 {
         self.cells.iter().flatten().sum()
@@ -63,18 +63,18 @@ fn place(verdict: Verdict) -> usize {
 pub struct Volume {
     /// Volume of the claim.
     pub claimed: f64,
-    /// Bound of its error along c, the other axes' nodes taken as they are: half of every step of c over
-    /// which the verdict changes.
+    /// Bound of its error along c, with the nodes of the other axes fixed: half of every step of c over which
+    /// the verdict changes.
     pub error_in_c: f64,
     /// Bound of its error along all axes: the boxes whose corners disagree, each with the larger of its two
-    /// shares. It holds if no box whose corners all agree hides a piece of the boundary. Large where an axis
+    /// shares. Valid if no box whose corners all agree contains a piece of the boundary. Large where an axis
     /// has few nodes.
     pub error: f64,
     /// Volume on which the simulation finds the cycle too.
     pub confirmed: f64,
 }
 
-/// What the pass found.
+/// The statistics of all methods.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdicts {
     /// Position of the simulation among the methods of the map.
@@ -90,7 +90,7 @@ pub struct Verdicts {
 }
 
 impl Verdicts {
-    /// Reads every verdict of `map` once, tile by tile; boxes that reach into the next tile read its first
+    /// Reads every verdict of `map` once, tile by tile; boxes that extend into the next tile read its first
     /// nodes again.
     pub(super) fn read(map: &MapFile, control: &Control) -> Result<Self, ReportError> {
         let axes = map.grid().axes();
@@ -167,7 +167,7 @@ fn confusion(codes: &ArrayViewD<i8>, simulated: Option<&ArrayViewD<i8>>) -> Conf
     confusion
 }
 
-/// The boxes between neighbouring nodes whose lowest corner lies in a tile, the axis of eps left out.
+/// The boxes between neighbouring nodes whose lowest corner lies in a tile, without the axis of eps.
 struct Boxes {
     /// Index ranges of the nodes that are corners of these boxes, eps among the axes.
     nodes: Vec<Range<usize>>,
@@ -192,7 +192,7 @@ impl Boxes {
         Self { nodes, cells: tile.ranges[1..].iter().map(ExactSizeIterator::len).collect(), lengths }
     }
 
-    /// The part of an array over the corners that is the tile.
+    /// The part of an array over the corners that belongs to the tile.
     fn cells_only<'a>(&self, codes: &ArrayViewD<'a, i8>) -> ArrayViewD<'a, i8> {
         let mut view = codes.clone();
         for (axis, &cells) in self.cells.iter().enumerate() {
@@ -209,15 +209,15 @@ impl Boxes {
         let error_in_c = self.lengths[damping].as_ref().map_or(0.0, |steps| {
             let side = |from: usize| inside.slice_axis(Dim(damping), Slice::from(from..from + steps.len()));
             let changes = ndarray::Zip::from(&side(0)).and(&side(1)).map_collect(|a, b| a ^ b);
-            // Each change counts half a step, just as each corner of a step does.
+            // Each change counts half a step, as each corner of a step does.
             self.weigh(changes, 1).0
         });
         let (claimed, error) = self.weigh(inside, 0);
         Volume { claimed, error_in_c, error, confirmed: confirmed.unwrap_or(0.0) }
     }
 
-    /// Volume of a set given by the nodes in it (1) and outside (0), and the bound of its error. The last
-    /// `done` axes hold numbers of whole steps, not of nodes.
+    /// Volume of a set given by its indicator at the nodes (1 or 0), and the bound of its error. Along the
+    /// last `done` axes the numbers are per step, not per node.
     fn weigh(&self, inside: ArrayD<u16>, done: usize) -> (f64, f64) {
         let mut corners = inside;
         let mut full: u16 = 1 << self.lengths[self.lengths.len() - done..].iter().flatten().count();

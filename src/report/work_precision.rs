@@ -1,4 +1,5 @@
-//! A study of speed against accuracy as a table, as HDF5 and as a chart; peers' measurements are added to it here.
+//! Reports of a study of speed against accuracy: a table, HDF5 and a chart; measurements of peers are added
+//! here.
 
 use std::path::{Path, PathBuf};
 
@@ -10,11 +11,11 @@ use crate::benchmark::{self, Cell, Errors, Kind, Labels, Row, Study};
 use crate::store::{self, Provenance, Records, Series, Value};
 
 impl Study {
-    /// Adds what `scripts/peers` measured: from `path`, or from that of the files `peers-*.csv` of `folder`
-    /// which is about the same cells, the newest if none is.
+    /// Adds the measurements of `scripts/peers`: from `path`, or from that of the files `peers-*.csv` of
+    /// `folder` which is about the same cells, or else from the newest.
     ///
     /// # Errors
-    /// [`ReportError::Peers`] if the file cannot be read or is something else.
+    /// [`ReportError::Peers`] if the file cannot be read or has another format.
     pub fn add_peers(&mut self, path: Option<&Path>, folder: &Path) -> Result<(), ReportError> {
         let own = store::fingerprint(&self.cells_csv());
         let Some(file) = (match path {
@@ -109,7 +110,7 @@ impl Study {
         }
     }
 
-    /// What one has to know to read the numbers.
+    /// Explanations of the numbers.
     fn notes(&self) -> Vec<Rich> {
         let mut notes = vec![rich(
             "Time: processor time of one thread, the least of a few passes; each cell on its own, nothing shared \
@@ -213,7 +214,7 @@ impl Study {
     }
 }
 
-/// What `scripts/peers` wrote.
+/// A file written by `scripts/peers`.
 struct PeerFile {
     path: PathBuf,
     /// Fingerprint of the table of cells, if they came from one.
@@ -232,7 +233,7 @@ fn peer_name(peer: &str, form: &str) -> String {
     }
 }
 
-/// The files `peers-*.csv` of a folder in the order of their names, that is, of their dates.
+/// The files `peers-*.csv` of a folder sorted by name, that is, by date.
 fn peer_files(folder: &Path) -> Vec<PathBuf> {
     let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
     let mut files: Vec<PathBuf> = entries
@@ -269,7 +270,7 @@ impl PeerFile {
             let Some(seconds) = number("seconds_per_cell").filter(|seconds| *seconds > 0.0) else {
                 return Err(failed(format!("a row of {} has no time", word("peer"))));
             };
-            // This program measures itself.
+            // This program has its own measurements.
             if word("peer") == "slipmap" {
                 continue;
             }

@@ -13,19 +13,19 @@ use super::units::View;
 use super::{Report, ReportError, document, figure, stale, summary, tables};
 use crate::store::{self, StoreError};
 
-/// What to do with an output that is there already.
+/// Behaviour if the output exists already.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Existing {
-    /// Leave it and report an error.
+    /// Leave it and return an error.
     Refuse,
     /// Replace it.
     Replace,
 }
 
-/// How a report is written.
+/// Options of a report.
 #[derive(Clone, Copy, Debug)]
 pub struct ReportOptions {
-    /// What to do with a report that is there already.
+    /// Behaviour if there is a report already.
     pub existing: Existing,
     /// Whether every figure also writes its numbers as CSV.
     pub data: bool,
@@ -34,8 +34,8 @@ pub struct ReportOptions {
 }
 
 /// Writes the report of a map into `folder`. Files are made in a folder beside it first, so that an error
-/// leaves nothing behind. To replace means to replace files of the same names, and to remove the figures and
-/// tables of an earlier report that this one does not have; others in the folder stay.
+/// leaves nothing behind. Replacing a report replaces files of the same names and removes the figures and
+/// tables of the earlier report that this one does not have; other files stay.
 ///
 /// # Errors
 /// [`ReportError::Exists`], or why something could not be drawn or written.
@@ -64,10 +64,10 @@ pub fn write(
     Ok(())
 }
 
-/// A file that somebody else writes: its name, and how.
+/// A file with a function that writes it: its name and the function.
 pub(super) type Written<'a> = (&'a str, &'a dyn Fn(&Path) -> Result<(), StoreError>);
 
-/// Puts files into `folder`: all of them, or none if anything fails before the last step, the renaming.
+/// Moves files into `folder`: all of them, or none if anything fails before the last step, the renaming.
 pub(super) fn publish(
     folder: &Path,
     existing: Existing,
@@ -92,7 +92,7 @@ pub(super) fn publish(
     for (name, write) in written {
         write(&scratch.path().join(name)).map_err(ReportError::Records)?;
     }
-    // Only now is anything visible changed.
+    // Nothing visible has changed up to here.
     let names = files.iter().map(|(name, _)| name.as_path());
     for name in names.chain(written.iter().map(|(name, _)| Path::new(name))) {
         let (from, to) = (scratch.path().join(name), folder.join(name));
@@ -148,10 +148,10 @@ fn put(path: &Path, contents: &[u8]) -> Result<(), ReportError> {
     fs::write(path, contents).map_err(|source| ReportError::Io { path: path.to_path_buf(), source })
 }
 
-/// Writes one figure; the ending of `path` says its format.
+/// Writes one figure, in the format given by the extension of `path`.
 ///
 /// # Errors
-/// [`ReportError::Format`] for another ending than svg, png or pdf, [`ReportError::Exists`], or why it
+/// [`ReportError::Format`] for another extension than svg, png or pdf, [`ReportError::Exists`], or why it
 /// could not be written.
 pub fn write_figure(
     scene: &Scene,
@@ -171,7 +171,7 @@ pub fn write_figure(
     write_file(&contents, path, existing)
 }
 
-/// Writes one file whole or not at all.
+/// Writes one file atomically.
 ///
 /// # Errors
 /// [`ReportError::Exists`], or why it could not be written.
@@ -195,10 +195,10 @@ pub fn write_file(contents: &[u8], path: &Path, existing: Existing) -> Result<()
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt as _;
-        // Those of any new file; the default of temporary files is readable by their owner only.
+        // The permissions of any new file; temporary files are readable by their owner only.
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
-    // The name of the temporary file would only confuse.
+    // The message leaves out the name of the temporary file.
     let mut file = builder.tempfile_in(folder).map_err(|error| failed(error.kind().into()))?;
     file.write_all(contents).map_err(failed)?;
     let named = match existing {

@@ -1,11 +1,11 @@
-//! The backbone C(r) of a column: for each amplitude r in (0, V] the one damping at which the orbit that
-//! turns at x2 = r closes.
+//! The backbone C(r) of a column: for each amplitude r in (0, V] the one damping at which the orbit with
+//! maximum x2 = r closes.
 //!
 //! The right side of the scalar form increases with D at every angle, so the return map P(r; C) falls
 //! strictly with C, and P(r; C) = r has one root C(r) (theory, "The backbone"). Every slip cycle of every
-//! damping of the column is on this one curve: at C = eps c they are the solutions of C(r) = C; one attracts
-//! where C falls with r and repels where it rises. C(0+) is the weakening rate at belt speed (Hopf), C(V) is
-//! eps c* (grazing), and the extremes between are folds.
+//! damping of the column lies on this curve: at C = eps c they are the solutions of C(r) = C; a cycle
+//! attracts where C falls with r and repels where it rises. C(0+) is the weakening rate at belt speed (Hopf),
+//! C(V) is eps c* (grazing), and the extremes between are folds.
 //!
 //! C is interpolated in r by Chebyshev polynomials through nodes that are doubled until the coefficients have
 //! decayed.
@@ -22,11 +22,11 @@ use crate::friction::{Column, Curve};
 
 /// Numbers of intervals between nodes, coarse to fine.
 const SIZES: [usize; 5] = [8, 16, 32, 64, 128];
-/// The finest of them where the law has corners: C is smooth to finite order only, and more nodes gain
+/// The finest of them where the law has corners: C is then smooth to finite order only, and more nodes gain
 /// little.
 const FINEST_WITH_CORNERS: usize = 64;
 
-/// A place where C stops rising or falling with r, or an end.
+/// An extreme of C(r), or one of its ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TurningPoint {
     /// The amplitude r: largest x2 on the orbit.
@@ -35,10 +35,10 @@ pub struct TurningPoint {
     pub viscous: f64,
 }
 
-/// A slip cycle at some damping, as the backbone has it.
+/// A slip cycle at some damping, as read from the backbone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossing {
-    /// Amplitudes between which it is the only cycle.
+    /// Bounds of its amplitude, between which there is no other cycle.
     pub between: [f64; 2],
     /// Whether it attracts.
     pub is_stable: bool,
@@ -53,11 +53,11 @@ pub struct Backbone {
     turning_points: Vec<TurningPoint>,
     /// Estimate of the absolute error of C at any r.
     pub error: f64,
-    /// Evaluations of the right-hand side, where the polar form was used.
+    /// Number of evaluations of the right-hand side, where the polar form was used.
     pub rhs: u64,
 }
 
-/// Solves for C at one amplitude after the other.
+/// Computes C at one amplitude after the other.
 struct Solver<'a> {
     curve: &'a Curve,
     belt_speed: f64,
@@ -118,8 +118,8 @@ fn sum(series: &[f64], x: f64) -> f64 {
 }
 
 impl Backbone {
-    /// The backbone of a column, with an error of about `tolerance` in units of the weakening rate where that
-    /// can be had.
+    /// Computes the backbone of a column, with an error of about `tolerance` in units of the weakening rate
+    /// where that can be reached.
     ///
     /// # Errors
     /// [`Failure`] of an orbit.
@@ -189,8 +189,8 @@ impl Backbone {
         sum(&self.series, 2.0 * radius / self.belt_speed - 1.0)
     }
 
-    /// The ends r = 0 and r = V, and the folds between them, by growing r. Between neighbours C rises or
-    /// falls throughout; wiggles within its error are left out.
+    /// The ends r = 0 and r = V, and the folds between them, by increasing r. Between neighbours C is
+    /// monotone; extremes within its error are left out.
     #[must_use]
     pub fn turning_points(&self) -> &[TurningPoint] {
         &self.turning_points
@@ -203,7 +203,7 @@ impl Backbone {
     }
 
     fn find_turning_points(&self, [at_rest, at_belt]: [f64; 2]) -> Vec<TurningPoint> {
-        // Twice as many places as there are extremes of the highest polynomial.
+        // Twice as many intervals as the highest polynomial has extremes.
         let places = 4 * (self.series.len() - 1);
         let radius = |i: usize| 0.5 * self.belt_speed * (1.0 - node(i, places));
         let mut found = vec![TurningPoint { radius: 0.0, viscous: at_rest }];
@@ -218,7 +218,7 @@ impl Backbone {
             }
         }
         found.push(TurningPoint { radius: self.belt_speed, viscous: at_belt });
-        // The smallest step between neighbours goes, with both its ends or with the one that is no end of the
+        // Remove the smallest step between neighbours: both its ends, or the one that is not an end of the
         // curve.
         while let Some(i) = (1..found.len())
             .filter(|&i| {
@@ -238,16 +238,16 @@ impl Backbone {
         found
     }
 
-    /// The slip cycles at C = `viscous`, by growing amplitude. The stability of the equilibrium and whether
-    /// the orbit from the exit point returns to the belt line are put in, so that the number is even or odd
-    /// as it must be. `None` where C is within the error of a fold's.
+    /// The slip cycles at C = `viscous`, by increasing amplitude. The stability of the equilibrium and
+    /// whether the orbit from the exit point returns to the belt line fix the parity of their number. `None`
+    /// where C is within the error of a fold's.
     #[must_use]
     pub fn cycles(&self, viscous: f64, equilibrium_is_stable: bool, returns: bool) -> Option<Vec<Crossing>> {
         if self.folds().iter().any(|fold| (fold.viscous - viscous).abs() <= self.error) {
             return None;
         }
         let last = self.turning_points.len() - 1;
-        // Whether orbits of this amplitude shrink.
+        // Returns whether orbits of this amplitude shrink.
         let inward = |i: usize| match i {
             0 => equilibrium_is_stable,
             i if i == last => !returns,
@@ -265,7 +265,7 @@ impl Backbone {
     pub fn narrowed(&self, cycle: &Crossing, viscous: f64) -> [f64; 2] {
         let [from, to] = cycle.between;
         let rises = !cycle.is_stable;
-        // Where C certainly has not come to `viscous` yet, and where it certainly has.
+        // Radii on either side of the crossing, at a distance of the error.
         let bound = |shift: f64| {
             let (mut low, mut high) = (from, to);
             for _ in 0..60 {
@@ -281,13 +281,13 @@ impl Backbone {
         };
         let pad = 2.0 * self.error;
         let [low, high] = [bound(pad)[0], bound(-pad)[1]];
-        // A little more room: the interpolant's own root may be off by a few roundings.
-        let room = 1e-9 * (to - from);
-        [(low - room).max(from), (high + room).min(to)]
+        // An allowance for rounding errors of the interpolant's own root.
+        let allowance = 1e-9 * (to - from);
+        [(low - allowance).max(from), (high + allowance).min(to)]
     }
 }
 
-/// The place of the maximum of `f`, which rises and then falls between two places.
+/// The maximum of `f`, which rises and then falls between two places, by golden section.
 fn golden(f: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2]) -> f64 {
     let share = 0.5 * (3.0 - 5.0_f64.sqrt());
     let (mut a, mut b) = (low + share * (high - low), high - share * (high - low));

@@ -1,5 +1,5 @@
-//! Where the long-run behaviour changes: the bifurcations of codimension one, each as a test function that
-//! changes its sign there, and their curves in any plane of two parameters.
+//! The bifurcations of codimension one, each as a test function that changes its sign there, and their curves
+//! in any plane of two parameters.
 //!
 //! | bifurcation | test function | what happens |
 //! | --- | --- | --- |
@@ -17,9 +17,9 @@ use super::{Failure, Fate, flow};
 use crate::filippov::Oscillator;
 use crate::friction::Column;
 
-/// The length of the stick segment, twice the static friction: the landing speed at which it is missed.
+/// Length of the stick segment, twice the static friction: the landing speed at which it is missed.
 const SEGMENT: f64 = 2.0;
-/// A value is compared with that at a tolerance this much coarser, and their distance taken for its error.
+/// Factor from the tolerance to a coarser one: the difference of the two values is taken as the error.
 const COARSER: f64 = 100.0;
 
 /// A bifurcation of codimension one.
@@ -54,18 +54,19 @@ impl Bifurcation {
         }
     }
 
-    /// Its test function, with an accuracy of about `tolerance`; `None` where there is none or no answer.
+    /// The test function, with an accuracy of about `tolerance`; `None` where it is undefined or unknown.
     #[must_use]
     pub fn test(self, oscillator: &Oscillator, tolerance: f64) -> Option<TestValue> {
         match self {
             Bifurcation::Hopf => Some(trace(oscillator)),
             Bifurcation::GrazingSliding => margin(oscillator, tolerance),
             Bifurcation::Landing => twice(tolerance, |tolerance| {
-                // An orbit that stays away comes to the belt line without speed as it begins to graze.
+                // An orbit that stays below the belt line counts as one that grazes it, with landing speed
+                // zero.
                 Ok(Some(landing_speed(oscillator, tolerance)?.unwrap_or(0.0) - SEGMENT))
             }),
             Bifurcation::Crossing => twice(tolerance, |tolerance| second_crossing(oscillator, tolerance)),
-            // There is one slip cycle at most (see there), and none to meet.
+            // There is at most one slip cycle (see `weakening_is_convex`), so none can meet.
             Bifurcation::Fold if oscillator.curve.weakening_is_convex() => None,
             Bifurcation::Fold => {
                 let backbone =
@@ -77,15 +78,15 @@ impl Bifurcation {
         }
     }
 
-    /// Its curves in a plane of two parameters. `at` takes a place in the unit square to the oscillator there
-    /// and is never asked outside; places and errors of the curves are in sides of the square.
+    /// The curves in a plane of two parameters. `at` maps a point of the unit square to the oscillator there
+    /// and is never evaluated outside; points and errors of the curves are in sides of the square.
     #[must_use]
     pub fn curves(self, at: &(dyn Fn([f64; 2]) -> Oscillator + Sync), tolerance: f64) -> Vec<Branch> {
         zero_curves(&|place| self.test(&at(place), tolerance))
     }
 }
 
-/// A value with the error that a coarser tolerance shows.
+/// A value, with its difference from that at a coarser tolerance as the error.
 fn twice(tolerance: f64, value: impl Fn(f64) -> Result<Option<f64>, Failure>) -> Option<TestValue> {
     let fine = value(tolerance).ok()??;
     let coarse = value(COARSER * tolerance).ok()??;
@@ -98,7 +99,7 @@ fn trace(oscillator: &Oscillator) -> TestValue {
     TestValue { value, error: 4.0 * f64::EPSILON * (value.abs() + oscillator.viscous.abs()) }
 }
 
-/// The scaled margin; far from grazing at least its sign.
+/// The scaled margin; far from grazing perhaps only its sign.
 fn margin(oscillator: &Oscillator, tolerance: f64) -> Option<TestValue> {
     let column = Column { curve: oscillator.curve.clone(), epsilon: 1.0, belt_speed: oscillator.belt_speed };
     if let Some(Turn::Complete { margin, error, .. }) =

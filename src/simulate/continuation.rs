@@ -1,40 +1,39 @@
-//! Curves in a plane of two parameters on which a test function vanishes, by continuation.
+//! Curves on which a test function vanishes in a plane of two parameters, by continuation.
 //!
 //! The plane is the unit square: callers map it to their parameters. Curves are found by the signs of the
 //! function on a grid of [`STEPS`] steps a side, so a closed curve that fits between its nodes is missed, and
 //! followed from there in both directions by pseudo-arclength continuation: a step along the secant, then a
 //! root on the normal through its end. Steps shrink where the curve turns. A curve ends on the border of the
-//! square, where it closes, or where the function is not defined any more (for instance at a point of
-//! codimension two).
+//! square, where it closes, or where the function is undefined (for instance at a point of codimension two).
 //!
-//! **Error.** Of each point, its distance from the curve: (|value| + error of the value) over the slope of
+//! **Error.** For each point, its distance from the curve: (|value| + error of the value) over the slope of
 //! the function along the normal. Between points the curve leaves its chord by at most about an eighth of the
 //! longest step times the largest turn, 6e-4.
 
 use rayon::prelude::*;
 
-/// Steps of the grid of signs along each side.
+/// Number of steps of the grid of signs along each side.
 pub const STEPS: usize = 40;
 /// Longest step of the continuation.
 const LONGEST: f64 = 0.025;
-/// Shortest one; a curve that needs shorter ones has come to its end.
+/// Shortest step; a curve that needs shorter ones ends.
 const SHORTEST: f64 = 1e-5;
-/// Steps that turn by more are taken again at half the length; those that turn by a third of it are followed
-/// by longer ones.
+/// Largest angle between successive steps: a step that turns by more is repeated at half the length, one that
+/// turns by less than a third of it is followed by a longer one.
 const LARGEST_TURN: f64 = 0.2;
-/// Points of one curve after which it is given up.
+/// Largest number of points of one curve.
 const MOST_POINTS: usize = 20_000;
-/// Trials for one root.
+/// Largest number of trials for one root.
 const TRIALS: u32 = 60;
-/// A root is as near as its neighbours in double precision.
+/// Smallest distance of two trials: neighbours in double precision.
 const NEAREST: f64 = 1e-14;
-/// A value this many times its error is no zero ..
+/// A value larger than this multiple of its error is not a zero,
 const NOISE: f64 = 16.0;
-/// .. unless it is this small, which values of order one are next to a root that cannot be told closer.
+/// unless it is smaller than this: values of order one next to a root that cannot be located more closely.
 const SMALL: f64 = 1e-9;
 /// Half the distance of the central differences that give the first direction.
 const DIFFERENCE: f64 = 1e-4;
-/// Zeros on the grid this near to a curve are taken to lie on it, see the module's text on chords.
+/// Zeros on the grid within this distance of a curve count as points of it, see the module's text on chords.
 const COVERED: f64 = 2e-3;
 
 /// A value of a test function.
@@ -46,13 +45,13 @@ pub struct TestValue {
     pub error: f64,
 }
 
-/// A test function on the unit square; `None` where it is not defined. It is never asked outside.
+/// A test function on the unit square; `None` where it is undefined. It is never evaluated outside.
 pub type TestFunction<'a> = &'a (dyn Fn([f64; 2]) -> Option<TestValue> + Sync);
 
 /// A point of a curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CurvePoint {
-    /// Where it lies in the unit square.
+    /// Its position in the unit square.
     pub place: [f64; 2],
     /// Estimate of its distance from the curve, in sides of the square.
     pub error: f64,
@@ -119,7 +118,7 @@ fn seeds(function: TestFunction) -> Vec<CurvePoint> {
         .collect()
 }
 
-/// Whether a place lies on a branch, to within the distance that chords keep.
+/// Returns whether a point lies on a branch, within the distance of chords.
 fn covers(branch: &Branch, place: [f64; 2]) -> bool {
     branch.points.windows(2).any(|ends| distance_to_segment(place, ends[0].place, ends[1].place) < COVERED)
 }
@@ -171,7 +170,7 @@ struct Root {
     slope: f64,
 }
 
-/// A line on which a root is sought, up to `reach` from where it starts.
+/// A line on which a root is searched, up to `reach` from its start.
 struct Line<'a> {
     function: TestFunction<'a>,
     from: [f64; 2],
@@ -184,7 +183,7 @@ impl Line<'_> {
         [self.along[0].mul_add(s, self.from[0]), self.along[1].mul_add(s, self.from[1])]
     }
 
-    /// `None` outside the square, beyond the reach, and where the function is not defined.
+    /// The value at `s`; `None` outside the square, beyond the reach, and where the function is undefined.
     fn value(&self, s: f64) -> Option<TestValue> {
         let place = self.place(s);
         (s.abs() <= self.reach && is_inside(place)).then(|| (self.function)(place)).flatten()
@@ -194,12 +193,12 @@ impl Line<'_> {
     fn root_near(&mut self, slope: f64) -> Option<Root> {
         let first = self.value(0.0)?.value;
         let step = if first == 0.0 { SHORTEST } else { -first / slope };
-        // A guess that tells the slope even next to the root.
+        // A step long enough to show the slope even next to the root.
         let step = step.signum() * step.abs().clamp(1e-3 * SHORTEST, self.reach);
         self.root((0.0, first), (step, self.value(step)?.value))
     }
 
-    /// The root from two places with their values, by secants and, once two signs are known, bisection.
+    /// The root from two points with their values, by secants and, once two signs are known, bisection.
     fn root(&mut self, mut before: (f64, f64), mut here: (f64, f64)) -> Option<Root> {
         let mut bracket: Option<[(f64, f64); 2]> = None;
         let mut slope = f64::NAN;
@@ -207,7 +206,7 @@ impl Line<'_> {
             if (before.1 > 0.0) != (here.1 > 0.0) {
                 bracket = Some([before, here]);
             } else if let Some([a, b]) = bracket {
-                // The end of the same sign as the newest value gives way to it.
+                // Replace the end whose sign is that of the newest value.
                 bracket = Some(if (a.1 > 0.0) == (here.1 > 0.0) { [here, b] } else { [a, here] });
             }
             let secant = (here.1 - before.1) / (here.0 - before.0);
@@ -224,7 +223,7 @@ impl Line<'_> {
             let TestValue { value, error } = self.value(next)?;
             let moved = (next - here.0).abs();
             if value.abs() <= error || moved <= NEAREST {
-                // A sign that jumps is no zero.
+                // A jump of sign is not a zero.
                 let zero = value.abs() <= (NOISE * error).max(SMALL);
                 let distance = (value.abs() + error) / slope.abs();
                 let point = CurvePoint { place: self.place(next), error: distance + NEAREST };
@@ -257,7 +256,7 @@ fn follow(
         let predicted = [direction[0].mul_add(h, here[0]), direction[1].mul_add(h, here[1])];
         if !is_inside(predicted) {
             match on_border(function, here, direction, h, slope) {
-                // A curve that touches the border may bend away from the chord to it, like any other step.
+                // A curve that touches the border may turn away from the chord to it, like any other step.
                 Some(end) if turn_of(direction, minus(end.place, here)) <= LARGEST_TURN => {
                     points.push(end);
                     return (points, false);
@@ -303,7 +302,7 @@ fn on_border(
     h: f64,
     slope: f64,
 ) -> Option<CurvePoint> {
-    // The side that is met first, and how far away it is.
+    // The side that is met first, and its distance.
     let sides = [0, 1].map(|axis| {
         let border = if direction[axis] > 0.0 { 1.0 } else { 0.0 };
         let away =
@@ -315,7 +314,7 @@ fn on_border(
     from[axis] = border;
     from[1 - axis] = from[1 - axis].clamp(0.0, 1.0);
     if away == 0.0 {
-        // It began on this side and leaves the square at once.
+        // The curve begins on this side and leaves the square at once.
         return None;
     }
     let mut along = [0.0; 2];
@@ -329,7 +328,7 @@ fn on_border(
 mod tests {
     use super::*;
 
-    /// A function with an error of round-off.
+    /// A function whose error is round-off.
     fn exact(f: impl Fn(f64, f64) -> f64 + Sync) -> impl Fn([f64; 2]) -> Option<TestValue> + Sync {
         move |[x, y]| Some(TestValue { value: f(x, y), error: 4.0 * f64::EPSILON })
     }

@@ -1,4 +1,4 @@
-//! The critical damping c* of a column: where the grazing margin vanishes.
+//! The critical damping c* of a column: the root of the grazing margin.
 //!
 //! At c* the orbit from the exit point grazes the belt line, so ln(r/V) is a *periodic* function p of the
 //! angle with p(0) = 0. That turns the root search into a small spectral problem without any stepping:
@@ -8,25 +8,25 @@
 //! g = p'(theta; p, C),    C <- C - mean(g) / mean(dg/dC),    p <- antiderivative of g
 //! ```
 //!
-//! by trigonometric interpolation. The sweep contracts fast because p moves D only through D'(u), and the
+//! by trigonometric interpolation. The sweep converges fast because p changes D only through D'(u), and the
 //! error falls geometrically with M because the orbit is analytic. Columns outside the domain of the polar
 //! form are searched with [`flow`].
 //!
-//! **Error of the sweeps.** Let delta be what the last sweep left of the equation: its g less the slope of
-//! the p at which g was taken. It has zero mean. A small change delta of the right-hand side moves C by the
-//! mean of W delta over that of W dg/dC, with the weight W = exp(integral of a from theta to 2 pi), a =
-//! dg/dp: a change made at theta has grown or shrunk by that much at the end of the turn. As delta has zero
-//! mean, W may be lessened by any constant, half of which spans its range:
+//! **Error of the sweeps.** Let delta be the residual of the equation after the last sweep: its g less the
+//! slope of the p at which g was taken. It has zero mean. A small change delta of the right-hand side moves C
+//! by the mean of W delta over that of W dg/dC, with the weight W = exp(integral of a from theta to 2 pi), a
+//! = dg/dp: a change made at theta has grown or shrunk by that factor at the end of the turn. As delta has
+//! zero mean, any constant may be subtracted from W, and the best one leaves half of its range:
 //!
 //! ```text
 //! |error of C| <= (exp(R) - 1)/2 mean|delta| / mean|dg/dC|,    R = max(integral of a+, integral of a-)
 //! ```
 //!
-//! up to the square of delta. The size of the last *correction* of C is no such bound: it is a mean, and
-//! passes through zero where p has not settled.
+//! up to the square of delta. The size of the last *correction* of C is not such a bound: it is a mean, and
+//! passes through zero where p has not converged.
 //!
-//! **Error of the angles.** Judged by three successive M, never by one, nor by two, which may agree by
-//! chance.
+//! **Error of the angles.** Estimated from three successive M, never from one, nor from two, which may agree
+//! by chance.
 
 use std::cell::Cell;
 use std::f64::consts::TAU;
@@ -41,20 +41,20 @@ use crate::filippov::Oscillator;
 use crate::friction::Column;
 use crate::point::ScaledGroups;
 
-/// A column that leaves the domain of the polar form is tried again on this many further circles.
+/// Number of further circles on which a column that leaves the domain of the polar form is tried again.
 const RETRY_RUNGS: usize = 4;
 /// Numbers of angles, coarse to fine.
 const ANGLES: [usize; 11] = [8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256];
-/// Sweeps on one set of angles after which the iteration is taken to diverge.
+/// Number of sweeps on one set of angles after which the iteration counts as divergent.
 const MOST_SWEEPS: u32 = 40;
 /// Round-off of C, and of the residual, in units of the scale of C: sums of up to 256 terms of that size,
 /// with random signs of error.
 const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
 /// Error estimate of C in units of its change from the last circle: the error oscillates as it falls.
 const LAST_CHANGE_WEIGHT: f64 = 8.0;
-/// And in units of the change before: two circles may agree by chance, three do not.
+/// The same in units of the change before: two circles may agree by chance, three do not.
 const CHANGE_BEFORE_WEIGHT: f64 = 0.2;
-/// Angles of the coarsest circle in units of sqrt(1 + k), see [`first_rung`].
+/// Number of angles of the coarsest circle in units of sqrt(1 + k), see [`first_rung`].
 const ANGLES_PER_POLE: f64 = 1.0;
 /// Largest |ln(r/V)| that [`exp`] covers.
 const LARGEST_LOG: f64 = 0.7;
@@ -62,16 +62,16 @@ const LARGEST_LOG: f64 = 0.7;
 /// The critical damping of a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CriticalDamping {
-    /// c*: the orbit from the exit point comes back to the belt line for c < c* and not for c > c*.
-    /// Negative where it does not come back for any legal damping.
+    /// c*: the orbit from the exit point returns to the belt line for c < c* and not for c > c*. Negative
+    /// where it does not return for any legal damping.
     pub c: f64,
     /// Estimate of the absolute error of `c`.
     pub error: f64,
-    /// Evaluations of the right-hand side.
+    /// Number of evaluations of the right-hand side.
     pub rhs: u64,
 }
 
-/// Why a column has no critical damping.
+/// Reason why a column has no critical damping.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NoCriticalDamping {
     /// The engines gave no verdict where the search needed one.
@@ -79,7 +79,7 @@ pub enum NoCriticalDamping {
     NoVerdict,
 }
 
-/// What the spectral iteration found.
+/// Result of the spectral iteration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Spectral {
     /// C* and its error estimate.
@@ -88,7 +88,7 @@ enum Spectral {
     NoAnswer { rhs: u64 },
 }
 
-/// Angles of one size and the matrix that maps a periodic function of zero mean, sampled on them, to its
+/// Equal angles, and the matrix that maps a periodic function of zero mean, sampled on them, to its
 /// antiderivative that vanishes at angle 0.
 struct Circle {
     angles: Vec<Angle>,
@@ -120,7 +120,8 @@ impl Circle {
     }
 }
 
-/// exp(x) for |x| <= [`LARGEST_LOG`] to about an ulp: Taylor series of exp(x/8) to degree 9, cubed in twos.
+/// exp(x) for |x| <= [`LARGEST_LOG`] to about an ulp: Taylor series of exp(x/8) to degree 9, then three
+/// squarings.
 #[inline(always)]
 fn exp(x: f64) -> f64 {
     let y = 0.125 * x;
@@ -138,8 +139,8 @@ fn exp(x: f64) -> f64 {
     1.0 + expm1
 }
 
-/// A bound on exp(x) - 1 for x >= 0 from above, close to it for x < 8, infinite from 16 on:
-/// exp(y) <= (1 + y/2) / (1 - y/2) for 0 <= y < 2.
+/// An upper bound on exp(x) - 1 for x >= 0, close to it for x < 8, infinite from 16 on: exp(y) <= (1 + y/2) /
+/// (1 - y/2) for 0 <= y < 2.
 #[inline(always)]
 fn exp_m1_above(x: f64) -> f64 {
     let y = 0.0625 * x;
@@ -155,7 +156,7 @@ fn exp_m1_above(x: f64) -> f64 {
 struct Sweeps {
     /// Bound on the error of C that more sweeps would remove.
     left: [f64; LANES],
-    /// Whether that is as small as asked for, or as round-off lets it be.
+    /// Whether that is as small as requested, or at the level of round-off.
     settled: [bool; LANES],
     /// Whether the orbit stays in the domain of the polar form.
     inside: [bool; LANES],
@@ -280,7 +281,7 @@ fn sweep(
     Sweeps { left, settled, inside, sweeps }
 }
 
-/// Carries [`sweep`] into the function whose vector width pulp picks at run time.
+/// Arguments of [`sweep`] for the function whose vector width pulp selects at run time.
 struct Dispatched<'a> {
     lanes: &'a mut Lanes,
     circle: &'a Circle,
@@ -306,7 +307,7 @@ fn spectral(starts: &[ScaledGroups], tolerance: f64) -> Vec<Spectral> {
     let mut answers = vec![Spectral::NoAnswer { rhs: 0 }; starts.len()];
     let mut changes = vec![f64::INFINITY; starts.len()];
     let mut waiting: Vec<usize> = Vec::new();
-    // From coarse to fine: columns come in at the first circle that sees the pole of their divergence.
+    // From coarse to fine: a column begins at the first circle that resolves the pole of its divergence.
     let first: Vec<Option<usize>> = starts.iter().map(first_rung).collect();
     for rung in 0..ANGLES.len() {
         let circle = Circle::of_rung(rung);
@@ -340,8 +341,8 @@ fn spectral(starts: &[ScaledGroups], tolerance: f64) -> Vec<Spectral> {
                 let rhs = rhs + u64::from(done.sweeps) * circle.angles.len() as u64;
                 let viscous = lanes.damping()[lane];
                 if !(done.inside[lane] && done.settled[lane] && viscous.is_finite()) {
-                    // A coarse circle may fail where a fine one does not, but a finer one will cost more
-                    // than the search that takes over.
+                    // A coarse circle may fail where a fine one does not, but a finer one would cost more
+                    // than the search by orbits.
                     answers[column] = Spectral::NoAnswer { rhs };
                     if rung < RETRY_RUNGS || Some(rung) == first[column] {
                         still.push(column);
@@ -368,8 +369,8 @@ fn spectral(starts: &[ScaledGroups], tolerance: f64) -> Vec<Spectral> {
     answers
 }
 
-/// The coarsest circle that sees the pole of the divergence, q = 0, which is sqrt(2 / k) from the angle 0: on
-/// coarser ones several in a row may agree and be wrong. `None` if none does.
+/// The coarsest circle that resolves the pole of the divergence, q = 0, which is sqrt(2 / k) from the angle
+/// 0: on coarser ones several in a row may agree on a wrong value. `None` if no circle does.
 fn first_rung(groups: &ScaledGroups) -> Option<usize> {
     ANGLES.iter().position(|&angles| angles as f64 >= ANGLES_PER_POLE * (1.0 + groups.k).sqrt())
 }
@@ -392,7 +393,7 @@ pub fn critical_dampings(
         let law = column.curve.stribeck()?;
         Some(law.scaled(column.belt_speed, column.curve.mean_weakening(column.belt_speed)))
     };
-    // The vectorised search knows the Stribeck law; other columns go one by one.
+    // The vectorised search supports the Stribeck law only; other columns are computed one by one.
     let starts: Vec<ScaledGroups> = columns.iter().filter_map(scaled).collect();
     let mut vectorised = spectral(&starts, tolerance).into_iter();
     let answer = |column: &Column| {
@@ -427,14 +428,14 @@ pub fn critical_damping(column: &Column, tolerance: f64) -> Result<CriticalDampi
     critical_dampings(std::slice::from_ref(column), tolerance)[0]
 }
 
-/// Evaluations of the right-hand side of the Stribeck law after which the search of a column gives up: orbits so stiff
-/// that one of them takes a million.
+/// Number of evaluations of the right-hand side of the Stribeck law after which the search of a column ends:
+/// reached by orbits so stiff that one of them takes a million.
 const WORK: u64 = 4_000_000;
 
-/// Searches a column with the simulated flow, which decides overdamped points too.
+/// Searches a column with the simulated flow, which also decides overdamped points.
 fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, NoCriticalDamping> {
     let mut rhs = rhs;
-    // Error of the margin where it leaves the sign open.
+    // Error of the margin of an orbit that is too close to call.
     let undecided = Cell::new(0.0);
     let budget = WORK / column.curve.cost();
     let mut margin = |c: f64| {
@@ -454,14 +455,14 @@ fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, 
             Fate::Failed(_) => Err(NoCriticalDamping::NoVerdict),
         }
     };
-    // The even part of the divergence brackets the root (theory, "The tests"); signs are checked all the
-    // same.
+    // The even part of the divergence brackets the root (theory, "The tests"); the signs are checked
+    // nevertheless.
     let range = column.curve.even_weakening_range(column.belt_speed);
     let width = (range.hi - range.lo).abs() / column.epsilon;
     let pad = 1e-6 * width + 1e-12 * (range.hi.abs() + range.lo.abs()) / column.epsilon;
     let (low, high) = (range.lo / column.epsilon - pad, range.hi / column.epsilon + pad);
     if low < 0.0 && high > 0.0 && margin(0.0)? < 0.0 {
-        // No legal damping is small enough: how negative c* is concerns nobody.
+        // No legal damping is small enough; the value of a negative c* is not needed.
         return Ok(CriticalDamping { c: 0.5 * low, error: -0.5 * low, rhs });
     }
     let bracket = Bracket { low: (low, margin(low)?), high: (high, margin(high)?) };
@@ -475,8 +476,9 @@ fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, 
         }
         Found::Zero(c, bracket) => (c, bracket),
     };
-    // As near as the flow sees, though a secant may have left the other end far behind: c* is as near as the
-    // next dampings, on either side, that it tells apart.
+    // The resolution of the flow limits the error, though a secant may have left the other end of the bracket
+    // far away: the error is the distance of the nearest dampings, on either side, that the flow
+    // distinguishes.
     let mut near = (2.0 * undecided.get() / bracket.steepness()).max(enough);
     while near < bracket.width() {
         let told_below = c - near <= bracket.low.0 || margin(c - near)? > 0.0;

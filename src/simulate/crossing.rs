@@ -1,4 +1,4 @@
-//! Cycles that touch the belt line: crossing cycles, which never stick, and the stick-slip cycle's shape.
+//! Cycles that meet the belt line: crossing cycles, which never stick, and the shape of the stick-slip cycle.
 //!
 //! A point (e + y, V), y > 0, beyond the exit point e = 1 - eps c V is crossed downward with x2' = -y. The
 //! loop from it goes below the belt line, comes back there with x2' = wL, crosses upward if wL > 2 (the
@@ -16,15 +16,15 @@ use super::work::Work;
 use super::{Failure, Fate, Flow, Range};
 use crate::filippov::{Oscillator, Side};
 
-/// Jump of x2' across the belt line: friction acts with the static force, 1, both ways.
+/// Jump of x2' across the belt line: twice the static friction force of 1.
 const JUMP: f64 = 2.0;
-/// Values of y at which the sign of y' - y is looked at, per factor of ten; cycles closer to each other than
-/// that are missed in pairs.
+/// Number of values of y per factor of ten at which the sign of y' - y is computed; pairs of cycles closer to
+/// each other are missed.
 const PER_DECADE: i32 = 8;
-/// They are looked for between these decades, in units of max(1, V). Orbits farther out see dry friction as
-/// a loss: the belt's motion no longer matters to them.
+/// Decades searched, in units of max(1, V). Farther out dry friction only dissipates: the belt's motion no
+/// longer matters.
 const DECADES: std::ops::RangeInclusive<i32> = -6..=2;
-/// Newton steps and bisections that find a fixed point.
+/// Largest number of Newton steps and bisections for a fixed point.
 const MOST_TRIALS: u32 = 100;
 
 /// A loop from a downward crossing of the belt line.
@@ -61,7 +61,7 @@ pub struct CrossingCycle {
 }
 
 impl CrossingCycle {
-    /// Whether it attracts.
+    /// Returns whether it attracts.
     #[must_use]
     pub fn is_stable(&self) -> bool {
         self.multiplier < 1.0
@@ -79,14 +79,14 @@ pub struct StickSlipCycle {
     pub displacement: Range,
 }
 
-/// Where a loop leads, and the extremes on its way.
+/// Result of a loop, with the extremes of the orbit.
 struct Looped {
     end: Loop,
     extent: Extent,
 }
 
-/// The loop from (e + `beyond_exit`, V), `beyond_exit` >= 0, with the error `tolerance` relative to the
-/// larger of V and `beyond_exit`.
+/// Follows the loop from (e + `beyond_exit`, V), `beyond_exit` >= 0, with the error `tolerance` relative to
+/// the larger of V and `beyond_exit`.
 ///
 /// # Errors
 /// [`Failure`].
@@ -121,8 +121,8 @@ fn looped(oscillator: &Oscillator, y: f64, tolerance: f64, work: &Work) -> Resul
     Ok(Looped { end: Loop::Crosses { beyond_exit, slope, time: up.time + down.time }, extent })
 }
 
-/// x2' with which the orbit from the exit point comes back to the belt line, on the lower side; `None` if it
-/// does not. The orbit sticks there if this is below 2 and crosses if it is above.
+/// The landing speed: x2' on the lower side with which the orbit from the exit point returns to the belt
+/// line; `None` if it does not. The orbit sticks there if this is below 2 and crosses if it is above.
 ///
 /// # Errors
 /// [`Failure`].
@@ -143,8 +143,8 @@ fn landing_speed_within(
     })
 }
 
-/// How far beyond the exit point the orbit from there crosses down again, after it crossed up past the end of
-/// the stick segment; negative if it sticks from above, `None` if it did not cross.
+/// The distance beyond the exit point at which the orbit from there crosses down again, after it crossed up
+/// past the end of the stick segment; negative if it sticks from above, `None` if it did not cross.
 ///
 /// # Errors
 /// [`Failure`].
@@ -160,7 +160,7 @@ pub fn second_crossing(oscillator: &Oscillator, tolerance: f64) -> Result<Option
     Ok(Some(-(upper.upper_arc(|_, _, _| ())?.w + JUMP)))
 }
 
-/// Whether a loop leads farther out.
+/// Returns whether a loop leads farther out.
 fn outward(from: f64, end: &Loop) -> bool {
     matches!(end, Loop::Crosses { beyond_exit, .. } if *beyond_exit > from)
 }

@@ -2,9 +2,9 @@
 //! (Hairer, Norsett, Wanner: Solving Ordinary Differential Equations I, section II.5; coefficients as
 //! published there).
 //!
-//! The step is a pure function of stage values, so that the same code serves eight orbits in the lanes
-//! of a vector and the components of one orbit. Every product is fused into its sum, which makes results
-//! equal on all machines, whatever their vector width.
+//! The step is a pure function of stage values, so that the same code serves eight orbits in the lanes of a
+//! vector and the components of one orbit. Every product is fused with its sum, which makes results equal on
+//! all machines, whatever their vector width.
 
 /// Number of stages, and of right-hand sides per step.
 pub(super) const STAGES: usize = 12;
@@ -93,10 +93,10 @@ const WEIGHTS: [(usize, f64, f64, f64); 8] = [
     (11, 0.04471061572777259, -0.022355307863886294, 0.02265179219836082),
 ];
 
-/// A right-hand side y' = f, seen from inside one step.
+/// A right-hand side y' = f within one step.
 ///
-/// A trait and not a closure: a closure cannot be told to inline into the function whose vector width was
-/// chosen at run time, and without that every fused product becomes a library call.
+/// A trait and not a closure: a closure cannot be forced to inline into the function whose vector width is
+/// selected at run time, and without that every fused product becomes a library call.
 pub(super) trait Field<const N: usize> {
     /// f at the abscissa `NODES[stage]` of the step.
     fn slope(&mut self, stage: usize, state: &[f64; N]) -> [f64; N];

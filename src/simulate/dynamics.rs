@@ -1,11 +1,11 @@
-//! All that the flow of one oscillator tends to, or is kept apart by.
+//! All attractors of one oscillator, and the cycles that separate their basins.
 
 use super::crossing::{CrossingCycle, StickSlipCycle, crossing_cycles, stick_slip_cycle};
 use super::slip_cycle::{Kick, SlipCycle, Unknown, kick_onto, slip_cycles};
 use super::{Fate, Flow};
 use crate::filippov::{Eigenvalues, Oscillator};
 
-/// The equilibrium and the cycles, with their stability as computed.
+/// The equilibrium and all cycles, with their stability.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dynamics {
     /// Eigenvalues at the equilibrium.
@@ -16,12 +16,12 @@ pub struct Dynamics {
     pub slip: Vec<SlipCycle>,
     /// Cycles that cross the belt line, by growing size.
     pub crossing: Vec<CrossingCycle>,
-    /// The kick that carries steady slip out of the reach of the equilibrium and of all slip cycles: `None`
-    /// where the equilibrium is unstable and needs none, or where no kick below the belt line does it.
+    /// The kick that carries steady slip out of the basins of the equilibrium and of all slip cycles: `None`
+    /// where the equilibrium is unstable and needs none, or where no kick below the belt line suffices.
     pub kick: Option<Kick>,
 }
 
-/// What orbits tend to on one side of a cycle that repels.
+/// The attractor of orbits on one side of a repelling cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Neighbour {
     /// Steady slip.
@@ -30,12 +30,12 @@ pub enum Neighbour {
     SlipCycle,
     /// The stick-slip cycle.
     StickSlip,
-    /// They cross the belt line for ever.
+    /// None: orbits cross the belt line for ever.
     Crossing,
 }
 
 impl Neighbour {
-    /// Its name in `--json`.
+    /// Name in `--json`.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -47,9 +47,9 @@ impl Neighbour {
     }
 }
 
-/// What the slip cycle with this position among `count` separates, if it repels: what orbits just inside it
-/// and just outside it tend to, where the orbit from the exit point has the given fate. Cycles alternate in
-/// stability, so its neighbours attract.
+/// The attractors on both sides of the slip cycle with this position among `count`, if it repels: of orbits
+/// just inside it and of orbits just outside it, where the orbit from the exit point has the given fate.
+/// Cycles alternate in stability, so its neighbours attract.
 #[must_use]
 pub fn separates(cycle: usize, count: usize, fate: &Fate) -> [Neighbour; 2] {
     let inside = if cycle == 0 { Neighbour::Equilibrium } else { Neighbour::SlipCycle };
@@ -63,18 +63,18 @@ pub fn separates(cycle: usize, count: usize, fate: &Fate) -> [Neighbour; 2] {
     [inside, outside]
 }
 
-/// The relative error of a turn below which nothing is gained, asked for where slip cycles are concerned:
-/// their amplitude is the less certain the closer the multiplier is to 1.
+/// Least relative error of a turn, used for slip cycles: their amplitude is ill-conditioned where the
+/// multiplier is close to 1.
 const TIGHT: f64 = 1e-13;
 
-/// Finds them; `flow` is the answer about the orbit from the exit point.
+/// Computes the dynamics; `flow` is the answer for the orbit from the exit point.
 ///
 /// # Errors
 /// [`Unknown`].
 pub fn dynamics(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> Result<Dynamics, Unknown> {
     let equilibrium = oscillator.eigenvalues();
     let slip = slip_cycles(oscillator, tolerance.min(TIGHT))?;
-    // What lies outside the outermost slip cycle leaves it if it repels.
+    // Orbits outside the outermost slip cycle leave it if it repels.
     let boundary = slip.last().filter(|cycle| equilibrium.is_stable() && !cycle.is_stable());
     let kick = boundary.map(|cycle| kick_onto(oscillator, cycle, tolerance.min(TIGHT))).transpose()?;
     Ok(Dynamics {

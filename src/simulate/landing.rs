@@ -1,8 +1,8 @@
-//! Where the returning orbit meets the belt line, in the polar form.
+//! The point and time at which the returning orbit meets the belt line, in the polar form.
 //!
-//! The orbit and its clock are integrated together; the landing is the root of x2 = V on the last quarter
-//! turn, found by stepping anew from the left end of the step that passes it, so that it has the full order
-//! of the method. The angle is a clock that cannot miss a double crossing: the orbit's maximum of x2 is at
+//! The orbit and its time are integrated together; the landing is the root of x2 = V on the last quarter
+//! turn, found by repeating the step that passes it with other widths, so that it has the full order of the
+//! method. The angle as independent variable cannot miss a double crossing: the orbit's maximum of x2 is at
 //! the angle 2 pi exactly.
 
 use std::f64::consts::TAU;
@@ -10,9 +10,9 @@ use std::f64::consts::TAU;
 use super::dop853::{Field, NODES, step};
 use crate::filippov::Oscillator;
 
-/// Steps per turn of the first attempt; doubled until the error estimate is met.
+/// Number of steps per turn of the first attempt; doubled until the error estimate is met.
 const STEPS: usize = 32;
-/// Steps per turn of the last attempt.
+/// Number of steps per turn of the last attempt.
 const MOST_STEPS: usize = 2048;
 
 /// The orbit at the belt line.
@@ -27,25 +27,25 @@ pub(super) struct Arrival {
 /// Outcome of following the orbit to the belt line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Approach {
-    /// It arrives.
+    /// It reaches the belt line.
     Arrives(Arrival),
     /// It completes the turn below the belt line.
     StaysBelow,
-    /// The angle is no clock here (an overdamped node), or the tolerance was not met.
+    /// The polar angle is not monotone in time (an overdamped node), or the tolerance was not met.
     NoAnswer,
 }
 
 /// The polar field of one orbit in the state [delta, time], within the step from `from` of width `h`.
-struct Clocked<'a> {
+struct Timed<'a> {
     oscillator: &'a Oscillator,
     from: f64,
     h: f64,
-    /// Least dth/dt met.
+    /// Least dth/dt so far.
     slowest: &'a mut f64,
     rhs: &'a mut u64,
 }
 
-impl Field<2> for Clocked<'_> {
+impl Field<2> for Timed<'_> {
     fn slope(&mut self, stage: usize, state: &[f64; 2]) -> [f64; 2] {
         *self.rhs += 1;
         let (sin, cos) = NODES[stage].mul_add(self.h, self.from).sin_cos();
@@ -83,13 +83,13 @@ fn attempt(oscillator: &Oscillator, steps: usize, tolerance: f64, rhs: &mut u64)
     for i in 0..steps {
         let from = i as f64 * h;
         let take = |h: f64, slowest: &mut f64, rhs: &mut u64| {
-            step(h, &state, &mut Clocked { oscillator, from, h, slowest, rhs })
+            step(h, &state, &mut Timed { oscillator, from, h, slowest, rhs })
         };
         let (next, local) = take(h, &mut slowest, rhs);
         let past_belt = 4 * (i + 1) > 3 * steps && height(&next, from + h) >= 0.0;
         if !past_belt {
-            // Beyond the belt line the field is continued and may be singular, so only steps that end
-            // below it are judged here.
+            // Beyond the belt line the field is continued and may be singular, so only errors of steps that
+            // end below it are counted here.
             error += local[0] + local[1];
             if !(error <= tolerance && slowest > 0.05) {
                 return None;

@@ -10,11 +10,11 @@
 
 use crate::point::ScaledGroups;
 
-/// Orbits integrated side by side: two AVX2 or one AVX-512 register.
+/// Number of orbits integrated together: two AVX2 registers or one AVX-512 register.
 pub(super) const LANES: usize = 8;
 
-/// The angle's speed dth/dt relative to the undamped oscillator may not fall below this: next to zero the
-/// angle is no clock any more (an overdamped node) and the point is handed over.
+/// Least rate of the angle, dth/dt, relative to the undamped oscillator. Near zero the polar angle is not
+/// monotone in time (an overdamped node), and the point is handed over.
 const SLOWEST_TURN: f64 = 0.05;
 
 /// Trigonometric functions at an angle of the orbit.
@@ -32,8 +32,8 @@ impl Angle {
     }
 }
 
-/// The divergence of [`LANES`] oscillators as a fraction of two polynomials, so that the polar field
-/// costs one division.
+/// The divergence of [`LANES`] oscillators as a fraction of two polynomials, so that the polar field costs
+/// one division.
 #[derive(Clone, Debug)]
 pub(super) struct Lanes {
     a: [f64; LANES],
@@ -43,7 +43,7 @@ pub(super) struct Lanes {
 }
 
 impl Lanes {
-    /// Lanes of the scaled oscillators that `groups` names.
+    /// Lanes of the scaled oscillators that `groups` returns.
     pub(super) fn new<'a>(groups: impl Fn(usize) -> &'a ScaledGroups) -> Self {
         let pick = |value: fn(&ScaledGroups) -> f64| std::array::from_fn(|lane| value(groups(lane)));
         Self { a: pick(|g| g.a), k: pick(|g| g.k), b2: pick(|g| 2.0 * g.b), c: pick(|g| g.c) }
@@ -51,8 +51,8 @@ impl Lanes {
 
     /// d delta / d theta of every lane.
     ///
-    /// `room` collects over all calls how far each lane stays inside the domain of the polar form; a lane
-    /// whose room is not positive at the end (or whose state is not finite) has no answer.
+    /// `room` accumulates the smallest distance of each lane from the border of the domain of the polar form;
+    /// a lane whose room is not positive at the end (or whose state is not finite) has no answer.
     #[inline(always)]
     pub(super) fn slope(&self, angle: Angle, delta: &[f64; LANES], room: &mut [f64; LANES]) -> [f64; LANES] {
         let mut slope = [0.0; LANES];

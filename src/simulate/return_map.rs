@@ -1,9 +1,9 @@
-//! The return map of the lower flow: one turn of the orbit from the exit point, many orbits side by side.
-//! Orbits near the circle take the few evaluations of `collocation`, the others the steps of `stepping`.
+//! The return map of the lower flow: one turn of the orbit from the exit point, for many orbits together.
+//! Orbits near the circle use the few evaluations of `collocation`, the others the steps of `stepping`.
 //!
-//! The sign of the grazing margin m/V = delta(2 pi) is the verdict: negative, the orbit closes inside
-//! itself; positive, it comes back to the belt line (theory, "Two forms of the slip flow"). No event is
-//! located for that.
+//! The sign of the grazing margin m/V = delta(2 pi) is the verdict: negative, the orbit closes inside itself;
+//! positive, it returns to the belt line (theory, "Two forms of the slip flow"). No event needs to be
+//! located.
 
 use super::closed_orbit::{HandOver, Lap};
 use super::landing::{Approach, Arrival, approach};
@@ -12,27 +12,27 @@ use crate::filippov::Oscillator;
 use crate::friction::Column;
 use crate::point::ScaledGroups;
 
-/// The answer of one turn.
+/// The result of one turn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Turn {
-    /// The orbit turned once around.
+    /// The orbit completed the turn.
     Complete {
         /// m / V.
         margin: f64,
         /// Estimate of the absolute error of the margin.
         error: f64,
-        /// Evaluations of the right-hand side, failed attempts included.
+        /// Number of evaluations of the right-hand side, failed attempts included.
         rhs: u32,
     },
-    /// The polar form does not apply (an overdamped node, or an orbit that runs far past the belt line),
-    /// or the finest step misses the tolerance.
+    /// The polar form does not apply (an overdamped node, or an orbit that runs far past the belt line), or
+    /// the finest step misses the tolerance.
     HandOver {
-        /// Evaluations spent to find that out.
+        /// Number of evaluations spent.
         rhs: u32,
     },
 }
 
-/// Margins of many orbits, each with its error estimate at most `tolerance` where that can be had.
+/// Margins of many orbits, each with an error estimate of at most `tolerance` where that can be reached.
 ///
 /// An orbit's answer does not depend on its neighbours in the slice, nor on the machine's vector width.
 #[must_use]
@@ -65,7 +65,7 @@ pub fn turns_of(column: &Column, cs: &[f64], tolerance: f64) -> Vec<Turn> {
     }
 }
 
-/// One turn by steps that follow the law, whichever it is.
+/// One turn by steps that follow the law, for any law.
 fn stepped(oscillator: &Oscillator, tolerance: f64) -> Turn {
     match closed_orbit::turn(oscillator, oscillator.belt_speed, tolerance) {
         Ok(Lap { margin, error, rhs, .. }) => Turn::Complete { margin, error, rhs },
@@ -81,7 +81,7 @@ fn turn_of(oscillator: &Oscillator, tolerance: f64) -> Turn {
     }
 }
 
-/// The smallest tolerance worth asking for: round-off takes over.
+/// The smallest useful tolerance: below it round-off dominates.
 const FINEST_TOLERANCE: f64 = 1e-16;
 
 /// One turn of one orbit, at tolerances down to [`FINEST_TOLERANCE`] until the margin's sign is certain.
@@ -103,11 +103,12 @@ fn decisive_turn(oscillator: &Oscillator, tolerance: f64) -> Turn {
     }
 }
 
-/// Orbits that are handed over are far from circles, and error estimates need finer steps to hold there.
+/// Largest tolerance for orbits that are handed over: they are far from circles, and error estimates need
+/// finer steps there.
 const COARSEST_HANDED_OVER: f64 = 1e-12;
 
-/// What becomes of the orbit from the exit point, by the return map; handed over to
-/// [`direct::flow`] where the polar form does not apply or the orbit lands beyond the stick segment.
+/// The fate of the orbit from the exit point, by the return map; handed over to [`direct::flow`] where the
+/// polar form does not apply or the orbit lands beyond the stick segment.
 ///
 /// `tolerance` bounds the error of the scaled grazing margin m/V and of the landing.
 #[must_use]

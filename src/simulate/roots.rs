@@ -1,11 +1,11 @@
-//! Roots between two signs.
+//! Root search in a bracket.
 
-/// Where a falling function passes zero.
+/// A bracket of a root of a falling function.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Bracket {
-    /// Where it is positive, and its value there.
+    /// Lower end, where it is positive, and the value there.
     pub(super) low: (f64, f64),
-    /// Where it is negative, and its value there.
+    /// Upper end, where it is negative, and the value there.
     pub(super) high: (f64, f64),
 }
 
@@ -24,12 +24,12 @@ impl Bracket {
     }
 }
 
-/// How a search ended.
+/// Outcome of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Found {
-    /// The bracket is as narrow as asked for.
+    /// The bracket is as narrow as requested.
     Between(Bracket),
-    /// The function gave zero here: nothing more can be told of its sign. And the bracket so far.
+    /// The function is zero here, so its sign is not known more closely; with the bracket so far.
     Zero(f64, Bracket),
 }
 
@@ -60,7 +60,7 @@ pub(super) fn falling_root<E>(
         let reach = (allowance - 0.5 * width).max(0.0);
         allowance *= 0.5;
         let next = if (moved - middle).abs() <= reach { moved } else { middle - towards * reach };
-        // Round-off must not let the secant stand still on an end.
+        // Keeps the secant away from the ends in spite of round-off.
         let next = if next > low && next < high { next } else { middle };
         match f(next)? {
             found if found > 0.0 => bracket.low = (next, found),

@@ -1,9 +1,10 @@
-//! How many slip cycles there are: a proof, round-off included, where one succeeds.
+//! The number of slip cycles, proved round-off included where the proof succeeds.
 //!
-//! The return map P of [`super::slip_cycle`] takes a maximum r of x2 to the next one; the slip cycles are its fixed
-//! points in (0, V), the zeros of g = ln(P(r) / r). The interval (0, V] is cut into pieces, and of each piece one of
-//! two things is proved: g has one sign there, so that it holds no cycle; or g is strictly monotone there, so that
-//! it holds one cycle at most, and exactly one where g has opposite signs at its ends. What resists is named.
+//! The return map P of [`super::slip_cycle`] takes a maximum r of x2 to the next one; the slip cycles are its
+//! fixed points in (0, V), the zeros of g = ln(P(r) / r). The interval (0, V] is cut into pieces, and for
+//! each piece one of two things is proved: g has one sign there, so that it holds no cycle; or g is strictly
+//! monotone there, so that it holds at most one cycle, and exactly one where g has opposite signs at its
+//! ends. Pieces without a proof are listed.
 //!
 //! # Statements
 //! **Polar form.** With x2 = r cos th, x2' = -r sin th, rho = ln r and D = D(V - r cos th),
@@ -12,9 +13,10 @@
 //! rho' = F(th, rho) = D sin^2 th / (1 + D sin th cos th),    g(rho(0)) = rho(2 pi) - rho(0),
 //! ```
 //!
-//! as long as 1 + D sin th cos th > 0. Where an orbit comes to the belt line, r cos th > V, it is continued by the
-//! formula of the law at slip speeds below zero. A zero of g in (0, V) is a slip cycle for any continuation, because
-//! x2 falls on (0, pi) and rises on (pi, 2 pi) to P(r): an orbit with P(r) = r < V has met no continuation.
+//! as long as 1 + D sin th cos th > 0. Where an orbit reaches the belt line, r cos th > V, it is continued by
+//! the formula of the law at slip speeds below zero. A zero of g in (0, V) is a slip cycle for any
+//! continuation, because x2 falls on (0, pi) and rises on (pi, 2 pi) to P(r): an orbit with P(r) = r < V
+//! never uses the continuation.
 //!
 //! **Slope.** psi = d rho(2 pi) / d rho(0) is (r / P)^2 exp(integral of D dt) by Liouville's formula, so that
 //!
@@ -22,29 +24,30 @@
 //! dg/d rho(0) = e^h - 1,    h = integral over a turn of H,    H(th, rho) = D cos 2 th / (1 + D sin th cos th).
 //! ```
 //!
-//! No derivative of D is in it, and the sign of h is that of the slope of g.
+//! It contains no derivative of D, and the sign of h is that of the slope of g.
 //!
-//! **One orbit.** On steps of th, a polynomial nearly solves the polar form. Its defect rho' - F is enclosed by its
-//! Taylor series at the beginning of the step with the remainder over the whole step, in interval arithmetic; so is the
-//! integral of H along it. If |defect| <= d and dF/drho <= L where the true orbit may be, the distance e of
-//! the two grows over a step of length s from e to at most exp(L s) e + max(1, exp(L s)) s d (Gronwall).
-//! Where the true orbit may be is guessed, and confirmed by that bound.
+//! **One orbit.** On steps of th, a polynomial nearly solves the polar form. Its defect rho' - F is enclosed
+//! by its Taylor series at the beginning of the step with the remainder over the whole step, in interval
+//! arithmetic; so is the integral of H along it. If |defect| <= d and dF/drho <= L where the true orbit may
+//! be, the distance e of the two grows over a step of length s from e to at most exp(L s) e + max(1, exp(L
+//! s)) s d (Gronwall). The region where the true orbit may be is guessed, and confirmed by that bound.
 //!
-//! **All orbits of a piece.** Of half-width w in rho(0): the same bound holds for their distance from the polynomial,
-//! begun at w. With L over that tube, psi up to th is at most exp(integral of L), and so
+//! **All orbits of a piece.** Of half-width w in rho(0): the same bound holds for their distance from the
+//! polynomial, begun at w. With L over that tube, psi up to th is at most exp(integral of L), and so
 //!
 //! ```text
 //! |h - h_m| <= w K,    |g - g_m| <= w max |e^(h_m +- w K) - 1|,    K = integral of max |dH/drho| max psi,
 //! ```
 //!
-//! with g_m and h_m those of the piece's middle. A piece is decided if one of these leaves no zero, and is cut
-//! in two otherwise.
+//! with g_m and h_m those of the piece's middle. A piece is decided if one of these excludes zero, and is
+//! bisected otherwise.
 //!
-//! **Next to the equilibrium** pieces would shrink with r. There the even part in v of D(V - v), |v| <= r, decides: where
-//! it has one sign, g has that sign on (0, r] (the theorem of [`super::slip_cycle::none_proved`]).
+//! **Near the equilibrium** pieces would shrink with r. There the even part in v of D(V - v), |v| <= r,
+//! decides: where it has one sign, g has that sign on (0, r] (the theorem of
+//! [`super::slip_cycle::none_proved`]).
 //!
-//! The curve is the one that is held: its coefficients, such as 1 - alpha, are rounded once when it is made. A measured
-//! law has no formula and D has corners: nothing is proved of it but what the even part says.
+//! The law is the stored curve: its coefficients, such as 1 - alpha, are rounded once when it is made. A
+//! measured law has no formula and D has corners: only the statement by the even part is proved for it.
 
 use std::f64::consts::TAU;
 
@@ -54,34 +57,34 @@ use crate::filippov::Oscillator;
 use crate::friction::interval::Interval;
 use crate::friction::jet::{Jet, Real};
 
-/// Taylor coefficients on a step.
+/// Number of Taylor coefficients of a step.
 const ORDER: usize = 7;
 /// Longest and shortest step.
 const STEPS: [f64; 2] = [0.25, 1e-3];
-/// A step that must be shorter than this to confirm the guess shows that the piece is too wide.
+/// Shortest step for a piece: if confirming the guess needs a shorter one, the piece is too wide.
 const SHORTEST_OF_PIECE: f64 = 0.03;
-/// The least and the greatest defect that steps aim at, relative to |D|; between them it is small beside the square of
-/// the piece's width.
+/// Least and greatest defect that steps aim at, relative to |D|; between these limits it is small compared
+/// with the square of the piece's width.
 const DEFECTS: [f64; 2] = [1e-8, 1e-5];
-/// The angle may not turn more slowly than this, dth/dt.
+/// Least dth/dt.
 const SLOWEST_TURN: f64 = 0.05;
-/// Steps taken before the rest stays open: half a second; most counts need a tenth of it.
+/// Largest number of steps, after which the rest stays open: half a second; most counts need a tenth of it.
 const BUDGET: u32 = 20_000;
 /// Ratio of the radii at the ends of the first pieces.
 const WIDEST: f64 = 1.5;
 /// Pieces shorter than this in ln r stay open.
 const SHORTEST: f64 = 1e-3;
-/// Smallest radius, relative to V, at which the even part is asked for its sign.
+/// Smallest radius, relative to V, at which the sign of the even part is computed.
 const INNERMOST: f64 = 1e-4;
 
-/// What is proved of the number of slip cycles.
+/// Proved bounds on the number of slip cycles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SlipCount {
-    /// There are at least so many.
+    /// Lower bound.
     pub at_least: u32,
-    /// There are at most so many; `None` where nothing bounds them.
+    /// Upper bound; `None` where there is none.
     pub at_most: Option<u32>,
-    /// Maxima of x2 between which nothing is proved: further cycles may pass there.
+    /// Ranges of the maximum of x2 in which nothing is proved: further cycles may lie there.
     pub open: Vec<Range>,
 }
 
@@ -93,10 +96,10 @@ impl SlipCount {
     }
 }
 
-/// What is proved of g on a piece.
+/// Proved property of g on a piece.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Shape {
-    /// One sign: turns lead outward, or inward.
+    /// One sign: all turns lead outward, or all inward.
     Sign(bool),
     /// Strictly rising, or falling.
     Monotone(bool),
@@ -130,7 +133,7 @@ pub fn count_slip_cycles(oscillator: &Oscillator) -> SlipCount {
         waiting.push([from, top]);
         top = from;
     }
-    // A formula's series take longer than those of the laws with names.
+    // A formula's series take longer than those of the built-in laws.
     let mut budget = BUDGET / u32::try_from(oscillator.curve.cost().div_ceil(64)).unwrap_or(BUDGET);
     while let Some([from, to]) = waiting.pop() {
         let shape = shape(oscillator, from, to, &mut budget);
@@ -149,7 +152,7 @@ pub fn count_slip_cycles(oscillator: &Oscillator) -> SlipCount {
     tally(oscillator, &pieces, &mut budget)
 }
 
-/// The largest piece (0, r] that is found on which the even part of D has one sign.
+/// The largest piece (0, r] found on which the even part of D has one sign.
 fn innermost(oscillator: &Oscillator) -> Piece {
     let mut reach = oscillator.belt_speed;
     while reach > INNERMOST * oscillator.belt_speed {
@@ -167,9 +170,9 @@ fn innermost(oscillator: &Oscillator) -> Piece {
     Piece { from: 0.0, to: reach, shape: Shape::Open }
 }
 
-/// Adds up what is proved of adjacent pieces.
+/// Combines the proved properties of adjacent pieces.
 fn tally(oscillator: &Oscillator, pieces: &[Piece], budget: &mut u32) -> SlipCount {
-    // Runs of pieces on which g is monotone in one direction count as one, and so do runs of open ones.
+    // Adjacent pieces on which g is monotone in one direction are merged, and so are open ones.
     let mut runs: Vec<Piece> = Vec::new();
     for piece in pieces {
         match runs.last_mut() {
@@ -177,7 +180,7 @@ fn tally(oscillator: &Oscillator, pieces: &[Piece], budget: &mut u32) -> SlipCou
             _ => runs.push(*piece),
         }
     }
-    // The sign at the end of a run: that of a run with one sign on either side, or that of the orbit there.
+    // The sign at the end of a run: that of an adjacent run with one sign, or that of the orbit there.
     let sign = |piece: Option<&Piece>| match piece?.shape {
         Shape::Sign(outward) => Some(outward),
         Shape::Monotone(_) | Shape::Open => None,
@@ -234,7 +237,7 @@ fn larger(x: Interval) -> f64 {
     x.lo.abs().max(x.hi.abs())
 }
 
-/// What a step along the polynomial has.
+/// The enclosed results of a step along the polynomial.
 struct Step {
     /// The hull of its values.
     values: Interval,
@@ -290,7 +293,7 @@ fn step(oscillator: &Oscillator, theta: f64, rho: f64, width: Interval) -> Optio
     fine.then_some(Step { values, end, defect: larger(defect), slope })
 }
 
-/// What is proved of g on [`from`, `to`]; at a single radius, its sign.
+/// Proves a property of g on [`from`, `to`]; at a single radius, its sign.
 fn shape(oscillator: &Oscillator, from: f64, to: f64, budget: &mut u32) -> Shape {
     match walk(oscillator, from, to, budget) {
         Some(Walked::MeetsBelt) => Shape::Sign(true),
@@ -311,12 +314,12 @@ fn shape(oscillator: &Oscillator, from: f64, to: f64, budget: &mut u32) -> Shape
     }
 }
 
-/// What became of the orbits of a piece.
+/// Result of following the orbits of a piece.
 #[derive(Clone, Copy, Debug)]
 enum Walked {
-    /// All come to the belt line.
+    /// All reach the belt line.
     MeetsBelt,
-    /// All turned once.
+    /// All complete a turn.
     Turned {
         /// g in the middle.
         #[cfg_attr(not(test), allow(dead_code))]
@@ -328,7 +331,8 @@ enum Walked {
     },
 }
 
-/// One turn of the orbits of a piece; `None` where they cannot be enclosed or the budget of steps is spent.
+/// Follows the orbits of a piece for one turn; `None` where they cannot be enclosed or the budget of steps is
+/// spent.
 fn walk(oscillator: &Oscillator, from: f64, to: f64, budget: &mut u32) -> Option<Walked> {
     let thin = Interval::thin;
     let ends = [from, to].map(|r| thin(r).ln());
@@ -382,7 +386,7 @@ fn walk(oscillator: &Oscillator, from: f64, to: f64, budget: &mut u32) -> Option
         error = thin((error + steep * thin(missed_over.hi)).hi);
         psi = thin((psi * growth).hi);
         slope = slope + taken.slope;
-        // The next polynomial begins next to the end of this one.
+        // The next polynomial begins near the end of this one.
         rho = 0.5 * (taken.end.lo + taken.end.hi);
         let jump = thin(larger(taken.end - thin(rho)));
         missed = thin((missed_end + jump).hi);
@@ -466,7 +470,7 @@ mod tests {
                         assert!(holds(middle, growth), "{oscillator:?} {r} {growth}: {middle:?}");
                     }
                 }
-                // Over a turn the defects add up, and grow by less than ten.
+                // Over a turn the defects add up, and grow by a factor below ten.
                 assert!(middle.hi - middle.lo < 20.0 * TAU * DEFECTS[1], "{oscillator:?} {from}: {middle:?}");
                 if from == to {
                     assert!(all.hi - all.lo < 20.0 * TAU * DEFECTS[0], "{oscillator:?} {from}: {all:?}");
@@ -476,18 +480,19 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_proved_is_left_open() {
-        // A pole at u = 0.3: the even part has no bounds near it, and orbits that meet it have no enclosure.
+    fn unproved_parts_stay_open() {
+        // A pole at u = 0.3: the even part has no bounds near it, and orbits that reach it have no enclosure.
         let pole = Law::Expression(Expression::new("1 - 0.01*u/(0.3 - u)", 1.0).unwrap());
         let curve = pole.curve(1.0, &LawParameters::new(&[]));
         let count = count_slip_cycles(&Oscillator { curve, viscous: 0.1, belt_speed: 1.0 });
         assert_eq!(count.at_most, None, "{count:?}");
         assert!(count.open.iter().any(|open| open.lo <= 0.7 && 0.7 <= open.hi), "{count:?}");
-        // A node: the angle is no clock, but the even part of a law that weakens everywhere decides.
+        // A node: the polar angle is not monotone in time, but the even part of a law that weakens everywhere
+        // decides.
         let curve = Law::Exponential.curve(1.0, &LawParameters::new(&[0.0, 0.1, 0.0]));
         let count = count_slip_cycles(&Oscillator { curve, viscous: 0.0, belt_speed: 0.1 });
         assert_eq!(count.exact(), Some(0), "{count:?}");
-        // Degenerate numbers end.
+        // Degenerate numbers terminate.
         for parameters in [[0.0, 1e-300, 0.0], [0.5, 1e300, 1e300], [1.0, 1.0, 0.0]] {
             let curve = Law::Lorentzian.curve(1.0, &LawParameters::new(&parameters));
             let count = count_slip_cycles(&Oscillator { curve, viscous: 0.0, belt_speed: 1.0 });

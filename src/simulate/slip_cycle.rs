@@ -1,7 +1,7 @@
-//! Cycles that slip all the time below the belt line, and what separates the basins.
+//! Cycles that slip all the time below the belt line, and the boundaries of basins.
 //!
 //! The return map P takes a maximum r of x2, 0 < r < V, to the next one. Its fixed points are the slip
-//! cycles; their Floquet multiplier is its slope there. At r = 0 its slope tells the stability of the
+//! cycles; their Floquet multiplier is its slope there. At r = 0 its slope gives the stability of the
 //! equilibrium, at r = V the sign of P(r) - r is that of the grazing margin. Where both the equilibrium and
 //! the stick-slip cycle attract, an unstable slip cycle lies between them: the boundary of their basins.
 //!
@@ -15,7 +15,7 @@ use super::work::Work;
 use super::{Failure, Range};
 use crate::filippov::{Oscillator, Side};
 
-/// Newton steps and bisections that find a fixed point.
+/// Largest number of Newton steps and bisections for a fixed point.
 const MOST_TRIALS: u32 = 100;
 
 /// One turn below the belt line.
@@ -30,9 +30,9 @@ pub enum SlipTurn {
         /// Time of the turn.
         time: f64,
     },
-    /// The orbit comes to the belt line.
+    /// The orbit reaches the belt line.
     MeetsBelt,
-    /// It creeps into the equilibrium.
+    /// It tends to the equilibrium without another maximum of x2.
     Rests,
 }
 
@@ -43,14 +43,14 @@ pub struct SlipCycle {
     pub velocity: Range,
     /// Positions x1 on it.
     pub displacement: Range,
-    /// Floquet multiplier: it attracts if this is below 1 and repels if it is above.
+    /// Floquet multiplier: the cycle attracts if it is below 1 and repels if it is above.
     pub multiplier: f64,
     /// Period.
     pub period: f64,
 }
 
 impl SlipCycle {
-    /// Whether it attracts.
+    /// Returns whether it attracts.
     #[must_use]
     pub fn is_stable(&self) -> bool {
         self.multiplier < 1.0
@@ -58,7 +58,7 @@ impl SlipCycle {
 }
 
 /// Sudden changes of velocity that carry the mass from steady slip, at rest at the equilibrium, onto the
-/// basin boundary: any larger one ends in stick-slip (or in whatever else lies outside).
+/// basin boundary: any larger one leads to stick-slip (or to the attractor that lies outside).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Kick {
     /// Along the belt's motion, > 0.
@@ -67,8 +67,8 @@ pub struct Kick {
     pub backward: f64,
 }
 
-/// The turn below the belt line that starts at a maximum `radius` of x2, 0 < `radius` <= V, with the error
-/// `tolerance` relative to it.
+/// Follows the turn below the belt line that starts at a maximum `radius` of x2, 0 < `radius` <= V, with the
+/// error `tolerance` relative to it.
 ///
 /// # Errors
 /// [`Failure`].
@@ -93,7 +93,7 @@ pub(super) fn turn_within(
     })
 }
 
-/// Whether a turn leads outward.
+/// Returns whether a turn leads outward.
 fn outward(from: f64, turn: &SlipTurn) -> bool {
     match turn {
         SlipTurn::Returns { radius, .. } => *radius > from,
@@ -102,8 +102,9 @@ fn outward(from: f64, turn: &SlipTurn) -> bool {
     }
 }
 
-/// Whether it is proved that no slip cycle exists: where the even part E in v of weakening(V - v) stays above
-/// eps c for 0 < |v| <= V, every turn below the belt line leads outward, and where it stays below, inward.
+/// Returns whether it is proved that no slip cycle exists: where the even part E in v of weakening(V - v)
+/// stays above eps c for 0 < |v| <= V, every turn below the belt line leads outward, and where it stays
+/// below, inward.
 ///
 /// **Proof.** That of the test `symmetric` with a start at any maximum r <= V of x2 in place of V: the bounds
 /// on |v| <= V hold on |v| <= r. []
@@ -113,25 +114,25 @@ pub fn none_proved(oscillator: &Oscillator) -> bool {
     even.lo > oscillator.viscous || even.hi < oscillator.viscous
 }
 
-/// Why slip cycles are not known.
+/// Reason why slip cycles are unknown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Unknown {
     /// An orbit gave no answer.
     #[error(transparent)]
     Orbit(#[from] Failure),
-    /// Next to a fold, where two cycles meet: whether there are two or none is within the error.
+    /// Near a fold, where two cycles meet: whether there are two or none is within the error.
     #[error("two slip cycles meet within the error")]
     TooClose,
 }
 
-/// Accuracy of the backbone from which slip cycles are read, in units of the weakening rate: their own is
-/// that of the turn.
+/// Accuracy of the backbone from which slip cycles are read, in units of the weakening rate. Their own
+/// accuracy is that of the turn.
 pub const BACKBONE_TOLERANCE: f64 = 1e-10;
 
 /// The slip cycles, by growing amplitude, located with the relative error `tolerance` of one turn divided by
 /// |1 - multiplier|.
 ///
-/// They are read off the [`Backbone`], and alternate in stability. None exists where [`none_proved`].
+/// They are read from the [`Backbone`], and alternate in stability. None exists where [`none_proved`].
 ///
 /// # Errors
 /// [`Unknown`].
@@ -153,7 +154,7 @@ pub fn slip_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<SlipCy
     Ok(narrowed.map(|cycle| locate_within(oscillator, &cycle, tolerance, &work)).collect::<Result<_, _>>()?)
 }
 
-/// The slip cycle of which bounds of the amplitude and the stability are known.
+/// Computes the slip cycle whose amplitude has known bounds and whose stability is known.
 ///
 /// # Errors
 /// [`Failure`].
@@ -171,8 +172,7 @@ fn locate_within(
     cycle_at(oscillator, radius, tolerance, work)
 }
 
-/// The fixed point between two radii; turns lead outward at the lower one or not, and at the higher one the
-/// other way.
+/// The fixed point between two radii, at one of which turns lead outward and at the other inward.
 fn fixed_point(
     oscillator: &Oscillator,
     [mut low, mut high]: [f64; 2],
@@ -209,7 +209,7 @@ fn cycle_at(oscillator: &Oscillator, radius: f64, tolerance: f64, work: &Work) -
     let end = walk.lower_arc(|walk, from, to| extent.step(walk, from, to))?;
     let (LowerEnd::Turns(State { growth, time, .. }) | LowerEnd::Meets(State { growth, time, .. })) = end
     else {
-        // A cycle does not creep into the equilibrium.
+        // A cycle does not tend to the equilibrium.
         return Err(Failure::StepUnderflow);
     };
     Ok(SlipCycle {
@@ -220,7 +220,7 @@ fn cycle_at(oscillator: &Oscillator, radius: f64, tolerance: f64, work: &Work) -
     })
 }
 
-/// The extremes of x1 and x2 on an orbit, step by step.
+/// The extremes of x1 and x2 on an orbit, updated step by step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Extent {
     pub(super) velocity: Range,
@@ -245,7 +245,8 @@ impl Extent {
         widen(&mut self.displacement, walk.x1(state));
     }
 
-    /// Extremes of x2 lie at x2' = 0, those of x1 at x2 = 0; steps are short enough to hold one of each.
+    /// Extremes of x2 lie at x2' = 0, those of x1 at x2 = 0; steps are short enough to contain at most one of
+    /// each.
     pub(super) fn step(&mut self, walk: &mut Walk, from: &State, to: &State) {
         self.include(walk, to);
         let h = to.time - from.time;

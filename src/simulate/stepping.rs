@@ -1,4 +1,4 @@
-//! One turn of many orbits by equal steps in the polar angle, eight orbits side by side.
+//! One turn of many orbits by equal steps in the polar angle, eight orbits together.
 
 use std::sync::{LazyLock, OnceLock};
 
@@ -7,24 +7,25 @@ use super::polar::{Angle, LANES, Lanes};
 use super::return_map::Turn;
 use crate::point::ScaledGroups;
 
-/// Numbers of equal steps per turn, coarse to fine. Lanes of one vector share their angles, so their
-/// sines come from one table per rung.
+/// Numbers of equal steps per turn, coarse to fine. The lanes of a vector share their angles, so their sines
+/// come from one table per rung.
 const LADDER: [usize; 11] = [8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256];
 
-/// Error of a turn in units of its distance from the turn one rung below. The method has order 8 and a
-/// rung is at most 3/4 of the next, so the distance is asymptotically at least ten times the error; coarse
-/// rungs are far from asymptotic, and six times the distance is kept.
+/// Error of a turn in units of its distance from the turn one rung below. The method has order 8 and a rung
+/// is at most 3/4 of the next, so the distance is asymptotically at least ten times the error; coarse rungs
+/// are far from asymptotic, and six times the distance is used.
 const ERROR_PER_DISTANCE: f64 = 6.0;
 
 /// Share of the embedded error estimate (of lower order, hence pessimistic) that is added, so that a chance
 /// agreement of two coarse turns is not taken for accuracy.
 const ERROR_PER_EMBEDDED: f64 = 0.5;
 
-/// Steps per turn that see the pole of the divergence, sqrt(2 / k) from the start, in units of sqrt(1 + k).
+/// Number of steps per turn that resolves the pole of the divergence, sqrt(2 / k) from the start, in units of
+/// sqrt(1 + k).
 const STEPS_PER_POLE: f64 = 4.0;
 
-/// A turn that leaves the domain of the polar form on a rung below this one is tried again on it: coarse
-/// steps may stray out of a domain in which the orbit itself stays.
+/// A turn that leaves the domain of the polar form on a rung below this one is repeated on it: coarse steps
+/// may leave a domain in which the orbit itself stays.
 const RETRY_RUNG: usize = 4;
 
 /// Angles at the stages of every step of a rung.
@@ -52,13 +53,13 @@ impl Field<LANES> for Polar<'_> {
     }
 }
 
-/// What one turn yields in each lane.
+/// The result of one turn in each lane.
 struct Lap {
     /// The margin m / V.
     delta: [f64; LANES],
     /// Sum of the local error estimates.
     error: [f64; LANES],
-    /// Room inside the domain of the polar form, see [`Lanes::slope`].
+    /// Distance from the border of the domain of the polar form, see [`Lanes::slope`].
     room: [f64; LANES],
 }
 
@@ -80,7 +81,7 @@ fn turn(lanes: &Lanes, angles: &[[Angle; STAGES]]) -> Lap {
     Lap { delta, error: total, room }
 }
 
-/// Carries [`turn`] into the function whose vector width pulp picks at run time.
+/// Arguments of [`turn`] for the function whose vector width pulp selects at run time.
 struct Dispatched<'a> {
     lanes: &'a Lanes,
     angles: &'a [[Angle; STAGES]],
@@ -95,9 +96,9 @@ impl pulp::WithSimd for Dispatched<'_> {
     }
 }
 
-/// The rung to try first, from the size of the divergence and how fast it changes along the orbit. Fitted
-/// by counting evaluations over random points; a wrong guess costs one more turn, not accuracy. `None` where
-/// no rung sees the pole of the divergence: then the estimate sees nothing either.
+/// The rung to try first, from the size of the divergence and its rate of change along the orbit. Fitted by
+/// counting evaluations over random points; a wrong guess costs one more turn, not accuracy. `None` where no
+/// rung resolves the pole of the divergence: then the estimate is not reliable either.
 fn first_rung(groups: &ScaledGroups, tolerance: f64) -> Option<usize> {
     let strength = groups.divergence(0.0).abs().max(groups.divergence(2.0).abs());
     let pole = (1.0 + groups.k).sqrt();
@@ -116,7 +117,7 @@ fn round_off(delta: f64, groups: &ScaledGroups) -> f64 {
     16.0 * f64::EPSILON * size
 }
 
-/// Margins of many orbits, each with its error estimate at most `tolerance` where that can be had.
+/// Margins of many orbits, each with an error estimate of at most `tolerance` where that can be reached.
 ///
 /// An orbit's answer does not depend on its neighbours in the slice, nor on the machine's vector width.
 pub(super) fn turns(groups: &[ScaledGroups], tolerance: f64) -> Vec<Turn> {

@@ -1,4 +1,4 @@
-//! The universal surface C*(A, k, b): the critical damping of every Stribeck oscillator at once.
+//! The universal surface C*(A, k, b): a table of the critical damping of every Stribeck oscillator.
 //!
 //! By scaling (theory, "Scaling") the six-parameter boundary of stick-slip is one surface over three numbers.
 //! It lies just below the harmonic-balance surface C_HB, so what is tabulated is the small difference,
@@ -9,10 +9,10 @@
 //!
 //! with R a tensor Chebyshev interpolant over 0 <= A <= A_max, 0 <= k <= k_max, 0 <= y <= 1 (beyond y = 1
 //! there is no critical damping c >= 0). R is analytic in the box, so a few hundred coefficients reach the
-//! accuracy of the solver that samples it. The table is made at first use, in milliseconds.
+//! accuracy of the solver that samples it. The table is computed on first use, in milliseconds.
 //!
-//! Guarantee: numerical. Each box carries a bound on |error of R|, twice the largest error met when the
-//! test `bounds_hold` compared it with the solver on random points of the box.
+//! Guarantee: numerical. Each box has a bound on |error of R|, twice the largest error found when the test
+//! `bounds_hold` compared it with the solver on random points of the box.
 
 use std::sync::LazyLock;
 
@@ -33,7 +33,7 @@ struct Extent {
     bound: f64,
 }
 
-/// From small and sharp to large and coarser.
+/// From small and accurate to large and less accurate.
 const EXTENTS: [Extent; 2] = [
     Extent { a_max: 0.2, k_max: 0.3, size: [8, 12], bound: 1e-10 },
     Extent { a_max: 0.5, k_max: 1.0, size: [10, 16], bound: 1e-8 },
@@ -158,7 +158,7 @@ fn oscillators_like(groups: &ScaledGroups) -> Column {
     Law::Stribeck.column(&Point { epsilon: 1.0, law, belt_speed, damping: 0.0 })
 }
 
-/// C* at the groups (A, k, b), whatever their C; `None` outside the tabulated boxes.
+/// C* at the groups (A, k, b), for any C; `None` outside the tabulated boxes.
 #[must_use]
 pub fn lookup(groups: &ScaledGroups) -> Option<SurfacePoint> {
     static TABLES: LazyLock<[Interpolant; EXTENTS.len()]> =
@@ -190,7 +190,7 @@ pub fn critical_damping(column: &Column) -> Option<CriticalDamping> {
 mod tests {
     use super::*;
 
-    /// Numbers in [0, 1) from a Weyl sequence: fills a box evenly and always the same way.
+    /// Numbers in [0, 1) from a Weyl sequence: fills a box evenly and reproducibly.
     fn spread(i: usize, axis: usize) -> f64 {
         const RATIOS: [f64; 3] = [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_2];
         (0.5 + (i + 1) as f64 * RATIOS[axis]).fract()

@@ -1,4 +1,4 @@
-//! Verifying a stored map.
+//! Verifies a stored map: attributes, axes, variables and fingerprints.
 
 use std::fmt;
 use std::ops::Range;
@@ -19,14 +19,14 @@ use super::sys::{self, ScaleUse};
 use super::trust;
 use super::value::{self, ATTRIBUTES_DIGEST};
 
-/// Something wrong with a map.
+/// A problem found in a map.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
     /// The variable or axis; `None` for the file as a whole.
     pub variable: Option<String>,
-    /// Where in the variable: index ranges of a tile, slowest axis first, or the name of an attribute.
+    /// The place in the variable: index ranges of a tile, slowest axis first, or the name of an attribute.
     pub place: Option<String>,
-    /// What is wrong.
+    /// Description of the problem.
     pub what: String,
 }
 
@@ -40,7 +40,7 @@ impl fmt::Display for Problem {
     }
 }
 
-/// What a check looked at and found.
+/// The result of a check.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CheckReport {
     /// Number of variables read.
@@ -49,18 +49,18 @@ pub struct CheckReport {
     pub cells: usize,
     /// Number of tiles of the grid.
     pub tiles: usize,
-    /// Everything that is wrong.
+    /// The problems found.
     pub problems: Vec<Problem>,
 }
 
 impl CheckReport {
-    /// Whether nothing is wrong.
+    /// Returns whether no problem was found.
     #[must_use]
     pub fn is_sound(&self) -> bool {
         self.problems.is_empty()
     }
 
-    /// Notes a problem; of very many, the first.
+    /// Records a problem; beyond [`MOST_PROBLEMS`] only that there are more.
     fn note(&mut self, variable: Option<&str>, place: Option<String>, what: impl Into<String>) {
         let (variable, place, what) = match self.problems.len() {
             0..MOST_PROBLEMS => (variable, place, what.into()),
@@ -71,14 +71,14 @@ impl CheckReport {
     }
 }
 
-/// Problems that are listed.
+/// Largest number of problems that are listed.
 const MOST_PROBLEMS: usize = 1000;
 
 /// Verifies that the map at `path` is complete, unchanged since it was finished, and laid out as this
 /// version of the program lays maps out. Reads one tile of one variable at a time.
 ///
 /// # Errors
-/// Only if the file cannot be read at all; everything that is wrong with its contents is in the report.
+/// Only if the file cannot be read at all; every problem with its contents is in the report.
 pub fn check(path: &Path) -> Result<CheckReport, StoreError> {
     let mut report = CheckReport::default();
     let failed = |source| StoreError::io("read", path, source);
@@ -111,15 +111,15 @@ pub fn check(path: &Path) -> Result<CheckReport, StoreError> {
     Ok(report)
 }
 
-/// What is wrong with what readers use of a map: all but the ties of its variables to their dimensions.
+/// Checks all that readers use of a map: everything but the links between variables and dimensions.
 pub(super) fn contents(map: &MapFile) -> CheckReport {
     let mut report = CheckReport::default();
     check_contents(map, false, &mut report);
     report
 }
 
-/// Compares attributes, axes and cells with what is recorded of them; if asked for, also how variables and
-/// dimensions are tied to each other, which programs that copy maps may do otherwise.
+/// Compares attributes, axes and cells with their recorded fingerprints. `ties` also checks the links between
+/// variables and dimensions, which programs that copy maps may write differently.
 fn check_contents(map: &MapFile, ties: bool, report: &mut CheckReport) {
     let schema = map.schema();
     report.cells = schema.grid.cells();
@@ -150,7 +150,7 @@ fn check_contents(map: &MapFile, ties: bool, report: &mut CheckReport) {
     }
 }
 
-/// Checks the file's own attributes and that it holds nothing else.
+/// Checks the file's own attributes, and that the file holds nothing but the map.
 fn check_root(map: &MapFile, report: &mut CheckReport) {
     let mut attribute = |name: &str, what: &str| {
         report.note(None, Some(format!("attribute {name}")), what);
@@ -212,7 +212,7 @@ fn check_curves(map: &MapFile, report: &mut CheckReport) -> hdf5::Result<()> {
         if let Err(why) = trust::own_numbers(&dataset, &name)? {
             report.note(Some(&name), None, why);
         } else if dataset.size() as u64 > map.length() {
-            report.note(Some(&name), None, "promises more numbers than the file can hold");
+            report.note(Some(&name), None, "declares more numbers than the file can hold");
         } else {
             check_attributes(&dataset, Some(&name), report);
             if value::read(&dataset, "sha256")? != curves::fingerprint_of(&dataset)? {
@@ -329,9 +329,9 @@ fn check_layout(
     Ok(())
 }
 
-/// Checks that a variable says to what dimensions it is tied. To whom is told by the dimensions themselves,
-/// see [`check_uses`]: the list of the variable lies in a heap without checksums, and the HDF5 library
-/// (1.10.8 was seen to) crashes on one that was damaged, or made to crash it. It is covered by the seal.
+/// Checks that a variable lists its dimensions. Which ones they are is read from the dimensions themselves,
+/// see [`check_uses`]: the list of the variable lies in a heap without checksums, and the HDF5 library (seen
+/// in 1.10.8) crashes on damaged or forged heaps. The seal covers the heap.
 fn check_ties(map: &MapFile, variable: &Variable, dataset: &Dataset, report: &mut CheckReport) {
     let rank = variable.rank(map.schema().dimensions().len());
     if dataset.attr("DIMENSION_LIST").ok().map(|list| list.shape()) != Some(vec![rank]) {
@@ -343,7 +343,7 @@ fn check_ties(map: &MapFile, variable: &Variable, dataset: &Dataset, report: &mu
     }
 }
 
-/// Checks that a dimension is tied to the variables that have it, and to no others.
+/// Checks that a dimension lists the variables that have it, and no others.
 fn check_uses(map: &MapFile, position: usize, scale: &Dataset, report: &mut CheckReport) -> hdf5::Result<()> {
     let mut expected = Vec::new();
     for variable in &map.schema().variables {
@@ -371,7 +371,7 @@ fn check_uses(map: &MapFile, position: usize, scale: &Dataset, report: &mut Chec
     Ok(())
 }
 
-/// What is found in a variable's cells.
+/// Counts and fingerprints of a variable's cells, as read.
 #[derive(Default)]
 struct Found {
     chunks: Vec<Fingerprint>,
@@ -432,7 +432,7 @@ fn check_cells(map: &MapFile, variable: &Variable, dataset: &Dataset, report: &m
         }
     }
     if !found.complete {
-        return; // Fingerprints of what can be read would only repeat that.
+        return; // The fingerprint of the readable rest would fail for the same reason.
     }
     let digest = hex(&fingerprint::combine(&found.chunks));
     expect_found(dataset, &variable.name, "sha256", &digest.into(), report);
@@ -444,13 +444,13 @@ fn check_cells(map: &MapFile, variable: &Variable, dataset: &Dataset, report: &m
 
 /// Number of cells with this code.
 fn count_of(cells: &[i8], code: i8) -> u64 {
-    // Sums of 255 comparisons fit a byte, so that whole vector registers of cells are compared at once: a
+    // Sums of 255 comparisons fit into a byte, so whole vector registers of cells are compared at once: a
     // dozen times faster than counting into 64-bit numbers one by one.
     let count = |part: &[i8]| u64::from(part.iter().map(|&cell| u8::from(cell == code)).sum::<u8>());
     cells.chunks(255).map(count).sum()
 }
 
-/// Notes a chunk that the library cannot decode.
+/// Records a chunk that the library cannot decode.
 fn unreadable(
     found: &mut Found,
     report: &mut CheckReport,
@@ -462,7 +462,7 @@ fn unreadable(
     report.note(variable, Some(place(ranges)), format!("unreadable: {error}"));
 }
 
-/// Compares what was found in the cells with what was recorded when they were written.
+/// Compares a value computed from the cells with the value recorded when they were written.
 fn expect_found(dataset: &Dataset, variable: &str, name: &str, found: &Value, report: &mut CheckReport) {
     let recorded = value::read(dataset, name).ok().flatten();
     if recorded.as_ref() != Some(found) {
@@ -474,7 +474,7 @@ fn expect_found(dataset: &Dataset, variable: &str, name: &str, found: &Value, re
     }
 }
 
-/// Index ranges in words.
+/// Formats index ranges.
 fn place(ranges: &[Range<usize>]) -> String {
     let words: Vec<String> = ranges.iter().map(|range| format!("{}..{}", range.start, range.end)).collect();
     format!("tile [{}]", words.join(", "))

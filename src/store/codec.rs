@@ -1,5 +1,6 @@
-//! Bytes of what the journal of a run keeps: attributes, tiles, accounts. Little-endian, every list after
-//! its length. What is decoded is trusted in nothing: no length is believed before the bytes are there.
+//! Byte encoding of the journal's contents: attributes, tiles, accounts. Little-endian; every list is
+//! preceded by its length. The decoder trusts nothing: it checks every length against the bytes that are
+//! there.
 
 use crate::dataset::{Schema, Value};
 use crate::map::{
@@ -10,7 +11,7 @@ use crate::point::{LawParameters, MAX_LAW_PARAMETERS, Point};
 
 use super::pack::{PackedChunk, PackedTile};
 
-/// Bytes being put together.
+/// Encoder that appends to a byte vector.
 #[derive(Debug, Default)]
 pub(super) struct Encoder(pub(super) Vec<u8>);
 
@@ -71,7 +72,7 @@ impl Encoder {
         }
     }
 
-    /// A tile: its number, then of each of its chunks what cannot be told from the number.
+    /// Encodes a tile: its number, then for each of its chunks what does not follow from the number.
     pub(super) fn tile(&mut self, tile: &PackedTile) {
         self.length(tile.number);
         for chunk in &tile.chunks {
@@ -118,7 +119,7 @@ impl Encoder {
     }
 }
 
-/// Bytes being taken apart. Every step gives `None` where they are not what it looks for.
+/// Decoder that consumes a byte slice. Every method returns `None` where the bytes do not fit.
 #[derive(Debug)]
 pub(super) struct Decoder<'a>(pub(super) &'a [u8]);
 
@@ -133,7 +134,7 @@ impl<'a> Decoder<'a> {
         Some(u64::from_le_bytes(self.take(8)?.try_into().ok()?))
     }
 
-    /// A length of a list whose entries take at least `each` bytes.
+    /// Decodes the length of a list whose entries take at least `each` bytes.
     fn length(&mut self, each: usize) -> Option<usize> {
         let length = usize::try_from(self.number()?).ok()?;
         (length.checked_mul(each)? <= self.0.len()).then_some(length)
@@ -184,7 +185,7 @@ impl<'a> Decoder<'a> {
             .collect()
     }
 
-    /// A tile of a map of this layout.
+    /// Decodes a tile of a map of this layout.
     pub(super) fn tile(&mut self, schema: &Schema) -> Option<PackedTile> {
         let number = usize::try_from(self.number()?).ok().filter(|&number| number < schema.tiles())?;
         let mut chunks = Vec::new();
@@ -262,7 +263,7 @@ impl<'a> Decoder<'a> {
         Some(Account { cells, methods, paths, rhs, audit, contradictions, stages, failed })
     }
 
-    /// A point of the law of this plan.
+    /// Decodes a parameter point under the friction law of this plan.
     fn point_of(&mut self, plan: &Plan) -> Option<Point> {
         let (point, law, axes) = (self.point()?, plan.grid.law(), plan.grid.axes());
         let legal = |axis: &Axis| Grid::check_value(law, axis.role, &axis.name, axis.role.of(&point)).is_ok();

@@ -1,4 +1,4 @@
-//! New HDF5 files and groups, in the one form that all NetCDF-4 tools read.
+//! Creates HDF5 files and groups in the form that all NetCDF-4 tools read.
 
 use std::path::Path;
 
@@ -10,9 +10,9 @@ use super::value::{self, ATTRIBUTES_DIGEST};
 
 /// Creates the HDF5 file.
 ///
-/// The format is that of HDF5 1.8: its metadata carry checksums, and every NetCDF-4 reader knows it, which is
-/// not so of later ones (netcdf-java, the reader in Panoply, has its own implementation). Creation order
-/// is recorded because NetCDF lists dimensions, variables and attributes in that order.
+/// The format is that of HDF5 1.8: its metadata have checksums, and every NetCDF-4 reader supports it. Later
+/// formats are not supported everywhere (netcdf-java, the reader in Panoply, has its own implementation).
+/// Creation order is recorded because NetCDF lists dimensions, variables and attributes in that order.
 pub(super) fn create_file(path: &Path) -> hdf5::Result<File> {
     hdf5::FileBuilder::new()
         .with_fapl(|access| {
@@ -43,7 +43,7 @@ pub(super) fn group_of_tables(file: &File, name: &str) -> hdf5::Result<Group> {
         .create(name)
 }
 
-/// Attributes lie in their object's header, not in a heap of their own: the simplest form for readers.
+/// Stores attributes in their object's header, not in a separate heap: the simplest form for readers.
 pub(super) const ATTRIBUTES_IN_HEADER: AttrPhaseChange = AttrPhaseChange { max_compact: 1024, min_dense: 0 };
 
 /// Adds the fingerprint of an object's attributes.

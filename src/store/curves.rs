@@ -1,5 +1,4 @@
-//! The curves of codimension one that a map stores: the group `curves`, two tables; see the format in
-//! [`super`].
+//! The stored curves of codimension one: the group `curves` with two tables; see the format in [`super`].
 
 use hdf5::types::{FloatSize, IntSize, TypeDescriptor};
 use hdf5::{Dataset, File, Group};
@@ -19,7 +18,7 @@ pub(super) const GROUP: &str = "curves";
 const PLANE: &str = "plane";
 const POINT: &str = "point";
 
-/// The column of the values at which an axis is held.
+/// Name of the column that holds the fixed values of an axis.
 fn held(axis: &Axis) -> String {
     format!("held_{}", axis.name)
 }
@@ -31,7 +30,7 @@ pub(super) fn names(grid: &Grid) -> Vec<String> {
     own.chain(axes().map(held)).chain(axes().map(|axis| axis.name.clone())).collect()
 }
 
-/// Writes the curves of `planes`; nothing if there are no planes.
+/// Writes the curves of `planes`; writes nothing if there are no planes.
 pub(super) fn write(file: &File, grid: &Grid, planes: &[PlaneCurves]) -> hdf5::Result<()> {
     if planes.is_empty() {
         return Ok(());
@@ -61,7 +60,7 @@ pub(super) fn write(file: &File, grid: &Grid, planes: &[PlaneCurves]) -> hdf5::R
     seal_attributes(&group)
 }
 
-/// The columns along the points.
+/// Columns along the dimension `point`.
 fn points(axes: &[Axis], planes: &[PlaneCurves]) -> Vec<Series> {
     let (mut number, mut curve, mut branch, mut error) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let mut values = vec![Vec::new(); axes.len()];
@@ -97,11 +96,12 @@ fn points(axes: &[Axis], planes: &[PlaneCurves]) -> Vec<Series> {
     columns
 }
 
-/// Why the group cannot be read: the library's reason, or that it is none of ours.
+/// Result of reading the group: the outer error is the library's, the inner one says that the group is not
+/// one that slipmap writes.
 type Read<T> = hdf5::Result<Result<T, String>>;
 
-/// Unwraps what is one of ours.
-macro_rules! ours {
+/// Unwraps the inner result, or returns its error.
+macro_rules! accepted {
     ($read:expr) => {
         match $read? {
             Ok(read) => read,
@@ -110,25 +110,25 @@ macro_rules! ours {
     };
 }
 
-/// The group, if the map has one. `length` is that of the file, which bounds what is read.
+/// Reads the group, if the map has one. `length` is the length of the file, which bounds what is read.
 pub(super) fn read(file: &File, grid: &Grid, length: u64) -> Read<Vec<PlaneCurves>> {
     if !file.link_exists(GROUP) {
         return Ok(Ok(Vec::new()));
     }
     let group = file.group(GROUP)?;
-    ours!(trust::own_members(&group));
+    accepted!(trust::own_members(&group));
     let table = Table { group: &group, length };
     let axes = grid.axes();
     let axis = |word: &String| axes.iter().position(|axis| axis.name == *word);
-    let (xs, ys) = (ours!(table.words("plane_x")), ours!(table.words("plane_y")));
+    let (xs, ys) = (accepted!(table.words("plane_x")), accepted!(table.words("plane_y")));
     let mut planes = Vec::with_capacity(xs.len());
     let mut held_at = Vec::with_capacity(axes.len());
     for axis in axes {
-        held_at.push(ours!(table.reals(&held(axis), xs.len())));
+        held_at.push(accepted!(table.reals(&held(axis), xs.len())));
     }
     for (number, (x, y)) in xs.iter().zip(&ys).enumerate() {
         let (Some(x), Some(y)) = (axis(x), axis(y)) else {
-            return Ok(Err(format!("its curves lie in a plane of {x} and {y}, which are no axes")));
+            return Ok(Err(format!("its curves lie in a plane of {x} and {y}, which are not axes")));
         };
         let mut nodes = vec![0; axes.len()];
         for (position, values) in held_at.iter().enumerate().filter(|(axis, _)| *axis != x && *axis != y) {
@@ -144,20 +144,20 @@ pub(super) fn read(file: &File, grid: &Grid, length: u64) -> Read<Vec<PlaneCurve
         planes.push(PlaneCurves { plane: Plane::new(x, y, nodes), curves: Vec::new() });
     }
     if group.link_exists(POINT) {
-        ours!(read_points(&table, axes, &mut planes));
+        accepted!(read_points(&table, axes, &mut planes));
     }
     Ok(Ok(planes))
 }
 
-/// Adds the points to their planes.
+/// Reads the points and adds each to its plane.
 fn read_points(table: &Table, axes: &[Axis], planes: &mut [PlaneCurves]) -> Read<()> {
-    let words = ours!(table.words("curve"));
-    let number = ours!(table.integers("plane_number", words.len()));
-    let branch = ours!(table.integers("branch", words.len()));
-    let error = ours!(table.reals("error", words.len()));
+    let words = accepted!(table.words("curve"));
+    let number = accepted!(table.integers("plane_number", words.len()));
+    let branch = accepted!(table.integers("branch", words.len()));
+    let error = accepted!(table.reals("error", words.len()));
     let mut values = Vec::with_capacity(axes.len());
     for axis in axes {
-        values.push(ours!(table.reals(&axis.name, words.len())));
+        values.push(accepted!(table.reals(&axis.name, words.len())));
     }
     let mut before = None;
     for (row, word) in words.iter().enumerate() {
@@ -186,10 +186,10 @@ struct Table<'a> {
 }
 
 impl Table<'_> {
-    /// A column of numbers of this kind that the file can hold.
+    /// Opens a column of numbers of this kind, if the file is long enough to hold it.
     fn column(&self, name: &str, kind: &TypeDescriptor) -> Read<Dataset> {
         let dataset = self.group.dataset(name)?;
-        ours!(trust::own_numbers(&dataset, name));
+        accepted!(trust::own_numbers(&dataset, name));
         let fits = dataset.ndim() == 1 && dataset.size() as u64 <= self.length;
         let stored = dataset.dtype()?.to_descriptor()?;
         Ok(match fits && stored == *kind {
@@ -202,7 +202,7 @@ impl Table<'_> {
     }
 
     fn numbers<T: hdf5::H5Type>(&self, name: &str, kind: &TypeDescriptor, rows: usize) -> Read<Vec<T>> {
-        let dataset = ours!(self.column(name, kind));
+        let dataset = accepted!(self.column(name, kind));
         Ok(match dataset.size() == rows {
             true => Ok(dataset.read_raw::<T>()?),
             false => Err(format!("{GROUP}/{name} has {} rows instead of {rows}", dataset.size())),
@@ -218,7 +218,7 @@ impl Table<'_> {
     }
 
     fn words(&self, name: &str) -> Read<Vec<String>> {
-        let dataset = ours!(self.column(name, &TypeDescriptor::Integer(IntSize::U1)));
+        let dataset = accepted!(self.column(name, &TypeDescriptor::Integer(IntSize::U1)));
         let meanings = match value::read(&dataset, "flag_meanings")? {
             Some(Value::Text(text)) => text,
             _ => String::new(),

@@ -1,45 +1,44 @@
-//! zlib streams of cells that are given as runs of equal values.
+//! zlib streams of cells given as runs of equal values.
 //!
-//! DEFLATE (RFC 1951) writes what occurred before as a length and a distance back. For cells of any kind
-//! libdeflate searches for such places byte by byte. For runs it is known where they are: a run repeats its
-//! own value, at distance 1, a row of cells mostly repeats the row before it, and further places begin with
-//! equal runs. So the work is that of the runs, not of the cells, and the stream is one block with Huffman
-//! codes of its own. On the verdicts of a map of 64^5 cells it is half as long as libdeflate's of the level
-//! 4.
+//! DEFLATE (RFC 1951) encodes a repetition as a length and a distance back. For arbitrary cells libdeflate
+//! searches for repetitions byte by byte. For runs their places are known: a run repeats its own value at
+//! distance 1, a row of cells mostly repeats the row before it, and other candidates begin with equal runs.
+//! So the cost grows with the number of runs, not of cells. The stream is one block with its own Huffman
+//! codes. On the verdicts of a map of 64^5 cells it is half as long as libdeflate's at level 4.
 
 use crate::map::Runs;
 
-/// The longest distance back.
+/// Longest distance back.
 const WINDOW: usize = 1 << 15;
-/// The shortest and the longest repetition.
+/// Shortest and longest repetition.
 const LENGTHS: std::ops::RangeInclusive<usize> = 3..=258;
-/// The symbol that ends a block.
+/// Symbol that ends a block.
 const END_OF_BLOCK: usize = 256;
-/// Symbols of literals and lengths, of distances, and of the lengths of their codes.
+/// Number of symbols: literals and lengths, distances, lengths of their codes.
 const LITERALS: usize = 286;
 const DISTANCES: usize = 30;
 const CODE_LENGTHS: usize = 19;
-/// The order in which the lengths of the codes for code lengths are written.
+/// Order in which the lengths of the codes for code lengths are written.
 const ORDER: [usize; CODE_LENGTHS] = [16, 17, 18, 0, 8, 7, 9, 6, 10, 5, 11, 4, 12, 3, 13, 2, 14, 1, 15];
 
-/// One step of a stream.
+/// One token of the stream.
 #[derive(Clone, Copy)]
 enum Token {
     /// A cell.
     Literal(u8),
-    /// So many cells as they are this distance back.
+    /// Repeats `length` cells from `distance` cells back.
     Repeat { length: usize, distance: usize },
 }
 
-/// The zlib stream of the codes of a chunk of this shape.
+/// Makes the zlib stream of the codes of a chunk of this shape.
 ///
 /// # Panics
-/// If there are not as many codes as the shape has cells.
+/// If the number of codes is not the number of cells of the shape.
 pub(super) fn stream(codes: &Runs<i8>, shape: &[usize]) -> Vec<u8> {
     assert_eq!(codes.len(), shape.iter().product::<usize>(), "codes of a chunk of shape {shape:?}");
     let tokens = tokens(codes, shape.last().copied().unwrap_or(1));
     let mut bits = Bits::default();
-    // Deflate with a window of 32 KiB, and what makes the two bytes a multiple of 31.
+    // Deflate with a window of 32 KiB; the second byte makes the header a multiple of 31.
     bits.bytes.extend([0x78, 0x5e]);
     write_block(&mut bits, &tokens);
     let mut bytes = bits.finish();
@@ -47,37 +46,36 @@ pub(super) fn stream(codes: &Runs<i8>, shape: &[usize]) -> Vec<u8> {
     bytes
 }
 
-/// A repetition: so many cells, from so far back.
+/// A repetition: its length and its distance back.
 #[derive(Clone, Copy, Default)]
 struct Match {
     length: usize,
     distance: usize,
 }
 
-/// Looks for repetitions in a chunk: within a run, in the row before, and where the next two runs occurred
-/// before. As boundaries in the grid are smooth, those are the places where the same boundary had the same
-/// slope.
+/// Search for repetitions in a chunk: within a run, in the row before, and where the next two runs occurred
+/// before. Boundaries in the grid are smooth, so the same boundary had the same slope there.
 struct Search<'a> {
     /// Code of each run, and the position after its last cell.
     runs: &'a [(i8, usize)],
     /// Length of a row, if it is within the window.
     row: Option<usize>,
-    /// The run that holds the cell one row back.
+    /// The run that contains the cell one row back.
     row_back: usize,
-    /// The last run for each key, and for each run the one before with its key.
+    /// The last run for each key, and for each run the previous run with its key.
     heads: Vec<u32>,
     earlier: Vec<u32>,
     /// Number of runs that are in these lists.
     known: usize,
 }
 
-/// No run.
+/// Marks the end of a list.
 const NONE: u32 = u32::MAX;
-/// Number of keys.
+/// Number of bits of a key.
 const KEYS_BITS: u32 = 10;
-/// So many earlier places are tried: more hardly make the stream smaller.
+/// Largest number of earlier places that are tried: more hardly make the stream smaller.
 const TRIED: usize = 4;
-/// Up to this length a repetition gives way to a longer one that begins at the next cell.
+/// Up to this length a repetition is replaced by a longer one that begins at the next cell.
 const SHORT: usize = 64;
 
 impl<'a> Search<'a> {
@@ -93,8 +91,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// A number that tells a run's code, the code of the next run and the lengths of the next two; `None` at
-    /// the end.
+    /// Hash of a run's code, the code of the next run and the lengths of the next two; `None` at the end.
     fn key(&self, run: usize) -> Option<usize> {
         let [(code, end), (next, next_end), (_, last_end)] = *self.runs.get(run..run + 3)? else {
             return None;
@@ -104,8 +101,8 @@ impl<'a> Search<'a> {
         Some((mixed.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> (64 - KEYS_BITS)) as usize)
     }
 
-    /// The longest repetition found for the cells from `at` on, which lies in `run`. `at` never falls from
-    /// call to call.
+    /// Finds the longest repetition for the cells from `at` on; `at` lies in `run` and never falls from call
+    /// to call.
     fn longest(&mut self, at: usize, run: usize) -> Match {
         let runs = self.runs;
         let start = run.checked_sub(1).map_or(0, |before| runs[before].1);
@@ -135,7 +132,7 @@ impl<'a> Search<'a> {
         let mut earlier = self.key(run).map_or(NONE, |key| self.heads[key]);
         for _ in 0..TRIED {
             let Some(&(_, end)) = runs.get(earlier as usize) else { break };
-            // The ends of both runs in the same place.
+            // Align the ends of both runs.
             let distance = runs[run].1 - end;
             if distance > WINDOW {
                 break;
@@ -150,7 +147,7 @@ impl<'a> Search<'a> {
     }
 }
 
-/// The steps that give `codes`, whose rows have `row` cells.
+/// Divides `codes`, whose rows have `row` cells, into tokens.
 fn tokens(codes: &Runs<i8>, row: usize) -> Vec<Token> {
     let runs: Vec<(i8, usize)> = codes.iter().map(|(code, cells)| (code, cells.end)).collect();
     let mut search = Search::new(&runs, row);
@@ -177,7 +174,7 @@ fn tokens(codes: &Runs<i8>, row: usize) -> Vec<Token> {
     tokens
 }
 
-/// Up to which cell the cells of `run` and after it equal those of the run `back` and after it, `distance`
+/// Returns the position up to which the cells from `run` on equal those from the run `back` on, `distance`
 /// cells back.
 fn equal_to(runs: &[(i8, usize)], mut run: usize, mut back: usize, distance: usize) -> usize {
     let mut end = 0;
@@ -190,18 +187,18 @@ fn equal_to(runs: &[(i8, usize)], mut run: usize, mut back: usize, distance: usi
     end
 }
 
-/// A repetition of any length, in pieces of legal lengths.
+/// Appends a repetition of any length, in pieces of legal lengths.
 fn repeat(tokens: &mut Vec<Token>, mut length: usize, distance: usize) {
     let (least, most) = (*LENGTHS.start(), *LENGTHS.end());
     while length > 0 {
-        // What is left must not be too short for a piece of its own.
+        // The remainder must not be too short for a piece of its own.
         let piece = if length > most && length < most + least { length - least } else { length.min(most) };
         tokens.push(Token::Repeat { length: piece, distance });
         length -= piece;
     }
 }
 
-/// A length's symbol, and the number and value of the extra bits (RFC 1951, section 3.2.5).
+/// Symbol of a length, and number and value of its extra bits (RFC 1951, section 3.2.5).
 fn length_symbol(length: usize) -> (usize, u32, u64) {
     if length == 258 {
         return (285, 0, 0);
@@ -215,7 +212,7 @@ fn length_symbol(length: usize) -> (usize, u32, u64) {
     (257 + 4 * extra as usize + (offset >> extra), extra, (offset & ((1 << extra) - 1)) as u64)
 }
 
-/// The same of a distance.
+/// Symbol of a distance, and number and value of its extra bits.
 fn distance_symbol(distance: usize) -> (usize, u32, u64) {
     let offset = distance - 1;
     if offset < 4 {
@@ -226,7 +223,7 @@ fn distance_symbol(distance: usize) -> (usize, u32, u64) {
     (2 * extra as usize + (offset >> extra), extra, (offset & ((1 << extra) - 1)) as u64)
 }
 
-/// One block, the last, with Huffman codes made for it.
+/// Writes the only block, with Huffman codes made for it.
 fn write_block(bits: &mut Bits, tokens: &[Token]) {
     let mut literals = [0u32; LITERALS];
     let mut distances = [0u32; DISTANCES];
@@ -260,7 +257,7 @@ fn write_block(bits: &mut Bits, tokens: &[Token]) {
     bits.symbol(&literals, END_OF_BLOCK);
 }
 
-/// The lengths of both codes, in a code of their own (RFC 1951, section 3.2.7).
+/// Writes the lengths of both codes, Huffman-coded in turn (RFC 1951, section 3.2.7).
 fn write_codes(bits: &mut Bits, literals: &Codes, distances: &Codes) {
     let used = |codes: &Codes, least: usize| {
         codes.lengths.iter().rposition(|&length| length > 0).map_or(least, |last| least.max(last + 1))
@@ -322,10 +319,10 @@ struct Codes {
 }
 
 impl Codes {
-    /// The code for symbols that occur so often, of at most `longest` bits.
+    /// Makes the code for symbols with these counts, with code lengths of at most `longest` bits.
     fn new(counts: &[u32], longest: u8) -> Self {
         let mut counts = counts.to_vec();
-        // Some readers want at least two codes, used or not.
+        // Some readers require at least two codes, used or not.
         for symbol in 0..2 {
             if counts.iter().filter(|&&count| count > 0).count() < 2 && counts[symbol] == 0 {
                 counts[symbol] = 1;
@@ -342,7 +339,7 @@ impl Codes {
     }
 }
 
-/// Huffman's algorithm: joins the two rarest nodes until one is left.
+/// Lengths by Huffman's algorithm: joins the two rarest nodes until one is left.
 fn code_lengths(counts: &[u32]) -> Vec<u8> {
     let mut leaves: Vec<(u32, usize)> = counts
         .iter()
@@ -351,7 +348,7 @@ fn code_lengths(counts: &[u32]) -> Vec<u8> {
         .map(|(symbol, &count)| (count, symbol))
         .collect();
     leaves.sort_unstable();
-    // Nodes in the order of their counts: leaves from one queue, joined ones from the other.
+    // Nodes in the order of their counts: leaves from one queue, inner nodes from the other.
     let n = leaves.len();
     let mut parents = vec![0; 2 * n - 1];
     let mut joined: Vec<u32> = Vec::with_capacity(n);
@@ -376,7 +373,7 @@ fn code_lengths(counts: &[u32]) -> Vec<u8> {
     lengths
 }
 
-/// The codes that follow from their lengths (RFC 1951, section 3.2.2), bits reversed.
+/// Codes from their lengths (RFC 1951, section 3.2.2), bits reversed.
 fn canonical(lengths: &[u8]) -> Vec<u16> {
     let mut of_length = [0u16; 16];
     lengths.iter().filter(|&&length| length > 0).for_each(|&length| of_length[usize::from(length)] += 1);
@@ -395,7 +392,7 @@ fn canonical(lengths: &[u8]) -> Vec<u16> {
     lengths.iter().map(code).collect()
 }
 
-/// Bits that become bytes, the lowest first.
+/// Bit writer, lowest bit first.
 #[derive(Default)]
 struct Bits {
     bytes: Vec<u8>,
@@ -404,7 +401,7 @@ struct Bits {
 }
 
 impl Bits {
-    /// Appends the lowest `count` <= 16 bits of `value`, which has no others.
+    /// Appends the lowest `count` <= 16 bits of `value`, whose other bits are zero.
     fn push(&mut self, value: u64, count: u32) {
         debug_assert!(count <= 16 && value >> count == 0);
         self.pending |= value << self.count;
@@ -427,7 +424,7 @@ impl Bits {
     }
 }
 
-/// The check sum at the end of a zlib stream (RFC 1950), summed over whole runs.
+/// Checksum at the end of a zlib stream (RFC 1950), summed over whole runs.
 fn adler32(codes: &Runs<i8>) -> u32 {
     const MODULUS: u64 = 65521;
     let (mut a, mut b) = (1, 0);
@@ -458,7 +455,7 @@ mod tests {
 
     #[test]
     fn lengths_and_distances_have_the_symbols_of_the_specification() {
-        // The ends of some rows of the tables in RFC 1951.
+        // Ends of some rows of the tables in RFC 1951.
         for (length, symbol) in
             [(3, 257), (10, 264), (11, 265), (12, 265), (13, 266), (227, 284), (257, 284), (258, 285)]
         {
@@ -501,11 +498,11 @@ mod tests {
         }
 
         #[test]
-        fn cells_without_order_come_back(cells in prop::collection::vec(any::<i8>(), 1..3000)) {
+        fn random_cells_are_restored(cells in prop::collection::vec(any::<i8>(), 1..3000)) {
             check(&cells.iter().copied().collect(), &[cells.len()]);
         }
 
-        /// Counts that grow like Fibonacci's numbers make the longest codes.
+        /// Counts that grow like Fibonacci numbers make the longest codes.
         #[test]
         fn codes_are_never_too_long(counts in prop::collection::vec(0_u32..1 << 24, 2..280), skew in 0..2) {
             let mut counts = counts;

@@ -1,13 +1,13 @@
-//! What can go wrong with a map file.
+//! Errors of reading and writing map files.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Why a map could not be written or read. Each message says which file, what happened, and what to do.
+/// Why a map could not be written or read. Each message names the file, the failure and the remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StoreError {
-    /// The output is there already.
+    /// The output exists already.
     #[error("{path} exists already; choose another name, or ask for it to be replaced")]
     Exists {
         /// The output.
@@ -21,25 +21,25 @@ pub enum StoreError {
         /// The journal of the other run.
         path: PathBuf,
     },
-    /// An interrupted run has left its finished tiles.
+    /// An interrupted run has left finished tiles.
     #[error("{path} holds the finished tiles of an interrupted run")]
     Unfinished {
         /// The journal of that run.
         path: PathBuf,
     },
-    /// Something else has the name that the journal of the run is to have.
+    /// The name of the journal is taken by something that slipmap did not write.
     #[error("{path} is in the way, and is nothing that slipmap wrote; move it, or choose another output")]
     InTheWay {
-        /// What is in the way.
+        /// The path that is taken.
         path: PathBuf,
     },
-    /// The journal of a run is damaged beyond use.
+    /// The journal of a run is damaged so that nothing of it can be used.
     #[error("{path} is damaged so much that the interrupted run cannot be resumed")]
     Unusable {
         /// The journal.
         path: PathBuf,
     },
-    /// What is to be resumed was something else.
+    /// The run to be resumed computed something else.
     #[error("{path} was begun as something else (- then, + now):\n{difference}")]
     Changed {
         /// The journal, or the finished map.
@@ -47,15 +47,15 @@ pub enum StoreError {
         /// The difference, line by line.
         difference: String,
     },
-    /// The output appeared while the map was computed.
+    /// Another program created the output while the map was computed.
     #[error("{path} was made by something else during the run; the finished map is kept as {kept}")]
     Overtaken {
         /// The output.
         path: PathBuf,
-        /// Where the finished map is.
+        /// Path of the finished map.
         kept: PathBuf,
     },
-    /// The folder of the output is not there.
+    /// The folder of the output does not exist.
     #[error("the folder {folder} of the output does not exist; create it, or choose another output path")]
     NoFolder {
         /// The folder.
@@ -73,9 +73,9 @@ pub enum StoreError {
     /// The file system refuses.
     #[error("no permission to {doing} {path}; choose a place that you may use, or change its permissions")]
     NoPermission {
-        /// What was tried.
+        /// The action that failed.
         doing: String,
-        /// On what.
+        /// The path that it failed on.
         path: PathBuf,
     },
     /// The disk is full, or a quota or a limit on the size of files is used up.
@@ -92,9 +92,9 @@ pub enum StoreError {
         "cannot {doing} {path}: the disk or the network that it lies on has failed or is gone ({source})"
     )]
     Lost {
-        /// What was tried.
+        /// The action that failed.
         doing: String,
-        /// On what.
+        /// The path that it failed on.
         path: PathBuf,
         /// The system's reason.
         source: io::Error,
@@ -102,9 +102,9 @@ pub enum StoreError {
     /// Another failure of the file system.
     #[error("cannot {doing} {path}: {source}")]
     Io {
-        /// What was tried.
+        /// The action that failed.
         doing: String,
-        /// On what.
+        /// The path that it failed on.
         path: PathBuf,
         /// The system's reason.
         source: io::Error,
@@ -112,27 +112,27 @@ pub enum StoreError {
     /// A failure inside the HDF5 library.
     #[error("cannot {doing} {path}: {detail}")]
     Hdf5 {
-        /// What was tried.
+        /// The action that failed.
         doing: String,
-        /// On what.
+        /// The action that failed.
         path: PathBuf,
-        /// The library's reason.
+        /// The path that it failed on.
         detail: String,
     },
-    /// The file is no map that this version can read.
+    /// The file is not a map that this version can read.
     #[error("{path} is not a map: {why}")]
     NotAMap {
         /// The file.
         path: PathBuf,
-        /// What is missing or wrong.
+        /// The part that is missing or wrong.
         why: String,
     },
-    /// The file is not as it was when its run finished it.
+    /// The file has changed since its run finished it.
     #[error("{path} is damaged, and nothing of it is used: {what}")]
     Damaged {
         /// The map.
         path: PathBuf,
-        /// What does not match.
+        /// The part that does not match its fingerprint.
         what: String,
     },
     /// The map has no such variable.
@@ -140,9 +140,9 @@ pub enum StoreError {
     NoVariable {
         /// The map.
         path: PathBuf,
-        /// What was asked for.
+        /// The requested variable.
         name: String,
-        /// What there is.
+        /// The variables of the map.
         available: String,
     },
     /// A selection lies outside a variable, or has the wrong number of axes.
@@ -152,9 +152,9 @@ pub enum StoreError {
         path: PathBuf,
         /// The variable.
         name: String,
-        /// What was asked for.
+        /// The requested selection.
         selection: String,
-        /// What there is.
+        /// The shape of the variable.
         shape: String,
     },
     /// Tiles are missing at the end of a run.
@@ -171,7 +171,7 @@ pub enum StoreError {
         /// Number of the first missing tile.
         first: usize,
     },
-    /// Cells are labelled "not computed" at the end of a run that did not announce any.
+    /// Cells are labelled "not computed" although the run did not announce any.
     #[error("{path} would be incomplete: {variable} has {cells} cells that were not computed")]
     NotComputed {
         /// The output.
@@ -184,7 +184,7 @@ pub enum StoreError {
 }
 
 impl StoreError {
-    /// Classifies a failure of the file system.
+    /// Maps a failure of the file system to its variant.
     pub(super) fn io(doing: impl Into<String>, path: &Path, source: io::Error) -> Self {
         let (doing, path) = (doing.into(), path.to_path_buf());
         match source.kind() {
@@ -199,9 +199,10 @@ impl StoreError {
         }
     }
 
-    /// Classifies a failure inside the HDF5 library, which reports the system's reasons only in words.
+    /// Maps a failure inside the HDF5 library to its variant; the library gives the system's reasons only as
+    /// text.
     pub(super) fn hdf5(doing: impl Into<String>, path: &Path, error: &hdf5::Error) -> Self {
-        // The innermost message tells the cause, the outermost what the library was doing.
+        // The innermost message names the cause, the outermost the action of the library.
         let frames = error.stack();
         let messages: Vec<&str> =
             frames.iter().flat_map(|stack| stack.iter()).map(hdf5::ErrorFrame::description).collect();
@@ -225,15 +226,16 @@ impl StoreError {
     }
 }
 
-/// The system's error that a message of the HDF5 library quotes: `.., errno = 28, error message = '..', ..`.
+/// Parses the system error that a message of the HDF5 library quotes:
+/// `.., errno = 28, error message = '..', ..`.
 fn system_error(message: &str) -> Option<io::Error> {
     let (_, rest) = message.split_once("errno = ")?;
     let digits = rest.split(|c: char| !c.is_ascii_digit()).next()?;
     digits.parse().ok().filter(|&number| number != 0).map(io::Error::from_raw_os_error)
 }
 
-/// Whether an error tells of a disk or a network that is there no more: a server that does not answer, a file
-/// system whose program has died, a disk that was pulled out.
+/// Returns whether the disk or the network is gone: a server that does not answer, a file system whose
+/// process has died, a disk that was pulled out.
 fn is_loss(error: &io::Error) -> bool {
     use io::ErrorKind::{
         HostUnreachable, NetworkDown, NetworkUnreachable, NotConnected, StaleNetworkFileHandle, TimedOut,
@@ -243,7 +245,7 @@ fn is_loss(error: &io::Error) -> bool {
     by_kind.contains(&error.kind()) || is_device_loss(error)
 }
 
-/// Those that have no kind of their own.
+/// Errors of lost devices that have no [`io::ErrorKind`].
 #[cfg(unix)]
 fn is_device_loss(error: &io::Error) -> bool {
     use rustix::io::Errno;
@@ -251,7 +253,7 @@ fn is_device_loss(error: &io::Error) -> bool {
     error.raw_os_error().is_some_and(|number| of_devices.iter().any(|errno| errno.raw_os_error() == number))
 }
 
-/// Elsewhere the kinds must do.
+/// Other systems: only the kinds are known.
 #[cfg(not(unix))]
 fn is_device_loss(_: &io::Error) -> bool {
     false
@@ -273,7 +275,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn what_is_gone_is_told_from_what_is_full_or_forbidden() {
+    fn lost_full_and_forbidden_disks_are_distinguished() {
         use rustix::io::Errno;
         let of = |errno: Errno| {
             StoreError::io("write", Path::new("a"), io::Error::from_raw_os_error(errno.raw_os_error()))

@@ -1,4 +1,4 @@
-//! What tells one computation from another: may a run be resumed as this one?
+//! Compares the plan of an unfinished or finished run with a new one, to decide whether it may be resumed.
 
 use std::path::Path;
 
@@ -10,8 +10,8 @@ use crate::dataset::attributes::PLAN;
 use super::error::StoreError;
 use super::reader::MapFile;
 
-/// Attributes in which two computations are compared where their fingerprints differ, in the order in which
-/// differences are shown.
+/// Attributes that are compared to explain why two fingerprints differ, in the order in which differences are
+/// shown.
 const SHOWN: [&str; 12] = [
     "config",
     "crate_version",
@@ -27,10 +27,10 @@ const SHOWN: [&str; 12] = [
     "compression",
 ];
 
-/// Refuses a finished map that is not the one that `opening` describes.
+/// Returns an error unless the finished map at `path` is the one that `opening` describes.
 pub(super) fn check_finished(path: &Path, opening: &[(String, Value)]) -> Result<(), StoreError> {
     let map = MapFile::open(path).map_err(|error| match error {
-        // What the library cannot read here, slipmap has not written.
+        // Slipmap never writes a file that the library cannot read here.
         StoreError::Hdf5 { doing, path, detail } => {
             StoreError::NotAMap { path, why: format!("cannot {doing} it: {detail}") }
         }
@@ -48,7 +48,7 @@ pub(super) fn get<'a>(attributes: &'a [(String, Value)], name: &str) -> Option<&
     attributes.iter().find(|(known, _)| known == name).map(|(_, value)| value)
 }
 
-/// In what two computations differ, line by line; `None` if in nothing that both tell of.
+/// Differences of two plans, line by line; `None` if all attributes that both have are equal.
 pub(super) fn difference(then: &[(String, Value)], now: &[(String, Value)]) -> Option<String> {
     // Maps of earlier versions have no fingerprint.
     if get(then, PLAN).is_some() && get(then, PLAN) == get(now, PLAN) {
@@ -72,7 +72,7 @@ pub(super) fn difference(then: &[(String, Value)], now: &[(String, Value)]) -> O
     (!lines.is_empty()).then(|| lines.join("\n"))
 }
 
-/// A value as text of lines.
+/// A value as lines of text.
 fn shown(value: &Value) -> String {
     match value {
         Value::Text(text) => text.clone(),

@@ -1,13 +1,13 @@
-//! The journal of a run: finished tiles, each with its fingerprint, in a file that only grows.
+//! The journal of a run: an append-only file of finished tiles, each with its fingerprint.
 //!
 //! ```text
 //! frame = magic (8 bytes) | kind u64 | length of a u64 | length of b u64 | digest (32 bytes) | a | b
 //! digest = SHA-256(magic | kind | lengths | SHA-256(a) | b)
 //! ```
 //!
-//! A frame is whole or it is nothing. When the journal is opened again it ends before the first frame that is
-//! not whole: what a kill, a power cut or a full disk has left of the last one is cut off, and so is what
-//! follows a damaged one. The journal is locked (`flock`) for as long as its process lives and no longer.
+//! A frame is either whole or ignored. A reopened journal ends before the first frame that is not whole: a
+//! partial frame left by a kill, a power cut or a full disk is cut off, and so is everything after a damaged
+//! frame. The journal is locked (`flock`) for as long as its process lives.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
@@ -21,21 +21,21 @@ use crate::dataset::Fingerprint;
 
 use super::error::StoreError;
 
-/// The first bytes of every frame, and so of every journal. The line ends are as in PNG's signature.
+/// First bytes of every frame, and so of every journal. The line ends are as in PNG's signature.
 pub(super) const MAGIC: [u8; 8] = *b"\x89slip\r\n\x1a";
 
-/// Bytes of a frame before its contents.
+/// Length in bytes of a frame's header.
 const HEAD: usize = 64;
 
-/// Finished tiles reach the disk at least so often, should the power go.
+/// Longest time between two forced writes to disk, which bounds the loss by a power cut.
 const SYNC_EVERY: Duration = Duration::from_secs(10);
 
-/// What a frame holds.
+/// The kind of a frame: the meaning of its parts a and b.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// What the run is to compute: a, the attributes; b, empty. The first frame.
+    /// The plan of the run: a, the attributes; b, empty. The first frame.
     Header,
-    /// One more start of the program: a, what it adds to the history.
+    /// A start of the program: a, the line it adds to the history.
     Session,
     /// A finished tile: a, its chunks; b, its account.
     Tile,
@@ -55,7 +55,7 @@ impl Kind {
     }
 }
 
-/// A frame's first part with its fingerprint, which workers make.
+/// A frame's first part with its fingerprint, made by a worker.
 #[derive(Debug)]
 pub(super) struct Part {
     pub(super) bytes: Vec<u8>,
@@ -69,7 +69,7 @@ impl Part {
     }
 }
 
-/// The bytes of a frame before its contents.
+/// Makes the header of a frame.
 fn head(kind: u64, a: u64, fingerprint: &Fingerprint, b: &[u8]) -> [u8; HEAD] {
     let mut head = [0; HEAD];
     head[..8].copy_from_slice(&MAGIC);
@@ -89,20 +89,20 @@ pub(super) struct Journal {
     end: u64,
     synced: Instant,
     locked: bool,
-    /// Whether there is something in it that should outlive this process.
+    /// Whether the file holds something worth keeping when it is closed.
     keep: bool,
 }
 
 impl Journal {
-    /// Opens and locks the journal at `path`; makes an empty one if there is none.
+    /// Opens and locks the journal at `path`; creates an empty one if there is none.
     ///
     /// # Errors
-    /// [`StoreError::Busy`] if a running process holds it; [`StoreError::InTheWay`] if there is something
-    /// that is no journal; otherwise the file system's reasons.
+    /// [`StoreError::Busy`] if a running process holds it; [`StoreError::InTheWay`] if the path is not a
+    /// journal; otherwise the file system's reasons.
     pub(super) fn open(path: &Path) -> Result<Self, StoreError> {
         let failed = |source| StoreError::io("write", path, source);
         loop {
-            // A link could lead anywhere; what is no plain file is none of ours.
+            // Follow no links, and accept only regular files.
             if path.symlink_metadata().is_ok_and(|metadata| !metadata.is_file()) {
                 return Err(StoreError::InTheWay { path: path.to_path_buf() });
             }
@@ -114,7 +114,7 @@ impl Journal {
                 Err(TryLockError::WouldBlock) => {
                     return Err(StoreError::Busy { path: path.to_path_buf() });
                 }
-                // A file system without locks (some of clusters): the caller is told, see `is_locked`.
+                // File systems without locks (on some clusters): the caller asks `is_locked`.
                 Err(TryLockError::Error(_)) => false,
             };
             if !still_there(&file, path) {
@@ -123,7 +123,7 @@ impl Journal {
             let mut first = [0; MAGIC.len()];
             let length = file.metadata().map_err(failed)?.len();
             let known = read_up_to(&mut file, &mut first).map_err(failed)?;
-            // Also what a kill within the first write has left: a part of the magic, or nothing.
+            // Accept a partial or empty magic as well: a kill within the first write leaves that.
             if !MAGIC.starts_with(&first[..known]) {
                 return Err(StoreError::InTheWay { path: path.to_path_buf() });
             }
@@ -132,22 +132,22 @@ impl Journal {
         }
     }
 
-    /// Whether there is a journal of a run at `path`.
+    /// Returns whether there is a journal at `path`.
     pub(super) fn is_at(path: &Path) -> bool {
         path.symlink_metadata().is_ok_and(|metadata| metadata.is_file() && metadata.len() > 0)
     }
 
-    /// Where it is.
+    /// Path of the journal.
     pub(super) fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Whether other processes are kept out; not so on file systems without locks.
+    /// Returns whether the journal is locked against other processes; false on file systems without locks.
     pub(super) fn is_locked(&self) -> bool {
         self.locked
     }
 
-    /// Throws away all that is in it.
+    /// Removes all frames.
     pub(super) fn clear(&mut self) -> Result<(), StoreError> {
         self.file.set_len(0).map_err(|source| StoreError::io("write", &self.path, source))?;
         self.end = 0;
@@ -155,7 +155,7 @@ impl Journal {
         Ok(())
     }
 
-    /// Bytes in it.
+    /// Length in bytes.
     pub(super) fn length(&self) -> u64 {
         self.end
     }
@@ -168,7 +168,7 @@ impl Journal {
         frame.extend_from_slice(b);
         let written = self.file.seek(SeekFrom::Start(self.end)).and_then(|_| self.file.write_all(&frame));
         if let Err(source) = written {
-            // What there was room for is of no use; should even this fail, the next start cuts it off.
+            // Cut off the partial frame. Should this fail too, the next start cuts it off.
             let _ = self.file.set_len(self.end);
             return Err(StoreError::io("write", &self.path, source));
         }
@@ -177,10 +177,10 @@ impl Journal {
         if self.synced.elapsed() > SYNC_EVERY { self.sync() } else { Ok(()) }
     }
 
-    /// Forces all of it to disk.
+    /// Forces all frames to disk.
     ///
     /// # Errors
-    /// [`StoreError::Gone`] if it was removed, or its folder was unmounted: what is written then is lost.
+    /// [`StoreError::Gone`] if the journal was removed or its folder unmounted: later writes are lost.
     pub(super) fn sync(&mut self) -> Result<(), StoreError> {
         self.synced = Instant::now();
         if !still_there(&self.file, &self.path) {
@@ -189,14 +189,14 @@ impl Journal {
         self.file.sync_data().map_err(|source| StoreError::io("write", &self.path, source))
     }
 
-    /// Forces its name to disk.
+    /// Forces the journal's entry in its folder to disk.
     pub(super) fn sync_name(&self) -> Result<(), StoreError> {
         sync_folder(&self.path).map_err(|source| StoreError::io("write", &self.path, source))
     }
 
-    /// Hands frame by frame to `visit`, which says whether it can use it, up to the first that is not whole,
-    /// longer than `longest` bytes or of no use, and cuts off the rest: the number of bytes cut off. One
-    /// frame at a time is in memory.
+    /// Passes frame by frame to `visit`, which returns whether it can use it. Stops at the first frame that
+    /// is partial, longer than `longest` bytes or refused, cuts off the rest and returns the number of bytes
+    /// cut off. One frame at a time is in memory.
     pub(super) fn replay(
         &mut self,
         longest: u64,
@@ -224,9 +224,9 @@ impl Journal {
         Ok(cut)
     }
 
-    /// Removes it: the map is finished, or nothing was.
+    /// Removes the journal: the map is finished, or nothing was computed.
     pub(super) fn remove(mut self) -> Result<(), StoreError> {
-        self.keep = true; // Not to be removed a second time.
+        self.keep = true; // so that dropping it does not remove it again
         fs::remove_file(&self.path).map_err(|source| StoreError::io("remove", &self.path, source))
     }
 }
@@ -234,14 +234,14 @@ impl Journal {
 impl Drop for Journal {
     fn drop(&mut self) {
         if !self.keep {
-            // Nothing more can be done if even this fails.
+            // Nothing more can be done if this fails.
             let _ = fs::remove_file(&self.path);
         }
     }
 }
 
-/// Forces the entry of `path` in its folder to disk. Where folders cannot be opened (not on Unix) the
-/// system sees to it.
+/// Forces the entry of `path` in its folder to disk. Where folders cannot be opened (not Unix) the system
+/// does so itself.
 pub(super) fn sync_folder(path: &Path) -> io::Result<()> {
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -253,11 +253,11 @@ pub(super) fn sync_folder(path: &Path) -> io::Result<()> {
     }
 }
 
-/// Creates a folder and those above it, as far as they are not there.
+/// Creates a folder and its parents where they do not exist.
 ///
 /// # Errors
-/// The file system's reasons. Of a folder that is there but does not answer (a dead mount) the system says
-/// that it exists; here is said why it cannot be used.
+/// The file system's reasons. For a folder that exists but does not answer (a dead mount) the system reports
+/// that it exists; this function returns why it cannot be used.
 pub fn create_folders(folder: &Path) -> io::Result<()> {
     fs::create_dir_all(folder).map_err(|error| match folder.metadata() {
         Err(reason) if error.kind() == io::ErrorKind::AlreadyExists => reason,
@@ -265,7 +265,7 @@ pub fn create_folders(folder: &Path) -> io::Result<()> {
     })
 }
 
-/// Whether `path` still leads to the opened file.
+/// Returns whether `path` still leads to the opened file.
 #[cfg(unix)]
 fn still_there(file: &File, path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;
@@ -273,13 +273,13 @@ fn still_there(file: &File, path: &Path) -> bool {
     file.metadata().is_ok_and(|opened| path.symlink_metadata().is_ok_and(|named| same(opened, named)))
 }
 
-/// Elsewhere open files cannot be removed.
+/// On other systems open files cannot be removed.
 #[cfg(not(unix))]
 fn still_there(_: &File, _: &Path) -> bool {
     true
 }
 
-/// Fills `buffer` as far as the file goes.
+/// Fills `buffer` as far as the file reaches; returns the number of bytes read.
 fn read_up_to(reader: &mut impl Read, buffer: &mut [u8]) -> io::Result<usize> {
     let mut filled = 0;
     while filled < buffer.len() {
@@ -293,8 +293,8 @@ fn read_up_to(reader: &mut impl Read, buffer: &mut [u8]) -> io::Result<usize> {
     Ok(filled)
 }
 
-/// Reads the frame here into `contents`: its kind and the length of its first part; `None` if there is no
-/// whole one.
+/// Reads the next frame into `contents`; returns its kind and the length of its first part, or `None` if it
+/// is not whole.
 fn read_frame(
     reader: &mut impl Read,
     left: u64,
@@ -344,7 +344,7 @@ mod tests {
         (found, cut)
     }
 
-    /// Frames of several lengths, some of which contain the magic.
+    /// Writes frames of several lengths, some of which contain the magic.
     fn written(journal: &mut Journal) -> Vec<Frame> {
         let all: Vec<_> = (0..5u8)
             .map(|i| {
@@ -381,7 +381,7 @@ mod tests {
             assert_eq!(found, all[..whole], "cut at {cut}");
             let end = if whole == 0 { 0 } else { ends[whole - 1] };
             assert_eq!(lost, cut as u64 - end);
-            // It goes on from there.
+            // Appending continues from there.
             journal.append(Kind::Tile, &Part::new(vec![9; 9]), b"on").unwrap();
             assert_eq!(frames(&mut journal).0.len(), whole + 1);
         }
@@ -420,7 +420,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_journal_is_left_alone() {
+    fn other_files_are_not_opened_as_journals() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("map.h5.part");
         fs::write(&path, "my notes").unwrap();

@@ -16,51 +16,50 @@
 //! | `boundary_velocity`, `boundary_multiplier`, `kick_forward`, `kick_backward` | `f64` | the unstable slip cycle within which the mass does not stick-slip; NaN where there is none |
 //! | `epsilon_limit_METHOD` | `f64` | the largest eps up to which the verdict equals the simulated one, the same along the axis epsilon: 0 never, infinity up to 10 at least |
 //!
-//! each with `long_name` and `units`, those of a method with its `guarantee` and `equation`, those of codes
-//! with `flag_values`, `flag_meanings` and `flag_counts` (number of cells with each code). No variable
-//! has a `_FillValue`, which would make readers turn codes into floating-point numbers. Chunks have the
-//! shape of the engine's tiles (attribute `tile_shape`); codes are compressed by deflate, real numbers
-//! by shuffle and deflate. The file's own attributes tell where it comes from ([`Provenance`]) and how the
-//! run went ([`Outcome`]); `complete` = 1 comes last. Texts have fixed lengths, since not every NetCDF
-//! tool reads the other kind.
+//! All have `long_name` and `units`; variables of a method have its `guarantee` and `equation`; codes have
+//! `flag_values`, `flag_meanings` and `flag_counts` (number of cells with each code). No variable has a
+//! `_FillValue`, which would make readers convert codes to floating-point numbers. Chunks have the shape of
+//! the engine's tiles (attribute `tile_shape`); codes are compressed by deflate, real numbers by shuffle and
+//! deflate. The file's own attributes record its provenance ([`Provenance`]) and the course of the run
+//! ([`Outcome`]); `complete` = 1 is written last. Texts have fixed lengths, since not every NetCDF tool reads
+//! variable-length ones.
 //!
 //! # Curves
 //!
-//! Where `[curves]` asks for them, the group `curves` holds the curves of codimension one of planes of the
-//! grid as two tables, along its own dimensions `plane` and `point`;
+//! If the configuration has `[curves]`, the group `curves` holds the curves of codimension one in planes of
+//! the grid, as two tables with the dimensions `plane` and `point`;
 //! `xarray.open_dataset(file, group="curves")` reads them.
 //!
 //! | variable | along | type | contents |
 //! | --- | --- | --- | --- |
 //! | `plane_x`, `plane_y` | `plane` | `i8` | the two axes of the plane, by `flag_meanings` |
-//! | `held_AXIS` | `plane` | `f64` | the node at which the axis is held; NaN for the two of the plane |
+//! | `held_AXIS` | `plane` | `f64` | the node at which the axis is fixed; NaN for the two axes of the plane |
 //! | `plane_number` | `point` | `i32` | the plane, from 1 |
-//! | `curve` | `point` | `i8` | what happens there, by `flag_meanings`: hopf, grazing_sliding, landing, crossing, fold |
+//! | `curve` | `point` | `i8` | kind of curve, by `flag_meanings`: hopf, grazing_sliding, landing, crossing, fold |
 //! | `branch` | `point` | `i32` | number of the connected curve among those of its plane and kind, from 1 |
 //! | `AXIS` | `point` | `f64` | the point's parameters, all of them |
 //! | `error` | `point` | `f64` | estimate of its distance from the curve, in sides of the plane |
 //!
 //! Points follow each other along their curves; a closed curve ends with its first point. The sides of a
-//! plane go from the first to the last node, in equal ratios where the nodes have them. Without a curve in
-//! any plane there is no dimension `point`. `sha256` of these variables takes each of them as one tile.
+//! plane go from the first to the last node, logarithmically if the nodes are. If no plane has a curve there
+//! is no dimension `point`. The `sha256` of these variables treats each of them as one tile.
 //!
-//! # What protects it
+//! # Protection against damage
 //!
-//! - [`MapFile::open`] verifies a map before anything of it is used: by its seal, or, where another program
-//!   has cut that off, by all fingerprints. They tell accidents, not forgery: who changes a map on purpose
-//!   can seal it again.
+//! - [`MapFile::open`] verifies a map before any of it is used: by its seal or, where another program has
+//!   removed the seal, by all fingerprints. They detect accidents, not forgery: whoever changes a map on
+//!   purpose can seal it again.
 //!
-//! - A map lies under a temporary name, `NAME.part-...`, until it is complete, sealed and on disk. A killed
-//!   run may leave that file and `NAME.part`, the journal of its finished tiles ([`PartialMap`]); nothing
-//!   under the map's own name.
+//! - A map has a temporary name, `NAME.part-...`, until it is complete, sealed and on disk. A killed run may
+//!   leave that file and `NAME.part`, the journal of its finished tiles ([`PartialMap`]), but nothing under
+//!   the map's own name.
 //! - `sha256` of a variable: SHA-256 of the concatenated SHA-256s of its tiles, row-major, each over the
 //!   tile's cells (not the padding of its chunk), little-endian, with one bit pattern for NaN. It depends
 //!   neither on the number of threads nor on the compression, and survives copying by other tools.
 //! - `sha256_attributes` of the file and of every variable: over its other attributes, so that [`check`] can
 //!   say where one was changed.
 //! - The seal: a line of text after the end of the HDF5 file with the SHA-256 of every byte before it. HDF5
-//!   readers do not look there. It finds any change of any byte; a program that opens the map for
-//!   writing cuts it off.
+//!   readers ignore it. It detects a change of any byte; a program that opens the map for writing removes it.
 
 mod check;
 mod codec;

@@ -1,4 +1,4 @@
-//! Opening a map of unknown origin: nothing of it is used before it is verified.
+//! Opens a map of unknown origin: verifies all of it before any of it is used.
 
 use std::path::Path;
 
@@ -10,17 +10,17 @@ use super::seal::{self, Seal};
 use super::trust;
 
 impl MapFile {
-    /// Opens the map at `path`, which may be any file: what takes more memory or time than its length
-    /// warrants is refused, and so is what is not as its run left it.
+    /// Opens the map at `path`, which may be any file. Refuses files that would take more memory or time than
+    /// their length warrants, and files that changed after their run.
     ///
-    /// That is told by the seal, for which every byte is read once, before the HDF5 library sees the file. A
-    /// map that another program has written to or copied has lost it; then every cell and attribute is
-    /// compared with its fingerprint.
+    /// The seal is checked first: every byte is read once, before the HDF5 library sees the file. A map that
+    /// another program has written to or copied has no seal; then every cell and attribute is compared with
+    /// its fingerprint.
     ///
     /// # Errors
-    /// [`StoreError::NotAMap`] for a file that no version of this program wrote, or that this version
-    /// cannot read; [`StoreError::Damaged`] for a map that was changed; otherwise the file system's or the
-    /// library's reasons.
+    /// [`StoreError::NotAMap`] for a file that no version of this program wrote, or that this version cannot
+    /// read; [`StoreError::Damaged`] for a map that was changed; otherwise the file system's or the library's
+    /// reasons.
     pub fn open(path: &Path) -> Result<Self, StoreError> {
         let failed = |source| StoreError::io("read", path, source);
         trust::plain_file(path)

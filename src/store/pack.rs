@@ -1,4 +1,4 @@
-//! From computed cells to the bytes of a chunk.
+//! Packs computed cells into the bytes of HDF5 chunks.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -12,7 +12,7 @@ use crate::map::{Runs, TileData, unravel};
 
 use super::deflate;
 
-/// One chunk as it is to lie in the file, and what is known of its cells.
+/// A chunk as stored in the file, with the counts and the fingerprint of its cells.
 #[derive(Debug)]
 pub(super) struct PackedChunk {
     /// Position of the variable in the schema.
@@ -38,30 +38,29 @@ pub struct PackedTile {
     pub(super) chunks: Vec<PackedChunk>,
 }
 
-/// Makes the chunks of the tiles of one map.
+/// Packs the tiles of one map.
 #[derive(Debug)]
 pub(super) struct Packing {
     schema: Schema,
-    /// Level of deflate; 0 for none.
+    /// Deflate level; 0 for none.
     level: u8,
-    /// Chunks of few runs that occurred before.
+    /// Cache of chunks of few runs.
     known: Mutex<HashMap<ChunkKey, Arc<KnownChunk>>>,
 }
 
-/// What the bytes of a chunk of codes depend on: its codes, its shape without the padding, the code of the
-/// padding.
+/// All that the bytes of a chunk of codes depend on: its codes, its shape without the padding, the code of
+/// the padding.
 type ChunkKey = (Runs<i8>, Vec<usize>, i8);
 
 /// The bytes of a chunk and the fingerprint of its cells.
 type KnownChunk = (Vec<u8>, Fingerprint);
 
-/// Chunks of at most so many runs are kept: constant ones, and those that one axis alone divides. Others
-/// hardly ever occur again.
+/// Largest number of runs of a chunk that is cached: constant chunks, and those that one axis alone divides.
+/// Others hardly ever occur again.
 const RUNS_OF_KNOWN: usize = 64;
-/// Number of chunks that are kept: some MB.
+/// Largest number of cached chunks: some MB.
 const MOST_KNOWN: usize = 4096;
-/// From so many runs per 16 cells on the cells have little order, and the general search compresses them
-/// better.
+/// From this number of runs per 16 cells on, the general search compresses better than the one over runs.
 const RUNS_PER_16_CELLS: usize = 4;
 
 impl Packing {
@@ -74,15 +73,15 @@ impl Packing {
         &self.schema
     }
 
-    /// Makes the chunks of one tile.
+    /// Packs one tile.
     ///
     /// # Panics
-    /// If the tile brings another number of cells than the plan asks for: a bug of the engine.
+    /// If the tile has not the number of cells that the plan asks for: a bug of the engine.
     pub(super) fn pack(&self, data: &TileData) -> PackedTile {
         let schema = &self.schema;
         let mut work = Work { level: self.level, deflate: None, plain: Vec::new() };
         let mut chunks: Vec<PackedChunk> = Vec::with_capacity(schema.variables.len());
-        // Codes of this tile with the code of their padding, and which chunk they became.
+        // Codes packed so far in this tile, with the code of their padding and their chunk.
         let mut packed: Vec<(Runs<i8>, i8, usize)> = Vec::new();
         for (position, variable) in schema.variables.iter().enumerate() {
             let Some(number) = schema.chunk_number(variable, data.tile.number) else { continue };
@@ -93,7 +92,7 @@ impl Packing {
                 Cells::Codes(codes) => {
                     let counts = count(variable, |wanted| codes.count(|code| code == wanted));
                     let fill = variable.fill_code();
-                    // Two methods often say the same.
+                    // Two methods often give the same verdicts.
                     let equal = packed.iter().find(|(other, padding, _)| *padding == fill && *other == codes);
                     let (bytes, fingerprint) = match equal {
                         Some(&(_, _, chunk)) => (chunks[chunk].bytes.clone(), chunks[chunk].fingerprint),
@@ -117,7 +116,7 @@ impl Packing {
         PackedTile { number: data.tile.number, chunks }
     }
 
-    /// The bytes and the fingerprint of a chunk of codes, from those of an equal one if there was one.
+    /// Bytes and fingerprint of a chunk of codes, from the cache where it has them.
     fn codes(
         &self,
         codes: &Runs<i8>,
@@ -145,7 +144,7 @@ impl Packing {
         }
         let key = (codes.clone(), shape.to_vec(), fill);
         let lock = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        // Made outside of the lock, perhaps twice: equal codes make equal bytes.
+        // Computed outside of the lock, perhaps twice: equal codes make equal bytes.
         let known = lock().get(&key).cloned();
         let found = known.unwrap_or_else(|| {
             let made = Arc::new(make(&key.0, &key.1, work));
@@ -159,24 +158,24 @@ impl Packing {
     }
 }
 
-/// What a worker needs again for every chunk of a tile.
+/// Buffers that a worker reuses for every chunk of a tile.
 struct Work {
     level: u8,
-    /// Made when it is needed first.
+    /// Created on first use.
     deflate: Option<Deflate>,
     plain: Vec<i8>,
 }
 
-/// Cells that are written at once where a run begins; the next run overwrites what is too much.
+/// Number of cells that are written at once at the start of a run; the next run overwrites the excess.
 const STRETCH: usize = 64;
 
 impl Work {
-    /// The general compressor, if there is to be compression.
+    /// The general compressor, unless compression is off.
     fn deflate(&mut self) -> Option<&mut Deflate> {
         (self.level > 0).then(|| self.deflate.get_or_insert_with(|| Deflate::new(self.level)))
     }
 
-    /// The cells of runs one by one.
+    /// Expands runs to cells.
     fn cells(&mut self, codes: &Runs<i8>) -> &[i8] {
         let length = codes.len();
         if self.plain.len() < length + STRETCH {
@@ -192,18 +191,17 @@ impl Work {
     }
 }
 
-/// Number of cells with each code of `variable`, in the order of its `flag_values`, by counting those of one
-/// code.
+/// Number of cells with each code of `variable`, in the order of its `flag_values`; `count` counts one code.
 pub(super) fn count(variable: &Variable, count: impl Fn(i8) -> u64) -> Vec<u64> {
     variable.codes().unwrap_or_default().into_iter().map(|(code, _)| count(code)).collect()
 }
 
-/// A number's bytes in the file, whose datatype is that of the machine.
+/// A number's bytes in the file, in the machine's own datatype.
 fn stored(value: f64) -> [u8; 8] {
     canonical(value).to_ne_bytes()
 }
 
-/// What HDF5's shuffle filter makes: first every number's first byte, then every second byte, and so on.
+/// HDF5's shuffle filter: first the first byte of every number, then every second byte, and so on.
 fn shuffle(values: &[f64]) -> Vec<u8> {
     let mut out = vec![0u8; 8 * values.len()];
     if values.is_empty() {
@@ -217,7 +215,7 @@ fn shuffle(values: &[f64]) -> Vec<u8> {
     out
 }
 
-/// Makes the zlib streams of HDF5's deflate filter.
+/// Compressor for HDF5's deflate filter.
 struct Deflate {
     compressor: Compressor,
     scratch: Vec<u8>,
@@ -235,7 +233,7 @@ impl Deflate {
         if self.scratch.len() < bound {
             self.scratch.resize(bound, 0);
         }
-        // The bound holds by the library's contract, so that this fails for no input.
+        // The library guarantees the bound, so no input makes this fail.
         match self.compressor.zlib_compress(plain, &mut self.scratch) {
             Ok(length) => self.scratch[..length].to_vec(),
             Err(error) => panic!("libdeflate broke its own bound of {bound} bytes: {error}"),
@@ -243,7 +241,7 @@ impl Deflate {
     }
 }
 
-/// Where in a chunk the rows along the last axis of a tile of the given shape begin, row by row.
+/// Start positions in a chunk of the rows (along the last axis) of a tile of the given shape.
 fn row_starts<'a>(shape: &'a [usize], chunk: &'a [usize]) -> impl Iterator<Item = usize> + 'a {
     let row = shape.last().copied().unwrap_or(1);
     (0..shape.iter().product::<usize>() / row.max(1)).map(move |number| {
@@ -252,7 +250,7 @@ fn row_starts<'a>(shape: &'a [usize], chunk: &'a [usize]) -> impl Iterator<Item 
     })
 }
 
-/// The cells of a tile of the given shape as a whole chunk; borrowed where the tile is one.
+/// Pads the cells of a tile of the given shape to a whole chunk; borrows them where the tile is one.
 fn pad<'a, T: Copy>(cells: &'a [T], shape: &[usize], chunk: &[usize], fill: T) -> Cow<'a, [T]> {
     assert_eq!(cells.len(), shape.iter().product::<usize>(), "cells of a tile of shape {shape:?}");
     if shape == chunk {
@@ -266,7 +264,7 @@ fn pad<'a, T: Copy>(cells: &'a [T], shape: &[usize], chunk: &[usize], fill: T) -
     Cow::Owned(full)
 }
 
-/// The same for runs.
+/// [`pad`] for runs.
 fn pad_runs<'a>(codes: &'a Runs<i8>, shape: &[usize], chunk: &[usize], fill: i8) -> Cow<'a, Runs<i8>> {
     assert_eq!(codes.len(), shape.iter().product::<usize>(), "codes of a tile of shape {shape:?}");
     if shape == chunk {
@@ -284,7 +282,7 @@ fn pad_runs<'a>(codes: &'a Runs<i8>, shape: &[usize], chunk: &[usize], fill: i8)
             let to = cells.end.min(end);
             full.push(*code, to - at);
             at = to;
-            // What is left of a run belongs to the next row.
+            // The rest of the run belongs to the next row.
             if cells.end == to {
                 run = runs.next();
             }

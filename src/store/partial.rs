@@ -1,13 +1,12 @@
-//! A map in the making that survives whatever stops its run.
+//! An unfinished map that survives the end of its run, and is resumed from it.
 //!
-//! Beside the output `NAME` lie, while the map is made,
+//! While the map is computed, two files lie beside the output `NAME`:
 //!
-//! - `NAME.part`, the journal: every finished tile as it is to lie in the map, with its account. It alone is
-//!   what a stopped run leaves of worth, and what resumes it;
-//! - `NAME.part-map`, the map itself as far as it is. HDF5 promises nothing of a file that was being written
-//!   when its process died, so that it is made anew from the journal when the run is resumed.
+//! - `NAME.part`, the journal: every finished tile with its account. A stopped run is resumed from it alone;
+//! - `NAME.part-map`, the map itself so far. HDF5 guarantees nothing for a file that was being written when
+//!   its process died, so resuming makes it anew from the journal.
 //!
-//! Both are gone once the map has its name.
+//! Both are removed when the map gets its name.
 
 use std::fs;
 use std::path::Path;
@@ -26,25 +25,25 @@ use super::pack::{PackedTile, Packing};
 use super::seal::{Existing, Temporary, beside};
 use super::writer::MapWriter;
 
-/// Ending of the journal's name.
+/// Suffix of the journal's name.
 const JOURNAL: &str = ".part";
-/// Ending of the unfinished map's name.
+/// Suffix of the unfinished map's name.
 const UNFINISHED: &str = ".part-map";
 
-/// In the journal's header: whether the run was told to replace its output.
+/// Key in the journal's header: whether the run replaces its output.
 const REPLACES: &str = "replaces";
 
-/// No header is longer than this; a tile's frame may be.
+/// Largest length of a header in bytes; a tile's frame may be longer.
 const LONGEST_HEADER: u64 = 1 << 26;
 
-/// Makes tiles ready for a map in the making, here or on another machine.
+/// Packs tiles of an unfinished map, in this process or in another.
 #[derive(Debug)]
 pub struct Packer {
     packing: Packing,
     plan: Plan,
 }
 
-/// A tile ready for the map and for the journal.
+/// A tile packed for the map and for the journal.
 #[derive(Debug)]
 pub struct PackedRecord {
     tile: PackedTile,
@@ -52,7 +51,7 @@ pub struct PackedRecord {
 }
 
 impl Packer {
-    /// For the map of `plan`.
+    /// Packer for the map of `plan`.
     #[must_use]
     pub fn new(plan: &Plan) -> Self {
         Self { packing: Packing::new(Schema::of(plan), plan.compression), plan: plan.clone() }
@@ -67,7 +66,7 @@ impl Packer {
         PackedRecord { tile, part: Part::new(bytes.0) }
     }
 
-    /// A packed tile and its account as one string of bytes, to be sent to the process that writes.
+    /// Encodes a packed tile and its account, to be sent to the process that writes the map.
     #[must_use]
     pub fn to_bytes(&self, packed: &PackedRecord, account: &Account) -> Vec<u8> {
         let mut bytes = Encoder::default();
@@ -76,7 +75,7 @@ impl Packer {
         bytes.0
     }
 
-    /// What [`Packer::to_bytes`] has made; `None` if it has not made this.
+    /// Decodes the bytes of [`Packer::to_bytes`]; `None` if they are anything else.
     #[must_use]
     pub fn from_bytes(&self, bytes: &[u8]) -> Option<(PackedRecord, Account)> {
         let mut decoder = Decoder(bytes);
@@ -87,10 +86,10 @@ impl Packer {
     }
 }
 
-/// A map in the making.
+/// An unfinished map.
 #[derive(Debug)]
 pub struct PartialMap {
-    // The map comes first: it is closed and removed while the journal is still locked.
+    // Fields are dropped in order: the map is closed and removed while the journal is still locked.
     map: MapWriter,
     journal: Mutex<Journal>,
     packer: Packer,
@@ -99,7 +98,7 @@ pub struct PartialMap {
     written: AtomicUsize,
 }
 
-/// What an earlier run has left.
+/// The contents of an earlier run's journal.
 #[derive(Debug)]
 struct Found {
     finished: Vec<bool>,
@@ -121,12 +120,12 @@ impl Found {
     }
 }
 
-/// What was there to resume.
+/// The result of resuming.
 #[derive(Debug)]
 pub enum Resumed {
-    /// Finished tiles, perhaps none: the rest is to be computed.
+    /// An unfinished map, perhaps without any finished tile.
     Partial(Box<PartialMap>),
-    /// The finished map itself: nothing is to be done.
+    /// The finished map: nothing is left to compute.
     Complete,
 }
 
@@ -134,10 +133,10 @@ impl PartialMap {
     /// Starts the map that `plan` asks for.
     ///
     /// # Errors
-    /// [`StoreError::Exists`] if the map is there already, [`StoreError::Unfinished`] if an interrupted run
-    /// has left tiles, both unless they are to be replaced; [`StoreError::Busy`] if another process is at it;
-    /// [`StoreError::InTheWay`] if something else has the name of the journal; otherwise the file system's or
-    /// the library's reasons.
+    /// [`StoreError::Exists`] if the map exists already, [`StoreError::Unfinished`] if an interrupted run has
+    /// left tiles, both unless they are to be replaced; [`StoreError::Busy`] if another process is writing
+    /// it; [`StoreError::InTheWay`] if the name of the journal is taken; otherwise the file system's or the
+    /// library's reasons.
     pub fn begin(
         path: &Path,
         plan: &Plan,
@@ -160,13 +159,12 @@ impl PartialMap {
         Self::fresh(path, plan, &opening, history, existing, journal)
     }
 
-    /// Continues the map that an interrupted run has left, starts it if there is none, or finds that it is
-    /// complete.
+    /// Continues the map of an interrupted run, starts it if there is none, or finds that it is complete.
     ///
     /// # Errors
-    /// [`StoreError::Changed`] if what is there is the map of another plan, configuration or version of the
-    /// program; [`StoreError::Busy`] if another process is at it; [`StoreError::Unusable`] if the journal's
-    /// header is lost; otherwise as [`PartialMap::begin`].
+    /// [`StoreError::Changed`] if the unfinished or finished map belongs to another plan, configuration or
+    /// version of the program; [`StoreError::Busy`] if another process is writing it;
+    /// [`StoreError::Unusable`] if the journal's header is lost; otherwise as [`PartialMap::begin`].
     pub fn resume(path: &Path, plan: &Plan, provenance: &Provenance) -> Result<Resumed, StoreError> {
         let journal_path = beside(path, JOURNAL)?;
         let opening = attributes::opening(plan, provenance);
@@ -182,7 +180,7 @@ impl PartialMap {
         Self::replayed(path, plan, provenance, &opening, journal)
     }
 
-    /// Reads the journal of an interrupted run into a new file.
+    /// Reads the journal of an interrupted run into a new map.
     fn replayed(
         path: &Path,
         plan: &Plan,
@@ -207,7 +205,7 @@ impl PartialMap {
                 let replaces = get(&then, REPLACES) == Some(&Value::from(1));
                 let existing = if replaces { Existing::Replace } else { Existing::Refuse };
                 if !replaces && path.symlink_metadata().is_ok() {
-                    // The run that wrote it was stopped before it could remove the journal.
+                    // The earlier run was stopped before it could remove the journal.
                     check_finished(path, opening)?;
                     finished_already = true;
                 }
@@ -250,7 +248,7 @@ impl PartialMap {
             return Ok(Resumed::Complete);
         }
         let Some(mut map) = map else {
-            // Stopped before the header was written, there is nothing to lose; otherwise there is.
+            // If the run was stopped before its header was written, nothing is lost by starting anew.
             if length > header_length + 4096 {
                 return Err(StoreError::Unusable { path: journal_path });
             }
@@ -274,7 +272,7 @@ impl PartialMap {
         Ok(Resumed::Partial(Box::new(Self::with(map, journal, plan, found))))
     }
 
-    /// Starts from nothing in an open journal.
+    /// Starts a map with an empty journal.
     fn fresh(
         path: &Path,
         plan: &Plan,
@@ -325,38 +323,38 @@ impl PartialMap {
         self.found.seconds
     }
 
-    /// Bytes at the end of the journal that could not be used: what a kill has left of the last tile, or a
-    /// damaged place and all after it. Their tiles are not among the finished ones.
+    /// Number of bytes at the end of the journal that could not be used: a partial tile, or a damaged place
+    /// and all after it. Their tiles are not among the finished ones.
     #[must_use]
     pub fn lost(&self) -> u64 {
         self.found.lost
     }
 
-    /// Number of tiles that are safe in the journal by now.
+    /// Number of tiles in the journal.
     #[must_use]
     pub fn tiles(&self) -> usize {
         self.written.load(Ordering::Relaxed)
     }
 
-    /// What is computed.
+    /// The plan of the map.
     #[must_use]
     pub fn plan(&self) -> &Plan {
         &self.packer.plan
     }
 
-    /// What packs its tiles, here or elsewhere.
+    /// The packer for the map's tiles.
     #[must_use]
     pub fn packer(&self) -> &Packer {
         &self.packer
     }
 
-    /// Whether other processes are kept out; not so on file systems without locks.
+    /// Returns whether the map is locked against other processes; false on file systems without locks.
     #[must_use]
     pub fn is_locked(&self) -> bool {
         self.journal().is_locked()
     }
 
-    /// Forces the journal to disk: to be called before leaving the map to a later run.
+    /// Forces the journal to disk; to be called before the map is left to a later run.
     ///
     /// # Errors
     /// The file system's reasons.
@@ -371,7 +369,7 @@ impl PartialMap {
     pub fn finish(self, outcome: &Outcome) -> Result<(), StoreError> {
         let Self { map, journal, .. } = self;
         let mut journal = journal.into_inner().unwrap_or_else(PoisonError::into_inner);
-        // Should the map's name reach the disk and the power go, the tiles are there as well.
+        // If the power fails after the map's name reached the disk, the tiles are in the journal.
         journal.sync()?;
         map.finish(outcome)?;
         journal.remove()
@@ -406,27 +404,27 @@ fn header(opening: &[(String, Value)], history: &str, existing: Existing) -> Par
     Part::new(bytes.0)
 }
 
-/// Bytes of the contents of the longest frame that a run of `plan` writes.
+/// Length in bytes of the contents of the longest frame that a run of `plan` writes.
 fn longest(plan: &Plan) -> u64 {
     let schema = Schema::of(plan);
     let chunk = |variable| schema.chunk(variable).iter().product::<usize>() as u64;
     let plain: u64 = schema.variables.iter().map(|variable| 8 * chunk(variable) + 4096).sum();
-    // Deflate makes what it cannot shrink longer by far less than this.
+    // Deflate lengthens incompressible data by far less than this.
     LONGEST_HEADER.max(plain + plain / 16)
 }
 
-/// What an interrupted run has left of the map at a path.
+/// The remains of an interrupted run at a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Left {
     /// Nothing to resume.
     Nothing,
-    /// A journal.
+    /// A journal, which can be resumed.
     Journal,
-    /// It cannot be told: the place cannot be reached.
+    /// Unknown: the path cannot be reached.
     OutOfReach,
 }
 
-/// What an interrupted run has left to resume to `path`.
+/// Looks for an interrupted run of the map at `path`.
 #[must_use]
 pub fn left(path: &Path) -> Left {
     let journal = match beside(path, JOURNAL) {
@@ -441,10 +439,10 @@ pub fn left(path: &Path) -> Left {
     }
 }
 
-/// Removes the unfinished map, not the journal: what a process that cannot end in order leaves to be done.
+/// Removes the unfinished map, but not the journal: for a process that cannot end in order.
 pub fn remove_unfinished(path: &Path) {
     if let Ok(unfinished) = beside(path, UNFINISHED) {
-        // If it cannot be removed now, the next run does.
+        // If it cannot be removed now, the next run removes it.
         let _ = fs::remove_file(unfinished);
     }
 }

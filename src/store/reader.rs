@@ -1,4 +1,4 @@
-//! Reading a map.
+//! Reads maps.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -17,20 +17,20 @@ use super::error::StoreError;
 use super::trust;
 use super::value;
 
-/// The first bytes of an HDF5 file, and so of every map.
+/// First bytes of an HDF5 file, and so of every map.
 pub const SIGNATURE: [u8; 8] = *b"\x89HDF\r\n\x1a\n";
 
-/// What a slice takes of a dimension.
+/// The selection of a slice along one dimension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pick {
     /// One node; the slice does not have the dimension.
     Node(usize),
-    /// The first node and every so many after it; all for 1.
+    /// The first node and every n-th after it; 1 selects all.
     Every(usize),
 }
 
-/// A stored map, open for reading. Cells stay on disk until they are asked for; all of them were verified
-/// when it was opened.
+/// A stored map, open for reading. Cells stay on disk until they are read; all of them were verified when the
+/// map was opened.
 #[derive(Debug)]
 pub struct MapFile {
     pub(super) path: PathBuf,
@@ -43,7 +43,7 @@ pub struct MapFile {
 }
 
 impl MapFile {
-    /// Opens a map whose variables may be anything, for [`super::check`].
+    /// Opens a map without checking its variables, for [`super::check`].
     pub(super) fn open_layout(path: &Path) -> Result<Self, StoreError> {
         let not_a_map = |why| StoreError::NotAMap { path: path.to_path_buf(), why };
         let (file, length) = open_file(path)?;
@@ -57,13 +57,13 @@ impl MapFile {
         Ok(Self { path, file, schema, attributes, length, sealed: false, curves: Vec::new() })
     }
 
-    /// Whether it ends with the seal of its run; otherwise another program has written to it or copied it.
+    /// Returns whether the map ends with its seal; if not, another program has written to it or copied it.
     #[must_use]
     pub fn is_sealed(&self) -> bool {
         self.sealed
     }
 
-    /// Where the map lies.
+    /// Path of the map.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
@@ -94,7 +94,7 @@ impl MapFile {
         &self.schema.fields
     }
 
-    /// The curves of codimension one that are stored, plane by plane.
+    /// The stored curves of codimension one, plane by plane.
     #[must_use]
     pub fn curves(&self) -> &[PlaneCurves] {
         &self.curves
@@ -105,19 +105,19 @@ impl MapFile {
         self.schema.variables.iter().map(|variable| variable.name.as_str())
     }
 
-    /// Whether the map has this variable.
+    /// Returns whether the map has this variable.
     #[must_use]
     pub fn has(&self, variable: &str) -> bool {
         self.variables().any(|name| name == variable)
     }
 
-    /// The file's attributes, by name.
+    /// Attributes of the file, by name.
     #[must_use]
     pub fn attributes(&self) -> &BTreeMap<String, Value> {
         &self.attributes
     }
 
-    /// A text among the file's attributes.
+    /// A text attribute of the file.
     #[must_use]
     pub fn text(&self, name: &str) -> Option<&str> {
         match self.attributes.get(name) {
@@ -126,7 +126,7 @@ impl MapFile {
         }
     }
 
-    /// A single number among the file's attributes, for instance `seconds_METHOD` or `audit_cells`.
+    /// A numeric attribute of the file, for instance `seconds_METHOD` or `audit_cells`.
     #[must_use]
     pub fn number(&self, name: &str) -> Option<f64> {
         match self.attributes.get(name) {
@@ -155,7 +155,7 @@ impl MapFile {
         }
     }
 
-    /// Codes (verdicts, regimes) in a box of cells, one index range per dimension of the variable.
+    /// Reads codes (verdicts, regimes) in a box of cells, one index range per dimension of the variable.
     ///
     /// # Errors
     /// [`StoreError::NoVariable`] or [`StoreError::OutOfRange`]; otherwise the library's reasons.
@@ -163,7 +163,7 @@ impl MapFile {
         self.read(variable, ranges)
     }
 
-    /// Real numbers (margins, critical dampings, landings) in a box of cells, as [`MapFile::codes`].
+    /// Reads real numbers (margins, critical dampings, landings) in a box of cells, as [`MapFile::codes`].
     ///
     /// # Errors
     /// As [`MapFile::codes`].
@@ -171,7 +171,7 @@ impl MapFile {
         self.read(variable, ranges)
     }
 
-    /// Codes on a slice. What is not picked takes no memory.
+    /// Reads codes on a slice. Only the selected cells take memory.
     ///
     /// # Errors
     /// As [`MapFile::codes`].
@@ -179,7 +179,7 @@ impl MapFile {
         self.slice(variable, at)
     }
 
-    /// Real numbers on a slice, as [`MapFile::code_slice`].
+    /// Reads real numbers on a slice, as [`MapFile::code_slice`].
     ///
     /// # Errors
     /// As [`MapFile::codes`].
@@ -192,7 +192,7 @@ impl MapFile {
         (0..self.schema.tiles()).map(|number| self.schema.grid.tile(&self.schema.tile_shape, number))
     }
 
-    /// Bytes of the file.
+    /// Length of the file in bytes.
     pub(super) fn length(&self) -> u64 {
         self.length
     }
@@ -261,13 +261,13 @@ impl MapFile {
         StoreError::OutOfRange { path, name, selection, shape: format!("{shape:?}") }
     }
 
-    /// An error of the library while reading a variable.
+    /// Converts an error of the library while reading a variable.
     pub(super) fn failed(&self, variable: &str, error: &hdf5::Error) -> StoreError {
         StoreError::hdf5(format!("read {variable} in"), &self.path, error)
     }
 }
 
-/// Reads a box of cells that is known to fit.
+/// Reads a box of cells that lies inside the variable.
 pub(super) fn read_box<T: hdf5::H5Type>(
     dataset: &Dataset,
     ranges: &[Range<usize>],
@@ -279,7 +279,7 @@ pub(super) fn read_box<T: hdf5::H5Type>(
     dataset.read_slice(hdf5::Hyperslab::from(selection))
 }
 
-/// Opens an HDF5 file, telling apart why that may fail; its length in bytes.
+/// Opens an HDF5 file, and says why if that fails; returns its length in bytes too.
 fn open_file(path: &Path) -> Result<(File, u64), StoreError> {
     let failed = |source| StoreError::io("open", path, source);
     let not_a_map = |why| StoreError::NotAMap { path: path.to_path_buf(), why };
@@ -289,19 +289,19 @@ fn open_file(path: &Path) -> Result<(File, u64), StoreError> {
         .and_then(|file| file.take(SIGNATURE.len() as u64).read_to_end(&mut head))
         .map_err(failed)?;
     if head != SIGNATURE {
-        return Err(not_a_map("it is no HDF5 file".into()));
+        return Err(not_a_map("it is not an HDF5 file".into()));
     }
     Ok((File::open(path).map_err(|error| StoreError::hdf5("open", path, &error))?, length))
 }
 
-/// The file's attributes.
+/// Reads the file's attributes.
 fn root_attributes(file: &File, path: &Path) -> Result<BTreeMap<String, Value>, StoreError> {
     let attributes =
         value::read_all(file).map_err(|error| StoreError::hdf5("read the attributes of", path, &error))?;
     Ok(attributes.into_iter().filter_map(|(name, value)| Some((name, value?))).collect())
 }
 
-/// Finds out the layout of a map from its attributes and coordinates.
+/// Derives the layout of a map from its attributes and coordinates.
 fn read_schema(
     file: &File,
     path: &Path,
@@ -371,8 +371,8 @@ fn read_schema(
     Ok(Schema::new(grid, tile_shape, methods, fields))
 }
 
-/// What the file says of a method. The texts are taken from there and not from the table of methods,
-/// because a map may be older or newer than the program.
+/// Reads what the file says of a method. The texts come from the file, not from the table of methods, because
+/// a map may be older or newer than the program.
 fn method_info(file: &File, name: &str) -> hdf5::Result<MethodInfo> {
     let dataset = file.dataset(&format!("verdict_{name}"))?;
     let text = |attribute: &str| -> hdf5::Result<String> {
@@ -382,7 +382,7 @@ fn method_info(file: &File, name: &str) -> hdf5::Result<MethodInfo> {
         }
     };
     let long_name = text("long_name")?;
-    // `long_name` says first what a verdict is about.
+    // `long_name` begins with the subject of the verdict.
     let long_name = long_name.split_once(": ").map_or(long_name.as_str(), |(_, phrase)| phrase).to_owned();
     Ok(MethodInfo {
         name: name.into(),

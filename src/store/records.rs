@@ -1,4 +1,4 @@
-//! Tables as HDF5 that is also valid NetCDF-4: one dimension for each kind of row, one variable for each
+//! Tables as HDF5 files that are also valid NetCDF-4: a dimension for each kind of row, a variable for each
 //! column.
 
 use std::path::Path;
@@ -34,7 +34,7 @@ pub struct Series {
 }
 
 impl Series {
-    /// A column of numbers along `dimension`; NaN where there is none.
+    /// A column of real numbers along `dimension`; NaN for missing values.
     #[must_use]
     pub fn reals(dimension: &'static str, name: &str, long_name: &str, values: Vec<f64>) -> Self {
         Self { dimension, name: name.into(), long_name: long_name.into(), contents: Contents::Reals(values) }
@@ -62,10 +62,10 @@ impl Series {
     }
 }
 
-/// Tables with their origin. All columns along one dimension have the same length.
+/// Tables and their provenance. All columns along one dimension have the same length.
 #[derive(Clone, Debug, Default)]
 pub struct Records {
-    /// Where they come from.
+    /// Provenance of the tables.
     pub provenance: Provenance,
     /// The columns.
     pub series: Vec<Series>,
@@ -98,7 +98,7 @@ fn fill(file: &File, records: &Records) -> hdf5::Result<()> {
     seal_attributes(file)
 }
 
-/// Writes columns into a group, with the dimensions that they lie along.
+/// Writes columns and their dimensions into a group.
 pub(super) fn write_tables(group: &Group, columns: &[Series]) -> hdf5::Result<()> {
     let mut dimensions: Vec<&'static str> = Vec::new();
     for series in columns {
@@ -159,7 +159,7 @@ fn write_series(group: &Group, series: &Series) -> hdf5::Result<Dataset> {
             let dataset = builder.with_data(&codes).obj_track_times(false).create(series.name.as_str())?;
             let flags = (0..meanings.len()).map(|code| i8::try_from(code).unwrap_or(i8::MAX)).collect();
             value::write(&dataset, "flag_values", &Value::Codes(flags))?;
-            // Words of a meaning may not be apart.
+            // `flag_meanings` separates meanings by blanks, so each must be one word.
             let meanings: Vec<String> =
                 meanings.iter().map(|word| word.split_whitespace().collect::<Vec<_>>().join("_")).collect();
             value::write(&dataset, "flag_meanings", &meanings.join(" ").into())?;

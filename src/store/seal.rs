@@ -1,8 +1,8 @@
-//! How a map comes into being at once: sealed, forced to disk, and only then given its name.
+//! Publishes a finished map atomically: seals it, forces it to disk, then gives it its name.
 //!
-//! The seal is one line of text after the last byte of the HDF5 file, which HDF5 readers do not look at:
-//! the SHA-256 of every byte before it. It covers what no checksum of HDF5 covers (unused bytes, the
-//! heap of references, raw coordinates), and a program that opens the map for writing cuts it off.
+//! The seal is one line of text after the last byte of the HDF5 file: the SHA-256 of every byte before it.
+//! HDF5 readers ignore it. It covers what no checksum of HDF5 covers (unused bytes, the heap of references,
+//! raw coordinates), and a program that opens the map for writing removes it.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -15,32 +15,32 @@ use crate::dataset::hex;
 use super::error::StoreError;
 use super::journal::sync_folder;
 
-/// What stands before the 64 digits.
+/// The seal's text before the 64 hexadecimal digits.
 const LABEL: &str = "\nslipmap seal, sha256 of every byte before this line: ";
 
-/// What is wrong with a file whose seal is broken.
+/// The message for a file whose seal does not match.
 pub(super) const BROKEN: &str = "its bytes are not those that were sealed at the end of the run";
 
 /// Length of the seal in bytes.
 const LENGTH: u64 = LABEL.len() as u64 + 64 + 1;
 
-/// What to do with an output that is there already.
+/// Behaviour if the output exists already.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Existing {
-    /// Leave it and report an error.
+    /// Leave it and return an error.
     Refuse,
-    /// Replace it, at the very end and in one step.
+    /// Replace it at the very end, in one step.
     Replace,
 }
 
-/// What became of a file's seal.
+/// State of a file's seal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Seal {
-    /// Every byte is as it was when the map was finished.
+    /// Matches: every byte is as it was when the map was finished.
     Whole,
-    /// Some byte has changed.
+    /// Does not match: some byte has changed.
     Broken,
-    /// There is none.
+    /// The file has no seal.
     Missing,
 }
 
@@ -81,7 +81,7 @@ pub(super) fn verify(path: &Path) -> io::Result<Seal> {
     Ok(if digits == expected.as_bytes() { Seal::Whole } else { Seal::Broken })
 }
 
-/// The path of a file beside `output`, of the same name with `ending`.
+/// Path of a file beside `output`: the same name with `ending` appended.
 pub(super) fn beside(output: &Path, ending: &str) -> Result<PathBuf, StoreError> {
     let folder = match output.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -103,7 +103,7 @@ pub(super) fn beside(output: &Path, ending: &str) -> Result<PathBuf, StoreError>
     Ok(folder.join(own))
 }
 
-/// A file beside the output that is removed again unless it takes the output's name.
+/// A file beside the output that is removed when dropped, unless it was published.
 #[derive(Debug)]
 pub(super) struct Temporary {
     path: PathBuf,
@@ -113,12 +113,12 @@ pub(super) struct Temporary {
 impl Temporary {
     /// Creates the empty file beside `output`, under a name that no other run uses.
     pub(super) fn beside(output: &Path) -> Result<Self, StoreError> {
-        // The process is unique on its machine, the time tells machines that share the folder apart.
+        // The process number is unique on its machine; the time distinguishes machines that share the folder.
         let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
         Self::create(beside(output, &format!(".part-{}-{:x}", std::process::id(), now.as_nanos()))?)
     }
 
-    /// Creates the empty file at `path`, in place of what a killed run has left there.
+    /// Creates the empty file at `path`, in place of one that a killed run has left.
     pub(super) fn instead(path: PathBuf) -> Result<Self, StoreError> {
         match fs::remove_file(&path) {
             Ok(()) => {}
@@ -135,25 +135,25 @@ impl Temporary {
         }
     }
 
-    /// Where it is.
+    /// Path of the temporary file.
     pub(super) fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Gives the finished file its name, and makes that last through a power cut.
+    /// Gives the finished file its name and forces the name to disk.
     pub(super) fn publish(mut self, output: &Path, existing: Existing) -> Result<(), StoreError> {
         let failed = |source| StoreError::io("write", output, source);
         match existing {
             Existing::Replace => fs::rename(&self.path, output).map_err(failed)?,
-            // A link, unlike a renaming, never replaces what came to be there during the run.
+            // A link, unlike a renaming, never replaces a file that was created during the run.
             Existing::Refuse => match fs::hard_link(&self.path, output) {
                 Ok(()) => fs::remove_file(&self.path).map_err(failed)?,
-                // Some file systems know no links; there the name is looked at before it is taken.
+                // Some file systems have no links; there the name is checked before it is taken.
                 Err(source) if source.kind() != io::ErrorKind::AlreadyExists && !output.exists() => {
                     fs::rename(&self.path, output).map_err(failed)?;
                 }
                 Err(_) => {
-                    // A finished map is too dear to throw away.
+                    // Keep the finished map: it is too expensive to lose.
                     self.keep = true;
                     return Err(StoreError::Overtaken {
                         path: output.to_path_buf(),
@@ -163,7 +163,7 @@ impl Temporary {
             },
         }
         self.keep = true;
-        // The name lies in the folder, which has to reach the disk as well.
+        // The name is an entry of the folder, which has to reach the disk as well.
         sync_folder(output).map_err(failed)
     }
 }
@@ -171,7 +171,7 @@ impl Temporary {
 impl Drop for Temporary {
     fn drop(&mut self) {
         if !self.keep {
-            // Nothing more can be done if even this fails; the name tells what it is.
+            // Nothing more can be done if this fails; the name shows that the file is temporary.
             let _ = fs::remove_file(&self.path);
         }
     }

@@ -1,4 +1,4 @@
-//! The few calls of the HDF5 C library that the safe layer does not offer.
+//! Calls of the HDF5 C library that the safe layer does not offer.
 //!
 //! This is the only place with unsafe code. Every call runs inside [`hdf5::sync::sync`], the lock that
 //! the safe layer takes around its own calls, because the system's library is not thread-safe. The
@@ -16,18 +16,18 @@ use hdf5_sys::h5f::H5Fget_vfd_handle;
 use hdf5_sys::h5p::H5P_DEFAULT;
 use hdf5_sys::h5t::{H5T_str_t, H5Tset_strpad};
 
-/// The library's error, if `status` says that there is one. To be called under the lock.
+/// Returns the library's error if `status` reports one. To be called under the lock.
 fn checked(status: herr_t) -> hdf5::Result<()> {
     if status < 0 { Err(Error::query().unwrap_or_else(|error| error)) } else { Ok(()) }
 }
 
-/// Writes one chunk as it is to lie in the file: all filters applied.
+/// Writes one chunk as stored in the file, with all filters applied.
 ///
 /// # Errors
 /// The library's own.
 ///
 /// # Panics
-/// If `offset` has not one entry per dimension.
+/// If `offset` does not have one entry per dimension.
 pub(super) fn write_chunk(dataset: &Dataset, offset: &[usize], bytes: &[u8]) -> hdf5::Result<()> {
     assert_eq!(offset.len(), dataset.ndim(), "one offset per dimension");
     let offset: Vec<hsize_t> = offset.iter().map(|&start| start as hsize_t).collect();
@@ -41,11 +41,11 @@ pub(super) fn write_chunk(dataset: &Dataset, offset: &[usize], bytes: &[u8]) -> 
 
 /// Releases the library's lock on a file that is about to be closed.
 ///
-/// Closing alone is not enough: the lock belongs to the open file, and a process started meanwhile by another
-/// thread has inherited it. The file would stay locked for as long as that process runs.
+/// Closing is not enough: the lock belongs to the open file, and a process started meanwhile by another
+/// thread inherits it. The file would stay locked for as long as that process runs.
 ///
 /// # Errors
-/// The library's own. That the file system knows no locks is no error.
+/// The library's own. A file system without locks is no error.
 #[cfg(unix)]
 pub(super) fn unlock(file: &File) -> hdf5::Result<()> {
     hdf5::sync::sync(|| {
@@ -60,26 +60,26 @@ pub(super) fn unlock(file: &File) -> hdf5::Result<()> {
     })
 }
 
-/// Elsewhere locks are not inherited.
+/// On other systems locks are not inherited.
 #[cfg(not(unix))]
 pub(super) fn unlock(_: &File) -> hdf5::Result<()> {
     Ok(())
 }
 
-/// How the end of a text of fixed length is marked.
+/// Termination of a text of fixed length.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Ending {
-    /// Not at all: UTF-8 of exactly the text's length.
+    /// Not terminated: UTF-8 of exactly the text's length.
     Exact,
-    /// By a zero byte: ASCII, what the dimension-scale specification asks for.
+    /// By a zero byte: ASCII, as the dimension-scale specification demands.
     Zero,
 }
 
-/// Attaches a text of fixed length, which lies beside the object under the library's metadata checksum
-/// (texts of variable length lie elsewhere, without one) and which every NetCDF tool can read.
+/// Writes a text attribute of fixed length. It lies in the object's header under the library's metadata
+/// checksum (texts of variable length lie elsewhere, without one), and every NetCDF tool can read it.
 ///
 /// # Errors
-/// The library's own; a text without a single byte cannot be stored.
+/// The library's own; an empty text cannot be stored.
 pub(super) fn write_text(place: &Location, name: &str, text: &str, ending: Ending) -> hdf5::Result<()> {
     let mut bytes = text.as_bytes().to_vec();
     let datatype = match ending {
@@ -101,10 +101,10 @@ pub(super) fn write_text(place: &Location, name: &str, text: &str, ending: Endin
     })
 }
 
-/// Bytes of a text: that of a configuration is the longest.
+/// Largest length of a text in bytes; configurations are the longest.
 const LONGEST_TEXT: usize = 1 << 26;
 
-/// Reads a text of fixed length; `None` if the attribute is something else.
+/// Reads a text of fixed length; `None` if the attribute has another type.
 ///
 /// # Errors
 /// The library's own, or that the text is not UTF-8.
@@ -114,7 +114,7 @@ pub(super) fn read_fixed_text(attribute: &Attribute) -> hdf5::Result<Option<Stri
     else {
         return Ok(None);
     };
-    // The length is what the file promises; what it holds, the library says.
+    // The declared length may be forged; the storage size is what the file holds.
     if attribute.size() != 1 || attribute.storage_size() < size as u64 || size > LONGEST_TEXT {
         return Ok(None);
     }
@@ -129,7 +129,7 @@ pub(super) fn read_fixed_text(attribute: &Attribute) -> hdf5::Result<Option<Stri
     String::from_utf8(bytes).map(Some).map_err(|_| Error::from("the text is not UTF-8"))
 }
 
-/// One entry of a dimension scale's `REFERENCE_LIST`: a variable that uses the scale, and for which of its
+/// An entry of a dimension scale's `REFERENCE_LIST`: a variable that uses the scale, and for which of its
 /// dimensions. The layout is that of the dimension-scale specification.
 #[derive(Clone, Copy, H5Type)]
 #[repr(C)]
@@ -140,7 +140,7 @@ pub(super) struct ScaleUse {
     pub(super) dimension: i32,
 }
 
-/// The address in the file to which a reference leads; nothing is looked up there.
+/// The file address of a reference; it is not dereferenced.
 pub(super) fn address(reference: ObjectReference1) -> u64 {
     // SAFETY: the safe layer declares the type as a transparent wrapper of HDF5's `hobj_ref_t`, which is a
     // `u64`; were their sizes to differ, this would not compile.

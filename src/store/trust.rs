@@ -1,8 +1,8 @@
-//! What is believed of a file before anything of it is read: files come from anywhere.
+//! Validates an untrusted map before it is read.
 //!
-//! A few bytes of an HDF5 file can promise more cells than there are atoms, numbers of another kind than
-//! ours, or numbers that lie in other files of the reader's machine. Here is refused, with its reason, what
-//! no finished map holds; whatever passes takes memory and time in proportion to the file's length.
+//! A few bytes of an HDF5 file can declare more cells than memory holds, numbers of another type, or numbers
+//! that lie in other files of the reader's machine. These functions refuse, with the reason, what no finished
+//! map holds; whatever passes takes memory and time in proportion to the file's length.
 
 use std::path::Path;
 
@@ -12,32 +12,33 @@ use hdf5::{Dataset, Group, IndexType, IterationOrder, LinkType};
 
 use crate::dataset::{Schema, Variable};
 
-/// Deflate shrinks at most by this factor: 258 bytes in two bits. A cell takes at least a byte before.
+/// Largest compression ratio of deflate: 258 bytes in two bits. A cell takes at least one byte before
+/// compression.
 const DEFLATE_RATIO: u64 = 1032;
 
-/// Cells of a chunk, and of a tile. Those of our configurations have at most 2^20.
+/// Largest number of cells of a chunk or a tile. Maps made by slipmap have at most 2^20.
 const MOST_CHUNK_CELLS: usize = 1 << 24;
 
-/// Nodes of an axis that need no proof by the file's length.
-const HARMLESS_NODES: usize = 1 << 20;
+/// Number of nodes of an axis up to which the file's length is not compared.
+const UNCHECKED_NODES: usize = 1 << 20;
 
-/// Letters of a name.
+/// Largest number of letters of a name.
 const LONGEST_NAME: usize = 64;
 
-/// Refuses a file that is no plain file: a pipe would be waited for, a device may never end.
+/// Refuses a path that is not a regular file: reading a pipe could block, a device may never end.
 ///
 /// # Errors
-/// Why not; or the file system's reasons.
+/// The inner error is the reason for the refusal, the outer one the file system's.
 pub(super) fn plain_file(path: &Path) -> std::io::Result<Result<u64, String>> {
     let metadata = path.metadata()?;
     Ok(match metadata.file_type() {
-        // The file system has its own words for a folder.
+        // For a folder the later open gives the better message.
         kind if kind.is_file() || kind.is_dir() => Ok(metadata.len()),
         _ => Err("it is a pipe or a device, not a file on a disk".into()),
     })
 }
 
-/// Refuses links that lead elsewhere.
+/// Refuses links to other objects or files.
 pub(super) fn own_members(group: &Group) -> hdf5::Result<Result<(), String>> {
     let leads_away = group.find_link(IndexType::Name, IterationOrder::Native, |name, link| {
         Ok((link.link_type != LinkType::Hard).then(|| name.to_owned()))
@@ -48,16 +49,16 @@ pub(super) fn own_members(group: &Group) -> hdf5::Result<Result<(), String>> {
     })
 }
 
-/// Refuses names that no map uses: they become parts of file names and of labels.
+/// Refuses method names that no map uses: they become parts of file names and of labels.
 pub(super) fn name(name: &str) -> Result<(), String> {
     let plain = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'_';
     if name.is_empty() || name.len() > LONGEST_NAME || !name.bytes().all(plain) {
-        return Err(format!("{name:?} is no name of a method"));
+        return Err(format!("{name:?} is not the name of a method"));
     }
     Ok(())
 }
 
-/// Refuses coordinates that are no list of numbers of this file.
+/// Refuses an axis that is not a list of numbers of this file.
 pub(super) fn axis(dataset: &Dataset, name: &str, length: u64) -> hdf5::Result<Result<(), String>> {
     if let Err(why) = own_numbers(dataset, name)? {
         return Ok(Err(why));
@@ -67,8 +68,8 @@ pub(super) fn axis(dataset: &Dataset, name: &str, length: u64) -> hdf5::Result<R
     }
     let nodes = dataset.shape()[0];
     let holds = usize::try_from(length / 8).unwrap_or(usize::MAX);
-    Ok(if nodes > HARMLESS_NODES.max(holds) {
-        Err(format!("its axis {name} promises {nodes} nodes, more than {length} bytes can hold"))
+    Ok(if nodes > UNCHECKED_NODES.max(holds) {
+        Err(format!("its axis {name} declares {nodes} nodes, more than {length} bytes can hold"))
     } else if kind(dataset)? != TypeDescriptor::Float(FloatSize::U8) {
         Err(format!("its axis {name} does not hold 64-bit floating-point numbers"))
     } else {
@@ -84,12 +85,12 @@ pub(super) fn grid(schema: &Schema, length: u64) -> Result<(), String> {
         return Err(format!("its tiles have {tile} cells, which no version of slipmap writes"));
     }
     if cells as u64 > length.saturating_mul(DEFLATE_RATIO) || schema.tiles() as u64 > length {
-        return Err(format!("it promises {cells} cells, more than {length} bytes can hold"));
+        return Err(format!("it declares {cells} cells, more than {length} bytes can hold"));
     }
     Ok(())
 }
 
-/// Refuses a variable that is not what the attributes of its file say.
+/// Refuses a variable whose shape or type differs from what the file's attributes say.
 pub(super) fn variable(
     dataset: &Dataset,
     schema: &Schema,
@@ -108,7 +109,7 @@ pub(super) fn variable(
     Ok(if stored == expected { Ok(()) } else { Err(format!("{name} holds {stored} instead of {expected}")) })
 }
 
-/// The kind of numbers that a variable holds.
+/// Number type of a variable of the schema.
 pub(super) fn kind_of(variable: &Variable) -> TypeDescriptor {
     match variable.codes() {
         Some(_) => TypeDescriptor::Integer(IntSize::U1),
@@ -116,7 +117,7 @@ pub(super) fn kind_of(variable: &Variable) -> TypeDescriptor {
     }
 }
 
-/// The kind of numbers that a dataset holds; a kind that the safe layer does not know is none of ours.
+/// Number type of a stored dataset; one that the safe layer does not know is an error.
 fn kind(dataset: &Dataset) -> hdf5::Result<TypeDescriptor> {
     dataset.dtype()?.to_descriptor()
 }

@@ -1,4 +1,4 @@
-//! Attributes in the HDF5 file.
+//! Reads and writes attributes of the HDF5 file.
 
 use hdf5::Location;
 use hdf5::types::{FloatSize, IntSize, TypeDescriptor, VarLenAscii, VarLenUnicode};
@@ -8,14 +8,14 @@ use crate::dataset::{Value, hex};
 
 use super::sys::{self, Ending};
 
-/// The attributes that make a dataset a dimension, or tie a variable to its dimensions. They hold
-/// references, not values, and `check` follows them instead of fingerprinting them.
+/// Attributes that make a dataset a dimension, or link a variable to its dimensions. They hold references,
+/// not values, and `check` follows them instead of fingerprinting them.
 pub(super) const STRUCTURAL: [&str; 4] = ["CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST"];
 
-/// Name of the fingerprint of an object's other attributes.
+/// Name of the attribute that holds the fingerprint of an object's other attributes.
 pub(super) const ATTRIBUTES_DIGEST: &str = "sha256_attributes";
 
-/// Values of an attribute; those of maps have a dozen at most.
+/// Largest number of values of an attribute; those of maps have a dozen at most.
 const MOST_VALUES: usize = 1 << 16;
 
 /// Attaches `value` to `place`; an empty text or list is left out.
@@ -46,7 +46,7 @@ pub(super) fn read(place: &Location, name: &str) -> hdf5::Result<Option<Value>> 
         TypeDescriptor::FixedAscii(_) | TypeDescriptor::FixedUnicode(_) => {
             sys::read_fixed_text(&attribute)?.map(Value::Text)
         }
-        // Not written by this program, but by tools that copy maps.
+        // Variable-length texts: written by tools that copy maps.
         TypeDescriptor::VarLenUnicode if attribute.size() == 1 => attribute
             .read_raw::<VarLenUnicode>()?
             .first()
@@ -64,13 +64,14 @@ pub(super) fn read(place: &Location, name: &str) -> hdf5::Result<Option<Value>> 
     })
 }
 
-/// A text of whatever bytes: the library does not look at them.
+/// Decodes a text whose bytes the library did not check.
 fn foreign_text(bytes: &[u8]) -> hdf5::Result<Value> {
     let text = std::str::from_utf8(bytes).map_err(|_| hdf5::Error::from("the text is not UTF-8"))?;
     Ok(Value::Text(text.into()))
 }
 
-/// Reads every attribute of `place` but the structural ones, by name; `None` for a value that no map uses.
+/// Reads every attribute of `place` but the structural ones, by name; the value is `None` if it has a type
+/// that no map uses.
 pub(super) fn read_all(place: &Location) -> hdf5::Result<Vec<(String, Option<Value>)>> {
     let mut names = place.attr_names()?;
     names.retain(|name| !STRUCTURAL.contains(&name.as_str()));
@@ -78,8 +79,8 @@ pub(super) fn read_all(place: &Location) -> hdf5::Result<Vec<(String, Option<Val
     names.into_iter().map(|name| read(place, &name).map(|value| (name, value))).collect()
 }
 
-/// Fingerprint of attributes sorted by name, their own fingerprint left out. Lengths come before
-/// contents, so that no two lists read alike.
+/// Fingerprint of attributes sorted by name, without their own fingerprint. Lengths precede contents, so that
+/// no two different lists have the same encoding.
 pub(super) fn digest<'a>(attributes: impl IntoIterator<Item = (&'a str, &'a Value)>) -> String {
     fn piece(hash: &mut Sha256, bytes: &[u8]) {
         hash.update((bytes.len() as u64).to_le_bytes());

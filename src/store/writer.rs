@@ -1,4 +1,4 @@
-//! Writing a map.
+//! Writes maps.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -20,7 +20,7 @@ use super::seal::{self, Existing, Temporary};
 use super::sys::{self, Ending, ScaleUse};
 use super::value;
 
-/// What has been written of one variable.
+/// Fingerprints and counts of the chunks of one variable written so far.
 #[derive(Debug)]
 struct Written {
     /// Fingerprint of each chunk, once it is written.
@@ -33,7 +33,7 @@ struct Written {
 /// dropping the writer removes it.
 #[derive(Debug)]
 pub struct MapWriter {
-    // Handles come before the temporary file: dropped in this order, the file is closed, then removed.
+    // Fields are dropped in order: the file is closed, then removed.
     datasets: Vec<Dataset>,
     file: File,
     temporary: Temporary,
@@ -64,7 +64,7 @@ impl MapWriter {
         Self::begin(path, Temporary::beside(path)?, plan, &opening, history, existing)
     }
 
-    /// Starts the map with these attributes in this file.
+    /// Starts the map with these attributes in this temporary file.
     pub(super) fn begin(
         path: &Path,
         temporary: Temporary,
@@ -147,7 +147,7 @@ impl MapWriter {
         Ok(())
     }
 
-    /// Replaces what the map will say of how it came about.
+    /// Replaces the attribute `history`.
     pub(super) fn set_history(&mut self, history: String) {
         self.history = history;
     }
@@ -157,7 +157,7 @@ impl MapWriter {
         self.packing.schema()
     }
 
-    /// Whether every tile was written and every cell computed.
+    /// Returns an error unless every tile was written and every cell computed.
     fn check_complete(&self, outcome: &Outcome) -> Result<(), StoreError> {
         let written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
         for (variable, written) in self.schema().variables.iter().zip(written.iter()) {
@@ -200,7 +200,7 @@ impl Sink for MapWriter {
     }
 }
 
-/// Creates the dimensions and the variables, and ties them together.
+/// Creates the dimensions and the variables, and links them.
 fn create_datasets(file: &File, schema: &Schema, compression: u8) -> hdf5::Result<Vec<Dataset>> {
     let axes = schema.grid.axes();
     let scales: Vec<Dataset> = axes.iter().map(|axis| create_scale(file, axis)).collect::<Result<_, _>>()?;
@@ -283,7 +283,7 @@ fn create_variable(
     Ok(dataset)
 }
 
-/// Adds what is known of a variable at the end.
+/// Writes the counts and the fingerprint of a variable.
 fn close_variable(dataset: &Dataset, variable: &Variable, written: &Written) -> hdf5::Result<()> {
     if variable.codes().is_some() {
         let counts = written.counts.iter().map(|&cells| i64::try_from(cells).unwrap_or(i64::MAX)).collect();

@@ -1,15 +1,14 @@
-//! Imports between the crate's modules go one way, in the order of `src/architecture.md`, and without circles
-//! inside a module. The files that the page names exist.
+//! Checks that imports between the crate's modules go one way, in the order of `src/architecture.md`, and
+//! without cycles inside a module, and that the files named on that page exist.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Imports against the order that are still there: module, what it imports. To be emptied.
+/// Known imports against the order: module, and what it imports. To be emptied.
 const KNOWN_AGAINST_THE_ORDER: [(&str, &str); 0] = [];
 
-/// Imports that close a circle inside a module and are still there: module, importing part, imported part. To
-/// be emptied.
+/// Known cycles of imports inside a module: module, importing part, imported part. To be emptied.
 const KNOWN_CIRCLES: [(&str, &str, &str); 5] = [
     ("map", "plan", "quantity"),
     ("map", "quantity", "behaviour"),
@@ -64,7 +63,7 @@ fn is_name(c: char) -> bool {
     c.is_alphanumeric() || c == '_'
 }
 
-/// The names that follow `prefix` in the code: one, or all in the braces behind it.
+/// The names after `prefix` in the code: one, or all in the braces that follow.
 fn names_after(code: &str, prefix: &str) -> BTreeSet<String> {
     let mut names = BTreeSet::new();
     for (at, _) in code.match_indices(prefix) {
@@ -120,8 +119,8 @@ fn imports_go_down_the_list() {
     }
 }
 
-/// Which parts of a module import which: its submodules, by their own names or by what the module exports
-/// again.
+/// The imports between the parts of a module: its submodules, by their own names or by names that the module
+/// re-exports.
 fn edges_inside(top: &str, files: &[(PathBuf, String)]) -> BTreeSet<(String, String)> {
     let parts: BTreeSet<String> = files.iter().filter_map(|(path, _)| module(path).get(1).cloned()).collect();
     let head = files.iter().find(|(path, _)| module(path).len() == 1).map_or("", |(_, code)| code.as_str());
@@ -137,7 +136,7 @@ fn edges_inside(top: &str, files: &[(PathBuf, String)]) -> BTreeSet<(String, Str
         let names = module(path);
         let Some(from) = names.get(1) else { continue };
         let mut used = names_after(code, &format!("crate::{top}::"));
-        // `super` of the part itself is the module; that of what lies below it is one further.
+        // In the part itself `super` is the module; in its submodules it is one level further.
         used.extend(names_after(code, &"super::".repeat(names.len() - 1)));
         edges.extend(
             used.iter()
@@ -149,7 +148,7 @@ fn edges_inside(top: &str, files: &[(PathBuf, String)]) -> BTreeSet<(String, Str
     edges
 }
 
-/// What is left of a graph once all that leads to no circle is taken away.
+/// The rest of a graph after removing all edges that belong to no cycle.
 fn circles(mut edges: BTreeSet<(String, String)>) -> BTreeSet<(String, String)> {
     loop {
         let starts: BTreeSet<String> = edges.iter().map(|(from, _)| from.clone()).collect();

@@ -1,10 +1,10 @@
-//! Every command and every file of the README and of the guide in `docs` works as shown: blocks are carried
-//! out in their order, each page in a folder of its own, and what is shown of their output is compared.
+//! Runs every command and every file of the README and of the guide in `docs`: blocks are executed in order,
+//! each page in a folder of its own, and their output is compared with the output shown.
 //!
 //! - A block `sh` is run by bash; `slipmap` and `scripts/slipmap` are the program of this build.
-//! - A block `text` behind it is its standard output; `...` stands for any text, on a line of its own for any
+//! - A block `text` after it is its standard output; `...` stands for any text, on a line of its own for any
 //!   lines.
-//! - A block with `file=NAME` behind its language is written to that file first.
+//! - A block with `file=NAME` after its language is written to that file first.
 //! - A block `python` is run by the interpreter that `SLIPMAP_PYTHON` names, which `scripts/test` sets;
 //!   without it, such blocks are not run.
 //!
@@ -17,8 +17,8 @@ use std::process::Command;
 
 use tempfile::TempDir;
 
-/// Commands that need a network, a cluster, or another compiler run: how they begin, and what tries
-/// them.
+/// Commands that need a network, a cluster, or another compiler run: their beginnings, and where they are
+/// tested.
 const NOT_RUN: [(&str, &str); 8] = [
     ("scripts/test", "runs this test"),
     ("scripts/dist", "tries its archives itself"),
@@ -69,7 +69,7 @@ fn blocks(text: &str) -> Vec<Block> {
     blocks
 }
 
-/// Whether `text` is what `pattern` shows, where `...` stands for anything.
+/// Returns whether `text` matches `pattern`, where `...` stands for anything.
 fn shows(pattern: &str, text: &str) -> bool {
     match pattern.split_once("...") {
         None => pattern == text,
@@ -79,7 +79,7 @@ fn shows(pattern: &str, text: &str) -> bool {
     }
 }
 
-/// Whether `lines` are what `pattern` shows, where a line `...` stands for any lines.
+/// Returns whether `lines` match `pattern`, where a line `...` stands for any lines.
 fn shows_lines(pattern: &[&str], lines: &[&str]) -> bool {
     match pattern {
         [] => lines.is_empty(),
@@ -90,7 +90,7 @@ fn shows_lines(pattern: &[&str], lines: &[&str]) -> bool {
     }
 }
 
-/// A folder as a user of a clone has it before anything was computed.
+/// A folder like a fresh clone.
 fn workplace() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     let program = env!("CARGO_BIN_EXE_slipmap");
@@ -117,14 +117,14 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// Carries out a page; what is wrong with it.
+/// Runs the blocks of a page; returns the problems.
 fn follow(page: &Path) -> Vec<String> {
     let text = fs::read_to_string(root().join(page)).unwrap();
     let folder = workplace();
     let python = std::env::var_os("SLIPMAP_PYTHON");
     let path = format!("{}:{}", folder.path().join("bin").display(), std::env::var("PATH").unwrap());
     let mut wrong = Vec::new();
-    // What the last command printed; nothing where it was not run.
+    // Output of the last command; `None` if it was not run.
     let mut printed: Option<String> = None;
     for block in blocks(&text) {
         let place = format!("{}:{}", page.display(), block.line);
@@ -198,7 +198,7 @@ fn every_page_works_as_shown() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n\n"));
 }
 
-/// The anchors of a page's headings, as forges make them.
+/// The anchors of a page's headings, as code hosting sites make them.
 fn anchors(text: &str) -> Vec<String> {
     let mut code = false;
     let headings = text.lines().filter(|line| {

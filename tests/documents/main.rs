@@ -1,9 +1,9 @@
-//! What the documents say of the sources and of the program is true.
+//! Checks the statements of the documents about the sources and the program.
 //!
-//! One part alone: `cargo test --test documents architecture::`.
+//! To run one part alone: `cargo test --test documents architecture::`.
 
 #![cfg(all(unix, feature = "cli"))]
-// clippy.toml exempts only test functions, and not what helps them.
+// clippy.toml exempts only test functions, not their helpers.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod architecture;

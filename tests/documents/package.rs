@@ -1,4 +1,4 @@
-//! What the package says of itself: versions that agree, a minimum Rust that its dependencies allow,
+//! Checks the package's metadata: versions that agree, a minimum Rust version that its dependencies allow,
 //! licences.
 
 use std::fs;
@@ -11,7 +11,7 @@ fn read(name: &str) -> String {
     fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(name)).unwrap()
 }
 
-/// The packages that this crate is built from, itself included, as cargo knows them.
+/// The packages that this crate is built from, itself included, as reported by cargo.
 fn packages() -> Vec<Value> {
     let output = Command::new(env!("CARGO"))
         .args(["metadata", "--locked", "--offline", "--format-version", "1", "--all-features"])
@@ -29,7 +29,7 @@ fn version(text: &str) -> Vec<u64> {
 }
 
 #[test]
-fn the_minimum_rust_is_that_of_the_dependencies_at_least_and_told_alike() {
+fn the_minimum_rust_version_is_consistent_and_enough_for_the_dependencies() {
     let packages = packages();
     let ours = packages.iter().find(|package| package["name"] == "slipmap").unwrap();
     let claimed = ours["rust_version"].as_str().unwrap();
@@ -59,7 +59,7 @@ fn licences_of_dependencies_allow_releases() {
     let is_allowed = |name: &str| licences.iter().any(|licence| licence == name);
     for package in packages() {
         let licence = package["license"].as_str().unwrap_or_default().replace('/', " OR ");
-        // Of alternatives one suffices; of what is joined by AND all are needed.
+        // One of several alternatives suffices; of licences joined by AND all are needed.
         let allowed = |names: &str| {
             names.split(" AND ").all(|name| {
                 let name = name.trim_matches(['(', ')', ' ']);

@@ -1,5 +1,6 @@
-//! Bytes from anywhere, some thousand at each run: whatever reads a file ends with an answer or with an
-//! error. Inputs are good ones with pieces changed, cut out, doubled or put in, which get further than noise.
+//! Parsers on damaged input, some thousand cases at each run: whatever reads a file must end with an answer
+//! or with an error. Inputs are valid ones with pieces changed, removed, doubled or inserted, which get
+//! further than random bytes.
 
 use std::path::Path;
 use std::sync::Mutex;
@@ -14,9 +15,9 @@ use slipmap::friction::Law;
 use slipmap::map::{Control, Plan, Plane, PlaneCurves, Queue, Sink, compute_tiles};
 use slipmap::store::{Existing, MapFile, Packer, PartialMap, Provenance, StoreError, check};
 
-/// A good configuration, with every section.
+/// A valid configuration with every section.
 const JOB: &str = "\
-title = \"to be spoilt\" # a comment
+title = \"to be damaged\" # a comment
 [friction]
 law = \"stribeck\"
 [grid]
@@ -50,7 +51,7 @@ enum Change {
     Put(Index, Vec<u8>),
     Cut(Index, usize),
     Double(Index, usize),
-    /// A length, or a number of its size, made extreme.
+    /// A length, or a number of that size, made extreme.
     Number(Index, u64),
 }
 
@@ -91,8 +92,8 @@ fn change() -> impl Strategy<Value = Change> {
     ]
 }
 
-/// The good bytes with a few changes.
-fn spoilt(good: &[u8], changes: &[Change]) -> Vec<u8> {
+/// The valid bytes with a few changes.
+fn damaged(good: &[u8], changes: &[Change]) -> Vec<u8> {
     let mut bytes = good.to_vec();
     for change in changes {
         let at = |index: &Index| index.index(bytes.len().max(1)).min(bytes.len());
@@ -131,7 +132,7 @@ fn job(folder: &Path, contents: &[u8], sets: &[String]) -> Result<Job, String> {
     Job::load(&path, sets).map_err(|error| error.to_string())
 }
 
-/// What many good runs have written, made once.
+/// Files of valid runs, made once.
 struct Good {
     folder: tempfile::TempDir,
     plan: Plan,
@@ -182,7 +183,7 @@ fn configurations_never_panic() {
     job(folder.path(), JOB.as_bytes(), &[]).unwrap();
     proptest!(runs(2000), |(changes in changes(), set in "[a-zA-Z.]{0,12}=?[\\PC]{0,12}")| {
         for sets in [&[][..], &[set]] {
-            if let Err(message) = job(folder.path(), &spoilt(JOB.as_bytes(), &changes), sets) {
+            if let Err(message) = job(folder.path(), &damaged(JOB.as_bytes(), &changes), sets) {
                 prop_assert!(message.contains("help: "), "{message}");
                 prop_assert!(message.len() < 4000, "{message}");
             }
@@ -190,7 +191,7 @@ fn configurations_never_panic() {
     });
 }
 
-/// A good table of points, with everything that CSV allows.
+/// A valid table of points, with everything that CSV allows.
 const POINTS: &str = "\
 name,epsilon,alpha,\"beta\",gamma,c,V,\"a note, quoted\"
 first,0.1,0.3,0.1,2,0.5,1,
@@ -203,7 +204,7 @@ third,0.2,0.9,1e2,0.125,1e-300,7.5,\u{e9}
 fn tables_of_points_never_panic() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("points.csv");
-    // Rows read and points understood, or the complaint.
+    // Number of rows read and of points parsed, or the error.
     let read = |bytes: &[u8]| -> Result<(usize, usize), String> {
         std::fs::write(&path, bytes).unwrap();
         let mut table = PointTable::open(&path, &Law::Stribeck).map_err(|error| error.to_string())?;
@@ -221,7 +222,7 @@ fn tables_of_points_never_panic() {
     };
     assert_eq!(read(POINTS.as_bytes()), Ok((3, 3)));
     proptest!(runs(2000), |(changes in changes())| {
-        match read(&spoilt(POINTS.as_bytes(), &changes)) {
+        match read(&damaged(POINTS.as_bytes(), &changes)) {
             Ok((rows, points)) => prop_assert_eq!(rows, points),
             Err(message) => {
                 prop_assert!(message.contains("points.csv:") && message.contains("help: "), "{message}");
@@ -231,7 +232,7 @@ fn tables_of_points_never_panic() {
     });
 }
 
-/// A good table of measured friction.
+/// A valid table of measured friction.
 const TABLE: &str = "\
 # slip speed, friction
 u,phi
@@ -252,7 +253,7 @@ fn measured_laws_never_panic() {
     };
     read(TABLE.as_bytes()).unwrap();
     proptest!(runs(2000), |(changes in changes())| {
-        match read(&spoilt(TABLE.as_bytes(), &changes)) {
+        match read(&damaged(TABLE.as_bytes(), &changes)) {
             Ok(table) => prop_assert!(table.fastest() > 0.0 && table.fastest().is_finite()),
             Err((problem, remedy)) => {
                 prop_assert!(problem.contains("friction.csv") && !remedy.is_empty(), "{problem}");
@@ -268,9 +269,9 @@ fn tiles_of_other_processes_never_panic() {
     let packer = Packer::new(&good.plan);
     assert!(packer.from_bytes(&good.message).is_some());
     proptest!(runs(4000), |(changes in changes())| {
-        let bytes = spoilt(&good.message, &changes);
+        let bytes = damaged(&good.message, &changes);
         if let Some((packed, account)) = packer.from_bytes(&bytes) {
-            // What is understood is written as it was read.
+            // Data that was parsed is written as it was read.
             prop_assert_eq!(&packer.to_bytes(&packed, &account)[..], &bytes[..packer.to_bytes(&packed, &account).len()]);
         }
     });
@@ -281,8 +282,9 @@ fn journals_never_panic_and_never_make_another_map() {
     let good = good();
     let path = good.folder.path().join("map.h5");
     proptest!(runs(300), |(changes in changes())| {
-        std::fs::write(good.folder.path().join("map.h5.part"), spoilt(&good.journal, &changes)).unwrap();
-        // Tiles with a whole fingerprint are the tiles; all others are missing, or the journal is refused.
+        std::fs::write(good.folder.path().join("map.h5.part"), damaged(&good.journal, &changes)).unwrap();
+        // Tiles with a valid fingerprint are the original ones; all others are missing, or the journal is
+        // refused.
         if let Ok(slipmap::store::Resumed::Partial(map)) = PartialMap::resume(&path, &good.plan, &Provenance::default()) {
             prop_assert!(map.tiles() <= map.finished().len());
         }
@@ -301,14 +303,14 @@ fn maps_never_panic() {
     let good = good();
     let path = good.folder.path().join("map.h5");
     proptest!(runs(300), |(changes in changes())| {
-        let bytes = spoilt(&good.map, &changes);
+        let bytes = damaged(&good.map, &changes);
         std::fs::write(&path, &bytes).unwrap();
         if let Ok(report) = check(&path) {
             prop_assert!(bytes == good.map || !report.is_sound(), "damage is found");
         }
         let _ = MapFile::open(&path);
-        // What is changed on purpose is sealed again.
-        let mut forged = spoilt(&good.map[..good.map.len() - seal(&[]).len()], &changes);
+        // Forgers seal a changed file again.
+        let mut forged = damaged(&good.map[..good.map.len() - seal(&[]).len()], &changes);
         forged.extend(seal(&forged));
         std::fs::write(&path, &forged).unwrap();
         if let Ok(map) = MapFile::open(&path) {

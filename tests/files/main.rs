@@ -1,9 +1,9 @@
-//! The map file and what reads it, without the program around it.
+//! The map file and its readers, without the program.
 //!
-//! One part alone: `cargo test --test files store::`.
+//! To run one part alone: `cargo test --test files store::`.
 
 #![cfg(all(unix, feature = "cli"))]
-// clippy.toml exempts only test functions, and not what helps them.
+// clippy.toml exempts only test functions, not their helpers.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod fuzz;

@@ -1,4 +1,4 @@
-//! The map file: what is written is what is read, nothing half-done appears, and every damage is found.
+//! The map file: data are read as they were written, no unfinished file appears, and every damage is found.
 
 use std::fs;
 use std::ops::Range;
@@ -14,7 +14,7 @@ use slipmap::store::{
 };
 use tempfile::TempDir;
 
-/// Axes with lengths that no tile divides, and axes of one point.
+/// Axes with lengths that no tile size divides, and axes of one point.
 fn grid(lengths: [usize; 6]) -> Grid {
     let nodes = lengths.iter().zip([0.01, 0.1, 0.2, 0.3, 0.4, 0.5]);
     let nodes = nodes.map(|(&len, start)| (0..len).map(|i| start + 0.01 * i as f64).collect());
@@ -55,7 +55,7 @@ fn outcome() -> Outcome {
     }
 }
 
-/// Number of a cell, or of a column, in the whole grid: what the synthetic contents are made of.
+/// Number of a cell, or of a column, in the whole grid: the source of the synthetic contents.
 fn number(index: &[usize], shape: &[usize]) -> usize {
     index.iter().zip(shape).fold(0, |number, (&i, &len)| number * len + i)
 }
@@ -176,8 +176,8 @@ fn problems(path: &Path) -> Vec<String> {
 }
 
 #[test]
-fn what_is_written_is_read() {
-    // Tiles that divide nothing, one-point axes, one cell in all, one tile for all, cut columns.
+fn data_are_read_as_written() {
+    // Tiles of odd sizes, one-point axes, one cell in all, one tile for all, split columns.
     let cases = [
         ([2, 1, 3, 1, 5, 4], 15),
         ([1, 1, 1, 1, 1, 1], 100),
@@ -242,7 +242,7 @@ fn a_map_describes_itself() {
     assert_eq!(map.number("audit_disagreements"), Some(1.0));
     assert_eq!(map.fields(), plan.fields());
     assert_eq!(map.attributes()["complete"], Value::Integers(vec![1]));
-    // The fingerprint that `printf 'title = "nothing"\n' | sha256sum` prints.
+    // The output of `printf 'title = "nothing"\n' | sha256sum`.
     assert_eq!(
         map.text("config_sha256"),
         Some("cfd6cb16d3eeca57f19afc464cf20ba0bd01c239949c018fa0e919f0e26d3a0b")
@@ -303,7 +303,7 @@ fn the_order_of_tiles_leaves_no_trace() {
     let fingerprint = |path: &Path, name: &str| {
         let file = hdf5::File::open(path).unwrap();
         let dataset = file.dataset(name).unwrap();
-        // Of the compressed chunks too: their order in the file may differ, their contents may not.
+        // The order of compressed chunks in the file may differ, but not their contents.
         (dataset.storage_size(), read_text(&dataset, "sha256"))
     };
     for name in MapFile::open(&forwards).unwrap().variables() {
@@ -425,7 +425,7 @@ fn every_flipped_byte_is_found() {
     let plan = plan.into_builder().methods(Method::all().take(2)).build().unwrap();
     write_map(&path, &plan);
     let whole = fs::read(&path).unwrap();
-    // A stride without common factors with the sizes of HDF5's structures; the ends for certain.
+    // A stride without common factors with the sizes of HDF5's structures; both ends are always tested.
     let places = (0..100).chain((100..whole.len()).step_by(127)).chain(whole.len() - 130..whole.len());
     for place in places {
         let mut damaged = whole.clone();
@@ -517,7 +517,7 @@ fn a_changed_attribute_or_layout_is_found() {
             dataset.delete_attr("DIMENSION_LIST").unwrap();
         }),
         ("alpha, attribute REFERENCE_LIST", |file| {
-            // Ties of the same kind, but those of another axis.
+            // Links of the same kind, but those of another axis.
             let uses = |name: &str| file.dataset(name).unwrap().attr("REFERENCE_LIST").unwrap();
             let of_beta = uses("beta").read_raw::<Use>().unwrap();
             uses("alpha").write(&of_beta).unwrap();
@@ -569,7 +569,7 @@ fn files_that_are_no_maps_are_called_so() {
 #[cfg(unix)]
 #[test]
 fn a_map_can_be_read_while_a_process_started_during_its_writing_runs() {
-    // Such a process inherits the open file, and with it the lock.
+    // A child process inherits the open file, and with it the lock.
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("map.h5");
     let plan = plan([1, 1, 1, 1, 1, 2], 100, &[Field::Verdict]);
@@ -586,7 +586,7 @@ fn a_map_can_be_read_while_a_process_started_during_its_writing_runs() {
 
 #[test]
 fn regimes_and_verdicts_have_the_documented_codes() {
-    // The file format promises these numbers to other people's scripts.
+    // Other people's scripts rely on these numbers.
     let verdicts: Vec<(i8, &str)> = Verdict::ALL.iter().map(|v| (v.code(), v.name())).collect();
     assert_eq!(
         verdicts,

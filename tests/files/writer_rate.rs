@@ -1,4 +1,4 @@
-//! How many tiles a second the one process that writes can take in: what bounds a run on many machines.
+//! Number of tiles per second that the one writing process can take: the limit of a run on many machines.
 //!
 //! A measurement, not a test: `cargo test --release --test files writer_rate:: -- --ignored --nocapture`, run
 //! by `scripts/mpi`.
@@ -48,7 +48,7 @@ fn rate_of_the_writer() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("map.h5");
         let count = plan.tile_count();
-        // A few tiles, evenly spread, stand for all.
+        // A few tiles, evenly spread, represent all.
         let sample: Vec<bool> = (0..count).map(|tile| !(tile + 1).is_multiple_of(count / 25)).collect();
         let sink = Messages(Packer::new(&plan), Mutex::default());
         let queue = Queue::new(sample);

@@ -1,5 +1,5 @@
-//! The two engines, which share nothing but the friction law, asked the same question at random points, and
-//! the closed-form tests asked with them.
+//! The two engines, which share nothing but the friction law, and the closed-form tests compared at random
+//! points.
 
 use crate::sample::{Random, Sample};
 use rayon::prelude::*;
@@ -15,7 +15,7 @@ use std::sync::{Mutex, PoisonError};
 /// The tolerance of maps.
 const TOLERANCE: f64 = 1e-9;
 
-/// What the engines say of one point.
+/// The answers at one point.
 struct Case {
     sample: Sample,
     direct: Flow,
@@ -63,7 +63,7 @@ impl Case {
         if one.x1 == two.x1 { 0.0 } else { (one.x1 - two.x1).abs() / along }
     }
 
-    /// Whether some engine records a margin below its error: then the point is too close to the grazing
+    /// Returns whether an engine has a margin below its error: then the point is too close to the grazing
     /// boundary for that engine.
     fn is_next_to_grazing(&self) -> bool {
         self.margins().iter().any(|(margin, error)| margin.abs() <= *error)
@@ -81,20 +81,20 @@ fn kind(fate: &Fate) -> &'static str {
     }
 }
 
-/// What a survey counts.
+/// The counts of a survey.
 #[derive(Default)]
 struct Tally {
     /// Points per pair of fates, of the direct engine and of the return map.
     fates: BTreeMap<(&'static str, &'static str), u64>,
-    /// Points whose margins or landings differ by more than their errors, and by how many errors at worst.
+    /// Number of points whose margins or landings differ by more than their errors, and the largest ratio.
     discords: u64,
     worst_discord: f64,
-    /// Points that both claim of presence and of absence are wrong at, per test.
+    /// Number of points at which a test's claim of presence or of absence is wrong, per test.
     false_presence: [u64; TESTS.len()],
     false_absence: [u64; TESTS.len()],
     /// Right-hand sides and point of the slowest answer: direct engine, return map.
     slowest: [Option<(u64, Sample)>; 2],
-    /// Everything that must not be.
+    /// Every violation.
     problems: Vec<String>,
 }
 
@@ -118,7 +118,7 @@ impl Tally {
         }
     }
 
-    /// Different fates are legal only where one engine does not call and says so by its margin.
+    /// Different fates are allowed only where one engine's margin is below its error.
     fn judge_fates(&mut self, case: &Case) {
         let fates = [kind(&case.direct.fate), kind(&case.map.fate)];
         let explained = fates.contains(&"too close to call") && case.is_next_to_grazing();
@@ -127,8 +127,8 @@ impl Tally {
     }
 
     /// Margins and landings agree within their errors. These are estimates, and at k = eps gamma V > 15 that
-    /// of the direct engine is now and then fooled by the steep friction next to the belt line: then both
-    /// must agree at a thousandth of the tolerance, and the fooled estimate must not be far off.
+    /// of the direct engine is sometimes too small because of the steep friction next to the belt line: then
+    /// both must agree at a thousandth of the tolerance, and the estimate must not be far off.
     fn judge_margins(&mut self, case: &Case) {
         self.worst_discord = case.discord();
         if self.worst_discord > 1.0 {
@@ -153,7 +153,7 @@ impl Tally {
         }
     }
 
-    /// No NaN where a number is promised: margins exist unless the orbit comes back to the belt line.
+    /// No NaN where a number must exist: margins exist unless the orbit returns to the belt line.
     fn judge_numbers(&mut self, case: &Case) {
         for flow in [&case.direct, &case.map] {
             let returns = matches!(flow.fate, Fate::Sticks(_) | Fate::CrossesForever);
@@ -167,7 +167,8 @@ impl Tally {
     }
 
     /// Certificates are never contradicted, and neither is an absence that the first-order test claims: for
-    /// the Stribeck law its edge lies above that of `symmetric`. The other tests are counted.
+    /// the Stribeck law its edge lies above that of `symmetric`. Wrong verdicts of the other tests are
+    /// counted.
     fn judge_tests(&mut self, case: &Case) {
         let column = case.sample.column();
         for (i, test) in TESTS.iter().enumerate() {
@@ -219,13 +220,13 @@ impl Tally {
     }
 }
 
-/// Asks at `count` points, half of them next to the boundary, and demands agreement.
+/// Compares answers at `count` points, half of them near the boundary, and demands agreement.
 fn survey(count: u64) -> Tally {
     let tally = (0..count)
         .into_par_iter()
         .map(|i| {
-            // A stream per point: the points do not depend on the threads, and the million contains the
-            // hundred thousand.
+            // A stream of random numbers per point: the points do not depend on the threads, and the million
+            // contains the hundred thousand.
             let mut random = Random(i.wrapping_mul(0xd134_2543_de82_ef95));
             let sample = if i % 2 == 0 { random.anywhere() } else { random.near_boundary() };
             Tally::of(&Case::new(sample, TOLERANCE))
@@ -246,7 +247,7 @@ fn survey(count: u64) -> Tally {
     println!("slowest, direct engine and return map: {:?}", tally.slowest);
     println!("{} problems", tally.problems.len());
     assert!(tally.problems.is_empty(), "{}", tally.problems[..tally.problems.len().min(20)].join("\n"));
-    // One fooled estimate in five thousand points: the direct engine's documentation admits some.
+    // One estimate in five thousand points may be too small, as the direct engine's documentation says.
     assert!(5000 * tally.discords <= count, "{} of {count} margins are at odds", tally.discords);
     tally
 }
@@ -265,7 +266,7 @@ fn engines_and_tests_agree_on_a_million_points() {
     survey(1_000_000);
 }
 
-/// A sink that keeps the verdicts of a map that is one tile.
+/// A sink that keeps the verdicts of a map of one tile.
 #[derive(Default)]
 struct Verdicts(Mutex<Vec<Verdict>>);
 
@@ -283,7 +284,7 @@ impl Sink for Verdicts {
     }
 }
 
-/// A grid with every limit of the law and with fast belts, by every engine: each cell gets the same
+/// A grid with every limit of the law and with fast belts, computed by every engine: each cell has the same
 /// verdict, and no cell fails or is left out.
 #[test]
 fn every_engine_labels_every_cell_alike() {
@@ -324,8 +325,8 @@ fn every_engine_labels_every_cell_alike() {
         }
         let point = grid.point(&index);
         let &[alpha, beta, gamma] = point.law.as_slice() else { panic!("a Stribeck point") };
-        // Without weakening, strengthening and damping every orbit is a circle, and that from the exit
-        // point grazes exactly.
+        // Without weakening, strengthening and damping every orbit is a circle, and that from the exit point
+        // grazes exactly.
         let grazes = gamma * (1.0 - alpha) == 0.0 && beta == 0.0 && point.damping == 0.0;
         let expected =
             if grazes { [Verdict::Undecided].as_slice() } else { &[Verdict::Present, Verdict::Absent] };
@@ -336,7 +337,7 @@ fn every_engine_labels_every_cell_alike() {
     assert_eq!(counts.len(), 3, "present, absent, undecided: {counts:?}");
 }
 
-/// Next to the boundary nothing is lost: at c* (1 +- 1e-9) the margin is far below the tolerance of maps.
+/// Verdicts near the boundary are right: at c* (1 +- 1e-9) the margin is far below the tolerance of maps.
 #[test]
 fn every_engine_is_right_next_to_the_boundary() {
     let mut random = Random(77);
@@ -352,7 +353,7 @@ fn every_engine_is_right_next_to_the_boundary() {
         };
         let column = sample.column();
         let critical = critical_damping(&column, 1e-15).unwrap();
-        // pi eps c* 1e-9 is the margin: it must be above what the direct engine can tell, a few 1e-13.
+        // pi eps c* 1e-9 is the margin: it must be above the resolution of the direct engine, a few 1e-13.
         if sample.epsilon * critical.c < 1e-3 {
             continue;
         }

@@ -1,4 +1,4 @@
-//! The backbone C(r): the damping at which the orbit of each amplitude closes, and what is read off it.
+//! The backbone C(r), the damping at which the orbit of each amplitude closes, and the cycles read from it.
 
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Expression, Law, Table};
@@ -39,7 +39,7 @@ fn oscillator(column: &Column, viscous: f64) -> Oscillator {
 /// ln of the ratio by which a turn grows, by the flow in (x2, x2').
 fn growth(column: &Column, viscous: f64, radius: f64) -> f64 {
     let oscillator = oscillator(column, viscous);
-    // Where the steps cannot be so fine, a hundred times coarser ones will do.
+    // Where steps cannot be that fine, a hundred times coarser ones are accepted.
     let found = turn(&oscillator, radius, 1e-12).or_else(|_| turn(&oscillator, radius, 1e-10));
     match found.unwrap() {
         SlipTurn::Returns { radius: next, .. } => (next / radius).ln(),
@@ -122,7 +122,7 @@ fn cycles_read_off_the_backbone_are_those_that_turns_show() {
     assert!(counts.contains_key(&3) && counts.contains_key(&2) && counts.contains_key(&1), "{counts:?}");
 }
 
-/// Of a law without any variation every orbit closes at the same damping.
+/// For a constant divergence every orbit closes at the same damping.
 #[test]
 fn a_linear_law_has_a_flat_backbone() {
     let column = formula("1 - a*u", &[0.3], 1.0);

@@ -1,5 +1,5 @@
-//! Every question about a point has a budget of work: at the ends of the range of numbers it ends, and its
-//! answer is right or says that there is none.
+//! Every computation at a point has a budget of work: even at the ends of the range of numbers it ends, and
+//! its answer is right or says that there is none.
 
 use cpu_time::ThreadTime;
 use slipmap::certify::Guarantee;
@@ -50,7 +50,7 @@ fn point(random: &mut Random, law: &Law) -> Point {
         .parameters()
         .iter()
         .map(|parameter| match parameter.max {
-            // A share, such as alpha.
+            // A fraction, such as alpha.
             max if max <= 1.0 => random.unit() * max,
             _ => scale(random, 1e8).max(parameter.min),
         })
@@ -64,7 +64,7 @@ fn point(random: &mut Random, law: &Law) -> Point {
     Point { epsilon, law: LawParameters::new(&parameters), belt_speed, damping: scale(random, 1e8) }
 }
 
-/// Asks everything; what is wrong with the answers, and the processor time they took.
+/// Runs all computations; returns the problem, if any, and the processor time.
 fn ask(law: &Law, point: &Point) -> (Option<String>, f64) {
     let start = ThreadTime::now();
     let answer = Answer::of(law, point, TOLERANCE, Method::all());
@@ -115,8 +115,8 @@ fn extreme_points_have_answers_that_agree() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// The acceptance of the budgets: ten thousand points, each within two seconds of processor time in a release
-/// build.
+/// The acceptance test of the budgets: ten thousand points, each within two seconds of processor time in a
+/// release build.
 #[test]
 #[ignore = "minutes: cargo test --release --test mathematics budgets:: -- --ignored --nocapture"]
 fn ten_thousand_extreme_points_end_within_two_seconds_each() {

@@ -1,4 +1,4 @@
-//! The paper's claims, tested as claims: Propositions 1 to 3 and the comparison in the paper's section 5.1.
+//! Tests of the paper's claims: Propositions 1 to 3 and the comparison in the paper's section 5.1.
 
 use crate::sample::{Expansion, Random, Sample, check_order};
 use slipmap::certify::{Decision, by_name};
@@ -117,7 +117,7 @@ fn the_first_order_test_is_false_in_a_band_at_every_eps() {
     }
 }
 
-/// What Proposition 2's proof says of the orbit, and the next order, which it does not give
+/// The expansion of the landing by Proposition 2's proof, with the next order, which the paper does not give
 /// (`src/theory.md`). With s^2 = 2 pi kappa eps, G = gamma^2 (1-alpha) V, d = gamma (1-alpha) - c and B =
 /// beta V,
 ///
@@ -204,8 +204,8 @@ fn landing_return_time_and_period_have_their_orders() {
 ///
 /// eps_14 = (sqrt(gamma (1-alpha) / (c + 2 beta V)) - 1) / (gamma V),
 ///
-/// which tends to zero with kappa, so that no eps serves all parameters. Conversely (14) implies (12) at
-/// every eps. Beyond eps_14 the cycle goes on to exist for a while, around a stable equilibrium.
+/// which tends to zero with kappa, so no eps is small enough for all parameters. Conversely (14) implies (12)
+/// at every eps. Beyond eps_14 the cycle persists for a while, around a stable equilibrium.
 #[test]
 fn the_divergence_test_follows_from_the_first_order_test_up_to_a_certain_eps() {
     let mut last = f64::INFINITY;
@@ -239,7 +239,8 @@ fn the_divergence_test_follows_from_the_first_order_test_up_to_a_certain_eps() {
 }
 
 /// "The divergence along the orbit, with x2 >= -V": where it is positive the orbit overshoots -V, and the
-/// weakening has faded on the way, so that the first-order form is a false certificate at finite eps.
+/// weakening has become smaller on the way, so that the first-order form is a false certificate at finite
+/// eps.
 #[test]
 fn bendixson_to_first_order_is_a_false_certificate_at_finite_eps() {
     let sample = Sample { epsilon: 0.2, alpha: 0.5, beta: 0.0, gamma: 2.0, belt_speed: 1.0, damping: 0.9 };

@@ -1,4 +1,4 @@
-//! The critical damping, and verdicts next to it, of columns that are hard to solve: strong weakening, nodes,
+//! The critical damping, and verdicts near it, of columns that are hard to solve: strong weakening, nodes,
 //! large k.
 
 use crate::reference::{CriticalPoint, column_points, other_column_points};
@@ -89,8 +89,8 @@ fn the_error_of_the_critical_damping_holds_where_it_is_hard_to_find() {
 
 #[test]
 fn verdicts_next_to_the_boundary_hold_where_it_is_hard_to_find() {
-    // Not held yet: k beyond 1000, where steps may miss the pole of the divergence, and a tolerance of 1e-6,
-    // at which coarse turns may agree by chance.
+    // Not satisfied yet: k beyond 1000, where steps may miss the pole of the divergence, and a tolerance of
+    // 1e-6, at which coarse turns may agree by chance.
     let small_k = |point: &CriticalPoint| point.epsilon * point.gamma * point.belt_speed < 1000.0;
     let points: Vec<CriticalPoint> = column_points().into_iter().filter(small_k).collect();
     for tolerance in [1e-9, 1e-13] {
@@ -103,8 +103,8 @@ fn verdicts_next_to_the_boundary_hold_where_it_is_hard_to_find() {
     }
 }
 
-/// A cell that a map at default settings called absent, though it lies below c*: the error of c* was
-/// understated.
+/// A cell that a map at default settings labelled absent, though it lies below c*: the error of c* was
+/// underestimated.
 #[test]
 fn a_cell_just_below_the_critical_damping_is_present() {
     let point = CriticalPoint {

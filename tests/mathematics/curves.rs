@@ -1,5 +1,5 @@
-//! Curves of codimension one against closed forms, root-finding along single columns, and direct simulation
-//! on both sides.
+//! Curves of codimension one compared with closed forms, root-finding along single columns, and direct
+//! simulation on both sides.
 
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Expression, Law};
@@ -16,11 +16,11 @@ fn between([from, to]: [f64; 2], share: f64) -> f64 {
     from + (to - from) * share
 }
 
-/// The largest distance by which the curve may leave its chords, in sides of the square: an eighth of the
-/// longest step, 1/40, times the largest turn, 0.2.
+/// The largest distance between a curve and its chords, in sides of the square: an eighth of the longest
+/// step, 1/40, times the largest turn, 0.2.
 const SAG: f64 = 6.3e-4;
 
-/// y of the curves at x: where their chords pass it.
+/// y of the curves at x, on their chords.
 fn heights(curves: &[Branch], x: f64) -> Vec<f64> {
     let chords = curves.iter().flat_map(|branch| branch.points.windows(2));
     let crossing = |ends: &[CurvePoint]| {
@@ -61,7 +61,7 @@ fn the_hopf_line_of_the_stribeck_law_is_its_closed_form() {
         // |dc/dx| is at most 12 (the range of gamma) times |dc/dgamma| <= 0.7.
         assert!((c - exact(gamma)).abs() <= 8.5 * point.error && point.error < 1e-13, "{point:?}");
     }
-    // It is whole: wherever the closed form lies inside, so does the curve, and nowhere else.
+    // The curve is complete: wherever the closed form lies inside, so does the curve, and nowhere else.
     for i in 1..400 {
         let x = f64::from(i) / 400.0;
         let wanted = exact(between(gammas, x));
@@ -131,7 +131,7 @@ fn grazing_is_the_critical_damping_in_planes_with_and_without_c() {
 }
 
 #[test]
-fn landing_beyond_the_stick_segment_is_told_by_direct_simulation() {
+fn direct_simulation_confirms_the_landing_curve() {
     // theory, "Statements that do not hold": at V = 30 the orbit crosses at c = 0 and sticks at c = 0.01.
     let (speeds, cs) = ([10.0, 60.0], [0.0, 0.05]);
     let at = |[x, y]: [f64; 2]| {
@@ -159,7 +159,7 @@ fn landing_beyond_the_stick_segment_is_told_by_direct_simulation() {
 }
 
 #[test]
-fn crossing_for_ever_is_told_by_direct_simulation() {
+fn direct_simulation_confirms_the_crossing_curve() {
     let (speeds, cs) = ([5.0, 60.0], [0.0, 0.02]);
     let at = |[x, y]: [f64; 2]| {
         let law = LawParameters::new(&[0.0, 0.0, 0.1]);
@@ -209,8 +209,8 @@ fn two_slip_cycles_vanish_at_a_fold() {
         assert!((level - 1.0 - 0.13228 * a * k.cos()).abs() < 2.0 * e * (1.0 + a), "{k} {level}");
         assert!(point.error < 1e-4, "{point:?}");
     }
-    // Next to the ends on the left and on the right the count may differ by cycles that leave through the
-    // belt line or the equilibrium, at both sides alike: only the difference is the fold's.
+    // Near the left and right ends the count may differ by cycles that leave through the belt line or the
+    // equilibrium, at both sides alike: only the difference is that of the fold.
     for places in sides(&curves[0], 1e-3).step_by(3) {
         let [above, below] = places.map(|place| slip_cycles(&at(place), TOLERANCE).unwrap().len());
         assert_eq!(above.abs_diff(below), 2, "{places:?} {above} {below}");

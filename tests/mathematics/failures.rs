@@ -1,5 +1,5 @@
-//! One regression test for each mechanism by which a method fails (theory, "Where methods fail"), in which
-//! the naive way fails and ours does not; and the catalogue of failures, stored and made anew.
+//! One regression test for each mechanism by which a method fails (theory, "Where methods fail"): the naive
+//! method fails and ours does not; and the stored catalogue of failures, computed again.
 
 use std::f64::consts::TAU;
 
@@ -26,7 +26,7 @@ fn column(point: &Point) -> Column {
     Law::Stribeck.column(point)
 }
 
-/// The verdict on which both of our engines agree.
+/// The verdict on which both engines agree.
 fn truth(oscillator: &Oscillator) -> Verdict {
     let [map, direct] = [flow(oscillator, TOLERANCE), direct::flow(oscillator, TOLERANCE)]
         .map(|flow| Verdict::from(&flow.fate));
@@ -50,7 +50,7 @@ fn test(name: &str, point: &Point) -> Verdict {
     (test.claim)(&column(point)).decide(point.damping).into()
 }
 
-/// Every theorem that speaks agrees with the truth.
+/// Every theorem that decides agrees with the truth.
 fn theorems_hold(point: &Point) {
     let truth = truth(&oscillator(point));
     for name in ["instability", "bendixson", "symmetric"] {
@@ -71,7 +71,7 @@ fn missed_double_crossing() {
         let verdict = NaiveMethod::EventStep.decide(oscillator, &knobs).verdict;
         matches!(verdict, NaiveVerdict::Sticks { slip_time } if slip_time < TAU)
     };
-    // Whether a step ends above the belt line is a matter of luck: 40 dampings next to each other.
+    // Whether a step ends above the belt line depends on chance: 40 neighbouring dampings.
     let missed = |tolerance: f64| {
         let knobs = NaiveKnobs { tolerance, ..NaiveKnobs::default() };
         let at = |i: u32| Point { damping: 0.3 + 1e-3 * f64::from(i), ..point };
@@ -79,10 +79,10 @@ fn missed_double_crossing() {
     };
     let (loose, tight) = (missed(1e-8), missed(1e-12));
     assert!(loose > 20 && tight > 0, "{loose} {tight}");
-    // Steps shorter than that see it, so nothing else is at fault.
+    // Shorter steps detect it, so there is no other cause.
     let knobs = NaiveKnobs { longest_step: 0.25 * approach, ..NaiveKnobs::default() };
     assert!(returns_in_time(&oscillator, knobs));
-    // Ours return after 2 pi - sqrt(2 pi kappa eps), up to O(eps).
+    // Our engines return after 2 pi - sqrt(2 pi kappa eps), up to O(eps).
     assert_eq!(truth(&oscillator), Verdict::Present);
     let slip_time = landing(&oscillator).slip_time;
     assert!((slip_time - (TAU - approach)).abs() < 5.0 * epsilon, "{slip_time}");
@@ -90,15 +90,15 @@ fn missed_double_crossing() {
 
 #[test]
 fn start_at_a_tangency() {
-    // Without a pause the start itself is an event: the method takes it for sticking, whatever happens next.
+    // Without a pause the start itself is an event, which the method takes for sticking.
     let inward = point(0.1, [0.3, 0.1, 2.0], 1.0, 1.3);
     let eager = NaiveKnobs { start_pause: 0.0, ..NaiveKnobs::default() };
     let found = NaiveMethod::EventStep.decide(&oscillator(&inward), &eager).verdict;
     assert_eq!(found, NaiveVerdict::Sticks { slip_time: 0.0 });
     assert_eq!(truth(&oscillator(&inward)), Verdict::Absent);
     theorems_hold(&inward);
-    // With one it is blind after every start on the belt line: on a fast belt the arc above the belt line is
-    // shorter than the pause, and its end is not seen.
+    // With a pause the method ignores events after every start on the belt line: on a fast belt the arc above
+    // the belt line is shorter than the pause, and its end is missed.
     let above = point(0.1, [0.3, 0.0, 8.0], 2.0, 0.0);
     let arc = landing(&oscillator(&above));
     assert_eq!(arc.crossings, 1);
@@ -137,8 +137,8 @@ fn first_order_at_finite_eps() {
 
 #[test]
 fn overshoot() {
-    // A fast belt: the orbit comes back, so every test that asks no more says present; but it lands beyond
-    // the stick segment, and crosses for ever.
+    // A fast belt: the orbit comes back, so every test without a landing condition claims presence; but it
+    // lands beyond the stick segment, and crosses for ever.
     let point = point(0.1, [0.3, 0.0, 2.0], 10.0, 0.0);
     let oscillator = oscillator(&point);
     for name in ["perturbation", "bendixson_leading", "harmonic_balance"] {
@@ -155,9 +155,9 @@ fn overshoot() {
     }
 }
 
-/// The polar form by classical Runge-Kutta steps, as one would write it down: nobody asks whether the angle
-/// advances. m / V.
-fn margin_without_a_look_at_the_angle(oscillator: &Oscillator) -> f64 {
+/// m / V by the polar form with classical Runge-Kutta steps, without checking that the angle is monotone in
+/// time.
+fn margin_without_a_check_of_the_angle(oscillator: &Oscillator) -> f64 {
     let slope = |theta: f64, r: f64| {
         let (sin, cos) = theta.sin_cos();
         let d = oscillator.divergence(oscillator.belt_speed * (1.0 - r * cos));
@@ -179,13 +179,13 @@ fn margin_without_a_look_at_the_angle(oscillator: &Oscillator) -> f64 {
 
 #[test]
 fn nodes() {
-    // Where it turns, the plain polar form is right.
+    // Where it is, the plain polar form is right.
     let focus = point(0.5, [0.2, 0.1, 2.0], 1.0, 0.2);
-    let plain = margin_without_a_look_at_the_angle(&oscillator(&focus));
+    let plain = margin_without_a_check_of_the_angle(&oscillator(&focus));
     assert!((plain - flow(&oscillator(&focus), TOLERANCE).margin).abs() < 1e-8, "{plain}");
 
-    // Overdamped: |D| above 2 next to the belt or far from it. The angle stops, and the plain
-    // form passes through its poles to whatever lies behind them.
+    // Overdamped: |D| above 2 next to the belt or far from it. The angle stops, and the plain form passes
+    // through its poles to meaningless values.
     for node in [
         point(1.7, [1.0, 0.45, 1.0], 1.6, 0.0),
         point(1.0, [0.35, 0.1, 11.0], 0.27, 6.7),
@@ -199,13 +199,13 @@ fn nodes() {
         assert_eq!(truth(&oscillator), Verdict::Absent);
         assert_eq!(flow(&oscillator, TOLERANCE).fate, Fate::SpiralsInward);
         theorems_hold(&node);
-        // The plain form promises a return to the belt, or a negative radius.
-        let plain = margin_without_a_look_at_the_angle(&oscillator);
+        // The plain form gives a return to the belt, or a negative radius.
+        let plain = margin_without_a_check_of_the_angle(&oscillator);
         assert!(!(-1.0..0.0).contains(&plain), "{plain} {node:?}");
     }
 }
 
-/// The damping at which a method's verdict changes from present, at `low`, to something else.
+/// The damping at which a method's verdict changes from present, at `low`, to another one.
 fn edge(column: &Column, mut low: f64, mut high: f64, decide: impl Fn(&Oscillator) -> Verdict) -> f64 {
     let present = |c: f64| decide(&Oscillator::in_column(column, c)) == Verdict::Present;
     assert!(present(low) && !present(high));
@@ -226,9 +226,9 @@ fn smoothed_sign() {
         let decide = |oscillator: &Oscillator| naive(NaiveMethod::Smoothed, oscillator, knobs);
         edge(&column, 0.5 * critical, 2.0 * critical, decide) - critical
     });
-    // Here it loses cycles: a mass that slips along the belt within the width is let go early.
+    // Here it loses cycles: a mass that slips along the belt within the width is released early.
     assert!(narrow < 0.0 && (5.0..20.0).contains(&(wide / narrow)), "{wide} {narrow}");
-    // Between the boundaries it is wrong, and ours are not.
+    // Between the boundaries it is wrong, and our engines are not.
     let between = Oscillator::in_column(&column, critical + 0.5 * narrow);
     let knobs = NaiveKnobs { turns: 400, tolerance: 1e-9, ..NaiveKnobs::default() };
     assert_eq!(naive(NaiveMethod::Smoothed, &between, knobs), Verdict::Absent);
@@ -237,7 +237,7 @@ fn smoothed_sign() {
     assert!((ours - critical).abs() < 1e-9, "{ours} {critical}");
 }
 
-/// The verdict by the margin's sign, which one has even next to the boundary.
+/// The verdict by the margin's sign, which exists even near the boundary.
 fn truth_of_margin(oscillator: &Oscillator) -> Verdict {
     if flow(oscillator, TOLERANCE).margin > 0.0 { Verdict::Present } else { Verdict::Absent }
 }
@@ -260,7 +260,7 @@ fn fixed_steps_blur_the_boundary() {
 
 #[test]
 fn a_stick_band_is_jumped_over() {
-    // With a narrow band and no bound on the step the orbit passes both sides of it within one.
+    // With a narrow band and unlimited steps the orbit passes both sides of the band within one step.
     let knobs = NaiveKnobs { stick_band_width: 1e-6, ..NaiveKnobs::default() };
     let mut wrong = 0;
     for i in 0..100 {
@@ -290,7 +290,7 @@ fn cancellation_as_k_vanishes() {
         let naive = from_the_integral(&point);
         assert!(!((naive / gamma - 1.0).abs() < 1e-3), "{naive} {gamma}");
     }
-    // Where the margin is above round-off the flow confirms that the cycle is there.
+    // Where the margin is above round-off the flow confirms the cycle.
     let slow = point(1e-2, [0.0, 0.0, 1e-6], 1.0, 0.5e-6);
     assert_eq!(test("harmonic_balance", &slow), Verdict::Present);
     assert_eq!(truth(&oscillator(&slow)), Verdict::Present);
@@ -300,7 +300,7 @@ fn cancellation_as_k_vanishes() {
 #[test]
 fn no_divergence_and_slow_belts() {
     // No weakening, no damping: every orbit is a circle, and the orbit from the exit point grazes exactly. No
-    // method can know more; those in use today answer all the same, and not alike.
+    // method can decide this; common methods give verdicts nevertheless, and different ones.
     let circle = point(0.1, [1.0, 0.0, 2.0], 1.0, 0.0);
     for flow in [flow(&oscillator(&circle), TOLERANCE), direct::flow(&oscillator(&circle), TOLERANCE)] {
         assert_eq!(flow.fate, Fate::TooCloseToCall, "{flow:?}");
@@ -311,7 +311,7 @@ fn no_divergence_and_slow_belts() {
         assert_ne!((test.claim)(&column(&circle)).decide(0.0), Decision::Present, "{}", test.name);
     }
 
-    // Coulomb friction alone never stick-slips (c > 0 or beta > 0), not even next to the limit.
+    // Coulomb friction alone never stick-slips (c > 0 or beta > 0), not even near the limit.
     for point in [
         point(0.1, [1.0, 0.0, 2.0], 1.0, 1e-6),
         point(0.1, [1.0, 1e-6, 2.0], 1.0, 0.0),

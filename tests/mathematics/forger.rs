@@ -1,7 +1,7 @@
-//! Forged certificates: altered in every way, and refused unless what they state is true even so.
+//! Forged certificates: altered in every way, and refused unless their claims happen to be true.
 //!
-//! The truth is known without the library's proofs: the critical damping from the simulation, and the
-//! geometry of boxes by looking at every pair and at many points.
+//! The truth is computed without the library's proofs: the critical damping from the simulation, and the
+//! geometry of boxes from all pairs and many points.
 
 use proptest::prelude::*;
 use proptest::sample::Index;
@@ -14,8 +14,8 @@ use slipmap::point::{LawParameters, Point};
 use slipmap::simulate::critical_damping;
 use std::sync::LazyLock;
 
-/// Honest certificates: tiles along one axis, tiles and open boxes along two, and one of no width at all.
-static HONEST: LazyLock<Vec<Value>> = LazyLock::new(|| {
+/// Valid certificates: tiles along one axis, tiles and open boxes along two, and one of no width at all.
+static VALID: LazyLock<Vec<Value>> = LazyLock::new(|| {
     let surface = |domain: GroupBox, budget: usize, open: &dyn Fn(&GroupBox) -> bool| {
         let mut surface = Surface::new(domain);
         let share = |part: &GroupBox| {
@@ -23,7 +23,7 @@ static HONEST: LazyLock<Vec<Value>> = LazyLock::new(|| {
         };
         surface.refine(budget, 0.0, &share, &|| true);
         let value: Value = serde_json::from_str(&Certificate::of(&surface, "a run").text().unwrap()).unwrap();
-        assert_eq!(check(&value), Some(true), "an honest certificate is refused: {value}");
+        assert_eq!(check(&value), Some(true), "a valid certificate is refused: {value}");
         value
     };
     let line = GroupBox { a: [0.1, 0.3], k: [0.25, 0.25], b: [0.01, 0.01] };
@@ -36,7 +36,7 @@ static HONEST: LazyLock<Vec<Value>> = LazyLock::new(|| {
     ]
 });
 
-/// Whether the library finds the certificate sound; `None` if it does not even read it.
+/// Returns whether the library finds the certificate sound; `None` if it does not parse it.
 fn check(forged: &Value) -> Option<bool> {
     let read = Certificate::parse(&forged.to_string()).ok()?;
     Some(read.check().problems.is_empty())
@@ -81,7 +81,7 @@ fn paths(value: &Value, path: &str, found: &mut Vec<String>) {
 fn alter(forged: &mut Value, change: &Change) {
     let mut all = Vec::new();
     paths(forged, "", &mut all);
-    // Coefficients are by far the most; half of the changes are made elsewhere.
+    // Most values are coefficients; half of the changes are made elsewhere.
     let elsewhere: Vec<String> =
         all.iter().filter(|path| !path.contains("sines/") && !path.contains("viscous/")).cloned().collect();
     let places = if change.kind.is_multiple_of(2) { &all } else { &elsewhere };
@@ -206,10 +206,10 @@ fn polynomial(tile: &Value, unit: f64, at: [f64; 3]) -> f64 {
         .sum()
 }
 
-/// Whether what a document states is true, as far as points and pairs show it.
+/// Returns whether the claims of a document are true, as far as points and pairs show.
 fn is_true(stated: &Value) -> bool {
-    let honest = &HONEST[0];
-    let same = |key: &str| stated[key] == honest[key];
+    let valid = &VALID[0];
+    let same = |key: &str| stated[key] == valid[key];
     if !(same("format") && same("statement") && same("unit")) {
         return false;
     }
@@ -243,12 +243,12 @@ fn is_true(stated: &Value) -> bool {
         && tiles.iter().all(near)
 }
 
-/// Altered certificates, `cases` of them: how many were accepted. None may be unless it is true.
+/// Tests `cases` altered certificates; returns how many were accepted. Only true ones may be.
 fn forge(cases: u32) -> u32 {
     let accepted = std::cell::Cell::new(0);
     let config = ProptestConfig { cases, failure_persistence: None, ..ProptestConfig::default() };
     proptest!(config, |(which in any::<Index>(), changes in changes())| {
-        let mut forged = which.get(&HONEST).clone();
+        let mut forged = which.get(&VALID).clone();
         changes.iter().for_each(|change| alter(&mut forged, change));
         if check(&forged) == Some(true) {
             accepted.set(accepted.get() + 1);
@@ -262,7 +262,7 @@ fn forge(cases: u32) -> u32 {
 fn altered_certificates_are_refused_unless_true() {
     let accepted = forge(600);
     // Wider radii, other authors and coefficients changed by a unit are true and accepted; most changes are
-    // neither.
+    // not.
     assert!((1..400).contains(&accepted), "{accepted}");
 }
 
@@ -272,15 +272,15 @@ fn ten_thousand_altered_certificates_are_refused_unless_true() {
     assert!((100..6_000).contains(&forge(10_000)));
 }
 
-/// What was accepted once, and what is next to it.
+/// Forgeries that were accepted once, and similar ones.
 #[test]
 fn known_forgeries_are_refused() {
-    let honest = &HONEST[1];
-    assert!(is_true(honest));
+    let valid = &VALID[1];
+    assert!(is_true(valid));
     let domain = json!({ "A": [0.00025, 1000.0], "k": [0.001, 5.0], "b": [0.0, 9.0] });
     let turned = json!({ "A": [1000.0, 0.00025], "k": [0.001, 5.0], "b": [0.0, 9.0] });
     let with = |changes: &[(&str, Value)]| {
-        let mut forged = honest.clone();
+        let mut forged = valid.clone();
         changes.iter().for_each(|(path, value)| *forged.pointer_mut(path).unwrap() = value.clone());
         forged
     };
@@ -289,7 +289,7 @@ fn known_forgeries_are_refused() {
     let by_volume =
         [("/domain", domain.clone()), ("/open", json!([domain, turned])), ("/tiles", none.clone())];
     let all_turned = json!({ "A": [1000.0, 0.00025], "k": [5.0, 0.001], "b": [9.0, 0.0] });
-    let statement = honest["statement"].as_str().unwrap().replace("comes back", "never comes back");
+    let statement = valid["statement"].as_str().unwrap().replace("comes back", "never comes back");
     for (name, changes) in [
         ("a box turned round", &by_volume[..]),
         (
@@ -297,7 +297,7 @@ fn known_forgeries_are_refused() {
             &[("/domain", all_turned.clone()), ("/open", json!([all_turned])), ("/tiles", none)],
         ),
         ("another statement", &[("/statement", statement.into())]),
-        ("a tile twice", &[("/tiles/1", honest["tiles"][0].clone())]),
+        ("a tile twice", &[("/tiles/1", valid["tiles"][0].clone())]),
         ("no tile", &[("/tiles", json!([]))]),
         ("no open box", &[("/open", json!([]))]),
         ("a sharper claim", &[("/tiles/0/radius", 1e-13.into())]),
@@ -307,7 +307,7 @@ fn known_forgeries_are_refused() {
         assert_eq!(check(&forged), Some(false), "{name}");
     }
     let refused = |forged: &str| Certificate::parse(forged).is_err();
-    let text = honest.to_string();
+    let text = valid.to_string();
     assert!(!refused(&text));
     for (name, from, to) in [
         ("an unknown key", "\"unit\"", "\"proved_by\":\"me\",\"unit\""),

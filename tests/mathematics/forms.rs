@@ -1,5 +1,5 @@
 //! The Lienard form, the scalar form and the half maps of the slip flow (theory, "Two forms of the slip
-//! flow"), held against the direct engine's traces, which know nothing of them.
+//! flow"), compared with the direct engine's traces, which do not use them.
 
 use crate::sample::{Random, Sample};
 use slipmap::filippov::Side;
@@ -148,8 +148,8 @@ fn landings_follow_the_half_maps() {
     assert!(seen.iter().all(|&n| n > 50), "{seen:?}");
 }
 
-/// With the part of D that is odd about the equilibrium alone, the orbit from (V, 0) closes: the reference
-/// of the test `symmetric`.
+/// With only the part of D that is odd about the equilibrium, the orbit from (V, 0) closes: the reference of
+/// the test `symmetric`.
 #[test]
 fn the_odd_part_of_the_divergence_closes_the_orbit() {
     let mut random = Random(8);

@@ -1,5 +1,5 @@
-//! The exact statements of the theory (`src/theory.md`), numerically: scaling, monotonicity,
-//! closed forms, orders in eps.
+//! The exact statements of the theory (`src/theory.md`), tested numerically: scaling, monotonicity, closed
+//! forms, orders in eps.
 
 use crate::sample::{Expansion, Random, Sample, check_order};
 use slipmap::certify::{Decision, TESTS};
@@ -14,7 +14,7 @@ const ENGINES: [(&str, Follow); 2] = [("return map", flow), ("direct", direct::f
 
 const TOLERANCE: f64 = 1e-10;
 
-/// To the last digits that can be had.
+/// The critical damping to the last digits that can be computed.
 fn critical(sample: &Sample) -> CriticalDamping {
     critical_to(1e-15, sample)
 }
@@ -23,17 +23,17 @@ fn critical_to(tolerance: f64, sample: &Sample) -> CriticalDamping {
     critical_damping(&sample.column(), tolerance).unwrap_or_else(|error| panic!("{sample:?}: {error}"))
 }
 
-/// Whether two fates are of one kind, or one of them is not called.
+/// Returns whether two fates are of one kind, or one of them is undecided.
 fn compatible(one: Fate, two: Fate) -> bool {
     std::mem::discriminant(&one) == std::mem::discriminant(&two)
         || one == Fate::TooCloseToCall
         || two == Fate::TooCloseToCall
 }
 
-/// Margins that agree within their errors; so do those that do not exist.
+/// Margins agree within their errors, or both do not exist.
 fn same_margin(one: &Flow, two: &Flow) -> bool {
     one.margin.is_nan() || two.margin.is_nan() || {
-        // Ten: estimates may be fooled, see tests/mathematics/agreement.rs.
+        // A factor of ten: estimates may be too small, see tests/mathematics/agreement.rs.
         (one.margin - two.margin).abs() <= 10.0 * (one.margin_error + two.margin_error)
     }
 }
@@ -58,7 +58,7 @@ fn scaling_the_small_parameter_changes_no_answer() {
             let [one, two] = [sample, scaled].map(|s| critical_to(TOLERANCE, &s));
             if exact {
                 assert_eq!(one.c, l * two.c, "{sample:?}");
-                // Where nothing but denormal numbers is left, they round.
+                // Denormal numbers are rounded.
                 assert!((one.error - l * two.error).abs() <= f64::MIN_POSITIVE, "{sample:?}");
             } else {
                 // The scaled parameters are rounded, which moves c* by that much of its terms.
@@ -102,7 +102,7 @@ fn only_the_four_scaled_groups_matter() {
         assert_eq!(sample.groups(), faster.groups());
         let both = [sample, faster];
         let [one, two] = both.map(|s| flow(&s.oscillator(), TOLERANCE));
-        // The return map sees the groups alone.
+        // The return map uses only the groups.
         assert_eq!(one.margin.to_bits(), two.margin.to_bits(), "{both:?}: {one:?} {two:?}");
         let [by_direct, by_direct_faster] = both.map(|s| direct::flow(&s.oscillator(), TOLERANCE));
         assert!(same_margin(&by_direct, &by_direct_faster), "{both:?}: {by_direct:?} {by_direct_faster:?}");
@@ -170,8 +170,8 @@ fn the_margin_is_monotone() {
     assert!(compared.iter().all(|&count| count > 1000), "{compared:?}");
 }
 
-/// What is proved of beta is the sign of the margin and the landing speed, which depend on D(u) at u >= 0
-/// alone. Beyond the belt line the continued D(u), u < 0, rises with beta, and so may a large margin.
+/// The sign of the margin and the landing speed are proved to be monotone in beta; they depend on D(u) at u
+/// >= 0 alone. Beyond the belt line the continued D(u), u < 0, rises with beta, and so may a large margin.
 #[test]
 fn a_large_margin_may_rise_with_beta_but_the_landing_speed_falls() {
     let at =
@@ -204,7 +204,7 @@ fn sticking_begins_and_ends_along_the_damping_of_a_fast_belt() {
     }
 }
 
-/// So the verdict changes once along c, at the critical damping.
+/// The verdict changes once along c, at the critical damping.
 #[test]
 fn one_critical_damping_separates_the_verdicts() {
     let mut random = Random(4);
@@ -421,9 +421,9 @@ fn orders_in_eps_of_the_energy_balance() {
 // ---------------------------------------------------------------- next to grazing
 
 /// At eps = 1e-4 the orbit is above the belt line for 2 sqrt(2 pi kappa eps) = 0.035 of its period only, and
-/// solvers with event detection step over it. Both engines land, where the expansion of `src/theory.md` says:
-/// wL = V s (1 + eps (pi kappa / 2 - gamma^2 (1-alpha) V / kappa)) - (1/3) eps d V s^2 + ..., with
-/// s^2 = 2 pi kappa eps and d = gamma (1-alpha) - c.
+/// solvers with event detection step over it. Both engines land, at the place given by the expansion of
+/// `src/theory.md`: wL = V s (1 + eps (pi kappa / 2 - gamma^2 (1-alpha) V / kappa)) - (1/3) eps d V s^2 +
+/// ..., with s^2 = 2 pi kappa eps and d = gamma (1-alpha) - c.
 #[test]
 fn the_missed_double_crossing_is_found() {
     let sample = Sample { epsilon: 1e-4, alpha: 0.5, beta: 0.2, gamma: 2.0, belt_speed: 1.0, damping: 0.1 };

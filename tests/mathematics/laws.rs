@@ -1,5 +1,5 @@
-//! Friction laws beyond the paper's: the same Stribeck law by closed form and as text, certificates of every
-//! law against the simulated flow, and the engines against each other.
+//! Friction laws beyond the paper's: the Stribeck law by closed form and as text, certificates of every law
+//! compared with the simulated flow, and the engines with each other.
 
 use crate::reference;
 use crate::sample::Random;
@@ -55,7 +55,8 @@ fn stribeck_as_text_gives_the_same_verdicts_and_margins() {
         assert!(both_nan || (margins[0] - margins[1]).abs() <= allowed, "{built_in:?}: {flows:?}");
         let roots = columns.map(|column| critical_damping(&column, 1e-12).map(|root| root.c));
         if let [Ok(a), Ok(b)] = roots {
-            // Below zero one of them may have ended its search early: how negative c* is concerns nobody.
+            // Below zero one of them may have ended its search early: the value of a negative c* is not
+            // needed.
             assert!(apart(a, b) <= 1e-10 || a.max(b) < 0.0, "{built_in:?}: {a} {b}");
         }
     }
@@ -150,7 +151,7 @@ fn engines_agree_for_every_law() {
 }
 
 #[test]
-fn critical_damping_is_where_the_direct_engine_changes_its_mind() {
+fn the_verdict_of_the_direct_engine_changes_at_the_critical_damping() {
     let mut found = 0;
     for (law, column) in columns(60) {
         let Ok(root) = critical_damping(&column, 1e-10) else { continue };
@@ -260,7 +261,7 @@ impl CustomLaw for Hyperbolic {
 }
 
 #[test]
-fn a_law_given_by_functions_is_simulated_like_its_formula_and_proves_nothing() {
+fn a_law_given_by_functions_is_simulated_like_its_formula_without_proofs() {
     let text = Law::Expression(Expression::new("1 - d*tanh(u/w)", 1.0).unwrap());
     let law = Hyperbolic::law();
     let mut random = Random(70);
@@ -296,7 +297,7 @@ fn a_law_given_by_functions_is_simulated_like_its_formula_and_proves_nothing() {
 }
 
 #[test]
-fn a_law_is_read_as_small_where_the_user_says_so() {
+fn a_law_is_read_as_small_on_request() {
     for (law, column) in columns(80) {
         let by_name = |name: &str, column: &Column| {
             (TESTS.iter().find(|test| test.name == name).unwrap().claim)(column)
@@ -375,8 +376,8 @@ fn the_stick_slip_cycle_of_leine_and_others() {
         assert!((landing.slip_time + landing.stick_time - 12.001_031_29).abs() <= 0.5e-8, "{landing:?}");
     }
     // The turning point by the classical Runge-Kutta method from the exit point (1, 0.2) to x2 = 0: with
-    // steps of 1e-4 its error is far below the last digit; the step that passes the turning point is halved
-    // until it is nothing.
+    // steps of 1e-4 its error is far below the last digit; the step that passes the turning point is bisected
+    // until it vanishes.
     let rate = |x1: f64, x2: f64| (x2, 1.0 / (1.0 + 3.0 * (0.2 - x2)) - x1);
     let (mut x1, mut x2, mut h) = (1.0, 0.2, 1e-4);
     while h > 1e-12 {
@@ -393,7 +394,7 @@ fn the_stick_slip_cycle_of_leine_and_others() {
     }
     let greatest =
         trace(&oscillator, Start::ExitPoint, 1e-12, 20.0).samples.iter().map(|s| s.x1).fold(0.0, f64::max);
-    // Their last digit is cut off.
+    // Their last digit is truncated.
     assert!((0.0..1e-8).contains(&(x1 - 1.133_944_67)), "{x1}");
     // Samples are at most 0.1 rad apart.
     assert!(greatest <= x1 + 1e-9 && x1 - greatest <= 0.2 * 0.05, "{greatest} {x1}");
@@ -437,7 +438,7 @@ fn critical_dampings_of_random_laws_are_those_of_the_reference() {
             row.belt_speed,
             row.critical
         );
-        // Every theorem is on the right side of it, and holds it in its undecided gap.
+        // Every theorem is on the right side of it, or leaves it in its undecided gap.
         for test in TESTS.iter().filter(|test| test.guarantee == Guarantee::FiniteEpsilon) {
             let claim = (test.claim)(&column);
             assert!(

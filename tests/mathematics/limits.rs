@@ -1,5 +1,5 @@
-//! How small eps must be: what [`slipmap::map::limits`] takes for proved, and the limits themselves, against
-//! fine grids of eps and closed forms.
+//! Limits in eps: the thresholds that [`slipmap::map::limits`] proves, and the limits themselves, compared
+//! with fine grids of eps and closed forms.
 
 use crate::sample::{Random, Sample};
 use slipmap::certify::{self, Decision};
@@ -19,15 +19,15 @@ fn ray(sample: &Sample) -> Ray {
     Ray::new(&Law::Stribeck, &sample.point(), TOLERANCE)
 }
 
-/// Points of all kinds, and points between the edges of the energy balance and of the divergence, where the
-/// answer turns on eps.
+/// Points of all kinds, and points between the edges of the energy balance and of the divergence, whose
+/// verdict depends on eps.
 fn samples(n: usize) -> Vec<Sample> {
     let mut random = Random(0x11e5);
     (0..n).map(|i| if i % 2 == 0 { random.anywhere() } else { random.near_boundary() }).collect()
 }
 
 #[test]
-fn what_is_proved_for_all_eps_holds_at_every_eps_tried() {
+fn proofs_for_all_eps_hold_at_every_eps_tried() {
     let mut random = Random(5);
     let (mut present, mut absent) = (0, 0);
     for sample in samples(400) {
@@ -35,7 +35,7 @@ fn what_is_proved_for_all_eps_holds_at_every_eps_tried() {
         assert!(proved.present_below <= proved.absent_above, "{sample:?} {proved:?}");
         for _ in 0..10 {
             let here = Sample { epsilon: random.log(LOWEST, HIGHEST), ..sample };
-            // The closed forms round: next to them nothing is asked.
+            // The closed forms round: points next to them are left out.
             let clear = |edge: f64| (here.epsilon / edge - 1.0).abs() > 1e-9;
             if !clear(proved.present_below) || !clear(proved.absent_above) {
                 continue;
@@ -59,7 +59,7 @@ fn what_is_proved_for_all_eps_holds_at_every_eps_tried() {
 
 #[test]
 fn the_critical_damping_falls_with_eps() {
-    // What the search relies on between its nodes: one crossing of c = c*(eps), not three.
+    // The assumption of the search between its nodes: one crossing of c = c*(eps), not three.
     let mut random = Random(8);
     for _ in 0..100 {
         let sample = random.anywhere();
@@ -78,7 +78,7 @@ fn the_critical_damping_falls_with_eps() {
     }
 }
 
-/// What the flow says on a grid of eps; `None` where nothing.
+/// The verdicts of the flow on a grid of eps; `None` where it has none.
 fn by_grid(sample: &Sample, nodes: u32) -> Vec<(f64, Option<Verdict>)> {
     let grid = (0..=nodes).map(|i| LOWEST * (HIGHEST / LOWEST).powf(f64::from(i) / f64::from(nodes)));
     grid.map(|epsilon| {
@@ -108,8 +108,8 @@ fn limits_agree_with_a_fine_grid_of_eps() {
                 truth.is_some_and(|truth| said(*epsilon) != truth)
             };
             let seen = truth.iter().find(parts).map_or(f64::INFINITY, |(epsilon, _)| *epsilon);
-            // The grid never sees them part before the limit; it sees it at its first node beyond, unless
-            // they agree again before that.
+            // The verdicts do not differ on the grid before the limit; they differ at its first node beyond,
+            // unless they agree again before that.
             let context = format!("{}: {limit:e} {seen:e} {sample:?}", test.name);
             assert!(limit <= seen, "{context}");
             if limit == 0.0 || limit >= HIGHEST {
@@ -117,7 +117,7 @@ fn limits_agree_with_a_fine_grid_of_eps() {
                 continue;
             }
             seen_at_once += u32::from(seen <= limit * ratio);
-            // At the limit one of the two changes. Both may, closer to each other than can be told: the
+            // At the limit one of the two changes. Both may, closer to each other than can be resolved: the
             // energy balance is O(eps^4) from the flow.
             let changes =
                 |says: &dyn Fn(f64) -> Verdict| says(limit * (1.0 - 1e-6)) != says(limit * (1.0 + 1e-6));
@@ -152,14 +152,14 @@ fn closed_forms_of_the_limits() {
     let edge = ((sample.drop_rate() / loss).sqrt() - 1.0) / (sample.gamma * sample.belt_speed);
     let Limit::UpTo(limit) = ray.limit(method("instability")).equal else { panic!("it ends") };
     assert!((limit / edge - 1.0).abs() < 1e-11, "{limit} {edge}");
-    // Beyond it says nothing, so it never contradicts the flow.
+    // Beyond, it is undecided, so it never contradicts the flow.
     assert_eq!(ray.limit(method("instability")).sound, Limit::Throughout);
     assert_eq!(ray.limit(Method::Simulation).equal, Limit::Throughout);
 }
 
 #[test]
 fn where_no_cycle_exists_at_any_eps() {
-    // c above gamma (1-alpha) - 2 beta V: absent at every eps, which one-sided tests never say.
+    // c above gamma (1-alpha) - 2 beta V: absent at every eps, which one-sided tests never claim.
     let sample = Sample { epsilon: 0.1, alpha: 0.5, beta: 0.1, gamma: 2.0, belt_speed: 1.0, damping: 0.9 };
     let ray = ray(&sample);
     assert_eq!(ray.steps(), (Verdict::Absent, &[][..]));
@@ -173,7 +173,7 @@ fn where_no_cycle_exists_at_any_eps() {
     // `bendixson` does from c = gamma (1-alpha) on.
     let limit = self::ray(&sample.at(1.1)).limit(method("bendixson"));
     assert_eq!(limit.equal, Limit::Throughout);
-    // No weakening, no damping: every orbit is a circle, and nobody says anything.
+    // No weakening, no damping: every orbit is a circle, and all methods are undecided.
     let circle = Sample { alpha: 1.0, beta: 0.0, damping: 0.0, ..sample };
     assert_eq!(self::ray(&circle).steps(), (Verdict::Undecided, &[][..]));
 }
@@ -191,14 +191,14 @@ fn a_fast_belt_ends_the_limits_at_the_landing() {
         let here = Sample { epsilon, ..sample };
         flow(&Oscillator::new(&Law::Stribeck, &here.point()), TOLERANCE).fate
     };
-    // The landing is located to the tolerance: 1e-6 to either side is clear.
+    // The landing is located to the tolerance: 1e-6 to either side is certain.
     assert!(matches!(fate(place * (1.0 - 1e-6)), Fate::Sticks(_)), "{:?}", fate(place * (1.0 - 1e-6)));
     assert_eq!(fate(place * (1.0 + 1e-6)), Fate::CrossesForever);
     for name in ["perturbation", "harmonic_balance", "bendixson_leading"] {
         let limit = ray.limit(method(name));
         assert_eq!((limit.equal, limit.sound), (Limit::UpTo(place), Limit::UpTo(place)), "{name}");
     }
-    // The theorems know of the landing: they fall silent before it.
+    // The theorems check the landing: they are undecided before it.
     for name in ["instability", "symmetric"] {
         let limit = ray.limit(method(name));
         let Limit::UpTo(silent) = limit.equal else { panic!("{name} {limit:?}") };

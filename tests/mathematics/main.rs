@@ -1,11 +1,11 @@
-//! The mathematics: every statement of the theory, every method and every engine, against exact identities,
-//! against each other and against tables in extended precision.
+//! The mathematics: every statement of the theory, every method and every engine, compared with exact
+//! identities, with each other and with tables in extended precision.
 //!
-//! One part alone: `cargo test --test mathematics identities::`.
+//! To run one part alone: `cargo test --test mathematics identities::`.
 
 #![cfg(feature = "cli")]
-// which brings the csv reader of the tables
-// clippy.toml exempts only test functions, and not what helps them.
+// The csv reader of the tables comes with the feature `cli`. clippy.toml exempts only test functions, not
+// their helpers.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod agreement;

@@ -1,4 +1,4 @@
-//! The crate's closed-form tests and the simulated flow against the reference tables.
+//! The crate's closed-form tests and the simulated flow compared with the reference tables.
 
 use slipmap::certify::{Decision, Test, harmonic_balance, instability, symmetric};
 use slipmap::filippov::Oscillator;
@@ -57,7 +57,7 @@ fn harmonic_balance_misses_by_its_leading_term() {
     assert!(seen >= 50, "only {seen} rows resolve the leading term");
 }
 
-/// Theorems against fates in extended precision; and the table keeps rows of every fate and of every legal
+/// Theorems compared with fates in extended precision; the table has rows of every fate and of every legal
 /// limit.
 #[test]
 fn theorems_agree_with_the_reference_fates() {
@@ -89,12 +89,12 @@ fn theorems_agree_with_the_reference_fates() {
     assert!(count(&|p| p.margin.is_none() && p.fate != ReferenceFate::Inward) >= 5);
 }
 
-/// The landing by the crate: on the stick segment, with the time from there to the exit point; and from below
-/// at `x1 = 1 - eps c V - wL`, with the landing speed wL of the table.
+/// The crate's landing: on the stick segment, with the time from there to the exit point; and from below at
+/// `x1 = 1 - eps c V - wL`, with the landing speed wL of the table.
 #[test]
 fn landings_lie_on_the_stick_segment() {
-    // Next to grazing the landing is the root of a double zero: the square root of the tolerance is all that
-    // the flow's tolerance promises.
+    // Near grazing the landing is a nearly double root: only the square root of the flow's tolerance is
+    // guaranteed.
     let (tolerance, landing_error) = (1e-10, 1e-5);
     let mut landed = 0;
     for p in margin_points() {

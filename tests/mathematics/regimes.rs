@@ -1,5 +1,5 @@
-//! The flow's attractors and what separates them, against the direct engine, closed forms and the small-eps
-//! limit.
+//! The flow's attractors and the cycles between them, compared with the direct engine, closed forms and the
+//! small-eps limit.
 
 use std::f64::consts::{PI, TAU};
 
@@ -66,7 +66,7 @@ fn x1_of_extremum(oscillator: &Oscillator, v: f64) -> f64 {
     oscillator.curve.phi(oscillator.belt_speed - v) - oscillator.viscous * v
 }
 
-/// The point at which the truth of `below` changes between `low`, where it holds, and `high`.
+/// The point at which `below` changes between `low`, where it holds, and `high`.
 fn bisect(mut low: f64, mut high: f64, below: impl Fn(f64) -> bool) -> f64 {
     assert!(below(low) && !below(high));
     for _ in 0..60 {
@@ -98,7 +98,7 @@ fn the_edges_of_the_band_are_where_the_attractors_change() {
         let by_turns = bisect(left, right, outward);
         assert!((by_turns - high).abs() < 1e-10, "{by_turns} {high}");
 
-        // So does the direct flow, which shares no code with either.
+        // The direct flow agrees, which shares no code with either.
         let by_flow = bisect(left, right, |c| match direct::flow(&at(c), 1e-14).fate {
             Fate::Sticks(_) | Fate::CrossesForever => true,
             Fate::SpiralsInward => false,
@@ -180,7 +180,7 @@ fn direct_return(oscillator: &Oscillator, r: f64) -> f64 {
         let slip = oscillator.belt_speed - end.x2;
         let to_top = w / (end.x2 - oscillator.divergence(slip) * w);
         if to_top.abs() < 1e-6 {
-            // What is left of x2 is of second order, and put in.
+            // The remaining change of x2 is of second order, and is added.
             return end.x2 + 0.5 * w * to_top;
         }
         time += to_top;
@@ -208,7 +208,7 @@ fn the_multiplier_is_the_slope_of_the_direct_return_map() {
         };
         let slope = slope_at(r);
         assert!((slope - cycle.multiplier).abs() < 1e-8, "{slope} {}", cycle.multiplier);
-        // The fast turn agrees with the direct one off the cycle, and knows its own slope.
+        // The fast turn agrees with the direct one away from the cycle, and so does its slope.
         for factor in [0.3, 0.8, 0.95] {
             let SlipTurn::Returns { radius, slope, .. } = turn(&oscillator, factor * r, 1e-13).unwrap()
             else {
@@ -260,7 +260,7 @@ fn crossing_oscillators() -> Vec<Oscillator> {
     .to_vec()
 }
 
-/// Where a traced orbit crosses the belt line downward, as x1 less that of the exit point, in order.
+/// The downward crossings of the belt line on a traced orbit, as x1 less that of the exit point, in order.
 fn crossings_down(oscillator: &Oscillator, traced: &Trace) -> Vec<f64> {
     let below = |phase: Phase| phase == Phase::Slip(Side::Below);
     let at = traced.samples.iter().skip(1);
@@ -351,7 +351,7 @@ fn the_stick_slip_cycle_is_the_traced_one() {
 }
 
 #[test]
-fn what_is_found_fits_together_at_random_points() {
+fn cycles_and_regimes_are_consistent_at_random_points() {
     let mut seed = 11;
     let mut met = [0; Regime::ALL.len()];
     for _ in 0..300 {
@@ -366,7 +366,7 @@ fn what_is_found_fits_together_at_random_points() {
         let law = [alpha, beta, gamma];
         let column = Law::Stribeck.column(&point(epsilon, law, belt_speed, 0.0));
         if at_limit > 0.8 && instability(&column) > 0.0 {
-            // Into the band, which random dampings hardly ever meet.
+            // In the bistable band, which random dampings hardly ever hit.
             damping = instability(&column) + between(0.05, 0.95) * (critical(&column) - instability(&column));
         }
         let oscillator = Oscillator::in_column(&column, damping);
@@ -426,7 +426,7 @@ fn the_half_turn_of_an_undamped_oscillator_is_exact() {
         else {
             panic!("circles inside the belt line");
         };
-        // The turn's error is that asked for.
+        // The turn's error is that requested.
         assert!((next / radius - 1.0).abs() < 1e-13 && (slope - 1.0).abs() < 1e-13);
         assert!((time - 2.0 * PI).abs() < 1e-12);
     }
@@ -461,7 +461,7 @@ fn three_attractors_have_a_name() {
         sides,
         [[Neighbour::Equilibrium, Neighbour::SlipCycle], [Neighbour::SlipCycle, Neighbour::StickSlip]]
     );
-    // Turns between the cycles lead where these say.
+    // Turns between the cycles lead in the directions that the cycles' stability demands.
     let [first, second, third] = [0, 1, 2].map(|i| cycles[i].velocity.hi);
     let outward = |radius: f64| match turn(&oscillator, radius, 1e-12).unwrap() {
         SlipTurn::Returns { radius: next, .. } => next > radius,
@@ -472,7 +472,7 @@ fn three_attractors_have_a_name() {
     assert_eq!(radii.map(outward), [false, true, false, true]);
 }
 
-/// Every set of attractors has a regime of its own, with a name and a code of its own.
+/// Every set of attractors has its own regime, with its own name and code.
 #[test]
 fn regimes_are_sets_of_attractors() {
     let mut seen = vec![Regime::Failed];

@@ -1,4 +1,4 @@
-//! The return map and the critical damping against the extended-precision reference.
+//! The return map and the critical damping compared with the extended-precision reference.
 
 use crate::reference::{ReferenceFate, critical_points, margin_points};
 use slipmap::filippov::Oscillator;
@@ -21,7 +21,7 @@ fn critical_damping_to_twelve_digits() {
 }
 
 #[test]
-fn critical_damping_keeps_its_promise_at_every_tolerance() {
+fn critical_damping_is_within_its_error_at_every_tolerance() {
     for tolerance in [1e-4, 1e-6, 1e-8, 1e-10, 1e-12] {
         for point in critical_points() {
             let found = critical_damping(&Law::Stribeck.column(&point.at(0.0)), tolerance).unwrap();
@@ -78,8 +78,8 @@ fn fates_and_landings() {
                     (landing.slip_time, point.slip_time),
                     (landing.stick_time, point.stick_time),
                 ] {
-                    // Next to grazing the landing is the root of a double zero: the square root of the
-                    // tolerance is all that the flow's tolerance promises.
+                    // Near grazing the landing is a nearly double root: only the square root of the flow's
+                    // tolerance is guaranteed.
                     let expected = expected.unwrap();
                     assert!(
                         (found - expected).abs() <= 1e-5 * (1.0 + expected.abs()),
@@ -94,14 +94,14 @@ fn fates_and_landings() {
     }
 }
 
-/// Numbers in [0, 1) from a Weyl sequence: fills a box evenly and always the same way.
+/// Numbers in [0, 1) from a Weyl sequence: fills a box evenly and reproducibly.
 fn spread(i: usize, axis: i32) -> f64 {
-    // Powers of the inverse of the plastic number's cousin for five dimensions.
+    // Powers of the inverse root of the generalised golden ratio in five dimensions.
     (0.5 + (i + 1) as f64 * 0.885_650_730_6_f64.powi(axis + 1)).fract()
 }
 
-/// The box of the speed goals: eps = 0.05, alpha in [0, 1], beta in [0, 0.5], gamma in [0, 4], c in [0, 1],
-/// V in [0.2, 1.5].
+/// The box of the speed goals: eps = 0.05, alpha in [0, 1], beta in [0, 0.5], gamma in [0, 4], c in [0, 1], V
+/// in [0.2, 1.5].
 fn small_eps(i: usize) -> ScaledGroups {
     let [alpha, beta, gamma, c, v] = std::array::from_fn(|axis| spread(i, axis as i32));
     let (rate, belt_speed) = (0.05 * 4.0 * gamma, 0.2 + 1.3 * v);
@@ -159,6 +159,6 @@ fn work_counter() {
             Turn::HandOver { .. } => panic!("{turn:?}"),
         })
         .sum();
-    // Counted: 46.6. A change that costs more than a few per cent should say why.
+    // Measured: 46.6. A change that costs more than a few per cent should be justified.
     assert!(spent / 20_000 < 50, "{}", spent as f64 / 20_000.0);
 }

@@ -1,4 +1,4 @@
-//! Proved counts of slip cycles against those that are found, and a pair of cycles next to the equilibrium.
+//! Proved numbers of slip cycles compared with the cycles found, and a pair of cycles near the equilibrium.
 
 use std::f64::consts::PI;
 
@@ -68,13 +68,12 @@ fn proofs_and_searches_agree_at_random_laws() {
     println!(
         "the number of slip cycles is proved at {proved} of {POINTS} points; at {several} there are several"
     );
-    // What can stay open is next to a fold or to a Hopf bifurcation: within about the errors of the
-    // enclosures and the shortest piece, 1e-3, of one of these curves. A point in twenty is much more than
-    // lies there.
+    // Only points near a fold or a Hopf bifurcation can stay open: within about the errors of the enclosures
+    // and the shortest piece, 1e-3, of one of these curves. A point in twenty is much more than lies there.
     assert!(proved * 20 >= POINTS * 19 && several > 0, "{proved} {several}");
 }
 
-/// What regimes and folds take from [`slipmap::friction::Curve::weakening_is_convex`].
+/// The property of [`slipmap::friction::Curve::weakening_is_convex`] on which regimes and folds rely.
 #[test]
 fn laws_that_weaken_less_and_less_have_one_slip_cycle_at_most() {
     let mut random = Random(78);
@@ -88,7 +87,7 @@ fn laws_that_weaken_less_and_less_have_one_slip_cycle_at_most() {
         };
         let law_parameters = LawParameters::new(&parameters);
         let column = law.column(&Point { epsilon: 1.0, law: law_parameters, belt_speed, damping: 0.0 });
-        // The slip cycle is born where the equilibrium becomes stable, and dies at grazing.
+        // The slip cycle appears where the equilibrium becomes stable, and ends at grazing.
         let (birth, death) = (column.curve.weakening(belt_speed), critical_damping(&column, 1e-9).unwrap().c);
         let viscous = birth + (death - birth) * between(-0.2, 1.2);
         if viscous < 0.0 {
@@ -113,7 +112,7 @@ fn laws_that_weaken_less_and_less_have_one_slip_cycle_at_most() {
 }
 
 #[test]
-fn of_measured_laws_only_what_the_even_part_says_is_proved() {
+fn for_measured_laws_only_the_even_part_gives_proofs() {
     let data: Vec<(f64, f64)> =
         (0..80).map(|i| 0.05 * f64::from(i)).map(|u| (u, 1.0 / (1.0 + u * u))).collect();
     let curve =
@@ -125,7 +124,7 @@ fn of_measured_laws_only_what_the_even_part_says_is_proved() {
     assert_eq!((between.at_least, between.at_most, between.open.len()), (0, None, 1));
 }
 
-/// D(V - v) = e (1 - a w^2 + b w^4) at V = 1, w = tanh(v / d): everything happens within |v| of some d.
+/// D(V - v) = e (1 - a w^2 + b w^4) at V = 1, w = tanh(v / d): all variation lies within |v| of some d.
 fn narrow(e: f64, [a, b]: [f64; 2], d: f64) -> Oscillator {
     // Integrals of 1, tanh^2 and tanh^4.
     let part = |x: &str| format!("({x} - a*({x} - tanh({x})) + b*({x} - tanh({x}) - tanh({x})^3/3))");

@@ -1,5 +1,5 @@
-//! Slip cycles of laws whose friction falls and rises again: a published belt oscillator, and a cycle that is
-//! born in a Hopf bifurcation and dies at grazing.
+//! Slip cycles of laws whose friction falls and rises again: a published belt oscillator, and a cycle that
+//! appears in a Hopf bifurcation and ends at grazing.
 
 use std::f64::consts::PI;
 
@@ -114,7 +114,7 @@ fn lorentzian(belt_speed: f64) -> Column {
 const POINTS: usize = 1000;
 
 #[test]
-fn the_slip_cycle_is_born_in_a_hopf_bifurcation_and_dies_at_grazing() {
+fn the_slip_cycle_appears_in_a_hopf_bifurcation_and_ends_at_grazing() {
     let mut random = Random(31);
     for i in 0..POINTS {
         let column = lorentzian(0.5 + 0.15 * random.unit());
@@ -130,8 +130,8 @@ fn the_slip_cycle_is_born_in_a_hopf_bifurcation_and_dies_at_grazing() {
         assert!(matches!(sticks, Fate::Sticks(_)), "{column:?} {off} {sticks:?}");
         assert_eq!(inward, Fate::SpiralsInward, "{column:?} {off}");
 
-        // The Hopf curve: a direct orbit from next to the equilibrium, over three turns; it must not come
-        // within V / 1000, where traces end.
+        // The Hopf curve: a direct orbit from near the equilibrium, over three turns; it must not come within
+        // V / 1000, where traces end.
         let off = random.log(0.01, 0.05);
         let change = |oscillator: &Oscillator| {
             let x1 = oscillator.equilibrium_x1() + 0.01 * oscillator.belt_speed;
@@ -174,7 +174,7 @@ fn the_slip_cycle_is_born_in_a_hopf_bifurcation_and_dies_at_grazing() {
 }
 
 #[test]
-fn the_cycle_is_born_like_a_square_root_and_reaches_the_belt() {
+fn the_amplitude_of_the_cycle_grows_like_a_square_root_up_to_the_belt() {
     let column = lorentzian(0.58);
     let hopf = column.curve.weakening(column.belt_speed);
     let grazing = critical_damping(&column, 1e-13).unwrap().c;

@@ -1,6 +1,6 @@
-//! The conformance table of `src/theory.md` names functions and tests that exist, and leaves out no test of
-//! the files that exist for it. Code, tests, scripts and documents cite the theory by the titles of its
-//! sections.
+//! Checks that the conformance table of `src/theory.md` names functions and tests that exist, and every test
+//! of the files that belong to it; and that code, tests, scripts and documents cite the theory by the titles
+//! of its sections.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -58,7 +58,7 @@ fn tests_in(source: &str) -> Vec<String> {
     names
 }
 
-/// Whether `source` has an item called `name`, or a variant at the start of a line.
+/// Returns whether `source` has an item called `name`, or a variant at the start of a line.
 fn defines(source: &str, name: &str) -> bool {
     let code = source.lines().map(str::trim_start).filter(|line| !line.starts_with("//"));
     code.map(|line| line.strip_prefix("pub ").unwrap_or(line)).any(|line| {
@@ -105,7 +105,7 @@ fn titles(theory: &str) -> Vec<&str> {
     prose.filter_map(|line| line.strip_prefix("# ").or_else(|| line.strip_prefix("## "))).collect()
 }
 
-/// What rustdoc and forges make of a title in a link.
+/// The anchor of a title, as rustdoc and code hosting sites make it.
 fn anchor(title: &str) -> String {
     let kept = title.to_lowercase().replace(' ', "-");
     kept.chars().filter(|c| c.is_alphanumeric() || *c == '-' || *c == '_').collect()
@@ -127,7 +127,7 @@ fn citing_texts() -> Vec<(PathBuf, String)> {
                     folders.push(path);
                 }
             } else if let Ok(text) = fs::read_to_string(&path) {
-                // A comment is one text, however its lines are broken.
+                // A comment is one text, independent of its line breaks.
                 let lines =
                     text.lines().map(|line| line.trim_start().trim_start_matches(['/', '!', '#']).trim());
                 let joined = lines.collect::<Vec<_>>().join(" ");
@@ -138,7 +138,7 @@ fn citing_texts() -> Vec<(PathBuf, String)> {
     texts
 }
 
-/// What is wrong with the citations of the theory in `text`.
+/// The wrong citations of the theory in `text`.
 fn wrong_citations(text: &str, titles: &[&str]) -> Vec<String> {
     let mut wrong = Vec::new();
     for (at, mark) in text.match_indices("theory, \"") {
@@ -184,7 +184,7 @@ fn the_theory_is_cited_by_the_titles_of_its_sections() {
     let titles = titles(&theory);
     let mut wrong = Vec::new();
     for (path, text) in citing_texts() {
-        // These two write of the paper's sections, and of wrong citations.
+        // These two files cite the paper's sections, and examples of wrong citations.
         if path.ends_with("src/theory.md") || path.ends_with("tests/mathematics/theory.rs") {
             continue;
         }
@@ -289,7 +289,7 @@ fn no_test_of_the_theory_is_left_out() {
 }
 
 #[test]
-fn the_reader_of_the_table_sees_what_is_not_there() {
+fn items_and_tests_are_found_in_sources() {
     let source = "pub struct Known;\n// fn hidden() {}\n    Variant(u8),\n\n#[test]\n#[ignore]\nfn tried() {}\nfn helper() {}\n";
     assert!(defines(source, "Known") && defines(source, "Variant"));
     assert!(!defines(source, "hidden") && !defines(source, "Know") && !defines(source, "variant"));

@@ -1,5 +1,5 @@
-//! The validated method against references in 150-bit arithmetic and against the direct engine, with which it
-//! shares nothing but the law.
+//! The validated method compared with references in 150-bit arithmetic and with the direct engine, with which
+//! it shares only the law.
 
 use crate::reference::{ReferenceFate, critical_points, margin_points};
 use crate::sample::Random;
@@ -14,7 +14,7 @@ fn claim(point: &Point) -> Claim {
 }
 
 #[test]
-fn it_promises_proofs() {
+fn its_guarantee_is_validated() {
     assert_eq!(validated::TEST.guarantee, Guarantee::Validated);
 }
 
@@ -25,7 +25,7 @@ fn every_reference_critical_damping_is_enclosed() {
         // The reference is the f64 nearest to the root.
         let (low, high) = (row.critical_c.next_down(), row.critical_c.next_up());
         assert!(claim.present_below <= high && low <= claim.absent_above, "{row:?} {claim:?}");
-        // Nor is the enclosure wide: some hundred roundings of the terms whose difference c* is, amplified by
+        // The enclosure is narrow: some hundred roundings of the terms whose difference c* is, amplified by
         // the samples' factor and by Gronwall's exponentials, each below 20 in this table.
         let size = row.gamma * (1.0 - row.alpha) + 2.0 * row.beta * row.belt_speed;
         assert!(claim.absent_above - claim.present_below < 1e-11 * size, "{row:?} {claim:?}");
@@ -47,7 +47,7 @@ fn no_reference_fate_is_contradicted() {
                 assert_eq!(row.fate, ReferenceFate::Inward, "{row:?}");
                 decided += 1;
             }
-            // Orbits that cross the belt line are not decided, nor are landings next to the segment's end.
+            // Orbits that cross the belt line are undecided, and so are landings next to the segment's end.
             Decision::Undecided => {}
         }
     }
@@ -77,7 +77,7 @@ fn ten_thousand_points_agree_with_the_reference_boundary() {
                 Decision::Absent => assert!(c > row.critical_c, "{row:?} {c}"),
                 Decision::Present => {
                     assert!(c < row.critical_c, "{row:?} {c}");
-                    // Landing speeds rise as c falls: one look a column at the fastest orbit seen.
+                    // Landing speeds rise as c falls, so one check per column at the fastest orbit is enough.
                     if i == 38 {
                         let flow = direct::flow(&Oscillator::new(&Law::Stribeck, &row.at(c)), 1e-10);
                         assert!(matches!(flow.fate, Fate::Sticks(_) | Fate::TooCloseToCall), "{row:?} {c}");

@@ -1,5 +1,5 @@
-//! The work-precision study: its reference against the tables of `tests/data`, which come from an integration
-//! in other variables, and what it says of the methods.
+//! The work-precision study: its reference compared with the tables of `tests/data`, which come from an
+//! integration in other variables, and its results.
 
 use std::path::Path;
 use std::sync::LazyLock;
@@ -57,7 +57,7 @@ fn the_reference_has_more_than_twenty_digits() {
     let column = header.iter().position(|name| name == "margin").unwrap();
     let mut checked = 0;
     for row in all.iter().filter(|row| !row[column].is_empty()) {
-        // Outside the domain of the polar form there is no reference, and nothing to compare.
+        // Outside the domain of the polar form there is no reference.
         if let Some(margin) = reference(&point(&header, row), None).margin {
             assert_agrees(&margin, &row[column]);
             checked += 1;
@@ -145,7 +145,7 @@ fn engines_keep_their_tolerance_and_theorems_never_err() {
 }
 
 #[test]
-fn nobody_beats_a_row_on_the_front() {
+fn no_row_dominates_a_row_on_the_front() {
     let point = |row: &Row| row.margin.map(|errors| (row.seconds, errors.worst));
     let all: Vec<(f64, f64)> = STUDY.rows.iter().filter_map(point).collect();
     for row in &STUDY.rows {
@@ -239,7 +239,7 @@ fn the_command_writes_everything_or_nothing() {
         .run(&["work-precision", "study.toml", "--out", "x", "--set", "work_precision.near=0"])
         .refuses(&["near", "greater than 0"]);
     assert_eq!(scratch.names(), ["results", "study.toml"]);
-    // One cell that nobody can be measured on: an orbit far outside the domain of the reference.
+    // One cell outside the domain of the reference, so that nothing can be measured.
     scratch
         .run(&[
             "work-precision",

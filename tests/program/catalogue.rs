@@ -38,12 +38,12 @@ fn reproduce(scratch: &Scratch, class: &Row) {
         Some(truth) => assert_eq!(simulated, truth, "{line}"),
         None => assert!(["present", "absent"].contains(&simulated.as_str()), "{line}"),
     }
-    // Some mechanisms show in the answer itself.
+    // Some mechanisms are visible in the answer itself.
     let fate = &answer["flow"]["direct"]["fate"];
     match class["mechanism"].as_str() {
         "overshoot" => assert_eq!(fate, "crosses_forever", "{line}"),
         "landing_unproved" => assert!(fate == "sticks" || fate == "crosses_forever", "{line}"),
-        // The same test at finite eps does not say so.
+        // The same test at finite eps decides otherwise.
         "first_order_in_eps" => {
             let finite = if class["method"] == "perturbation" { "harmonic_balance" } else { "bendixson" };
             assert_ne!(verdict(finite), said, "{line}");
@@ -121,7 +121,7 @@ fn a_catalogue_is_made_and_its_lines_hold() {
     assert_eq!(scratch.names(), ["small.toml"]);
     let run = scratch.run(&["failures", "small.toml", "--out", "made", "--threads", "1"]).ends_with(0);
     assert_eq!(run.out, "made/failures.md\n");
-    // The same for any number of threads, but for the line that tells the command.
+    // The same for any number of threads, except for the line with the command.
     let rest = |text: &str| {
         text.lines().filter(|line| !line.starts_with("Made by")).map(str::to_owned).collect::<Vec<_>>()
     };
@@ -132,7 +132,7 @@ fn a_catalogue_is_made_and_its_lines_hold() {
     for class in &classes {
         reproduce(&scratch, class);
     }
-    // An earlier catalogue is kept unless told otherwise, and nothing is computed before that is known.
+    // An earlier catalogue is kept unless it may be replaced, and that is checked before the computation.
     scratch
         .run(&["failures", "small.toml", "--out", "made"])
         .refuses(&["made/failures.md exists already", "--overwrite"]);

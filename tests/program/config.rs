@@ -1,9 +1,8 @@
-//! Every configuration that cannot be used ends in one message with place, value and remedy, exit code 2,
-//! and nothing written.
+//! Every unusable configuration gives one message with place, value and remedy, exit code 2, and no file.
 
 use crate::command::Scratch;
 
-/// A legal configuration, one statement a line, so that a test can replace one.
+/// A legal configuration, one statement per line, so that a test can replace one.
 const LEGAL: &str = "\
 title = \"legal\"
 [friction]
@@ -46,7 +45,7 @@ fn with(key: &str, line: &str) -> String {
     lines.join("\n") + "\n"
 }
 
-/// Runs the configuration and checks the refusal and that the folder stays as it was.
+/// Runs the configuration and checks the refusal and that the folder is unchanged.
 #[track_caller]
 fn refused(text: impl AsRef<[u8]>, parts: &[&str]) {
     let scratch = Scratch::new();

@@ -1,4 +1,4 @@
-//! Curves of codimension one that a run stores: what is stored, who reads it, and what is refused of it.
+//! Curves of codimension one that a run stores: their values, their readers, and refused forgeries.
 
 use std::sync::atomic::AtomicBool;
 
@@ -8,7 +8,7 @@ use slipmap::simulate::bifurcation::Bifurcation;
 use slipmap::store::MapFile;
 
 use crate::command::Scratch;
-use crate::hostile::spoilt;
+use crate::hostile::damaged_copy;
 
 /// Two planes: one with every kind of curve that the law has, and one with none.
 const JOB: &str = "\
@@ -48,7 +48,7 @@ fn stored_curves_are_those_of_their_planes_and_are_drawn() {
     );
     scratch.run(&["check", "map.h5"]).ends_with(0);
 
-    // Bit for bit what the library computes, whatever the number of threads.
+    // Bit for bit the curves that the library computes, for any number of threads.
     let map = MapFile::open(&scratch.path().join("map.h5")).unwrap();
     let planes = [Plane::new(4, 5, vec![1, 0, 0, 0, 0, 0]), Plane::new(5, 3, vec![0, 1, 0, 0, 5, 0])];
     let stop = AtomicBool::new(false);
@@ -58,7 +58,7 @@ fn stored_curves_are_those_of_their_planes_and_are_drawn() {
         assert!(map.curves()[0].curves.iter().any(|curve| curve.bifurcation == kind), "{kind:?}");
     }
     assert!(map.curves()[1].curves.is_empty());
-    // An axis that is stored in decimal is inside of its range.
+    // A point on an axis that is stored in decimal is inside the axis' range.
     for point in map.curves()[0].curves.iter().flat_map(|curve| &curve.points) {
         assert!(
             (5.0..=60.0).contains(&point.x) && (0.0..=0.05).contains(&point.y) && point.error < 1e-6,
@@ -66,7 +66,7 @@ fn stored_curves_are_those_of_their_planes_and_are_drawn() {
         );
     }
 
-    // Drawn where the plane is theirs, turned or not, and only there.
+    // Stored curves are drawn where the plane is theirs, in either orientation, and only there.
     let plot = |x: &str, y: &str, epsilon: &str, out: &str| {
         let at = format!("epsilon={epsilon}");
         let plane = ["plot", "map.h5", "--x", x, "--y", y, "--at", &at, "--at", "gamma=0.1"];
@@ -81,7 +81,7 @@ fn stored_curves_are_those_of_their_planes_and_are_drawn() {
         );
     }
     assert!(!plot("V", "c", "0.5", "elsewhere.svg").contains(">landing"));
-    // Asked for, they are written as a table, which is that of the stored ones.
+    // If requested, their points are written as a table, which equals the stored one.
     let asked = ["plot", "map.h5", "--x", "V", "--y", "c", "--at", "epsilon=1", "--at", "gamma=0.1"];
     scratch.run(&[&asked[..], &["--curves", "--out", "asked.svg"]].concat()).ends_with(0);
     assert_eq!(scratch.read("asked.csv").lines().count(), 1 + map.curves()[0].points());
@@ -121,13 +121,13 @@ fn changed_curves_are_refused() {
         }),
     ];
     for (part, damage) in cases {
-        spoilt(&scratch, damage);
+        damaged_copy(&scratch, damage);
         let run = scratch.run(&["check", "map.h5"]).ends_with(1);
         assert!(run.out.contains(part), "no `{part}` in {}", run.out);
         scratch.run(&["report", "map.h5"]).refuses(&["map.h5", part]);
     }
-    // A promise that the file cannot keep.
-    spoilt(&scratch, |file| {
+    // A declared size that the file cannot contain.
+    damaged_copy(&scratch, |file| {
         file.unlink("curves/error").unwrap();
         file.new_dataset::<f64>().shape([1 << 40]).create("curves/error").unwrap();
     });

@@ -1,4 +1,4 @@
-//! Damaged maps: every command that reads one refuses it before it answers, and says what to do.
+//! Damaged maps: every command that reads one refuses it before it answers, and names the remedy.
 
 use std::fs;
 
@@ -6,7 +6,7 @@ use hdf5::File;
 use slipmap::map::Verdict;
 
 use crate::command::Scratch;
-use crate::hostile::{LABEL, PLOT, assert_tame, bounded, forge, scratch, spoilt};
+use crate::hostile::{LABEL, PLOT, assert_no_control_characters, bounded, damaged_copy, forge, scratch};
 
 /// SplitMix64.
 fn random(state: &mut u64) -> usize {
@@ -20,11 +20,10 @@ fn random(state: &mut u64) -> usize {
 /// Flips single bits: `check` finds each, and every other command refuses the map, in bounded memory and
 /// time.
 ///
-/// But for the words of the seal before its digits: without them the file has no seal, as after a copy by
-/// another program, and its contents, which no bit was flipped of, are compared with their fingerprints and
-/// used.
+/// The exception is the label of the seal: without it the file has no seal, as after a copy by another
+/// program. Its contents, in which no bit was flipped, are then compared with their fingerprints and used.
 ///
-/// Where nothing is refused too late, reports and resumptions cost no more than the rest.
+/// Every command is tested with every flip: a refusal is immediate, so that takes little time.
 fn flip(flips: usize, seed: u64) {
     let scratch = scratch();
     let whole = fs::read(scratch.path().join("good.h5")).unwrap();
@@ -32,7 +31,7 @@ fn flip(flips: usize, seed: u64) {
     assert!(whole[label.clone()] == *LABEL);
     let mut state = seed;
     let mut ended = std::collections::BTreeMap::new();
-    // The first one in the label, whatever the seed.
+    // The first flip is in the label, for every seed.
     for number in 0..flips {
         let place = random(&mut state) % if number == 0 { LABEL.len() } else { whole.len() };
         let place = if number == 0 { label.start + place } else { place };
@@ -44,7 +43,7 @@ fn flip(flips: usize, seed: u64) {
         for arguments in [&["check", "map.h5"][..], &PLOT, report, &["run", "job.toml", "--resume"]] {
             let run = bounded(&scratch, arguments);
             let what = format!("bit {bit} of byte {place}, {}: {run:?}", arguments[0]);
-            assert_tame(&run);
+            assert_no_control_characters(&run);
             match arguments[0] {
                 "check" => assert!((1..=2).contains(&run.code), "{what}"),
                 _ if label.contains(&place) => assert_eq!(run.code, 0, "{what}"),
@@ -78,7 +77,7 @@ fn a_heap_that_was_made_to_crash_the_library_is_not_read() {
     let scratch = scratch();
     let whole = fs::read(scratch.path().join("good.h5")).unwrap();
     let heap = whole.windows(4).position(|part| part == b"GCOL").expect("lists of dimensions lie in a heap");
-    // The heap's own length, and that of its first object: the library believes either.
+    // The heap's own length, and that of its first object: the library trusts both.
     for place in [heap + 8, heap + 24] {
         for length in [0_u64, 9, 1 << 20, 1 << 40, u64::MAX] {
             let mut bytes = whole.clone();
@@ -93,7 +92,7 @@ fn a_heap_that_was_made_to_crash_the_library_is_not_read() {
     }
 }
 
-/// Report and plot refuse `map.h5` with one message that has these parts.
+/// Asserts that report and plot refuse `map.h5` with one message that has these parts.
 #[track_caller]
 fn assert_refused(scratch: &Scratch, parts: &[&str]) {
     for arguments in [&["report", "map.h5"][..], &PLOT] {
@@ -105,13 +104,13 @@ fn assert_refused(scratch: &Scratch, parts: &[&str]) {
 #[test]
 fn maps_without_a_seal_are_compared_with_their_fingerprints() {
     let scratch = scratch();
-    // Opened for writing, and nothing written: the HDF5 library cuts the seal off.
-    spoilt(&scratch, |_| ());
+    // Opened for writing without writing anything: the HDF5 library removes the seal.
+    damaged_copy(&scratch, |_| ());
     let run = bounded(&scratch, &PLOT).ends_with(0);
     assert!(run.err.contains("note: map.h5 has no seal"), "{run:?}");
     fs::remove_file(scratch.path().join("plot.svg")).unwrap();
     // A cell of the last chunk of a variable that no slice shows, behind valid checksums of HDF5.
-    spoilt(&scratch, |file| {
+    damaged_copy(&scratch, |file| {
         let cells = file.dataset("margin_symmetric").unwrap();
         let mut all = cells.read_dyn::<f64>().unwrap();
         *all.iter_mut().last().unwrap() = 0.125;
@@ -121,14 +120,14 @@ fn maps_without_a_seal_are_compared_with_their_fingerprints() {
         &scratch,
         &["map.h5 is damaged", "margin_symmetric, attribute sha256", "slipmap check map.h5"],
     );
-    spoilt(&scratch, |file| file.attr("tolerance").unwrap().write_scalar(&1e-12).unwrap());
+    damaged_copy(&scratch, |file| file.attr("tolerance").unwrap().write_scalar(&1e-12).unwrap());
     assert_refused(&scratch, &["map.h5 is damaged", "file, attribute sha256_attributes"]);
-    spoilt(&scratch, |file| {
+    damaged_copy(&scratch, |file| {
         let alpha = file.dataset("alpha").unwrap();
         alpha.write(&[0.1, 0.6]).unwrap();
     });
     assert_refused(&scratch, &["map.h5 is damaged", "alpha, attribute sha256"]);
-    spoilt(&scratch, |file| {
+    damaged_copy(&scratch, |file| {
         let cells = file.dataset("verdict_simulation").unwrap();
         let mut all = cells.read_dyn::<i8>().unwrap();
         all.fill(Verdict::Present.code());
@@ -139,11 +138,11 @@ fn maps_without_a_seal_are_compared_with_their_fingerprints() {
 }
 
 #[test]
-fn what_turns_out_damaged_while_it_is_read_is_bad_input_too() {
+fn damage_found_while_reading_is_bad_input_too() {
     let scratch = scratch();
     fs::copy(scratch.path().join("good.h5"), scratch.path().join("map.h5")).unwrap();
     let path = scratch.path().join("map.h5");
-    // Every chunk of the variable, so that whatever slice is drawn meets one.
+    // Every chunk of the variable, so that any slice contains one.
     let chunks: Vec<_> = {
         let file = File::open(&path).unwrap();
         let cells = file.dataset("verdict_simulation").unwrap();
@@ -157,7 +156,7 @@ fn what_turns_out_damaged_while_it_is_read_is_bad_input_too() {
     }
     fs::write(&path, bytes).unwrap();
     assert_refused(&scratch, &["map.h5 is damaged", "sealed"]);
-    // Sealed as it is, it is found out chunk by chunk.
+    // Sealed in that state, the damage is found chunk by chunk.
     forge(&scratch);
     assert_refused(&scratch, &["cannot read verdict_simulation in map.h5"]);
 }

@@ -1,5 +1,5 @@
-//! Legal input at the ends of the range of numbers: every command ends, with an answer or with its reason,
-//! and never in a panic. `scripts/extremes` tries a thousand random configurations.
+//! Legal input at the ends of the range of numbers: every command ends with an answer or a reason, and never
+//! in a panic. `scripts/extremes` tries a thousand random configurations.
 
 use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
@@ -28,7 +28,7 @@ fn config(axis: &str, nodes: &str) -> String {
     text + "[output]\npath = \"map.h5\"\nfields = [\"verdict\", \"critical_c\", \"regime\"]\n"
 }
 
-/// The command ended by itself, with data or with one message.
+/// Asserts that the command ended by itself, with data or with one message.
 #[track_caller]
 fn ended(run: Run) -> Run {
     assert!((0..=2).contains(&run.code), "\nstdout:\n{}\nstderr:\n{}", run.out, run.err);
@@ -88,7 +88,7 @@ fn a_map_of_the_largest_critical_damping_is_drawn() {
 }
 
 #[test]
-fn a_slow_belt_has_an_answer_that_says_what_was_given_up() {
+fn a_slow_belt_has_an_answer_with_the_reason_of_unknown_limits() {
     let scratch = Scratch::new();
     let fixed = ["probe", "--epsilon", "0.1", "--alpha", "0.3", "--beta", "0.1", "--gamma", "2"];
     for (speed, damping) in [("1e-3", "0.5"), ("1e-8", "0.5"), ("1", "1e5"), ("1e-8", "1e8")] {
@@ -123,7 +123,7 @@ fn formulas_have_limits_with_a_message_and_budgets() {
 }
 
 #[test]
-fn an_orbit_that_leaves_the_measured_friction_says_how_far_it_should_reach() {
+fn a_message_says_how_far_data_should_reach_for_an_orbit() {
     let scratch = Scratch::new();
     let rows: String =
         (0..=15).map(|i| 0.1 * f64::from(i)).map(|u| format!("{u},{}\n", 1.0 - 0.3 * u)).collect();
@@ -131,14 +131,14 @@ fn an_orbit_that_leaves_the_measured_friction_says_how_far_it_should_reach() {
     let point = ["--epsilon", "1", "--V", "0.75", "--c", "0"];
     let run = scratch.run(&[&["probe", "--table", "short.csv"], &point[..]].concat()).ends_with(0);
     assert!(run.out.contains("which end at slip speed 1.5: it needs them up to about"), "{}", run.out);
-    // Without a simulation there is nothing that a method could be equal to.
+    // Without a simulation no limit in eps exists.
     let json = scratch.run(&[&["probe", "--table", "short.csv", "--json"], &point[..]].concat()).ends_with(0);
     let answer: Value = serde_json::from_str(&json.out).unwrap();
     assert_eq!(answer["methods"]["simulation"]["epsilon_limit"], Value::Null, "{answer}");
 }
 
 #[test]
-fn messages_name_what_was_meant() {
+fn messages_name_the_intended_key() {
     let scratch = Scratch::new();
     scratch.file("map.toml", config("c", "[0.0, 1.0]"));
     scratch.run(&["run", "map.toml", "--quiet"]).ends_with(0);
@@ -156,7 +156,7 @@ fn messages_name_what_was_meant() {
     scratch.run(&figure).refuses(&["--figure there.svg: the file exists already", "--overwrite"]);
 }
 
-/// Waits until the process has its handlers of SIGTERM and waits for something.
+/// Waits until the process has installed its handler of SIGTERM and sleeps.
 fn wait_until_listening(child: &Child) {
     let start = Instant::now();
     let caught = || {
@@ -173,7 +173,7 @@ fn wait_until_listening(child: &Child) {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn the_first_signal_ends_whatever_waits_for_a_pipe() {
+fn the_first_signal_ends_a_command_that_waits_for_a_pipe() {
     let scratch = Scratch::new();
     for name in ["pipe.toml", "pipe.csv", "pipe.json", "pipe.h5"] {
         let made = std::process::Command::new("mkfifo").arg(scratch.path().join(name)).status().unwrap();
@@ -198,7 +198,7 @@ fn the_first_signal_ends_whatever_waits_for_a_pipe() {
             let run = Run::of(child.wait_with_output().unwrap()).ends_with(143);
             assert!(run.err.contains("interrupted; nothing was written"), "{arguments:?}: {}", run.err);
         } else {
-            // Refused at once is as good.
+            // An immediate refusal is accepted, too.
             Run::of(child.wait_with_output().unwrap()).refuses(&["pipe"]);
         }
     }
@@ -217,7 +217,7 @@ fn more_threads_than_a_small_multiple_of_the_cores_are_refused() {
     assert_eq!(scratch.names(), ["map.toml"]);
 }
 
-/// Writes the tiles of a map with an account that tells of contradictions.
+/// Writes the tiles of a map with an account that contains contradictions.
 struct Contradicted<'a>(&'a PartialMap, Contradictions);
 
 impl Sink for Contradicted<'_> {
@@ -234,7 +234,7 @@ impl Sink for Contradicted<'_> {
 }
 
 #[test]
-fn contradictions_between_theorems_and_simulation_are_never_silent() {
+fn contradictions_between_theorems_and_simulation_are_reported() {
     let scratch = Scratch::new();
     let text = config("c", "[0.0, 1.0]") + "[audit]\ncells = 0\n";
     let file = scratch.file("map.toml", text);
@@ -257,7 +257,7 @@ fn contradictions_between_theorems_and_simulation_are_never_silent() {
     drop(map);
 
     let run = scratch.run(&["run", "map.toml", "--resume"]).ends_with(1);
-    assert!(run.out.contains("3 cells in which methods that promise to be right contradict"), "{}", run.out);
+    assert!(run.out.contains("3 cells in which methods with a guarantee contradict"), "{}", run.out);
     assert!(run.out.contains("present by symmetric; absent by simulation: slipmap probe"), "{}", run.out);
     assert_eq!(MapFile::open(&path).unwrap().number("contradicted_cells"), Some(3.0));
     let report = ended(scratch.run(&["report", "map.h5", "--out", "report", "--quiet"]));

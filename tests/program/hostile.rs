@@ -1,5 +1,5 @@
-//! Files from anywhere: whatever a map, a configuration or a table holds, there is one clear message and the
-//! exit code for it, within bounded memory and time, and nothing of it is obeyed.
+//! Untrusted files: for any map, configuration or table there is one clear message and the exit code for it,
+//! within bounded memory and time, and no content is executed.
 
 use std::fs;
 use std::path::Path;
@@ -12,7 +12,7 @@ use sha2::{Digest as _, Sha256};
 
 /// A map of a few hundred cells with every kind of variable.
 const JOB: &str = "\
-title = \"to be spoilt\"
+title = \"to be damaged_copy\"
 [grid]
 epsilon = [0.05, 0.2]
 alpha = [0.1, 0.5]
@@ -27,8 +27,8 @@ path = \"map.h5\"
 fields = [\"verdict\", \"margin\", \"critical_c\", \"regime\"]
 ";
 
-/// Kilobytes of address space: a grid of 10^18 cells, or a tenth of a per cent of one, does not fit.
-const ROOM: &str = "4000000";
+/// Address space in kilobytes: too little for a grid of 10^18 cells, or for a tenth of a per cent of it.
+const MEMORY_LIMIT: &str = "4000000";
 
 pub fn scratch() -> Scratch {
     let scratch = Scratch::new();
@@ -41,7 +41,12 @@ pub fn scratch() -> Scratch {
 /// Runs the program in bounded memory; a run that hangs is ended (exit code 124).
 pub fn bounded(scratch: &Scratch, arguments: &[&str]) -> Run {
     let mut command = Command::new("sh");
-    command.args(["-c", "ulimit -v \"$0\"; exec timeout 100 \"$@\"", ROOM, env!("CARGO_BIN_EXE_slipmap")]);
+    command.args([
+        "-c",
+        "ulimit -v \"$0\"; exec timeout 100 \"$@\"",
+        MEMORY_LIMIT,
+        env!("CARGO_BIN_EXE_slipmap"),
+    ]);
     command.args(arguments).current_dir(scratch.path()).stdin(Stdio::null());
     Run::of(command.output().unwrap())
 }
@@ -50,8 +55,8 @@ pub fn bounded(scratch: &Scratch, arguments: &[&str]) -> Run {
 pub const PLOT: [&str; 10] =
     ["plot", "map.h5", "--x", "gamma", "--y", "c", "--out", "plot.svg", "--overwrite", "--columns=1"];
 
-/// A copy of the good map as `map.h5`, changed by whatever program.
-pub fn spoilt(scratch: &Scratch, spoil: impl FnOnce(&File)) {
+/// A copy of the valid map as `map.h5`, changed by `damage`.
+pub fn damaged_copy(scratch: &Scratch, spoil: impl FnOnce(&File)) {
     let map = scratch.path().join("map.h5");
     let _ = fs::remove_file(&map);
     let work = scratch.path().join("work.h5");
@@ -59,12 +64,12 @@ pub fn spoilt(scratch: &Scratch, spoil: impl FnOnce(&File)) {
     let file = File::open_rw(&work).unwrap();
     spoil(&file);
     file.close().unwrap();
-    given_away(&work, &map);
+    moved_away(&work, &map);
 }
 
-/// Moves a file that this process has changed to a name at which nobody holds a lock of it: programs that
-/// other tests start meanwhile inherit HDF5's.
-pub fn given_away(work: &Path, path: &Path) {
+/// Moves a file that this process has changed to a name on which nobody holds a lock: programs that other
+/// tests start meanwhile inherit HDF5's locks.
+pub fn moved_away(work: &Path, path: &Path) {
     fs::copy(work, path).unwrap();
     fs::remove_file(work).unwrap();
 }
@@ -82,7 +87,7 @@ pub fn forge(scratch: &Scratch) {
     fs::write(path, bytes).unwrap();
 }
 
-/// What stands in the seal before its digits.
+/// The text of the seal before its digits.
 pub const LABEL: &[u8] = b"\nslipmap seal, sha256 of every byte before this line: ";
 
 /// The seal of a file with these bytes.
@@ -91,36 +96,36 @@ fn seal_of(bytes: &[u8]) -> Vec<u8> {
     [LABEL, digits.as_bytes(), b"\n"].concat()
 }
 
-/// No terminal is told anything, and no command reaches the user's files.
-pub fn assert_tame(run: &Run) {
+/// Asserts that the output has no control characters, which a terminal would execute.
+pub fn assert_no_control_characters(run: &Run) {
     for text in [&run.out, &run.err] {
         assert!(!text.contains(|c: char| c.is_control() && c != '\n' && c != '\t'), "{text:?}");
     }
 }
 
-/// Every command refuses `map.h5` with exit code 2 and a message with `part`; `check` may call it damaged
-/// instead.
+/// Asserts that every command refuses `map.h5` with exit code 2 and a message with `part`; `check` may report
+/// damage instead.
 #[track_caller]
 fn assert_refused(scratch: &Scratch, what: &str, part: &str, check: i32) {
     let before = fs::read(scratch.path().join("map.h5")).unwrap();
     for arguments in [&["report", "map.h5"][..], &PLOT, &["run", "job.toml", "--resume"]] {
         let run = bounded(scratch, arguments);
-        assert_tame(&run);
+        assert_no_control_characters(&run);
         assert_eq!(run.code, 2, "{what}: {arguments:?}: {run:?}");
         assert_eq!(run.err.matches("error:").count(), 1, "{what}: {run:?}");
         assert!(run.err.contains("map.h5") && run.err.contains(part), "{what}: no `{part}` in {run:?}");
     }
     let run = bounded(scratch, &["check", "map.h5"]);
-    assert_tame(&run);
+    assert_no_control_characters(&run);
     assert_eq!(run.code, check, "{what}: {run:?}");
     assert!((run.out + &run.err).contains(part), "{what}: no `{part}`");
-    // What is no map of ours is neither changed nor written beside.
+    // A file that is not a map of slipmap is neither changed nor written beside.
     assert!(fs::read(scratch.path().join("map.h5")).unwrap() == before, "{what}");
     assert_eq!(scratch.names(), ["good.h5", "job.toml", "map.h5"], "{what}");
 }
 
 fn text(place: &Location, name: &str, text: &str) {
-    // Replaced in one piece: another length is another type.
+    // Replaced as a whole: another length is another type.
     if place.attr_names().unwrap().contains(&name.to_owned()) {
         place.delete_attr(name).unwrap();
     }
@@ -133,7 +138,7 @@ fn integers(place: &Location, name: &str, values: &[i64]) {
     place.new_attr_builder().with_data(values).create(name).unwrap();
 }
 
-/// Puts a dataset without data in the place of another.
+/// Replaces a dataset by one without data.
 fn promise<T: hdf5::H5Type>(file: &File, name: &str, shape: &[usize], chunk: &[usize]) {
     file.unlink(name).unwrap();
     let dataset = file.new_dataset::<T>().shape(shape).chunk(chunk).deflate(9).create(name).unwrap();
@@ -142,7 +147,7 @@ fn promise<T: hdf5::H5Type>(file: &File, name: &str, shape: &[usize], chunk: &[u
     }
 }
 
-/// Axes of a thousand nodes each, variables of 10^18 cells, and not one of them written.
+/// Axes of a thousand nodes each, variables of 10^18 cells, none of them written.
 fn absurd(file: &File, tile: &[i64]) {
     for name in ["epsilon", "alpha", "beta", "gamma", "V", "c"] {
         file.unlink(name).unwrap();
@@ -158,26 +163,26 @@ fn absurd(file: &File, tile: &[i64]) {
 }
 
 #[test]
-fn maps_that_promise_more_than_they_hold_are_refused() {
+fn maps_that_declare_more_than_they_contain_are_refused() {
     let scratch = scratch();
     for tile in [[1, 1, 1, 1, 10, 1000], [1000; 6]] {
-        spoilt(&scratch, |file| absurd(file, &tile));
-        let part = if tile[0] == 1 { "promises 1000000000000000000 cells" } else { "which no version" };
+        damaged_copy(&scratch, |file| absurd(file, &tile));
+        let part = if tile[0] == 1 { "declares 1000000000000000000 cells" } else { "which no version" };
         assert_refused(&scratch, "10^18 cells", part, 2);
     }
-    spoilt(&scratch, |file| promise::<f64>(file, "alpha", &[1_000_000_000_000_000_000], &[1000]));
-    assert_refused(&scratch, "10^18 nodes", "promises 1000000000000000000 nodes", 2);
-    spoilt(&scratch, |file| promise::<f64>(file, "alpha", &[1 << 29], &[1 << 28]));
+    damaged_copy(&scratch, |file| promise::<f64>(file, "alpha", &[1_000_000_000_000_000_000], &[1000]));
+    assert_refused(&scratch, "10^18 nodes", "declares 1000000000000000000 nodes", 2);
+    damaged_copy(&scratch, |file| promise::<f64>(file, "alpha", &[1 << 29], &[1 << 28]));
     assert_refused(&scratch, "a chunk of 2 GiB on an axis", "chunks of shape", 2);
-    spoilt(&scratch, |file| {
+    damaged_copy(&scratch, |file| {
         promise::<i8>(file, "verdict_symmetric", &[2, 2, 2, 4, 2, 1 << 30], &[1, 1, 1, 1, 1, 1 << 30])
     });
     assert_refused(&scratch, "a chunk of 1 GiB", "chunks of shape", 1);
-    spoilt(&scratch, |file| integers(file, "tile_shape", &[1 << 40, 1, 1, 1, 1, 1]));
+    damaged_copy(&scratch, |file| integers(file, "tile_shape", &[1 << 40, 1, 1, 1, 1, 1]));
     assert_refused(&scratch, "a tile of 10^12 cells", "does not fit its axes", 2);
 }
 
-/// What is wrong with a map, a part of the message, the exit code of `check`, and how it came about.
+/// A description of the error, a part of the message, the exit code of `check`, and the change that makes it.
 type Case<'a> = (&'a str, &'a str, i32, &'a dyn Fn(&File));
 
 #[test]
@@ -225,7 +230,7 @@ fn maps_of_other_programs_are_refused() {
         }),
     ];
     for (what, part, check, spoil) in cases {
-        spoilt(&scratch, spoil);
+        damaged_copy(&scratch, spoil);
         assert_refused(&scratch, what, part, check);
     }
     let [map, work] = ["map.h5", "work.h5"].map(|name| scratch.path().join(name));
@@ -233,11 +238,11 @@ fn maps_of_other_programs_are_refused() {
     let foreign = File::create(&work).unwrap();
     foreign.new_dataset::<f64>().shape([3]).create("temperature").unwrap();
     foreign.close().unwrap();
-    given_away(&work, &map);
+    moved_away(&work, &map);
     assert_refused(&scratch, "a file of another program", "is not a map", 2);
     for (what, bytes) in [("text", "epsilon,alpha\n"), ("nothing", ""), ("zeros", "\0\0\0\0\0\0\0\0\0\0")] {
         scratch.file("map.h5", bytes);
-        assert_refused(&scratch, what, "it is no HDF5 file", 2);
+        assert_refused(&scratch, what, "it is not an HDF5 file", 2);
     }
 }
 
@@ -262,15 +267,15 @@ fn pipes_and_devices_are_no_maps() {
     }
 }
 
-/// Words that browsers, LaTeX, Markdown, spreadsheets and terminals would obey.
+/// Words that browsers, LaTeX, Markdown, spreadsheets or terminals would execute.
 const COMMANDS: &str = "</title></text><script>alert(1)</script><img src=x onerror=alert(1)> \\input{/etc/passwd} \\write18{rm} \
      $\\alpha$ %|[a](javascript:alert(1)) ![b](http://c/d) `e` =cmd|' /C calc'!A0 \u{1b}[2J\u{7}\u{8}\u{9b}31m\r\n\
      # heading ]]> <!-- \"q\" 'r' {f} 中 \u{202e}";
 
 #[test]
-fn texts_of_maps_are_not_obeyed() {
+fn texts_of_maps_are_not_executed() {
     let scratch = scratch();
-    spoilt(&scratch, |file| {
+    damaged_copy(&scratch, |file| {
         for name in [
             "title",
             "history",
@@ -292,9 +297,9 @@ fn texts_of_maps_are_not_obeyed() {
         }
     });
     let run = bounded(&scratch, &["check", "map.h5"]).ends_with(1);
-    assert_tame(&run);
+    assert_no_control_characters(&run);
     bounded(&scratch, &["report", "map.h5"]).refuses(&["map.h5 is damaged", "file, attribute"]);
-    // Who changes a map on purpose can seal it as well.
+    // A forger can seal the map again.
     forge(&scratch);
     bounded(&scratch, &["report", "map.h5"]).ends_with(0);
     bounded(&scratch, &PLOT).ends_with(0);
@@ -315,7 +320,7 @@ fn texts_of_maps_are_not_obeyed() {
     assert_harmless(Path::new("plot.svg"), &scratch.read("plot.svg"));
 }
 
-/// Nothing in a written file is a command of its format.
+/// Asserts that a written file contains no command of its format.
 fn assert_harmless(path: &Path, text: &str) {
     let name = path.display();
     assert!(!text.contains(|c: char| c.is_control() && !['\n', '\t', '\r'].contains(&c)), "{name}");
@@ -334,7 +339,7 @@ fn assert_harmless(path: &Path, text: &str) {
             }
         }
         "md" => {
-            // The configuration is shown as it is, inside a fence that it cannot close.
+            // The configuration is shown unchanged, inside a fence that it cannot close.
             let shown = text.split("\n## Configuration\n").next().unwrap();
             for command in ["<script", "<img", "a](javascript", "b](", "\n# heading"] {
                 assert!(!shown.contains(command), "{command} in {name}");
@@ -354,7 +359,7 @@ fn assert_harmless(path: &Path, text: &str) {
 #[test]
 fn a_text_that_is_no_text_is_refused() {
     let scratch = scratch();
-    spoilt(&scratch, |file| text(file, "title", "QQQQQQQQQQQQQQQQQQQQQQQQQQQQQQQQ"));
+    damaged_copy(&scratch, |file| text(file, "title", "QQQQQQQQQQQQQQQQQQQQQQQQQQQQQQQQ"));
     let path = scratch.path().join("map.h5");
     let mut bytes = fs::read(&path).unwrap();
     let at = bytes.windows(32).position(|part| part == [b'Q'; 32]).unwrap();
@@ -389,7 +394,7 @@ fn configurations_may_be_anything() {
         scratch.file("bad.toml", contents);
         for command in ["run", "failures", "work-precision"] {
             let run = bounded(&scratch, &[command, "bad.toml"]);
-            assert_tame(&run);
+            assert_no_control_characters(&run);
             println!("{what}: {}", run.err.chars().take(300).collect::<String>());
             assert!(run.err.len() < 1000, "{what}: a message of {} bytes", run.err.len());
             run.refuses(parts);
@@ -416,7 +421,7 @@ fn tables_of_points_may_be_anything() {
         scratch.file("in.csv", contents);
         let run = bounded(&scratch, &["probe", "--points", "in.csv", "--out", "out.csv"]);
         println!("{what}: {}", run.err.chars().take(300).collect::<String>());
-        assert_tame(&run);
+        assert_no_control_characters(&run);
         run.refuses(parts);
     }
     let run = bounded(&scratch, &["probe", "--points", "/dev/zero", "--out", "out.csv"]);
@@ -425,7 +430,7 @@ fn tables_of_points_may_be_anything() {
 }
 
 #[test]
-fn what_will_be_replaced_is_said_and_nothing_else_is() {
+fn replaced_files_are_announced_and_others_are_kept() {
     let scratch = scratch();
     fs::copy(scratch.path().join("good.h5"), scratch.path().join("map.h5")).unwrap();
     let run = scratch.run(&["run", "job.toml", "--overwrite", "--dry-run"]).ends_with(0);
@@ -443,19 +448,19 @@ fn what_will_be_replaced_is_said_and_nothing_else_is() {
     assert!(fs::read(scratch.path().join("good.h5")).unwrap() == good);
     fs::create_dir(scratch.path().join("folder.h5")).unwrap();
     to("folder.h5").refuses(&["folder.h5", "this is a folder"]);
-    to("/dev/null").refuses(&["/dev/null is no map"]);
+    to("/dev/null").refuses(&["/dev/null is not a map"]);
     assert!(Command::new("mkfifo").arg(scratch.path().join("pipe.h5")).status().unwrap().success());
     let pipe = ["run", "job.toml", "--overwrite", "--set", "output.path=\"pipe.h5\""];
-    bounded(&scratch, &pipe).refuses(&["pipe.h5 is no map"]);
+    bounded(&scratch, &pipe).refuses(&["pipe.h5 is not a map"]);
     fs::remove_file(scratch.path().join("pipe.h5")).unwrap();
     to("job.toml").refuses(&["job.toml is the configuration itself"]);
     to("job.toml/map.h5").refuses(&["job.toml/map.h5"]);
-    // What a folder that is yet to be created would make of it.
+    // A path through a folder that the run would create.
     to("new/../job.toml").refuses(&["new/../job.toml", "the folder new/.. does not exist"]);
-    // With the endings of the unfinished map there is no room for such a name.
+    // With the endings of the unfinished map the name is too long.
     to(&"n".repeat(250)).refuses(&["nnn", "choose a shorter name"]);
     assert_eq!(scratch.read("job.toml"), JOB);
-    // Certificates replace certificates only.
+    // Certificates replace only certificates.
     let proof = |path: &str| {
         let sets = [
             "methods.run=[\"validated\"]",
@@ -466,8 +471,8 @@ fn what_will_be_replaced_is_said_and_nothing_else_is() {
         let sets = sets.iter().flat_map(|set| ["--set", set.as_str()]);
         scratch.run(&["run", "job.toml", "--overwrite"].into_iter().chain(sets).collect::<Vec<_>>())
     };
-    proof("job.toml").refuses(&["job.toml is no proof, and only proofs are replaced"]);
-    proof("good.h5").refuses(&["good.h5 is no proof"]);
-    bounded(&scratch, &["check", "--proof", "/dev/zero"]).refuses(&["/dev/zero", "it is no proof"]);
+    proof("job.toml").refuses(&["job.toml is not a proof, and only proofs are replaced"]);
+    proof("good.h5").refuses(&["good.h5 is not a proof"]);
+    bounded(&scratch, &["check", "--proof", "/dev/zero"]).refuses(&["/dev/zero", "it is not a proof"]);
     assert_eq!(scratch.names(), ["folder.h5", "good.h5", "job.toml", "link.h5", "map.h5"]);
 }

@@ -1,5 +1,5 @@
 //! From a configuration to a paper: run, report, and a LaTeX document that inputs the tables and figures,
-//! compiled by a real pdflatex where there is one.
+//! compiled by pdflatex if that is installed.
 
 use std::process::{Command, Stdio};
 
@@ -21,7 +21,7 @@ const SMALLER: [&str; 10] = [
 
 #[test]
 fn a_paper_that_inputs_the_report_compiles() {
-    // Set where its absence is a fault of the set-up.
+    // Set where a missing pdflatex is an error.
     let demanded = std::env::var_os("SLIPMAP_NEEDS_PDFLATEX").is_some();
     let there = Command::new("pdflatex").arg("--version").stdout(Stdio::null()).status().is_ok();
     if !there {
@@ -34,7 +34,7 @@ fn a_paper_that_inputs_the_report_compiles() {
     scratch.run(&[["run", config].as_slice(), &SMALLER].concat()).ends_with(0);
     scratch.run(&["report", "a map_of 50% & more.h5", "--out", "report"]).ends_with(0);
 
-    // A paper of one's own: every table and every figure, at both widths.
+    // A document with every table and every figure, at both widths.
     let names = |folder: &str, ending: &str| -> Vec<String> {
         let entries = std::fs::read_dir(scratch.path().join("report").join(folder)).unwrap();
         let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());

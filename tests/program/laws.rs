@@ -45,7 +45,7 @@ fn every_law_makes_a_map_that_is_checked_drawn_and_reported() {
             ["plot", "map.h5", "--x", x, "--y", "c", "--variable", "regime", "--out", "s.svg", "--overwrite"];
         scratch.run(&plot).ends_with(0);
     }
-    // The law that has no parameters and a definition of many lines.
+    // A law without parameters and with a definition of many lines.
     scratch.run(&["report", "map.h5", "--out", "report"]).ends_with(0);
 }
 
@@ -76,12 +76,12 @@ fn bad_laws_are_refused_with_their_place() {
     scratch.file("job.toml", format!("[friction]\nlaw = \"table\"\nfile = \"short.csv\"\n{no_axes}"));
     scratch.run(&["run", "job.toml"]).refuses(&["job.toml:3:8", "end at slip speed 1", "up to 2"]);
     scratch.file("short.csv", "0,1\n0.5,x\n1,0.8\n");
-    scratch.run(&["run", "job.toml"]).refuses(&["short.csv:2: `0.5,x` is no pair"]);
+    scratch.run(&["run", "job.toml"]).refuses(&["short.csv:2: `0.5,x` is not a pair"]);
     assert_eq!(scratch.names(), ["job.toml", "short.csv"]);
 }
 
 #[test]
-fn a_map_of_other_data_is_not_taken_for_the_one_asked_for() {
+fn a_map_of_another_table_is_not_resumed() {
     let scratch = Scratch::new();
     let grid = "[grid]\nepsilon = 1.0\nV = [0.2, 0.5]\nc = [0.0, 0.1]\n[output]\npath = \"map.h5\"\n";
     scratch.file("job.toml", format!("[friction]\nlaw = \"table\"\nfile = \"pad.csv\"\n{grid}"));
@@ -124,7 +124,7 @@ fn probe_asks_any_law() {
 }
 
 #[test]
-fn probe_tells_how_many_slip_cycles_are_proved() {
+fn probe_prints_the_proved_number_of_slip_cycles() {
     let scratch = Scratch::new();
     let probe = |more: &[&'static str]| {
         let all: Vec<&str> = ["probe", "--epsilon", "1", "--V", "0.58"].iter().chain(more).copied().collect();
@@ -140,7 +140,7 @@ fn probe_tells_how_many_slip_cycles_are_proved() {
     };
     let count = counted(&lorentzian);
     assert_eq!((&count["proved"], &count["at_least"], &count["at_most"]), (&1.into(), &1.into(), &1.into()));
-    // A measured law has no formula to prove from.
+    // A measured law has no formula for proofs.
     let data: String =
         (0..60).map(|i| 0.05 * f64::from(i)).map(|u| format!("{u},{}\n", 1.0 / (1.0 + u * u))).collect();
     scratch.file("data.csv", data);
@@ -151,10 +151,9 @@ fn probe_tells_how_many_slip_cycles_are_proved() {
     );
 }
 
-/// The paper's test answers for a law without eps where the user says how to read it, and every output tells
-/// that.
+/// The paper's test applies to a law without eps if the user says how to read it, and every output says so.
 #[test]
-fn a_law_without_eps_is_read_as_small_where_asked() {
+fn a_law_without_eps_is_read_as_small_on_request() {
     let scratch = Scratch::new();
     let friction = "[friction]\nlaw = \"exponential\"\n";
     scratch.file("plain.toml", format!("{friction}{GRID}"));

@@ -7,8 +7,8 @@ use crate::command::{Run, Scratch};
 /// Nodes of each of the two axes.
 const NODES: usize = 16_000;
 
-/// Kilobytes of address space: less than one byte for each cell of the plane would take.
-const ROOM: &str = "240000";
+/// Address space in kilobytes: less than one byte for each cell of the plane would need.
+const MEMORY_LIMIT: &str = "240000";
 
 #[test]
 fn a_plane_of_two_long_axes_is_thinned() {
@@ -25,7 +25,7 @@ fn a_plane_of_two_long_axes_is_thinned() {
     scratch.run(&["run", "job.toml"]).ends_with(0);
     let plot = |x: &str, y: &str, out: &str| {
         let mut command = Command::new("sh");
-        command.args(["-c", "ulimit -v \"$0\"; exec \"$@\"", ROOM, env!("CARGO_BIN_EXE_slipmap")]);
+        command.args(["-c", "ulimit -v \"$0\"; exec \"$@\"", MEMORY_LIMIT, env!("CARGO_BIN_EXE_slipmap")]);
         // Every thread has memory of its own.
         command.env("RAYON_NUM_THREADS", "1").env("MALLOC_ARENA_MAX", "1");
         command.args(["plot", "map.h5", "--x", x, "--y", y, "--out", out]);

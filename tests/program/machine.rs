@@ -8,7 +8,7 @@ use slipmap::friction::Law;
 use slipmap::machine::{Dimension, MOTION_ATTRIBUTE, Machine, Motion, SI_ATTRIBUTE, Units};
 use slipmap::store::{MapFile, Value as Attribute};
 
-/// An example configuration as it is delivered.
+/// An example configuration as distributed.
 fn example(name: &str) -> String {
     std::fs::read_to_string(format!("{}/configs/{name}.toml", env!("CARGO_MANIFEST_DIR"))).unwrap()
 }
@@ -35,7 +35,7 @@ fn examples_are_mapped_checked_and_probed_in_si_units() {
         let map = MapFile::open(&scratch.path().join("map.h5")).unwrap();
         assert_eq!(map.grid().shape()[4..], [speeds, dampings], "{name}");
 
-        // The map knows its machine, and the units lead back to the numbers that were asked for.
+        // The map records its machine, and the units convert back to the requested numbers.
         let Some(Attribute::Reals(numbers)) = map.attributes().get(SI_ATTRIBUTE) else { panic!("{name}") };
         assert_eq!(map.text(MOTION_ATTRIBUTE), Some(motion.name()));
         let machine = Machine::from_array(motion, numbers.as_slice().try_into().unwrap());
@@ -52,8 +52,8 @@ fn examples_are_mapped_checked_and_probed_in_si_units() {
             }
         }
 
-        // It sticks and slips at its lowest speed under the damping of its description, and a critical
-        // damping and speed bring that to an end, in the units of the file.
+        // It stick-slips at its lowest speed under the damping of its description; the critical damping and
+        // speed end that, in the units of the file.
         let speed = axis("belt_speed").get("from").unwrap().as_float().unwrap();
         let probe = |speed: f64, damping: &str| -> Value {
             let [speed, damping] = [format!("belt_speed={speed:?}"), format!("damping={damping}")];
@@ -72,14 +72,14 @@ fn examples_are_mapped_checked_and_probed_in_si_units() {
         let fastest = number(&answer, "critical_belt_speed");
         // Both are located far more closely than to a millionth.
         for (factor, verdict) in [(1.0 - 1e-6, "present"), (1.0 + 1e-6, "absent")] {
-            // One of them for each example.
+            // One of the two commands for each example.
             let here = match name {
                 "drill_string" => probe(fastest * factor, damping),
                 _ => probe(speed, &format!("{:?}", critical * factor)),
             };
             assert_eq!(here["methods"]["simulation"]["verdict"], verdict, "{name}");
         }
-        // While it sticks it moves with the belt over no more than its motion from end to end.
+        // While it sticks it moves with the belt, at most from end to end of its motion.
         let travel = number(&answer, "stick_time") * speed;
         assert!(travel > 0.0 && travel <= 2.0 * number(&answer, "amplitude"), "{name}: {answer}");
 
@@ -115,7 +115,7 @@ fn examples_are_mapped_checked_and_probed_in_si_units() {
         std::fs::remove_file(scratch.path().join("p.svg")).unwrap();
         scratch.run(&plot).refuses(&["p.csv", "--overwrite"]);
 
-        // The same for people.
+        // The same as text.
         let [speed, damping] = [format!("belt_speed={speed:?}"), format!("damping={damping}")];
         let run = ["probe", "--machine", "machine.toml", "--set", &speed, "--set", &damping];
         let text = scratch.run(&run).ends_with(0).out;
@@ -168,7 +168,7 @@ fn the_drill_string_is_the_published_one() {
 fn a_report_has_a_table_in_si_units() {
     let scratch = Scratch::new();
     scratch.file("machine.toml", example("brake_pad"));
-    // Few cells: drawing takes the time.
+    // Few cells: drawing dominates the time.
     let small = ["--set", "machine.belt_speed=[0.05, 0.1, 0.4]", "--set", "machine.damping=[0.0, 20.0]"];
     let run: Vec<&str> =
         ["run", "machine.toml", "--set", "output.path=map.h5"].iter().chain(&small).copied().collect();
@@ -180,7 +180,7 @@ fn a_report_has_a_table_in_si_units() {
     for (speed, wanted) in speeds.iter().zip([0.05, 0.1, 0.4]) {
         close(*speed, wanted, 4.0 * f64::EPSILON);
     }
-    // The map's machine is the one at its first damping, as probe tells of it.
+    // The map's machine is that at its first damping, as in probe.
     let probe =
         ["probe", "--machine", "machine.toml", "--set", "belt_speed=0.1", "--set", "damping=0", "--json"];
     let answer: Value = serde_json::from_str(&scratch.run(&probe).ends_with(0).out).unwrap();
@@ -191,7 +191,7 @@ fn a_report_has_a_table_in_si_units() {
         ("stick_time", " [s]"),
         ("amplitude", " [m]"),
     ] {
-        // Speeds differ by round-off; what follows from them is computed to 1e-9.
+        // Speeds differ by round-off; the results are computed to 1e-9.
         let shown = table[1][&format!("{key}{unit}")].parse().unwrap();
         close(shown, answer["machine"][key].as_f64().unwrap(), 1e-6);
     }
@@ -235,7 +235,7 @@ fn bad_machines_are_refused_with_their_place() {
     probe(&[]).refuses(&["good.toml", "belt_speed has 2 values", "--set belt_speed=0.1"]);
     probe(&["--set", "belt_speed=-1"]).refuses(&["belt_speed", "-1", "greater than 0"]);
     probe(&["--set", "belt_speed=0.1", "--set", "mas=1"]).refuses(&["mas", "--set can choose mass"]);
-    // Every key that is missing is named at once.
+    // Every missing key is named at once.
     with("mass = 2.0\nstiffness = 800.0\n", "").refuses(&["`mass` is missing", "also lacks stiffness"]);
     with("mass = 2.0", "mass = { value = 2.0, sd = -1.0 }").refuses(&["bad.toml:4:8", "at least 0"]);
     with("mass = 2.0", "mass = { value = 2.0 }").refuses(&["`sd` is missing", "sd = 0.1"]);
@@ -248,7 +248,7 @@ fn bad_machines_are_refused_with_their_place() {
 }
 
 #[test]
-fn a_page_tells_an_engineer_all_of_a_machine() {
+fn a_page_assesses_a_machine() {
     let scratch = Scratch::new();
     scratch.file("brake.toml", example("brake_pad"));
     let run = |more: &[&str]| {
@@ -258,7 +258,7 @@ fn a_page_tells_an_engineer_all_of_a_machine() {
     let answer: Value = serde_json::from_str(&run(&["--json"]).ends_with(0).out).unwrap();
     let number = |key: &str| answer[key].as_f64().unwrap();
     assert_eq!(answer["regime"], "bistable");
-    // Between the two thresholds of damping it depends on the start.
+    // Between the two thresholds of damping it depends on the initial state.
     assert!(
         number("always_stick_slips_below_damping") < 180.0 && 180.0 < number("may_stick_slip_below_damping")
     );
@@ -324,7 +324,7 @@ fn a_machine_is_plotted_in_its_units() {
         "curves.planes=[]",
     ];
     scratch.run(&small).ends_with(0);
-    // One damping: no area over it, a line over the speed, with every unit named.
+    // One damping: a line over the speed instead of an area, with every unit named.
     let plot = [
         "plot",
         "map.h5",
@@ -406,7 +406,8 @@ fn a_machine_is_plotted_in_its_units() {
     let probe = ["probe", "--machine", "machine.toml", "--set", "belt_speed=0.2", "--set", "damping=100"];
     let answer: Value =
         serde_json::from_str(&scratch.run(&[&probe[..], &["--json"]].concat()).ends_with(0).out).unwrap();
-    // Stick-slip ends at the critical damping, where the diagram located its end to a ten-millionth of a step.
+    // Stick-slip ends at the critical damping, where the diagram located its end to a ten-millionth of a
+    // step.
     close(reach("stick_slip_cycle"), answer["machine"]["critical_damping"].as_f64().unwrap(), 1e-6);
     scratch.run(&[&probe[..], &["--orbit", "o.csv", "--duration", "0.05"]].concat()).ends_with(0);
     let orbit = rows(&scratch.read("o.csv"));

@@ -1,9 +1,9 @@
-//! The program as its users run it: commands, messages, exit codes, what is written and what survives.
+//! The program as users run it: commands, messages, exit codes, output files and resumed runs.
 //!
-//! One part alone: `cargo test --test program resume::`.
+//! To run one part alone: `cargo test --test program resume::`.
 
 #![cfg(all(unix, feature = "cli"))]
-// clippy.toml exempts only test functions, and not what helps them.
+// clippy.toml exempts only test functions, not their helpers.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod benchmark;

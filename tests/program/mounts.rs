@@ -1,7 +1,7 @@
-//! Places that go away under a run: a file system whose server dies, as a dead NFS or sshfs mount does.
+//! Disks that disappear during a run: a file system whose server dies, as a dead NFS or sshfs mount does.
 //!
-//! The server is `bindfs` (a FUSE program that shows one folder as another). Without it, or where nobody may
-//! mount, the tests say so and are skipped; with SLIPMAP_NEEDS_FUSE set they fail instead.
+//! The server is `bindfs` (a FUSE program that shows one folder as another). Without it, or without
+//! permission to mount, the tests print that and are skipped; with SLIPMAP_NEEDS_FUSE set they fail instead.
 
 use std::fs;
 use std::path::PathBuf;
@@ -11,14 +11,14 @@ use std::time::{Duration, Instant};
 use crate::command::{Run, Scratch};
 use crate::map_equal::{assert_same, scratch};
 
-/// The folder `disk`, seen through a server as `net`.
+/// The folder `disk`, served as `net`.
 struct Server {
     net: PathBuf,
     daemon: Child,
 }
 
 impl Server {
-    /// Mounts it; `None` where that is not to be had.
+    /// Mounts it; `None` where that is not possible.
     fn start(scratch: &Scratch) -> Option<Self> {
         let [disk, net] = ["disk", "net"].map(|name| scratch.path().join(name));
         for folder in [&disk, &net] {
@@ -70,7 +70,7 @@ impl Server {
 
 impl Drop for Server {
     fn drop(&mut self) {
-        // Lazily: whatever is still open there does not matter any more.
+        // Lazily: files that are still open there do not matter any more.
         let unmount = |program: &str, arguments: &[&str]| {
             let status = Command::new(program).args(arguments).arg(&self.net).stderr(Stdio::null()).status();
             status.is_ok_and(|status| status.success())
@@ -84,13 +84,13 @@ impl Drop for Server {
 
 const THERE: [&str; 2] = ["--set", "output.path=\"net/map.h5\""];
 
-/// A run into the mount whose first tiles are finished.
+/// A run to the mount whose first tiles are finished.
 fn begun(scratch: &Scratch, arguments: &[&str]) -> Child {
     let arguments = [&["run", "job.toml", "--threads", "1"], &THERE[..], arguments].concat();
     let mut command = scratch.command(&arguments);
     let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let start = Instant::now();
-    // Seen past the server, which may be dead later on.
+    // Read without the server, which may be dead later.
     while fs::metadata(scratch.path().join("disk/map.h5.part")).map_or(0, |journal| journal.len()) < 400_000 {
         assert!(start.elapsed() < Duration::from_secs(100), "no tiles were ever finished");
         std::thread::sleep(Duration::from_millis(2));
@@ -99,7 +99,7 @@ fn begun(scratch: &Scratch, arguments: &[&str]) -> Child {
 }
 
 #[test]
-fn a_server_that_dies_under_a_run_costs_no_finished_tile() {
+fn a_server_that_dies_during_a_run_costs_no_finished_tile() {
     let scratch = scratch();
     // The same configuration to the last letter, on the disk itself.
     scratch.run(&[&["run", "job.toml"], &THERE[..]].concat()).ends_with(0);
@@ -121,7 +121,7 @@ fn a_server_that_dies_under_a_run_costs_no_finished_tile() {
     assert!(run.err.lines().count() < 6, "{}", run.err);
     assert!(!scratch.path().join("disk/map.h5").exists());
 
-    // As long as it is dead, nothing begins there, and nothing is written beside or below it.
+    // While it is dead, no run starts there, and nothing is written beside or below it.
     for mode in ["--resume", "--overwrite", "--dry-run", "--quiet"] {
         let arguments = [&["run", "job.toml", mode], &THERE[..]].concat();
         scratch.run(&arguments).refuses(&["cannot write into the folder net", "not connected"]);
@@ -142,14 +142,14 @@ fn a_server_that_dies_under_a_run_costs_no_finished_tile() {
 }
 
 #[test]
-fn a_server_that_hangs_does_not_hold_a_run_that_is_told_to_end() {
+fn a_hanging_server_does_not_delay_an_interrupted_run() {
     let scratch = scratch();
     let Some(server) = Server::start(&scratch) else { return };
     let mut child = begun(&scratch, &[]);
     server.signal("-STOP");
     assert!(Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap().success());
-    // The program gives up the tiles in work after two seconds, and says so. The kernel may keep its process
-    // until the server has answered what it had begun to; that no program can change.
+    // The program abandons its tiles after two seconds, and says so. The kernel may keep its process until
+    // the server has answered outstanding requests; no program can change that.
     let (said, message) = std::sync::mpsc::channel();
     let mut stderr = child.stderr.take().unwrap();
     std::thread::spawn(move || {
@@ -171,7 +171,7 @@ fn a_server_that_hangs_does_not_hold_a_run_that_is_told_to_end() {
 }
 
 #[test]
-fn a_folder_unmounted_under_a_run_is_told() {
+fn a_folder_unmounted_during_a_run_is_reported() {
     let scratch = scratch();
     let Some(server) = Server::start(&scratch) else { return };
     let child = begun(&scratch, &[]);

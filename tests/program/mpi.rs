@@ -1,4 +1,4 @@
-//! One map by many processes: the same map as by one, whatever their number and whatever becomes of them.
+//! One map by many processes: equal to the map of one process, for any number of them and if some are killed.
 //!
 //! Needs an MPI library with `mpirun`; run by `scripts/mpi`.
 
@@ -18,11 +18,11 @@ fn reference(scratch: &Scratch) -> PathBuf {
     path
 }
 
-/// `ranks` processes with the same arguments, on as many cores as there are.
+/// `ranks` processes with the same arguments, on any number of cores.
 fn mpirun(scratch: &Scratch, ranks: u32, arguments: &[&str]) -> Command {
     let mut command = Command::new("mpirun");
     command
-        // Open MPI's leave to start more processes than cores, and to do so in a container.
+        // Allows Open MPI to start more processes than cores, and to do so in a container.
         .envs([("OMPI_MCA_rmaps_base_oversubscribe", "1"), ("OMPI_MCA_btl_base_warn_component_unused", "0")])
         .envs([("OMPI_ALLOW_RUN_AS_ROOT", "1"), ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")])
         .args(["-n", &ranks.to_string(), env!("CARGO_BIN_EXE_slipmap")])
@@ -36,7 +36,7 @@ fn ranks(scratch: &Scratch, ranks: u32, arguments: &[&str]) -> Run {
     Run::of(mpirun(scratch, ranks, arguments).output().unwrap())
 }
 
-/// The process of a rank, looked for among the descendants of its launcher.
+/// The process of a rank, found among the descendants of its launcher.
 fn process_of(launcher: &Child, rank: &str) -> Option<u32> {
     let mut waiting = vec![launcher.id()];
     let wanted = format!("OMPI_COMM_WORLD_RANK={rank}");
@@ -70,11 +70,11 @@ fn any_number_of_ranks_makes_the_same_map() {
 }
 
 #[test]
-fn a_lost_rank_costs_no_finished_tile() {
+fn a_killed_rank_costs_no_finished_tile() {
     let scratch = scratch();
     let reference = reference(&scratch);
     let journal = scratch.path().join("map.h5.part");
-    // Rank 0 is the one that writes.
+    // Rank 0 writes the map.
     for lost in ["1", "0"] {
         let mut command = mpirun(&scratch, 3, &["run", "job.toml", "--threads", "1"]);
         let launcher = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
@@ -89,7 +89,7 @@ fn a_lost_rank_costs_no_finished_tile() {
         let run = Run::of(launcher.wait_with_output().unwrap());
         assert_ne!(run.code, 0, "a run that lost a rank says so");
         assert!(!scratch.path().join("map.h5").exists(), "killed too late for this test");
-        // By another number of processes, and by one alone.
+        // Resumed by another number of processes, and by one alone.
         let resumed = match lost {
             "1" => ranks(&scratch, 2, &["run", "job.toml", "--resume", "--json"]),
             _ => scratch.run(&["run", "job.toml", "--resume", "--json"]),
@@ -111,14 +111,14 @@ fn ranks_that_disagree_do_not_begin() {
     let run = Run::of(command.args([":", "-n", "1", program, "run", "other.toml"]).output().unwrap());
     assert_eq!(run.code, 2, "{run:?}");
     assert!(run.err.contains("rank 1 would compute another map"), "{}", run.err);
-    // One complaint, not one per rank.
+    // One message, not one per rank.
     let run = ranks(&scratch, 3, &["run", "job.toml", "--set", "grid.V=-1.0"]);
     assert_eq!((run.code, run.err.matches("error:").count()), (2, 1), "{run:?}");
     assert_eq!(scratch.names(), ["job.toml", "other.toml"]);
 }
 
-/// Seconds of processor time of all ranks, and of the clock, for 40 x 40 x 40 x 40 x `nodes` cells; the best
-/// of so many runs, since other work on the machine only ever adds to both.
+/// Processor time in seconds of all ranks, and wall-clock time, for 40 x 40 x 40 x 40 x `nodes` cells; the
+/// best of several runs, since other load on the machine only adds to both.
 fn timed(scratch: &Scratch, ranks: u32, nodes: u32, runs: u32, map: &str) -> (f64, f64) {
     let axes = [("alpha", nodes), ("beta", 40), ("gamma", 40), ("V", 40), ("c", 40)]
         .map(|(name, points)| format!("{name} = {{ from = 0.05, to = 1.0, points = {points} }}"));
@@ -130,7 +130,7 @@ fn timed(scratch: &Scratch, ranks: u32, nodes: u32, runs: u32, map: &str) -> (f6
             1 => scratch.command(&arguments),
             _ => mpirun(scratch, ranks, &arguments),
         };
-        // The shell tells what its children took.
+        // The shell reports the times of its children.
         let mut shell = Command::new("bash");
         shell
             .args(["-c", "\"$@\" >/dev/null; times", "bash"])
@@ -182,7 +182,7 @@ fn rate_of_ranks() {
                 fs::copy(scratch.path().join("many.h5"), scratch.path().join("strong.h5")).unwrap();
             }
             let (first_processor, first) = *one.get_or_insert((processor, seconds));
-            // How many times the work of the first row this is.
+            // The work relative to the first row.
             let work = f64::from(per_rank.map_or(1, |_| ranks));
             println!(
                 "{scaling},{ranks},{cores},{},{seconds:.2},{processor:.2},{:.2},{:.2},{:.2},{:.2}",

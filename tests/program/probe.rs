@@ -42,7 +42,7 @@ fn json(changes: &[(&str, f64)]) -> Value {
 }
 
 #[test]
-fn json_tells_everything_and_agrees_with_closed_forms() {
+fn json_has_every_answer_and_agrees_with_closed_forms() {
     let answer = json(&[]);
     for (name, value) in POINT {
         assert_eq!(answer["point"][name], value, "{name}");
@@ -106,7 +106,7 @@ fn the_critical_damping_separates_the_verdicts() {
 
 #[test]
 fn numbers_that_do_not_exist_are_null() {
-    // No weakening at all: no cycle, no damping at which there is one.
+    // No weakening at all: no cycle, and no critical damping.
     let answer = json(&[("alpha", 1.0)]);
     assert_eq!(answer["landing"], Value::Null);
     assert_eq!(answer["regime"], "equilibrium");
@@ -155,7 +155,7 @@ fn bad_points() {
     run(&probe(&[]), &["--points", "x.csv", "--out", "y.csv"]).refuses(&["both a point and a table"]);
 }
 
-/// Columns in another order than the parameters', and others, awkward ones, among them.
+/// Columns in another order than the parameters, with others, awkward ones, among them.
 const TABLE: &str = "\
 id,gamma,c,V,alpha,\"remark, free\",beta,epsilon
 1,2,0.5,1,0.3,\"says \"\"hi\"\", twice\",0.1,0.1
@@ -296,7 +296,7 @@ fn a_table_without_rows_stays_one() {
 }
 
 #[test]
-fn existing_tables_are_kept_unless_told_otherwise() {
+fn existing_tables_are_kept_without_overwrite() {
     let scratch = Scratch::new();
     scratch.file("in.csv", many(2));
     scratch.file("out.csv", "precious");
@@ -309,7 +309,7 @@ fn existing_tables_are_kept_unless_told_otherwise() {
     scratch.run(&arguments).ends_with(0);
     scratch.run(&arguments).ends_with(0);
     assert_eq!(scratch.read("out.csv").lines().count(), 3);
-    // Never onto itself.
+    // The input is never replaced.
     let itself = ["probe", "--points", "in.csv", "--out", "in.csv", "--overwrite"];
     scratch.run(&itself).refuses(&["in.csv", "this is what is read"]);
     assert_eq!(scratch.names(), ["in.csv", "out.csv"]);
@@ -372,7 +372,7 @@ fn bad_table_places() {
 #[test]
 fn a_reader_that_leaves_early_is_no_error() {
     let scratch = Scratch::new();
-    // More than a pipe holds, so that writing meets the closed end.
+    // More than a pipe holds, so that a write fails at the closed end.
     scratch.file("in.csv", many(2000));
     for arguments in [&["probe", "--points", "in.csv", "--out", "-"][..], &["probe", "--help"]] {
         let mut command = scratch.command(arguments);

@@ -1,4 +1,4 @@
-//! Certificates as files: where they may be written, what they replace, and what is said of it.
+//! Certificates as files: their paths, what they replace, and the messages about that.
 
 use std::fs;
 
@@ -45,8 +45,8 @@ fn a_proof_in_the_way_of_another_file_is_refused_before_anything_is_computed() {
         ("map.h5/proof.json", "is the place of the map itself"),
         ("map.h5.part", "a name that the unfinished map uses"),
         ("map.h5.part-map", "a name that the unfinished map uses"),
-        ("job.toml", "is no proof, and only proofs are replaced"),
-        ("notes.txt", "is no proof, and only proofs are replaced"),
+        ("job.toml", "is not a proof, and only proofs are replaced"),
+        ("notes.txt", "is not a proof, and only proofs are replaced"),
         ("folder", "this is a folder"),
         ("notes.txt/proof.json", "cannot"),
         ("/proc/proof.json", "cannot write into the folder /proc"),
@@ -71,19 +71,19 @@ fn another_runs_proof_is_not_replaced_by_resuming() {
     run(&scratch, &["job.toml"]).refuses(&["proof.json exists already"]);
     assert_eq!(scratch.read("proof.json"), others);
     assert!(!scratch.names().contains(&"map.h5".to_owned()));
-    // Its own, left by a run that was stopped between proof and map, is.
+    // The run's own certificate, left by a run that was stopped between proof and map, is replaced.
     fs::remove_file(scratch.path().join("other.h5")).unwrap();
     run(&scratch, &["other.toml", "--resume"]).ends_with(0);
     let text = |proof: &str| proof.split_once("\"unit\"").unwrap().1.to_owned();
     assert_eq!(text(&scratch.read("proof.json")), text(&others));
-    // To overwrite is to replace, and is announced, by dry runs as well.
+    // Overwriting replaces, and is announced, by dry runs as well.
     let dry = run(&scratch, &["job.toml", "--overwrite", "--dry-run"]).ends_with(0);
     assert!(dry.out.contains("replaces") && dry.out.contains("the proof proof.json"), "{}", dry.out);
     let loud = run(&scratch, &["job.toml", "--overwrite"]).ends_with(0);
     assert!(loud.err.contains("note: the proof proof.json will be replaced"), "{}", loud.err);
     scratch.run(&["check", "--proof", "proof.json"]).ends_with(0);
     assert!(scratch.read("proof.json") != others);
-    // Certificates of older versions do not name their run: whose they are is not known.
+    // Certificates of older versions do not name their run, so their origin is unknown.
     let nameless = scratch.read("proof.json");
     let run_key = nameless.find("\"run\"").unwrap()..nameless.find("\"unit\"").unwrap();
     scratch.file("proof.json", format!("{}{}", &nameless[..run_key.start], &nameless[run_key.end..]));
@@ -103,17 +103,17 @@ fn the_proof_of_a_point_is_kept_and_verified() {
         scratch.run(&[&["probe"], point, &["--proof", name]].concat()).ends_with(0);
         let check = scratch.run(&["check", "--proof", name]).ends_with(0);
         assert!(check.out.contains("one point, present") && check.out.contains("sound"), "{}", check.out);
-        // Nothing is replaced unasked, and only a proof ever.
+        // Nothing is replaced without --overwrite, and only proofs are.
         scratch.run(&[&["probe"], point, &["--proof", name]].concat()).refuses(&["exists already"]);
         scratch.run(&[&["probe"], point, &["--proof", name, "--overwrite"]].concat()).ends_with(0);
         scratch
             .run(&[&["probe"], point, &["--proof", "table.csv", "--overwrite"]].concat())
-            .refuses(&["is no proof"]);
+            .refuses(&["is not a proof"]);
         let text = scratch.read(name);
         scratch.file("wrong.json", text.replace("\"present\"", "\"absent\""));
         let wrong = scratch.run(&["check", "--proof", "wrong.json"]).ends_with(1);
         assert!(wrong.out.contains("the verdict that is proved is present"), "{}", wrong.out);
         scratch.file("wrong.json", text.replace("\"written_by\"", "\"written\""));
-        scratch.run(&["check", "--proof", "wrong.json"]).refuses(&["is no proof"]);
+        scratch.run(&["check", "--proof", "wrong.json"]).refuses(&["is not a proof"]);
     }
 }

@@ -1,4 +1,5 @@
-//! The reference of configuration keys names every key that the parser knows, and its examples are legal.
+//! Checks that the reference of configuration keys names every key of the parser, and that its examples are
+//! legal.
 
 use slipmap::config::Job;
 

@@ -1,4 +1,4 @@
-//! `--overwrite` replaces what the command itself would have written, and nothing else.
+//! `--overwrite` replaces files that the command itself would have written, and nothing else.
 
 use std::fs;
 
@@ -46,7 +46,7 @@ fn figures_and_tables_replace_their_own_kind_only() {
     let after: Vec<Vec<u8>> =
         scratch.names().iter().map(|name| fs::read(scratch.path().join(name)).unwrap()).collect();
     assert!(before == after);
-    // Twice each: the first makes it, the second replaces it.
+    // Twice each: the first run makes the file, the second replaces it.
     for _ in 0..2 {
         plot("slice.svg").ends_with(0);
         plot("slice.pdf").ends_with(0);

@@ -1,4 +1,4 @@
-//! Runs that are stopped, by whatever, go on as if nothing had happened.
+//! Stopped runs are resumed to the same map, however they were stopped.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -32,7 +32,7 @@ fn signal(child: &Child, name: &str) {
     assert!(status.success());
 }
 
-/// Bytes in the journal.
+/// Length of the journal in bytes.
 fn journal_length(scratch: &Scratch) -> u64 {
     fs::metadata(scratch.path().join("map.h5.part")).map_or(0, |metadata| metadata.len())
 }
@@ -77,12 +77,12 @@ fn kill_and_resume(kills: usize, seed: u64) {
     let resume = |threads| ["run", "job.toml", "--resume", "--threads", threads];
     let (mut killed, mut maps, mut state) = (0, 0, seed);
     while killed < kills {
-        // Up to a fifth beyond the end: sealing and renaming are hit as well, and some runs get through.
+        // Up to a fifth beyond the end: sealing and renaming are interrupted as well, and some runs finish.
         let child = start(&scratch, &resume("2")[2..]);
         std::thread::sleep(Duration::from_secs_f64(1.2 * seconds * random(&mut state)));
         signal_if_alive(child, &mut killed);
         if map.exists() {
-            // Whatever was interrupted after that, the map is the map; the rest is tidied up.
+            // After any interruption the resumed map is the same, and other files are removed.
             scratch.run(&resume("2")).ends_with(0);
             assert_eq!(scratch.names(), ["job.toml", "map.h5", "reference.h5"]);
             check(&scratch, "map.h5");
@@ -135,7 +135,7 @@ fn everything() -> Plan {
         .unwrap()
 }
 
-/// Computes at most `tiles` of the tiles that are missing from a map; the account of these.
+/// Computes at most `tiles` of the tiles that are missing from a map; returns their account.
 fn add_tiles(map: &PartialMap, tiles: usize) -> (Account, usize) {
     let queue = Queue::new(map.finished().to_vec());
     let left = AtomicUsize::new(tiles);
@@ -191,7 +191,7 @@ fn drop_after(path: &Path, plan: &Plan, tiles: usize) {
 }
 
 #[test]
-fn a_folder_that_vanishes_under_a_run_is_told() {
+fn a_folder_that_disappears_during_a_run_is_reported() {
     let scratch = scratch();
     let away = ["--set", "output.path=\"away/map.h5\"", "--threads", "1"];
     let child = start(&scratch, &away);
@@ -208,7 +208,7 @@ fn a_folder_that_vanishes_under_a_run_is_told() {
 }
 
 #[test]
-fn a_polite_stop_keeps_finished_tiles_and_says_how_to_go_on() {
+fn an_interrupted_run_keeps_finished_tiles_and_names_the_command_to_continue() {
     let scratch = scratch();
     let (reference, _) = reference(&scratch, &[]);
     for (name, code) in [("-INT", 130), ("-TERM", 143)] {
@@ -229,7 +229,7 @@ fn a_polite_stop_keeps_finished_tiles_and_says_how_to_go_on() {
     assert_eq!(scratch.names(), ["job.toml", "map.h5", "reference.h5"]);
     check(&scratch, "map.h5");
     assert_same(&scratch.path().join("map.h5"), &reference);
-    // The history tells of every run.
+    // The history lists every run.
     let map = slipmap::store::MapFile::open(&scratch.path().join("map.h5")).unwrap();
     let history = map.text("history").unwrap();
     assert_eq!(history.lines().count(), 3, "{history}");
@@ -237,7 +237,7 @@ fn a_polite_stop_keeps_finished_tiles_and_says_how_to_go_on() {
 }
 
 #[test]
-fn what_an_interrupted_run_left_is_neither_ignored_nor_overwritten_unasked() {
+fn an_interrupted_run_is_neither_ignored_nor_overwritten() {
     let scratch = scratch();
     stopped(&scratch);
     let before = fs::read(scratch.path().join("map.h5.part")).unwrap();
@@ -251,7 +251,7 @@ fn what_an_interrupted_run_left_is_neither_ignored_nor_overwritten_unasked() {
 }
 
 #[test]
-fn a_second_run_is_refused_while_the_first_one_lives() {
+fn a_second_run_is_refused_while_the_first_one_is_running() {
     let scratch = scratch();
     let mut first = start(&scratch, &["--threads", "1"]);
     wait_for_tiles(&scratch, 0);
@@ -260,12 +260,12 @@ fn a_second_run_is_refused_while_the_first_one_lives() {
     }
     first.kill().unwrap();
     first.wait().unwrap();
-    // The lock dies with its process.
+    // The lock ends with its process.
     scratch.run(&["run", "job.toml", "--resume"]).ends_with(0);
 }
 
 #[test]
-fn what_changed_is_refused_and_shown() {
+fn changed_plans_are_refused_and_shown() {
     let scratch = scratch();
     stopped(&scratch);
     let changed = |sets: &[&str], parts: &[&str]| {
@@ -276,7 +276,7 @@ fn what_changed_is_refused_and_shown() {
         &["map.h5.part was begun as something else", "+ tolerance = 1e-8", "--overwrite"],
     );
     changed(&["--set", "grid.V=1.0"], &["- V = [0.5, 2.0]", "+ V = 1.0"]);
-    // What does not change the map does not count: its title, a comment, the way its path is written, its
+    // Changes that do not affect the map are allowed: its title, a comment, the spelling of its path, its
     // place.
     let commented = format!("# a thought\n{}", scratch.read("job.toml"));
     scratch.file("commented.toml", commented);
@@ -288,14 +288,14 @@ fn what_changed_is_refused_and_shown() {
     assert_eq!(map.text("title"), Some("Another title"));
     assert!(map.text("config").unwrap().contains("# a thought"));
     fs::rename(scratch.path().join("moved.h5"), scratch.path().join("map.h5")).unwrap();
-    // A finished map is nothing to resume, but only if it is the one asked for.
+    // A finished map needs no resuming, but only if it is the requested one.
     let again = scratch.run(&["run", "job.toml", "--resume"]).ends_with(0);
     assert!(again.err.contains("is complete already"), "{}", again.err);
     changed(&["--set", "grid.V=1.0"], &["map.h5 was begun as something else", "+ V = 1.0"]);
 }
 
 #[test]
-fn damaged_tiles_are_told_and_computed_again() {
+fn damaged_tiles_are_reported_and_computed_again() {
     let scratch = scratch();
     let (reference, _) = reference(&scratch, &[]);
     let journal = scratch.path().join("map.h5.part");
@@ -321,14 +321,14 @@ fn damaged_tiles_are_told_and_computed_again() {
 }
 
 #[test]
-fn what_is_no_journal_stays_as_it_is() {
+fn files_that_are_not_journals_are_not_changed() {
     let scratch = scratch();
     scratch.file("map.h5.part", "notes of mine");
     for mode in [&[][..], &["--resume"], &["--overwrite"]] {
         scratch.run(&[&["run", "job.toml"], mode].concat()).refuses(&["map.h5.part is in the way"]);
     }
     assert_eq!(scratch.read("map.h5.part"), "notes of mine");
-    // A journal whose headers are gone is not silently begun anew.
+    // A journal whose headers are lost is not silently replaced.
     fs::remove_file(scratch.path().join("map.h5.part")).unwrap();
     stopped(&scratch);
     let mut bytes = fs::read(scratch.path().join("map.h5.part")).unwrap();
@@ -363,11 +363,11 @@ fn a_run_that_replaces_a_map_keeps_the_old_one_until_the_end() {
 fn only_maps_are_replaced() {
     let scratch = scratch();
     scratch.file("map.h5", "my thesis");
-    scratch.run(&["run", "job.toml", "--overwrite"]).refuses(&["map.h5 is no map", "output.path"]);
+    scratch.run(&["run", "job.toml", "--overwrite"]).refuses(&["map.h5 is not a map", "output.path"]);
     assert_eq!(scratch.read("map.h5"), "my thesis");
 }
 
-/// Runs the program as a user without rights, if this one has them all.
+/// Runs the program as an unprivileged user, if this process is privileged.
 fn unprivileged(scratch: &Scratch, arguments: &[&str]) -> Run {
     let program = env!("CARGO_BIN_EXE_slipmap");
     let root = Command::new("id").arg("-u").output().is_ok_and(|id| id.stdout == b"0\n");
@@ -393,15 +393,15 @@ fn set_mode(path: &Path, mode: u32) {
     fs::set_permissions(path, fs::Permissions::from_mode(mode)).unwrap();
 }
 
-/// Whether this machine lets a test mount a file system of its own.
+/// Returns whether this machine lets a test mount a file system of its own.
 fn can_mount() -> bool {
     let script = "d=$(mktemp -d) && mount -t tmpfs -o size=64k tmpfs \"$d\" && umount \"$d\"; rmdir \"$d\"";
     let mounted = Command::new("unshare").args(["-rm", "sh", "-c", script]).stderr(Stdio::null()).status();
     mounted.is_ok_and(|status| status.success())
 }
 
-/// Runs on a file system of its own, of `kib` KiB, until it is full; then there is room again. How the first
-/// run ended and what it said, the files that it left, and how the second one ended.
+/// Runs on a file system of its own, of `kib` KiB, until it is full; then frees space and resumes. Prints how
+/// the first run ended, its messages, the files that it left, and how the second one ended.
 const FULL: &str = r#"
 mkdir small && mount -t tmpfs -o size="$2"k tmpfs small && cp job.toml small && cd small || exit 1
 "$1" run job.toml --threads 2 >../out 2>../err; echo $? >../code
@@ -410,7 +410,7 @@ mount -o remount,size=64m . && "$1" run job.toml --resume >../out2 2>../err2; ec
 cp map.h5 ../full.h5
 "#;
 
-/// The same without a file system of one's own: a limit on the size of each file.
+/// The same without a file system of its own: a limit on the size of each file.
 const LIMITED: &str = r#"
 mkdir small && cp job.toml small && cd small || exit 1
 (trap '' XFSZ; ulimit -f $(($2 * 2)); exec "$1" run job.toml --threads 2 >../out 2>../err); echo $? >../code
@@ -419,11 +419,11 @@ ls >../left
 cp map.h5 ../full.h5
 "#;
 
-/// Runs against full disks of random sizes.
+/// Runs on full disks of random sizes.
 fn fill_disks(runs: usize, seed: u64) {
     let scratch = scratch();
     let (reference, _) = reference(&scratch, &[]);
-    // The journal holds what the map holds, so that together they take about twice its size.
+    // The journal contains the same data as the map, so together they take about twice its size.
     let kib = fs::metadata(&reference).unwrap().len() as f64 / 1024.0;
     let mount = can_mount();
     let (script, room) = if mount { (FULL, 2.0 * kib) } else { (LIMITED, kib) };

@@ -1,4 +1,4 @@
-//! `slipmap run` and `slipmap check`: maps made, refused, interrupted and damaged.
+//! `slipmap run` and `slipmap check`: maps that are made, refused, interrupted and damaged.
 
 use std::path::Path;
 use std::process::Stdio;
@@ -59,13 +59,15 @@ fn a_run_makes_a_sound_map_and_accounts_for_every_cell() {
         let verdicts = ["present", "absent", "undecided", "failed", "not_computed"];
         assert_eq!(verdicts.into_iter().map(count).sum::<u64>(), CELLS, "{name}");
     }
-    // The grid lies across the boundary, so neither answer is missing.
+    // The grid lies across the boundary, so both verdicts occur.
     assert!(methods["simulation"]["present"].as_u64() > Some(0));
     assert!(methods["simulation"]["absent"].as_u64() > Some(0));
     let paths: u64 =
         summary["paths"].as_object().unwrap().values().map(|cells| cells.as_u64().unwrap()).sum();
     assert_eq!(paths, CELLS, "every simulated cell was decided on some path");
-    assert_eq!(summary["audit"]["cells"], 50);
+    // Fifty draws; cells that are drawn twice count once.
+    let audited = summary["audit"]["cells"].as_u64().unwrap();
+    assert!((40..=50).contains(&audited), "{audited} cells are audited");
     assert_eq!(summary["audit"]["disagreements"], Value::Array(Vec::new()));
     assert_eq!(maps(&scratch), ["small.h5"], "no temporary file stays");
     assert_eq!(summary["bytes"], std::fs::metadata(scratch.path().join("maps/small.h5")).unwrap().len());
@@ -99,7 +101,7 @@ fn the_table_of_a_run_names_every_method() {
         "perturbation",
         "simulation",
         "simulation decided by:",
-        "audit: 50 cells",
+        "cells decided again by the direct engine",
         "0 contradicted",
     ] {
         assert!(run.out.contains(part), "no `{part}` in\n{}", run.out);
@@ -208,12 +210,12 @@ fn the_cycles_basins_and_limits_of_a_map_are_those_of_probe() {
             same(&format!("epsilon_limit_{}", method.name), limit);
         }
     }
-    // Steady slip, stick-slip, both, and crossing for ever are all there.
+    // Steady slip, stick-slip, both, and crossing for ever all occur.
     assert!([0, 1, 2, 4].iter().all(|&regime| met[regime] > 0), "{met:?}");
 }
 
 #[test]
-fn an_existing_map_is_kept_unless_told_otherwise() {
+fn an_existing_map_is_kept_without_overwrite() {
     let scratch = scratch();
     let small = ["run", "small.toml", "--set", "output.fields=[\"verdict\"]"];
     scratch.run(&small).ends_with(0);
@@ -253,7 +255,7 @@ fn a_full_standard_output_is_an_error() {
 }
 
 #[test]
-fn a_dry_run_tells_the_size_and_writes_nothing() {
+fn a_dry_run_estimates_the_size_and_writes_nothing() {
     let scratch = scratch();
     let told = parse(&scratch.run(&["run", "small.toml", "--dry-run", "--json"]).ends_with(0));
     assert_eq!(told["cells"], CELLS);
@@ -290,7 +292,7 @@ fn methods_can_be_left_out() {
 }
 
 #[test]
-fn check_tells_sound_damaged_and_foreign_files_apart() {
+fn check_distinguishes_sound_damaged_and_foreign_files() {
     let scratch = scratch();
     scratch.run(&["run", "small.toml"]).ends_with(0);
     let mut bytes = std::fs::read(scratch.path().join("maps/small.h5")).unwrap();
@@ -298,7 +300,7 @@ fn check_tells_sound_damaged_and_foreign_files_apart() {
     bytes[middle] ^= 0x10;
     scratch.file("damaged.h5", &bytes);
     let check = scratch.run(&["check", "damaged.h5", "--json"]);
-    // One flipped bit may also hit what makes it a map at all.
+    // A flipped bit may also hit the file's signature.
     assert!(check.code == 1 || check.code == 2, "{check:?}");
     if check.code == 1 {
         let report = parse(&check);
@@ -354,7 +356,7 @@ fn an_interrupted_run_leaves_finished_tiles_and_nothing_else() {
         ["--set", "simulation.engine=direct", "--set", "grid.alpha.points=200", "--set", "grid.c.points=64"];
     let mut command = scratch.command(&[&["run", "small.toml"], &sets[..]].concat());
     let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    // Once the temporary file is there the run has begun.
+    // Once the temporary file exists the run has begun.
     let start = Instant::now();
     while !scratch.path().join("maps").exists() || maps(&scratch).is_empty() {
         assert!(start.elapsed() < Duration::from_secs(60), "the run never began");
@@ -362,11 +364,11 @@ fn an_interrupted_run_leaves_finished_tiles_and_nothing_else() {
     }
     interrupt(child.id());
     let run = Run::of(child.wait_with_output().unwrap()).ends_with(130);
-    // Whether a tile was finished by then is chance; what the program says of it is not.
+    // Whether a tile was finished by then depends on chance; the message must fit.
     if run.err.contains("interrupted; no tile was finished") {
         assert!(maps(&scratch).is_empty(), "{:?}", maps(&scratch));
     } else {
-        // On a busy machine the tiles in work may take longer than a signal waits.
+        // On a busy machine the current tiles may take longer than the limit after a signal.
         assert!(run.err.contains("kept"), "{}", run.err);
         assert_eq!(maps(&scratch), ["small.h5.part"]);
     }
@@ -392,7 +394,7 @@ fn an_interrupted_table_leaves_nothing_behind() {
 }
 
 #[test]
-fn what_is_proved_between_the_nodes_is_told_stored_and_reported() {
+fn proofs_between_the_nodes_are_printed_stored_and_reported() {
     let scratch = scratch();
     let run = |boxes: &str| {
         let proof = if boxes == "0" { "title=none" } else { "validated.proof=proof.json" };
@@ -410,7 +412,7 @@ fn what_is_proved_between_the_nodes_is_told_stored_and_reported() {
     assert!(share(&more, "undecided_at_most") < share(&few, "undecided_at_most"), "{few} {more}");
     let sum: f64 = ["present", "absent", "undecided_at_most"].iter().map(|name| share(&more, name)).sum();
     assert!((sum - 1.0).abs() < 1e-12, "{more}");
-    // On the grid the method decides nearly all; between the nodes it must not decide otherwise.
+    // On the grid the method decides nearly all; between the nodes its verdicts must agree.
     assert!(share(&more, "present") > 0.1 && share(&more, "absent") > 0.1, "{more}");
 
     let map = MapFile::open(&scratch.path().join("maps/small.h5")).unwrap();
@@ -421,7 +423,7 @@ fn what_is_proved_between_the_nodes_is_told_stored_and_reported() {
 
     let proof = parse(&scratch.run(&["check", "--proof", "proof.json", "--json"]).ends_with(0));
     assert!(proof["confirmed"].as_u64().unwrap() >= 2 && proof["sound"] == true, "{proof}");
-    // The claim of the first tile made a hundred times sharper, and a tile taken out.
+    // The claim of the first tile made a hundred times sharper, and a tile removed.
     let text = scratch.read("proof.json");
     let mut sharp: Value = serde_json::from_str(&text).unwrap();
     let mut gap = sharp.clone();
@@ -435,11 +437,11 @@ fn what_is_proved_between_the_nodes_is_told_stored_and_reported() {
     }
     scratch.file("cut.json", &text[..text.len() / 2]);
     let run = scratch.run(&["check", "--proof", "cut.json"]).ends_with(2);
-    assert!(run.err.contains("cut.json: is no proof") && run.err.contains("help:"), "{}", run.err);
+    assert!(run.err.contains("cut.json: is not a proof") && run.err.contains("help:"), "{}", run.err);
 
     scratch.run(&["report", "maps/small.h5", "--out", "report"]).ends_with(0);
     let table = std::fs::read_to_string(scratch.path().join("report/tables/proved_volume.csv")).unwrap();
-    // Rounded so that it stays a bound, by less than what is undecided.
+    // Rounded so that it remains a bound, by less than the undecided share.
     let told = table.lines().find_map(|line| line.strip_prefix("present at least,")).unwrap();
     let below = 100.0 * share(&more, "present") - told.parse::<f64>().unwrap();
     assert!((0.0..=100.0 * share(&more, "undecided_at_most")).contains(&below), "{table} {more}");

@@ -1,13 +1,13 @@
-//! The bound of the amplitude for many columns of Stribeck's law at once, in the lanes of vector registers.
+//! The bound of the amplitude for many columns of Stribeck's law at once, one per lane of vector registers.
 //!
-//! Each lane does the operations of [`super::amplitude_bound`] one by one, on D in units of the belt speed;
-//! branches become choices between two results.
+//! Each lane does the operations of [`super::amplitude_bound`] in the same order, on D in units of the belt
+//! speed; branches become selections between two results.
 
 use super::{INFLATE, turning_point};
 use crate::friction::Column;
 use crate::point::ScaledGroups;
 
-/// Columns that are bounded together: two registers of the widest kind.
+/// Number of columns that are bounded together: two registers of the widest kind.
 const LANES: usize = 16;
 
 type Lanes = [f64; LANES];
@@ -56,7 +56,7 @@ struct Scaled {
 }
 
 impl Scaled {
-    /// D at the slip speed 1 + s: the upper end of its range from there on, since it falls.
+    /// D at the slip speed 1 + s, which is its maximum at higher slip speeds, since D falls.
     #[inline(always)]
     fn divergence(&self, s: &Lanes) -> Lanes {
         std::array::from_fn(|lane| {
@@ -67,13 +67,13 @@ impl Scaled {
     }
 }
 
-/// Where the last strip that was reached ends, and the bound of e there.
+/// The end of the last strip that was reached, and the bound of e there.
 struct Reached {
     energy: Lanes,
     s: Lanes,
 }
 
-/// Carries [`lower_half`] into the function whose vector width pulp picks at run time.
+/// Arguments of [`lower_half`] for the function whose vector width pulp selects at run time.
 struct Dispatched<'a> {
     lanes: &'a Scaled,
     strips: u32,
@@ -115,7 +115,7 @@ fn lower_half(lanes: &Scaled, strips: u32) -> Reached {
             let m = if d[lane] >= 0.0 { 0.5 * (s[lane] + next) } else { next };
             let gap = energy[lane] - m * m;
             let reach = if d[lane] >= 0.0 { kick * kick + gap } else { gap };
-            // An orbit that turns before the strip's end stays where it is.
+            // The lane of an orbit that turns before the strip's end stops here.
             on[lane] &= !(reach < 0.0);
             let after = exit_energy(kick, gap, m);
             energy[lane] = if on[lane] { after } else { energy[lane] };
@@ -125,7 +125,7 @@ fn lower_half(lanes: &Scaled, strips: u32) -> Reached {
     Reached { energy, s }
 }
 
-/// As the function of this name in [`super`], with choices in the place of branches.
+/// The function of this name in [`super`], with selections in place of branches.
 #[inline(always)]
 fn exit_energy(kick: f64, gap: f64, m: f64) -> f64 {
     let x = kick + (kick * kick + gap).sqrt();

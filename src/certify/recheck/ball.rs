@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_unknown_proves_nothing() {
+    fn unknown_numbers_prove_nothing() {
         let unknown = Ball::exact(f64::MAX) * Ball::exact(f64::MAX) - Ball::exact(f64::INFINITY);
         assert!(!(unknown.least() > 0.0) && !(unknown.size() < 1.0));
     }

@@ -19,7 +19,7 @@ struct Part {
 }
 
 /// Lower bound of H for |t| <= `tube` over all angles and the whole box; `None` if it is not positive, or if
-/// the curve is no barrier.
+/// the curve is not a barrier.
 pub(super) fn least(tile: &Tile, tube: f64) -> Option<f64> {
     let parts = parts(tile);
     // Sizes of r0' and r0'': sums of |coefficients| times orders.
@@ -29,7 +29,8 @@ pub(super) fn least(tile: &Tile, tube: f64) -> Option<f64> {
         rows.map(|(n, (a, b))| ((n + 1) as f64).powi(power) * (size(a) + size(b))).sum::<f64>() * (1.0 + 1e-9)
     };
     let (first, second) = (sums(1), sums(2));
-    // Half a cell. The points below are equal angles up to some units of rounding, as their distances show.
+    // Half a cell. The points below are at equal angles up to some units of rounding, as their distances
+    // show.
     let half = std::f64::consts::PI / ANGLES as f64 * (1.0 + 1e-5);
     let points = points()?;
     let mut least = f64::INFINITY;
@@ -142,11 +143,11 @@ fn modes(x: Ball) -> [Ball; super::HIGHEST + 1] {
     })
 }
 
-/// Middles of the cells of the angle: points of the circle up to 1e-14, neighbours no further apart than a
-/// cell.
+/// Middles of the cells of the angle: points on the circle to within 1e-14, neighbours no further apart than
+/// a cell.
 fn points() -> Option<Vec<(f64, f64)>> {
     let quarter = ANGLES / 4;
-    // One quarter computed and three by turning it: the points go once around.
+    // One quarter is computed and rotated to the other three: the points go once around.
     let first = (0..quarter).map(|j| (std::f64::consts::TAU * j as f64 / ANGLES as f64).sin_cos());
     let first: Vec<(f64, f64)> = first.map(|(sin, cos)| (cos, sin)).collect();
     let turned = |(c, s): (f64, f64), turns: usize| match turns {

@@ -1,8 +1,8 @@
 //! A second proof of every tile of the universal surface, by another argument, in other arithmetic.
 //!
 //! A [`Tile`] claims that |C* - C0| <= eta over a box of (A, k, b), C0 a polynomial. It was found with
-//! Gronwall's lemma, samples and M. Riesz's inequality, in interval arithmetic ([`super::validated`]).
-//! Nothing of that is used here: of the tile only its numbers are read, and the statement is proved anew.
+//! Gronwall's lemma, samples and M. Riesz's inequality, in interval arithmetic ([`super::validated`]). This
+//! module uses none of that: it reads only the numbers of the tile, and proves the statement again.
 //!
 //! # Barriers
 //! In the scaled groups (see [`super::validated`]) the flow is v' = w, w' = -v + D w, D = A/q^2 - E, with q =
@@ -26,8 +26,9 @@
 //! curve), stays inside. If it passed v = 1 upwards, v would rise further until w = 0, which must happen,
 //! since Omega is bounded and has no equilibrium there; but on the positive axis Omega ends at v = 1. []
 //!
-//! The angle need not advance, and no solution is followed. By monotonicity in C ([`super::validated`]) a
-//! barrier of the first kind at C = C0 - eta and one of the second kind at C0 + eta prove the tile's claim.
+//! The polar angle need not be monotone in time, and no solution is followed. By monotonicity in C
+//! ([`super::validated`]) a barrier of the first kind at C = C0 - eta and one of the second kind at C0 + eta
+//! prove the tile's claim.
 //!
 //! # The barriers
 //! Let r0 be the tile's witness, rho = r0 + t sigma and C = C0 - t with sigma = -sin(2 theta)/4, which
@@ -72,19 +73,20 @@ use series::Series;
 const DEGREES: [usize; 3] = [2, 8, 2];
 const HIGHEST: usize = 8;
 const MODES: usize = 3 * 9 * 3;
-/// Points of the mesh for each degree of G.
+/// Number of points of the mesh for each degree of G.
 const DENSITY: f64 = 1.75;
-/// A point of the mesh is a zero of a Chebyshev polynomial up to this value of it.
+/// Largest value of a Chebyshev polynomial at a point of the mesh, which approximates its zero.
 const OFF_ZERO: f64 = 1e-3;
 
-/// Why a tile is not confirmed.
+/// Reason why a tile is not confirmed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Doubt {
-    /// It is no tile: wrong numbers of coefficients, a box or a radius that is none.
+    /// Its numbers are malformed: wrong numbers of coefficients, or an invalid box or radius.
     Malformed,
-    /// The witness is no barrier: not positive, beyond the pole of the friction law, or too steep.
+    /// The witness is not a barrier: it is not positive, reaches the pole of the friction law, or is too
+    /// steep.
     NoBarrier,
-    /// The claim is sharper than what the witness proves.
+    /// The claim is sharper than the witness proves.
     TooSharp {
         /// The smallest radius that it proves.
         proved: f64,
@@ -95,7 +97,7 @@ impl std::fmt::Display for Doubt {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         match self {
             Doubt::Malformed => write!(f, "its numbers do not make a proof"),
-            Doubt::NoBarrier => write!(f, "its orbit is no barrier"),
+            Doubt::NoBarrier => write!(f, "its orbit is not a barrier"),
             Doubt::TooSharp { proved } => {
                 write!(f, "its orbit proves the critical damping to {proved:.3e} only")
             }
@@ -103,7 +105,7 @@ impl std::fmt::Display for Doubt {
     }
 }
 
-/// Proves the tile's claim again; returns the smallest radius that this proof allows, which is less than the
+/// Proves the tile's claim again. Returns the smallest radius that this proof gives, which is less than the
 /// tile's.
 ///
 /// # Errors
@@ -114,7 +116,7 @@ pub fn verify(tile: &Tile) -> Result<f64, Doubt> {
     }
     let growth = growth::least(tile, tile.radius).ok_or(Doubt::NoBarrier)?;
     let defect = defect(tile).ok_or(Doubt::Malformed)?;
-    // Two roundings up, and then some.
+    // Covers more than two roundings up.
     let proved = defect / growth * (1.0 + 1e-9);
     if proved < tile.radius { Ok(proved) } else { Err(Doubt::TooSharp { proved }) }
 }
@@ -168,7 +170,7 @@ struct Mesh {
 }
 
 impl Mesh {
-    /// `None` if the points are not where they should be, which would be a defect of the library's cosine.
+    /// Checks the points; `None` if the library's cosine misplaces them.
     fn new(domain: &GroupBox, axis: usize) -> Option<Self> {
         let [lo, hi] = domain.ranges()[axis];
         if lo == hi {
@@ -181,7 +183,7 @@ impl Mesh {
         let n = count as f64;
         let points: Vec<f64> =
             (0..count).map(|j| (std::f64::consts::PI * (j as f64 + 0.5) / n).cos()).collect();
-        // No trust in the cosine: with x = cos t, T_n(x) = cos n t, and |cos n t| <= e means that n t is
+        // The cosine is not trusted: with x = cos t, T_n(x) = cos n t, and |cos n t| <= e means that n t is
         // within pi e / 2 of an odd multiple of pi/2. Points further apart than two such t are not at the
         // same zero.
         let off = std::f64::consts::FRAC_PI_2 * OFF_ZERO / n * 1.001;
@@ -214,7 +216,7 @@ fn defect(tile: &Tile) -> Option<f64> {
         .into_par_iter()
         .map(|at| {
             let (one, two) = (&a.nodes[at % a.nodes.len()], &k.nodes[at / a.nodes.len()]);
-            // Written so that a norm that is no number is kept.
+            // Written so that a norm that is not a number is kept.
             let most = |most: f64, norm: f64| if norm <= most { most } else { norm };
             b.nodes.iter().map(|three| defect_at(tile, [one, two, three])).fold(0.0, most)
         })
@@ -280,11 +282,11 @@ mod tests {
         // A claim ten times too sharp.
         let sharp = Tile { radius: 0.1 * proved, ..tile.clone() };
         assert!(matches!(verify(&sharp), Err(Doubt::TooSharp { .. })));
-        // C* elsewhere than claimed, by twice the radius.
+        // C* away from the claim, by twice the radius.
         let mut moved = tile.clone();
         moved.viscous[0] += 2.0 * tile.radius;
         assert!(matches!(verify(&moved), Err(Doubt::TooSharp { .. })));
-        // Another witness.
+        // A different witness.
         let mut bent = tile.clone();
         bent.sines[2][0] += 100.0 * tile.radius;
         assert!(matches!(verify(&bent), Err(Doubt::TooSharp { .. })));

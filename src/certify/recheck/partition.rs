@@ -1,4 +1,4 @@
-//! Whether boxes divide a domain: every point of it in one of them, inner points in no two, none outside.
+//! Checks that boxes divide a domain: every point of it in a box, inner points in only one, none outside.
 //!
 //! Only comparisons of the stated numbers are used, no volumes. The domain is cut by planes that no box
 //! crosses, and each part again, until a single box is left, which must then equal its part. That proves
@@ -6,17 +6,17 @@
 
 use crate::certify::validated::tile::GroupBox;
 
-/// Boxes looked at, summed over all cuts, before a division is called too intricate. Halvings look at each
-/// box once a level: a million boxes, cut to a depth of 64, stay below it.
+/// Largest number of boxes examined, summed over all cuts. Bisections examine each box once a level: a
+/// million boxes, cut to a depth of 64, stay below it.
 const BUDGET: usize = 1 << 27;
 
-/// Why boxes do not divide their domain.
+/// Reason why boxes do not divide their domain.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Fault {
-    /// The domain itself, or the box of this index, is no box: an end is not finite, or the lower exceeds the
-    /// upper, or it is flat along an axis where the domain is not.
+    /// The domain itself, or the box of this index, is invalid: an end is not finite, or the lower exceeds
+    /// the upper, or it is flat along an axis where the domain is not.
     NoBox(Option<usize>),
-    /// The box of this index reaches out of the domain.
+    /// The box of this index extends outside the domain.
     Outside(usize),
     /// No box holds the inner points of this part.
     Gap(GroupBox),
@@ -30,12 +30,16 @@ impl std::fmt::Display for Fault {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         match self {
             Fault::NoBox(None) => {
-                write!(f, "the domain is no box: each range needs finite ends, the lower first")
+                write!(f, "the domain is not a box: each range needs finite ends, the lower first")
             }
             Fault::NoBox(Some(i)) => {
-                write!(f, "box {} is none: each range needs finite ends, the lower first, and a width", i + 1)
+                write!(
+                    f,
+                    "box {} is invalid: each range needs finite ends, the lower first, and a width",
+                    i + 1
+                )
             }
-            Fault::Outside(i) => write!(f, "box {} reaches out of the domain", i + 1),
+            Fault::Outside(i) => write!(f, "box {} extends outside the domain", i + 1),
             Fault::Gap(GroupBox { a, k, b }) => {
                 write!(f, "the boxes do not cover the domain: none holds A {a:?}, k {k:?}, b {b:?}")
             }
@@ -158,8 +162,8 @@ mod tests {
         assert!(matches!(divides(&point, &[point, point]), Err(Fault::Overlap(_))));
     }
 
-    /// The shape that defeats searches by volume: as large as the domain, but one box twice and one not at
-    /// all.
+    /// The case that searches by volume miss: the volumes sum up to that of the domain, but one box occurs
+    /// twice and one is missing.
     #[test]
     fn volumes_do_not_matter() {
         let whole = domain();

@@ -14,7 +14,7 @@ pub(super) struct Series {
     error: f64,
 }
 
-/// Covers the roundings in the computation of a bound from some hundred positive terms.
+/// Factor that covers the roundings in the computation of a bound from some hundred positive terms.
 const LOOSE: f64 = 1.0 + 1e-9;
 
 impl Series {
@@ -73,7 +73,7 @@ impl Series {
         Series { re, im, error: error * LOOSE + f64::MIN_POSITIVE * 1e6 }
     }
 
-    /// `factor` times it.
+    /// The product with a number.
     pub(super) fn scaled(mut self, factor: Ball) -> Series {
         let norm = self.stored_norm();
         for x in self.re.iter_mut().chain(&mut self.im) {
@@ -98,7 +98,7 @@ impl Series {
         sum
     }
 
-    /// It plus a number.
+    /// The sum with a number.
     pub(super) fn plus_number(mut self, number: Ball) -> Series {
         let at = self.degree();
         let sum = Ball::exact(self.re[at]) + number;

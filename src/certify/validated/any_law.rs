@@ -1,30 +1,30 @@
-//! Columns of any friction law: what is proved of their turns and landings.
+//! Proofs for columns of any friction law: enclosures of the critical damping and of the landing.
 
 use super::interval::Interval;
 use super::landing_speed::{Divergence, Flow};
-use super::turn::{Resists, critical};
+use super::turn::{Obstacle, critical};
 use super::{Claim, CriticalEnclosure, sticks_from};
 use crate::friction::Column;
 
-/// What is proved of a column.
+/// The proved statements about a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Proof {
-    /// C* = eps c*, enclosed; infinite where nothing bounds it.
+    /// Enclosure of C* = eps c*; infinite where nothing bounds it.
     pub critical: CriticalEnclosure,
     /// The damping c from which on the landing is proved; infinity if none is.
     pub sticks_from: f64,
-    /// Why C* is not known better, if something kept it from being so.
-    pub resists: Option<Resists>,
+    /// The reason why the enclosure of C* is not sharp, if it is not.
+    pub obstacle: Option<Obstacle>,
 }
 
-/// Proves what can be proved of a column, by its compiled law.
+/// Computes the proofs of a column from its compiled law.
 #[must_use]
 pub fn prove(column: &Column) -> Proof {
     let (law, belt_speed) = (column.compiled(), column.belt_speed);
     // The theorem of the even part, for any law.
     let even = law.even_range(belt_speed, belt_speed);
-    let (bounds, resists) = match even.hi < 0.0 {
-        // Where no legal damping is small enough for a cycle, nobody needs to know C*.
+    let (bounds, obstacle) = match even.hi < 0.0 {
+        // No legal damping is small enough for a cycle, so a sharper enclosure is not needed.
         true => ([even.lo, even.hi], None),
         false => critical(&law, belt_speed, [even.lo, even.hi]),
     };
@@ -37,12 +37,12 @@ pub fn prove(column: &Column) -> Proof {
     };
     let below = if lo.is_finite() { Interval::of(lo).over(epsilon).lo } else { f64::NEG_INFINITY };
     let sticks_from = if below > 0.0 { sticks_from(&|c| flow(c).lands(), below) } else { 0.0 };
-    Proof { critical: CriticalEnclosure { lo, hi }, sticks_from, resists }
+    Proof { critical: CriticalEnclosure { lo, hi }, sticks_from, obstacle }
 }
 
 /// The claim of a column.
 pub(super) fn claim(column: &Column) -> Claim {
-    // Coefficients below the normal numbers have lost digits that the enclosure does not know of.
+    // Coefficients below the normal numbers have lost digits that the enclosure does not account for.
     if !column.curve.is_normal() {
         return Claim::NOTHING;
     }
@@ -51,7 +51,7 @@ pub(super) fn claim(column: &Column) -> Claim {
     if !lo.is_finite() && !hi.is_finite() {
         return Claim::NOTHING;
     }
-    // What is not bounded is not claimed.
+    // An unbounded side is not claimed.
     let present_below = if lo.is_finite() { Interval::of(lo).over(epsilon).lo } else { f64::NEG_INFINITY };
     let absent_above = if hi.is_finite() { Interval::of(hi).over(epsilon).hi } else { f64::INFINITY };
     Claim { sticks_from, present_below, absent_above }

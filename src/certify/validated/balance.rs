@@ -6,19 +6,19 @@
 //! C_HB = A h(k) - 2 b,     h = 2 / (q (1 + k + q)),     q^2 = 1 + 2 k.
 //! ```
 //!
-//! C* <= C_HB is false at large k, and no proof is known for any; but a [`Tile`] encloses C* by a polynomial,
-//! so that it is a finite computation wherever the gap exceeds the tile's radius. The gap is of fifth order
-//! in (A, k, b), which keeps boxes at A = 0 or k = 0 out of reach.
+//! C* <= C_HB is false at large k, and no general proof is known for smaller k; but a [`Tile`] encloses C* by
+//! a polynomial, so the inequality is a finite computation wherever the gap exceeds the tile's radius. The
+//! gap is of fifth order in (A, k, b), so that boxes at A = 0 or k = 0 cannot be proved.
 //!
 //! C_HB is linear in A and b, and is subtracted from the polynomial mode by mode; along k both are enclosed
-//! over intervals, which are halved until the difference has one sign.
+//! over intervals, which are bisected until the difference has one sign.
 
 use super::interval::Interval;
 use super::tile::{GroupBox, Tile, degrees};
 
-/// The smallest interval of k tried, as a part of 2 (the range of the scaled k).
+/// Width of the smallest interval of k tried, as a fraction of 2 (the range of the scaled k).
 const FINEST: f64 = 1e-7;
-/// Cells along A and b.
+/// Number of cells along A and b.
 const CELLS: [usize; 2] = [8, 4];
 
 /// The parts of a box with a proof that C* < C_HB there, and those without.
@@ -26,7 +26,7 @@ const CELLS: [usize; 2] = [8, 4];
 pub struct Comparison {
     /// C* < C_HB is proved.
     pub below: Vec<GroupBox>,
-    /// It is not, be it true or false.
+    /// C* < C_HB is not proved, whether it is true or false.
     pub open: Vec<GroupBox>,
 }
 
@@ -52,7 +52,7 @@ pub fn compare(domain: GroupBox, tiles: usize) -> Comparison {
     found
 }
 
-/// Whether C* < C_HB is proved over the whole tile.
+/// Returns whether C* < C_HB is proved over the whole tile.
 #[must_use]
 pub fn is_below(tile: &Tile) -> bool {
     let mut queue = vec![[-1.0, 1.0]];

@@ -1,9 +1,9 @@
-//! Whole boxes of the Stribeck oscillator's parameters: what part of the volume is proved.
+//! Proved shares of the volume of a box of the Stribeck oscillator's parameters.
 //!
 //! Two subdivisions work together. The universal surface C*(A, k, b) is proved on pieces of the image of the
-//! box ([`super::surface`]); it is an explicit function, so that the c axis needs no subdivision: of every
-//! column all is decided but the width of its enclosure. The box itself is cut into parts, of whose volume
-//! more can be said the smaller they are.
+//! box ([`super::surface`]); it is an explicit function, so that the c axis needs no subdivision: all of a
+//! column is decided except the width of its enclosure. The box itself is cut into parts; the smaller they
+//! are, the more of their volume is decided.
 //!
 //! # Statements
 //! **Sets.** Every point (epsilon, alpha, beta, gamma, V, c) of the box is in one of three sets: proved
@@ -13,10 +13,10 @@
 //!
 //! **Volumes.** Over a part, a lower and an upper bound of C* / eps are polynomials of tiles, or the bounds
 //! by the even part of the divergence, up to a number; with their expansions of second order (`expansion`)
-//! and the means of expansions that are cut off at the ends of the range of c (`mean`), they bound the
-//! volumes of the part's share in the first two sets from below. Sums over all parts, rounded down, are
-//! [`Volumes::present`] and [`Volumes::absent`], and what these leave of the whole, rounded up, is
-//! [`Volumes::undecided`]. Nothing is sampled. []
+//! and the means of expansions that are clamped to the range of c (`mean`), they bound the volumes of the
+//! part's share in the first two sets from below. Sums over all parts, rounded down, are [`Volumes::present`]
+//! and [`Volumes::absent`], and the rest of the whole, rounded up, is [`Volumes::undecided`]. Nothing is
+//! sampled. []
 
 use rayon::prelude::*;
 
@@ -26,22 +26,22 @@ use super::expansion::{AXES, Expansion, Function, Part as Frame, Ranges};
 use super::interval::Interval;
 use super::landing_speed::{Divergence, Flow};
 use super::mean::{mean_cut, share_above};
-use super::surface::{Known, Surface};
+use super::surface::{Enclosure, Surface};
 use super::tile::GroupBox;
 
-/// Columns that tell how the volume of the box is spread over the groups: where the surface is refined first.
-/// No statement depends on them.
+/// Number of columns that sample how the volume of the box is distributed over the groups, which decides
+/// where the surface is refined first. No statement depends on them.
 const SAMPLES: usize = 1 << 14;
-/// `sticks_from` of a part is located to 2^-6 of the range of c.
+/// Number of bisections: `sticks_from` of a part is located to 2^-6 of the range of c.
 const HALVINGS: u32 = 6;
-/// Parts of the parameter box for each tile: they take a few microseconds each, a tile some tenths of a
-/// second.
+/// Number of parts of the parameter box for each tile: a part takes a few microseconds, a tile some tenths of
+/// a second.
 const PARTS_PER_TILE: usize = 2048;
-/// Most parts of a box.
+/// Largest number of parts of a box.
 const MOST_PARTS: usize = 1 << 18;
-/// Pieces that hold no more than this share of the undecided volume aimed at are left alone.
+/// Pieces that hold at most this share of the undecided volume aimed at are not refined.
 const NEGLIGIBLE: f64 = 1e-9;
-/// Parts are no longer cut when that could gain no more than this share of what is undecided.
+/// Parts are not cut when that could decide at most this share of the undecided volume.
 const SMALL_GAIN: f64 = 0.1;
 
 /// Ranges of the six parameters of the Stribeck oscillator; their ends are exact.
@@ -61,17 +61,17 @@ pub struct ParameterBox {
     pub damping: [f64; 2],
 }
 
-/// How far to subdivide.
+/// Limits of the subdivision.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Budget {
-    /// Proofs of tiles of the universal surface.
+    /// Number of proofs of tiles of the universal surface.
     pub tiles: usize,
-    /// Parts of the parameter box.
+    /// Number of parts of the parameter box.
     pub parts: usize,
 }
 
 impl Budget {
-    /// So many boxes of (A, k, b), and parts enough that these are what is left open.
+    /// The budget of so many boxes of (A, k, b), with enough parts that the boxes limit the result.
     #[must_use]
     pub fn of_boxes(boxes: usize) -> Self {
         Self { tiles: boxes, parts: PARTS_PER_TILE.saturating_mul(boxes).min(MOST_PARTS) }
@@ -81,19 +81,19 @@ impl Budget {
 /// Shares of the box's volume, each with its proved bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Volumes {
-    /// Proved present: at least so much, rounded down.
+    /// Lower bound of the share proved present, rounded down.
     pub present: f64,
-    /// Proved absent: at least so much, rounded down.
+    /// Lower bound of the share proved absent, rounded down.
     pub absent: f64,
-    /// Neither: at most so much, rounded up. With the other two it makes up the whole, but for rounding.
+    /// Upper bound of the undecided share, rounded up. The three add up to 1, except for rounding.
     pub undecided: f64,
-    /// Proofs of tiles tried.
+    /// Number of proofs of tiles tried.
     pub tiles: usize,
-    /// Parts of the parameter box.
+    /// Number of parts of the parameter box.
     pub parts: usize,
 }
 
-/// A box in the course of being proved.
+/// A box and the proofs over it so far.
 pub struct BoxProof {
     ranges: Ranges,
     damping: [f64; 2],
@@ -107,26 +107,26 @@ pub struct BoxProof {
 #[derive(Clone, Copy, Debug)]
 struct Part {
     ranges: Ranges,
-    judged: Judged,
+    bounded: Bounds,
 }
 
-/// What is known of a part, volumes as shares of the whole box.
+/// Bounds of the volumes of a part, as shares of the whole box.
 #[derive(Clone, Copy, Debug)]
-struct Judged {
-    /// Proved present, at least.
+struct Bounds {
+    /// Lower bound of the share proved present.
     present: f64,
-    /// Proved absent, at least.
+    /// Lower bound of the share proved absent.
     absent: f64,
-    /// The rest, at most.
+    /// Upper bound of the rest.
     undecided: f64,
-    /// About how much of the rest smaller parts could decide.
+    /// Estimate of the part of the rest that smaller parts could decide.
     gain: f64,
     /// The axis along which the part is best cut; `None` if it is a point.
     cut: Option<usize>,
 }
 
 impl BoxProof {
-    /// A box of which nothing is proved yet.
+    /// A box without any proof.
     #[must_use]
     pub fn new(parameters: &ParameterBox) -> Self {
         let ParameterBox { epsilon, alpha, beta, gamma, belt_speed, damping } = *parameters;
@@ -134,12 +134,12 @@ impl BoxProof {
         let columns = (0..SAMPLES).map(|i| groups_at(column(&ranges, i))).collect();
         let surface = Surface::new(GroupBox::around(&groups(&ranges)));
         let mut proof = Self { ranges, damping, surface, columns, parts: Vec::new() };
-        let whole = proof.judged(ranges);
+        let whole = proof.bounded(ranges);
         proof.parts.push(whole);
         proof
     }
 
-    /// Subdivides up to the budget, or until `go_on` says no.
+    /// Subdivides up to the budget, or until `go_on` returns false.
     pub fn refine(&mut self, budget: Budget, go_on: &dyn Fn() -> bool) {
         let columns = &self.columns;
         let share = |domain: &GroupBox| {
@@ -148,22 +148,22 @@ impl BoxProof {
             };
             columns.iter().filter(inside).count() as f64 / SAMPLES as f64
         };
-        // Where there is but one damping, every width counts.
+        // With a single damping, every width counts.
         let width = (self.damping[1] - self.damping[0]) * self.ranges[0][0];
         self.surface.refine(budget.tiles, NEGLIGIBLE * width, &share, go_on);
-        // The surface may be known better everywhere.
-        self.parts = self.parts.par_iter().map(|part| self.judged(part.ranges)).collect();
+        // The surface may have been refined everywhere.
+        self.parts = self.parts.par_iter().map(|part| self.bounded(part.ranges)).collect();
         while self.parts.len() < budget.parts && go_on() {
-            let sum = |of: fn(&Judged) -> f64| self.parts.iter().map(|part| of(&part.judged)).sum::<f64>();
-            if sum(|judged| judged.gain) <= SMALL_GAIN * sum(|judged| judged.undecided) {
+            let sum = |of: fn(&Bounds) -> f64| self.parts.iter().map(|part| of(&part.bounded)).sum::<f64>();
+            if sum(|bounded| bounded.gain) <= SMALL_GAIN * sum(|bounded| bounded.undecided) {
                 return;
             }
-            // A quarter of the parts at a time, those first that promise most: the order does not depend on
-            // threads.
+            // A quarter of the parts at a time, those with the largest gain first: the order does not depend
+            // on threads.
             let mut parts = std::mem::take(&mut self.parts);
-            parts.sort_by(|one, two| two.judged.gain.total_cmp(&one.judged.gain));
+            parts.sort_by(|one, two| two.bounded.gain.total_cmp(&one.bounded.gain));
             let promising =
-                parts.iter().take_while(|part| part.judged.gain > NEGLIGIBLE * NEGLIGIBLE).count();
+                parts.iter().take_while(|part| part.bounded.gain > NEGLIGIBLE * NEGLIGIBLE).count();
             let most = (parts.len() / 4).max(1).min(budget.parts - parts.len()).min(promising);
             let rest = parts.split_off(most);
             let halves = parts.par_iter().flat_map_iter(|part| self.halves(part));
@@ -179,19 +179,19 @@ impl BoxProof {
 
     /// The halves of a part; the part itself if it is a point.
     fn halves(&self, part: &Part) -> Vec<Part> {
-        let Some(axis) = part.judged.cut else { return vec![*part] };
+        let Some(axis) = part.bounded.cut else { return vec![*part] };
         let [lo, hi] = part.ranges[axis];
         let middle = 0.5 * (lo + hi);
         let half = |range: [f64; 2]| {
             let mut ranges = part.ranges;
             ranges[axis] = range;
-            self.judged(ranges)
+            self.bounded(ranges)
         };
         vec![half([lo, middle]), half([middle, hi])]
     }
 
-    /// The smallest damping found, of the range of c, from which on the landing is proved in a whole part;
-    /// `None` if there is none.
+    /// The smallest damping found, within the range of c, from which on the landing is proved in a whole
+    /// part; `None` if there is none.
     fn sticks_from(&self, groups: Groups, epsilon: Interval, belt_speed: Interval) -> Option<f64> {
         let [c_lo, c_hi] = self.damping;
         let lands = |c: f64| {
@@ -213,7 +213,7 @@ impl BoxProof {
     }
 
     /// Bounds the volumes of a part.
-    fn judged(&self, ranges: Ranges) -> Part {
+    fn bounded(&self, ranges: Ranges) -> Part {
         let groups = groups(&ranges);
         let epsilon = Interval::new(ranges[0][0], ranges[0][1]);
         let belt_speed = Interval::new(ranges[4][0], ranges[4][1]);
@@ -226,16 +226,16 @@ impl BoxProof {
         let (present, absent) = ((present * share).lo.max(0.0), (absent * share).lo.max(0.0));
         let decided = Interval::of(present) + Interval::of(absent);
         let undecided = (share - decided).hi.max(0.0);
-        // What is left even at a single column of the part: the width of the enclosure of C*.
+        // The undecided width even at a single column of the part: that of the enclosure of C*.
         let [c_lo, c_hi] = self.damping;
         let width = Interval::of(least.narrowest).over(epsilon).hi / (c_hi - c_lo);
         let floor = if c_lo < c_hi { width.min(1.0) * share.hi } else { 0.0 };
         let gain = (undecided - floor).max(0.0);
-        let judged = Judged { present, absent, undecided, gain, cut: self.best_cut(&ranges, &least, lands) };
-        Part { ranges, judged }
+        let bounded = Bounds { present, absent, undecided, gain, cut: self.best_cut(&ranges, &least, lands) };
+        Part { ranges, bounded }
     }
 
-    /// The share of the part and of the range of c that is proved present, at least.
+    /// Lower bound of the share of the part and of the range of c that is proved present.
     fn present(&self, least: &Bound, lands: Option<f64>) -> Interval {
         let [c_lo, c_hi] = self.damping;
         let Some(from) = lands else { return Interval::ZERO };
@@ -246,11 +246,11 @@ impl BoxProof {
         (mean - Interval::of(from)).over(Interval::of(c_hi) - Interval::of(c_lo))
     }
 
-    /// The share that is proved absent, at least.
+    /// Lower bound of the share that is proved absent.
     fn absent(&self, most: &Bound) -> Interval {
         let [c_lo, c_hi] = self.damping;
         if c_lo == c_hi {
-            // Where the upper bound equals c there may be a cycle; that has no volume.
+            // Where the upper bound equals c there may be a cycle; that set has no volume.
             return Interval::ONE - most.best(|f, error| share_above(f, error, c_lo).hi, f64::min);
         }
         let mean = most.best(|f, error| mean_cut(f, error, most.range, [c_lo, c_hi]).hi, f64::min);
@@ -267,11 +267,11 @@ impl BoxProof {
         let f = &least.expansion;
         let bend = |axis: usize| (0..AXES).map(|other| f.bend[axis][other].size()).sum::<f64>();
         let all: f64 = wide().map(bend).sum();
-        // The landing depends on all parameters alike; so does what is not known at all.
+        // The landing depends on all parameters alike; so does a part about which nothing is known.
         let by_extent = c_lo == c_hi || unproved > all || !all.is_finite() || all == 0.0;
         let weight = |axis: usize| match by_extent {
             true => extent(axis),
-            // Pieces of the surface that differ are told apart by whatever moves the groups most.
+            // Cutting across the axis that moves the groups most separates different pieces of the surface.
             false => bend(axis) + least.difference * f.slope[axis].size() / f.spread().hi,
         };
         wide().max_by(|&i, &j| weight(i).total_cmp(&weight(j)).then(extent(i).total_cmp(&extent(j))))
@@ -289,12 +289,12 @@ impl BoxProof {
     /// The volumes proved so far.
     #[must_use]
     pub fn volumes(&self) -> Volumes {
-        let sum = |of: fn(&Judged) -> f64| {
+        let sum = |of: fn(&Bounds) -> f64| {
             let sum =
-                self.parts.iter().fold(Interval::ZERO, |sum, part| sum + Interval::of(of(&part.judged)));
+                self.parts.iter().fold(Interval::ZERO, |sum, part| sum + Interval::of(of(&part.bounded)));
             sum.lo.clamp(0.0, 1.0)
         };
-        let (present, absent) = (sum(|judged| judged.present), sum(|judged| judged.absent));
+        let (present, absent) = (sum(|bounded| bounded.present), sum(|bounded| bounded.absent));
         let undecided = Interval::ONE - Interval::of(present) - Interval::of(absent);
         Volumes {
             present,
@@ -305,14 +305,14 @@ impl BoxProof {
         }
     }
 
-    /// The surface as far as it is proved.
+    /// The surface with its proofs so far.
     #[must_use]
     pub fn into_surface(self) -> Surface {
         self.surface
     }
 }
 
-/// Which bound of C*.
+/// Side of a bound of C*.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Side {
     Least,
@@ -321,17 +321,17 @@ enum Side {
 
 /// A lower or an upper bound of the critical damping c* over a part.
 struct Bound {
-    /// By the pieces of the surface that the part meets: the expansion of the first of them.
+    /// The bound by the pieces of the surface that the part meets: the expansion of the first of them.
     expansion: Expansion,
-    /// What has to be added to it.
+    /// The number to be added to it.
     error: Interval,
-    /// How far the pieces differ.
+    /// The largest difference between the pieces.
     difference: f64,
-    /// The bound by the even part alone, where that may be the better one.
+    /// The bound by the even part alone, where that may be better.
     even: Option<Expansion>,
     /// Width of the enclosure of C* on the narrowest piece.
     narrowest: f64,
-    /// c* over the part, by the even part alone.
+    /// Range of c* over the part, by the even part alone.
     range: Interval,
 }
 
@@ -346,12 +346,12 @@ impl Bound {
         let epsilon = frame.epsilon();
         let range = even_part_bounds(groups).over(epsilon);
         let around = GroupBox::around(groups);
-        let mut pieces = surface.known(&around).map(|known| match known {
-            Known::Tile(tile) => {
+        let mut pieces = surface.enclosures(&around).map(|enclosure| match enclosure {
+            Enclosure::Tile(tile) => {
                 let radius = Interval::new(-tile.radius, tile.radius).over(epsilon);
                 (frame.damping(&Function::Polynomial(tile)), radius, 2.0 * tile.radius)
             }
-            Known::EvenPart(width) => (by_even_part(), Interval::ZERO, width),
+            Enclosure::EvenPart(width) => (by_even_part(), Interval::ZERO, width),
         });
         let Some((expansion, mut error, mut narrowest)) = pieces.next() else {
             return Self {
@@ -363,7 +363,7 @@ impl Bound {
                 range,
             };
         };
-        // Where another piece holds, it is the first one's function plus their difference.
+        // Another piece's function is bounded by the first one's plus their difference.
         let mut difference: f64 = 0.0;
         for (other, radius, width) in pieces {
             let apart = other.minus(&expansion);
@@ -380,7 +380,7 @@ impl Bound {
         Self { expansion, error, difference, even, narrowest, range }
     }
 
-    /// The better of what the two bounds give.
+    /// The better of the two bounds.
     fn best(&self, of: impl Fn(&Expansion, Interval) -> f64, better: fn(f64, f64) -> f64) -> Interval {
         let by_surface = of(&self.expansion, self.error);
         let by_even_part = self.even.as_ref().map(|even| of(even, Interval::ZERO));
@@ -388,8 +388,8 @@ impl Bound {
     }
 }
 
-/// The `i`-th column of a sequence that fills the box evenly: multiples of powers of 1/g, g^6 = g + 1,
-/// modulo 1 (Roberts' sequence in five dimensions).
+/// The `i`-th column of a sequence that fills the box evenly: multiples of powers of 1/g, g^6 = g + 1, modulo
+/// 1 (Roberts' sequence in five dimensions).
 fn column(ranges: &Ranges, i: usize) -> [f64; AXES] {
     const G: f64 = 1.134_724_138_401_519_3;
     std::array::from_fn(|axis| {
@@ -455,8 +455,8 @@ mod tests {
     }
 
     /// The box of configs/validated.toml, in which the cycle exists in 27.4987 % of the volume: the mean over
-    /// 40,000 columns in each of 100 shifted lattices, good to 3e-4 %. What was measured on 16,384 columns
-    /// was 27.4 %, and even with what it called undecided below the truth.
+    /// 40,000 columns in each of 100 shifted lattices, accurate to 3e-4 %. The earlier sampling on 16,384
+    /// columns gave 27.4 %, which is below the true value even with its undecided share.
     #[test]
     fn proved_volumes_enclose_the_true_one() {
         let parameters =
@@ -470,8 +470,8 @@ mod tests {
         }
     }
 
-    /// Volumes that are known in closed form: without weakening nothing sticks, and with next to none of k
-    /// the critical damping is gamma (1 - alpha) - 2 beta V.
+    /// Volumes that are known in closed form: without weakening nothing sticks, and with a negligible k the
+    /// critical damping is gamma (1 - alpha) - 2 beta V.
     #[test]
     fn volumes_of_known_sets() {
         let none = ParameterBox { alpha: [1.0, 1.0], ..parameters() };
@@ -510,7 +510,7 @@ mod tests {
     fn one_damping_is_a_box_too() {
         let one = ParameterBox { damping: [0.25, 0.25], ..parameters() };
         let one = volumes(&one, 1, 16_384);
-        // It is the limit of thin boxes: c* within 1e-4 of 0.25 has about so many of all columns.
+        // The limit of thin boxes: the share of all columns with c* within 1e-4 of 0.25.
         let thin = ParameterBox { damping: [0.25 - 1e-4, 0.25 + 1e-4], ..parameters() };
         let thin = volumes(&thin, 1, 16_384);
         assert!(
@@ -520,7 +520,7 @@ mod tests {
         assert!(one.undecided < 0.1 && one.present > 0.1 && one.absent > 0.1, "{one:?}");
     }
 
-    /// The surface that the volumes are of, against the columns' own proofs.
+    /// Compares the surface behind the volumes with the columns' own proofs.
     #[test]
     fn the_box_and_its_columns_agree() {
         let mut proof = BoxProof::new(&parameters());

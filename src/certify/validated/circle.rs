@@ -1,5 +1,5 @@
-//! Equal angles on the circle with proved sines and cosines, and how samples bound a trigonometric
-//! polynomial.
+//! Equal angles on the circle with enclosed sines and cosines, and the bound of a trigonometric polynomial by
+//! its samples.
 
 use std::sync::OnceLock;
 
@@ -11,7 +11,7 @@ const SIZES: [usize; 14] = [32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024, 
 /// The angles theta_j = 2 pi j / N, j = 0 .. N - 1.
 pub(super) struct Circle {
     cosines: Vec<Interval>,
-    /// The middles of `cosines`, for arithmetic that accounts for its errors itself.
+    /// The middles of `cosines`, for arithmetic that bounds its errors separately.
     cosine_middles: Vec<f64>,
     /// Bound on the distance of a middle from its cosine.
     middle_error: f64,
@@ -139,7 +139,7 @@ pub(super) fn riesz_factor(degree: usize, reach: Interval) -> f64 {
     let y = x.square();
     let cos = Interval::ONE - y * Interval::of(0.5) + y.square().over(Interval::of(24.0))
         - (y.square() * y).over(Interval::of(720.0));
-    // Short of pi/2, where the samples are too few.
+    // Below pi/2; beyond it the samples are too few.
     if x.hi < 1.5 { Interval::ONE.over(cos).hi } else { f64::INFINITY }
 }
 
@@ -161,7 +161,7 @@ mod tests {
             assert!(circle.middle_error() < 128.0 * f64::EPSILON, "{size}: {}", circle.middle_error());
             for j in 0..size {
                 let angle = std::f64::consts::TAU * j as f64 / size as f64;
-                // The library's functions are good to an ulp, the angle to one as well.
+                // The library's functions are accurate to an ulp, and so is the angle.
                 let (cos, sin) = (circle.cos(j), circle.sin(j));
                 assert!((angle.cos() - circle.cos_middle(j)).abs() < circle.middle_error() + 4e-15);
                 assert!((angle.sin() - circle.sin_middle(j)).abs() < circle.middle_error() + 4e-15);
@@ -179,7 +179,7 @@ mod tests {
 
     #[test]
     fn samples_bound_polynomials() {
-        // cos(d x + phase) sampled where it looks smallest attains the factor.
+        // cos(d x + phase), sampled where it is smallest, attains the factor.
         for (degree, size) in [(5, 32), (20, 64), (40, 96), (45, 96)] {
             let factor = riesz_factor(degree, reach(size));
             let half = std::f64::consts::PI / size as f64;

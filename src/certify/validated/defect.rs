@@ -39,12 +39,12 @@
 //! ```
 //!
 //! If eta > E/mu and the right side of (1) at |C - C0| = eta is below [`TUBE`], solutions cannot leave the
-//! tube for |C - C0| <= eta; y(2 pi; C0 - eta) > 0 > y(2 pi; C0 + eta), and the angle advances along all of
+//! tube for |C - C0| <= eta; y(2 pi; C0 - eta) > 0 > y(2 pi; C0 + eta), and the angle increases along all of
 //! them (1 + D sin cos > 0), so that they are orbits. At C0 - eta the orbit from the exit point comes back to
 //! the belt line, at C0 + eta it does not; by monotonicity ([`super`]) C* lies between. []
 //!
-//! All numbers may depend on parameters in which r0 and C0 are polynomials, see [`super::tile`]: then the
-//! samples are taken there too, and one proof serves a whole box.
+//! All numbers may depend on parameters in which r0 and C0 are polynomials, see [`super::tile`]: then samples
+//! are taken over the parameters too, and one proof covers a whole box.
 
 use super::circle::{Circle, reach, riesz_factor};
 use super::interval::Interval;
@@ -54,9 +54,9 @@ const TUBE: f64 = 1e-3;
 /// Half-width of the tube in C.
 const SPAN: f64 = 1e-3;
 
-/// Angles per cell, tried in this order; they divide the sizes of all circles.
+/// Numbers of angles per cell, tried in this order; they divide the sizes of all circles.
 const STRIDES: [usize; 2] = [8, 1];
-/// Exponent in Gronwall's lemma up to which coarse cells are good enough.
+/// Exponent in Gronwall's lemma up to which coarse cells are used.
 const COARSE_EXPONENT: f64 = 2.0;
 
 /// The groups A, k, b of a column, enclosed.
@@ -76,9 +76,9 @@ pub(super) struct Candidate<'a> {
     pub(super) error: f64,
 }
 
-/// What the samples of a candidate, or of many, show.
+/// Maxima and hulls over the samples of one or many candidates.
 #[derive(Clone, Debug)]
-pub(super) struct Seen {
+pub(super) struct Sampled {
     /// Largest |G|.
     defect: f64,
     /// Hull of r0 at each angle.
@@ -89,14 +89,14 @@ pub(super) struct Seen {
     viscous: Interval,
 }
 
-/// Factors from samples to bounds.
+/// Factors from the maxima over samples to bounds everywhere.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Factors {
-    /// Of G.
+    /// Factor of G.
     pub(super) defect: f64,
-    /// Of C0, and of r0 at the sampled angles, as functions of the parameters; 1 without any.
+    /// Factor of C0, and of r0 at the sampled angles, as functions of the parameters; 1 without parameters.
     pub(super) radius: f64,
-    /// Of r0'.
+    /// Factor of r0'.
     pub(super) slope: f64,
 }
 
@@ -117,8 +117,9 @@ pub(super) fn sampling(harmonics: usize) -> Option<(&'static Circle, Factors)> {
 }
 
 #[cfg(test)]
-impl Seen {
-    /// Whether nothing of it is outside of the bounds of a candidate that was sampled on the same angles.
+impl Sampled {
+    /// Returns whether every sample lies within the bounds of a candidate that was sampled on the same
+    /// angles.
     pub(super) fn is_within(&self, bounds: &Bounds) -> bool {
         let within = |inner: Interval, outer: Interval| outer.lo <= inner.lo && inner.hi <= outer.hi;
         self.defect <= bounds.defect.hi
@@ -128,8 +129,8 @@ impl Seen {
     }
 }
 
-impl Seen {
-    /// Samples one candidate on the circle.
+impl Sampled {
+    /// Sampled one candidate on the circle.
     pub(super) fn of(groups: &Groups, candidate: &Candidate, circle: &Circle) -> Self {
         let size = circle.size();
         let Candidate { cosines, sines, .. } = *candidate;
@@ -152,7 +153,7 @@ impl Seen {
         let Groups { a, k, b } = *groups;
         let twice_b = b + b;
         let c0 = candidate.viscous;
-        let mut seen =
+        let mut sampled =
             Self { defect: 0.0, radius: vec![Interval::ONE; size], slope: 0.0, viscous: candidate.viscous };
         for j in 0..=size / 2 {
             // Parts of r0 that are even and odd in theta, and of r0'.
@@ -182,20 +183,20 @@ impl Seen {
                 let q2 = (Interval::ONE + k * s).square();
                 let numerator = a - q2 * (c0 + twice_b * s);
                 let g = slope * (q2 + numerator * (sin * cos)) - numerator * (r * sin2);
-                seen.defect = seen.defect.max(g.size());
-                seen.slope = seen.slope.max(slope.size());
-                seen.radius[j] = r;
+                sampled.defect = sampled.defect.max(g.size());
+                sampled.slope = sampled.slope.max(slope.size());
+                sampled.radius[j] = r;
             }
         }
-        seen
+        sampled
     }
 
-    /// What both show.
-    pub(super) fn with(mut self, other: &Seen) -> Seen {
+    /// The maxima and hulls of both.
+    pub(super) fn with(mut self, other: &Sampled) -> Sampled {
         for (radius, other) in self.radius.iter_mut().zip(&other.radius) {
             *radius = radius.hull(*other);
         }
-        Seen {
+        Sampled {
             defect: self.defect.max(other.defect),
             radius: self.radius,
             slope: self.slope.max(other.slope),
@@ -204,29 +205,29 @@ impl Seen {
     }
 }
 
-/// What holds of a candidate everywhere: at every angle, and at all parameters. The proof sees a candidate
-/// through this alone.
+/// Bounds of a candidate at every angle and at all parameters. The proof uses the candidate only through
+/// them.
 #[derive(Clone, Debug)]
 pub(super) struct Bounds {
-    /// |G| at most.
+    /// Bound of |G|.
     defect: Interval,
-    /// r0 at each sampled angle.
+    /// Enclosure of r0 at each sampled angle.
     radius: Vec<Interval>,
-    /// |r0'| at most.
+    /// Bound of |r0'|.
     slope: Interval,
-    /// C0.
+    /// Enclosure of C0.
     viscous: Interval,
 }
 
 impl Bounds {
-    /// From samples to everything: r0 at an angle and C0 are polynomials of the same degrees in the
-    /// parameters, and take values outside the hull of their samples between them.
-    pub(super) fn new(seen: &Seen, factors: &Factors) -> Self {
+    /// Widens samples to bounds: r0 at an angle and C0 are polynomials of the same degrees in the parameters,
+    /// and between the samples take values outside their hull.
+    pub(super) fn new(sampled: &Sampled, factors: &Factors) -> Self {
         Self {
-            defect: Interval::of(seen.defect) * Interval::of(factors.defect),
-            radius: seen.radius.iter().map(|&hull| widen(hull, factors.radius)).collect(),
-            slope: Interval::of(seen.slope) * Interval::of(factors.slope),
-            viscous: widen(seen.viscous, factors.radius),
+            defect: Interval::of(sampled.defect) * Interval::of(factors.defect),
+            radius: sampled.radius.iter().map(|&hull| widen(hull, factors.radius)).collect(),
+            slope: Interval::of(sampled.slope) * Interval::of(factors.slope),
+            viscous: widen(sampled.viscous, factors.radius),
         }
     }
 }
@@ -269,7 +270,7 @@ fn integrate(groups: &Groups, bounds: &Bounds, circle: &Circle, stride: usize) -
     let mut sums =
         Integrals { growth: zero, decay: zero, defect: zero, response_most: zero, response_least: zero };
     for j in (0..size).step_by(stride) {
-        // The angles of the cell; every other one of it is within half a step of them.
+        // The angles of the cell; all angles of the cell are within half a step of them.
         let angles = (j + size - stride / 2)..=(j + size + stride / 2);
         let radius =
             angles.map(|i| bounds.radius[i % size]).reduce(Interval::hull).unwrap_or(Interval::WHOLE);
@@ -314,8 +315,8 @@ fn integrate(groups: &Groups, bounds: &Bounds, circle: &Circle, stride: usize) -
     })
 }
 
-/// A bound eta on |C* - C0|, for all groups within `groups`, of whose candidates `bounds` hold; `None` where
-/// the proof does not go through.
+/// A bound eta on |C* - C0| for all `groups`, whose candidates satisfy `bounds`; `None` where the proof
+/// fails.
 pub(super) fn radius_of_proof(groups: &Groups, bounds: &Bounds, circle: &Circle) -> Option<f64> {
     let sums = STRIDES.iter().find_map(|&stride| {
         let fine = stride == 1;
@@ -324,7 +325,7 @@ pub(super) fn radius_of_proof(groups: &Groups, bounds: &Bounds, circle: &Circle)
     })?;
     let exp = |x: Interval| Interval::of(Interval::exp_bound(x.hi));
     let error = exp(sums.growth) * sums.defect;
-    // E / mu; a little more makes the inequality strict.
+    // E / mu; the factor makes the inequality strict.
     let eta = (error * exp(sums.decay)).over(Interval::of(sums.response_least.lo)) * Interval::of(1.0 + 1e-9);
     let eta = eta.hi.max(f64::MIN_POSITIVE);
     let excursion = error + exp(sums.growth) * sums.response_most * Interval::of(eta);

@@ -1,4 +1,4 @@
-//! Functions of the scaled groups over a part of the parameter box, to second order with proved coefficients.
+//! Functions of the scaled groups over a part of the parameter box, as enclosed second-order expansions.
 //!
 //! In coordinates xi of [-1, 1]^5 that scale the part, a function f of the parameters is
 //!
@@ -18,9 +18,9 @@ pub(super) const AXES: usize = 5;
 /// Ranges of the five parameters.
 pub(super) type Ranges = [[f64; 2]; AXES];
 
-/// Axes narrower than this count as having no width.
+/// Axes narrower than this are treated as having no width.
 const THIN: f64 = 1e-150;
-/// Points so far outside a tile, in units of its half-width, are not asked for.
+/// Farthest distance outside a tile, in units of its half-width, at which it is evaluated.
 const FARTHEST: f64 = 1.5;
 
 /// A function with its first and second derivatives by the five parameters, enclosed.
@@ -69,7 +69,7 @@ impl Expansion {
         difference
     }
 
-    /// 1 / it; it must be positive.
+    /// Its reciprocal; it must be positive.
     fn inverse(&self) -> Self {
         let one = Interval::ONE.over(self.value);
         let (two, three) = (one * one, one * one * one);
@@ -84,13 +84,13 @@ impl Expansion {
         inverse
     }
 
-    /// The largest difference from its value at the middle: the bound that the coefficients give.
+    /// The largest difference from its value at the middle that the coefficients permit.
     pub(super) fn spread(&self) -> Interval {
         let first = self.slope.iter().fold(Interval::ZERO, |sum, g| sum + Interval::of(g.size()));
         first + Interval::of(self.remainder().size())
     }
 
-    /// What the second order adds, anywhere in the part.
+    /// The second-order term, enclosed over the part.
     pub(super) fn remainder(&self) -> Interval {
         let half = Interval::of(0.5);
         let mut sum = Interval::ZERO;
@@ -105,7 +105,7 @@ impl Expansion {
         sum
     }
 
-    /// What the second order adds on average over the part.
+    /// The mean of the second-order term over the part.
     pub(super) fn mean_remainder(&self) -> Interval {
         let (sixth, quarter) = (Interval::ONE.over(Interval::of(6.0)), Interval::of(0.25));
         let mut sum = Interval::ZERO;
@@ -152,7 +152,7 @@ impl Part {
         self.whole[0]
     }
 
-    /// The function `of` the groups, divided by epsilon: a damping c.
+    /// The function `of` of the groups divided by epsilon: a damping c.
     pub(super) fn damping(&self, of: &Function) -> Expansion {
         let at = |point: &[Interval; AXES]| {
             let [epsilon, alpha, beta, gamma, speed] =
@@ -189,7 +189,7 @@ pub(super) enum Function<'a> {
 type Derivatives = [[[Interval; 3]; 3]; 3];
 
 impl Function<'_> {
-    /// The function of groups that are themselves functions of the parameters.
+    /// The composition with the groups, which are functions of the parameters.
     fn along(&self, groups: &[Expansion; 3]) -> Expansion {
         let d = self.derivatives(groups.map(|group| group.value));
         let first = [d[1][0][0], d[0][1][0], d[0][0][1]];
@@ -253,8 +253,8 @@ impl Function<'_> {
     }
 }
 
-/// The polynomial of a tile and its derivatives over ranges of A, k, b, which may reach out of the tile a
-/// little; the whole line where they reach far.
+/// The polynomial of a tile and its derivatives over ranges of A, k, b, which may extend out of the tile a
+/// little; the whole line where they extend far.
 fn polynomial(tile: &Tile, at: [Interval; 3]) -> Derivatives {
     let axes: [[[Interval; HIGHEST + 1]; 3]; 3] =
         std::array::from_fn(|axis| chebyshev(at[axis], tile.domain.ranges()[axis]));
@@ -288,7 +288,7 @@ fn chebyshev(at: Interval, [lo, hi]: [f64; 2]) -> [[Interval; HIGHEST + 1]; 3] {
     let whole = Interval::new(-1.0, 1.0);
     let (low, high) = (Interval::of(lo), Interval::of(hi));
     if !(hi - lo > THIN) {
-        // No number to scale by: at a given point the polynomials are some constants.
+        // An axis without width: the polynomials are constants.
         let mut constants = [[Interval::ZERO; HIGHEST + 1]; 3];
         constants[0] = [if lo == hi { Interval::ZERO } else { whole }; HIGHEST + 1];
         constants[0][0] = Interval::ONE;
@@ -347,7 +347,7 @@ mod tests {
         interval.lo <= x && x <= interval.hi
     }
 
-    /// Values at points of a part against the expansion about its middle.
+    /// Values at points of a part lie within the expansion about its middle.
     #[test]
     fn expansions_hold_the_values() {
         let tile = Tile::prove(GroupBox { a: [0.06, 0.12], k: [0.08, 0.18], b: [0.0, 0.013] }).unwrap();

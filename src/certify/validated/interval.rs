@@ -1,13 +1,13 @@
 //! Intervals with outward rounding, in plain f64.
 //!
-//! Every operation computes in the processor's round-to-nearest mode, whose error is at most half a unit
-//! in the last place, and moves both ends outwards by at least a whole one, underflow included. No flag of
-//! the compiler and no state of the processor is involved, which is why none of the interval crates is used:
-//! `inari` needs AVX and FMA switched on for the whole build, and GMP.
+//! Every operation computes in the processor's round-to-nearest mode, whose error is at most half a unit in
+//! the last place, and moves both ends outwards by at least a whole one, underflow included. It depends on no
+//! compiler flag and no processor state. The crate `inari` was not used because it needs AVX and FMA enabled
+//! for the whole build, and GMP.
 
 use std::ops::{Add, Mul, Neg, Sub};
 
-/// A closed interval of real numbers. Whatever goes wrong (a division by an interval around zero, overflow)
+/// A closed interval of real numbers. An operation that fails (division by an interval around zero, overflow)
 /// gives the whole line, never an empty or a wrong interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Interval {
@@ -17,12 +17,12 @@ pub(super) struct Interval {
 
 #[cfg(test)]
 thread_local! {
-    /// Tests switch the outward rounding off to see that others notice.
+    /// Switches the outward rounding off, for tests that must then fail.
     pub(super) static BROKEN: std::cell::Cell<bool> = const { std::cell::Cell::new(false) };
 }
 
 /// A number above `x` by one to two units in the last place: |x| epsilon is that much, and the smallest
-/// normal number outweighs every error of underflow.
+/// normal number exceeds every error of underflow.
 #[inline]
 fn up(x: f64) -> f64 {
     #[cfg(test)]
@@ -70,7 +70,7 @@ impl Interval {
         Self::outwards(middle - radius, middle + radius)
     }
 
-    /// The ends as computed, moved outwards; the whole line if one is not finite.
+    /// The computed ends, moved outwards; the whole line if one is not finite.
     #[inline]
     fn outwards(lo: f64, hi: f64) -> Self {
         if lo.abs() + hi.abs() < f64::INFINITY { Self { lo: down(lo), hi: up(hi) } } else { Self::WHOLE }
@@ -82,7 +82,7 @@ impl Interval {
         max(self.lo.abs(), self.hi.abs())
     }
 
-    /// The part that is not negative, for quantities that never are.
+    /// The nonnegative part, for quantities that are never negative.
     #[inline]
     pub(super) fn at_least_zero(self) -> Self {
         Self { lo: max(self.lo, 0.0), hi: max(self.hi, 0.0) }
@@ -94,7 +94,7 @@ impl Interval {
         Self { lo: min(self.lo, other.lo), hi: max(self.hi, other.hi) }
     }
 
-    /// What two enclosures of the same number leave of it.
+    /// The intersection of two enclosures of the same number.
     #[inline]
     pub(super) fn intersection(self, other: Self) -> Self {
         Self { lo: max(self.lo, other.lo), hi: min(self.hi, other.hi) }
@@ -119,7 +119,7 @@ impl Interval {
         Self::outwards(lo, hi)
     }
 
-    /// The root of the part that is not negative.
+    /// The square root of the nonnegative part.
     #[inline]
     pub(super) fn sqrt(self) -> Self {
         let Self { lo, hi } = Self::outwards(max(self.lo, 0.0).sqrt(), max(self.hi, 0.0).sqrt());
@@ -171,7 +171,7 @@ impl Mul for Interval {
     #[inline]
     fn mul(self, other: Self) -> Self {
         let [a, b, c, d] = [self.lo * other.lo, self.lo * other.hi, self.hi * other.lo, self.hi * other.hi];
-        // Zero times infinity is no number, and must not be passed over.
+        // Zero times infinity is NaN, which min and max would ignore.
         if (a + b + c + d).is_nan() {
             return Self::WHOLE;
         }
@@ -186,7 +186,7 @@ mod tests {
     struct Random(u64);
 
     impl Random {
-        /// Of any size from 2^-60 to 2^60, of either sign, now and then zero.
+        /// Magnitude from 2^-60 to 2^60, either sign, sometimes zero.
         fn number(&mut self) -> f64 {
             self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             let bits = self.0 >> 11;
@@ -199,14 +199,15 @@ mod tests {
         }
     }
 
-    /// Whether the interval holds `value + error`, |error| being below a unit of `value`.
+    /// Returns whether the interval holds `value + error`, |error| being below a unit of `value`.
     fn holds(interval: Interval, value: f64, error: f64) -> bool {
         let Interval { lo, hi } = interval;
         (lo < value || (lo == value && error >= 0.0)) && (value < hi || (value == hi && error <= 0.0))
     }
 
-    /// Compares sums, products, quotients and roots with the exact ones, which double arithmetic knows as a
-    /// value and an error: Knuth's two-sum, and the fused remainders of product, quotient and root.
+    /// Counts the sums, products, quotients and roots that exclude the exact result, which double arithmetic
+    /// gives as a value and an error: Knuth's two-sum, and the fused remainders of product, quotient and
+    /// root.
     fn wrong_operations(seed: u64) -> u32 {
         let mut random = Random(seed);
         let mut wrong = 0;
@@ -271,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_computed_is_anything() {
+    fn a_failed_operation_is_the_whole_line() {
         let infinite = Interval::new(1.0, f64::INFINITY);
         assert_eq!(infinite + Interval::ONE, Interval::WHOLE);
         assert_eq!(Interval::of(1e200) * Interval::of(1e200), Interval::WHOLE);

@@ -1,4 +1,4 @@
-//! The bound of [`crate::certify::landing`] on the landing speed, round-off included and for boxes of
+//! The bound of [`crate::certify::landing`] on the landing speed with outward rounding, for boxes of
 //! parameters.
 //!
 //! The statements used are those proved there, in units of the belt speed: in a strip of s where D <= d,
@@ -7,7 +7,7 @@
 //! of the strips are exact numbers, everything else is rounded outwards. Two things differ:
 //!
 //! - D falls with the slip speed, with k, b and C, and rises with A, so that one bound at the worst ends of
-//!   A, k, b, C and V serves a box.
+//!   A, k, b, C and V covers a box.
 //! - The turning point of the lower half is not taken from the closed form of the linear flow but from the
 //!   strips themselves: R < rho if no x >= 0 exists for the strip up to rho.
 
@@ -15,13 +15,13 @@ use super::defect::Groups;
 use super::interval::Interval;
 use crate::friction::Weakening;
 
-/// Strips per quarter turn, tried in this order.
+/// Numbers of strips per quarter turn, tried in this order.
 const REFINEMENTS: [u32; 3] = [2, 8, 48];
 
-/// What bounds the weakening rate of an orbit from above.
+/// Source of an upper bound on the weakening rate.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Divergence<'a> {
-    /// The scaled groups of Stribeck's law, of which only the ends count at which the orbit is fastest.
+    /// The scaled groups of Stribeck's law, of which only the ends at which the orbit is fastest matter.
     Groups(Groups),
     /// The polynomials of any law.
     Compiled(&'a Weakening),
@@ -36,8 +36,8 @@ pub(super) struct Flow<'a> {
 }
 
 impl Flow<'_> {
-    /// Whether it is proved for all parameters that an orbit which comes back to the belt line does so with
-    /// a speed below 2, and that none runs away.
+    /// Returns whether it is proved for all parameters that an orbit which returns to the belt line does so
+    /// with a speed below 2, and that none runs away.
     pub(super) fn lands(&self) -> bool {
         REFINEMENTS.iter().any(|&strips| self.speed_squared_bound(strips) < 4.0)
     }
@@ -80,7 +80,7 @@ impl Flow<'_> {
         (weakening - Interval::of(self.viscous.lo)).hi
     }
 
-    /// e at s = 0 from e = s^2 at `start` < 0; the slip speed is 1 + `sign` s.
+    /// Bounds e at s = 0, from e = s^2 at `start` < 0; the slip speed is 1 + `sign` s.
     fn to_axis(self, start: f64, sign: f64, strips: u32) -> f64 {
         let one = Interval::ONE;
         let mut energy = Interval::of(start).square().hi;
@@ -107,7 +107,7 @@ impl Flow<'_> {
         energy
     }
 
-    /// A point that the lower half turns short of.
+    /// A point before which the lower half turns.
     fn turning_point(&self, at_axis: f64, strips: u32) -> Option<f64> {
         let scale = at_axis.sqrt();
         if !scale.is_finite() {
@@ -125,7 +125,7 @@ impl Flow<'_> {
             energy = after;
             s = next;
         }
-        // The energy may have grown on the way: approach the turning point further, then step over it.
+        // The energy may have grown: approach the turning point further, then take a strip beyond it.
         for _ in 0..strips {
             let next = s + 0.5 * (energy.sqrt() - s);
             if !(next > s && energy.sqrt() - s > scale / f64::from(strips * strips)) {
@@ -144,7 +144,7 @@ impl Flow<'_> {
         )
     }
 
-    /// e at the belt line s = 1 from its value at s = 0; `None` if the orbit turns before.
+    /// Bounds e at the belt line s = 1 from its value at s = 0; `None` if the orbit turns before.
     fn to_belt(self, at_axis: f64, strips: u32) -> Option<f64> {
         let (mut energy, mut s) = (at_axis, 0.0);
         for i in 1..=strips {
@@ -166,8 +166,8 @@ fn recede(energy: f64, from: f64, to: f64, d: f64) -> Option<f64> {
     exit_energy(energy, to - from, m, d)
 }
 
-/// m^2 + x^2 for the largest x >= 0 that x^2 - 2 d h x <= e - m^2 allows; `None` if there is none. The
-/// result may be infinite, and then decides nothing.
+/// m^2 + x^2 for the largest x >= 0 with x^2 - 2 d h x <= e - m^2; `None` if there is none. The result may be
+/// infinite, and then decides nothing.
 fn exit_energy(energy: f64, h: Interval, m: Interval, d: f64) -> Option<f64> {
     let kick = Interval::of(d) * h;
     let gap = Interval::of(energy) - m.square();

@@ -1,5 +1,5 @@
-//! Means over a part of the parameter box: of a damping that is cut off at two levels, and of its being above
-//! one.
+//! Means over a part of the parameter box: of a damping clamped to an interval, and of the indicator that it
+//! exceeds a level.
 //!
 //! With an affine function u + sum_i g_i xi_i, xi uniform in [-1, 1]^d, integrating d times gives
 //!
@@ -10,20 +10,20 @@
 //!
 //! where x_+ = max(x, 0) and d >= 1. Small g_i would cancel all digits: they are left out. Since x_+ is
 //! convex and its second integral has at most the density 1 / (2 g) of the widest term, leaving out terms of
-//! variance sigma^2 lowers the mean, by at most sigma^2 / (4 g) (Jensen). The second order of a function is
-//! bounded over the whole part, but for functions that are not cut off there, of which the mean of the second
-//! order is taken.
+//! variance sigma^2 lowers the mean, by at most sigma^2 / (4 g) (Jensen). The second-order term of a function
+//! is bounded over the whole part, except for functions that are not clamped there, for which the mean of
+//! that term is used.
 
 use super::expansion::{AXES, Expansion};
 use super::interval::Interval;
 
-/// Terms smaller than this part of the largest are left out.
+/// Terms smaller than this fraction of the largest are left out.
 const SMALL: f64 = 1.0 / 64.0;
 
-/// The slopes of an affine function by size, the small ones apart.
+/// The slopes of an affine function sorted by size, without the small ones.
 struct Slopes {
     kept: Vec<f64>,
-    /// Sum and sum of squares of those left out, rounded up.
+    /// Sum and sum of squares of the omitted ones, rounded up.
     rest: f64,
     rest_squares: f64,
     /// Sum of all, rounded up.
@@ -66,8 +66,8 @@ impl Slopes {
 
     /// The mean of the positive part.
     fn positive_part(&self, u: Interval) -> Interval {
-        // It rises with u, and is at least the positive part of the mean; with all of one sign it is the mean
-        // or nothing.
+        // It rises with u, and is at least the positive part of the mean. If the function has one sign, it is
+        // the mean or 0.
         let mean = u.at_least_zero();
         if u.lo >= self.sum || !(u.hi > -self.sum) {
             return mean;
@@ -76,12 +76,12 @@ impl Slopes {
         let power = self.kept.len() + 1;
         let more = Interval::of(self.rest_squares).over(Interval::of(12.0) * Interval::of(widest));
         let (least, most) = (self.corners(u.lo, power), self.corners(u.hi, power) + Interval::of(more.hi));
-        // No part is larger than the largest value.
+        // It is at most the largest value.
         let top = (Interval::of(u.hi) + Interval::of(self.sum)).at_least_zero();
         Interval::new(least.lo.max(mean.lo), most.hi.min(top.hi))
     }
 
-    /// The share in which it is positive.
+    /// The share of the part where it is positive.
     fn positive_share(&self, u: Interval) -> Interval {
         let rest = Interval::new(-self.rest, self.rest);
         let u = u + rest;
@@ -101,7 +101,7 @@ impl Slopes {
     }
 }
 
-/// The affine part: u and the sizes of the slopes, what is uncertain of the slopes added to `u`.
+/// The affine part: u and the sizes of the slopes. Uncertainties of the slopes are added to `u`.
 fn affine(f: &Expansion, shift: Interval) -> (Interval, Slopes) {
     let mut u = f.value + shift;
     let sizes = f.slope.map(|slope| {
@@ -113,8 +113,8 @@ fn affine(f: &Expansion, shift: Interval) -> (Interval, Slopes) {
     (u, Slopes::of(sizes))
 }
 
-/// The mean over the part of min(max(f + e, `lo`), `hi`), where e is anything within `error`; `lo` <= `hi`.
-/// All of f + e is known to be in `range`.
+/// The mean over the part of min(max(f + e, `lo`), `hi`), where e is any number within `error`; `lo` <= `hi`.
+/// f + e is known to lie in `range`.
 pub(super) fn mean_cut(f: &Expansion, error: Interval, range: Interval, [lo, hi]: [f64; 2]) -> Interval {
     let (least, most) = (Interval::of(lo), Interval::of(hi));
     let spread = f.spread();
@@ -144,7 +144,7 @@ pub(super) fn mean_cut(f: &Expansion, error: Interval, range: Interval, [lo, hi]
     Interval::new(mean.lo.clamp(least, most), mean.hi.clamp(least, most))
 }
 
-/// The share of the part in which f + e > `level`, where e is anything within `error`.
+/// The share of the part in which f + e > `level`, where e is any number within `error`.
 pub(super) fn share_above(f: &Expansion, error: Interval, level: f64) -> Interval {
     let (u, slopes) = affine(f, f.remainder() + error - Interval::of(level));
     if !(u.lo.is_finite() && u.hi.is_finite()) {
@@ -157,7 +157,7 @@ pub(super) fn share_above(f: &Expansion, error: Interval, level: f64) -> Interva
 mod tests {
     use super::*;
 
-    /// Means over a mesh of `n` midpoints an axis.
+    /// Means over a mesh of `n` midpoints per axis.
     fn by_mesh(u: f64, g: &[f64], n: usize, value: impl Fn(f64) -> f64) -> f64 {
         let all = n.pow(g.len() as u32);
         let sum: f64 = (0..all)
@@ -185,7 +185,7 @@ mod tests {
                 let found = slopes.positive_part(Interval::of(u));
                 let mean = by_mesh(u, g, n, |x| x.max(0.0));
                 assert!(found.lo <= mean + slack && mean - slack <= found.hi, "{g:?} {u}: {found:?} {mean}");
-                // Terms left out widen it, by their variance over four times the largest term.
+                // Omitted terms widen it, by their variance over four times the largest term.
                 assert!(found.hi - found.lo < 2e-4, "{g:?} {u}: {found:?}");
                 let found = slopes.positive_share(Interval::of(u));
                 let share = by_mesh(u, g, n, |x| f64::from(u8::from(x > 0.0)));

@@ -1,8 +1,8 @@
 //! Verdicts that are theorems, round-off included.
 //!
-//! The critical damping C* = eps c* of a column is enclosed between two numbers by a computer-assisted proof;
-//! below the lower the orbit from the exit point comes back to the belt line, above the upper it does not,
-//! and a bound on the landing speed, rounded outwards as well, settles whether it sticks.
+//! A computer-assisted proof encloses the critical damping C* = eps c* of a column between two numbers; below
+//! the lower the orbit from the exit point returns to the belt line, above the upper it does not. A bound on
+//! the landing speed, rounded outwards as well, decides whether it sticks.
 //!
 //! # Statements
 //! **Scaling.** With v = x2 / V and s = u / V = 1 - v, equation (H) of [`super`] keeps its form with
@@ -77,7 +77,7 @@ mod turn;
 
 use super::{Claim, Guarantee, Test};
 use crate::friction::Column;
-use defect::{Bounds, Candidate, Groups, Seen, radius_of_proof, sampling};
+use defect::{Bounds, Candidate, Groups, Sampled, radius_of_proof, sampling};
 use interval::Interval;
 use landing_speed::{Divergence, Flow};
 use orbit::{Guess, approximate};
@@ -93,7 +93,7 @@ pub static TEST: Test = Test {
     claims: None,
 };
 
-/// `sticks_from` is located to 2^-10 of the interval in which it is sought.
+/// Number of bisections: `sticks_from` is located to 2^-10 of the interval searched.
 const HALVINGS: u32 = 10;
 
 /// An enclosure of C* = eps c*.
@@ -105,7 +105,7 @@ pub struct CriticalEnclosure {
     pub hi: f64,
 }
 
-/// A column whose parameters are known to lie within intervals.
+/// A column whose parameters are enclosed in intervals.
 #[derive(Clone, Copy, Debug)]
 pub struct Enclosed {
     groups: Groups,
@@ -120,7 +120,7 @@ impl Enclosed {
     pub fn of(column: &Column) -> Option<Self> {
         let law = column.curve.stribeck()?;
         let parts = law.parts();
-        // 1 - alpha was rounded once, but for 0 and 1, which it keeps.
+        // 1 - alpha was rounded once, except for 0 and 1, which are exact.
         let drop = match parts.drop {
             0.0 => Interval::ZERO,
             drop => Interval::new(drop.next_down(), drop.next_up().min(1.0)),
@@ -157,8 +157,8 @@ impl Enclosed {
             sines: &orbit.sines,
             error: 0.0,
         };
-        let seen = Seen::of(&self.groups, &candidate, circle);
-        let eta = radius_of_proof(&self.groups, &Bounds::new(&seen, &factors), circle)?;
+        let sampled = Sampled::of(&self.groups, &candidate, circle);
+        let eta = radius_of_proof(&self.groups, &Bounds::new(&sampled, &factors), circle)?;
         Some(Interval::ball(orbit.viscous, eta))
     }
 
@@ -207,7 +207,7 @@ fn even_part_bounds(groups: &Groups) -> Interval {
 fn claim(column: &Column) -> Claim {
     let Some(enclosed) = Enclosed::of(column) else { return any_law::claim(column) };
     let even = enclosed.even_part_bounds();
-    // Where no legal damping is small enough for a cycle, nobody needs to know C*.
+    // No legal damping is small enough for a cycle, so a sharper enclosure is not needed.
     let critical = match even.hi < 0.0 {
         true => even,
         false => {
@@ -216,7 +216,7 @@ fn claim(column: &Column) -> Claim {
         }
     };
     let c = critical.over(enclosed.epsilon);
-    // Below c.lo, eps c < C*; what went wrong is the whole line, which claims nothing.
+    // Below c.lo, eps c < C*. A failed division is the whole line, which claims nothing.
     let sticks_from = sticks_from(&|c| enclosed.flow(c).lands(), c.lo);
     Claim { sticks_from, present_below: c.lo, absent_above: c.hi }
 }
@@ -226,14 +226,14 @@ mod tests {
     use super::*;
     use crate::certify::test_columns::{random_columns, stribeck};
 
-    /// c* <= c_HB is no theorem: at k = 56 the orbit comes back at c_HB. (It does so with 2.7e-4 V to spare,
-    /// far more than the simulation's error, but this is a proof.)
+    /// c* <= c_HB is not a theorem: at k = 56 the orbit returns at c_HB. (Its margin is 2.7e-4 V, far more
+    /// than the simulation's error, but this is a proof.)
     #[test]
     fn harmonic_balance_is_exceeded_at_large_k() {
         let enclosed = Enclosed::of(&stribeck(0.79377, 0.32659, 0.0, 9.5262, 7.4949)).unwrap();
         let balance = balance_critical(&enclosed.groups);
         assert!(enclosed.critical().lo > balance.hi);
-        // The comparison is not empty: below k = 1 the orbit does not come back at c_HB.
+        // The test can fail: below k = 1 the orbit does not return at c_HB.
         for k in [0.1, 0.3, 0.9] {
             let enclosed = Enclosed::of(&stribeck(k, 0.2, 0.1, 1.0, 1.0)).unwrap();
             assert!(enclosed.critical().hi < balance_critical(&enclosed.groups).lo, "{k}");

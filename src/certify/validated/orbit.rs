@@ -1,4 +1,4 @@
-//! The grazing orbit, approximately: plain f64, no claim of accuracy. What it finds is a guess that the proof
+//! An approximate grazing orbit in plain f64, without any claim of accuracy: the guess whose error the proof
 //! then bounds.
 //!
 //! At the critical damping the orbit from the exit point closes: r is a periodic function of the angle with
@@ -8,14 +8,14 @@
 //! g = D r sin^2 / (1 + D sin cos),     C <- C + mean(g) / mean(-dg/dC),     r <- 1 + antiderivative of g
 //! ```
 //!
-//! with trigonometric interpolation, and take more angles until the Fourier coefficients have died away.
+//! with trigonometric interpolation, and take more angles until the Fourier coefficients have decayed.
 
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
 /// Numbers of angles, coarse to fine.
 const SIZES: [usize; 11] = [16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512];
-/// Sweeps after which the iteration is taken to diverge.
+/// Number of sweeps after which the iteration counts as divergent.
 const MOST_SWEEPS: usize = 80;
 /// Size of a coefficient, relative to the divergence, that counts as round-off.
 const NEGLIGIBLE: f64 = 4e-16;
@@ -72,8 +72,8 @@ impl Mesh {
     }
 }
 
-/// The grazing orbit of a column; `None` where the iteration does not settle, which is the case outside the
-/// domain of the polar form.
+/// The grazing orbit of a column; `None` where the iteration does not converge, as outside the domain of the
+/// polar form.
 pub(super) fn approximate(groups: Guess) -> Option<Orbit> {
     let Guess { a, k, b } = groups;
     let scale = a.max(b);
@@ -92,7 +92,7 @@ pub(super) fn approximate(groups: Guess) -> Option<Orbit> {
     })
 }
 
-/// Sweeps until nothing changes any more; returns r - 1, which keeps the digits of small changes.
+/// Sweeps until the changes are round-off; returns r - 1, which keeps the digits of small changes.
 fn settle(groups: Guess, mesh: &Mesh, viscous: &mut f64, scale: f64) -> Option<Vec<f64>> {
     let Guess { a, k, b } = groups;
     let size = mesh.size();
@@ -132,7 +132,7 @@ fn settle(groups: Guess, mesh: &Mesh, viscous: &mut f64, scale: f64) -> Option<V
         if !change.is_finite() {
             return None;
         }
-        // Once close, stop when round-off is all that moves.
+        // Near convergence, stop when only round-off changes.
         if change <= 2.0 * f64::EPSILON * scale || (change <= 1e-12 * scale && change >= 0.5 * last) {
             *viscous = c;
             return Some(growth);
@@ -142,7 +142,7 @@ fn settle(groups: Guess, mesh: &Mesh, viscous: &mut f64, scale: f64) -> Option<V
     None
 }
 
-/// Fourier coefficients of the samples of r - 1; `None` if they have not died away.
+/// Fourier coefficients of the samples of r - 1; `None` if they have not decayed.
 fn transform(mesh: &Mesh, growth: &[f64], viscous: f64, scale: f64) -> Option<Orbit> {
     let size = mesh.size();
     let coefficient = |n: usize, table: &[f64]| {
@@ -153,7 +153,7 @@ fn transform(mesh: &Mesh, growth: &[f64], viscous: f64, scale: f64) -> Option<Or
     let sines: Vec<f64> = (1..size / 2).map(|n| coefficient(n, &mesh.sin)).collect();
     let negligible = |n: &usize| cosines[*n].abs().max(sines[*n].abs()) <= NEGLIGIBLE * scale;
     let kept = (0..cosines.len()).rev().take_while(negligible).last().unwrap_or(cosines.len());
-    // Some harmonics at the end must be seen to be small.
+    // Some harmonics at the end must be small.
     if kept + 2 > cosines.len() && size < SIZES[SIZES.len() - 1] {
         return None;
     }

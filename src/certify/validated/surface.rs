@@ -9,7 +9,7 @@ use super::tile::{GroupBox, Tile};
 /// even part of the divergence alone.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
-    /// The whole.
+    /// The whole box.
     domain: GroupBox,
     pieces: Vec<Piece>,
     tried: usize,
@@ -22,11 +22,11 @@ struct Piece {
     state: State,
     /// Bound on the width of the enclosure anywhere in the piece.
     width: f64,
-    /// The width times the piece's share in the user's measure: what is refined first.
+    /// The width times the piece's share in the caller's measure: the priority of its refinement.
     weight: f64,
 }
 
-/// What is known of a piece.
+/// State of the proof of a piece.
 #[derive(Clone, Debug, PartialEq)]
 enum State {
     /// No proof was tried.
@@ -37,11 +37,11 @@ enum State {
     Proved(Box<Tile>),
 }
 
-/// What is known of C* on a piece.
-pub(super) enum Known<'a> {
-    /// A proof encloses it.
+/// The enclosure of C* on a piece.
+pub(super) enum Enclosure<'a> {
+    /// By a proved tile.
     Tile(&'a Tile),
-    /// The even part of the divergence does, to this width.
+    /// By the even part of the divergence, of this width.
     EvenPart(f64),
 }
 
@@ -53,10 +53,10 @@ impl Surface {
         Self { domain, pieces: vec![Piece { domain, state: State::Untried, width, weight: width }], tried: 0 }
     }
 
-    /// Tries proofs, where the weight is largest first, until `budget` have been tried in all or no piece
-    /// weighs more than `enough`: of a piece that has not been tried, else of its halves. The weight of a
-    /// piece is the width of its enclosure times its `share` in the measure of the user. Stops early where
-    /// `go_on` says no.
+    /// Tries proofs in order of decreasing weight, until `budget` have been tried in all or no piece weighs
+    /// more than `enough`: of the piece itself if it has not been tried, else of its halves. The weight of a
+    /// piece is the width of its enclosure times its `share` in the caller's measure. Stops early where
+    /// `go_on` returns false.
     pub fn refine(
         &mut self,
         budget: usize,
@@ -81,7 +81,7 @@ impl Surface {
             for domain in domains {
                 let even = even_part_width(&domain);
                 let share = share(&domain);
-                // No proof is spent on what nobody asks for.
+                // No proof is tried where the share is zero.
                 let tile = (share > 0.0).then(|| Tile::prove(domain));
                 self.tried += usize::from(tile.is_some());
                 let (state, width) = match tile {
@@ -103,7 +103,7 @@ impl Surface {
         self.domain
     }
 
-    /// Proofs tried so far.
+    /// Number of proofs tried so far.
     #[must_use]
     pub fn tried(&self) -> usize {
         self.tried
@@ -122,16 +122,16 @@ impl Surface {
         self.pieces.iter().filter(|piece| !matches!(piece.state, State::Proved(_))).map(|piece| piece.domain)
     }
 
-    /// What is known of C* on each piece that meets `domain`.
-    pub(super) fn known(&self, domain: &GroupBox) -> impl Iterator<Item = Known<'_>> {
+    /// The enclosure of C* on each piece that meets `domain`.
+    pub(super) fn enclosures(&self, domain: &GroupBox) -> impl Iterator<Item = Enclosure<'_>> {
         let domain = *domain;
         self.pieces.iter().filter(move |piece| piece.domain.meets(&domain)).map(|piece| match &piece.state {
-            State::Proved(tile) => Known::Tile(tile),
-            State::Untried | State::Failed => Known::EvenPart(piece.width),
+            State::Proved(tile) => Enclosure::Tile(tile),
+            State::Untried | State::Failed => Enclosure::EvenPart(piece.width),
         })
     }
 
-    /// C* at one point of the box, enclosed; the whole line outside.
+    /// Enclosure of C* at one point of the box; the whole line outside.
     #[cfg(test)]
     pub(super) fn critical(&self, groups: &Groups) -> Interval {
         let at = GroupBox::around(groups);
@@ -146,7 +146,7 @@ impl Surface {
     }
 }
 
-/// Bound on the distance of the bounds from the even part of the divergence, anywhere in the box: the
+/// Bound on the distance between the bounds by the even part of the divergence, anywhere in the box: the
 /// distance rises with A and with k.
 fn even_part_width(domain: &GroupBox) -> f64 {
     let top = |[_, hi]: [f64; 2]| Interval::of(hi);

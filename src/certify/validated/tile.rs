@@ -9,7 +9,7 @@
 use rayon::prelude::*;
 
 use super::circle::{Circle, reach, riesz_factor};
-use super::defect::{Bounds, Candidate, Factors, Groups, Seen, radius_of_proof, sampling};
+use super::defect::{Bounds, Candidate, Factors, Groups, Sampled, radius_of_proof, sampling};
 use super::interval::Interval;
 use super::orbit::{Guess, Orbit, approximate};
 
@@ -17,7 +17,7 @@ use super::orbit::{Guess, Orbit, approximate};
 const DEGREES: [usize; 3] = [2, 8, 2];
 /// The largest of them.
 pub(super) const HIGHEST: usize = 8;
-/// Size of a harmonic, relative to the first, that is left out.
+/// Size of a harmonic, relative to the first, below which it is left out.
 const NEGLIGIBLE: f64 = 1e-12;
 /// Coefficients are multiples of this, so that they are short in a file.
 pub const UNIT: f64 = 1.0 / (1u64 << 46) as f64;
@@ -63,7 +63,7 @@ impl GroupBox {
         GroupBox { a, k, b }
     }
 
-    /// Whether the boxes have a point in common.
+    /// Returns whether the boxes have a point in common.
     #[must_use]
     pub fn meets(&self, other: &GroupBox) -> bool {
         self.ranges().iter().zip(other.ranges()).all(|(one, two)| one[0] <= two[1] && two[0] <= one[1])
@@ -81,13 +81,13 @@ impl GroupBox {
     }
 }
 
-/// C*(A, k, b) = a polynomial up to `radius`, proved over a box.
+/// An enclosure proved over a box: |C*(A, k, b) - polynomial| <= `radius`.
 ///
 /// Polynomials are sums over modes, number i + 3 (j + 9 l) the mode T_i T_j T_l of the Chebyshev polynomials
 /// in A, k and b scaled to [-1, 1] over the box.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tile {
-    /// Where it holds.
+    /// The box.
     pub domain: GroupBox,
     /// The proved bound on |C* - polynomial|.
     pub radius: f64,
@@ -110,19 +110,18 @@ pub(super) fn degrees(mode: usize) -> [usize; 3] {
 }
 
 impl Tile {
-    /// Proves C* over the box; `None` where the proof does not go through.
+    /// Proves an enclosure of C* over the box; `None` where the proof fails.
     #[must_use]
     pub fn prove(domain: GroupBox) -> Option<Tile> {
         let mut tile = interpolate(domain)?;
         let (circle, factors) = sampling(tile.cosines.len())?;
-        let (seen, factors) = tile.survey(circle, factors)?;
-        tile.radius = radius_of_proof(&domain.groups(), &Bounds::new(&seen, &factors), circle)?;
+        let (sampled, factors) = tile.survey(circle, factors)?;
+        tile.radius = radius_of_proof(&domain.groups(), &Bounds::new(&sampled, &factors), circle)?;
         Some(tile)
     }
 
-    /// The candidates at all sampled points of the box, and the factors from these samples and those of the
-    /// circle to bounds.
-    fn survey(&self, circle: &Circle, factors: Factors) -> Option<(Seen, Factors)> {
+    /// Samples the candidates at points of the box; returns the samples and the factors from them to bounds.
+    fn survey(&self, circle: &Circle, factors: Factors) -> Option<(Sampled, Factors)> {
         let domain = self.domain;
         let axes = [0, 1, 2].map(|axis| Samples::new(&domain, axis));
         let [a, k, b] = &axes;
@@ -132,15 +131,15 @@ impl Tile {
             radius: product(&[a.radius, k.radius, b.radius]),
             slope: product(&[factors.slope, a.radius, k.radius, b.radius]),
         };
-        // Maxima and hulls do not depend on the order in which they are taken.
-        let seen = (0..a.nodes.len() * k.nodes.len())
+        // Maxima and hulls do not depend on the order of the samples.
+        let sampled = (0..a.nodes.len() * k.nodes.len())
             .into_par_iter()
             .map(|at| {
                 let (one, two) = (&a.nodes[at % a.nodes.len()], &k.nodes[at / a.nodes.len()]);
                 b.nodes
                     .iter()
                     .map(|three| self.sample([one, two, three], circle))
-                    .reduce(|seen, next| seen.with(&next))
+                    .reduce(|sampled, next| sampled.with(&next))
             })
             .reduce(
                 || None,
@@ -149,11 +148,11 @@ impl Tile {
                     (one, two) => one.or(two),
                 },
             )?;
-        Some((seen, factors))
+        Some((sampled, factors))
     }
 
     /// The candidate at one point of the box, sampled.
-    fn sample(&self, nodes: [&Node; 3], circle: &Circle) -> Seen {
+    fn sample(&self, nodes: [&Node; 3], circle: &Circle) -> Sampled {
         let [a, k, b] = nodes.map(|node| node.value);
         let mut weights = [0.0; MODES];
         let mut viscous = Interval::ZERO;
@@ -179,7 +178,7 @@ impl Tile {
         let unit = (MODES as f64 + 4.0) * f64::EPSILON + 4.0 * nodes.map(width).iter().sum::<f64>();
         let candidate =
             Candidate { viscous, cosines: &cosines, sines: &sines, error: unit * most + f64::MIN_POSITIVE };
-        Seen::of(&Groups { a, k, b }, &candidate, circle)
+        Sampled::of(&Groups { a, k, b }, &candidate, circle)
     }
 
     /// An enclosure of C* at groups inside the box.
@@ -190,7 +189,7 @@ impl Tile {
             let (lo, hi) = (Interval::of(lo), Interval::of(hi));
             // On an axis of no width only the constant mode is not 0.
             let x = if lo == hi { Interval::ZERO } else { (x + x - lo - hi).over(hi - lo) };
-            // In the box, hence in [-1, 1], whatever rounding says.
+            // The point is in the box, so in [-1, 1] in spite of rounding.
             let x = Interval::new(x.lo.clamp(-1.0, 1.0), x.hi.clamp(-1.0, 1.0));
             let mut t = [Interval::ONE; HIGHEST + 1];
             t[1] = x;
@@ -227,7 +226,7 @@ fn product(factors: &[f64]) -> f64 {
 struct Node {
     /// The parameter.
     value: Interval,
-    /// T_0, T_1, .. there.
+    /// T_0, T_1, .. at that parameter.
     chebyshev: [Interval; HIGHEST + 1],
 }
 
@@ -282,7 +281,7 @@ fn interpolate(domain: GroupBox) -> Option<Tile> {
             approximate(Guess { a: point(0, i), k: point(1, j), b: point(2, l) })
         })
         .collect::<Option<Vec<Orbit>>>()?;
-    // Harmonics below what interpolation misses would only cost time.
+    // Harmonics below the error of the interpolation would only cost time.
     let size = |orbit: &Orbit, n: usize| {
         let at = |row: &[f64]| row.get(n).map_or(0.0, |c| c.abs());
         at(&orbit.cosines).max(at(&orbit.sines))
@@ -345,15 +344,15 @@ mod tests {
         }
     }
 
-    /// Chebyshev points lie inside a box, so that its corners show what the samples miss.
+    /// Chebyshev points lie inside a box, so its corners show what the samples miss.
     #[test]
     fn bounds_hold_between_the_samples_and_samples_alone_do_not() {
         let domain = GroupBox { a: [0.1, 0.3], k: [0.15, 0.4], b: [0.0, 0.05] };
         let tile = interpolate(domain).unwrap();
         let (circle, factors) = sampling(tile.cosines.len()).unwrap();
-        let (seen, factors) = tile.survey(circle, factors).unwrap();
-        let bounds = Bounds::new(&seen, &factors);
-        let samples_alone = Bounds::new(&seen, &Factors { defect: 1.0, radius: 1.0, slope: 1.0 });
+        let (sampled, factors) = tile.survey(circle, factors).unwrap();
+        let bounds = Bounds::new(&sampled, &factors);
+        let samples_alone = Bounds::new(&sampled, &Factors { defect: 1.0, radius: 1.0, slope: 1.0 });
         let mut missed = 0;
         for corner in 0..8 {
             let node = |axis: usize| {

@@ -1,4 +1,5 @@
-//! One turn of an orbit of any friction law, enclosed: the critical damping of a column between two numbers.
+//! One enclosed turn of an orbit of any friction law, and from it an enclosure of a column's critical
+//! damping.
 //!
 //! # Statements
 //! **Polar form.** With r in units of V, v = V r cos th, u = V (1 - r cos th) and D = w(u) - C, C = eps c,
@@ -29,34 +30,34 @@
 //!
 //! as long as the orbit stays in the tube (Gronwall), and it does if this bound is below the tube's width. []
 //!
-//! The curve is the one that is held: its coefficients, such as 1 - mu, were rounded when it was made. Sines
-//! and cosines are the platform's, which are taken to err by less than four units in the last place.
+//! The law is the stored curve: its coefficients, such as 1 - mu, were rounded when it was made. Sines and
+//! cosines are the platform's; their error is assumed to be less than four units in the last place.
 
 use crate::friction::interval::Interval;
 use crate::friction::jet::{Jet, Real};
 use crate::friction::{COUNT, ProvedPiece, Weakening};
 
-/// Taylor coefficients of a step.
+/// Number of Taylor coefficients of a step.
 const ORDER: usize = 7;
 /// Longest and shortest step.
 const STEPS: [f64; 2] = [0.2, 1e-13];
-/// Steps before a turn is given up; most take a hundred.
+/// Largest number of steps of a turn; most take a hundred.
 const MOST_STEPS: u32 = 6000;
-/// The uncertainty that a step may add for each unit of angle, relative to the size of D.
+/// Largest uncertainty that a step may add per unit of angle, relative to the size of D.
 const SHARPNESS: f64 = 1e-12;
-/// A step this uncertain, whatever its length, is good enough: it is next to a corner of the law.
+/// Uncertainty at which a step of any length is accepted: needed next to corners of the law.
 const ENOUGH: f64 = 1e-15;
 /// Least dth/dt.
 const SLOWEST: f64 = 1e-3;
-/// The search for the critical damping: evaluations of the turn.
+/// Largest number of turns in the search for the critical damping.
 const EVALUATIONS: u32 = 40;
 
-/// Why a turn could not be enclosed.
+/// Reason why a turn could not be enclosed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Resists {
-    /// The orbit needs the law beyond the slip speed up to which it is known.
+pub enum Obstacle {
+    /// The orbit reaches slip speeds beyond the known range of the law.
     BeyondTheLaw {
-        /// The slip speed that is needed, at least.
+        /// A lower bound of the slip speed needed.
         needed: f64,
     },
     /// The law has no proved enclosure at this slip speed.
@@ -64,43 +65,43 @@ pub enum Resists {
         /// The slip speed.
         at: f64,
     },
-    /// The angle does not advance: the divergence is too large.
+    /// The polar angle is not monotone: the divergence is too large.
     NoAngle,
-    /// The steps would have to be too short or too many.
+    /// The steps would be too short or too many.
     TooMuchWork,
 }
 
-impl std::fmt::Display for Resists {
+impl std::fmt::Display for Obstacle {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         match self {
-            Resists::BeyondTheLaw { needed } => {
+            Obstacle::BeyondTheLaw { needed } => {
                 write!(f, "the orbit needs the law at slip speeds up to {needed:.3e}, where it is not known")
             }
-            Resists::NoEnclosure { at } => write!(f, "the law has no proved bounds at slip speed {at:.3e}"),
-            Resists::NoAngle => write!(f, "the divergence is so large that the orbit need not turn"),
-            Resists::TooMuchWork => write!(f, "the orbit cannot be enclosed sharply enough"),
+            Obstacle::NoEnclosure { at } => write!(f, "the law has no proved bounds at slip speed {at:.3e}"),
+            Obstacle::NoAngle => write!(f, "the divergence is so large that the orbit need not turn"),
+            Obstacle::TooMuchWork => write!(f, "the orbit cannot be enclosed sharply enough"),
         }
     }
 }
 
-/// An orbit's damping and law.
+/// The damping and the law of an orbit.
 struct Orbit<'a> {
     law: &'a Weakening,
     belt_speed: f64,
     viscous: f64,
-    /// Size of the divergence, to scale what is negligible.
+    /// Size of the divergence, which scales negligible quantities.
     size: f64,
 }
 
-/// What a step has given.
+/// The result of a step.
 enum Step {
-    /// The orbit after it: where the polynomial ends, and how far from there the orbit may be.
+    /// The orbit after it: the end of the polynomial, and a bound of the orbit's distance from it.
     Taken { end: Interval, error: f64 },
-    /// It has to be shorter: as long as this.
+    /// The step must be shorter: this long.
     Shorter(f64),
 }
 
-/// Bound of the difference of two pieces' polynomials between the slip speeds `from` and `to`, which may be
+/// Bound on the difference of two pieces' polynomials between the slip speeds `from` and `to`, which may be
 /// beyond the ends of either; by their Taylor series.
 fn difference(one: &ProvedPiece, two: &ProvedPiece, from: f64, to: f64) -> f64 {
     let series = |piece: &ProvedPiece| {
@@ -117,12 +118,12 @@ fn difference(one: &ProvedPiece, two: &ProvedPiece, from: f64, to: f64) -> f64 {
     if sum.is_finite() { sum } else { f64::INFINITY }
 }
 
-/// Larger of the absolute values.
+/// Largest absolute value.
 fn size(x: Interval) -> f64 {
     x.lo.abs().max(x.hi.abs())
 }
 
-/// All within `radius` of `x`.
+/// All numbers within `radius` of `x`.
 fn around(x: Interval, radius: f64) -> Interval {
     x + Interval::new(-radius, radius)
 }
@@ -146,8 +147,8 @@ impl Orbit<'_> {
         belt - belt * r * theta.sin_cos().1
     }
 
-    /// Slip speeds along a polynomial and within `tube` of it: those at the ends of the step, where they rise
-    /// or fall all the way.
+    /// Slip speeds along a polynomial and within `tube` of it: those at the ends of the step, where they are
+    /// monotone.
     fn slips(
         &self,
         angles: Interval,
@@ -168,7 +169,8 @@ impl Orbit<'_> {
         around(along, (self.belt_speed * tube).next_up())
     }
 
-    /// Where on a step the polynomial leaves the slip speeds of the piece, if it does; approximately.
+    /// The approximate place on a step at which the polynomial leaves the slip speeds of the piece, if it
+    /// does.
     fn crossing(
         &self,
         piece: &ProvedPiece,
@@ -190,19 +192,19 @@ impl Orbit<'_> {
             let middle = 0.5 * (inside + beyond);
             if outside(middle) { beyond = middle } else { inside = middle }
         }
-        // What is left of the step counts, if it is not the whole of it.
+        // A place at the end of the step does not count.
         (inside > 1e-13 && inside < 0.999 * width).then_some(inside)
     }
 
-    /// delta: how far w may be from the polynomial of `piece` at slip speeds in `slip`.
-    fn uncertainty(&self, piece: &ProvedPiece, slip: Interval) -> Result<f64, Resists> {
+    /// delta: bound on the distance of w from the polynomial of `piece` at slip speeds in `slip`.
+    fn uncertainty(&self, piece: &ProvedPiece, slip: Interval) -> Result<f64, Obstacle> {
         if slip.hi > self.law.reach() {
-            return Err(Resists::BeyondTheLaw { needed: slip.hi });
+            return Err(Obstacle::BeyondTheLaw { needed: slip.hi });
         }
         let mut most: f64 = 0.0;
         for other in self.law.proved_pieces(slip.lo, slip.hi) {
             if !other.error.is_finite() {
-                return Err(Resists::NoEnclosure { at: other.ends[0] });
+                return Err(Obstacle::NoEnclosure { at: other.ends[0] });
             }
             let apart = match other.ends == piece.ends {
                 true => 0.0,
@@ -214,12 +216,12 @@ impl Orbit<'_> {
     }
 
     /// A step of length `width` from the angle `theta` and from within `error` of `r`.
-    fn step(&self, theta: f64, r: f64, error: f64, width: f64) -> Result<Step, Resists> {
+    fn step(&self, theta: f64, r: f64, error: f64, width: f64) -> Result<Step, Obstacle> {
         let half = Ok(Step::Shorter(0.5 * width));
         let middle = theta + 0.5 * width;
         let near = self.belt_speed * (1.0 - r * middle.cos());
         let Some(piece) = self.law.proved_pieces(near.max(0.0), near.max(0.0)).next() else {
-            return Err(Resists::BeyondTheLaw { needed: near });
+            return Err(Obstacle::BeyondTheLaw { needed: near });
         };
         let mut polynomial = [0.0; ORDER];
         polynomial[0] = r;
@@ -237,8 +239,7 @@ impl Orbit<'_> {
                 .rev()
                 .fold(Jet::of(Interval::constant(0.0)), |sum, x| sum * offset + Jet::constant(*x))
         };
-        // The angle at the end of the step is a number: the width is what the subtraction leaves, exactly or
-        // nearly.
+        // The angle at the end of the step is a number, and the width is its difference, nearly or exactly.
         let width = Interval::constant(theta + width) - Interval::constant(theta);
         let span = Interval::new(0.0, width.hi);
         let angles = Interval::constant(theta) + span;
@@ -265,16 +266,16 @@ impl Orbit<'_> {
         if !(defect.is_finite() && values.is_bounded()) {
             return half;
         }
-        // The tube is guessed and confirmed.
+        // The tube is guessed and then confirmed.
         let mut tube = 2.0 * error + 4.0 * width.hi * (defect + SHARPNESS * self.size) + 1e-15;
         for _ in 0..3 {
             let radii = around(values, tube);
             let delta = self.uncertainty(&piece, self.slips(angles, &along, ends, tube))?;
             let angle = Jet::<Interval, 2>::of(angles);
             let [f, by_divergence, speed] = self.field(&piece, angle, Jet::variable(radii, 1.0));
-            // w itself may differ from the polynomial by delta, and the angle must advance for both.
+            // w itself may differ from the polynomial by delta, and the angle must increase for both.
             if !(speed.0[0].lo - delta > SLOWEST && delta <= SLOWEST) {
-                return if width.hi < 1e-3 { Err(Resists::NoAngle) } else { half };
+                return if width.hi < 1e-3 { Err(Obstacle::NoAngle) } else { half };
             }
             let sweep = size(by_divergence.0[0]) * (1.0 + 4.0 * delta / SLOWEST);
             let growth = (f.0[1] * width).exp().hi;
@@ -282,13 +283,13 @@ impl Orbit<'_> {
                 * width
                 * Interval::constant(growth.max(1.0));
             let reached = (Interval::constant(growth) * Interval::constant(error) + added).hi;
-            // On the way the bound is at most this.
+            // During the step the bound is at most this.
             let on_the_way = (Interval::constant(growth.max(1.0)) * Interval::constant(error) + added).hi;
             if !on_the_way.is_finite() {
                 return half;
             }
             if on_the_way < tube {
-                // What the law itself leaves uncertain no shorter step removes.
+                // No shorter step reduces the uncertainty of the law itself.
                 let unavoidable = 2.0 * sweep * piece.error * width.hi;
                 let allowed = (SHARPNESS * self.size * width.hi).max(ENOUGH) + unavoidable;
                 return if added.hi <= allowed { Ok(Step::Taken { end, error: reached }) } else { half };
@@ -299,17 +300,16 @@ impl Orbit<'_> {
     }
 
     /// r(2 pi), enclosed.
-    fn turn(&self) -> Result<Interval, Resists> {
+    fn turn(&self) -> Result<Interval, Obstacle> {
         let end = Interval::new(std::f64::consts::TAU, std::f64::consts::TAU.next_up());
         let (mut theta, mut r, mut error) = (0.0, 1.0, 0.0);
-        // The length of steps that the orbit asks for, and that of the next one, which may be cut at the end
-        // of a piece.
+        // The usual length of steps, and that of the next one, which may be cut at the end of a piece.
         let (mut usual, mut width): (f64, f64) = (0.05, 0.05);
         for _ in 0..MOST_STEPS {
             let rest = end.lo - theta;
             if rest <= 0.0 {
-                // From the number below 2 pi to 2 pi itself, F is of the size of the square of the
-                // difference.
+                // Between the number below 2 pi and 2 pi itself, the change of r is of the order of the
+                // square of their difference.
                 return Ok(around(Interval::constant(r), error + f64::EPSILON));
             }
             let last = width >= rest;
@@ -322,38 +322,38 @@ impl Orbit<'_> {
                     width = usual;
                 }
                 Step::Shorter(length) => {
-                    // Halves are what the orbit asks for; other lengths end at a piece.
+                    // The usual length is halved; other lengths end at a piece.
                     if length == 0.5 * width.min(rest) {
                         usual = length;
                     }
                     width = length;
                     if width < STEPS[1] {
-                        return Err(Resists::TooMuchWork);
+                        return Err(Obstacle::TooMuchWork);
                     }
                 }
             }
         }
-        Err(Resists::TooMuchWork)
+        Err(Obstacle::TooMuchWork)
     }
 }
 
-/// C* = eps c* of an orbit at belt speed `belt_speed`, between two numbers of which each is a theorem, and
-/// why it is not known better if `bounds`, what is known of it before, could not be sharpened on a side.
-pub(super) fn critical(law: &Weakening, belt_speed: f64, bounds: [f64; 2]) -> ([f64; 2], Option<Resists>) {
+/// Enclosure of C* = eps c* at belt speed `belt_speed`, each end a theorem. `bounds` is an earlier enclosure;
+/// the second result is the reason if a side could not be improved.
+pub(super) fn critical(law: &Weakening, belt_speed: f64, bounds: [f64; 2]) -> ([f64; 2], Option<Obstacle>) {
     let [mut lo, mut hi] = bounds;
     if !(lo.is_finite() && hi.is_finite() && lo < hi) {
-        let resists =
-            (!(lo <= hi && lo.is_finite() && hi.is_finite())).then_some(Resists::NoEnclosure { at: 0.0 });
-        return (bounds, resists);
+        let obstacle =
+            (!(lo <= hi && lo.is_finite() && hi.is_finite())).then_some(Obstacle::NoEnclosure { at: 0.0 });
+        return (bounds, obstacle);
     }
     let whole = law.range(0.0, 2.0 * belt_speed);
     let scale = lo.abs().max(hi.abs()).max(whole.lo.abs()).max(whole.hi.abs()).max(f64::MIN_POSITIVE);
     if !scale.is_finite() {
-        return (bounds, Some(Resists::NoEnclosure { at: 0.0 }));
+        return (bounds, Some(Obstacle::NoEnclosure { at: 0.0 }));
     }
-    let mut resists = None;
+    let mut obstacle = None;
     let mut left = EVALUATIONS;
-    // r(2 pi) - 1 at the ends of a bracket in which it is sought, as far as they are known.
+    // r(2 pi) - 1 at the ends of the bracket, as far as computed.
     let mut known: [Option<(f64, f64)>; 2] = [None, None];
     let mut at = 0.5 * (lo + hi);
     while left > 0 && hi - lo > 4.0 * f64::EPSILON * scale {
@@ -362,7 +362,7 @@ pub(super) fn critical(law: &Weakening, belt_speed: f64, bounds: [f64; 2]) -> ([
         let margin = match orbit.turn() {
             Ok(end) => end - Interval::constant(1.0),
             Err(why) => {
-                resists = Some(why);
+                obstacle = Some(why);
                 break;
             }
         };
@@ -381,7 +381,7 @@ pub(super) fn critical(law: &Weakening, belt_speed: f64, bounds: [f64; 2]) -> ([
         };
         let root = at - middle / slope;
         let off = 2.0 * uncertain / slope.abs() + 2.0 * f64::EPSILON * scale;
-        // Next to the root, the dampings at which the sign must be certain; the search for it before.
+        // Near the root, dampings at which the sign must be certain; before that, the search for it.
         at = if middle.abs() > 16.0 * uncertain {
             root
         } else if lo < root - 4.0 * off {
@@ -395,7 +395,7 @@ pub(super) fn critical(law: &Weakening, belt_speed: f64, bounds: [f64; 2]) -> ([
             at = 0.5 * (lo + hi);
         }
     }
-    ([lo, hi], resists)
+    ([lo, hi], obstacle)
 }
 
 #[cfg(test)]
@@ -405,8 +405,8 @@ mod tests {
     use crate::friction::{Law, Table};
     use crate::point::{LawParameters, Point};
 
-    /// Stribeck's law through the polynomials against the proof of its own, which shares neither witness nor
-    /// arithmetic.
+    /// Compares the proof for any law, on Stribeck's law, with the special proof, which shares neither
+    /// witness nor arithmetic.
     #[test]
     fn two_proofs_of_one_column_agree() {
         let (mut sharp, mut all) = (0, 0);
@@ -425,7 +425,7 @@ mod tests {
 
     /// A law whose weakening rate is a parabola on each piece, with corners on the orbit.
     #[test]
-    fn corners_are_passed_and_the_end_of_a_table_is_told() {
+    fn corners_are_passed_and_the_end_of_a_table_is_reported() {
         let data: Vec<(f64, f64)> =
             (0..12).map(|i| 0.25 * f64::from(i)).map(|u| (u, 0.6 + 0.4 * (-u).exp() + 0.02 * u)).collect();
         let law = Law::Table(Table::new("corners", &data, 1.0).unwrap());
@@ -434,9 +434,9 @@ mod tests {
         };
         let proof = any_law::prove(&column(1.0));
         let width = proof.critical.hi - proof.critical.lo;
-        assert!(width > 0.0 && width < 1e-9 && proof.resists.is_none(), "{proof:?}");
+        assert!(width > 0.0 && width < 1e-9 && proof.obstacle.is_none(), "{proof:?}");
         // Twice the belt speed is more than 2.75.
         let proof = any_law::prove(&column(1.5));
-        assert!(proof.resists.is_some() && proof.critical.hi == f64::INFINITY, "{proof:?}");
+        assert!(proof.obstacle.is_some() && proof.critical.hi == f64::INFINITY, "{proof:?}");
     }
 }

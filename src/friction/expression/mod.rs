@@ -1,12 +1,13 @@
 //! A friction law given as text, such as `mu + (1 - mu)*exp(-u/vs)`: phi in the slip speed u, in eps, and in
 //! any other names, which become parameters of the law and axes of maps.
 //!
-//! The text is parsed with the crate `winnow` to a tape of operations, which runs on Taylor series
-//! ([`super::jet`]): over numbers for phi and its derivative, over intervals for certain bounds, over series
-//! in eps for the first-order theory. A series is as exact as a formula for the derivative, and stays short:
-//! a third derivative costs ten products for each product of the law, where its formula has hundreds of
-//! terms. The tests confirm the series by the formulas that the crate `exmex` derives from random laws. (It
-//! is no parser for users: -u^2 is (-u)^2 there, 1e-3 is no number, and errors have no place in the text.)
+//! The text is parsed with the crate `winnow` to a tape of operations, which is evaluated on Taylor series
+//! ([`super::jet`]): over numbers for phi and its derivative, over intervals for proved bounds, over series
+//! in eps for the first-order theory. A series is as exact as a formula for the derivative, and shorter: a
+//! third derivative costs ten products for each product of the law, where its formula has hundreds of terms.
+//! The tests compare the series with the formulas that the crate `exmex` derives for random laws. (`exmex` is
+//! not suited to users' input: it reads -u^2 as (-u)^2 and 1e-3 not as a number, and its errors give no place
+//! in the text.)
 //!
 //! **Legal laws** are checked by [`Expression::check`]: phi(0) = 1 (after division by a stated static
 //! level), phi and D finite and continuous over the slip speeds in question. `abs` is legal where its
@@ -23,13 +24,14 @@ use super::{Gradient, NoFirstOrder, Parameter};
 use crate::point::{LawParameters, MAX_LAW_PARAMETERS};
 use parse::{DEEPEST, Function, Op, Place, Tape};
 
-/// Operations of the longest formula: a right-hand side of more takes as long as hundreds of ordinary ones.
+/// Largest number of operations of a formula: more would make a right-hand side as slow as hundreds of usual
+/// ones.
 const MOST_OPERATIONS: usize = 500;
 
-/// How far phi(0) may be from 1 (formulas have rounding errors).
+/// Tolerance of phi(0) = 1: formulas have rounding errors.
 const STATIC_SLACK: f64 = 1e-12;
 
-/// What is wrong with a formula, and where.
+/// An error in a formula, with its place.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{problem} (character {} of the formula)\n  help: {remedy}", .from + 1)]
 pub struct ExpressionError {
@@ -37,9 +39,9 @@ pub struct ExpressionError {
     pub from: usize,
     /// One past the last.
     pub to: usize,
-    /// What is wrong.
+    /// The problem.
     pub problem: String,
-    /// What to do.
+    /// The remedy.
     pub remedy: String,
 }
 
@@ -63,9 +65,9 @@ impl PartialEq for Expression {
     }
 }
 
-/// The names of parameters live as long as the program, each once however many formulas use it: axes of maps
-/// are known by such names.
-fn lasting(name: String) -> &'static str {
+/// Keeps the names of parameters for the life of the program, each once: axes of maps are known by static
+/// names.
+fn interned(name: String) -> &'static str {
     static KNOWN: Mutex<Option<HashSet<&'static str>>> = Mutex::new(None);
     let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
     let known = known.get_or_insert_default();
@@ -104,8 +106,8 @@ impl Expression {
             });
         }
         let parameters = tape.parameters.iter().map(|(name, _)| Parameter {
-            name: lasting(name.clone()),
-            long_name: lasting(format!("parameter {name} of the friction law")),
+            name: interned(name.clone()),
+            long_name: interned(format!("parameter {name} of the friction law")),
             min: f64::MIN,
             max: f64::MAX,
         });
@@ -131,7 +133,7 @@ impl Expression {
         &self.0.parameters
     }
 
-    /// Where a parameter first stands in the text, as a character range.
+    /// The range of characters in which a parameter first occurs in the text.
     #[must_use]
     pub fn place_of(&self, parameter: &str) -> Option<(usize, usize)> {
         let found = self.0.tape.parameters.iter().find(|(name, _)| name == parameter);
@@ -200,13 +202,13 @@ impl ExpressionCurve {
         1 + self.law.0.tape.ops.len() as u64 / 2
     }
 
-    /// Runs the tape; `watch` sees every operation's number and result.
+    /// Evaluates the tape; `watch` receives every operation's number and result.
     #[inline]
     fn run<T: Real>(&self, u: T, epsilon: T, watch: impl FnMut(usize, &T)) -> T {
         self.run_with(u, epsilon, |i| T::constant(self.parameters.as_slice()[i]), watch)
     }
 
-    /// The same with any values of the parameters.
+    /// As `run`, with any values of the parameters.
     #[inline]
     fn run_with<T: Real>(
         &self,
@@ -249,7 +251,7 @@ impl ExpressionCurve {
         self.run(Jet::variable(u, 1.0), Jet::of(T::constant(self.epsilon)), |_, _| ())
     }
 
-    /// phi(u); below u = 0, where the flow is continued, as the formula has it, or 1 where it has nothing.
+    /// phi(u); below u = 0, where the flow is continued, the formula's value, or 1 where it has none.
     #[inline]
     pub(super) fn phi(&self, u: f64) -> f64 {
         let phi = self.run(u, self.epsilon, |_, _| ());
@@ -267,7 +269,7 @@ impl ExpressionCurve {
     pub(super) fn gradient(&self, u: f64) -> Gradient {
         type Mixed = Jet<Jet<f64, 2>, 2>;
         let values = self.parameters.as_slice();
-        // Number `n` is the variable: eps for 0, parameter n - 1 else.
+        // The variable number `n`: eps for 0, else parameter n - 1.
         let by = |n: usize| {
             let input = |i: usize, x: f64| Mixed::of(if i == n { Jet::variable(x, 1.0) } else { Jet::of(x) });
             let slip = Mixed::variable(Jet::of(u), 1.0);
@@ -283,8 +285,7 @@ impl ExpressionCurve {
         self.run(Jet::<T, 2>::of(u), Jet::variable(T::constant(0.0), 1.0), |_, _| ()).0[1]
     }
 
-    /// Whether the law has a first order in eps on slip speeds up to twice the belt speed, as samples have
-    /// it.
+    /// Checks by samples that the law has a first order in eps on slip speeds up to twice the belt speed.
     pub(super) fn check_leading(&self, belt_speed: f64) -> Result<(), NoFirstOrder> {
         if !self.law.0.tape.ops.contains(&Op::Epsilon) {
             return Err(NoFirstOrder::NoEpsilon);
@@ -305,8 +306,9 @@ impl ExpressionCurve {
     /// See [`Expression::check`].
     fn check(&self, fastest: f64) -> Result<(), ExpressionError> {
         let Compiled { tape, text, static_level, .. } = &*self.law.0;
-        // Singular operations first: they say more than a wrong value. A piece of slip speeds on which an
-        // operation's value or derivative has no bounds is halved until it is too short to matter.
+        // Singular operations are searched first, because their errors are more specific than a wrong value.
+        // A range of slip speeds on which an operation's value or derivative has no bounds is bisected until
+        // it is too short to matter.
         let shortest = 1e-9 * fastest;
         let mut pieces = vec![(0.0, fastest), (0.0, 0.0)];
         while let Some((a, b)) = pieces.pop() {
@@ -367,7 +369,7 @@ impl ExpressionCurve {
                 (format!("`{part}` is not defined at {at}"), "keep its argument positive")
             }
             Op::Power => (
-                format!("the base `{part}` of a power that is no integer is not positive at {at}"),
+                format!("the base `{part}` of a power that is not an integer is not positive at {at}"),
                 "add a small constant to the base, or use an integer power",
             ),
             Op::Call(Function::Tan) => (format!("`{part}` has a pole at {at}"), "keep away from it"),

@@ -1,9 +1,9 @@
 //! From the text of a formula to a tape of operations in reverse Polish order, with the parser crate
 //! `winnow`.
 //!
-//! The grammar is that of pencil and paper: `+ - * / ^`, parentheses, functions, numbers such as 1.5e-3;
-//! powers bind tighter than signs (-u^2 is -(u^2)) and to the right. An operation joins the tape as soon as
-//! its operands stand there. Errors carry the place in the text.
+//! The grammar is the usual one: `+ - * / ^`, parentheses, functions, numbers such as 1.5e-3; powers bind
+//! tighter than signs (-u^2 is -(u^2)) and to the right. An operation is appended to the tape as soon as its
+//! operands are there. Errors give their place in the text.
 
 use winnow::combinator::{Infix, Prefix, alt, expression, opt, preceded};
 use winnow::error::ParserError;
@@ -13,12 +13,12 @@ use winnow::{Parser, Result};
 
 use super::ExpressionError;
 
-/// Depth of the stack that evaluation may use.
+/// Largest depth of the stack of an evaluation.
 pub(super) const DEEPEST: usize = 24;
-/// Signs and parentheses that may be open at once: the parser calls itself for each.
+/// Largest number of open signs and parentheses: the parser recurses for each.
 const MOST_OPEN: usize = 100;
 
-/// How tightly operators bind.
+/// Binding strengths of operators.
 const SUM: i64 = 10;
 const PRODUCT: i64 = 20;
 const SIGN: i64 = 30;
@@ -87,7 +87,7 @@ pub(super) enum Op {
     Call(Function),
 }
 
-/// A stretch of the text, in characters from 0.
+/// A range of the text, in characters from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Place {
     pub(super) from: usize,
@@ -98,13 +98,13 @@ pub(super) struct Place {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Tape {
     pub(super) ops: Vec<Op>,
-    /// Where each operation stands in the text.
+    /// Place of each operation in the text.
     pub(super) places: Vec<Place>,
-    /// Named parameters with where they first stand, in order of appearance.
+    /// Named parameters with the place of their first occurrence, in order of appearance.
     pub(super) parameters: Vec<(String, Place)>,
 }
 
-/// The rest of the text, and what has been made of the text before it.
+/// The rest of the text, and the tape made of the text before it.
 type Input<'a> = Stateful<LocatingSlice<&'a [char]>, State>;
 
 #[derive(Debug)]
@@ -112,14 +112,14 @@ struct State {
     tape: Tape,
     /// Number of values on the stack.
     waiting: usize,
-    /// Where the signs without operand and the open parentheses stand.
+    /// Places of the signs without operand and of the open parentheses.
     open: Vec<usize>,
 }
 
-/// Why a parser stops.
+/// Reason why a parser stops.
 #[derive(Debug)]
 enum Stop {
-    /// What it reads does not begin here; something else may.
+    /// The text here is not what it parses; another parser may apply.
     NotHere,
     /// The formula is wrong.
     Wrong(ExpressionError),
@@ -222,7 +222,7 @@ fn operand(input: &mut Input) -> Result<Place, Stop> {
         ['a'..='z' | 'A'..='Z' | '_', ..] => name(input, word.iter().collect(), place),
         ['*' | '/' | '^' | ')' | ',', ..] => {
             let problem = format!("a value is expected here, not `{}`", word[0]);
-            wrong(place, problem, "mend the formula")
+            wrong(place, problem, "correct the formula")
         }
         _ => unknown(word, place),
     }
@@ -250,7 +250,7 @@ fn name(input: &mut Input, name: String, place: Place) -> Result<Place, Stop> {
         "eps" | "epsilon" => Op::Epsilon,
         "pi" => Op::Number(std::f64::consts::PI),
         "V" | "c" => {
-            let problem = format!("`{name}` is an axis of every map and no part of a friction law");
+            let problem = format!("`{name}` is an axis of every map and not part of a friction law");
             return wrong(place, problem, "choose another name");
         }
         _ if function.is_some() => {
@@ -269,13 +269,13 @@ fn name(input: &mut Input, name: String, place: Place) -> Result<Place, Stop> {
     value(input, op, place)
 }
 
-/// What follows the parenthesis that was opened at `bracket`, up to its end.
+/// Parses the rest of the parenthesis opened at `bracket`, up to its end.
 fn parenthesis(input: &mut Input, bracket: Place) -> Result<Place, Stop> {
     open(input, bracket)?;
     sum(input)?;
     match opt(token).parse_next(input)? {
         Some(([')'], Place { to, .. })) => Ok(Place { from: close(input), to }),
-        Some(([','], place)) => wrong(place, "functions take one argument".into(), "mend the formula"),
+        Some(([','], place)) => wrong(place, "functions take one argument".into(), "correct the formula"),
         Some((word, place)) if begins_operand(word) => {
             wrong(place, "an operator or `)` is expected here".into(), "products need a *")
         }
@@ -293,7 +293,7 @@ fn end(input: &mut Input) -> Result<(), Stop> {
         _ if begins_operand(word) => "an operator such as * is missing before this",
         _ => return unknown(word, place),
     };
-    wrong(place, problem.to_owned(), "mend the formula")
+    wrong(place, problem.to_owned(), "correct the formula")
 }
 
 fn begins_operand(word: &[char]) -> bool {
@@ -316,7 +316,7 @@ fn after(input: &Input) -> Place {
     Place { from, to: from + 1 }
 }
 
-/// A sign or parenthesis waits for its operand.
+/// Records a sign or parenthesis that needs an operand.
 fn open(input: &mut Input, place: Place) -> Result<(), Stop> {
     if input.state.open.len() == MOST_OPEN {
         return wrong(place, "the formula nests too deep here".into(), "simplify it");
@@ -325,12 +325,12 @@ fn open(input: &mut Input, place: Place) -> Result<(), Stop> {
     Ok(())
 }
 
-/// The last sign or parenthesis has its operand; returns where it stands.
+/// Completes the last sign or parenthesis; returns its place.
 fn close(input: &mut Input) -> usize {
     input.state.open.pop().unwrap_or_default()
 }
 
-/// Appends what puts a value on the stack.
+/// Appends an operation that pushes a value.
 fn value(input: &mut Input, op: Op, place: Place) -> Result<Place, Stop> {
     input.state.waiting += 1;
     if input.state.waiting > DEEPEST {
@@ -340,8 +340,8 @@ fn value(input: &mut Input, op: Op, place: Place) -> Result<Place, Stop> {
     Ok(push(input, op, place, place))
 }
 
-/// Appends an operation of two values. What can go wrong with a quotient is its denominator, with a power its
-/// base.
+/// Appends an operation of two values. Errors of a quotient are reported at its denominator, those of a power
+/// at its base.
 fn join(input: &mut Input, op: Op, left: Place, right: Place) -> Place {
     input.state.waiting -= 1;
     let whole = Place { from: left.from, to: right.to };
@@ -364,7 +364,7 @@ fn join(input: &mut Input, op: Op, left: Place, right: Place) -> Place {
     }
 }
 
-/// Appends an operation whose faults are those of `blamed`; returns `whole`, where it stands.
+/// Appends an operation whose errors are reported at `blamed`; returns `whole`, its place.
 fn push(input: &mut Input, op: Op, blamed: Place, whole: Place) -> Place {
     input.state.tape.ops.push(op);
     input.state.tape.places.push(blamed);

@@ -1,8 +1,7 @@
-//! Derivatives by Taylor series against those that the crate `exmex` finds as formulas.
+//! Compares derivatives by Taylor series with the formulas that the crate `exmex` derives.
 //!
-//! Both are evaluated over intervals with outward rounding, so there is no tolerance: two enclosures of one
-//! number have a number in common, and an enclosure holds what the same operations give with rounding to
-//! nearest.
+//! Both are evaluated over intervals with outward rounding, so no tolerance is needed: two enclosures of one
+//! number intersect, and an enclosure contains the result of the same operations with rounding to nearest.
 
 use std::str::FromStr;
 
@@ -12,29 +11,29 @@ use proptest::test_runner::RngSeed;
 
 use super::*;
 
-/// An interval as exmex wants it.
+/// An interval in the form that exmex needs.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Sure(Interval);
+struct Enclosed(Interval);
 
-impl Default for Sure {
+impl Default for Enclosed {
     fn default() -> Self {
         Self::from(0)
     }
 }
 
-impl From<f32> for Sure {
+impl From<f32> for Enclosed {
     fn from(x: f32) -> Self {
         Self(Interval::thin(x.into()))
     }
 }
 
-impl From<u8> for Sure {
+impl From<u8> for Enclosed {
     fn from(x: u8) -> Self {
         Self(Interval::thin(x.into()))
     }
 }
 
-impl FromStr for Sure {
+impl FromStr for Enclosed {
     type Err = std::num::ParseFloatError;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
@@ -45,41 +44,42 @@ impl FromStr for Sure {
 #[derive(Clone, Debug)]
 struct Operators;
 
-impl MakeOperators<Sure> for Operators {
-    fn make<'a>() -> Vec<Operator<'a, Sure>> {
-        let bin = |apply: fn(Sure, Sure) -> Sure, prio| BinOp { apply, prio, is_commutative: false };
+impl MakeOperators<Enclosed> for Operators {
+    fn make<'a>() -> Vec<Operator<'a, Enclosed>> {
+        let bin =
+            |apply: fn(Enclosed, Enclosed) -> Enclosed, prio| BinOp { apply, prio, is_commutative: false };
         vec![
-            Operator::make_bin_unary("+", bin(|a, b| Sure(a.0 + b.0), 0), |a| a),
-            Operator::make_bin_unary("-", bin(|a, b| Sure(a.0 - b.0), 1), |a| Sure(-a.0)),
-            Operator::make_bin("*", bin(|a, b| Sure(a.0 * b.0), 2)),
-            Operator::make_bin("/", bin(|a, b| Sure(a.0 / b.0), 3)),
+            Operator::make_bin_unary("+", bin(|a, b| Enclosed(a.0 + b.0), 0), |a| a),
+            Operator::make_bin_unary("-", bin(|a, b| Enclosed(a.0 - b.0), 1), |a| Enclosed(-a.0)),
+            Operator::make_bin("*", bin(|a, b| Enclosed(a.0 * b.0), 2)),
+            Operator::make_bin("/", bin(|a, b| Enclosed(a.0 / b.0), 3)),
             Operator::make_bin("^", bin(power, 4)),
-            Operator::make_unary("exp", |a| Sure(call(Function::Exp, a.0))),
-            Operator::make_unary("ln", |a| Sure(call(Function::Ln, a.0))),
-            Operator::make_unary("sqrt", |a| Sure(call(Function::Sqrt, a.0))),
-            Operator::make_unary("sin", |a| Sure(call(Function::Sin, a.0))),
-            Operator::make_unary("cos", |a| Sure(call(Function::Cos, a.0))),
-            Operator::make_unary("tan", |a| Sure(call(Function::Tan, a.0))),
-            Operator::make_unary("sinh", |a| Sure(call(Function::Sinh, a.0))),
-            Operator::make_unary("cosh", |a| Sure(call(Function::Cosh, a.0))),
-            Operator::make_unary("tanh", |a| Sure(call(Function::Tanh, a.0))),
-            Operator::make_unary("atan", |a| Sure(call(Function::Atan, a.0))),
+            Operator::make_unary("exp", |a| Enclosed(call(Function::Exp, a.0))),
+            Operator::make_unary("ln", |a| Enclosed(call(Function::Ln, a.0))),
+            Operator::make_unary("sqrt", |a| Enclosed(call(Function::Sqrt, a.0))),
+            Operator::make_unary("sin", |a| Enclosed(call(Function::Sin, a.0))),
+            Operator::make_unary("cos", |a| Enclosed(call(Function::Cos, a.0))),
+            Operator::make_unary("tan", |a| Enclosed(call(Function::Tan, a.0))),
+            Operator::make_unary("sinh", |a| Enclosed(call(Function::Sinh, a.0))),
+            Operator::make_unary("cosh", |a| Enclosed(call(Function::Cosh, a.0))),
+            Operator::make_unary("tanh", |a| Enclosed(call(Function::Tanh, a.0))),
+            Operator::make_unary("atan", |a| Enclosed(call(Function::Atan, a.0))),
         ]
     }
 }
 
-fn power(base: Sure, exponent: Sure) -> Sure {
+fn power(base: Enclosed, exponent: Enclosed) -> Enclosed {
     let Interval { lo, hi } = exponent.0;
     if lo == hi && lo.fract() == 0.0 && lo.abs() <= 64.0 {
-        Sure(base.0.powi(lo as i32))
+        Enclosed(base.0.powi(lo as i32))
     } else {
-        Sure((exponent.0 * base.0.ln()).exp())
+        Enclosed((exponent.0 * base.0.ln()).exp())
     }
 }
 
-type Formula = FlatEx<Sure, Operators, NumberMatcher>;
+type Formula = FlatEx<Enclosed, Operators, NumberMatcher>;
 
-/// Formulas in parentheses throughout, as the two parsers differ in how tightly signs bind.
+/// Fully parenthesised formulas, since the two parsers differ in how tightly signs bind.
 fn formula() -> impl Strategy<Value = String> {
     let number = (1..40_u32).prop_map(|x| format!("{}", f64::from(x) / 8.0));
     let leaf = prop_oneof![3 => Just("u".to_owned()), 2 => Just("eps".to_owned()), 1 => Just("a".to_owned()), 2 => number];
@@ -99,8 +99,8 @@ fn formula() -> impl Strategy<Value = String> {
 
 #[test]
 fn derivatives_are_those_of_the_formulas() {
-    // exmex calls itself for each level of a formula, and those of fourth derivatives have thousands. The
-    // same formulas at each run, as the deepest of all would find the end of any stack.
+    // exmex recurses for each level of a formula, and formulas of fourth derivatives have thousands. Every
+    // run tests the same formulas, since a deeper one could overflow any stack.
     let config = ProptestConfig {
         cases: 200,
         max_global_rejects: 2000,
@@ -130,14 +130,14 @@ fn check(text: &str, u: f64, epsilon: f64, a: f64) -> Result<(), TestCaseError> 
 
     let whole = Formula::parse(text).unwrap();
     let names = whole.var_names().to_vec();
-    let values: Vec<Sure> = names
+    let values: Vec<Enclosed> = names
         .iter()
         .map(|name| match name.as_str() {
             "u" => u,
             "eps" => epsilon,
             _ => a,
         })
-        .map(|x| Sure(Interval::thin(x)))
+        .map(|x| Enclosed(Interval::thin(x)))
         .collect();
     for by_epsilon in 0..2 {
         for by_u in 0..4 {
@@ -158,7 +158,7 @@ fn check(text: &str, u: f64, epsilon: f64, a: f64) -> Result<(), TestCaseError> 
                 format!("{text} by u {by_u} and eps {by_epsilon} times: {ours:?} {symbolic:?} {plain}");
             prop_assert!(ours.lo.max(symbolic.lo) <= ours.hi.min(symbolic.hi), "{}", both);
             prop_assert!((ours.lo..=ours.hi).contains(&plain), "{}", both);
-            // The agreement is of many digits, but where a formula loses them.
+            // They agree in many digits, except where a formula cancels.
             let largest = ours.lo.abs().max(ours.hi.abs()).max(1.0);
             prop_assume!((ours.hi - ours.lo).max(symbolic.hi - symbolic.lo) <= 1e-6 * largest);
         }

@@ -71,7 +71,7 @@ fn errors_of_syntax_name_their_place() {
         ("|u - 1|", (0, 1), "`|` is not known"),
         ("1 + #", (4, 5), "`#` is not known"),
         ("1.2.3", (0, 5), "not a number"),
-        ("1 + V", (4, 5), "no part of a friction law"),
+        ("1 + V", (4, 5), "not part of a friction law"),
         ("exp + 1", (0, 3), "needs its argument"),
         ("1 * / 2", (4, 5), "a value is expected"),
         ("a+b+d+e+f+g+h+i+j", (16, 17), "one parameter more"),
@@ -101,16 +101,16 @@ fn hostile_nesting_is_refused_on_a_small_stack() {
             let error = Expression::new(&text, 1.0).unwrap_err();
             assert_eq!((error.from, error.to), (from, from + 1), "{}: {error}", &text[..8]);
         }
-        // What does not nest may be long, up to the limit of operations.
+        // A formula without nesting may be long, up to the limit of operations.
         let long = format!("1{}", times("+1").split_at(400).0);
         assert_eq!(value(&long, 0.0), 201.0);
     };
-    // A quarter of what threads have by default.
+    // A quarter of the default stack of threads.
     std::thread::Builder::new().stack_size(512 * 1024).spawn(refused).unwrap().join().unwrap();
 }
 
 #[test]
-fn lies_are_found_with_their_place() {
+fn errors_are_found_with_their_place() {
     for (text, parameters, place, words) in [
         ("0.5 + exp(-u)", &[][..], (0, 13), "phi(0) is 1.5, not 1"),
         ("1 - 0.1*u/(u - a)", &[0.7], (10, 17), "vanishes at u = 0.7"),
@@ -131,7 +131,7 @@ fn lies_are_found_with_their_place() {
 }
 
 #[test]
-fn honest_laws_pass() {
+fn legal_laws_pass() {
     for (text, level, parameters) in [
         ("mu + (1 - mu)*exp(-u/vs)", 1.0, &[0.4, 0.3][..]),
         ("0.2 + 0.25*exp(-u)", 0.45, &[]),
@@ -143,7 +143,7 @@ fn honest_laws_pass() {
         let law = Expression::new(text, level).unwrap();
         law.check(0.1, &LawParameters::new(parameters), 3.0).unwrap();
     }
-    // Out of reach the same pole does no harm.
+    // Outside the range of slip speeds the same pole does no harm.
     let law = Expression::new("1 - 0.1*u/(5 - u)", 1.0).unwrap();
     law.check(0.1, &LawParameters::new(&[]), 3.0).unwrap();
     assert!(law.check(0.1, &LawParameters::new(&[]), 6.0).is_err());

@@ -1,4 +1,4 @@
-//! From a curve to polynomials on pieces, with their errors.
+//! Compiles a curve to piecewise polynomials with their errors.
 
 use std::sync::LazyLock;
 
@@ -7,16 +7,16 @@ use crate::friction::interval::Interval;
 use crate::friction::jet::{Jet, Real as _};
 use crate::friction::{Form, Range, Table};
 
-/// Most pieces of one curve; what is left then is one piece each, with whatever error it has.
+/// Largest number of pieces of a curve; what remains is then compiled as it is, with whatever error it has.
 const MOST_PIECES: usize = 4096;
-/// Times that the first piece may be halved.
+/// Largest number of bisections of the first piece.
 const MOST_HALVINGS: u32 = 64;
-/// Truncation error aimed at, in units of the largest |w| met so far.
+/// Truncation error aimed at, in units of the largest |w| so far.
 const SHARPNESS: f64 = 2.0 * f64::EPSILON;
-/// Bound of the Lebesgue constant of the points, 1 + (2 / pi) ln 12 = 2.582, with room for the rounding of
-/// the points.
+/// Bound of the Lebesgue constant of the points, 1 + (2 / pi) ln 12 = 2.582, with an allowance for the
+/// rounding of the points.
 const LEBESGUE: f64 = 2.6;
-/// Room for the rounding of the points in the product of the distances to them.
+/// Allowance for the rounding of the points in the product of the distances to them.
 const ROOM: f64 = 1.001;
 
 /// The Chebyshev points in [-1, 1].
@@ -58,7 +58,7 @@ fn fit(values: &[f64; COUNT]) -> ([f64; COUNT], f64) {
     (c, chebyshev[COUNT - 2].abs() + chebyshev[COUNT - 1].abs())
 }
 
-/// `known`, which may be nothing yet, continued up to slip speed `reach`.
+/// Extends `known`, if there is any, to the slip speed `reach`.
 pub(in crate::friction) fn extend(law: &Form, known: Option<&Weakening>, reach: f64) -> Weakening {
     let (mut breaks, mut pieces) = match known {
         Some(known) => (known.breaks.clone(), known.pieces.clone()),
@@ -80,7 +80,7 @@ struct Compiler<'a> {
 }
 
 impl Compiler<'_> {
-    /// From the end of what is known up to `reach`, or to the next seam and on.
+    /// Compiles from the end of what is known to `reach`, from seam to seam.
     fn compile(&mut self, reach: f64) {
         let start = self.breaks[self.breaks.len() - 1];
         let mut ends: Vec<f64> =
@@ -91,7 +91,7 @@ impl Compiler<'_> {
         let mut size = known.filter(|size| size.is_finite()).fold(0.0, f64::max);
         let mut from = start;
         for end in ends {
-            // The piece next in order is the last.
+            // A stack: the last piece is the next.
             let mut waiting = vec![(from, end, 0)];
             while let Some((a, b, halvings)) = waiting.pop() {
                 let middle = 0.5 * (a + b);
@@ -111,7 +111,7 @@ impl Compiler<'_> {
     }
 }
 
-/// The piece [a, b] of a law that is smooth there; `None` if its halves will do better, unless it has to be
+/// The piece [a, b] of a law that is smooth there; `None` if its halves will be more accurate, unless it is
 /// the `last`.
 fn piece(law: &Form, a: f64, b: f64, size: &mut f64, last: bool) -> Option<Piece> {
     let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
@@ -157,7 +157,7 @@ fn piece(law: &Form, a: f64, b: f64, size: &mut f64, last: bool) -> Option<Piece
             let found = piece.at(u);
             (exact.hi - found).abs().max((found - exact.lo).abs())
         });
-        // NaN, from an enclosure without bounds, must not get lost.
+        // Keeps NaN, which comes from an enclosure without bounds.
         let residual = residual.fold(0.0, |a: f64, b| if b > a || b.is_nan() { b } else { a });
         let error = ROOM * (remainder + LEBESGUE * (residual + round_off)) + round_off;
         if error.is_finite() {
@@ -165,7 +165,7 @@ fn piece(law: &Form, a: f64, b: f64, size: &mut f64, last: bool) -> Option<Piece
             piece.describe(law, a, b, &phi);
         }
     }
-    // Between the points an interpolant errs most.
+    // The error of an interpolant is largest between the points.
     let between = points.windows(2).map(|pair| {
         let u = 0.5 * (pair[0] + pair[1]);
         (piece.at(u) - law.weakening(u)).abs()
@@ -187,7 +187,7 @@ impl Piece {
         let one_sign = |slope: Interval| slope.lo >= 0.0 || slope.hi <= 0.0;
         self.monotone = one_sign(slope)
             || self.bend != Bend::Unknown && {
-                // Between its ends a monotone slope lies between its values there.
+                // A monotone slope lies between its values at the ends.
                 let [at_a, at_b] = [a, b].map(|u| law.series::<3>(Interval::thin(u), 1.0));
                 at_a.zip(at_b)
                     .is_some_and(|(at_a, at_b)| one_sign((-at_a.derivative(2)).hull(-at_b.derivative(2))))
@@ -196,8 +196,8 @@ impl Piece {
     }
 }
 
-/// A table's parabolas: exact, but for the rounding of their coefficients. They are cut at their extremes, so
-/// that each piece is monotone.
+/// The parabolas of a table: exact except for the rounding of their coefficients. They are cut at their
+/// extremes, so that each piece is monotone.
 fn compile_table(table: &Table, breaks: &mut Vec<f64>, pieces: &mut Vec<Piece>) {
     if !pieces.is_empty() {
         return;
@@ -228,7 +228,7 @@ fn compile_table(table: &Table, breaks: &mut Vec<f64>, pieces: &mut Vec<Piece>) 
                 middle,
                 scale,
                 c,
-                // Next to a cut, which was rounded, the extreme is passed by less than that.
+                // Next to a cut, which was rounded, the extreme is exceeded by less than that.
                 error: ROOM * (error + 2.0 * round_off),
                 estimate: error + round_off,
                 range: Range { lo: f64::NEG_INFINITY, hi: f64::INFINITY },

@@ -1,18 +1,20 @@
-//! The weakening rate w(u) = -phi'(u) of one curve as polynomials on pieces of slip speeds: the one form in which
-//! engines and tests see every friction law.
+//! The compiled weakening rate: w(u) = -phi'(u) of one curve as polynomials on pieces of slip speeds. Engines
+//! and tests use every friction law in this form.
 //!
-//! A curve is compiled once ([`super::Curve::compiled`]), for all belt speeds and dampings: w depends on neither. With
-//! the polynomials goes a bound of `|w - polynomial|`, in which the round-off of [`Weakening::at`] is included. By the
-//! comparison lemma of [`crate::certify`] an error delta of w moves the critical damping, and the damping at which an orbit
-//! of any amplitude closes, by at most delta / eps (theory, "One form for every law").
+//! A curve is compiled once ([`super::Curve::compiled`]), for all belt speeds and dampings: w depends on
+//! neither. The polynomials have a bound of `|w - polynomial|` that includes the round-off of
+//! [`Weakening::at`]. By the comparison lemma of [`crate::certify`] an error delta of w moves the critical
+//! damping, and the damping at which an orbit of any amplitude closes, by at most delta / eps (theory, "One
+//! form for every law").
 //!
-//! **Error.** A formula is interpolated at the [`COUNT`] Chebyshev points of each piece. With half-width h, the exact
-//! interpolant errs by at most `max |w^(n)| / n! * 2 (h / 2)^n`, n = [`COUNT`], where interval arithmetic on Taylor series
-//! bounds the derivative over the whole piece; and a polynomial that misses the values at the points by at most r
-//! differs from the exact interpolant by at most Lambda r, Lambda = 1 + (2 / pi) ln n the Lebesgue constant of these
-//! points. (L. N. Trefethen, Approximation Theory and Approximation Practice, SIAM 2013, chapters 8 and 15.) A table's
-//! weakening rate is a parabola on each piece, exact but for rounding. What is not proved, because nothing encloses the
-//! law or the pieces would be too many, is told as such: [`Accuracy`].
+//! **Error.** A formula is interpolated at the [`COUNT`] Chebyshev points of each piece. With half-width h,
+//! the exact interpolant errs by at most `max |w^(n)| / n! * 2 (h / 2)^n`, n = [`COUNT`], where interval
+//! arithmetic on Taylor series bounds the derivative over the whole piece; and a polynomial that misses the
+//! values at the points by at most r differs from the exact interpolant by at most Lambda r, Lambda = 1 + (2
+//! / pi) ln n the Lebesgue constant of these points. (L. N. Trefethen, Approximation Theory and Approximation
+//! Practice, SIAM 2013, chapters 8 and 15.) A table's weakening rate is a parabola on each piece, exact
+//! except for rounding. Where the error is not proved, because nothing encloses the law or there would be too
+//! many pieces, [`Accuracy`] says so.
 
 mod compile;
 mod range;
@@ -21,20 +23,20 @@ use super::{Form, Range};
 
 pub(super) use compile::extend;
 
-/// Coefficients of a piece.
+/// Number of coefficients of a piece.
 pub(crate) const COUNT: usize = 12;
 
-/// How far the polynomials may be from the law.
+/// The distance of the polynomials from the law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Accuracy {
-    /// At most so far: a theorem, round-off included.
+    /// A proved bound, round-off included.
     Proved(f64),
-    /// About so far, as comparison at some slip speeds has it.
+    /// An estimate by comparison at some slip speeds.
     Sampled(f64),
 }
 
 impl Accuracy {
-    /// The number, whatever it is worth.
+    /// The bound or estimate.
     #[must_use]
     pub fn bound(self) -> f64 {
         match self {
@@ -46,7 +48,7 @@ impl Accuracy {
 /// The weakening rate of one curve on slip speeds from 0 up to [`Weakening::reach`].
 #[derive(Debug)]
 pub struct Weakening {
-    /// The law itself, for what lies outside.
+    /// The law itself, for slip speeds outside the pieces.
     law: Form,
     /// Ends of the pieces: the first is 0, the last the reach.
     breaks: Vec<f64>,
@@ -56,7 +58,8 @@ pub struct Weakening {
     blocks: Vec<Range>,
 }
 
-/// A polynomial in x = (u - middle) * scale, which is within [-1, 1], and what is known of w on its piece.
+/// A polynomial in x = (u - middle) * scale, which is within [-1, 1], and proved properties of w on its
+/// piece.
 #[derive(Clone, Debug)]
 struct Piece {
     middle: f64,
@@ -65,21 +68,21 @@ struct Piece {
     c: [f64; COUNT],
     /// Proved bound of |w - [`Piece::at`]|; infinite where there is none.
     error: f64,
-    /// Sampled estimate of the same.
+    /// Sampled estimate of that distance.
     estimate: f64,
     /// Proved bounds of w; infinite where there are none.
     range: Range,
-    /// Whether w certainly rises or falls throughout.
+    /// Whether w is proved to be monotone on the piece.
     monotone: bool,
-    /// Proved sign of w'' throughout: positive where it is certainly not negative.
+    /// Proved sign of w'' on the whole piece.
     bend: Bend,
 }
 
-/// A piece as proofs see it: a polynomial and how far w may be from it.
+/// A piece for proofs: a polynomial, and a bound of its distance from w.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ProvedPiece<'a> {
-    /// Slip speeds on which the bound holds. The first piece reaches to minus infinity: below 0 its polynomial continues
-    /// the law.
+    /// Slip speeds on which the bound holds. The first piece reaches to minus infinity: below 0 its
+    /// polynomial continues the law.
     pub(crate) ends: [f64; 2],
     /// The polynomial is one in x = (u - middle) * scale.
     pub(crate) middle: f64,
@@ -90,7 +93,7 @@ pub(crate) struct ProvedPiece<'a> {
     pub(crate) error: f64,
 }
 
-/// How a function bends on a piece.
+/// Convexity of a function on a piece.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Bend {
     /// Second derivative >= 0.
@@ -102,8 +105,8 @@ enum Bend {
 }
 
 impl Piece {
-    /// The polynomial at slip speed `u`. Even and odd powers apart, which halves the chain of operations; no fused
-    /// operations, so that digits do not depend on the machine.
+    /// The polynomial at slip speed `u`. Even and odd powers are summed separately, which halves the chain of
+    /// operations; no fused operations, so that digits do not depend on the machine.
     #[inline(always)]
     fn at(&self, u: f64) -> f64 {
         let x = (u - self.middle) * self.scale;
@@ -123,26 +126,28 @@ impl Piece {
 
     /// Bound of the round-off of [`Piece::at`] for x within [-1, 1].
     ///
-    /// x carries two roundings and its square one more, so that a term of order k carries at most 2 + 3 k; each of the
-    /// six levels of the two chains adds two, and joining them two. That is less than 6 (k + 3) units of 2^-53.
+    /// x carries two roundings and its square one more, so that a term of order k carries at most 2 + 3 k;
+    /// each of the six levels of the two chains adds two, and joining them two. That is less than 6 (k + 3)
+    /// units of 2^-53.
     fn round_off(c: &[f64; COUNT]) -> f64 {
         let sum: f64 = c.iter().zip(3_u8..).map(|(c, k)| c.abs() * f64::from(k)).sum();
         3.0 * f64::EPSILON * sum
     }
 }
 
-/// Finds pieces: the first one that may hold a slip speed, by the leading bits of its floating-point representation.
+/// Index of pieces: finds a piece at or before a slip speed by the leading bits of its floating-point
+/// representation.
 #[derive(Debug, Default)]
 struct Places {
     /// Key of the first entry.
     first: u64,
-    /// For each key the number of a piece that does not lie beyond it.
+    /// For each key the number of a piece that does not begin beyond it.
     pieces: Vec<u32>,
 }
 
-/// Bits of the mantissa in a key: 2^5 keys for each power of two.
+/// Number of bits of the mantissa in a key: 2^5 keys for each power of two.
 const KEY_BITS: u32 = 5;
-/// Octaves below the reach that have keys.
+/// Number of octaves below the reach that have keys.
 const KEY_OCTAVES: u64 = 32;
 
 impl Places {
@@ -165,7 +170,7 @@ impl Places {
         Self { first, pieces: pieces.collect() }
     }
 
-    /// A piece that does not lie beyond `u`, 0 <= u <= reach.
+    /// A piece that does not begin beyond `u`, 0 <= u <= reach.
     #[inline(always)]
     fn guess(&self, u: f64) -> usize {
         let key = Self::key(u);
@@ -174,26 +179,26 @@ impl Places {
 }
 
 impl Weakening {
-    /// Slip speeds up to which there are pieces.
+    /// The slip speed up to which there are pieces.
     #[must_use]
     pub fn reach(&self) -> f64 {
         self.breaks[self.breaks.len() - 1]
     }
 
-    /// Ends of the pieces, from 0 to the reach. At those that are no [`corners`](Weakening::corners) the law is smooth, and
-    /// neighbouring polynomials agree to their error.
+    /// Ends of the pieces, from 0 to the reach. Except at [`corners`](Weakening::corners) the law is smooth
+    /// there, and neighbouring polynomials agree to their error.
     #[must_use]
     pub fn breaks(&self) -> &[f64] {
         &self.breaks
     }
 
-    /// Slip speeds > 0, in growing order, at which the slope of w jumps.
+    /// Slip speeds > 0, increasing, at which the slope of w jumps.
     #[must_use]
     pub fn corners(&self) -> &[f64] {
         self.law.corners()
     }
 
-    /// The number of the piece that holds `u`, 0 <= u <= reach.
+    /// The number of the piece that contains `u`, 0 <= u <= reach.
     #[inline(always)]
     fn piece_of(&self, u: f64) -> usize {
         let mut piece = self.places.guess(u);
@@ -221,7 +226,7 @@ impl Weakening {
         [self.at(u), self.pieces[self.piece_of(inside)].slope_at(u)]
     }
 
-    /// w at several slip speeds, each as [`Weakening::at`] has it.
+    /// w at several slip speeds, each equal to [`Weakening::at`].
     #[must_use]
     #[inline(always)]
     pub fn at_lanes<const LANES: usize>(&self, u: &[f64; LANES]) -> [f64; LANES] {
@@ -250,18 +255,18 @@ impl Weakening {
         self.piece_of(lo)..=self.piece_of(hi)
     }
 
-    /// The pieces that meet [`lo`, `hi`], lo <= hi, as far as they reach.
+    /// The pieces that meet [`lo`, `hi`], lo <= hi, up to the reach.
     pub(crate) fn proved_pieces(&self, lo: f64, hi: f64) -> impl Iterator<Item = ProvedPiece<'_>> {
         let [lo, hi] = [lo, hi].map(|u| u.clamp(0.0, self.reach()));
         self.pieces_between(lo, hi).map(|i| {
             let Piece { middle, scale, ref c, error, .. } = self.pieces[i];
             let from = if i == 0 { f64::NEG_INFINITY } else { self.breaks[i] };
-            // The bound of the piece is one of the polynomial as computed, and includes its round-off.
+            // The bound of the piece is for the polynomial as computed, and includes its round-off.
             ProvedPiece { ends: [from, self.breaks[i + 1]], middle, scale, c, error: 2.0 * error }
         })
     }
 
-    /// How far the polynomials may be from the law for slip speeds in [`lo`, `hi`], as far as they reach.
+    /// The distance of the polynomials from the law for slip speeds in [`lo`, `hi`], up to the reach.
     #[must_use]
     pub fn error(&self, lo: f64, hi: f64) -> Accuracy {
         let [lo, hi] = [lo, hi].map(|u| u.clamp(0.0, self.reach()));

@@ -1,4 +1,4 @@
-//! Certain bounds from coefficients: of the weakening rate over slip speeds, and of its even part about the
+//! Proved bounds from coefficients: of the weakening rate over slip speeds, and of its even part about the
 //! belt speed.
 
 use super::{Bend, COUNT, Piece, Weakening};
@@ -15,11 +15,11 @@ pub(super) fn blocks(pieces: &[Piece]) -> Vec<Range> {
 
 const NOTHING: Range = Range { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
 
-/// Halvings of an interval in the search for a polynomial's extreme: then it is known to the square of 2^-26.
+/// Number of bisections in the search for a polynomial's extreme, which is then known to the square of 2^-26.
 const HALVINGS: u32 = 26;
 
 impl Range {
-    /// The smallest range that holds both.
+    /// The smallest range that contains both.
     fn hull(self, other: Range) -> Range {
         Range { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
     }
@@ -86,7 +86,7 @@ impl Local {
     }
 }
 
-/// Certain bounds of a polynomial on [-1, 1].
+/// Proved bounds of a polynomial on [-1, 1].
 fn range_of_polynomial(polynomial: &Local, halvings: u32) -> Range {
     let c = &polynomial.c;
     let sum = |from: usize, weight: fn(f64) -> f64| -> f64 {
@@ -110,8 +110,8 @@ fn range_of_polynomial(polynomial: &Local, halvings: u32) -> Range {
 }
 
 impl Weakening {
-    /// Proved bounds of w over slip speeds in [`lo`, `hi`], 0 <= lo <= hi; infinite where there are none, as
-    /// beyond the reach.
+    /// Proved bounds of w over slip speeds in [`lo`, `hi`], 0 <= lo <= hi; infinite where there are none, for
+    /// instance beyond the reach.
     #[must_use]
     pub fn range(&self, lo: f64, hi: f64) -> Range {
         if !(0.0 <= lo && lo <= hi && hi <= self.reach()) {
@@ -145,8 +145,8 @@ impl Weakening {
         let nearest = belt_speed - within;
         let pieces = &self.pieces[self.pieces_between(nearest, farthest.next_up().min(self.reach()))];
         let Some(bend) = pieces.first().map(|piece| piece.bend) else { return NOTHING };
-        // The even part of a function that bends one way everywhere is monotone in |v|. At corners w is
-        // continuous, and its slope must jump the same way.
+        // The even part of a function that is convex, or concave, everywhere is monotone in |v|. At corners w
+        // is continuous, and its slope must jump the same way.
         if bend != Bend::Unknown && pieces.iter().all(|piece| piece.bend == bend) && self.corners().is_empty()
         {
             let ends = [0.0, within].map(|v| self.even_at(belt_speed, v));
@@ -164,8 +164,8 @@ impl Weakening {
         Range { lo: 0.5 * (near.lo + far.lo), hi: 0.5 * (near.hi + far.hi) }.widened(0.0)
     }
 
-    /// The same between all ends of pieces on both sides of the belt speed, over slip speeds u below it; the
-    /// far side has 2 V - u.
+    /// The same, piece by piece between all ends on both sides of the belt speed, over slip speeds u below
+    /// it; the far side has 2 V - u.
     fn even_range_by_pieces(&self, belt_speed: f64, within: f64) -> Range {
         let nearest = if within == belt_speed { 0.0 } else { (belt_speed - within).next_down() };
         let inside = |u: &f64| nearest < *u && *u < belt_speed;

@@ -1,4 +1,4 @@
-//! The bounds of compiled laws, against the laws themselves in interval arithmetic and against samples.
+//! Compares the bounds of compiled laws with the laws in interval arithmetic and with samples.
 
 use super::super::{Curve, Expression, Law, Table};
 use super::*;
@@ -74,7 +74,7 @@ fn outside_the_reach_the_law_answers_itself() {
         assert_eq!(compiled.at(u), curve.weakening(u));
     }
     assert_eq!(compiled.range(0.0, 3.0).hi, f64::INFINITY);
-    // A longer reach keeps what is known.
+    // Compiling to a longer reach keeps the known pieces.
     let longer = curve.compiled(50.0);
     assert!(longer.reach() >= 50.0 && longer.breaks().starts_with(compiled.breaks()));
     assert!(Arc::ptr_eq(&longer, &curve.clone().compiled(3.0)), "clones share what is compiled");
@@ -132,20 +132,20 @@ fn ranges_hold_at_samples_and_are_met() {
 }
 
 #[test]
-fn what_cannot_be_resolved_has_an_error_that_says_so() {
+fn unresolved_laws_have_a_large_error() {
     // phi'' is infinite at 0: the piece there is never short enough.
     let curve = formula("1 - 0.1*u*sqrt(u + 1e-300)");
     let compiled = curve.compiled(1.0);
     let error = compiled.error(0.5, 1.0);
     assert!(matches!(error, Accuracy::Proved(error) if error < 1e-14), "{error:?}");
     assert!(compiled.breaks().len() < 400, "{}", compiled.breaks().len());
-    // Too many waves for the budget: the last piece has them all.
+    // Too many waves for the budget: the last piece contains the rest.
     let compiled = formula("1 - 1e-9*sin(1e6*u)").compiled(1.0);
     assert!(compiled.error(0.0, 1e-4).bound() < 1e-15);
     assert!(compiled.error(0.0, 1.0).bound() > 1e-3);
     let range = compiled.range(0.0, 1.0);
     assert!(range.lo < -1e-3 && range.hi > 1e-3);
-    // A pole has no bounds.
+    // A law with a pole has no bounds.
     let compiled = formula("1 - 0.1*u/(0.3 - u)").compiled(1.0);
     assert!(matches!(compiled.error(0.0, 0.2), Accuracy::Proved(error) if error < 1e-12));
     assert!(matches!(compiled.error(0.0, 1.0), Accuracy::Sampled(_)));
@@ -165,7 +165,7 @@ fn the_mean_is_a_bessel_function() {
 
 #[test]
 fn waves_of_a_short_belt_and_of_a_long_one() {
-    // Belt speeds from one end of the scale to the other.
+    // Belt speeds from one end of the range of doubles to the other.
     let curve = formula("0.4 + 0.6*exp(-u/1e-5)");
     for belt_speed in [1e-140, 1e-30, 1e-9, 1e-5, 1.0, 1e9] {
         let range = curve.even_weakening_range(belt_speed);

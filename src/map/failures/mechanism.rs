@@ -8,31 +8,31 @@ use crate::map::{Method, Verdict};
 use crate::simulate::naive::{NaiveKnobs, NaiveMethod};
 use crate::simulate::{Failure, Fate};
 
-/// Why a method fails at a cell.
+/// The cause of a failure of a method at a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mechanism {
     /// A condition of first order in eps at a finite eps: a band of width O(eps) next to the critical
     /// damping.
     FirstOrderInEps,
-    /// The energy balance is taken along the circle of the undamped oscillator, which the orbit is not.
+    /// The energy balance uses the circle of the undamped oscillator, from which the orbit differs.
     Circle,
     /// |D| reaches 2 along the orbit, which then is far from a circle and may never turn.
     Node,
     /// The orbit comes back, but lands beyond the stick segment and crosses for ever; the test ignores the
     /// landing.
     Overshoot,
-    /// Within a few widths of the belt line smoothed friction neither holds the mass nor lets it go.
+    /// Within a few widths of the belt line smoothed friction neither holds the mass nor releases it.
     Smoothing,
-    /// The band counts as sticking what is not, or the mass leaves it off the exit point.
+    /// The band counts slipping states as sticking, or the mass leaves it away from the exit point.
     StickBand,
-    /// Fixed steps chatter about the belt line and leave it off the exit point.
+    /// With fixed steps the orbit chatters about the belt line and leaves it away from the exit point.
     Chatter,
     /// The orbit is above the belt line, or inside the stick band, for less than a step, and both crossings
-    /// go unseen.
+    /// are missed.
     MissedDoubleCrossing,
-    /// Events next to a start on the belt line are ignored (or the start itself is one).
+    /// Events near a start on the belt line are ignored (or the start itself is one).
     TangentStart,
-    /// The orbit has not settled in the turns that it was given.
+    /// The orbit has not settled within the given number of turns.
     Transient,
     /// The errors of the adaptive steps add up to more than the margin.
     StepError,
@@ -42,14 +42,14 @@ pub enum Mechanism {
     Gap,
     /// The test proves that the orbit comes back, but not that it lands on the stick segment.
     LandingUnproved,
-    /// The integration gave up.
+    /// The integration failed.
     Breakdown(Failure),
     /// No removal of a known defect mends it.
     Unexplained,
 }
 
 impl Mechanism {
-    /// The word used in tables.
+    /// Name in tables.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -74,7 +74,7 @@ impl Mechanism {
         }
     }
 
-    /// One sentence for people.
+    /// Explanation in one sentence.
     #[must_use]
     pub fn explanation(self) -> &'static str {
         match self {
@@ -106,7 +106,7 @@ impl Mechanism {
     }
 }
 
-/// Why `method` fails as it does at damping `c` of a column, where the orbit has the given fate.
+/// The mechanism by which `method` fails at damping `c` of a column, where the orbit has the given fate.
 pub(super) fn of(method: Method, column: &Column, c: f64, kind: Kind, fate: &Fate) -> Mechanism {
     match method {
         Method::Test(test) if kind == Kind::Undecided => undecided(&(test.claim)(column), c),
@@ -118,7 +118,7 @@ pub(super) fn of(method: Method, column: &Column, c: f64, kind: Kind, fate: &Fat
     }
 }
 
-/// Why a claim leaves a cell undecided.
+/// The mechanism by which a claim leaves a cell undecided.
 fn undecided(claim: &Claim, c: f64) -> Mechanism {
     if c < claim.present_below && c < claim.sticks_from {
         Mechanism::LandingUnproved
@@ -129,7 +129,7 @@ fn undecided(claim: &Claim, c: f64) -> Mechanism {
     }
 }
 
-/// Why a closed-form test answers wrongly.
+/// The mechanism by which a closed-form test answers wrongly.
 fn of_test(name: &str, column: &Column, c: f64, kind: Kind, fate: &Fate) -> Mechanism {
     if *fate == Fate::CrossesForever {
         return Mechanism::Overshoot;
@@ -160,11 +160,12 @@ fn of_test(name: &str, column: &Column, c: f64, kind: Kind, fate: &Fate) -> Mech
     }
 }
 
-/// Why a naive method answers wrongly or breaks down: the first of its defects without which it is right.
+/// The mechanism by which a naive method answers wrongly or breaks down: the first of its defects without
+/// which it is right.
 fn of_naive(naive: NaiveMethod, knobs: &NaiveKnobs, oscillator: &Oscillator, truth: Verdict) -> Mechanism {
     let (n, d) = (*knobs, naive);
-    // A few units of time in which a grazing orbit is beyond the belt line are the shortest thing to see:
-    // steps of a thousandth are shorter than that down to margins of 1e-7.
+    // A grazing orbit is beyond the belt line for a few units of time times the square root of its margin:
+    // steps of a thousandth resolve that down to margins of 1e-7.
     let short = |n: NaiveKnobs| NaiveKnobs { longest_step: 1e-3, ..n };
     let transient = (Mechanism::Transient, NaiveKnobs { turns: n.turns.saturating_mul(10), ..n });
     let error = (Mechanism::StepError, NaiveKnobs { tolerance: (1e-4 * n.tolerance).max(1e-13), ..n });

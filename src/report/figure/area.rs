@@ -1,4 +1,4 @@
-//! Areas: one variable over a plane, in one panel or in several of the same scales.
+//! Areas: one variable over a plane, in one panel or in several with the same scales.
 
 use ndarray::Array2;
 
@@ -15,7 +15,7 @@ use super::slice::Slice;
 use super::verdict_panels::{EXACT, draw_exact};
 use crate::map::PlaneCurves;
 
-/// What is drawn of each cell.
+/// The values drawn, cell by cell.
 #[derive(Clone, Debug)]
 pub enum Layer {
     /// Codes, with the fill and the name of each.
@@ -33,29 +33,30 @@ pub struct Area<'a> {
     pub layer: Layer,
     /// The curves over it.
     pub curves: Option<PlaneCurves>,
-    /// Whether the exact boundary of the stick-slip region is drawn where there are no curves.
+    /// Whether the exact boundary of the stick-slip region is drawn if there are no curves.
     pub exact: bool,
-    /// What stands above the panel.
+    /// Title above the panel.
     pub title: Rich,
 }
 
 /// Colours for cells without a number.
 const NO_NUMBER: Fill = Fill::hatched(palette::WHITE, Hatch::Rising, "#b4b4b4");
-/// Steps of a colour scale; more cannot be told apart, and equal neighbours become one rectangle.
+/// Number of steps of a colour scale: more cannot be distinguished, and equal neighbours become one
+/// rectangle.
 const COLOURS: f64 = 128.0;
 const BAR_WIDTH: f64 = 8.0;
 
-/// The colours of real numbers, the same in every panel.
+/// The colour scale of real numbers, the same in every panel.
 #[derive(Clone, Copy, Debug)]
 struct Colours {
     scale: Scale,
-    /// Whether two colours meet at 0.
+    /// Whether the scale has two colours that meet at 0.
     two_sided: bool,
 }
 
 impl Colours {
-    /// Those of the finite numbers of all panels; two-sided if `signed` and both signs occur. `None` if there is
-    /// no finite number.
+    /// The scale of the finite numbers of all panels; two-sided if `signed` and both signs occur. `None` if
+    /// there is no finite number.
     fn of(areas: &[Area], signed: bool, factor: f64) -> Option<Self> {
         let finite = || {
             let cells = areas.iter().filter_map(|area| match &area.layer {
@@ -69,11 +70,11 @@ impl Colours {
         let two_sided = signed && least < 0.0 && most > 0.0;
         let size = most.max(-least);
         let (from, to) = if two_sided { (-size, size) } else { (least, most) };
-        // A constant keeps its scale of no length.
+        // For a constant the scale has length zero.
         (least <= most).then_some(Self { scale: Scale { from, to, log: false, shown: factor }, two_sided })
     }
 
-    /// Whether all numbers are equal.
+    /// Returns whether all numbers are equal.
     fn is_constant(&self) -> bool {
         self.scale.from == self.scale.to
     }
@@ -124,7 +125,7 @@ pub fn draw(areas: &[Area], heading: &Rich, label: &Label, signed: bool, width: 
     if let Some(colours) = bar {
         let right = panels.panels.iter().map(|panel| panel.rect.x + panel.rect.w).fold(0.0, f64::max);
         let bottom = panels.panels.iter().map(|panel| panel.rect.y + panel.rect.h).fold(0.0, f64::max);
-        // The panels' numbers reach beyond their frames.
+        // The numbers of the panels extend beyond their frames.
         let left = right + 0.5 * (scene.width - bar_room - right).max(8.0) + 5.0;
         let bar = Rect { x: left, y: rect.y, w: BAR_WIDTH, h: bottom - rect.y };
         draw_bar(&mut scene, bar, colours, &label.text(), numbers);
@@ -151,7 +152,7 @@ fn draw_area(scene: &mut Scene, panel: &Panel, area: &Area, colours: Option<Colo
                     legend.add(Sample::Area(kind.fill), rich(kind.words));
                 }
             }
-            // Grazing is the exact boundary, but for landings past the stick segment.
+            // The grazing curve is the exact boundary, except for landings past the stick segment.
             if area.exact && area.curves.is_none() && draw_exact(scene, slice, panel) {
                 legend.add(Sample::Line(EXACT), rich("exact boundary"));
             }
@@ -166,7 +167,7 @@ fn draw_area(scene: &mut Scene, panel: &Panel, area: &Area, colours: Option<Colo
                 legend.add(Sample::Area(NO_NUMBER), rich("no number"));
             }
             if colours.is_some_and(|colours| colours.two_sided) {
-                // In grey both sides look alike.
+                // In greyscale both sides look alike.
                 let fill = Fill::hatched("none", Hatch::Falling, "#4a4a4a");
                 let negative = outlines(panel, &x_edges, &y_edges, |i, j| cells[[i, j]] < 0.0);
                 scene.area(&negative, fill);
@@ -179,7 +180,7 @@ fn draw_area(scene: &mut Scene, panel: &Panel, area: &Area, colours: Option<Colo
     }
 }
 
-/// Cells by colour, runs of equal ones in a column as one rectangle.
+/// Draws cells by colour, runs of equal ones in a column as one rectangle.
 fn draw_pixels(
     scene: &mut Scene,
     panel: &Panel,
@@ -197,7 +198,7 @@ fn draw_pixels(
             if let Some(step) = here {
                 let low = panel.place(x_edges[i], y_edges[from]);
                 let high = panel.place(x_edges[i + 1], y_edges[from + run]);
-                // A hair wider, so that no gap shows between neighbours.
+                // Slightly wider, so that there is no gap between neighbours.
                 let rect = Rect { x: low.0, y: high.1, w: high.0 - low.0 + 0.15, h: low.1 - high.1 + 0.15 };
                 scene.pixel(rect, &colours.color(step / COLOURS));
             }
@@ -223,8 +224,8 @@ fn draw_bar(scene: &mut Scene, bar: Rect, colours: Colours, name: &Rich, numbers
     scene.text_up((x + w + numbers + 6.0 + TEXT, y + 0.5 * h), name, SMALL_TEXT, Anchor::Middle);
 }
 
-/// The nodes and cells of areas as a table: both axes, and the variable; with `panel`, the header and the values of
-/// the axis that differs between the panels.
+/// The nodes and cells of areas as a table: both axes, and the variable; with `panel`, also the axis that
+/// differs between the panels, by its header and values.
 #[must_use]
 pub fn data(areas: &[Area], label: &Label, panel: Option<(&str, &[f64])>) -> Data {
     let Some(first) = areas.first() else { return Data::default() };

@@ -15,25 +15,25 @@ pub const AXIS: Stroke = Stroke::solid("#000000", 0.6);
 /// Length of a tick, inward.
 const TICK: f64 = 3.0;
 
-/// How numbers are laid out along an axis.
+/// The map from numbers to positions along an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
     /// Number at the start.
     pub from: f64,
     /// Number at the end.
     pub to: f64,
-    /// Whether equal lengths are equal ratios.
+    /// Whether it is logarithmic.
     pub log: bool,
-    /// What numbers are multiplied by where they are written.
+    /// Factor by which numbers are multiplied where they are written.
     pub shown: f64,
 }
 
 /// A tick.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tick {
-    /// Its number, that of the scale.
+    /// Its number on the scale.
     pub value: f64,
-    /// What is written there; empty for a minor tick.
+    /// Its label; empty for a minor tick.
     pub label: Rich,
 }
 
@@ -45,7 +45,7 @@ impl Tick {
 }
 
 impl Scale {
-    /// A linear scale; one number alone gets room around it.
+    /// A linear scale; a single number gets a range around it.
     #[must_use]
     pub fn linear(from: f64, to: f64) -> Self {
         if to > from {
@@ -55,7 +55,7 @@ impl Scale {
         Self { from: from - room, to: from + room, log: false, shown: 1.0 }
     }
 
-    /// A logarithmic scale of positive numbers; one number alone gets room around it.
+    /// A logarithmic scale of positive numbers; a single number gets a range around it.
     #[must_use]
     pub fn logarithmic(from: f64, to: f64) -> Self {
         if to > from {
@@ -65,7 +65,7 @@ impl Scale {
         }
     }
 
-    /// The scale that suits the nodes of an axis.
+    /// The scale that fits the nodes of an axis.
     #[must_use]
     pub fn of_nodes(values: &[f64]) -> Self {
         let (first, last) = (values[0], values[values.len() - 1]);
@@ -80,10 +80,10 @@ impl Scale {
     #[must_use]
     pub fn unit(&self, value: f64) -> f64 {
         if self.log {
-            // Differences of logarithms: the ratio of two numbers may overflow.
+            // Differences of logarithms, because the ratio of two numbers may overflow.
             (value.ln() - self.from.ln()) / (self.to.ln() - self.from.ln())
         } else {
-            // Halves where the difference of two numbers overflows.
+            // Halves, because the difference of two numbers may overflow.
             let span = self.to - self.from;
             if span.is_finite() {
                 (value - self.from) / span
@@ -103,13 +103,13 @@ impl Scale {
         }
     }
 
-    /// The same scale, its numbers written in another unit.
+    /// The same scale, with its numbers written in another unit.
     #[must_use]
     pub fn in_unit(self, shown: f64) -> Self {
         Self { shown, ..self }
     }
 
-    /// Ticks, at most about `most` of them labelled.
+    /// Ticks, about `most` of them labelled.
     #[must_use]
     pub fn ticks(&self, most: usize) -> Vec<Tick> {
         let written = Self { from: self.from * self.shown, to: self.to * self.shown, shown: 1.0, ..*self };
@@ -117,8 +117,8 @@ impl Scale {
         ticks.into_iter().map(|tick| Tick { value: tick.value / self.shown, ..tick }).collect()
     }
 
-    /// Ticks at the two ends alone, where there is no room between numbers for round ones: as next to the
-    /// smallest or the largest numbers there are, or next to each other.
+    /// Ticks at the two ends only, where no round numbers lie between: next to the smallest or the largest
+    /// doubles, or if the ends are almost equal.
     fn end_ticks(&self) -> Vec<Tick> {
         let tick = |value: f64| Tick { value, label: Rich::number(value, 3) };
         vec![tick(self.from), tick(self.to)]
@@ -161,7 +161,7 @@ impl Scale {
         if !(decades > 0.0 && decades.is_finite()) {
             return self.end_ticks();
         }
-        // Labels at powers of ten; on short axes at 2 and 5 times these, too.
+        // Labels at powers of ten; on short axes also at 2 and 5 times these.
         let every = ((decades / most as f64).ceil() as i32).max(1);
         let labelled: &[u8] = match decades {
             d if d < 0.8 => &[1, 2, 3, 4, 5, 6, 8],
@@ -187,7 +187,7 @@ impl Scale {
     }
 }
 
-/// The label of a tick on a logarithmic axis: plain numbers where all are short.
+/// The label of a tick on a logarithmic axis: plain numbers if all are short.
 fn log_label(factor: u8, exponent: i32, (from, to): (f64, f64)) -> Rich {
     if from > 0.8e-3 && to < 1.2e3 {
         return Rich::number(f64::from(factor) * 10.0_f64.powi(exponent), 3);
@@ -209,7 +209,7 @@ pub struct Panel {
     pub y: Scale,
 }
 
-/// Which parts of a panel's axes are labelled.
+/// The parts of a panel's axes that are labelled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Labels {
     /// Numbers along the horizontal axis.
@@ -219,7 +219,7 @@ pub struct Labels {
 }
 
 impl Panel {
-    /// The place of a pair of numbers.
+    /// The position of a pair of numbers on the page.
     #[must_use]
     pub fn place(&self, x: f64, y: f64) -> Place {
         let Rect { x: left, y: top, w, h } = self.rect;
@@ -252,7 +252,7 @@ impl Panel {
         }
     }
 
-    /// Horizontal ticks, so many that their numbers do not touch.
+    /// Horizontal ticks, as many as fit without their numbers touching.
     fn x_ticks(&self) -> Vec<Tick> {
         let mut most = 9;
         loop {
@@ -288,7 +288,7 @@ impl Panel {
         scene.text((x + 0.5 * w, y + h + SMALL_TEXT + TEXT + 3.5), name, TEXT, Anchor::Middle);
     }
 
-    /// Writes the name of the vertical axis left of its numbers, upwards: upright, a letter beside a number
+    /// Writes the name of the vertical axis left of its numbers, rotated: an upright letter beside a number
     /// would read as a product.
     pub fn y_name(&self, scene: &mut Scene, name: &Rich, labels_width: f64) {
         let Rect { x, y, h, .. } = self.rect;
@@ -312,11 +312,11 @@ pub const BOTTOM_MARGIN: f64 = SMALL_TEXT + TEXT + 7.0;
 /// Room above a panel for its title.
 pub const TITLE_MARGIN: f64 = SMALL_TEXT + 4.5;
 
-/// Least room between panels.
+/// Least distance between panels.
 const GAP: f64 = 9.0;
-/// The height that panels take at most, so that figure, legend and caption fit on a page: 205 mm.
+/// Largest height of the panels, in points, so that figure, legend and caption fit on a page: 205 mm.
 const MOST_HEIGHT: f64 = 580.0;
-/// Panels are made flatter down to this ratio before they stand side by side.
+/// Smallest ratio of height to width before panels are put side by side.
 const FLATTEST: f64 = 0.5;
 
 /// Width of the widest number at ticks.
@@ -331,7 +331,7 @@ pub struct Panels {
     pub panels: Vec<Panel>,
     columns: usize,
     labels_width: f64,
-    /// Where the panels and their axes end.
+    /// Lower end of the panels and their axes.
     pub bottom: f64,
 }
 
@@ -340,7 +340,7 @@ const ROW_MARGIN: f64 = TITLE_MARGIN + 4.0;
 
 impl Panels {
     /// `count` panels in `columns` columns over the width of a figure; each is `aspect` times as high as
-    /// wide. Where they would be higher than a page, they are flatter, or there are more columns.
+    /// wide. If they would be higher than a page, they are flattened, or there are more columns.
     #[must_use]
     pub fn new(width: f64, columns: usize, count: usize, aspect: f64, x: Scale, y: Scale) -> Self {
         let mut columns = columns.clamp(1, count.max(1));
@@ -379,14 +379,14 @@ impl Panels {
 
     fn sized(width: f64, columns: usize, count: usize, aspect: f64, x: Scale, y: Scale) -> Self {
         let widest = text_width_of(&x.ticks(9)).max(8.0);
-        // Browsers may set numbers in a wider font.
+        // Browsers may use a wider font for numbers.
         let (right, gap) = (0.5 * widest + 2.0, (widest + 5.0).max(GAP));
         let size = |labels_width: f64| {
             let left = left_margin(labels_width);
             let w = (width - left - right - gap * (columns - 1) as f64) / columns as f64;
             (left, w, aspect * w)
         };
-        // The numbers depend on the height and the height on the numbers; the second round settles it.
+        // The numbers depend on the height and the height on the numbers; two rounds are enough.
         let labels_width = Panel::y_labels_width(y, size(20.0).2);
         let labels_width = Panel::y_labels_width(y, size(labels_width).2);
         let (left, w, h) = size(labels_width);
@@ -502,11 +502,11 @@ mod tests {
 
     #[test]
     fn ticks_are_round_numbers_of_the_unit_that_is_shown() {
-        // A velocity of 0.4 m/s as the unit: ticks at full tenths of m/s, in the places of the scale.
+        // A velocity of 0.4 m/s as the unit: ticks at full tenths of m/s, positioned on the scale.
         let scale = Scale::linear(0.0, 1.0).in_unit(0.4);
         assert_eq!(labels(scale, 4), ["0.0", "0.1", "0.2", "0.3", "0.4"]);
         let places: Vec<f64> = scale.ticks(4).iter().map(|tick| tick.value).collect();
-        // A multiplication and a division.
+        // The rounding errors of a multiplication and a division.
         for (place, expected) in places.iter().zip([0.0, 0.25, 0.5, 0.75, 1.0]) {
             assert!((place - expected).abs() <= 4.0 * f64::EPSILON, "{places:?}");
         }
@@ -543,7 +543,7 @@ mod tests {
         assert_eq!(labels(Scale::linear(-1.0, 3.0), 4), ["−1", "0", "1", "2", "3"]);
         assert_eq!(labels(Scale::logarithmic(0.1, 10.0), 5), ["0.1", "1", "10"]);
         assert_eq!(labels(Scale::logarithmic(1e-9, 1e-3), 3), ["10−9", "10−6", "10−3"]);
-        // One number alone still has an axis around it.
+        // A single number has an axis around it.
         assert!(labels(Scale::linear(2.0, 2.0), 4).contains(&"2.0".to_owned()));
         assert!(labels(Scale::logarithmic(0.5, 0.5), 4).contains(&"0.5".to_owned()));
     }

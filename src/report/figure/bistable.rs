@@ -15,8 +15,8 @@ const BISTABLE: Fill = Fill::hatched(palette::SKY, Hatch::Rising, palette::BLACK
 const HOPF: Stroke = Stroke { color: palette::BLACK, width: 0.8, dash: &[3.0, 2.0] };
 const CRITICAL: Stroke = Stroke::solid(palette::BLACK, 1.0);
 
-/// The figure: (a) the band in the plane of V and c at the largest eps, (b) its width against eps; of a machine,
-/// for which eps has no meaning, the band alone.
+/// The figure: (a) the band in the plane of V and c at the largest eps, (b) its width against eps. For a
+/// machine, where eps has no meaning, only the band.
 #[must_use]
 pub fn bistable(view: &View) -> Figure {
     let map = view.map;
@@ -60,7 +60,7 @@ pub fn bistable(view: &View) -> Figure {
             let width = roots.iter().zip(&columns).map(|(root, column)| {
                 // Both ends at legal dampings; on logarithmic axes only a positive width shows.
                 let width = root - curves::stability(column).max(0.0);
-                // Below this the difference is rounding of two critical dampings.
+                // Smaller differences are rounding errors of two critical dampings.
                 if width > 1e-8 * root.abs() { width } else { f64::NAN }
             });
             (belt[speed], width.collect())

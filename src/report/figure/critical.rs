@@ -1,4 +1,4 @@
-//! Critical damping against belt speed, every method.
+//! Critical damping of every method against belt speed.
 
 use super::super::text::rich;
 use super::super::units::{Label, View};
@@ -10,7 +10,7 @@ use super::slice::{Slice, equals, informative_nodes};
 use super::verdict_panels::chosen_epsilons;
 use super::{Figure, curves, palette};
 
-/// The range of V that is shown where a map has one V only, as a factor up and down.
+/// If a map has only one V, the range of V shown, as a factor up and down.
 const SPREAD: f64 = 10.0;
 
 /// Critical damping against V, one panel per eps.
@@ -37,7 +37,7 @@ pub fn critical(view: &View) -> Figure {
         };
         epsilons.iter().map(of).collect()
     };
-    // Belts so fast that no method claims a cycle are left out.
+    // Leave out belts so fast that no method claims a cycle.
     let values = curves::samples(full);
     let all = curves_over(&values);
     let x = curves::cut(full, &values, |i| {
@@ -53,7 +53,7 @@ pub fn critical(view: &View) -> Figure {
         "" => rich("critical damping {c}"),
         _ => rich("critical ").then(y_label.text()),
     };
-    // The law's parameters alone are held.
+    // The caption gives the law's parameters only.
     let held = Slice::new(view, v, c, index).held_but_epsilon();
     let mut scenes = Vec::new();
     for width in Width::ALL {

@@ -35,7 +35,7 @@ pub fn curve_planes(view: &View) -> Result<Vec<Figure>, ReportError> {
         }
         let data = bifurcations::data(view, curves);
         let name = format!("curves-{x}-{y}");
-        // Several planes may differ in where they hold the other axes alone.
+        // Several planes may differ only in the values of the fixed axes.
         let others = figures.iter().filter(|figure| figure.name.starts_with(&name)).count();
         let name = if others == 0 { name } else { format!("{name}-{}", others + 1) };
         figures.push(Figure { name, caption, scenes, data });

@@ -9,9 +9,9 @@ use crate::map::{Axis, Method};
 use crate::simulate::critical::critical_dampings;
 use crate::store::MapFile;
 
-/// Points of a curve.
+/// Number of points of a curve.
 const POINTS: usize = 160;
-/// Marks on a curve.
+/// Number of marks on a curve.
 const MARKS: usize = 6;
 /// Accuracy of critical dampings in figures, far below the width of a line.
 const TOLERANCE: f64 = 1e-9;
@@ -22,8 +22,8 @@ pub(super) fn samples(scale: Scale) -> Vec<f64> {
     (0..=POINTS).map(|i| scale.value(i as f64 / POINTS as f64)).collect()
 }
 
-/// A scale without its end, where nothing is positive; the same if nothing is positive anywhere. `most` is
-/// the largest value at each sample of the scale.
+/// A scale without the part at its end where no value is positive; unchanged if no value is positive
+/// anywhere. `most` is the largest value at each sample of the scale.
 #[must_use]
 pub(super) fn cut(scale: Scale, samples: &[f64], most: impl Fn(usize) -> f64) -> Scale {
     match (0..samples.len()).rev().find(|&i| most(i) > 0.0) {
@@ -35,7 +35,7 @@ pub(super) fn cut(scale: Scale, samples: &[f64], most: impl Fn(usize) -> f64) ->
     }
 }
 
-/// The columns of a map's law in which `axis` takes the given values and the others are held at nodes.
+/// The columns of a map's law in which `axis` takes the given values and the others are fixed at nodes.
 #[must_use]
 pub(super) fn columns(map: &MapFile, index: &[usize], axis: usize, values: &[f64]) -> Vec<Column> {
     let axes: &[Axis] = map.grid().axes();
@@ -83,7 +83,7 @@ pub(super) fn by_method(map: &MapFile, columns: &[Column]) -> Vec<(String, Vec<f
     curves
 }
 
-/// Draws the curve of a method with its marks. Curves of different `turn` have their marks at different
+/// Draws the curve of a method with its marks. Curves with different `turn` have their marks at different
 /// places.
 pub(super) fn draw(scene: &mut Scene, panel: &Panel, x: &[f64], y: &[f64], style: &MethodStyle, turn: usize) {
     let places: Vec<Place> = x.iter().zip(y).map(|(&x, &y)| panel.place(x, y)).collect();
@@ -100,5 +100,5 @@ pub(super) fn draw(scene: &mut Scene, panel: &Panel, x: &[f64], y: &[f64], style
     }
 }
 
-/// A guide line that matters less than the data.
+/// A guide line, less prominent than the data.
 pub(super) const GUIDE: Stroke = Stroke { color: palette::GREY, width: 0.7, dash: &[3.0, 2.0] };

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 /// A column of numbers or words.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Values {
-    /// Real numbers; NaN, and what else is not finite, is an empty cell.
+    /// Real numbers; one that is not finite is an empty cell.
     Reals(Vec<f64>),
     /// Words.
     Words(Vec<String>),
@@ -65,14 +65,14 @@ impl Data {
         self.with(header, Values::Words(values))
     }
 
-    /// The columns of another table after these.
+    /// Appends the columns of another table.
     #[must_use]
     pub fn join(mut self, other: Data) -> Self {
         self.columns.extend(other.columns);
         self
     }
 
-    /// All rows so many times, one copy after the other.
+    /// Repeats all rows, one copy after the other.
     #[must_use]
     pub fn repeated(mut self, times: usize) -> Self {
         for (_, values) in &mut self.columns {
@@ -87,7 +87,7 @@ impl Data {
         self
     }
 
-    /// The rows of another table of the same columns after these.
+    /// Appends the rows of another table with the same columns.
     #[must_use]
     pub fn then(mut self, other: Data) -> Self {
         if self.columns.is_empty() {

@@ -1,4 +1,4 @@
-//! Which method decides where: each cell shows the weakest rigorous test that decides it.
+//! The method that decides each cell: the weakest rigorous test that gives a verdict.
 
 use ndarray::Array2;
 

@@ -1,8 +1,8 @@
 //! Bifurcation diagrams: the amplitude of the equilibrium and of every cycle against one parameter.
 //!
-//! At each value of the parameter every cycle is searched anew. Where their number or stability changes
-//! between two values, the change is located by bisection, so that folds and ends of branches are where they
-//! belong.
+//! At each value of the parameter every cycle is searched independently. Where their number or stability
+//! changes between two values, the change is located by bisection, so that folds and ends of branches are at
+//! their exact places.
 
 use rayon::prelude::*;
 
@@ -21,19 +21,20 @@ use crate::machine::Dimension;
 use crate::map::Grid;
 use crate::simulate::{Range, dynamics, flow};
 
-/// Values of the parameter at which cycles are searched; a branch that lives between two of them is missed.
+/// Number of values of the parameter at which cycles are searched; a branch that exists only between two of
+/// them is missed.
 const VALUES: usize = 121;
-/// Bisections that locate a change: to a ten-millionth of a step.
+/// Number of bisections that locate a change: to a ten-millionth of a step.
 const BISECTIONS: usize = 24;
 /// Accuracy of the orbits.
 const TOLERANCE: f64 = 1e-9;
 
-/// What is drawn against which axis.
+/// The choices of a diagram.
 #[derive(Clone, Debug)]
 pub struct DiagramPlot<'a> {
-    /// Name of the axis across; its nodes do not matter.
+    /// Name of the horizontal axis; its nodes are not used.
     pub x: &'a str,
-    /// Where other axes are held, in the units of the view.
+    /// Values of the other axes, in the units of the view.
     pub at: &'a [(String, f64)],
     /// The ends of the diagram, in the units of the view; those of the axis if `None`.
     pub range: Option<(f64, f64)>,
@@ -41,7 +42,7 @@ pub struct DiagramPlot<'a> {
     pub width: Width,
 }
 
-/// Where an orbit may stay.
+/// Kind of an equilibrium or cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Kind {
     Equilibrium,
@@ -81,7 +82,7 @@ impl Kind {
     }
 }
 
-/// One of them at one value of the parameter.
+/// An equilibrium or cycle at one value of the parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct State {
     kind: Kind,
@@ -90,7 +91,7 @@ struct State {
     amplitude: f64,
 }
 
-/// Everything at one value of the parameter, by kind and growing amplitude; `None` where an orbit failed.
+/// All of them at one value of the parameter, by kind and increasing amplitude; `None` where an orbit failed.
 type Found = Option<Vec<State>>;
 
 fn find(oscillator: &Oscillator) -> Found {
@@ -109,15 +110,15 @@ fn find(oscillator: &Oscillator) -> Found {
     Some(states)
 }
 
-/// Whether two values of the parameter have the same cycles.
-fn alike(a: &Found, b: &Found) -> bool {
+/// Returns whether two values of the parameter have the same kinds of cycles with the same stability.
+fn same_kinds(a: &Found, b: &Found) -> bool {
     let kinds = |found: &Found| -> Option<Vec<(Kind, bool)>> {
         found.as_ref().map(|states| states.iter().map(|state| (state.kind, state.attracts)).collect())
     };
     kinds(a) == kinds(b)
 }
 
-/// A branch: what it is, and its points (parameter, amplitude).
+/// A branch: its kind, and its points (parameter, amplitude).
 #[derive(Clone, Debug)]
 struct Branch {
     kind: Kind,
@@ -125,13 +126,13 @@ struct Branch {
     points: Vec<(f64, f64)>,
 }
 
-/// Joins what is found at growing values of the parameter into branches.
+/// Joins the cycles found at increasing values of the parameter into branches.
 fn branches(found: &[(f64, Found)]) -> Vec<Branch> {
     let mut done: Vec<Branch> = Vec::new();
     let mut open: Vec<Branch> = Vec::new();
     let mut last: &Found = &None;
     for (value, states) in found {
-        if !alike(last, states) {
+        if !same_kinds(last, states) {
             done.append(&mut open);
             open = states
                 .iter()
@@ -185,13 +186,13 @@ pub fn diagram(view: &View, plot: &DiagramPlot) -> Result<Plotted, ReportError> 
         .into_par_iter()
         .map(|i| {
             let mut piece = vec![coarse[i].clone()];
-            if !alike(&coarse[i].1, &coarse[i + 1].1) {
+            if !same_kinds(&coarse[i].1, &coarse[i + 1].1) {
                 let (mut low, mut high) = (units[i], units[i + 1]);
                 let (mut below, mut above) = (None, None);
                 for _ in 0..BISECTIONS {
                     let middle = 0.5 * (low + high);
                     let here = find_at(middle);
-                    if alike(&here.1, &coarse[i].1) {
+                    if same_kinds(&here.1, &coarse[i].1) {
                         (low, below) = (middle, Some(here));
                     } else {
                         (high, above) = (middle, Some(here));

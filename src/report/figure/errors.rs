@@ -10,8 +10,8 @@ use super::scene::{Anchor, Rect, Scene, Stroke, Width, text_width};
 use super::verdict_panels::method_title;
 use super::{Figure, palette};
 
-/// Median, 95 % and worst size of the error of a method at an eps, if they can be drawn on a logarithmic
-/// axis.
+/// Median, 95 % quantile and maximum of the error of a method at an eps, if they can be drawn on a
+/// logarithmic axis.
 fn drawn(method: &MethodBoundary, epsilon: usize) -> Option<(f64, f64, f64)> {
     let errors = &method.errors[epsilon];
     let median = errors.sizes.quantile(0.5).filter(|median| *median > 0.0)?;
@@ -23,7 +23,7 @@ fn drawn(method: &MethodBoundary, epsilon: usize) -> Option<(f64, f64, f64)> {
 fn scale(report: &Report, epsilons: usize) -> Option<Scale> {
     let methods = &report.boundaries.methods;
     let all = methods.iter().flat_map(|method| (0..epsilons).filter_map(|e| drawn(method, e)));
-    // The worst errors are drawn at one eps only.
+    // The maximum is drawn only if there is one eps.
     let high_of = |(_, high, worst): (f64, f64, f64)| if epsilons == 1 { worst } else { high };
     let (low, high) = all
         .fold((f64::INFINITY, 0.0_f64), |(low, high), errors| (low.min(errors.0), high.max(high_of(errors))));

@@ -10,31 +10,32 @@ use super::slice::Slice;
 use crate::filippov::Oscillator;
 use crate::simulate::{Fate, flow};
 
-/// The slice is first searched on this many steps along each axis; parts of the boundary that fit between
-/// its nodes are missed.
+/// Number of steps along each axis on which the slice is searched first; parts of the boundary between its
+/// nodes are missed.
 const STEPS: usize = 48;
-/// Halvings of a step: to a hundred-thousandth of the panel.
+/// Number of bisections of a step: to a hundred-thousandth of the panel.
 const HALVINGS: usize = 11;
 /// Accuracy of the grazing margin, far below the width of a line.
 const TOLERANCE: f64 = 1e-9;
 
-/// What a boundary may cost: evaluations of the right-hand side, in units of that of the Stribeck law (see
-/// [`crate::friction::Curve::cost`]), a second or so. Where orbits are so stiff that it would cost more, none is
-/// drawn.
+/// Budget of a boundary: evaluations of the right-hand side, in units of that of the Stribeck law (see
+/// [`crate::friction::Curve::cost`]), a second or so. Where orbits are so stiff that it would cost more, none
+/// is drawn.
 const WORK: u64 = 100_000_000;
-/// Nodes along each axis from whose cost that of all nodes is told.
+/// Number of nodes along each axis from whose cost that of all nodes is estimated.
 const TRIED: usize = 4;
 
 /// An edge between two nodes of the search: its lower node, and whether it is horizontal.
 type Edge = (usize, usize, bool);
 
-/// The boundary of the set of points whose orbit sticks again, as curves on the page; none where the search would
-/// cost more than a fixed budget of work.
+/// The boundary of the set of points whose orbit sticks again, as curves on the page; empty if the search
+/// would exceed its budget.
 #[must_use]
 pub fn boundary(slice: &Slice, panel: &Panel) -> Vec<Vec<Place>> {
     let sticks = |s: f64, t: f64| sticks(slice, panel.x, panel.y, s, t).0;
     let at = |i: usize| i as f64 / STEPS as f64;
-    // The cost of a few nodes stands for that of all: the same for any number of threads, and told by the first stiff one.
+    // The cost of a few nodes represents that of all: independent of the number of threads, and one stiff
+    // node is enough to stop.
     let share = WORK * (TRIED * TRIED) as u64 / ((STEPS + 1) * (STEPS + 1)) as u64;
     let tried = |i: usize| i as f64 / (TRIED - 1) as f64;
     let mut cost = 0;
@@ -78,8 +79,8 @@ pub fn boundary(slice: &Slice, panel: &Panel) -> Vec<Vec<Place>> {
     chains(&crossings).into_iter().map(|chain| chain.iter().map(|edge| crossings[edge]).collect()).collect()
 }
 
-/// Whether the orbit sticks at a point of the slice, given by its position along both scales, and what the answer
-/// cost.
+/// Returns whether the orbit sticks at a point of the slice, given by its position along both scales, and the
+/// cost of the answer.
 fn sticks(slice: &Slice, x: Scale, y: Scale, s: f64, t: f64) -> (bool, u64) {
     let point = slice.point(x.value(s), y.value(t));
     let oscillator = Oscillator::new(slice.law(), &point);
@@ -99,7 +100,7 @@ fn chains(crossings: &BTreeMap<Edge, Place>) -> Vec<Vec<Edge>> {
         for j in 0..STEPS {
             let sides = [(i, j, true), (i + 1, j, false), (i, j + 1, true), (i, j, false)];
             let crossed: Vec<Edge> = sides.into_iter().filter(|edge| crossings.contains_key(edge)).collect();
-            // Four crossings are a saddle, which either pairing resolves to within one step.
+            // Four crossings are a saddle; either pairing is right to within one step.
             for pair in crossed.chunks_exact(2) {
                 neighbours.entry(pair[0]).or_default().push(pair[1]);
                 neighbours.entry(pair[1]).or_default().push(pair[0]);
@@ -107,7 +108,7 @@ fn chains(crossings: &BTreeMap<Edge, Place>) -> Vec<Vec<Edge>> {
         }
     }
     let mut chains = Vec::new();
-    // Open chains first, from their ends; what remains are loops.
+    // Open chains first, from their ends; the rest are loops.
     while let Some(start) = neighbours
         .iter()
         .find(|(_, next)| next.len() == 1)

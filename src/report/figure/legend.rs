@@ -5,7 +5,7 @@ use super::axis::{AXIS, SMALL_TEXT};
 use super::palette::MethodStyle;
 use super::scene::{Anchor, Fill, Rect, Scene, Stroke, text_width};
 
-/// What is shown beside a name.
+/// The sample shown beside a name.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Sample {
     /// An area.
@@ -31,7 +31,7 @@ const SAMPLE: f64 = 20.0;
 const GAP: f64 = 12.0;
 
 impl Legend {
-    /// Adds an entry, unless it is there already.
+    /// Adds an entry, unless the legend has it already.
     pub fn add(&mut self, sample: Sample, name: Rich) {
         let entry = (sample, name);
         if !self.entries.contains(&entry) {
@@ -39,14 +39,14 @@ impl Legend {
         }
     }
 
-    /// Whether there is nothing in it.
+    /// Returns whether it has no entries.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
 
-    /// Rows, and the widths of the columns that they make, filled one after the other, each as wide as its
-    /// widest entry: as few rows as fit.
+    /// The number of rows and the widths of the columns, filled one after the other, each as wide as its
+    /// widest entry: with as few rows as fit.
     fn layout(&self, width: f64) -> (usize, Vec<f64>) {
         let widths: Vec<f64> =
             self.entries.iter().map(|(_, name)| text_width(name, SMALL_TEXT) + SAMPLE + 3.0 + GAP).collect();
@@ -67,7 +67,7 @@ impl Legend {
 
     /// Draws it below the panels of a figure, and ends the figure there.
     pub fn below(&self, scene: &mut Scene, left: f64, top: f64) {
-        // Flush with the panels if it fits there in as few rows as over the whole width.
+        // Aligned with the panels if it fits there in as few rows as over the whole width.
         let whole = scene.width - 8.0;
         let room = scene.width - left - 4.0;
         let (left, room) = if self.height(room) > self.height(whole) { (4.0, whole) } else { (left, room) };

@@ -1,4 +1,4 @@
-//! Line plots: curves over one axis, those of one unit in one panel.
+//! Line plots: curves over one axis, those of the same unit in one panel.
 
 use super::super::text::{Rich, rich};
 use super::axis::{Panels, Scale};
@@ -6,17 +6,17 @@ use super::legend::{Legend, Sample};
 use super::palette::MethodStyle;
 use super::scene::{Place, Scene, Width};
 
-/// Curves with more points than this have marks at some of them only.
+/// Number of points of a curve above which only some of them have marks.
 const MARKED: usize = 30;
 
 /// A curve.
 #[derive(Clone, Debug)]
 pub struct Curve {
-    /// What the legend calls it; empty for none.
+    /// Its name in the legend; empty for none.
     pub name: Rich,
-    /// How it is drawn.
+    /// Its style.
     pub style: MethodStyle,
-    /// Its points; those that are not finite interrupt it.
+    /// Its points; one that is not finite interrupts it.
     pub points: Vec<Place>,
     /// Whether points are marked.
     pub marks: bool,
@@ -27,16 +27,16 @@ pub struct Curve {
 pub struct Chart {
     /// Name of the vertical axis, with its unit.
     pub name: Rich,
-    /// What stands above the panel.
+    /// Title above the panel.
     pub title: Rich,
-    /// What the numbers of the curves are multiplied by where they are written.
+    /// Factor by which the numbers of the curves are multiplied where they are written.
     pub factor: f64,
     /// The curves.
     pub curves: Vec<Curve>,
 }
 
 impl Chart {
-    /// The scale around all numbers of the curves; with 0 where that is near.
+    /// A scale that contains all numbers of the curves, and 0 if that is near.
     #[must_use]
     pub fn scale(&self) -> Scale {
         let numbers =
@@ -56,7 +56,7 @@ impl Chart {
     }
 }
 
-/// Draws charts below each other over one horizontal axis. The legend is that of all of them.
+/// Draws charts one below the other over a common horizontal axis, with one legend.
 #[must_use]
 pub fn draw(heading: &Rich, x: Scale, x_name: &Rich, charts: &[Chart], width: Width) -> Scene {
     let aspect = match (width, charts.len()) {
@@ -67,7 +67,7 @@ pub fn draw(heading: &Rich, x: Scale, x_name: &Rich, charts: &[Chart], width: Wi
     };
     let mut scene = Scene::new(width.points(), 0.0);
     let mut legend = Legend::default();
-    // Panels of equal size: room for the widest numbers.
+    // Panels of equal size, with space for the widest numbers.
     let widest = charts.iter().map(Chart::scale).max_by(|a, b| {
         let width = |scale: &Scale| super::axis::Panel::y_labels_width(*scale, 120.0);
         width(a).total_cmp(&width(b))

@@ -1,4 +1,4 @@
-//! Figures, one file each. Every figure is a function from data to a [`Scene`].
+//! Figures, one file each: every figure is a function from data to a [`Scene`].
 
 pub mod area;
 pub mod axis;
@@ -46,7 +46,7 @@ use super::{Report, ReportError};
 pub struct Figure {
     /// Name of its files.
     pub name: String,
-    /// What it shows.
+    /// Its caption.
     pub caption: Rich,
     /// The figure at each width.
     pub scenes: Vec<(Width, Scene)>,
@@ -54,7 +54,7 @@ pub struct Figure {
     pub data: Data,
 }
 
-/// All figures of a report, in its order, made by all cores.
+/// All figures of a report in its order, drawn by all cores.
 ///
 /// # Errors
 /// [`ReportError::Map`] if the map cannot be read.

@@ -1,4 +1,4 @@
-//! Colours, hatchings, dashes and markers: told apart with colour-blind eyes, and in grey.
+//! Colours, hatchings, dashes and markers that can be distinguished with colour-blind eyes and in greyscale.
 //!
 //! The colours are those of Okabe and Ito. Lines differ in dash and marker as well, areas in lightness or
 //! hatching.
@@ -10,7 +10,7 @@ use crate::map::{Regime, Verdict};
 pub const BLACK: &str = "#000000";
 /// White.
 pub const WHITE: &str = "#ffffff";
-/// For what matters less.
+/// For less important elements.
 pub const GREY: &str = "#8c8c8c";
 /// Light grey, for guides.
 pub const LIGHT_GREY: &str = "#c8c8c8";
@@ -31,7 +31,7 @@ pub const PURPLE: &str = "#cc79a7";
 /// Wine, darker than all of these but black.
 pub const WINE: &str = "#882255";
 
-/// How a method's lines and marks are drawn.
+/// Style of a method's lines and marks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MethodStyle {
     /// Its line.
@@ -44,7 +44,7 @@ const fn style(color: &'static str, width: f64, dash: &'static [f64], marker: Ma
     MethodStyle { stroke: Stroke { color, width, dash }, marker }
 }
 
-/// The style of a method; methods that this program does not know share one.
+/// The style of a method; all methods that this program does not know share one.
 #[must_use]
 pub fn method(name: &str) -> MethodStyle {
     match name {
@@ -69,7 +69,7 @@ pub fn method(name: &str) -> MethodStyle {
     }
 }
 
-/// The style of the peer with this number: grey and dotted, told apart by its mark.
+/// The style of the peer with this number: grey and dotted, distinguished by its mark.
 #[must_use]
 pub fn peer(number: usize) -> MethodStyle {
     const MARKERS: [Marker; 7] = [
@@ -88,13 +88,13 @@ pub fn peer(number: usize) -> MethodStyle {
 pub const PRESENT: Fill = Fill::plain(BLUE);
 /// Absent.
 pub const ABSENT: Fill = Fill::plain("#f7e3bf");
-/// Not decided.
+/// Undecided.
 pub const UNDECIDED: Fill = Fill::hatched(WHITE, Hatch::Rising, "#b4b4b4");
 /// Claims a cycle that does not exist.
 pub const WRONG_PRESENCE: Fill = Fill::hatched(VERMILION, Hatch::Falling, WHITE);
 /// Denies a cycle that exists.
 pub const WRONG_ABSENCE: Fill = Fill::hatched(PURPLE, Hatch::Crossed, BLACK);
-/// Broke down.
+/// Failed.
 pub const FAILED: Fill = Fill::plain(BLACK);
 /// Not computed.
 pub const NOT_COMPUTED: Fill = Fill::hatched(WHITE, Hatch::Dots, BLACK);
@@ -130,7 +130,7 @@ pub fn regime(regime: Regime) -> Fill {
     }
 }
 
-/// A regime in the words of legends.
+/// Name of a regime in legends.
 #[must_use]
 pub fn regime_words(regime: Regime) -> &'static str {
     match regime {
@@ -149,7 +149,7 @@ pub fn regime_words(regime: Regime) -> &'static str {
     }
 }
 
-/// What a cell can be: its code in the map, its name there, how it is filled, and what legends call it.
+/// The kind of a cell: its code in the map, its name there, its fill, and its name in legends.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub struct Kind {
@@ -183,7 +183,7 @@ pub fn regimes() -> Vec<Kind> {
     Regime::ALL.into_iter().map(kind).collect()
 }
 
-/// A verdict in the words of legends.
+/// Name of a verdict in legends.
 #[must_use]
 pub fn verdict_words(verdict: Verdict) -> &'static str {
     match verdict {
@@ -195,7 +195,8 @@ pub fn verdict_words(verdict: Verdict) -> &'static str {
     }
 }
 
-/// The area in which a method decides, in the colour of its lines, hatched to be told apart in grey.
+/// Fill of the area in which a method decides: the colour of its lines, hatched to be distinguished in
+/// greyscale.
 #[must_use]
 pub fn method_area(name: &str) -> Fill {
     match name {
@@ -223,7 +224,7 @@ pub fn curve(number: usize) -> MethodStyle {
     STYLES[number % STYLES.len()]
 }
 
-/// Anchors of the map `viridis` of matplotlib, whose lightness rises evenly.
+/// Anchors of the colour map `viridis` of matplotlib, whose lightness rises evenly.
 const VIRIDIS: [[u8; 3]; 11] = [
     [68, 1, 84],
     [72, 36, 117],
@@ -253,13 +254,13 @@ fn between(anchors: &[[u8; 3]], unit: f64) -> String {
     format!("#{:02x}{:02x}{:02x}", mix(0), mix(1), mix(2))
 }
 
-/// The colour of a quantity between its least (0) and its greatest (1) value.
+/// The colour of a quantity between its minimum (0) and its maximum (1).
 #[must_use]
 pub fn sequential(unit: f64) -> String {
     between(&VIRIDIS, unit)
 }
 
-/// The colour of a quantity with a sign: -1 to 1 as 0 to 1.
+/// The colour of a quantity with a sign: -1 to 1 is mapped to 0 to 1.
 #[must_use]
 pub fn diverging(unit: f64) -> String {
     between(&DIVERGING, unit)

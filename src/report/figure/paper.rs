@@ -1,8 +1,8 @@
 //! The paper's figures 2 to 5, redrawn from computed orbits.
 //!
-//! Departures: the paper's sketches of impossible cases cannot be computed, so figure 3's false orbit is
-//! that of negative damping, figure 4 shows the three cases that do occur as c falls through the critical
-//! damping, and figure 5 shows the closed orbit where it does occur: unstable, in the bistable band.
+//! Departures: the paper's sketches of impossible cases cannot be computed. Figure 3's false orbit is that of
+//! negative damping, figure 4 shows the three cases that occur as c falls through the critical damping, and
+//! figure 5 shows the closed orbit where it exists: unstable, in the bistable band.
 
 use std::f64::consts::TAU;
 
@@ -139,7 +139,7 @@ fn coulomb() -> Figure {
     })
 }
 
-/// Figure 4: where the orbit comes back, as c falls.
+/// Figure 4: the return of the orbit to the belt line as c falls.
 fn cases() -> Figure {
     let column = column(0.1, [0.3, 0.1, 2.0]);
     let critical = curves::exact(std::slice::from_ref(&column))[0];
@@ -212,7 +212,7 @@ fn divergence() -> Figure {
     let (centre, exit) = (oscillator.equilibrium_x1(), oscillator.exit_x1());
     // A point of the line L, at the fraction s of the way from the equilibrium to the exit point.
     let on_line = |s: f64| Start::State { x1: centre + s * (exit - centre), x2: s * oscillator.belt_speed };
-    // Orbits inside the closed one settle, those outside stick.
+    // Orbits inside the closed one tend to the equilibrium, those outside stick.
     let sticks = |s: f64| {
         let orbit = trace(&oscillator, on_line(s), TOLERANCE, 200.0 * TAU);
         match orbit.ending {

@@ -13,14 +13,14 @@ use crate::simulate::slip_cycle::slip_cycles;
 
 /// Accuracy of the traced orbits.
 const TOLERANCE: f64 = 1e-10;
-/// Turns of the orbit that are followed at most where no duration is asked for.
+/// Largest number of turns of the orbit if no duration is given.
 const TURNS: f64 = 4.0;
 /// Turns of the orbit from near the equilibrium.
 const INNER_TURNS: f64 = 3.0;
-/// Where that orbit starts, in units of V above the equilibrium.
+/// Start of that orbit, in units of V above the equilibrium.
 const INNER_START: f64 = 0.35;
 
-/// The orbit that is asked about.
+/// The requested orbit.
 pub(super) const ORBIT: Stroke = Stroke::solid(palette::BLUE, 1.2);
 /// Its sticking part.
 pub(super) const STICK: Stroke = Stroke::solid(palette::VERMILION, 2.0);
@@ -34,14 +34,14 @@ pub(super) const REPELLING: Stroke = Stroke { color: palette::BLACK, width: 1.0,
 /// The belt line.
 pub(super) const BELT: Stroke = Stroke { color: palette::GREY, width: 0.6, dash: &[1.0, 1.6] };
 
-/// What is drawn at one point of parameter space.
+/// The orbits drawn at one point of parameter space.
 #[derive(Clone, Debug)]
 pub(super) struct Portrait {
     pub(super) oscillator: Oscillator,
     start: Start,
-    /// The orbit that is asked about.
+    /// The requested orbit.
     pub(super) orbit: Trace,
-    /// One from near the equilibrium; none where that lies on a drawn orbit anyway.
+    /// An orbit from near the equilibrium; empty where it would lie on another drawn orbit.
     inner: Trace,
     /// Slip cycles, and whether each attracts.
     cycles: Vec<(Trace, bool)>,
@@ -54,7 +54,7 @@ pub fn orbit_from(oscillator: &Oscillator, start: Start, duration: Option<f64>) 
         return trace(oscillator, start, TOLERANCE, TURNS * std::f64::consts::TAU);
     };
     let mut orbit = trace(oscillator, start, TOLERANCE, duration);
-    // A trace ends where the cycle closes; what follows is the cycle again.
+    // A trace ends where the cycle closes; the cycle is repeated from there.
     let Ending::Closes { period } = orbit.ending else { return orbit };
     let cycle = trace(oscillator, Start::ExitPoint, TOLERANCE, 2.0 * period);
     while let Some(last) = orbit.samples.pop() {
@@ -65,7 +65,7 @@ pub fn orbit_from(oscillator: &Oscillator, start: Start, duration: Option<f64>) 
             break;
         }
     }
-    // While it sticks there are no samples but at the ends.
+    // While it sticks there are samples at the ends only.
     if let Some(last) = orbit.samples.last().copied().filter(|last| last.phase == Phase::Stick) {
         let x1 = last.x1 + oscillator.belt_speed * (duration - last.t);
         orbit.samples.push(State { t: duration, x1, ..last });
@@ -73,7 +73,7 @@ pub fn orbit_from(oscillator: &Oscillator, start: Start, duration: Option<f64>) 
     orbit
 }
 
-/// An orbit as a table: time, position, velocity, and what the mass does from there on.
+/// An orbit as a table: time, position, velocity, and whether the mass slips or sticks from there on.
 #[must_use]
 pub fn orbit_data(orbit: &Trace, units: &UnitSystem) -> Data {
     let column = |factor: f64, of: fn(&State) -> f64| orbit.samples.iter().map(|s| of(s) * factor).collect();
@@ -94,7 +94,7 @@ impl Portrait {
     pub(super) fn of(oscillator: &Oscillator, start: Start, duration: Option<f64>) -> Self {
         let turn = std::f64::consts::TAU;
         let inner = Start::State { x1: oscillator.equilibrium_x1(), x2: INNER_START * oscillator.belt_speed };
-        // A portrait without cycles that cannot be found is still one.
+        // The portrait is drawn without cycles if they cannot be found.
         let cycles = slip_cycles(oscillator, TOLERANCE).unwrap_or_default();
         let cycles = cycles.iter().map(|cycle| {
             let x2 = cycle.velocity.hi;
@@ -124,12 +124,12 @@ impl Portrait {
                 extent[3].max(state.x2),
             ];
         }
-        // The sticking segment whole, unless that would make the orbit tiny.
+        // The whole sticking segment, unless that would make the orbit tiny.
         extent[0] = extent[0].min(self.oscillator.upper_tangency_x1().max(extent[0] - v));
         extent
     }
 
-    /// Whether the orbit sticks, and where it lands.
+    /// The state in which the orbit lands, if it sticks.
     fn landing(&self) -> Option<&State> {
         let sticks = |state: &&State| state.phase == Phase::Stick && state.t > 0.0;
         self.orbit.samples.iter().find(sticks)
@@ -198,7 +198,7 @@ impl Portrait {
         legend.add(Sample::Mark(Marker::Square, palette::BLACK, stable), rich(words));
     }
 
-    /// What becomes of the orbit, in words.
+    /// The fate of the orbit, in words.
     pub(super) fn words(&self) -> &'static str {
         let stable = self.oscillator.eigenvalues().is_stable();
         match self.orbit.ending {
@@ -236,7 +236,7 @@ pub(super) fn orbit(
     const BETWEEN: f64 = 75.0;
     let places: Vec<Place> = smooth(oscillator, samples).iter().map(|p| panel.place(p.0, p.1)).collect();
     scene.line(&places, stroke);
-    // An arrow after the first third of the distance, then every so often.
+    // An arrow after the first third of the distance, then at equal distances.
     let mut walked = 0.6 * BETWEEN;
     for pair in places.windows(2) {
         let (dx, dy) = (pair[1].0 - pair[0].0, pair[1].1 - pair[0].1);

@@ -14,7 +14,7 @@ use crate::filippov::Oscillator;
 use crate::simulate::direct::Start;
 use crate::simulate::{Fate, flow};
 
-/// Accuracy with which it is asked whether an orbit crosses for ever.
+/// Accuracy of the orbits.
 const TOLERANCE: f64 = 1e-10;
 
 /// Portraits along one column of the map: below the critical damping, in the bistable band, above it, and,
@@ -24,7 +24,7 @@ pub fn portraits(view: &View) -> Option<Figure> {
     let grid = view.map.grid();
     let axes = grid.axes();
     let mut index = informative_nodes(view.map);
-    // The largest eps, where orbits differ most to the eye, as long as it has a cycle.
+    // The largest eps that has a cycle, since orbits differ most there.
     let root = |index: &[usize]| curves::exact(&[grid.column(index)])[0];
     for epsilon in (0..axes[0].values.len()).rev() {
         index[0] = epsilon;
@@ -55,7 +55,7 @@ pub fn portraits(view: &View) -> Option<Figure> {
     }
     let of = |column: &_, c: f64| Portrait::of(&Oscillator::in_column(column, c), Start::ExitPoint, None);
     let drawn: Vec<(f64, Portrait)> = points.iter().map(|(column, c)| (*c, of(column, *c))).collect();
-    // The fast belt's orbits have a scale of their own, so they are a panel of their own if present.
+    // The orbits of the fast belt have another scale, so they get their own panel.
     let common = drawn
         .iter()
         .take(3)
@@ -78,7 +78,7 @@ pub fn portraits(view: &View) -> Option<Figure> {
         let mut panels = Panels::new(scene.width, columns, 3, h, x, y);
         panels.shift((0.0, write_heading(&mut scene, panels.panels[0].rect.x, &held)));
         let mut legend = Legend::default();
-        // Equal units in both directions, whatever height the page left.
+        // Equal units in both directions, for the height that the page left.
         let aspect = panels.panels[0].rect.h / panels.panels[0].rect.w;
         let (x, y, _) = equal_scales(common, 1.0, (aspect, aspect));
         for panel in &mut panels.panels {
@@ -132,7 +132,7 @@ fn data(drawn: &[(f64, Portrait)], damping: &Label, view: &View) -> Data {
     tables.fold(Data::default(), Data::then)
 }
 
-/// To three digits, for titles.
+/// Rounded to three digits, for titles.
 fn rounded(value: f64) -> f64 {
     format!("{value:.2e}").parse().unwrap_or(value)
 }

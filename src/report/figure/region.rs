@@ -1,20 +1,19 @@
-//! Areas of a slice: cells of one kind, as few closed outlines.
+//! Areas of a slice: cells of one kind as a small number of closed outlines.
 
 use std::collections::BTreeMap;
 
 use super::axis::{Panel, Scale};
 use super::scene::Place;
 
-/// Edges of the cells around the nodes of an axis: halfway between neighbours on the axis' scale, and cut
-/// at the ends of the scale.
+/// Edges of the cells around the nodes of an axis: halfway between neighbours on the axis' scale, limited to
+/// the ends of the scale.
 #[must_use]
 pub fn cell_edges(values: &[f64], scale: Scale) -> Vec<f64> {
     let between = |pair: &[f64]| scale.value(0.5 * (scale.unit(pair[0]) + scale.unit(pair[1])));
     std::iter::once(scale.from).chain(values.windows(2).map(between)).chain([scale.to]).collect()
 }
 
-/// Outlines, in places on the page, of the cells `(i, j)` with `inside(i, j)`; `x` and `y` are the cells'
-/// edges.
+/// Outlines on the page of the cells `(i, j)` with `inside(i, j)`; `x` and `y` are the cells' edges.
 #[must_use]
 pub fn outlines(
     panel: &Panel,
@@ -65,7 +64,8 @@ pub fn outlines(
                 break;
             }
         }
-        // The first corner is the lowest of its column and so a true one; the last may lie on the way to it.
+        // The first corner is the lowest of its column and so a true corner; the last may lie on the straight
+        // way to it.
         if let [first, .., before, last] = corners[..]
             && straight(before, last, first)
         {
@@ -98,7 +98,7 @@ mod tests {
         let rect = Rect { x: 0.0, y: 0.0, w: 4.0, h: 3.0 };
         let panel = Panel { rect, x: Scale::linear(0.0, 4.0), y: Scale::linear(0.0, 3.0) };
         let (x, y) = ([0.0, 1.0, 2.0, 3.0, 4.0], [0.0, 1.0, 2.0, 3.0]);
-        // A ring with a hole, two cells that touch at a corner, everything, nothing.
+        // A ring with a hole, two cells that touch at a corner, all cells, no cells.
         for cells in [0b0111_0101_0111_u32, 0b0000_0010_0001, 0xfff, 0] {
             let inside = |i: usize, j: usize| cells >> (4 * j + i) & 1 == 1;
             let found = outlines(&panel, &x, &y, inside);

@@ -1,4 +1,4 @@
-//! SVG into PNG and PDF, with the bundled font alone, so that figures are the same on every machine.
+//! Renders SVG to PNG and PDF with the bundled font only, so that figures are the same on every machine.
 
 use std::sync::{Arc, LazyLock};
 
@@ -8,7 +8,7 @@ use resvg::usvg::{Options, Tree};
 
 use super::super::ReportError;
 
-/// Resolution of PNG files in dots per inch, that of printed line art at its usual minimum.
+/// Resolution of PNG files in dots per inch: the usual minimum for printed line art.
 const RESOLUTION: f32 = 300.0;
 
 static OPTIONS: LazyLock<Options<'static>> = LazyLock::new(|| {
@@ -36,7 +36,7 @@ pub fn png(name: &str, svg: &str) -> Result<Vec<u8>, ReportError> {
     raster(name, &tree(name, svg)?)
 }
 
-/// The figure as PNG and as PDF, text as text, by two cores.
+/// The figure as PNG and as PDF with text as text, on two cores.
 ///
 /// # Errors
 /// [`ReportError::Render`].
@@ -47,15 +47,16 @@ pub fn png_and_pdf(name: &str, svg: &str) -> Result<(Vec<u8>, Vec<u8>), ReportEr
 }
 
 fn raster(name: &str, tree: &Tree) -> Result<Vec<u8>, ReportError> {
-    // usvg counts 96 pixels to the inch.
+    // usvg uses 96 pixels per inch.
     let scale = RESOLUTION / 96.0;
     let size = tree.size().to_int_size().scale_by(scale).ok_or_else(|| failed(name, "it has no size"))?;
     let mut pixels =
         Pixmap::new(size.width(), size.height()).ok_or_else(|| failed(name, "it is too large"))?;
-    // The last row and column are covered in part only; nothing of the page may show through there.
+    // The last row and column are covered only in part and must not be transparent.
     pixels.fill(Color::WHITE);
     resvg::render(tree, Transform::from_scale(scale, scale), &mut pixels.as_mut());
-    // Opaque, and packed as well as can be: a twentieth of what resvg's own encoder makes of these figures.
+    // Opaque, with the best compression: a twentieth of the size that resvg's own encoder gives these
+    // figures.
     let colors: Vec<u8> = pixels.data().chunks_exact(4).flat_map(|pixel| &pixel[..3]).copied().collect();
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(&mut file, pixels.width(), pixels.height());

@@ -1,4 +1,4 @@
-//! Scenes: what is drawn, in points (1/72 inch), written as SVG. Text stays text.
+//! Scenes: drawings in points (1/72 inch), written as SVG. Text stays text.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -8,17 +8,17 @@ use ttf_parser::Face;
 
 use super::super::text::{Piece, Rich, Symbol, html};
 
-/// A place on the page, in points from the left and from the top.
+/// A position on the page, in points from the left and from the top.
 pub type Place = (f64, f64);
 
 /// Points in a millimetre.
 const POINTS: f64 = 72.0 / 25.4;
 
-/// Families in order of preference. The first is the one whose widths lay out the figures and which PNG and
-/// PDF use; the others have much the same widths.
+/// Font families in order of preference. The widths of the first one determine the layout, and PNG and PDF
+/// use it; the others have similar widths.
 const FONTS: &str = "Noto Sans, Helvetica, Arial, Liberation Sans, sans-serif";
 
-/// How far an index is lowered and an exponent raised, and their size, in units of the text's size.
+/// Shift of indices and exponents, and their size, in units of the text's size.
 const LOWERED: f64 = 0.22;
 const RAISED: f64 = 0.38;
 const SMALL: f64 = 0.72;
@@ -46,7 +46,7 @@ impl Width {
             }
     }
 
-    /// The part of file names.
+    /// The part of file names for this width.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -82,7 +82,7 @@ pub enum Hatch {
     Dots,
 }
 
-/// How an area is filled.
+/// Fill of an area.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Fill {
     /// Colour of the ground, `none` for none.
@@ -105,7 +105,7 @@ impl Fill {
     }
 }
 
-/// How a line is drawn.
+/// Style of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stroke {
     /// Colour.
@@ -137,7 +137,7 @@ pub enum Marker {
     Plus,
 }
 
-/// Which part of a text is at its place.
+/// The part of a text that lies at its position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum Anchor {
@@ -146,11 +146,11 @@ pub enum Anchor {
     End,
 }
 
-/// Places farther than this from the origin are beyond every page. Nothing is drawn there: rasterisers and
-/// dashes take time and memory by length, and coordinates of single precision.
+/// Distance from the origin beyond which nothing is drawn: every page ends before it. Rasterisers and dashes
+/// take time and memory in proportion to lengths, and coordinates have single precision.
 const BEYOND: f64 = 5000.0;
 
-/// Whether a place is on the page or near it.
+/// Returns whether a position is on the page or near it.
 fn is_near((x, y): Place) -> bool {
     x.abs() <= BEYOND && y.abs() <= BEYOND
 }
@@ -175,7 +175,7 @@ fn near_the_page(points: &[Place]) -> Vec<Vec<Place>> {
 fn segment_near_the_page(from: Place, to: Place) -> Option<[Place; 2]> {
     let (mut begin, mut end) = (0.0_f64, 1.0_f64);
     for (start, stop) in [(from.0, to.0), (from.1, to.1)] {
-        // Halves: the difference of two numbers may overflow.
+        // Halves, because the difference of two numbers may overflow.
         let half_length = 0.5 * stop - 0.5 * start;
         for side in [-1.0, 1.0] {
             let (room, rate) = (0.5 * BEYOND - side * 0.5 * start, side * half_length);
@@ -196,7 +196,7 @@ fn segment_near_the_page(from: Place, to: Place) -> Option<[Place; 2]> {
     (begin < end).then(|| [at(begin), at(end)])
 }
 
-/// An outline with its corners moved to near the page: outlines run along the axes.
+/// An outline with its corners moved to near the page; outlines run parallel to the axes.
 fn clamped(outline: &[Place]) -> Vec<Place> {
     outline.iter().map(|(x, y)| (x.clamp(-BEYOND, BEYOND), y.clamp(-BEYOND, BEYOND))).collect()
 }
@@ -209,7 +209,8 @@ pub struct Scene {
     /// Height in points.
     pub height: f64,
     body: String,
-    /// Hatchings in use; marked in `body`, like clips, by a control character, which no text can hold.
+    /// Hatchings in use. In `body` they are marked, like clips, by a control character, which no text
+    /// contains.
     hatchings: BTreeSet<(Hatch, &'static str)>,
     clips: Vec<Rect>,
 }
@@ -221,7 +222,7 @@ impl Scene {
         Self { width, height, body: String::new(), hatchings: BTreeSet::new(), clips: Vec::new() }
     }
 
-    /// Draws a line through points; those that are not finite interrupt it.
+    /// Draws a line through points; one that is not finite interrupts it.
     pub fn line(&mut self, points: &[Place], stroke: &Stroke) {
         let finite = |p: &Place| p.0.is_finite() && p.1.is_finite();
         for part in points.split(|p| !finite(p)).filter(|part| part.len() > 1) {
@@ -398,7 +399,7 @@ impl Scene {
         self.clips.extend(&other.clips);
         self.hatchings.extend(&other.hatchings);
         let mut body = other.body.clone();
-        // From the last, so that no number is changed twice.
+        // In reverse order, so that no number is changed twice.
         for number in (0..other.clips.len()).rev() {
             body = body.replace(&format!("(#\u{1}clip{number})"), &format!("(#\u{1}clip{})", first + number));
         }
@@ -406,7 +407,7 @@ impl Scene {
         let _ = writeln!(self.body, "<g transform=\"translate({x} {y})\">\n{body}</g>");
     }
 
-    /// Draws something of which only the part inside `rect` shows.
+    /// Draws with clipping to `rect`.
     pub fn clipped(&mut self, rect: Rect, draw: impl FnOnce(&mut Self)) {
         let number = self.clips.len();
         self.clips.push(rect);
@@ -415,8 +416,8 @@ impl Scene {
         self.body.push_str("</g>\n");
     }
 
-    /// The figure as SVG. `name` keeps its identifiers apart from those of other figures on one page;
-    /// `description` is for those who cannot see it.
+    /// The figure as SVG. `name` makes its identifiers unique on a page with several figures; `description`
+    /// is for readers who cannot see it.
     #[must_use]
     pub fn svg(&self, name: &str, description: &Rich) -> String {
         let prefix: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
@@ -446,7 +447,7 @@ fn corners(rect: Rect) -> Vec<Place> {
     vec![(x, y), (x + w, y), (x + w, y + h), (x, y + h)]
 }
 
-/// A coordinate to a hundredth of a point, short.
+/// A coordinate to a hundredth of a point.
 fn number(value: f64) -> String {
     let text = format!("{value:.2}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
@@ -512,7 +513,7 @@ pub fn text_width(text: &Rich, size: f64) -> f64 {
         let face = if italic { &ITALIC } else { &REGULAR };
         let Some(face) = face.as_ref() else { return 0.5 * words.chars().count() as f64 };
         let advance = |c: char| face.glyph_index(c).and_then(|glyph| face.glyph_hor_advance(glyph));
-        // A letter that the font lacks is drawn by another one; most are about as wide as this.
+        // Another font draws a letter that this one lacks; most are about this wide.
         let em = f64::from(face.units_per_em());
         words.chars().map(|c| advance(c).map_or(0.6, |advance| f64::from(advance) / em)).sum()
     };

@@ -1,4 +1,4 @@
-//! Slices of a map: two axes, the others held at nodes.
+//! Slices of a map: two axes, the others fixed at nodes.
 
 use ndarray::{Array2, ArrayD, Ix2};
 
@@ -12,19 +12,19 @@ use crate::point::{LawParameters, Point};
 use crate::simulate::critical::critical_dampings;
 use crate::store::{MapFile, Pick};
 
-/// Why a slice cannot be drawn.
+/// Reason why a slice cannot be drawn.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ChoiceError {
-    /// A name that the map does not have.
+    /// The map does not have this name.
     #[error("the map has no {kind} `{name}`; the nearest is `{nearest}`, and there are: {available}")]
     Unknown {
         /// "axis" or "variable".
         kind: &'static str,
-        /// What was asked for.
+        /// The requested name.
         name: String,
         /// The most similar name.
         nearest: String,
-        /// What there is.
+        /// The names that it has.
         available: String,
     },
     /// Both directions were to show the same axis.
@@ -39,27 +39,27 @@ pub enum ChoiceError {
         /// The axis.
         axis: String,
     },
-    /// A value to hold an axis at that is no number.
+    /// The value for a fixed axis is not a number.
     #[error("the axis `{axis}` cannot be held at {value}; give a finite number")]
     NotFinite {
         /// The axis.
         axis: String,
-        /// The value, in words.
+        /// The value, as text.
         value: String,
     },
-    /// A value to hold an axis at that lies outside of it.
+    /// The value for a fixed axis lies outside of it.
     #[error("the axis `{axis}` reaches from {first} to {last}, so it cannot be held at {value}")]
     Outside {
         /// The axis.
         axis: String,
-        /// The value, in words.
+        /// The value, as text.
         value: String,
         /// The first node.
         first: String,
         /// The last node.
         last: String,
     },
-    /// Curves in a plane that does not extend along one of its axes.
+    /// Curves were requested in a plane that does not extend along one of its axes.
     #[error(
         "the axis `{axis}` has one node, and curves need a plane; choose another axis, or leave the curves out"
     )]
@@ -81,19 +81,19 @@ pub enum ChoiceError {
     /// Verdicts and numbers in one figure.
     #[error("verdicts and numbers do not fit into one figure; draw them in two")]
     CodesAndNumbers,
-    /// An axis of one node alone.
+    /// The axis has a single node.
     #[error("the axis `{axis}` has one node, so there is nothing to draw over it; choose another axis")]
     NothingToDraw {
         /// The axis.
         axis: String,
     },
-    /// The ends of a diagram.
+    /// The ends of a diagram are illegal.
     #[error("a diagram over `{axis}` cannot have these ends; give two legal values, the smaller one first")]
     NoRange {
         /// The axis.
         axis: String,
     },
-    /// A variable that runs store on request, and this map's did not.
+    /// The map does not store this variable, because its configuration does not ask for it.
     #[error(
         "the map does not store `{variable}`; add \"{field}\" to output.fields of its configuration and compute it again"
     )]
@@ -103,7 +103,7 @@ pub enum ChoiceError {
         /// The field.
         field: &'static str,
     },
-    /// An axis that the variable does not have.
+    /// The variable does not vary along this axis.
     #[error(
         "the variable `{variable}` does not vary along `{axis}`; choose another axis or another variable"
     )]
@@ -116,7 +116,7 @@ pub enum ChoiceError {
 }
 
 impl ChoiceError {
-    /// A name that is not among those that there are.
+    /// The error for a name that is not among the available ones.
     pub(super) fn unknown<'a>(
         kind: &'static str,
         name: &str,
@@ -130,12 +130,12 @@ impl ChoiceError {
     }
 }
 
-/// An axis that is held, and where.
+/// A fixed axis and its value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Held {
     /// Name of the axis.
     pub axis: String,
-    /// What was asked for; `None` if nothing was, and the middle node was taken.
+    /// The requested value; `None` if there was none, and the middle node was taken.
     pub wanted: Option<f64>,
     /// The node's value.
     pub used: f64,
@@ -150,18 +150,18 @@ pub struct Slice<'a> {
     pub x: usize,
     /// Position of the vertical axis.
     pub y: usize,
-    /// Node at which each axis is held; meaningless for the two that are shown.
+    /// Node of each fixed axis; meaningless for the two that are shown.
     pub index: Vec<usize>,
 }
 
 impl<'a> Slice<'a> {
-    /// The slice along two axes, the others held at the given nodes.
+    /// The slice along two axes, with the others fixed at the given nodes.
     #[must_use]
     pub fn new(view: &'a View<'a>, x: usize, y: usize, index: Vec<usize>) -> Self {
         Self { view, x, y, index }
     }
 
-    /// The slice along the axes of these names. Other axes are held at the node nearest to the value given
+    /// The slice along the axes of these names. Other axes are fixed at the node nearest to the value given
     /// for them, or else at their middle node.
     ///
     /// # Errors
@@ -239,13 +239,13 @@ impl<'a> Slice<'a> {
         drawn(self.y_axis())
     }
 
-    /// Axes of which not all nodes are drawn, and one node in how many is.
+    /// The axes of which not all nodes are drawn, with n where one node in n is.
     pub fn thinned(&self) -> impl Iterator<Item = (&'a Axis, usize)> + use<'a> {
         let steps = [self.x_axis(), self.y_axis()].map(|axis| (axis, step(axis)));
         steps.into_iter().filter(|(_, step)| *step > 1)
     }
 
-    /// What a caption says of that: " One node in 60 of V is drawn."
+    /// The sentence of a caption for that: " One node in 60 of V is drawn."
     #[must_use]
     pub fn thinned_words(&self) -> Rich {
         self.thinned().fold(Rich::default(), |text, (axis, step)| {
@@ -292,7 +292,7 @@ impl<'a> Slice<'a> {
     }
 
     fn turned<T: Clone>(&self, cells: ArrayD<T>) -> Array2<T> {
-        // The reader drops every held axis, so two are left.
+        // The reader drops every fixed axis, so two are left.
         let cells = match cells.into_dimensionality::<Ix2>() {
             Ok(cells) => cells,
             Err(_) => unreachable!("two axes of a slice are shown"),
@@ -300,20 +300,20 @@ impl<'a> Slice<'a> {
         if self.x > self.y { cells.reversed_axes() } else { cells }
     }
 
-    /// "ε = 0.1, β = 0.5", every axis that is held.
+    /// "ε = 0.1, β = 0.5": every fixed axis.
     #[must_use]
     pub fn held(&self) -> Rich {
         self.view.held(&self.index, &[self.x, self.y])
     }
 
-    /// The same without eps, for figures with a panel for each.
+    /// The same without eps, for figures with a panel for each eps.
     #[must_use]
     pub fn held_but_epsilon(&self) -> Rich {
         self.view.held(&self.index, &[self.x, self.y, 0])
     }
 }
 
-/// The position of the axis of this name. Machines' axes also have the names that configurations give them.
+/// The position of the axis of this name. A machine's axes are also found by their names in configurations.
 ///
 /// # Errors
 /// [`ChoiceError::Unknown`].
@@ -325,8 +325,8 @@ pub fn find_axis(view: &View, name: &str) -> Result<usize, ChoiceError> {
     position.ok_or_else(|| ChoiceError::unknown("axis", name, names))
 }
 
-/// The nodes at which the axes that are not `shown` are held: nearest to the values given for them, in the units of
-/// the view, or else the middle ones.
+/// The nodes of the axes that are not `shown`: nearest to the values given for them, in the units of the
+/// view, or else the middle ones.
 ///
 /// # Errors
 /// [`ChoiceError`].
@@ -346,7 +346,7 @@ pub fn hold(
         index[position] = nearest_node(view, position, *value)?;
         wanted[position] = Some(*value);
     }
-    // A machine's friction is no choice of the user's.
+    // A user cannot choose a machine's friction.
     let constant = |position: usize| {
         view.units.machine().is_some() && axes[position].values.len() == 1 && wanted[position].is_none()
     };
@@ -370,7 +370,7 @@ pub fn nearest_node(view: &View, position: usize, value: f64) -> Result<usize, C
         return Err(ChoiceError::NotFinite { axis: axis.name.clone(), value: value.to_string() });
     }
     let [first, last] = [axis.values[0], axis.values[axis.values.len() - 1]].map(|node| node * label.factor);
-    // Round-off in the conversion of units and in decimal input.
+    // Covers round-off in the conversion of units and in decimal input.
     let slack = 1e-9 * (last.abs() + first.abs());
     if axis.values.len() > 1 && !(first - slack..=last + slack).contains(&value) {
         let [first, last] = [first, last].map(|bound| Rich::number(bound, 6).plain());
@@ -379,11 +379,11 @@ pub fn nearest_node(view: &View, position: usize, value: f64) -> Result<usize, C
     Ok(axis.nearest(value / label.factor))
 }
 
-/// Nodes of an axis that are drawn at most: as many as a figure of one column has pixels at 300 dpi. They bound
-/// the memory that a figure takes, whatever the map's axes are.
+/// Largest number of nodes of an axis that are drawn: as many as a figure of one column has pixels at 300
+/// dpi. It bounds the memory of a figure, whatever the map's axes are.
 const MOST_NODES: usize = 1000;
 
-/// Of an axis, one node in so many is drawn.
+/// n, where one node in n of an axis is drawn.
 pub(super) fn step(axis: &Axis) -> usize {
     axis.values.len().div_ceil(MOST_NODES)
 }
@@ -410,9 +410,9 @@ pub fn middle(axes: &[Axis]) -> Vec<usize> {
     axes.iter().map(Axis::middle).collect()
 }
 
-/// Nodes of a map at which there is something to see: the middle ones if a cycle exists in their column,
-/// else those of the most similar column among first, middle and last nodes of every axis that has one:
-/// with V in its middle if possible, few axes moved, and the largest critical damping of these.
+/// Nodes of a map for an informative figure: the middle ones if a cycle exists in their column, else those of
+/// the most similar column with a cycle among first, middle and last nodes of every axis: preferably with V
+/// in its middle, few axes changed, and the largest critical damping of these.
 #[must_use]
 pub fn informative_nodes(map: &MapFile) -> Vec<usize> {
     let axes = map.grid().axes();

@@ -1,4 +1,4 @@
-//! Strips: what several variables say along one axis, each as a row of coloured cells.
+//! Strips: several variables along one axis, each as a row of coloured cells.
 
 use super::super::text::Rich;
 use super::axis::{AXIS, BOTTOM_MARGIN, Labels, Panel, SMALL_TEXT, Scale, TITLE_MARGIN, write_heading};
@@ -9,7 +9,7 @@ use super::scene::{Anchor, Fill, Rect, Scene, Width, text_width};
 /// Height of a row.
 const ROW: f64 = 15.0;
 
-/// A row: its name, and the position of each cell's kind.
+/// A row: its name, and the index of each cell's kind.
 #[derive(Clone, Debug)]
 pub struct Strip {
     /// Its name.
@@ -18,7 +18,7 @@ pub struct Strip {
     pub kinds: Vec<usize>,
 }
 
-/// Draws strips over the nodes of an axis; `kinds` are the fills and names of what cells can be.
+/// Draws strips over the nodes of an axis; `kinds` are the possible fills with their names.
 #[must_use]
 pub fn draw(
     heading: &Rich,

@@ -18,14 +18,14 @@ use crate::map::Verdict;
 use crate::simulate::critical_damping;
 use crate::store::{MapFile, Pick};
 
-/// At most so many eps get slices of their own.
+/// Largest number of eps with slices of their own.
 const MOST_EPSILONS: usize = 4;
 
-/// The exact boundary: black, on white so that it shows on dark areas.
+/// The exact boundary: black, on white so that it is visible on dark areas.
 pub(super) const EXACT: Stroke = Stroke::solid(palette::BLACK, 1.0);
 pub(super) const HALO: Stroke = Stroke::solid(palette::WHITE, 2.4);
 
-/// What a cell of a method's panel says.
+/// Meaning of a cell in a method's panel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Claim {
     Verdict(Verdict),
@@ -72,14 +72,14 @@ impl Claim {
     }
 }
 
-/// The plane of a map in which verdicts change most visibly: the longest axis of the law or V across,
-/// c upwards; the two longest axes if c has one node.
+/// The plane of a map in which verdicts change most visibly: horizontally the longest axis among the law's
+/// and V, vertically c; the two longest axes if c has one node.
 #[must_use]
 pub fn main_plane(map: &MapFile) -> (usize, usize) {
     let axes = map.grid().axes();
     let c = axes.len() - 1;
     let mut others: Vec<usize> = (0..c).collect();
-    // The longest first; of equally long ones the fastest, which is V, then the law's last parameter.
+    // The longest first; among equally long ones the fastest, which is V, then the law's last parameter.
     others.sort_by_key(|&axis| (std::cmp::Reverse((axes[axis].values.len(), axis.min(1))), c - axis));
     let longest =
         others.iter().copied().find(|&axis| axis > 0 || axes[0].values.len() > 1).unwrap_or(others[0]);
@@ -90,7 +90,7 @@ pub fn main_plane(map: &MapFile) -> (usize, usize) {
     (second.min(longest), second.max(longest))
 }
 
-/// The eps at which slices are drawn: all, or evenly chosen ones.
+/// The eps at which slices are drawn: all, or evenly selected ones.
 #[must_use]
 pub fn chosen_epsilons(map: &MapFile) -> Vec<usize> {
     let count = map.grid().axes()[0].values.len();
@@ -134,7 +134,7 @@ pub fn verdict_panels(view: &View) -> Result<Vec<Figure>, ReportError> {
     Ok(figures)
 }
 
-/// The node of c at which a plane of fixed c tells most: half of the critical damping in its middle.
+/// The node of c for a plane of fixed c: near half of the critical damping in its middle.
 fn informative_damping(map: &MapFile, index: &[usize]) -> usize {
     let axes = map.grid().axes();
     match critical_damping(&map.grid().column(index), 1e-6) {
@@ -143,7 +143,7 @@ fn informative_damping(map: &MapFile, index: &[usize]) -> usize {
     }
 }
 
-/// The axis over which verdicts are drawn if one of a plane's has a single node: the other one, or none.
+/// The axis over which verdicts are drawn if one of a plane's axes has a single node: the other one, or none.
 fn single_axis(map: &MapFile, x: usize, y: usize) -> Option<Option<usize>> {
     let axes = map.grid().axes();
     let long = |axis: usize| axes[axis].values.len() > 1;
@@ -155,7 +155,7 @@ fn single_axis(map: &MapFile, x: usize, y: usize) -> Option<Option<usize>> {
     }
 }
 
-/// What every method says along the only axis of a map: an area would invent the extent of the other one.
+/// Verdicts of every method along the only axis of a map: an area would invent an extent of the other axis.
 fn one_axis(view: &View, axis: Option<usize>, index: &[usize]) -> Result<Option<Figure>, ReportError> {
     let map = view.map;
     let Some(axis) = axis else { return Ok(None) };
@@ -176,8 +176,8 @@ fn one_axis(view: &View, axis: Option<usize>, index: &[usize]) -> Result<Option<
     Ok(Some(Figure { name: format!("slice-{x}"), caption, scenes, data }))
 }
 
-/// The damping up to which a method claims the cycle, as stored, over the nodes of a slice with c upwards:
-/// (x, c).
+/// The stored damping up to which a method claims the cycle, over the nodes of a slice with c as the vertical
+/// axis: (x, c).
 pub(super) fn stored_edge(slice: &Slice, method: &str) -> Result<Vec<(f64, f64)>, ReportError> {
     let (map, variable) = (slice.view.map, format!("critical_c_{method}"));
     let damping = map.grid().axes().len() - 1;
@@ -245,7 +245,7 @@ fn figure(slice: &Slice) -> Result<Figure, ReportError> {
                 scene.area(&areas, known.fill());
             }
             edged |= draw_edge(&mut scene, panel, &edges[m], &method.name);
-            // The boundary is searched once and moved from panel to panel.
+            // The boundary is searched once and transformed from panel to panel.
             let (drawn, curves) = exact.get_or_insert_with(|| (*panel, boundary(slice, panel)));
             draw_curves(&mut scene, curves, drawn, panel);
             panel.title(&mut scene, &letter(m).then(method_title(&method.name)));
@@ -304,18 +304,18 @@ pub(super) fn cell_columns(slice: &Slice) -> Data {
     Data::default().reals(x.header(), xs).reals(y.header(), ys)
 }
 
-/// A place of one panel in another one of the same scales.
+/// A position of one panel in another one with the same scales.
 fn moved((x, y): Place, from: &Panel, to: &Panel) -> Place {
     let unit = ((x - from.rect.x) / from.rect.w, (y - from.rect.y) / from.rect.h);
     (to.rect.x + unit.0 * to.rect.w, to.rect.y + unit.1 * to.rect.h)
 }
 
-/// The name of a method for people.
+/// Name of a method in figures.
 pub(super) fn method_title(name: &str) -> Rich {
     Rich::foreign(&name.replace('_', " "))
 }
 
-/// Draws boundaries that were searched in another panel of the same scales.
+/// Draws boundaries that were searched in another panel with the same scales.
 pub(super) fn draw_curves(scene: &mut Scene, curves: &[Vec<Place>], from: &Panel, to: &Panel) {
     scene.clipped(to.rect, |scene| {
         for curve in curves {

@@ -1,4 +1,5 @@
-//! The work-precision chart: time per cell against error, and against the share of cells not labelled right.
+//! The work-precision chart: time per cell against error, and against the share of cells without the right
+//! verdict.
 
 use super::super::text::{Rich, rich};
 use super::axis::{Panel, Panels, SMALL_TEXT, Scale};
@@ -9,12 +10,12 @@ use super::scene::{Anchor, Marker, Place, Rect, Scene, Stroke, Width};
 use super::{Data, Figure};
 use crate::benchmark::{Kind, Row, Study};
 
-/// The front, under everything else.
+/// The front, drawn below everything else.
 const FRONT: Stroke = Stroke::solid(palette::LIGHT_GREY, 2.6);
 /// Size of the marks.
 const MARKER: f64 = 4.6;
 
-/// One method over its knob.
+/// One method over its parameter.
 struct Line<'a> {
     name: &'a str,
     rows: Vec<&'a Row>,
@@ -88,7 +89,7 @@ fn decades(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     let logs = values.filter(|value| *value > 0.0 && value.is_finite()).map(f64::log10);
     let (low, high) =
         logs.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
-    // A mark is not to lie on the frame.
+    // Keeps marks off the frame.
     (low <= high).then(|| (10.0_f64.powf((low - 0.1).floor()), 10.0_f64.powf((high + 0.1).ceil())))
 }
 
@@ -100,7 +101,7 @@ fn scene(study: &Study, width: Width) -> Scene {
     let errors = study.rows.iter().filter_map(|row| row.margin);
     let (least, most) = decades(errors.flat_map(|e| [e.median, e.worst])).unwrap_or((1e-16, 1.0));
     let near = study.cells.iter().filter(|cell| cell.near).count().max(1);
-    // Room at the bottom for those that label every cell right.
+    // Space at the bottom for methods that label every cell right.
     let one = 1.0 / near as f64;
     let none = 0.35 * one;
     let scales = [Scale::logarithmic(least, most), Scale::logarithmic(0.2 * one, 1.6)];
@@ -157,7 +158,7 @@ fn scene(study: &Study, width: Width) -> Scene {
     scene
 }
 
-/// A line below which there is nothing to miss.
+/// The line for errors of zero.
 fn zero(scene: &mut Scene, panel: &Panel, none: f64, above: f64) {
     let Rect { x, w, .. } = panel.rect;
     let at = panel.place(panel.x.from, above).1;
@@ -166,7 +167,7 @@ fn zero(scene: &mut Scene, panel: &Panel, none: f64, above: f64) {
     scene.text((x - 3.0, label), &rich("0"), SMALL_TEXT, Anchor::End);
 }
 
-/// The front as a staircase: at each time the least error that is to be had.
+/// The front as a staircase: at each time the smallest error that is reached.
 fn draw_front<'a>(
     scene: &mut Scene,
     panel: &Panel,
@@ -210,7 +211,7 @@ fn draw_line(
     scene.line(&places, &stroke);
     for (place, row) in marks {
         let filled = front(row) && !matches!(marker, Marker::Cross | Marker::Plus);
-        // Marks without an inside are drawn heavier instead.
+        // Marks without an interior are drawn larger instead.
         let size = if front(row) { 1.3 * MARKER } else { MARKER };
         scene.marker(marker, place, size, stroke.color, filled);
     }

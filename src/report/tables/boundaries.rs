@@ -1,4 +1,4 @@
-//! How far each method's boundary in c is from the true one, and with which power of eps that falls.
+//! Tables of the error of each method's boundary in c, and of its order in eps.
 
 use super::super::Report;
 use super::super::table::{Cell, Column, Show, Table};

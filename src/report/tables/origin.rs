@@ -1,4 +1,4 @@
-//! Where a map comes from: what it cost, what failed, its methods, its axes and its run.
+//! Tables of the provenance of a map: costs, failures, methods, axes and the run.
 
 use super::super::Report;
 use super::super::table::{Cell, Show, Table};
@@ -46,7 +46,7 @@ pub fn cost(map: &MapFile) -> Table {
     }
 }
 
-/// What went wrong during the run.
+/// Failures during the run.
 #[must_use]
 pub fn failures(map: &MapFile, report: &Report) -> Table {
     let mut rows = Vec::new();
@@ -85,7 +85,7 @@ pub fn failures(map: &MapFile, report: &Report) -> Table {
     }
 }
 
-/// What the methods are.
+/// The methods of the map.
 #[must_use]
 pub fn methods(map: &MapFile) -> Table {
     let rows = map.methods().iter().map(|method| {
@@ -148,7 +148,7 @@ pub fn axes(view: &View) -> Table {
     }
 }
 
-/// Where the map comes from.
+/// Provenance of the map.
 #[must_use]
 pub fn provenance(map: &MapFile) -> Table {
     let entries = [

@@ -1,4 +1,4 @@
-//! The divergence in the skew axes, and the small functions that its integration needs.
+//! The divergence in the skew axes, and elementary functions for its integration.
 
 use pulp::Simd;
 
@@ -60,7 +60,7 @@ pub(super) struct Field<S: Simd> {
     pub terms: Lanes<S>,
 }
 
-/// H at one node, and what its derivatives need.
+/// H at one node, and the terms that its derivatives need.
 pub(super) struct Value<S: Simd> {
     pub h: Lanes<S>,
     pub q: Lanes<S>,

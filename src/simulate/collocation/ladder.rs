@@ -1,5 +1,5 @@
-//! Which rung an orbit is given: the cheapest expected to reach the tolerance, and dearer ones until its
-//! error estimate does.
+//! The choice of a rung (numbers of nodes and sweeps) for an orbit: the cheapest expected to reach the
+//! tolerance, then more expensive ones until the error estimate does.
 
 use std::sync::{LazyLock, OnceLock};
 
@@ -9,8 +9,8 @@ use crate::point::ScaledGroups;
 use crate::simulate::return_map::Turn;
 
 /// Numbers of pairs of nodes, and log2 of the truncation error on them as about
-/// `[0] + [1] log2(variation of D) + [2] k / (1 + k)`. Chosen for the fewest evaluations over random
-/// points; a wrong guess costs one more lap, not accuracy.
+/// `[0] + [1] log2(variation of D) + [2] k / (1 + k)`. Chosen for the fewest evaluations over random points;
+/// a wrong guess costs one more lap, not accuracy.
 const TRUNCATION: [(usize, [f64; 3]); 10] = [
     (4, [-4.8, 1.0, 0.0]),
     (5, [-11.7, 1.1, 18.8]),
@@ -24,20 +24,20 @@ const TRUNCATION: [(usize, [f64; 3]); 10] = [
     (20, [-27.5, 7.1, 15.2]),
 ];
 
-/// Fewest evaluations of H per node.
+/// Least number of evaluations of H per node.
 const FEWEST: u32 = 2;
 
-/// And log2 of the error after 2, 3 and 4 evaluations of H per node as about
-/// `[0] + [1] log2(variation of D) + [2] log2(variation + size of D)`.
+/// log2 of the error after 2, 3 and 4 evaluations of H per node as about `[0] + [1] log2(variation of D) +
+/// [2] log2(variation + size of D)`.
 const ITERATION: [[f64; 3]; 3] = [[-8.2, 3.7, 1.8], [-11.2, 4.2, 3.3], [-18.8, 6.3, 5.3]];
 
-/// Greatest divergence at belt speed of orbits that are not handed over at once.
+/// Largest divergence at belt speed of orbits that are not handed over at once.
 const NEAR: f64 = 0.5;
-/// And greatest k: beyond, the pole of the divergence is so close to the ends of the turn that the nodes
-/// do not see it.
+/// Largest k of such orbits: beyond, the pole of the divergence is so close to the ends of the turn that the
+/// nodes do not resolve it.
 const GREATEST_K: f64 = 4.0;
 
-/// Greatest error estimate of ln r that is taken for one.
+/// Largest error estimate of ln r that is reliable.
 const MEANINGFUL: f64 = 0.01;
 
 /// log2(x) of a positive number, to 0.09.
@@ -45,7 +45,7 @@ fn rough_log2(x: f64) -> f64 {
     x.to_bits() as f64 * 2f64.powi(-52) - 1023.0
 }
 
-/// Where an orbit is on the ladder: indices into [`TRUNCATION`] and [`ITERATION`].
+/// The rung of an orbit: indices into [`TRUNCATION`] and [`ITERATION`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Rung {
     size: usize,
@@ -72,12 +72,12 @@ impl Rung {
         Some(Self { size, sweeps })
     }
 
-    /// The next rung for want of nodes.
+    /// The next rung with more nodes.
     fn finer(self) -> Option<Self> {
         (self.size + 1 < TRUNCATION.len()).then_some(Self { size: self.size + 1, ..self })
     }
 
-    /// The next rung for want of sweeps.
+    /// The next rung with more sweeps.
     fn longer(self) -> Option<Self> {
         (self.sweeps + 1 < ITERATION.len()).then_some(Self { sweeps: self.sweeps + 1, ..self })
     }
@@ -87,35 +87,35 @@ impl Rung {
         NODES[self.size].get_or_init(|| Nodes::new(TRUNCATION[self.size].0))
     }
 
-    /// Evaluations of H per node.
+    /// Number of evaluations of H per node.
     fn evaluations(self) -> u32 {
         FEWEST + self.sweeps as u32
     }
 
-    /// Evaluations of H in all.
+    /// Number of evaluations of H in all.
     fn cost(self) -> u32 {
         2 * TRUNCATION[self.size].0 as u32 * self.evaluations()
     }
 }
 
-/// Orbits that go through the ladder together: enough to fill the vectors of every rung, few enough for
-/// what is known of them to stay in the cache.
+/// Number of orbits that are processed together: enough to fill the vectors of every rung, few enough for
+/// their data to stay in the cache.
 const TOGETHER: usize = 2048;
 
 /// One turn of every orbit, each with an error estimate of at most `tolerance`, or of the rounding error
-/// where that is greater; an orbit that no rung serves so well is handed over.
+/// where that is greater; an orbit for which no rung achieves that is handed over.
 ///
 /// An orbit's answer does not depend on its neighbours in the slice, nor on the machine's vector width.
 pub(in crate::simulate) fn turns(groups: &[ScaledGroups], tolerance: f64) -> Vec<Turn> {
     let mut turns = vec![Turn::HandOver { rhs: 0 }; groups.len()];
     let mut ladder = Ladder::default();
     for (groups, turns) in groups.chunks(TOGETHER).zip(turns.chunks_mut(TOGETHER)) {
-        ladder.climb(groups, tolerance, turns);
+        ladder.compute(groups, tolerance, turns);
     }
     turns
 }
 
-/// Orbits waiting on their rungs.
+/// Orbits sorted by rung.
 #[derive(Default)]
 struct Ladder {
     waiting: [[Vec<u32>; ITERATION.len()]; TRUNCATION.len()],
@@ -123,8 +123,8 @@ struct Ladder {
 }
 
 impl Ladder {
-    /// Laps of every orbit, on dearer and dearer rungs until the error is small enough.
-    fn climb(&mut self, groups: &[ScaledGroups], tolerance: f64, turns: &mut [Turn]) {
+    /// Computes every orbit, on ever more expensive rungs until the error is small enough.
+    fn compute(&mut self, groups: &[ScaledGroups], tolerance: f64, turns: &mut [Turn]) {
         for (orbit, groups) in (0..).zip(groups) {
             if let Some(rung) = Rung::first(groups, tolerance) {
                 self.waiting[rung.size][rung.sweeps].push(orbit);
@@ -151,19 +151,19 @@ impl Ladder {
                     let rhs = rhs + rung.cost();
                     *turn = Turn::HandOver { rhs };
                     let next = match judge(lap, tolerance) {
-                        Judgement::Enough { error } => {
+                        Outcome::Enough { error } => {
                             *turn = Turn::Complete { margin: lap.margin, error, rhs };
                             None
                         }
-                        Judgement::MoreNodes => rung.finer(),
-                        Judgement::MoreSweeps => rung.longer(),
-                        Judgement::Outside => None,
+                        Outcome::MoreNodes => rung.finer(),
+                        Outcome::MoreSweeps => rung.longer(),
+                        Outcome::Outside => None,
                     };
                     if let Some(next) = next {
                         self.waiting[next.size][next.sweeps].push(orbit);
                     }
                 }
-                // The room of the list is kept for the next orbits.
+                // Keep the capacity of the list for the next orbits.
                 orbits.clear();
                 self.waiting[size][sweeps] = orbits;
             }
@@ -171,30 +171,30 @@ impl Ladder {
     }
 }
 
-/// What a lap calls for.
-enum Judgement {
-    /// Nothing: the margin has this error.
+/// Consequence of a lap.
+enum Outcome {
+    /// The margin has this error, which is small enough.
     Enough {
         error: f64,
     },
     MoreNodes,
     MoreSweeps,
-    /// Another method: the orbit is not near the circle.
+    /// The orbit is not near the circle, and is handed over.
     Outside,
 }
 
-fn judge(lap: &Lap, tolerance: f64) -> Judgement {
-    // Of ln r, which the estimates are made for; they mean nothing where they are not small.
+fn judge(lap: &Lap, tolerance: f64) -> Outcome {
+    // Errors of ln r, for which the estimates are made; they are not reliable where they are not small.
     let error = lap.truncation + lap.iteration;
     if !(lap.room > 0.0 && error < MEANINGFUL) {
-        return Judgement::Outside;
+        return Outcome::Outside;
     }
     let reach = 1.0 + lap.margin;
     if reach * error <= tolerance.max(reach * lap.rounding) {
-        Judgement::Enough { error: reach * (error + lap.rounding) }
+        Outcome::Enough { error: reach * (error + lap.rounding) }
     } else if lap.iteration > lap.truncation {
-        Judgement::MoreSweeps
+        Outcome::MoreSweeps
     } else {
-        Judgement::MoreNodes
+        Outcome::MoreNodes
     }
 }

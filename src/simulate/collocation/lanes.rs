@@ -1,8 +1,8 @@
-//! Numbers of several orbits side by side, one per lane of two vector registers.
+//! Numbers of several orbits, one per lane of two vector registers.
 //!
-//! A thin layer over `pulp`, so that formulas read as formulas. Every operation acts on each lane alone
-//! and `mul_add` is fused on all machines: an orbit's digits depend neither on its neighbours nor on the
-//! vector width.
+//! A thin layer over `pulp` that makes formulas readable. Every operation acts on each lane alone and
+//! `mul_add` is fused on all machines: an orbit's digits depend neither on its neighbours nor on the vector
+//! width.
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
@@ -87,7 +87,7 @@ impl<S: Simd> Neg for Lanes<S> {
 }
 
 impl<S: Simd> Lanes<S> {
-    /// Orbits side by side.
+    /// Number of orbits per value.
     pub(super) const COUNT: usize = 2 * S::F64_LANES;
 
     /// The same number in every lane.
@@ -97,7 +97,7 @@ impl<S: Simd> Lanes<S> {
         Self { simd, low: value, high: value }
     }
 
-    /// The same number in every lane, without a need for `S`.
+    /// The same number in every lane, without an `S`.
     #[inline(always)]
     pub(super) fn same(self, value: f64) -> Self {
         Self::splat(self.simd, value)
@@ -110,7 +110,7 @@ impl<S: Simd> Lanes<S> {
         Self { simd, low: vectors[0], high: vectors[1] }
     }
 
-    /// Into the first [`Lanes::COUNT`] places of `to`.
+    /// Writes to the first [`Lanes::COUNT`] places of `to`.
     #[inline(always)]
     pub(super) fn store(self, to: &mut [f64]) {
         let (vectors, _) = S::as_mut_simd_f64s(to);

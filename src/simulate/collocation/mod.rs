@@ -9,9 +9,9 @@
 //! d ln r / dt = -mu + sin^2 t H,    H = E / (omega^2 (omega + E Q)),    Q = sin t (cos t + mu sin t)
 //! ```
 //!
-//! with E = D - d0. The ray t = 0 is still w = 0, v > 0, so that ln r(2 pi) is that of the polar form;
-//! but only the *variation* of D is left to integrate, and nothing if there is none. With x = v/V and
-//! q = 1 + k (1 - x), Stribeck's law has E = x (A k (1 + k + q) / ((1+k)^2 q^2) + 2 b), free of
+//! with E = D - d0. The ray t = 0 is still w = 0, v > 0, so that ln r(2 pi) is that of the polar form; but
+//! only the *variation* of D has to be integrated, and the integral vanishes if D is constant. With x = v/V
+//! and q = 1 + k (1 - x), Stribeck's law has E = x (A k (1 + k + q) / ((1+k)^2 q^2) + 2 b), free of
 //! cancellation.
 //!
 //! # Method
@@ -21,8 +21,8 @@
 //! enters ln r(2 pi), weighted by exp(K(2 pi) - K(t)) with K = S J, which makes its error quadratic in that
 //! of the iterate.
 //!
-//! This is made for orbits that stay near the circle, where D hardly varies along the orbit: two to four
-//! evaluations of H on 8 to 40 angles reach any tolerance there. Others are handed over.
+//! The method is for orbits near the circle, where D hardly varies along the orbit: two to four evaluations
+//! of H on 8 to 40 angles reach any tolerance there. Other orbits are handed over.
 
 mod field;
 mod ladder;
@@ -39,10 +39,10 @@ use lanes::Lanes;
 use nodes::Nodes;
 use orbit::Orbit;
 
-/// Most orbits side by side: two registers of the widest vectors.
+/// Largest number of orbits together: two registers of the widest vectors.
 const MOST_LANES: usize = 16;
 
-/// What one turn yields for an orbit.
+/// The result of one turn of an orbit.
 #[derive(Clone, Copy, Debug, Default)]
 struct Lap {
     /// r(2 pi) / V - 1: the margin m / V.
@@ -53,14 +53,14 @@ struct Lap {
     iteration: f64,
     /// Estimate of the rounding error.
     rounding: f64,
-    /// How far the orbit stays inside the domain: positive, or there is no answer.
+    /// Distance of the orbit from the border of the domain: positive, or there is no answer.
     room: f64,
 }
 
-/// Laps of the orbits that `orbits` picks from `groups`.
+/// Arguments of the laps of the orbits that `orbits` selects from `groups`.
 struct Laps<'a> {
     nodes: &'a Nodes,
-    /// Evaluations of H per node, at least 2.
+    /// Number of evaluations of H per node, at least 2.
     evaluations: u32,
     groups: &'a [ScaledGroups],
     orbits: &'a [u32],

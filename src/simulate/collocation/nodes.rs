@@ -1,32 +1,33 @@
-//! Where the polar field is evaluated, and how its values there integrate over one turn.
+//! The nodes at which the polar field is evaluated, and the quadrature over one turn.
 //!
-//! With xi = theta - pi in [-pi, pi], functions are interpolated by polynomials in
-//! X = sin(BAND xi) / STRETCH. That resolves oscillations almost as evenly as Fourier's angles do, and
-//! still does not ask for periodicity, which no orbit but the grazing one has. The nodes are Gauss's for
-//! the weight sin^2 theta that every integrand here carries: 2 M of them integrate sin^2 theta p(X) exactly
-//! up to degree 4 M - 1, and the values at theta = 0 and pi, where nothing happens, are not wasted on.
+//! With xi = theta - pi in [-pi, pi], functions are interpolated by polynomials in X = sin(BAND xi) /
+//! STRETCH. That resolves oscillations almost as evenly as Fourier's angles do, but does not need
+//! periodicity, which only the grazing orbit has. The nodes are Gauss's for the weight sin^2 theta that every
+//! integrand here has: 2 M of them integrate sin^2 theta p(X) exactly up to degree 4 M - 1, and no nodes are
+//! spent at theta = 0 and pi, where the weight vanishes.
 //!
 //! Nodes come in pairs pi -+ xi. Sums and differences over a pair sample an even and an odd function, whose
 //! antiderivatives are odd and even, so that integration takes two matrices of a quarter of the size.
 
 use std::f64::consts::PI;
 
-/// arcsin of the sine that xi = pi is mapped to, see the module. 0 gives Gauss-Legendre nodes, 1 those of
-/// trigonometric polynomials of twice the period; in between, fewer nodes do.
+/// arcsin of the sine to which xi = pi is mapped, see the module. 0 gives Gauss-Legendre nodes, 1 those of
+/// trigonometric polynomials of twice the period; values in between need fewer nodes.
 const STRETCH: f64 = 0.85;
 
-/// Most pairs of nodes of a rung.
+/// Largest number of pairs of nodes of a rung.
 pub(super) const MOST_PAIRS: usize = 20;
 
-/// Harmonics that the quadrature is tried on: those that dominate along an orbit near the circle.
+/// Number of harmonics on which the quadrature is checked: those that dominate along an orbit near the
+/// circle.
 const HARMONICS: u32 = 4;
 
 /// Weights of one pair's values in the antiderivative at another.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Entry {
-    /// Of the sum g(early) + g(late), in the odd part of the antiderivative of sin^2 theta g.
+    /// Weight of the sum g(early) + g(late), in the odd part of the antiderivative of sin^2 theta g.
     pub even: f64,
-    /// Of the difference g(late) - g(early), in the even part, which vanishes at the ends of the turn.
+    /// Weight of the difference g(late) - g(early), in the even part, which vanishes at the ends of the turn.
     pub odd: f64,
 }
 
@@ -40,7 +41,8 @@ pub(super) struct Nodes {
     pub sin: Vec<f64>,
     /// The integral over the turn of sin^2 theta g is the sum of these times g(early) + g(late).
     pub weight: Vec<f64>,
-    /// Largest error of the quadrature over the turn for the lowest harmonics, which are no polynomials in X.
+    /// Largest error of the quadrature over the turn for the lowest harmonics, which are not polynomials in
+    /// X.
     pub harmonic_error: f64,
     /// Row by row, see [`Nodes::matrix`].
     entries: Vec<Entry>,
@@ -59,7 +61,7 @@ pub(super) struct Nodes {
 }
 
 impl Nodes {
-    /// `pairs` pairs of nodes.
+    /// Computes `pairs` pairs of nodes.
     pub(super) fn new(pairs: usize) -> Self {
         let size = 2 * pairs;
         let polynomials = Polynomials::new(size);
@@ -126,8 +128,8 @@ impl Nodes {
         }
     }
 
-    /// Number of coefficients that judge the resolution: enough for one not to vanish by chance, and a
-    /// quarter of all on finer nodes, whose coefficients beat slowly.
+    /// Number of coefficients that measure the resolution: enough that not all vanish by chance, and a
+    /// quarter of all on finer nodes, whose coefficients oscillate slowly.
     fn tail(pairs: usize) -> usize {
         if pairs <= 10 { 4 } else { 2 * (pairs / 4) }
     }

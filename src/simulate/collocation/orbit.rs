@@ -1,4 +1,5 @@
-//! The iterate: one turn of several orbits on all pairs of nodes, and the sweeps that improve it.
+//! The iterate of the collocation: one turn of several orbits on all pairs of nodes, and the sweeps that
+//! improve it.
 
 use std::f64::consts::PI;
 
@@ -8,11 +9,11 @@ use super::field::{Combination, Field, Pair, cosh_sinh, exp_m1};
 use super::lanes::Lanes;
 use super::nodes::{MOST_PAIRS, Nodes};
 
-/// The angle's speed relative to omega may not fall below this: next to zero the angle is no clock any
-/// more (an overdamped node).
+/// Least rate of the angle relative to omega. Near zero the polar angle is not monotone in time (an
+/// overdamped node).
 const SLOWEST_TURN: f64 = 0.05;
 
-/// A function sampled at the nodes, ready to be integrated with weight sin^2.
+/// A function sampled at the nodes, to be integrated with weight sin^2.
 struct Samples<S: Simd> {
     sums: [Lanes<S>; MOST_PAIRS],
     differences: [Lanes<S>; MOST_PAIRS],
@@ -27,7 +28,7 @@ impl<S: Simd> Samples<S> {
         Self { sums: [zero; MOST_PAIRS], differences: [zero; MOST_PAIRS], half: zero }
     }
 
-    /// Forgets the integral; new values are [`put`](Self::put) next.
+    /// Clears the integral; new values are [`put`](Self::put) next.
     #[inline(always)]
     fn clear(&mut self) {
         self.half = self.half.same(0.0);
@@ -50,7 +51,7 @@ impl<S: Simd> Samples<S> {
             let zero = self.half.same(0.0);
             let (mut odd, mut even) = ([zero; 2], [self.half; 2]);
             let (row, other) = rows.split_at(pairs);
-            // A last row without another is taken twice.
+            // The last row of an odd number is processed twice.
             let other = if other.is_empty() { row } else { other };
             for (((a, b), &sum), &difference) in row.iter().zip(other).zip(&self.sums).zip(&self.differences)
             {
@@ -66,7 +67,7 @@ impl<S: Simd> Samples<S> {
     }
 }
 
-/// What the sweeps arrive at.
+/// The result of the sweeps.
 pub(super) struct End<S: Simd> {
     /// ln r(2 pi) / V.
     pub log: Lanes<S>,
@@ -188,7 +189,7 @@ impl<S: Simd> Orbit<S> {
         }
     }
 
-    /// The last evaluation of H, which only enters ln r(2 pi), and the judgement of all.
+    /// Evaluates H for the last time, which only affects ln r(2 pi), and estimates all errors.
     #[inline(always)]
     pub(super) fn finish(&mut self, nodes: &Nodes, field: &Field<S>) -> End<S> {
         let zero = self.half.same(0.0);
@@ -242,8 +243,9 @@ impl<S: Simd> Orbit<S> {
         let squared = (stiffness * stiffness).mul_add(zero.same(200.0), zero.same(2.0));
         let near_pole = (field.k * field.k).mul_add(zero.same(80.0), one);
         let truncation = size.mul_add(zero.same(nodes.harmonic_error), tail / size * squared * near_pole);
-        // The J of the guess is wrong by its own size times that of the guess and by its interpolation, which
-        // knows no pole; and what the short series of `cosh_sinh` and `grow` leave out stays.
+        // The error of the J of the guess is its own size times that of the guess, plus its interpolation
+        // error, which ignores the pole; the truncation errors of the short series of `cosh_sinh` and `grow`
+        // remain.
         let z = field.mu.abs().mul_add(zero.same(0.5 * PI), size);
         let series =
             z * z * eighth(z) * zero.same(1e-9) + (eighth(size) + eighth(correction)) * zero.same(2.5e-5);
@@ -256,7 +258,8 @@ impl<S: Simd> Orbit<S> {
     }
 }
 
-/// z^8. A function: a closure would not be compiled for the wide vectors, and each product become a call.
+/// z^8. A function: a closure would not be compiled for the wide vectors, and each product would become a
+/// call.
 #[inline(always)]
 fn eighth<S: Simd>(z: Lanes<S>) -> Lanes<S> {
     let square = z * z;

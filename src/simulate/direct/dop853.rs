@@ -4,8 +4,8 @@
 //! Differential Equations I*, 2nd ed. (Springer 1993), section II.10; the tests of this file check the
 //! quadrature conditions and the order of both the step and its error estimate.
 
-/// A number held as the unevaluated sum of two, so that thousands of small increments can be added with
-/// one rounding error in all (Kahan; here with Knuth's two-sum, which needs no ordering).
+/// A number stored as the unevaluated sum of two, so that thousands of small increments can be added with one
+/// rounding error in all (Kahan; here with Knuth's two-sum, which needs no ordering).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Compensated {
     high: f64,
@@ -43,7 +43,7 @@ impl From<f64> for Compensated {
     }
 }
 
-/// What a step adds to the state.
+/// The increment of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Increment {
     /// Increments of the two coordinates.
@@ -79,7 +79,7 @@ pub(super) fn step<E>(
     Ok(Increment { by: [h * by[0], h * by[1]], error })
 }
 
-/// Sum of `weights` times the first so many slopes.
+/// Sum of `weights` times the first slopes, as many as there are weights.
 #[inline]
 fn weighted(weights: &[f64], slopes: &[[f64; 2]; 12]) -> [f64; 2] {
     weights

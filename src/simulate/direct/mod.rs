@@ -1,8 +1,8 @@
-//! The Filippov system in its original variables (x1, x2).
+//! The independent engine: integrates the Filippov system in its original variables (x1, x2).
 //!
-//! This engine follows the field of [`Oscillator::acceleration`] itself, side by side and event by event,
-//! and uses none of the reductions on which the rest of the crate relies: no polar coordinates, no
-//! scaling, no half maps. It is slow, and it is the judge in audits.
+//! This engine follows the field of [`Oscillator::acceleration`] itself, event by event on one side of the
+//! belt line after the other, and uses none of the reductions of the rest of the crate: no polar coordinates,
+//! no scaling, no half maps. It is slow, and audits use it as the reference.
 //!
 //! Accuracy: the Dormand-Prince method of order 8 with error control per unit time; states are offsets
 //! from the exit point (1 - eps c V, V), summed with compensation. Departures from the paper: none.
@@ -22,17 +22,17 @@ use slip::Slip;
 /// Width of the sliding segment in x1: the force of static friction acts both ways.
 const SLIDING_WIDTH: f64 = 2.0;
 
-/// Errors greater than this, in belt speeds, come from orbits that part so fast (at strong nodes) that they
-/// are no longer proportional to what caused them.
+/// Errors greater than this, in belt speeds, come from orbits that separate so fast (at strong nodes) that
+/// errors are no longer proportional to their causes.
 const LINEAR: f64 = 1e-4;
-/// Such errors are multiplied by this before a verdict rests on them.
+/// Factor by which such errors are multiplied before they decide a verdict.
 const LARGE_ERRORS: f64 = 8.0;
 
-/// What becomes of the orbit from the exit point.
+/// The fate of the orbit from the exit point.
 ///
-/// `tolerance` is the error of the scaled margin m / V that is aimed at: the estimated local errors of
-/// one turn add up to it. It is honoured from 1e-3 down to about 1e-14 max(1, 1/V), the rounding errors
-/// of the right-hand side, below which nothing is gained; a NaN counts as zero.
+/// `tolerance` is the error of the scaled margin m / V that is aimed at: the estimated local errors of one
+/// turn add up to it. Values from 1e-3 down to about 1e-14 max(1, 1/V), the rounding errors of the right-hand
+/// side, take effect; a NaN counts as zero.
 ///
 /// **Guarantee.** None is proved. `margin_error` is the sum of the local error estimates and of the
 /// expected rounding errors, each magnified by exp of the integral of max(D, 0) over the rest of the
@@ -93,19 +93,19 @@ pub fn flow(oscillator: &Oscillator, tolerance: f64) -> Flow {
     }
 }
 
-/// How the first turn below the belt line ends.
+/// Outcome of the first turn below the belt line.
 enum FirstTurn {
-    /// The orbit can have no maximum of x2 above this any more.
+    /// The orbit has no later maximum of x2 above this.
     Rests { later_maxima: f64 },
-    /// It has its maximum of x2 short of the line.
+    /// It has its maximum of x2 below the line.
     Short(State),
-    /// It comes back to the line.
+    /// It returns to the line.
     Lands(Contact),
 }
 
 /// Follows the orbit from the exit point until its first turn is decided.
 fn first_turn(slip: &mut Slip) -> Result<FirstTurn, Failure> {
-    // What remains of an orbit this close to the equilibrium is below the tolerance.
+    // The rest of an orbit this close to the equilibrium is below the tolerance.
     let radius = slip.tolerance * slip.belt_speed();
     loop {
         match slip.advance(f64::INFINITY)? {
@@ -120,15 +120,15 @@ fn first_turn(slip: &mut Slip) -> Result<FirstTurn, Failure> {
     }
 }
 
-/// How far an orbit that comes back to the belt line would be carried beyond it.
+/// The height above the belt line to which an orbit that returns would be carried.
 struct Rise {
-    /// The height it certainly reaches, as far as the numbers go.
+    /// Proved lower bound of the height, up to rounding.
     at_least: f64,
     /// Height of the turn of the continued field; NaN if out of reach.
     turn: f64,
     /// Error of both.
     error: f64,
-    /// Right-hand sides spent on it.
+    /// Number of evaluations of the right-hand side.
     rhs: u64,
 }
 
@@ -145,7 +145,7 @@ fn rise(slip: &Slip, contact: &Contact) -> Rise {
     Rise { at_least, turn, error: followed.error, rhs: followed.rhs - slip.rhs }
 }
 
-/// The fate of the orbit that has come up to the belt line at `at`.
+/// The fate of the orbit that has reached the belt line at `at`.
 fn after_landing(oscillator: &Oscillator, slip: &mut Slip, at: &State) -> Fate {
     if at.x1_offset() >= -SLIDING_WIDTH {
         return sticks(oscillator, at, 0);

@@ -1,4 +1,4 @@
-//! What can be said of a slipping orbit: its state, and what happens to it.
+//! A state of a slipping orbit, and the events along it.
 
 use super::dop853::Compensated;
 
@@ -36,14 +36,14 @@ pub(super) enum Motion {
     Back,
 }
 
-/// What happened in one accepted step.
+/// The event of one accepted step.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Event {
-    /// Nothing; or the turn at the far end, which nobody needs to know about.
+    /// None; or the extremum of x2 at the far end, which is not used.
     Moved,
-    /// The orbit turned away again at this state, short of the belt line.
+    /// The orbit turned away again at this state, without reaching the belt line.
     NearMiss(State),
-    /// The orbit came back to the belt line.
+    /// The orbit returned to the belt line.
     Landed(Contact),
 }
 
@@ -58,17 +58,17 @@ pub(super) struct Contact {
     pub(super) beyond: State,
 }
 
-/// How far the continued field carries an orbit beyond the belt line.
+/// Outcome of following the continued field beyond the belt line.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Overshoot {
     /// It turns back at this state.
     Turns(State),
-    /// It leaves the range of the continuation; it was followed to here.
+    /// It leaves the range of the continuation; this is its last state.
     Farther(State),
 }
 
-/// Why an orbit will never come back to the belt line; v = x2, w = x2'. Both arguments use sign-certain
-/// bounds of the divergence D over the slip speeds in question.
+/// Reason why an orbit will never return to the belt line; v = x2, w = x2'. Both arguments use proved bounds
+/// of the divergence D over the slip speeds in question.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Rest {
     /// r^2 = v^2 + w^2 obeys r r' = D w^2, so where D <= 0 for all |v| <= r it never grows.

@@ -1,27 +1,27 @@
-//! Sampled orbits, for phase portraits and for questions about basins.
+//! Sampled orbits, for phase portraits and basins of attraction.
 
 use super::orbit::{Contact, Event, Rest};
 use super::slip::Slip;
 use super::{Failure, SLIDING_WIDTH};
 use crate::filippov::{BeltRegion, Oscillator, Side};
 
-/// The largest angle, in radians, by which an orbit turns between two samples: a polyline through them
-/// departs from the orbit by about 1/800 of its radius.
+/// Largest angle, in radians, by which an orbit turns between two samples: a polyline through them differs
+/// from the orbit by about 1/800 of its radius.
 const SAMPLE_ANGLE: f64 = 0.1;
 
-/// Steps after which an orbit is not followed any more; a turn takes some 100. Every step is a sample, and a
-/// figure of more cannot be read.
+/// Largest number of steps of an orbit; a turn takes some 100. Every step is a sample, and a figure of more
+/// would be illegible.
 const MOST_STEPS: u32 = 200_000;
 
-/// An orbit has settled once it is caught within this fraction of the belt speed of the equilibrium.
+/// An orbit has settled once it is trapped within this fraction of the belt speed of the equilibrium.
 const SETTLED_RADIUS: f64 = 1e-3;
 
-/// Where an orbit starts.
+/// The start of an orbit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Start {
     /// The exit point, through which every sticking orbit leaves the belt.
     ExitPoint,
-    /// Any state; on the belt line it sticks or crosses, whichever the line does there.
+    /// Any state; on the belt line it sticks or crosses, as the fields there determine.
     State {
         /// Position x1.
         x1: f64,
@@ -30,7 +30,7 @@ pub enum Start {
     },
 }
 
-/// What the mass does.
+/// The motion of the mass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
     /// It slips, slower or faster than the belt.
@@ -48,24 +48,24 @@ pub struct Sample {
     pub x1: f64,
     /// Velocity x2; exactly V where the orbit meets, follows or leaves the belt line.
     pub x2: f64,
-    /// What the mass does from here on.
+    /// The motion from here on.
     pub phase: Phase,
 }
 
-/// Why a trace ends.
+/// Reason why a trace ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Ending {
-    /// The orbit left the exit point and came back to it by sticking: the stick-slip cycle is complete.
+    /// The orbit left the exit point and returned to it by sticking: the stick-slip cycle is complete.
     Closes {
         /// Its period.
         period: f64,
     },
-    /// The orbit is within V / 1000 of the equilibrium, in a disc that no orbit leaves; or it creeps into
-    /// it too slowly to be followed, but certainly without meeting the belt line again.
+    /// The orbit is within V / 1000 of the equilibrium, in a disc that no orbit leaves; or it tends to it too
+    /// slowly to be followed, but provably without meeting the belt line again.
     Settles,
-    /// Time ran out.
+    /// The time limit was reached.
     OutOfTime,
-    /// The integration gave up.
+    /// The integration failed.
     Failed(Failure),
 }
 
@@ -75,14 +75,14 @@ pub struct Trace {
     /// Samples in order of time, at most 0.1 rad of the (x2, x2') plane apart while slipping; the ends
     /// of every stick and every crossing of the belt line are among them.
     pub samples: Vec<Sample>,
-    /// Why it ends.
+    /// Reason why it ends.
     pub ending: Ending,
 }
 
 /// Follows an orbit through slipping, crossing and sticking until it closes at the exit point (for an
 /// orbit that starts elsewhere: the second time it gets there), settles, or `max_time` is over.
 ///
-/// `tolerance` is that of [`super::flow`]. Contacts with the belt line that are too close to call are taken
+/// `tolerance` is that of [`super::flow`]. Contacts with the belt line that are too close to call are decided
 /// as computed.
 #[must_use]
 pub fn trace(oscillator: &Oscillator, start: Start, tolerance: f64, max_time: f64) -> Trace {
@@ -103,13 +103,13 @@ struct Tracer<'a> {
     oscillator: &'a Oscillator,
     slip: Slip<'a>,
     samples: Vec<Sample>,
-    /// When the orbit last left the exit point.
+    /// Time at which the orbit last left the exit point.
     last_exit: Option<f64>,
     max_time: f64,
 }
 
 impl Tracer<'_> {
-    /// Follows the orbit to its end; `Err` is an end met within a part of it.
+    /// Follows the orbit to its end; `Err` is an end within one of its parts.
     fn run(&mut self, start: Start) -> Result<Ending, Ending> {
         self.begin(start)?;
         loop {
@@ -154,7 +154,7 @@ impl Tracer<'_> {
         Ok(())
     }
 
-    /// The orbit has come to the belt line: it sticks or crosses.
+    /// Handles an arrival at the belt line: the orbit sticks or crosses.
     fn meet_line(&mut self, contact: &Contact) -> Result<(), Ending> {
         let x1_offset = contact.at.x1_offset();
         let crosses = match self.slip.side() {

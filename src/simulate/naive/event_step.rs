@@ -1,4 +1,5 @@
-//! `event_step`: large steps on the side on which the orbit was last seen, and a look at their ends.
+//! `event_step`: large steps of the field on the side where the orbit was last seen, with events found at
+//! their ends.
 
 use super::super::Failure;
 use super::super::dop853::{Field, step};
@@ -6,7 +7,7 @@ use super::runge_kutta::Control;
 use super::{NaiveKnobs, NaiveVerdict, enough_time, rhs_budget};
 use crate::filippov::{BeltRegion, Oscillator, Side};
 
-/// Bisections that locate an event inside a step, to the last bits of its time.
+/// Number of bisections that locate an event inside a step, to the last bits of its time.
 const BISECTIONS: u32 = 52;
 
 /// The field of one side, continued across the belt line.
@@ -58,7 +59,7 @@ pub(super) fn decide(
         let (mut short, mut long) = (0.0, h);
         let mut at = state;
         if before == 0.0 {
-            // The root finder is content with the left end.
+            // The root finder accepts the left end.
             long = 0.0;
         } else {
             for _ in 0..BISECTIONS {
@@ -73,7 +74,7 @@ pub(super) fn decide(
             BeltRegion::Sliding | BeltRegion::ExitPoint => {
                 return Ok(NaiveVerdict::Sticks { slip_time: time });
             }
-            // Stopped at the same event for ever.
+            // The orbit would stop at the same event for ever.
             _ if long == 0.0 => return Err(Failure::StepUnderflow),
             BeltRegion::CrossingDown | BeltRegion::CrossingUp | BeltRegion::UpperTangency => {}
         }

@@ -1,37 +1,37 @@
-//! `smoothed`, `stick_band` and `fixed_step`: one field for all of the plane, and a watcher who looks at what
-//! the field is asked for.
+//! `smoothed`, `stick_band` and `fixed_step`: one field for the whole plane; sticking is detected from the
+//! states at which the field is evaluated.
 
 use super::super::Failure;
 use super::runge_kutta::{Control, State, classical, dormand_prince};
 use super::{NaiveKnobs, NaiveVerdict, enough_time, rhs_budget};
 use crate::filippov::{Oscillator, Side};
 
-/// Slip speed in units of d from which tanh is taken for saturated: tanh 5 = 0.9999. On a sticking orbit the
+/// Slip speed in units of d above which tanh counts as saturated: tanh 5 = 0.9999. On a sticking orbit the
 /// friction balances the other forces, which near the exit point takes slip speeds of several d.
 const SATURATION: f64 = 5.0;
 
-/// Watches an orbit turn by turn.
-struct Watch {
-    /// Turns to go.
+/// Observes an orbit turn by turn.
+struct Observer {
+    /// Number of turns left.
     turns: u32,
-    /// When time is up.
+    /// Time limit.
     end: f64,
     /// Whether the orbit has stuck since the last turn began.
     stuck: bool,
-    /// When it was last seen to stick, and the time it had slipped before that.
+    /// Time at which it last stuck, and the slip time before that.
     last_stick: f64,
     slip_time: f64,
 }
 
-impl Watch {
+impl Observer {
     fn new(oscillator: &Oscillator, knobs: &NaiveKnobs) -> Self {
         let turns = knobs.turns.max(1);
         let end = enough_time(oscillator, turns);
         Self { turns, end, stuck: false, last_stick: 0.0, slip_time: 0.0 }
     }
 
-    /// Takes note of a step that ends at `time`, in which the orbit `sticks` or not; the verdict, once there
-    /// is one.
+    /// Records a step that ends at `time`, in which the orbit `sticks` or not; returns the verdict, once
+    /// there is one.
     fn step(&mut self, [from, to]: [&State; 2], time: f64, sticks: bool) -> Option<NaiveVerdict> {
         if sticks {
             if !self.stuck {
@@ -46,7 +46,7 @@ impl Watch {
         }
         let in_time = time < self.end;
         if self.turns == 0 || !in_time {
-            // An orbit that does not turn is asked about the second half of its time.
+            // An orbit that does not turn is decided by the second half of its time.
             let still = self.stuck && (in_time || self.last_stick > 0.5 * self.end);
             let slip_time = self.slip_time;
             return Some(if still { NaiveVerdict::Sticks { slip_time } } else { NaiveVerdict::NeverSticks });
@@ -58,12 +58,12 @@ impl Watch {
     }
 }
 
-/// The mass rides on the belt, in the middle of the sticking segment.
-fn riding(oscillator: &Oscillator) -> State {
+/// A sticking state in the middle of the sliding segment.
+fn sticking_state(oscillator: &Oscillator) -> State {
     [-oscillator.viscous * oscillator.belt_speed, oscillator.belt_speed]
 }
 
-/// Whether static friction could hold the mass at this state.
+/// Returns whether static friction could hold the mass at this state.
 fn holds(oscillator: &Oscillator, [x1, x2]: &State) -> bool {
     oscillator.viscous.mul_add(*x2, *x1).abs() < 1.0
 }
@@ -108,17 +108,17 @@ pub(super) fn stick_band(
     })
 }
 
-/// Adaptive steps of a field that also says whether it takes a state for sticking.
+/// Adaptive steps of a field that also returns whether it treats a state as sticking.
 fn adaptive(
     oscillator: &Oscillator,
     knobs: &NaiveKnobs,
     rhs: &mut u64,
     field: impl Fn(&State) -> (State, bool),
 ) -> Result<NaiveVerdict, Failure> {
-    let mut watch = Watch::new(oscillator, knobs);
+    let mut watch = Observer::new(oscillator, knobs);
     let budget = rhs_budget(oscillator);
     let mut control = Control::new(knobs.tolerance, 5.0);
-    let (mut state, mut time) = (riding(oscillator), 0.0);
+    let (mut state, mut time) = (sticking_state(oscillator), 0.0);
     loop {
         let h = control.step.min(knobs.longest_step);
         let mut sticks = false;
@@ -149,8 +149,8 @@ pub(super) fn fixed_step(
     rhs: &mut u64,
 ) -> Result<NaiveVerdict, Failure> {
     let (h, budget) = (knobs.step, rhs_budget(oscillator));
-    let mut watch = Watch::new(oscillator, knobs);
-    let (mut state, mut time) = (riding(oscillator), 0.0);
+    let mut watch = Observer::new(oscillator, knobs);
+    let (mut state, mut time) = (sticking_state(oscillator), 0.0);
     loop {
         let (mut below, mut above, mut held) = (false, false, false);
         let next = classical(&state, h, &mut |at| {

@@ -1,4 +1,4 @@
-//! The methods people use today, each as its literature has it. They are here to be measured, not trusted.
+//! Common simulation methods, each as in its literature. They are included to be measured, not trusted.
 //!
 //! | name | equation solved | integrator | when a turn sticks | knobs | known defect |
 //! | --- | --- | --- | --- | --- | --- |
@@ -12,14 +12,13 @@
 //! smoothing is (2/pi) arctan(s/d) where codes written since mostly take tanh; for `fixed_step` any
 //! textbook; for `event_step` the event rule of SciPy's `solve_ivp` and of MATLAB's `ode45`.
 //!
-//! **Verdict.** Nobody who uses these methods knows of the exit point, so all but `event_step` start where
-//! the mass rides on the belt, in the middle of the sticking segment. The orbit is followed for `turns`
-//! turns, counted by x2 falling through zero; it stick-slips if it still sticks in the last of them, that
-//! is, if it has met the belt within the limits of static friction. An orbit that does not turn (an
-//! overdamped one) is given the time that as many stick-slip cycles could take, and must stick in the
-//! second half of it. `event_step` switches
-//! between the exact stick phase and slipping, so it starts at the exit point, and the first time it
-//! sticks is the verdict.
+//! **Verdict.** These methods do not use the exit point, so all but `event_step` start where the mass sticks,
+//! in the middle of the sticking segment. The orbit is followed for `turns` turns, counted by x2 falling
+//! through zero; it stick-slips if it still sticks in the last of them, that is, if it has met the belt
+//! within the limits of static friction. An orbit that does not turn (an overdamped one) is given the time
+//! that as many stick-slip cycles could take, and must stick in the second half of it. `event_step` switches
+//! between the exact stick phase and slipping, so it starts at the exit point, and its verdict is that of the
+//! first return.
 
 mod event_step;
 mod followed;
@@ -28,10 +27,10 @@ mod runge_kutta;
 use super::Failure;
 use crate::filippov::Oscillator;
 
-/// Which of the methods.
+/// A naive method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NaiveMethod {
-    /// Friction made smooth by tanh.
+    /// Friction smoothed by tanh.
     Smoothed,
     /// The switch model with a band of slip speeds that counts as sticking.
     StickBand,
@@ -41,7 +40,7 @@ pub enum NaiveMethod {
     EventStep,
 }
 
-/// The choices that the methods leave to their user, and that decide what they answer.
+/// The parameters that the methods leave to their user, on which their verdicts depend.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NaiveKnobs {
     /// Width d of tanh(s/d), a velocity.
@@ -52,13 +51,12 @@ pub struct NaiveKnobs {
     pub step: f64,
     /// Relative and absolute error per step that the adaptive integrators aim at.
     pub tolerance: f64,
-    /// Longest step of the adaptive integrators, a time; infinite where their users do not bound it, which is
-    /// the rule.
+    /// Longest step of the adaptive integrators, a time; infinite if it is not limited, as is usual.
     pub longest_step: f64,
-    /// Turns after which the orbit is taken to have settled, at least 1.
+    /// Number of turns after which the orbit is taken to have settled, at least 1.
     pub turns: u32,
-    /// Time after a start on the belt line during which `event_step` looks away. At 0 the start itself is an
-    /// event.
+    /// Time after a start on the belt line during which `event_step` ignores events. At 0 the start itself is
+    /// an event.
     pub start_pause: f64,
 }
 
@@ -78,12 +76,12 @@ impl Default for NaiveKnobs {
     }
 }
 
-/// What a naive method says.
+/// The verdict of a naive method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NaiveVerdict {
     /// The orbit stick-slips.
     Sticks {
-        /// The last time between leaving the belt and sticking to it, as the method sees it.
+        /// The last time between leaving the belt and sticking to it, by the method's own detection.
         slip_time: f64,
     },
     /// It slips, or crosses the belt line, all the time.
@@ -92,26 +90,26 @@ pub enum NaiveVerdict {
     Failed(Failure),
 }
 
-/// The answer of a naive method, and what it cost.
+/// The answer of a naive method, and its cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NaiveAnswer {
-    /// What it says.
+    /// The verdict.
     pub verdict: NaiveVerdict,
-    /// Evaluations of the right-hand side.
+    /// Number of evaluations of the right-hand side.
     pub rhs: u64,
 }
 
-/// Evaluations of the right-hand side of the Stribeck law after which a method gives up: forty times what
-/// the default knobs cost at moderate parameters, a tenth of a second.
+/// Largest number of evaluations of the right-hand side of the Stribeck law: forty times the cost of the default
+/// parameters at moderate parameters of the oscillator, a tenth of a second.
 const RHS_BUDGET: u64 = 2_000_000;
 
-/// Evaluations of the right-hand side after which a method gives up on this oscillator.
+/// Largest number of evaluations of the right-hand side for this oscillator.
 fn rhs_budget(oscillator: &Oscillator) -> u64 {
     RHS_BUDGET / oscillator.curve.cost()
 }
 
 impl NaiveMethod {
-    /// Every method, in the order in which maps and tables list them.
+    /// Every method, in the order of maps and tables.
     pub const ALL: [NaiveMethod; 4] =
         [NaiveMethod::Smoothed, NaiveMethod::StickBand, NaiveMethod::FixedStep, NaiveMethod::EventStep];
 
@@ -148,8 +146,8 @@ impl NaiveMethod {
         }
     }
 
-    /// Asks the method about one oscillator. At most 2 million right-hand sides are spent, fewer for laws
-    /// that take longer (see [`Curve::cost`](crate::friction::Curve::cost)).
+    /// Runs the method on one oscillator. It uses at most 2 million evaluations of the right-hand side,
+    /// fewer for laws that are more expensive (see [`Curve::cost`](crate::friction::Curve::cost)).
     #[must_use]
     pub fn decide(self, oscillator: &Oscillator, knobs: &NaiveKnobs) -> NaiveAnswer {
         let mut rhs = 0;
@@ -163,7 +161,7 @@ impl NaiveMethod {
     }
 }
 
-/// The time that is enough for `turns` stick-slip cycles: a turn takes about 2 pi, sticking at most 2/V.
+/// A time sufficient for `turns` stick-slip cycles: a turn takes about 2 pi, sticking at most 2/V.
 fn enough_time(oscillator: &Oscillator, turns: u32) -> f64 {
     f64::from(turns) * (2.0 * std::f64::consts::TAU + 2.0 / oscillator.belt_speed)
 }

@@ -1,5 +1,5 @@
-//! The integrators of the naive methods: the classical Runge-Kutta step and adaptive steps as `ode45` and
-//! `solve_ivp` make them.
+//! The integrators of the naive methods: the classical Runge-Kutta step and adaptive steps like those of
+//! `ode45` and `solve_ivp`.
 
 use super::super::Failure;
 
@@ -50,8 +50,8 @@ pub(super) fn dormand_prince(
     (next, moved(&[0.0; 2], h, &ERROR, &slopes))
 }
 
-/// Step size control as `solve_ivp` has it: the error in units of tolerance (1 + |x|), in the mean square of
-/// the components, may not exceed 1.
+/// Step size control as in `solve_ivp`: the error in units of tolerance (1 + |x|), in the mean square of the
+/// components, may not exceed 1.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Control {
     tolerance: f64,
@@ -67,7 +67,7 @@ impl Control {
         Self { tolerance, exponent, step: 1e-3 }
     }
 
-    /// Judges a step of length `h` and sets the next; true if the step is good.
+    /// Decides whether a step of length `h` is accurate enough, and sets the next step.
     ///
     /// # Errors
     /// The step size underflows, or the error is not a number.
@@ -117,7 +117,8 @@ mod tests {
         let pair = |n| turn(n, |x, h| dormand_prince(x, h, &mut harmonic).0);
         let pair_order = order([20, 40].map(pair));
         assert!((4.7..5.6).contains(&pair_order), "{pair_order}");
-        // And the estimate of the local error by 2^5, one power more than the order of the lower solution.
+        // The estimate of the local error must fall by 2^5, one power more than the order of the lower
+        // solution.
         let estimate = |h: f64| {
             let error = dormand_prince(&[0.6, 0.8], h, &mut harmonic).1;
             error[0].hypot(error[1])

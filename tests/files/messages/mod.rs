@@ -1,11 +1,11 @@
-//! What other processes send to the one that writes.
+//! A sink that records the messages of other processes to the writing one.
 
 use std::sync::Mutex;
 
 use slipmap::map::{Account, Sink, TileData};
 use slipmap::store::{PackedRecord, Packer, StoreError};
 
-/// Keeps it.
+/// Records each message.
 pub struct Messages(pub Packer, pub Mutex<Vec<Vec<u8>>>);
 
 impl Sink for Messages {

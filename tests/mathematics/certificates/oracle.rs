@@ -2,10 +2,10 @@
 
 use super::{Stribeck, TAU};
 
-/// What becomes of the orbit from the exit point (V, 0).
+/// The fate of the orbit from the exit point (V, 0).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fate {
-    /// x2 turns at this value before the belt line, or creeps into the equilibrium.
+    /// x2 turns at this value before the belt line, or tends to the equilibrium.
     Inward(f64),
     /// It reaches the belt line from below with this x2' < 2 and sticks.
     Sticks(f64),
@@ -32,7 +32,7 @@ fn step(p: &Stribeck, (v, w): (f64, f64), h: f64) -> (f64, f64) {
     (v + h / 6.0 * (a + 2.0 * c + 2.0 * e + i), w + h / 6.0 * (b + 2.0 * d + 2.0 * g + j))
 }
 
-/// The state where `done` turns true within one step.
+/// The state where `done` becomes true within one step.
 fn locate(p: &Stribeck, from: (f64, f64), h: f64, done: impl Fn((f64, f64)) -> bool) -> (f64, f64) {
     let (mut before, mut after) = (0.0, h);
     for _ in 0..60 {
@@ -50,7 +50,7 @@ pub fn turn(p: &Stribeck, steps_per_turn: u32) -> Turn {
     let h = TAU / f64::from(steps_per_turn);
     let mut state = (p.v, 0.0);
     let mut amplitude = 0.0f64;
-    // A weak node takes long; thirty turns' time is far more than any turn here takes.
+    // A weak node takes long; the time of thirty turns is far more than any turn here takes.
     for _ in 0..30 * steps_per_turn {
         let next = step(p, state, h);
         let rising = state.1 > 0.0;

@@ -77,14 +77,14 @@ fn overdamped_orbits_creep_into_the_equilibrium() {
             assert!(answer.margin_error <= 1e-9);
         }
     }
-    // Just below critical damping the turn takes 2 pi / omega = 1e5 and nothing is left of the orbit.
+    // Just below critical damping the turn takes 2 pi / omega = 1e5 and the orbit decays to nothing.
     let answer = flow(&coulomb(2.0 - 1e-9, 1.0), 1e-9);
     assert_eq!(answer.fate, Fate::SpiralsInward);
     assert!((answer.margin + 1.0).abs() <= answer.margin_error && answer.margin_error < 1e-8);
 }
 
-/// Coulomb friction with negative damping: the orbit grows by a known factor, lands, and if the belt is
-/// fast enough crosses.
+/// Coulomb friction with negative damping: the orbit grows by a known factor, lands, and if the belt is fast
+/// enough crosses.
 #[test]
 fn growing_linear_orbits_land_cross_and_return_as_they_must() {
     let mut seen = [0; 3];
@@ -162,7 +162,7 @@ fn dry_friction_alone_shrinks_crossing_orbits_by_four() {
             // 1e-12 V per turn, seen under the angle of the slowest contact, |w| = 0.3 or more.
             assert!((x1 - exact).abs() < 1e-10 * belt_speed.max(1.0), "{met:?}");
         }
-        // Then the orbit from the exit point touches the line without end: too close to call.
+        // Then the orbit from the exit point touches the line for ever: too close to call.
         assert!(met.len() >= expected.len());
     }
 }

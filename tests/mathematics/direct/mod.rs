@@ -1,4 +1,4 @@
-//! The direct engine against exact solutions, identities of the theory and slow references.
+//! The direct engine compared with exact solutions, identities of the theory and slow references.
 
 mod exact;
 mod oracle;
@@ -8,24 +8,25 @@ mod references;
 use crate::sample::{Random, Sample};
 use slipmap::filippov::Oscillator;
 use slipmap::friction::Law;
-use slipmap::point::{LawParameters, Point};
+use slipmap::point::LawParameters;
 use slipmap::simulate::direct::{Sample as Contact, Trace};
 
 /// epsilon, alpha, beta, gamma, V, c.
 type Six = [f64; 6];
 
+/// The oscillator at any six numbers, legal or not: the engine must end at each.
 fn oscillator([epsilon, alpha, beta, gamma, belt_speed, damping]: Six) -> Oscillator {
-    let law = LawParameters::new(&[alpha, beta, gamma]);
-    Oscillator::new(&Law::Stribeck, &Point { epsilon, law, belt_speed, damping })
+    let curve = Law::Stribeck.curve(epsilon, &LawParameters::new(&[alpha, beta, gamma]));
+    Oscillator { curve, viscous: epsilon * damping, belt_speed }
 }
 
-/// Dry friction of constant size, with the given coefficient of viscous damping: a linear oscillator on
-/// each side of the belt line, of divergence -`viscous`. Negative damping makes orbits grow.
+/// Dry friction of constant size, with the given coefficient of viscous damping: a linear oscillator on each
+/// side of the belt line, with divergence -`viscous`. Negative damping makes orbits grow.
 fn coulomb(viscous: f64, belt_speed: f64) -> Oscillator {
     Oscillator { viscous, ..oscillator([1.0, 1.0, 0.0, 0.0, belt_speed, 0.0]) }
 }
 
-/// A point anywhere in the box of the samples.
+/// A random point of the box of the samples.
 fn anywhere(random: &mut Random) -> Six {
     let Sample { epsilon, alpha, beta, gamma, belt_speed, damping } = random.anywhere();
     [epsilon, alpha, beta, gamma, belt_speed, damping]

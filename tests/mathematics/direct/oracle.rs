@@ -1,9 +1,9 @@
-//! Slow references for the direct engine, which share nothing with it but D(u): the scalar polar form and
-//! the Liénard form of the flow, by the classical Runge-Kutta method with tiny fixed steps.
+//! Slow references for the direct engine, which share only D(u) with it: the scalar polar form and the
+//! Liénard form of the flow, by the classical Runge-Kutta method with tiny fixed steps.
 
 use slipmap::filippov::Oscillator;
 
-/// A number and how far it can be off.
+/// A number with a bound on its error.
 #[derive(Clone, Copy, Debug)]
 pub struct Known {
     pub value: f64,
@@ -12,12 +12,12 @@ pub struct Known {
 
 /// The scaled grazing margin from dr/dth = D r sin^2 th / (1 + D sin th cos th), r(0) = V, over one turn.
 ///
-/// `None` if |D| >= 2 on the way, where the angle does not advance, or if the steps are too coarse for
-/// 1e-12. The relative radius is summed with compensation: what is left are the rounding errors of some
-/// thousand slopes of size |D|, averaged over the turn, a few 1e-16.
+/// `None` if |D| >= 2 on the way, where the polar angle is not monotone in time, or if the steps are too
+/// coarse for 1e-12. The relative radius is summed with compensation: what remains are the rounding errors of
+/// some thousand slopes of size |D|, averaged over the turn, a few 1e-16.
 pub fn polar_margin(oscillator: &Oscillator) -> Option<Known> {
     let [coarse, middle, fine] = [1000, 2000, 4000].map(|steps| polar_turn(oscillator, steps));
-    // Richardson's extrapolation takes away the h^4 of the error.
+    // Richardson's extrapolation removes the h^4 term of the error.
     let better = [middle + (middle - coarse) / 15.0, fine + (fine - middle) / 15.0];
     let error = (better[1] - better[0]).abs() + 1e-15 * (1.0 + better[1].abs());
     (error < 1e-12).then_some(Known { value: better[1], error })
@@ -46,7 +46,7 @@ fn polar_turn(oscillator: &Oscillator, steps: u32) -> f64 {
     q
 }
 
-/// What becomes of the orbit from the exit point.
+/// The fate of the orbit from the exit point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
     /// It turns short of the belt line; the value is the margin.
@@ -61,7 +61,7 @@ pub enum Outcome {
     Rests,
 }
 
-/// Follows v' = w, w' = -v + D w. `None` if the steps are too coarse to tell.
+/// Follows v' = w, w' = -v + D w. `None` if the steps are too coarse to decide.
 pub fn lienard(oscillator: &Oscillator) -> Option<(Outcome, Known, Known)> {
     let [(kind, coarse), (finer_kind, fine)] = [0.01, 0.005].map(|turn| lienard_flow(oscillator, turn));
     let known = |i: usize| {

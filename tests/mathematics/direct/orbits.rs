@@ -1,4 +1,4 @@
-//! Orbits that cross, cycles, basins, and the work that flows cost.
+//! Orbits that cross, cycles, basins, and the cost of flows.
 
 use super::{Six, anywhere, contacts, coulomb, oscillator, overshooting};
 use crate::sample::Random;
@@ -44,7 +44,7 @@ fn a_traced_cycle_closes_with_the_period_of_the_flow() {
         let oscillator = oscillator(anywhere(&mut random));
         let Fate::Sticks(landing) = flow(&oscillator, 1e-11).fate else { continue };
         let period = landing.slip_time + landing.stick_time;
-        // An event too close to call may go either way.
+        // An event too close to call may have either outcome.
         if oscillator.exit_x1() - landing.x1 < 1e-3 {
             continue;
         }
@@ -87,7 +87,7 @@ fn a_bistable_point_has_two_basins() {
     assert_eq!(from(0.05), Ending::Settles);
     assert!(matches!(from(0.999), Ending::Closes { .. }));
     assert_eq!(from(0.0), Ending::Settles);
-    // From the sliding segment and from far above one reaches the cycle, too.
+    // Orbits from the sliding segment and from far above reach the cycle, too.
     let sliding = Start::State { x1: -0.5, x2: 1.0 };
     assert!(matches!(trace(&oscillator, sliding, 1e-10, 1000.0).ending, Ending::Closes { .. }));
     assert!(matches!(from(5.0), Ending::Closes { .. }));
@@ -105,8 +105,8 @@ fn slow_creep_is_recognised_when_steps_run_out() {
     assert_eq!(traced.ending, Ending::Settles);
 }
 
-/// Right-hand sides of a few flows at tolerances 1e-9 and 1e-12: a change of this table is a change of
-/// cost, to be made knowingly.
+/// Numbers of right-hand sides of a few flows at tolerances 1e-9 and 1e-12: a change of this table is a
+/// change of cost, to be made deliberately.
 #[test]
 fn the_work_of_reference_flows_is_known() {
     let cases: [(&str, Six, [u64; 2]); 5] = [

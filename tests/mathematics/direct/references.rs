@@ -1,4 +1,4 @@
-//! Identities of the theory, and integrations in other variables by other methods.
+//! Comparison with identities of the theory, and with integrations in other variables by other methods.
 
 use super::oracle;
 use super::oracle::Outcome;
@@ -58,7 +58,7 @@ fn the_margin_falls_with_the_damping() {
                 continue;
             }
             assert!(answer.margin <= last + answer.margin_error, "{point:?}: {answer:?} after {last}");
-            // Strictly, unless nothing is left of the orbit or the step in C is below the accuracy.
+            // Strictly, unless the orbit has decayed to nothing or the step in C is below the accuracy.
             let falls = answer.margin < last || answer.margin_error + answer.margin + 1.0 < 1e-9;
             assert!(falls, "{point:?}: {answer:?} after {last}");
             last = answer.margin;
@@ -71,7 +71,7 @@ fn margins_and_their_error_estimates_agree_with_the_polar_form() {
     let mut random = Random(21);
     let mut points = 0;
     let mut errors = Vec::new();
-    let (mut dishonest, mut estimates) = (0, 0);
+    let (mut too_small, mut estimates) = (0, 0);
     while points < 2500 {
         let point = anywhere(&mut random);
         let oscillator = oscillator(point);
@@ -93,18 +93,18 @@ fn margins_and_their_error_estimates_agree_with_the_polar_form() {
             }
             let error = (answer.margin - exact.value).abs();
             estimates += 1;
-            dishonest += u32::from(error > answer.margin_error + exact.error);
+            too_small += u32::from(error > answer.margin_error + exact.error);
             if tolerance == 1e-13 && exact.error < 3e-15 {
                 errors.push(error);
             }
-            // Even a fooled estimate is not far off.
+            // Even an estimate that is too small is not far off.
             assert!(error <= 10.0 * answer.margin_error + exact.error, "error {error:e}, {context}");
         }
     }
     errors.sort_by(f64::total_cmp);
     let (median, worst) = (errors[errors.len() / 2], errors[errors.len() - 1]);
-    println!("{dishonest} of {estimates} estimates too small; at 1e-13: median {median:e}, worst {worst:e}");
-    assert!(f64::from(dishonest) < 1e-3 * f64::from(estimates), "{dishonest} of {estimates}");
+    println!("{too_small} of {estimates} estimates too small; at 1e-13: median {median:e}, worst {worst:e}");
+    assert!(f64::from(too_small) < 1e-3 * f64::from(estimates), "{too_small} of {estimates}");
     // Rounding errors of x2' of 1e-16 each, averaged over the turn, over V >= 0.1; 1e-13 itself at worst.
     assert!(median < 2e-15 && worst < 1e-13, "median {median:e}, worst {worst:e}");
 }

@@ -21,7 +21,7 @@ pub struct CriticalPoint {
     pub critical_c: f64,
 }
 
-/// A row of `margins.csv`: what becomes of the orbit from the exit point.
+/// A row of `margins.csv`: the fate of the orbit from the exit point.
 #[derive(Clone, Copy, Debug, Deserialize)]
 pub struct MarginPoint {
     pub epsilon: f64,
@@ -45,7 +45,7 @@ pub struct MarginPoint {
     pub landing_x1: Option<f64>,
 }
 
-/// The fates that the reference tells apart.
+/// The fates in the reference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ReferenceFate {
@@ -87,7 +87,7 @@ pub fn column_points() -> Vec<CriticalPoint> {
     rows("columns.csv")
 }
 
-/// All rows of the table of the same kind that the environment names.
+/// All rows of the table of that kind named by the environment.
 pub fn other_column_points() -> Vec<CriticalPoint> {
     let path = std::env::var("SLIPMAP_COLUMNS").expect("SLIPMAP_COLUMNS names no file");
     rows(&path)
@@ -98,7 +98,7 @@ pub fn margin_points() -> Vec<MarginPoint> {
     rows("margins.csv")
 }
 
-/// Where the tables are.
+/// The path of a table.
 pub fn data_path(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
 }

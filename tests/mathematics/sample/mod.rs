@@ -103,7 +103,7 @@ impl Random {
     }
 
     /// A point of the box eps in [1e-3, 1], V in [0.1, 10], alpha and beta in [0, 1], gamma in [0, 10], c in
-    /// [0, 3], with every limit of the law often.
+    /// [0, 3]; often at a limit of the law.
     pub fn anywhere(&mut self) -> Sample {
         let mut sample = Sample {
             epsilon: self.log(1e-3, 1.0),
@@ -126,8 +126,8 @@ impl Random {
         sample
     }
 
-    /// A point of the same box, but for c, which is within a factor 1 +- 10^-12 to 1 +- 1 of the energy
-    /// balance: next to the boundary, where methods fail.
+    /// A point of the same box, with c within a factor 1 +- 10^-12 to 1 +- 1 of the energy balance: near the
+    /// boundary, where methods fail.
     pub fn near_boundary(&mut self) -> Sample {
         loop {
             let sample = self.anywhere();
@@ -140,8 +140,8 @@ impl Random {
     }
 }
 
-/// A measured difference, its leading term, and what is known beyond that: the next term, relative to the
-/// leading one, and a bound of the rest.
+/// A measured difference, its leading term, and the known corrections: the next term, relative to the leading
+/// one, and a bound of the rest.
 pub struct Expansion {
     pub epsilon: f64,
     pub measured: f64,
@@ -171,6 +171,6 @@ pub fn check_order(name: &str, order: f64, halvings: &[Expansion]) {
         assert!((measured - leading).abs() <= slack, "{name}: order {measured} instead of {leading}");
         last_order = leading;
     }
-    // The leading term is a power of eps only in the limit: the nearest integer tells which.
+    // The leading term is a power of eps only in the limit: the nearest integer identifies it.
     assert!((last_order - order).abs() < 0.5 && halvings.len() >= 4, "{name}: order {last_order}");
 }

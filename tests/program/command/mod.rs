@@ -1,9 +1,9 @@
-//! Driving the real binary in a scratch folder.
+//! Runs the real binary in a scratch folder.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-/// A probe of the point that the README asks about.
+/// A probe of the point used in the README.
 pub const PROBE: [&str; 13] = [
     "probe",
     "--epsilon",
@@ -64,7 +64,7 @@ impl Scratch {
     }
 }
 
-/// How the program ended and what it said.
+/// Exit code and output of a run.
 #[derive(Debug)]
 pub struct Run {
     pub code: i32,
@@ -81,14 +81,15 @@ impl Run {
         }
     }
 
-    /// The run ended with `code`; its output is shown otherwise.
+    /// Asserts that the run ended with `code`, and shows its output otherwise.
     #[track_caller]
     pub fn ends_with(self, code: i32) -> Self {
         assert_eq!(self.code, code, "\nstdout:\n{}\nstderr:\n{}", self.out, self.err);
         self
     }
 
-    /// Bad input: exit code 2, nothing on standard output, one message that contains every one of `parts`.
+    /// Asserts bad input: exit code 2, nothing on standard output, one message that contains every one of
+    /// `parts`.
     #[track_caller]
     pub fn refuses(self, parts: &[&str]) -> Self {
         let run = self.ends_with(2);

@@ -1,5 +1,5 @@
-//! Whether two maps are the same map: every dataset and every attribute, bit for bit, those of time and
-//! machine aside; and the map that the tests of it make.
+//! Compares two maps: every dataset and every attribute, bit for bit, except for time and machine; and makes
+//! the map of these tests.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -27,14 +27,15 @@ path = \"map.h5\"
 fields = [\"verdict\", \"margin\", \"critical_c\", \"regime\"]
 ";
 
-/// A folder with that job.
+/// A folder with that configuration.
 pub fn scratch() -> Scratch {
     let scratch = Scratch::new();
     scratch.file("job.toml", JOB);
     scratch
 }
 
-/// What tells when, where and how fast a map was made, and the fingerprint that covers it.
+/// Returns whether an attribute records when, where and how fast a map was made, or is the fingerprint over
+/// those.
 fn is_of_time(attribute: &str) -> bool {
     let names = ["history", "machine", "threads", "sha256_attributes"];
     names.contains(&attribute) || attribute.starts_with("seconds_") || attribute.ends_with("_seconds")
@@ -116,7 +117,7 @@ fn read_text(attribute: &hdf5::Attribute, text: &mut [u8]) {
     panic!("a text of {} bytes is not compared here", text.len());
 }
 
-/// The two maps are the same.
+/// Asserts that the two maps are equal.
 #[track_caller]
 pub fn assert_same(one: &Path, other: &Path) {
     let (one, other) = (contents(one), contents(other));

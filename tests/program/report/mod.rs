@@ -1,4 +1,4 @@
-//! Reports: their numbers, and their pages. Here the maps that both are made of.
+//! Reports: their numbers, and their pages; this file makes the maps for both.
 
 mod numbers;
 mod pages;
@@ -18,7 +18,7 @@ use slipmap::store::{self, MapFile, MapWriter, Outcome, Provenance};
 
 const AXES: [&str; 6] = ["epsilon", "alpha", "beta", "gamma", "V", "c"];
 
-/// Choices at which the naive methods answer fast.
+/// Parameters for which the naive methods are fast.
 const CHEAP: NaiveKnobs = NaiveKnobs {
     smoothing_width: 1e-2,
     stick_band_width: 1e-2,
@@ -29,11 +29,11 @@ const CHEAP: NaiveKnobs = NaiveKnobs {
     longest_step: f64::INFINITY,
 };
 
-/// A plan with tiles so small that columns, boxes and blocks all reach across them.
+/// A plan with tiles so small that columns, boxes and blocks extend over several.
 fn plan(nodes: [&[f64]; 6], methods: &[&str], fields: &[Field]) -> Plan {
     let grid = Grid::new(Law::Stribeck, nodes.iter().map(|values| values.to_vec()).collect()).unwrap();
     let shape: Vec<usize> = grid.shape().iter().map(|&len| len.min(2)).collect();
-    // What the naive methods say matters little here, what they cost does.
+    // The verdicts of the naive methods do not matter here, but their cost does.
     let methods = methods.iter().map(|name| Method::by_name(name).unwrap().with_knobs(CHEAP));
     Plan::builder(grid)
         .methods(methods)
@@ -45,7 +45,7 @@ fn plan(nodes: [&[f64]; 6], methods: &[&str], fields: &[Field]) -> Plan {
         .unwrap()
 }
 
-/// All but one, which would spend seconds on the few cells of large divergence.
+/// All but one, which would take seconds on the few cells of large divergence.
 fn all_methods() -> Vec<&'static str> {
     Method::all().map(|method| method.name()).filter(|name| *name != "event_step").collect()
 }
@@ -55,7 +55,7 @@ fn store_map(folder: &Path, plan: &Plan, title: &str) -> MapFile {
     let provenance = Provenance {
         title: title.into(),
         config_path: "map.toml".into(),
-        // A fence, and one that appears when control characters are left out.
+        // A fence, and one that appears when control characters are removed.
         config_text: format!("# {title}\n```\n``\u{1}``\n"),
         command_line: "slipmap run map.toml".into(),
     };
@@ -93,7 +93,7 @@ fn small(folder: &Path, methods: &[&str], fields: &[Field]) -> MapFile {
     store_map(folder, &plan(nodes, methods, fields), "A small map")
 }
 
-/// That map with every method and every field, which many tests read.
+/// The small map with every method and every field, which many tests read.
 static SMALL: LazyLock<MapFile> = LazyLock::new(|| {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("report");
     let _ = std::fs::remove_dir_all(&folder);

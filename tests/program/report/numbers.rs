@@ -1,4 +1,4 @@
-//! Every number of a table against plain loops over the stored cells.
+//! Compares every number of a table with plain loops over the stored cells.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use slipmap::map::{Field, Method, Verdict};
 use slipmap::report::{Cell, View, tables};
 use slipmap::simulate::critical_damping;
 
-/// Sums of a few hundred positive numbers in another order.
+/// Relative error of sums of a few hundred positive numbers in another order.
 const SUMS: f64 = 1e-12;
 
 #[test]
@@ -46,7 +46,7 @@ fn volumes_are_those_of_the_boxes() {
                 if claims > 0.0 && claims < 1.0 {
                     error += volume * claims.max(1.0 - claims);
                 }
-                // A corner at the lower damping stands for half of its edge along c, as does the other.
+                // A corner at the lower damping represents half of its edge along c, as does the other.
                 in_c += volume
                     * share(&|corner| {
                         let mut other = corner.clone();
@@ -126,7 +126,7 @@ fn agreement_counts_every_cell_once() {
         }
         check_counts(&row(&table, None, method), &sums, map.grid().cells() as f64);
     }
-    // The map is one on which the first-order test is wrong somewhere.
+    // The first-order test is wrong somewhere on this map.
     assert_ne!(row(&table, None, "perturbation")["wrong_presence"], Cell::Count(0));
 }
 
@@ -159,7 +159,7 @@ fn boundary_errors_and_orders_are_those_of_the_columns() {
         let axes = map.grid().axes();
         let shape: Vec<usize> = axes[1..5].iter().map(|axis| axis.values.len()).collect();
         for method in map.methods().iter().map(|method| method.name.as_str()) {
-            // The simulation is what the others are measured against; the naive methods know no boundary.
+            // The simulation is the reference for the others; the naive methods have no boundary.
             let Some(Method::Test(test)) = Method::by_name(method) else {
                 assert!(table.rows.iter().all(|row| row[1] != Cell::Words(method.into())), "{method}");
                 continue;
@@ -201,7 +201,7 @@ fn boundary_errors_and_orders_are_those_of_the_columns() {
                     assert_eq!(row["median_error"], Cell::Missing);
                     continue;
                 }
-                // The stored exact boundary is good to the map's tolerance, this one to far less.
+                // The stored exact boundary is accurate to the map's tolerance, this one far more.
                 let slack =
                     if stored { 1e-9 } else { 1e-11 } * pairs[e].iter().map(|p| p.3).fold(0.0, f64::max);
                 for (key, q) in [("median_error", 0.5), ("percentile_95_error", 0.95)] {
@@ -216,7 +216,7 @@ fn boundary_errors_and_orders_are_those_of_the_columns() {
                 let Cell::Real(found) = row["worst_error"] else { panic!("{row:?}") };
                 assert!((found - worst.1).abs() <= slack, "{method} {epsilon}: {found} {}", worst.1);
                 for (axis, name) in [(0, "alpha"), (1, "beta"), (2, "gamma"), (3, "V")] {
-                    // Errors that differ by less than the slack may trade places.
+                    // Errors that differ by less than the slack may be in either order.
                     let unique =
                         both.iter().filter(|b| worst.1.abs() - b.1.abs() <= 2.0 * slack).count() == 1;
                     assert!(!unique || row[name] == Cell::Real(axes[axis + 1].values[worst.0[axis]]));

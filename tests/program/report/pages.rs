@@ -9,14 +9,14 @@ use slipmap::report::{Cell, Existing, ReportOptions, View, figure, tables, write
 use slipmap::store::Pick::{Every, Node};
 use slipmap::store::{self, MapFile, MapWriter, Outcome, Provenance};
 
-/// Whether a text is well-formed XML with words that can be read.
+/// Asserts that a text is well-formed XML with readable words.
 fn check_svg(svg: &str) {
     roxmltree::Document::parse(svg).unwrap();
     assert!(svg.contains("<text") && !svg.contains("NaN") && !svg.contains("inf"), "{svg}");
     assert!(!svg.contains("href") && !svg.contains("<script"), "nothing from elsewhere");
 }
 
-/// What a map lacks, its axes and its methods.
+/// A description of a degenerate map, its axes and its methods.
 type Case<'a> = (&'a str, [&'a [f64]; 6], &'a [&'a str]);
 
 #[test]
@@ -138,8 +138,9 @@ fn hostile_texts_stay_texts() {
             && latex.contains("\\textbackslash{}input\\{x\\} \\$\\textbackslash{}alpha\\$")
     );
     assert!(latex.contains("[U+4E2D]"));
-    // In Markdown nothing acts outside of the configuration, which holds the title and a fence of its own;
-    // a line that could end the fence around it (at least as many backticks and nothing else) comes last.
+    // Outside of the configuration, which contains the title and a fence of its own, the Markdown has no
+    // active characters; a line that could end the fence around it (at least as many backticks and nothing
+    // else) comes last.
     let markdown = read("report.md");
     let (before, config) = markdown.split_once("\n`````toml\n").unwrap();
     assert!(!before.contains("<script") && !before.contains("[a](java"), "{before}");
@@ -157,13 +158,13 @@ fn hostile_texts_stay_texts() {
     assert_eq!(&first[1], tame, "CSV keeps texts as they are, but for control characters");
 }
 
-/// What is asked for over a plane.
+/// A plot over a plane.
 fn over_plane<'a>(x: &'a str, y: &'a str, at: &'a [At], variables: &'a [String]) -> Plot<'a> {
     Plot { x, y: Some(y), at, variables, panels: None, curves: false, width: Width::OneColumn }
 }
 
 #[test]
-fn plots_say_what_they_hold_and_refuse_what_is_not_there() {
+fn plots_report_fixed_axes_and_refuse_unknown_names() {
     let view = View::new(&SMALL);
     let at = [("V".to_owned(), vec![3.0]), ("epsilon".to_owned(), vec![0.06])];
     let variables: Vec<String> = view.map.variables().map(str::to_owned).collect();
@@ -204,7 +205,7 @@ fn plots_say_what_they_hold_and_refuse_what_is_not_there() {
 
 #[test]
 fn an_axis_of_one_node_is_not_drawn_as_an_area() {
-    // beta has one node: what is drawn is a line over the other axis, and it is said so.
+    // beta has one node: a line over the other axis is drawn, with a note.
     let view = View::new(&SMALL);
     let variables = ["critical_c_simulation".to_owned()];
     for (x, y) in [("beta", "gamma"), ("gamma", "beta")] {
@@ -319,7 +320,7 @@ fn the_commands_write_everything_or_nothing() {
         (made("figures", "svg"), made("figures", "svg")),
         (made("figures", "pdf"), made("figures", "png"))
     );
-    // Every file that the Markdown names is there.
+    // Every file that the Markdown names exists.
     let markdown = scratch.read("map-report/report.md");
     let links: Vec<&str> = markdown.split("](").skip(1).filter_map(|rest| rest.split(')').next()).collect();
     assert!(links.len() > 20);
