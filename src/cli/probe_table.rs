@@ -105,8 +105,9 @@ fn answer_columns(epsilon_limits: bool) -> Vec<String> {
         names.push(format!("margin_{}", method.name()));
     }
     names.extend(["critical_c", "critical_c_error", "regime"].map(str::to_owned));
-    names
-        .extend(QUANTITIES.into_iter().flat_map(|field| Quantity::of(field, 0)).map(|q| q.name().to_owned()));
+    names.extend(
+        QUANTITIES.into_iter().flat_map(|field| Quantity::of(field, 0, 0)).map(|q| q.name().to_owned()),
+    );
     if epsilon_limits {
         names.extend(Method::usual().map(|method| format!("epsilon_limit_{}", method.name())));
     }
@@ -152,7 +153,7 @@ fn answer(table: &PointTable, mut row: ByteRecord, job: &Job) -> Result<ByteReco
         cycle: answer.cycle,
         boundary: answer.basin,
     };
-    for quantity in QUANTITIES.into_iter().flat_map(|field| Quantity::of(field, 0)) {
+    for quantity in QUANTITIES.into_iter().flat_map(|field| Quantity::of(field, 0, 0)) {
         row.push_field(number(described.value(quantity)).as_bytes());
     }
     if job.epsilon_limits {
