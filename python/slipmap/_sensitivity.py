@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from . import _core
-from ._broadcast import elementwise
+from ._broadcast import elementwise, named
 from ._law import Law, _scalar
 
 
@@ -65,11 +65,7 @@ def sensitivity(
         for name in arguments
     ]
     results = elementwise(kernel, arguments, [np.float64] * len(attrs), attrs)
-    values, errors = (
-        dict(zip(names, part, strict=True)) for part in (results[: len(names)], results[len(names) :])
-    )
-    if isinstance(results[0], xr.DataArray):
-        values, errors = xr.Dataset(values), xr.Dataset(errors)
+    values, errors = named(names, results[: len(names)]), named(names, results[len(names) :])
     return (values, errors) if return_error else values
 
 
