@@ -10,11 +10,11 @@ use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use slipmap::config::Job;
-use slipmap::dataset::{Provenance, Schema, Value, attributes};
+use slipmap::dataset::attributes::{self, Outcome};
+use slipmap::dataset::{Provenance, Schema, Value};
 use slipmap::friction::Law as Family;
-use slipmap::map::{
-    Account, ComputeError, Control, Engine, Field, Grid, Plan, PlaneCurves, Sink, Summary, TileData,
-};
+use slipmap::machine::Machine;
+use slipmap::map::{Account, ComputeError, Control, Engine, Field, Grid, Plan, PlaneCurves, Sink, TileData};
 
 use crate::columns::method;
 use crate::law::Law;
@@ -108,11 +108,10 @@ fn scatter<T>(cells: impl IntoIterator<Item = T>, ranges: &[Range<usize>], shape
 /// A computed map.
 #[pyclass(frozen, module = "slipmap._core")]
 pub(crate) struct Map {
-    plan: Plan,
     schema: Schema,
     cells: Vec<Cells>,
-    provenance: Provenance,
-    summary: Summary,
+    attributes: Vec<(String, Value)>,
+    curves: Vec<PlaneCurves>,
 }
 
 fn attribute<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
@@ -182,20 +181,7 @@ impl Map {
     /// Attributes of the map: where it comes from, and what its run counted.
     #[getter]
     fn attributes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let opening = attributes::opening(&self.plan, &self.provenance);
-        let dict = attribute_dict(py, opening.iter().map(|(name, value)| (name.as_str(), value)))?;
-        dict.set_item("threads", self.summary.threads)?;
-        dict.set_item("wall_seconds", self.summary.seconds)?;
-        dict.set_item("rhs", self.summary.rhs)?;
-        dict.set_item("audit_cells", self.summary.audit.cells)?;
-        dict.set_item("audit_disagreements", self.summary.audit.disagreements.len())?;
-        if let Some(proved) = &self.summary.proved {
-            dict.set_item("proved_present", proved.volumes.present)?;
-            dict.set_item("proved_absent", proved.volumes.absent)?;
-            dict.set_item("proved_undecided", proved.volumes.undecided)?;
-        }
-        dict.set_item("complete", 1)?;
-        Ok(dict)
+        attribute_dict(py, self.attributes.iter().map(|(name, value)| (name.as_str(), value)))
     }
 
     /// Shape of the tiles over which fingerprints are taken.
@@ -215,25 +201,25 @@ impl Map {
             });
             (curves.plane.x, curves.plane.y, curves.plane.held.clone(), lines.collect())
         };
-        let curves = &self.summary.curves;
-        (!curves.is_empty()).then(|| curves.iter().map(plane).collect())
+        (!self.curves.is_empty()).then(|| self.curves.iter().map(plane).collect())
     }
 }
 
-/// Computes the map of a plan.
+/// Computes the map of a plan, of a machine if there is one.
 fn compute(
     py: Python<'_>,
-    plan: Plan,
-    provenance: Provenance,
+    plan: &Plan,
+    machine: Option<&Machine>,
+    provenance: &Provenance,
     threads: Option<usize>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Map> {
-    let memory = py.detach(|| Memory::new(&plan));
+    let memory = py.detach(|| Memory::new(plan));
     // The run of the library has threads of its own.
     let summary = run(py, Some(1), progress.as_ref(), |steering| {
         let on_cells = |cells| steering.advance(cells);
         let control = Control { threads, on_cells: &on_cells, stop: &steering.stop, ..Control::default() };
-        slipmap::map::run(&plan, &memory, &control)
+        slipmap::map::run(plan, &memory, &control)
     })?;
     let summary = summary.map_err(|error| match error {
         ComputeError::Interrupted => PyKeyboardInterrupt::new_err("the map was interrupted"),
@@ -242,7 +228,11 @@ fn compute(
     })?;
     let Memory { schema, cells } = memory;
     let cells = cells.into_iter().map(|cells| cells.into_inner().unwrap_or_else(PoisonError::into_inner));
-    Ok(Map { plan, schema, cells: cells.collect(), provenance, summary })
+    // Those of the file, in its order.
+    let mut all = attributes::opening(plan, provenance);
+    all.push(("history".to_owned(), attributes::history(provenance).into()));
+    all.extend(attributes::closing(&Outcome::of(plan, &summary, machine)));
+    Ok(Map { schema, cells: cells.collect(), attributes: all, curves: summary.curves })
 }
 
 /// The map of a grid.
@@ -285,7 +275,7 @@ pub(crate) fn compute_map(
     }
     let plan = builder.build().map_err(problem)?;
     let provenance = Provenance { command_line: "slipmap.map".into(), ..Provenance::default() };
-    compute(py, plan, provenance, threads, progress)
+    compute(py, &plan, None, &provenance, threads, progress)
 }
 
 fn load(path: &str, sets: &[String]) -> PyResult<Job> {
@@ -314,5 +304,5 @@ pub(crate) fn run_config(
         config_text: job.config_text,
         command_line: "slipmap.run".into(),
     };
-    compute(py, job.plan, provenance, threads, progress)
+    compute(py, &job.plan, job.machine.as_ref(), &provenance, threads, progress)
 }

@@ -152,6 +152,8 @@ def test_a_configuration_gives_the_map_of_the_program(config, stored):
         same(own, data)
         for name in ("title", "law", "methods", "fields", "engine", "tolerance", "config", "config_sha256"):
             assert own.attrs[name] == data.attrs[name], name
+        # All attributes of the file but the fingerprint of those.
+        assert set(data.attrs) - set(own.attrs) == {"sha256_attributes"} and set(own.attrs) <= set(data.attrs)
         same(own.slipmap.curves, data.slipmap.curves)
     assert cells and cells[-1] == (own.verdict_simulation.size, own.verdict_simulation.size)
     assert not config.with_name("unused.h5").exists()
