@@ -24,9 +24,13 @@ import xarray as xr
 AXES = {"stribeck": ("epsilon", "alpha", "beta", "gamma", "V", "c")}
 VERDICTS = ((-1, 0, 1, 2, 3), "absent undecided present failed not_computed")
 REGIMES = (
-    (0, 1, 2, 3, 4, 5, 6, 7),
-    "equilibrium stick_slip bistable pure_slip crossing failed pure_slip_and_stick_slip pure_slip_and_equilibrium",
+    tuple(range(12)),
+    "equilibrium stick_slip bistable pure_slip crossing failed pure_slip_and_stick_slip pure_slip_and_equilibrium "
+    "equilibrium_pure_slip_and_stick_slip equilibrium_and_crossing pure_slip_and_crossing "
+    "equilibrium_pure_slip_and_crossing",
 )
+# The axes of a machine's map in SI units: along which axis, and their units when it moves and when it turns.
+SI_AXES = {"belt_speed_si": ("V", 2, ("m/s", "rad/s")), "damping_si": ("c", 4, ("N s/m", "N m s/rad"))}
 GUARANTEES = {"asymptotic", "finite_epsilon", "numerical", "validated", "none"}
 ROOT_TEXTS = (
     "Conventions title history source references crate_version git machine law methods fields engine "
@@ -54,7 +58,8 @@ def check_xarray(path, engine):
     """Checks the map read with xarray."""
     with xr.open_dataset(path, engine=engine) as data:
         law = data.attrs["law"]
-        axes = AXES.get(law, tuple(data.coords))
+        axes = AXES.get(law, tuple(name for name in data.coords if name in data.dims))
+        extra = check_si(data, engine) if "machine_units" in data.attrs else set()
         expect(data.attrs["Conventions"] == "CF-1.11", f"{engine}: Conventions")
         for name in ROOT_TEXTS:
             if name != "title":  # a map may have none
@@ -64,7 +69,7 @@ def check_xarray(path, engine):
         expect(data.attrs["complete"] == 1, f"{engine}: complete")
         digest = hashlib.sha256(data.attrs["config"].encode()).hexdigest()
         expect(data.attrs["config_sha256"] == digest, f"{engine}: config_sha256")
-        expect(set(data.coords) == set(axes), f"{engine}: coordinates {list(data.coords)}")
+        expect(set(data.coords) == set(axes) | extra, f"{engine}: coordinates {list(data.coords)}")
         for name in axes:
             values = data[name]
             expect(values.dtype == np.float64 and values.dims == (name,), f"{engine}: axis {name}")
@@ -93,6 +98,24 @@ def check_xarray(path, engine):
         return {name: variable.isel(corner, missing_dims="ignore").item() for name, variable in data.items()}
 
 
+def check_si(data, engine):
+    """Axes and variables of a machine's map in SI units; the names of these axes."""
+    units = data.attrs["machine_units"]  # of time, length, velocity, force and damping
+    turns = data.attrs["machine_motion"] == "rotation"
+    for name, (axis, unit, names) in SI_AXES.items():
+        expect(name in data.coords and data[name].dims == (axis,), f"{engine}: no coordinate {name}")
+        expect(bool((data[name].values == data[axis].values * units[unit]).all()), f"{engine}: values of {name}")
+        expect(data[name].attrs["units"] == names[turns], f"{engine}: unit of {name}")
+    for name, variable in data.items():
+        here = {si for si, (axis, *_) in SI_AXES.items() if axis in variable.dims}
+        expect(here <= set(variable.coords), f"{engine}: {name} lacks {here - set(variable.coords)}")
+        if name.startswith("critical_c_"):
+            expect(variable.attrs["si_factor"] == units[4], f"{engine}: factor of {name}")
+            expect(variable.attrs["si_units"] == SI_AXES["damping_si"][2][turns], f"{engine}: unit of {name}")
+    print(f"xarray, {engine}: axes in SI units, {data.belt_speed_si.units} and {data.damping_si.units}")
+    return set(SI_AXES)
+
+
 def check_h5py(path):
     """Checks the map read with h5py, and the fingerprints of its cells."""
     with h5py.File(path, "r") as file:
@@ -107,6 +130,10 @@ def check_h5py(path):
             if data.is_scale:
                 expect(h5py.h5ds.get_scale_name(data.id) == name.encode(), f"h5py: name of scale {name}")
                 expect(digest([data[:]]) == text(data.attrs["sha256"]), f"h5py: sha256 of {name}")
+                continue
+            if name in SI_AXES:
+                expect(digest([data[:]]) == text(data.attrs["sha256"]), f"h5py: sha256 of {name}")
+                expect(h5py.h5ds.is_attached(data.id, file[SI_AXES[name][0]].id, 0), f"h5py: dimension of {name}")
                 continue
             scales = [[scale.name.strip("/") for scale in d.values()] for d in data.dims]
             expect(axes is None or scales == [[axis] for axis in axes[: data.ndim]], f"h5py: scales of {name}: {scales}")
@@ -164,7 +191,7 @@ def check_curves(path):
             print("curves: none are stored")
             return
     root = xr.open_dataset(path)
-    axes = tuple(root.coords)
+    axes = tuple(name for name in root.coords if name in root.dims)
     views = [xr.load_dataset(path, group="curves", engine=engine) for engine in ("netcdf4", "h5netcdf")]
     data = views[0]
     expect(views[0].identical(views[1]), "curves: xarray's engines disagree")

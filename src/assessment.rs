@@ -4,11 +4,9 @@
 use crate::behaviour::{Behaviour, behaviour, highest_belt_speed};
 use crate::certify::{Decision, Guarantee, TESTS};
 use crate::filippov::Oscillator;
-use crate::friction::Law;
-use crate::machine::Machine;
-use crate::map::{self, Grid, Regime};
-use crate::simulate::flow;
-use crate::simulate::sensitivity::{self, sensitivity};
+use crate::machine::{Machine, Model};
+use crate::map::{self, Regime};
+use crate::simulate::{critical_damping, flow, sensitivity};
 
 /// Accuracy of the scaled grazing margin.
 const TOLERANCE: f64 = 1e-9;
@@ -81,19 +79,21 @@ impl Assessment {
     }
 }
 
-/// Assesses a machine; `None` as in [`Machine::point`].
+/// Assesses a machine; `None` as in [`Machine::model`].
 #[must_use]
-pub fn assess(machine: &Machine, law: &Law) -> Option<Assessment> {
-    let point = machine.point(law)?;
-    let units = machine.units();
-    let behaviour = behaviour(machine, law, TOLERANCE)?;
-    let column = law.column(&point);
-    let oscillator = Oscillator::new(law, &point);
+pub fn assess(machine: &Machine) -> Option<Assessment> {
+    let model = machine.model()?;
+    let Model { law, point, si } = &model;
+    let units = si.units;
+    let behaviour = behaviour(&model, TOLERANCE);
+    let column = model.column();
+    let oscillator = Oscillator::new(law, point);
     let flow = flow(&oscillator, TOLERANCE);
-    let weakening = |belt_speed: f64| column.curve.weakening(belt_speed);
+    // Beyond the data of a measured law nothing is known.
+    let weakening = |belt_speed: f64| Some(column.curve.weakening(belt_speed)).filter(|w| !w.is_nan());
     let always_below_speed =
-        highest_belt_speed(point.belt_speed, |speed| Some(weakening(speed) > oscillator.viscous));
-    let hopf = weakening(point.belt_speed);
+        highest_belt_speed(point.belt_speed, |speed| Some(weakening(speed)? > oscillator.viscous));
+    let hopf = column.curve.weakening(point.belt_speed);
     let cycle = map::attracting_cycle(&oscillator, &flow, TOLERANCE);
     let kick = match behaviour.regime {
         Regime::Bistable => map::basin_boundary(&oscillator, &flow, TOLERANCE),
@@ -108,77 +108,47 @@ pub fn assess(machine: &Machine, law: &Law) -> Option<Assessment> {
         },
     });
     Some(Assessment {
-        machine: *machine,
+        machine: machine.clone(),
         always_below_speed: always_below_speed.map(|speed| speed * units.velocity),
         always_below_damping: (hopf > 0.0).then_some(hopf * units.damping),
         period: cycle.map(|cycle| cycle.period * units.time),
         velocity_amplitude: cycle.map(|c| 0.5 * (c.velocity.hi - c.velocity.lo) * units.velocity),
         kick: kick.map(|(_, kick)| [kick.forward * units.velocity, kick.backward * units.velocity]),
-        sensitivities: sensitivities(machine, law),
-        influence: influence(machine, law).unwrap_or_default(),
+        sensitivities: sensitivities(machine),
+        influence: influence(&model).unwrap_or_default(),
         proofs: proofs.collect(),
         behaviour,
     })
 }
 
-/// Step of the differences by which the scaled parameters follow a machine's quantities, relative: these are
-/// products of powers, so that the error of the fourth order is below 1e-11.
-const STEP: f64 = 1e-3;
+/// Relative step of the central differences: their error is its square, the round-off 1e-11 divided by it.
+const STEP: f64 = 1e-4;
 
-/// The logarithmic derivative of the critical damping by each quantity of a machine that is not zero: the chain
-/// rule from [`sensitivity`].
-fn sensitivities(machine: &Machine, law: &Law) -> Vec<Sensitivity> {
-    let Some(found) = machine.point(law).and_then(|point| sensitivity(&law.column(&point)).ok()) else {
-        return Vec::new();
+/// Logarithmic derivatives of the critical damping by each quantity of a machine that is not zero, to about
+/// 1e-6.
+fn sensitivities(machine: &Machine) -> Vec<Sensitivity> {
+    let critical = |machine: &Machine| -> Option<f64> {
+        let model = machine.model()?;
+        let root = critical_damping(&model.column(), 1e-12).ok()?.c;
+        (root > 0.0).then_some(root * model.si.units.damping)
     };
-    let critical = found.critical.c * machine.units().damping;
-    if critical <= 0.0 {
-        return Vec::new();
-    }
-    type Part = fn(&mut Machine) -> &mut f64;
-    let quantities: [(&str, Part); 8] = [
-        ("mass", |m| &mut m.mass),
-        ("stiffness", |m| &mut m.stiffness),
-        ("normal_force", |m| &mut m.normal_force),
-        ("static_friction", |m| &mut m.static_friction),
-        ("kinetic_friction", |m| &mut m.kinetic_friction),
-        ("stribeck_velocity", |m| &mut m.stribeck_velocity),
-        ("strengthening", |m| &mut m.strengthening),
-        ("belt_speed", |m| &mut m.belt_speed),
-    ];
-    // The critical damping in SI units to first order next to the machine: the unit changes, and c* with its
-    // parameters.
-    let near = |changed: &Machine| -> Option<f64> {
-        let (here, there) = (machine.point(law)?, changed.point(law)?);
-        let (here, there) = (Grid::coordinates(law, &here), Grid::coordinates(law, &there));
-        let moved = here.iter().zip(&there).map(|((_, from), (_, to))| to - from);
-        let change: f64 = found.named(law).zip(moved).map(|((_, by), moved)| by.value * moved).sum();
-        Some((found.critical.c + change) * changed.units().damping)
+    let Some(here) = critical(machine) else { return Vec::new() };
+    let derivative = |(quantity, value): (&'static str, f64)| {
+        let at = |factor: f64| critical(&machine.with(quantity, value * factor)?);
+        let critical_damping = (at(1.0 + STEP)? - at(1.0 - STEP)?) / (2.0 * STEP * here);
+        Some(Sensitivity { quantity, critical_damping })
     };
-    let derivative = |part: Part| -> Option<f64> {
-        let at = |steps: f64| {
-            let mut changed = *machine;
-            *part(&mut changed) *= 1.0 + steps * STEP;
-            near(&changed)
-        };
-        let (inner, outer) = (at(1.0)? - at(-1.0)?, at(2.0)? - at(-2.0)?);
-        Some((8.0 * inner - outer) / (12.0 * STEP * critical))
-    };
-    quantities
-        .into_iter()
-        .filter(|(_, part)| *part(&mut machine.clone()) != 0.0)
-        .filter_map(|(quantity, part)| Some(Sensitivity { quantity, critical_damping: derivative(part)? }))
-        .collect()
+    let quantities = machine.quantities().into_iter();
+    quantities.filter(|(name, value)| *name != "damping" && *value != 0.0).filter_map(derivative).collect()
 }
 
 /// Number of parts of the range of slip speeds.
 const PARTS: usize = 40;
 
 /// The weight of each slip speed on the grazing orbit at the critical damping; `None` where there is none.
-fn influence(machine: &Machine, law: &Law) -> Option<Vec<Influence>> {
-    let column = law.column(&machine.point(law)?);
-    let parts = sensitivity::influence(&column, PARTS).ok()?;
-    let velocity = machine.units().velocity;
+fn influence(model: &Model) -> Option<Vec<Influence>> {
+    let parts = sensitivity::influence(&model.column(), PARTS).ok()?;
+    let velocity = model.si.units.velocity;
     let of_machine = parts
         .into_iter()
         .map(|part| Influence { slip_speed: 0.5 * (part.from + part.to) * velocity, share: part.share });
@@ -188,10 +158,11 @@ fn influence(machine: &Machine, law: &Law) -> Option<Vec<Influence>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::friction::Law;
     use crate::machine::example;
 
-    fn machine() -> Machine {
-        Machine { strengthening: 0.0, ..example() }
+    fn machine(law: &Law) -> Machine {
+        example(law.clone()).with("strengthening", 0.0).unwrap()
     }
 
     #[test]
@@ -200,7 +171,7 @@ mod tests {
         // (normal force and, at fixed mass times stiffness, nothing else that sets velocities), and by minus
         // one per cent when all velocities do. Times enter through sqrt(k m) alone.
         for law in Law::BUILT_IN {
-            let found = assess(&machine(), &law).unwrap().sensitivities;
+            let found = assess(&machine(&law)).unwrap().sensitivities;
             let of = |name: &str| found.iter().find(|s| s.quantity == name).unwrap().critical_damping;
             assert!((of("mass") - of("stiffness")).abs() < 1e-5, "{law:?}: {found:?}");
             assert!(found.iter().all(|s| s.quantity != "strengthening"), "it is zero");
@@ -219,15 +190,14 @@ mod tests {
         // The weakening of the exponential law is (mu_s - mu_k) / v_s exp(-u / v_s): its derivative by mu_k
         // is known, and its mean with the weight is the derivative of the critical damping. Parts of the
         // range are 1/40 wide, their middles stand for all of them.
-        let (machine, law) = (machine(), Law::Exponential);
-        let all = assess(&machine, &law).unwrap();
+        let machine = machine(&Law::Exponential);
+        let [kinetic_friction, stribeck_velocity] = [0.3, 0.25];
+        let all = assess(&machine).unwrap();
         assert!((all.influence.iter().map(|i| i.share).sum::<f64>() - 1.0).abs() < 1e-12);
         let kinetic = all.sensitivities.iter().find(|s| s.quantity == "kinetic_friction").unwrap();
         let critical = all.behaviour.critical_damping.unwrap();
-        let slope = kinetic.critical_damping * critical / machine.kinetic_friction;
-        let change = |u: f64| {
-            -machine.normal_force / machine.stribeck_velocity * (-u / machine.stribeck_velocity).exp()
-        };
+        let slope = kinetic.critical_damping * critical / kinetic_friction;
+        let change = |u: f64| -machine.normal_force / stribeck_velocity * (-u / stribeck_velocity).exp();
         let predicted: f64 = all.influence.iter().map(|i| i.share * change(i.slip_speed)).sum();
         assert!((predicted / slope - 1.0).abs() < 2e-3, "{predicted} {slope}");
     }
@@ -235,17 +205,18 @@ mod tests {
     #[test]
     fn the_thresholds_are_those_of_the_machine() {
         for law in Law::BUILT_IN {
-            let all = assess(&machine(), &law).unwrap();
-            let stable = |machine: Machine| {
-                Oscillator::new(&law, &machine.point(&law).unwrap()).eigenvalues().is_stable()
+            let all = assess(&machine(&law)).unwrap();
+            let stable = |name: &str, value: f64| {
+                let model = machine(&law).with(name, value).unwrap().model().unwrap();
+                Oscillator::new(&model.law, &model.point).eigenvalues().is_stable()
             };
             if let Some(damping) = all.always_below_damping {
-                assert!(!stable(Machine { damping: 0.999 * damping, ..machine() }), "{law:?}");
-                assert!(stable(Machine { damping: 1.001 * damping, ..machine() }), "{law:?}");
+                assert!(!stable("damping", 0.999 * damping), "{law:?}");
+                assert!(stable("damping", 1.001 * damping), "{law:?}");
             }
             if let Some(belt_speed) = all.always_below_speed {
-                assert!(!stable(Machine { belt_speed: 0.999 * belt_speed, ..machine() }), "{law:?}");
-                assert!(stable(Machine { belt_speed: 1.001 * belt_speed, ..machine() }), "{law:?}");
+                assert!(!stable("belt_speed", 0.999 * belt_speed), "{law:?}");
+                assert!(stable("belt_speed", 1.001 * belt_speed), "{law:?}");
             }
         }
     }

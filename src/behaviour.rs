@@ -2,7 +2,7 @@
 
 use crate::filippov::Oscillator;
 use crate::friction::Law;
-use crate::machine::Machine;
+use crate::machine::Model;
 use crate::map::{Regime, regime};
 use crate::point::Point;
 use crate::simulate::crossing::stick_slip_cycle;
@@ -76,61 +76,63 @@ fn critical_belt_speed(law: &Law, point: &Point, tolerance: f64) -> Option<f64> 
     })
 }
 
-/// Computes the behaviour of a machine under `law`; `None` as in [`Machine::point`].
+/// Computes the behaviour of a machine.
 #[must_use]
-pub fn behaviour(machine: &Machine, law: &Law, tolerance: f64) -> Option<Behaviour> {
-    let point = machine.point(law)?;
-    let units = machine.units();
-    let oscillator = Oscillator::new(law, &point);
+pub fn behaviour(model: &Model, tolerance: f64) -> Behaviour {
+    let Model { law, point, si } = model;
+    let units = si.units;
+    let oscillator = Oscillator::new(law, point);
     let flow = flow(&oscillator, tolerance);
     let half = |range: crate::friction::Range| 0.5 * (range.hi - range.lo) * units.length;
     let stick_slip = stick_slip_cycle(&oscillator, &flow, tolerance).ok().flatten();
     let slip = || slip_cycles(&oscillator, tolerance).ok()?.into_iter().rfind(|cycle| cycle.is_stable());
     let amplitude = stick_slip.map(|cycle| half(cycle.displacement));
     let amplitude = amplitude.or_else(|| slip().map(|cycle| half(cycle.displacement)));
-    let critical = critical_damping(&law.column(&point), tolerance).ok().map(|root| root.c);
+    let critical = critical_damping(&model.column(), tolerance).ok().map(|root| root.c);
     let critical = critical.filter(|c| *c >= 0.0);
     let times = match flow.fate {
         Fate::Sticks(landing) => Some([landing.slip_time * units.time, landing.stick_time * units.time]),
         Fate::SpiralsInward | Fate::CrossesForever | Fate::TooCloseToCall | Fate::Failed(_) => None,
     };
-    Some(Behaviour {
+    Behaviour {
         natural_frequency: 1.0 / (std::f64::consts::TAU * units.time),
         damping_ratio: 0.5 * point.damping,
-        critical_belt_speed: critical_belt_speed(law, &point, tolerance).map(|speed| speed * units.velocity),
+        critical_belt_speed: critical_belt_speed(law, point, tolerance).map(|speed| speed * units.velocity),
         critical_damping: critical.map(|c| c * units.damping),
         critical_damping_ratio: critical.map(|c| 0.5 * c),
         regime: regime(&oscillator, &flow),
         slip_and_stick_time: times,
         amplitude,
-    })
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::machine::example;
+    use crate::machine::{Machine, example};
 
     #[test]
     fn critical_values_are_those_of_the_machine_itself() {
+        let does = |machine: &Machine| behaviour(&machine.model().unwrap(), 1e-10);
         for law in Law::BUILT_IN {
-            let here = behaviour(&example(), &law, 1e-10).unwrap();
+            let machine = example(law.clone());
+            let here = does(&machine);
             let (Some(speed), Some(damping)) = (here.critical_belt_speed, here.critical_damping) else {
                 continue;
             };
-            let sticks = |machine: Machine| {
-                let flow = flow(&Oscillator::new(&law, &machine.point(&law).unwrap()), 1e-11);
-                matches!(flow.fate, Fate::Sticks(_))
+            let sticks = |name: &str, value: f64| {
+                let Model { law, point, .. } = machine.with(name, value).unwrap().model().unwrap();
+                matches!(flow(&Oscillator::new(&law, &point), 1e-11).fate, Fate::Sticks(_))
             };
-            assert!(sticks(Machine { belt_speed: speed * (1.0 - 1e-6), ..example() }), "{law:?}");
-            assert!(!sticks(Machine { belt_speed: speed * (1.0 + 1e-6), ..example() }), "{law:?}");
-            assert!(sticks(Machine { damping: damping * (1.0 - 1e-6), ..example() }), "{law:?}");
-            assert!(!sticks(Machine { damping: damping * (1.0 + 1e-6), ..example() }), "{law:?}");
+            assert!(sticks("belt_speed", speed * (1.0 - 1e-6)), "{law:?}");
+            assert!(!sticks("belt_speed", speed * (1.0 + 1e-6)), "{law:?}");
+            assert!(sticks("damping", damping * (1.0 - 1e-6)), "{law:?}");
+            assert!(!sticks("damping", damping * (1.0 + 1e-6)), "{law:?}");
             let [slip, stick] = here.slip_and_stick_time.unwrap();
             // While it sticks the mass moves with the belt, at most from end to end of its motion.
             assert!(stick * 0.1 <= 2.0 * here.amplitude.unwrap() && slip > 0.0, "{here:?}");
         }
-        let stribeck = behaviour(&example(), &Law::Stribeck, 1e-10).unwrap();
+        let stribeck = does(&example(Law::Stribeck));
         assert!(stribeck.critical_belt_speed.is_some() && stribeck.critical_damping.is_some());
     }
 }

@@ -6,7 +6,8 @@
 //! law = "stribeck"                     # default; or exponential, lorentzian, expression, table
 //! phi = "mu + (1 - mu)*exp(-u/vs)"     # of law = "expression": u, eps, and names that become axes
 //! file = "measured.csv"                # of law = "table": slip speed and friction; seen from this file
-//! static = 1.0                         # default; friction at u = 0 of these two, which divides them
+//! static = 1.0                         # default; friction at u = 0 of these two, which divides them; not with [machine]
+//! quantity = "coefficient"             # default; or force: what the table of a machine holds
 //! small = "eps"                        # reads the law as 1 + eps F(u), so that `perturbation` answers for any law
 //! [grid]                               # every axis of the law; a number, a list, or a range
 //! epsilon = [0.01, 0.1]
@@ -14,9 +15,10 @@
 //! gamma = { from = 0.1, to = 10.0, points = 32, spacing = "log" }
 //! # beta, V and c likewise
 //! [machine]                            # instead of [grid]: SI units, see [`crate::machine`]
-//! mass = 2.0                           # also stiffness, normal_force, static_friction, kinetic_friction,
-//! belt_speed = { from = 0.05, to = 1.0, points = 40 } # stribeck_velocity, strengthening (default 0); belt_speed
-//! damping = [2.0, 5.0, 10.0]           # and damping may be lists or ranges
+//! mass = { value = 2.0, sd = 0.1 }     # also stiffness, normal_force; any of them may be uncertain, { min, max } too;
+//! belt_speed = { from = 0.05, to = 1.0, points = 40 } # belt_speed and damping may be lists or ranges;
+//! damping = [2.0, 5.0, 10.0]           # static_friction, kinetic_friction, stribeck_velocity and strengthening
+//!                                      # (default 0) of the first three laws; the names in a formula
 //! [methods]
 //! run = ["perturbation", "simulation"] # default: all but smoothed, stick_band, fixed_step, event_step
 //! [naive]                              # choices of these four, see [`NaiveKnobs`]
@@ -76,6 +78,7 @@ use crate::map::{
     DEFAULT_AUDIT_CELLS, DEFAULT_COMPRESSION, DEFAULT_PROOF_BOXES, DEFAULT_TOLERANCE, Engine, Field, Grid,
     GridError, MOST_AUDIT_CELLS, Method, Plan, TOLERANCES,
 };
+use crate::risk::Uncertain;
 use crate::simulate::naive::NaiveKnobs;
 
 /// A validated configuration: what to compute, and where to write it.
@@ -87,6 +90,8 @@ pub struct Job {
     pub title: String,
     /// The machine of the grid, at its first belt speed and damping.
     pub machine: Option<Machine>,
+    /// What is uncertain of that machine.
+    pub uncertain: Vec<Uncertain>,
     /// The configuration file.
     pub config_file: PathBuf,
     /// The text of the configuration, overrides applied.
@@ -117,8 +122,10 @@ impl Job {
         let root = source.root();
         let friction = root.section("friction")?;
         let folder = file.parent().unwrap_or(Path::new(""));
-        let law = law::read(&friction, folder)?;
         let (axes, machine) = (root.section("grid")?, root.section("machine")?);
+        let alone = machine.is_present() && !axes.is_present();
+        let about = if alone { law::About::Machine } else { law::About::Oscillator };
+        let law = law::read(&friction, folder, about)?;
         if axes.is_present() || !machine.is_present() {
             law::check_symbols(&law, &friction, &axes)?;
         }
@@ -130,18 +137,21 @@ impl Job {
             Some(node) => line(&node)?.to_owned(),
         };
 
-        let (grid, machine) = match (axes.is_present(), machine.is_present()) {
+        let (grid, machine, uncertain) = match (axes.is_present(), machine.is_present()) {
             (true, true) => {
                 let remedy = "give the axes in [grid] or the machine in [machine], and leave the other out";
                 return Err(root.unknown("machine", remedy.into()));
             }
             (false, true) => {
-                let job = machine::read(&machine, &law)?;
-                (machine::grid(&machine, &job)?, Some(job.machine))
+                let job = machine::read(&machine, &friction, &law)?;
+                (machine::grid(&machine, &job)?, Some(job.machine), job.uncertain)
             }
-            (_, false) => (grid(&axes, &law)?, None),
+            (_, false) => {
+                let grid = grid(&axes, &law)?;
+                law::check_range(&friction, &grid)?;
+                (grid, None, Vec::new())
+            }
         };
-        law::check_range(&friction, &grid)?;
 
         let methods = root.section("methods")?;
         let methods: Vec<Method> = match methods.get("run") {
@@ -227,6 +237,7 @@ impl Job {
             plan,
             title,
             machine,
+            uncertain,
             config_file: source.file().to_owned(),
             config_text: source.text(),
             output: path,
@@ -242,7 +253,7 @@ fn schema(law: &Law) -> Vec<(Option<&'static str>, Vec<&'static str>)> {
     let sections = vec![
         ("friction", law::KEYS.to_vec()),
         ("grid", Grid::axis_names(law)),
-        ("machine", machine::KEYS.to_vec()),
+        ("machine", machine::keys(law)),
         ("methods", vec!["run"]),
         ("simulation", vec!["engine", "tolerance"]),
         ("naive", NAIVE_KEYS.to_vec()),
@@ -293,6 +304,7 @@ fn check_keys(root: &Section, law: &Law) -> Result<(), ConfigError> {
             let home = schema.iter().find(|(_, keys)| keys.contains(&key.as_str()));
             let remedy = match home {
                 Some((Some(home), _)) => format!("`{key}` belongs in [{home}]"),
+                None if *name == Some("machine") => machine::remedy(key, law),
                 Some((None, _)) => format!("`{key}` belongs at the top of the file, before any [section]"),
                 None => nearest("key", key, known),
             };

@@ -1,26 +1,32 @@
 //! A machine in SI units and its dimensionless oscillator.
 //!
 //! A mass m on a spring k with a damper d is pressed with the force N onto a belt of speed v; the coefficient
-//! of friction is mu_s at rest and falls to mu_k over the Stribeck velocity:
+//! of friction mu depends on the slip speed:
 //!
 //! ```text
 //! m x'' + d x' + k x = -sign(x' - v) N mu(|x' - v|)
 //! ```
 //!
-//! In units of the static force F = mu_s N, the length F / k and the time sqrt(m / k) this is the crate's
+//! In units of the static force F = mu(0) N, the length F / k and the time sqrt(m / k) this is the crate's
 //! oscillator, with eps = 1, V = v / U, c = d / sqrt(k m) and U = F / sqrt(k m) the unit of velocity:
 //!
 //! | law | its parameters |
 //! | --- | --- |
 //! | `stribeck` | alpha = mu_k / mu_s, gamma = U / v_s, beta = strengthening U^2 / mu_s |
 //! | `exponential`, `lorentzian` | mu = mu_k / mu_s, vs = v_s / U, eta = strengthening U / mu_s |
+//! | `expression` | its own; phi(u) = mu(U u) / mu(0) |
+//! | `table` | none; phi(u) = mu(U u) / mu(0) |
 //!
 //! Every oscillator can be written with eps = 1 (theory, "Scaling"). A rotation ([`Motion`]) is the same with
 //! the moment of inertia (kg m^2) for the mass, N m/rad and N m s/rad for stiffness and damping, the normal
 //! force times its lever arm (N m) for the force, and angles for lengths.
 
-use crate::friction::Law;
-use crate::point::{LawParameters, Point};
+mod friction;
+
+pub use friction::{Coefficients, Friction};
+
+use crate::friction::{Column, Law};
+use crate::point::Point;
 
 /// Kind of motion of a machine, which determines its units.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,7 +85,7 @@ pub enum Dimension {
 }
 
 /// A machine, in SI units; for a rotation kg m^2 replaces kg, N m replaces N and rad replaces m.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Machine {
     /// Kind of motion.
     pub motion: Motion,
@@ -91,17 +97,21 @@ pub struct Machine {
     pub damping: f64,
     /// N > 0, N.
     pub normal_force: f64,
-    /// mu_s > 0.
-    pub static_friction: f64,
-    /// mu_k in [0, mu_s].
-    pub kinetic_friction: f64,
-    /// v_s > 0, m/s.
-    pub stribeck_velocity: f64,
-    /// Rise of the coefficient of friction at high speed, >= 0: per (m/s)^2 in the law `stribeck`, per m/s in
-    /// the others.
-    pub strengthening: f64,
+    /// The coefficient of friction.
+    pub friction: Friction,
     /// v > 0, m/s.
     pub belt_speed: f64,
+}
+
+/// The dimensionless oscillator of a machine, and the way back.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Model {
+    /// Its friction law.
+    pub law: Law,
+    /// Its parameters.
+    pub point: Point,
+    /// The units of its numbers.
+    pub si: SiUnits,
 }
 
 /// The units of the dimensionless oscillator, in SI.
@@ -120,6 +130,19 @@ pub struct Units {
 }
 
 impl Units {
+    /// Of a mass on a spring under this friction force at rest.
+    #[must_use]
+    pub fn of(mass: f64, stiffness: f64, force: f64) -> Self {
+        let damping = (stiffness * mass).sqrt();
+        Self {
+            time: (mass / stiffness).sqrt(),
+            length: force / stiffness,
+            velocity: force / damping,
+            force,
+            damping,
+        }
+    }
+
     /// The factor from a dimensionless number of this dimension to SI.
     #[must_use]
     pub fn factor(&self, dimension: Dimension) -> f64 {
@@ -134,6 +157,12 @@ impl Units {
         }
     }
 
+    /// The units of such an array.
+    #[must_use]
+    pub fn from_array([time, length, velocity, force, damping]: [f64; 5]) -> Self {
+        Self { time, length, velocity, force, damping }
+    }
+
     /// As stored in maps: time, length, velocity, force, damping.
     #[must_use]
     pub fn to_array(&self) -> [f64; 5] {
@@ -141,160 +170,211 @@ impl Units {
     }
 }
 
+/// The units of a machine with their names: what leads from dimensionless numbers to SI.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SiUnits {
+    /// How the machine moves.
+    pub motion: Motion,
+    /// Its units.
+    pub units: Units,
+}
+
+impl SiUnits {
+    /// The factor from a dimensionless number of this dimension to SI.
+    #[must_use]
+    pub fn factor(&self, dimension: Dimension) -> f64 {
+        self.units.factor(dimension)
+    }
+
+    /// The name of the unit of this dimension.
+    #[must_use]
+    pub fn unit(&self, dimension: Dimension) -> &'static str {
+        self.motion.unit(dimension)
+    }
+}
+
 /// Name of the attribute in which a map keeps the units of its machine, as [`Units::to_array`].
 pub const UNITS_ATTRIBUTE: &str = "machine_units";
-/// Name of the attribute in which a map keeps its machine, as [`Machine::to_array`].
+/// Name of the attribute in which a map keeps its machine, if its friction is given by coefficients, as
+/// [`Machine::to_array`].
 pub const SI_ATTRIBUTE: &str = "machine_si";
 /// Name of the attribute in which it keeps its motion, as [`Motion::name`].
 pub const MOTION_ATTRIBUTE: &str = "machine_motion";
 
+/// Names of the quantities that come before and after those of the friction.
+const BEFORE: [&str; 4] = ["mass", "stiffness", "damping", "normal_force"];
+const AFTER: &str = "belt_speed";
+
 impl Machine {
-    /// All quantities in the order of the fields, without the motion.
+    /// Mass, stiffness, damping, normal force, the four coefficients of friction, belt speed; `None` where the
+    /// friction is given otherwise.
     #[must_use]
-    pub fn to_array(&self) -> [f64; 9] {
-        [
-            self.mass,
-            self.stiffness,
-            self.damping,
-            self.normal_force,
-            self.static_friction,
-            self.kinetic_friction,
-            self.stribeck_velocity,
-            self.strengthening,
-            self.belt_speed,
-        ]
+    pub fn to_array(&self) -> Option<[f64; 9]> {
+        let Friction::Coefficients(_, coefficients) = &self.friction else { return None };
+        let [rest, kinetic, velocity, strengthening] = coefficients.to_array();
+        let Self { mass, stiffness, damping, normal_force, belt_speed, .. } = *self;
+        Some([mass, stiffness, damping, normal_force, rest, kinetic, velocity, strengthening, belt_speed])
     }
 
-    /// The machine of such an array.
+    /// The machine of such an array under one of the laws with coefficients.
     #[must_use]
-    pub fn from_array(motion: Motion, numbers: [f64; 9]) -> Self {
-        let [mass, stiffness, damping, normal_force, static_friction, kinetic_friction, rest @ ..] = numbers;
-        let [stribeck_velocity, strengthening, belt_speed] = rest;
-        Self {
-            motion,
-            mass,
-            stiffness,
-            damping,
-            normal_force,
-            static_friction,
-            kinetic_friction,
-            stribeck_velocity,
-            strengthening,
-            belt_speed,
+    pub fn from_array(motion: Motion, law: Law, numbers: [f64; 9]) -> Self {
+        let [mass, stiffness, damping, normal_force, rest, kinetic, velocity, strengthening, belt_speed] =
+            numbers;
+        let coefficients = Coefficients::from_array([rest, kinetic, velocity, strengthening]);
+        let friction = Friction::Coefficients(law, coefficients);
+        Self { motion, mass, stiffness, damping, normal_force, friction, belt_speed }
+    }
+
+    /// All its numbers by name, as in configurations.
+    #[must_use]
+    pub fn quantities(&self) -> Vec<(&'static str, f64)> {
+        let before = BEFORE.into_iter().zip([self.mass, self.stiffness, self.damping, self.normal_force]);
+        before.chain(self.friction.quantities()).chain([(AFTER, self.belt_speed)]).collect()
+    }
+
+    /// The machine with another value of one of its quantities; `None` if it has no such quantity.
+    #[must_use]
+    pub fn with(&self, name: &str, value: f64) -> Option<Machine> {
+        let mut machine = self.clone();
+        match name {
+            "mass" => machine.mass = value,
+            "stiffness" => machine.stiffness = value,
+            "damping" => machine.damping = value,
+            "normal_force" => machine.normal_force = value,
+            AFTER => machine.belt_speed = value,
+            _ => {
+                let names = self.friction.quantities();
+                let position = names.iter().position(|(known, _)| *known == name)?;
+                machine.friction.set(position, value);
+            }
         }
+        Some(machine)
+    }
+
+    /// Whether its numbers are those of a machine.
+    #[must_use]
+    pub fn is_legal(&self) -> bool {
+        let positive = [self.mass, self.stiffness, self.normal_force, self.belt_speed];
+        positive.iter().all(|value| *value > 0.0 && value.is_finite())
+            && self.damping >= 0.0
+            && self.damping.is_finite()
+            && self.friction.is_legal()
     }
 
     /// The units of the dimensionless oscillator.
     #[must_use]
     pub fn units(&self) -> Units {
-        let force = self.static_friction * self.normal_force;
-        let damping = (self.stiffness * self.mass).sqrt();
-        Units {
-            time: (self.mass / self.stiffness).sqrt(),
-            length: force / self.stiffness,
-            velocity: force / damping,
-            force,
-            damping,
-        }
+        Units::of(self.mass, self.stiffness, self.friction.at_rest() * self.normal_force)
     }
 
-    /// The dimensionless point; `None` for laws given as text or data, which have no coefficients of
-    /// friction.
+    /// The same with their names.
     #[must_use]
-    pub fn point(&self, law: &Law) -> Option<Point> {
-        let Units { velocity, damping, .. } = self.units();
-        let ratio = self.kinetic_friction / self.static_friction;
-        let rise = self.strengthening / self.static_friction;
-        let law = match law.as_written() {
-            Law::Stribeck => [ratio, rise * velocity * velocity, velocity / self.stribeck_velocity],
-            Law::Exponential | Law::Lorentzian => [ratio, self.stribeck_velocity / velocity, rise * velocity],
-            _ => return None,
-        };
-        Some(Point {
+    pub fn si(&self) -> SiUnits {
+        SiUnits { motion: self.motion, units: self.units() }
+    }
+
+    /// The dimensionless oscillator; `None` where a formula or data leave the numbers in these units.
+    #[must_use]
+    pub fn model(&self) -> Option<Model> {
+        let si = self.si();
+        let (law, parameters) = self.friction.dimensionless(&si.units)?;
+        let point = Point {
             epsilon: 1.0,
-            law: LawParameters::new(&law),
-            belt_speed: self.belt_speed / velocity,
-            damping: self.damping / damping,
-        })
-    }
-
-    /// The machine of a dimensionless point, with the mass, stiffness, normal force and static friction of
-    /// this one; `None` as in [`Machine::point`].
-    #[must_use]
-    pub fn at(&self, law: &Law, point: &Point) -> Option<Machine> {
-        let Units { velocity, damping, .. } = self.units();
-        let eps = point.epsilon;
-        let (ratio, stribeck_velocity, rise) = match (law.as_written(), point.law.as_slice()) {
-            (Law::Stribeck, &[alpha, beta, gamma]) => {
-                (alpha, velocity / (eps * gamma), eps * beta / (velocity * velocity))
-            }
-            (Law::Exponential | Law::Lorentzian, &[mu, vs, eta]) => (mu, vs * velocity, eta / velocity),
-            _ => return None,
+            law: parameters,
+            belt_speed: self.belt_speed / si.units.velocity,
+            damping: self.damping / si.units.damping,
         };
-        Some(Machine {
-            kinetic_friction: ratio * self.static_friction,
-            stribeck_velocity,
-            strengthening: rise * self.static_friction,
-            belt_speed: point.belt_speed * velocity,
-            damping: eps * point.damping * damping,
-            ..*self
-        })
+        Some(Model { law, point, si })
+    }
+}
+
+impl Model {
+    /// Its column of parameter space.
+    #[must_use]
+    pub fn column(&self) -> Column {
+        self.law.column(&self.point)
     }
 }
 
 /// An example machine for tests.
 #[cfg(test)]
-pub(crate) fn example() -> Machine {
-    Machine {
-        motion: Motion::Translation,
-        mass: 2.0,
-        stiffness: 800.0,
-        damping: 4.0,
-        normal_force: 50.0,
-        static_friction: 0.4,
-        kinetic_friction: 0.3,
-        stribeck_velocity: 0.25,
-        strengthening: 0.02,
-        belt_speed: 0.1,
-    }
+pub(crate) fn example(law: Law) -> Machine {
+    Machine::from_array(Motion::Translation, law, [2.0, 800.0, 4.0, 50.0, 0.4, 0.3, 0.25, 0.02, 0.1])
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::friction::{Expression, Table};
+    use crate::point::LawParameters;
+    use crate::simulate::critical_damping;
 
     #[test]
     fn by_hand() {
         // F = 20 N, sqrt(k m) = 40 N s/m, so that U = 0.5 m/s, the length 25 mm and the time 50 ms.
-        let units = example().units();
+        let units = example(Law::Stribeck).units();
         let hand = Units { time: 0.05, length: 0.025, velocity: 0.5, force: 20.0, damping: 40.0 };
         assert_eq!(units, hand);
-        let point = example().point(&Law::Stribeck).unwrap();
+        let point = example(Law::Stribeck).model().unwrap().point;
         let close = |a: f64, b: f64| assert!((a - b).abs() <= 4.0 * f64::EPSILON * b, "{a} {b}");
         for (a, b) in point.law.as_slice().iter().zip([0.75, 0.0125, 2.0]) {
             close(*a, b);
         }
         close(point.belt_speed, 0.2);
         close(point.damping, 0.1);
-        let point = example().point(&Law::Exponential).unwrap();
+        let point = example(Law::Exponential).model().unwrap().point;
         for (a, b) in point.law.as_slice().iter().zip([0.75, 0.5, 0.025]) {
             close(*a, b);
         }
     }
 
     #[test]
+    fn a_formula_is_the_law_that_it_writes_out() {
+        // The exponential law with its coefficients, and the same as a formula in SI units.
+        let machine = example(Law::Exponential);
+        let formula = Expression::new("muk + (mus - muk)*exp(-u/vs) + 0.02*u", 1.0).unwrap();
+        let parameters = LawParameters::new(&[0.3, 0.4, 0.25]);
+        let written = Machine { friction: Friction::Formula(formula, parameters), ..machine.clone() };
+        // 0.3 + (0.4 - 0.3) rounds.
+        assert!((written.units().velocity / machine.units().velocity - 1.0).abs() < 4.0 * f64::EPSILON);
+        let [a, b] = [&machine, &written].map(|machine| machine.model().unwrap());
+        for u in [0.0, 0.1, 0.7, 3.0] {
+            let [a, b] = [&a, &b].map(|model| model.column().curve.weakening(u));
+            assert!((a - b).abs() < 1e-14, "{u}: {a} {b}");
+        }
+        let [a, b] = [a, b].map(|model| critical_damping(&model.column(), 1e-11).unwrap().c);
+        assert!((a - b).abs() < 1e-9, "{a} {b}");
+        let names: Vec<&str> = written.quantities().iter().map(|(name, _)| *name).collect();
+        assert_eq!(names, ["mass", "stiffness", "damping", "normal_force", "muk", "mus", "vs", "belt_speed"]);
+        assert_eq!(written.with("mus", 0.5).unwrap().friction.at_rest(), 0.5);
+        assert!(written.with("static_friction", 0.5).is_none());
+    }
+
+    #[test]
+    fn data_keep_their_shape_in_dimensionless_terms() {
+        let data = [(0.0, 0.4), (0.1, 0.35), (0.3, 0.31), (1.0, 0.3), (2.0, 0.31)];
+        let table = Table::new("a test", &data, 0.4).unwrap();
+        let machine = Machine { friction: Friction::Measured(table.clone()), ..example(Law::Stribeck) };
+        let model = machine.model().unwrap();
+        let curve = model.column().curve;
+        let si = Law::Table(table).curve(1.0, &LawParameters::new(&[]));
+        for u in [0.0, 0.05, 0.2, 0.9, 1.5] {
+            // phi is a pure number, its slope has the unit of one over a velocity, which is 0.5 m/s.
+            assert!((curve.phi(u / 0.5) - si.phi(u)).abs() < 1e-14, "{u}");
+            assert!((curve.weakening(u / 0.5) - 0.5 * si.weakening(u)).abs() < 1e-13, "{u}");
+        }
+    }
+
+    #[test]
     fn there_and_back() {
         for law in Law::BUILT_IN {
-            let machine = example();
-            let back = machine.at(&law, &machine.point(&law).unwrap()).unwrap();
-            for (a, b) in [
-                (back.damping, machine.damping),
-                (back.kinetic_friction, machine.kinetic_friction),
-                (back.stribeck_velocity, machine.stribeck_velocity),
-                (back.strengthening, machine.strengthening),
-                (back.belt_speed, machine.belt_speed),
-            ] {
-                assert!((a - b).abs() <= 8.0 * f64::EPSILON * b, "{a} {b}");
+            let machine = example(law.clone());
+            let numbers = machine.to_array().unwrap();
+            assert_eq!(Machine::from_array(machine.motion, law, numbers), machine);
+            for (name, value) in machine.quantities() {
+                assert_eq!(machine.with(name, value).unwrap(), machine);
+                assert_ne!(machine.with(name, 2.0 * value).unwrap(), machine);
             }
         }
     }

@@ -6,12 +6,13 @@
 //! of such draws is the probability, and a quantile of "critical damping less the deviation of the damping"
 //! is the nominal damping for a given probability. Both have 95 % confidence limits for the sampling.
 
+mod surface;
+
 use rayon::prelude::*;
 
-use crate::friction::Law;
 use crate::machine::Machine;
 use crate::random::Random;
-use crate::simulate::critical::critical_dampings;
+use surface::Groups;
 
 /// Distribution of an uncertain quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,67 +29,6 @@ pub enum Spread {
         /// The larger one.
         max: f64,
     },
-}
-
-/// A quantity of a machine, named as in configurations.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs)]
-pub enum Quantity {
-    Mass,
-    Stiffness,
-    Damping,
-    NormalForce,
-    StaticFriction,
-    KineticFriction,
-    StribeckVelocity,
-    Strengthening,
-    BeltSpeed,
-}
-
-impl Quantity {
-    /// All of them.
-    pub const ALL: [Quantity; 9] = [
-        Quantity::Mass,
-        Quantity::Stiffness,
-        Quantity::Damping,
-        Quantity::NormalForce,
-        Quantity::StaticFriction,
-        Quantity::KineticFriction,
-        Quantity::StribeckVelocity,
-        Quantity::Strengthening,
-        Quantity::BeltSpeed,
-    ];
-
-    /// Its key in `[machine]`.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Quantity::Mass => "mass",
-            Quantity::Stiffness => "stiffness",
-            Quantity::Damping => "damping",
-            Quantity::NormalForce => "normal_force",
-            Quantity::StaticFriction => "static_friction",
-            Quantity::KineticFriction => "kinetic_friction",
-            Quantity::StribeckVelocity => "stribeck_velocity",
-            Quantity::Strengthening => "strengthening",
-            Quantity::BeltSpeed => "belt_speed",
-        }
-    }
-
-    /// The quantity's field in a machine.
-    pub fn of(self, machine: &mut Machine) -> &mut f64 {
-        match self {
-            Quantity::Mass => &mut machine.mass,
-            Quantity::Stiffness => &mut machine.stiffness,
-            Quantity::Damping => &mut machine.damping,
-            Quantity::NormalForce => &mut machine.normal_force,
-            Quantity::StaticFriction => &mut machine.static_friction,
-            Quantity::KineticFriction => &mut machine.kinetic_friction,
-            Quantity::StribeckVelocity => &mut machine.stribeck_velocity,
-            Quantity::Strengthening => &mut machine.strengthening,
-            Quantity::BeltSpeed => &mut machine.belt_speed,
-        }
-    }
 }
 
 /// A number with its 95 % confidence limits.
@@ -119,99 +59,129 @@ pub struct Risk {
     pub draws: usize,
     /// Number of draws whose critical damping was not found; they are left out.
     pub failed: usize,
+    /// Largest error of the critical dampings, as far as it was met, N s/m (of a rotation N m s/rad).
+    pub critical_damping_error: f64,
     /// The probability that the machine may stick-slip.
     pub probability: Estimate,
     /// The dampings for the given probabilities.
     pub rare_by: Vec<RareBy>,
 }
 
-/// Number of draws that share a stream of random numbers and a call of the root search.
+/// Number of draws that share a stream of random numbers.
 const CHUNK: usize = 2048;
-/// Accuracy of the critical dampings, far below any tolerance of a machine.
-const TOLERANCE: f64 = 1e-7;
 /// Largest number of times that an illegal value is drawn again; beyond it the spread is too wide for the
 /// quantity.
 const TRIES: usize = 1000;
 /// 97.5 % quantile of the normal distribution.
 const NORMAL: f64 = 1.959_963_984_540_054;
 
-/// Returns whether all quantities are legal.
-fn is_legal(machine: &Machine) -> bool {
-    let positive = [
-        machine.mass,
-        machine.stiffness,
-        machine.normal_force,
-        machine.static_friction,
-        machine.stribeck_velocity,
-        machine.belt_speed,
-    ];
-    positive.iter().all(|value| *value > 0.0)
-        && machine.damping >= 0.0
-        && machine.strengthening >= 0.0
-        && (0.0..=machine.static_friction).contains(&machine.kinetic_friction)
-}
+/// An uncertain quantity of a machine, by its name, and how it is spread.
+pub type Uncertain = (&'static str, Spread);
 
-fn draw(machine: &Machine, spreads: &[(Quantity, Spread)], random: &mut Random) -> Option<Machine> {
+fn draw(machine: &Machine, uncertain: &[Uncertain], random: &mut Random) -> Option<Machine> {
+    let values: Vec<f64> = uncertain.iter().map(|(name, _)| value_of(machine, name)).collect();
     (0..TRIES).find_map(|_| {
-        let mut drawn = *machine;
-        for (quantity, spread) in spreads {
-            let value = quantity.of(&mut drawn);
-            *value = match spread {
-                Spread::Normal { sd } => *value + sd * random.normal(),
-                Spread::Uniform { min, max } => min + (max - min) * random.unit(),
-            };
+        let mut drawn = machine.clone();
+        for ((name, spread), value) in uncertain.iter().zip(&values) {
+            drawn = drawn.with(
+                name,
+                match spread {
+                    Spread::Normal { sd } => value + sd * random.normal(),
+                    Spread::Uniform { min, max } => min + (max - min) * random.unit(),
+                },
+            )?;
         }
-        is_legal(&drawn).then_some(drawn)
+        drawn.is_legal().then_some(drawn)
     })
 }
 
+fn value_of(machine: &Machine, name: &str) -> f64 {
+    machine.quantities().into_iter().find(|(known, _)| *known == name).map_or(f64::NAN, |(_, value)| value)
+}
+
+/// Of each draw the nominal damping above which it would not stick-slip, at its own deviation.
+struct Needed {
+    /// Sorted.
+    dampings: Vec<f64>,
+    failed: usize,
+    error: f64,
+}
+
+impl Needed {
+    /// `None` where the spreads have hardly any legal values, or no draw has an answer.
+    fn of(machine: &Machine, uncertain: &[Uncertain], draws: usize) -> Option<Self> {
+        let names: Vec<&str> = uncertain.iter().map(|(name, _)| *name).collect();
+        let chunks: Vec<Option<(Groups, Vec<f64>)>> = (0..draws.div_ceil(CHUNK))
+            .into_par_iter()
+            .map(|chunk| {
+                // Each chunk has a stream of its own, so the result does not depend on threads.
+                let mut random = Random(0x5115_ca9e ^ (chunk as u64).wrapping_mul(0xd134_2543_de82_ef95));
+                let mut groups = Groups::new(machine, &names);
+                let mut deviations = Vec::with_capacity(CHUNK);
+                for _ in 0..CHUNK.min(draws - chunk * CHUNK) {
+                    let drawn = draw(machine, uncertain, &mut random)?;
+                    groups.push(&drawn);
+                    deviations.push(drawn.damping - machine.damping);
+                }
+                Some((groups, deviations))
+            })
+            .collect();
+        let mut groups = Groups::new(machine, &names);
+        let mut deviations = Vec::with_capacity(draws);
+        for chunk in chunks {
+            let (more, mut of_more) = chunk?;
+            groups.append(more);
+            deviations.append(&mut of_more);
+        }
+        let found = groups.critical_dampings();
+        let needed = found.dampings.iter().zip(&deviations).map(|(critical, deviation)| critical - deviation);
+        let mut dampings: Vec<f64> = needed.filter(|damping| !damping.is_nan()).collect();
+        dampings.sort_unstable_by(f64::total_cmp);
+        let failed = draws - dampings.len();
+        (!dampings.is_empty()).then_some(Self { dampings, failed, error: found.error })
+    }
+
+    /// How probably the machine may stick-slip at this nominal damping.
+    fn probability(&self, damping: f64) -> Estimate {
+        let n = self.dampings.len();
+        share(n - self.dampings.partition_point(|needed| *needed <= damping), n)
+    }
+}
+
 /// Draws `draws` machines and computes the critical damping of each. The result does not depend on the number
-/// of threads. `None` where a machine under `law` has no point (see [`Machine::point`]) or the spreads have
+/// of threads. `None` where the spreads have
 /// hardly any legal values.
 #[must_use]
-pub fn risk(
+pub fn risk(machine: &Machine, uncertain: &[Uncertain], draws: usize, rare: &[f64]) -> Option<Risk> {
+    let needed = Needed::of(machine, uncertain, draws)?;
+    let rare_by = rare
+        .iter()
+        .map(|&probability| RareBy { probability, damping: quantile(&needed.dampings, probability) });
+    Some(Risk {
+        draws: needed.dampings.len(),
+        failed: needed.failed,
+        critical_damping_error: needed.error,
+        probability: needed.probability(machine.damping),
+        rare_by: rare_by.collect(),
+    })
+}
+
+/// The probability that a machine may stick-slip, over belt speeds (slower) and dampings, from as many draws at each
+/// belt speed, of the same random numbers. `None` as of [`risk`].
+#[must_use]
+pub fn probabilities(
     machine: &Machine,
-    law: &Law,
-    spreads: &[(Quantity, Spread)],
+    uncertain: &[Uncertain],
+    belt_speeds: &[f64],
+    dampings: &[f64],
     draws: usize,
-    rare: &[f64],
-) -> Option<Risk> {
-    // For each draw the nominal damping above which it would not stick-slip, at its own deviation.
-    let chunks: Vec<Option<(Vec<f64>, usize)>> = (0..draws.div_ceil(CHUNK))
-        .into_par_iter()
-        .map(|chunk| {
-            // Each chunk has a stream of its own, so the result does not depend on threads.
-            let mut random = Random(0x5115_ca9e ^ (chunk as u64).wrapping_mul(0xd134_2543_de82_ef95));
-            let count = CHUNK.min(draws - chunk * CHUNK);
-            let machines: Vec<Machine> =
-                (0..count).map(|_| draw(machine, spreads, &mut random)).collect::<Option<_>>()?;
-            let columns = machines.iter().map(|machine| Some(law.column(&machine.point(law)?)));
-            let columns = columns.collect::<Option<Vec<_>>>()?;
-            let roots = critical_dampings(&columns, TOLERANCE);
-            let needed = machines.iter().zip(&roots).filter_map(|(drawn, root)| {
-                let critical = root.as_ref().ok()?.c * drawn.units().damping;
-                Some(critical - (drawn.damping - machine.damping))
-            });
-            let needed: Vec<f64> = needed.collect();
-            let failed = count - needed.len();
-            Some((needed, failed))
-        })
-        .collect();
-    let (mut needed, mut failed) = (Vec::with_capacity(draws), 0);
-    for chunk in chunks {
-        let (some, lost) = chunk?;
-        needed.extend(some);
-        failed += lost;
+) -> Option<Vec<f64>> {
+    let mut values = Vec::with_capacity(belt_speeds.len() * dampings.len());
+    for &belt_speed in belt_speeds {
+        let needed = Needed::of(&machine.with("belt_speed", belt_speed)?, uncertain, draws)?;
+        values.extend(dampings.iter().map(|&damping| needed.probability(damping).value));
     }
-    if needed.is_empty() {
-        return None;
-    }
-    needed.sort_by(f64::total_cmp);
-    let n = needed.len();
-    let below = n - needed.partition_point(|damping| *damping <= machine.damping);
-    let rare_by =
-        rare.iter().map(|&probability| RareBy { probability, damping: quantile(&needed, probability) });
-    Some(Risk { draws: n, failed, probability: share(below, n), rare_by: rare_by.collect() })
+    Some(values)
 }
 
 /// A share with the limits of Wilson's score interval.
@@ -237,24 +207,30 @@ fn quantile(sorted: &[f64], probability: f64) -> Option<Estimate> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::machine::example;
+    use crate::friction::{Expression, Law, Table};
+    use crate::machine::{Friction, example};
+    use crate::point::LawParameters;
     use crate::simulate::critical_damping;
 
-    fn machine() -> Machine {
-        Machine { strengthening: 0.0, ..example() }
+    /// The critical damping in SI units, by a search of its own.
+    fn critical(machine: &Machine) -> f64 {
+        let model = machine.model().unwrap();
+        critical_damping(&model.column(), 1e-10).unwrap().c * model.si.units.damping
+    }
+
+    fn machine(law: Law) -> Machine {
+        example(law).with("strengthening", 0.0).unwrap()
     }
 
     #[test]
     fn an_uncertain_damping_alone_has_a_known_probability() {
         // Its critical damping is one number d*, so that P = P(d < d*), evenly spread between two values.
-        let law = Law::Exponential;
-        let mut machine = machine();
-        let critical = critical_damping(&law.column(&machine.point(&law).unwrap()), 1e-10).unwrap().c
-            * machine.units().damping;
-        machine.damping = critical;
+        let machine = machine(Law::Exponential);
+        let critical = critical(&machine);
+        let machine = machine.with("damping", critical).unwrap();
         let (min, max) = (0.9 * critical, 1.3 * critical);
-        let spreads = [(Quantity::Damping, Spread::Uniform { min, max })];
-        let found = risk(&machine, &law, &spreads, 20_000, &[0.05]).unwrap();
+        let uncertain = [("damping", Spread::Uniform { min, max })];
+        let found = risk(&machine, &uncertain, 20_000, &[0.05]).unwrap();
         // Four standard errors of a share.
         let error = |p: f64| 4.0 * (p * (1.0 - p) / 20_000.0_f64).sqrt();
         let [low, high] = found.probability.limits;
@@ -270,21 +246,60 @@ mod tests {
         assert!((found.failed, found.draws) == (0, 20_000));
     }
 
+    /// Machines of every kind of friction, with what is uncertain of them.
+    fn uncertain_machines() -> Vec<(Machine, Vec<Uncertain>)> {
+        let always = [
+            ("normal_force", Spread::Normal { sd: 12.0 }),
+            ("mass", Spread::Uniform { min: 1.6, max: 2.5 }),
+            ("belt_speed", Spread::Uniform { min: 0.05, max: 0.4 }),
+        ];
+        let with = |more: &[Uncertain]| always.iter().chain(more).copied().collect::<Vec<_>>();
+        let coefficients = [
+            ("kinetic_friction", Spread::Normal { sd: 0.05 }),
+            ("strengthening", Spread::Uniform { min: 0.0, max: 0.04 }),
+        ];
+        let mut all: Vec<_> =
+            Law::BUILT_IN.into_iter().map(|law| (example(law), with(&coefficients))).collect();
+        let formula = Expression::new("muk + (0.4 - muk)*exp(-(u/vs))", 1.0).unwrap();
+        let formula = Friction::Formula(formula, LawParameters::new(&[0.3, 0.25]));
+        let vs = ("vs", Spread::Uniform { min: 0.2, max: 0.3 });
+        all.push((Machine { friction: formula, ..example(Law::Stribeck) }, with(&[vs])));
+        let data = [(0.0, 0.4), (0.1, 0.36), (0.25, 0.33), (0.6, 0.31), (2.0, 0.3), (4.0, 0.3)];
+        let table = Friction::Measured(Table::new("a test", &data, 0.4).unwrap());
+        all.push((Machine { friction: table, ..example(Law::Stribeck) }, with(&[])));
+        all
+    }
+
+    #[test]
+    fn interpolated_critical_dampings_are_those_of_each_machine() {
+        for (machine, uncertain) in uncertain_machines() {
+            let names: Vec<&str> = uncertain.iter().map(|(name, _)| *name).collect();
+            let mut random = Random(11);
+            let mut groups = Groups::new(&machine, &names);
+            let drawn: Vec<Machine> =
+                (0..12_000).map(|_| draw(&machine, &uncertain, &mut random).unwrap()).collect();
+            drawn.iter().for_each(|machine| groups.push(machine));
+            let found = groups.critical_dampings();
+            let law = machine.model().unwrap().law;
+            for (machine, damping) in drawn.iter().zip(&found.dampings).step_by(331) {
+                let exact = critical(machine);
+                // The samples bound the error of their box; others in it may be missed by a few times as much.
+                let bound = 10.0 * found.error + 1e-7 * exact.abs();
+                assert!((damping - exact).abs() < bound, "{law:?}: {damping} {exact} {}", found.error);
+            }
+            assert!(found.error < 1e-5 * critical(&machine), "{law:?}: {}", found.error);
+        }
+    }
+
     #[test]
     fn probabilities_agree_with_a_separate_count() {
-        let (machine, law) = (machine(), Law::Stribeck);
-        let spreads = [
-            (Quantity::NormalForce, Spread::Normal { sd: 20.0 }),
-            (Quantity::KineticFriction, Spread::Normal { sd: 0.05 }),
-            (Quantity::BeltSpeed, Spread::Uniform { min: 0.05, max: 0.4 }),
-        ];
-        let found = risk(&machine, &law, &spreads, 4000, &[0.1]).unwrap();
+        let (machine, uncertain) = uncertain_machines().swap_remove(0);
+        let found = risk(&machine, &uncertain, 4000, &[0.1]).unwrap();
         let mut random = Random(7);
         let sticks = (0..2000)
             .filter(|_| {
-                let drawn = draw(&machine, &spreads, &mut random).unwrap();
-                let point = drawn.point(&law).unwrap();
-                critical_damping(&law.column(&point), 1e-9).unwrap().c > point.damping
+                let drawn = draw(&machine, &uncertain, &mut random).unwrap();
+                critical(&drawn) > drawn.damping
             })
             .count() as f64
             / 2000.0;
@@ -292,8 +307,24 @@ mod tests {
         let error = (0.25 / 4000.0 + 0.25 / 2000.0_f64).sqrt();
         assert!((found.probability.value - sticks).abs() < 4.0 * error, "{found:?} {sticks}");
         // With that damping the probability is as asked.
-        let rare = Machine { damping: found.rare_by[0].damping.unwrap().value, ..machine };
-        let again = risk(&rare, &law, &spreads, 4000, &[]).unwrap();
+        let rare = machine.with("damping", found.rare_by[0].damping.unwrap().value).unwrap();
+        let again = risk(&rare, &uncertain, 4000, &[]).unwrap();
         assert!((again.probability.value - 0.1).abs() < 2e-3, "{again:?}");
+    }
+
+    #[test]
+    fn a_map_of_probabilities_has_each_of_its_points() {
+        let machine = machine(Law::Stribeck);
+        let uncertain = [("normal_force", Spread::Normal { sd: 10.0 })];
+        let (speeds, dampings) = ([0.1, 0.3], [0.0, 2.0, 4.0]);
+        let map = probabilities(&machine, &uncertain, &speeds, &dampings, 3000).unwrap();
+        for (i, speed) in speeds.into_iter().enumerate() {
+            for (j, damping) in dampings.into_iter().enumerate() {
+                let here = machine.with("belt_speed", speed).unwrap().with("damping", damping).unwrap();
+                let alone = risk(&here, &uncertain, 3000, &[]).unwrap().probability;
+                assert_eq!(map[3 * i + j], alone.value, "{speed} {damping}");
+            }
+        }
+        assert!(map[0] == 1.0 && map[5] < map[3], "{map:?}");
     }
 }

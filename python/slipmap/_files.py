@@ -87,7 +87,8 @@ def _verify(path: str) -> None:
                 for column in item.values():
                     _verify_dataset(path, f"{name}/{column.name}", column, None)
             else:
-                _verify_dataset(path, name, item, None if item.is_scale else tile)
+                # Variables over the cells lie in chunks; axes, also those in SI units, in one piece.
+                _verify_dataset(path, name, item, None if item.chunks is None else tile)
 
 
 def _verify_dataset(path: str, name: str, dataset: Any, tile: tuple[int, ...] | None) -> None:

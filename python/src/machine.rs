@@ -3,7 +3,7 @@
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use slipmap::behaviour::behaviour;
-use slipmap::machine::{Machine, Motion};
+use slipmap::machine::{Machine, Model, Motion};
 use slipmap::map::Method;
 use slipmap::probe::{Answer, MachineResult, Probe};
 use slipmap::simulate::direct;
@@ -12,13 +12,13 @@ use crate::law::Law;
 use crate::point::{check_tolerance, json};
 use crate::work::run;
 
-fn machine_of(motion: &str, numbers: [f64; 9]) -> PyResult<Machine> {
+fn machine_of(law: &Law, motion: &str, numbers: [f64; 9]) -> PyResult<Machine> {
     let known = Motion::ALL.into_iter().find(|it| it.name() == motion);
     let motion = known.ok_or_else(|| {
         let names = Motion::ALL.map(|it| it.name()).join(", ");
         PyValueError::new_err(format!("there is no motion `{motion}`; choose from: {names}"))
     })?;
-    Ok(Machine::from_array(motion, numbers))
+    Ok(Machine::from_array(motion, law.law.clone(), numbers))
 }
 
 fn no_coefficients(law: &Law) -> PyErr {
@@ -32,8 +32,8 @@ fn no_coefficients(law: &Law) -> PyErr {
 /// force and damping.
 #[pyfunction]
 pub(crate) fn machine_point(law: &Law, motion: &str, numbers: [f64; 9]) -> PyResult<(Vec<f64>, [f64; 5])> {
-    let machine = machine_of(motion, numbers)?;
-    let point = machine.point(&law.law).ok_or_else(|| no_coefficients(law))?;
+    let machine = machine_of(law, motion, numbers)?;
+    let Model { point, .. } = machine.model().ok_or_else(|| no_coefficients(law))?;
     let values = std::iter::once(point.epsilon)
         .chain(point.law.as_slice().iter().copied())
         .chain([point.belt_speed, point.damping]);
@@ -51,14 +51,13 @@ pub(crate) fn machine_probe(
     tolerance: f64,
 ) -> PyResult<String> {
     check_tolerance(tolerance)?;
-    let machine = machine_of(motion, numbers)?;
-    let family = law.law.clone();
-    let point = machine.point(&family).ok_or_else(|| no_coefficients(law))?;
+    let machine = machine_of(law, motion, numbers)?;
+    let model = machine.model().ok_or_else(|| no_coefficients(law))?;
     let probe = run(py, None, None, |_| {
-        let answer = Answer::of(&family, &point, tolerance, Method::all());
+        let answer = Answer::of(&model.law, &model.point, tolerance, Method::all());
         let direct = direct::flow(&answer.oscillator, tolerance);
         let mut probe = Probe::new(&answer, &direct);
-        probe.machine = behaviour(&machine, &family, tolerance).map(|it| MachineResult::new(&machine, &it));
+        probe.machine = Some(MachineResult::new(&machine, &behaviour(&model, tolerance)));
         probe
     })?;
     json(&probe)

@@ -4,9 +4,9 @@ use std::io::{self, Write as _};
 use std::path::PathBuf;
 
 use clap::Args;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
-use super::machine::load_job;
+use super::machine;
 use super::output::{Align, Table, count, json as print_json};
 use super::point::parse_setting;
 use super::report::{existing, failure};
@@ -37,7 +37,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Draws of the uncertain quantities
-    #[arg(long, value_name = "N", default_value_t = 100_000, value_parser = clap::value_parser!(u32).range(100..))]
+    #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(100..))]
     draws: u32,
     /// Probabilities for which the damping is sought
     #[arg(long, value_name = "P", value_delimiter = ',', default_values_t = [0.1, 0.01, 0.001],
@@ -58,7 +58,7 @@ fn parse_probability(text: &str) -> Result<f64, String> {
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
-    let job = load_job(&arguments.config, &arguments.set)?;
+    let job = machine::load(&arguments.config, &arguments.set)?;
     if let Some(path) = &arguments.out
         && !arguments.overwrite
         && path.symlink_metadata().is_ok()
@@ -68,18 +68,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
             path.display()
         )));
     }
-    let no_point = || {
-        let law = job.law.name();
-        Failure::BadInput(format!(
-            "the law `{law}` takes no machine\n  help: use stribeck, exponential or lorentzian"
-        ))
-    };
-    let all = assess(&job.machine, &job.law).ok_or_else(no_point)?;
-    let risk = match job.spreads.is_empty() {
+    let all = assess(&job.machine).ok_or_else(|| {
+        Failure::BadInput("the friction leaves the numbers\n  help: check the units".into())
+    })?;
+    let risk = match job.uncertain.is_empty() {
         true => None,
         false => {
             let draws = arguments.draws as usize;
-            let found = risk(&job.machine, &job.law, &job.spreads, draws, &arguments.rare);
+            let found = risk(&job.machine, &job.uncertain, draws, &arguments.rare);
             Some(found.ok_or_else(|| {
                 Failure::BadInput(
                     "hardly any draw of the uncertain quantities is a legal machine\n  help: choose smaller spreads".into(),
@@ -89,7 +85,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     };
     let stem = arguments.config.file_stem().map_or_else(|| "machine".into(), |stem| stem.to_string_lossy());
     let title = job.title.as_deref().unwrap_or(&stem);
-    let page = MachinePage::new(title, &all, risk.as_ref(), &job.law);
+    let page = MachinePage::new(title, &all, risk.as_ref());
     if let Some(path) = &arguments.out {
         let existing = existing(arguments.overwrite);
         let html = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("html"));
@@ -100,7 +96,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         written.map_err(failure)?;
     }
     if arguments.json {
-        print_json(&to_json(&all, risk.as_ref(), job.law.name()))?;
+        print_json(&to_json(&all, risk.as_ref()))?;
         return Ok(Ended::Fine);
     }
     let mut out = io::stdout().lock();
@@ -119,24 +115,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     Ok(Ended::Fine)
 }
 
-fn to_json(all: &Assessment, risk: Option<&Risk>, law: &str) -> Value {
+fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
     let (machine, does) = (&all.machine, &all.behaviour);
     let [slip, stick] = does.slip_and_stick_time.map_or([None; 2], |times| times.map(Some));
     let estimate = |estimate: &Estimate| json!({ "value": estimate.value, "limits_95": estimate.limits });
     json!({
-        "law": law,
+        "law": machine.friction.law_name(),
         "motion": machine.motion.name(),
-        "machine": {
-            "mass": machine.mass,
-            "stiffness": machine.stiffness,
-            "damping": machine.damping,
-            "normal_force": machine.normal_force,
-            "static_friction": machine.static_friction,
-            "kinetic_friction": machine.kinetic_friction,
-            "stribeck_velocity": machine.stribeck_velocity,
-            "strengthening": machine.strengthening,
-            "belt_speed": machine.belt_speed,
-        },
+        "machine": machine.quantities().into_iter().map(|(name, value)| (name.to_owned(), value.into())).collect::<Map<_, _>>(),
         "regime": does.regime.name(),
         "always_stick_slips_below_belt_speed": all.always_below_speed,
         "may_stick_slip_below_belt_speed": does.critical_belt_speed,
@@ -157,6 +143,7 @@ fn to_json(all: &Assessment, risk: Option<&Risk>, law: &str) -> Value {
         "risk": risk.map(|risk| json!({
             "draws": risk.draws,
             "failed": risk.failed,
+            "critical_damping_error": risk.critical_damping_error,
             "probability": estimate(&risk.probability),
             "rare_by": risk.rare_by.iter().map(|rare| json!({
                 "probability": rare.probability,

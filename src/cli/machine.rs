@@ -5,34 +5,33 @@ use std::path::Path;
 
 use super::Failure;
 use super::output::{Align, Table, short};
-use super::point::PointArguments;
 use crate::behaviour::Behaviour;
 use crate::config::{MachineJob, load_machine};
-use crate::friction::Law;
 use crate::machine::{Dimension, Machine};
 use crate::probe::regime_words;
-use crate::risk::Quantity;
 
-/// Reads the machine of a file, with the quantities set by `--set`.
-pub(super) fn load(file: &Path, chosen: &PointArguments) -> Result<(Law, Machine), Failure> {
-    let job = load_job(file, chosen.given())?;
-    Ok((job.law, job.machine))
+/// Reads the machine of a file with the quantities set by `--set`; belt speed and damping have one value each.
+pub(super) fn load(file: &Path, settings: &[(String, f64)]) -> Result<MachineJob, Failure> {
+    let job = load_any(file, settings)?;
+    check_single(&job, file, |_| false)?;
+    Ok(job)
 }
 
-/// Reads the machine and its uncertain quantities; belt speed and damping have one value each.
-pub(super) fn load_job(file: &Path, settings: &[(String, f64)]) -> Result<MachineJob, Failure> {
-    let known: Vec<&str> = Quantity::ALL.iter().map(|quantity| quantity.name()).collect();
-    if let Some((name, _)) = settings.iter().find(|(name, _)| !known.contains(&name.as_str())) {
-        return Err(Failure::BadInput(format!(
-            "{name} is given together with a machine\n  help: --set can choose {}",
-            known.join(", ")
-        )));
-    }
+/// The same with any number of belt speeds and dampings.
+pub(super) fn load_any(file: &Path, settings: &[(String, f64)]) -> Result<MachineJob, Failure> {
     let sets: Vec<String> =
         settings.iter().map(|(name, value)| format!("machine.{name}={value:?}")).collect();
-    let job = load_machine(file, &sets)?;
+    Ok(load_machine(file, &sets)?)
+}
+
+/// Refuses several belt speeds or dampings, but for those that are chosen elsewhere.
+pub(super) fn check_single(
+    job: &MachineJob,
+    file: &Path,
+    is_chosen: impl Fn(&str) -> bool,
+) -> Result<(), Failure> {
     for (name, values) in [("belt_speed", &job.belt_speeds), ("damping", &job.dampings)] {
-        if values.len() > 1 {
+        if values.len() > 1 && !is_chosen(name) {
             return Err(Failure::BadInput(format!(
                 "{}: {name} has {} values\n  help: choose one, for example --set {name}={}",
                 file.display(),
@@ -41,7 +40,7 @@ pub(super) fn load_job(file: &Path, settings: &[(String, f64)]) -> Result<Machin
             )));
         }
     }
-    Ok(job)
+    Ok(())
 }
 
 /// A number with its unit, or a dash.

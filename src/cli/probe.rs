@@ -1,13 +1,14 @@
 //! `slipmap probe`: every answer about one point.
 
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
 use super::output::{Align, Table, count, exact, json, short, signed};
 use super::plot::Columns;
 use super::point::{LawArguments, PointArguments};
+use super::probe_table::About;
 use super::replace::{self, Kind};
 use super::report::{existing, failure};
 use super::{Ended, Failure, probe_table, proof};
@@ -16,7 +17,7 @@ use crate::certify::point_certificate::PointCertificate;
 use crate::config::check_tolerance;
 use crate::filippov::Eigenvalues;
 use crate::friction::Law;
-use crate::machine::Machine;
+use crate::machine::{Machine, Model};
 use crate::map::limits::{EpsilonLimit, HIGHEST, Unknown};
 use crate::map::{DEFAULT_TOLERANCE, Grid, Method};
 use crate::point::Point;
@@ -38,7 +39,7 @@ pub(super) struct Arguments {
     law: LawArguments,
     /// The machine in SI units described in the tables [machine] and [friction] of a configuration, in place
     /// of the point; --set belt_speed=.. and --set damping=.. choose others than the file's
-    #[arg(long, value_name = "FILE.toml", conflicts_with_all = ["points", "law", "phi", "table"])]
+    #[arg(long, value_name = "FILE.toml", conflicts_with_all = ["law", "phi", "table"])]
     machine: Option<PathBuf>,
     /// Bound on the error of the scaled grazing margin m / V that the simulation aims at [default: 1e-9]
     #[arg(long, value_name = "NUMBER", value_parser = parse_tolerance)]
@@ -98,10 +99,12 @@ Examples:
   slipmap probe --phi 'mu + (1 - mu)*exp(-u/vs)' --epsilon 1 --set mu=0.5 --set vs=1 --V 0.6 --c 0.1
   slipmap probe --machine configs/brake_pad.toml --set belt_speed=0.05 --set damping=20
   slipmap probe --points points.csv --out answers.csv
+  slipmap probe --machine configs/brake_pad.toml --set damping=20 --points speeds.csv --out answers.csv
 
 A table with the header epsilon,alpha,beta,gamma,V,c (and any other columns) gains the columns
 verdict_METHOD and margin_METHOD of every method, critical_c, critical_c_error, regime, stick_time, slip_time, crossings, cycle_period, cycle_amplitude_x1, cycle_amplitude_x2,
-cycle_multiplier, boundary_velocity, boundary_multiplier, kick_forward and kick_backward. A cell is empty where there is no such number.";
+cycle_multiplier, boundary_velocity, boundary_multiplier, kick_forward and kick_backward. A cell is empty where there is no such number. Of a machine the header
+names any of its quantities in SI units (belt_speed, damping, mass, ..), and the answers are in SI units.";
 
 fn parse_tolerance(text: &str) -> Result<f64, String> {
     let value = text.parse().map_err(|_| "this is not a number; write for example 1e-9".to_owned())?;
@@ -123,42 +126,71 @@ fn parse_duration(text: &str) -> Result<f64, String> {
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let tolerance = arguments.tolerance.unwrap_or(DEFAULT_TOLERANCE);
-    let machine =
-        arguments.machine.as_ref().map(|file| super::machine::load(file, &arguments.point)).transpose()?;
-    let law = machine.clone().map_or_else(|| arguments.law.law(), |(law, _)| Ok(law))?;
-    if let (Some(input), Some(output)) = (&arguments.points, &arguments.out) {
+    if let Some(file) = &arguments.machine {
+        return probe_machine(arguments, file, tolerance);
+    }
+    let law = arguments.law.law()?;
+    if arguments.points.is_some() {
         if !arguments.point.is_empty() {
             return Err(Failure::BadInput(
                 "both a point and a table were given\n  help: leave out either the parameters or --points"
                     .into(),
             ));
         }
-        return probe_table::run(&probe_table::Job {
-            input,
-            output,
-            overwrite: arguments.overwrite,
-            law,
-            tolerance,
-            threads: arguments.threads,
-            epsilon_limits: arguments.epsilon_limits,
-            quiet: arguments.quiet,
-        });
+        return probe_table(arguments, About::Law(law), tolerance);
     }
-    let point = match machine.clone().and_then(|(law, machine)| machine.point(&law)) {
-        Some(point) => point,
-        None => arguments.point.point(&law)?,
+    let point = arguments.point.point(&law)?;
+    probe_point(arguments, &law, &point, tolerance, None)
+}
+
+/// Probes the machine of a file.
+fn probe_machine(arguments: &Arguments, file: &Path, tolerance: f64) -> Result<Ended, Failure> {
+    if arguments.points.is_some() {
+        let job = super::machine::load_any(file, arguments.point.given())?;
+        return probe_table(arguments, About::Machine(&job, file), tolerance);
+    }
+    let job = super::machine::load(file, arguments.point.given())?;
+    let leaves = || Failure::BadInput("the friction leaves the numbers\n  help: check the units".into());
+    let model = job.model_of(&job.machine).ok_or_else(leaves)?;
+    probe_point(arguments, &model.law, &model.point, tolerance, Some((&job.machine, &model)))
+}
+
+/// Probes each row of a table.
+fn probe_table(arguments: &Arguments, about: About, tolerance: f64) -> Result<Ended, Failure> {
+    let (Some(input), Some(output)) = (&arguments.points, &arguments.out) else {
+        return Err(Failure::BadInput("--points needs --out\n  help: name the table to be written".into()));
     };
+    probe_table::run(&probe_table::Job {
+        input,
+        output,
+        overwrite: arguments.overwrite,
+        about,
+        tolerance,
+        threads: arguments.threads,
+        epsilon_limits: arguments.epsilon_limits,
+        quiet: arguments.quiet,
+    })
+}
+
+/// Probes one point, which may be a machine's.
+fn probe_point(
+    arguments: &Arguments,
+    law: &Law,
+    point: &Point,
+    tolerance: f64,
+    machine: Option<(&Machine, &Model)>,
+) -> Result<Ended, Failure> {
     if let Some(path) = &arguments.proof {
         proof::check_place(path, arguments.overwrite)?;
-        proof::write_point(&PointCertificate::of(&law, &point), path, arguments.overwrite)?;
+        proof::write_point(&PointCertificate::of(law, point), path, arguments.overwrite)?;
     }
-    write_orbit(arguments, &law, &point, machine.as_ref().map(|(_, machine)| machine))?;
-    let answer = Answer::of(&law, &point, tolerance, Method::all());
+    write_orbit(arguments, law, point, machine.map(|(_, model)| model))?;
+    let answer = Answer::of(law, point, tolerance, Method::all());
     let direct = simulate::direct::flow(&answer.oscillator, tolerance);
-    let behaviour = machine.and_then(|(law, machine)| Some((machine, behaviour(&machine, &law, tolerance)?)));
+    let behaviour = machine.map(|(machine, model)| (machine, behaviour(model, tolerance)));
     if arguments.json {
         let mut whole = Probe::new(&answer, &direct);
-        whole.machine = behaviour.map(|(machine, behaviour)| MachineResult::new(&machine, &behaviour));
+        whole.machine = behaviour.map(|(machine, behaviour)| MachineResult::new(machine, &behaviour));
         json(&whole)?;
     } else {
         let mut out = io::stdout().lock();
@@ -176,7 +208,7 @@ fn write_orbit(
     arguments: &Arguments,
     law: &Law,
     point: &Point,
-    machine: Option<&Machine>,
+    model: Option<&Model>,
 ) -> Result<(), Failure> {
     let files = [("--figure", &arguments.figure), ("--orbit", &arguments.orbit)];
     for (flag, path) in files.iter().filter_map(|(flag, path)| path.as_ref().map(|path| (flag, path))) {
@@ -200,7 +232,7 @@ fn write_orbit(
             false => Ok(()),
         };
     }
-    let units = machine.map_or_else(UnitSystem::default, |machine| UnitSystem::of_machine(*machine));
+    let units = model.map_or_else(UnitSystem::default, |model| UnitSystem::of_machine(model.si));
     let start = match arguments.from {
         None => Start::ExitPoint,
         Some((x1, x2)) => Start::State { x1: x1 / units.x1().factor, x2: x2 / units.x2().factor },

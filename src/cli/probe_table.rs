@@ -10,10 +10,12 @@ use rayon::prelude::*;
 
 use super::output::{exact, short};
 use super::replace::{self, Kind};
-use super::{Ended, Failure, interrupt, point};
-use crate::config::PointTable;
+use super::{Ended, Failure, interrupt, machine, point};
+use crate::config::{MachineJob, PointTable};
 use crate::friction::Law;
-use crate::map::{Description, Field, Method, Quantity, slip_cycle_count};
+use crate::machine::{Dimension, Friction, Machine, SiUnits};
+use crate::map::{Description, Field, Method, Quantity, dimension, slip_cycle_count};
+use crate::point::Point;
 use crate::probe::Answer;
 
 /// Answers for standard output are held in memory up to this size, then in a temporary file.
@@ -28,8 +30,8 @@ pub(super) struct Job<'a> {
     pub(super) output: &'a Path,
     /// Whether to replace the output.
     pub(super) overwrite: bool,
-    /// The friction law.
-    pub(super) law: Law,
+    /// What the rows are about.
+    pub(super) about: About<'a>,
     /// Bound on the error of the scaled grazing margin.
     pub(super) tolerance: f64,
     /// Number of threads; `None` for one per core.
@@ -40,11 +42,28 @@ pub(super) struct Job<'a> {
     pub(super) quiet: bool,
 }
 
+/// What the rows of a table are about.
+#[derive(Debug)]
+pub(super) enum About<'a> {
+    /// Points of a law.
+    Law(Law),
+    /// Machines: that of this file, with the quantities that the table names.
+    Machine(&'a MachineJob, &'a Path),
+}
+
 /// Runs the command.
 pub(super) fn run(job: &Job) -> Result<Ended, Failure> {
     let stop = interrupt::flag();
-    let table = PointTable::open(job.input, &job.law)?;
-    check_header(&table, job.epsilon_limits)?;
+    let table = match &job.about {
+        About::Law(law) => PointTable::open(job.input, law)?,
+        About::Machine(of, file) => {
+            let quantities: Vec<&str> = of.machine.quantities().into_iter().map(|(name, _)| name).collect();
+            let table = PointTable::of_machines(job.input, &quantities)?;
+            machine::check_single(of, file, |name| table.has(name))?;
+            table
+        }
+    };
+    check_header(&table, job)?;
     let mut output = Output::open(job.output, job.input, job.overwrite)?;
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(job.threads.unwrap_or(0))
@@ -66,7 +85,7 @@ fn convert(
     bar: &ProgressBar,
 ) -> Result<(), Failure> {
     let mut header = table.header().clone();
-    for name in answer_columns(job.epsilon_limits) {
+    for name in answer_columns(job) {
         header.push_field(name.as_bytes());
     }
     let mut writer = WriterBuilder::new().from_writer(&mut output.file);
@@ -97,18 +116,28 @@ fn convert(
     writer.flush().map_err(|error| write_error(error.into()))
 }
 
-/// Names of the columns that are appended.
-fn answer_columns(epsilon_limits: bool) -> Vec<String> {
+/// Names of the columns that are appended; those of a machine with their units.
+fn answer_columns(job: &Job) -> Vec<String> {
+    let unit = |name: &str| match (&job.about, dimension::of_variable(name)) {
+        (About::Machine(of, _), Some(dimension)) => format!("{name} [{}]", of.machine.motion.unit(dimension)),
+        _ => name.to_owned(),
+    };
     let mut names = Vec::new();
     for method in Method::usual() {
         names.push(format!("verdict_{}", method.name()));
-        names.push(format!("margin_{}", method.name()));
+        names.push(unit(&format!("margin_{}", method.name())));
     }
-    names.extend(["critical_c", "critical_c_error", "regime"].map(str::to_owned));
-    names.extend(
-        QUANTITIES.into_iter().flat_map(|field| Quantity::of(field, 0, 0)).map(|q| q.name().to_owned()),
-    );
-    if epsilon_limits {
+    let critical = match &job.about {
+        About::Law(_) => ["critical_c", "critical_c_error"].map(str::to_owned),
+        About::Machine(of, _) => {
+            let unit = of.machine.motion.unit(Dimension::Damping);
+            ["critical_damping", "critical_damping_error"].map(|name| format!("{name} [{unit}]"))
+        }
+    };
+    names.extend(critical);
+    names.push("regime".to_owned());
+    names.extend(QUANTITIES.into_iter().flat_map(|field| Quantity::of(field, 0, 0)).map(|q| unit(q.name())));
+    if job.epsilon_limits {
         names.extend(Method::usual().map(|method| format!("epsilon_limit_{}", method.name())));
     }
     names
@@ -118,12 +147,9 @@ fn answer_columns(epsilon_limits: bool) -> Vec<String> {
 const QUANTITIES: [Field; 3] = [Field::Landing, Field::Cycle, Field::Basin];
 
 /// Refuses a table that already has a column with an appended name.
-fn check_header(table: &PointTable, epsilon_limits: bool) -> Result<(), Failure> {
+fn check_header(table: &PointTable, job: &Job) -> Result<(), Failure> {
     let header: Vec<_> = table.header().iter().map(|field| String::from_utf8_lossy(field)).collect();
-    match answer_columns(epsilon_limits)
-        .into_iter()
-        .find(|name| header.iter().any(|field| field.trim() == name))
-    {
+    match answer_columns(job).into_iter().find(|name| header.iter().any(|field| field.trim() == name)) {
         Some(taken) => Err(Failure::BadInput(format!(
             "{}:1: the column `{taken}` is there already, and would be added\n  help: rename it or take it out",
             table.name()
@@ -132,20 +158,65 @@ fn check_header(table: &PointTable, epsilon_limits: bool) -> Result<(), Failure>
     }
 }
 
+/// The oscillator of a row, and its units if it is a machine's.
+fn oscillator(
+    table: &PointTable,
+    row: &ByteRecord,
+    about: &About,
+) -> Result<(Law, Point, Option<SiUnits>), Failure> {
+    let at = |problem: String| Failure::BadInput(format!("{}: {problem}", table.place(row)));
+    match about {
+        About::Law(law) => {
+            let point = table.point(row, law)?;
+            point::check_law(law, &point).map_err(at)?;
+            Ok((law.clone(), point, None))
+        }
+        About::Machine(of, _) => {
+            let mut machine = of.machine.clone();
+            for (name, value) in table.values(row)? {
+                let changed = machine.with(name, value).filter(Machine::is_legal);
+                machine = changed.ok_or_else(|| {
+                    table.illegal(
+                        row,
+                        name,
+                        "makes no machine: masses, stiffnesses, forces and speeds are greater than 0",
+                    )
+                })?;
+            }
+            if let Friction::Measured(data) = &machine.friction
+                && data.fastest() < 2.0 * machine.belt_speed
+            {
+                let (end, speed) = (data.fastest(), machine.belt_speed);
+                let origin = data.origin();
+                return Err(at(format!(
+                    "the data of {origin} end at slip speed {end}, below twice the belt speed {speed}"
+                )));
+            }
+            let leaves = || at("the friction leaves the numbers\n  help: check the units".into());
+            let model = of.model_of(&machine).ok_or_else(leaves)?;
+            Ok((model.law, model.point, Some(model.si)))
+        }
+    }
+}
+
 /// Appends the answers to a row.
 fn answer(table: &PointTable, mut row: ByteRecord, job: &Job) -> Result<ByteRecord, Failure> {
-    let point = table.point(&row)?;
-    point::check_law(&job.law, &point)
-        .map_err(|problem| Failure::BadInput(format!("{}: {problem}", table.place(&row))))?;
-    let answer = Answer::of(&job.law, &point, job.tolerance, Method::usual());
+    let (law, point, si) = oscillator(table, &row, &job.about)?;
+    let answer = Answer::of(&law, &point, job.tolerance, Method::usual());
     let number = |x: f64| if x.is_nan() { String::new() } else { exact(x) };
+    let factor = |name: &str| {
+        let dimension = dimension::of_variable(name);
+        si.zip(dimension).map_or(1.0, |(si, dimension)| si.factor(dimension))
+    };
     for method in &answer.methods {
         row.push_field(method.verdict.name().as_bytes());
-        row.push_field(number(method.margin).as_bytes());
+        let name = format!("margin_{}", method.method.name());
+        row.push_field(number(method.margin * factor(&name)).as_bytes());
     }
+    let damping = si.map_or(1.0, |si| si.units.damping);
     let critical = answer.critical.as_ref().ok().filter(|root| root.c >= 0.0);
-    row.push_field(critical.map_or(String::new(), |root| number(root.c)).as_bytes());
-    row.push_field(critical.map_or(String::new(), |root| short(root.error)).as_bytes());
+    row.push_field(critical.map_or(String::new(), |root| number(root.c * damping)).as_bytes());
+    row.push_field(critical.map_or(String::new(), |root| short(root.error * damping)).as_bytes());
     row.push_field(answer.regime.name().as_bytes());
     let described = Description {
         landing: answer.landing(),
@@ -154,7 +225,7 @@ fn answer(table: &PointTable, mut row: ByteRecord, job: &Job) -> Result<ByteReco
         boundary: answer.basin,
     };
     for quantity in QUANTITIES.into_iter().flat_map(|field| Quantity::of(field, 0, 0)) {
-        row.push_field(number(described.value(quantity)).as_bytes());
+        row.push_field(number(described.value(quantity) * factor(quantity.name())).as_bytes());
     }
     if job.epsilon_limits {
         for limit in answer.limits() {

@@ -13,7 +13,9 @@ use super::preflight::{Permission, Preflight, create_folders};
 use super::summary::{self, Report};
 use super::{Ended, Failure, estimate, interrupt, output, progress, proof, say};
 use crate::config::Job;
+use crate::dataset::{Auxiliary, auxiliary};
 use crate::map::{self, Account, ComputeError, Control, Earlier, Queue};
+use crate::risk::probabilities;
 use crate::store::{self, Existing, Left, Outcome, PartialMap, Provenance, Resumed, StoreError};
 
 /// Compute a map from a configuration file.
@@ -228,8 +230,9 @@ fn compute<E: Into<Stopped> + From<ComputeError<StoreError>>>(
     if let (Some(path), Some(proved)) = (&job.proof, &summary.proved) {
         proof::write(&proved.surface, &job.identity(), path, arguments.overwrite)?;
     }
-    map.finish(&Outcome::of(&job.plan, &summary, job.machine.as_ref()))
-        .map_err(|error| Failure::Broken(with_how_to_continue(&error, &job.output)))?;
+    let mut outcome = Outcome::of(&job.plan, &summary, job.machine.as_ref());
+    outcome.auxiliary.extend(probability(job));
+    map.finish(&outcome).map_err(|error| Failure::Broken(with_how_to_continue(&error, &job.output)))?;
 
     let report = Report { job, summary: &summary, resumed_tiles };
     let printed = match arguments.json {
@@ -242,6 +245,26 @@ fn compute<E: Into<Stopped> + From<ComputeError<StoreError>>>(
         Ok(()) => Ok(Ended::Fine),
         Err(failure) => Err(failure),
     }
+}
+
+/// Draws over the whole map of a machine with uncertain quantities.
+const DRAWS: usize = 1_000_000;
+/// And at each belt speed at least: a standard error of half a per cent at most.
+const FEWEST_DRAWS: usize = 10_000;
+
+/// How probably a machine with uncertain quantities may stick-slip, over its map.
+fn probability(job: &Job) -> Option<Auxiliary> {
+    let machine = job.machine.as_ref().filter(|_| !job.uncertain.is_empty())?;
+    let si = auxiliary::coordinates(&job.plan.grid, &machine.si());
+    let [belt_speeds, dampings] = si.as_slice() else { return None };
+    let draws = (DRAWS / belt_speeds.values.len()).max(FEWEST_DRAWS);
+    let values = probabilities(machine, &job.uncertain, &belt_speeds.values, &dampings.values, draws);
+    if values.is_none() {
+        say(
+            "note: hardly any draw of the uncertain quantities is a legal machine; the map has no probability",
+        );
+    }
+    Some(auxiliary::probability(values?, draws))
 }
 
 /// Prints what is known of the run to be continued, and whether it is locked.

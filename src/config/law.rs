@@ -4,35 +4,70 @@ use std::io::Read as _;
 use std::path::Path;
 
 use super::nearest;
-use super::source::{ConfigError, Node, Section};
+use super::points::SEPARATE;
+use super::source::{ConfigError, Node, Section, decimal_comma, is_utf_16};
 use crate::friction::{Expression, ExpressionError, Law, Table};
 use crate::map::{AxisRole, Grid, unravel};
 
 /// The keys of `[friction]`.
-pub(super) const KEYS: [&str; 5] = ["law", "phi", "static", "file", "small"];
+pub(super) const KEYS: [&str; 6] = ["law", "phi", "static", "file", "quantity", "small"];
+
+/// What a law's numbers are about.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum About {
+    /// The dimensionless oscillator: phi(0) = 1.
+    Oscillator,
+    /// A machine, in SI units: a coefficient of friction or a force, whatever it is at rest.
+    Machine,
+}
+
+/// What a machine has beside its friction, for messages.
+const OF_MACHINE: &str =
+    "beside the friction [machine] needs mass, stiffness, damping, normal_force and belt_speed";
 
 /// Largest number of columns of the grid at which a law given as text is checked: all of a small grid, evenly
 /// spread over a large one.
 const CHECKED_COLUMNS: usize = 256;
 
 /// Reads `[friction]`; file names are relative to the folder of the configuration.
-pub(super) fn read(section: &Section, folder: &Path) -> Result<Law, ConfigError> {
+pub(super) fn read(section: &Section, folder: &Path, about: About) -> Result<Law, ConfigError> {
+    let also = if about == About::Machine { format!("; {OF_MACHINE}") } else { String::new() };
+    let level = || match (about, section.get("static")) {
+        (About::Oscillator, node) => node.as_ref().map_or(Ok(Some(1.0)), |node| static_level(node).map(Some)),
+        (About::Machine, None) => Ok(None),
+        (About::Machine, Some(node)) => {
+            let remedy = "leave it out: of a machine it is the value of the law at slip speed 0";
+            Err(node.error("the friction at rest is known", remedy))
+        }
+    };
     let built_in = |name: &str| Law::BUILT_IN.into_iter().find(|law| law.name() == name);
     let node = section.get("law");
     let name = node.as_ref().map_or(Ok(Law::Stribeck.name()), Node::text)?;
     let law = match (name, built_in(name)) {
         (_, Some(law)) => law,
         ("expression", None) => {
-            let remedy = "write for example phi = \"mu + (1 - mu)*exp(-u/vs)\"";
-            let phi = section.get("phi").ok_or_else(|| section.missing("phi", remedy.into()))?;
-            let law = Expression::new(phi.text()?, static_level(section)?);
+            let remedy = match about {
+                About::Oscillator => "write for example phi = \"mu + (1 - mu)*exp(-u/vs)\"".to_owned(),
+                About::Machine => format!(
+                    "write the coefficient of friction against the slip speed u in m/s, for example phi = \"0.3 + \
+                     0.1*exp(-u/vs)\"; each name in it, as vs here, is a key of [machine]{also}"
+                ),
+            };
+            let phi = section.get("phi").ok_or_else(|| section.missing("phi", remedy))?;
+            let law = Expression::new(phi.text()?, level()?.unwrap_or(1.0));
             Law::Expression(law.map_err(|error| at_formula(&phi, &error))?)
         }
         ("table", None) => {
-            let remedy = "name a CSV file with the columns slip speed and friction";
-            let file = section.get("file").ok_or_else(|| section.missing("file", remedy.into()))?;
+            let remedy = match about {
+                About::Oscillator => "name a CSV file with the columns slip speed and friction".to_owned(),
+                About::Machine => format!(
+                    "name a CSV file with the columns slip speed in m/s, coefficient of friction, and perhaps its \
+                     standard error; quantity = \"force\" if it holds forces in N{also}"
+                ),
+            };
+            let file = section.get("file").ok_or_else(|| section.missing("file", remedy))?;
             let path = folder.join(file.text()?);
-            let table = read_table(&path, static_level(section)?);
+            let table = table_of(&path, level()?);
             Law::Table(table.map_err(|(problem, remedy)| file.error(&problem, remedy))?)
         }
         (_, None) => {
@@ -41,7 +76,11 @@ pub(super) fn read(section: &Section, folder: &Path) -> Result<Law, ConfigError>
             return Err(node.as_ref().map_or_else(|| section.missing("law", String::new()), error));
         }
     };
-    for (key, of) in [("phi", "expression"), ("file", "table")] {
+    if let (About::Oscillator, Some(node)) = (about, section.get("quantity")) {
+        let problem = "only the table of a machine holds coefficients or forces";
+        return Err(node.error(problem, "leave it out: phi is friction in units of that at rest"));
+    }
+    for (key, of) in [("phi", "expression"), ("file", "table"), ("quantity", "table")] {
         if let (true, Some(node)) = (law.name() != of, section.get(key)) {
             let problem = format!("the law `{}` has no {key}", law.name());
             return Err(node.error(&problem, format!("leave it out, or set law = \"{of}\"")));
@@ -61,8 +100,7 @@ pub(super) fn read(section: &Section, folder: &Path) -> Result<Law, ConfigError>
     }
 }
 
-fn static_level(section: &Section) -> Result<f64, ConfigError> {
-    let Some(node) = section.get("static") else { return Ok(1.0) };
+fn static_level(node: &Node) -> Result<f64, ConfigError> {
     let level = node.number()?;
     if level > 0.0 && level.is_finite() {
         Ok(level)
@@ -72,7 +110,7 @@ fn static_level(section: &Section) -> Result<f64, ConfigError> {
 }
 
 /// An error in a formula, with marks under its place.
-fn at_formula(node: &Node, error: &ExpressionError) -> ConfigError {
+pub(super) fn at_formula(node: &Node, error: &ExpressionError) -> ConfigError {
     let text = node.text().unwrap_or_default();
     node.error(&point_into(text, error), error.remedy.clone())
 }
@@ -93,15 +131,26 @@ const LONGEST_TABLE: u64 = 16 << 20;
 /// # Errors
 /// The problem with its line, and a remedy.
 pub fn read_table(path: &Path, static_level: f64) -> Result<Table, (String, String)> {
+    table_of(path, Some(static_level))
+}
+
+/// The same; without a static level it is the first friction.
+fn table_of(path: &Path, static_level: Option<f64>) -> Result<Table, (String, String)> {
     let name = path.display();
     let fail = |problem: String, remedy: &str| Err((problem, remedy.to_owned()));
-    let mut text = String::new();
+    let mut bytes = Vec::new();
     // The length is limited because some files never end.
     let read =
-        std::fs::File::open(path).and_then(|open| open.take(LONGEST_TABLE + 1).read_to_string(&mut text));
+        std::fs::File::open(path).and_then(|open| open.take(LONGEST_TABLE + 1).read_to_end(&mut bytes));
     if let Err(error) = read {
         return fail(format!("{name} cannot be read: {error}"), "check the path");
     }
+    if is_utf_16(&bytes) {
+        return fail(format!("{name} is written in UTF-16"), "save it as UTF-8");
+    }
+    let Ok(text) = String::from_utf8(bytes) else {
+        return fail(format!("{name} cannot be read: it is no text in UTF-8"), "name a CSV file");
+    };
     if text.len() as u64 > LONGEST_TABLE {
         let problem = format!("{name} is longer than {} MiB, and no measured friction", LONGEST_TABLE >> 20);
         return fail(problem, "name a CSV file with the columns slip speed and friction");
@@ -141,11 +190,21 @@ pub fn read_table(path: &Path, static_level: f64) -> Result<Table, (String, Stri
             _ => {
                 let row: Vec<&str> = record.iter().collect();
                 let problem = format!("{name}:{line}: `{}` is not a pair of numbers", row.join(","));
-                return fail(problem, "write slip speed and friction, separated by a comma");
+                let foreign =
+                    row.iter().any(|field| field.contains([';', '\t']) || decimal_comma(field).is_some());
+                let remedy =
+                    if foreign { SEPARATE } else { "write slip speed and friction, separated by a comma" };
+                return fail(problem, remedy);
             }
         }
     }
-    let table = Table::new(&name.to_string(), &data, static_level)
+    let first = data.first().map_or(1.0, |(_, friction): &(f64, f64)| *friction);
+    if !(static_level.unwrap_or(first) > 0.0) {
+        let line = lines.first().map_or(1, |line| *line);
+        let problem = format!("{name}:{line}: the friction at rest is {first}");
+        return fail(problem, "begin with the friction at slip speed 0, greater than 0");
+    }
+    let table = Table::new(&name.to_string(), &data, static_level.unwrap_or(first))
         .and_then(|table| if errors.is_empty() { Ok(table) } else { table.with_standard_errors(&errors) });
     table.map_err(|error| {
         let line = error.row.and_then(|row| lines.get(row)).map_or(String::new(), |line| format!(":{line}"));

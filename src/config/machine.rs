@@ -2,59 +2,77 @@
 
 use std::path::Path;
 
+use super::law::{About, at_formula};
 use super::source::{ConfigError, Node, Section, Shape, Source};
-use super::{axis, choice, law, refuse_unknown_keys};
-use crate::friction::Law;
-use crate::machine::{Machine, Motion};
+use super::{axis, choice, law, nearest, refuse_unknown_keys};
+use crate::friction::{Expression, ExpressionError, Law, Table};
+use crate::machine::{Coefficients, Dimension, Friction, Machine, Model, Motion};
 use crate::map::Grid;
-use crate::risk::{Quantity, Spread};
-
-/// The keys of `[machine]`.
-pub(super) const KEYS: [&str; 10] = [
-    "motion",
-    "mass",
-    "stiffness",
-    "damping",
-    "normal_force",
-    "static_friction",
-    "kinetic_friction",
-    "stribeck_velocity",
-    "strengthening",
-    "belt_speed",
-];
+use crate::point::LawParameters;
+use crate::risk::{Spread, Uncertain};
 
 /// A machine with the belt speeds and damping coefficients of a grid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MachineJob {
     /// The machine at the first belt speed and damping.
     pub machine: Machine,
-    /// Its friction law.
-    pub law: Law,
+    /// Whether its law is to be read as 1 + eps F(u).
+    pub small: bool,
     /// Belt speeds, m/s.
     pub belt_speeds: Vec<f64>,
     /// Damping coefficients, N s/m.
     pub dampings: Vec<f64>,
     /// The uncertain quantities and their distributions.
-    pub spreads: Vec<(Quantity, Spread)>,
+    pub uncertain: Vec<Uncertain>,
     /// Title of the configuration, if it has one.
     pub title: Option<String>,
 }
 
-/// The keys that every machine needs.
-const REQUIRED: [&str; 8] = [
-    "mass",
-    "stiffness",
-    "damping",
-    "normal_force",
-    "static_friction",
-    "kinetic_friction",
-    "stribeck_velocity",
-    "belt_speed",
-];
+impl MachineJob {
+    /// The dimensionless oscillator of `machine`, its law read as this job says.
+    ///
+    /// `None` as of [`Machine::model`].
+    #[must_use]
+    pub fn model_of(&self, machine: &Machine) -> Option<Model> {
+        let Model { law, point, si } = machine.model()?;
+        Some(Model { law: if self.small { law.read_as_small() } else { law }, point, si })
+    }
+}
+
+/// The keys of `[machine]` before those of its friction.
+const BEFORE: [&str; 5] = ["motion", "mass", "stiffness", "damping", "normal_force"];
+/// And after them.
+const AFTER: &str = "belt_speed";
+
+/// The keys of `[machine]` under `law`.
+pub(super) fn keys(law: &Law) -> Vec<&'static str> {
+    let mut keys = BEFORE.to_vec();
+    match law.as_written() {
+        Law::Expression(formula) => keys.extend(formula.parameters().iter().map(|parameter| parameter.name)),
+        Law::Table(_) => {}
+        _ => keys.extend(Coefficients::NAMES),
+    }
+    keys.push(AFTER);
+    keys
+}
+
+/// What to do with a key of `[machine]` that no one would read.
+pub(super) fn remedy(key: &str, law: &Law) -> String {
+    match Coefficients::NAMES.contains(&key) {
+        true => format!(
+            "leave it out: it belongs to the laws stribeck, exponential and lorentzian, and the law `{}` has its own \
+             friction at every speed",
+            law.name()
+        ),
+        false => nearest("key", key, &keys(law)),
+    }
+}
 
 /// Refuses a machine that lacks keys, naming all of them at once.
-fn check_complete(section: &Section, law: &Law) -> Result<(), ConfigError> {
-    let missing: Vec<&str> = REQUIRED.into_iter().filter(|key| section.get(key).is_none()).collect();
+fn check_complete(section: &Section, law: &Law, forces: bool) -> Result<(), ConfigError> {
+    let optional = |key: &str| key == "motion" || key == "strengthening" || (key == "normal_force" && forces);
+    let missing = keys(law).into_iter().filter(|key| !optional(key) && section.get(key).is_none());
+    let missing: Vec<&str> = missing.collect();
     let Some((first, others)) = missing.split_first() else { return Ok(()) };
     let also = match others {
         [] => String::new(),
@@ -99,52 +117,112 @@ fn uncertain(node: &Node) -> Result<Option<(f64, Spread)>, ConfigError> {
 pub fn load_machine(file: &Path, sets: &[String]) -> Result<MachineJob, ConfigError> {
     let source = Source::load(file, sets)?;
     let root = source.root();
-    let law = law::read(&root.section("friction")?, file.parent().unwrap_or(Path::new("")))?;
     let section = root.section("machine")?;
     if !section.is_present() {
         return Err(section.missing("mass", "describe the machine in a table [machine]".into()));
     }
-    refuse_unknown_keys(&section, &KEYS)?;
+    let friction = root.section("friction")?;
+    let law = law::read(&friction, file.parent().unwrap_or(Path::new("")), About::Machine)?;
+    let known = keys(&law);
+    if let Some(key) = section.keys().iter().find(|key| !known.contains(&key.as_str())) {
+        return Err(section.unknown(key, remedy(key, &law)));
+    }
     let title = root.get("title").map(|node| super::line(&node).map(str::to_owned)).transpose()?;
-    Ok(MachineJob { title, ..read(&section, &law)? })
+    Ok(MachineJob { title, ..read(&section, &friction, &law)? })
 }
 
-/// Reads `[machine]`.
-pub(super) fn read(section: &Section, law: &Law) -> Result<MachineJob, ConfigError> {
-    let node = |key: &str| -> Result<Node, ConfigError> {
-        let how = match key {
-            "belt_speed" | "damping" => "write a number in SI units, a list, or a range",
-            _ => "write a number in SI units",
-        };
-        section.get(key).ok_or_else(|| section.missing(key, how.into()))
+/// Reads `[machine]`; `law` is in SI units.
+pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<MachineJob, ConfigError> {
+    let forces = match friction.get("quantity") {
+        None => false,
+        Some(node) => choice(&node, &[("coefficient", false), ("force", true)], "quantity")?,
     };
-    check_complete(section, law)?;
-    let spreads = std::cell::RefCell::new(Vec::new());
-    // The nominal value of a quantity that may be uncertain.
-    let nominal = |key: &str, node: &Node| -> Result<f64, ConfigError> {
-        let Some((value, spread)) = uncertain(node)? else { return node.number() };
-        let quantity = Quantity::ALL.into_iter().find(|quantity| quantity.name() == key);
-        spreads.borrow_mut().extend(quantity.map(|quantity| (quantity, spread)));
-        Ok(value)
+    check_complete(section, law, forces)?;
+    let mut reader = Reader { section, uncertain: Vec::new() };
+    let belt_speeds = reader.many(AFTER, f64::MIN_POSITIVE, "greater than 0")?;
+    let dampings = reader.many("damping", 0.0, "at least 0")?;
+    let motions = Motion::ALL.map(|motion| (motion.name(), motion));
+    let motion =
+        section.get("motion").map_or(Ok(Motion::Translation), |node| choice(&node, &motions, "motion"))?;
+    // Forces that were measured belong to the normal force there was, or to none that is known.
+    let normal_force = match section.get("normal_force") {
+        None => 1.0,
+        Some(_) => reader.positive("normal_force")?,
     };
-    let check = |node: &Node, key: &str, value: f64, legal: bool, wanted: &str| {
-        if legal && value.is_finite() {
-            Ok(value)
-        } else {
-            Err(node.error(&format!("{key} must be {wanted}"), "mind the units: kg, N/m, N s/m, N, m/s; of a rotation kg m^2, N m/rad, N m s/rad, N m, rad/s"))
+    let fastest = 2.0 * belt_speeds.last().copied().unwrap_or(0.0);
+    let known = match law.as_written() {
+        Law::Expression(formula) => reader.formula(friction, formula, fastest)?,
+        Law::Table(table) => {
+            let unit = if forces { normal_force } else { 1.0 };
+            measured(friction, table, unit, fastest, motion)?
         }
+        law => Friction::Coefficients(law.clone(), reader.coefficients()?),
     };
-    let positive = |key: &str| {
-        let node = node(key)?;
-        let value = nominal(key, &node)?;
-        check(&node, key, value, value > 0.0, "greater than 0")
+    let machine = Machine {
+        motion,
+        mass: reader.positive("mass")?,
+        stiffness: reader.positive("stiffness")?,
+        damping: dampings[0],
+        normal_force,
+        friction: known,
+        belt_speed: belt_speeds[0],
     };
-    let many = |key: &str, least: f64, wanted: &str| {
-        let node = node(key)?;
-        let values = match uncertain(&node)? {
-            Some(_) => vec![nominal(key, &node)?],
-            None => axis::nodes(&node)?,
+    let uncertain = reader.uncertain;
+    if machine.model().is_none() {
+        let node = friction.get("phi").or_else(|| friction.get("file"));
+        let (problem, remedy) = (
+            "it leaves the numbers, or is too long, in dimensionless terms",
+            "check the units, or simplify it",
+        );
+        return Err(node.map_or_else(
+            || section.missing("mass", format!("{problem}; {remedy}")),
+            |node| node.error(problem, remedy),
+        ));
+    }
+    Ok(MachineJob { machine, small: law.is_read_as_small(), belt_speeds, dampings, uncertain, title: None })
+}
+
+/// Reads numbers of `[machine]`.
+struct Reader<'a> {
+    section: &'a Section<'a>,
+    /// What was found to be uncertain.
+    uncertain: Vec<Uncertain>,
+}
+
+impl Reader<'_> {
+    fn node(&self, key: &str) -> Result<Node<'_>, ConfigError> {
+        let how = "write a number in SI units";
+        self.section.get(key).ok_or_else(|| self.section.missing(key, how.into()))
+    }
+
+    /// A number that may be uncertain: its nominal value.
+    fn number(
+        &mut self,
+        key: &'static str,
+        is_legal: impl Fn(f64) -> bool,
+        wanted: &str,
+    ) -> Result<f64, ConfigError> {
+        let node = self.node(key)?;
+        let (value, spread) = match uncertain(&node)? {
+            Some((value, spread)) => (value, Some((key, spread))),
+            None => (node.number()?, None),
         };
+        check(&node, key, value, is_legal(value), wanted)?;
+        self.uncertain.extend(spread);
+        Ok(value)
+    }
+
+    fn positive(&mut self, key: &'static str) -> Result<f64, ConfigError> {
+        self.number(key, |value| value > 0.0, "greater than 0")
+    }
+
+    /// Numbers in growing order, or one that is uncertain.
+    fn many(&mut self, key: &'static str, least: f64, wanted: &str) -> Result<Vec<f64>, ConfigError> {
+        let node = self.node(key)?;
+        if uncertain(&node)?.is_some() {
+            return Ok(vec![self.number(key, |value| value >= least, wanted)?]);
+        }
+        let values = axis::nodes(&node)?;
         for &value in &values {
             check(&node, key, value, value >= least, wanted)?;
         }
@@ -153,56 +231,102 @@ pub(super) fn read(section: &Section, law: &Law) -> Result<MachineJob, ConfigErr
                 .error(&format!("{} follows {}", pair[1], pair[0]), "sort the values, without repetition")),
             None => Ok(values),
         }
-    };
-    let belt_speeds = many("belt_speed", f64::MIN_POSITIVE, "greater than 0")?;
-    let dampings = many("damping", 0.0, "at least 0")?;
-    let static_friction = positive("static_friction")?;
-    let kinetic = node("kinetic_friction")?;
-    let kinetic_friction = nominal("kinetic_friction", &kinetic)?;
-    let legal = (0.0..=static_friction).contains(&kinetic_friction);
-    check(&kinetic, "kinetic_friction", kinetic_friction, legal, "from 0 to static_friction")?;
-    let strengthening = match section.get("strengthening") {
-        None => 0.0,
-        Some(node) => {
-            let value = nominal("strengthening", &node)?;
-            check(&node, "strengthening", value, value >= 0.0, "at least 0")?
-        }
-    };
-    let motions = Motion::ALL.map(|motion| (motion.name(), motion));
-    let motion =
-        section.get("motion").map_or(Ok(Motion::Translation), |node| choice(&node, &motions, "motion"))?;
-    let machine = Machine {
-        motion,
-        mass: positive("mass")?,
-        stiffness: positive("stiffness")?,
-        damping: dampings[0],
-        normal_force: positive("normal_force")?,
-        static_friction,
-        kinetic_friction,
-        stribeck_velocity: positive("stribeck_velocity")?,
-        strengthening,
-        belt_speed: belt_speeds[0],
-    };
-    if machine.point(law).is_none() {
-        let problem = format!("the law `{}` has no coefficients of friction", law.name());
-        let remedy = "use stribeck, exponential or lorentzian with [machine], or give the axes in [grid]";
-        return Err(node("static_friction")?.error(&problem, remedy));
     }
-    let spreads = spreads.into_inner();
-    Ok(MachineJob { machine, law: law.clone(), belt_speeds, dampings, spreads, title: None })
+
+    fn coefficients(&mut self) -> Result<Coefficients, ConfigError> {
+        let static_friction = self.positive("static_friction")?;
+        let within = |value| (0.0..=static_friction).contains(&value);
+        Ok(Coefficients {
+            static_friction,
+            kinetic_friction: self.number("kinetic_friction", within, "from 0 to static_friction")?,
+            stribeck_velocity: self.positive("stribeck_velocity")?,
+            strengthening: match self.section.get("strengthening") {
+                None => 0.0,
+                Some(_) => self.number("strengthening", |value| value >= 0.0, "at least 0")?,
+            },
+        })
+    }
+
+    /// A formula with the values of its names; legal on slip speeds up to `fastest`.
+    fn formula(
+        &mut self,
+        friction: &Section,
+        formula: &Expression,
+        fastest: f64,
+    ) -> Result<Friction, ConfigError> {
+        let Some(phi) = friction.get("phi") else { return Err(friction.missing("phi", String::new())) };
+        let names = || formula.parameters().iter().map(|parameter| parameter.name);
+        if let Some(name) = names().find(|name| BEFORE.contains(name) || *name == AFTER) {
+            let (from, to) = formula.place_of(name).unwrap_or_default();
+            let problem = format!("`{name}` is a quantity of the machine");
+            let remedy = "give the parameter of the friction another name".to_owned();
+            return Err(at_formula(&phi, &ExpressionError { from, to, problem, remedy }));
+        }
+        let mut values = Vec::new();
+        for name in names() {
+            values.push(self.number(name, |_| true, "a number")?);
+        }
+        let known = Friction::Formula(formula.clone(), LawParameters::new(&values));
+        let rest = known.at_rest();
+        if !(rest > 0.0 && rest.is_finite()) {
+            let problem = format!("the coefficient of friction at rest, u = 0, is {rest}");
+            return Err(phi.error(&problem, "write a formula that is greater than 0 there"));
+        }
+        let divided = Expression::new(formula.text(), rest);
+        let checked = divided.and_then(|law| law.check(1.0, &LawParameters::new(&values), fastest));
+        checked.map(|()| known).map_err(|error| at_formula(&phi, &error))
+    }
+}
+
+/// Measured friction, of which `unit` makes coefficients; known for slip speeds up to `fastest`.
+fn measured(
+    friction: &Section,
+    table: &Table,
+    unit: f64,
+    fastest: f64,
+    motion: Motion,
+) -> Result<Friction, ConfigError> {
+    let Some(file) = friction.get("file") else { return Err(friction.missing("file", String::new())) };
+    if table.fastest() < fastest {
+        let velocity = motion.unit(Dimension::Velocity);
+        let problem = format!(
+            "the data end at slip speed {} {velocity}, and belt speeds up to {} {velocity} need it up to {fastest} {velocity}",
+            table.fastest(),
+            0.5 * fastest
+        );
+        return Err(file.error(&problem, "measure farther, or choose lower belt speeds"));
+    }
+    let data: Vec<(f64, f64)> = table.data().map(|(u, friction)| (u, friction / unit)).collect();
+    let coefficients = Table::new(table.origin(), &data, table.static_level() / unit).and_then(|of| {
+        let errors: Option<Vec<f64>> =
+            table.standard_errors().map(|errors| errors.iter().map(|error| error / unit).collect());
+        errors.map_or(Ok(of.clone()), |errors| of.with_standard_errors(&errors))
+    });
+    coefficients.map(Friction::Measured).map_err(|error| file.error(&error.problem, error.remedy))
+}
+
+fn check(node: &Node, key: &str, value: f64, is_legal: bool, wanted: &str) -> Result<(), ConfigError> {
+    match is_legal && value.is_finite() {
+        true => Ok(()),
+        false => Err(node.error(
+            &format!("{key} must be {wanted}"),
+            "mind the units: kg, N/m, N s/m, N, m/s; of a rotation kg m^2, N m/rad, N m s/rad, N m, rad/s",
+        )),
+    }
 }
 
 /// The dimensionless grid of a machine.
 pub(super) fn grid(section: &Section, job: &MachineJob) -> Result<Grid, ConfigError> {
-    let units = job.machine.units();
+    let failed = |problem: String| {
+        section.missing("belt_speed", format!("in dimensionless terms, {problem}; check the units"))
+    };
+    let Some(Model { law, point, si }) = job.model_of(&job.machine) else {
+        return Err(failed("the friction leaves the numbers".into()));
+    };
     let scaled = |values: &[f64], unit: f64| values.iter().map(|value| value / unit).collect::<Vec<f64>>();
-    let point = job.machine.point(&job.law);
-    let parameters = point.iter().flat_map(|point| point.law.as_slice().to_vec());
     let mut nodes = vec![vec![1.0]];
-    nodes.extend(parameters.map(|value| vec![value]));
-    nodes.push(scaled(&job.belt_speeds, units.velocity));
-    nodes.push(scaled(&job.dampings, units.damping));
-    Grid::new(job.law.clone(), nodes).map_err(|error| {
-        section.missing("belt_speed", format!("in dimensionless terms, {error}; check the units"))
-    })
+    nodes.extend(point.law.as_slice().iter().map(|value| vec![*value]));
+    nodes.push(scaled(&job.belt_speeds, si.units.velocity));
+    nodes.push(scaled(&job.dampings, si.units.damping));
+    Grid::new(law, nodes).map_err(|error| failed(error.to_string()))
 }

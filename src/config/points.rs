@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use csv::{ByteRecord, ReaderBuilder};
 
-use super::source::ConfigError;
+use super::source::{ConfigError, decimal_comma};
 use crate::friction::Law;
 use crate::map::{Grid, GridError};
 use crate::point::Point;
@@ -23,14 +23,13 @@ const HELD: u64 = 1 << 26;
 /// could be refused.
 const LONGEST_ROW: u64 = 1 << 20;
 
-/// Reader of a table of points.
+/// Reader of a table of points, or of machines.
 pub struct PointTable {
     name: String,
-    law: Law,
     reader: csv::Reader<Rows>,
     header: ByteRecord,
-    /// Names of the axes of the law, and the column of each.
-    axes: Vec<(&'static str, usize)>,
+    /// Names of the parameters or quantities, and the column of each.
+    columns: Vec<(&'static str, usize)>,
     parsed: Arc<AtomicU64>,
 }
 
@@ -41,6 +40,21 @@ impl PointTable {
     /// # Errors
     /// The file cannot be read, or a column is missing or occurs twice.
     pub fn open(path: &Path, law: &Law) -> Result<Self, ConfigError> {
+        Self::with_columns(path, |name, header| find_axes(name, header, &Grid::axis_names(law), true))
+    }
+
+    /// The same with the columns of those `quantities` of a machine that its header names: one at least.
+    ///
+    /// # Errors
+    /// The file cannot be read, or has no such column, or one of them twice.
+    pub fn of_machines(path: &Path, quantities: &[&'static str]) -> Result<Self, ConfigError> {
+        Self::with_columns(path, |name, header| find_axes(name, header, quantities, false))
+    }
+
+    fn with_columns(
+        path: &Path,
+        find: impl Fn(&str, &ByteRecord) -> Result<Vec<(&'static str, usize)>, ConfigError>,
+    ) -> Result<Self, ConfigError> {
         let (name, source): (String, Box<dyn Read + Send + Sync>) = if path == Path::new("-") {
             ("standard input".into(), Box::new(io::stdin()))
         } else {
@@ -62,8 +76,8 @@ impl PointTable {
         if let Some(first) = header.get(0).and_then(|first| first.strip_prefix("\u{feff}".as_bytes())) {
             header = std::iter::once(first).chain(header.iter().skip(1)).collect();
         }
-        let axes = find_axes(&name, &header, law)?;
-        Ok(Self { name, law: law.clone(), reader, header, axes, parsed })
+        let columns = find(&name, &header)?;
+        Ok(Self { name, reader, header, columns, parsed })
     }
 
     /// The file's name in messages.
@@ -76,6 +90,12 @@ impl PointTable {
     #[must_use]
     pub fn header(&self) -> &ByteRecord {
         &self.header
+    }
+
+    /// Whether it has the column of this parameter or quantity.
+    #[must_use]
+    pub fn has(&self, name: &str) -> bool {
+        self.columns.iter().any(|(column, _)| *column == name)
     }
 
     /// Reads the next rows, some thousand at most; empty at the end.
@@ -98,35 +118,54 @@ impl PointTable {
         Ok(rows)
     }
 
-    /// The point of a row.
+    /// The point of `law` that a row describes.
     ///
     /// # Errors
     /// A field of an axis that is not a number, or not legal on the axis.
-    pub fn point(&self, row: &ByteRecord) -> Result<Point, ConfigError> {
-        let bad = |name: &str, text: &str, problem: String, remedy: &str| {
-            error(self.place(row), format!("column {name}: `{}` {problem}", short(text)), remedy)
-        };
-        let mut values = Vec::with_capacity(self.axes.len());
-        let mut texts = Vec::with_capacity(self.axes.len());
-        for &(name, position) in &self.axes {
-            let text = String::from_utf8_lossy(row.get(position).unwrap_or_default()).trim().to_owned();
-            let value: f64 = text.parse().map_err(|_| {
-                bad(name, &text, "is not a number".into(), "write a number such as 0.5 or 1e-3")
-            })?;
-            values.push(value);
-            texts.push(text);
-        }
-        point_of(&self.law, &values).map_err(|error| {
+    pub fn point(&self, row: &ByteRecord, law: &Law) -> Result<Point, ConfigError> {
+        let values: Vec<f64> = self.values(row)?.into_iter().map(|(_, value)| value).collect();
+        point_of(law, &values).map_err(|error| {
             let (name, wanted) = match &error {
                 GridError::OutOfDomain { axis, domain, .. } => (axis.as_str(), domain.clone()),
                 GridError::NotFinite { axis, .. } => (axis.as_str(), "finite".to_owned()),
                 // A grid of one cell has no other errors.
                 other => ("", other.to_string()),
             };
-            let text = self.axes.iter().position(|(axis, _)| *axis == name).map_or("", |i| &texts[i]);
-            let problem = format!("is out of range: {name} must be {wanted}");
-            bad(name, text, problem, "correct or remove this row")
+            self.illegal(row, name, &format!("is out of range: {name} must be {wanted}"))
         })
+    }
+
+    /// The numbers of a row by the names of their columns.
+    ///
+    /// # Errors
+    /// A field that is no number.
+    pub fn values(&self, row: &ByteRecord) -> Result<Vec<(&'static str, f64)>, ConfigError> {
+        let number = |&(name, _): &(&'static str, usize)| match self.text(row, name).parse() {
+            Ok(value) => Ok((name, value)),
+            Err(_) => {
+                let problem = format!("column {name}: `{}` is not a number", short(&self.text(row, name)));
+                let remedy = decimal_comma(&self.text(row, name));
+                Err(error(
+                    self.place(row),
+                    problem,
+                    remedy.unwrap_or("write a number such as 0.5 or 1e-3".into()),
+                ))
+            }
+        };
+        self.columns.iter().map(number).collect()
+    }
+
+    /// A complaint about the number of a row in this column.
+    #[must_use]
+    pub fn illegal(&self, row: &ByteRecord, name: &str, problem: &str) -> ConfigError {
+        let problem = format!("column {name}: `{}` {problem}", short(&self.text(row, name)));
+        error(self.place(row), problem, "correct or remove this row")
+    }
+
+    fn text(&self, row: &ByteRecord, name: &str) -> String {
+        let position = self.columns.iter().find(|(column, _)| *column == name).map(|(_, position)| *position);
+        let field = position.and_then(|position| row.get(position)).unwrap_or_default();
+        String::from_utf8_lossy(field).trim().to_owned()
     }
 
     /// File and line of a row.
@@ -158,33 +197,45 @@ fn short(text: &str) -> String {
     }
 }
 
-/// Finds the columns of the axes.
-fn find_axes(name: &str, header: &ByteRecord, law: &Law) -> Result<Vec<(&'static str, usize)>, ConfigError> {
+/// What to do about a table that spreadsheets of some countries write.
+pub(super) const SEPARATE: &str = "separate the columns by commas, and write decimals with a point: 0.5,0.8";
+
+/// Finds the columns of these names: of all of them, or of one at least.
+fn find_axes(
+    name: &str,
+    header: &ByteRecord,
+    names: &[&'static str],
+    all: bool,
+) -> Result<Vec<(&'static str, usize)>, ConfigError> {
     let header: Vec<String> =
         header.iter().map(|field| String::from_utf8_lossy(field).trim().to_owned()).collect();
-    let names = Grid::axis_names(law);
     let bad = |problem: String, remedy: String| Err(error(format!("{name}:1"), problem, remedy));
-    let mut axes = Vec::with_capacity(names.len());
-    for axis in &names {
+    let words = if all { "a column for each of" } else { "one or more of" };
+    let remedy = match header.as_slice() {
+        [] => format!("the first line must name the columns: {}", names.join(",")),
+        [only] if only.contains([';', '\t']) => SEPARATE.into(),
+        _ => format!(
+            "the first line must name {words} {}; it names {}",
+            names.join(", "),
+            header.join(", ").chars().take(200).collect::<String>()
+        ),
+    };
+    let mut columns = Vec::with_capacity(names.len());
+    for axis in names {
         let mut found = (0..header.len()).filter(|&i| header[i] == *axis);
-        let Some(position) = found.next() else {
-            let remedy = match header.as_slice() {
-                [] => format!("the first line must name the columns: {}", names.join(",")),
-                [only] if only.contains([';', '\t']) => "separate the columns by commas".into(),
-                _ => format!(
-                    "the first line must name a column for each of {}; it names {}",
-                    names.join(", "),
-                    header.join(", ").chars().take(200).collect::<String>()
-                ),
-            };
-            return bad(format!("the column `{axis}` is missing"), remedy);
-        };
-        if found.next().is_some() {
-            return bad(format!("the column `{axis}` is there twice"), "take one of them out".into());
+        match found.next() {
+            None if all => return bad(format!("the column `{axis}` is missing"), remedy),
+            None => {}
+            Some(_) if found.next().is_some() => {
+                return bad(format!("the column `{axis}` is there twice"), "take one of them out".into());
+            }
+            Some(position) => columns.push((*axis, position)),
         }
-        axes.push((*axis, position));
     }
-    Ok(axes)
+    if columns.is_empty() {
+        return bad("no column is a quantity of the machine".into(), remedy);
+    }
+    Ok(columns)
 }
 
 /// Byte source that returns an error if a row is too long.

@@ -476,7 +476,7 @@ fn read(file: &Path) -> Result<String, ConfigError> {
             "name the configuration to run; `slipmap report` and `slipmap plot` read maps",
         ));
     }
-    if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") {
+    if is_utf_16(&bytes) {
         return Err(error("this file is written in UTF-16".into(), "save it as UTF-8"));
     }
     String::from_utf8(bytes).map_err(|e| {
@@ -489,11 +489,31 @@ fn read(file: &Path) -> Result<String, ConfigError> {
     })
 }
 
+/// Whether a text begins with the mark of UTF-16, in which some spreadsheets and editors write.
+pub(super) fn is_utf_16(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff")
+}
+
+/// What to do about a number with a decimal comma; `None` for other texts.
+pub(super) fn decimal_comma(text: &str) -> Option<String> {
+    let (whole, decimals) = text.trim().split_once(',')?;
+    let number = format!("{}.{}", whole.trim(), decimals.trim());
+    number.parse::<f64>().ok().map(|_| format!("write decimals with a point: {number}"))
+}
+
 fn parse(file: &Path, text: String) -> Result<Document<String>, ConfigError> {
-    Document::parse(text.clone()).map_err(|e| ConfigError {
-        place: position(file, &text, e.span().map_or(0, |span| span.start)),
-        problem: format!("not valid TOML: {}", e.message().trim().replace('\n', " ")),
-        remedy: "correct this line; configs/quickstart.toml shows how each value is written".into(),
+    Document::parse(text.clone()).map_err(|e| {
+        let offset = e.span().map_or(0, |span| span.start);
+        let line_ends = |part: &str| part.find(['\n', '#']).unwrap_or(part.len());
+        let start = text.get(..offset).and_then(|before| before.rfind(['\n', '='])).map_or(0, |at| at + 1);
+        let value = text.get(start..).map_or("", |rest| &rest[..line_ends(rest)]);
+        ConfigError {
+            place: position(file, &text, offset),
+            problem: format!("not valid TOML: {}", e.message().trim().replace('\n', " ")),
+            remedy: decimal_comma(value).unwrap_or_else(|| {
+                "correct this line; configs/quickstart.toml shows how each value is written".into()
+            }),
+        }
     })
 }
 

@@ -2,10 +2,10 @@
 
 use sha2::{Digest, Sha256};
 
-use crate::machine::{MOTION_ATTRIBUTE, Machine, SI_ATTRIBUTE, UNITS_ATTRIBUTE};
+use crate::machine::{MOTION_ATTRIBUTE, Machine, SI_ATTRIBUTE, SiUnits, UNITS_ATTRIBUTE};
 use crate::map::{Method, Plan, PlaneCurves, Summary};
 
-use super::{SCHEMA, Value, hex};
+use super::{Auxiliary, SCHEMA, Value, auxiliary, hex};
 
 /// Reference for the mathematics of the tests.
 const REFERENCES: &str = "O. Makarenkov, A new test for stick-slip limit cycles in dry-friction \
@@ -41,6 +41,10 @@ pub struct Outcome {
     pub curves: Vec<PlaneCurves>,
     /// Further attributes of the file.
     pub extra: Vec<(String, Value)>,
+    /// The SI units of the machine whose map it is.
+    pub si: Option<SiUnits>,
+    /// Variables beside the cells.
+    pub auxiliary: Vec<Auxiliary>,
 }
 
 impl Outcome {
@@ -66,10 +70,13 @@ impl Outcome {
             add("proved_seconds", proved.seconds.into());
         }
         if let Some(machine) = machine {
-            add(SI_ATTRIBUTE, Value::Reals(machine.to_array().to_vec()));
+            if let Some(numbers) = machine.to_array() {
+                add(SI_ATTRIBUTE, Value::Reals(numbers.to_vec()));
+            }
             add(MOTION_ATTRIBUTE, machine.motion.name().into());
             add(UNITS_ATTRIBUTE, Value::Reals(machine.units().to_array().to_vec()));
         }
+        let si = machine.map(Machine::si);
         let audit =
             Audit { cells: summary.audit.cells, disagreements: summary.audit.disagreements.len() as u64 };
         Self {
@@ -80,6 +87,8 @@ impl Outcome {
             not_computed: None,
             curves: summary.curves.clone(),
             extra,
+            auxiliary: si.iter().flat_map(|si| auxiliary::coordinates(&plan.grid, si)).collect(),
+            si,
         }
     }
 }

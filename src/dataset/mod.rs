@@ -2,11 +2,13 @@
 //! attributes of the file, fingerprints. The HDF5 file is written and read from this description.
 
 pub mod attributes;
+pub mod auxiliary;
 pub mod fingerprint;
 mod schema;
 mod value;
 
 pub use attributes::{Audit, Outcome, Provenance};
+pub use auxiliary::Auxiliary;
 pub use fingerprint::Fingerprint;
 pub use schema::{Cells, Content, MethodInfo, SCHEMA, Schema, Variable};
 pub use value::Value;

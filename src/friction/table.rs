@@ -154,6 +154,16 @@ impl Table {
         })))
     }
 
+    /// The same law with its slip speeds in units of `unit` > 0.
+    ///
+    /// # Errors
+    /// [`TableError`] where two slip speeds become one, or one leaves the numbers.
+    pub fn in_units(&self, unit: f64) -> Result<Self, TableError> {
+        let data: Vec<(f64, f64)> = self.data().map(|(u, friction)| (u / unit, friction)).collect();
+        let table = Self::new(self.origin(), &data, self.static_level())?;
+        self.standard_errors().map_or(Ok(table.clone()), |errors| table.with_standard_errors(errors))
+    }
+
     /// Standard errors of the friction as given, one for each datum.
     #[must_use]
     pub fn standard_errors(&self) -> Option<&[f64]> {

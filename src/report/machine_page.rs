@@ -1,8 +1,8 @@
 //! The engineer's page: what a machine does at its working point, on one page as a figure or as HTML.
 
+use std::convert::Infallible;
 use std::sync::atomic::AtomicBool;
-
-use rayon::prelude::*;
+use std::sync::{Mutex, PoisonError};
 
 use super::document;
 use super::figure::axis::{AXIS, BOTTOM_MARGIN, Labels, Panel, SMALL_TEXT, Scale, TEXT, TITLE_MARGIN};
@@ -12,15 +12,13 @@ use super::figure::region::{cell_edges, outlines};
 use super::figure::scene::{Anchor, Fill, Marker, Rect, Scene};
 use super::figure::{Scene as Figure, bifurcations};
 use super::text::{Rich, rich};
-use super::units::UnitSystem;
+use super::units::{UnitSystem, join};
 use crate::assessment::Assessment;
-use crate::filippov::Oscillator;
-use crate::friction::Law;
-use crate::machine::Dimension;
-use crate::map::{Grid, Plane, PlaneCurves, regime};
-use crate::point::Point;
+use crate::machine::{Dimension, Friction, Model};
+use crate::map::{
+    self, Account, Control, Field, Grid, Method, Plan, Plane, PlaneCurves, Regime, Sink, TileData,
+};
 use crate::risk::{Estimate, Risk};
-use crate::simulate::flow;
 
 /// Nodes of the regime figure along each axis.
 const NODES: usize = 41;
@@ -30,32 +28,29 @@ const TOLERANCE: f64 = 1e-8;
 const PAGE: (f64, f64) = (595.0, 842.0);
 const MARGIN: f64 = 42.0;
 
-/// The page.
+/// The page. Its figures are made when it is drawn.
 #[derive(Debug)]
-pub struct MachinePage {
+pub struct MachinePage<'a> {
     /// What is asked and answered, section by section.
     pub sections: Vec<(&'static str, Vec<(Rich, Rich)>)>,
-    /// The regimes around the working point.
-    regimes: Figure,
-    /// Which slip speeds matter.
-    influence: Option<Figure>,
+    all: &'a Assessment,
     title: Rich,
 }
 
-impl MachinePage {
-    /// The page of a machine under `law`, the working point at `all.machine`.
+impl<'a> MachinePage<'a> {
+    /// The page of a machine, the working point at `all.machine`.
     #[must_use]
-    pub fn new(title: &str, all: &Assessment, risk: Option<&Risk>, law: &Law) -> Self {
+    pub fn new(title: &str, all: &'a Assessment, risk: Option<&Risk>) -> Self {
         let mut sections = sections(all);
         if let Some(risk) = risk {
             sections.insert(2, ("Uncertain quantities", risk_lines(all, risk)));
         }
-        Self {
-            sections,
-            regimes: regimes(all, law),
-            influence: (!all.influence.is_empty()).then(|| influence(all)),
-            title: Rich::foreign(title),
-        }
+        Self { sections, all, title: Rich::foreign(title) }
+    }
+
+    /// The regimes around the working point, and which slip speeds matter.
+    fn figures(&self) -> (Figure, Option<Figure>) {
+        (regimes(self.all), (!self.all.influence.is_empty()).then(|| influence(self.all)))
     }
 
     /// One page of A4.
@@ -78,8 +73,9 @@ impl MachinePage {
         }
         y += 18.0;
         let half = 0.5 * (PAGE.0 - 2.0 * MARGIN);
-        scene.place((MARGIN, y), &self.regimes);
-        if let Some(influence) = &self.influence {
+        let (regimes, influence) = self.figures();
+        scene.place((MARGIN, y), &regimes);
+        if let Some(influence) = &influence {
             scene.place((MARGIN + half + 6.0, y), influence);
         }
         scene
@@ -102,13 +98,14 @@ impl MachinePage {
             }
             body.push_str("</dl>\n");
         }
+        let (regimes, influence) = self.figures();
         let figures = [
             (
                 "regimes",
-                Some(&self.regimes),
+                Some(&regimes),
                 "Long-run behaviour over belt speed and damping; mark: the working point.",
             ),
-            ("influence", self.influence.as_ref(), "Share of each slip speed in the critical damping."),
+            ("influence", influence.as_ref(), "Share of each slip speed in the critical damping."),
         ];
         for (name, figure, words) in figures {
             if let Some(figure) = figure {
@@ -135,19 +132,36 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
     };
     use Dimension::{Damping, Force, Length, Mass, Stiffness, Time, Velocity};
     let line = |name: &str, value: Rich| (rich(name), value);
+    let of_velocity = |value: f64| of(value, Velocity);
     let mut given = vec![
         line("mass", of(machine.mass, Mass)),
         line("stiffness", of(machine.stiffness, Stiffness)),
         line("normal force", of(machine.normal_force, Force)),
-        line("coefficient of friction at rest, kinetic", {
-            quantity(machine.static_friction, "")
-                .then(rich(", "))
-                .then(quantity(machine.kinetic_friction, ""))
-        }),
-        line("Stribeck velocity", of(machine.stribeck_velocity, Velocity)),
     ];
-    if machine.strengthening > 0.0 {
-        given.push(line("strengthening", quantity(machine.strengthening, "")));
+    match &machine.friction {
+        Friction::Coefficients(law, of) => {
+            let rest = quantity(of.static_friction, "").then(rich(", "));
+            given.push(line("friction law", Rich::foreign(law.name())));
+            let both = rest.then(quantity(of.kinetic_friction, ""));
+            given.push(line("coefficient of friction at rest, kinetic", both));
+            given.push(line("Stribeck velocity", of_velocity(of.stribeck_velocity)));
+            if of.strengthening > 0.0 {
+                given.push(line("strengthening", quantity(of.strengthening, "")));
+            }
+        }
+        Friction::Formula(formula, parameters) => {
+            given.push(line("coefficient of friction", Rich::foreign(formula.text())));
+            let named = formula.parameters().iter().zip(parameters.as_slice());
+            let values = named
+                .map(|(of, value)| Rich::foreign(&format!("{} = ", of.name)).then(Rich::number(*value, 4)));
+            if !parameters.as_slice().is_empty() {
+                given.push(line("with", join(values)));
+            }
+        }
+        Friction::Measured(table) => {
+            given.push(line("coefficient of friction", Rich::foreign(table.origin())));
+            given.push(line("at rest", quantity(table.static_level(), "")));
+        }
     }
     given.push(line("belt speed", of(machine.belt_speed, Velocity)));
     let ratio = rich(" (damping ratio ").then(Rich::number(does.damping_ratio, 3)).then(rich(")"));
@@ -247,6 +261,10 @@ fn risk_lines(all: &Assessment, risk: &Risk) -> Vec<(Rich, Rich)> {
         rich("probability that it may stick-slip (95 % limits)"),
         limits(&risk.probability, 100.0, "%").then(rich(&format!(", {} draws", risk.draws))),
     )];
+    lines.push((
+        rich("largest error met of a draw's critical damping"),
+        Rich::number(risk.critical_damping_error, 2).then(Rich::foreign(&format!(" {unit}"))),
+    ));
     for rare in &risk.rare_by {
         let name =
             rich("damping that makes it ").then(Rich::number(100.0 * rare.probability, 4)).then(rich(" %"));
@@ -260,8 +278,44 @@ fn risk_lines(all: &Assessment, risk: &Risk) -> Vec<(Rich, Rich)> {
 /// Width of a figure on the page, in points.
 const FIGURE: f64 = 252.0;
 
+/// Codes of regimes, one column of the map after the other.
+#[derive(Default)]
+struct Columns(Mutex<Vec<(usize, Vec<i8>)>>);
+
+impl Sink for Columns {
+    type Packed = (usize, Vec<i8>);
+    type Error = Infallible;
+
+    fn pack(&self, data: &TileData) -> Result<Self::Packed, Infallible> {
+        Ok((data.tile.number, data.regime.values().map(Regime::code).collect()))
+    }
+
+    fn write(&self, column: Self::Packed, _: &Account) -> Result<(), Infallible> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(column);
+        Ok(())
+    }
+}
+
+/// Codes of the regimes over belt speeds (slower) and dampings.
+fn regimes_over(grid: &Grid) -> Option<Vec<Vec<i8>>> {
+    let mut column = vec![1; grid.axes().len()];
+    *column.last_mut()? = grid.dampings().len();
+    let plan = Plan::builder(grid.clone())
+        .methods([Method::Simulation])
+        .fields([Field::Verdict, Field::Regime])
+        .tolerance(TOLERANCE)
+        .audit_cells(0)
+        .tile_shape(column)
+        .build();
+    let columns = Columns::default();
+    map::run(&plan.ok()?, &columns, &Control::default()).ok()?;
+    let mut columns = columns.0.into_inner().unwrap_or_else(PoisonError::into_inner);
+    columns.sort_unstable();
+    Some(columns.into_iter().map(|(_, codes)| codes).collect())
+}
+
 /// The regimes around the working point, with the curves between them.
-fn regimes(all: &Assessment, law: &Law) -> Scene {
+fn regimes(all: &Assessment) -> Scene {
     let machine = &all.machine;
     let units = machine.units();
     let does = &all.behaviour;
@@ -273,7 +327,7 @@ fn regimes(all: &Assessment, law: &Law) -> Scene {
     };
     let speeds = nodes(speed / units.velocity, 0.02 * speed / units.velocity / NODES as f64);
     let dampings = nodes(damping / units.damping, 0.0);
-    let system = UnitSystem::of_machine(*machine);
+    let system = UnitSystem::of_machine(machine.si());
     let velocity = system.quantity("belt speed", Rich::default(), "", Some(Dimension::Velocity));
     let friction = system.quantity("damping", Rich::default(), "", Some(Dimension::Damping));
     let x = Scale::linear(speeds[0], speeds[NODES - 1]).in_unit(velocity.factor);
@@ -285,29 +339,22 @@ fn regimes(all: &Assessment, law: &Law) -> Scene {
     let panel = Panel { rect, x, y };
     panel.title(&mut scene, &rich("Regimes; diamond: the working point"));
     let mut legend = Legend::default();
-    let Some(point) = machine.point(law) else { return scene };
-    let cells: Vec<Vec<i8>> = speeds
-        .par_iter()
-        .map(|&belt_speed| {
-            let of = |&damping: &f64| {
-                let oscillator = Oscillator::new(law, &Point { belt_speed, damping, ..point });
-                regime(&oscillator, &flow(&oscillator, TOLERANCE)).code()
-            };
-            dampings.iter().map(of).collect()
-        })
-        .collect();
+    let Some(Model { law, point, .. }) = machine.model() else { return scene };
+    let mut axes = vec![vec![1.0]];
+    axes.extend(point.law.as_slice().iter().map(|value| vec![*value]));
+    axes.extend([speeds.clone(), dampings.clone()]);
+    let grid = Grid::new(law, axes).ok();
+    let cells = grid.as_ref().and_then(regimes_over).unwrap_or_default();
+    let code = |i: usize, j: usize| cells.get(i).and_then(|column: &Vec<i8>| column.get(j)).copied();
     let edges = (cell_edges(&speeds, x), cell_edges(&dampings, y));
     for kind in palette::regimes() {
-        let areas = outlines(&panel, &edges.0, &edges.1, |i, j| cells[i][j] == kind.code);
+        let areas = outlines(&panel, &edges.0, &edges.1, |i, j| code(i, j) == Some(kind.code));
         if !areas.is_empty() {
             scene.area(&areas, kind.fill);
             legend.add(Sample::Area(kind.fill), rich(kind.words));
         }
     }
-    let mut axes = vec![vec![1.0]];
-    axes.extend(point.law.as_slice().iter().map(|value| vec![*value]));
-    axes.extend([speeds, dampings]);
-    if let Ok(grid) = Grid::new(law.clone(), axes) {
+    if let Some(grid) = grid {
         let last = grid.axes().len() - 1;
         let plane = Plane::new(last - 1, last, vec![0; last + 1]);
         let curves = PlaneCurves::of(&grid, plane, &AtomicBool::new(false));

@@ -17,30 +17,27 @@ pub(super) fn summary(view: &View, report: &Report) -> Vec<(Rich, Rich)> {
     let axes = map.grid().axes();
     let mut lines = Vec::new();
     let mut line = |name: &str, value: Rich| lines.push((rich(name), value));
-    if let Some(machine) = view.units.machine() {
-        let unit = |dimension| machine.motion.unit(dimension);
+    if let Some(model) = view.model() {
+        let (point, si) = (&model.point, &model.si);
         let quantity = |value: f64, dimension| {
-            Rich::number(value, 4).then(Rich::foreign(&format!(" {}", unit(dimension))))
+            Rich::number(value, 4).then(Rich::foreign(&format!(" {}", si.unit(dimension))))
         };
-        if let Some(does) = behaviour(machine, map.grid().law(), TOLERANCE) {
-            let at = rich("at belt speed ")
-                .then(quantity(machine.belt_speed, Dimension::Velocity))
-                .then(rich(" and damping "))
-                .then(quantity(machine.damping, Dimension::Damping));
-            if let Some(critical) = does.critical_damping {
-                let value = quantity(critical, Dimension::Damping).then(rich(" at belt speed "));
-                line("critical damping", value.then(quantity(machine.belt_speed, Dimension::Velocity)));
-            }
-            if let Some(critical) = does.critical_belt_speed {
-                let value = quantity(critical, Dimension::Velocity).then(rich(" at damping "));
-                line("critical belt speed", value.then(quantity(machine.damping, Dimension::Damping)));
-            }
-            if let Some(amplitude) = does.amplitude {
-                line("amplitude", quantity(amplitude, Dimension::Length).then(rich(" ")).then(at));
-            }
-            let frequency = Rich::number(does.natural_frequency, 4).then(rich(" Hz"));
-            line("natural frequency", frequency);
+        let speed = quantity(point.belt_speed * si.units.velocity, Dimension::Velocity);
+        let damping = quantity(point.damping * si.units.damping, Dimension::Damping);
+        let does = behaviour(&model, TOLERANCE);
+        if let Some(critical) = does.critical_damping {
+            let value = quantity(critical, Dimension::Damping).then(rich(" at belt speed "));
+            line("critical damping", value.then(speed.clone()));
         }
+        if let Some(critical) = does.critical_belt_speed {
+            let value = quantity(critical, Dimension::Velocity).then(rich(" at damping "));
+            line("critical belt speed", value.then(damping.clone()));
+        }
+        if let Some(amplitude) = does.amplitude {
+            let at = rich(" at belt speed ").then(speed).then(rich(" and damping ")).then(damping);
+            line("amplitude", quantity(amplitude, Dimension::Length).then(at));
+        }
+        line("natural frequency", Rich::number(does.natural_frequency, 4).then(rich(" Hz")));
     }
     let cells = count(map.grid().cells() as u64);
     line("friction law", Rich::foreign(map.grid().law().name()));

@@ -1,7 +1,10 @@
 //! In which units the numbers of a map are shown: those of its machine, or none.
 
 use super::text::{Piece, Rich, rich};
-use crate::machine::{Dimension, MOTION_ATTRIBUTE, Machine, Motion, SI_ATTRIBUTE};
+use crate::dataset::auxiliary::PROBABILITY;
+use crate::machine::{
+    Coefficients, Dimension, MOTION_ATTRIBUTE, Model, Motion, SI_ATTRIBUTE, SiUnits, UNITS_ATTRIBUTE, Units,
+};
 use crate::map::{Axis, AxisRole, dimension};
 use crate::store::{MapFile, Value};
 
@@ -18,7 +21,7 @@ impl<'a> View<'a> {
     /// The map in the SI units of its machine, or dimensionless if it has none.
     #[must_use]
     pub fn new(map: &'a MapFile) -> Self {
-        Self { map, units: UnitSystem { machine: machine_of(map) } }
+        Self { map, units: UnitSystem { machine: units_of(map) } }
     }
 
     /// The map in dimensionless numbers, whether it is about a machine or not.
@@ -46,10 +49,19 @@ impl<'a> View<'a> {
                 parts.push(self.axis(axis).equals(axis.values[index[i]]));
             }
         }
-        if let Some(machine) = &self.units.machine {
-            parts.extend(friction_words(machine));
+        if let Some(si) = &self.units.machine {
+            parts.extend(friction_words(self.map, si));
         }
         join(parts)
+    }
+
+    /// The oscillator of the map's machine at its first belt speed and damping; `None` for a map in dimensionless
+    /// numbers.
+    #[must_use]
+    pub fn model(&self) -> Option<Model> {
+        let si = self.units.machine?;
+        let grid = self.map.grid();
+        Some(Model { law: grid.law().clone(), point: grid.point(&vec![0; grid.axes().len()]), si })
     }
 }
 
@@ -64,36 +76,58 @@ pub fn join(parts: impl IntoIterator<Item = Rich>) -> Rich {
     text
 }
 
-/// The constants of a machine's friction.
-fn friction_words(machine: &Machine) -> Vec<Rich> {
-    let velocity = machine.motion.unit(Dimension::Velocity);
+/// What is known of a machine's friction.
+fn friction_words(map: &MapFile, si: &SiUnits) -> Vec<Rich> {
+    let Some(numbers) = machine_numbers(map) else {
+        return vec![rich("friction by ").then(Rich::foreign(match map.grid().law().name() {
+            "expression" => "formula",
+            "table" => "data",
+            name => name,
+        }))];
+    };
+    let [_, _, _, _, rest, kinetic, width, strengthening, _] = numbers;
+    let of = Coefficients::from_array([rest, kinetic, width, strengthening]);
+    let velocity = si.unit(Dimension::Velocity);
     let number = |name: &str, value: f64, unit: &str| {
         let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
         rich(name).then(Rich::number(value, 4)).then(Rich::foreign(&unit))
     };
     let mut words = vec![
-        number("friction at rest ", machine.static_friction, ""),
-        number("kinetic ", machine.kinetic_friction, ""),
-        number("Stribeck velocity ", machine.stribeck_velocity, velocity),
+        number("friction at rest ", of.static_friction, ""),
+        number("kinetic ", of.kinetic_friction, ""),
+        number("Stribeck velocity ", of.stribeck_velocity, velocity),
     ];
-    if machine.strengthening > 0.0 {
-        words.push(number("strengthening ", machine.strengthening, ""));
+    if of.strengthening > 0.0 {
+        words.push(number("strengthening ", of.strengthening, ""));
     }
     words
 }
 
-/// The machine that a map is about; `None` for a map in dimensionless terms.
-pub(super) fn machine_of(map: &MapFile) -> Option<Machine> {
+/// The numbers of a machine whose friction is given by coefficients.
+fn machine_numbers(map: &MapFile) -> Option<[f64; 9]> {
     let Some(Value::Reals(numbers)) = map.attributes().get(SI_ATTRIBUTE) else { return None };
+    numbers.as_slice().try_into().ok()
+}
+
+/// The units of the machine that a map is about; `None` for a map in dimensionless terms.
+fn units_of(map: &MapFile) -> Option<SiUnits> {
     let name = map.text(MOTION_ATTRIBUTE)?;
     let motion = Motion::ALL.into_iter().find(|motion| motion.name() == name)?;
-    Some(Machine::from_array(motion, numbers.as_slice().try_into().ok()?))
+    let units = match map.attributes().get(UNITS_ATTRIBUTE) {
+        Some(Value::Reals(numbers)) => Units::from_array(numbers.as_slice().try_into().ok()?),
+        // Maps of versions before 0.2.
+        _ => {
+            let [mass, stiffness, _, force, rest, ..] = machine_numbers(map)?;
+            Units::of(mass, stiffness, rest * force)
+        }
+    };
+    Some(SiUnits { motion, units })
 }
 
 /// Dimensionless numbers, or the SI units of a machine.
 #[derive(Clone, Debug, Default)]
 pub struct UnitSystem {
-    machine: Option<Machine>,
+    machine: Option<SiUnits>,
 }
 
 /// How a quantity is written: its name, its unit, and the factor that leads to it from dimensionless numbers.
@@ -112,13 +146,13 @@ pub struct Label {
 impl UnitSystem {
     /// The SI units of a machine.
     #[must_use]
-    pub fn of_machine(machine: Machine) -> Self {
-        Self { machine: Some(machine) }
+    pub fn of_machine(si: SiUnits) -> Self {
+        Self { machine: Some(si) }
     }
 
-    /// The machine whose units these are.
+    /// The units, if they are a machine's.
     #[must_use]
-    pub fn machine(&self) -> Option<&Machine> {
+    pub fn machine(&self) -> Option<&SiUnits> {
         self.machine.as_ref()
     }
 
@@ -126,11 +160,11 @@ impl UnitSystem {
     #[must_use]
     pub fn quantity(&self, words: &str, symbol: Rich, key: &str, dimension: Option<Dimension>) -> Label {
         match (&self.machine, dimension) {
-            (Some(machine), Some(dimension)) => Label {
+            (Some(si), Some(dimension)) => Label {
                 name: rich(words),
                 key: key.into(),
-                unit: machine.motion.unit(dimension),
-                factor: machine.units().factor(dimension),
+                unit: si.unit(dimension),
+                factor: si.factor(dimension),
             },
             _ => Label { name: symbol, key: key.into(), unit: "", factor: 1.0 },
         }
@@ -239,6 +273,7 @@ fn variable_words(name: &str) -> Rich {
         "boundary_velocity" => rich("largest {x_2} on the unstable cycle"),
         "boundary_multiplier" => rich("Floquet multiplier of the unstable cycle"),
         "kick_forward" => rich("kick with the belt"),
+        PROBABILITY => rich("probability that it may stick-slip"),
         "kick_backward" => rich("kick against the belt"),
         _ => Rich::foreign(&name.replace('_', " ")),
     }

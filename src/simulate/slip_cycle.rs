@@ -73,7 +73,7 @@ pub struct Kick {
 /// # Errors
 /// [`Failure`].
 pub fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Result<SlipTurn, Failure> {
-    turn_within(oscillator, radius, tolerance, &Work::of_question(&oscillator.curve))
+    turn_within(oscillator, radius, tolerance, &Work::of_orbit(&oscillator.curve))
 }
 
 /// As [`turn`], within the budget of a question.
@@ -269,7 +269,7 @@ impl Extent {
 pub fn kick_onto(oscillator: &Oscillator, cycle: &SlipCycle, tolerance: f64) -> Result<Kick, Failure> {
     let radius = cycle.velocity.hi;
     let rest = oscillator.equilibrium_x1();
-    let work = Work::of_question(&oscillator.curve);
+    let work = Work::of_orbit(&oscillator.curve);
     let mut walk = Walk::new(oscillator, Side::Below, [radius, 0.0], tolerance, radius, &work);
     let mut kick = Kick { forward: radius, backward: -cycle.velocity.lo };
     walk.lower_arc(|walk, from, to| {

@@ -8,6 +8,7 @@ use hdf5::types::{FloatSize, TypeDescriptor};
 use hdf5::{Dataset, Location, ObjectReference1};
 
 use crate::certify::Guarantee;
+use crate::dataset::auxiliary::{AUXILIARY, axes_of};
 use crate::dataset::{Content, Fingerprint, Value, Variable, attributes, fingerprint, hex};
 
 use super::curves;
@@ -128,6 +129,11 @@ fn check_contents(map: &MapFile, ties: bool, report: &mut CheckReport) {
     if let Err(error) = check_curves(map, report) {
         report.note(Some(curves::GROUP), None, format!("unreadable: {error}"));
     }
+    for name in auxiliary(map) {
+        if let Err(error) = check_auxiliary(map, name, ties, report) {
+            report.note(Some(name), None, format!("unreadable: {error}"));
+        }
+    }
     for (position, axis) in schema.grid.axes().iter().enumerate() {
         if let Err(error) = check_axis(map, position, ties, report) {
             report.note(Some(&axis.name), None, format!("unreadable: {error}"));
@@ -141,7 +147,8 @@ fn check_contents(map: &MapFile, ties: bool, report: &mut CheckReport) {
                     report.note(Some(&variable.name), None, format!("unreadable: {error}"));
                 }
                 if ties {
-                    check_ties(map, variable, &dataset, report);
+                    let rank = variable.rank(schema.dimensions().len());
+                    check_ties(&variable.name, rank, &dataset, report);
                 }
                 check_cells(map, variable, &dataset, report);
             }
@@ -181,13 +188,37 @@ fn check_root(map: &MapFile, report: &mut CheckReport) {
             let schema = map.schema();
             for name in names {
                 let axis = schema.dimensions().contains(&name.as_str());
-                if !axis && !map.has(&name) && name != curves::GROUP {
+                let known = axis || map.has(&name) || AUXILIARY.contains(&name.as_str());
+                if !known && name != curves::GROUP {
                     report.note(Some(&name), None, "does not belong to the map");
                 }
             }
         }
         Err(error) => report.note(None, None, format!("its list of variables is unreadable: {error}")),
     }
+}
+
+/// The auxiliary variables that the map has.
+fn auxiliary(map: &MapFile) -> impl Iterator<Item = &'static str> {
+    AUXILIARY.into_iter().filter(|name| map.file().link_exists(name))
+}
+
+/// Checks a variable beside the cells.
+fn check_auxiliary(map: &MapFile, name: &str, ties: bool, report: &mut CheckReport) -> hdf5::Result<()> {
+    let dataset = map.file().dataset(name)?;
+    let axes = axes_of(name, map.grid()).unwrap_or_default();
+    let shape: Vec<usize> = axes.iter().map(|&axis| map.grid().shape()[axis]).collect();
+    if let Err(why) = trust::auxiliary(&dataset, name, &shape)? {
+        report.note(Some(name), None, why);
+        return Ok(());
+    }
+    let digest = fingerprint::of_one_tile(&fingerprint::reals(&dataset.read_raw::<f64>()?));
+    expect(&dataset, name, "sha256", &digest, report);
+    check_attributes(&dataset, Some(name), report);
+    if ties {
+        check_ties(name, shape.len(), &dataset, report);
+    }
+    Ok(())
 }
 
 /// Checks the curves of codimension one, if there are any.
@@ -332,11 +363,10 @@ fn check_layout(
 /// Checks that a variable lists its dimensions. Which ones they are is read from the dimensions themselves,
 /// see [`check_uses`]: the list of the variable lies in a heap without checksums, and the HDF5 library (seen
 /// in 1.10.8) crashes on damaged or forged heaps. The seal covers the heap.
-fn check_ties(map: &MapFile, variable: &Variable, dataset: &Dataset, report: &mut CheckReport) {
-    let rank = variable.rank(map.schema().dimensions().len());
+fn check_ties(name: &str, rank: usize, dataset: &Dataset, report: &mut CheckReport) {
     if dataset.attr("DIMENSION_LIST").ok().map(|list| list.shape()) != Some(vec![rank]) {
         report.note(
-            Some(&variable.name),
+            Some(name),
             Some("attribute DIMENSION_LIST".into()),
             format!("does not tie it to {rank} dimensions"),
         );
@@ -346,12 +376,14 @@ fn check_ties(map: &MapFile, variable: &Variable, dataset: &Dataset, report: &mu
 /// Checks that a dimension lists the variables that have it, and no others.
 fn check_uses(map: &MapFile, position: usize, scale: &Dataset, report: &mut CheckReport) -> hdf5::Result<()> {
     let mut expected = Vec::new();
-    for variable in &map.schema().variables {
-        if position < variable.rank(map.schema().dimensions().len()) && map.file().link_exists(&variable.name)
-        {
-            let reference: ObjectReference1 = map.file().reference(&variable.name)?;
-            expected.push((sys::address(reference), i32::try_from(position).unwrap_or(i32::MAX)));
-        }
+    let rank = |variable: &Variable| variable.rank(map.schema().dimensions().len());
+    let of_variables = map.schema().variables.iter().map(|v| (v.name.as_str(), (0..rank(v)).collect()));
+    let of_auxiliary = auxiliary(map).map(|name| (name, axes_of(name, map.grid()).unwrap_or_default()));
+    let all: Vec<(&str, Vec<usize>)> = of_variables.chain(of_auxiliary).collect();
+    for (name, axes) in all.iter().filter(|(name, _)| map.file().link_exists(name)) {
+        let Some(dimension) = axes.iter().position(|axis| *axis == position) else { continue };
+        let reference: ObjectReference1 = map.file().reference(name)?;
+        expected.push((sys::address(reference), i32::try_from(dimension).unwrap_or(i32::MAX)));
     }
     let found = scale.attr("REFERENCE_LIST").and_then(|list| list.read_raw::<ScaleUse>());
     let mut found: Vec<_> = found

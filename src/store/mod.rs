@@ -10,7 +10,7 @@
 //! | `verdict_METHOD` | `i8` | -1 absent, 0 undecided, 1 present, 2 failed, 3 not computed |
 //! | `margin_METHOD` | `f64` | margin of the verdict |
 //! | `critical_c_METHOD` | `f64` | critical damping, without the axis c; NaN where there is none |
-//! | `regime` | `i8` | 0 equilibrium, 1 stick-slip, 2 bistable, 3 pure slip, 4 crossing, 5 failed, 6 pure slip and stick-slip, 7 pure slip and equilibrium |
+//! | `regime` | `i8` | 0 equilibrium, 1 stick-slip, 2 bistable, 3 pure slip, 4 crossing, 5 failed, 6 to 11 further sets of attractors, by `flag_meanings` |
 //! | `landing_x1`, `stick_time`, `slip_time`, `crossings` | `f64` | the slip from the exit point; NaN where it never sticks |
 //! | `cycle_period`, `cycle_amplitude_x1`, `cycle_amplitude_x2`, `cycle_multiplier` | `f64` | the attracting cycle; NaN where there is none |
 //! | `boundary_velocity`, `boundary_multiplier`, `kick_forward`, `kick_backward` | `f64` | the unstable slip cycle within which the mass does not stick-slip; NaN where there is none |
@@ -23,6 +23,14 @@
 //! deflate. The file's own attributes record its provenance ([`Provenance`]) and the course of the run
 //! ([`Outcome`]); `complete` = 1 is written last. Texts have fixed lengths, since not every NetCDF tool reads
 //! variable-length ones.
+//!
+//! # Machines
+//!
+//! The map of a machine has its belt speeds and dampings in SI units as auxiliary coordinates, `belt_speed_si` along V
+//! and `damping_si` along c (CF attribute `coordinates` of every variable, by which xarray finds them). Variables with
+//! a physical dimension have the attributes `si_factor` and `si_units`: their numbers times the factor are in that
+//! unit. Of the file, `machine_si` are the machine's numbers ([`crate::machine::Machine::to_array`]), `machine_units`
+//! the units of time, length, velocity, force and damping, `machine_motion` tells whether it moves or turns.
 //!
 //! # Curves
 //!

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use hdf5::{Dataset, File, SliceOrIndex};
 use ndarray::ArrayD;
 
+use crate::dataset::auxiliary::{AUXILIARY, axes_of};
 use crate::dataset::{MethodInfo, SCHEMA, Schema, Value};
 use crate::friction::Law;
 use crate::map::{Field, Grid, PlaneCurves, Tile};
@@ -111,6 +112,12 @@ impl MapFile {
         self.variables().any(|name| name == variable)
     }
 
+    /// Whether the map has this variable beside its cells.
+    #[must_use]
+    pub fn has_auxiliary(&self, name: &str) -> bool {
+        AUXILIARY.contains(&name) && self.file.link_exists(name)
+    }
+
     /// Attributes of the file, by name.
     #[must_use]
     pub fn attributes(&self) -> &BTreeMap<String, Value> {
@@ -179,12 +186,21 @@ impl MapFile {
         self.slice(variable, at)
     }
 
-    /// Reads real numbers on a slice, as [`MapFile::code_slice`].
+    /// Reads real numbers on a slice, as [`MapFile::code_slice`]; also those of a variable beside the cells, which takes no
+    /// notice of the axes that it does not have.
     ///
     /// # Errors
     /// As [`MapFile::codes`].
     pub fn real_slice(&self, variable: &str, at: &[Pick]) -> Result<ArrayD<f64>, StoreError> {
-        self.slice(variable, at)
+        let own = axes_of(variable, self.grid()).filter(|_| self.has_auxiliary(variable));
+        match own {
+            Some(axes) if at.len() == self.grid().axes().len() => {
+                let dataset = self.file.dataset(variable).map_err(|error| self.failed(variable, &error))?;
+                let at: Vec<Pick> = axes.into_iter().map(|axis| at[axis]).collect();
+                self.slice_of(&dataset, variable, &at)
+            }
+            _ => self.slice(variable, at),
+        }
     }
 
     /// The tiles of the map, in the order of the file.
@@ -236,7 +252,15 @@ impl MapFile {
 
     /// Reads a slice.
     fn slice<T: hdf5::H5Type>(&self, variable: &str, at: &[Pick]) -> Result<ArrayD<T>, StoreError> {
-        let dataset = self.dataset(variable)?;
+        self.slice_of(&self.dataset(variable)?, variable, at)
+    }
+
+    fn slice_of<T: hdf5::H5Type>(
+        &self,
+        dataset: &Dataset,
+        variable: &str,
+        at: &[Pick],
+    ) -> Result<ArrayD<T>, StoreError> {
         let shape = dataset.shape();
         let fits = |(pick, &len): (&Pick, &usize)| match *pick {
             Pick::Node(index) => index < len,

@@ -109,6 +109,20 @@ pub(super) fn variable(
     Ok(if stored == expected { Ok(()) } else { Err(format!("{name} holds {stored} instead of {expected}")) })
 }
 
+/// Refuses a variable beside the cells that is no array of numbers of this shape.
+pub(super) fn auxiliary(dataset: &Dataset, name: &str, shape: &[usize]) -> hdf5::Result<Result<(), String>> {
+    if let Err(why) = own_numbers(dataset, name)? {
+        return Ok(Err(why));
+    }
+    Ok(if dataset.shape() != shape {
+        Err(format!("{name} has the shape {:?} instead of {shape:?}", dataset.shape()))
+    } else if kind(dataset)? != TypeDescriptor::Float(FloatSize::U8) {
+        Err(format!("{name} does not hold 64-bit floating-point numbers"))
+    } else {
+        Ok(())
+    })
+}
+
 /// Number type of a variable of the schema.
 pub(super) fn kind_of(variable: &Variable) -> TypeDescriptor {
     match variable.codes() {

@@ -8,7 +8,8 @@ use hdf5::types::VarLenArray;
 use hdf5::{Dataset, File, ObjectReference1};
 
 use crate::dataset::{
-    Fingerprint, Outcome, Provenance, Schema, Value, Variable, attributes, fingerprint, hex,
+    Auxiliary, Fingerprint, Outcome, Provenance, Schema, Value, Variable, attributes, auxiliary, fingerprint,
+    hex,
 };
 use crate::map::{Account, Axis, Plan, Sink, TileData};
 
@@ -113,9 +114,17 @@ impl MapWriter {
         let schema = packing.schema();
         let written = written.into_inner().unwrap_or_else(PoisonError::into_inner);
         let failed = |error: hdf5::Error| StoreError::hdf5("finish", &output, &error);
+        create_auxiliary(&file, schema, &outcome.auxiliary).map_err(failed)?;
         for ((dataset, variable), written) in datasets.iter().zip(&schema.variables).zip(&written) {
+            if let Some(si) = &outcome.si {
+                let rank = variable.rank(schema.grid.axes().len());
+                for (name, value) in auxiliary::attributes_of(&variable.name, rank, &schema.grid, si) {
+                    value::write(dataset, name, &value).map_err(failed)?;
+                }
+            }
             close_variable(dataset, variable, written).map_err(failed)?;
         }
+        list_uses(&file, schema, &outcome.auxiliary).map_err(failed)?;
         curves::write(&file, &schema.grid, &outcome.curves).map_err(failed)?;
         for axis in schema.grid.axes() {
             seal_attributes(&*file.dataset(&axis.name).map_err(failed)?).map_err(failed)?;
@@ -200,39 +209,75 @@ impl Sink for MapWriter {
     }
 }
 
-/// Creates the dimensions and the variables, and links them.
+/// Creates the dimensions and the variables, which list their dimensions.
 fn create_datasets(file: &File, schema: &Schema, compression: u8) -> hdf5::Result<Vec<Dataset>> {
     let axes = schema.grid.axes();
-    let scales: Vec<Dataset> = axes.iter().map(|axis| create_scale(file, axis)).collect::<Result<_, _>>()?;
-    let references = reference_list(file, axes.iter().map(|axis| axis.name.as_str()))?;
-    let datasets: Vec<Dataset> = schema
-        .variables
-        .iter()
-        .map(|variable| create_variable(file, schema, variable, compression))
-        .collect::<Result<_, _>>()?;
-    let mut uses: Vec<Vec<ScaleUse>> = vec![Vec::new(); axes.len()];
-    let variables = reference_list(file, schema.variables.iter().map(|variable| variable.name.as_str()))?;
-    for ((dataset, variable), &reference) in datasets.iter().zip(&schema.variables).zip(&variables) {
-        let rank = variable.rank(axes.len());
-        let list: Vec<VarLenArray<ObjectReference1>> =
-            references[..rank].iter().map(|scale| VarLenArray::from_slice(&[*scale])).collect();
-        dataset.new_attr_builder().with_data(&list).create("DIMENSION_LIST")?;
-        for (dimension, uses) in (0..).zip(&mut uses[..rank]) {
-            uses.push(ScaleUse { dataset: reference, dimension });
-        }
+    for axis in axes {
+        create_scale(file, axis)?;
     }
-    for (scale, uses) in scales.iter().zip(&uses) {
-        scale.new_attr_builder().with_data(uses).create("REFERENCE_LIST")?;
-    }
-    Ok(datasets)
+    let create = |variable: &Variable| {
+        let dataset = create_variable(file, schema, variable, compression)?;
+        name_dimensions(file, &dataset, &axes[..variable.rank(axes.len())])?;
+        Ok(dataset)
+    };
+    schema.variables.iter().map(create).collect()
 }
 
-/// References to datasets of the root group.
-fn reference_list<'a>(
+/// Lets a dataset name its dimensions.
+fn name_dimensions<'a>(
     file: &File,
-    names: impl IntoIterator<Item = &'a str>,
-) -> hdf5::Result<Vec<ObjectReference1>> {
-    names.into_iter().map(|name| file.reference(name)).collect()
+    dataset: &Dataset,
+    axes: impl IntoIterator<Item = &'a Axis>,
+) -> hdf5::Result<()> {
+    let reference = |axis: &Axis| Ok(VarLenArray::from_slice(&[file.reference(&axis.name)?]));
+    let list: Vec<VarLenArray<ObjectReference1>> =
+        axes.into_iter().map(reference).collect::<hdf5::Result<_>>()?;
+    dataset.new_attr_builder().with_data(&list).create("DIMENSION_LIST").map(drop)
+}
+
+/// Lets each dimension name the datasets that have it.
+fn list_uses(file: &File, schema: &Schema, auxiliary: &[Auxiliary]) -> hdf5::Result<()> {
+    let axes = schema.grid.axes();
+    let mut uses: Vec<Vec<ScaleUse>> = vec![Vec::new(); axes.len()];
+    let of_variables = schema.variables.iter().map(|v| (v.name.as_str(), (0..v.rank(axes.len())).collect()));
+    let of_auxiliary =
+        auxiliary.iter().filter_map(|v| Some((v.name, auxiliary::axes_of(v.name, &schema.grid)?)));
+    let all: Vec<(&str, Vec<usize>)> = of_variables.chain(of_auxiliary).collect();
+    for (name, positions) in all {
+        let dataset: ObjectReference1 = file.reference(name)?;
+        for (dimension, position) in (0..).zip(positions) {
+            uses[position].push(ScaleUse { dataset, dimension });
+        }
+    }
+    for (axis, uses) in axes.iter().zip(&uses) {
+        file.dataset(&axis.name)?.new_attr_builder().with_data(uses).create("REFERENCE_LIST")?;
+    }
+    Ok(())
+}
+
+/// Creates the variables beside the cells.
+fn create_auxiliary(file: &File, schema: &Schema, auxiliary: &[Auxiliary]) -> hdf5::Result<()> {
+    for Auxiliary { name, values, attributes } in auxiliary {
+        let positions = auxiliary::axes_of(name, &schema.grid).unwrap_or_default();
+        let axes = || positions.iter().map(|position| &schema.grid.axes()[*position]);
+        let shape: Vec<usize> = axes().map(|axis| axis.values.len()).collect();
+        let dataset = file
+            .new_dataset_builder()
+            .empty::<f64>()
+            .shape(shape)
+            .obj_track_times(false)
+            .attr_creation_order(AttrCreationOrder::Indexed)
+            .attr_phase_change(ATTRIBUTES_IN_HEADER.max_compact, ATTRIBUTES_IN_HEADER.min_dense)
+            .create(*name)?;
+        dataset.write_raw(values)?;
+        name_dimensions(file, &dataset, axes())?;
+        for (name, value) in attributes {
+            value::write(&dataset, name, value)?;
+        }
+        value::write(&dataset, "sha256", &fingerprint::of_one_tile(&fingerprint::reals(values)))?;
+        seal_attributes(&dataset)?;
+    }
+    Ok(())
 }
 
 /// Creates a coordinate, which is also a dimension (HDF5 dimension scale).

@@ -215,7 +215,9 @@ fn tables_of_points_never_panic() {
                 return Ok((rows, points));
             }
             for row in &batch {
-                points += usize::from(table.point(row).map_err(|error| error.to_string())?.damping >= 0.0);
+                points += usize::from(
+                    table.point(row, &Law::Stribeck).map_err(|error| error.to_string())?.damping >= 0.0,
+                );
             }
             rows += batch.len();
         }

@@ -52,6 +52,7 @@ fn outcome() -> Outcome {
         not_computed: None,
         curves: Vec::new(),
         extra: vec![("note".into(), "from the test".into())],
+        ..Outcome::default()
     }
 }
 

@@ -18,6 +18,7 @@ mod latex;
 mod laws;
 mod long_axes;
 mod machine;
+mod machine_laws;
 mod map_equal;
 #[cfg(target_os = "linux")]
 mod mounts;

@@ -115,6 +115,29 @@ impl Expression {
         Ok(Self(Arc::new(Compiled { text: text.to_owned(), static_level, tape, parameters })))
     }
 
+    /// The law whose slip speed is measured in units of `unit`, divided by `static_level`: every u of the text
+    /// becomes (unit*u).
+    ///
+    /// # Errors
+    /// [`ExpressionError`] where that makes the formula too long.
+    pub fn in_units(&self, unit: f64, static_level: f64) -> Result<Self, ExpressionError> {
+        let mut text = String::with_capacity(self.0.text.len());
+        let is_part = |letter: char| letter.is_alphanumeric() || letter == '_' || letter == '.';
+        let mut rest = self.0.text.as_str();
+        while !rest.is_empty() {
+            let word = &rest[..rest.find(|letter| !is_part(letter)).unwrap_or(rest.len())];
+            match word {
+                "u" => text.push_str(&format!("({unit:?}*u)")),
+                word => text.push_str(word),
+            }
+            rest = &rest[word.len()..];
+            let gap = rest.find(is_part).unwrap_or(rest.len());
+            text.push_str(&rest[..gap]);
+            rest = &rest[gap..];
+        }
+        Self::new(&text, static_level)
+    }
+
     /// The formula as it was written.
     #[must_use]
     pub fn text(&self) -> &str {

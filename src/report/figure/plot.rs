@@ -13,6 +13,7 @@ use super::palette::{self, Kind};
 use super::scene::{Scene, Width};
 use super::slice::{ChoiceError, Held, Slice, find_axis, hold, nearest_node, step};
 use super::strips::{self, Strip};
+use crate::dataset::auxiliary::PROBABILITY;
 use crate::map::{Plane, PlaneCurves};
 use crate::store::{MapFile, Pick};
 
@@ -91,13 +92,13 @@ pub fn plot(view: &View, plot: &Plot) -> Result<Plotted, ReportError> {
 /// The variables that are asked for, or the one that is shown if none is.
 fn variables<'a>(map: &'a MapFile, asked: &'a [String]) -> Result<Vec<&'a str>, ChoiceError> {
     let default = format!("verdict_{SIMULATION}");
-    for name in asked {
-        if let (false, Some(field)) = (map.has(name), field_of(name)) {
-            return Err(ChoiceError::NotStored { variable: name.clone(), field });
-        }
-        if !map.has(name) {
-            return Err(ChoiceError::unknown("variable", name, map.variables()));
-        }
+    let probability = [PROBABILITY].into_iter().filter(|name| map.has_auxiliary(name));
+    let names: Vec<&str> = map.variables().chain(probability).collect();
+    if let Some(name) = asked.iter().find(|name| !names.contains(&name.as_str())) {
+        return Err(match field_of(name) {
+            Some(field) => ChoiceError::NotStored { variable: name.clone(), field },
+            None => ChoiceError::unknown("variable", name, names.iter().copied()),
+        });
     }
     if asked.is_empty() {
         let mut names = map.variables();

@@ -5,8 +5,9 @@ use super::super::text::{Rich, rich};
 use super::super::units::View;
 use super::{column, words};
 use crate::behaviour::{Behaviour, behaviour};
-use crate::machine::{Dimension, Machine};
+use crate::machine::{Dimension, Model};
 use crate::map::AxisRole;
+use crate::point::Point;
 
 /// Belt speeds shown at most.
 const ROWS: usize = 12;
@@ -16,37 +17,37 @@ const TOLERANCE: f64 = 1e-9;
 /// What the machine of a map does at its belt speeds; `None` for a map in dimensionless terms.
 pub(super) fn machine(view: &View) -> Option<Table> {
     let map = view.map;
-    let machine = *view.units.machine()?;
-    let (units, motion) = (machine.units(), machine.motion);
+    let model = view.model()?;
+    let si = model.si;
+    let units = si.units;
     let [length, velocity, damping] =
-        [Dimension::Length, Dimension::Velocity, Dimension::Damping].map(|of| motion.unit(of));
+        [Dimension::Length, Dimension::Velocity, Dimension::Damping].map(|of| si.unit(of));
     let speeds = &map.grid().axes().iter().find(|axis| axis.role == AxisRole::BeltSpeed)?.values;
     let shown = speeds.len().min(ROWS);
-    let law = map.grid().law();
-    let rows = (0..shown).filter_map(|i| {
-        let speed = speeds[if shown > 1 { i * (speeds.len() - 1) / (shown - 1) } else { 0 }];
-        let here = Machine { belt_speed: speed * units.velocity, ..machine };
-        let does: Behaviour = behaviour(&here, law, TOLERANCE)?;
+    let rows = (0..shown).map(|i| {
+        let belt_speed = speeds[if shown > 1 { i * (speeds.len() - 1) / (shown - 1) } else { 0 }];
+        let here = Model { point: Point { belt_speed, ..model.point }, ..model.clone() };
+        let does: Behaviour = behaviour(&here, TOLERANCE);
         let [slip, stick] = does.slip_and_stick_time.map_or([None; 2], |times| times.map(Some));
-        Some(vec![
-            Cell::Real(here.belt_speed),
+        vec![
+            Cell::Real(belt_speed * units.velocity),
             does.critical_damping.into(),
             does.critical_damping_ratio.into(),
             words(&does.regime.name().replace('_', " ")),
             slip.into(),
             stick.into(),
             does.amplitude.into(),
-        ])
+        ]
     });
     let rows: Vec<_> = rows.collect();
-    let critical = behaviour(&machine, law, TOLERANCE).and_then(|does| does.critical_belt_speed);
+    let critical = behaviour(&model, TOLERANCE).critical_belt_speed;
     let quantity = |name: &str, value: f64, unit: &str| {
         rich(name).then(Rich::number(value, 4)).then(rich(&format!(" {unit}")))
     };
     let mut notes = vec![
         quantity(
             "Damping ",
-            machine.damping,
+            model.point.damping * units.damping,
             &format!("{} where not stated otherwise; units of the map: ", damping),
         )
         .then(quantity("time ", units.time, "s, "))

@@ -69,7 +69,7 @@ fn store_map(folder: &Path, plan: &Plan, title: &str) -> MapFile {
         audit: Some(store::Audit { cells: 3, disagreements: 0 }),
         not_computed: None,
         curves: Vec::new(),
-        extra: vec![],
+        ..Outcome::default()
     };
     writer.finish(&outcome).unwrap();
     MapFile::open(&path).unwrap()

@@ -1,0 +1,86 @@
+//! Variables beside the cells of a machine's map: its axes and what else is known along them, in SI units.
+
+use super::Value;
+use crate::machine::SiUnits;
+use crate::map::{AxisRole, Grid, dimension};
+
+/// A variable along some of the axes, stored in one piece.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Auxiliary {
+    /// Its name, one of [`AUXILIARY`].
+    pub name: &'static str,
+    /// Its values, row-major along its axes.
+    pub values: Vec<f64>,
+    /// Its attributes, apart from fingerprints.
+    pub attributes: Vec<(&'static str, Value)>,
+}
+
+/// The axes in SI units: the auxiliary coordinate variables of the CF conventions.
+const COORDINATES: [(&str, AxisRole, &str); 2] = [
+    ("belt_speed_si", AxisRole::BeltSpeed, "belt speed"),
+    ("damping_si", AxisRole::Damping, "damping coefficient"),
+];
+
+/// Name of the probability that a machine with uncertain quantities may stick-slip, over belt speed and damping.
+pub const PROBABILITY: &str = "stick_slip_probability";
+
+/// The names of all auxiliary variables.
+pub const AUXILIARY: [&str; 3] = [COORDINATES[0].0, COORDINATES[1].0, PROBABILITY];
+
+/// Positions of the axes that an auxiliary variable has; `None` if there is no such variable.
+#[must_use]
+pub fn axes_of(name: &str, grid: &Grid) -> Option<Vec<usize>> {
+    let roles = match name {
+        PROBABILITY => vec![AxisRole::BeltSpeed, AxisRole::Damping],
+        _ => vec![COORDINATES.iter().find(|(known, ..)| *known == name)?.1],
+    };
+    let position = |role: AxisRole| grid.axes().iter().position(|axis| axis.role == role);
+    roles.into_iter().map(position).collect()
+}
+
+/// The probability that a machine may stick-slip, row-major along belt speed and damping, from so many draws at each
+/// belt speed.
+#[must_use]
+pub fn probability(values: Vec<f64>, draws: usize) -> Auxiliary {
+    let coordinates: Vec<&str> = COORDINATES.iter().map(|(name, ..)| *name).collect();
+    Auxiliary {
+        name: PROBABILITY,
+        values,
+        attributes: vec![
+            ("long_name", "probability that the machine may stick-slip".into()),
+            ("units", "1".into()),
+            ("coordinates", coordinates.join(" ").into()),
+            ("draws", Value::Integers(vec![i64::try_from(draws).unwrap_or(i64::MAX)])),
+            ("standard_error_at_most", (0.5 / (draws as f64).sqrt()).into()),
+        ],
+    }
+}
+
+/// Belt speeds and dampings of a machine's map in SI units.
+#[must_use]
+pub fn coordinates(grid: &Grid, si: &SiUnits) -> Vec<Auxiliary> {
+    let along = |(name, role, words): (&'static str, AxisRole, &str)| {
+        let axis = grid.axes().iter().find(|axis| axis.role == role)?;
+        let dimension = dimension::of_axis(role)?;
+        Some(Auxiliary {
+            name,
+            values: axis.values.iter().map(|value| value * si.factor(dimension)).collect(),
+            attributes: vec![("long_name", words.into()), ("units", si.unit(dimension).into())],
+        })
+    };
+    COORDINATES.into_iter().filter_map(along).collect()
+}
+
+/// What a variable over the first `rank` axes of the grid says of SI units: its auxiliary coordinates, by the CF
+/// conventions, and the factor that leads from its numbers to numbers in a unit, where it has one.
+#[must_use]
+pub fn attributes_of(name: &str, rank: usize, grid: &Grid, si: &SiUnits) -> Vec<(&'static str, Value)> {
+    let has = |coordinate: &&str| axes_of(coordinate, grid).is_some_and(|axes| axes[0] < rank);
+    let coordinates: Vec<&str> = COORDINATES.iter().map(|(name, ..)| *name).filter(has).collect();
+    let mut attributes = vec![("coordinates", coordinates.join(" ").into())];
+    if let Some(dimension) = dimension::of_variable(name) {
+        attributes.push(("si_factor", si.factor(dimension).into()));
+        attributes.push(("si_units", si.unit(dimension).into()));
+    }
+    attributes
+}

@@ -1,0 +1,149 @@
+//! The friction of a machine: its coefficient of friction against the slip speed, in SI units.
+
+use super::Units;
+use crate::friction::{Expression, Law, Table};
+use crate::point::LawParameters;
+
+/// Coefficients of the laws `stribeck`, `exponential` and `lorentzian`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coefficients {
+    /// mu_s > 0.
+    pub static_friction: f64,
+    /// mu_k in [0, mu_s].
+    pub kinetic_friction: f64,
+    /// v_s > 0, m/s.
+    pub stribeck_velocity: f64,
+    /// Rise of the coefficient of friction at high speed, >= 0: per (m/s)^2 in the law `stribeck`, per m/s in
+    /// the others.
+    pub strengthening: f64,
+}
+
+impl Coefficients {
+    /// Their names, in the order of the fields.
+    pub const NAMES: [&str; 4] =
+        ["static_friction", "kinetic_friction", "stribeck_velocity", "strengthening"];
+
+    /// The numbers in the order of the fields.
+    #[must_use]
+    pub fn to_array(&self) -> [f64; 4] {
+        [self.static_friction, self.kinetic_friction, self.stribeck_velocity, self.strengthening]
+    }
+
+    /// The coefficients of such an array.
+    #[must_use]
+    pub fn from_array(
+        [static_friction, kinetic_friction, stribeck_velocity, strengthening]: [f64; 4],
+    ) -> Self {
+        Self { static_friction, kinetic_friction, stribeck_velocity, strengthening }
+    }
+
+    fn are_legal(&self) -> bool {
+        self.to_array().iter().all(|value| value.is_finite())
+            && self.static_friction > 0.0
+            && self.stribeck_velocity > 0.0
+            && self.strengthening >= 0.0
+            && (0.0..=self.static_friction).contains(&self.kinetic_friction)
+    }
+}
+
+/// The coefficient of friction against the slip speed (m/s; of a rotation rad/s).
+#[derive(Clone, Debug, PartialEq)]
+pub enum Friction {
+    /// A built-in law and its coefficients.
+    Coefficients(Law, Coefficients),
+    /// A formula in the slip speed u, and the values of the names in it.
+    Formula(Expression, LawParameters),
+    /// Measured coefficients.
+    Measured(Table),
+}
+
+impl Friction {
+    /// Name of its law in configurations.
+    #[must_use]
+    pub fn law_name(&self) -> &'static str {
+        match self {
+            Friction::Coefficients(law, _) => law.name(),
+            Friction::Formula(..) => "expression",
+            Friction::Measured(_) => "table",
+        }
+    }
+
+    /// The coefficient of friction at rest.
+    #[must_use]
+    pub fn at_rest(&self) -> f64 {
+        match self {
+            Friction::Coefficients(_, coefficients) => coefficients.static_friction,
+            Friction::Formula(formula, parameters) => {
+                Law::Expression(formula.clone()).curve(1.0, parameters).phi(0.0)
+            }
+            Friction::Measured(table) => table.static_level(),
+        }
+    }
+
+    /// The law in dimensionless terms, and the values of its parameters; `None` where a formula or data in these
+    /// units leave the numbers.
+    #[must_use]
+    pub fn dimensionless(&self, units: &Units) -> Option<(Law, LawParameters)> {
+        let velocity = units.velocity;
+        match self {
+            Friction::Coefficients(law, coefficients) => {
+                let ratio = coefficients.kinetic_friction / coefficients.static_friction;
+                let rise = coefficients.strengthening / coefficients.static_friction;
+                let width = coefficients.stribeck_velocity;
+                let parameters = match law.as_written() {
+                    Law::Stribeck => [ratio, rise * velocity * velocity, velocity / width],
+                    Law::Exponential | Law::Lorentzian => [ratio, width / velocity, rise * velocity],
+                    _ => return None,
+                };
+                Some((law.clone(), LawParameters::new(&parameters)))
+            }
+            Friction::Formula(formula, parameters) => {
+                let formula = formula.in_units(velocity, self.at_rest()).ok()?;
+                Some((Law::Expression(formula), *parameters))
+            }
+            Friction::Measured(table) => {
+                Some((Law::Table(table.in_units(velocity).ok()?), LawParameters::new(&[])))
+            }
+        }
+    }
+
+    /// Its numbers by name.
+    #[must_use]
+    pub fn quantities(&self) -> Vec<(&'static str, f64)> {
+        match self {
+            Friction::Coefficients(_, coefficients) => {
+                Coefficients::NAMES.into_iter().zip(coefficients.to_array()).collect()
+            }
+            Friction::Formula(formula, parameters) => {
+                let names = formula.parameters().iter().map(|parameter| parameter.name);
+                names.zip(parameters.as_slice().iter().copied()).collect()
+            }
+            Friction::Measured(_) => Vec::new(),
+        }
+    }
+
+    /// The friction with another value of the number at this position among [`Friction::quantities`].
+    pub(super) fn set(&mut self, position: usize, value: f64) {
+        match self {
+            Friction::Coefficients(_, coefficients) => {
+                let mut numbers = coefficients.to_array();
+                numbers[position] = value;
+                *coefficients = Coefficients::from_array(numbers);
+            }
+            Friction::Formula(_, parameters) => parameters.set(position, value),
+            Friction::Measured(_) => {}
+        }
+    }
+
+    /// Whether its numbers are those of a friction.
+    pub(super) fn is_legal(&self) -> bool {
+        match self {
+            Friction::Coefficients(_, coefficients) => coefficients.are_legal(),
+            Friction::Formula(..) => {
+                let level = self.at_rest();
+                level > 0.0 && level.is_finite()
+            }
+            Friction::Measured(_) => true,
+        }
+    }
+}

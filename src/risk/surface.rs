@@ -1,0 +1,329 @@
+//! The critical damping of very many machines that differ in a few numbers.
+//!
+//! With the time in units of sqrt(m / k) the divergence of the flow is (theory, "Scaling")
+//!
+//! ```text
+//! D = N / sqrt(k m) w(u) - d / sqrt(k m),    w = -mu'(u)
+//! ```
+//!
+//! so that the critical damping is `sqrt(k m) A y` with a function y of few groups of the machine's numbers:
+//!
+//! | friction | A | y depends on |
+//! | --- | --- | --- |
+//! | `stribeck` | N (mu_s - mu_k) / (v_s sqrt(k m)) | A, v / v_s, strengthening v_s^2 / (mu_s - mu_k) |
+//! | `exponential`, `lorentzian` | the same | A, v / v_s; strengthening takes N strengthening off the damping |
+//! | formula, data | N / sqrt(k m) | A, v, and the formula's parameters that vary |
+//!
+//! y is smooth. It is sampled at Chebyshev nodes of the box that holds the machines, and interpolated; boxes in which
+//! it misses samples by more than [`ACCURACY`] are cut in two, down to boxes with so few machines that each has a
+//! search of its own. Guarantee: numerical; [`Found::error`] is the largest error met at the samples.
+
+use rayon::prelude::*;
+
+use crate::friction::{Column, Law};
+use crate::machine::{Friction, Machine, Model};
+use crate::simulate::critical::critical_dampings;
+
+/// Accuracy of critical dampings that are searched for.
+const TOLERANCE: f64 = 1e-9;
+/// Largest error of the interpolated y at the samples, in units of its size: far below any tolerance of a machine.
+const ACCURACY: f64 = 1e-6;
+/// Machines of a box that are searched for, to compare.
+const SAMPLES: usize = 24;
+/// Nodes along each axis, by the number of axes that have an extent.
+const NODES: [usize; 5] = [1, 12, 9, 7, 5];
+/// Most nodes of a box, but for its first axis.
+const MOST_ROWS: usize = 125;
+/// Machines that share a call of the root search.
+const SEARCHED_TOGETHER: usize = 64;
+/// A box is interpolated if it holds so many machines for each node.
+const MACHINES_PER_NODE: usize = 4;
+
+/// Machines by the groups of which y is a function.
+pub(super) struct Groups<'a> {
+    nominal: &'a Machine,
+    /// Positions of the formula's parameters that vary, among its quantities.
+    varied: Vec<usize>,
+    /// Number of groups.
+    size: usize,
+    /// The groups of one machine after the other.
+    values: Vec<f64>,
+    /// What y is multiplied by, and what is added, for the critical damping in SI units.
+    scales: Vec<[f64; 2]>,
+}
+
+/// The critical dampings that were found.
+pub(super) struct Found {
+    /// One for each machine, SI units; NaN where none was found.
+    pub(super) dampings: Vec<f64>,
+    /// Largest error of an interpolated one, in units of the damping, as far as it was met.
+    pub(super) error: f64,
+}
+
+impl<'a> Groups<'a> {
+    /// Groups of machines that have the quantities of `nominal` but for those named.
+    pub(super) fn new(nominal: &'a Machine, uncertain: &[&str]) -> Self {
+        let varied: Vec<usize> = match &nominal.friction {
+            Friction::Formula(..) => {
+                let names = nominal.friction.quantities().into_iter().enumerate();
+                names.filter(|(_, (name, _))| uncertain.contains(name)).map(|(i, _)| i).collect()
+            }
+            _ => Vec::new(),
+        };
+        let size = 2 + varied.len() + usize::from(is_stribeck(nominal));
+        Self { nominal, varied, size, values: Vec::new(), scales: Vec::new() }
+    }
+
+    /// Adds a machine.
+    pub(super) fn push(&mut self, machine: &Machine) {
+        let root = (machine.stiffness * machine.mass).sqrt();
+        let (force, speed) = (machine.normal_force / root, machine.belt_speed);
+        let (a, shift) = match &machine.friction {
+            Friction::Coefficients(_, of) => {
+                let fall = of.static_friction - of.kinetic_friction;
+                let width = of.stribeck_velocity;
+                let a = force * fall / width;
+                self.values.extend([a.ln(), (speed / width).ln()]);
+                match is_stribeck(machine) {
+                    true => {
+                        self.values.push(of.strengthening * width * width / fall);
+                        (a, 0.0)
+                    }
+                    false => (a, -machine.normal_force * of.strengthening),
+                }
+            }
+            Friction::Formula(_, parameters) => {
+                self.values.extend([force.ln(), speed.ln()]);
+                self.values.extend(self.varied.iter().map(|&position| parameters.as_slice()[position]));
+                (force, 0.0)
+            }
+            Friction::Measured(_) => {
+                self.values.extend([force.ln(), speed.ln()]);
+                (force, 0.0)
+            }
+        };
+        self.scales.push([root * a, shift]);
+    }
+
+    /// The machines of another collection after these.
+    pub(super) fn append(&mut self, mut others: Groups) {
+        self.values.append(&mut others.values);
+        self.scales.append(&mut others.scales);
+    }
+
+    /// The groups of a machine.
+    fn of(&self, machine: usize) -> &[f64] {
+        &self.values[machine * self.size..(machine + 1) * self.size]
+    }
+
+    /// The nominal machine with these groups instead of its own; `None` where it has none, as without weakening.
+    fn machine_with(&self, groups: &[f64]) -> Option<Machine> {
+        let mut machine = self.nominal.clone();
+        let root = (machine.stiffness * machine.mass).sqrt();
+        let (a, speed) = (groups[0].exp(), groups[1].exp());
+        match &mut machine.friction {
+            Friction::Coefficients(_, of) => {
+                let fall = of.static_friction - of.kinetic_friction;
+                let width = of.stribeck_velocity;
+                of.strengthening = groups.get(2).map_or(0.0, |b| b * fall / (width * width));
+                machine.normal_force = a * width * root / fall;
+                machine.belt_speed = speed * width;
+            }
+            Friction::Formula(_, parameters) => {
+                machine.normal_force = a * root;
+                machine.belt_speed = speed;
+                for (&position, &value) in self.varied.iter().zip(&groups[2..]) {
+                    parameters.set(position, value);
+                }
+            }
+            Friction::Measured(_) => {
+                machine.normal_force = a * root;
+                machine.belt_speed = speed;
+            }
+        }
+        machine.is_legal().then_some(machine)
+    }
+
+    /// y at these groups, by a search for each; NaN where there is none.
+    fn searched(&self, groups: &[&[f64]]) -> Vec<f64> {
+        let of_some = |groups: &[&[f64]]| {
+            let model = |groups: &&[f64]| {
+                let machine = self.machine_with(groups)?;
+                let factor = (machine.stiffness * machine.mass).sqrt() * groups[0].exp();
+                Some((machine.model()?, factor))
+            };
+            let models: Vec<Option<(Model, f64)>> = groups.iter().map(model).collect();
+            let columns: Vec<Column> = models.iter().flatten().map(|(model, _)| model.column()).collect();
+            let mut roots = critical_dampings(&columns, TOLERANCE).into_iter();
+            let mut y = |(model, factor): &(Model, f64)| {
+                let root = roots.next().and_then(Result::ok);
+                root.map_or(f64::NAN, |root| root.c * model.si.units.damping / factor)
+            };
+            models.iter().map(|model| model.as_ref().map_or(f64::NAN, &mut y)).collect::<Vec<f64>>()
+        };
+        groups.par_chunks(SEARCHED_TOGETHER).flat_map_iter(of_some).collect()
+    }
+
+    /// y of these machines, by a search for each.
+    fn searched_of(&self, machines: &[usize]) -> Vec<f64> {
+        self.searched(&machines.iter().map(|&machine| self.of(machine)).collect::<Vec<_>>())
+    }
+
+    /// The critical damping of every machine.
+    pub(super) fn critical_dampings(&self) -> Found {
+        let all: Vec<usize> = (0..self.scales.len()).collect();
+        let (mut known, mut unknown): (Vec<usize>, Vec<usize>) =
+            all.into_iter().partition(|&machine| self.of(machine).iter().all(|group| group.is_finite()));
+        let mut dampings = vec![f64::NAN; self.scales.len()];
+        let mut error = 0.0_f64;
+        for (machine, y, off) in self.boxed(&mut known) {
+            let [factor, shift] = self.scales[machine];
+            dampings[machine] = factor * y + shift;
+            error = error.max((factor * off).abs());
+        }
+        // Friction that does not fall with speed: no damping is needed.
+        unknown.retain(|&machine| self.scales[machine][0] <= 0.0);
+        for machine in unknown {
+            dampings[machine] = self.scales[machine][1].min(0.0);
+        }
+        Found { dampings, error }
+    }
+
+    /// y of these machines and the error met in their box.
+    fn boxed(&self, machines: &mut [usize]) -> Vec<(usize, f64, f64)> {
+        let sides = self.sides(machines);
+        let wide: Vec<usize> = (0..self.size).filter(|&axis| sides[axis][1] > sides[axis][0]).collect();
+        let along = NODES.get(wide.len()).copied();
+        let nodes = along.and_then(|n| n.checked_pow(u32::try_from(wide.len()).ok()?));
+        let Some((along, nodes)) = along.zip(nodes).filter(|(_, n)| machines.len() > MACHINES_PER_NODE * n)
+        else {
+            let y = self.searched_of(machines);
+            return machines.iter().zip(y).map(|(&machine, y)| (machine, y, 0.0)).collect();
+        };
+        let surface = Surface::new(self, &sides, &wide, along, nodes);
+        // Samples from everywhere among the machines, which lie in the order of the draws.
+        let step = machines.len() / SAMPLES;
+        let samples: Vec<usize> = (0..SAMPLES).map(|i| machines[i * step]).collect();
+        let searched = self.searched_of(&samples);
+        let missed = samples.iter().zip(&searched).map(|(&m, y)| (surface.at(self.of(m)) - y).abs());
+        let error =
+            missed.fold(0.0, |most: f64, miss| if miss.is_nan() { f64::INFINITY } else { most.max(miss) });
+        if error <= ACCURACY * surface.size() {
+            return machines.iter().map(|&machine| (machine, surface.at(self.of(machine)), error)).collect();
+        }
+        let axis = surface.roughest();
+        let middle = machines.len() / 2;
+        let place = |machine: &usize| self.of(*machine)[axis];
+        machines.select_nth_unstable_by(middle, |a, b| place(a).total_cmp(&place(b)).then(a.cmp(b)));
+        let (below, above) = machines.split_at_mut(middle);
+        below.sort_unstable();
+        above.sort_unstable();
+        let (mut below, mut above) = rayon::join(|| self.boxed(below), || self.boxed(above));
+        below.append(&mut above);
+        below
+    }
+
+    /// The box that holds these machines.
+    fn sides(&self, machines: &[usize]) -> Vec<[f64; 2]> {
+        let mut sides = vec![[f64::INFINITY, f64::NEG_INFINITY]; self.size];
+        for &machine in machines {
+            for (side, &value) in sides.iter_mut().zip(self.of(machine)) {
+                *side = [side[0].min(value), side[1].max(value)];
+            }
+        }
+        // What differs by round-off only is the same.
+        for side in &mut sides {
+            if side[1] - side[0] <= 1e-12 * (1.0 + side[0].abs()) {
+                side[1] = side[0];
+            }
+        }
+        sides
+    }
+}
+
+fn is_stribeck(machine: &Machine) -> bool {
+    matches!(&machine.friction, Friction::Coefficients(law, _) if *law.as_written() == Law::Stribeck)
+}
+
+/// A tensor Chebyshev interpolant of y over a box.
+struct Surface {
+    sides: Vec<[f64; 2]>,
+    /// The axes along which the box has an extent.
+    wide: Vec<usize>,
+    /// Polynomials along each of them.
+    along: usize,
+    /// The last axis varies fastest.
+    coefficients: Vec<f64>,
+}
+
+impl Surface {
+    fn new(groups: &Groups, sides: &[[f64; 2]], wide: &[usize], along: usize, nodes: usize) -> Self {
+        let node = |i: usize| (std::f64::consts::PI * (i as f64 + 0.5) / along as f64).cos();
+        let points: Vec<Vec<f64>> = (0..nodes)
+            .map(|number| {
+                let mut point: Vec<f64> = sides.iter().map(|side| side[0]).collect();
+                let mut rest = number;
+                for &axis in wide.iter().rev() {
+                    let [lo, hi] = sides[axis];
+                    point[axis] = lo + 0.5 * (1.0 + node(rest % along)) * (hi - lo);
+                    rest /= along;
+                }
+                point
+            })
+            .collect();
+        let mut coefficients = groups.searched(&points.iter().map(Vec::as_slice).collect::<Vec<_>>());
+        // From values at the nodes to coefficients, axis by axis.
+        for axis in 0..wide.len() {
+            let stride = along.pow((wide.len() - 1 - axis) as u32);
+            for first in (0..nodes).filter(|number| (number / stride).is_multiple_of(along)) {
+                let values: Vec<f64> = (0..along).map(|i| coefficients[first + i * stride]).collect();
+                for j in 0..along {
+                    let term =
+                        |i: usize| (std::f64::consts::PI * j as f64 * (i as f64 + 0.5) / along as f64).cos();
+                    let sum: f64 = values.iter().enumerate().map(|(i, value)| value * term(i)).sum();
+                    coefficients[first + j * stride] = if j == 0 { 1.0 } else { 2.0 } * sum / along as f64;
+                }
+            }
+        }
+        Self { sides: sides.to_vec(), wide: wide.to_vec(), along, coefficients }
+    }
+
+    /// y at a point of the box.
+    fn at(&self, point: &[f64]) -> f64 {
+        let mut sums = [0.0; MOST_ROWS];
+        let mut left = self.coefficients.len();
+        // Each axis, the slowest first, is replaced by its sum.
+        for (number, &axis) in self.wide.iter().enumerate() {
+            let [lo, hi] = self.sides[axis];
+            let x = 2.0 * (point[axis] - lo) / (hi - lo) - 1.0;
+            let rows = left / self.along;
+            for row in 0..rows {
+                let (mut before, mut now) = (x, 1.0);
+                let mut sum = 0.0;
+                for place in (row..left).step_by(rows) {
+                    sum += now * if number == 0 { self.coefficients[place] } else { sums[place] };
+                    (before, now) = (now, 2.0 * x * now - before);
+                }
+                sums[row] = sum;
+            }
+            left = rows;
+        }
+        if self.wide.is_empty() { self.coefficients[0] } else { sums[0] }
+    }
+
+    /// The size of y.
+    fn size(&self) -> f64 {
+        self.coefficients[0].abs()
+    }
+
+    /// The axis along which the last polynomials are largest; where y is not known at a node, the first.
+    fn roughest(&self) -> usize {
+        let last = |position: usize| -> f64 {
+            let stride = self.along.pow((self.wide.len() - 1 - position) as u32);
+            let of_last = |(number, _): &(usize, &f64)| number / stride % self.along + 2 >= self.along;
+            self.coefficients.iter().enumerate().filter(of_last).map(|(_, c)| c.abs()).sum()
+        };
+        let best = (0..self.wide.len()).max_by(|a, b| last(*a).total_cmp(&last(*b)));
+        best.map_or(0, |position| self.wide[position])
+    }
+}

@@ -1,0 +1,200 @@
+//! Machines under every friction law, and what is uncertain of them, through the real binary.
+
+use std::collections::HashMap;
+
+use crate::command::Scratch;
+use serde_json::Value;
+use slipmap::dataset::auxiliary::PROBABILITY;
+use slipmap::store::{MapFile, Pick};
+
+const BODY: &str =
+    "[machine]\nmass = 2.0\nstiffness = 800.0\nnormal_force = 50.0\nbelt_speed = 0.1\ndamping = 4.0\n";
+
+/// A configuration with this law and these further keys of the machine.
+fn machine(friction: &str, more: &str) -> String {
+    format!("[friction]\n{friction}\n{BODY}{more}\n")
+}
+
+/// The coefficient of friction of the tests at a slip speed in m/s.
+fn coefficient(u: f64) -> f64 {
+    0.3 + 0.1 * (-u / 0.25f64).exp()
+}
+
+/// Measured at a hundred speeds, in units of `unit`.
+fn data(unit: f64) -> String {
+    let row = |i: i32| {
+        let u = 2.0 * (f64::from(i) / 100.0).powi(2);
+        format!("{u},{}\n", coefficient(u) * unit)
+    };
+    (0..=100).map(row).collect()
+}
+
+fn json(scratch: &Scratch, arguments: &[&str]) -> Value {
+    serde_json::from_str(&scratch.run(&[arguments, &["--json"]].concat()).ends_with(0).out).unwrap()
+}
+
+#[test]
+fn one_friction_in_every_form_is_one_machine() {
+    let scratch = Scratch::new();
+    scratch.file("mu.csv", data(1.0));
+    scratch.file("force.csv", data(50.0));
+    let coefficients = "static_friction = 0.4\nkinetic_friction = 0.3\nstribeck_velocity = 0.25";
+    let formula = "law = \"expression\"\nphi = \"muk + (mus - muk)*exp(-u/vs)\"";
+    let force = "law = \"table\"\nfile = \"force.csv\"\nquantity = \"force\"";
+    let all = [
+        ("coefficients", machine("law = \"exponential\"", coefficients)),
+        ("formula", machine(formula, "mus = 0.4\nmuk = 0.3\nvs = 0.25")),
+        ("table", machine("law = \"table\"\nfile = \"mu.csv\"", "")),
+        ("force", machine(force, "")),
+        // Forces need no normal force.
+        ("alone", machine(force, "").replace("normal_force = 50.0\n", "")),
+    ];
+    let mut critical = HashMap::new();
+    for (name, text) in &all {
+        let file = format!("{name}.toml");
+        scratch.file(&file, text);
+        let page = json(&scratch, &["machine", &file]);
+        let number = |key: &str| page[key].as_f64().unwrap();
+        critical.insert(*name, number("may_stick_slip_below_damping"));
+        // The damping at which steady slip turns stable is the weakening of the force at belt speed.
+        let hopf = 50.0 * 0.1 / 0.25 * (-0.1f64 / 0.25).exp();
+        // Cubics between a hundred data have slopes good to some thousandths.
+        let error = if matches!(*name, "coefficients" | "formula") { 1e-12 } else { 5e-3 };
+        assert!((number("always_stick_slips_below_damping") / hopf - 1.0).abs() < error, "{name}");
+
+        // The same by probe and by a map, which carries its axes in SI units.
+        let probed = json(&scratch, &["probe", "--machine", &file]);
+        let probed = probed["machine"]["critical_damping"].as_f64().unwrap();
+        assert!((probed / critical[name] - 1.0).abs() < 1e-8, "{name}");
+        let output = format!("output.path={name}.h5");
+        let small = [
+            "--set",
+            &output,
+            "--set",
+            "machine.belt_speed=[0.1, 0.2]",
+            "--set",
+            "machine.damping=[0.0, 4.0]",
+        ];
+        let fields = ["--set", "output.fields=['verdict', 'critical_c']", "--quiet"];
+        scratch.run(&[&["run", file.as_str()], &small[..], &fields].concat()).ends_with(0);
+        let path = format!("{name}.h5");
+        scratch.run(&["check", &path]).ends_with(0);
+        let map = MapFile::open(&scratch.path().join(&path)).unwrap();
+        let rank = map.grid().axes().len();
+        let speeds = map.real_slice("belt_speed_si", &vec![Pick::Every(1); rank]).unwrap();
+        assert!((speeds[[0]] - 0.1).abs() < 1e-15 && (speeds[[1]] - 0.2).abs() < 1e-15, "{speeds}");
+        let dampings = map.real_slice("damping_si", &vec![Pick::Every(1); rank]).unwrap();
+        assert!(dampings[[0]] == 0.0 && (dampings[[1]] - 4.0).abs() < 1e-14, "{dampings}");
+        assert!(!map.has_auxiliary(PROBABILITY));
+        // A figure and its numbers in SI units.
+        let plot =
+            ["plot", &path, "--x", "belt_speed", "--variable", "critical_c_simulation", "--out", "c.svg"];
+        scratch.run(&[&plot[..], &["--data", "c.csv", "--overwrite"]].concat()).ends_with(0);
+        let table = scratch.read("c.csv");
+        assert!(table.starts_with("belt_speed [m/s],critical_c_simulation [N s/m]"), "{table}");
+    }
+    assert!((critical["formula"] / critical["coefficients"] - 1.0).abs() < 1e-8, "{critical:?}");
+    assert!((critical["table"] / critical["coefficients"] - 1.0).abs() < 1e-3, "{critical:?}");
+    assert!((critical["force"] / critical["table"] - 1.0).abs() < 1e-8, "{critical:?}");
+    assert!((critical["alone"] / critical["force"] - 1.0).abs() < 1e-8, "{critical:?}");
+}
+
+#[test]
+fn what_a_machine_of_a_law_needs_is_told_at_once() {
+    let scratch = Scratch::new();
+    let refused = |text: String, parts: &[&str]| {
+        scratch.file("bad.toml", text);
+        scratch.run(&["run", "bad.toml"]).refuses(parts);
+        scratch.run(&["machine", "bad.toml"]).refuses(parts);
+    };
+    let formula = |phi: &str, more: &str| machine(&format!("law = \"expression\"\nphi = \"{phi}\""), more);
+    refused(machine("law = \"table\"", ""), &["`file` is missing", "m/s", "quantity", "mass, stiffness"]);
+    refused(
+        machine("law = \"expression\"", ""),
+        &["`phi` is missing", "slip speed u in m/s", "mass, stiffness"],
+    );
+    refused(formula("muk + 0.1*exp(-u/vs)", ""), &["`muk` is missing from [machine]", "also lacks vs"]);
+    refused(formula("mass*exp(-u)", ""), &["`mass` is a quantity of the machine", "another name"]);
+    refused(formula("u*exp(-u)", ""), &["bad.toml:3:7", "at rest, u = 0, is 0", "greater than 0"]);
+    refused(formula("0.3 + 0.1*abs(u - 0.15)", ""), &["bad.toml:3:7", "kink at u = 0.15", "^^"]);
+    refused(formula("0.3", "mus = 1.0"), &["unknown key `mus`"]);
+    scratch.file("mu.csv", "0,0.4\n0.05,0.35\n0.15,0.3\n");
+    let table = |more: &str| machine(&format!("law = \"table\"\nfile = \"mu.csv\"\n{more}"), "");
+    refused(table(""), &["end at slip speed 0.15 m/s", "up to 0.2 m/s"]);
+    refused(table("static = 0.4"), &["static", "leave it out"]);
+    refused(table("quantity = \"forces\""), &["quantity", "force"]);
+    scratch.file("mu.csv", "0,-0.4\n0.05,0.35\n0.3,0.3\n");
+    refused(table(""), &["mu.csv:1", "at rest is -0.4", "greater than 0"]);
+    scratch.file("mu.csv", "0,1\n0.5,0.8\n2,0.7\n");
+    let dimensionless =
+        "[friction]\nlaw = \"table\"\nfile = \"mu.csv\"\nquantity = \"force\"\n[grid]\nepsilon = 1.0\n";
+    scratch.file("bad.toml", dimensionless);
+    scratch.run(&["run", "bad.toml"]).refuses(&["quantity", "leave it out"]);
+}
+
+#[test]
+fn a_table_of_machines_is_answered_in_si_units() {
+    let scratch = Scratch::new();
+    let coefficients = "static_friction = 0.4\nkinetic_friction = 0.3\nstribeck_velocity = 0.25";
+    scratch.file("machine.toml", machine("law = \"lorentzian\"", coefficients));
+    scratch.file("in.csv", "name,belt_speed,mass\na,0.05,2\nb,0.2,4\n");
+    let run = ["probe", "--machine", "machine.toml", "--points", "in.csv", "--out", "out.csv", "--quiet"];
+    scratch.run(&run).ends_with(0);
+    let text = scratch.read("out.csv");
+    let rows: Vec<HashMap<String, String>> =
+        csv::Reader::from_reader(text.as_bytes()).deserialize().map(Result::unwrap).collect();
+    for (row, (speed, mass)) in rows.iter().zip([("0.05", "2"), ("0.2", "4")]) {
+        let [speed, mass] = [format!("belt_speed={speed}"), format!("mass={mass}")];
+        let alone = json(&scratch, &["probe", "--machine", "machine.toml", "--set", &speed, "--set", &mass]);
+        for (column, key) in
+            [("critical_damping [N s/m]", "critical_damping"), ("stick_time [s]", "stick_time")]
+        {
+            let (here, there) = (row[column].parse::<f64>().ok(), alone["machine"][key].as_f64());
+            assert_eq!(here.is_some(), there.is_some(), "{column}: {text}");
+            assert!(here.zip(there).is_none_or(|(a, b)| (a / b - 1.0).abs() < 1e-8), "{column}: {text}");
+        }
+        assert_eq!(row["regime"], alone["machine"]["regime"], "{text}");
+    }
+    assert!(rows.len() == 2 && rows[1]["name"] == "b");
+    std::fs::remove_file(scratch.path().join("out.csv")).unwrap();
+    scratch.file("in.csv", "speed\n0.1\n");
+    scratch.run(&run).refuses(&["in.csv:1", "no column is a quantity", "belt_speed"]);
+    scratch.file("in.csv", "belt_speed\n0.1\n-0.2\n");
+    scratch.run(&run).refuses(&["in.csv:3", "belt_speed", "-0.2"]);
+    assert!(!scratch.names().contains(&"out.csv".to_owned()));
+}
+
+#[test]
+fn a_map_of_an_uncertain_machine_has_its_probability() {
+    let scratch = Scratch::new();
+    let coefficients =
+        "static_friction = 0.4\nkinetic_friction = { value = 0.3, sd = 0.02 }\nstribeck_velocity = 0.25\n";
+    let text = machine("law = \"exponential\"", coefficients)
+        .replace("normal_force = 50.0", "normal_force = { value = 50.0, sd = 10.0 }")
+        .replace("belt_speed = 0.1", "belt_speed = [0.1, 0.2]")
+        .replace("damping = 4.0", "damping = [2.0, 8.0]");
+    scratch.file("machine.toml", text);
+    scratch.run(&["run", "machine.toml", "--set", "output.path=map.h5", "--quiet"]).ends_with(0);
+    scratch.run(&["check", "map.h5"]).ends_with(0);
+    let map = MapFile::open(&scratch.path().join("map.h5")).unwrap();
+    let mut at = vec![Pick::Node(0); map.grid().axes().len()];
+    let rank = at.len();
+    (at[rank - 2], at[rank - 1]) = (Pick::Every(1), Pick::Every(1));
+    let stored = map.real_slice(PROBABILITY, &at).unwrap();
+    assert_eq!(stored.shape(), [2, 2]);
+    for (i, speed) in ["0.1", "0.2"].into_iter().enumerate() {
+        for (j, damping) in ["2", "8"].into_iter().enumerate() {
+            let [speed, damping] = [format!("belt_speed={speed}"), format!("damping={damping}")];
+            let page = ["machine", "machine.toml", "--set", &speed, "--set", &damping, "--draws", "5000"];
+            let risk = &json(&scratch, &page)["risk"];
+            let (here, p) = (risk["probability"]["value"].as_f64().unwrap(), stored[[i, j]]);
+            // Four standard errors of the smaller sample.
+            assert!((here - p).abs() <= 4.0 * (p * (1.0 - p) / 5000.0).sqrt() + 1e-3, "{here} {p}");
+            assert!(risk["critical_damping_error"].as_f64().unwrap() < 1e-4);
+        }
+    }
+    let plot = ["plot", "map.h5", "--x", "belt_speed", "--y", "damping", "--variable", PROBABILITY];
+    scratch.run(&[&plot[..], &["--out", "p.svg", "--data", "p.csv"]].concat()).ends_with(0);
+    assert!(scratch.read("p.svg").contains("probability that it may stick-slip"));
+    assert_eq!(scratch.read("p.csv").lines().count(), 5);
+}
