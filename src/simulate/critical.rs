@@ -240,9 +240,7 @@ fn sweep(
         // R moves little from sweep to sweep, and less the more of them there are.
         let sums = if sweeps > 1 && sweeps.is_power_of_two() {
             let sums = evaluate::<true>(lanes, &circle.angles, workspace);
-            for lane in 0..LANES {
-                half_span[lane] = 0.5 * exp_m1_above(sums.range[lane]);
-            }
+            half_span = sums.range.map(|range| 0.5 * exp_m1_above(range));
             sums
         } else {
             evaluate::<false>(lanes, &circle.angles, workspace)
