@@ -91,7 +91,7 @@ struct Looped {
 /// # Errors
 /// [`Failure`].
 pub fn crossing_loop(oscillator: &Oscillator, beyond_exit: f64, tolerance: f64) -> Result<Loop, Failure> {
-    loop_within(oscillator, beyond_exit, tolerance, &Work::of_orbit(&oscillator.curve))
+    loop_within(oscillator, beyond_exit, tolerance, &Work::of_question(&oscillator.curve))
 }
 
 fn loop_within(oscillator: &Oscillator, y: f64, tolerance: f64, work: &Work) -> Result<Loop, Failure> {
@@ -127,7 +127,7 @@ fn looped(oscillator: &Oscillator, y: f64, tolerance: f64, work: &Work) -> Resul
 /// # Errors
 /// [`Failure`].
 pub fn landing_speed(oscillator: &Oscillator, tolerance: f64) -> Result<Option<f64>, Failure> {
-    landing_speed_within(oscillator, tolerance, &Work::of_orbit(&oscillator.curve))
+    landing_speed_within(oscillator, tolerance, &Work::of_question(&oscillator.curve))
 }
 
 fn landing_speed_within(
@@ -149,7 +149,7 @@ fn landing_speed_within(
 /// # Errors
 /// [`Failure`].
 pub fn second_crossing(oscillator: &Oscillator, tolerance: f64) -> Result<Option<f64>, Failure> {
-    let work = Work::of_orbit(&oscillator.curve);
+    let work = Work::of_question(&oscillator.curve);
     let Some(speed) = landing_speed_within(oscillator, tolerance, &work)?.filter(|speed| *speed > JUMP)
     else {
         return Ok(None);
@@ -254,7 +254,7 @@ pub fn stick_slip_cycle(
         return Ok(None);
     };
     let Extent { velocity, displacement } =
-        looped(oscillator, 0.0, tolerance, &Work::of_orbit(&oscillator.curve))?.extent;
+        looped(oscillator, 0.0, tolerance, &Work::of_question(&oscillator.curve))?.extent;
     Ok(Some(StickSlipCycle {
         period: landing.slip_time + landing.stick_time,
         velocity,

@@ -25,6 +25,7 @@ use super::arc::{LowerEnd, State, Walk};
 use super::work::Work;
 use super::{CriticalDamping, Failure, NoCriticalDamping, critical_damping};
 use crate::filippov::{Oscillator, Side};
+use crate::friction::jet::Jet;
 use crate::friction::{Column, Law, Table};
 
 /// Error of the critical damping that is asked for, in units of the divergence.
@@ -248,7 +249,11 @@ fn means(column: &Column, c: f64, orbit: &Grazing) -> Means {
         let gradient = curve.weakening_gradient(slip);
         let by_parameters = gradient.parameters.as_slice();
         terms.resize(2 + by_parameters.len(), Term::default());
-        let [rate, slope] = weakening.at_with_slope(slip);
+        // A formula's own series: the polynomials' digits depend on what they were compiled for before.
+        let slope = match curve.formula(Jet::<f64, 3>::variable(slip, 1.0)) {
+            Some(phi) => -2.0 * phi.0[2],
+            None => weakening.at_with_slope(slip)[1],
+        };
         terms[0].add(weight * gradient.epsilon);
         terms[1].add(weight * slope * slip / belt_speed);
         for (term, by) in terms[2..].iter_mut().zip(by_parameters) {
@@ -260,7 +265,7 @@ fn means(column: &Column, c: f64, orbit: &Grazing) -> Means {
                 *sum += weight * by;
             }
             // The datum at slip speed 0 is the static friction, the unit of all others.
-            data[0] -= weight * rate / table.static_level();
+            data[0] -= weight * curve.weakening(slip) / table.static_level();
         }
     }
     Means(

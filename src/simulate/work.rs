@@ -19,19 +19,19 @@ pub(super) struct Work {
     left: Cell<u64>,
     /// What an evaluation of the law itself takes.
     cost: u64,
-    /// Whether there are so many orbits that compiling the law pays.
+    /// Whether orbits see the compiled law. Its digits depend on what it was compiled for before.
     pub(super) compiles: bool,
 }
 
 impl Work {
     /// The whole budget of a question about oscillators with this law.
     pub(super) fn of_question(curve: &Curve) -> Self {
-        Self { left: Cell::new(QUESTION), cost: curve.cost(), compiles: curve.cost() > 1 }
+        Self { left: Cell::new(QUESTION), cost: curve.cost(), compiles: false }
     }
 
-    /// The same for a question that one orbit answers.
-    pub(super) fn of_orbit(curve: &Curve) -> Self {
-        Self { compiles: false, ..Self::of_question(curve) }
+    /// The same for a question that takes a backbone, which compiles the law.
+    pub(super) fn of_backbone(curve: &Curve) -> Self {
+        Self { compiles: curve.cost() > 1, ..Self::of_question(curve) }
     }
 
     /// Takes evaluations of the law itself from the budget.
