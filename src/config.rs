@@ -63,7 +63,8 @@ mod source;
 
 use std::path::{Path, PathBuf};
 
-pub use law::{point_into, read_table};
+pub use axis::range_nodes;
+pub use law::{point_into, read_table, table_of_text};
 pub use machine::{MachineJob, load_machine};
 pub use points::{PointTable, point_of};
 pub use source::ConfigError;

@@ -47,11 +47,11 @@
 //!
 //! # Features
 //! `store` (the map file, with the HDF5 library), `report` (tables and figures), `config` (configuration
-//! files) and `cli` (the program) are on by default; `serde` makes results serialisable. With none of them,
-//! or only `config` and `serde`, the crate is pure Rust.
+//! files), `cli` (the program) and `explore` (its web page) are on by default; `serde` makes results
+//! serialisable. With none of them, or only `config` and `serde`, the crate is pure Rust.
 //!
-//! The modules `assessment`, `benchmark`, `cli` and `report` belong to the program. They are public for its
-//! tests only, are not documented here, and may change at any time.
+//! The modules `assessment`, `benchmark`, `cli`, `explore` and `report` belong to the program. They are
+//! public for its tests only, are not documented here, and may change at any time.
 
 #[cfg(feature = "report")]
 #[doc(hidden)]
@@ -67,6 +67,9 @@ mod clock;
 #[cfg(feature = "config")]
 pub mod config;
 pub mod dataset;
+#[cfg(feature = "explore")]
+#[doc(hidden)]
+pub mod explore;
 pub mod filippov;
 pub mod friction;
 pub mod machine;

@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::output::{count, exact, short};
-use super::point::probe_line;
 use super::{Ended, Failure, interrupt, progress};
 use crate::config::Job;
 use crate::map::failures::{self, Catalogue, Class, Comparison, Kind, MethodFailures};
 use crate::map::limits::HIGHEST;
 use crate::map::{Grid, Method};
+use crate::probe::command_line;
 use crate::simulate::naive::NaiveKnobs;
 
 /// Largest number of cells: more would take hours.
@@ -237,7 +237,7 @@ impl Report<'_> {
     }
 
     fn probe(&self, class: &Class) -> String {
-        probe_line(self.job.plan.grid.law(), &class.example, self.job.plan.tolerance)
+        command_line(self.job.plan.grid.law(), &class.example, self.job.plan.tolerance)
     }
 
     /// The settings of the naive methods, unless they are the default ones.

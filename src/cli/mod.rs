@@ -6,6 +6,8 @@
 mod assess;
 mod check;
 mod estimate;
+#[cfg(feature = "explore")]
+mod explore;
 mod failures;
 mod interrupt;
 mod machine;
@@ -67,6 +69,9 @@ enum Command {
     Plot(plot::Arguments),
     /// Assess a machine at its working point, on one page in SI units
     Machine(assess::Arguments),
+    /// Move through parameter space in the browser
+    #[cfg(feature = "explore")]
+    Explore(explore::Arguments),
     /// Compare every method with the simulated flow on a grid, and explain each failure
     Failures(failures::Arguments),
     /// Chart the speed of every method and engine against its accuracy
@@ -152,6 +157,8 @@ fn carry_out(command: Command) -> ExitCode {
         Command::Report(arguments) => report::run(&arguments),
         Command::Plot(arguments) => plot::run(&arguments),
         Command::Machine(arguments) => assess::run(&arguments),
+        #[cfg(feature = "explore")]
+        Command::Explore(arguments) => explore::run(&arguments),
         Command::Failures(arguments) => failures::run(&arguments),
         Command::WorkPrecision(arguments) => work_precision::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),

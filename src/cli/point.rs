@@ -10,6 +10,7 @@ use crate::config::{point_into, point_of, read_table};
 use crate::friction::{Expression, Law};
 use crate::map::{Grid, GridError};
 use crate::point::Point;
+use crate::probe::{axis_names, flag};
 
 /// Arguments of the friction law: `--law` and the options of laws given as text or as data.
 #[derive(Clone, Debug, Args)]
@@ -97,17 +98,6 @@ pub(super) struct PointArguments {
     given: Vec<(String, f64)>,
 }
 
-/// The names of all axes of all laws, without repetition.
-fn names() -> Vec<&'static str> {
-    let mut names = Vec::new();
-    for name in Law::BUILT_IN.iter().flat_map(Grid::axis_names) {
-        if !names.contains(&name) {
-            names.push(name);
-        }
-    }
-    names
-}
-
 fn parse_number(text: &str) -> Result<f64, String> {
     text.parse().map_err(|_| "this is not a number; write for example 0.5 or 1e-3".into())
 }
@@ -168,11 +158,6 @@ impl PointArguments {
     }
 }
 
-/// The option that sets an axis: `--alpha `, or `--set name=`.
-fn flag(name: &str) -> String {
-    if names().contains(&name) { format!("--{name} ") } else { format!("--set {name}=") }
-}
-
 /// Checks that the law is legal at a point.
 pub(super) fn check_law(law: &Law, point: &Point) -> Result<(), String> {
     let fastest = 2.0 * point.belt_speed;
@@ -201,7 +186,7 @@ impl Args for PointArguments {
                 .action(ArgAction::Append)
                 .value_parser(parse_setting),
         );
-        names().into_iter().fold(command, |command, name| {
+        axis_names().into_iter().fold(command, |command, name| {
             // A small v means the belt speed, not a parameter of another law.
             let aliases: &[&'static str] = if name == "V" { &["v"] } else { &[] };
             command.arg(
@@ -228,7 +213,7 @@ impl Args for PointArguments {
 
 impl FromArgMatches for PointArguments {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
-        let flags = names()
+        let flags = axis_names()
             .into_iter()
             .filter_map(|name| matches.get_one::<f64>(name).map(|value| (name.to_owned(), *value)));
         let settings = matches.get_many::<(String, f64)>("set").into_iter().flatten().cloned();
@@ -266,43 +251,12 @@ fn invalid_coordinate(error: &GridError) -> (String, String, String) {
     }
 }
 
-/// The command that explains a point, to be pasted into a shell.
-pub(super) fn probe_line(law: &Law, point: &Point, tolerance: f64) -> String {
-    let mut line = String::from("slipmap probe");
-    match law.as_written() {
-        Law::Stribeck => {}
-        Law::Exponential | Law::Lorentzian => line.push_str(&format!(" --law {}", law.name())),
-        Law::Expression(law) => line.push_str(&format!(" --phi '{}'", law.text())),
-        Law::Table(table) => line.push_str(&format!(" --table '{}'", table.origin())),
-        // No command can name a function of another program.
-        Law::Function(law) => line.push_str(&format!(" --law '{}'", law.origin())),
-        other => line.push_str(&format!(" --law {}", other.name())),
-    }
-    let level = match law.as_written() {
-        Law::Expression(law) => law.static_level(),
-        Law::Table(table) => table.static_level(),
-        _ => 1.0,
-    };
-    if level != 1.0 {
-        line.push_str(&format!(" --static {}", exact(level)));
-    }
-    if law.is_read_as_small() {
-        line.push_str(" --small eps");
-    }
-    for (name, value) in Grid::coordinates(law, point) {
-        line.push_str(&format!(" {}{}", flag(name), exact(value)));
-    }
-    if tolerance != crate::map::DEFAULT_TOLERANCE {
-        line.push_str(&format!(" --tolerance {}", exact(tolerance)));
-    }
-    line
-}
-
 #[cfg(test)]
 mod tests {
     use clap::Parser as _;
 
     use super::*;
+    use crate::probe::command_line;
 
     #[derive(clap::Parser)]
     struct Line {
@@ -321,7 +275,7 @@ mod tests {
             values
         );
         for tolerance in [crate::map::DEFAULT_TOLERANCE, 1e-12] {
-            let line = probe_line(&Law::Stribeck, &point, tolerance);
+            let line = command_line(&Law::Stribeck, &point, tolerance);
             let read = Line::try_parse_from(line.strip_prefix("slipmap ").unwrap().split(' ')).unwrap();
             assert_eq!(read.point.point(&Law::Stribeck).unwrap(), point);
             assert_eq!(read.tolerance.unwrap_or(crate::map::DEFAULT_TOLERANCE), tolerance);

@@ -6,9 +6,9 @@ use serde_json::{Map, Value, json};
 
 use super::Failure;
 use super::output::{self, Align, Table, bytes, count, duration, short};
-use super::point::probe_line;
 use crate::config::Job;
 use crate::map::{Axis, LISTED, PlaneCurves, Summary, Verdict};
+use crate::probe::command_line;
 use crate::probe::fate_name;
 use crate::report::proved::{Rounded, proved_percent};
 use crate::simulate::bifurcation::Bifurcation;
@@ -153,7 +153,7 @@ pub(super) fn print(report: &Report, out: &mut dyn Write) -> Result<(), Failure>
             disagreement.method,
             disagreement.stored.name(),
             fate_name(&disagreement.direct.fate).replace('_', " "),
-            probe_line(law, &disagreement.point, tolerance)
+            command_line(law, &disagreement.point, tolerance)
         )?;
     }
     let contradictions = &summary.contradictions;
@@ -174,7 +174,7 @@ pub(super) fn print(report: &Report, out: &mut dyn Write) -> Result<(), Failure>
                 named.collect::<Vec<_>>().join(", ")
             };
             let (present, absent) = (said(Verdict::Present), said(Verdict::Absent));
-            let probe = probe_line(law, &cell.point, tolerance);
+            let probe = command_line(law, &cell.point, tolerance);
             writeln!(out, "  present by {present}; absent by {absent}: {probe}")?;
         }
     }
@@ -182,7 +182,7 @@ pub(super) fn print(report: &Report, out: &mut dyn Write) -> Result<(), Failure>
         let listed = summary.failed_cells.len();
         writeln!(out, "{} verdicts failed; the first {listed}:", count(report.failed()))?;
         for cell in &summary.failed_cells {
-            writeln!(out, "  {}: {}", cell.method.name(), probe_line(law, &cell.point, tolerance))?;
+            writeln!(out, "  {}: {}", cell.method.name(), command_line(law, &cell.point, tolerance))?;
         }
     }
     Ok(())
@@ -242,14 +242,14 @@ pub(super) fn json(report: &Report) -> Result<(), Failure> {
                 "method": disagreement.method,
                 "stored": disagreement.stored.name(),
                 "direct": Verdict::from(&disagreement.direct.fate).name(),
-                "probe": probe_line(law, &disagreement.point, tolerance),
+                "probe": command_line(law, &disagreement.point, tolerance),
             })
         })
         .collect();
     let failed: Vec<Value> = summary
         .failed_cells
         .iter()
-        .map(|cell| json!({ "method": cell.method.name(), "probe": probe_line(law, &cell.point, tolerance) }))
+        .map(|cell| json!({ "method": cell.method.name(), "probe": command_line(law, &cell.point, tolerance) }))
         .collect();
     output::json(&json!({
         "title": job.title,
@@ -277,7 +277,7 @@ pub(super) fn json(report: &Report) -> Result<(), Failure> {
                 "verdicts": job.plan.methods.iter().zip(&cell.verdicts)
                     .map(|(method, verdict)| (method.name().to_owned(), json!(verdict.name())))
                     .collect::<Map<_, _>>(),
-                "probe": probe_line(law, &cell.point, tolerance),
+                "probe": command_line(law, &cell.point, tolerance),
             })).collect::<Vec<_>>(),
         },
         "curves": summary.curves.iter().map(|curves| json!({
@@ -373,7 +373,7 @@ mod tests {
         let job = job();
         let point = job.plan.grid.point(&[0, 0, 0, 0, 0, 1]);
         let line = "slipmap probe --epsilon 0.1 --alpha 0.5 --beta 0 --gamma 1 --V 1 --c 1";
-        assert_eq!(probe_line(&Law::Stribeck, &point, job.plan.tolerance), line);
+        assert_eq!(command_line(&Law::Stribeck, &point, job.plan.tolerance), line);
 
         let fine = summary(0, Vec::new());
         let report = Report { job: &job, summary: &fine, resumed_tiles: 0 };

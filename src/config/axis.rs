@@ -24,7 +24,7 @@ pub(super) fn nodes(node: &Node) -> Result<Vec<f64>, ConfigError> {
             Err(node.error("the axis has no values", "give it at least one number"))
         }
         Shape::List(elements) => elements.iter().map(Node::number).collect(),
-        Shape::Table(range) => range_nodes(node, &range),
+        Shape::Table(range) => nodes_of_range(node, &range),
         Shape::Other => {
             Err(node.wrong_kind("a number, a list of numbers, or { from = 0.0, to = 1.0, points = 11 }"))
         }
@@ -32,7 +32,7 @@ pub(super) fn nodes(node: &Node) -> Result<Vec<f64>, ConfigError> {
 }
 
 /// Reads `{ from, to, points, spacing }`.
-fn range_nodes(node: &Node, range: &Section) -> Result<Vec<f64>, ConfigError> {
+fn nodes_of_range(node: &Node, range: &Section) -> Result<Vec<f64>, ConfigError> {
     super::refuse_unknown_keys(range, &RANGE_KEYS)?;
     let required = |key: &str| {
         range.get(key).ok_or_else(|| {
@@ -87,6 +87,15 @@ fn range_nodes(node: &Node, range: &Section) -> Result<Vec<f64>, ConfigError> {
         ));
     }
     Ok(nodes)
+}
+
+/// The nodes that a configuration's range `{ from, to, points, spacing }` has: `points` >= 2 values from
+/// `from` to `to`, with equal steps, or with equal ratios if `log`. Neighbours may be equal where the ends
+/// are too close.
+#[must_use]
+pub fn range_nodes(from: f64, to: f64, points: usize, log: bool) -> Vec<f64> {
+    let spacing = if log { Spacing::Log } else { Spacing::Linear };
+    spread(from, to, i64::try_from(points).unwrap_or(i64::MAX), spacing)
 }
 
 /// `points` >= 2 values from `from` to `to` > `from`, both exact.

@@ -155,6 +155,16 @@ fn table_of(path: &Path, static_level: Option<f64>) -> Result<Table, (String, St
         let problem = format!("{name} is longer than {} MiB, and no measured friction", LONGEST_TABLE >> 20);
         return fail(problem, "name a CSV file with the columns slip speed and friction");
     }
+    table_of_text(&name.to_string(), &text, static_level)
+}
+
+/// Reads a measured law as [`read_table`] does, from the text of a file of this `name`; without a static level
+/// that is the first friction.
+///
+/// # Errors
+/// As [`read_table`].
+pub fn table_of_text(name: &str, text: &str, static_level: Option<f64>) -> Result<Table, (String, String)> {
+    let fail = |problem: String, remedy: &str| Err((problem, remedy.to_owned()));
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
         .comment(Some(b'#'))
@@ -204,7 +214,7 @@ fn table_of(path: &Path, static_level: Option<f64>) -> Result<Table, (String, St
         let problem = format!("{name}:{line}: the friction at rest is {first}");
         return fail(problem, "begin with the friction at slip speed 0, greater than 0");
     }
-    let table = Table::new(&name.to_string(), &data, static_level.unwrap_or(first))
+    let table = Table::new(name, &data, static_level.unwrap_or(first))
         .and_then(|table| if errors.is_empty() { Ok(table) } else { table.with_standard_errors(&errors) });
     table.map_err(|error| {
         let line = error.row.and_then(|row| lines.get(row)).map_or(String::new(), |line| format!(":{line}"));

@@ -83,8 +83,14 @@ impl PlaneCurves {
     /// is set, the curves end at once.
     #[must_use]
     pub fn of(grid: &Grid, plane: Plane, stop: &AtomicBool) -> Self {
+        Self::of_kinds(&Bifurcation::ALL, grid, plane, stop)
+    }
+
+    /// As [`PlaneCurves::of`], those of some kinds alone.
+    #[must_use]
+    pub fn of_kinds(kinds: &[Bifurcation], grid: &Grid, plane: Plane, stop: &AtomicBool) -> Self {
         let frame = Frame::new(grid, &plane);
-        let of_kind = |bifurcation: Bifurcation| {
+        let of_kind = |&bifurcation: &Bifurcation| {
             let test = |place: [f64; 2]| match stop.load(Ordering::Relaxed) {
                 true => None,
                 false => bifurcation.test(&frame.oscillator(place), TOLERANCE),
@@ -95,7 +101,7 @@ impl PlaneCurves {
             };
             zero_curves(&test).into_iter().map(curve).collect::<Vec<_>>()
         };
-        let curves = Bifurcation::ALL.into_par_iter().flat_map_iter(of_kind).collect();
+        let curves = kinds.par_iter().flat_map_iter(of_kind).collect();
         Self { plane, curves }
     }
 

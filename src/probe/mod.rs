@@ -1,8 +1,14 @@
 //! All answers about one parameter point as one typed result: printed by `slipmap probe`, returned to Python.
 
 mod answer;
+#[cfg(feature = "cli")]
+mod command;
 
 pub use answer::{Answer, MethodAnswer, landing};
+#[cfg(feature = "cli")]
+pub use command::command_line;
+#[cfg(feature = "cli")]
+pub(crate) use command::{axis_names, flag};
 
 use std::borrow::Cow;
 

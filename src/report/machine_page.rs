@@ -351,7 +351,7 @@ fn regimes(all: &Assessment) -> Scene {
         let areas = outlines(&panel, &edges.0, &edges.1, |i, j| code(i, j) == Some(kind.code));
         if !areas.is_empty() {
             scene.area(&areas, kind.fill);
-            legend.add(Sample::Area(kind.fill), rich(kind.words));
+            legend.add(Sample::Area(kind.fill), rich(&kind.words));
         }
     }
     if let Some(grid) = grid {

@@ -26,7 +26,7 @@ pub use boundary::{Boundaries, BoundaryError, MethodBoundary, Order, Sizes, Wors
 pub use machine_page::MachinePage;
 pub use table::{Cell, Column, Show, Table};
 pub use text::{Piece, Rich, Symbol, rich};
-pub use units::{Label, UnitSystem, View};
+pub use units::{Label, UnitSystem, View, join};
 pub use verdicts::{Confusion, Verdicts, Volume};
 pub use write::{Existing, ReportOptions, write, write_figure, write_file};
 

@@ -12,6 +12,7 @@ mod command;
 mod config;
 mod curves;
 mod damage;
+mod explore;
 mod extremes;
 mod hostile;
 mod latex;

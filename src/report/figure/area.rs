@@ -149,7 +149,7 @@ fn draw_area(scene: &mut Scene, panel: &Panel, area: &Area, colours: Option<Colo
                 let areas = outlines(panel, &x_edges, &y_edges, |i, j| cells[[i, j]] == kind.code);
                 if !areas.is_empty() {
                     scene.area(&areas, kind.fill);
-                    legend.add(Sample::Area(kind.fill), rich(kind.words));
+                    legend.add(Sample::Area(kind.fill), rich(&kind.words));
                 }
             }
             // The grazing curve is the exact boundary, except for landings past the stick segment.

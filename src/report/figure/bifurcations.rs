@@ -62,6 +62,12 @@ pub fn draw(scene: &mut Scene, panel: &Panel, curves: &PlaneCurves, legend: &mut
     }
 }
 
+/// How the curve of a bifurcation is drawn, and what legends call it.
+#[must_use]
+pub fn line_style(bifurcation: Bifurcation) -> (Stroke, &'static str) {
+    (style(bifurcation), words(bifurcation))
+}
+
 /// Lines that differ in their dashes; colours must show on every area.
 fn style(bifurcation: Bifurcation) -> Stroke {
     match bifurcation {

@@ -24,6 +24,8 @@ pub struct OrbitFigure {
     pub caption: Rich,
     /// The orbit as a table.
     pub data: Data,
+    /// Where the phase portrait is, with its scales in dimensionless x1 and x2.
+    pub portrait: Panel,
 }
 
 /// Where an orbit starts, for how long it is followed, and how it is shown.
@@ -146,5 +148,5 @@ pub fn orbit_figure(plot: &OrbitPlot) -> OrbitFigure {
         .then(rich(": "))
         .then(rich(portrait.words()))
         .then(rich("; (b), (c) position and velocity of the same orbit against time."));
-    OrbitFigure { scene, caption, data: orbit_data(&portrait.orbit, plot.units) }
+    OrbitFigure { scene, caption, data: orbit_data(&portrait.orbit, plot.units), portrait: panel }
 }

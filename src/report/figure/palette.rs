@@ -3,6 +3,8 @@
 //! The colours are those of Okabe and Ito. Lines differ in dash and marker as well, areas in lightness or
 //! hatching.
 
+use std::borrow::Cow;
+
 use super::scene::{Fill, Hatch, Marker, Stroke};
 use crate::map::{Regime, Verdict};
 
@@ -156,7 +158,7 @@ pub struct Kind {
     pub code: i8,
     pub name: &'static str,
     pub fill: Fill,
-    pub words: &'static str,
+    pub words: Cow<'static, str>,
 }
 
 /// Every verdict.
@@ -166,7 +168,7 @@ pub fn verdicts() -> Vec<Kind> {
         code: verdict.code(),
         name: verdict.name(),
         fill: self::verdict(verdict),
-        words: verdict_words(verdict),
+        words: verdict_words(verdict).into(),
     };
     Verdict::ALL.into_iter().map(kind).collect()
 }
@@ -178,7 +180,7 @@ pub fn regimes() -> Vec<Kind> {
         code: regime.code(),
         name: regime.name(),
         fill: self::regime(regime),
-        words: regime_words(regime),
+        words: regime_words(regime).into(),
     };
     Regime::ALL.into_iter().map(kind).collect()
 }

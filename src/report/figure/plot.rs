@@ -466,7 +466,7 @@ impl Context<'_> {
             strips.push(Strip { name, kinds: codes.iter().map(|code| start + position(code)).collect() });
             all.extend(codes.iter().map(|code| kinds[position(code)].name.to_owned()));
         }
-        let fills: Vec<_> = kinds_of_all.iter().map(|kind| (kind.fill, rich(kind.words))).collect();
+        let fills: Vec<_> = kinds_of_all.iter().map(|kind| (kind.fill, rich(&kind.words))).collect();
         let nodes: Vec<f64> = axis.values.iter().copied().step_by(step(axis)).collect();
         let scale = Scale::of_nodes(&axis.values).in_unit(x_label.factor);
         let x = (scale, &x_label.text());

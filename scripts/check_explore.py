@@ -1,0 +1,494 @@
+#!/usr/bin/env python3
+"""What a browser makes of `slipmap explore`: every part of the page, used as people use it.
+
+    check_explore.py SLIPMAP [--pictures FOLDER] [--assets FOLDER] [--only NAME]
+
+Debian's chromium, driven by playwright, opens the page of a program that this script starts. FOLDER of --pictures receives what
+was seen; with --assets the page's own files come from a folder instead of from the program, for work on them. Exit code 0 if all
+holds.
+"""
+
+import argparse
+import csv
+import io
+import json
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from urllib.parse import parse_qs
+
+import axe_playwright_python
+from playwright.sync_api import expect, sync_playwright
+
+expect.set_options(timeout=30_000)
+
+AXE = Path(axe_playwright_python.__file__).with_name("axe.min.js")
+# Rules that WCAG 2.2 asks for, and the best practices of axe.
+RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"]
+FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-background-networking"]
+BISTABLE = "#v=1&law=exponential&x=V,0.2,2.5&y=c,0,0.4&show=regime&p.epsilon=1&p.mu=0.5&p.vs=0.5&p.eta=0&p.V=1.5&p.c=0.1"
+STRIBECK = "#v=1&law=stribeck&x=gamma,0,8&y=c,0,6&show=verdict_simulation&p.epsilon=0.2&p.alpha=0.3&p.beta=0&p.V=1&p.gamma=4&p.c=2"
+FORMULA = "#v=1&law=expression&phi=mu%2B(1-mu)*exp(-u/vs)&x=V,0.2,2.5&y=c,0,0.4&show=regime&p.epsilon=1&p.mu=0.5&p.vs=0.5&p.V=1.5&p.c=0.1"
+
+
+class Server:
+    """A running `slipmap explore`."""
+
+    def __init__(self, program, *arguments, port=0):
+        command = [program, "explore", "--no-browser", "--port", str(port), *arguments]
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.address = self.process.stdout.readline().strip()
+        assert self.address.startswith("http://127.0.0.1:"), self.process.stderr.read()
+        self.port = int(self.address.rstrip("/").rsplit(":", 1)[1])
+
+    def end(self):
+        """Ends it as Ctrl-C does; seconds that it took."""
+        started = time.monotonic()
+        self.process.send_signal(signal.SIGINT)
+        code = self.process.wait(timeout=10)
+        assert code == 130, f"Ctrl-C ends it with {code}"
+        return time.monotonic() - started
+
+    def kill(self):
+        self.process.kill()
+        self.process.wait()
+
+
+class Session:
+    """A browser, the program, and the page that the tests use."""
+
+    def __init__(self, browser, arguments):
+        self.browser, self.arguments = browser, arguments
+        self.program = str(Path(arguments.slipmap).resolve())
+        self.server = Server(self.program)
+        self.complaints = []
+
+    def open(self, link="", width=1280, height=860, dark=False, touch=False):
+        """A page with this link in a window of its own."""
+        context = self.browser.new_context(
+            viewport={"width": width, "height": height}, color_scheme="dark" if dark else "light", has_touch=touch)
+        page = context.new_page()
+        page.set_default_timeout(30_000)
+        page.on("console", lambda message: message.type == "error" and self.complaints.append(message.text))
+        page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        if self.arguments.assets:
+            folder = Path(self.arguments.assets)
+            kinds = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
+            page.route("**/assets/*", lambda route: route.fulfill(
+                path=folder / Path(route.request.url.split("?")[0]).name, content_type=kinds[Path(route.request.url).suffix]))
+            page.route(self.server.address, lambda route: route.fulfill(path=folder / "index.html", content_type="text/html"))
+        page.goto(self.server.address + link)
+        return page
+
+    def picture(self, page, name):
+        if self.arguments.pictures:
+            folder = Path(self.arguments.pictures)
+            folder.mkdir(parents=True, exist_ok=True)
+            page.screenshot(path=folder / f"{name}.png")
+
+    def probe(self, *arguments):
+        return subprocess.run([self.program, "probe", *arguments], check=True, capture_output=True, text=True).stdout
+
+
+def wait(page, expression, argument=None):
+    """Waits until an expression holds. (Playwright's own way to do so is forbidden by the page's security policy.)"""
+    end = time.monotonic() + 30
+    while not page.evaluate(expression, argument):
+        assert time.monotonic() < end, f"this does not come true: {expression}"
+        page.wait_for_timeout(50)
+
+
+def settle(page):
+    """Waits until the plane is at rest and as fine as it gets."""
+    # Movements count as ended a moment after the last.
+    page.wait_for_timeout(200)
+    wait(page, "document.getElementById('cells').dataset.settled !== undefined")
+
+
+def pixels(page):
+    """The picture as a text that tells pictures apart."""
+    return page.evaluate("document.getElementById('cells').toDataURL()")
+
+
+def state(page):
+    """What the link says."""
+    return {key: values[0] for key, values in parse_qs(page.evaluate("location.hash")[1:]).items()}
+
+
+def the_gallery_opens_examples(session):
+    page = session.open()
+    cards = page.locator("#cards .card")
+    expect(cards.first).to_be_visible()
+    assert cards.count() >= 7
+    # Every card has a picture of its own.
+    wait(page, "[...document.querySelectorAll('#cards canvas')].every((canvas) => canvas.width === 288)")
+    session.picture(page, "gallery")
+    thumbnails = page.evaluate("[...document.querySelectorAll('#cards canvas')].map((canvas) => canvas.toDataURL())")
+    assert len(set(thumbnails)) == len(thumbnails)
+    for number in range(cards.count()):
+        if number:
+            page.get_by_role("button", name="Examples").click()
+        cards.nth(number).click()
+        expect(page.locator("#notice")).to_be_hidden()
+        settle(page)
+        session.picture(page, f"example-{number}")
+    page.context.close()
+
+
+def a_slider_changes_the_plane(session):
+    page = session.open(STRIBECK)
+    settle(page)
+    before = pixels(page)
+    slider = page.get_by_role("slider", name="belt speed")
+    box = slider.bounding_box()
+    page.mouse.move(box["x"] + 0.3 * box["width"], box["y"] + box["height"] / 2)
+    page.mouse.down()
+    seen = set()
+    for step in range(12):
+        page.mouse.move(box["x"] + (0.3 + 0.04 * step) * box["width"], box["y"] + box["height"] / 2)
+        page.wait_for_timeout(40)
+        seen.add(pixels(page))
+    page.mouse.up()
+    settle(page)
+    assert pixels(page) != before and len(seen) > 3, f"{len(seen)} pictures during the drag"
+    assert float(state(page)["p.V"]) > 1.5
+    # A typed value does the same.
+    page.get_by_label("belt speed (V): value").fill("1")
+    settle(page)
+    assert pixels(page) == before
+    page.context.close()
+
+
+def cells_are_those_of_the_engine(session):
+    """At 1,000 positions the colour is that of the engine's own answer, by `slipmap probe --points`."""
+    generator = random.Random(20)
+    for name, link, kinds_of in [("regime", BISTABLE, "regime"), ("verdict_simulation", STRIBECK, "verdict_simulation")]:
+        page = session.open(link)
+        settle(page)
+        said = state(page)
+        width, height = page.evaluate("() => { const { width, height } = document.getElementById('cells'); return [width, height] }")
+        across, up = map(int, page.evaluate("document.getElementById('cells').dataset.cells").split("x"))
+        sides = {side: said[side].split(",") for side in "xy"}
+        rows, places = [], []
+        for _ in range(500):
+            x, y = generator.randrange(width), generator.randrange(height)
+            column, line = int((x + 0.5) / width * across), int((height - y - 0.5) / height * up)
+            point = {key[2:]: value for key, value in said.items() if key.startswith("p.")}
+            for side, cell, cells in [("x", column, across), ("y", line, up)]:
+                axis, start, end = sides[side][:3]
+                half = (float(end) - float(start)) / (2 * cells)
+                first, last = float(start) + half, float(end) - half
+                point[axis] = repr((first * (cells - 1 - cell) + last * cell) / (cells - 1))
+            rows.append(point)
+            places.append([x, y])
+        with tempfile.TemporaryDirectory() as folder:
+            table = Path(folder) / "points.csv"
+            with open(table, "w", newline="") as file:
+                writer = csv.DictWriter(file, rows[0].keys())
+                writer.writeheader()
+                writer.writerows(rows)
+            law = [] if said["law"] == "stribeck" else ["--law", said["law"]]
+            answers = session.probe("--points", str(table), "--out", "-", "--quiet", *law)
+        kinds = page.evaluate(
+            "async ([show]) => (await (await fetch('/api/catalogue')).json())[show === 'regime' ? 'regimes' : 'verdicts']", [name])
+        by_name = {kind["name"]: kind for kind in kinds}
+        drawn = page.evaluate(
+            "(places) => { const context = document.getElementById('cells').getContext('2d');"
+            "return places.map(([x, y]) => [...context.getImageData(x, y, 1, 1).data]) }", places)
+        for answer, colour in zip(csv.DictReader(io.StringIO(answers)), drawn):
+            kind = by_name[answer[kinds_of]]
+            legal = {kind["ground"], kind["ink"]} if "ground" in kind else None
+            colour = "#%02x%02x%02x" % tuple(colour[:3])
+            assert colour in legal, f"{answer} is drawn {colour}, not {legal}"
+        assert len({answer[kinds_of] for answer in csv.DictReader(io.StringIO(answers))}) > 1
+        page.context.close()
+
+
+def a_click_gives_the_numbers_of_probe(session):
+    page = session.open(BISTABLE)
+    settle(page)
+    stage = page.locator("#overlay").bounding_box()
+    page.mouse.click(stage["x"] + 0.55 * stage["width"], stage["y"] + 0.55 * stage["height"])
+    expect(page.locator("table.verdicts tbody tr").first).to_be_visible()
+    wait(page, "document.querySelectorAll('.figure svg').length === 3")
+    said = state(page)
+    values = [word for key, value in said.items() if key.startswith("p.") for word in (f"--{key[2:]}", value)]
+    probe = json.loads(session.probe("--law", said["law"], "--json", *values))
+    for name, answer in probe["methods"].items():
+        shown = page.locator(f"tr[data-method={name}] .say").inner_text()
+        assert shown == answer["verdict"], f"{name}: {shown}, and probe says {answer['verdict']}"
+    assert page.locator("#point").get_attribute("data-regime") == probe["regime"]
+    assert str(probe["critical_c"]["value"]) in page.locator("#point").inner_text()
+    # Every line of it.
+    page.get_by_text("Every number").click()
+    listed = page.evaluate("[...document.querySelectorAll('dl.numbers dd')].map((it) => it.textContent)")
+
+    def leaves(value):
+        if isinstance(value, (dict, list)):
+            return [leaf for entry in (value.values() if isinstance(value, dict) else value) for leaf in leaves(entry)]
+        return [value]
+
+    assert len(listed) == len(leaves(probe)), f"{len(listed)} numbers of {len(leaves(probe))}"
+    session.picture(page, "point")
+    # Another start, by a click into the portrait.
+    before = page.locator(".figure svg").first.inner_html()
+    page.locator(".figure svg").first.click(position={"x": 200, "y": 90})
+    wait(page, "(before) => document.querySelector('.figure svg').innerHTML !== before", before)
+    # Dragging the pin moves the point and its portrait.
+    where = page.locator("circle.pin").bounding_box()
+    page.mouse.move(where["x"] + 8, where["y"] + 8)
+    page.mouse.down()
+    page.mouse.move(where["x"] + 90, where["y"] - 40, steps=5)
+    page.mouse.up()
+    wait(page, "(old) => !location.hash.includes(old)", f"p.V={said['p.V']}&")
+    page.context.close()
+
+
+def a_link_restores_the_state(session):
+    page = session.open(BISTABLE + "&pin=1&r.mu=0.2,0.9")
+    settle(page)
+    link, first = page.evaluate("location.hash"), pixels(page)
+    # The other page has a newer version's keys too, and lacks some of ours.
+    other = session.open(link.replace("v=1", "v=99") + "&colour=blue&r.future=1,2")
+    settle(other)
+    assert pixels(other) == first
+    expect(other.locator("circle.pin")).to_be_visible()
+    assert state(other)["r.mu"] == "0.2,0.9"
+    bare = session.open("#v=1&law=lorentzian")
+    settle(bare)
+    assert state(bare)["law"] == "lorentzian" and state(bare)["y"].startswith("c,")
+    for opened in (page, other, bare):
+        opened.context.close()
+
+
+def a_formula_with_an_error_is_told_with_its_place(session):
+    page = session.open(FORMULA)
+    settle(page)
+    before = pixels(page)
+    formula = page.get_by_label("Friction over slip speed u, as a formula")
+    formula.fill("mu + (1 - mu)*exp(-u//vs)")
+    expect(page.locator(".problem pre")).to_contain_text("^")
+    marks = page.locator(".problem pre").inner_text().splitlines()
+    assert marks[0][marks[1].index("^")] == "/", marks
+    assert pixels(page) == before, "the plane stays"
+    formula.fill("mu + (1 - mu)/(1 + u/vs)^2")
+    expect(page.locator(".problem pre")).to_have_count(0)
+    wait(page, "(before) => document.getElementById('cells').toDataURL() !== before", before)
+    # A measured table.
+    page.get_by_label("Friction law").first.select_option("table")
+    wait(page, "location.hash.includes('law=table')")
+    settle(page)
+    page.get_by_label("Slip speed and friction, row by row").fill("0,1\n0.5,0.7\n0.4,0.6\n")
+    expect(page.locator(".problem").first).to_contain_text("example.csv:3")
+    page.context.close()
+    # Refusals are the point of this test.
+    session.complaints[:] = [text for text in session.complaints if "422" not in text]
+
+
+def the_page_survives_its_program(session):
+    server = Server(session.program)
+    session.server, usual = server, session.server
+    page = session.open(STRIBECK)
+    settle(page)
+    server.kill()
+    page.get_by_label("belt speed (V): value").fill("2")
+    expect(page.locator("#notice")).to_contain_text("has ended")
+    session.server = Server(session.program, port=server.port)
+    expect(page.locator("#notice")).to_be_hidden()
+    settle(page)
+    again = session.open(page.evaluate("location.hash"))
+    settle(again)
+    assert pixels(again) == pixels(page)
+    page.context.close()
+    again.context.close()
+    took = session.server.end()
+    assert took < 2, f"Ctrl-C took {took:.1f} s"
+    session.server = usual
+    # The requests to the dead program are the point of this test.
+    session.complaints[:] = [text for text in session.complaints if "ERR_CONNECTION_REFUSED" not in text and "Failed to fetch" not in text]
+
+
+def the_keyboard_suffices(session):
+    page = session.open(BISTABLE)
+    settle(page)
+    page.locator("#overlay").focus()
+    page.keyboard.press("Enter")
+    expect(page.locator("circle.pin")).to_be_visible()
+    before = state(page)
+    for key in ("ArrowLeft", "Shift+ArrowUp"):
+        page.keyboard.press(key)
+    page.wait_for_timeout(300)
+    after = state(page)
+    assert float(after["p.V"]) < float(before["p.V"]) and float(after["p.c"]) > float(before["p.c"])
+    page.keyboard.press("+")
+    page.keyboard.press("Alt+ArrowRight")
+    page.wait_for_timeout(300)
+    zoomed = state(page)
+    assert zoomed["x"] != after["x"] and zoomed["y"] != after["y"]
+    page.keyboard.press("Home")
+    page.keyboard.press("Escape")
+    page.wait_for_timeout(300)
+    assert "pin" not in state(page)
+    # Everything else is reached by Tab.
+    reached = set()
+    for _ in range(40):
+        page.keyboard.press("Tab")
+        reached.add(page.evaluate("document.activeElement.getAttribute('aria-label') ?? document.activeElement.id"))
+    for wanted in ("law", "show", "open-gallery", "Axis across", "across: from"):
+        assert wanted in reached, f"{wanted} is not reached by Tab: {reached}"
+    page.context.close()
+
+
+def everything_can_be_taken_along(session):
+    page = session.open(BISTABLE + "&pin=1")
+    settle(page)
+    wait(page, "document.querySelectorAll('.figure svg').length === 3")
+    page.get_by_role("button", name="Share and export").click()
+    expect(page.locator("#leave pre").first).to_contain_text("slipmap probe --law exponential")
+    session.picture(page, "leave")
+    page.get_by_label("cells along each axis").fill("40")
+    page.get_by_label("cells along each axis").press("Tab")
+    expect(page.locator("#leave pre").nth(1)).to_contain_text("points = 40")
+    starts = {"svg": b"<svg ", "png": b"\x89PNG", "pdf": b"%PDF", "csv": b"V,c,regime", "h5": b"\x89HDF", "html": b"<!DOCTYPE html>"}
+    with tempfile.TemporaryDirectory() as folder:
+        for ending, start in starts.items():
+            with page.expect_download() as waiting:
+                page.locator(f"button[data-file={ending}]").click()
+            kept = Path(folder) / waiting.value.suggested_filename
+            waiting.value.save_as(kept)
+            assert kept.read_bytes().startswith(start), f"{kept.name} begins {kept.read_bytes()[:20]}"
+        subprocess.run([session.program, "check", Path(folder) / "plane.h5"], check=True, capture_output=True)
+        # The page shows its pictures without a program, and asks nobody for anything.
+        alone = session.browser.new_page()
+        requests = []
+        alone.on("request", lambda request: requests.append(request.url))
+        alone.goto(f"file://{folder}/plane.html")
+        expect(alone.locator("table.verdicts")).to_be_visible()
+        assert alone.locator("svg image").count() == 1 and alone.locator(".figure svg").count() == 3
+        assert all(url.startswith(("file://", "data:")) for url in requests), requests
+        if session.arguments.pictures:
+            alone.screenshot(path=Path(session.arguments.pictures) / "alone.png", full_page=True)
+        alone.close()
+    page.context.close()
+
+
+def a_machine_is_in_si_units(session):
+    config = Path(__file__).parent.parent / "configs" / "brake_pad.toml"
+    server = Server(session.program, str(config))
+    session.server, usual = server, session.server
+    page = session.open()
+    settle(page)
+    expect(page.locator("#overlay")).to_contain_text("belt speed, m/s")
+    assert page.get_by_label("across: to").input_value() == "0.4"
+    stage = page.locator("#overlay").bounding_box()
+    page.mouse.click(stage["x"] + 0.3 * stage["width"], stage["y"] + 0.8 * stage["height"])
+    expect(page.locator("table.verdicts tbody tr").first).to_be_visible()
+    said = state(page)
+    set_to = [f"--set={name}={said[f'm.{name}']}" for name in ("belt_speed", "damping")]
+    probe = json.loads(session.probe("--machine", str(config), "--json", *set_to))
+    assert page.locator("#point").get_attribute("data-regime") == probe["machine"]["regime"]
+    page.get_by_text("Every number").click()
+    assert str(probe["machine"]["natural_frequency"]) in page.locator("#point").text_content()
+    before = pixels(page)
+    page.get_by_label("normal force: value").fill("300")
+    wait(page, "(before) => document.getElementById('cells').toDataURL() !== before", before)
+    settle(page)
+    assert page.get_by_label("across: to").input_value() == "0.4", "speeds stay what they are"
+    session.picture(page, "machine")
+    page.context.close()
+    server.end()
+    session.server = usual
+
+
+def a_map_shows_its_cells(session):
+    with tempfile.TemporaryDirectory() as folder:
+        config = Path(folder) / "map.toml"
+        config.write_text('title = "Two belts"\n[grid]\nepsilon = 1.0\nalpha = 0.3\nbeta = 0.0\ngamma = { from = 0.5, to = 4.0, points = 8 }\n'
+                          'V = 1.0\nc = { from = 0.0, to = 2.0, points = 9 }\n[output]\npath = "map.h5"\nfields = ["regime"]\n')
+        subprocess.run([session.program, "run", config, "--quiet"], check=True, capture_output=True, cwd=folder)
+        server = Server(session.program, str(Path(folder) / "map.h5"))
+        session.server, usual = server, session.server
+        page = session.open()
+        settle(page)
+        checkbox = page.get_by_label("cells as stored in Two belts")
+        assert checkbox.is_checked() and state(page)["x"].startswith("gamma,0.5,4")
+        before = pixels(page)
+        checkbox.uncheck()
+        wait(page, "(before) => document.getElementById('cells').toDataURL() !== before", before)
+        page.context.close()
+        server.end()
+        session.server = usual
+
+
+def nobody_is_shut_out(session):
+    """axe-core finds nothing to complain of, and nothing is wider than the window."""
+    source = AXE.read_text()
+    for width, height, dark in [(1280, 860, False), (1280, 860, True), (360, 740, False), (3840, 2160, True)]:
+        page = session.open(BISTABLE + "&pin=1", width, height, dark)
+        settle(page)
+        wait(page, "document.querySelectorAll('table.verdicts tr').length > 7")
+        over = page.evaluate("document.documentElement.scrollWidth - innerWidth")
+        assert over <= 0, f"at {width} px the page is {over} px too wide"
+        session.picture(page, f"page-{width}{'-dark' if dark else ''}")
+        # Its script comes in through the browser's own door, since the page lets no other in.
+        page.evaluate(source)
+        for opened in (None, "Examples", "Share and export"):
+            if opened:
+                page.keyboard.press("Escape")
+                page.get_by_role("button", name=opened).click()
+            found = page.evaluate("(values) => axe.run({ runOnly: { type: 'tag', values } })", RULES)["violations"]
+            told = [f"{it['id']}: {it['help']}: {[node['html'][:120] for node in it['nodes']]}" for it in found]
+            assert not told, f"at {width} px: " + "\n".join(told)
+        page.context.close()
+
+
+TESTS = [
+    the_gallery_opens_examples,
+    a_slider_changes_the_plane,
+    cells_are_those_of_the_engine,
+    a_click_gives_the_numbers_of_probe,
+    a_link_restores_the_state,
+    a_formula_with_an_error_is_told_with_its_place,
+    the_page_survives_its_program,
+    the_keyboard_suffices,
+    everything_can_be_taken_along,
+    a_machine_is_in_si_units,
+    a_map_shows_its_cells,
+    nobody_is_shut_out,
+]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("slipmap")
+    parser.add_argument("--pictures")
+    parser.add_argument("--assets")
+    parser.add_argument("--only")
+    arguments = parser.parse_args()
+    failures = 0
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=FLAGS)
+        session = Session(browser, arguments)
+        for test in TESTS:
+            if arguments.only and arguments.only not in test.__name__:
+                continue
+            started = time.monotonic()
+            try:
+                test(session)
+                assert not session.complaints, f"the browser complains: {session.complaints}"
+                print(f"ok     {test.__name__} ({time.monotonic() - started:.1f} s)", flush=True)
+            except Exception as error:
+                failures += 1
+                session.complaints.clear()
+                print(f"FAILED {test.__name__}: {error}", flush=True)
+        browser.close()
+        session.server.end()
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

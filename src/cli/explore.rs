@@ -1,0 +1,74 @@
+//! `slipmap explore`: parameter space in the browser.
+
+use std::io::{self, Write as _};
+use std::net::{Ipv4Addr, TcpListener};
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::report::open as open_map;
+use super::{Ended, Failure, interrupt, say};
+use crate::config::Job;
+use crate::explore::{Start, serve};
+
+/// The port of links that outlive the program, if it is free.
+const USUAL_PORT: u16 = 8417;
+
+/// Move through parameter space in the browser.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  slipmap explore
+  slipmap explore configs/brake_pad.toml
+  slipmap explore results/quickstart.h5 --no-browser
+
+The page shows any plane of parameter space, what each method claims in it, and everything about the point under the
+mouse. Its address is printed; nobody but programs on this computer can reach it. Ctrl-C ends it.")]
+pub(super) struct Arguments {
+    /// A configuration or a map to begin with
+    #[arg(value_name = "CONFIG.toml|MAP.h5")]
+    file: Option<PathBuf>,
+    /// Port of the page; default: 8417, or a free one if that is taken
+    #[arg(long, value_name = "NUMBER")]
+    port: Option<u16>,
+    /// Only print the address
+    #[arg(long)]
+    no_browser: bool,
+}
+
+/// Runs the command.
+pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
+    let start = arguments.file.as_deref().map_or_else(|| Ok(Start::default()), start)?;
+    let listener = listen(arguments.port)?;
+    let broken = |error: io::Error| Failure::Broken(format!("the page cannot be served: {error}"));
+    let address = format!("http://127.0.0.1:{}/", listener.local_addr().map_err(broken)?.port());
+    let mut out = io::stdout().lock();
+    writeln!(out, "{address}")?;
+    out.flush()?;
+    drop(out);
+    if !arguments.no_browser && open::that_detached(&address).is_err() {
+        say("note: no browser could be started; open the address yourself");
+    }
+    say("Ctrl-C ends the page");
+    serve(listener, start, interrupt::flag()).map_err(broken)?;
+    Err(Failure::Interrupted("the page has ended".into()))
+}
+
+fn start(file: &Path) -> Result<Start, Failure> {
+    if file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
+        return Ok(Start::of_job(&Job::load(file, &[])?));
+    }
+    Ok(Start::of_map(open_map(file)?))
+}
+
+fn listen(port: Option<u16>) -> Result<TcpListener, Failure> {
+    let bind = |port: u16| TcpListener::bind((Ipv4Addr::LOCALHOST, port));
+    let bound = match port {
+        Some(port) => bind(port),
+        None => bind(USUAL_PORT).or_else(|_| bind(0)),
+    };
+    bound.map_err(|error| {
+        let port = port.unwrap_or(USUAL_PORT);
+        Failure::BadInput(format!("--port {port}: {error}\n  help: choose another port, or leave it out"))
+    })
+}

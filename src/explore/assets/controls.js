@@ -1,0 +1,312 @@
+// Everything that changes the state but the plane itself: law, what is shown, axes, sliders.
+
+import { element, short } from "./elements.js";
+import { post } from "./server.js";
+import { label } from "./state.js";
+
+const EXAMPLE = "mu + (1 - mu)*exp(-u/vs)";
+// Quantities of a machine that are held; belt speed and damping are the axes.
+const QUANTITIES = ["mass", "stiffness", "normal_force", "static_friction", "kinetic_friction", "stribeck_velocity", "strengthening"];
+const OWN = [["expression", "your formula"], ["table", "your measurement"]];
+
+export class Controls {
+  constructor(app, catalogue) {
+    const find = (id) => document.getElementById(id);
+    Object.assign(this, { app, catalogue, law: find("law"), show: find("show"), editor: find("law-editor") });
+    Object.assign(this, { axesBox: find("axes"), sliderBox: find("parameters"), built: "", inputs: new Map() });
+    const option = ([value, words]) => element("option", { value }, words);
+    this.law.append(...catalogue.laws.map(({ name }) => option([name, name])), ...OWN.map(option));
+    this.law.addEventListener("change", () => this.choose_law(this.law.value));
+    const usual = catalogue.methods.map(({ name }) => name);
+    const words = (name) => name.replaceAll("_", " ");
+    const group = (label, options) => element("optgroup", { label }, ...options.map(option));
+    this.show.append(
+      group("Behaviour", [["regime", "what the mass does"], ["decider", "which method decides"]]),
+      group("Verdict of", usual.map((name) => [`verdict_${name}`, words(name)])),
+      group("Where it is wrong", usual.filter((name) => name !== "simulation").map((name) => [`difference:${name}:simulation`, `${words(name)} against simulation`])),
+      group("Two tests compared", [["difference:perturbation:bendixson", "perturbation, bendixson"], ["difference:bendixson:symmetric", "bendixson, symmetric"], ["difference:harmonic_balance:perturbation", "harmonic balance, perturbation"]]),
+      group("Numbers", [["critical_c_simulation", "critical damping"], ["margin_simulation", "grazing margin"], ...catalogue.quantities.map(({ name, words }) => [name, words])]),
+    );
+    this.show.addEventListener("change", () => {
+      this.app.state.show = this.show.value;
+      this.app.change("rest");
+    });
+    this.listen_for_files();
+  }
+
+  get state() {
+    return this.app.state;
+  }
+
+  // Shows the state in all inputs; those of another law or of other axes are made anew.
+  sync() {
+    const { state } = this;
+    const key = JSON.stringify([state.law.name, state.axes.map(({ name }) => name), state.x.axis, state.y.axis, Boolean(state.machine)]);
+    if (this.built !== key) {
+      this.built = key;
+      this.inputs.clear();
+      this.build_editor();
+      this.build_axes();
+      this.build_sliders();
+    }
+    this.law.value = state.law.name;
+    if (this.show.value !== state.show) {
+      this.show.value = state.show;
+      if (this.show.selectedIndex < 0) {
+        // A link may show what the list does not offer.
+        this.show.append(element("option", { value: state.show }, state.show));
+        this.show.value = state.show;
+      }
+    }
+    for (const [input, value] of this.inputs) {
+      const wanted = value();
+      if (input.type === "checkbox") input.checked = wanted;
+      else if (document.activeElement !== input || input.type === "range") {
+        const text = typeof wanted === "number" ? short(wanted) : wanted;
+        if (input.type === "range") {
+          input.value = wanted;
+          input.setAttribute("aria-valuetext", short(wanted));
+        } else if (input.value !== text) input.value = text;
+      }
+    }
+  }
+
+  // An input for a number: `read` gives it, `set` takes a new one and says what kind of change that is.
+  number(label, read, set, { least = -Infinity, most = Infinity, open = false } = {}) {
+    const input = element("input", { class: "number", inputmode: "decimal", "aria-label": label, autocomplete: "off" });
+    input.addEventListener("input", () => {
+      const value = Number(input.value);
+      const legal = input.value.trim() !== "" && Number.isFinite(value) && value >= least && value <= most && !(open && value === least) && set(value) !== false;
+      input.setAttribute("aria-invalid", String(!legal));
+    });
+    input.addEventListener("blur", () => {
+      input.setAttribute("aria-invalid", "false");
+      this.sync();
+    });
+    this.inputs.set(input, read);
+    return input;
+  }
+
+  build_axes() {
+    const { state, app } = this;
+    const row = (side, words) => {
+      const other = side === "x" ? "y" : "x";
+      const choices = state.machine ? ["V", "c"] : state.axes.map(({ name }) => name);
+      const choice = element("select", { "aria-label": `Axis ${words}` }, ...choices.map((name) => element("option", { value: name }, label(state, name).words)));
+      choice.addEventListener("change", () => {
+        if (choice.value === state[other].axis) [state.x, state.y] = [state.y, state.x];
+        else {
+          const [from, to] = state.ranges[choice.value];
+          state[side] = { axis: choice.value, from, to, log: false };
+        }
+        app.change("rest");
+      });
+      this.inputs.set(choice, () => this.state[side].axis);
+      const bounds = () => {
+        const { least, most } = this.state.axes.find(({ name }) => name === this.state[side].axis);
+        return { least: least ?? -Infinity, most: most ?? Infinity };
+      };
+      const factor = () => label(this.state, this.state[side].axis).factor;
+      const end = (key, words, legal) =>
+        this.number(words, () => this.state[side][key] * factor(), (shown) => {
+          const value = shown / factor();
+          if (!legal(value) || value < bounds().least || value > bounds().most) return false;
+          this.state[side] = { ...this.state[side], [key]: value };
+          app.change("rest");
+          return true;
+        });
+      const from = end("from", `${words}: from`, (value) => value < this.state[side].to && (!this.state[side].log || value > 0));
+      const to = end("to", `${words}: to`, (value) => value > this.state[side].from);
+      const log = element("input", { type: "checkbox" });
+      log.addEventListener("change", () => {
+        const old = this.state[side];
+        this.state[side] = { ...old, log: log.checked, from: log.checked && old.from <= 0 ? old.to / 100 : old.from };
+        app.change("rest");
+      });
+      this.inputs.set(log, () => Boolean(this.state[side].log));
+      return element("div", { class: "axis-row" }, element("span", {}, words), choice, from, to, element("label", { class: "log" }, log, "log"));
+    };
+    const curves = element("input", { type: "checkbox" });
+    curves.addEventListener("change", () => {
+      this.state.curves = curves.checked;
+      app.change("rest");
+    });
+    this.inputs.set(curves, () => this.state.curves);
+    const stored = element("input", { type: "checkbox" });
+    stored.addEventListener("change", () => {
+      this.state.stored = stored.checked;
+      app.change("rest");
+    });
+    this.inputs.set(stored, () => this.state.stored);
+    const swap = element("button", { type: "button", onclick: () => {
+      [this.state.x, this.state.y] = [this.state.y, this.state.x];
+      app.change("rest");
+    } }, "Swap");
+    const home = element("button", { type: "button", onclick: () => app.plane.home() }, "Show all");
+    this.axesBox.replaceChildren(
+      element("div", { class: "title" }, element("h2", {}, "Axes"), element("span", {}, swap, " ", home)),
+      row("x", "across"), row("y", "up"),
+      element("div", {}, element("label", { class: "field" }, curves, "exact boundary curves")),
+      ...(app.map ? [element("div", {}, element("label", { class: "field" }, stored, `cells as stored in ${app.map}`))] : []),
+    );
+  }
+
+  build_sliders() {
+    const { state } = this;
+    const held = state.axes.filter(({ name }) => name !== state.x.axis && name !== state.y.axis);
+    const rows = state.machine ? QUANTITIES.map((name) => this.quantity(name)) : held.map((axis) => this.slider(axis));
+    this.sliderBox.replaceChildren(...(rows.length ? [element("h2", {}, "Held"), ...rows] : []));
+  }
+
+  // A parameter of the law.
+  slider({ name, symbol, words, least, most, open }) {
+    const bounds = { least: least ?? -Infinity, most: most ?? Infinity, open };
+    const set = (value, what) => {
+      this.state.at[name] = value;
+      this.app.change(what);
+    };
+    return this.row(symbol, words, `${words || symbol} (${symbol})`, bounds, () => this.state.at[name], set, () => this.state.ranges[name]);
+  }
+
+  // A quantity of the machine in SI units.
+  quantity(name) {
+    const { si, machine, ranges } = this.state;
+    const words = name.replaceAll("_", " ");
+    const most = name === "kinetic_friction" ? machine.static_friction : Infinity;
+    const open = !["kinetic_friction", "strengthening"].includes(name);
+    ranges[name] ??= [0, name === "kinetic_friction" ? machine.static_friction : 2 * machine[name] || 1];
+    const set = (value, what) => this.app.set_quantity(name, value, what);
+    return this.row(words, si.units[name] ?? "", words, { least: 0, most, open }, () => this.state.machine[name], set, () => this.state.ranges[name]);
+  }
+
+  // A slider with its value and its ends typed.
+  row(symbol, words, label, bounds, read, set, range_of) {
+    const range = element("input", { type: "range", "aria-label": label });
+    // The position is a share of the range, so that every range has fine steps.
+    Object.assign(range, { min: 0, max: 1, step: "any" });
+    const ends = () => {
+      const [from, to] = range_of();
+      return [bounds.open && from === bounds.least ? from + (to - from) / 1000 : from, to];
+    };
+    range.addEventListener("input", () => {
+      const [from, to] = ends();
+      const digits = Math.min(15, Math.max(0, 3 - Math.floor(Math.log10(to - from))));
+      set(Math.min(to, Math.max(from, Number((from + range.value * (to - from)).toFixed(digits)))), "slider");
+    });
+    range.addEventListener("change", () => this.app.change("rest"));
+    range.addEventListener("keydown", (event) => {
+      const step = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1, PageUp: 10, PageDown: -10 }[event.key];
+      if (!step) return;
+      event.preventDefault();
+      const [from, to] = ends();
+      set(Number(Math.min(to, Math.max(from, read() + (step * (to - from)) / 100)).toPrecision(6)), "slider");
+    });
+    this.inputs.set(range, () => {
+      const [from, to] = ends();
+      return (read() - from) / (to - from);
+    });
+    const value = this.number(`${label}: value`, read, (value) => {
+      const ends = range_of();
+      [ends[0], ends[1]] = [Math.min(ends[0], value), Math.max(ends[1], value)];
+      set(value, "rest");
+      return true;
+    }, bounds);
+    const end = (i, which) =>
+      this.number(`${label}: ${which} end of the slider`, () => range_of()[i], (value) => {
+        const ends = range_of();
+        if (i === 0 ? value >= ends[1] : value <= ends[0]) return false;
+        ends[i] = value;
+        set(Math.min(ends[1], Math.max(ends[0], read())), "rest");
+        return true;
+      }, { ...bounds, open: false });
+    return element("div", { class: "slider" },
+      element("span", { class: "symbol" }, symbol), range, value,
+      element("div", { class: "ends" }, end(0, "lower"), element("span", { class: "words" }, words), end(1, "upper")));
+  }
+
+  build_editor() {
+    const { state } = this;
+    const known = this.catalogue.laws.find(({ name }) => name === state.law.name);
+    if (known) {
+      const as_numbers = element("button", { type: "button", onclick: () => {
+        Object.assign(this.state, { machine: null, si: null });
+        this.app.change("rest");
+      } }, "Without units");
+      const words = state.machine ? ["A machine in SI units. ", as_numbers] : [];
+      this.editor.replaceChildren(element("h2", {}, "Friction law"), element("p", {}, known.formula), ...words);
+      return;
+    }
+    this.problem = element("div", { class: "problem", role: "alert" });
+    const level = element("input", { class: "number", inputmode: "decimal", "aria-label": "friction at slip speed 0", value: state.law.static ?? 1 });
+    const parts = [];
+    let text;
+    if (state.law.name === "expression") {
+      text = element("textarea", { "aria-label": "Friction over slip speed u, as a formula", spellcheck: "false" });
+      text.value = state.law.phi;
+      parts.push(element("p", { class: "hint" }, "φ(u) in units of the static friction; u is the slip speed, eps the small parameter, every other name becomes a slider."), text);
+    } else {
+      const file = element("input", { type: "file", accept: ".csv,.txt,text/csv", "aria-label": "Table of slip speed and friction" });
+      file.addEventListener("change", () => file.files[0] && this.drop(file.files[0]));
+      text = element("textarea", { "aria-label": "Slip speed and friction, row by row", spellcheck: "false", rows: 6 });
+      text.value = state.law.table;
+      parts.push(element("p", { class: "hint" }, "Slip speed, friction, and perhaps its standard error, row by row; drop a CSV file anywhere on the page."), file, text);
+    }
+    let timer;
+    const changed = () => {
+      clearTimeout(timer);
+      timer = setTimeout(() => {
+        const law = { ...this.state.law, static: Number(level.value) || 1 };
+        this.try_law(law.name === "expression" ? { ...law, phi: text.value } : { ...law, table: text.value });
+      }, 250);
+    };
+    text.addEventListener("input", changed);
+    level.addEventListener("input", changed);
+    parts.push(element("label", { class: "field" }, "static friction", level), this.problem);
+    this.editor.replaceChildren(element("h2", {}, "Friction law"), ...parts);
+  }
+
+  choose_law(name) {
+    const law = { name };
+    if (name === "expression") law.phi = EXAMPLE;
+    if (name === "table") Object.assign(law, { table: "0,1\n0.25,0.8\n0.5,0.68\n1,0.56\n2,0.5\n4,0.5\n", file: "example.csv" });
+    this.try_law(law, true);
+  }
+
+  // Takes a law that was chosen, typed or dropped; a message with its place if it is none.
+  async try_law(law, anew = false) {
+    try {
+      const { axes } = await post("/api/law", law);
+      const { show, curves, at, ranges, x, y, machine } = this.state;
+      this.problem?.replaceChildren();
+      // A machine may have another law of the same coefficients.
+      if (machine && !OWN.some(([name]) => name === law.name)) {
+        await this.app.open_machine({ law, show, curves, machine, x, y, pinned: this.state.pinned }, axes);
+        return;
+      }
+      this.app.open(anew ? { law, show, curves } : { law, show, curves, at, ranges, x, y, pinned: this.state.pinned }, axes);
+    } catch (problem) {
+      if (!problem.problem) return;
+      const marks = problem.place ? [element("pre", {}, `${law.phi}\n${" ".repeat(problem.place[0])}${"^".repeat(Math.max(1, problem.place[1] - problem.place[0]))}`)] : [];
+      if (this.problem) this.problem.replaceChildren(problem.problem, ...marks, element("div", {}, problem.remedy ?? ""));
+      else this.app.complain(problem);
+    }
+  }
+
+  async drop(file) {
+    if (file.size > 900_000) {
+      this.app.complain(new Error(`${file.name} is longer than 900 kB, and no measured friction`));
+      return;
+    }
+    const table = await file.text();
+    const level = Number(table.split("\n").map((line) => line.split(",")).find(([u]) => u?.trim() !== "" && Number(u) === 0)?.[1]);
+    await this.try_law({ name: "table", table, file: file.name, static: Number.isFinite(level) && level > 0 ? level : 1 }, true);
+  }
+
+  listen_for_files() {
+    addEventListener("dragover", (event) => event.preventDefault());
+    addEventListener("drop", (event) => {
+      event.preventDefault();
+      if (event.dataTransfer.files[0]) this.drop(event.dataTransfer.files[0]);
+    });
+  }
+}

@@ -1,0 +1,34 @@
+// The legend of the picture: kinds that it shows, or the colour scale, and the curves over it.
+
+import { element, shape, short } from "./elements.js";
+import { bar, colours, swatch } from "./paint.js";
+
+export function legend(box, picture, curves, catalogue) {
+  const keys = [];
+  if (picture.kinds) {
+    const shown = new Set(picture.cells);
+    for (const kind of picture.kinds.filter(({ code }) => shown.has(code))) {
+      const canvas = element("canvas", { width: 26, height: 15, "aria-hidden": "true" });
+      swatch(canvas, kind);
+      keys.push(element("span", { class: "key" }, canvas, kind.words));
+    }
+  } else {
+    const scale = colours(picture, catalogue);
+    if (scale.least <= scale.most) {
+      const canvas = element("canvas", { class: "bar", width: 260, height: 15, "aria-hidden": "true" });
+      bar(canvas, scale);
+      keys.push(element("span", { class: "key" }, `${picture.label}: ${short(scale.least)}`, canvas, short(scale.most)));
+    }
+    if (picture.cells.some(Number.isNaN)) {
+      const canvas = element("canvas", { width: 26, height: 15, "aria-hidden": "true" });
+      swatch(canvas, { code: 0, ground: "#ffffff", hatch: "rising", ink: "#b4b4b4" });
+      keys.push(element("span", { class: "key" }, canvas, "no number"));
+    }
+  }
+  const named = new Map(curves.map((curve) => [curve.words, curve]));
+  for (const [words, { color, width, dash }] of named) {
+    const line = shape("path", { d: "M2 7.5H24", stroke: color, "stroke-width": 1.6 * width, "stroke-dasharray": dash.join(" ") || null });
+    keys.push(element("span", { class: "key" }, shape("svg", { viewBox: "0 0 26 15", "aria-hidden": "true" }, line), words));
+  }
+  box.replaceChildren(...keys);
+}

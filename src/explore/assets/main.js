@@ -1,0 +1,214 @@
+// The page: one state, shown by the plane, the controls and the point, and written into the link.
+
+import { Controls } from "./controls.js";
+import { element } from "./elements.js";
+import { CASES } from "./gallery.js";
+import { Leave } from "./leave.js";
+import { paint } from "./paint.js";
+import { Plane } from "./plane.js";
+import { Point } from "./point.js";
+import { get, picture, post } from "./server.js";
+import { complete, label, place, read, write } from "./state.js";
+
+// Milliseconds after the last movement at which something counts as at rest.
+const REST = 160;
+
+class App {
+  constructor(catalogue) {
+    Object.assign(this, { catalogue, state: null, timer: 0, notice: document.getElementById("notice") });
+    this.plane = new Plane(this, catalogue);
+    this.controls = new Controls(this, catalogue);
+    this.point = new Point(this);
+    this.leave = new Leave(this);
+  }
+
+  // Shows another state of a law with these axes.
+  open(said, axes) {
+    this.state = complete(said, axes);
+    this.change("rest");
+  }
+
+  // Shows a machine: its working point in place of the law's parameters.
+  async open_machine(said, axes) {
+    const si = await post("/api/machine", { law: said.law, machine: said.machine });
+    this.open({ ...said, si, at: { ...said.at, ...si.at } }, axes);
+  }
+
+  // Gives a quantity of the machine another value; belt speeds and dampings stay what they are in SI units.
+  async set_quantity(name, value) {
+    const { state } = this;
+    const machine = { ...state.machine, [name]: value };
+    let si;
+    try {
+      si = await post("/api/machine", { law: state.law, machine });
+    } catch (problem) {
+      this.complain(problem);
+      return;
+    }
+    if (state !== this.state) return;
+    for (const side of ["x", "y"]) {
+      const ratio = (state.si.axes[state[side].axis]?.factor ?? 1) / (si.axes[state[side].axis]?.factor ?? 1);
+      state[side] = { ...state[side], from: state[side].from * ratio, to: state[side].to * ratio };
+    }
+    Object.assign(state, { machine, si });
+    Object.assign(state.at, si.at);
+    this.change("slider");
+  }
+
+  async open_link(fragment) {
+    const said = read(fragment);
+    if (!said) return false;
+    try {
+      const { axes } = await post("/api/law", said.law);
+      await (said.machine ? this.open_machine(said, axes) : this.open(said, axes));
+    } catch (problem) {
+      this.complain(problem);
+      return false;
+    }
+    return true;
+  }
+
+  // Something was changed: "slider", "view" or "point" while it moves, "rest" when it has come to rest.
+  change(what) {
+    clearTimeout(this.timer);
+    if (what !== "rest") this.timer = setTimeout(() => this.change("rest"), REST);
+    this.controls.sync();
+    if (what === "point") this.plane.show();
+    else this.plane.update(what !== "rest");
+    if (what !== "view") this.point.update(what !== "rest");
+    if (what === "rest") {
+      const link = write(this.state);
+      if (link !== location.hash) history.replaceState(null, "", link);
+      const words = (side) => label(this.state, this.state[side].axis).words;
+      document.title = `${words("x")}, ${words("y")} – slipmap explore`;
+    }
+  }
+
+  // Pins the point with these values.
+  move(values) {
+    const { machine, si, at } = this.state;
+    Object.assign(at, values);
+    if (machine) {
+      this.state.machine = { ...machine, belt_speed: at.V * si.axes.V.factor, damping: at.c * si.axes.c.factor };
+    }
+    this.state.pinned = true;
+    this.change("point");
+  }
+
+  unpin() {
+    this.state.pinned = false;
+    this.change("rest");
+  }
+
+  // Tells what is wrong, or that all is well again.
+  complain(problem) {
+    if (problem?.name === "Error" && problem.constructor.name === "Gone") return;
+    this.notice.hidden = !problem;
+    this.notice.textContent = problem ? problem.message : "";
+  }
+}
+
+function listen_for_the_program(app) {
+  addEventListener("server-gone", () => {
+    app.notice.hidden = false;
+    app.notice.textContent = "The program behind this page has ended. Start it again with `slipmap explore`: the page goes on by itself.";
+  });
+  addEventListener("server-back", () => {
+    app.complain(null);
+    app.point.key = "";
+    app.change("rest");
+  });
+}
+
+// A small picture of an example, as soon as it can be had.
+async function thumbnail(canvas, said, axes) {
+  const state = complete(said, axes);
+  // Formulas take longer.
+  const fine = said.law.name === "expression" || state.show.includes("stick_band") ? 1 : 2;
+  const points = { x: { ...state.x, points: 36 * fine }, y: { ...state.y, points: 22 * fine } };
+  const found = await picture({ ...place(state), ...points, show: state.show }, crypto.randomUUID());
+  Object.assign(canvas, { width: 288, height: 180 });
+  paint(canvas, { ...found, show: state.show }, this.catalogue);
+}
+
+async function build_gallery(app) {
+  const dialog = document.getElementById("gallery");
+  const cards = document.getElementById("cards");
+  const pictures = [];
+  for (const { title, words, link } of CASES) {
+    const canvas = element("canvas", { "aria-hidden": "true" });
+    const open = () => {
+      dialog.close();
+      app.open_link(link);
+    };
+    cards.append(element("button", { type: "button", class: "card", onclick: open }, canvas, element("b", {}, title), element("span", {}, words)));
+    pictures.push({ canvas, said: read(link) });
+  }
+  let drawn = false;
+  const show = async () => {
+    dialog.showModal();
+    if (drawn) return;
+    drawn = true;
+    for (const { canvas, said } of pictures) {
+      try {
+        const { axes } = await post("/api/law", said.law);
+        if (said.machine) Object.assign(said.at, (await post("/api/machine", { law: said.law, machine: said.machine })).at);
+        await thumbnail.call(app, canvas, said, axes);
+      } catch {
+        // A card without a picture still opens its example.
+      }
+    }
+  };
+  document.getElementById("open-gallery").addEventListener("click", show);
+  return show;
+}
+
+function choose_theme() {
+  const root = document.documentElement;
+  const dark = matchMedia("(prefers-color-scheme: dark)");
+  const follow = () => (root.dataset.theme = dark.matches ? "dark" : "light");
+  follow();
+  dark.addEventListener("change", follow);
+  document.getElementById("theme").addEventListener("click", () => {
+    root.dataset.theme = root.dataset.theme === "dark" ? "light" : "dark";
+  });
+}
+
+// The state of the file that the command was given.
+function said_of(start) {
+  const shown = start.axes.filter(({ nodes }) => nodes > 1).map(({ name }) => name);
+  const side = (name) => {
+    const axis = start.axes.find((it) => it.name === name);
+    return axis ? { axis: name, from: axis.from, to: axis.to, log: axis.log } : null;
+  };
+  const y = shown.includes("c") ? "c" : shown.at(-1);
+  const rest = shown.filter((name) => name !== y);
+  const x = ["V", "gamma", ...rest].find((name) => rest.includes(name));
+  const at = Object.fromEntries(start.axes.map(({ name, value }) => [name, value]));
+  const ranges = Object.fromEntries(start.axes.filter(({ nodes }) => nodes > 1).map(({ name, from, to }) => [name, [from, to]]));
+  const stored = Boolean(start.variables);
+  const show = !stored || start.variables.includes("regime") ? "regime" : start.variables.find((name) => name.startsWith("verdict_"));
+  return { law: start.law, x: side(x), y: side(y), at, ranges, show, stored, machine: start.machine };
+}
+
+async function main() {
+  choose_theme();
+  const catalogue = await get("/api/catalogue");
+  const app = new App(catalogue);
+  listen_for_the_program(app);
+  const show_gallery = await build_gallery(app);
+  addEventListener("hashchange", () => app.open_link(location.hash));
+  const start = await get("/api/start");
+  app.map = start?.variables ? start.title : null;
+  if (await app.open_link(location.hash)) return;
+  if (start) {
+    const { axes } = await post("/api/law", start.law);
+    const said = said_of(start);
+    await (said.machine ? app.open_machine(said, axes) : app.open(said, axes));
+  } else {
+    await app.open_link(CASES[2].link.replace("&pin=1", ""));
+    show_gallery();
+  }
+}
+
+main();

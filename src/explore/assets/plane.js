@@ -1,0 +1,395 @@
+// The plane: its picture in steps from coarse to fine, the curves over it, and what mouse, fingers and keys
+// do there.
+
+import { element, short } from "./elements.js";
+import { legend } from "./legend.js";
+import { draw, rectangle } from "./overlay.js";
+import { paint } from "./paint.js";
+import { Scale } from "./scale.js";
+import { picture as ask, post } from "./server.js";
+import { label, place } from "./state.js";
+
+// Rows of pictures while something is dragged, and seconds that one of them may take.
+const QUICK = [12, 16, 24, 32, 48, 64, 96, 128, 192, 256];
+const FRAME = 0.03;
+// Seconds that a finer picture may take, those that are taken without a coarser one before, and cells that it
+// may have.
+const PATIENCE = 15;
+const SOON = 0.3;
+const MOST_CELLS = 1_500_000;
+// Pixels within which a pointer takes the pin, and beyond which a click is a drag.
+const GRASP = 15;
+const STILL = 4;
+
+export class Plane {
+  // `app` has the state, and is told of changes: app.change("view" | "point" | "rest").
+  constructor(app, catalogue) {
+    const find = (id) => document.getElementById(id);
+    Object.assign(this, { app, catalogue, stage: find("stage"), canvas: find("cells"), overlay: find("overlay") });
+    Object.assign(this, { glanceBox: find("glance"), busy: find("busy"), legendBox: find("legend") });
+    Object.assign(this, { picture: null, curves: [], curvesOf: "", changes: 0, running: null, hurry: false, cost: new Map(), pointers: new Map(), glances: 0 });
+    new ResizeObserver(() => this.resize()).observe(this.stage);
+    this.listen();
+  }
+
+  get state() {
+    return this.app.state;
+  }
+
+  get scales() {
+    return { x: new Scale(this.state.x), y: new Scale(this.state.y) };
+  }
+
+  // What the picture depends on besides its ends.
+  key() {
+    const { law, x, y, show, stored, at, axes } = this.state;
+    const held = axes.filter(({ name }) => name !== x.axis && name !== y.axis).map(({ name }) => [name, at[name]]);
+    return JSON.stringify([law, x.axis, x.log, y.axis, y.log, show, stored, held]);
+  }
+
+  resize() {
+    if (!this.state) return;
+    this.rect = rectangle(this.stage);
+    const { x, y, w, h } = this.rect;
+    const ratio = devicePixelRatio;
+    Object.assign(this.canvas.style, { left: `${x}px`, top: `${y}px`, width: `${w}px`, height: `${h}px` });
+    const [width, height] = [Math.round(w * ratio), Math.round(h * ratio)];
+    if (this.canvas.width !== width || this.canvas.height !== height) Object.assign(this.canvas, { width, height });
+    this.update(false);
+  }
+
+  // Shows the state: at once as far as the last picture goes, then better. While something is dragged
+  // (`hurry`) with few cells, many times a second.
+  update(hurry) {
+    if (!this.rect) return this.resize();
+    this.changes += 1;
+    this.hurry = hurry;
+    delete this.canvas.dataset.settled;
+    if (this.curvesOf !== this.key()) this.curves = [];
+    this.show();
+    // A quick picture in work sees the change when it is done; a slow one is overtaken.
+    if (!this.running?.quick) this.refine();
+  }
+
+  show() {
+    const { picture, canvas } = this;
+    const { x, y } = this.state;
+    if (picture && picture.x.axis === x.axis && picture.y.axis === y.axis && picture.x.log === x.log && picture.y.log === y.log) {
+      const [across, up] = [new Scale(picture.x), new Scale(picture.y)];
+      paint(canvas, picture, this.catalogue, [across.unit(x.from), across.unit(x.to), up.unit(y.from), up.unit(y.to)]);
+      canvas.dataset.cells = `${picture.width}x${picture.height}`;
+      legend(this.legendBox, picture, this.curves, this.catalogue);
+    }
+    const words = (side) => label(this.state, this.state[side].axis).words;
+    this.overlay.setAttribute("aria-label", `Plane of ${words("x")} across and ${words("y")} up`);
+    draw(this.overlay, this.rect, this.scales, this.state, this.state.curves ? this.curves : []);
+  }
+
+  // Cells across and up of a picture with this many rows.
+  cells(rows) {
+    return [Math.max(2, Math.round((rows * this.rect.w) / this.rect.h)), rows];
+  }
+
+  // What it costs: a column of all dampings costs little more than one cell of it.
+  work(rows) {
+    const [width, height] = this.cells(rows);
+    const { x, y } = this.state;
+    return x.axis === "c" ? height : y.axis === "c" ? width : width * height;
+  }
+
+  // Seconds that it will take; unknown before the first of its kind.
+  seconds(rows) {
+    return this.work(rows) * (this.cost.get(this.kind()) ?? Infinity);
+  }
+
+  // Pictures that cost about the same for each cell.
+  kind() {
+    const { law, x, y, show, stored } = this.state;
+    return [law.name, law.phi, x.axis, y.axis, show, stored].join(" ");
+  }
+
+  // Rows of the finest picture.
+  full() {
+    let rows = Math.min(this.canvas.height, 4096);
+    while (this.cells(rows)[0] * rows > MOST_CELLS || this.cells(rows)[0] > 4096) rows = Math.floor(0.9 * rows);
+    return rows;
+  }
+
+  // Rows of the picture after one with so many; none if it would take too long.
+  finer(rows) {
+    const full = this.full();
+    if (rows >= full) return null;
+    if (this.seconds(full) < SOON) return full;
+    return [4 * rows, 2 * rows].map((finer) => Math.min(finer, full)).find((finer) => this.seconds(finer) < PATIENCE) ?? null;
+  }
+
+  async refine() {
+    const turn = this.changes;
+    let rows = QUICK.findLast((rows) => this.seconds(rows) <= FRAME) ?? QUICK[0];
+    let quick = true;
+    while (rows !== null) {
+      const picture = await this.fetch(rows, quick, turn);
+      if (!picture) return;
+      if (turn === this.changes || quick) {
+        this.picture = picture;
+        this.show();
+      }
+      if (turn !== this.changes) {
+        // A slower one was overtaken by a run of its own.
+        if (quick) this.refine();
+        return;
+      }
+      if (this.hurry) return;
+      if (quick) this.follow_curves(turn);
+      quick = false;
+      rows = this.finer(rows);
+    }
+    this.canvas.dataset.settled = turn;
+    // Better to know than to wonder why it stays coarse.
+    const seconds = this.seconds(this.full());
+    this.busy.hidden = seconds < PATIENCE;
+    this.busy.textContent = `coarse: every pixel would take ${seconds < 100 ? `${Math.round(seconds)} s` : `${Math.round(seconds / 60)} min`}`;
+  }
+
+  // A picture of the present state; nothing where it was overtaken or refused.
+  async fetch(rows, quick, turn) {
+    const { x, y, show, stored } = this.state;
+    const [key, kind, work] = [this.key(), this.kind(), this.work(rows)];
+    const [width, height] = this.cells(rows);
+    const running = { quick };
+    this.running = running;
+    const late = setTimeout(() => Object.assign(this.busy, { hidden: false, textContent: "computing" }), 300);
+    try {
+      const body = { ...place(this.state), x: { ...x, points: width }, y: { ...y, points: height }, show, stored };
+      const picture = await ask(body);
+      this.app.complain(null);
+      this.cost.set(kind, picture.seconds / work);
+      return Object.assign(picture, { x: { ...x }, y: { ...y }, show, key });
+    } catch (problem) {
+      if (!problem.overtaken) this.app.complain(problem);
+      // What was changed meanwhile may be right again.
+      if (quick && turn !== this.changes) setTimeout(() => this.refine());
+      return null;
+    } finally {
+      clearTimeout(late);
+      if (this.running === running) {
+        this.running = null;
+        this.busy.hidden = true;
+      }
+    }
+  }
+
+  async follow_curves(turn) {
+    const { x, y, curves } = this.state;
+    if (!curves) return;
+    const key = this.key();
+    const body = { ...place(this.state), x: { ...x, points: 2 }, y: { ...y, points: 2 } };
+    let all = [];
+    // Folds take longer, and come last.
+    for (const folds of [false, true]) {
+      try {
+        const found = await post("/api/curves", { ...body, folds });
+        if (turn !== this.changes) return;
+        all = [...all, ...found.curves];
+      } catch (problem) {
+        // The picture stands without them.
+        if (problem.overtaken || turn !== this.changes) return;
+      }
+      this.curves = all;
+      this.curvesOf = key;
+      this.show();
+    }
+  }
+
+  // Where in the plane an event is, in the unit square.
+  unit(event) {
+    const box = this.stage.getBoundingClientRect();
+    const { x, y, w, h } = this.rect;
+    return [(event.clientX - box.left - this.stage.clientLeft - x) / w, 1 - (event.clientY - box.top - this.stage.clientTop - y) / h];
+  }
+
+  pin(u, v) {
+    const { scales, state } = this;
+    const clamp = (share) => Math.max(0, Math.min(1, share));
+    this.app.move({ [state.x.axis]: scales.x.rounded(clamp(u)), [state.y.axis]: scales.y.rounded(clamp(v)) });
+  }
+
+  near_pin(event) {
+    const { state, scales } = this;
+    if (!state.pinned) return false;
+    const [u, v] = this.unit(event);
+    const across = (u - scales.x.unit(state.at[state.x.axis])) * this.rect.w;
+    const up = (v - scales.y.unit(state.at[state.y.axis])) * this.rect.h;
+    return Math.hypot(across, up) < GRASP;
+  }
+
+  // Shows other ends of both axes: [left, right] and [low, high] in units of the present ones, kept legal.
+  window([left, right], [low, high]) {
+    const side = (name, [a, b]) => {
+      const { axis } = this.state[name];
+      const { least, most } = this.state.axes.find(({ name }) => name === axis);
+      const scale = this.scales[name];
+      let [from, to] = [scale.value(a), scale.value(b)];
+      const span = to - from;
+      if (least !== null && from < least) [from, to] = [least, scale.log ? to : least + span];
+      if (most !== null && to > most) [from, to] = [scale.log ? from : Math.max(most - span, least ?? -Infinity), most];
+      if (!(to - from > 1e-9 * Math.max(Math.abs(from), Math.abs(to)))) return this.state[name];
+      const digits = (value) => Number(value.toPrecision(9));
+      return { ...this.state[name], from: digits(from), to: digits(to) };
+    };
+    const [x, y] = [side("x", [left, right]), side("y", [low, high])];
+    Object.assign(this.state, { x, y });
+    this.app.change("view");
+  }
+
+  zoom(factor, [u, v] = [0.5, 0.5]) {
+    const ends = (centre) => [centre - centre * factor, centre + (1 - centre) * factor];
+    this.window(ends(u), ends(v));
+  }
+
+  pan(across, up) {
+    this.window([-across, 1 - across], [-up, 1 - up]);
+  }
+
+  home() {
+    for (const name of ["x", "y"]) {
+      const axis = this.state.axes.find((axis) => axis.name === this.state[name].axis);
+      const from = this.state[name].log ? Math.max(axis.from, axis.to / 1000) : axis.from;
+      this.state[name] = { ...this.state[name], from, to: axis.to };
+    }
+    this.app.change("view");
+  }
+
+  listen() {
+    const { overlay, pointers } = this;
+    const on = (name, listener, options) => overlay.addEventListener(name, listener, options);
+    on("pointerdown", (event) => {
+      if (event.button !== 0) return;
+      overlay.setPointerCapture(event.pointerId);
+      const start = this.unit(event);
+      pointers.set(event.pointerId, { start, last: start, moved: 0, pin: pointers.size === 0 && this.near_pin(event) });
+      this.hide_glance();
+    });
+    on("pointermove", (event) => {
+      const pointer = pointers.get(event.pointerId);
+      if (!pointer) {
+        if (event.pointerType !== "touch") this.glance(event);
+        return;
+      }
+      const [u, v] = this.unit(event);
+      const [across, up] = [u - pointer.last[0], v - pointer.last[1]];
+      pointer.moved += Math.hypot(across * this.rect.w, up * this.rect.h);
+      if (pointers.size === 2) this.pinch(pointer, [u, v]);
+      else if (pointer.pin) this.pin(u, v);
+      else if (pointer.moved > STILL) this.pan(across, up);
+      // The plane has moved with the pointer.
+      pointer.last = pointer.pin || pointers.size === 2 || pointer.moved > STILL ? this.unit(event) : pointer.last;
+    });
+    const end = (event) => {
+      const pointer = pointers.get(event.pointerId);
+      pointers.delete(event.pointerId);
+      if (!pointer) return;
+      const [u, v] = this.unit(event);
+      const inside = u >= 0 && u <= 1 && v >= 0 && v <= 1;
+      if (event.type === "pointerup" && pointer.moved <= STILL && inside && pointers.size === 0) this.pin(u, v);
+      this.app.change("rest");
+    };
+    on("pointerup", end);
+    on("pointercancel", end);
+    on("pointerleave", () => this.hide_glance());
+    on("wheel", (event) => {
+      event.preventDefault();
+      this.hide_glance();
+      this.zoom(Math.exp(Math.max(-0.5, Math.min(0.5, event.deltaY / 400))), this.unit(event));
+    }, { passive: false });
+    on("keydown", (event) => this.press(event));
+  }
+
+  pinch(pointer, [u, v]) {
+    const other = [...this.pointers.values()].find((it) => it !== pointer);
+    const size = (a, b) => Math.max(20, Math.hypot((a[0] - b[0]) * this.rect.w, (a[1] - b[1]) * this.rect.h));
+    const before = size(pointer.last, other.last);
+    const centre = [(u + other.last[0]) / 2, (v + other.last[1]) / 2];
+    this.zoom(before / size([u, v], other.last), centre);
+  }
+
+  press(event) {
+    const arrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowDown: [0, -1], ArrowUp: [0, 1] };
+    const arrow = arrows[event.key];
+    const { state, scales } = this;
+    const here = state.pinned ? [scales.x.unit(state.at[state.x.axis]), scales.y.unit(state.at[state.y.axis])] : [0.5, 0.5];
+    if (arrow && event.altKey) this.pan(-0.1 * arrow[0], -0.1 * arrow[1]);
+    else if (arrow) {
+      const step = event.shiftKey ? 0.1 : 0.01;
+      this.pin(here[0] + step * arrow[0], here[1] + step * arrow[1]);
+    } else if (event.key === "+" || event.key === "=") this.zoom(0.8, here);
+    else if (event.key === "-") this.zoom(1.25, here);
+    else if (event.key === "Home" || event.key === "0") this.home();
+    else if (event.key === "Enter" || event.key === " ") this.pin(...here);
+    else if (event.key === "Escape" && state.pinned) this.app.unpin();
+    else return;
+    event.preventDefault();
+  }
+
+  hide_glance() {
+    this.glances += 1;
+    this.glanceBox.hidden = true;
+  }
+
+  // Tells what is under the pointer: at once from the picture, and where it rests, from every method.
+  glance(event) {
+    const [u, v] = this.unit(event);
+    this.glances += 1;
+    const turn = this.glances;
+    if (u < 0 || u > 1 || v < 0 || v > 1) {
+      this.glanceBox.hidden = true;
+      return;
+    }
+    this.overlay.style.cursor = this.near_pin(event) ? "grab" : "crosshair";
+    const { state, scales } = this;
+    const at = { ...state.at, [state.x.axis]: scales.x.rounded(u), [state.y.axis]: scales.y.rounded(v) };
+    const where = [state.x.axis, state.y.axis].map((name) => {
+      const { words, unit, factor } = label(state, name);
+      return `${words} = ${short(at[name] * factor)}${unit}`;
+    }).join(", ");
+    const lines = [element("div", {}, where), element("b", {}, this.cell(u, v))];
+    this.glanceBox.replaceChildren(...lines);
+    this.glanceBox.hidden = false;
+    this.place_glance(event);
+    setTimeout(async () => {
+      if (turn !== this.glances) return;
+      try {
+        const said = await post("/api/glance", { law: state.law, at });
+        if (turn !== this.glances) return;
+        const rows = said.methods.map(([name, verdict]) =>
+          element("tr", {}, element("td", {}, name.replaceAll("_", " ")), element("td", {}, element("span", { class: `say ${verdict}` }, verdict))));
+        this.glanceBox.replaceChildren(lines[0], element("b", {}, said.words), element("table", {}, ...rows));
+        this.place_glance(event);
+      } catch {
+        // The next movement asks again.
+      }
+    }, 120);
+  }
+
+  // What the picture says of a place.
+  cell(u, v) {
+    const { picture } = this;
+    if (!picture || picture.key !== this.key()) return "";
+    const { x, y } = this.scales;
+    const column = Math.floor(new Scale(picture.x).unit(x.value(u)) * picture.width);
+    const row = Math.floor(new Scale(picture.y).unit(y.value(v)) * picture.height);
+    if (column < 0 || row < 0 || column >= picture.width || row >= picture.height) return "";
+    const value = picture.cells[row * picture.width + column];
+    if (!picture.kinds) return `${picture.label}: ${short(value)}`;
+    return picture.kinds.find(({ code }) => code === value)?.words ?? "";
+  }
+
+  place_glance(event) {
+    const box = this.stage.getBoundingClientRect();
+    const [x, y] = [event.clientX - box.left, event.clientY - box.top];
+    const { offsetWidth, offsetHeight } = this.glanceBox;
+    const left = x + 18 + offsetWidth < box.width ? x + 18 : Math.max(4, x - 18 - offsetWidth);
+    const top = Math.max(4, Math.min(y + 14, box.height - offsetHeight - 6));
+    Object.assign(this.glanceBox.style, { left: `${left}px`, top: `${top}px` });
+  }
+}

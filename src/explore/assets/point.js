@@ -1,0 +1,139 @@
+// The pinned point: what the mass does there, figures, verdicts, and every number that is known.
+
+import { drawing, element, short } from "./elements.js";
+import { post } from "./server.js";
+import { label, place } from "./state.js";
+
+const FIGURES = [["orbit", "Motion"], ["friction", "Friction curve"], ["backbone", "Amplitude against damping"]];
+
+export class Point {
+  constructor(app) {
+    Object.assign(this, { app, box: document.getElementById("point"), built: false, start: null, key: "", turn: 0 });
+  }
+
+  get state() {
+    return this.app.state;
+  }
+
+  // Shows the pinned point of the state: while it moves the motion only, then everything.
+  update(moving) {
+    if (!this.state.pinned) {
+      this.built = false;
+      this.key = "";
+      this.box.replaceChildren(element("h2", {}, "A point"), element("p", { class: "hint" }, "Click into the plane: the motion there, every method's verdict with its numbers, and what is proved."));
+      return;
+    }
+    if (!this.built) this.build();
+    const key = JSON.stringify(place(this.state));
+    if (key !== this.key) {
+      this.key = key;
+      this.whole = false;
+      this.start = null;
+      const shown = this.state.machine ? [this.state.x.axis, this.state.y.axis] : this.state.axes.map(({ name }) => name);
+      const words = shown.map((name) => {
+        const { words, unit, factor } = label(this.state, name);
+        return `${words} = ${short(this.state.at[name] * factor)}${unit}`;
+      });
+      this.where.textContent = words.join(", ");
+      this.turn += 1;
+      this.draw("orbit");
+    }
+    if (!moving && !this.whole) {
+      this.whole = true;
+      this.tell();
+      for (const [name] of FIGURES.slice(1)) this.draw(name);
+    }
+  }
+
+  build() {
+    this.built = true;
+    this.where = element("p", { class: "hint" });
+    this.regime = element("p", { class: "regime" });
+    this.figures = new Map(FIGURES.map(([name]) => [name, element("div", { class: "figure" })]));
+    this.verdicts = element("div");
+    this.numbers = element("div");
+    const unpin = element("button", { type: "button", onclick: () => this.app.unpin() }, "Unpin");
+    const figures = FIGURES.map(([name, words]) => element("details", { open: true }, element("summary", {}, words), this.figures.get(name)));
+    const hint = element("p", { class: "hint" }, "Click into the portrait to follow the orbit from there.");
+    figures[0].append(hint);
+    this.figures.get("orbit").addEventListener("click", (event) => this.start_from(event));
+    this.box.replaceChildren(
+      element("div", { class: "title" }, element("h2", {}, "The point"), unpin), this.where, this.regime,
+      figures[0], this.verdicts, ...figures.slice(1),
+      element("details", {}, element("summary", {}, "Every number"), this.numbers),
+    );
+  }
+
+  async draw(figure) {
+    const turn = this.turn;
+    const box = this.figures.get(figure);
+    try {
+      const drawn = await post("/api/figure", { ...place(this.state), figure, start: figure === "orbit" ? this.start : null });
+      if (turn !== this.turn) return;
+      box.replaceChildren(drawing(drawn.svg));
+      if (drawn.panel) this.panel = drawn.panel;
+    } catch (problem) {
+      if (turn === this.turn && problem.problem && !problem.overtaken) box.replaceChildren(element("p", { class: "problem" }, problem.message));
+    }
+  }
+
+  // The orbit from the place in the portrait that was clicked.
+  start_from(event) {
+    const svg = this.figures.get("orbit").firstElementChild;
+    if (!svg?.viewBox || !this.panel) return;
+    const box = svg.getBoundingClientRect();
+    const scale = svg.viewBox.baseVal.width / box.width;
+    const { x, y, w, h, x1, x2 } = this.panel;
+    const [u, v] = [((event.clientX - box.left) * scale - x) / w, 1 - ((event.clientY - box.top) * scale - y) / h];
+    if (u < 0 || u > 1 || v < 0 || v > 1) return;
+    this.start = [x1[0] + u * (x1[1] - x1[0]), x2[0] + v * (x2[1] - x2[0])];
+    this.draw("orbit");
+  }
+
+  async tell() {
+    const turn = this.turn;
+    try {
+      const probe = await post("/api/point", place(this.state));
+      if (turn !== this.turn) return;
+      this.probe = probe;
+      this.regime.replaceChildren(element("b", {}, probe.regime.replaceAll("_", " ")));
+      this.box.dataset.regime = probe.regime;
+      this.verdicts.replaceChildren(verdict_table(probe));
+      this.numbers.replaceChildren(...numbers(probe));
+    } catch (problem) {
+      if (turn === this.turn && problem.problem && !problem.overtaken) {
+        this.regime.replaceChildren(element("span", { class: "problem" }, problem.message));
+        this.verdicts.replaceChildren();
+        this.numbers.replaceChildren();
+      }
+    }
+  }
+}
+
+function verdict_table({ methods, critical_c }) {
+  const head = element("tr", {}, ...["method", "verdict", "margin", "critical c"].map((words) => element("th", { scope: "col" }, words)));
+  const rows = Object.entries(methods).map(([name, said]) =>
+    element("tr", { "data-method": name, title: said.equation },
+      element("th", { scope: "row" }, name.replaceAll("_", " "), element("div", { class: "hint" }, said.reason ?? said.guarantee.replaceAll("_", " "))),
+      element("td", {}, element("span", { class: `say ${said.verdict}` }, said.verdict)),
+      element("td", { class: "number" }, short(said.margin)),
+      element("td", { class: "number" }, short(said.critical_c))));
+  const exact = critical_c.value === null ? critical_c.reason : `${critical_c.value} ± ${short(critical_c.error)}`;
+  return element("div", { class: "wide", tabindex: "0", role: "group", "aria-label": "verdicts" },
+    element("table", { class: "verdicts" }, element("caption", {}, "Does a stick-slip limit cycle exist?"), element("thead", {}, head), element("tbody", {}, ...rows)),
+    element("p", { class: "hint" }, `Critical damping c* = ${exact}. A margin is in c to the edge of presence, or m / V of the simulation.`));
+}
+
+// Every line of the answer, as lists in lists.
+function numbers(value) {
+  const list = element("dl", { class: "numbers" });
+  const parts = [list];
+  for (const [key, entry] of Object.entries(value)) {
+    const name = key.replaceAll("_", " ");
+    if (entry !== null && typeof entry === "object") {
+      const inner = Object.keys(entry).length ? numbers(entry) : ["none"];
+      parts.push(element("details", {}, element("summary", {}, name), ...inner));
+    } else list.append(element("dt", {}, name), element("dd", {}, entry === null ? "–" : String(entry)));
+  }
+  return parts;
+}

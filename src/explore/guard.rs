@@ -1,0 +1,70 @@
+//! Who may ask, and what the page may do: requests to another host or from another origin are refused, and
+//! the browser is told to load nothing from anywhere else.
+//!
+//! A page of the web can send requests to the loopback address. Its origin gives it away; where a name was
+//! bound to this address on purpose, the host does.
+
+use axum::extract::{Request, State};
+use axum::http::header::{
+    CACHE_CONTROL, CONTENT_SECURITY_POLICY, HOST, ORIGIN, REFERRER_POLICY, X_CONTENT_TYPE_OPTIONS,
+};
+use axum::http::{HeaderName, HeaderValue};
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Response};
+
+use super::refusal::Refusal;
+
+/// What the page may load: its own files, and pictures that it has made itself.
+const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; \
+                      connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+/// The names under which this server is asked.
+#[derive(Clone, Debug)]
+pub(super) struct Names {
+    hosts: [String; 2],
+    origins: [String; 2],
+}
+
+impl Names {
+    pub(super) fn of_port(port: u16) -> Self {
+        let hosts = ["127.0.0.1", "localhost"].map(|name| format!("{name}:{port}"));
+        let origins = hosts.each_ref().map(|host| format!("http://{host}"));
+        Self { hosts, origins }
+    }
+
+    fn check(&self, request: &Request) -> Result<(), Refusal> {
+        let headers = request.headers();
+        let one_of = |value: &HeaderValue, known: &[String]| known.iter().any(|name| value == name.as_str());
+        match headers.get(HOST) {
+            Some(host) if one_of(host, &self.hosts) => {}
+            _ => return Err(Refusal::foreign("the request is for another host")),
+        }
+        match headers.get(ORIGIN) {
+            Some(origin) if !one_of(origin, &self.origins) => {
+                Err(Refusal::foreign("the request comes from another page"))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Lets only requests of the page itself through, and restricts what the page may load.
+pub(super) async fn protect(State(names): State<Names>, request: Request, next: Next) -> Response {
+    let mut response = match names.check(&request) {
+        Ok(()) => next.run(request).await,
+        Err(refusal) => refusal.into_response(),
+    };
+    let headers = response.headers_mut();
+    let settings: [(HeaderName, &'static str); 6] = [
+        (CONTENT_SECURITY_POLICY, POLICY),
+        (X_CONTENT_TYPE_OPTIONS, "nosniff"),
+        (REFERRER_POLICY, "no-referrer"),
+        (CACHE_CONTROL, "no-store"),
+        (HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
+        (HeaderName::from_static("cross-origin-opener-policy"), "same-origin"),
+    ];
+    for (name, value) in settings {
+        headers.insert(name, HeaderValue::from_static(value));
+    }
+    response
+}

@@ -1,0 +1,336 @@
+//! What the page is left with: the plane as a configuration, as Python, as a map, as figures and as a table.
+//!
+//! Maps and figures are made as `slipmap run` and `slipmap plot` make them from the same configuration, in a
+//! folder that is removed again.
+
+use std::fmt::Write as _;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use ndarray::Array2;
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use super::plane::{PlaneRequest, Show, Slice};
+use super::refusal::Refusal;
+use crate::config::{Job, table_of_text};
+use crate::friction::Law;
+use crate::machine::Machine;
+use crate::map::{self, ComputeError, Control, Field, Grid, Method, Plan, PlaneCurves};
+use crate::number::exact;
+use crate::report::figure::area::{self, Area, Layer};
+use crate::report::figure::{self, Width, render};
+use crate::report::{Label, Rich, View, rich};
+use crate::store::{Existing, MapFile, Outcome, PartialMap, Provenance};
+
+/// Cells along one axis of a map that is taken along: a figure shows no more, and a table would be large.
+const MOST_POINTS: usize = 1024;
+/// Names of the files that a configuration speaks of.
+const CONFIG: &str = "plane.toml";
+const MAP: &str = "plane.h5";
+const TABLE: &str = "friction.csv";
+
+/// What the page asks for.
+#[derive(Clone, Debug, Deserialize)]
+pub(super) struct LeaveRequest {
+    #[serde(flatten)]
+    pub(super) plane: PlaneRequest,
+    /// The file: `svg`, `png`, `pdf`, `csv` or `h5`.
+    #[serde(default)]
+    file: String,
+}
+
+fn broken(error: impl std::fmt::Display) -> Refusal {
+    Refusal::broken(error.to_string())
+}
+
+fn failed(error: ComputeError<crate::store::StoreError>) -> Refusal {
+    match error {
+        ComputeError::Interrupted => Refusal::overtaken(),
+        error => broken(error),
+    }
+}
+
+/// A text in quotation marks as TOML has it; Python reads the same.
+fn quoted(text: &str) -> String {
+    toml_edit::Value::from(text).to_string()
+}
+
+/// A range of a configuration: from, to, points, and whether in equal ratios.
+type RangeOf<'a> = (&'a str, f64, f64, usize, bool);
+
+/// What the texts are made of.
+struct Told<'a> {
+    law: &'a Law,
+    held: Vec<(&'static str, f64)>,
+    ranges: [RangeOf<'a>; 2],
+    methods: Vec<Method>,
+    field: Option<Field>,
+    /// The machine whose belt speed and damping the two axes are.
+    machine: Option<Machine>,
+}
+
+impl Told<'_> {
+    /// The configuration whose map has the cells of the picture.
+    fn toml(&self) -> String {
+        let mut text = String::from("title = \"A plane of slipmap explore\"\n\n[friction]\n");
+        // Writing to a text cannot fail.
+        let _ = writeln!(text, "law = {}", quoted(self.law.name()));
+        match self.law.as_written() {
+            Law::Expression(formula) => {
+                let _ = writeln!(
+                    text,
+                    "phi = {}\nstatic = {}",
+                    quoted(formula.text()),
+                    float(formula.static_level())
+                );
+            }
+            Law::Table(table) => {
+                let _ = writeln!(text, "file = \"{TABLE}\"\nstatic = {}", float(table.static_level()));
+            }
+            _ => {}
+        }
+        if self.law.is_read_as_small() {
+            text.push_str("small = \"eps\"\n");
+        }
+        match &self.machine {
+            Some(machine) => text.push_str(&self.machine_toml(machine)),
+            None => {
+                text.push_str("\n[grid]\n");
+                for (name, value) in &self.held {
+                    let _ = writeln!(text, "{name} = {}", float(*value));
+                }
+                for (name, from, to, points, log) in self.ranges {
+                    let _ = writeln!(text, "{name} = {}", range(from, to, points, log));
+                }
+            }
+        }
+        let methods: Vec<String> = self.methods.iter().map(|method| quoted(method.name())).collect();
+        let _ = writeln!(text, "\n[methods]\nrun = [{}]", methods.join(", "));
+        let field = self.field.filter(|field| *field != Field::Verdict);
+        let fields: Vec<String> = field.iter().map(|field| quoted(field.name())).collect();
+        let fields = std::iter::once("\"verdict\"".to_owned()).chain(fields).collect::<Vec<_>>().join(", ");
+        let _ = writeln!(text, "\n[output]\npath = \"{MAP}\"\nfields = [{fields}]");
+        text
+    }
+
+    /// The table `[machine]`, in SI units.
+    fn machine_toml(&self, machine: &Machine) -> String {
+        let mut text = format!("\n[machine]\nmotion = {}\n", quoted(machine.motion.name()));
+        let held =
+            machine.quantities().into_iter().filter(|(name, _)| !["belt_speed", "damping"].contains(name));
+        for (name, value) in held {
+            let _ = writeln!(text, "{name} = {}", float(value));
+        }
+        let units = machine.units();
+        for (name, from, to, points, log) in self.ranges {
+            let (key, factor) =
+                if name == "V" { ("belt_speed", units.velocity) } else { ("damping", units.damping) };
+            let _ = writeln!(text, "{key} = {}", range(from * factor, to * factor, points, log));
+        }
+        text
+    }
+
+    /// The same with the Python package.
+    fn python(&self) -> String {
+        let mut text = String::from("import numpy as np\nimport slipmap\n\n");
+        let law = match self.law.as_written() {
+            Law::Expression(formula) => {
+                format!(
+                    "slipmap.Law.expression({}, static={})",
+                    quoted(formula.text()),
+                    exact(formula.static_level())
+                )
+            }
+            Law::Table(table) => {
+                let _ = writeln!(
+                    text,
+                    "u, friction = np.loadtxt(\"{TABLE}\", delimiter=\",\", usecols=(0, 1)).T"
+                );
+                format!("slipmap.Law.table(u, friction, static={})", exact(table.static_level()))
+            }
+            law => format!("slipmap.Law.{}()", law.name()),
+        };
+        let _ = writeln!(text, "grid = {{");
+        for (name, value) in &self.held {
+            let _ = writeln!(text, "    \"{name}\": {},", exact(*value));
+        }
+        for (name, from, to, points, log) in self.ranges {
+            let call = if log { "geomspace" } else { "linspace" };
+            let _ = writeln!(text, "    \"{name}\": np.{call}({}, {}, {points}),", exact(from), exact(to));
+        }
+        let methods: Vec<String> = self.methods.iter().map(|method| quoted(method.name())).collect();
+        let field = self.field.filter(|field| *field != Field::Verdict);
+        let fields: Vec<String> = field.iter().map(|field| quoted(field.name())).collect();
+        let _ = write!(
+            text,
+            "}}\ndata = slipmap.map(grid, law={law}, methods=[{}], fields=[{}])\nprint(data.squeeze())\n",
+            methods.join(", "),
+            fields.join(", ")
+        );
+        text
+    }
+}
+
+/// A range of a configuration.
+fn range(from: f64, to: f64, points: usize, log: bool) -> String {
+    let spacing = if log { ", spacing = \"log\"" } else { "" };
+    format!("{{ from = {}, to = {}, points = {points}{spacing} }}", float(from), float(to))
+}
+
+/// A number as TOML takes it for a real one.
+fn float(value: f64) -> String {
+    format!("{value:?}")
+}
+
+impl LeaveRequest {
+    fn told<'a>(&'a self, slice: &'a Slice) -> Result<(Told<'a>, Show), Refusal> {
+        let axes = slice.grid.axes();
+        let (show, methods, field) = self.plane.show()?;
+        let held = axes.iter().enumerate().filter(|(axis, _)| *axis != slice.x && *axis != slice.y);
+        let range = |axis: usize, log: bool| -> RangeOf<'a> {
+            let values = &axes[axis].values;
+            (&axes[axis].name, values[0], values[values.len() - 1], values.len(), log)
+        };
+        let [x_log, y_log] = self.plane.logarithmic();
+        let names = Grid::axis_names(slice.grid.law());
+        let last = axes.len() - 1;
+        let of_machine = [slice.x.min(slice.y), slice.x.max(slice.y)] == [last - 1, last];
+        let middle = slice.grid.point(&slice.grid.shape().iter().map(|len| len / 2).collect::<Vec<_>>());
+        let machine = self.plane.place.machine.as_ref().filter(|_| of_machine);
+        let told = Told {
+            law: slice.grid.law(),
+            held: held.map(|(position, axis)| (names[position], axis.values[0])).collect(),
+            ranges: [range(slice.x, x_log), range(slice.y, y_log)],
+            methods,
+            field,
+            machine: machine.map(|machine| machine.at(slice.grid.law(), &middle)).transpose()?,
+        };
+        Ok((told, show))
+    }
+
+    /// The plane and its point as texts to be copied.
+    pub(super) fn texts(&self) -> Result<Value, Refusal> {
+        let slice = self.plane.cells()?;
+        let (told, _) = self.told(&slice)?;
+        let (law, point) = self.plane.place.point()?;
+        let command = match (&told.machine, &self.plane.place.machine) {
+            (Some(_), Some(machine)) => {
+                let here = machine.at(&law, &point)?;
+                let (speed, damping) = (exact(here.belt_speed), exact(here.damping));
+                format!("slipmap probe --machine {CONFIG} --set belt_speed={speed} --set damping={damping}")
+            }
+            _ => crate::probe::command_line(&law, &point, map::DEFAULT_TOLERANCE),
+        };
+        Ok(json!({
+            "toml": told.toml(),
+            "python": told.python(),
+            "command": command,
+            "table": table_text(&law),
+        }))
+    }
+
+    /// A file, whole.
+    pub(super) fn file(&self, stop: &AtomicBool) -> Result<(&'static str, Vec<u8>), Refusal> {
+        let slice = self.plane.cells()?;
+        if slice.grid.axes().iter().any(|axis| axis.values.len() > MOST_POINTS) {
+            let problem = format!("a map of more than {MOST_POINTS} nodes along an axis");
+            return Err(Refusal::bad_input(problem, "copy the configuration, and run it"));
+        }
+        let (told, show) = self.told(&slice)?;
+        let folder = tempfile::tempdir().map_err(broken)?;
+        let map = run(&told, folder.path(), stop)?;
+        if self.file == "h5" {
+            return Ok(("application/x-hdf5", std::fs::read(map).map_err(broken)?));
+        }
+        let map = MapFile::open(&map).map_err(broken)?;
+        let view = View::new(&map);
+        let (scene, caption, data) = self.drawn(&view, &show, &told, stop)?;
+        let svg = || scene.svg("plane", &caption);
+        match self.file.as_str() {
+            "svg" => Ok(("image/svg+xml", svg().into_bytes())),
+            "png" => Ok(("image/png", render::png("plane", &svg()).map_err(broken)?)),
+            "pdf" => Ok(("application/pdf", render::pdf("plane", &svg()).map_err(broken)?)),
+            "csv" => Ok(("text/csv", data.csv().into_bytes())),
+            other => Err(Refusal::malformed(format!("there is no file `{other}`"))),
+        }
+    }
+
+    /// The figure of the plane, as `slipmap plot` draws it.
+    fn drawn(
+        &self,
+        view: &View,
+        show: &Show,
+        told: &Told,
+        stop: &AtomicBool,
+    ) -> Result<(figure::Scene, Rich, figure::Data), Refusal> {
+        let [x, y] = told.ranges.map(|(name, ..)| name);
+        let (slice, _) = figure::Slice::choose(view, x, y, &[]).map_err(broken)?;
+        let label = match show {
+            Show::Variable(name) => view.units.variable(name),
+            Show::Difference(_) | Show::Decider => Label {
+                name: rich(if matches!(show, Show::Decider) { "which method decides" } else { "comparison" }),
+                key: "code".into(),
+                unit: "",
+                factor: 1.0,
+            },
+        };
+        let codes = |method: &Method| slice.codes(&format!("verdict_{}", method.name())).map_err(broken);
+        let layer = match (show, show.kinds(&told.methods)) {
+            (Show::Variable(name), Some(kinds)) => Layer::Codes(slice.codes(name).map_err(broken)?, kinds),
+            (Show::Variable(name), None) => Layer::Reals(slice.reals(name).map_err(broken)?),
+            (_, kinds) => {
+                let verdicts = told.methods.iter().map(codes).collect::<Result<Vec<Array2<i8>>, _>>()?;
+                let cells = Array2::from_shape_fn(verdicts[0].dim(), |at| {
+                    let said: Vec<i8> = verdicts.iter().map(|of_method| of_method[at]).collect();
+                    show.derived(&told.methods, &said)
+                });
+                Layer::Codes(cells, kinds.unwrap_or_default())
+            }
+        };
+        let curves = self.plane.curves.then(|| PlaneCurves::of(view.map.grid(), slice.plane(), stop));
+        let heading = crate::report::join([label.name.clone(), view.held(&slice.index, &[slice.x, slice.y])]);
+        let caption = heading.clone();
+        let areas = [Area { slice, layer, curves, exact: false, title: Rich::default() }];
+        let signed = matches!(show, Show::Variable(name) if name.starts_with("margin_"));
+        let scene = area::draw(&areas, &heading, &label, signed, Width::OneColumn);
+        Ok((scene, caption, area::data(&areas, &label, None)))
+    }
+}
+
+/// The rows of a measured law; nothing for other laws.
+fn table_text(law: &Law) -> Option<String> {
+    let said = super::place::law_json(law);
+    said.get("table").and_then(Value::as_str).map(str::to_owned)
+}
+
+/// Runs the configuration in a folder, as `slipmap run` does; the map.
+fn run(told: &Told, folder: &Path, stop: &AtomicBool) -> Result<std::path::PathBuf, Refusal> {
+    let config = folder.join(CONFIG);
+    std::fs::write(&config, told.toml()).map_err(broken)?;
+    if let Some(table) = table_text(told.law) {
+        std::fs::write(folder.join(TABLE), table).map_err(broken)?;
+    }
+    let mut job = Job::load(&config, &[]).map_err(|error| Refusal::bad_input(error.problem, error.remedy))?;
+    if let Law::Table(table) = told.law.as_written() {
+        // The map names the table as a run beside it does, not by this folder.
+        let text = table_text(told.law).unwrap_or_default();
+        let named = table_of_text(TABLE, &text, Some(table.static_level())).map(Law::Table);
+        let named = named.map_err(|(problem, remedy)| Refusal::bad_input(problem, remedy))?;
+        let law = if told.law.is_read_as_small() { named.read_as_small() } else { named };
+        let nodes = job.plan.grid.axes().iter().map(|axis| axis.values.clone()).collect();
+        job.plan.grid = Grid::new(law, nodes)?;
+    }
+    let map = folder.join(MAP);
+    let provenance = Provenance {
+        title: job.title.clone(),
+        config_path: CONFIG.into(),
+        config_text: job.config_text.clone(),
+        command_line: format!("slipmap run {CONFIG}"),
+    };
+    let plan: &Plan = &job.plan;
+    let partial = PartialMap::begin(&map, plan, &provenance, Existing::Refuse).map_err(broken)?;
+    let summary = map::run(plan, &partial, &Control { stop, ..Control::default() }).map_err(failed)?;
+    partial.finish(&Outcome::of(plan, &summary, job.machine.as_ref())).map_err(broken)?;
+    Ok(map)
+}

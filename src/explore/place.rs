@@ -1,0 +1,147 @@
+//! Where in parameter space a request asks: the friction law, and a value for each of its axes.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use super::refusal::Refusal;
+use super::si::MachineText;
+use crate::config::{point_of, table_of_text};
+use crate::friction::{Expression, Law};
+use crate::map::Grid;
+use crate::point::Point;
+
+/// Characters of a formula.
+const LONGEST_FORMULA: usize = 4096;
+
+/// A friction law in the words of a page.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct LawText {
+    /// One of [`Law::names`].
+    name: String,
+    /// The formula of the law `expression`.
+    phi: String,
+    /// The rows of the law `table`, as CSV.
+    table: String,
+    /// Name of the file that the table came from.
+    file: String,
+    /// Friction at slip speed 0, by which formula and table are divided; 1 if there is none.
+    #[serde(rename = "static")]
+    static_level: Option<f64>,
+    /// Whether it is read as 1 + eps F(u).
+    small: bool,
+}
+
+impl LawText {
+    /// The law.
+    pub(super) fn law(&self) -> Result<Law, Refusal> {
+        let level = self.static_level.unwrap_or(1.0);
+        if !(level > 0.0 && level.is_finite()) {
+            let problem = format!("the static level is {level}; it must be greater than 0");
+            return Err(Refusal::bad_input(problem, "write the friction at slip speed 0"));
+        }
+        let built_in = Law::BUILT_IN.into_iter().find(|law| law.name() == self.name);
+        let law = match (self.name.as_str(), built_in) {
+            (_, Some(law)) => law,
+            ("expression", None) if self.phi.len() > LONGEST_FORMULA => {
+                let problem = format!("the formula has more than {LONGEST_FORMULA} characters");
+                return Err(Refusal::bad_input(problem, "give the law as a table"));
+            }
+            ("expression", None) => Law::Expression(Expression::new(&self.phi, level)?),
+            ("table", None) => {
+                let file = if self.file.is_empty() { "table" } else { &self.file };
+                let table = table_of_text(file, &self.table, self.static_level);
+                Law::Table(table.map_err(|(problem, remedy)| Refusal::bad_input(problem, remedy))?)
+            }
+            (name, None) => {
+                let names: Vec<&str> = Law::names().collect();
+                let problem = format!("there is no law `{name}`");
+                return Err(Refusal::bad_input(problem, format!("choose from: {}", names.join(", "))));
+            }
+        };
+        Ok(if self.small { law.read_as_small() } else { law })
+    }
+}
+
+/// A law and a value of each of its axes, by name. Names that the law does not have are not looked at: they
+/// belong to the law that was shown before.
+#[derive(Clone, Debug, Deserialize)]
+pub(super) struct Place {
+    pub(super) law: LawText,
+    pub(super) at: BTreeMap<String, f64>,
+    /// The machine that this is the dimensionless point of.
+    #[serde(default)]
+    pub(super) machine: Option<MachineText>,
+}
+
+impl Place {
+    /// The law and the values of its axes in their order, each legal.
+    pub(super) fn read(&self) -> Result<(Law, Vec<f64>), Refusal> {
+        let law = self.law.law()?;
+        let value = |name: &&str| {
+            let missing = || Refusal::malformed(format!("the law `{}` also needs {name}", law.name()));
+            self.at.get(*name).copied().ok_or_else(missing)
+        };
+        let values = Grid::axis_names(&law).iter().map(value).collect::<Result<Vec<f64>, Refusal>>()?;
+        point_of(&law, &values)?;
+        Ok((law, values))
+    }
+
+    /// The law and the point, at which the law is legal.
+    pub(super) fn point(&self) -> Result<(Law, Point), Refusal> {
+        let (law, values) = self.read()?;
+        let point = point_of(&law, &values)?;
+        check_law(&law, &point)?;
+        Ok((law, point))
+    }
+}
+
+/// The values of a point by the names of the law's axes.
+pub(super) fn at_json(law: &Law, point: &Point) -> Value {
+    Grid::coordinates(law, point).into_iter().map(|(name, value)| (name.to_owned(), json!(value))).collect()
+}
+
+/// Checks that the law is legal at a point for the slip speeds that every orbit and every test uses.
+pub(super) fn check_law(law: &Law, point: &Point) -> Result<(), Refusal> {
+    let fastest = 2.0 * point.belt_speed;
+    match law.as_written() {
+        Law::Expression(law) => Ok(law.check(point.epsilon, &point.law, fastest)?),
+        Law::Table(table) if table.fastest() < fastest => Err(Refusal::bad_input(
+            format!(
+                "the data of {} end at slip speed {}, below 2 V = {fastest}",
+                table.origin(),
+                table.fastest()
+            ),
+            "choose a lower belt speed, or measure farther",
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// A law as a page says it, the reverse of [`LawText::law`].
+pub(super) fn law_json(law: &Law) -> Value {
+    let mut said = json!({ "name": law.name() });
+    match law.as_written() {
+        Law::Expression(formula) => {
+            said["phi"] = formula.text().into();
+            said["static"] = formula.static_level().into();
+        }
+        Law::Table(table) => {
+            let errors = table.standard_errors();
+            let rows = table.data().enumerate().map(|(i, (u, friction))| match errors {
+                Some(errors) => format!("{u},{friction},{}\n", errors[i]),
+                None => format!("{u},{friction}\n"),
+            });
+            said["table"] = rows.collect::<String>().into();
+            said["file"] = table.origin().into();
+            said["static"] = table.static_level().into();
+        }
+        _ => {}
+    }
+    if law.is_read_as_small() {
+        said["small"] = true.into();
+    }
+    said
+}

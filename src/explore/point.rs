@@ -1,0 +1,93 @@
+//! One point: what every method says of it, everything that `slipmap probe` prints, and figures.
+
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use super::figures;
+use super::place::Place;
+use super::refusal::Refusal;
+use super::tabs::Turn;
+use crate::behaviour::behaviour;
+use crate::friction::Law;
+use crate::machine::Machine;
+use crate::map::{DEFAULT_TOLERANCE, Method};
+use crate::point::Point;
+use crate::probe::{Answer, MachineResult, Probe, regime_words};
+use crate::report::UnitSystem;
+use crate::simulate::direct;
+
+/// What a page asks about a point.
+#[derive(Clone, Debug, Deserialize)]
+pub(super) struct PointRequest {
+    pub(super) turn: Turn,
+    #[serde(flatten)]
+    place: Place,
+    /// Which figure.
+    #[serde(default)]
+    figure: String,
+    /// Where the orbit of the portrait starts; the exit point if not given.
+    #[serde(default)]
+    start: Option<[f64; 2]>,
+}
+
+fn to_json(value: &impl serde::Serialize) -> Result<Value, Refusal> {
+    serde_json::to_value(value).map_err(|error| Refusal::broken(error.to_string()))
+}
+
+impl PointRequest {
+    /// Figures of one kind overtake each other, and no others.
+    pub(super) fn topic(&self) -> &'static str {
+        match self.figure.as_str() {
+            "orbit" => "orbit",
+            "friction" => "friction",
+            _ => "backbone",
+        }
+    }
+
+    /// The machine at the point, if this is one's.
+    fn machine(&self, law: &Law, point: &Point) -> Result<Option<Machine>, Refusal> {
+        self.place.machine.as_ref().map(|machine| machine.at(law, point)).transpose()
+    }
+
+    /// What the usual methods say: for the pointer that passes by.
+    pub(super) fn glance(&self) -> Result<Value, Refusal> {
+        let (law, point) = self.place.point()?;
+        let answer = Answer::of(&law, &point, DEFAULT_TOLERANCE, Method::usual());
+        let methods = answer.methods.iter().map(|said| (said.method.name(), said.verdict.name()));
+        Ok(json!({
+            "regime": answer.regime.name(),
+            "words": regime_words(answer.regime),
+            "methods": methods.collect::<Vec<_>>(),
+            "critical_c": answer.critical.as_ref().ok().map(|root| root.c),
+        }))
+    }
+
+    /// What `slipmap probe --json` prints.
+    pub(super) fn probe(&self) -> Result<Value, Refusal> {
+        let (law, point) = self.place.point()?;
+        let answer = Answer::of(&law, &point, DEFAULT_TOLERANCE, Method::all());
+        let direct = direct::flow(&answer.oscillator, DEFAULT_TOLERANCE);
+        let mut whole = Probe::new(&answer, &direct);
+        if let Some(machine) = self.machine(&law, &point)? {
+            let behaviour = machine.model().map(|model| behaviour(&model, DEFAULT_TOLERANCE));
+            whole.machine = behaviour.map(|behaviour| MachineResult::new(&machine, &behaviour));
+        }
+        to_json(&whole)
+    }
+
+    /// A figure as SVG, with what leads from its coordinates to numbers.
+    pub(super) fn figure(&self) -> Result<Value, Refusal> {
+        let (law, point) = self.place.point()?;
+        let start = self.start.filter(|start| start.iter().all(|x| x.is_finite()));
+        match self.figure.as_str() {
+            "orbit" => {
+                let machine = self.machine(&law, &point)?;
+                let units = machine.map_or_else(UnitSystem::default, |it| UnitSystem::of_machine(it.si()));
+                Ok(figures::orbit(&law, &point, &units, start))
+            }
+            "friction" => Ok(figures::friction(&law, &point)),
+            "backbone" => figures::backbone(&law, &point),
+            other => Err(Refusal::malformed(format!("there is no figure `{other}`"))),
+        }
+    }
+}

@@ -1,0 +1,223 @@
+//! The server: connections, routes, and how much of everything there may be.
+
+use std::io;
+use std::net::TcpListener;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use axum::Router;
+use axum::extract::{DefaultBodyLimit, State};
+use axum::http::header::CONTENT_TYPE;
+use axum::response::{IntoResponse, Json, Response};
+use axum::routing::{get, post};
+use hyper::server::conn::http1;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::service::TowerToHyperService;
+use serde_json::{Value, json};
+use tokio::sync::Semaphore;
+
+use super::asked::{Asked, LONGEST_BODY};
+use super::guard::{Names, protect};
+use super::leave::LeaveRequest;
+use super::plane::PlaneRequest;
+use super::point::PointRequest;
+use super::refusal::Refusal;
+use super::tabs::{Tabs, Ticket};
+use super::working_point::MachineRequest;
+use super::{Start, assets, catalogue, place};
+
+/// Connections at a time; more wait.
+const CONNECTIONS: usize = 256;
+/// Time in which the head of a request has to arrive, and for which a silent connection is kept.
+const SILENCE: Duration = Duration::from_secs(10);
+/// Time that one answer may take.
+const LONGEST_WORK: u64 = 20;
+/// Pictures in work at a time; each uses all cores.
+const PICTURES: usize = 2;
+/// Points and figures in work at a time.
+const POINTS: usize = 4;
+/// Between two looks at the flag that ends the server.
+const LOOK: Duration = Duration::from_millis(50);
+/// Time that work has to end when the server ends.
+const ENDING: Duration = Duration::from_millis(500);
+
+/// What all requests share.
+struct Shared {
+    tabs: Tabs,
+    pictures: Semaphore,
+    points: Semaphore,
+    start: Start,
+}
+
+/// Serves the page on `listener` until `stop` is set.
+///
+/// # Errors
+/// If the threads or the connections of the server cannot be started.
+pub fn serve(listener: TcpListener, start: Start, stop: &AtomicBool) -> io::Result<()> {
+    let port = listener.local_addr()?.port();
+    listener.set_nonblocking(true)?;
+    let shared = Arc::new(Shared {
+        tabs: Tabs::default(),
+        pictures: Semaphore::new(PICTURES),
+        points: Semaphore::new(POINTS),
+        start,
+    });
+    let router = routes(Arc::clone(&shared))
+        .layer(axum::middleware::from_fn_with_state(Names::of_port(port), protect));
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_io().enable_time().build()?;
+    let ended = runtime.block_on(async {
+        let listener = tokio::net::TcpListener::from_std(listener)?;
+        tokio::spawn(accept(listener, router));
+        while !stop.load(Ordering::Relaxed) {
+            tokio::time::sleep(LOOK).await;
+        }
+        Ok(())
+    });
+    shared.tabs.stop_all();
+    runtime.shutdown_timeout(ENDING);
+    ended
+}
+
+fn routes(shared: Arc<Shared>) -> Router {
+    Router::new()
+        .route("/", get(assets::page))
+        .route("/assets/{name}", get(assets::file))
+        .route("/api/catalogue", get(|| async { Json(catalogue::catalogue()) }))
+        .route("/api/start", get(start))
+        .route("/api/law", post(law))
+        .route("/api/machine", post(machine))
+        .route("/api/plane", post(plane))
+        .route("/api/curves", post(curves))
+        .route("/api/glance", post(glance))
+        .route("/api/point", post(point))
+        .route("/api/figure", post(figure))
+        .route("/api/texts", post(texts))
+        .route("/api/file", post(file))
+        .fallback(|| async { Refusal::malformed("there is nothing here") })
+        .layer(DefaultBodyLimit::max(LONGEST_BODY))
+        .with_state(shared)
+}
+
+/// Takes connections, as many as may be at a time.
+async fn accept(listener: tokio::net::TcpListener, router: Router) {
+    let room = Arc::new(Semaphore::new(CONNECTIONS));
+    loop {
+        let Ok(place) = Arc::clone(&room).acquire_owned().await else { return };
+        let Ok((stream, _)) = listener.accept().await else {
+            // No more file handles: some are given back soon.
+            tokio::time::sleep(LOOK).await;
+            continue;
+        };
+        // Small answers leave at once.
+        let _ = stream.set_nodelay(true);
+        let service = TowerToHyperService::new(router.clone());
+        tokio::spawn(async move {
+            let mut connection = http1::Builder::new();
+            connection.timer(TokioTimer::new()).header_read_timeout(SILENCE);
+            // A client that breaks off is no error of ours.
+            let _ = connection.serve_connection(TokioIo::new(stream), service).await;
+            drop(place);
+        });
+    }
+}
+
+/// Does the work of a request on a thread of its own, unless it is overtaken, for as long as it may take.
+async fn carry_out<T: Send + 'static>(
+    lane: &Semaphore,
+    ticket: Ticket,
+    work: impl FnOnce(&AtomicBool) -> Result<T, Refusal> + Send + 'static,
+) -> Result<T, Refusal> {
+    let place = lane.acquire().await;
+    if ticket.is_overtaken() {
+        return Err(Refusal::overtaken());
+    }
+    let stop = Arc::clone(ticket.stop());
+    let mut done = tokio::task::spawn_blocking(move || work(&stop));
+    let answer = match tokio::time::timeout(Duration::from_secs(LONGEST_WORK), &mut done).await {
+        Ok(done) => {
+            done.unwrap_or_else(|panic| Err(Refusal::broken(format!("the computation failed: {panic}"))))
+        }
+        Err(_) => Err(Refusal::out_of_time(LONGEST_WORK)),
+    };
+    drop(place);
+    answer
+}
+
+async fn start(State(shared): State<Arc<Shared>>) -> Json<Value> {
+    Json(shared.start.to_json())
+}
+
+/// What is to be known of a law that was typed or dropped: its axes.
+async fn law(Asked(text): Asked<place::LawText>) -> Result<Json<Value>, Refusal> {
+    let law = text.law()?;
+    Ok(Json(json!({ "name": law.name(), "axes": catalogue::axes(&law) })))
+}
+
+async fn machine(Asked(asked): Asked<MachineRequest>) -> Result<Json<Value>, Refusal> {
+    asked.point().map(Json)
+}
+
+async fn plane(
+    State(shared): State<Arc<Shared>>,
+    Asked(asked): Asked<PlaneRequest>,
+) -> Result<Response, Refusal> {
+    let ticket = shared.tabs.take(&asked.turn, "plane")?;
+    let all = Arc::clone(&shared);
+    let work = move |stop: &AtomicBool| asked.picture(all.start.map(), stop);
+    let picture = carry_out(&shared.pictures, ticket, work).await?;
+    Ok(([(CONTENT_TYPE, "application/octet-stream")], picture).into_response())
+}
+
+async fn curves(
+    State(shared): State<Arc<Shared>>,
+    Asked(asked): Asked<PlaneRequest>,
+) -> Result<Json<Value>, Refusal> {
+    let ticket = shared.tabs.take(&asked.turn, "curves")?;
+    match carry_out(&shared.pictures, ticket, move |stop| asked.boundaries(stop)).await {
+        // The picture stands without them.
+        Err(refusal) if refusal.is_out_of_time() => Ok(Json(json!({ "curves": [], "given_up": true }))),
+        answer => answer.map(Json),
+    }
+}
+
+async fn glance(
+    State(shared): State<Arc<Shared>>,
+    Asked(asked): Asked<PointRequest>,
+) -> Result<Json<Value>, Refusal> {
+    let ticket = shared.tabs.take(&asked.turn, "glance")?;
+    carry_out(&shared.points, ticket, move |_| asked.glance()).await.map(Json)
+}
+
+async fn point(
+    State(shared): State<Arc<Shared>>,
+    Asked(asked): Asked<PointRequest>,
+) -> Result<Json<Value>, Refusal> {
+    let ticket = shared.tabs.take(&asked.turn, "point")?;
+    carry_out(&shared.points, ticket, move |_| asked.probe()).await.map(Json)
+}
+
+async fn figure(
+    State(shared): State<Arc<Shared>>,
+    Asked(asked): Asked<PointRequest>,
+) -> Result<Json<Value>, Refusal> {
+    let ticket = shared.tabs.take(&asked.turn, asked.topic())?;
+    carry_out(&shared.points, ticket, move |_| asked.figure()).await.map(Json)
+}
+
+async fn texts(
+    State(shared): State<Arc<Shared>>,
+    Asked(asked): Asked<LeaveRequest>,
+) -> Result<Json<Value>, Refusal> {
+    let ticket = shared.tabs.take(&asked.plane.turn, "texts")?;
+    carry_out(&shared.points, ticket, move |_| asked.texts()).await.map(Json)
+}
+
+async fn file(
+    State(shared): State<Arc<Shared>>,
+    Asked(asked): Asked<LeaveRequest>,
+) -> Result<Response, Refusal> {
+    let ticket = shared.tabs.take(&asked.plane.turn, "file")?;
+    let (kind, bytes) = carry_out(&shared.pictures, ticket, move |stop| asked.file(stop)).await?;
+    Ok(([(CONTENT_TYPE, kind)], bytes).into_response())
+}

@@ -1,0 +1,55 @@
+//! `slipmap probe` at a point, as one would type it.
+
+use super::Grid;
+use crate::friction::Law;
+use crate::number::exact;
+use crate::point::Point;
+
+/// The names of all axes of all laws, without repetition.
+pub(crate) fn axis_names() -> Vec<&'static str> {
+    let mut names = Vec::new();
+    for name in Law::BUILT_IN.iter().flat_map(Grid::axis_names) {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    names
+}
+
+/// The option that sets an axis: `--alpha `, or `--set name=`.
+pub(crate) fn flag(name: &str) -> String {
+    if axis_names().contains(&name) { format!("--{name} ") } else { format!("--set {name}=") }
+}
+
+/// The command that explains a point, to be pasted into a shell.
+#[must_use]
+pub fn command_line(law: &Law, point: &Point, tolerance: f64) -> String {
+    let mut line = String::from("slipmap probe");
+    match law.as_written() {
+        Law::Stribeck => {}
+        Law::Exponential | Law::Lorentzian => line.push_str(&format!(" --law {}", law.name())),
+        Law::Expression(law) => line.push_str(&format!(" --phi '{}'", law.text())),
+        Law::Table(table) => line.push_str(&format!(" --table '{}'", table.origin())),
+        // No command can name a function of another program.
+        Law::Function(law) => line.push_str(&format!(" --law '{}'", law.origin())),
+        other => line.push_str(&format!(" --law {}", other.name())),
+    }
+    let level = match law.as_written() {
+        Law::Expression(law) => law.static_level(),
+        Law::Table(table) => table.static_level(),
+        _ => 1.0,
+    };
+    if level != 1.0 {
+        line.push_str(&format!(" --static {}", exact(level)));
+    }
+    if law.is_read_as_small() {
+        line.push_str(" --small eps");
+    }
+    for (name, value) in Grid::coordinates(law, point) {
+        line.push_str(&format!(" {}{}", flag(name), exact(value)));
+    }
+    if tolerance != crate::map::DEFAULT_TOLERANCE {
+        line.push_str(&format!(" --tolerance {}", exact(tolerance)));
+    }
+    line
+}

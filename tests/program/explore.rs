@@ -1,0 +1,527 @@
+//! `slipmap explore`: what its server answers, and whom it refuses.
+
+use std::io::{BufRead as _, BufReader, Read as _, Write as _};
+use std::net::TcpStream;
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+use serde_json::{Value, json};
+
+use crate::command::Scratch;
+
+/// A running server; it ends with the test.
+struct Server {
+    process: Child,
+    port: u16,
+}
+
+impl Server {
+    fn start(scratch: &Scratch, arguments: &[&str]) -> Self {
+        let all: Vec<&str> =
+            ["explore", "--no-browser", "--port", "0"].into_iter().chain(arguments.iter().copied()).collect();
+        let mut process = scratch.command(&all).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+        let mut address = String::new();
+        BufReader::new(process.stdout.take().unwrap()).read_line(&mut address).unwrap();
+        let port = address.trim().trim_end_matches('/').rsplit(':').next().unwrap().parse().unwrap();
+        assert_eq!(address, format!("http://127.0.0.1:{port}/\n"));
+        Self { process, port }
+    }
+
+    fn connect(&self) -> TcpStream {
+        let stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
+        stream.set_read_timeout(Some(Duration::from_secs(30))).unwrap();
+        stream
+    }
+
+    /// Status, head and body of the answer to a request that is sent as it is.
+    fn send(&self, request: &[u8]) -> (u16, String, Vec<u8>) {
+        let mut stream = self.connect();
+        // A server that has seen enough may close the connection before it has read everything.
+        let _ = stream.write_all(request);
+        let mut all = Vec::new();
+        let _ = stream.read_to_end(&mut all);
+        let end = all.windows(4).position(|four| four == b"\r\n\r\n").unwrap_or(all.len());
+        let head = String::from_utf8_lossy(&all[..end]).into_owned();
+        let status = head.split(' ').nth(1).and_then(|code| code.parse().ok()).unwrap_or(0);
+        (status, head, all.get(end + 4..).unwrap_or_default().to_vec())
+    }
+
+    fn get(&self, path: &str, headers: &str) -> (u16, String, Vec<u8>) {
+        let host = format!("Host: 127.0.0.1:{}\r\n", self.port);
+        let host = if headers.contains("Host:") { "" } else { &host };
+        self.send(format!("GET {path} HTTP/1.1\r\n{host}{headers}Connection: close\r\n\r\n").as_bytes())
+    }
+
+    fn post(&self, path: &str, body: &[u8]) -> (u16, Vec<u8>) {
+        let mut request = format!(
+            "POST {path} HTTP/1.1\r\nHost: localhost:{}\r\nContent-Type: application/json\r\nContent-Length: {}\r\n\
+             Connection: close\r\n\r\n",
+            self.port,
+            body.len()
+        )
+        .into_bytes();
+        request.extend(body);
+        let (status, _, body) = self.send(&request);
+        (status, body)
+    }
+
+    fn ask(&self, path: &str, body: &Value) -> (u16, Value) {
+        let (status, answer) = self.post(path, body.to_string().as_bytes());
+        (status, serde_json::from_slice(&answer).unwrap_or_default())
+    }
+
+    /// Bytes of memory that the process holds.
+    #[cfg(target_os = "linux")]
+    fn memory(&self) -> u64 {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", self.process.id())).unwrap();
+        let line = status.lines().find(|line| line.starts_with("VmRSS:")).unwrap();
+        1024 * line.split_whitespace().nth(1).unwrap().parse::<u64>().unwrap()
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+fn place() -> Value {
+    let at = json!({ "epsilon": 0.1, "alpha": 0.3, "beta": 0.1, "gamma": 2.0, "V": 1.0, "c": 0.5 });
+    json!({ "turn": { "tab": "a", "number": 1 }, "law": { "name": "stribeck" }, "at": at })
+}
+
+fn plane() -> Value {
+    let mut plane = place();
+    plane["x"] = json!({ "axis": "gamma", "from": 0.0, "to": 8.0, "points": 16 });
+    plane["y"] = json!({ "axis": "c", "from": 0.0, "to": 4.0, "points": 8 });
+    plane["show"] = "regime".into();
+    plane
+}
+
+/// The head and the cells of a picture.
+fn picture(bytes: &[u8]) -> (Value, &[u8]) {
+    let end = bytes.iter().position(|&byte| byte == b'\n').unwrap();
+    (serde_json::from_slice(&bytes[..end]).unwrap(), &bytes[end + 1..])
+}
+
+#[test]
+fn a_point_is_answered_as_by_probe() {
+    let scratch = Scratch::new();
+    let server = Server::start(&scratch, &[]);
+    let (status, answer) = server.post("/api/point", place().to_string().as_bytes());
+    assert_eq!(status, 200);
+    let probe = scratch.run(&[&crate::command::PROBE[..], &["--json"]].concat()).ends_with(0);
+    let probe: Value = serde_json::from_str(&probe.out).unwrap();
+    assert_eq!(serde_json::from_slice::<Value>(&answer).unwrap(), probe);
+    for figure in ["orbit", "friction", "backbone"] {
+        let mut asked = place();
+        asked["figure"] = figure.into();
+        let (status, drawn) = server.ask("/api/figure", &asked);
+        assert_eq!(status, 200, "{drawn}");
+        roxmltree::Document::parse(drawn["svg"].as_str().unwrap()).unwrap();
+    }
+}
+
+#[test]
+fn pictures_hold_the_cells_of_the_map() {
+    let scratch = Scratch::new();
+    let server = Server::start(&scratch, &[]);
+    let (status, bytes) = server.post("/api/plane", plane().to_string().as_bytes());
+    assert_eq!(status, 200);
+    let (head, cells) = picture(&bytes);
+    assert_eq!((head["width"].as_u64(), head["height"].as_u64(), cells.len()), (Some(16), Some(8), 128));
+    // The same cells as a map: their middles are the nodes.
+    scratch.file(
+        "plane.toml",
+        "[grid]\nepsilon = 0.1\nalpha = 0.3\nbeta = 0.1\nV = 1.0\ngamma = { from = 0.25, to = 7.75, points = 16 }\n\
+         c = { from = 0.25, to = 3.75, points = 8 }\n[output]\npath = \"plane.h5\"\nfields = [\"regime\"]\n",
+    );
+    scratch.run(&["run", "plane.toml", "--quiet"]).ends_with(0);
+    let map = slipmap::store::MapFile::open(&scratch.path().join("plane.h5")).unwrap();
+    let ranges: Vec<_> = map.grid().shape().into_iter().map(|len| 0..len).collect();
+    let regimes: Vec<i8> = map.codes("regime", &ranges).unwrap().iter().copied().collect();
+    for gamma in 0..16 {
+        for c in 0..8 {
+            assert_eq!(cells[16 * c + gamma] as i8, regimes[8 * gamma + c], "{gamma} {c}");
+        }
+    }
+    assert!(cells.iter().any(|&code| code != cells[0]));
+    // With the axes exchanged the picture is turned.
+    let mut turned = plane();
+    (turned["x"], turned["y"]) = (plane()["y"].clone(), plane()["x"].clone());
+    let (_, bytes) = server.post("/api/plane", turned.to_string().as_bytes());
+    let (_, other) = picture(&bytes);
+    assert!((0..128).all(|i| cells[i] == other[8 * (i % 16) + i / 16]));
+    // Numbers, and comparisons of two methods.
+    for (show, size) in [
+        ("critical_c_simulation", 4),
+        ("cycle_period", 4),
+        ("difference:perturbation:simulation", 1),
+        ("decider", 1),
+        ("verdict_symmetric", 1),
+    ] {
+        let mut asked = plane();
+        asked["show"] = show.into();
+        let (status, bytes) = server.post("/api/plane", asked.to_string().as_bytes());
+        assert_eq!((status, picture(&bytes).1.len()), (200, 128 * size), "{show}");
+    }
+    // Whichever of two methods is named first is the first.
+    let compared = |pair: &str| {
+        let mut asked = plane();
+        asked["at"]["epsilon"] = 0.5.into();
+        asked["show"] = format!("difference:{pair}").into();
+        let (_, bytes) = server.post("/api/plane", asked.to_string().as_bytes());
+        picture(&bytes).1.to_vec()
+    };
+    let (one, other) = (compared("perturbation:simulation"), compared("simulation:perturbation"));
+    assert!(one.contains(&2) && !one.contains(&3));
+    assert!(one.iter().zip(&other).all(|(a, b)| [(0, 0), (1, 1), (2, 3), (4, 4)].contains(&(*a, *b))));
+    let (status, found) = server.ask("/api/curves", &plane());
+    assert_eq!(status, 200);
+    let names: Vec<&str> =
+        found["curves"].as_array().unwrap().iter().filter_map(|curve| curve["name"].as_str()).collect();
+    assert!(names.contains(&"hopf") && names.contains(&"grazing_sliding"), "{names:?}");
+}
+
+#[test]
+fn a_configuration_or_a_map_is_where_the_page_begins() {
+    let scratch = Scratch::new();
+    scratch.file(
+        "small.toml",
+        "title = \"A small map\"\n[friction]\nlaw = \"lorentzian\"\n[grid]\nepsilon = 1.0\nmu = 0.5\nvs = [0.2, 0.5]\n\
+         eta = 0.0\nV = 1.0\nc = { from = 0.0, to = 1.0, points = 5 }\n[output]\npath = \"small.h5\"\n",
+    );
+    scratch.run(&["run", "small.toml", "--quiet"]).ends_with(0);
+    for file in ["small.toml", "small.h5"] {
+        let server = Server::start(&scratch, &[file]);
+        let (_, _, body) = server.get("/api/start", "");
+        let start: Value = serde_json::from_slice(&body).unwrap();
+        assert_eq!((&start["title"], &start["law"]["name"]), (&json!("A small map"), &json!("lorentzian")));
+        assert_eq!(
+            start["axes"][2],
+            json!({ "name": "vs", "from": 0.2, "to": 0.5, "value": 0.2, "nodes": 2, "log": false })
+        );
+    }
+    scratch.run(&["explore", "--no-browser", "none.toml"]).refuses(&["none.toml"]);
+    scratch.run(&["explore", "--no-browser", "small.txt"]).refuses(&["small.txt"]);
+}
+
+#[test]
+fn only_the_page_itself_may_ask() {
+    let scratch = Scratch::new();
+    let server = Server::start(&scratch, &[]);
+    let (status, head, body) = server.get("/", "");
+    assert_eq!(status, 200, "{head}");
+    let text = String::from_utf8(body).unwrap();
+    assert!(text.contains("/assets/main.js"));
+    assert!(head.contains("content-security-policy: default-src 'none'; script-src 'self'"), "{head}");
+    for header in
+        ["x-content-type-options: nosniff", "referrer-policy: no-referrer", "frame-ancestors 'none'"]
+    {
+        assert!(head.contains(header), "no {header} in\n{head}");
+    }
+    let port = server.port;
+    for refused in [
+        "Host: example.com\r\n".to_owned(),
+        format!("Host: evil.example:{port}\r\n"),
+        "Host: 127.0.0.1\r\n".to_owned(),
+        "Origin: http://example.com\r\n".to_owned(),
+        "Origin: null\r\n".to_owned(),
+        format!("Origin: http://127.0.0.1:{}\r\n", port ^ 1),
+        format!("Origin: https://127.0.0.1:{port}\r\n"),
+    ] {
+        for path in ["/", "/assets/main.js", "/api/catalogue", "/api/start"] {
+            let (status, head, _) = server.get(path, &refused);
+            assert_eq!(status, 403, "{path} {refused}");
+            assert!(!head.to_lowercase().contains("access-control"), "{head}");
+        }
+    }
+    assert_eq!(server.get("/api/start", &format!("Origin: http://localhost:{port}\r\n")).0, 200);
+    // No file of the machine, by whatever name.
+    for path in [
+        "/assets/../../../../etc/passwd",
+        "/assets/%2e%2e%2fetc%2fpasswd",
+        "/assets//etc/passwd",
+        "/etc/passwd",
+        "/api/none",
+    ] {
+        let (status, _, body) = server.get(path, "");
+        assert!((400..500).contains(&status), "{path} {status}");
+        assert!(!String::from_utf8_lossy(&body).contains("root:"));
+    }
+    // A form of another page cannot declare JSON.
+    let body = place().to_string();
+    let form = format!(
+        "POST /api/point HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nContent-Type: text/plain\r\nContent-Length: {}\r\n\
+         Connection: close\r\n\r\n{body}",
+        body.len()
+    );
+    assert_eq!(server.send(form.as_bytes()).0, 400);
+}
+
+#[test]
+fn bad_requests_are_refused_in_words() {
+    let scratch = Scratch::new();
+    let server = Server::start(&scratch, &[]);
+    let refused = |path: &str, request: Value, words: &str| {
+        let (status, answer) = server.ask(path, &request);
+        assert!((400..500).contains(&status), "{status} {answer}");
+        assert!(answer["problem"].is_string(), "{answer}");
+        assert!(answer.to_string().contains(words), "no `{words}` in {answer}");
+    };
+    let with = |pointer: &str, value: Value| {
+        let mut request = plane();
+        let (parent, key) = pointer.rsplit_once('/').unwrap();
+        request.pointer_mut(parent).unwrap()[key] = value;
+        request
+    };
+    for (pointer, value, words) in [
+        ("/x/points", json!(1_000_000_000_u64), "1000000000 cells"),
+        ("/x/points", json!(0), "0 cells"),
+        ("/x/points", json!(-1), "cannot be read"),
+        ("/x/to", json!(-1.0), "must increase"),
+        ("/x/to", json!(2e-323), "too close"),
+        ("/x/axis", json!("c"), "same axis"),
+        ("/x/axis", json!("nothing"), "no axis nothing"),
+        ("/at/V", json!(0.0), "V has the value 0"),
+        ("/at/V", json!("NaN"), "cannot be read"),
+        ("/at/V", Value::Null, "cannot be read"),
+        ("/show", json!("verdict_nothing"), "verdict_nothing"),
+        ("/show", json!("difference:a:b"), "difference:a:b"),
+        ("/law/name", json!("nothing"), "nothing"),
+        ("/law/static", json!(-1.0), "static level is -1"),
+        ("/turn/tab", json!("x".repeat(1000)), "name of the tab"),
+    ] {
+        refused("/api/plane", with(pointer, value), words);
+    }
+    let mut both = with("/x/points", json!(4096));
+    both["y"]["points"] = json!(4096);
+    refused("/api/plane", both, "too many cells");
+    let mut logarithmic = with("/x/log", json!(true));
+    logarithmic["x"]["from"] = json!(0.0);
+    refused("/api/plane", logarithmic, "logarithmic axis");
+    let formula = |phi: String| json!({ "name": "expression", "phi": phi });
+    let (status, answer) = server.ask("/api/law", &formula("1 - 0.5*u + ".into()));
+    assert_eq!((status, answer["place"].is_array()), (422, true), "{answer}");
+    refused("/api/law", formula("(".repeat(4000)), "");
+    refused("/api/law", formula(format!("1{}", " + u".repeat(1000))), "operations");
+    refused("/api/law", formula("1+".repeat(3000)), "4096 characters");
+    refused("/api/law", json!({ "name": "table", "table": "0,1\n1,x\n", "file": "a.csv" }), "a.csv:2");
+    refused("/api/law", json!({ "name": "table", "table": "" }), "only 0 data");
+    for (body, status) in [
+        (&b"{"[..], 400),
+        (b"[]", 400),
+        (b"\xff\xfe", 400),
+        (b"{\"at\": {\"V\": NaN}}", 400),
+        (b"{\"at\": {\"V\": 1e999}}", 400),
+    ] {
+        assert_eq!(server.post("/api/plane", body).0, status);
+    }
+    assert_eq!(server.post("/api/plane", "[".repeat(500_000).as_bytes()).0, 400);
+    assert_eq!(server.post("/api/plane", &vec![b' '; 2 << 20]).0, 413);
+    assert_eq!(server.ask("/api/point", &place()).0, 200);
+}
+
+#[test]
+fn overtaken_requests_are_dropped() {
+    let scratch = Scratch::new();
+    let server = Server::start(&scratch, &[]);
+    let mut slow = plane();
+    // Half a million orbits one by one: half a minute.
+    slow["x"] = json!({ "axis": "gamma", "from": 0.0, "to": 8.0, "points": 1024 });
+    slow["y"] = json!({ "axis": "V", "from": 0.0, "to": 4.0, "points": 512 });
+    slow["show"] = "cycle_amplitude_x1".into();
+    std::thread::scope(|scope| {
+        let first = scope.spawn(|| server.ask("/api/plane", &slow).0);
+        std::thread::sleep(Duration::from_millis(300));
+        let mut next = plane();
+        next["turn"]["number"] = 2.into();
+        assert_eq!(server.ask("/api/plane", &next).0, 200);
+        // Not 503: it did not run into its limit of time.
+        assert_eq!(first.join().unwrap(), 204);
+    });
+    // An older one is not even begun.
+    assert_eq!(server.ask("/api/plane", &plane()).0, 204);
+}
+
+/// A thousand requests of every kind, connections that say nothing, and bodies that never end.
+#[test]
+#[cfg(target_os = "linux")]
+fn the_server_outlives_everything() {
+    let scratch = Scratch::new();
+    let server = Server::start(&scratch, &[]);
+    assert_eq!(server.ask("/api/point", &place()).0, 200);
+    let before = server.memory();
+    let idle: Vec<TcpStream> = (0..100).map(|_| server.connect()).collect();
+    let mut half_said: Vec<TcpStream> = (0..100).map(|_| server.connect()).collect();
+    for stream in &mut half_said {
+        let head = "POST /api/plane HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: 9\r\n\r\n{";
+        stream
+            .write_all(head.replace("localhost", &format!("localhost:{}", server.port)).as_bytes())
+            .unwrap();
+    }
+    let mut random = 20_u64;
+    let mut next = || {
+        random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        random >> 33
+    };
+    for number in 0..1000_u64 {
+        let mut asked = plane();
+        asked["turn"] = json!({ "tab": number.to_string(), "number": next() });
+        let values = [
+            json!(1e308),
+            json!(-1e308),
+            json!(5e-324),
+            json!(0),
+            json!([]),
+            json!("x"),
+            json!({}),
+            Value::Null,
+            json!(u64::MAX),
+        ];
+        let pointers = [
+            "/at/epsilon",
+            "/at/V",
+            "/at/gamma",
+            "/at/c",
+            "/x/from",
+            "/x/to",
+            "/x/points",
+            "/y/log",
+            "/show",
+            "/law",
+            "/law/phi",
+            "/turn",
+        ];
+        for _ in 0..1 + next() % 2 {
+            let (pointer, value) =
+                (pointers[next() as usize % pointers.len()], &values[next() as usize % values.len()]);
+            if let Some(place) = asked.pointer_mut(pointer) {
+                *place = value.clone();
+            }
+        }
+        let text = asked.to_string();
+        let cut = if next() % 8 == 0 { text.len() / 2 } else { text.len() };
+        let path = ["/api/plane", "/api/law", "/api/glance", "/nowhere"][next() as usize % 4];
+        let (status, answer) = server.post(path, &text.as_bytes()[..cut]);
+        assert!(
+            status == 200 || status == 204 || (400..500).contains(&status) || status == 503,
+            "{status} {text} {}",
+            String::from_utf8_lossy(&answer)
+        );
+    }
+    drop((idle, half_said));
+    assert_eq!(server.ask("/api/point", &place()).0, 200);
+    let grown = server.memory().saturating_sub(before);
+    assert!(grown < 200 << 20, "{} MiB more", grown >> 20);
+}
+
+#[test]
+#[cfg(unix)]
+fn ctrl_c_ends_it_in_time() {
+    let scratch = Scratch::new();
+    let mut server = Server::start(&scratch, &[]);
+    let mut slow = plane();
+    slow["x"]["points"] = 1024.into();
+    slow["y"] = json!({ "axis": "V", "from": 0.0, "to": 4.0, "points": 512 });
+    slow["show"] = "cycle_amplitude_x1".into();
+    let port = server.port;
+    let asking = std::thread::spawn(move || {
+        let mut stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
+        let body = slow.to_string();
+        let head = format!(
+            "POST /api/plane HTTP/1.1\r\nHost: localhost:{port}\r\nContent-Type: application/json\r\nContent-Length: {}\r\n\r\n",
+            body.len()
+        );
+        stream.write_all((head + &body).as_bytes()).unwrap();
+        let _ = stream.read_to_end(&mut Vec::new());
+    });
+    std::thread::sleep(Duration::from_millis(300));
+    Command::new("kill").args(["-INT", &server.process.id().to_string()]).status().unwrap();
+    assert_eq!(server.process.wait().unwrap().code(), Some(130));
+    asking.join().unwrap();
+}
+
+#[test]
+fn the_plane_leaves_as_a_configuration_a_map_figures_and_a_table() {
+    let scratch = Scratch::new();
+    let server = Server::start(&scratch, &[]);
+    let (status, texts) = server.ask("/api/texts", &plane());
+    assert_eq!(status, 200, "{texts}");
+    // The command of the point is that of the README.
+    let command = texts["command"].as_str().unwrap();
+    assert_eq!(command, format!("slipmap {}", crate::command::PROBE.join(" ")));
+    assert!(texts["python"].as_str().unwrap().contains("slipmap.map(grid, law=slipmap.Law.stribeck()"));
+    // The configuration makes the map that the page hands out.
+    let mut asked = plane();
+    asked["file"] = "h5".into();
+    let (status, bytes) = server.post("/api/file", asked.to_string().as_bytes());
+    assert_eq!(status, 200);
+    scratch.file("page.h5", &bytes);
+    scratch.file("plane.toml", texts["toml"].as_str().unwrap());
+    let same = || {
+        let _ = std::fs::remove_file(scratch.path().join("plane.h5"));
+        scratch.run(&["run", "plane.toml"]).ends_with(0);
+        let path = |name: &str| scratch.path().join(name);
+        crate::map_equal::assert_same(&path("page.h5"), &path("plane.h5"));
+    };
+    same();
+    for (file, start) in
+        [("svg", &b"<svg "[..]), ("png", b"\x89PNG"), ("pdf", b"%PDF"), ("csv", b"gamma,c,regime")]
+    {
+        for show in ["regime", "decider", "difference:perturbation:simulation", "cycle_period"] {
+            let mut asked = plane();
+            (asked["file"], asked["show"], asked["curves"]) = (file.into(), show.into(), true.into());
+            let (status, bytes) = server.post("/api/file", asked.to_string().as_bytes());
+            let said = String::from_utf8_lossy(&bytes[..bytes.len().min(300)]).into_owned();
+            assert!(
+                status == 200 && (bytes.starts_with(start) || file == "csv"),
+                "{file} {show} {status} {said}"
+            );
+        }
+    }
+    // Formulas and tables too.
+    for law in [
+        json!({ "name": "expression", "phi": "mu + (1 - mu)*exp(-u)" }),
+        json!({ "name": "table", "table": "0,1\n1,0.7\n2,0.6\n9,0.5\n", "file": "../measured.csv" }),
+    ] {
+        let mut asked = plane();
+        asked["law"] = law;
+        asked["at"] = json!({ "epsilon": 1.0, "mu": 0.5, "V": 1.0, "c": 0.1 });
+        asked["x"]["axis"] = "V".into();
+        (asked["x"]["to"], asked["file"]) = (2.0.into(), "h5".into());
+        let (status, bytes) = server.post("/api/file", asked.to_string().as_bytes());
+        assert_eq!(status, 200, "{}", String::from_utf8_lossy(&bytes));
+        let (_, texts) = server.ask("/api/texts", &asked);
+        scratch.file("plane.toml", texts["toml"].as_str().unwrap());
+        if let Some(table) = texts["table"].as_str() {
+            scratch.file("friction.csv", table);
+        }
+        scratch.file("page.h5", &bytes);
+        same();
+    }
+}
+
+#[test]
+fn stored_cells_are_shown_as_they_are() {
+    let scratch = Scratch::new();
+    scratch.file(
+        "map.toml",
+        "[grid]\nepsilon = [0.1, 0.2]\nalpha = 0.3\nbeta = 0.1\nV = 1.0\ngamma = { from = 0.25, to = 7.75, points = 16 }\n\
+         c = { from = 0.25, to = 3.75, points = 8 }\n[output]\npath = \"map.h5\"\nfields = [\"regime\"]\n",
+    );
+    scratch.run(&["run", "map.toml", "--quiet"]).ends_with(0);
+    let server = Server::start(&scratch, &["map.h5"]);
+    let of = |stored: bool, from: f64| {
+        let mut asked = plane();
+        (asked["stored"], asked["x"]["from"]) = (stored.into(), from.into());
+        picture(&server.post("/api/plane", asked.to_string().as_bytes()).1).1.to_vec()
+    };
+    assert_eq!(of(true, 0.0), of(false, 0.0));
+    // Far from the map there is nothing.
+    let mut far = plane();
+    (far["stored"], far["x"]["from"], far["x"]["to"]) = (true.into(), 20.0.into(), 30.0.into());
+    let far = server.post("/api/plane", far.to_string().as_bytes()).1;
+    assert!(picture(&far).1.iter().all(|&code| code as i8 == i8::MIN));
+}
