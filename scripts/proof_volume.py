@@ -15,7 +15,7 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-BOXES = [1, 2, 4, 8, 16, 32, 64]
+BOXES = [1, 2, 4, 8, 16, 32]
 
 
 def main():
