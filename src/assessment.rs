@@ -1,14 +1,12 @@
 //! The engineer's assessment of a machine at its working point, in SI units: the speeds and dampings at which
 //! it stick-slips and may stick-slip, the motion, its sensitivities, and what is proved.
 
-use std::f64::consts::TAU;
-
 use crate::behaviour::{Behaviour, behaviour, highest_belt_speed};
 use crate::certify::{Decision, Guarantee, TESTS};
 use crate::filippov::Oscillator;
 use crate::machine::{Machine, Model};
 use crate::map::{self, Regime};
-use crate::simulate::{critical_damping, flow};
+use crate::simulate::{critical_damping, flow, sensitivity};
 
 /// Accuracy of the scaled grazing margin.
 const TOLERANCE: f64 = 1e-9;
@@ -146,58 +144,15 @@ fn sensitivities(machine: &Machine) -> Vec<Sensitivity> {
 
 /// Number of parts of the range of slip speeds.
 const PARTS: usize = 40;
-/// Number of steps of the turn.
-const STEPS: usize = 4000;
 
-/// The weight of each slip speed on the grazing orbit at the critical damping. A change dw of the weakening
-/// rate moves the critical damping by the mean of dw with the weight, over the angle th of the scalar form,
-///
-/// ```text
-/// W = sin^2 th R exp(-integral of D dt) / (dth/dt),    R = r / V,    dth/dt = 1 + D sin th cos th
-/// ```
-///
-/// (Liouville's formula: no derivative of the law is needed.) `None` where there is no critical damping, or
-/// where the polar angle is not monotone in time.
+/// The weight of each slip speed on the grazing orbit at the critical damping; `None` where there is none.
 fn influence(model: &Model) -> Option<Vec<Influence>> {
-    let root = critical_damping(&model.column(), TOLERANCE).ok().filter(|root| root.c > 0.0)?;
-    let at_root = crate::point::Point { damping: root.c, ..model.point };
-    let oscillator = Oscillator::new(&model.law, &at_root);
-    let v = oscillator.belt_speed;
-    // R' and (integral of D dt)' by the angle, and the weight.
-    let field = |angle: f64, [r, growth]: [f64; 2]| -> Option<([f64; 2], f64, f64)> {
-        let (sin, cos) = angle.sin_cos();
-        let slip = (v - v * r * cos).max(0.0);
-        let divergence = oscillator.divergence(slip);
-        let advance = 1.0 + divergence * sin * cos;
-        let weight = sin * sin * r * (-growth).exp() / advance;
-        let rates = [divergence * r * sin * sin / advance, divergence / advance];
-        (advance > 0.02).then_some((rates, weight, slip))
-    };
-    let h = TAU / STEPS as f64;
-    let mut state = [1.0, 0.0];
-    let mut samples = Vec::with_capacity(STEPS);
-    for step in 0..STEPS {
-        let angle = step as f64 * h;
-        let moved = |rates: [f64; 2], by: f64| [state[0] + by * rates[0], state[1] + by * rates[1]];
-        let (k1, weight, slip) = field(angle, state)?;
-        let (k2, ..) = field(angle + 0.5 * h, moved(k1, 0.5 * h))?;
-        let (k3, ..) = field(angle + 0.5 * h, moved(k2, 0.5 * h))?;
-        let (k4, ..) = field(angle + h, moved(k3, h))?;
-        samples.push((slip, weight));
-        for i in 0..2 {
-            state[i] += h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]);
-        }
-    }
-    let fastest = samples.iter().map(|sample| sample.0).fold(0.0, f64::max);
-    let total: f64 = samples.iter().map(|sample| sample.1).sum();
-    let mut shares = [0.0; PARTS];
-    for (slip, weight) in samples {
-        shares[((slip / fastest * PARTS as f64) as usize).min(PARTS - 1)] += weight / total;
-    }
+    let parts = sensitivity::influence(&model.column(), PARTS).ok()?;
     let velocity = model.si.units.velocity;
-    let middle = |part: usize| (part as f64 + 0.5) / PARTS as f64 * fastest * velocity;
-    let parts = shares.iter().enumerate();
-    Some(parts.map(|(part, share)| Influence { slip_speed: middle(part), share: *share }).collect())
+    let of_machine = parts
+        .into_iter()
+        .map(|part| Influence { slip_speed: 0.5 * (part.from + part.to) * velocity, share: part.share });
+    Some(of_machine.collect())
 }
 
 #[cfg(test)]

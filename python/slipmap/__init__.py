@@ -1,8 +1,8 @@
-"""Where a dry-friction oscillator on a moving belt stick-slips, which test proves it, and how certain each answer is.
+"""Where a dry-friction oscillator on a moving belt stick-slips, which test proves it, and how surely.
 
-NumPy arrays in, xarray out; the work is done by the compiled engine of the program ``slipmap``, without the GIL and on
-all cores. All quantities are dimensionless (see :class:`Machine` for SI): time in sqrt(mass / stiffness), force in
-units of the static friction force.
+NumPy arrays in, xarray out; the work is done by the compiled engine of the program ``slipmap``, without the
+GIL and on all cores. All quantities are dimensionless (see :class:`Machine` for SI): time in sqrt(mass /
+stiffness), force in units of the static friction force.
 
 Examples
 --------
@@ -23,7 +23,7 @@ from ._maps import map, run
 from ._orbits import curves, orbit, phase_portrait
 from ._point import Machine, Point, Units, probe
 from ._probe import Probe
-from ._sensitivity import sensitivity, standard_error
+from ._sensitivity import influence, sensitivity, standard_error
 
 __all__ = [
     "METHODS",
@@ -41,6 +41,7 @@ __all__ = [
     "backbone",
     "critical_c",
     "curves",
+    "influence",
     "map",
     "open_map",
     "orbit",

@@ -47,6 +47,12 @@ def elementwise(
     return _apply(kernel, names, values, dtypes)
 
 
+def named(names: Sequence[str], results: Sequence[Any]) -> Any:
+    """Results by name: a Dataset if they are DataArrays, else a dict."""
+    by_name = dict(zip(names, results, strict=True))
+    return xr.Dataset(by_name) if isinstance(results[0], xr.DataArray) else by_name
+
+
 def _is_dask(value: Any) -> bool:
     return type(value).__module__.startswith("dask.")
 

@@ -21,12 +21,14 @@ __all__ = [
     "config_cells",
     "critical_c",
     "curves",
+    "influence",
     "machine_point",
     "machine_probe",
     "orbit",
     "probe",
     "regime",
     "run_config",
+    "sensitivity",
     "verdicts",
 ]
 
@@ -54,7 +56,7 @@ class Law:
     @property
     def name(self) -> str: ...
     @property
-    def data(self) -> tuple[list[float], list[float], float, list[float] | None] | None: ...
+    def has_standard_errors(self) -> bool: ...
     @property
     def definition(self) -> str: ...
     @property
@@ -76,6 +78,8 @@ def regime(law: Law, arrays: list[_Reals], tolerance: float, threads: int | None
 def backbone(
     law: Law, arrays: list[_Reals], amplitudes: list[float], tolerance: float, threads: int | None = None
 ) -> tuple[_Reals, _Reals]: ...
+def sensitivity(law: Law, arrays: list[_Reals], threads: int | None = None) -> tuple[_Reals, _Reals]: ...
+def influence(law: Law, values: list[float], parts: int) -> tuple[_Reals, _Reals]: ...
 def probe(law: Law, values: list[float], tolerance: float) -> str: ...
 def orbit(
     law: Law, values: list[float], start: tuple[float, float] | None, tolerance: float, max_time: float

@@ -6,10 +6,9 @@ from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
 from . import _core
-from ._broadcast import elementwise
+from ._broadcast import elementwise, named
 from ._codes import METHODS, REGIME_FLAGS, VERDICT_FLAGS
 from ._law import Law
 
@@ -164,10 +163,7 @@ def verdicts(
         for name in names
     ]
     results = elementwise(kernel, arguments, [np.int8] * len(names), attrs)
-    if single:
-        return results[0]
-    by_name = dict(zip(names, results, strict=True))
-    return xr.Dataset(by_name) if any(isinstance(it, xr.DataArray) for it in results) else by_name
+    return results[0] if single else named(names, results)
 
 
 def regime(

@@ -98,6 +98,25 @@ class CriticalDamping:
 
 
 @dataclass(frozen=True)
+class Estimate:
+    """A number and an estimate of its absolute error."""
+
+    value: float
+    error: float
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """Derivatives of the critical damping; `reason` says why if there are none."""
+
+    derivatives: dict[str, Estimate]
+    """By each parameter but the damping."""
+    standard_error: Estimate | None
+    """The standard error of the critical damping that the standard errors of a table make."""
+    reason: str | None
+
+
+@dataclass(frozen=True)
 class Equilibrium:
     """The state of steady slip."""
 
@@ -243,6 +262,7 @@ class Probe:
     basin_boundary: BasinBoundary | None
     cycles: Cycles
     machine: MachineAnswer | None = None
+    sensitivity: Sensitivity | None = None
     _data: dict[str, Any] | None = None
 
     @classmethod

@@ -1,23 +1,15 @@
-"""How the critical damping answers to its parameters."""
+"""What the critical damping depends on."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from ._elementwise import critical_c
-from ._law import Law
-
-# Relative step of the coarser of two differences; the finer has half of it.
-_STEP = 4e-3
-# Derivative at the point of the polynomial through five equidistant nodes, whose middle lies `shift` steps beside it.
-_WEIGHTS = {
-    shift: np.linalg.solve(np.vander(np.arange(-2.0, 3.0) + shift, increasing=True).T, [0.0, 1.0, 0.0, 0.0, 0.0])
-    for shift in (-2, 0, 2)
-}
+from . import _core
+from ._broadcast import elementwise, named
+from ._law import Law, _scalar
 
 
 def sensitivity(
@@ -25,19 +17,16 @@ def sensitivity(
     *,
     V: Any,
     epsilon: Any,
-    wrt: Iterable[str] | None = None,
     return_error: bool = False,
     threads: int | None = None,
     **parameters: Any,
 ) -> Any:
-    """Partial derivatives of the critical damping c* by V, by epsilon and by the law's own parameters.
+    """Partial derivatives of the critical damping c* by epsilon, by the law's own parameters and by V.
 
     Parameters
     ----------
     law, V, epsilon, threads, **parameters
         As in :func:`critical_c`.
-    wrt : iterable of str, optional
-        By which parameters; by default by all of them.
     return_error : bool
         Whether to return error estimates too.
 
@@ -45,14 +34,14 @@ def sensitivity(
     -------
     derivatives : dict or Dataset
         ``dc_dV`` and so on, each broadcast as :func:`critical_c`; a Dataset if an argument is a DataArray.
+        NaN where c* is negative or there is none.
     errors : like `derivatives`
-        Estimates of their absolute errors: the change from twice the step, and what the errors of c* allow. Only if
-        `return_error`.
+        Estimates of their absolute errors; only if `return_error`.
 
     Notes
     -----
-    Differences of five critical dampings each, which are accurate to rounding; at the edge of a parameter's domain to
-    one side. At first order a standard error s of a parameter makes one of ``abs(derivative) * s`` of c*.
+    Weighted means over the grazing orbit, one for each parameter: see "Sensitivity" in the theory pages of
+    the crate. At first order a standard error s of a parameter makes one of ``abs(derivative) * s`` of c*.
 
     Examples
     --------
@@ -63,60 +52,43 @@ def sensitivity(
     >>> bool(abs(slopes["dc_depsilon"] + c / 2.0) < 1e-9)      # epsilon c* does not depend on epsilon
     True
     """
+
+    def kernel(arrays: list[np.ndarray]) -> tuple[np.ndarray, ...]:
+        values, errors = _core.sensitivity(law._law, arrays, threads)
+        return (*values[:-1], *errors[:-1])
+
     arguments = law._arguments(parameters, epsilon=epsilon, V=V)
-    names = list(arguments) if wrt is None else list(wrt)
-    for name in names:
-        if name not in arguments:
-            raise ValueError(f"wrt: `{name}` is no parameter of c*; choose from: {', '.join(arguments)}")
-    tiny = float(np.finfo(float).tiny)
-    least: dict[str, float] = {"V": tiny, "epsilon": tiny}
-    most: dict[str, float] = {}
-    for name, _, low, high in law._law.parameters:
-        least[name], most[name] = low, high
-    values: dict[str, Any] = {}
-    errors: dict[str, Any] = {}
-    for name in names:
-        at = _as_real(arguments[name])
-        positive = least[name] > 0.0
-        scale = abs(at) if positive else _maximum(abs(at), 0.05)
-
-        def slope(step: Any, name: str = name, at: Any = at) -> tuple[Any, Any]:
-            low, high = at - 2 * step < least[name], at + 2 * step > most.get(name, np.inf)
-            shift = 2 * _as_int(low) - 2 * _as_int(high & ~low)
-            total: Any = 0.0
-            uncertain: Any = 0.0
-            for j in range(-2, 3):
-                weight = sum(_WEIGHTS[k][j + 2] * _as_int(shift == k) for k in (-2, 0, 2))
-                node = at + (shift + j) * step
-                own = {**arguments, name: node}
-                c, error = critical_c(
-                    Law(law._law, {}), **own, tolerance=1e-13, threads=threads, return_error=True
-                )
-                total, uncertain = total + weight * c, uncertain + abs(weight) * error
-            return total / step, uncertain / step
-
-        coarse, _ = slope(_STEP * scale)
-        fine, uncertain = slope(0.5 * _STEP * scale)
-        values[f"dc_d{name}"] = fine
-        errors[f"dc_d{name}"] = abs(fine - coarse) + uncertain
-    slopes = _named(values, "derivative of the critical damping")
-    return (slopes, _named(errors, "error estimate of the derivative")) if return_error else slopes
+    names = [f"dc_d{name}" for name in arguments]
+    attrs = [
+        {"long_name": f"{what} of the critical damping by {name}", "units": "1"}
+        for what in ("derivative", "error estimate of the derivative")
+        for name in arguments
+    ]
+    results = elementwise(kernel, arguments, [np.float64] * len(attrs), attrs)
+    values, errors = named(names, results[: len(names)]), named(names, results[len(names) :])
+    return (values, errors) if return_error else values
 
 
-def standard_error(law: Law, *, V: Any, epsilon: Any, threads: int | None = None) -> Any:
+def standard_error(
+    law: Law, *, V: Any, epsilon: Any, return_error: bool = False, threads: int | None = None
+) -> Any:
     """Standard error of the critical damping that the standard errors of a table's data make.
 
     Parameters
     ----------
     law : Law
-        A table with standard errors: ``Law.table(u, friction, stderr)``. The errors are taken to be independent.
+        A table with standard errors: ``Law.table(u, friction, stderr)``. They are taken to be independent.
     V, epsilon, threads
         As in :func:`critical_c`.
+    return_error : bool
+        Whether to return an estimate of its own error too.
 
     Returns
     -------
-    ndarray, scalar or DataArray
-        The root of the sum of squares of what each datum's standard error does to c*, as :func:`critical_c` broadcasts.
+    standard_error : ndarray, scalar or DataArray
+        To first order in the errors of the data, as :func:`critical_c` broadcasts.
+    error : like `standard_error`
+        Estimate of the absolute error of the computation; only if `return_error`.
 
     Raises
     ------
@@ -125,8 +97,7 @@ def standard_error(law: Law, *, V: Any, epsilon: Any, threads: int | None = None
 
     Notes
     -----
-    Half the difference of the critical dampings with the datum raised and lowered by its standard error. Friction is in units
-    of the static one: the datum at slip speed 0 scales all others.
+    Friction is in units of the static one: the datum at slip speed 0 scales all others.
 
     Examples
     --------
@@ -135,41 +106,68 @@ def standard_error(law: Law, *, V: Any, epsilon: Any, threads: int | None = None
     >>> bool(0.0 < slipmap.standard_error(law, V=1.0, epsilon=1.0) < 0.05)
     True
     """
-    data = law._law.data
-    if data is None or data[3] is None:
+    if not law._law.has_standard_errors:
         raise TypeError("law: a table with standard errors is needed, Law.table(u, friction, stderr)")
-    u, friction, static, errors = np.array(data[0]), np.array(data[1]), data[2], data[3]
-    total: Any = 0.0
-    for datum, error in enumerate(errors):
-        if error == 0.0:
-            continue
-        ends = []
-        for sign in (1.0, -1.0):
-            moved = friction.copy()
-            moved[datum] += sign * error
-            level = static * moved[0] / friction[0]
-            shifted = Law.table(u, moved, static=level, origin="the table with one datum moved")
-            ends.append(critical_c(shifted, V=V, epsilon=epsilon, threads=threads))
-        total = total + (0.5 * (ends[0] - ends[1])) ** 2
-    return total**0.5
+
+    def kernel(arrays: list[np.ndarray]) -> tuple[np.ndarray, ...]:
+        values, errors = _core.sensitivity(law._law, arrays, threads)
+        return values[-1], errors[-1]
+
+    attrs = [
+        {"long_name": f"{what} of the critical damping, from the data's", "units": "1"}
+        for what in ("standard error", "error estimate of the standard error")
+    ]
+    results = elementwise(kernel, law._arguments({}, epsilon=epsilon, V=V), [np.float64] * 2, attrs)
+    return results if return_error else results[0]
 
 
-def _as_real(value: Any) -> Any:
-    return value.astype(float) if hasattr(value, "astype") else np.asarray(value, dtype=float)[()]
+def influence(
+    law: Law, parts: int = 64, *, V: float, epsilon: float, **parameters: float
+) -> xr.Dataset:
+    """Which part of the friction curve the critical damping depends on.
 
+    Parameters
+    ----------
+    law : Law
+        The friction law.
+    parts : int
+        Number of equal ranges of slip speeds, from 0 to the fastest on the grazing orbit.
+    V, epsilon, **parameters : float
+        The column, as in :func:`critical_c`.
 
-def _as_int(flags: Any) -> Any:
-    return flags.astype(int) if hasattr(flags, "astype") else int(flags)
+    Returns
+    -------
+    xarray.Dataset
+        ``share`` along ``slip_speed``, the middles of the ranges, whose ends are ``slip_from`` and
+        ``slip_to``. A change of the weakening rate by dw throughout a range moves epsilon c* by the range's
+        share of dw. All shares are at least 0 and add up to 1.
 
+    Raises
+    ------
+    ValueError
+        If there is no critical damping c* >= 0.
 
-def _maximum(value: Any, least: float) -> Any:
-    return np.maximum(value, least)
-
-
-def _named(by_name: dict[str, Any], what: str) -> Any:
-    if not any(isinstance(it, xr.DataArray) for it in by_name.values()):
-        return by_name
-    data = xr.Dataset(by_name)
-    for variable in data.data_vars.values():
-        variable.attrs = {"long_name": what, "units": "1"}
+    Examples
+    --------
+    >>> import slipmap
+    >>> law = slipmap.Law.exponential(mu=0.5, vs=1.0, eta=0.0)
+    >>> shares = slipmap.influence(law, V=0.6, epsilon=1.0).share
+    >>> round(float(shares.sum()), 12)
+    1.0
+    """
+    if parts < 1:
+        raise ValueError(f"parts = {parts}: must be at least 1")
+    arguments = law._arguments(parameters, epsilon=epsilon, V=V)
+    values = [_scalar(name, value) for name, value in arguments.items()]
+    edges, shares = _core.influence(law._law, values, parts)
+    data = xr.Dataset(
+        {
+            "share": ("slip_speed", shares, {"long_name": "share of the influence", "units": "1"}),
+            "slip_from": ("slip_speed", edges[:-1], {"long_name": "slip speed from here", "units": "1"}),
+            "slip_to": ("slip_speed", edges[1:], {"long_name": "slip speed to here", "units": "1"}),
+        },
+        coords={"slip_speed": 0.5 * (edges[:-1] + edges[1:])},
+        attrs={"law": law.name, **dict(zip(arguments, values, strict=True))},
+    )
+    data["slip_speed"].attrs = {"long_name": "slip speed, middle of the range", "units": "1"}
     return data

@@ -58,12 +58,10 @@ impl Law {
         Ok(Self { law: Family::Table(law) })
     }
 
-    /// Slip speeds, friction, static level and standard errors of a table; `None` for other laws.
+    /// Whether the law is a table with standard errors.
     #[getter]
-    fn data(&self) -> Option<(Vec<f64>, Vec<f64>, f64, Option<Vec<f64>>)> {
-        let Family::Table(table) = &self.law else { return None };
-        let (u, friction) = table.data().unzip();
-        Some((u, friction, table.static_level(), table.standard_errors().map(<[f64]>::to_vec)))
+    fn has_standard_errors(&self) -> bool {
+        matches!(&self.law, Family::Table(table) if table.standard_errors().is_some())
     }
 
     /// A law given as a function of the slip speed, sampled once up to `fastest`.

@@ -1,7 +1,7 @@
 //! The compiled part of the Python package `slipmap`: what its Python part cannot do fast.
 //!
-//! Python broadcasts, names and documents; this extension takes flat arrays and gives flat arrays. Every function that
-//! works for more than a moment releases the GIL, uses all cores, and heeds Ctrl-C.
+//! Python broadcasts, names and documents; this extension takes flat arrays and gives flat arrays. Every
+//! function that works for more than a moment releases the GIL, uses all cores, and heeds Ctrl-C.
 
 mod backbone;
 mod columns;
@@ -11,6 +11,7 @@ mod machine;
 mod map;
 mod orbit;
 mod point;
+mod sensitivity;
 mod work;
 
 use pyo3::prelude::*;
@@ -33,6 +34,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(columns::verdicts, module)?)?;
     module.add_function(wrap_pyfunction!(columns::regime, module)?)?;
     module.add_function(wrap_pyfunction!(backbone::backbone, module)?)?;
+    module.add_function(wrap_pyfunction!(sensitivity::sensitivity, module)?)?;
+    module.add_function(wrap_pyfunction!(sensitivity::influence, module)?)?;
     module.add_function(wrap_pyfunction!(point::probe, module)?)?;
     module.add_function(wrap_pyfunction!(orbit::orbit, module)?)?;
     module.add_function(wrap_pyfunction!(curves::curves, module)?)?;

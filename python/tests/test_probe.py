@@ -27,6 +27,9 @@ def test_a_probe_is_that_of_the_program(program, law, values, flags):
     answer = slipmap.probe(law, **values)
     assert answer.to_dict() == expected
     assert answer.critical_c.value == expected["critical_c"]["value"]
+    slopes, errors = slipmap.sensitivity(law, return_error=True, **{k: v for k, v in values.items() if k != "c"})
+    assert {f"dc_d{name}": by.value for name, by in answer.sensitivity.derivatives.items()} == slopes
+    assert {f"dc_d{name}": by.error for name, by in answer.sensitivity.derivatives.items()} == errors
     assert answer.methods["simulation"].verdict == expected["methods"]["simulation"]["verdict"]
     # The elementwise functions say the same.
     own = {name: value for name, value in values.items() if name != "c"}

@@ -26,13 +26,29 @@ def test_shapes_names_and_edges():
     law = slipmap.Law.stribeck(beta=0.0)
     V = xr.DataArray([0.5, 1.0], dims="V")
     alpha = xr.DataArray([0.0, 0.5, 0.9], dims="alpha")
-    slopes = slipmap.sensitivity(law, V=V, epsilon=0.1, alpha=alpha, gamma=2.0, wrt=["alpha", "beta"])
-    assert isinstance(slopes, xr.Dataset) and set(slopes.data_vars) == {"dc_dalpha", "dc_dbeta"}
+    slopes = slipmap.sensitivity(law, V=V, epsilon=0.1, alpha=alpha, gamma=2.0)
+    assert isinstance(slopes, xr.Dataset) and set(slopes.data_vars) >= {"dc_dalpha", "dc_dbeta"}
     assert set(slopes["dc_dalpha"].dims) == {"V", "alpha"}
     # Less weakening, and friction that rises, both need less damping to end stick-slip.
     assert (slopes["dc_dalpha"] < 0).all() and (slopes["dc_dbeta"] < 0).all()
-    with pytest.raises(ValueError, match="`c` is no parameter"):
-        slipmap.sensitivity(law, V=1.0, epsilon=0.1, alpha=0.1, gamma=1.0, wrt=["c"])
+    assert slopes["dc_dbeta"].attrs["long_name"] == "derivative of the critical damping by beta"
+
+
+def test_the_influence_of_the_curve_makes_the_derivatives():
+    law = slipmap.Law.exponential(mu=0.5, vs=0.7, eta=0.1)
+    found = slipmap.influence(law, 500, V=0.8, epsilon=1.0)
+    assert abs(float(found.share.sum()) - 1.0) < 1e-12 and (found.share >= 0).all()
+    # The weakening rate is (1 - mu) exp(-u / vs) / vs - eta: its derivative by mu, weighted by the shares.
+    # Within a range of width h it differs from that in the middle by h^2 / 24 of its second derivative, at
+    # most 1 / vs^3, and by the slope of the weight as much again.
+    width = float(found.slip_to[0] - found.slip_from[0])
+    mean = float((found.share * -np.exp(-found.slip_speed / 0.7) / 0.7).sum())
+    slopes = slipmap.sensitivity(law, V=0.8, epsilon=1.0)
+    assert abs(mean - slopes["dc_dmu"]) < width / 0.7**2
+    with pytest.raises(ValueError, match="negative"):
+        slipmap.influence(law.replace(eta=2.0), V=0.8, epsilon=1.0)
+    with pytest.raises(ValueError, match="parts"):
+        slipmap.influence(law, 0, V=0.8, epsilon=1.0)
 
 
 def test_the_standard_error_of_data_is_that_of_drawn_tables():

@@ -25,6 +25,7 @@ use crate::probe::{Answer, MachineResult, Probe, equilibrium_type, fate_name, re
 use crate::report::figure::{OrbitPlot, orbit_figure};
 use crate::report::{UnitSystem, write_figure, write_file};
 use crate::simulate::direct::Start;
+use crate::simulate::sensitivity::NoSensitivity;
 use crate::simulate::slip_count::SlipCount;
 use crate::simulate::{self, Flow, Neighbour, Range, separates};
 
@@ -341,6 +342,19 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
             Err(why) => format!("none: {why}"),
         },
     );
+    match answer.sensitivity() {
+        Ok(found) => {
+            let derivatives = found.named(&answer.law);
+            let derivatives = derivatives.map(|(name, by)| format!("{} by {name}", signed(by.value)));
+            line("c* moves by", derivatives.collect::<Vec<_>>().join(", "));
+            if let Some(standard) = found.standard_error {
+                line("standard error of c*", format!("{}, from those of the data", short(standard.value)));
+            }
+        }
+        // What has no critical damping says so above.
+        Err(NoSensitivity::Critical(_) | NoSensitivity::Negative) => {}
+        Err(why) => line("c* moves by", format!("not known: {why}")),
+    }
     line("regime", format!("{}: {}", answer.regime.name(), regime_words(answer.regime)));
     let eigenvalues = match oscillator.eigenvalues() {
         Eigenvalues::Complex { re, im } => format!("{} +- {} i", short(re), short(im)),

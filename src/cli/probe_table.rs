@@ -136,7 +136,7 @@ fn answer_columns(job: &Job) -> Vec<String> {
     };
     names.extend(critical);
     names.push("regime".to_owned());
-    names.extend(QUANTITIES.into_iter().flat_map(|field| Quantity::of(field, 0)).map(|q| unit(q.name())));
+    names.extend(QUANTITIES.into_iter().flat_map(|field| Quantity::of(field, 0, 0)).map(|q| unit(q.name())));
     if job.epsilon_limits {
         names.extend(Method::usual().map(|method| format!("epsilon_limit_{}", method.name())));
     }
@@ -224,7 +224,7 @@ fn answer(table: &PointTable, mut row: ByteRecord, job: &Job) -> Result<ByteReco
         cycle: answer.cycle,
         boundary: answer.basin,
     };
-    for quantity in QUANTITIES.into_iter().flat_map(|field| Quantity::of(field, 0)) {
+    for quantity in QUANTITIES.into_iter().flat_map(|field| Quantity::of(field, 0, 0)) {
         row.push_field(number(described.value(quantity) * factor(quantity.name())).as_bytes());
     }
     if job.epsilon_limits {

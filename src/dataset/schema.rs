@@ -152,9 +152,11 @@ impl Schema {
                     "long-run behaviour according to the simulated flow",
                     Content::Regime,
                 )),
-                Field::Landing | Field::Cycle | Field::Basin | Field::EpsilonLimit => {
-                    for quantity in Quantity::of(field, methods.len()) {
-                        variables.push(of_quantity(quantity, &methods, Content::Quantity(quantities)));
+                Field::Landing | Field::Cycle | Field::Basin | Field::EpsilonLimit | Field::Sensitivity => {
+                    let parameters = grid.law().parameters().len();
+                    for quantity in Quantity::of(field, methods.len(), parameters) {
+                        let content = Content::Quantity(quantities);
+                        variables.push(of_quantity(quantity, &methods, &grid, content));
                         quantities += 1;
                     }
                 }
@@ -248,13 +250,18 @@ fn per_method(
     }
 }
 
-/// The variable of a quantity; a quantity that each method has is named after the method.
-fn of_quantity(quantity: Quantity, methods: &[MethodInfo], content: Content) -> Variable {
+/// The variable of a quantity; what is one per method or per axis is named after it.
+fn of_quantity(quantity: Quantity, methods: &[MethodInfo], grid: &Grid, content: Content) -> Variable {
     match quantity {
         Quantity::EpsilonLimit(method) => {
             let MethodInfo { name, long_name, .. } = &methods[method];
             let name = format!("{}_{name}", quantity.name());
             plain(&name, &format!("{}: {long_name}", quantity.long_name()), content)
+        }
+        Quantity::CriticalDerivative(axis) => {
+            let axis = Grid::axis_names(grid.law())[axis];
+            let name = format!("{}{axis}", quantity.name());
+            plain(&name, &format!("{} {axis}", quantity.long_name()), content)
         }
         _ => plain(quantity.name(), quantity.long_name(), content),
     }

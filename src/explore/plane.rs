@@ -214,7 +214,9 @@ impl PlaneRequest {
         let fields = [Field::Regime, Field::Landing, Field::Cycle, Field::Basin];
         let holds = |field: &Field| match field {
             Field::Regime => self.show == "regime",
-            field => crate::map::Quantity::of(*field, 1).iter().any(|quantity| quantity.name() == self.show),
+            field => {
+                crate::map::Quantity::of(*field, 1, 0).iter().any(|quantity| quantity.name() == self.show)
+            }
         };
         let field = fields.into_iter().find(holds).ok_or_else(unknown)?;
         Ok((variable, vec![Method::Simulation], Some(field)))

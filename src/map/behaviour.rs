@@ -126,6 +126,29 @@ impl Behaviour {
     }
 }
 
+/// The long-run behaviour of a point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LongRun {
+    /// The set of attractors.
+    pub regime: Regime,
+    /// The cycle that attracts, see [`attracting_cycle`].
+    pub cycle: Option<AttractingCycle>,
+    /// The boundary of the basin of steady slip, see [`basin_boundary`].
+    pub basin: Option<(SlipCycle, Kick)>,
+}
+
+/// The long-run behaviour of a point whose orbit from the exit point is `flow`: [`regime`],
+/// [`attracting_cycle`] and [`basin_boundary`] from one backbone.
+#[must_use]
+pub fn long_run(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> LongRun {
+    let behaviour = Behaviour::new(&oscillator.curve, oscillator.belt_speed);
+    LongRun {
+        regime: behaviour.regime(oscillator, End::of(flow)),
+        cycle: behaviour.attracting_cycle(oscillator, flow, tolerance),
+        basin: behaviour.basin_boundary(oscillator, End::of(flow), tolerance),
+    }
+}
+
 /// The regime of a point whose orbit from the exit point is `flow`.
 #[must_use]
 pub fn regime(oscillator: &Oscillator, flow: &Flow) -> Regime {

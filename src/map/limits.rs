@@ -51,9 +51,9 @@ const HALVINGS: u32 = 40;
 const SECTIONS: u32 = 24;
 
 /// Budget of a ray and its limits: evaluations of the right-hand side, in units of that of the Stribeck law
-/// (see [`Curve::cost`](crate::friction::Curve::cost)). Rays of moderate parameters take a twentieth of it,
+/// (see [`Curve::cost`](crate::friction::Curve::cost)). Rays of moderate parameters take a tenth of it,
 /// without the naive methods.
-pub const WORK: u64 = 10_000_000;
+pub const WORK: u64 = 6_000_000;
 
 /// Cost of compiling one piece of a law, in the same units.
 const PIECE: u64 = 500;

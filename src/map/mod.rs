@@ -24,7 +24,7 @@ mod verdict;
 
 pub use account::{Account, FailedCell, MethodAccount, Stages};
 pub use audit::{Audit, Disagreement};
-pub use behaviour::{attracting_cycle, basin_boundary, regime, slip_cycle_count};
+pub use behaviour::{LongRun, attracting_cycle, basin_boundary, long_run, regime, slip_cycle_count};
 pub use contradictions::{Contradiction, Contradictions};
 pub use curves::{CURVE_COLUMNS, Plane, PlaneCurve, PlaneCurves, PlanePoint, curves_of};
 pub use engine::{ComputeError, Control, MethodSummary, Summary};

@@ -52,11 +52,13 @@ pub enum Field {
     Basin,
     /// `epsilon_limit_METHOD`.
     EpsilonLimit,
+    /// `dc_dAXIS`.
+    Sensitivity,
 }
 
 impl Field {
     /// Every field.
-    pub const ALL: [Field; 8] = [
+    pub const ALL: [Field; 9] = [
         Field::Verdict,
         Field::Margin,
         Field::CriticalC,
@@ -65,6 +67,7 @@ impl Field {
         Field::Cycle,
         Field::Basin,
         Field::EpsilonLimit,
+        Field::Sensitivity,
     ];
 
     /// Name in configurations.
@@ -79,6 +82,7 @@ impl Field {
             Field::Cycle => "cycle",
             Field::Basin => "basin",
             Field::EpsilonLimit => "epsilon_limit",
+            Field::Sensitivity => "sensitivity",
         }
     }
 
@@ -87,7 +91,12 @@ impl Field {
     pub fn needs_flow(self) -> bool {
         match self {
             Field::Verdict | Field::Margin | Field::CriticalC => false,
-            Field::Regime | Field::Landing | Field::Cycle | Field::Basin | Field::EpsilonLimit => true,
+            Field::Regime
+            | Field::Landing
+            | Field::Cycle
+            | Field::Basin
+            | Field::EpsilonLimit
+            | Field::Sensitivity => true,
         }
     }
 }
@@ -292,7 +301,7 @@ impl Plan {
         };
         let of_field = |field: &Field| match field {
             Field::Verdict | Field::Margin | Field::CriticalC | Field::Regime => false,
-            Field::Landing | Field::Cycle | Field::Basin | Field::EpsilonLimit => true,
+            Field::Landing | Field::Cycle | Field::Basin | Field::EpsilonLimit | Field::Sensitivity => true,
         };
         self.methods.iter().any(of_method) || self.fields.iter().any(of_field)
     }
@@ -372,7 +381,11 @@ impl Plan {
     /// The quantities of the stored fields, in the order in which a map lists them.
     #[must_use]
     pub fn quantities(&self) -> Vec<Quantity> {
-        self.fields.iter().flat_map(|field| Quantity::of(*field, self.methods.len())).collect()
+        self.fields.iter().flat_map(|field| self.quantities_of(*field)).collect()
+    }
+
+    fn quantities_of(&self, field: Field) -> Vec<Quantity> {
+        Quantity::of(field, self.methods.len(), self.grid.law().parameters().len())
     }
 
     /// Size of the map in bytes before compression.
@@ -386,8 +399,8 @@ impl Plan {
             Field::Margin => 8 * methods * cells,
             Field::CriticalC => 8 * methods * columns,
             Field::Regime => cells,
-            Field::Landing | Field::Cycle | Field::Basin | Field::EpsilonLimit => {
-                8 * cells * Quantity::of(*field, self.methods.len()).len() as u128
+            Field::Landing | Field::Cycle | Field::Basin | Field::EpsilonLimit | Field::Sensitivity => {
+                8 * cells * self.quantities_of(*field).len() as u128
             }
         };
         self.fields.iter().map(per_field).sum()

@@ -9,6 +9,7 @@ use super::simulation::End;
 use super::{Field, Plan, Tile};
 use crate::filippov::Oscillator;
 use crate::point::Point;
+use crate::simulate::sensitivity::sensitivity;
 use crate::simulate::slip_cycle::{Kick, SlipCycle};
 use crate::simulate::{Fate, Landing, Range, flow};
 
@@ -43,12 +44,14 @@ pub enum Quantity {
     KickBackward,
     /// Limit in eps of the method with this position.
     EpsilonLimit(usize),
+    /// Derivative of the critical damping by the axis with this position.
+    CriticalDerivative(usize),
 }
 
 impl Quantity {
-    /// The quantities of a field, with `methods` methods.
+    /// The quantities of a field, with `methods` methods and a law of `parameters` parameters.
     #[must_use]
-    pub fn of(field: Field, methods: usize) -> Vec<Quantity> {
+    pub fn of(field: Field, methods: usize, parameters: usize) -> Vec<Quantity> {
         use Quantity::*;
         match field {
             Field::Verdict | Field::Margin | Field::CriticalC | Field::Regime => Vec::new(),
@@ -58,10 +61,13 @@ impl Quantity {
             }
             Field::Basin => vec![BoundaryVelocity, BoundaryMultiplier, KickForward, KickBackward],
             Field::EpsilonLimit => (0..methods).map(EpsilonLimit).collect(),
+            // By eps, by each parameter and by V.
+            Field::Sensitivity => (0..parameters + 2).map(CriticalDerivative).collect(),
         }
     }
 
-    /// Its name in a map; that of [`Quantity::EpsilonLimit`] is followed by its method's.
+    /// Its name in a map; that of [`Quantity::EpsilonLimit`] is followed by its method's, that of
+    /// [`Quantity::CriticalDerivative`] by its axis's.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -79,6 +85,7 @@ impl Quantity {
             Quantity::KickForward => "kick_forward",
             Quantity::KickBackward => "kick_backward",
             Quantity::EpsilonLimit(_) => "epsilon_limit",
+            Quantity::CriticalDerivative(_) => "dc_d",
         }
     }
 
@@ -111,6 +118,7 @@ impl Quantity {
                 "largest epsilon up to which the verdict equals the simulated one, at these other parameters \
                  (0: never; inf: up to 10 at least)"
             }
+            Quantity::CriticalDerivative(_) => "derivative of the exact critical damping by",
         }
     }
 }
@@ -141,7 +149,11 @@ pub(super) fn describe(plan: &Plan, tile: &Tile, ends: &[End]) -> Vec<Vec<f64>> 
     let mut limits = Limits { plan, known: HashMap::new() };
     for column in 0..tile.columns() {
         let start = plan.grid.point(&tile.column_index(column));
-        let behaviour = Behaviour::new(&law.column(&start).curve, start.belt_speed);
+        let whole = law.column(&start);
+        let behaviour = Behaviour::new(&whole.curve, start.belt_speed);
+        let derivatives = plan.stores(Field::Sensitivity).then(|| sensitivity(&whole).ok()).flatten();
+        let derivatives: Vec<f64> =
+            derivatives.iter().flat_map(|found| found.named(law)).map(|(_, by)| by.value).collect();
         for (i, &c) in cs.iter().enumerate() {
             let point = Point { damping: c, ..start };
             let cell =
@@ -152,6 +164,7 @@ pub(super) fn describe(plan: &Plan, tile: &Tile, ends: &[End]) -> Vec<Vec<f64>> 
                     Quantity::EpsilonLimit(method) => {
                         limits.as_ref().map_or(f64::NAN, |limits| limits[*method])
                     }
+                    Quantity::CriticalDerivative(axis) => derivatives.get(*axis).copied().unwrap_or(f64::NAN),
                     other => cell.value(*other),
                 });
             }
@@ -195,7 +208,7 @@ impl Description {
         }
     }
 
-    /// The value of a quantity of the flow; NaN if it is unknown, or a limit in eps.
+    /// A quantity of the flow; NaN if it is not known, as limits in eps and derivatives are not here.
     #[must_use]
     pub fn value(&self, quantity: Quantity) -> f64 {
         let half = |range: Range| 0.5 * (range.hi - range.lo);
@@ -216,7 +229,7 @@ impl Description {
             Quantity::BoundaryMultiplier => boundary.map(|(cycle, _)| cycle.multiplier),
             Quantity::KickForward => boundary.map(|(_, kick)| kick.forward),
             Quantity::KickBackward => boundary.map(|(_, kick)| kick.backward),
-            Quantity::EpsilonLimit(_) => None,
+            Quantity::EpsilonLimit(_) | Quantity::CriticalDerivative(_) => None,
         };
         value.unwrap_or(f64::NAN)
     }

@@ -10,6 +10,7 @@ use crate::number::{short, signed};
 use crate::point::Point;
 use crate::simulate::direct::{Start, trace};
 use crate::simulate::naive::NaiveVerdict;
+use crate::simulate::sensitivity::{NoSensitivity, Sensitivity, sensitivity};
 use crate::simulate::slip_count::{SlipCount, count_slip_cycles};
 use crate::simulate::slip_cycle::{Kick, SlipCycle, Unknown, slip_cycles};
 use crate::simulate::{self, CriticalDamping, Dynamics, Fate, Flow, Landing, NoCriticalDamping};
@@ -71,9 +72,7 @@ impl Answer {
                 Method::Naive(naive, knobs) => of_naive(method, naive.decide(&oscillator, &knobs).verdict),
             })
             .collect();
-        let regime = map::regime(&oscillator, &flow);
-        let cycle = map::attracting_cycle(&oscillator, &flow, tolerance);
-        let basin = map::basin_boundary(&oscillator, &flow, tolerance);
+        let map::LongRun { regime, cycle, basin } = map::long_run(&oscillator, &flow, tolerance);
         Self {
             law: law.clone(),
             point: *point,
@@ -110,6 +109,11 @@ impl Answer {
     /// All attractors and the unstable cycles between them.
     pub fn dynamics(&self) -> Result<Dynamics, Unknown> {
         simulate::dynamics(&self.oscillator, &self.flow, self.tolerance)
+    }
+
+    /// Derivatives of the critical damping.
+    pub fn sensitivity(&self) -> Result<Sensitivity, NoSensitivity> {
+        sensitivity(&self.law.column(&self.point))
     }
 
     /// Place and times of sticking, if the orbit sticks.

@@ -14,11 +14,12 @@ use std::borrow::Cow;
 
 use crate::behaviour::Behaviour;
 use crate::filippov::{Eigenvalues, Oscillator};
-use crate::friction::Range;
+use crate::friction::{Law, Range};
 use crate::machine::Machine;
 use crate::map::limits::Limit;
 use crate::map::{AttractingCycle, Grid, Regime};
 use crate::simulate::crossing::{CrossingCycle, StickSlipCycle};
+use crate::simulate::sensitivity::{Estimate, NoSensitivity, Sensitivity};
 use crate::simulate::slip_count::SlipCount;
 use crate::simulate::slip_cycle::{Kick, SlipCycle};
 use crate::simulate::{
@@ -52,6 +53,8 @@ result! {
         pub flow: Flows,
         /// The critical damping of the column.
         pub critical_c: CriticalResult,
+        /// What the critical damping depends on.
+        pub sensitivity: SensitivityResult,
         /// Name of the long-run behaviour.
         pub regime: &'static str,
         /// The state of steady slip.
@@ -147,6 +150,25 @@ result! {
         pub rhs: Option<u64>,
         /// Reason why there is none.
         pub reason: Option<String>,
+    }
+
+    /// Derivatives of the critical damping.
+    pub struct SensitivityResult {
+        /// By each axis but the damping, in the order of [`Grid::axis_names`]; empty if they are not known.
+        #[cfg_attr(feature = "serde", serde(serialize_with = "as_map"))]
+        pub derivatives: Vec<(&'static str, EstimateResult)>,
+        /// The standard error of the critical damping, of a table with standard errors.
+        pub standard_error: Option<EstimateResult>,
+        /// Why there are none.
+        pub reason: Option<String>,
+    }
+
+    /// A number and an estimate of its absolute error.
+    pub struct EstimateResult {
+        /// The number.
+        pub value: f64,
+        /// Estimate of its absolute error.
+        pub error: f64,
     }
 
     /// The state of steady slip.
@@ -387,6 +409,7 @@ impl Probe {
             methods: methods.collect(),
             flow: Flows { return_map: (&answer.flow).into(), direct: direct.into() },
             critical_c: (&answer.critical).into(),
+            sensitivity: SensitivityResult::of(&answer.law, answer.sensitivity()),
             regime: answer.regime.name(),
             equilibrium: Equilibrium::of(oscillator),
             sliding_segment: SlidingSegment {
@@ -414,6 +437,25 @@ impl Probe {
             },
             machine: None,
         }
+    }
+}
+
+impl SensitivityResult {
+    fn of(law: &Law, found: Result<Sensitivity, NoSensitivity>) -> Self {
+        match found {
+            Ok(found) => Self {
+                derivatives: found.named(law).map(|(name, by)| (name, by.into())).collect(),
+                standard_error: found.standard_error.map(Into::into),
+                reason: None,
+            },
+            Err(why) => Self { derivatives: Vec::new(), standard_error: None, reason: Some(why.to_string()) },
+        }
+    }
+}
+
+impl From<Estimate> for EstimateResult {
+    fn from(Estimate { value, error }: Estimate) -> Self {
+        Self { value, error }
     }
 }
 

@@ -1,7 +1,6 @@
 //! The engineer's page: an assessment of a machine at its working point, on one page as a figure or as HTML.
 
 use std::convert::Infallible;
-use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
 
 use super::document;
@@ -14,11 +13,16 @@ use super::figure::{Scene as Figure, bifurcations};
 use super::text::{Rich, rich};
 use super::units::{UnitSystem, join};
 use crate::assessment::Assessment;
+use crate::friction::Column;
 use crate::machine::{Dimension, Friction, Model};
 use crate::map::{
-    self, Account, Control, Field, Grid, Method, Plan, Plane, PlaneCurves, Regime, Sink, TileData,
+    self, Account, Control, Field, Grid, Method, Plan, Plane, PlaneCurve, PlaneCurves, PlanePoint, Regime,
+    Sink, TileData,
 };
+use crate::point::Point;
 use crate::risk::{Estimate, Risk};
+use crate::simulate::bifurcation::Bifurcation;
+use crate::simulate::critical::critical_dampings;
 
 /// Number of nodes of the regime figure along each axis.
 const NODES: usize = 41;
@@ -314,6 +318,22 @@ fn regimes_over(grid: &Grid) -> Option<Vec<Vec<i8>>> {
     Some(columns.into_iter().map(|(_, codes)| codes).collect())
 }
 
+/// The Hopf damping and the critical damping over belt speeds: of every law in little time, which continuation in
+/// the plane is not.
+fn limits(grid: &Grid, point: &Point, speeds: &[f64]) -> Vec<PlaneCurve> {
+    let columns: Vec<Column> =
+        speeds.iter().map(|&belt_speed| grid.law().column(&Point { belt_speed, ..*point })).collect();
+    let hopf = columns.iter().map(|column| column.curve.weakening(column.belt_speed) / column.epsilon);
+    let grazing =
+        critical_dampings(&columns, TOLERANCE).into_iter().map(|root| root.map_or(f64::NAN, |root| root.c));
+    let curve = |bifurcation, dampings: Vec<f64>| {
+        let all = speeds.iter().zip(dampings).filter(|(_, damping)| damping.is_finite());
+        let points = all.map(|(&x, y)| PlanePoint { x, y, error: TOLERANCE }).collect();
+        PlaneCurve { bifurcation, points }
+    };
+    vec![curve(Bifurcation::Hopf, hopf.collect()), curve(Bifurcation::GrazingSliding, grazing.collect())]
+}
+
 /// The regimes around the working point, with the curves between them.
 fn regimes(all: &Assessment) -> Scene {
     let machine = &all.machine;
@@ -357,7 +377,7 @@ fn regimes(all: &Assessment) -> Scene {
     if let Some(grid) = grid {
         let last = grid.axes().len() - 1;
         let plane = Plane::new(last - 1, last, vec![0; last + 1]);
-        let curves = PlaneCurves::of(&grid, plane, &AtomicBool::new(false));
+        let curves = PlaneCurves { plane, curves: limits(&grid, &point, &speeds) };
         bifurcations::draw(&mut scene, &panel, &curves, &mut legend);
     }
     let here = panel.place(machine.belt_speed / units.velocity, machine.damping / units.damping);

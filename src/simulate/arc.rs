@@ -8,14 +8,15 @@
 //! This serves the questions about cycles; verdicts come from elsewhere.
 
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 use super::Failure;
 use super::corners::{self, End};
-use super::dop853::{Field, step};
+use super::dop853::{Field, STAGES, step};
+use super::work::Work;
 use crate::filippov::{Oscillator, Side};
+use crate::friction::Weakening;
 
-/// Steps after which an arc gives up; a turn takes some 20.
-const STEP_BUDGET: u32 = 100_000;
 /// A step this much shorter than the time scale of the flow has underflowed.
 const SHORTEST_STEP: f64 = 1e-14;
 /// Trials that locate a point within a step; every third bisects, which alone would end in 52.
@@ -50,61 +51,74 @@ pub(super) enum LowerEnd {
 pub(super) struct Walk<'a> {
     oscillator: &'a Oscillator,
     side: Side,
+    /// The law's polynomials, where they are quicker than the law and their error is below that of the orbit.
+    weakening: Option<Arc<Weakening>>,
+    /// Slip speeds at which steps end, in growing order.
+    stops: &'a [f64],
     /// Local error allowed per unit of time.
     allowed: f64,
     pub(super) here: State,
     next_step: f64,
-    steps_left: u32,
-    /// Evaluations of the right-hand side.
-    pub(super) rhs: u64,
+    work: &'a Work,
 }
 
 /// The field in the state [v, w, growth].
-struct Lienard<'a> {
-    oscillator: &'a Oscillator,
-    side: Side,
-    rhs: &'a mut u64,
-}
+struct Lienard<'a>(&'a Walk<'a>);
 
 impl Field<3> for Lienard<'_> {
     fn slope(&mut self, _stage: usize, &[v, w, _]: &[f64; 3]) -> [f64; 3] {
-        *self.rhs += 1;
-        let d = divergence(self.oscillator, self.side, v);
+        let d = self.0.divergence(v);
         [w, d.mul_add(w, -v), d]
     }
 }
 
-/// D at velocity `v`. Beyond the belt line it stays at its value there: steps that pass the line are taken
-/// back to it, so this only has to be tame.
-fn divergence(oscillator: &Oscillator, side: Side, v: f64) -> f64 {
-    let slip = match side {
-        Side::Below => oscillator.belt_speed - v,
-        Side::Above => v - oscillator.belt_speed,
-    };
-    oscillator.divergence(slip.max(0.0))
-}
-
 impl<'a> Walk<'a> {
     /// An orbit that starts at (v, w). The local errors of a turn add up to about `tolerance` times `scale`,
-    /// a velocity.
+    /// a velocity. Its steps draw on `work`.
     pub(super) fn new(
         oscillator: &'a Oscillator,
         side: Side,
         [v, w]: [f64; 2],
         tolerance: f64,
         scale: f64,
+        work: &'a Work,
     ) -> Self {
+        let tolerance = tolerance.max(1e-14);
+        let curve = &oscillator.curve;
+        let weakening = work.compiles.then(|| curve.compiled(4.0 * oscillator.belt_speed));
+        // An error of the divergence is one of x2'', per unit of time, in units of x2'.
+        let weakening = weakening.filter(|form| form.error(0.0, form.reach()).bound() <= tolerance / TAU);
         Self {
             oscillator,
             side,
-            allowed: tolerance.max(1e-14) * scale / TAU,
+            weakening,
+            stops: oscillator.curve.corners(),
+            allowed: tolerance * scale / TAU,
             here: State { v, w, growth: 0.0, time: 0.0 },
             // The friction law may change on a scale much smaller than V next to the belt line; steps grow
             // from a size that sees it.
             next_step: 1e-3 * oscillator.belt_speed / (v.abs() + w.abs()),
-            steps_left: STEP_BUDGET,
-            rhs: 0,
+            work,
         }
+    }
+
+    /// D at velocity `v`. Beyond the belt line it stays at its value there: steps that pass the line are taken
+    /// back to it, so this only has to be tame.
+    fn divergence(&self, v: f64) -> f64 {
+        let slip = match self.side {
+            Side::Below => self.oscillator.belt_speed - v,
+            Side::Above => v - self.oscillator.belt_speed,
+        };
+        let slip = slip.max(0.0);
+        match &self.weakening {
+            Some(form) => form.at(slip) - self.oscillator.viscous,
+            None => self.oscillator.divergence(slip),
+        }
+    }
+
+    /// The walk with steps that end at these slip speeds, among which the law's corners are.
+    pub(super) fn stopping_at(self, stops: &'a [f64]) -> Self {
+        Self { stops, ..self }
     }
 
     /// x1 at a state, from x2' = w.
@@ -118,14 +132,13 @@ impl<'a> Walk<'a> {
     }
 
     /// The state a time `h` after `from`, and its local error.
-    fn after(&mut self, from: &State, h: f64) -> (State, f64) {
-        let mut field = Lienard { oscillator: self.oscillator, side: self.side, rhs: &mut self.rhs };
-        let ([v, w, growth], error) = step(h, &[from.v, from.w, from.growth], &mut field);
+    pub(super) fn after(&self, from: &State, h: f64) -> (State, f64) {
+        let ([v, w, growth], error) = step(h, &[from.v, from.w, from.growth], &mut Lienard(self));
         (State { v, w, growth, time: from.time + h }, error[0].hypot(error[1]))
     }
 
     /// The slip speed at a state.
-    fn slip(&self, state: &State) -> End {
+    pub(super) fn slip(&self, state: &State) -> End {
         match self.side {
             Side::Below => End { slip: self.oscillator.belt_speed - state.v, rate: -state.w },
             Side::Above => End { slip: state.v - self.oscillator.belt_speed, rate: state.w },
@@ -147,10 +160,13 @@ impl<'a> Walk<'a> {
     /// [`Failure`].
     pub(super) fn advance(&mut self) -> Result<State, Failure> {
         let from = self.here;
-        let scale = 1.0 / (1.0 + 0.5 * divergence(self.oscillator, self.side, from.v).abs());
+        let scale = 1.0 / (1.0 + 0.5 * self.divergence(from.v).abs());
         let mut h = self.next_step.min(scale);
         loop {
-            self.steps_left = self.steps_left.checked_sub(1).ok_or(Failure::StepBudget)?;
+            match self.weakening {
+                Some(_) => self.work.spend_compiled(STAGES as u64)?,
+                None => self.work.spend(STAGES as u64)?,
+            }
             if !(h > SHORTEST_STEP * scale) {
                 return Err(if h.is_nan() { Failure::NotFinite } else { Failure::StepUnderflow });
             }
@@ -160,9 +176,7 @@ impl<'a> Walk<'a> {
                 continue;
             }
             let ends = [self.slip(&from), self.slip(&to)];
-            if let Some(shorter) =
-                corners::shortened(&self.oscillator.curve, self.oscillator.belt_speed, ends, h)
-            {
+            if let Some(shorter) = corners::shortened(self.stops, self.oscillator.belt_speed, ends, h) {
                 h = shorter;
                 continue;
             }
@@ -183,7 +197,7 @@ impl<'a> Walk<'a> {
 
     /// The state between `from` and `from` + `h` at which `value` passes through zero, where it has opposite
     /// signs (or is zero) at the ends. Every trial integrates anew from `from`.
-    pub(super) fn locate(&mut self, from: &State, h: f64, value: impl Fn(&Self, &State) -> f64) -> State {
+    pub(super) fn locate(&self, from: &State, h: f64, value: impl Fn(&Self, &State) -> f64) -> State {
         let (mut low, mut high) = (0.0, h);
         let first = value(self, from);
         let mut at = self.after(from, h).0;
@@ -292,7 +306,7 @@ impl<'a> Walk<'a> {
     fn is_accurate(&mut self, from: &State, to: &State) -> bool {
         let h = to.time - from.time;
         let (_, error) = self.after(from, h);
-        let scale = 1.0 / (1.0 + 0.5 * divergence(self.oscillator, self.side, from.v).abs());
+        let scale = 1.0 / (1.0 + 0.5 * self.divergence(from.v).abs());
         let accurate = error <= self.allowed * h || h <= 1e-6 * scale;
         if !accurate {
             self.here = *from;
@@ -307,11 +321,7 @@ impl<'a> Walk<'a> {
         let State { v, w, .. } = self.here;
         let (belt_speed, slip) = (self.oscillator.belt_speed, self.oscillator.belt_speed - self.here.v);
         let in_wedge = self.side == Side::Below && v * w < 0.0 && w.abs() < v.abs();
-        // Most orbits are told by two values of D; bounds over an interval cost much more.
-        let creeps_at = |slip: f64| self.oscillator.divergence(slip) <= -2.0;
-        in_wedge && creeps_at(slip.max(0.0)) && creeps_at(belt_speed) && {
-            let (near, far) = (slip.max(0.0).min(belt_speed), slip.max(belt_speed));
-            self.oscillator.curve.weakening_range(near, far).hi - self.oscillator.viscous <= -2.0
-        }
+        let (near, far) = (slip.max(0.0).min(belt_speed), slip.max(belt_speed));
+        in_wedge && self.oscillator.divergence_is_at_most(-2.0, near, far)
     }
 }

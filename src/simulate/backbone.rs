@@ -16,6 +16,7 @@
 use std::f64::consts::PI;
 
 use super::closed_orbit::{closing_damping, closing_damping_of_node};
+use super::work::Work;
 use super::{Failure, Range};
 use crate::friction::{Column, Curve};
 
@@ -62,6 +63,7 @@ struct Solver<'a> {
     belt_speed: f64,
     bounds: Range,
     tolerance: f64,
+    work: &'a Work,
     /// Largest error so far.
     error: f64,
     rhs: u64,
@@ -69,15 +71,15 @@ struct Solver<'a> {
 
 impl Solver<'_> {
     fn at(&mut self, radius: f64, start: f64) -> Result<f64, Failure> {
-        let (curve, belt_speed, bounds, tolerance) =
-            (self.curve, self.belt_speed, self.bounds, self.tolerance);
-        let found = match closing_damping(curve, belt_speed, radius, bounds, start, tolerance) {
+        let (curve, belt_speed, bounds, tolerance, work) =
+            (self.curve, self.belt_speed, self.bounds, self.tolerance, self.work);
+        let found = match closing_damping(curve, belt_speed, radius, bounds, start, tolerance, work) {
             Ok(found) => found,
             Err(spent) => {
                 self.rhs += spent;
                 // On the belt line itself the orbit is followed from just below: C is continuous.
                 let radius = radius.min(belt_speed * (1.0 - f64::EPSILON));
-                closing_damping_of_node(curve, belt_speed, radius, bounds, tolerance)?
+                closing_damping_of_node(curve, belt_speed, radius, bounds, tolerance, work)?
             }
         };
         self.rhs += found.rhs;
@@ -130,9 +132,19 @@ impl Backbone {
     /// # Errors
     /// [`Failure`] of an orbit.
     pub fn of_curve(curve: &Curve, belt_speed: f64, tolerance: f64) -> Result<Self, Failure> {
+        Self::within(curve, belt_speed, tolerance, &Work::of_backbone(curve))
+    }
+
+    /// As [`Backbone::of`], within the budget of a question.
+    pub(super) fn within(
+        curve: &Curve,
+        belt_speed: f64,
+        tolerance: f64,
+        work: &Work,
+    ) -> Result<Self, Failure> {
         let bounds = curve.even_weakening_range(belt_speed);
         let size = bounds.lo.abs().max(bounds.hi.abs());
-        let mut solver = Solver { curve, belt_speed, bounds, tolerance, error: 0.0, rhs: 0 };
+        let mut solver = Solver { curve, belt_speed, bounds, tolerance, work, error: 0.0, rhs: 0 };
         let finest = if curve.corners().is_empty() { SIZES[SIZES.len() - 1] } else { FINEST_WITH_CORNERS };
         let mut values =
             vec![solver.at(belt_speed, curve.mean_weakening(belt_speed))?, curve.weakening(belt_speed)];

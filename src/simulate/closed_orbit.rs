@@ -10,17 +10,18 @@
 //! with steps that follow the law and end at its corners.
 //!
 //! **Weights.** Let Q(th) be the factor by which a small change of ln r at the start has grown at th. By
-//! Liouville's formula it needs no derivative of the law: Q = exp(integral of D dt) / (R dth/dt), as R dth/dt
-//! = 1 at the start. A change dD along the orbit therefore moves ln R(2 pi) by Q(2 pi) times the integral of
-//! `dD W`,
+//! Liouville's formula it needs no derivative of the law: Q = exp(integral of D dt) / (R^2 dth/dt), as areas
+//! are r^2 d ln r dth and R^2 dth/dt = 1 at the start. A change dD along the orbit therefore moves ln R(2 pi)
+//! by Q(2 pi) times the integral of `dD W`,
 //!
 //! ```text
-//! W = sin^2 th / (dth/dt)^2 / Q = sin^2 th R exp(-integral of D dt) / (dth/dt) >= 0,
+//! W = sin^2 th / (dth/dt)^2 / Q = sin^2 th R^2 exp(-integral of D dt) / (dth/dt) >= 0,
 //! ```
 //!
 //! and the derivative of ln R(2 pi) by C is -Q(2 pi) times that of W.
 //!
-//! **Error.** The sum of the local error estimates, each carried to the end of the turn by Q(2 pi) / Q.
+//! **Error.** The sum of the local error estimates of R, each carried to the end of the turn by Q(2 pi) / Q
+//! times R(2 pi) / R.
 
 use std::f64::consts::TAU;
 
@@ -28,6 +29,7 @@ use super::corners::{self, End};
 use super::dop853::{Field, NODES, STAGES, step};
 use super::roots::{Bracket, Found, falling_root};
 use super::slip_cycle::{self, SlipTurn};
+use super::work::Work;
 use super::{Failure, Range};
 use crate::filippov::Oscillator;
 use crate::friction::{Curve, Weakening};
@@ -95,7 +97,7 @@ impl Field<3> for Polar<'_> {
         // NaN must not pass as the larger of two numbers.
         self.slowest = if turning >= self.slowest { self.slowest } else { turning };
         self.steepest = self.steepest.max(d.abs());
-        let weight = sin * sin * r * (-state[1]).exp() / turning;
+        let weight = sin * sin * r * r * (-state[1]).exp() / turning;
         [r * d * sin * sin / turning, d / turning, weight]
     }
 }
@@ -129,7 +131,8 @@ pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Resu
         });
         if inside {
             let slips = ends.map(|(end, _)| end);
-            if let Some(shorter) = corners::shortened(&oscillator.curve, oscillator.belt_speed, slips, width)
+            if let Some(shorter) =
+                corners::shortened(oscillator.curve.corners(), oscillator.belt_speed, slips, width)
             {
                 h = shorter;
                 continue;
@@ -155,7 +158,7 @@ pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Resu
         theta += width;
         if last {
             let round_off = 16.0 * f64::EPSILON * state[0].abs().max(field.steepest);
-            let by_damping = -state[1].exp() / (1.0 + state[0]) * state[2];
+            let by_damping = -state[1].exp() / (1.0 + state[0]).powi(2) * state[2];
             // What the law's polynomials leave out moves the margin as an equal change of C would, at most.
             let form = weakening.error(0.0, weakening.reach()).bound() * by_damping.abs();
             let lap = Lap { margin: state[0], error: error / SHARE + round_off + form, by_damping, rhs };
@@ -179,7 +182,7 @@ pub(super) struct Closing {
 
 /// The C at which the orbit through the maximum `radius` of x2 closes, near `start`, between `bounds` of the
 /// even part of the weakening rate (theory, "The backbone"); `Err` with the cost where a turn on the way has
-/// no answer in the polar form.
+/// no answer in the polar form, or `work` is spent.
 pub(super) fn closing_damping(
     curve: &Curve,
     belt_speed: f64,
@@ -187,6 +190,7 @@ pub(super) fn closing_damping(
     bounds: Range,
     start: f64,
     tolerance: f64,
+    work: &Work,
 ) -> Result<Closing, u64> {
     let size = bounds.lo.abs().max(bounds.hi.abs());
     if !(size.is_finite() && start.is_finite()) {
@@ -204,8 +208,11 @@ pub(super) fn closing_damping(
     for _ in 0..MOST_TURNS {
         let viscous = oscillator.viscous;
         let asked = if accurate { accuracy } else { accuracy.max(ROUGH * size.min(1.0)) };
-        let lap = turn(&oscillator, radius, asked).map_err(|over| rhs + u64::from(over.rhs))?;
-        rhs += u64::from(lap.rhs);
+        let lap = turn(&oscillator, radius, asked);
+        let (Ok(Lap { rhs: spent, .. }) | Err(HandOver { rhs: spent })) = lap;
+        rhs += u64::from(spent);
+        let within = work.spend_compiled(u64::from(spent)).is_ok();
+        let Some(lap) = lap.ok().filter(|_| within) else { return Err(rhs) };
         if lap.margin > lap.error {
             low = low.max(viscous);
         } else if lap.margin < -lap.error {
@@ -234,11 +241,12 @@ pub(super) fn closing_damping_of_node(
     radius: f64,
     bounds: Range,
     tolerance: f64,
+    work: &Work,
 ) -> Result<Closing, Failure> {
     let mut oscillator = Oscillator { curve: curve.clone(), viscous: 0.0, belt_speed };
     let mut growth = |viscous: f64| {
         oscillator.viscous = viscous;
-        Ok(match slip_cycle::turn(&oscillator, radius, tolerance)? {
+        Ok(match slip_cycle::turn_within(&oscillator, radius, tolerance, work)? {
             SlipTurn::Returns { radius: next, .. } => (next / radius).ln().clamp(-1.0, 1.0),
             SlipTurn::MeetsBelt => 1.0,
             SlipTurn::Rests => -1.0,

@@ -4,8 +4,6 @@
 //! of low order that the embedded estimates, made for smooth fields, may miss by orders of magnitude. So
 //! steps are shortened until they end at the corner, as they are at any other event.
 
-use crate::friction::Curve;
-
 /// A corner this close to the end of a step, relative to the speeds that are subtracted to give the slip
 /// speed, counts as met. D is off by its change of slope times this, over less than one step.
 const WIDTH: f64 = 1e-13;
@@ -19,10 +17,9 @@ pub(super) struct End {
     pub(super) rate: f64,
 }
 
-/// The length to try next where a trial step of length `h` has a corner of the law inside; `None` where it
-/// has none.
-pub(super) fn shortened(curve: &Curve, belt_speed: f64, [from, to]: [End; 2], h: f64) -> Option<f64> {
-    let corners = curve.corners();
+/// The length to try next where a trial step of length `h` has one of `corners`, slip speeds in growing order,
+/// inside; `None` where it has none.
+pub(super) fn shortened(corners: &[f64], belt_speed: f64, [from, to]: [End; 2], h: f64) -> Option<f64> {
     if corners.is_empty() || !(from.slip.is_finite() && to.slip.is_finite()) {
         return None;
     }

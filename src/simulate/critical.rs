@@ -35,6 +35,7 @@ use std::sync::{LazyLock, OnceLock};
 use super::closed_orbit::closing_damping;
 use super::polar::{Angle, LANES, Lanes};
 use super::roots::{Bracket, Found, falling_root};
+use super::work::Work;
 use super::{Fate, flow};
 use crate::filippov::Oscillator;
 use crate::friction::Column;
@@ -162,67 +163,113 @@ struct Sweeps {
     sweeps: u32,
 }
 
-/// Sweeps the lanes on one circle, updating C in place, until the remaining error of every C is below its
-/// lane's `enough`.
+/// What the sweeps work on, angle by angle; made once for many circles.
+struct Workspace {
+    log_r: Vec<[f64; LANES]>,
+    slope: Vec<[f64; LANES]>,
+    by_c: Vec<[f64; LANES]>,
+    /// What `log_r` is the antiderivative of.
+    fitted: Vec<[f64; LANES]>,
+}
+
+impl Workspace {
+    fn new() -> Self {
+        let angles = || vec![[0.0; LANES]; ANGLES[ANGLES.len() - 1]];
+        Self { log_r: angles(), slope: angles(), by_c: angles(), fitted: angles() }
+    }
+}
+
+/// Sums over the angles of one sweep.
+struct Sums {
+    slope: [f64; LANES],
+    by_c: [f64; LANES],
+    /// R of the bound on the error, if it was asked for.
+    range: [f64; LANES],
+    /// Room inside the domain of the polar form.
+    room: [f64; LANES],
+}
+
+/// Evaluates the equation on the orbit `log_r`.
 #[inline(always)]
-fn sweep(lanes: &mut Lanes, circle: &Circle, enough: &[f64; LANES], round_off: &[f64; LANES]) -> Sweeps {
-    let size = circle.angles.len();
-    let mut log_r = [[0.0_f64; LANES]; 256];
-    let mut slope = [[0.0_f64; LANES]; 256];
-    let mut by_c = [[0.0_f64; LANES]; 256];
-    // The function whose antiderivative is log_r.
-    let mut fitted = [[0.0_f64; LANES]; 256];
-    let mut settled = [false; LANES];
-    let mut left = [f64::INFINITY; LANES];
+fn evaluate<const GROWTH: bool>(lanes: &Lanes, angles: &[Angle], workspace: &mut Workspace) -> Sums {
+    let [mut mean, mut mean_by_c, mut growth, mut growth_size] = [[0.0_f64; LANES]; 4];
     let mut room = [f64::INFINITY; LANES];
-    let mut sweeps = 0;
-    while sweeps < MOST_SWEEPS {
-        sweeps += 1;
-        room = [f64::INFINITY; LANES];
-        let (mut mean, mut mean_by_c) = ([0.0_f64; LANES], [0.0_f64; LANES]);
-        let (mut growth, mut growth_size) = ([0.0_f64; LANES], [0.0_f64; LANES]);
-        for i in 0..size {
-            let mut r = [0.0; LANES];
-            for lane in 0..LANES {
-                r[lane] = exp(log_r[i][lane]);
-                let left = LARGEST_LOG - log_r[i][lane].abs();
-                room[lane] = if left < room[lane] { left } else { room[lane] };
-            }
-            let terms = lanes.log_slope(circle.angles[i], &r, &mut room);
-            (slope[i], by_c[i]) = (terms.slope, terms.by_c);
-            for lane in 0..LANES {
-                mean[lane] += slope[i][lane];
-                mean_by_c[lane] += by_c[i][lane];
+    let Workspace { log_r, slope, by_c, .. } = workspace;
+    for (((angle, log_r), slope), by_c) in angles.iter().zip(log_r).zip(slope).zip(by_c) {
+        let mut r = [0.0; LANES];
+        for lane in 0..LANES {
+            r[lane] = exp(log_r[lane]);
+            let left = LARGEST_LOG - log_r[lane].abs();
+            room[lane] = if left < room[lane] { left } else { room[lane] };
+        }
+        let terms = lanes.log_slope::<GROWTH>(*angle, &r, &mut room);
+        (*slope, *by_c) = (terms.slope, terms.by_c);
+        for lane in 0..LANES {
+            mean[lane] += slope[lane];
+            mean_by_c[lane] += by_c[lane];
+            if GROWTH {
                 growth[lane] += terms.by_log_r[lane];
                 growth_size[lane] += terms.by_log_r[lane].abs();
             }
         }
-        let mut change = [0.0; LANES];
-        for lane in 0..LANES {
-            change[lane] = -mean[lane] / mean_by_c[lane];
-        }
-        lanes.shift_damping(&change);
-        let mut residual = [0.0_f64; LANES];
-        for i in 0..size {
+    }
+    let step = TAU / angles.len() as f64;
+    let range = std::array::from_fn(|lane| 0.5 * (growth_size[lane] + growth[lane].abs()) * step);
+    Sums { slope: mean, by_c: mean_by_c, range, room }
+}
+
+/// Sweeps the lanes on one circle until the error left in every C is below its lane's `enough`, C in place.
+#[inline(always)]
+fn sweep(
+    lanes: &mut Lanes,
+    circle: &Circle,
+    workspace: &mut Workspace,
+    enough: &[f64; LANES],
+    round_off: &[f64; LANES],
+) -> Sweeps {
+    let size = circle.angles.len();
+    workspace.log_r[..size].fill([0.0; LANES]);
+    workspace.fitted[..size].fill([0.0; LANES]);
+    let mut settled = [false; LANES];
+    let mut left = [f64::INFINITY; LANES];
+    let mut half_span = [f64::INFINITY; LANES];
+    let mut room = [f64::INFINITY; LANES];
+    let mut sweeps = 0_u32;
+    while sweeps < MOST_SWEEPS {
+        sweeps += 1;
+        // R moves little from sweep to sweep, and less the more of them there are.
+        let sums = if sweeps > 1 && sweeps.is_power_of_two() {
+            let sums = evaluate::<true>(lanes, &circle.angles, workspace);
             for lane in 0..LANES {
-                let better = by_c[i][lane].mul_add(change[lane], slope[i][lane]);
-                residual[lane] += (better - fitted[i][lane]).abs();
-                fitted[i][lane] = better;
+                half_span[lane] = 0.5 * exp_m1_above(sums.range[lane]);
+            }
+            sums
+        } else {
+            evaluate::<false>(lanes, &circle.angles, workspace)
+        };
+        room = sums.room;
+        let change: [f64; LANES] = std::array::from_fn(|lane| -sums.slope[lane] / sums.by_c[lane]);
+        lanes.shift_damping(&change);
+        let Workspace { log_r, slope, by_c, fitted } = workspace;
+        let mut residual = [0.0_f64; LANES];
+        for ((fitted, slope), by_c) in fitted[..size].iter_mut().zip(slope).zip(by_c) {
+            for lane in 0..LANES {
+                let better = by_c[lane].mul_add(change[lane], slope[lane]);
+                residual[lane] += (better - fitted[lane]).abs();
+                fitted[lane] = better;
             }
         }
         for lane in 0..LANES {
-            let range = 0.5 * (growth_size[lane] + growth[lane].abs()) * TAU / size as f64;
-            let half_span = 0.5 * exp_m1_above(range);
-            left[lane] = half_span * residual[lane] / mean_by_c[lane].abs();
-            // More sweeps do not reduce the round-off of the residual.
-            settled[lane] = left[lane] <= enough[lane] + half_span * round_off[lane];
+            left[lane] = half_span[lane] * residual[lane] / sums.by_c[lane].abs();
+            // Round-off of the residual stays, however many sweeps there are.
+            settled[lane] = left[lane] <= enough[lane] + half_span[lane] * round_off[lane];
         }
-        if (0..LANES).all(|lane| settled[lane] || !(room[lane] > 0.0)) {
+        if sweeps > 1 && (0..LANES).all(|lane| settled[lane] || !(room[lane] > 0.0)) {
             break;
         }
-        for (row, log_r) in circle.antiderivative.chunks_exact(size).zip(&mut log_r) {
+        for (row, log_r) in circle.antiderivative.chunks_exact(size).zip(log_r) {
             let mut sum = [0.0_f64; LANES];
-            for (weight, slope) in row.iter().zip(&fitted) {
+            for (weight, slope) in row.iter().zip(fitted.iter()) {
                 for lane in 0..LANES {
                     sum[lane] = slope[lane].mul_add(*weight, sum[lane]);
                 }
@@ -238,6 +285,7 @@ fn sweep(lanes: &mut Lanes, circle: &Circle, enough: &[f64; LANES], round_off: &
 struct Dispatched<'a> {
     lanes: &'a mut Lanes,
     circle: &'a Circle,
+    workspace: &'a mut Workspace,
     enough: &'a [f64; LANES],
     round_off: &'a [f64; LANES],
 }
@@ -247,7 +295,7 @@ impl pulp::WithSimd for Dispatched<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> Sweeps {
-        sweep(self.lanes, self.circle, self.enough, self.round_off)
+        sweep(self.lanes, self.circle, self.workspace, self.enough, self.round_off)
     }
 }
 
@@ -255,6 +303,7 @@ impl pulp::WithSimd for Dispatched<'_> {
 /// times their divergence scale A.
 fn spectral(starts: &[ScaledGroups], tolerance: f64) -> Vec<Spectral> {
     let arch = pulp::Arch::new();
+    let mut workspace = Workspace::new();
     let mut answers = vec![Spectral::NoAnswer { rhs: 0 }; starts.len()];
     let mut changes = vec![f64::INFINITY; starts.len()];
     let mut waiting: Vec<usize> = Vec::new();
@@ -280,6 +329,7 @@ fn spectral(starts: &[ScaledGroups], tolerance: f64) -> Vec<Spectral> {
             let done = arch.dispatch(Dispatched {
                 lanes: &mut lanes,
                 circle,
+                workspace: &mut workspace,
                 enough: &enough,
                 round_off: &round_off,
             });
@@ -358,7 +408,8 @@ pub fn critical_dampings(
                 let (curve, belt_speed) = (&column.curve, column.belt_speed);
                 let bounds = curve.even_weakening_range(belt_speed);
                 let start = curve.mean_weakening(belt_speed);
-                closing_damping(curve, belt_speed, belt_speed, bounds, start, tolerance).map(|found| {
+                let work = Work::of_question(curve);
+                closing_damping(curve, belt_speed, belt_speed, bounds, start, tolerance, &work).map(|found| {
                     let (c, error) = (found.viscous / column.epsilon, found.error / column.epsilon);
                     CriticalDamping { c, error, rhs: found.rhs }
                 })

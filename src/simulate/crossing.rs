@@ -12,6 +12,7 @@
 
 use super::arc::{LowerEnd, Walk};
 use super::slip_cycle::Extent;
+use super::work::Work;
 use super::{Failure, Fate, Flow, Range};
 use crate::filippov::{Oscillator, Side};
 
@@ -90,13 +91,17 @@ struct Looped {
 /// # Errors
 /// [`Failure`].
 pub fn crossing_loop(oscillator: &Oscillator, beyond_exit: f64, tolerance: f64) -> Result<Loop, Failure> {
-    looped(oscillator, beyond_exit, tolerance).map(|looped| looped.end)
+    loop_within(oscillator, beyond_exit, tolerance, &Work::of_question(&oscillator.curve))
 }
 
-fn looped(oscillator: &Oscillator, y: f64, tolerance: f64) -> Result<Looped, Failure> {
+fn loop_within(oscillator: &Oscillator, y: f64, tolerance: f64, work: &Work) -> Result<Loop, Failure> {
+    looped(oscillator, y, tolerance, work).map(|looped| looped.end)
+}
+
+fn looped(oscillator: &Oscillator, y: f64, tolerance: f64, work: &Work) -> Result<Looped, Failure> {
     let belt_speed = oscillator.belt_speed;
     let scale = belt_speed.max(y);
-    let mut lower = Walk::new(oscillator, Side::Below, [belt_speed, -y], tolerance, scale);
+    let mut lower = Walk::new(oscillator, Side::Below, [belt_speed, -y], tolerance, scale, work);
     let mut extent = Extent::new(&lower);
     let up = match lower.lower_arc(|walk, from, to| extent.step(walk, from, to))? {
         LowerEnd::Meets(up) => up,
@@ -106,7 +111,7 @@ fn looped(oscillator: &Oscillator, y: f64, tolerance: f64) -> Result<Looped, Fai
     if rise <= 0.0 {
         return Ok(Looped { end: Loop::Sticks, extent });
     }
-    let mut upper = Walk::new(oscillator, Side::Above, [belt_speed, rise], tolerance, scale);
+    let mut upper = Walk::new(oscillator, Side::Above, [belt_speed, rise], tolerance, scale, work);
     let down = upper.upper_arc(|walk, from, to| extent.step(walk, from, to))?;
     let beyond_exit = -(down.w + JUMP);
     if beyond_exit <= 0.0 {
@@ -122,8 +127,16 @@ fn looped(oscillator: &Oscillator, y: f64, tolerance: f64) -> Result<Looped, Fai
 /// # Errors
 /// [`Failure`].
 pub fn landing_speed(oscillator: &Oscillator, tolerance: f64) -> Result<Option<f64>, Failure> {
+    landing_speed_within(oscillator, tolerance, &Work::of_question(&oscillator.curve))
+}
+
+fn landing_speed_within(
+    oscillator: &Oscillator,
+    tolerance: f64,
+    work: &Work,
+) -> Result<Option<f64>, Failure> {
     let belt_speed = oscillator.belt_speed;
-    let mut walk = Walk::new(oscillator, Side::Below, [belt_speed, 0.0], tolerance, belt_speed);
+    let mut walk = Walk::new(oscillator, Side::Below, [belt_speed, 0.0], tolerance, belt_speed, work);
     Ok(match walk.lower_arc(|_, _, _| ())? {
         LowerEnd::Meets(end) => Some(end.w),
         LowerEnd::Turns(_) | LowerEnd::Rests => None,
@@ -136,11 +149,14 @@ pub fn landing_speed(oscillator: &Oscillator, tolerance: f64) -> Result<Option<f
 /// # Errors
 /// [`Failure`].
 pub fn second_crossing(oscillator: &Oscillator, tolerance: f64) -> Result<Option<f64>, Failure> {
-    let Some(speed) = landing_speed(oscillator, tolerance)?.filter(|speed| *speed > JUMP) else {
+    let work = Work::of_question(&oscillator.curve);
+    let Some(speed) = landing_speed_within(oscillator, tolerance, &work)?.filter(|speed| *speed > JUMP)
+    else {
         return Ok(None);
     };
     let belt_speed = oscillator.belt_speed;
-    let mut upper = Walk::new(oscillator, Side::Above, [belt_speed, speed - JUMP], tolerance, belt_speed);
+    let start = [belt_speed, speed - JUMP];
+    let mut upper = Walk::new(oscillator, Side::Above, start, tolerance, belt_speed, &work);
     Ok(Some(-(upper.upper_arc(|_, _, _| ())?.w + JUMP)))
 }
 
@@ -149,20 +165,35 @@ fn outward(from: f64, end: &Loop) -> bool {
     matches!(end, Loop::Crosses { beyond_exit, .. } if *beyond_exit > from)
 }
 
-/// The crossing cycles, by increasing size. An orbit from the exit point that never sticks tends to the first
-/// of them, if there is any; otherwise it grows without bound.
+/// Whether it is proved that no crossing cycle exists that is small enough to be looked for: where the divergence
+/// is nowhere positive.
+///
+/// **Proof.** The integral of D over the region that a crossing cycle encloses is the flux out of its parts below
+/// and above the belt line. Orbits let nothing through; the part of the line inside, of length s, lets through x2'
+/// of the lower field less x2' of the upper one, which is 2 everywhere. So the integral is 2 s > 0. []
+fn none_proved(oscillator: &Oscillator) -> bool {
+    let unit = oscillator.belt_speed.max(1.0);
+    oscillator.divergence_is_at_most(0.0, 0.0, 4.0 * unit * 10_f64.powi(*DECADES.end()))
+}
+
+/// The crossing cycles, by growing size. An orbit from the exit point that never sticks tends to the first
+/// of them, if there is any; otherwise it grows without bound. None exists where [`none_proved`].
 ///
 /// # Errors
 /// [`Failure`] of one of the loops.
 pub fn crossing_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<CrossingCycle>, Failure> {
+    if none_proved(oscillator) {
+        return Ok(Vec::new());
+    }
     let unit = oscillator.belt_speed.max(1.0);
+    let work = Work::of_question(&oscillator.curve);
     let mut cycles = Vec::new();
-    let (mut low, mut low_outward) = (0.0, outward(0.0, &crossing_loop(oscillator, 0.0, tolerance)?));
+    let (mut low, mut low_outward) = (0.0, outward(0.0, &loop_within(oscillator, 0.0, tolerance, &work)?));
     for i in DECADES.start() * PER_DECADE..=DECADES.end() * PER_DECADE {
         let high = unit * 10_f64.powf(f64::from(i) / f64::from(PER_DECADE));
-        let high_outward = outward(high, &crossing_loop(oscillator, high, tolerance)?);
+        let high_outward = outward(high, &loop_within(oscillator, high, tolerance, &work)?);
         if low_outward != high_outward {
-            cycles.extend(cycle_between(oscillator, [low, high], low_outward, tolerance)?);
+            cycles.extend(cycle_between(oscillator, [low, high], low_outward, tolerance, &work)?);
         }
         (low, low_outward) = (high, high_outward);
     }
@@ -176,10 +207,11 @@ fn cycle_between(
     [mut low, mut high]: [f64; 2],
     low_outward: bool,
     tolerance: f64,
+    work: &Work,
 ) -> Result<Option<CrossingCycle>, Failure> {
     let mut y = 0.5 * (low + high);
     for _ in 0..MOST_TRIALS {
-        let here = crossing_loop(oscillator, y, tolerance)?;
+        let here = loop_within(oscillator, y, tolerance, work)?;
         if outward(y, &here) == low_outward {
             low = y;
         } else {
@@ -196,7 +228,7 @@ fn cycle_between(
             break;
         }
     }
-    let Looped { end, extent } = looped(oscillator, y, tolerance)?;
+    let Looped { end, extent } = looped(oscillator, y, tolerance, work)?;
     Ok(match end {
         Loop::Crosses { slope, time, .. } => Some(CrossingCycle {
             beyond_exit: y,
@@ -221,7 +253,8 @@ pub fn stick_slip_cycle(
     let Fate::Sticks(landing) = flow.fate else {
         return Ok(None);
     };
-    let Extent { velocity, displacement } = looped(oscillator, 0.0, tolerance)?.extent;
+    let Extent { velocity, displacement } =
+        looped(oscillator, 0.0, tolerance, &Work::of_question(&oscillator.curve))?.extent;
     Ok(Some(StickSlipCycle {
         period: landing.slip_time + landing.stick_time,
         velocity,

@@ -22,10 +22,12 @@ pub mod naive;
 mod polar;
 pub mod return_map;
 mod roots;
+pub mod sensitivity;
 pub mod slip_count;
 pub mod slip_cycle;
 mod stepping;
 pub mod surface;
+mod work;
 
 pub use critical::{CriticalDamping, NoCriticalDamping, critical_damping};
 pub use dynamics::{Dynamics, Neighbour, dynamics, separates};

@@ -64,9 +64,14 @@ impl Lanes {
         slope
     }
 
-    /// d ln r / d theta of every lane, and its derivatives.
+    /// d ln r / d theta of every lane, and its derivatives; that by ln r only with `GROWTH`.
     #[inline(always)]
-    pub(super) fn log_slope(&self, angle: Angle, r: &[f64; LANES], room: &mut [f64; LANES]) -> LogSlope {
+    pub(super) fn log_slope<const GROWTH: bool>(
+        &self,
+        angle: Angle,
+        r: &[f64; LANES],
+        room: &mut [f64; LANES],
+    ) -> LogSlope {
         let [mut slope, mut by_c, mut by_log_r] = [[0.0; LANES]; 3];
         for lane in 0..LANES {
             let terms = self.terms(lane, angle, r[lane], &mut room[lane]);
@@ -74,10 +79,12 @@ impl Lanes {
             let ratio = terms.q2 * inverse;
             slope[lane] = angle.sin_squared * terms.numerator * inverse;
             by_c[lane] = -angle.sin_squared * ratio * ratio;
-            // dD / d ln r = r cos theta (2 A k / q^3 + 2 b), and q2 times that without a division.
-            let steepness =
-                (2.0 * self.a[lane] * self.k[lane]).mul_add(terms.q, self.b2[lane] * terms.q2 * terms.q2);
-            by_log_r[lane] = angle.sin_squared * inverse * inverse * r[lane] * angle.cos * steepness;
+            if GROWTH {
+                // dD / d ln r = r cos theta (2 A k / q^3 + 2 b), and q2 times that without a division.
+                let steepness =
+                    (2.0 * self.a[lane] * self.k[lane]).mul_add(terms.q, self.b2[lane] * terms.q2 * terms.q2);
+                by_log_r[lane] = angle.sin_squared * inverse * inverse * r[lane] * angle.cos * steepness;
+            }
         }
         LogSlope { slope, by_c, by_log_r }
     }
@@ -119,7 +126,7 @@ pub(super) struct LogSlope {
     pub slope: [f64; LANES],
     /// Its derivative by C = eps c.
     pub by_c: [f64; LANES],
-    /// Its derivative by ln r.
+    /// Its derivative by ln r; zero where it was not asked for.
     pub by_log_r: [f64; LANES],
 }
 

@@ -68,8 +68,8 @@ const SHORTEST_OF_PIECE: f64 = 0.03;
 const DEFECTS: [f64; 2] = [1e-8, 1e-5];
 /// Least dth/dt.
 const SLOWEST_TURN: f64 = 0.05;
-/// Largest number of steps, after which the rest stays open: a second; most counts need a twentieth of it.
-const BUDGET: u32 = 40_000;
+/// Largest number of steps, after which the rest stays open: half a second; most counts need a tenth of it.
+const BUDGET: u32 = 20_000;
 /// Ratio of the radii at the ends of the first pieces.
 const WIDEST: f64 = 1.5;
 /// Pieces shorter than this in ln r stay open.

@@ -11,6 +11,7 @@
 
 use super::arc::{LowerEnd, State, Walk};
 use super::backbone::{Backbone, Crossing};
+use super::work::Work;
 use super::{Failure, Range};
 use crate::filippov::{Oscillator, Side};
 
@@ -72,7 +73,17 @@ pub struct Kick {
 /// # Errors
 /// [`Failure`].
 pub fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Result<SlipTurn, Failure> {
-    let mut walk = Walk::new(oscillator, Side::Below, [radius, 0.0], tolerance, radius);
+    turn_within(oscillator, radius, tolerance, &Work::of_question(&oscillator.curve))
+}
+
+/// As [`turn`], within the budget of a question.
+pub(super) fn turn_within(
+    oscillator: &Oscillator,
+    radius: f64,
+    tolerance: f64,
+    work: &Work,
+) -> Result<SlipTurn, Failure> {
+    let mut walk = Walk::new(oscillator, Side::Below, [radius, 0.0], tolerance, radius, work);
     Ok(match walk.lower_arc(|_, _, _| ())? {
         LowerEnd::Turns(end) => {
             SlipTurn::Returns { radius: end.v, slope: radius / end.v * end.growth.exp(), time: end.time }
@@ -130,8 +141,9 @@ pub fn slip_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<SlipCy
         return Ok(Vec::new());
     }
     let belt_speed = oscillator.belt_speed;
-    let backbone = Backbone::of_curve(&oscillator.curve, belt_speed, BACKBONE_TOLERANCE)?;
-    let returns = outward(belt_speed, &turn(oscillator, belt_speed, tolerance)?);
+    let work = Work::of_backbone(&oscillator.curve);
+    let backbone = Backbone::within(&oscillator.curve, belt_speed, BACKBONE_TOLERANCE, &work)?;
+    let returns = outward(belt_speed, &turn_within(oscillator, belt_speed, tolerance, &work)?);
     let cycles = backbone
         .cycles(oscillator.viscous, oscillator.eigenvalues().is_stable(), returns)
         .ok_or(Unknown::TooClose)?;
@@ -139,7 +151,7 @@ pub fn slip_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<SlipCy
         between: backbone.narrowed(cycle, oscillator.viscous),
         is_stable: cycle.is_stable,
     });
-    Ok(narrowed.map(|cycle| locate(oscillator, &cycle, tolerance)).collect::<Result<_, _>>()?)
+    Ok(narrowed.map(|cycle| locate_within(oscillator, &cycle, tolerance, &work)).collect::<Result<_, _>>()?)
 }
 
 /// Computes the slip cycle whose amplitude has known bounds and whose stability is known.
@@ -147,8 +159,17 @@ pub fn slip_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<SlipCy
 /// # Errors
 /// [`Failure`].
 pub fn locate(oscillator: &Oscillator, cycle: &Crossing, tolerance: f64) -> Result<SlipCycle, Failure> {
-    let radius = fixed_point(oscillator, cycle.between, cycle.is_stable, tolerance)?;
-    cycle_at(oscillator, radius, tolerance)
+    locate_within(oscillator, cycle, tolerance, &Work::of_question(&oscillator.curve))
+}
+
+fn locate_within(
+    oscillator: &Oscillator,
+    cycle: &Crossing,
+    tolerance: f64,
+    work: &Work,
+) -> Result<SlipCycle, Failure> {
+    let radius = fixed_point(oscillator, cycle.between, cycle.is_stable, tolerance, work)?;
+    cycle_at(oscillator, radius, tolerance, work)
 }
 
 /// The fixed point between two radii, at one of which turns lead outward and at the other inward.
@@ -157,10 +178,11 @@ fn fixed_point(
     [mut low, mut high]: [f64; 2],
     low_outward: bool,
     tolerance: f64,
+    work: &Work,
 ) -> Result<f64, Failure> {
     let mut radius = 0.5 * (low + high);
     for _ in 0..MOST_TRIALS {
-        let here = turn(oscillator, radius, tolerance)?;
+        let here = turn_within(oscillator, radius, tolerance, work)?;
         if outward(radius, &here) == low_outward {
             low = radius;
         } else {
@@ -181,8 +203,8 @@ fn fixed_point(
 }
 
 /// Extremes and multiplier of the cycle through (x2, x2') = (`radius`, 0).
-fn cycle_at(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Result<SlipCycle, Failure> {
-    let mut walk = Walk::new(oscillator, Side::Below, [radius, 0.0], tolerance, radius);
+fn cycle_at(oscillator: &Oscillator, radius: f64, tolerance: f64, work: &Work) -> Result<SlipCycle, Failure> {
+    let mut walk = Walk::new(oscillator, Side::Below, [radius, 0.0], tolerance, radius, work);
     let mut extent = Extent::new(&walk);
     let end = walk.lower_arc(|walk, from, to| extent.step(walk, from, to))?;
     let (LowerEnd::Turns(State { growth, time, .. }) | LowerEnd::Meets(State { growth, time, .. })) = end
@@ -247,7 +269,8 @@ impl Extent {
 pub fn kick_onto(oscillator: &Oscillator, cycle: &SlipCycle, tolerance: f64) -> Result<Kick, Failure> {
     let radius = cycle.velocity.hi;
     let rest = oscillator.equilibrium_x1();
-    let mut walk = Walk::new(oscillator, Side::Below, [radius, 0.0], tolerance, radius);
+    let work = Work::of_question(&oscillator.curve);
+    let mut walk = Walk::new(oscillator, Side::Below, [radius, 0.0], tolerance, radius, &work);
     let mut kick = Kick { forward: radius, backward: -cycle.velocity.lo };
     walk.lower_arc(|walk, from, to| {
         let [before, after] = [from, to].map(|state| walk.x1(state) - rest);

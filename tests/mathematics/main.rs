@@ -27,6 +27,7 @@ mod reference_data;
 mod regimes;
 mod return_map;
 mod sample;
+mod sensitivity;
 mod slip_count;
 mod slip_laws;
 mod theory;

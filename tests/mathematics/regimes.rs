@@ -13,6 +13,8 @@ use slipmap::simulate::direct::{self, Ending, Phase, Start, Trace, trace};
 use slipmap::simulate::slip_cycle::{SlipCycle, SlipTurn, slip_cycles, turn};
 use slipmap::simulate::{Dynamics, Fate, Neighbour, critical_damping, dynamics, flow, separates};
 
+use crate::sample::{Random, Sample};
+
 fn point(epsilon: f64, [alpha, beta, gamma]: [f64; 3], belt_speed: f64, damping: f64) -> Point {
     Point { epsilon, law: LawParameters::new(&[alpha, beta, gamma]), belt_speed, damping }
 }
@@ -488,4 +490,32 @@ fn regimes_are_sets_of_attractors() {
     assert_eq!(codes, Regime::ALL.map(Regime::code));
     let names: std::collections::HashSet<&str> = seen.iter().map(|regime| regime.name()).collect();
     assert_eq!(names.len(), Regime::ALL.len());
+}
+
+#[test]
+fn without_positive_divergence_nothing_crosses_for_ever() {
+    let (mut random, mut contracting) = (Random(0xd1), 0);
+    for _ in 0..300 {
+        let Sample { epsilon, alpha, beta, gamma, belt_speed, .. } = random.anywhere();
+        let law = LawParameters::new(&[alpha, beta, gamma]);
+        // From half the damping at which the divergence is nowhere positive to twice that.
+        let damping = gamma * (1.0 - alpha) * random.log(0.5, 2.0);
+        let point = Point { epsilon, law, belt_speed, damping };
+        let oscillator = Oscillator::new(&Law::Stribeck, &point);
+        if oscillator.divergence(0.0) > 0.0 {
+            continue;
+        }
+        contracting += 1;
+        assert_eq!(crossing_cycles(&oscillator, 1e-9), Ok(Vec::new()), "{point:?}");
+        // Loops all lead inward, as far as they are followed.
+        for size in [0.01, 1.0, 10.0] {
+            let end = crossing_loop(&oscillator, size, 1e-9).unwrap();
+            let inward = match end {
+                Loop::Crosses { beyond_exit, .. } => beyond_exit < size,
+                Loop::Sticks | Loop::SpiralsInward => true,
+            };
+            assert!(inward, "{point:?} {size}: {end:?}");
+        }
+    }
+    assert!(contracting > 100, "{contracting}");
 }

@@ -157,7 +157,7 @@ fn the_cycles_basins_and_limits_of_a_map_are_those_of_probe() {
     let scratch = scratch();
     // At epsilon = 0.4, c = 0.3 both states attract; on the fast belt at c = 0 orbits cross for ever.
     let sets = [
-        "output.fields=['landing', 'cycle', 'basin', 'epsilon_limit', 'regime']",
+        "output.fields=['landing', 'cycle', 'basin', 'epsilon_limit', 'sensitivity', 'regime']",
         "grid.epsilon=[0.1, 0.4]",
         "grid.alpha=0.2",
         "grid.gamma=2.0",
@@ -201,6 +201,9 @@ fn the_cycles_basins_and_limits_of_a_map_are_those_of_probe() {
         same("boundary_multiplier", basin["cycle"]["multiplier"].as_f64());
         same("kick_forward", basin["kick"]["forward"].as_f64());
         same("kick_backward", basin["kick"]["backward"].as_f64());
+        for axis in ["epsilon", "alpha", "beta", "gamma", "V"] {
+            same(&format!("dc_d{axis}"), answer["sensitivity"]["derivatives"][axis]["value"].as_f64());
+        }
         for method in map.methods() {
             let limit = &answer["methods"][&method.name]["epsilon_limit"];
             let limit = if *limit == "inf" { Some(f64::INFINITY) } else { limit.as_f64() };

@@ -14,7 +14,7 @@ const QUICK = [12, 16, 24, 32, 48, 64, 96, 128, 192, 256];
 const FRAME = 0.03;
 // Seconds that a finer picture may take, those that are taken without a coarser one before, and cells that it
 // may have.
-const PATIENCE = 15;
+const PATIENCE = 8;
 const SOON = 0.3;
 const MOST_CELLS = 1_500_000;
 // Pixels within which a pointer takes the pin, and beyond which a click is a drag.

@@ -69,7 +69,8 @@ pub(in crate::friction) fn extend(law: &Form, known: Option<&Weakening>, reach: 
         law => Compiler { law, breaks: &mut breaks, pieces: &mut pieces }.compile(reach),
     }
     let places = Places::of(&breaks);
-    Weakening { law: law.clone(), breaks, pieces, places }
+    let blocks = super::range::blocks(&pieces);
+    Weakening { law: law.clone(), breaks, pieces, places, blocks }
 }
 
 struct Compiler<'a> {

@@ -54,6 +54,8 @@ pub struct Weakening {
     breaks: Vec<f64>,
     pieces: Vec<Piece>,
     places: Places,
+    /// Hulls of the ranges of [`range::BLOCK`] pieces each, so that bounds over many are quick.
+    blocks: Vec<Range>,
 }
 
 /// A polynomial in x = (u - middle) * scale, which is within [-1, 1], and proved properties of w on its

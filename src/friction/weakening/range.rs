@@ -4,6 +4,15 @@
 use super::{Bend, COUNT, Piece, Weakening};
 use crate::friction::Range;
 
+/// Pieces whose hull is kept, see [`Weakening::range`].
+pub(super) const BLOCK: usize = 32;
+
+/// The hulls of the ranges of all blocks of pieces.
+pub(super) fn blocks(pieces: &[Piece]) -> Vec<Range> {
+    let hull = |block: &[Piece]| block.iter().map(|piece| piece.range).reduce(Range::hull);
+    pieces.chunks(BLOCK).filter_map(hull).collect()
+}
+
 const NOTHING: Range = Range { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
 
 /// Number of bisections in the search for a polynomial's extreme, which is then known to the square of 2^-26.
@@ -115,7 +124,14 @@ impl Weakening {
             let whole = self.breaks[i] >= lo && self.breaks[i + 1] <= hi;
             if whole { self.pieces[i].range } else { self.pieces[i].range_on(a, b) }
         };
-        (first..=last).map(part).reduce(Range::hull).unwrap_or(NOTHING)
+        let mut range = part(first).hull(part(last));
+        let mut i = first + 1;
+        while i < last {
+            let whole_block = i % BLOCK == 0 && i + BLOCK <= last;
+            range = range.hull(if whole_block { self.blocks[i / BLOCK] } else { self.pieces[i].range });
+            i += if whole_block { BLOCK } else { 1 };
+        }
+        range
     }
 
     /// Proved bounds, over 0 <= v <= `within` <= V, of the even part in v of w(V - v); infinite where there

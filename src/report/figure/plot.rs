@@ -120,7 +120,8 @@ fn field_of(variable: &str) -> Option<&'static str> {
         Field::CriticalC => of_method("critical_c_"),
         Field::Regime => variable == "regime",
         Field::EpsilonLimit => of_method("epsilon_limit_"),
-        _ => Quantity::of(*field, 0).iter().any(|quantity| quantity.name() == variable),
+        Field::Sensitivity => variable.starts_with(Quantity::CriticalDerivative(0).name()),
+        _ => Quantity::of(*field, 0, 0).iter().any(|quantity| quantity.name() == variable),
     });
     field.map(Field::name)
 }

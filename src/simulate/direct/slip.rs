@@ -342,7 +342,7 @@ impl<'a> Slip<'a> {
             let ends =
                 [left, &right].map(|state| End { slip: self.depth(state), rate: self.outward_speed(state) });
             if let Some(shorter) =
-                corners::shortened(&self.oscillator.curve, self.oscillator.belt_speed, ends, h)
+                corners::shortened(self.oscillator.curve.corners(), self.oscillator.belt_speed, ends, h)
             {
                 h = shorter;
                 continue;
@@ -457,16 +457,16 @@ impl<'a> Slip<'a> {
         if self.side == Side::Above || v.abs() > belt_speed {
             return None;
         }
-        let divergence_at_most = |bound: f64, lo: f64, hi: f64| {
-            self.oscillator.curve.weakening_range(lo, hi).hi - self.oscillator.viscous <= bound
-        };
         let r = v.hypot(w);
-        if r <= radius.min(belt_speed) && divergence_at_most(0.0, belt_speed - r, belt_speed + r) {
+        if r <= radius.min(belt_speed)
+            && self.oscillator.divergence_is_at_most(0.0, belt_speed - r, belt_speed + r)
+        {
             return Some(Rest::Trapped { radius: r });
         }
         let u = belt_speed - v;
         let in_wedge = v * w < 0.0 && w.abs() < v.abs() - 2.0 * self.error;
-        let creeps = in_wedge && divergence_at_most(-2.0, u.min(belt_speed), u.max(belt_speed));
+        let creeps =
+            in_wedge && self.oscillator.divergence_is_at_most(-2.0, u.min(belt_speed), u.max(belt_speed));
         creeps.then_some(Rest::Creeping)
     }
 }

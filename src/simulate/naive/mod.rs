@@ -99,9 +99,9 @@ pub struct NaiveAnswer {
     pub rhs: u64,
 }
 
-/// Largest number of evaluations of the right-hand side of the Stribeck law: a few hundred times the cost of
-/// the default parameters at moderate parameters of the oscillator, a fifth of a second.
-const RHS_BUDGET: u64 = 20_000_000;
+/// Largest number of evaluations of the right-hand side of the Stribeck law: forty times the cost of the default
+/// parameters at moderate parameters of the oscillator, a tenth of a second.
+const RHS_BUDGET: u64 = 2_000_000;
 
 /// Largest number of evaluations of the right-hand side for this oscillator.
 fn rhs_budget(oscillator: &Oscillator) -> u64 {
@@ -146,7 +146,7 @@ impl NaiveMethod {
         }
     }
 
-    /// Runs the method on one oscillator. It uses at most 20 million evaluations of the right-hand side,
+    /// Runs the method on one oscillator. It uses at most 2 million evaluations of the right-hand side,
     /// fewer for laws that are more expensive (see [`Curve::cost`](crate::friction::Curve::cost)).
     #[must_use]
     pub fn decide(self, oscillator: &Oscillator, knobs: &NaiveKnobs) -> NaiveAnswer {

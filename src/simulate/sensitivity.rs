@@ -1,0 +1,288 @@
+//! What the critical damping depends on: the friction law's parameters, eps, the belt speed, each slip speed of
+//! the friction curve, and each datum of a measured one.
+//!
+//! At the critical damping the orbit from the exit point grazes the belt line: it is closed. Let the divergence
+//! D = w(u) - C, C = eps c, be changed by dD(u). To first order the orbit stays closed if
+//!
+//! ```text
+//! integral of x2'^2 exp(-G) dD dt = 0,    G(t) = integral of D from 0 to t,
+//! ```
+//!
+//! over one turn (Melnikov's integral; theory, "Any friction law"). With dD = dw - dC that is the **weighted mean**
+//!
+//! ```text
+//! dC = integral of W dw dt / integral of W dt,    W = x2'^2 exp(-G) >= 0.
+//! ```
+//!
+//! The derivative by a parameter p is the mean of dw/dp, that by V the mean of w'(u) u / V (velocities are
+//! measured in V, so that the orbit starts at the same point), and that by eps the mean of dw/d eps less c, over
+//! eps. The share of W spent at each slip speed is the **influence** of the friction curve there.
+//!
+//! **Accuracy.** The integrals are taken by Gauss's rule of five points on each step of the orbit. Errors are
+//! those between two orbits: one much coarser, and beside the critical damping by its error. They are estimates.
+
+use super::arc::{LowerEnd, State, Walk};
+use super::work::Work;
+use super::{CriticalDamping, Failure, NoCriticalDamping, critical_damping};
+use crate::filippov::{Oscillator, Side};
+use crate::friction::jet::Jet;
+use crate::friction::{Column, Law, Table};
+
+/// Error of the critical damping that is asked for, in units of the divergence.
+const CRITICAL: f64 = 1e-13;
+/// Errors of the two orbits.
+const TOLERANCES: [f64; 2] = [1e-13, 1e-10];
+/// Round-off of a mean, relative to the largest term.
+const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
+
+/// A number and how wrong it may be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// The number.
+    pub value: f64,
+    /// Estimate of its absolute error.
+    pub error: f64,
+}
+
+/// The derivatives of the critical damping.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sensitivity {
+    /// The critical damping c* itself.
+    pub critical: CriticalDamping,
+    /// dc*/d eps.
+    pub by_epsilon: Estimate,
+    /// dc*/dV.
+    pub by_belt_speed: Estimate,
+    /// dc*/dp for each parameter p, in the order of [`crate::friction::Law::parameters`].
+    pub by_parameters: Vec<Estimate>,
+    /// The standard error of c* that the independent standard errors of a table's data make; `None` where the
+    /// law has none.
+    pub standard_error: Option<Estimate>,
+}
+
+impl Sensitivity {
+    /// The derivatives by eps, by the parameters of `law` and by V, each with the name of its axis.
+    pub fn named(&self, law: &Law) -> impl Iterator<Item = (&'static str, Estimate)> {
+        let parameters = law.parameters().iter().map(|parameter| parameter.name);
+        std::iter::once(("epsilon", self.by_epsilon))
+            .chain(parameters.zip(self.by_parameters.iter().copied()))
+            .chain([("V", self.by_belt_speed)])
+    }
+}
+
+/// How much a range of slip speeds has to say.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Influence {
+    /// Slip speeds from here.
+    pub from: f64,
+    /// To here.
+    pub to: f64,
+    /// Share of the weight: a change of the weakening rate by dw throughout the range moves eps c* by the share
+    /// times dw. All shares add up to one.
+    pub share: f64,
+}
+
+/// Why the critical damping has no derivatives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum NoSensitivity {
+    /// There is no critical damping.
+    #[error(transparent)]
+    Critical(#[from] NoCriticalDamping),
+    /// c* < 0: the orbit comes back for no legal damping.
+    #[error("the critical damping is negative: no legal damping lets the orbit come back")]
+    Negative,
+    /// The grazing orbit could not be followed.
+    #[error("the grazing orbit could not be followed: {0}")]
+    Orbit(#[from] Failure),
+}
+
+/// The derivatives of the critical damping of a column.
+///
+/// # Errors
+/// [`NoSensitivity`].
+pub fn sensitivity(column: &Column) -> Result<Sensitivity, NoSensitivity> {
+    let critical = legal_critical_damping(column)?;
+    let [fine, coarse] = [(critical.c, TOLERANCES[0]), (critical.c + critical.error, TOLERANCES[1])]
+        .map(|(c, tolerance)| Ok::<_, Failure>(means(column, c, &Grazing::of(column, c, tolerance, None)?)));
+    let (fine, coarse) = (fine?, coarse?);
+    let estimates: Vec<Estimate> = fine
+        .0
+        .iter()
+        .zip(&coarse.0)
+        .map(|(fine, coarse)| Estimate {
+            value: fine.value,
+            error: (fine.value - coarse.value).abs() + ROUND_OFF * fine.size,
+        })
+        .collect();
+    let standard_error = column.curve.table().and_then(Table::standard_errors).map(|errors| {
+        let total = |means: &Means| {
+            means.1.iter().zip(errors).map(|(by, error)| (by * error).powi(2)).sum::<f64>().sqrt()
+        };
+        let (value, coarse) = (total(&fine), total(&coarse));
+        Estimate { value, error: (value - coarse).abs() + ROUND_OFF * value }
+    });
+    Ok(Sensitivity {
+        critical,
+        by_epsilon: estimates[0],
+        by_belt_speed: estimates[1],
+        by_parameters: estimates[2..].to_vec(),
+        standard_error,
+    })
+}
+
+/// The influence of the friction curve on the critical damping, on `parts` equal ranges of slip speeds from 0 to
+/// the fastest on the grazing orbit.
+///
+/// # Errors
+/// [`NoSensitivity`].
+pub fn influence(column: &Column, parts: usize) -> Result<Vec<Influence>, NoSensitivity> {
+    let critical = legal_critical_damping(column)?;
+    let fastest = Grazing::of(column, critical.c, TOLERANCES[0], None)?.fastest();
+    let edge = |part: usize| part as f64 / parts as f64 * fastest;
+    // Steps end at the corners of the law and at the edges.
+    let mut stops: Vec<f64> = column.curve.corners().to_vec();
+    stops.extend((1..parts).map(edge));
+    stops.sort_by(f64::total_cmp);
+    let orbit = Grazing::of(column, critical.c, TOLERANCES[0], Some(&stops))?;
+    let mut shares = vec![0.0; parts];
+    for Sample { slip, weight } in &orbit.samples {
+        let part = (slip / fastest * parts as f64) as usize;
+        shares[part.min(parts - 1)] += weight;
+    }
+    let parts = shares.into_iter().enumerate();
+    Ok(parts.map(|(part, share)| Influence { from: edge(part), to: edge(part + 1), share }).collect())
+}
+
+fn legal_critical_damping(column: &Column) -> Result<CriticalDamping, NoSensitivity> {
+    let critical = critical_damping(column, CRITICAL)?;
+    if critical.c < 0.0 { Err(NoSensitivity::Negative) } else { Ok(critical) }
+}
+
+/// A point of the rule of quadrature.
+#[derive(Clone, Copy, Debug)]
+struct Sample {
+    slip: f64,
+    /// Share of all weight.
+    weight: f64,
+}
+
+/// The grazing orbit, as the rule of quadrature that its weight makes.
+struct Grazing {
+    samples: Vec<Sample>,
+}
+
+/// Nodes in (0, 1) and weights of Gauss's rule of five points.
+fn gauss() -> [(f64, f64); 5] {
+    let (root, seventy) = ((10.0_f64 / 7.0).sqrt(), 70.0_f64.sqrt());
+    let [near, far] = [-2.0, 2.0].map(|sign: f64| (5.0 + sign * root).sqrt() / 6.0);
+    let [inner, outer] = [13.0, -13.0].map(|factor: f64| (322.0 + factor * seventy) / 1800.0);
+    [(0.5 - far, outer), (0.5 - near, inner), (0.5, 64.0 / 225.0), (0.5 + near, inner), (0.5 + far, outer)]
+}
+
+impl Grazing {
+    fn of(column: &Column, c: f64, tolerance: f64, stops: Option<&[f64]>) -> Result<Self, Failure> {
+        let oscillator = Oscillator::in_column(column, c);
+        let belt_speed = oscillator.belt_speed;
+        let work = Work::of_question(&column.curve);
+        let walk = Walk::new(&oscillator, Side::Below, [belt_speed, 0.0], tolerance, belt_speed, &work);
+        let mut walk = walk.stopping_at(stops.unwrap_or_else(|| column.curve.corners()));
+        let rule = gauss();
+        // Slip speeds, weights without exp(-G), and -G, which may be out of the exponential's range.
+        let mut points = Vec::new();
+        let end = walk.lower_arc(|walk, from: &State, to: &State| {
+            let h = to.time - from.time;
+            for (node, weight) in rule {
+                let (state, _) = walk.after(from, node * h);
+                points.push((walk.slip(&state).slip.max(0.0), weight * h * state.w * state.w, -state.growth));
+            }
+        })?;
+        if end == LowerEnd::Rests {
+            // It does not come back, and so does not graze: the angle does not advance enough to tell.
+            return Err(Failure::StepUnderflow);
+        }
+        let largest = points.iter().map(|point| point.2).fold(f64::NEG_INFINITY, f64::max);
+        let weights: Vec<f64> =
+            points.iter().map(|(_, weight, log)| weight * (log - largest).exp()).collect();
+        let total: f64 = weights.iter().sum();
+        if !(total > 0.0 && total.is_finite()) {
+            return Err(Failure::NotFinite);
+        }
+        let samples = points.iter().zip(&weights);
+        let samples = samples.map(|((slip, ..), weight)| Sample { slip: *slip, weight: weight / total });
+        Ok(Self { samples: samples.collect() })
+    }
+
+    fn fastest(&self) -> f64 {
+        self.samples.iter().map(|sample| sample.slip).fold(0.0, f64::max)
+    }
+}
+
+/// A derivative of c*, and the mean size of what was added up.
+#[derive(Clone, Copy, Debug, Default)]
+struct Term {
+    value: f64,
+    size: f64,
+}
+
+impl Term {
+    fn add(&mut self, x: f64) {
+        self.value += x;
+        self.size += x.abs();
+    }
+
+    fn over(self, epsilon: f64) -> Self {
+        Self { value: self.value / epsilon, size: self.size / epsilon }
+    }
+}
+
+/// The derivatives of c* by eps, V and the law's parameters, and by a table's data.
+struct Means(Vec<Term>, Vec<f64>);
+
+fn means(column: &Column, c: f64, orbit: &Grazing) -> Means {
+    let Column { curve, epsilon, belt_speed } = column;
+    let weakening = curve.compiled((4.0 * belt_speed).max(1.01 * orbit.fastest()));
+    let mut terms = vec![Term::default(); 2];
+    terms[0].add(-c);
+    let measured = curve.table().and_then(|table| Some((table, table.standard_errors()?.len())));
+    let mut data = vec![0.0; measured.map_or(0, |(_, data)| data)];
+    for &Sample { slip, weight } in &orbit.samples {
+        let gradient = curve.weakening_gradient(slip);
+        let by_parameters = gradient.parameters.as_slice();
+        terms.resize(2 + by_parameters.len(), Term::default());
+        // A formula's own series: the polynomials' digits depend on what they were compiled for before.
+        let slope = match curve.formula(Jet::<f64, 3>::variable(slip, 1.0)) {
+            Some(phi) => -2.0 * phi.0[2],
+            None => weakening.at_with_slope(slip)[1],
+        };
+        terms[0].add(weight * gradient.epsilon);
+        terms[1].add(weight * slope * slip / belt_speed);
+        for (term, by) in terms[2..].iter_mut().zip(by_parameters) {
+            term.add(weight * by);
+        }
+        if let Some((table, _)) = measured {
+            let (first, by_data) = table.weakening_by_data(slip);
+            for (sum, by) in data[first..].iter_mut().zip(by_data) {
+                *sum += weight * by;
+            }
+            // The datum at slip speed 0 is the static friction, the unit of all others.
+            data[0] -= weight * curve.weakening(slip) / table.static_level();
+        }
+    }
+    Means(
+        terms.into_iter().map(|term| term.over(*epsilon)).collect(),
+        data.into_iter().map(|by| by / epsilon).collect(),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gauss_is_exact_to_the_ninth_power() {
+        for power in 0..10 {
+            let sum: f64 = gauss().iter().map(|(node, weight)| weight * node.powi(power)).sum();
+            assert!((sum * f64::from(power + 1) - 1.0).abs() < 1e-15, "{power}: {sum}");
+        }
+    }
+}

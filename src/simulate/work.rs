@@ -1,0 +1,63 @@
+//! The budget of work of one question about cycles.
+//!
+//! A question is answered by many orbits, some of which may be stiff. All orbits of one question draw on one
+//! budget, so that it ends however bad they are. What could not be answered within it has failed with
+//! [`Failure::StepBudget`].
+
+use std::cell::Cell;
+
+use super::Failure;
+use crate::friction::Curve;
+
+/// Evaluations of the right-hand side of the Stribeck law that one question may cost, see [`Curve::cost`]: a
+/// third of a second. The backbones and cycles of moderate parameters take a fiftieth of it.
+const QUESTION: u64 = 10_000_000;
+
+/// What is left of the budget of a question.
+#[derive(Debug)]
+pub(super) struct Work {
+    left: Cell<u64>,
+    /// What an evaluation of the law itself takes.
+    cost: u64,
+    /// Whether orbits see the compiled law. Its digits depend on what it was compiled for before.
+    pub(super) compiles: bool,
+}
+
+impl Work {
+    /// The whole budget of a question about oscillators with this law.
+    pub(super) fn of_question(curve: &Curve) -> Self {
+        Self { left: Cell::new(QUESTION), cost: curve.cost(), compiles: false }
+    }
+
+    /// The same for a question that takes a backbone, which compiles the law.
+    pub(super) fn of_backbone(curve: &Curve) -> Self {
+        Self { compiles: curve.cost() > 1, ..Self::of_question(curve) }
+    }
+
+    /// Takes evaluations of the law itself from the budget.
+    ///
+    /// # Errors
+    /// [`Failure::StepBudget`] if it does not hold them.
+    pub(super) fn spend(&self, evaluations: u64) -> Result<(), Failure> {
+        self.spend_compiled(evaluations.saturating_mul(self.cost))
+    }
+
+    /// The same for evaluations of the compiled law, each of which takes about as long as one of the Stribeck
+    /// law.
+    ///
+    /// # Errors
+    /// As [`Work::spend`].
+    pub(super) fn spend_compiled(&self, evaluations: u64) -> Result<(), Failure> {
+        match self.left.get().checked_sub(evaluations) {
+            Some(left) => {
+                self.left.set(left);
+                Ok(())
+            }
+            None => {
+                // Nothing else may be begun.
+                self.left.set(0);
+                Err(Failure::StepBudget)
+            }
+        }
+    }
+}

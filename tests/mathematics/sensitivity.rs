@@ -1,0 +1,146 @@
+//! The derivatives of the critical damping, against differences; the influence of the friction curve, against
+//! laws that differ in one range of slip speeds.
+
+use slipmap::friction::{Column, Expression, Law, Table};
+use slipmap::point::{LawParameters, Point};
+use slipmap::simulate::sensitivity::{Estimate, Influence, NoSensitivity, influence, sensitivity};
+use slipmap::simulate::{CriticalDamping, critical_damping};
+
+fn point(epsilon: f64, law: &[f64], belt_speed: f64) -> Point {
+    Point { epsilon, law: LawParameters::new(law), belt_speed, damping: 0.0 }
+}
+
+/// Laws and points: foci, a node, strong weakening, a law with eps in its formula.
+fn examples() -> Vec<(Law, Point)> {
+    let formula = |text: &str| Law::Expression(Expression::new(text, 1.0).unwrap());
+    vec![
+        (Law::Stribeck, point(0.1, &[0.3, 0.1, 2.0], 0.8)),
+        (Law::Stribeck, point(1.0, &[0.2, 0.02, 2.2], 0.43)),
+        (Law::Stribeck, point(1.0, &[0.1, 0.01, 6.0], 0.3)),
+        (Law::Exponential, point(1.0, &[0.4, 0.5, 0.02], 0.6)),
+        (Law::Lorentzian, point(1.0, &[0.4, 0.7, 0.05], 0.5)),
+        (formula("a + (1 - a)*exp(-u/s) + 0.1*eps*u^2"), point(0.7, &[0.4, 0.6], 0.6)),
+    ]
+}
+
+fn critical(column: &Column) -> CriticalDamping {
+    critical_damping(column, 1e-14).unwrap()
+}
+
+/// The derivative of `f`, which has the error `noise`, at x != 0 by a difference of the sixth order, and its error:
+/// the change from twice the step, and what the noise allows.
+fn slope(x: f64, f: impl Fn(f64) -> CriticalDamping) -> Estimate {
+    let weights = [0.75, -0.15, 1.0 / 60.0];
+    let by = |h: f64| {
+        let (mut sum, mut noise) = (0.0, 0.0);
+        for (k, weight) in (1..).zip(weights) {
+            let [above, below] = [f(x + f64::from(k) * h), f(x - f64::from(k) * h)];
+            sum += weight * (above.c - below.c) / h;
+            noise += weight.abs() * (above.error + below.error) / h;
+        }
+        (sum, noise)
+    };
+    let ((fine, noise), (coarse, _)) = (by(2e-3 * x), by(4e-3 * x));
+    Estimate { value: fine, error: (fine - coarse).abs() + noise }
+}
+
+#[test]
+fn derivatives_are_those_of_differences() {
+    for (law, at) in examples() {
+        let column = law.column(&at);
+        let found = sensitivity(&column).unwrap();
+        let differences = |change: &dyn Fn(&mut Point, f64), x: f64| {
+            slope(x, |x| {
+                let mut moved = at;
+                change(&mut moved, x);
+                critical(&law.column(&moved))
+            })
+        };
+        let mut pairs = vec![
+            ("eps", found.by_epsilon, differences(&|point, x| point.epsilon = x, at.epsilon)),
+            ("V", found.by_belt_speed, differences(&|point, x| point.belt_speed = x, at.belt_speed)),
+        ];
+        for (i, parameter) in law.parameters().iter().enumerate() {
+            let x = at.law.as_slice()[i];
+            let by_difference = differences(&|point, x| point.law.set(i, x), x);
+            pairs.push((parameter.name, found.by_parameters[i], by_difference));
+        }
+        for (name, ours, theirs) in pairs {
+            let scale = 1.0 + ours.value.abs();
+            let off = (ours.value - theirs.value).abs();
+            assert!(
+                off <= 1e-8 * scale && off <= ours.error + theirs.error + 1e-11 * scale,
+                "{} {at:?} {name}: {ours:?} {theirs:?}",
+                law.name()
+            );
+        }
+    }
+}
+
+/// The share of a range of slip speeds is what a law that is changed there, and nowhere else, does to eps c*.
+#[test]
+fn influence_is_what_a_change_at_these_speeds_does() {
+    let base = "0.6 + 0.4*exp(-2*u)";
+    let column = |text: &str| {
+        let law = Law::Expression(Expression::new(text, 1.0).unwrap());
+        law.column(&point(1.0, &[], 0.7))
+    };
+    let shares = influence(&column(base), 40).unwrap();
+    assert!((shares.iter().map(|part| part.share).sum::<f64>() - 1.0).abs() < 1e-13);
+    assert!(shares.windows(2).all(|pair| pair[0].to == pair[1].from) && shares[0].from == 0.0);
+    for exponent in [1, 2, 5] {
+        // w changes by h u^k if phi changes by -h u^(k+1) / (k+1). On a part u^k is within its values at the ends.
+        let size = 1e-4;
+        let moved = |h: f64| {
+            let text = format!("{base} - ({h})*u^{}/{}", exponent + 1, exponent + 1);
+            critical(&column(&text)).c
+        };
+        let measured = (moved(size) - moved(-size)) / (2.0 * size);
+        let sum = |u: fn(&Influence) -> f64| -> f64 {
+            shares.iter().map(|part| part.share * u(part).powi(exponent)).sum()
+        };
+        let [least, most] = [sum(|part| part.from), sum(|part| part.to)];
+        assert!(least < measured && measured < most, "{exponent}: {least} {measured} {most}");
+        assert!(
+            (0.5 * (least + most) / measured - 1.0).abs() < 1e-2,
+            "{exponent}: {least} {measured} {most}"
+        );
+    }
+}
+
+/// Each datum, moved by its standard error in turn, and all of them as independent errors.
+#[test]
+fn the_standard_error_is_that_of_tables_whose_data_are_moved() {
+    let data: Vec<(f64, f64)> = (0..13)
+        .map(|i| {
+            let u = 0.25 * f64::from(i);
+            (u, 0.4 * (0.6 + 0.4 * (-1.3 * u).exp()))
+        })
+        .collect();
+    let errors: Vec<f64> = (0..13).map(|i| 1e-6 * f64::from(1 + i % 3)).collect();
+    let critical_of = |data: &[(f64, f64)]| {
+        let table = Table::new("data", data, data[0].1).unwrap();
+        critical(&Law::Table(table).column(&point(1.0, &[], 0.8))).c
+    };
+    let table = Table::new("data", &data, data[0].1).unwrap().with_standard_errors(&errors).unwrap();
+    let found = sensitivity(&Law::Table(table).column(&point(1.0, &[], 0.8))).unwrap();
+    let squares = (0..data.len()).map(|i| {
+        let moved = |sign: f64| {
+            let mut data = data.clone();
+            data[i].1 += sign * errors[i];
+            critical_of(&data)
+        };
+        (0.5 * (moved(1.0) - moved(-1.0))).powi(2)
+    });
+    let expected = squares.sum::<f64>().sqrt();
+    let standard_error = found.standard_error.unwrap();
+    // Differences of critical dampings that are known to 1e-13, over changes of 1e-6.
+    assert!((standard_error.value / expected - 1.0).abs() < 1e-6, "{standard_error:?} {expected}");
+    assert!(found.by_parameters.is_empty());
+}
+
+#[test]
+fn where_no_legal_damping_is_critical_nothing_is_said() {
+    let at = point(0.1, &[0.9, 0.5, 1.0], 1.0);
+    assert_eq!(sensitivity(&Law::Stribeck.column(&at)), Err(NoSensitivity::Negative));
+}
