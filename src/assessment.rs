@@ -89,7 +89,7 @@ pub fn assess(machine: &Machine) -> Option<Assessment> {
     let column = model.column();
     let oscillator = Oscillator::new(law, point);
     let flow = flow(&oscillator, TOLERANCE);
-    // Beyond the data of a measured law nothing is known.
+    // Beyond the data of a measured law phi is undefined.
     let weakening = |belt_speed: f64| Some(column.curve.weakening(belt_speed)).filter(|w| !w.is_nan());
     let always_below_speed =
         highest_belt_speed(point.belt_speed, |speed| Some(weakening(speed)? > oscillator.viscous));

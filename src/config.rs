@@ -91,7 +91,7 @@ pub struct Job {
     pub title: String,
     /// The machine of the grid, at its first belt speed and damping.
     pub machine: Option<Machine>,
-    /// What is uncertain of that machine.
+    /// The uncertain quantities of that machine.
     pub uncertain: Vec<Uncertain>,
     /// The configuration file.
     pub config_file: PathBuf,

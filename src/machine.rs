@@ -103,7 +103,7 @@ pub struct Machine {
     pub belt_speed: f64,
 }
 
-/// The dimensionless oscillator of a machine, and the way back.
+/// The dimensionless oscillator of a machine, with the units that convert back.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Model {
     /// Its friction law.
@@ -130,7 +130,7 @@ pub struct Units {
 }
 
 impl Units {
-    /// Of a mass on a spring under this friction force at rest.
+    /// The units of a mass on a spring under this friction force at rest.
     #[must_use]
     pub fn of(mass: f64, stiffness: f64, force: f64) -> Self {
         let damping = (stiffness * mass).sqrt();
@@ -170,10 +170,10 @@ impl Units {
     }
 }
 
-/// The units of a machine with their names: what leads from dimensionless numbers to SI.
+/// The units of a machine with their names, which convert dimensionless numbers to SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SiUnits {
-    /// How the machine moves.
+    /// Kind of motion.
     pub motion: Motion,
     /// Its units.
     pub units: Units,
@@ -206,8 +206,8 @@ const BEFORE: [&str; 4] = ["mass", "stiffness", "damping", "normal_force"];
 const AFTER: &str = "belt_speed";
 
 impl Machine {
-    /// Mass, stiffness, damping, normal force, the four coefficients of friction, belt speed; `None` where the
-    /// friction is given otherwise.
+    /// Mass, stiffness, damping, normal force, the four coefficients of friction, belt speed; `None` if the
+    /// friction is not given by coefficients.
     #[must_use]
     pub fn to_array(&self) -> Option<[f64; 9]> {
         let Friction::Coefficients(_, coefficients) = &self.friction else { return None };
@@ -252,7 +252,7 @@ impl Machine {
         Some(machine)
     }
 
-    /// Whether its numbers are those of a machine.
+    /// Returns whether its numbers are legal.
     #[must_use]
     pub fn is_legal(&self) -> bool {
         let positive = [self.mass, self.stiffness, self.normal_force, self.belt_speed];
@@ -274,7 +274,7 @@ impl Machine {
         SiUnits { motion: self.motion, units: self.units() }
     }
 
-    /// The dimensionless oscillator; `None` where a formula or data leave the numbers in these units.
+    /// The dimensionless oscillator; `None` if a formula or data overflow in these units.
     #[must_use]
     pub fn model(&self) -> Option<Model> {
         let si = self.si();

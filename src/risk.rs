@@ -59,7 +59,7 @@ pub struct Risk {
     pub draws: usize,
     /// Number of draws whose critical damping was not found; they are left out.
     pub failed: usize,
-    /// Largest error of the critical dampings, as far as it was met, N s/m (of a rotation N m s/rad).
+    /// Largest error of the critical dampings found, N s/m (of a rotation N m s/rad).
     pub critical_damping_error: f64,
     /// The probability that the machine may stick-slip.
     pub probability: Estimate,
@@ -75,7 +75,7 @@ const TRIES: usize = 1000;
 /// 97.5 % quantile of the normal distribution.
 const NORMAL: f64 = 1.959_963_984_540_054;
 
-/// An uncertain quantity of a machine, by its name, and how it is spread.
+/// An uncertain quantity of a machine: its name and its distribution.
 pub type Uncertain = (&'static str, Spread);
 
 fn draw(machine: &Machine, uncertain: &[Uncertain], random: &mut Random) -> Option<Machine> {
@@ -99,9 +99,9 @@ fn value_of(machine: &Machine, name: &str) -> f64 {
     machine.quantities().into_iter().find(|(known, _)| *known == name).map_or(f64::NAN, |(_, value)| value)
 }
 
-/// Of each draw the nominal damping above which it would not stick-slip, at its own deviation.
+/// For each draw the nominal damping above which it would not stick-slip, at its own deviation.
 struct Needed {
-    /// Sorted.
+    /// The dampings, sorted.
     dampings: Vec<f64>,
     failed: usize,
     error: f64,
@@ -141,7 +141,7 @@ impl Needed {
         (!dampings.is_empty()).then_some(Self { dampings, failed, error: found.error })
     }
 
-    /// How probably the machine may stick-slip at this nominal damping.
+    /// Probability that the machine may stick-slip at this nominal damping.
     fn probability(&self, damping: f64) -> Estimate {
         let n = self.dampings.len();
         share(n - self.dampings.partition_point(|needed| *needed <= damping), n)
@@ -166,8 +166,8 @@ pub fn risk(machine: &Machine, uncertain: &[Uncertain], draws: usize, rare: &[f6
     })
 }
 
-/// The probability that a machine may stick-slip, over belt speeds (slower) and dampings, from as many draws at each
-/// belt speed, of the same random numbers. `None` as of [`risk`].
+/// The probability that a machine may stick-slip, over belt speeds (slower) and dampings, from as many draws
+/// at each belt speed, of the same random numbers. `None` as of [`risk`].
 #[must_use]
 pub fn probabilities(
     machine: &Machine,
@@ -212,7 +212,7 @@ mod tests {
     use crate::point::LawParameters;
     use crate::simulate::critical_damping;
 
-    /// The critical damping in SI units, by a search of its own.
+    /// The critical damping in SI units, by a root search for this machine alone.
     fn critical(machine: &Machine) -> f64 {
         let model = machine.model().unwrap();
         critical_damping(&model.column(), 1e-10).unwrap().c * model.si.units.damping
@@ -246,7 +246,7 @@ mod tests {
         assert!((found.failed, found.draws) == (0, 20_000));
     }
 
-    /// Machines of every kind of friction, with what is uncertain of them.
+    /// Machines of every kind of friction, with their uncertain quantities.
     fn uncertain_machines() -> Vec<(Machine, Vec<Uncertain>)> {
         let always = [
             ("normal_force", Spread::Normal { sd: 12.0 }),
@@ -283,7 +283,8 @@ mod tests {
             let law = machine.model().unwrap().law;
             for (machine, damping) in drawn.iter().zip(&found.dampings).step_by(331) {
                 let exact = critical(machine);
-                // The samples bound the error of their box; others in it may be missed by a few times as much.
+                // The error is known at the samples of a box only; other machines in it may have a few times
+                // that error.
                 let bound = 10.0 * found.error + 1e-7 * exact.abs();
                 assert!((damping - exact).abs() < bound, "{law:?}: {damping} {exact} {}", found.error);
             }
@@ -306,7 +307,7 @@ mod tests {
         // Four standard errors of the difference of two shares.
         let error = (0.25 / 4000.0 + 0.25 / 2000.0_f64).sqrt();
         assert!((found.probability.value - sticks).abs() < 4.0 * error, "{found:?} {sticks}");
-        // With that damping the probability is as asked.
+        // With that damping the probability is the requested one.
         let rare = machine.with("damping", found.rare_by[0].damping.unwrap().value).unwrap();
         let again = risk(&rare, &uncertain, 4000, &[]).unwrap();
         assert!((again.probability.value - 0.1).abs() < 2e-3, "{again:?}");

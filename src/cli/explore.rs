@@ -11,7 +11,7 @@ use super::{Ended, Failure, interrupt, say};
 use crate::config::Job;
 use crate::explore::{Start, serve};
 
-/// The port of links that outlive the program, if it is free.
+/// The default port, so that links stay valid after the program has ended.
 const USUAL_PORT: u16 = 8417;
 
 /// Move through parameter space in the browser.

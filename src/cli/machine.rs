@@ -10,21 +10,22 @@ use crate::config::{MachineJob, load_machine};
 use crate::machine::{Dimension, Machine};
 use crate::probe::regime_words;
 
-/// Reads the machine of a file with the quantities set by `--set`; belt speed and damping have one value each.
+/// Reads the machine of a file with the quantities set by `--set`; belt speed and damping have one value
+/// each.
 pub(super) fn load(file: &Path, settings: &[(String, f64)]) -> Result<MachineJob, Failure> {
     let job = load_any(file, settings)?;
     check_single(&job, file, |_| false)?;
     Ok(job)
 }
 
-/// The same with any number of belt speeds and dampings.
+/// As [`load_job`], with any number of belt speeds and dampings.
 pub(super) fn load_any(file: &Path, settings: &[(String, f64)]) -> Result<MachineJob, Failure> {
     let sets: Vec<String> =
         settings.iter().map(|(name, value)| format!("machine.{name}={value:?}")).collect();
     Ok(load_machine(file, &sets)?)
 }
 
-/// Refuses several belt speeds or dampings, but for those that are chosen elsewhere.
+/// Refuses several belt speeds or dampings, except for a quantity that is set elsewhere.
 pub(super) fn check_single(
     job: &MachineJob,
     file: &Path,

@@ -30,7 +30,7 @@ pub(super) struct Job<'a> {
     pub(super) output: &'a Path,
     /// Whether to replace the output.
     pub(super) overwrite: bool,
-    /// What the rows are about.
+    /// Contents of the rows.
     pub(super) about: About<'a>,
     /// Bound on the error of the scaled grazing margin.
     pub(super) tolerance: f64,
@@ -42,12 +42,12 @@ pub(super) struct Job<'a> {
     pub(super) quiet: bool,
 }
 
-/// What the rows of a table are about.
+/// Contents of the rows of a table.
 #[derive(Debug)]
 pub(super) enum About<'a> {
     /// Points of a law.
     Law(Law),
-    /// Machines: that of this file, with the quantities that the table names.
+    /// Machines: the machine of this file, with the quantities given in the table.
     Machine(&'a MachineJob, &'a Path),
 }
 
@@ -116,7 +116,7 @@ fn convert(
     writer.flush().map_err(|error| write_error(error.into()))
 }
 
-/// Names of the columns that are appended; those of a machine with their units.
+/// Names of the appended columns; for a machine with their units.
 fn answer_columns(job: &Job) -> Vec<String> {
     let unit = |name: &str| match (&job.about, dimension::of_variable(name)) {
         (About::Machine(of, _), Some(dimension)) => format!("{name} [{}]", of.machine.motion.unit(dimension)),
@@ -158,7 +158,7 @@ fn check_header(table: &PointTable, job: &Job) -> Result<(), Failure> {
     }
 }
 
-/// The oscillator of a row, and its units if it is a machine's.
+/// The oscillator of a row, and its units for a machine.
 fn oscillator(
     table: &PointTable,
     row: &ByteRecord,

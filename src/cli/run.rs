@@ -247,12 +247,12 @@ fn compute<E: Into<Stopped> + From<ComputeError<StoreError>>>(
     }
 }
 
-/// Draws over the whole map of a machine with uncertain quantities.
+/// Number of draws for the whole map of a machine with uncertain quantities.
 const DRAWS: usize = 1_000_000;
-/// And at each belt speed at least: a standard error of half a per cent at most.
+/// Least number of draws at each belt speed: a standard error of half a per cent at most.
 const FEWEST_DRAWS: usize = 10_000;
 
-/// How probably a machine with uncertain quantities may stick-slip, over its map.
+/// Probability, over its map, that a machine with uncertain quantities may stick-slip.
 fn probability(job: &Job) -> Option<Auxiliary> {
     let machine = job.machine.as_ref().filter(|_| !job.uncertain.is_empty())?;
     let si = auxiliary::coordinates(&job.plan.grid, &machine.si());

@@ -12,16 +12,16 @@ use crate::map::{AxisRole, Grid, unravel};
 /// The keys of `[friction]`.
 pub(super) const KEYS: [&str; 6] = ["law", "phi", "static", "file", "quantity", "small"];
 
-/// What a law's numbers are about.
+/// The units of a law's numbers.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum About {
     /// The dimensionless oscillator: phi(0) = 1.
     Oscillator,
-    /// A machine, in SI units: a coefficient of friction or a force, whatever it is at rest.
+    /// A machine, in SI units: a coefficient of friction or a force, with any value at rest.
     Machine,
 }
 
-/// What a machine has beside its friction, for messages.
+/// The quantities of a machine besides its friction, for messages.
 const OF_MACHINE: &str =
     "beside the friction [machine] needs mass, stiffness, damping, normal_force and belt_speed";
 
@@ -134,7 +134,7 @@ pub fn read_table(path: &Path, static_level: f64) -> Result<Table, (String, Stri
     table_of(path, Some(static_level))
 }
 
-/// The same; without a static level it is the first friction.
+/// The same; the static level defaults to the first friction value.
 fn table_of(path: &Path, static_level: Option<f64>) -> Result<Table, (String, String)> {
     let name = path.display();
     let fail = |problem: String, remedy: &str| Err((problem, remedy.to_owned()));
@@ -149,7 +149,7 @@ fn table_of(path: &Path, static_level: Option<f64>) -> Result<Table, (String, St
         return fail(format!("{name} is written in UTF-16"), "save it as UTF-8");
     }
     let Ok(text) = String::from_utf8(bytes) else {
-        return fail(format!("{name} cannot be read: it is no text in UTF-8"), "name a CSV file");
+        return fail(format!("{name} cannot be read: it is not text in UTF-8"), "name a CSV file");
     };
     if text.len() as u64 > LONGEST_TABLE {
         let problem = format!("{name} is longer than {} MiB, and no measured friction", LONGEST_TABLE >> 20);

@@ -16,7 +16,7 @@ use crate::risk::{Spread, Uncertain};
 pub struct MachineJob {
     /// The machine at the first belt speed and damping.
     pub machine: Machine,
-    /// Whether its law is to be read as 1 + eps F(u).
+    /// Whether its law is read as 1 + eps F(u).
     pub small: bool,
     /// Belt speeds, m/s.
     pub belt_speeds: Vec<f64>,
@@ -29,7 +29,7 @@ pub struct MachineJob {
 }
 
 impl MachineJob {
-    /// The dimensionless oscillator of `machine`, its law read as this job says.
+    /// The dimensionless oscillator of `machine`, with its law read as small if this job says so.
     ///
     /// `None` as of [`Machine::model`].
     #[must_use]
@@ -41,7 +41,7 @@ impl MachineJob {
 
 /// The keys of `[machine]` before those of its friction.
 const BEFORE: [&str; 5] = ["motion", "mass", "stiffness", "damping", "normal_force"];
-/// And after them.
+/// The keys of `[machine]` after those of its friction.
 const AFTER: &str = "belt_speed";
 
 /// The keys of `[machine]` under `law`.
@@ -56,7 +56,7 @@ pub(super) fn keys(law: &Law) -> Vec<&'static str> {
     keys
 }
 
-/// What to do with a key of `[machine]` that no one would read.
+/// The remedy for an unknown key of `[machine]`.
 pub(super) fn remedy(key: &str, law: &Law) -> String {
     match Coefficients::NAMES.contains(&key) {
         true => format!(
@@ -144,7 +144,7 @@ pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<M
     let motions = Motion::ALL.map(|motion| (motion.name(), motion));
     let motion =
         section.get("motion").map_or(Ok(Motion::Translation), |node| choice(&node, &motions, "motion"))?;
-    // Forces that were measured belong to the normal force there was, or to none that is known.
+    // Measured forces belong to the normal force of the measurement, or to an unknown one.
     let normal_force = match section.get("normal_force") {
         None => 1.0,
         Some(_) => reader.positive("normal_force")?,
@@ -185,7 +185,7 @@ pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<M
 /// Reads numbers of `[machine]`.
 struct Reader<'a> {
     section: &'a Section<'a>,
-    /// What was found to be uncertain.
+    /// The uncertain quantities found.
     uncertain: Vec<Uncertain>,
 }
 
@@ -216,7 +216,7 @@ impl Reader<'_> {
         self.number(key, |value| value > 0.0, "greater than 0")
     }
 
-    /// Numbers in growing order, or one that is uncertain.
+    /// Increasing numbers, or one uncertain number.
     fn many(&mut self, key: &'static str, least: f64, wanted: &str) -> Result<Vec<f64>, ConfigError> {
         let node = self.node(key)?;
         if uncertain(&node)?.is_some() {
@@ -278,7 +278,7 @@ impl Reader<'_> {
     }
 }
 
-/// Measured friction, of which `unit` makes coefficients; known for slip speeds up to `fastest`.
+/// Measured friction, divided by `unit` to give coefficients; known for slip speeds up to `fastest`.
 fn measured(
     friction: &Section,
     table: &Table,

@@ -43,7 +43,7 @@ impl PointTable {
         Self::with_columns(path, |name, header| find_axes(name, header, &Grid::axis_names(law), true))
     }
 
-    /// The same with the columns of those `quantities` of a machine that its header names: one at least.
+    /// The same with the columns of those `quantities` of a machine that the header names, at least one.
     ///
     /// # Errors
     /// The file cannot be read, or has no such column, or one of them twice.
@@ -92,7 +92,7 @@ impl PointTable {
         &self.header
     }
 
-    /// Whether it has the column of this parameter or quantity.
+    /// Returns whether it has the column of this parameter or quantity.
     #[must_use]
     pub fn has(&self, name: &str) -> bool {
         self.columns.iter().any(|(column, _)| *column == name)
@@ -118,7 +118,7 @@ impl PointTable {
         Ok(rows)
     }
 
-    /// The point of `law` that a row describes.
+    /// The point of `law` in a row.
     ///
     /// # Errors
     /// A field of an axis that is not a number, or not legal on the axis.
@@ -138,7 +138,7 @@ impl PointTable {
     /// The numbers of a row by the names of their columns.
     ///
     /// # Errors
-    /// A field that is no number.
+    /// A field that is not a number.
     pub fn values(&self, row: &ByteRecord) -> Result<Vec<(&'static str, f64)>, ConfigError> {
         let number = |&(name, _): &(&'static str, usize)| match self.text(row, name).parse() {
             Ok(value) => Ok((name, value)),
@@ -155,7 +155,7 @@ impl PointTable {
         self.columns.iter().map(number).collect()
     }
 
-    /// A complaint about the number of a row in this column.
+    /// The error for the number of a row in this column.
     #[must_use]
     pub fn illegal(&self, row: &ByteRecord, name: &str, problem: &str) -> ConfigError {
         let problem = format!("column {name}: `{}` {problem}", short(&self.text(row, name)));
@@ -197,10 +197,10 @@ fn short(text: &str) -> String {
     }
 }
 
-/// What to do about a table that spreadsheets of some countries write.
+/// The remedy for a table with semicolons or decimal commas, as spreadsheets of some countries write them.
 pub(super) const SEPARATE: &str = "separate the columns by commas, and write decimals with a point: 0.5,0.8";
 
-/// Finds the columns of these names: of all of them, or of one at least.
+/// Finds the columns of these names: all of them, or at least one.
 fn find_axes(
     name: &str,
     header: &ByteRecord,

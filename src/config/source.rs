@@ -489,12 +489,13 @@ fn read(file: &Path) -> Result<String, ConfigError> {
     })
 }
 
-/// Whether a text begins with the mark of UTF-16, in which some spreadsheets and editors write.
+/// Returns whether a text begins with the byte order mark of UTF-16, which some spreadsheets and editors
+/// write.
 pub(super) fn is_utf_16(bytes: &[u8]) -> bool {
     bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff")
 }
 
-/// What to do about a number with a decimal comma; `None` for other texts.
+/// The remedy for a number with a decimal comma; `None` for other texts.
 pub(super) fn decimal_comma(text: &str) -> Option<String> {
     let (whole, decimals) = text.trim().split_once(',')?;
     let number = format!("{}.{}", whole.trim(), decimals.trim());

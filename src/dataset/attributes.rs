@@ -41,7 +41,7 @@ pub struct Outcome {
     pub curves: Vec<PlaneCurves>,
     /// Further attributes of the file.
     pub extra: Vec<(String, Value)>,
-    /// The SI units of the machine whose map it is.
+    /// The SI units of the map's machine.
     pub si: Option<SiUnits>,
     /// Variables beside the cells.
     pub auxiliary: Vec<Auxiliary>,

@@ -1,4 +1,4 @@
-//! Variables beside the cells of a machine's map: its axes and what else is known along them, in SI units.
+//! Auxiliary variables of a machine's map: its axes, and quantities along them, in SI units.
 
 use super::Value;
 use crate::machine::SiUnits;
@@ -21,13 +21,14 @@ const COORDINATES: [(&str, AxisRole, &str); 2] = [
     ("damping_si", AxisRole::Damping, "damping coefficient"),
 ];
 
-/// Name of the probability that a machine with uncertain quantities may stick-slip, over belt speed and damping.
+/// Name of the variable with the probability that a machine with uncertain quantities may stick-slip, over
+/// belt speed and damping.
 pub const PROBABILITY: &str = "stick_slip_probability";
 
 /// The names of all auxiliary variables.
 pub const AUXILIARY: [&str; 3] = [COORDINATES[0].0, COORDINATES[1].0, PROBABILITY];
 
-/// Positions of the axes that an auxiliary variable has; `None` if there is no such variable.
+/// Positions of the axes of an auxiliary variable; `None` if there is no such variable.
 #[must_use]
 pub fn axes_of(name: &str, grid: &Grid) -> Option<Vec<usize>> {
     let roles = match name {
@@ -38,8 +39,8 @@ pub fn axes_of(name: &str, grid: &Grid) -> Option<Vec<usize>> {
     roles.into_iter().map(position).collect()
 }
 
-/// The probability that a machine may stick-slip, row-major along belt speed and damping, from so many draws at each
-/// belt speed.
+/// The variable with the probability that a machine may stick-slip, row-major along belt speed and damping,
+/// from a number of draws at each belt speed.
 #[must_use]
 pub fn probability(values: Vec<f64>, draws: usize) -> Auxiliary {
     let coordinates: Vec<&str> = COORDINATES.iter().map(|(name, ..)| *name).collect();
@@ -71,8 +72,8 @@ pub fn coordinates(grid: &Grid, si: &SiUnits) -> Vec<Auxiliary> {
     COORDINATES.into_iter().filter_map(along).collect()
 }
 
-/// What a variable over the first `rank` axes of the grid says of SI units: its auxiliary coordinates, by the CF
-/// conventions, and the factor that leads from its numbers to numbers in a unit, where it has one.
+/// The SI attributes of a variable over the first `rank` axes of the grid: its auxiliary coordinates, by the
+/// CF conventions, and the factor from its numbers to a unit, where it has one.
 #[must_use]
 pub fn attributes_of(name: &str, rank: usize, grid: &Grid, si: &SiUnits) -> Vec<(&'static str, Value)> {
     let has = |coordinate: &&str| axes_of(coordinate, grid).is_some_and(|axes| axes[0] < rank);

@@ -9,26 +9,26 @@ use serde::de::DeserializeOwned;
 
 use super::refusal::Refusal;
 
-/// Bytes of a body: a measured law of ten thousand rows is shorter.
+/// Largest size of a body in bytes: a measured law of ten thousand rows is smaller.
 pub(super) const LONGEST_BODY: usize = 1 << 20;
-/// Time in which a body has to arrive.
+/// Time limit for the arrival of a body.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// What a request asks for.
+/// The parsed body of a request.
 pub(super) struct Asked<T>(pub(super) T);
 
 impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for Asked<T> {
     type Rejection = Refusal;
 
     async fn from_request(request: Request, state: &S) -> Result<Self, Refusal> {
-        // A form of a foreign page can send text, but not this type without asking the server first.
+        // A form of a foreign page can send text, but this type only after a preflight request.
         let is_json = |value: &axum::http::HeaderValue| value.as_bytes().starts_with(b"application/json");
         if !request.headers().get(CONTENT_TYPE).is_some_and(is_json) {
             return Err(Refusal::malformed("the body is not declared to be JSON"));
         }
         let body = tokio::time::timeout(PATIENCE, Bytes::from_request(request, state)).await;
         let body = body.map_err(|_| Refusal::too_slow())?;
-        // The only way in which a body on a live connection fails is its length.
+        // On a live connection a body fails only by its length.
         let body = body.map_err(|_| Refusal::too_long(LONGEST_BODY))?;
         let parsed = serde_json::from_slice(&body);
         parsed.map(Asked).map_err(|error| Refusal::malformed(format!("the request cannot be read: {error}")))

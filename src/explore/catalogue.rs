@@ -1,4 +1,4 @@
-//! What the page can show, and in which colours: laws, methods, variables.
+//! The catalogue of the page: laws, methods, variables, and their colours.
 
 use serde_json::{Value, json};
 
@@ -8,7 +8,7 @@ use crate::report::figure::palette::{self, Kind};
 use crate::report::figure::scene::Fill;
 use crate::report::{Rich, UnitSystem};
 
-/// What the codes of two methods compared mean.
+/// Meanings of the codes of a comparison of two methods.
 pub(super) fn differences(a: &str, b: &str) -> Vec<Kind> {
     let (a, b) = (a.replace('_', " "), b.replace('_', " "));
     let said = [
@@ -28,7 +28,7 @@ pub(super) fn differences(a: &str, b: &str) -> Vec<Kind> {
     said.into_iter().enumerate().map(kind).collect()
 }
 
-/// What the position of the first method that decides means.
+/// Meanings of the codes of the first method that decides.
 pub(super) fn deciders(methods: &[Method]) -> Vec<Kind> {
     let decided = methods.iter().enumerate().map(|(code, method)| Kind {
         code: code as i8,
@@ -40,7 +40,7 @@ pub(super) fn deciders(methods: &[Method]) -> Vec<Kind> {
     decided.chain([Kind { code: -1, name: "undecided", words, fill: palette::UNDECIDED }]).collect()
 }
 
-/// Codes as the page reads them.
+/// Codes and their meanings as JSON.
 pub(super) fn kinds_json(kinds: &[Kind]) -> Value {
     let one = |kind: &Kind| {
         json!({
@@ -55,7 +55,7 @@ pub(super) fn kinds_json(kinds: &[Kind]) -> Value {
     kinds.iter().map(one).collect()
 }
 
-/// Where the sliders of an axis begin and end, and where they stand at first.
+/// Range and initial value of an axis' slider.
 fn range_of(law: &Law, axis: &str) -> (f64, f64, f64) {
     let stribeck = *law.as_written() == Law::Stribeck;
     match axis {
@@ -93,7 +93,7 @@ pub(super) fn axes(law: &Law) -> Value {
             (_, None) => (f64::MIN, f64::MAX, ""),
         };
         let finite = |x: f64| (x.abs() < 1e300).then_some(x);
-        // The least number there is stands for 0, which is itself illegal.
+        // The smallest positive number stands for 0, which is illegal.
         let open = matches!(*name, "V" | "epsilon") || least == f64::MIN_POSITIVE;
         let least = if open { 0.0 } else { least };
         let to = to.min(most);
@@ -113,7 +113,7 @@ pub(super) fn axes(law: &Law) -> Value {
     grid_names.iter().map(one).collect()
 }
 
-/// Everything that the page has to know once.
+/// Everything that the page loads once.
 pub(super) fn catalogue() -> Value {
     let law = |law: &Law| json!({ "name": law.name(), "formula": formula(law), "axes": axes(law) });
     let methods = Method::all().map(|method| {
@@ -157,7 +157,7 @@ pub(super) fn catalogue() -> Value {
     })
 }
 
-/// phi(u) of a built-in law, for people.
+/// phi(u) of a built-in law, as text.
 fn formula(law: &Law) -> &'static str {
     match law {
         Law::Exponential => "φ(u) = μ + (1 − μ) exp(−u / vs) + η u",

@@ -15,7 +15,7 @@ use crate::report::{Rich, UnitSystem, rich};
 use crate::simulate::backbone::Backbone;
 use crate::simulate::direct::Start;
 
-/// Points of a curve.
+/// Number of points of a curve.
 const POINTS: usize = 200;
 /// Accuracy of the backbone, far below the width of a line.
 const TOLERANCE: f64 = 1e-9;

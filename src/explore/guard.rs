@@ -1,8 +1,8 @@
-//! Who may ask, and what the page may do: requests to another host or from another origin are refused, and
-//! the browser is told to load nothing from anywhere else.
+//! Restricts access: refuses requests to another host or from another origin, and tells the browser to load
+//! nothing from other places.
 //!
-//! A page of the web can send requests to the loopback address. Its origin gives it away; where a name was
-//! bound to this address on purpose, the host does.
+//! Any web page can send requests to the loopback address. Its origin reveals it; if another name was bound
+//! to this address on purpose, the host does.
 
 use axum::extract::{Request, State};
 use axum::http::header::{
@@ -14,11 +14,11 @@ use axum::response::{IntoResponse, Response};
 
 use super::refusal::Refusal;
 
-/// What the page may load: its own files, and pictures that it has made itself.
+/// The content security policy: the page loads only its own files, and pictures that it has made itself.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; \
                       connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
-/// The names under which this server is asked.
+/// The host names of this server.
 #[derive(Clone, Debug)]
 pub(super) struct Names {
     hosts: [String; 2],

@@ -1,7 +1,7 @@
-//! What the page is left with: the plane as a configuration, as Python, as a map, as figures and as a table.
+//! Exports of the page: the plane as a configuration, as Python, as a map, as figures and as a table.
 //!
-//! Maps and figures are made as `slipmap run` and `slipmap plot` make them from the same configuration, in a
-//! folder that is removed again.
+//! Maps and figures are computed as by `slipmap run` and `slipmap plot` from the same configuration, in a
+//! temporary folder.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -23,14 +23,15 @@ use crate::report::figure::{self, Width, render};
 use crate::report::{Label, Rich, View, rich};
 use crate::store::{Existing, MapFile, Outcome, PartialMap, Provenance};
 
-/// Cells along one axis of a map that is taken along: a figure shows no more, and a table would be large.
+/// Largest number of cells along one axis of an exported map: a figure shows no more, and a table would be
+/// large.
 const MOST_POINTS: usize = 1024;
-/// Names of the files that a configuration speaks of.
+/// Names of the files in a configuration.
 const CONFIG: &str = "plane.toml";
 const MAP: &str = "plane.h5";
 const TABLE: &str = "friction.csv";
 
-/// What the page asks for.
+/// The requested export.
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct LeaveRequest {
     #[serde(flatten)]
@@ -51,15 +52,15 @@ fn failed(error: ComputeError<crate::store::StoreError>) -> Refusal {
     }
 }
 
-/// A text in quotation marks as TOML has it; Python reads the same.
+/// A quoted text in TOML; Python reads the same.
 fn quoted(text: &str) -> String {
     toml_edit::Value::from(text).to_string()
 }
 
-/// A range of a configuration: from, to, points, and whether in equal ratios.
+/// A range of a configuration: from, to, points, and whether it is logarithmic.
 type RangeOf<'a> = (&'a str, f64, f64, usize, bool);
 
-/// What the texts are made of.
+/// Data of the exported texts.
 struct Told<'a> {
     law: &'a Law,
     held: Vec<(&'static str, f64)>,
@@ -71,7 +72,7 @@ struct Told<'a> {
 }
 
 impl Told<'_> {
-    /// The configuration whose map has the cells of the picture.
+    /// The configuration of the map that has the cells of the picture.
     fn toml(&self) -> String {
         let mut text = String::from("title = \"A plane of slipmap explore\"\n\n[friction]\n");
         // Writing to a text cannot fail.
@@ -131,7 +132,7 @@ impl Told<'_> {
         text
     }
 
-    /// The same with the Python package.
+    /// The same plane as a Python script.
     fn python(&self) -> String {
         let mut text = String::from("import numpy as np\nimport slipmap\n\n");
         let law = match self.law.as_written() {
@@ -178,7 +179,7 @@ fn range(from: f64, to: f64, points: usize, log: bool) -> String {
     format!("{{ from = {}, to = {}, points = {points}{spacing} }}", float(from), float(to))
 }
 
-/// A number as TOML takes it for a real one.
+/// A real number in TOML.
 fn float(value: f64) -> String {
     format!("{value:?}")
 }
@@ -209,7 +210,7 @@ impl LeaveRequest {
         Ok((told, show))
     }
 
-    /// The plane and its point as texts to be copied.
+    /// The plane and its point as texts to copy.
     pub(super) fn texts(&self) -> Result<Value, Refusal> {
         let slice = self.plane.cells()?;
         let (told, _) = self.told(&slice)?;
@@ -230,7 +231,7 @@ impl LeaveRequest {
         }))
     }
 
-    /// A file, whole.
+    /// An exported file.
     pub(super) fn file(&self, stop: &AtomicBool) -> Result<(&'static str, Vec<u8>), Refusal> {
         let slice = self.plane.cells()?;
         if slice.grid.axes().iter().any(|axis| axis.values.len() > MOST_POINTS) {
@@ -298,13 +299,13 @@ impl LeaveRequest {
     }
 }
 
-/// The rows of a measured law; nothing for other laws.
+/// The rows of a measured law; empty for other laws.
 fn table_text(law: &Law) -> Option<String> {
     let said = super::place::law_json(law);
     said.get("table").and_then(Value::as_str).map(str::to_owned)
 }
 
-/// Runs the configuration in a folder, as `slipmap run` does; the map.
+/// Runs the configuration in a folder, as `slipmap run` does; returns the map.
 fn run(told: &Told, folder: &Path, stop: &AtomicBool) -> Result<std::path::PathBuf, Refusal> {
     let config = folder.join(CONFIG);
     std::fs::write(&config, told.toml()).map_err(broken)?;
@@ -313,7 +314,7 @@ fn run(told: &Told, folder: &Path, stop: &AtomicBool) -> Result<std::path::PathB
     }
     let mut job = Job::load(&config, &[]).map_err(|error| Refusal::bad_input(error.problem, error.remedy))?;
     if let Law::Table(table) = told.law.as_written() {
-        // The map names the table as a run beside it does, not by this folder.
+        // The map names the table without this temporary folder, as a run beside it would.
         let text = table_text(told.law).unwrap_or_default();
         let named = table_of_text(TABLE, &text, Some(table.static_level())).map(Law::Table);
         let named = named.map_err(|(problem, remedy)| Refusal::bad_input(problem, remedy))?;

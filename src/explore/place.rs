@@ -1,4 +1,4 @@
-//! Where in parameter space a request asks: the friction law, and a value for each of its axes.
+//! The parameter point of a request: the friction law, and a value for each of its axes.
 
 use std::collections::BTreeMap;
 
@@ -12,10 +12,10 @@ use crate::friction::{Expression, Law};
 use crate::map::Grid;
 use crate::point::Point;
 
-/// Characters of a formula.
+/// Largest number of characters of a formula.
 const LONGEST_FORMULA: usize = 4096;
 
-/// A friction law in the words of a page.
+/// A friction law as the page sends it.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default)]
 pub(super) struct LawText {
@@ -25,7 +25,7 @@ pub(super) struct LawText {
     phi: String,
     /// The rows of the law `table`, as CSV.
     table: String,
-    /// Name of the file that the table came from.
+    /// Name of the table's file.
     file: String,
     /// Friction at slip speed 0, by which formula and table are divided; 1 if there is none.
     #[serde(rename = "static")]
@@ -65,13 +65,13 @@ impl LawText {
     }
 }
 
-/// A law and a value of each of its axes, by name. Names that the law does not have are not looked at: they
-/// belong to the law that was shown before.
+/// A law and a value for each of its axes, by name. Other names are ignored: they belong to the law that was
+/// shown before.
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct Place {
     pub(super) law: LawText,
     pub(super) at: BTreeMap<String, f64>,
-    /// The machine that this is the dimensionless point of.
+    /// The machine of this dimensionless point.
     #[serde(default)]
     pub(super) machine: Option<MachineText>,
 }
@@ -120,7 +120,7 @@ pub(super) fn check_law(law: &Law, point: &Point) -> Result<(), Refusal> {
     }
 }
 
-/// A law as a page says it, the reverse of [`LawText::law`].
+/// A law as the page sends it, the reverse of [`LawText::law`].
 pub(super) fn law_json(law: &Law) -> Value {
     let mut said = json!({ "name": law.name() });
     match law.as_written() {

@@ -26,16 +26,16 @@ use crate::report::figure::palette::{self, Kind};
 use crate::simulate::bifurcation::Bifurcation;
 use crate::store::{MapFile, Pick};
 
-/// Cells of a picture along one axis.
+/// Largest number of cells of a picture along one axis.
 const MOST_POINTS: usize = 4096;
-/// Cells of a picture.
+/// Largest number of cells of a picture.
 const MOST_CELLS: usize = 1 << 22;
-/// Cells of a tile, the work after which an overtaken request is given up: many where c is an axis, since a
-/// column's answer costs little more than one cell of it.
+/// Number of cells of a tile, after each of which a superseded request may stop: many if c is an axis, since
+/// a column's answer costs little more than one cell of it.
 const TILE_WITH_COLUMNS: usize = 1 << 14;
 const TILE_OF_SINGLE_CELLS: usize = 512;
 
-/// One axis of a picture: cells of equal width, or of equal ratio, between two ends.
+/// One axis of a picture: cells of equal width, linear or logarithmic, between two ends.
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct Side {
     axis: String,
@@ -46,7 +46,7 @@ pub(super) struct Side {
     points: usize,
 }
 
-/// What a page asks for.
+/// The requested picture.
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct PlaneRequest {
     pub(super) turn: Turn,
@@ -57,30 +57,30 @@ pub(super) struct PlaneRequest {
     /// Name of a variable of a map, `decider`, or `difference:METHOD:METHOD`.
     #[serde(default)]
     show: String,
-    /// Whether a figure has the curves at which the behaviour changes.
+    /// Whether a figure has the boundaries of the regimes.
     #[serde(default)]
     pub(super) curves: bool,
-    /// Whether the fold curves are asked for, or all others: for formulas and tables they take much longer.
+    /// Whether the fold curves are requested, or all others: for formulas and tables they take much longer.
     #[serde(default)]
     folds: bool,
-    /// Whether the cells of the given map are shown where it holds them.
+    /// Whether the cells of the given map are shown where it has them.
     #[serde(default)]
     stored: bool,
 }
 
-/// What is shown.
+/// The quantity shown.
 #[derive(Clone, Debug)]
 pub(super) enum Show {
     /// A variable of a map.
     Variable(String),
-    /// Where the verdicts of two methods differ, by their names.
+    /// The difference of the verdicts of two methods, by their names.
     Difference([&'static str; 2]),
     /// The first method in the order of the plan that decides.
     Decider,
 }
 
 impl Show {
-    /// What the codes of a picture mean; `None` for numbers.
+    /// Meanings of the codes of a picture; `None` for numbers.
     pub(super) fn kinds(&self, methods: &[Method]) -> Option<Vec<Kind>> {
         match self {
             Show::Variable(name) if name == "regime" => Some(palette::regimes()),
@@ -91,11 +91,11 @@ impl Show {
         }
     }
 
-    /// The code of a cell of which the methods say this.
+    /// The code of a cell with these verdicts.
     pub(super) fn derived(&self, methods: &[Method], said: &[i8]) -> i8 {
         match self {
             Show::Difference(pair) => {
-                // A plan has an order of its own.
+                // Plans sort methods.
                 let of = |name: &str| methods.iter().position(|method| method.name() == name).unwrap_or(0);
                 let [a, b] = pair.map(|name| said[of(name)]);
                 difference(a, b)
@@ -115,7 +115,7 @@ impl Side {
         self.between(self.points, 0.5 / self.points as f64)
     }
 
-    /// So many values, the first and the last a share `half` of the axis from its ends.
+    /// A number of values, the first and the last a share `half` of the axis from its ends.
     fn between(&self, points: usize, half: f64) -> Result<Vec<f64>, Refusal> {
         let Side { from, to, log, .. } = *self;
         let bad = |problem: String, remedy: &str| Err(Refusal::bad_input(problem, remedy));
@@ -151,7 +151,7 @@ pub(super) struct Slice {
 }
 
 impl PlaneRequest {
-    /// The grid over the values that `nodes` gives for both axes.
+    /// The grid with the values that `nodes` gives for both axes.
     fn slice(&self, nodes_of: impl Fn(&Side) -> Result<Vec<f64>, Refusal>) -> Result<Slice, Refusal> {
         let (law, values) = self.place.read()?;
         let names = Grid::axis_names(&law);
@@ -188,7 +188,7 @@ impl PlaneRequest {
         [self.x.log, self.y.log]
     }
 
-    /// What is shown, of which methods, and which field of a map holds it.
+    /// The quantity shown, its methods, and its field in a map.
     pub(super) fn show(&self) -> Result<(Show, Vec<Method>, Option<Field>), Refusal> {
         let unknown =
             || Refusal::bad_input(format!("there is nothing called `{}`", self.show), "reload the page");
@@ -199,7 +199,7 @@ impl PlaneRequest {
             return Ok((Show::Difference(pair.each_ref().map(Method::name)), pair.to_vec(), None));
         }
         if self.show == "decider" {
-            // The weakest first, as in the report: what it decides needs no other.
+            // The weakest first, as in the report: cells that it decides need no other.
             let rigorous = Method::usual().filter(|it| it.guarantee() == Guarantee::FiniteEpsilon);
             return Ok((Show::Decider, rigorous.chain([Method::Simulation]).collect(), None));
         }
@@ -222,8 +222,9 @@ impl PlaneRequest {
         Ok((variable, vec![Method::Simulation], Some(field)))
     }
 
-    /// The picture: a line of JSON that describes it, and a code (one byte) or a number (four bytes) for each
-    /// cell, line by line from the lowest. From `map` if that is asked for and holds it, else computed.
+    /// The picture: a line of JSON that describes it, then a code (one byte) or a number (four bytes) for
+    /// each cell, line by line from the lowest. Taken from `map` if that is requested and has it, else
+    /// computed.
     pub(super) fn picture(&self, map: Option<&MapFile>, stop: &AtomicBool) -> Result<Vec<u8>, Refusal> {
         let started = Instant::now();
         let slice = self.cells()?;
@@ -269,10 +270,9 @@ impl PlaneRequest {
         bytes
     }
 
-    /// The curves at which the long-run behaviour changes.
+    /// The boundaries of the long-run behaviour.
     pub(super) fn boundaries(&self, stop: &AtomicBool) -> Result<serde_json::Value, Refusal> {
-        // The nodes between the ends tell a logarithmic axis from a linear one. The ends themselves may be
-        // illegal.
+        // The nodes between the ends show whether an axis is logarithmic. The ends themselves may be illegal.
         const NODES: usize = 9;
         const ROOM: f64 = 1e-4;
         let Slice { grid, x, y } = self.slice(|side| side.between(NODES, ROOM))?;
@@ -306,7 +306,7 @@ fn check_corners(grid: &Grid) -> Result<(), Refusal> {
     }
     let shape = grid.shape();
     let mut first = None;
-    // One legal place is enough to draw; elsewhere the picture says that the method failed.
+    // One legal point is enough to draw; elsewhere the picture shows that the method failed.
     for share in [0.5, 0.0, 1.0] {
         let index: Vec<usize> = shape.iter().map(|len| ((len - 1) as f64 * share) as usize).collect();
         match check_law(grid.law(), &grid.point(&index)) {
@@ -317,7 +317,7 @@ fn check_corners(grid: &Grid) -> Result<(), Refusal> {
     first.map_or(Ok(()), Err)
 }
 
-/// The cells of a picture by the engine, and what codes mean.
+/// The cells of a picture computed by the engine, and the meanings of codes.
 fn computed(
     slice: &Slice,
     show: &Show,
@@ -344,18 +344,18 @@ fn computed(
     Ok((sink.cells.into_inner().unwrap_or_else(PoisonError::into_inner), kinds))
 }
 
-/// The code of places beyond a map, which no variable has.
+/// The code of cells beyond a map, which no variable uses.
 const NOT_STORED: i8 = i8::MIN;
 
-/// The kinds of a map's variable, and that of places beyond the map.
+/// The kinds of a map's variable, and that of cells beyond the map.
 fn with_nothing(mut kinds: Vec<Kind>) -> Vec<Kind> {
     let words = "not in the map".into();
     kinds.push(Kind { code: NOT_STORED, name: "not_stored", fill: palette::NOT_COMPUTED, words });
     kinds
 }
 
-/// The cells of a picture as a map has stored them: those of the nearest nodes, none beyond its ends. `None`
-/// if it is a map of another law or does not hold what is shown.
+/// The cells of a picture as stored in a map: those of the nearest nodes, none beyond its ends. `None` if the
+/// map is of another law or does not have the quantity.
 fn stored(map: &MapFile, slice: &Slice, show: &Show) -> Result<Option<Values>, Refusal> {
     let Slice { grid, x, y } = slice;
     let Show::Variable(name) = show else { return Ok(None) };
@@ -369,7 +369,7 @@ fn stored(map: &MapFile, slice: &Slice, show: &Show) -> Result<Option<Values>, R
             false => Pick::Node(axes[axis].nearest(grid.axes()[axis].values[0])),
         })
         .collect();
-    // The stored node nearest to each cell; none farther beyond an end than the step there.
+    // The stored node nearest to each cell; none for cells beyond an end by more than the step there.
     let nearest = |axis: usize| -> Vec<Option<usize>> {
         let nodes = &axes[axis].values;
         let last = nodes.len() - 1;
@@ -415,7 +415,7 @@ struct Picture<'a> {
     cells: Mutex<Values>,
 }
 
-/// What two methods say of a cell, as a code of [`differences`].
+/// The code of [`differences`] for the verdicts of two methods.
 fn difference(a: i8, b: i8) -> i8 {
     const PRESENT: i8 = Verdict::Present as i8;
     const ABSENT: i8 = Verdict::Absent as i8;

@@ -1,4 +1,4 @@
-//! One point: what every method says of it, everything that `slipmap probe` prints, and figures.
+//! One point: the answer of every method, everything that `slipmap probe` prints, and figures.
 
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -16,16 +16,16 @@ use crate::probe::{Answer, MachineResult, Probe, regime_words};
 use crate::report::UnitSystem;
 use crate::simulate::direct;
 
-/// What a page asks about a point.
+/// The request for a point.
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct PointRequest {
     pub(super) turn: Turn,
     #[serde(flatten)]
     place: Place,
-    /// Which figure.
+    /// The kind of figure.
     #[serde(default)]
     figure: String,
-    /// Where the orbit of the portrait starts; the exit point if not given.
+    /// Start of the orbit of the portrait; by default the exit point.
     #[serde(default)]
     start: Option<[f64; 2]>,
 }
@@ -35,7 +35,7 @@ fn to_json(value: &impl serde::Serialize) -> Result<Value, Refusal> {
 }
 
 impl PointRequest {
-    /// Figures of one kind overtake each other, and no others.
+    /// A figure supersedes earlier figures of the same kind only.
     pub(super) fn topic(&self) -> &'static str {
         match self.figure.as_str() {
             "orbit" => "orbit",
@@ -44,12 +44,12 @@ impl PointRequest {
         }
     }
 
-    /// The machine at the point, if this is one's.
+    /// The machine at the point, if there is one.
     fn machine(&self, law: &Law, point: &Point) -> Result<Option<Machine>, Refusal> {
         self.place.machine.as_ref().map(|machine| machine.at(law, point)).transpose()
     }
 
-    /// What the usual methods say: for the pointer that passes by.
+    /// The answers of the default methods, for a moving pointer.
     pub(super) fn glance(&self) -> Result<Value, Refusal> {
         let (law, point) = self.place.point()?;
         let answer = Answer::of(&law, &point, DEFAULT_TOLERANCE, Method::usual());
@@ -62,7 +62,7 @@ impl PointRequest {
         }))
     }
 
-    /// What `slipmap probe --json` prints.
+    /// The output of `slipmap probe --json`.
     pub(super) fn probe(&self) -> Result<Value, Refusal> {
         let (law, point) = self.place.point()?;
         let answer = Answer::of(&law, &point, DEFAULT_TOLERANCE, Method::all());
@@ -75,7 +75,7 @@ impl PointRequest {
         to_json(&whole)
     }
 
-    /// A figure as SVG, with what leads from its coordinates to numbers.
+    /// A figure as SVG, with the map from its coordinates to numbers.
     pub(super) fn figure(&self) -> Result<Value, Refusal> {
         let (law, point) = self.place.point()?;
         let start = self.start.filter(|start| start.iter().all(|x| x.is_finite()));

@@ -1,4 +1,4 @@
-//! Why a request is not answered: the crate's own message, and the place in a formula that it is about.
+//! Reason why a request is refused: the crate's own message, and the place in a formula that it is about.
 
 use axum::Json;
 use axum::http::StatusCode;
@@ -8,16 +8,16 @@ use serde::Serialize;
 use crate::friction::ExpressionError;
 use crate::map::{GridError, PlanError};
 
-/// A request that gets no answer.
+/// A refused request.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct Refusal {
     #[serde(skip)]
     status: StatusCode,
-    /// What is wrong.
+    /// The problem.
     problem: String,
-    /// What would be right; empty where the problem says it.
+    /// The remedy; empty if the problem says it.
     remedy: String,
-    /// First character of a formula that is concerned, and one past the last.
+    /// First character of a formula concerned, and one past the last.
     #[serde(skip_serializing_if = "Option::is_none")]
     place: Option<[usize; 2]>,
 }
@@ -27,7 +27,7 @@ impl Refusal {
         Self { status, problem: problem.into(), remedy: remedy.into(), place: None }
     }
 
-    /// The request is not what the page would send.
+    /// The request is not one that the page sends.
     pub(super) fn malformed(problem: impl Into<String>) -> Self {
         Self::new(StatusCode::BAD_REQUEST, problem, "reload the page")
     }
@@ -37,7 +37,7 @@ impl Refusal {
         Self::new(StatusCode::UNPROCESSABLE_ENTITY, problem, remedy)
     }
 
-    /// It came from another page, or to another name.
+    /// It came from another page, or to another host name.
     pub(super) fn foreign(problem: impl Into<String>) -> Self {
         Self::new(StatusCode::FORBIDDEN, problem, "open the address that `slipmap explore` has printed")
     }
@@ -48,18 +48,18 @@ impl Refusal {
         Self::new(StatusCode::PAYLOAD_TOO_LARGE, problem, "give a shorter table or formula")
     }
 
-    /// Its body came too slowly.
+    /// Its body arrived too slowly.
     pub(super) fn too_slow() -> Self {
         Self::new(StatusCode::REQUEST_TIMEOUT, "the request did not arrive in time", "try again")
     }
 
-    /// A newer one of the same tab has taken its place.
+    /// A newer request of the same tab has superseded it.
     pub(super) fn overtaken() -> Self {
-        // No error: browsers would show one on the console.
+        // Not an error, which browsers would show on the console.
         Self::new(StatusCode::NO_CONTENT, "a newer request took the place of this one", "")
     }
 
-    /// It took longer than it may.
+    /// It exceeded its time limit.
     pub(super) fn out_of_time(seconds: u64) -> Self {
         let problem = format!("this took longer than {seconds} s");
         Self::new(StatusCode::SERVICE_UNAVAILABLE, problem, "show a smaller region, or a simpler quantity")
@@ -69,7 +69,7 @@ impl Refusal {
         self.status == StatusCode::SERVICE_UNAVAILABLE
     }
 
-    /// A defect of this program.
+    /// A bug of this program.
     pub(super) fn broken(problem: impl Into<String>) -> Self {
         Self::new(StatusCode::INTERNAL_SERVER_ERROR, problem, "please report it")
     }

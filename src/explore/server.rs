@@ -1,4 +1,4 @@
-//! The server: connections, routes, and how much of everything there may be.
+//! The server: connections, routes and limits.
 
 use std::io;
 use std::net::TcpListener;
@@ -27,22 +27,22 @@ use super::tabs::{Tabs, Ticket};
 use super::working_point::MachineRequest;
 use super::{Start, assets, catalogue, place};
 
-/// Connections at a time; more wait.
+/// Largest number of connections at a time; more wait.
 const CONNECTIONS: usize = 256;
-/// Time in which the head of a request has to arrive, and for which a silent connection is kept.
+/// Time limit for the head of a request, after which a silent connection is closed.
 const SILENCE: Duration = Duration::from_secs(10);
-/// Time that one answer may take.
+/// Time limit of one answer.
 const LONGEST_WORK: u64 = 20;
-/// Pictures in work at a time; each uses all cores.
+/// Number of pictures computed at a time; each uses all cores.
 const PICTURES: usize = 2;
-/// Points and figures in work at a time.
+/// Number of points and figures computed at a time.
 const POINTS: usize = 4;
-/// Between two looks at the flag that ends the server.
+/// Interval between two checks of the flag that ends the server.
 const LOOK: Duration = Duration::from_millis(50);
-/// Time that work has to end when the server ends.
+/// Time limit of unfinished work when the server ends.
 const ENDING: Duration = Duration::from_millis(500);
 
-/// What all requests share.
+/// State shared by all requests.
 struct Shared {
     tabs: Tabs,
     pictures: Semaphore,
@@ -99,30 +99,30 @@ fn routes(shared: Arc<Shared>) -> Router {
         .with_state(shared)
 }
 
-/// Takes connections, as many as may be at a time.
+/// Accepts connections, up to the limit.
 async fn accept(listener: tokio::net::TcpListener, router: Router) {
     let room = Arc::new(Semaphore::new(CONNECTIONS));
     loop {
         let Ok(place) = Arc::clone(&room).acquire_owned().await else { return };
         let Ok((stream, _)) = listener.accept().await else {
-            // No more file handles: some are given back soon.
+            // No more file handles: some will be free soon.
             tokio::time::sleep(LOOK).await;
             continue;
         };
-        // Small answers leave at once.
+        // Sends small answers at once.
         let _ = stream.set_nodelay(true);
         let service = TowerToHyperService::new(router.clone());
         tokio::spawn(async move {
             let mut connection = http1::Builder::new();
             connection.timer(TokioTimer::new()).header_read_timeout(SILENCE);
-            // A client that breaks off is no error of ours.
+            // A client that disconnects is not an error.
             let _ = connection.serve_connection(TokioIo::new(stream), service).await;
             drop(place);
         });
     }
 }
 
-/// Does the work of a request on a thread of its own, unless it is overtaken, for as long as it may take.
+/// Runs the work of a request on a thread of its own, until it is superseded or exceeds its time limit.
 async fn carry_out<T: Send + 'static>(
     lane: &Semaphore,
     ticket: Ticket,
@@ -148,7 +148,7 @@ async fn start(State(shared): State<Arc<Shared>>) -> Json<Value> {
     Json(shared.start.to_json())
 }
 
-/// What is to be known of a law that was typed or dropped: its axes.
+/// The axes of a law that was typed or dropped.
 async fn law(Asked(text): Asked<place::LawText>) -> Result<Json<Value>, Refusal> {
     let law = text.law()?;
     Ok(Json(json!({ "name": law.name(), "axes": catalogue::axes(&law) })))
@@ -175,7 +175,7 @@ async fn curves(
 ) -> Result<Json<Value>, Refusal> {
     let ticket = shared.tabs.take(&asked.turn, "curves")?;
     match carry_out(&shared.pictures, ticket, move |stop| asked.boundaries(stop)).await {
-        // The picture stands without them.
+        // The picture is shown without them.
         Err(refusal) if refusal.is_out_of_time() => Ok(Json(json!({ "curves": [], "given_up": true }))),
         answer => answer.map(Json),
     }

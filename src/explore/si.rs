@@ -7,7 +7,7 @@ use crate::friction::Law;
 use crate::machine::{Machine, Motion};
 use crate::point::Point;
 
-/// A machine as a page says it, by the keys of `[machine]`.
+/// A machine as the page sends it, by the keys of `[machine]`.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub(super) struct MachineText {
     motion: String,
@@ -23,12 +23,12 @@ pub(super) struct MachineText {
 }
 
 impl MachineText {
-    /// What a page says of a machine; `None` where its friction is not given by coefficients.
+    /// The request's form of a machine; `None` if its friction is not given by coefficients.
     pub(super) fn of(machine: &Machine) -> Option<Self> {
         Some(Self::of_array(machine.motion, machine.to_array()?))
     }
 
-    /// The same from what a map keeps of its machine, [`Machine::to_array`].
+    /// As [`MachineText::of`], from the numbers of a machine stored in a map, [`Machine::to_array`].
     pub(super) fn of_array(motion: Motion, numbers: [f64; 9]) -> Self {
         let [mass, stiffness, damping, normal_force, static_friction, kinetic_friction, rest @ ..] = numbers;
         let [stribeck_velocity, strengthening, belt_speed] = rest;

@@ -1,4 +1,4 @@
-//! With what the page begins: nothing, a configuration, or a map.
+//! The initial contents of the page: default, a configuration, or a map.
 
 use serde_json::json;
 
@@ -8,7 +8,7 @@ use crate::machine::{MOTION_ATTRIBUTE, Motion, SI_ATTRIBUTE};
 use crate::map::Grid;
 use crate::store::{MapFile, Value};
 
-/// What the command was given.
+/// The argument of the command.
 #[derive(Debug, Default)]
 pub struct Start {
     grid: Option<Grid>,
@@ -48,7 +48,7 @@ impl Start {
         self.map.as_ref()
     }
 
-    /// As the page reads it.
+    /// The contents as JSON.
     pub(super) fn to_json(&self) -> serde_json::Value {
         let Some(grid) = &self.grid else { return serde_json::Value::Null };
         let axis = |axis: &crate::map::Axis| {

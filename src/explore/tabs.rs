@@ -1,5 +1,4 @@
-//! Which requests are overtaken: of the requests of one tab about the same thing only the latest is worked
-//! on.
+//! Supersedes requests: of the requests of one tab about the same topic only the latest is computed.
 
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -9,12 +8,12 @@ use serde::Deserialize;
 
 use super::refusal::Refusal;
 
-/// Tabs and topics that are remembered; the one that was silent for longest is forgotten first.
+/// Largest number of tabs and topics remembered; the one that was silent longest is forgotten first.
 const MOST: usize = 256;
-/// Characters of a tab's name.
+/// Largest number of characters of a tab's name.
 const LONGEST_NAME: usize = 40;
 
-/// Which request of which tab this is; numbers grow from request to request.
+/// Tab and number of a request; numbers increase from request to request.
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct Turn {
     tab: String,
@@ -35,16 +34,16 @@ struct Known {
 struct Latest {
     number: u64,
     stop: Arc<AtomicBool>,
-    /// Count of all requests when it came.
+    /// Count of all requests at its arrival.
     came: u64,
 }
 
-/// A request at work. Dropped, it stops the work: nobody waits for it any more.
+/// A request in progress. Dropping it stops the work, since its answer is not needed any more.
 #[derive(Debug)]
 pub(super) struct Ticket(Arc<AtomicBool>);
 
 impl Ticket {
-    /// Set when the work is to be given up.
+    /// Set when the work is to stop.
     pub(super) fn stop(&self) -> &Arc<AtomicBool> {
         &self.0
     }
@@ -65,7 +64,7 @@ impl Tabs {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Takes the place of the requests of the same tab about the same topic that came before.
+    /// Supersedes earlier requests of the same tab about the same topic.
     pub(super) fn take(&self, turn: &Turn, topic: &'static str) -> Result<Ticket, Refusal> {
         if turn.tab.len() > LONGEST_NAME {
             return Err(Refusal::malformed("the name of the tab is too long"));

@@ -1,4 +1,4 @@
-//! The dimensionless point of a machine, and what leads from it to SI units.
+//! The dimensionless point of a machine, and the units that convert it to SI.
 
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -11,7 +11,7 @@ use crate::friction::Law;
 use crate::machine::Dimension;
 use crate::map::Grid;
 
-/// What the page asks: a machine of a law.
+/// The request for the dimensionless point of a machine.
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct MachineRequest {
     law: LawText,
@@ -19,13 +19,13 @@ pub(super) struct MachineRequest {
 }
 
 impl MachineRequest {
-    /// The values of the law's axes at the machine's working point, and what leads from them to SI.
+    /// The values of the law's axes at the machine's working point, and the units that convert them to SI.
     pub(super) fn point(&self) -> Result<Value, Refusal> {
         let law = self.law.law()?;
         let machine = self.machine.machine(&law)?;
         let point = machine.model().ok_or_else(|| no_machine(&law))?.point;
         let values: Vec<f64> = Grid::coordinates(&law, &point).into_iter().map(|(_, value)| value).collect();
-        // Units that are far too large or small make numbers that no law can have.
+        // Units that are far too large or small give numbers that are illegal for every law.
         point_of(&law, &values)?;
         let units = machine.units();
         let axis = |words: &str, dimension: Dimension| json!({ "words": words, "unit": machine.motion.unit(dimension), "factor": units.factor(dimension) });

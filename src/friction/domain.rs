@@ -1,29 +1,29 @@
-//! Which parameter points are legal.
+//! The legal parameter points of a law.
 
 use super::{Law, Parameter};
 use crate::point::{LawParameters, MAX_LAW_PARAMETERS, Point};
 
-/// eps, of every law.
+/// The parameter eps of every law.
 pub(crate) const EPSILON: Parameter = Parameter {
     name: "epsilon",
     long_name: "size of the small terms",
     min: f64::from_bits(1), // the smallest number above 0
     max: f64::INFINITY,
 };
-/// V, of every law.
+/// The belt speed V of every law.
 pub(crate) const BELT_SPEED: Parameter = Parameter { name: "V", long_name: "belt speed", ..EPSILON };
-/// c, of every law.
+/// The damping c of every law.
 pub(crate) const DAMPING: Parameter =
     Parameter { name: "c", long_name: "viscous damping", min: 0.0, max: f64::INFINITY };
 
 impl Parameter {
-    /// Whether the value is finite and neither below the smallest nor above the largest legal one.
+    /// Returns whether the value is finite and within the legal range.
     #[must_use]
     pub fn admits(&self, value: f64) -> bool {
         value.is_finite() && (self.min..=self.max).contains(&value)
     }
 
-    /// The legal values in words that follow "it must be".
+    /// The legal values in words, to follow "it must be".
     #[must_use]
     pub fn domain(&self) -> String {
         if 0.0 < self.min && self.min <= f64::MIN_POSITIVE && self.max == f64::INFINITY {
@@ -38,7 +38,7 @@ impl Parameter {
     }
 }
 
-/// Why a parameter point is none of a law.
+/// Reason why a parameter point is not legal for a law.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PointError {
@@ -47,9 +47,9 @@ pub enum PointError {
     ParameterCount {
         /// Name of the law.
         law: &'static str,
-        /// How many it has.
+        /// Its number of parameters.
         wanted: usize,
-        /// How many were given.
+        /// Number of parameters given.
         given: usize,
     },
     /// A value is NaN, infinite, or outside the legal domain.
@@ -65,8 +65,8 @@ pub enum PointError {
 }
 
 impl Law {
-    /// The point of this law with the given eps, parameters of its own (in the order of [`Law::parameters`]), belt speed V
-    /// and damping c, checked.
+    /// The point of this law with the given eps, the law's own parameters (in the order of
+    /// [`Law::parameters`]), belt speed V and damping c, checked.
     ///
     /// ```
     /// use slipmap::friction::Law;
@@ -93,7 +93,7 @@ impl Law {
         Ok(point)
     }
 
-    /// Whether `point` is a legal point of this law.
+    /// Checks that `point` is a legal point of this law.
     ///
     /// # Errors
     /// The first [`PointError`], in the order of a map's axes.
@@ -144,7 +144,7 @@ mod tests {
             "the law stribeck has 3 parameters of its own, and 1 are given"
         );
         assert!(refused(0.1, &[0.0; 12], 1.0, 0.0).contains("12 are given"));
-        // The smallest number is one.
+        // The smallest positive number is legal.
         assert!(Law::Stribeck.point(5e-324, &law, 5e-324, 0.0).is_ok());
     }
 

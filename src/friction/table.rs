@@ -157,7 +157,7 @@ impl Table {
     /// The same law with its slip speeds in units of `unit` > 0.
     ///
     /// # Errors
-    /// [`TableError`] where two slip speeds become one, or one leaves the numbers.
+    /// [`TableError`] where two slip speeds become one, or one overflows.
     pub fn in_units(&self, unit: f64) -> Result<Self, TableError> {
         let data: Vec<(f64, f64)> = self.data().map(|(u, friction)| (u / unit, friction)).collect();
         let table = Self::new(self.origin(), &data, self.static_level())?;

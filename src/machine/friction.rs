@@ -80,8 +80,8 @@ impl Friction {
         }
     }
 
-    /// The law in dimensionless terms, and the values of its parameters; `None` where a formula or data in these
-    /// units leave the numbers.
+    /// The law in dimensionless terms, and the values of its parameters; `None` if a formula or data overflow
+    /// in these units.
     #[must_use]
     pub fn dimensionless(&self, units: &Units) -> Option<(Law, LawParameters)> {
         let velocity = units.velocity;
@@ -135,7 +135,7 @@ impl Friction {
         }
     }
 
-    /// Whether its numbers are those of a friction.
+    /// Returns whether its numbers are legal.
     pub(super) fn is_legal(&self) -> bool {
         match self {
             Friction::Coefficients(_, coefficients) => coefficients.are_legal(),

@@ -1,4 +1,4 @@
-//! `slipmap probe` at a point, as one would type it.
+//! The command line of `slipmap probe` for a point.
 
 use super::Grid;
 use crate::friction::Law;

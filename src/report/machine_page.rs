@@ -1,4 +1,4 @@
-//! The engineer's page: what a machine does at its working point, on one page as a figure or as HTML.
+//! The engineer's page: an assessment of a machine at its working point, on one page as a figure or as HTML.
 
 use std::convert::Infallible;
 use std::sync::{Mutex, PoisonError};
@@ -24,7 +24,7 @@ use crate::risk::{Estimate, Risk};
 use crate::simulate::bifurcation::Bifurcation;
 use crate::simulate::critical::critical_dampings;
 
-/// Nodes of the regime figure along each axis.
+/// Number of nodes of the regime figure along each axis.
 const NODES: usize = 41;
 /// Accuracy of its cells.
 const TOLERANCE: f64 = 1e-8;
@@ -32,10 +32,10 @@ const TOLERANCE: f64 = 1e-8;
 const PAGE: (f64, f64) = (595.0, 842.0);
 const MARGIN: f64 = 42.0;
 
-/// The page. Its figures are made when it is drawn.
+/// The page. Its figures are computed when it is drawn.
 #[derive(Debug)]
 pub struct MachinePage<'a> {
-    /// What is asked and answered, section by section.
+    /// Questions and answers, section by section.
     pub sections: Vec<(&'static str, Vec<(Rich, Rich)>)>,
     all: &'a Assessment,
     title: Rich,
@@ -52,7 +52,7 @@ impl<'a> MachinePage<'a> {
         Self { sections, all, title: Rich::foreign(title) }
     }
 
-    /// The regimes around the working point, and which slip speeds matter.
+    /// The regimes around the working point, and the weights of slip speeds.
     fn figures(&self) -> (Figure, Option<Figure>) {
         (regimes(self.all), (!self.all.influence.is_empty()).then(|| influence(self.all)))
     }
@@ -85,13 +85,13 @@ impl<'a> MachinePage<'a> {
         scene
     }
 
-    /// What the page is about.
+    /// The title of the page, with its subject.
     #[must_use]
     pub fn caption(&self) -> Rich {
         rich("Assessment of a machine: ").then(self.title.clone())
     }
 
-    /// The page as HTML that needs nothing else.
+    /// The page as self-contained HTML.
     #[must_use]
     pub fn html(&self) -> String {
         let mut body = String::new();
@@ -248,7 +248,7 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
     sections
 }
 
-/// The probability, and the dampings that make it rare.
+/// The probability of stick-slip, and the dampings for given probabilities.
 fn risk_lines(all: &Assessment, risk: &Risk) -> Vec<(Rich, Rich)> {
     let unit = all.machine.motion.unit(Dimension::Damping);
     let limits = |estimate: &Estimate, factor: f64, unit: &str| {
@@ -282,7 +282,7 @@ fn risk_lines(all: &Assessment, risk: &Risk) -> Vec<(Rich, Rich)> {
 /// Width of a figure on the page, in points.
 const FIGURE: f64 = 252.0;
 
-/// Codes of regimes, one column of the map after the other.
+/// Codes of regimes, column by column.
 #[derive(Default)]
 struct Columns(Mutex<Vec<(usize, Vec<i8>)>>);
 
@@ -390,7 +390,7 @@ fn regimes(all: &Assessment) -> Scene {
     scene
 }
 
-/// Which slip speeds matter, as bars.
+/// The weights of slip speeds, as bars.
 fn influence(all: &Assessment) -> Scene {
     let parts = &all.influence;
     let width = parts[0].slip_speed * 2.0;

@@ -1,4 +1,4 @@
-//! What a report says on its first screen.
+//! The summary on the first screen of a report.
 
 use super::text::{Rich, rich};
 use super::units::{View, join};
@@ -8,10 +8,10 @@ use crate::machine::Dimension;
 use crate::map::Verdict;
 use crate::number::count;
 
-/// Bound on the error of the scaled grazing margin where a machine is asked about.
+/// Bound on the error of the scaled grazing margin for a machine.
 const TOLERANCE: f64 = 1e-9;
 
-/// Lines of a name and what is to be said of it.
+/// The lines of the summary: a name and its value.
 pub(super) fn summary(view: &View, report: &Report) -> Vec<(Rich, Rich)> {
     let map = view.map;
     let axes = map.grid().axes();

@@ -1,4 +1,4 @@
-//! In which units the numbers of a map are shown: those of its machine, or none.
+//! The units in which the numbers of a map are shown: those of its machine, or none.
 
 use super::text::{Piece, Rich, rich};
 use crate::dataset::auxiliary::PROBABILITY;
@@ -24,7 +24,7 @@ impl<'a> View<'a> {
         Self { map, units: UnitSystem { machine: units_of(map) } }
     }
 
-    /// The map in dimensionless numbers, whether it is about a machine or not.
+    /// The map in dimensionless numbers, even if it is about a machine.
     #[must_use]
     pub fn dimensionless(map: &'a MapFile) -> Self {
         Self { map, units: UnitSystem::default() }
@@ -36,8 +36,8 @@ impl<'a> View<'a> {
         self.units.axis(axis)
     }
 
-    /// "ε = 0.1, β = 0.5": the value of every axis at the nodes `index`, but of those in `shown`. For a machine its
-    /// friction takes the place of eps and of the law's parameters, if none of these is shown.
+    /// "ε = 0.1, β = 0.5": the value of every axis at the nodes `index`, except those in `shown`. For a
+    /// machine its friction replaces eps and the law's parameters, if none of these is shown.
     #[must_use]
     pub fn held(&self, index: &[usize], shown: &[usize]) -> Rich {
         let axes = self.map.grid().axes();
@@ -55,8 +55,8 @@ impl<'a> View<'a> {
         join(parts)
     }
 
-    /// The oscillator of the map's machine at its first belt speed and damping; `None` for a map in dimensionless
-    /// numbers.
+    /// The oscillator of the map's machine at its first belt speed and damping; `None` for a map in
+    /// dimensionless numbers.
     #[must_use]
     pub fn model(&self) -> Option<Model> {
         let si = self.units.machine?;
@@ -65,7 +65,7 @@ impl<'a> View<'a> {
     }
 }
 
-/// Parts of an enumeration, with commas between them.
+/// Joins parts by commas.
 #[must_use]
 pub fn join(parts: impl IntoIterator<Item = Rich>) -> Rich {
     let mut text = Rich::default();
@@ -76,7 +76,7 @@ pub fn join(parts: impl IntoIterator<Item = Rich>) -> Rich {
     text
 }
 
-/// What is known of a machine's friction.
+/// The description of a machine's friction.
 fn friction_words(map: &MapFile, si: &SiUnits) -> Vec<Rich> {
     let Some(numbers) = machine_numbers(map) else {
         return vec![rich("friction by ").then(Rich::foreign(match map.grid().law().name() {
@@ -130,16 +130,16 @@ pub struct UnitSystem {
     machine: Option<SiUnits>,
 }
 
-/// How a quantity is written: its name, its unit, and the factor that leads to it from dimensionless numbers.
+/// Name and unit of a quantity, and the factor that converts dimensionless numbers to the unit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Label {
-    /// The name for people.
+    /// The name in text and figures.
     pub name: Rich,
     /// The name in CSV headers, without the unit.
     pub key: String,
     /// The unit; empty for pure numbers.
     pub unit: &'static str,
-    /// What dimensionless numbers are multiplied by.
+    /// Factor by which dimensionless numbers are multiplied.
     pub factor: f64,
 }
 
@@ -150,13 +150,13 @@ impl UnitSystem {
         Self { machine: Some(si) }
     }
 
-    /// The units, if they are a machine's.
+    /// The units, if they are those of a machine.
     #[must_use]
     pub fn machine(&self) -> Option<&SiUnits> {
         self.machine.as_ref()
     }
 
-    /// A quantity of this dimension; in dimensionless numbers it is called by `symbol`.
+    /// The label of a quantity of this dimension; `symbol` is its name in dimensionless numbers.
     #[must_use]
     pub fn quantity(&self, words: &str, symbol: Rich, key: &str, dimension: Option<Dimension>) -> Label {
         match (&self.machine, dimension) {
@@ -220,7 +220,7 @@ impl Label {
         let mut text = self.name.clone();
         match (self.unit, text.pieces.last_mut()) {
             ("", _) => text,
-            // One piece, so that it can be searched for in a figure.
+            // One piece of text, so that it can be searched in a figure.
             (unit, Some(Piece::Words(words))) => {
                 words.push_str(&format!(", {unit}"));
                 text
@@ -249,7 +249,7 @@ impl Label {
     }
 }
 
-/// A variable in words.
+/// Description of a variable.
 fn variable_words(name: &str) -> Rich {
     for (prefix, words) in [
         ("verdict_", "verdict of "),

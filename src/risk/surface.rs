@@ -1,4 +1,4 @@
-//! The critical damping of very many machines that differ in a few numbers.
+//! The critical dampings of many machines that differ in a few numbers.
 //!
 //! With the time in units of sqrt(m / k) the divergence of the flow is (theory, "Scaling")
 //!
@@ -14,9 +14,10 @@
 //! | `exponential`, `lorentzian` | the same | A, v / v_s; strengthening takes N strengthening off the damping |
 //! | formula, data | N / sqrt(k m) | A, v, and the formula's parameters that vary |
 //!
-//! y is smooth. It is sampled at Chebyshev nodes of the box that holds the machines, and interpolated; boxes in which
-//! it misses samples by more than [`ACCURACY`] are cut in two, down to boxes with so few machines that each has a
-//! search of its own. Guarantee: numerical; [`Found::error`] is the largest error met at the samples.
+//! y is smooth. It is sampled at Chebyshev nodes of the box that holds the machines, and interpolated; boxes
+//! in which it misses samples by more than [`ACCURACY`] are cut in two, down to boxes with so few machines
+//! that each has a search of its own. Guarantee: numerical; [`Found::error`] is the largest error met at the
+//! samples.
 
 use rayon::prelude::*;
 
@@ -24,19 +25,20 @@ use crate::friction::{Column, Law};
 use crate::machine::{Friction, Machine, Model};
 use crate::simulate::critical::critical_dampings;
 
-/// Accuracy of critical dampings that are searched for.
+/// Tolerance of the root search for a critical damping.
 const TOLERANCE: f64 = 1e-9;
-/// Largest error of the interpolated y at the samples, in units of its size: far below any tolerance of a machine.
+/// Largest error of the interpolated y at the samples, in units of its size: far below any tolerance of a
+/// machine.
 const ACCURACY: f64 = 1e-6;
-/// Machines of a box that are searched for, to compare.
+/// Number of machines in a box whose critical damping is computed by the root search, for comparison.
 const SAMPLES: usize = 24;
 /// Nodes along each axis, by the number of axes that have an extent.
 const NODES: [usize; 5] = [1, 12, 9, 7, 5];
-/// Most nodes of a box, but for its first axis.
+/// Largest number of nodes of a box, not counting its first axis.
 const MOST_ROWS: usize = 125;
-/// Machines that share a call of the root search.
+/// Number of machines in one call of the root search.
 const SEARCHED_TOGETHER: usize = 64;
-/// A box is interpolated if it holds so many machines for each node.
+/// Least number of machines per node in a box that is interpolated.
 const MACHINES_PER_NODE: usize = 4;
 
 /// Machines by the groups of which y is a function.
@@ -46,22 +48,22 @@ pub(super) struct Groups<'a> {
     varied: Vec<usize>,
     /// Number of groups.
     size: usize,
-    /// The groups of one machine after the other.
+    /// The groups, machine by machine.
     values: Vec<f64>,
-    /// What y is multiplied by, and what is added, for the critical damping in SI units.
+    /// Factor and summand that convert y to the critical damping in SI units.
     scales: Vec<[f64; 2]>,
 }
 
 /// The critical dampings that were found.
 pub(super) struct Found {
-    /// One for each machine, SI units; NaN where none was found.
+    /// One for each machine, SI units; NaN if the search failed.
     pub(super) dampings: Vec<f64>,
-    /// Largest error of an interpolated one, in units of the damping, as far as it was met.
+    /// Largest error of the interpolated dampings at the samples, in units of the damping.
     pub(super) error: f64,
 }
 
 impl<'a> Groups<'a> {
-    /// Groups of machines that have the quantities of `nominal` but for those named.
+    /// An empty collection of machines that have the quantities of `nominal`, except those named.
     pub(super) fn new(nominal: &'a Machine, uncertain: &[&str]) -> Self {
         let varied: Vec<usize> = match &nominal.friction {
             Friction::Formula(..) => {
@@ -105,7 +107,7 @@ impl<'a> Groups<'a> {
         self.scales.push([root * a, shift]);
     }
 
-    /// The machines of another collection after these.
+    /// Appends the machines of another collection.
     pub(super) fn append(&mut self, mut others: Groups) {
         self.values.append(&mut others.values);
         self.scales.append(&mut others.scales);
@@ -116,7 +118,8 @@ impl<'a> Groups<'a> {
         &self.values[machine * self.size..(machine + 1) * self.size]
     }
 
-    /// The nominal machine with these groups instead of its own; `None` where it has none, as without weakening.
+    /// The nominal machine with these groups instead of its own; `None` if it has no groups, as without
+    /// weakening.
     fn machine_with(&self, groups: &[f64]) -> Option<Machine> {
         let mut machine = self.nominal.clone();
         let root = (machine.stiffness * machine.mass).sqrt();
@@ -144,7 +147,7 @@ impl<'a> Groups<'a> {
         machine.is_legal().then_some(machine)
     }
 
-    /// y at these groups, by a search for each; NaN where there is none.
+    /// y at these groups, by a root search for each; NaN if the search failed.
     fn searched(&self, groups: &[&[f64]]) -> Vec<f64> {
         let of_some = |groups: &[&[f64]]| {
             let model = |groups: &&[f64]| {
@@ -164,7 +167,7 @@ impl<'a> Groups<'a> {
         groups.par_chunks(SEARCHED_TOGETHER).flat_map_iter(of_some).collect()
     }
 
-    /// y of these machines, by a search for each.
+    /// y of these machines, by a root search for each.
     fn searched_of(&self, machines: &[usize]) -> Vec<f64> {
         self.searched(&machines.iter().map(|&machine| self.of(machine)).collect::<Vec<_>>())
     }
@@ -189,7 +192,7 @@ impl<'a> Groups<'a> {
         Found { dampings, error }
     }
 
-    /// y of these machines and the error met in their box.
+    /// The machines, each with its y and the largest error at the samples of its box.
     fn boxed(&self, machines: &mut [usize]) -> Vec<(usize, f64, f64)> {
         let sides = self.sides(machines);
         let wide: Vec<usize> = (0..self.size).filter(|&axis| sides[axis][1] > sides[axis][0]).collect();
@@ -201,7 +204,7 @@ impl<'a> Groups<'a> {
             return machines.iter().zip(y).map(|(&machine, y)| (machine, y, 0.0)).collect();
         };
         let surface = Surface::new(self, &sides, &wide, along, nodes);
-        // Samples from everywhere among the machines, which lie in the order of the draws.
+        // Equally spaced samples of the machines, which are in the order of the draws.
         let step = machines.len() / SAMPLES;
         let samples: Vec<usize> = (0..SAMPLES).map(|i| machines[i * step]).collect();
         let searched = self.searched_of(&samples);
@@ -231,7 +234,7 @@ impl<'a> Groups<'a> {
                 *side = [side[0].min(value), side[1].max(value)];
             }
         }
-        // What differs by round-off only is the same.
+        // Values that differ by round-off only count as equal.
         for side in &mut sides {
             if side[1] - side[0] <= 1e-12 * (1.0 + side[0].abs()) {
                 side[1] = side[0];
@@ -250,7 +253,7 @@ struct Surface {
     sides: Vec<[f64; 2]>,
     /// The axes along which the box has an extent.
     wide: Vec<usize>,
-    /// Polynomials along each of them.
+    /// Number of polynomials along each of them.
     along: usize,
     /// The last axis varies fastest.
     coefficients: Vec<f64>,
@@ -292,7 +295,7 @@ impl Surface {
     fn at(&self, point: &[f64]) -> f64 {
         let mut sums = [0.0; MOST_ROWS];
         let mut left = self.coefficients.len();
-        // Each axis, the slowest first, is replaced by its sum.
+        // Sums over each axis, the slowest first.
         for (number, &axis) in self.wide.iter().enumerate() {
             let [lo, hi] = self.sides[axis];
             let x = 2.0 * (point[axis] - lo) / (hi - lo) - 1.0;
@@ -316,7 +319,7 @@ impl Surface {
         self.coefficients[0].abs()
     }
 
-    /// The axis along which the last polynomials are largest; where y is not known at a node, the first.
+    /// The axis along which the last coefficients are largest; the first axis if y is not known at a node.
     fn roughest(&self) -> usize {
         let last = |position: usize| -> f64 {
             let stride = self.along.pow((self.wide.len() - 1 - position) as u32);

@@ -135,7 +135,7 @@ impl Backbone {
         Self::within(curve, belt_speed, tolerance, &Work::of_backbone(curve))
     }
 
-    /// As [`Backbone::of`], within the budget of a question.
+    /// As [`Backbone::of`], within a budget of work.
     pub(super) fn within(
         curve: &Curve,
         belt_speed: f64,

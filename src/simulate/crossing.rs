@@ -165,12 +165,13 @@ fn outward(from: f64, end: &Loop) -> bool {
     matches!(end, Loop::Crosses { beyond_exit, .. } if *beyond_exit > from)
 }
 
-/// Whether it is proved that no crossing cycle exists that is small enough to be looked for: where the divergence
-/// is nowhere positive.
+/// Returns whether it is proved that no crossing cycle exists among those small enough to be searched: where
+/// the divergence is nowhere positive.
 ///
-/// **Proof.** The integral of D over the region that a crossing cycle encloses is the flux out of its parts below
-/// and above the belt line. Orbits let nothing through; the part of the line inside, of length s, lets through x2'
-/// of the lower field less x2' of the upper one, which is 2 everywhere. So the integral is 2 s > 0. []
+/// **Proof.** The integral of D over the region that a crossing cycle encloses is the flux out of its parts
+/// below and above the belt line. Nothing flows through the orbit; through the part of the line inside, of
+/// length s, flows x2' of the lower field less x2' of the upper one, which is 2 everywhere. So the integral
+/// is 2 s > 0. []
 fn none_proved(oscillator: &Oscillator) -> bool {
     let unit = oscillator.belt_speed.max(1.0);
     oscillator.divergence_is_at_most(0.0, 0.0, 4.0 * unit * 10_f64.powi(*DECADES.end()))

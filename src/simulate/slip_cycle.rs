@@ -76,7 +76,7 @@ pub fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Result<Slip
     turn_within(oscillator, radius, tolerance, &Work::of_question(&oscillator.curve))
 }
 
-/// As [`turn`], within the budget of a question.
+/// As [`turn`], within a budget of work.
 pub(super) fn turn_within(
     oscillator: &Oscillator,
     radius: f64,

@@ -26,11 +26,12 @@
 //!
 //! # Machines
 //!
-//! The map of a machine has its belt speeds and dampings in SI units as auxiliary coordinates, `belt_speed_si` along V
-//! and `damping_si` along c (CF attribute `coordinates` of every variable, by which xarray finds them). Variables with
-//! a physical dimension have the attributes `si_factor` and `si_units`: their numbers times the factor are in that
-//! unit. Of the file, `machine_si` are the machine's numbers ([`crate::machine::Machine::to_array`]), `machine_units`
-//! the units of time, length, velocity, force and damping, `machine_motion` tells whether it moves or turns.
+//! The map of a machine has its belt speeds and dampings in SI units as auxiliary coordinates,
+//! `belt_speed_si` along V and `damping_si` along c (CF attribute `coordinates` of every variable, by which
+//! xarray finds them). Variables with a physical dimension have the attributes `si_factor` and `si_units`:
+//! their numbers times the factor are in that unit. Of the file, `machine_si` are the machine's numbers
+//! ([`crate::machine::Machine::to_array`]), `machine_units` the units of time, length, velocity, force and
+//! damping, `machine_motion` tells whether it moves or turns.
 //!
 //! # Curves
 //!

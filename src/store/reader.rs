@@ -186,8 +186,8 @@ impl MapFile {
         self.slice(variable, at)
     }
 
-    /// Reads real numbers on a slice, as [`MapFile::code_slice`]; also those of a variable beside the cells, which takes no
-    /// notice of the axes that it does not have.
+    /// Reads real numbers on a slice, as [`MapFile::code_slice`]; also those of a variable beside the cells,
+    /// which takes no notice of the axes that it does not have.
     ///
     /// # Errors
     /// As [`MapFile::codes`].

@@ -109,7 +109,7 @@ pub(super) fn variable(
     Ok(if stored == expected { Ok(()) } else { Err(format!("{name} holds {stored} instead of {expected}")) })
 }
 
-/// Refuses a variable beside the cells that is no array of numbers of this shape.
+/// Refuses an auxiliary variable that is not an array of numbers of this shape.
 pub(super) fn auxiliary(dataset: &Dataset, name: &str, shape: &[usize]) -> hdf5::Result<Result<(), String>> {
     if let Err(why) = own_numbers(dataset, name)? {
         return Ok(Err(why));
@@ -131,7 +131,7 @@ pub(super) fn kind_of(variable: &Variable) -> TypeDescriptor {
     }
 }
 
-/// Number type of a stored dataset; one that the safe layer does not know is an error.
+/// Number type of a stored dataset; a type unknown to the `hdf5` crate is an error.
 fn kind(dataset: &Dataset) -> hdf5::Result<TypeDescriptor> {
     dataset.dtype()?.to_descriptor()
 }

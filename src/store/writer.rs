@@ -46,7 +46,7 @@ pub struct MapWriter {
 }
 
 impl MapWriter {
-    /// Starts the map that `plan` asks for.
+    /// Starts the map of `plan`.
     ///
     /// # Errors
     /// [`StoreError::Exists`] if `path` exists and is not to be replaced; otherwise the file system's or
@@ -255,7 +255,7 @@ fn list_uses(file: &File, schema: &Schema, auxiliary: &[Auxiliary]) -> hdf5::Res
     Ok(())
 }
 
-/// Creates the variables beside the cells.
+/// Creates the auxiliary variables.
 fn create_auxiliary(file: &File, schema: &Schema, auxiliary: &[Auxiliary]) -> hdf5::Result<()> {
     for Auxiliary { name, values, attributes } in auxiliary {
         let positions = auxiliary::axes_of(name, &schema.grid).unwrap_or_default();

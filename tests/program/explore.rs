@@ -1,4 +1,4 @@
-//! `slipmap explore`: what its server answers, and whom it refuses.
+//! `slipmap explore`: answers and refusals of its server.
 
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::net::TcpStream;
@@ -33,10 +33,10 @@ impl Server {
         stream
     }
 
-    /// Status, head and body of the answer to a request that is sent as it is.
+    /// Status, head and body of the answer to a raw request.
     fn send(&self, request: &[u8]) -> (u16, String, Vec<u8>) {
         let mut stream = self.connect();
-        // A server that has seen enough may close the connection before it has read everything.
+        // A server that refuses a request may close the connection before it has read everything.
         let _ = stream.write_all(request);
         let mut all = Vec::new();
         let _ = stream.read_to_end(&mut all);
@@ -147,7 +147,7 @@ fn pictures_hold_the_cells_of_the_map() {
         }
     }
     assert!(cells.iter().any(|&code| code != cells[0]));
-    // With the axes exchanged the picture is turned.
+    // With the axes exchanged the picture is transposed.
     let mut turned = plane();
     (turned["x"], turned["y"]) = (plane()["y"].clone(), plane()["x"].clone());
     let (_, bytes) = server.post("/api/plane", turned.to_string().as_bytes());
@@ -238,7 +238,7 @@ fn only_the_page_itself_may_ask() {
         }
     }
     assert_eq!(server.get("/api/start", &format!("Origin: http://localhost:{port}\r\n")).0, 200);
-    // No file of the machine, by whatever name.
+    // No file of the computer is served, by any name.
     for path in [
         "/assets/../../../../etc/passwd",
         "/assets/%2e%2e%2fetc%2fpasswd",
@@ -338,14 +338,14 @@ fn overtaken_requests_are_dropped() {
         let mut next = plane();
         next["turn"]["number"] = 2.into();
         assert_eq!(server.ask("/api/plane", &next).0, 200);
-        // Not 503: it did not run into its limit of time.
+        // Not 503: it did not reach its time limit.
         assert_eq!(first.join().unwrap(), 204);
     });
-    // An older one is not even begun.
+    // An older one is not even started.
     assert_eq!(server.ask("/api/plane", &plane()).0, 204);
 }
 
-/// A thousand requests of every kind, connections that say nothing, and bodies that never end.
+/// A thousand requests of every kind, silent connections, and bodies that never end.
 #[test]
 #[cfg(target_os = "linux")]
 fn the_server_outlives_everything() {
@@ -453,7 +453,7 @@ fn the_plane_leaves_as_a_configuration_a_map_figures_and_a_table() {
     let command = texts["command"].as_str().unwrap();
     assert_eq!(command, format!("slipmap {}", crate::command::PROBE.join(" ")));
     assert!(texts["python"].as_str().unwrap().contains("slipmap.map(grid, law=slipmap.Law.stribeck()"));
-    // The configuration makes the map that the page hands out.
+    // The configuration gives the same map as the page's export.
     let mut asked = plane();
     asked["file"] = "h5".into();
     let (status, bytes) = server.post("/api/file", asked.to_string().as_bytes());
@@ -519,7 +519,7 @@ fn stored_cells_are_shown_as_they_are() {
         picture(&server.post("/api/plane", asked.to_string().as_bytes()).1).1.to_vec()
     };
     assert_eq!(of(true, 0.0), of(false, 0.0));
-    // Far from the map there is nothing.
+    // Far from the map there are no cells.
     let mut far = plane();
     (far["stored"], far["x"]["from"], far["x"]["to"]) = (true.into(), 20.0.into(), 30.0.into());
     let far = server.post("/api/plane", far.to_string().as_bytes()).1;

@@ -115,11 +115,11 @@ impl Expression {
         Ok(Self(Arc::new(Compiled { text: text.to_owned(), static_level, tape, parameters })))
     }
 
-    /// The law whose slip speed is measured in units of `unit`, divided by `static_level`: every u of the text
-    /// becomes (unit*u).
+    /// The law with its slip speed in units of `unit`, divided by `static_level`: every u of the text becomes
+    /// (unit*u).
     ///
     /// # Errors
-    /// [`ExpressionError`] where that makes the formula too long.
+    /// [`ExpressionError`] if that makes the formula too long.
     pub fn in_units(&self, unit: f64, static_level: f64) -> Result<Self, ExpressionError> {
         let mut text = String::with_capacity(self.0.text.len());
         let is_part = |letter: char| letter.is_alphanumeric() || letter == '_' || letter == '.';

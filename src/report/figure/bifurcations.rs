@@ -29,7 +29,7 @@ pub fn data(view: &View, curves: &PlaneCurves) -> Data {
         .reals("error", points().map(|(.., point)| point.error).collect())
 }
 
-/// In the order in which they are drawn: a fold may lie on a Hopf curve, which shows in its gaps.
+/// The drawing order: a fold may lie on a Hopf curve, which shows in its gaps.
 const ORDER: [Bifurcation; 5] = [
     Bifurcation::Fold,
     Bifurcation::GrazingSliding,
@@ -38,7 +38,7 @@ const ORDER: [Bifurcation; 5] = [
     Bifurcation::Hopf,
 ];
 
-/// Draws curves into the panel of their plane. The legend names those that show.
+/// Draws curves into the panel of their plane. The legend names the visible ones.
 pub fn draw(scene: &mut Scene, panel: &Panel, curves: &PlaneCurves, legend: &mut Legend) {
     let places = |bifurcation: Bifurcation| {
         let of_kind = curves.curves.iter().filter(move |curve| curve.bifurcation == bifurcation);
@@ -47,7 +47,7 @@ pub fn draw(scene: &mut Scene, panel: &Panel, curves: &PlaneCurves, legend: &mut
     let Rect { x, y, w, h } = panel.rect;
     let shows = |p: &Place| (x..=x + w).contains(&p.0) && (y..=y + h).contains(&p.1);
     scene.clipped(panel.rect, |scene| {
-        // White below all of them first, so that none wipes out another.
+        // White lines below all of them first, so that none covers another.
         for bifurcation in ORDER {
             places(bifurcation).for_each(|line| scene.line(&line, &HALO));
         }
@@ -62,20 +62,20 @@ pub fn draw(scene: &mut Scene, panel: &Panel, curves: &PlaneCurves, legend: &mut
     }
 }
 
-/// How the curve of a bifurcation is drawn, and what legends call it.
+/// Line style and legend text of the curve of a bifurcation.
 #[must_use]
 pub fn line_style(bifurcation: Bifurcation) -> (Stroke, &'static str) {
     (style(bifurcation), words(bifurcation))
 }
 
-/// Lines that differ in their dashes; colours must show on every area.
+/// Lines that differ in their dashes, in colours visible on every area.
 fn style(bifurcation: Bifurcation) -> Stroke {
     match bifurcation {
         Bifurcation::Hopf => Stroke { color: palette::BLACK, width: 1.0, dash: &[5.0, 2.0] },
         Bifurcation::GrazingSliding => EXACT,
         Bifurcation::Landing => Stroke { color: palette::VERMILION, width: 1.2, dash: &[1.4, 1.4] },
         Bifurcation::Crossing => Stroke { color: palette::BLUE, width: 1.2, dash: &[3.0, 1.4] },
-        // Broad, so that a curve on top of it leaves both visible.
+        // Broad, so that it stays visible below another curve.
         Bifurcation::Fold => Stroke { color: palette::PURPLE, width: 2.2, dash: &[] },
     }
 }

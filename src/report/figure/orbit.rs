@@ -1,4 +1,4 @@
-//! One point in two pictures: its phase portrait, and position and velocity against time.
+//! The figure of an orbit: phase portrait, and position and velocity against time.
 
 use super::super::text::{Rich, rich};
 use super::super::units::{UnitSystem, join};
@@ -20,7 +20,7 @@ use crate::simulate::direct::{Sample as State, Start};
 pub struct OrbitFigure {
     /// The figure.
     pub scene: Scene,
-    /// What it shows.
+    /// Its caption.
     pub caption: Rich,
     /// The orbit as a table.
     pub data: Data,
@@ -28,16 +28,16 @@ pub struct OrbitFigure {
     pub portrait: Panel,
 }
 
-/// Where an orbit starts, for how long it is followed, and how it is shown.
+/// Start, duration and units of a drawn orbit.
 #[derive(Clone, Debug)]
 pub struct OrbitPlot<'a> {
     /// The law.
     pub law: &'a Law,
     /// The point.
     pub point: &'a Point,
-    /// Where the orbit starts.
+    /// Start of the orbit.
     pub start: Start,
-    /// How long it is followed, dimensionless; if `None` until it closes, settles or has made four turns.
+    /// Duration, dimensionless; `None` follows the orbit until it closes, settles or has made four turns.
     pub duration: Option<f64>,
     /// The units in which it is shown.
     pub units: &'a UnitSystem,
@@ -45,7 +45,7 @@ pub struct OrbitPlot<'a> {
     pub width: Width,
 }
 
-/// The parameters of a point: of a machine its speed and damping.
+/// The parameters of a point; for a machine its speed and damping.
 fn point_words(plot: &OrbitPlot) -> Rich {
     let point = plot.point;
     if plot.units.machine().is_some() {
@@ -76,7 +76,7 @@ pub fn orbit_figure(plot: &OrbitPlot) -> OrbitFigure {
         let (x, y, h) = equal_scales(extent, w, (0.4, 0.95));
         (x.in_unit(x1.factor), y.in_unit(x2.factor), h)
     };
-    // The margin depends on the numbers, these on the height.
+    // The margin depends on the numbers, and these on the height.
     let (x_scale, y_scale, _) = scales(150.0);
     let labels = Panel::y_labels_width(y_scale, 150.0);
     let widest = labels.max(Panel::y_labels_width(x_scale, 75.0)).max(18.0);

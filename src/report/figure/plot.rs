@@ -1,4 +1,4 @@
-//! Plots of variables of a map: over a plane as areas, over one axis as curves or strips.
+//! Plots of variables of a map: areas over a plane, curves or strips over one axis.
 
 use std::sync::atomic::AtomicBool;
 
@@ -17,10 +17,10 @@ use crate::dataset::auxiliary::PROBABILITY;
 use crate::map::{Plane, PlaneCurves};
 use crate::store::{MapFile, Pick};
 
-/// Values at which axes are held, by name; in the units of the view.
+/// Values of fixed axes, by name, in the units of the view.
 pub type At = (String, Vec<f64>);
 
-/// What to plot.
+/// The choices of a plot.
 #[derive(Clone, Debug)]
 pub struct Plot<'a> {
     /// Name of the horizontal axis.
@@ -28,7 +28,7 @@ pub struct Plot<'a> {
     /// Name of the vertical axis; without one, or if one of the two has a single node, variables are drawn
     /// over the other axis.
     pub y: Option<&'a str>,
-    /// Where other axes are held. One of them may have several values if there is no vertical axis: each is a
+    /// Values of the other axes. One of them may have several values if there is no vertical axis: each is a
     /// curve.
     pub at: &'a [At],
     /// The variables, of which only one can be drawn over a plane; none means the verdict of the simulation,
@@ -48,17 +48,17 @@ pub struct Plot<'a> {
 pub struct Plotted {
     /// The figure.
     pub scene: Scene,
-    /// What it shows.
+    /// Its caption.
     pub caption: Rich,
     /// Its numbers.
     pub data: Data,
-    /// Where the other axes are held.
+    /// The nodes of the other axes.
     pub held: Vec<Held>,
-    /// Axes of which not all nodes are drawn, and one node in how many is.
+    /// Axes of which not all nodes are drawn, with n where one node in n is.
     pub thinned: Vec<(String, usize)>,
     /// The curves of codimension one of the first panel, if they are stored or were asked for.
     pub curves: Option<PlaneCurves>,
-    /// What is worth a note.
+    /// Notes for the user.
     pub notes: Vec<String>,
 }
 
@@ -89,7 +89,7 @@ pub fn plot(view: &View, plot: &Plot) -> Result<Plotted, ReportError> {
     }
 }
 
-/// The variables that are asked for, or the one that is shown if none is.
+/// The requested variables, or the default one.
 fn variables<'a>(map: &'a MapFile, asked: &'a [String]) -> Result<Vec<&'a str>, ChoiceError> {
     let default = format!("verdict_{SIMULATION}");
     let probability = [PROBABILITY].into_iter().filter(|name| map.has_auxiliary(name));
@@ -126,7 +126,7 @@ fn field_of(variable: &str) -> Option<&'static str> {
     field.map(Field::name)
 }
 
-/// What the codes of a variable mean; `None` if it holds real numbers.
+/// The kinds of cells of a variable of codes; `None` if it holds real numbers.
 fn kinds(variable: &str) -> Option<Vec<Kind>> {
     match variable {
         "regime" => Some(palette::regimes()),
@@ -135,7 +135,7 @@ fn kinds(variable: &str) -> Option<Vec<Kind>> {
     }
 }
 
-/// One value for every axis that is held.
+/// One value for every fixed axis.
 ///
 /// # Errors
 /// [`ChoiceError::SeveralValues`].
@@ -232,18 +232,17 @@ fn stored(map: &MapFile, plane: &Plane) -> Option<PlaneCurves> {
     })
 }
 
-/// What is drawn over one axis: a variable at the nodes `index` of the other axes, in the panel with this
-/// number.
+/// A curve over one axis: a variable at the nodes `index` of the other axes, in the panel with this number.
 struct Line<'a> {
     variable: &'a str,
     index: Vec<usize>,
     panel: usize,
-    /// The value of the axis that has a curve for each of several.
+    /// The value of the axis for which there are several curves.
     value: Option<Rich>,
 }
 
 impl Line<'_> {
-    /// What a legend calls it: by its variable only among curves of several.
+    /// Its name in the legend, with the variable only if there are several.
     fn name(&self, view: &View, with_variable: bool) -> Rich {
         let variable = with_variable.then(|| view.units.variable(self.variable).name);
         join(variable.into_iter().chain(self.value.clone()))
@@ -258,7 +257,7 @@ fn over_axis(view: &View, plot: &Plot, x: usize) -> Result<Plotted, ReportError>
     }
     let names = variables(map, plot.variables)?;
     let without_damping = names.iter().all(|name| name.starts_with("critical_c_"));
-    // The axes with a curve or a panel for each of several values.
+    // The axes with several values, each with a curve or a panel.
     let several: Vec<&At> = plot.at.iter().filter(|(_, values)| values.len() != 1).collect();
     if let [_, (second, _), ..] = several[..] {
         return Err(ChoiceError::SeveralValues { axis: second.clone() }.into());
@@ -360,7 +359,7 @@ fn drawn_nodes(view: &View, x: usize) -> Vec<f64> {
     axis.values.iter().step_by(step(axis)).map(|value| value * factor).collect()
 }
 
-/// What all panels of a plot over one axis share.
+/// Common arguments of all panels of a plot over one axis.
 struct Context<'a> {
     view: &'a View<'a>,
     x: usize,
@@ -390,7 +389,8 @@ impl Context<'_> {
         let axis = &map.grid().axes()[self.x];
         let x_label = self.view.axis(axis);
         let nodes: Vec<f64> = axis.values.iter().copied().step_by(step(axis)).collect();
-        // One chart for each panel and each unit; pure numbers share one only with their own kind.
+        // One chart for each panel and each unit; a pure number shares its chart only with the same kind of
+        // number.
         let mut charts: Vec<((usize, Label), Chart)> = Vec::new();
         let mut numbers = Vec::new();
         let unit = |line: &Line| {

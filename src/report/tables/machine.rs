@@ -9,12 +9,12 @@ use crate::machine::{Dimension, Model};
 use crate::map::AxisRole;
 use crate::point::Point;
 
-/// Belt speeds shown at most.
+/// Largest number of belt speeds shown.
 const ROWS: usize = 12;
 /// Bound on the error of the scaled grazing margin.
 const TOLERANCE: f64 = 1e-9;
 
-/// What the machine of a map does at its belt speeds; `None` for a map in dimensionless terms.
+/// The behaviour of a map's machine at its belt speeds; `None` for a map in dimensionless terms.
 pub(super) fn machine(view: &View) -> Option<Table> {
     let map = view.map;
     let model = view.model()?;
