@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Proved volumes of the box of configs/validated.toml against time: lower bounds of present and absent, an upper one of undecided.
+"""Proved volumes of the box of configs/validated.toml against processor time: lower bounds of present and absent, an upper one of undecided.
 
     cargo build --release && python3 scripts/proof_volume.py target/release/slipmap > results/validated/volume.csv
 
@@ -8,18 +8,19 @@ Each row is a run of its own with the given number of boxes, on all cores.
 
 import csv
 import json
+import resource
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-BOXES = [1, 2, 4, 8, 16, 32, 64, 128, 256, 512]
+BOXES = [1, 2, 4, 8, 16, 32]
 
 
 def main():
     program = Path(sys.argv[1]).resolve()
-    names = ["boxes", "parts", "seconds", "present", "absent", "undecided_at_most"]
+    names = ["boxes", "parts", "processor_seconds", "present", "absent", "undecided_at_most"]
     table = csv.DictWriter(sys.stdout, names, lineterminator="\n")
     table.writeheader()
     with tempfile.TemporaryDirectory() as folder:
@@ -27,9 +28,14 @@ def main():
             sets = {"validated.boxes": boxes, "validated.proof": f'"{folder}/p.json"', "output.path": f'"{folder}/m.h5"'}
             command = [program, "run", ROOT / "configs/validated.toml", "--json", "--overwrite", "--quiet"]
             command += [part for key, value in sets.items() for part in ("--set", f"{key}={value}")]
+            before = resource.getrusage(resource.RUSAGE_CHILDREN)
             run = subprocess.run(command, check=True, capture_output=True, text=True)
+            after = resource.getrusage(resource.RUSAGE_CHILDREN)
+            # Of the whole run, whatever else the machine was doing; its cells take a tenth of a second.
+            seconds = after.ru_utime - before.ru_utime
             proved = json.loads(run.stdout)["proved"]
-            table.writerow({**{name: proved[name] for name in names}, "seconds": round(proved["seconds"], 2)})
+            known = {name: proved[name] for name in names if name in proved}
+            table.writerow({**known, "processor_seconds": round(seconds, 2)})
             sys.stdout.flush()
 
 

@@ -37,7 +37,7 @@ def main(program, out):
     rows = []
     laws = {
         "stribeck": (slipmap.Law.stribeck(0.4, 0.2, 2.0), 0.1, 1_000_000),
-        "exponential": (slipmap.Law.exponential(0.5, 1.0, 0.0), 1.0, 200_000),
+        "exponential": (slipmap.Law.exponential(0.5, 1.0, 0.0), 1.0, 10_000),
     }
     for name, (law, epsilon, count) in laws.items():
         V = np.linspace(0.3, 3.0, count)

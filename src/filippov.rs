@@ -99,10 +99,11 @@ impl Oscillator {
         self.curve.weakening(u) - self.viscous
     }
 
-    /// Whether the divergence is certainly at most `bound` for all slip speeds in [`lo`, `hi`], 0 <= lo <= hi.
+    /// Returns whether the divergence is proved to be at most `bound` for all slip speeds in [`lo`, `hi`], 0
+    /// <= lo <= hi.
     #[must_use]
     pub fn divergence_is_at_most(&self, bound: f64, lo: f64, hi: f64) -> bool {
-        // A few values tell most oscillators; bounds over a range of slip speeds cost much more.
+        // A few values decide for most oscillators; bounds over a range of slip speeds cost much more.
         let at = |share: f64| self.divergence((hi - lo).mul_add(share, lo)) <= bound;
         [0.0, 1.0, 0.5, 0.2, 0.7, 0.35, 0.85].into_iter().all(at)
             && self.curve.weakening_range(lo, hi).hi - self.viscous <= bound

@@ -351,7 +351,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
                 line("standard error of c*", format!("{}, from those of the data", short(standard.value)));
             }
         }
-        // What has no critical damping says so above.
+        // Without a critical damping the output says so above.
         Err(NoSensitivity::Critical(_) | NoSensitivity::Negative) => {}
         Err(why) => line("c* moves by", format!("not known: {why}")),
     }

@@ -131,7 +131,7 @@ impl Behaviour {
 pub struct LongRun {
     /// The set of attractors.
     pub regime: Regime,
-    /// The cycle that attracts, see [`attracting_cycle`].
+    /// The attracting cycle, see [`attracting_cycle`].
     pub cycle: Option<AttractingCycle>,
     /// The boundary of the basin of steady slip, see [`basin_boundary`].
     pub basin: Option<(SlipCycle, Kick)>,

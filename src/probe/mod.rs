@@ -53,7 +53,7 @@ result! {
         pub flow: Flows,
         /// The critical damping of the column.
         pub critical_c: CriticalResult,
-        /// What the critical damping depends on.
+        /// Sensitivities of the critical damping.
         pub sensitivity: SensitivityResult,
         /// Name of the long-run behaviour.
         pub regime: &'static str,
@@ -154,12 +154,12 @@ result! {
 
     /// Derivatives of the critical damping.
     pub struct SensitivityResult {
-        /// By each axis but the damping, in the order of [`Grid::axis_names`]; empty if they are not known.
+        /// By each axis but the damping, in the order of [`Grid::axis_names`]; empty if they are unknown.
         #[cfg_attr(feature = "serde", serde(serialize_with = "as_map"))]
         pub derivatives: Vec<(&'static str, EstimateResult)>,
         /// The standard error of the critical damping, of a table with standard errors.
         pub standard_error: Option<EstimateResult>,
-        /// Why there are none.
+        /// Reason why there are none.
         pub reason: Option<String>,
     }
 

@@ -1,11 +1,11 @@
-//! Orbits in the Liénard form, side by side of the belt line, with what stability needs.
+//! Orbits in the Liénard form, one side of the belt line after the other, with the data for stability.
 //!
 //! With v = x2, w = x2' the flow on either side is v' = w, w' = -v + D(u) w, u = |v - V| (theory, "Two forms
-//! of the slip flow"), and x1 follows from x2' = w. Along with the state goes `growth`, the integral of D: by
+//! of the slip flow"), and x1 follows from x2' = w. The state includes `growth`, the integral of D: by
 //! Liouville's formula the flow stretches areas by exp(growth), which is the multiplier of a cycle up to the
 //! angles at which its orbit passes the sections.
 //!
-//! This serves the questions about cycles; verdicts come from elsewhere.
+//! This module is for cycles; verdicts do not use it.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -19,7 +19,8 @@ use crate::friction::Weakening;
 
 /// A step this much shorter than the time scale of the flow has underflowed.
 const SHORTEST_STEP: f64 = 1e-14;
-/// Trials that locate a point within a step; every third bisects, which alone would end in 52.
+/// Largest number of trials that locate a point within a step; every third bisects, which alone would end
+/// after 52.
 const TRIALS: u32 = 3 * 52;
 
 /// A state on an orbit.
@@ -35,14 +36,14 @@ pub(super) struct State {
     pub(super) time: f64,
 }
 
-/// How an arc below the belt line ends.
+/// The end of an arc below the belt line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum LowerEnd {
     /// x2 has a maximum below V here.
     Turns(State),
-    /// It comes back to x2 = V here.
+    /// It returns to x2 = V here.
     Meets(State),
-    /// It creeps into the equilibrium and has no maximum any more.
+    /// It tends to the equilibrium without another maximum of x2.
     Rests,
 }
 
@@ -53,7 +54,7 @@ pub(super) struct Walk<'a> {
     side: Side,
     /// The law's polynomials, where they are quicker than the law and their error is below that of the orbit.
     weakening: Option<Arc<Weakening>>,
-    /// Slip speeds at which steps end, in growing order.
+    /// Slip speeds at which steps end, increasing.
     stops: &'a [f64],
     /// Local error allowed per unit of time.
     allowed: f64,
@@ -95,15 +96,15 @@ impl<'a> Walk<'a> {
             stops: oscillator.curve.corners(),
             allowed: tolerance * scale / TAU,
             here: State { v, w, growth: 0.0, time: 0.0 },
-            // The friction law may change on a scale much smaller than V next to the belt line; steps grow
-            // from a size that sees it.
+            // Near the belt line the friction law may change on a scale much smaller than V; steps grow from
+            // a size that resolves it.
             next_step: 1e-3 * oscillator.belt_speed / (v.abs() + w.abs()),
             work,
         }
     }
 
-    /// D at velocity `v`. Beyond the belt line it stays at its value there: steps that pass the line are taken
-    /// back to it, so this only has to be tame.
+    /// D at velocity `v`. Beyond the belt line it is constant: steps that pass the line are shortened to it,
+    /// so this only has to be bounded.
     fn divergence(&self, v: f64) -> f64 {
         let slip = match self.side {
             Side::Below => self.oscillator.belt_speed - v,
@@ -145,7 +146,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Whether a state lies beyond the belt line.
+    /// Returns whether a state lies beyond the belt line.
     fn beyond(&self, state: &State) -> bool {
         match self.side {
             Side::Below => state.v > self.oscillator.belt_speed,
@@ -153,8 +154,8 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Takes one step, and returns where it began. The direction of (v, w) turns at the rate
-    /// 1 + D sin cos <= 1 + |D|/2; steps are short enough that x2' changes its sign at most once.
+    /// Takes one step, and returns the state at its beginning. The direction of (v, w) turns at the rate 1 +
+    /// D sin cos <= 1 + |D|/2; steps are short enough that x2' changes its sign at most once.
     ///
     /// # Errors
     /// [`Failure`].
@@ -182,8 +183,8 @@ impl<'a> Walk<'a> {
             }
             let allowed = self.allowed * h;
             let factor = (0.9 * (allowed / error).powf(1.0 / 7.0)).clamp(0.2, 5.0);
-            // A step across the belt line meets a kink of the continued field; what counts is the shorter
-            // one that ends there, see `is_accurate`.
+            // A step across the belt line meets a kink of the continued field; the accuracy that matters is
+            // that of the shorter step to the line, see `is_accurate`.
             if error <= allowed || self.beyond(&to) {
                 if error <= allowed {
                     self.next_step = h * factor;
@@ -196,7 +197,7 @@ impl<'a> Walk<'a> {
     }
 
     /// The state between `from` and `from` + `h` at which `value` passes through zero, where it has opposite
-    /// signs (or is zero) at the ends. Every trial integrates anew from `from`.
+    /// signs (or is zero) at the ends. Every trial is a step from `from`.
     pub(super) fn locate(&self, from: &State, h: f64, value: impl Fn(&Self, &State) -> f64) -> State {
         let (mut low, mut high) = (0.0, h);
         let first = value(self, from);
@@ -224,8 +225,8 @@ impl<'a> Walk<'a> {
         at
     }
 
-    /// Follows an arc below the belt line, from anywhere on or below it, to the next maximum of x2 or to the
-    /// line, whichever comes first. `visit` sees every step: where it begins, and its end.
+    /// Follows an arc from a state on or below the belt line to the next maximum of x2 or to the line,
+    /// whichever comes first. `visit` is called with the two ends of every step.
     ///
     /// # Errors
     /// [`Failure`].
@@ -278,7 +279,7 @@ impl<'a> Walk<'a> {
             let mut to = self.here;
             let meets = to.v <= belt_speed;
             if meets {
-                // The height over the line, per time, has a simple root even for the shortest arc.
+                // The height over the line divided by the time has a simple root even for the shortest arc.
                 let (start, time) = (from.v - belt_speed, from.time);
                 to = self.locate(&from, to.time - from.time, |_, state| {
                     let elapsed = state.time - time;
@@ -301,8 +302,8 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Whether a located event may be kept. If the step to it misses the tolerance, the orbit is put back to
-    /// where the step began, to go on with a shorter one.
+    /// Returns whether a located event is accurate. If the step to it misses the tolerance, the orbit is
+    /// reset to the beginning of the step, to continue with a shorter one.
     fn is_accurate(&mut self, from: &State, to: &State) -> bool {
         let h = to.time - from.time;
         let (_, error) = self.after(from, h);
@@ -315,7 +316,7 @@ impl<'a> Walk<'a> {
         accurate
     }
 
-    /// Whether the orbit certainly has no maximum of x2 any more: where D <= -2 between here and the
+    /// Returns whether the orbit provably has no later maximum of x2: where D <= -2 between here and the
     /// equilibrium, the wedge between w = 0 and w = -v is never left, and |v| falls in it monotonically.
     fn creeps(&self) -> bool {
         let State { v, w, .. } = self.here;

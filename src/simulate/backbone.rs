@@ -132,10 +132,10 @@ impl Backbone {
     /// # Errors
     /// [`Failure`] of an orbit.
     pub fn of_curve(curve: &Curve, belt_speed: f64, tolerance: f64) -> Result<Self, Failure> {
-        Self::within(curve, belt_speed, tolerance, &Work::of_question(curve))
+        Self::within(curve, belt_speed, tolerance, &Work::of_backbone(curve))
     }
 
-    /// As [`Backbone::of`], within the budget of a question.
+    /// As [`Backbone::of`], within a budget of work.
     pub(super) fn within(
         curve: &Curve,
         belt_speed: f64,

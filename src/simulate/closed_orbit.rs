@@ -34,21 +34,21 @@ use super::{Failure, Range};
 use crate::filippov::Oscillator;
 use crate::friction::{Curve, Weakening};
 
-/// As in the vectorised kernel: below this dth/dt the angle is no clock.
+/// Least dth/dt, as in the vectorised kernel: below it the polar angle may not be monotone in time.
 const SLOWEST_TURN: f64 = 0.05;
-/// Longest step, so that no stage pattern straddles half an orbit.
+/// Longest step, so that the stages of a step do not span half an orbit.
 const LONGEST_STEP: f64 = 0.5;
 const FIRST_STEP: f64 = 0.02;
 const SHORTEST_STEP: f64 = 1e-9;
 const STEP_BUDGET: u32 = 20_000;
-/// Share of the tolerance that the local error estimates may add up to.
+/// Share of the tolerance for the sum of the local error estimates.
 const SHARE: f64 = 0.3;
-/// Error of the turns that lead near a root, in units of the weakening rate.
+/// Error of the first turns, which only lead near a root, in units of the weakening rate.
 const ROUGH: f64 = 1e-6;
-/// Turns after which the search for a root gives up; four are usual.
+/// Largest number of turns in the search for a root; four are usual.
 const MOST_TURNS: u32 = 60;
 
-/// What one turn yields.
+/// The result of one turn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Lap {
     /// r(2 pi) / r(0) - 1.
@@ -57,12 +57,12 @@ pub(super) struct Lap {
     pub(super) error: f64,
     /// Derivative of ln r(2 pi) by C, negative.
     pub(super) by_damping: f64,
-    /// Evaluations of the right-hand side.
+    /// Number of evaluations of the right-hand side.
     pub(super) rhs: u32,
 }
 
-/// The polar form does not apply, or the finest step misses the tolerance. And the evaluations spent to find
-/// that out.
+/// The polar form does not apply, or the finest step misses the tolerance; with the number of evaluations
+/// spent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct HandOver {
     pub(super) rhs: u32,
@@ -76,7 +76,7 @@ struct Polar<'a> {
     from: f64,
     h: f64,
     slowest: f64,
-    /// Largest |D| met.
+    /// Largest |D| so far.
     steepest: f64,
 }
 
@@ -94,7 +94,7 @@ impl Field<3> for Polar<'_> {
         let (sin, cos) = NODES[stage].mul_add(self.h, self.from).sin_cos();
         let r = 1.0 + state[0];
         let [_, d, turning] = self.at([sin, cos], r);
-        // NaN must not pass as the larger of two numbers.
+        // Keeps NaN, which a maximum would drop.
         self.slowest = if turning >= self.slowest { self.slowest } else { turning };
         self.steepest = self.steepest.max(d.abs());
         let weight = sin * sin * r * r * (-state[1]).exp() / turning;
@@ -103,7 +103,7 @@ impl Field<3> for Polar<'_> {
 }
 
 /// One turn of the orbit through the maximum `radius` of x2, with an error of at most `tolerance` where that
-/// can be had.
+/// can be reached.
 pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Result<Lap, HandOver> {
     let mut rhs = 0;
     let mut state = [0.0; 3];
@@ -118,7 +118,7 @@ pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Resu
         let steepest = field.steepest;
         (field.from, field.h, field.slowest) = (theta, width, f64::INFINITY);
         let (next, local) = step(width, &state, &mut field);
-        // Estimates pass through zero where errors do not: that of the other component does so elsewhere.
+        // Error estimates may vanish where errors do not; that of the other component vanishes elsewhere.
         let local = local[0].hypot(local[1]);
         rhs += STAGES as u32;
         let inside = field.slowest > SLOWEST_TURN && next[0].is_finite();
@@ -138,7 +138,7 @@ pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Resu
                 continue;
             }
         }
-        // Round-off is all that is left below a few units in the last place of the increments.
+        // Below a few units in the last place of the increments there is only round-off.
         let floor = 4.0 * f64::EPSILON * field.steepest.max(next[0].abs());
         let allowed = (SHARE * tolerance / TAU).max(floor) * width;
         if !inside || local > allowed {
@@ -151,7 +151,7 @@ pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Resu
             }
             continue;
         }
-        // Carried across this step, then joined by its own error.
+        // The earlier error is carried across this step, and the step's own is added.
         let carry = ends[0].1 / ends[1].1 * (next[1] - state[1]).exp();
         error = error * carry.abs() + local;
         state = next;
@@ -159,7 +159,7 @@ pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Resu
         if last {
             let round_off = 16.0 * f64::EPSILON * state[0].abs().max(field.steepest);
             let by_damping = -state[1].exp() / (1.0 + state[0]).powi(2) * state[2];
-            // What the law's polynomials leave out moves the margin as an equal change of C would, at most.
+            // The error of the law's polynomials moves the margin at most as much as an equal change of C.
             let form = weakening.error(0.0, weakening.reach()).bound() * by_damping.abs();
             let lap = Lap { margin: state[0], error: error / SHARE + round_off + form, by_damping, rhs };
             return Ok(lap);
@@ -181,8 +181,8 @@ pub(super) struct Closing {
 }
 
 /// The C at which the orbit through the maximum `radius` of x2 closes, near `start`, between `bounds` of the
-/// even part of the weakening rate (theory, "The backbone"); `Err` with the cost where a turn on the way has
-/// no answer in the polar form, or `work` is spent.
+/// even part of the weakening rate (theory, "The backbone"); `Err` with the cost where the polar form has no
+/// answer for a turn of the search.
 pub(super) fn closing_damping(
     curve: &Curve,
     belt_speed: f64,
@@ -196,7 +196,7 @@ pub(super) fn closing_damping(
     if !(size.is_finite() && start.is_finite()) {
         return Err(0);
     }
-    // The turn's accuracy is that of C; signs at the bounds are not trusted to the last digit.
+    // The accuracy of the turn is that of C; the signs at the bounds are not trusted to the last digit.
     let accuracy = (0.1 * tolerance * size).max(1e-16);
     let pad = 1e-9 * (bounds.hi - bounds.lo) + 1e-13 * size;
     let (mut low, mut high) = (bounds.lo - pad, bounds.hi + pad);
@@ -231,7 +231,8 @@ pub(super) fn closing_damping(
     Err(rhs)
 }
 
-/// As [`closing_damping`], where the angle is no clock: by the orbit in (x2, x2'), for `radius` < V.
+/// As [`closing_damping`], where the polar angle is not monotone in time: by the orbit in (x2, x2'), for
+/// `radius` < V.
 ///
 /// # Errors
 /// [`Failure`] of a turn.

@@ -1,11 +1,11 @@
-//! Steps end at the corners of a measured law.
+//! Shortens steps so that they end at the corners of a measured law.
 //!
 //! Where phi is given by data D is continuous and piecewise smooth. A step across a corner of D has an error
 //! of low order that the embedded estimates, made for smooth fields, may miss by orders of magnitude. So
 //! steps are shortened until they end at the corner, as they are at any other event.
 
-/// A corner this close to the end of a step, relative to the speeds that are subtracted to give the slip
-/// speed, counts as met. D is off by its change of slope times this, over less than one step.
+/// A corner is met if it is this close to the end of a step, relative to the speeds whose difference is the
+/// slip speed. The error of D is its change of slope times this, over less than one step.
 const WIDTH: f64 = 1e-13;
 
 /// One end of a step.
@@ -17,8 +17,8 @@ pub(super) struct End {
     pub(super) rate: f64,
 }
 
-/// The length to try next where a trial step of length `h` has one of `corners`, slip speeds in growing order,
-/// inside; `None` where it has none.
+/// The next trial length if a trial step of length `h` contains one of `corners`, increasing slip speeds;
+/// `None` if it contains none.
 pub(super) fn shortened(corners: &[f64], belt_speed: f64, [from, to]: [End; 2], h: f64) -> Option<f64> {
     if corners.is_empty() || !(from.slip.is_finite() && to.slip.is_finite()) {
         return None;
@@ -30,8 +30,8 @@ pub(super) fn shortened(corners: &[f64], belt_speed: f64, [from, to]: [End; 2], 
         let secant = h * (corner - from.slip) / (to.slip - from.slip);
         return Some(if newton > 0.0 && newton < h { newton } else { secant });
     }
-    // The slip speed turns inside the step: by how much it may exceed the ends there, from the speeds at the
-    // ends.
+    // The slip speed has an extreme inside the step: a bound of its excess over the ends, from the rates at
+    // the ends.
     let turns = h * from.rate / (from.rate - to.rate);
     if from.rate * to.rate < 0.0 && turns > 0.0 && turns < h {
         let excess = (from.rate * turns).abs().min((to.rate * (h - turns)).abs());

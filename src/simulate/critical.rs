@@ -163,12 +163,12 @@ struct Sweeps {
     sweeps: u32,
 }
 
-/// What the sweeps work on, angle by angle; made once for many circles.
+/// Arrays of the sweeps, angle by angle; allocated once for many circles.
 struct Workspace {
     log_r: Vec<[f64; LANES]>,
     slope: Vec<[f64; LANES]>,
     by_c: Vec<[f64; LANES]>,
-    /// What `log_r` is the antiderivative of.
+    /// The function whose antiderivative is `log_r`.
     fitted: Vec<[f64; LANES]>,
 }
 
@@ -183,9 +183,9 @@ impl Workspace {
 struct Sums {
     slope: [f64; LANES],
     by_c: [f64; LANES],
-    /// R of the bound on the error, if it was asked for.
+    /// R of the bound on the error, if requested.
     range: [f64; LANES],
-    /// Room inside the domain of the polar form.
+    /// Distance from the border of the domain of the polar form.
     room: [f64; LANES],
 }
 
@@ -237,7 +237,7 @@ fn sweep(
     let mut sweeps = 0_u32;
     while sweeps < MOST_SWEEPS {
         sweeps += 1;
-        // R moves little from sweep to sweep, and less the more of them there are.
+        // R changes little from sweep to sweep, and less the more of them there are.
         let sums = if sweeps > 1 && sweeps.is_power_of_two() {
             let sums = evaluate::<true>(lanes, &circle.angles, workspace);
             half_span = sums.range.map(|range| 0.5 * exp_m1_above(range));

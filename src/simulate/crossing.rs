@@ -91,7 +91,7 @@ struct Looped {
 /// # Errors
 /// [`Failure`].
 pub fn crossing_loop(oscillator: &Oscillator, beyond_exit: f64, tolerance: f64) -> Result<Loop, Failure> {
-    loop_within(oscillator, beyond_exit, tolerance, &Work::of_orbit(&oscillator.curve))
+    loop_within(oscillator, beyond_exit, tolerance, &Work::of_question(&oscillator.curve))
 }
 
 fn loop_within(oscillator: &Oscillator, y: f64, tolerance: f64, work: &Work) -> Result<Loop, Failure> {
@@ -127,7 +127,7 @@ fn looped(oscillator: &Oscillator, y: f64, tolerance: f64, work: &Work) -> Resul
 /// # Errors
 /// [`Failure`].
 pub fn landing_speed(oscillator: &Oscillator, tolerance: f64) -> Result<Option<f64>, Failure> {
-    landing_speed_within(oscillator, tolerance, &Work::of_orbit(&oscillator.curve))
+    landing_speed_within(oscillator, tolerance, &Work::of_question(&oscillator.curve))
 }
 
 fn landing_speed_within(
@@ -149,7 +149,7 @@ fn landing_speed_within(
 /// # Errors
 /// [`Failure`].
 pub fn second_crossing(oscillator: &Oscillator, tolerance: f64) -> Result<Option<f64>, Failure> {
-    let work = Work::of_orbit(&oscillator.curve);
+    let work = Work::of_question(&oscillator.curve);
     let Some(speed) = landing_speed_within(oscillator, tolerance, &work)?.filter(|speed| *speed > JUMP)
     else {
         return Ok(None);
@@ -165,12 +165,13 @@ fn outward(from: f64, end: &Loop) -> bool {
     matches!(end, Loop::Crosses { beyond_exit, .. } if *beyond_exit > from)
 }
 
-/// Whether it is proved that no crossing cycle exists that is small enough to be looked for: where the divergence
-/// is nowhere positive.
+/// Returns whether it is proved that no crossing cycle exists among those small enough to be searched: where
+/// the divergence is nowhere positive.
 ///
-/// **Proof.** The integral of D over the region that a crossing cycle encloses is the flux out of its parts below
-/// and above the belt line. Orbits let nothing through; the part of the line inside, of length s, lets through x2'
-/// of the lower field less x2' of the upper one, which is 2 everywhere. So the integral is 2 s > 0. []
+/// **Proof.** The integral of D over the region that a crossing cycle encloses is the flux out of its parts
+/// below and above the belt line. Nothing flows through the orbit; through the part of the line inside, of
+/// length s, flows x2' of the lower field less x2' of the upper one, which is 2 everywhere. So the integral
+/// is 2 s > 0. []
 fn none_proved(oscillator: &Oscillator) -> bool {
     let unit = oscillator.belt_speed.max(1.0);
     oscillator.divergence_is_at_most(0.0, 0.0, 4.0 * unit * 10_f64.powi(*DECADES.end()))
@@ -254,7 +255,7 @@ pub fn stick_slip_cycle(
         return Ok(None);
     };
     let Extent { velocity, displacement } =
-        looped(oscillator, 0.0, tolerance, &Work::of_orbit(&oscillator.curve))?.extent;
+        looped(oscillator, 0.0, tolerance, &Work::of_question(&oscillator.curve))?.extent;
     Ok(Some(StickSlipCycle {
         period: landing.slip_time + landing.stick_time,
         velocity,

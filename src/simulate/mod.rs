@@ -1,9 +1,9 @@
-//! The simulated Filippov flow: what becomes of the orbit that leaves the belt at the exit point.
+//! The simulated Filippov flow: the fate of the orbit that leaves the belt at the exit point.
 //!
-//! Two engines share nothing but the friction law and answer alike: [`direct`] integrates the system in
-//! its original variables (x1, x2), [`return_map`] the scalar form in polar coordinates of (x2, x2').
-//! [`flow`] is the second, handed over to the first where it does not apply. [`critical_damping`] answers
-//! for a whole column at once.
+//! Two engines share only the friction law and return the same type of answer: [`direct`] integrates the
+//! system in its original variables (x1, x2), [`return_map`] the scalar form in polar coordinates of (x2,
+//! x2'). [`flow`] is the second, handed over to the first where it does not apply. [`critical_damping`]
+//! answers for a whole column at once.
 
 mod arc;
 pub mod backbone;
@@ -35,7 +35,7 @@ pub use return_map::flow;
 
 pub use crate::friction::Range;
 
-/// Where and when a slipping orbit sticks again, and how the stick-slip cycle continues.
+/// Place and times of sticking again, and of the stick-slip cycle that follows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Landing {
     /// x1 at which the mass begins to stick.
@@ -44,11 +44,11 @@ pub struct Landing {
     pub slip_time: f64,
     /// Time of sticking, from the landing to the exit point.
     pub stick_time: f64,
-    /// How often the orbit crossed the belt line before it stuck: 0, or 1 if it sticks from above.
+    /// Number of crossings of the belt line before sticking: 0, or 1 if it sticks from above.
     pub crossings: u32,
 }
 
-/// What becomes of the orbit from the exit point.
+/// The fate of the orbit from the exit point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fate {
     /// It sticks again: a stick-slip limit cycle exists.
@@ -64,7 +64,7 @@ pub enum Fate {
     Failed(Failure),
 }
 
-/// Why an integration gave no answer.
+/// Reason why an integration gave no answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Failure {
     /// The step budget ran out.
@@ -87,17 +87,17 @@ impl std::fmt::Display for Failure {
 
 impl std::error::Error for Failure {}
 
-/// The answer of an engine at one point, and what it cost.
+/// The answer of an engine at one point, and its cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Flow {
-    /// What becomes of the orbit.
+    /// The fate of the orbit.
     pub fate: Fate,
-    /// The scaled grazing margin m / V: how far beyond the belt line (negative: short of it) the lower
-    /// flow, continued, carries the first maximum of x2. -1 where the orbit creeps into a node without a
-    /// maximum (the limit of ever smaller ones), NaN where it runs far past the belt line.
+    /// The scaled grazing margin m / V: the distance beyond the belt line (negative: short of it) of the
+    /// first maximum of x2 in the lower flow, continued. -1 where the orbit tends to a node without a maximum
+    /// (the limit of ever smaller ones), NaN where it runs far past the belt line.
     pub margin: f64,
     /// Estimate of the absolute error of `margin`.
     pub margin_error: f64,
-    /// Evaluations of the right-hand side.
+    /// Number of evaluations of the right-hand side.
     pub rhs: u64,
 }

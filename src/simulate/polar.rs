@@ -126,7 +126,7 @@ pub(super) struct LogSlope {
     pub slope: [f64; LANES],
     /// Its derivative by C = eps c.
     pub by_c: [f64; LANES],
-    /// Its derivative by ln r; zero where it was not asked for.
+    /// Its derivative by ln r; zero if it was not requested.
     pub by_log_r: [f64; LANES],
 }
 

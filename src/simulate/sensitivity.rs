@@ -1,40 +1,42 @@
-//! What the critical damping depends on: the friction law's parameters, eps, the belt speed, each slip speed of
-//! the friction curve, and each datum of a measured one.
+//! Sensitivities of the critical damping to the friction law's parameters, eps, the belt speed, each slip
+//! speed of the friction curve, and each datum of a measured one.
 //!
-//! At the critical damping the orbit from the exit point grazes the belt line: it is closed. Let the divergence
-//! D = w(u) - C, C = eps c, be changed by dD(u). To first order the orbit stays closed if
+//! At the critical damping the orbit from the exit point grazes the belt line: it is closed. Let the
+//! divergence D = w(u) - C, C = eps c, be changed by dD(u). To first order the orbit stays closed if
 //!
 //! ```text
 //! integral of x2'^2 exp(-G) dD dt = 0,    G(t) = integral of D from 0 to t,
 //! ```
 //!
-//! over one turn (Melnikov's integral; theory, "Any friction law"). With dD = dw - dC that is the **weighted mean**
+//! over one turn (Melnikov's integral; theory, "Any friction law"). With dD = dw - dC that is the **weighted
+//! mean**
 //!
 //! ```text
 //! dC = integral of W dw dt / integral of W dt,    W = x2'^2 exp(-G) >= 0.
 //! ```
 //!
 //! The derivative by a parameter p is the mean of dw/dp, that by V the mean of w'(u) u / V (velocities are
-//! measured in V, so that the orbit starts at the same point), and that by eps the mean of dw/d eps less c, over
-//! eps. The share of W spent at each slip speed is the **influence** of the friction curve there.
+//! measured in V, so that the orbit starts at the same point), and that by eps the mean of dw/d eps less c,
+//! over eps. The share of W spent at each slip speed is the **influence** of the friction curve there.
 //!
-//! **Accuracy.** The integrals are taken by Gauss's rule of five points on each step of the orbit. Errors are
-//! those between two orbits: one much coarser, and beside the critical damping by its error. They are estimates.
+//! **Accuracy.** The integrals use Gauss's rule of five points on each step of the orbit. Errors are
+//! estimated from two orbits, one much coarser, and from the error of the critical damping.
 
 use super::arc::{LowerEnd, State, Walk};
 use super::work::Work;
 use super::{CriticalDamping, Failure, NoCriticalDamping, critical_damping};
 use crate::filippov::{Oscillator, Side};
+use crate::friction::jet::Jet;
 use crate::friction::{Column, Law, Table};
 
-/// Error of the critical damping that is asked for, in units of the divergence.
+/// Error of the critical damping, in units of the divergence.
 const CRITICAL: f64 = 1e-13;
 /// Errors of the two orbits.
 const TOLERANCES: [f64; 2] = [1e-13, 1e-10];
 /// Round-off of a mean, relative to the largest term.
 const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
 
-/// A number and how wrong it may be.
+/// A number with its error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
     /// The number.
@@ -54,8 +56,8 @@ pub struct Sensitivity {
     pub by_belt_speed: Estimate,
     /// dc*/dp for each parameter p, in the order of [`crate::friction::Law::parameters`].
     pub by_parameters: Vec<Estimate>,
-    /// The standard error of c* that the independent standard errors of a table's data make; `None` where the
-    /// law has none.
+    /// The standard error of c* by the independent standard errors of a table's data; `None` where the law
+    /// has none.
     pub standard_error: Option<Estimate>,
 }
 
@@ -69,25 +71,25 @@ impl Sensitivity {
     }
 }
 
-/// How much a range of slip speeds has to say.
+/// The weight of a range of slip speeds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Influence {
-    /// Slip speeds from here.
+    /// Lower end of the range.
     pub from: f64,
-    /// To here.
+    /// Upper end of the range.
     pub to: f64,
-    /// Share of the weight: a change of the weakening rate by dw throughout the range moves eps c* by the share
-    /// times dw. All shares add up to one.
+    /// Share of the weight: a change of the weakening rate by dw throughout the range moves eps c* by the
+    /// share times dw. All shares add up to one.
     pub share: f64,
 }
 
-/// Why the critical damping has no derivatives.
+/// Reason why the critical damping has no derivatives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NoSensitivity {
     /// There is no critical damping.
     #[error(transparent)]
     Critical(#[from] NoCriticalDamping),
-    /// c* < 0: the orbit comes back for no legal damping.
+    /// c* < 0: the orbit returns for no legal damping.
     #[error("the critical damping is negative: no legal damping lets the orbit come back")]
     Negative,
     /// The grazing orbit could not be followed.
@@ -129,8 +131,8 @@ pub fn sensitivity(column: &Column) -> Result<Sensitivity, NoSensitivity> {
     })
 }
 
-/// The influence of the friction curve on the critical damping, on `parts` equal ranges of slip speeds from 0 to
-/// the fastest on the grazing orbit.
+/// The influence of the friction curve on the critical damping, on `parts` equal ranges of slip speeds from 0
+/// to the fastest on the grazing orbit.
 ///
 /// # Errors
 /// [`NoSensitivity`].
@@ -161,11 +163,11 @@ fn legal_critical_damping(column: &Column) -> Result<CriticalDamping, NoSensitiv
 #[derive(Clone, Copy, Debug)]
 struct Sample {
     slip: f64,
-    /// Share of all weight.
+    /// Share of the weight.
     weight: f64,
 }
 
-/// The grazing orbit, as the rule of quadrature that its weight makes.
+/// The grazing orbit, as a quadrature rule with its weight.
 struct Grazing {
     samples: Vec<Sample>,
 }
@@ -186,7 +188,7 @@ impl Grazing {
         let walk = Walk::new(&oscillator, Side::Below, [belt_speed, 0.0], tolerance, belt_speed, &work);
         let mut walk = walk.stopping_at(stops.unwrap_or_else(|| column.curve.corners()));
         let rule = gauss();
-        // Slip speeds, weights without exp(-G), and -G, which may be out of the exponential's range.
+        // Slip speeds, weights without exp(-G), and -G, which may exceed the range of the exponential.
         let mut points = Vec::new();
         let end = walk.lower_arc(|walk, from: &State, to: &State| {
             let h = to.time - from.time;
@@ -196,7 +198,7 @@ impl Grazing {
             }
         })?;
         if end == LowerEnd::Rests {
-            // It does not come back, and so does not graze: the angle does not advance enough to tell.
+            // The orbit does not return, so it does not graze: the angle advances too slowly.
             return Err(Failure::StepUnderflow);
         }
         let largest = points.iter().map(|point| point.2).fold(f64::NEG_INFINITY, f64::max);
@@ -216,7 +218,7 @@ impl Grazing {
     }
 }
 
-/// A derivative of c*, and the mean size of what was added up.
+/// A derivative of c*, and the mean size of its terms.
 #[derive(Clone, Copy, Debug, Default)]
 struct Term {
     value: f64,
@@ -248,7 +250,11 @@ fn means(column: &Column, c: f64, orbit: &Grazing) -> Means {
         let gradient = curve.weakening_gradient(slip);
         let by_parameters = gradient.parameters.as_slice();
         terms.resize(2 + by_parameters.len(), Term::default());
-        let [rate, slope] = weakening.at_with_slope(slip);
+        // A formula's own series: the polynomials' digits depend on what they were compiled for before.
+        let slope = match curve.formula(Jet::<f64, 3>::variable(slip, 1.0)) {
+            Some(phi) => -2.0 * phi.0[2],
+            None => weakening.at_with_slope(slip)[1],
+        };
         terms[0].add(weight * gradient.epsilon);
         terms[1].add(weight * slope * slip / belt_speed);
         for (term, by) in terms[2..].iter_mut().zip(by_parameters) {
@@ -260,7 +266,7 @@ fn means(column: &Column, c: f64, orbit: &Grazing) -> Means {
                 *sum += weight * by;
             }
             // The datum at slip speed 0 is the static friction, the unit of all others.
-            data[0] -= weight * rate / table.static_level();
+            data[0] -= weight * curve.weakening(slip) / table.static_level();
         }
     }
     Means(

@@ -73,10 +73,10 @@ pub struct Kick {
 /// # Errors
 /// [`Failure`].
 pub fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Result<SlipTurn, Failure> {
-    turn_within(oscillator, radius, tolerance, &Work::of_orbit(&oscillator.curve))
+    turn_within(oscillator, radius, tolerance, &Work::of_question(&oscillator.curve))
 }
 
-/// As [`turn`], within the budget of a question.
+/// As [`turn`], within a budget of work.
 pub(super) fn turn_within(
     oscillator: &Oscillator,
     radius: f64,
@@ -141,7 +141,7 @@ pub fn slip_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<SlipCy
         return Ok(Vec::new());
     }
     let belt_speed = oscillator.belt_speed;
-    let work = Work::of_question(&oscillator.curve);
+    let work = Work::of_backbone(&oscillator.curve);
     let backbone = Backbone::within(&oscillator.curve, belt_speed, BACKBONE_TOLERANCE, &work)?;
     let returns = outward(belt_speed, &turn_within(oscillator, belt_speed, tolerance, &work)?);
     let cycles = backbone
@@ -269,7 +269,7 @@ impl Extent {
 pub fn kick_onto(oscillator: &Oscillator, cycle: &SlipCycle, tolerance: f64) -> Result<Kick, Failure> {
     let radius = cycle.velocity.hi;
     let rest = oscillator.equilibrium_x1();
-    let work = Work::of_orbit(&oscillator.curve);
+    let work = Work::of_question(&oscillator.curve);
     let mut walk = Walk::new(oscillator, Side::Below, [radius, 0.0], tolerance, radius, &work);
     let mut kick = Kick { forward: radius, backward: -cycle.velocity.lo };
     walk.lower_arc(|walk, from, to| {

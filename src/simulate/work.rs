@@ -1,7 +1,7 @@
-//! The budget of work of one question about cycles.
+//! The budget of work of one computation of cycles.
 //!
-//! A question is answered by many orbits, some of which may be stiff. All orbits of one question draw on one
-//! budget, so that it ends however bad they are. What could not be answered within it has failed with
+//! A computation of cycles needs many orbits, some of which may be stiff. All of them share one budget, so
+//! that the computation ends even if they are. A part that exceeds the budget fails with
 //! [`Failure::StepBudget`].
 
 use std::cell::Cell;
@@ -9,32 +9,32 @@ use std::cell::Cell;
 use super::Failure;
 use crate::friction::Curve;
 
-/// Evaluations of the right-hand side of the Stribeck law that one question may cost, see [`Curve::cost`]: a
-/// third of a second. The backbones and cycles of moderate parameters take a fiftieth of it.
+/// Largest number of evaluations of the right-hand side of the Stribeck law, see [`Curve::cost`]: a tenth of
+/// a second. The backbones and cycles of moderate parameters take a twentieth of it.
 const QUESTION: u64 = 10_000_000;
 
-/// What is left of the budget of a question.
+/// The rest of a budget.
 #[derive(Debug)]
 pub(super) struct Work {
     left: Cell<u64>,
-    /// What an evaluation of the law itself takes.
+    /// Cost of an evaluation of the law itself.
     cost: u64,
-    /// Whether there are so many orbits that compiling the law pays.
+    /// Whether orbits see the compiled law. Its digits depend on what it was compiled for before.
     pub(super) compiles: bool,
 }
 
 impl Work {
-    /// The whole budget of a question about oscillators with this law.
+    /// The whole budget for oscillators with this law.
     pub(super) fn of_question(curve: &Curve) -> Self {
-        Self { left: Cell::new(QUESTION), cost: curve.cost(), compiles: curve.cost() > 1 }
+        Self { left: Cell::new(QUESTION), cost: curve.cost(), compiles: false }
     }
 
-    /// The same for a question that one orbit answers.
-    pub(super) fn of_orbit(curve: &Curve) -> Self {
-        Self { compiles: false, ..Self::of_question(curve) }
+    /// The same for a question that takes a backbone, which compiles the law.
+    pub(super) fn of_backbone(curve: &Curve) -> Self {
+        Self { compiles: curve.cost() > 1, ..Self::of_question(curve) }
     }
 
-    /// Takes evaluations of the law itself from the budget.
+    /// Subtracts evaluations of the law itself from the budget.
     ///
     /// # Errors
     /// [`Failure::StepBudget`] if it does not hold them.
@@ -54,7 +54,7 @@ impl Work {
                 Ok(())
             }
             None => {
-                // Nothing else may be begun.
+                // No further work may begin.
                 self.left.set(0);
                 Err(Failure::StepBudget)
             }

@@ -54,7 +54,7 @@ pub struct Weakening {
     breaks: Vec<f64>,
     pieces: Vec<Piece>,
     places: Places,
-    /// Hulls of the ranges of [`range::BLOCK`] pieces each, so that bounds over many are quick.
+    /// Hulls of the ranges of [`range::BLOCK`] pieces each, which make bounds over many pieces fast.
     blocks: Vec<Range>,
 }
 

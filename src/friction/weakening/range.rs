@@ -4,7 +4,7 @@
 use super::{Bend, COUNT, Piece, Weakening};
 use crate::friction::Range;
 
-/// Pieces whose hull is kept, see [`Weakening::range`].
+/// Number of pieces with a common hull, see [`Weakening::range`].
 pub(super) const BLOCK: usize = 32;
 
 /// The hulls of the ranges of all blocks of pieces.

@@ -1,5 +1,5 @@
-//! Slipping on one side of the belt line, step by step, with its two events: the orbit comes back to the
-//! line, or turns away again short of it.
+//! Integrates slipping on one side of the belt line, step by step, with its two events: the orbit returns to
+//! the line, or turns away again before it.
 //!
 //! **Why no event is missed.** With v = x2, w = x2' the flow is v' = w, w' = -v + D w, so the direction
 //! of (v, w) turns at the rate 1 + D sin cos <= 1 + |D|/2, and always forward where w = 0. Two sign
@@ -8,10 +8,10 @@
 //! changes fit in. Between sign changes x2 is monotone, so the values of x2 and w at the ends of a step
 //! tell what happened inside, however shallow the contact.
 //!
-//! **Beyond the belt line.** A step that contains an event, and the margin of an orbit that lands, need
-//! the field of one side continued past x2 = V, where the friction formula has a pole at a slip speed
-//! u < 0 that depends on the law. Steps are shortened so that no stage lies farther beyond the line
-//! than [`Slip::reach`], over which the continuation is tame.
+//! **Beyond the belt line.** A step that contains an event, and the margin of an orbit that lands, need the
+//! field of one side continued past x2 = V, where the friction formula has a pole at a slip speed u < 0 that
+//! depends on the law. Steps are shortened so that no stage lies farther beyond the line than
+//! [`Slip::reach`], over which the continuation changes slowly.
 
 use super::dop853::{self, Compensated, ROUNDING_AMPLIFICATION};
 use super::orbit::{Contact, Event, Motion, Overshoot, Rest, State};
@@ -20,23 +20,23 @@ use crate::simulate::Failure;
 use crate::simulate::corners::{self, End};
 use std::f64::consts::TAU;
 
-/// Trial steps before an integration gives up, of eleven evaluations of the Stribeck law each; a turn takes
-/// about 20 to 200.
+/// Largest number of trial steps, of eleven evaluations of the Stribeck law each; a turn takes about 20 to
+/// 200.
 const STEP_BUDGET: u32 = 100_000;
-/// Steps that are made in any case, however long the law takes.
+/// Least number of trial steps, however expensive the law is.
 const FEWEST_STEPS: u32 = 5_000;
 
 /// A step this much shorter than the time in which the direction can turn by a radian has underflowed.
 const SHORTEST_STEP: f64 = 1e-14;
 
-/// The event is located once the correction to its time is this small against the time scale of the
-/// flow; the correction is still made, to second order, which leaves its cube: 1e-18.
+/// An event is located once the correction to its time is this small against the time scale of the flow; the
+/// correction is still applied, to second order, which leaves its cube: 1e-18.
 const EVENT_WINDOW: f64 = 1e-6;
 
-/// The largest tolerance that is honoured: the geometry of a turn must be resolved in any case.
+/// The largest tolerance that takes effect: the geometry of a turn must be resolved in any case.
 const LOOSEST: f64 = 1e-3;
 
-/// Why a step cannot be made.
+/// Reason why a step cannot be made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Obstacle {
     /// It would evaluate the field too far beyond the belt line.
@@ -60,9 +60,9 @@ pub(super) struct Slip<'a> {
     oscillator: &'a Oscillator,
     exit_x1: f64,
     side: Side,
-    /// How far beyond the belt line a field is evaluated.
+    /// Largest distance beyond the belt line at which a field is evaluated.
     reach: f64,
-    /// The error of x2 in units of V that the local errors of one turn may add up to, in [0, 1e-3].
+    /// The sum of the local errors of x2 allowed in one turn, in units of V, in [0, 1e-3].
     pub(super) tolerance: f64,
     /// The largest angle by which a step may turn, radians.
     longest_turn: f64,
@@ -72,7 +72,7 @@ pub(super) struct Slip<'a> {
     /// Length and estimated error of the last accepted step; no error where an arc begins.
     last_step: f64,
     last_error: f64,
-    /// Bound on the distance of `here` from the exact orbit, as far as the local error estimates go.
+    /// Bound on the distance of `here` from the exact orbit, by the local error estimates.
     pub(super) error: f64,
     /// Evaluations of the right-hand side so far.
     pub(super) rhs: u64,
@@ -163,7 +163,7 @@ impl<'a> Slip<'a> {
         self.here = state;
         self.motion = motion;
         self.last_error = 0.0;
-        // A cautious first step; the error control takes over from it.
+        // A small first step; the error control adapts it.
         self.next_step = 0.2 * self.time_scale(&state);
     }
 
@@ -208,8 +208,8 @@ impl<'a> Slip<'a> {
         State { offset, w, divergence: self.oscillator.divergence(self.outward() * values[1]), time }
     }
 
-    /// Scale of the rounding errors of x2', in units of 2^-53: the terms that cancel in it, and x2, whose
-    /// own rounding acts through the slope of the friction law.
+    /// Scale of the rounding errors of x2', in units of 2^-53: the terms that cancel in it, and x2, whose own
+    /// rounding acts through the slope of the friction law.
     fn magnitude(&self, state: &State) -> f64 {
         let x2 = (self.oscillator.belt_speed + state.x2_offset()).abs().max(self.oscillator.belt_speed);
         let x1 = (self.exit_x1 + state.x1_offset()).abs();
@@ -247,14 +247,14 @@ impl<'a> Slip<'a> {
             if let Some(event) = self.event_between(&left, &right) {
                 return Ok(event);
             }
-            // Between two stages of the step the field leads out of reach.
+            // The field leads out of reach between two stages of the step.
             (self.here, self.motion, self.error) = before;
             self.next_step = 0.5 * (right.time - left.time);
         }
     }
 
-    /// Moves to the end of an accepted step and says what happened on the way. `None` if an event cannot
-    /// be located because the field would have to be evaluated out of reach.
+    /// Moves to the end of an accepted step and returns its event. `None` if an event cannot be located
+    /// because the field would have to be evaluated out of reach.
     fn event_between(&mut self, left: &State, right: &State) -> Option<Event> {
         self.here = *right;
         let speed = self.outward_speed(right);
@@ -288,7 +288,7 @@ impl<'a> Slip<'a> {
     pub(super) fn overshoot(mut self, beyond: State) -> (Overshoot, Self) {
         let mut farthest = beyond;
         self.next_step = self.time_scale(&beyond);
-        // What still rises so close to the limit would be followed in ever shorter steps.
+        // An orbit that still rises this close to the limit would take ever shorter steps.
         while self.depth(&farthest) > -0.9 * self.reach {
             let Ok(right) = self.accepted_step(&farthest, f64::INFINITY) else { break };
             if self.outward_speed(&right) <= 0.0 {
@@ -302,7 +302,7 @@ impl<'a> Slip<'a> {
         (Overshoot::Farther(farthest), self)
     }
 
-    /// How much farther an orbit on its way back rises at least: half its speed squared over the greatest
+    /// Lower bound of the further rise of an orbit on its way back: half its speed squared over the greatest
     /// deceleration, with the divergence taken as constant.
     pub(super) fn further_rise(&self, state: &State) -> f64 {
         let speed = state.w.abs();
@@ -348,7 +348,7 @@ impl<'a> Slip<'a> {
                 continue;
             }
             let allowed = allowed_rate * h;
-            // Estimates pass through zero where errors do not, so the next step is not built on one alone.
+            // Error estimates may vanish where errors do not, so the next step does not rely on one alone.
             let last = self.last_error * (h / self.last_step).powi(8);
             // The error per unit step falls like the 7th power of the step.
             let factor = (0.9 * (allowed / error.max(last)).powf(1.0 / 7.0)).clamp(0.2, 5.0);
@@ -357,7 +357,7 @@ impl<'a> Slip<'a> {
                 // In the Euclidean norm of (x1, x2) neighbouring orbits separate at most at the rate D.
                 let growth = left.divergence.max(right.divergence).max(0.0);
                 self.error = self.error * (growth * h).exp() + error + rounding_rate * h;
-                // Steps clipped by an event or the end of time say nothing about the next one.
+                // A step cut by an event or the end of time gives no information about the next one.
                 self.next_step = (h * factor).max(self.next_step.min(h * 5.0));
                 return Ok(right);
             }
@@ -366,8 +366,8 @@ impl<'a> Slip<'a> {
         }
     }
 
-    /// A shorter step than `h` from `left`, after `h` led out of reach or to infinity: if the orbit is on
-    /// its way to the line, about up to the line.
+    /// A shorter step than `h` from `left`, after `h` led out of reach or to infinity: about to the line, if
+    /// the orbit approaches it.
     fn shortened(&self, left: &State, h: f64) -> f64 {
         let (depth, speed) = (self.depth(left), self.outward_speed(left));
         let to_line = (depth + 0.5 * self.reach) / -speed;
@@ -377,10 +377,9 @@ impl<'a> Slip<'a> {
     /// Locates the event that lies between two states of the step from `left`: x2' changes its sign, or
     /// x2 comes back through V.
     ///
-    /// Every trial integrates anew from the left end of the step, so the state at the event is as good as
-    /// a state at the end of a step. The corrections are Newton's for x2' and, for x2 (which at a grazing
-    /// contact has nearly a double root), those of its quadratic Taylor polynomial; a bracket safeguards
-    /// both.
+    /// Every trial is a step from the left end, so the state at the event is as accurate as that at the end
+    /// of a step. The corrections are Newton's for x2' and, for x2 (which at a grazing contact has nearly a
+    /// double root), those of its quadratic Taylor polynomial; a bracket safeguards both.
     ///
     /// `None` if a trial leads out of reach.
     fn locate(&mut self, target: Target, left: &State, within: [&State; 2]) -> Option<State> {
@@ -398,7 +397,7 @@ impl<'a> Slip<'a> {
         let nearer = value(self, within[0]).abs() <= value(self, within[1]).abs();
         let mut state = *within[usize::from(!nearer)];
         let window = EVENT_WINDOW * self.time_scale(&state);
-        // Every third trial bisects, which alone would end in 52 of them.
+        // Every third trial bisects, which alone would end after 52.
         for trial in 1..=3 * 52 {
             let offset = self.correction(target, &state);
             let at = state.time - left.time;
@@ -435,7 +434,7 @@ impl<'a> Slip<'a> {
         }
     }
 
-    /// The state a very short time `tau` after `state`, with what is known at the event put in.
+    /// The state a very short time `tau` after `state`, with the values known at the event set exactly.
     fn shifted(&mut self, target: Target, state: &State, tau: f64) -> State {
         let x2 = self.oscillator.belt_speed + state.x2_offset();
         let x1 = state.offset[0].plus(tau * (x2 + 0.5 * tau * state.w));
@@ -449,7 +448,7 @@ impl<'a> Slip<'a> {
         }
     }
 
-    /// Whether the orbit is known to stay below the belt line for ever; spirals are asked only within
+    /// The reason if the orbit is known to stay below the belt line for ever; spirals are checked only within
     /// `radius` of the equilibrium.
     pub(super) fn rest(&self, radius: f64) -> Option<Rest> {
         let belt_speed = self.oscillator.belt_speed;
@@ -471,12 +470,12 @@ impl<'a> Slip<'a> {
     }
 }
 
-/// How far beyond the belt line the field of one side can be continued without meeting anything violent:
-/// at most V/8, and less if the divergence changes there much faster than on the near side.
+/// Distance beyond the belt line to which the field of one side can be continued: at most V/8, and less if
+/// the divergence changes there much faster than on the near side.
 ///
 /// The divergence is compared at equal distances d on both sides of the line: its changes from the line
-/// itself may differ by a factor of four. With a pole 1/(d - p)^2 that holds for d up to 0.42 p, and as d
-/// is doubled from a tiny value upwards the pole cannot be stepped over.
+/// itself may differ by a factor of four. With a pole 1/(d - p)^2 that holds for d up to 0.42 p, and as d is
+/// doubled from a tiny value upwards it cannot jump over the pole.
 fn continuation_reach(oscillator: &Oscillator) -> f64 {
     let at_line = oscillator.divergence(0.0);
     let rounding = 16.0 * f64::EPSILON * (at_line.abs() + oscillator.viscous);
