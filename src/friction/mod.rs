@@ -322,9 +322,9 @@ impl PartialEq for Curve {
 /// The compiled forms of a curve, as far as they have been needed.
 #[derive(Debug, Default)]
 struct Compiled {
-    weakening: Option<Arc<Weakening>>,
+    weakening: Vec<Arc<Weakening>>,
     /// -F1', of the law to first order in eps.
-    leading: Option<Arc<Weakening>>,
+    leading: Vec<Arc<Weakening>>,
 }
 
 /// The kinds of curves, each with its own closed forms.
@@ -413,23 +413,22 @@ impl Form {
         }
     }
 
-    /// Extends `known` to a slip speed of at least `reach`: a power of two, so that similar belt speeds share
-    /// the result.
-    fn compile(&self, known: &mut Option<Arc<Weakening>>, reach: f64) -> Arc<Weakening> {
-        if let Some(known) = known
-            && (known.reach() >= reach || matches!(self, Form::Table(_) | Form::Function(_)))
-        {
-            return Arc::clone(known);
-        }
+    /// The law compiled to a slip speed of at least `reach`: to a power of two, so that similar belt speeds
+    /// share the result, and anew for each, so that it does not depend on what was compiled before.
+    fn compile(&self, known: &mut Vec<Arc<Weakening>>, reach: f64) -> Arc<Weakening> {
         // Neither its square nor its inverse may leave the range of normal numbers.
         let exponent = reach.clamp(1e-150, 1e150).log2().ceil() as i32;
-        let reach = match self {
+        let wanted = match self {
             Form::Function(law) => law.fastest(),
+            Form::Table(law) => law.fastest(),
             _ => 2f64.powi(exponent),
         };
-        let longer = Arc::new(weakening::extend(self, known.as_deref(), reach));
-        *known = Some(Arc::clone(&longer));
-        longer
+        if let Some(known) = known.iter().find(|known| known.reach() == wanted) {
+            return Arc::clone(known);
+        }
+        let compiled = Arc::new(weakening::compile(self, wanted));
+        known.push(Arc::clone(&compiled));
+        compiled
     }
 }
 
@@ -496,7 +495,7 @@ impl Curve {
     }
 
     /// The weakening rate as polynomials on slip speeds from 0 to at least `reach`; for a table up to its
-    /// end. Compiled once, and extended by calls with a larger reach.
+    /// end. Compiled once for each power of two.
     #[must_use]
     pub fn compiled(&self, reach: f64) -> Arc<Weakening> {
         let mut compiled = self.compiled.lock().unwrap_or_else(PoisonError::into_inner);
@@ -511,7 +510,8 @@ impl Curve {
             Form::Exponential(law) => law.weakening_range(lo, hi),
             Form::Lorentzian(law) => law.weakening_range(lo, hi),
             Form::Expression(_) | Form::Leading(_) | Form::Table(_) | Form::Function(_) | Form::Custom(_) => {
-                self.compiled(hi).range(lo, hi)
+                // Of columns this is the reach of `Column::compiled`.
+                self.compiled(2.0 * hi).range(lo, hi)
             }
         }
     }
@@ -527,7 +527,7 @@ impl Curve {
             | Form::Leading(_)
             | Form::Table(_)
             | Form::Function(_)
-            | Form::Custom(_) => self.compiled(2.0 * belt_speed).even_range(belt_speed, belt_speed),
+            | Form::Custom(_) => self.compiled(4.0 * belt_speed).even_range(belt_speed, belt_speed),
         }
     }
 
@@ -544,7 +544,7 @@ impl Curve {
             | Form::Leading(_)
             | Form::Function(_)
             | Form::Custom(_) => {
-                let weakening = self.compiled(2.0 * belt_speed);
+                let weakening = self.compiled(4.0 * belt_speed);
                 mean::mean_weakening(|u| weakening.at(u), belt_speed)
             }
         }
@@ -641,7 +641,7 @@ impl Curve {
     /// As [`Curve::even_weakening_range`] with 0 <= v <= `reach`, rounded outwards; `None` for measured laws.
     pub(crate) fn even_weakening_within(&self, belt_speed: f64, reach: f64) -> Option<Range> {
         self.formula(0.0)?;
-        Some(self.compiled(2.0 * belt_speed).even_range(belt_speed, reach))
+        Some(self.compiled(4.0 * belt_speed).even_range(belt_speed, reach))
     }
 
     /// Slip speeds > 0, increasing, at which the slope of the weakening rate jumps: everywhere else the curve

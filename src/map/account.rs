@@ -93,7 +93,7 @@ pub struct Account {
     pub contradictions: Contradictions,
     /// Processor seconds of the stages that belong to no method.
     pub stages: Stages,
-    /// The first failed cells, at most [`LISTED`], in the order of tiles.
+    /// The first failed cells, at most ten, in the order of tiles.
     pub failed: Vec<FailedCell>,
 }
 
@@ -136,7 +136,7 @@ pub(super) fn count(verdicts: &Runs<Verdict>) -> [u64; 5] {
     Verdict::ALL.map(|verdict| verdicts.count(|other| other == verdict))
 }
 
-/// The first failed cells of a tile, at most [`LISTED`], method by method.
+/// The first failed cells of a tile, at most ten, method by method.
 pub(super) fn failed_cells(plan: &Plan, data: &TileData) -> Vec<FailedCell> {
     let failed = data.methods.iter().flat_map(|cells| {
         let runs = cells.verdicts.iter().filter(|(verdict, _)| *verdict == Verdict::Failed);

@@ -23,7 +23,7 @@ pub struct Contradiction {
 pub struct Contradictions {
     /// Number of cells.
     pub cells: u64,
-    /// The first cells, at most [`LISTED`], in the order of tiles.
+    /// The first cells, at most ten, in the order of tiles.
     pub first: Vec<Contradiction>,
 }
 

@@ -58,12 +58,9 @@ fn fit(values: &[f64; COUNT]) -> ([f64; COUNT], f64) {
     (c, chebyshev[COUNT - 2].abs() + chebyshev[COUNT - 1].abs())
 }
 
-/// Extends `known`, if there is any, to the slip speed `reach`.
-pub(in crate::friction) fn extend(law: &Form, known: Option<&Weakening>, reach: f64) -> Weakening {
-    let (mut breaks, mut pieces) = match known {
-        Some(known) => (known.breaks.clone(), known.pieces.clone()),
-        None => (vec![0.0], Vec::new()),
-    };
+/// Compiles `law` up to the slip speed `reach`; tables whole.
+pub(in crate::friction) fn compile(law: &Form, reach: f64) -> Weakening {
+    let (mut breaks, mut pieces) = (vec![0.0], Vec::new());
     match law {
         Form::Table(table) => compile_table(table, &mut breaks, &mut pieces),
         law => Compiler { law, breaks: &mut breaks, pieces: &mut pieces }.compile(reach),
@@ -80,16 +77,14 @@ struct Compiler<'a> {
 }
 
 impl Compiler<'_> {
-    /// Compiles from the end of what is known to `reach`, from seam to seam.
+    /// Compiles from 0 to `reach`, from seam to seam.
     fn compile(&mut self, reach: f64) {
-        let start = self.breaks[self.breaks.len() - 1];
-        let mut ends: Vec<f64> =
-            self.law.seams().iter().copied().filter(|seam| start < *seam && *seam < reach).collect();
+        let seams = self.law.seams().iter().copied();
+        let mut ends: Vec<f64> = seams.filter(|seam| 0.0 < *seam && *seam < reach).collect();
         ends.push(reach);
         // Largest |w| so far.
-        let known = self.pieces.iter().zip(&*self.breaks).map(|(piece, from)| piece.at(*from).abs());
-        let mut size = known.filter(|size| size.is_finite()).fold(0.0, f64::max);
-        let mut from = start;
+        let mut size = 0.0;
+        let mut from = 0.0;
         for end in ends {
             // A stack: the last piece is the next.
             let mut waiting = vec![(from, end, 0)];
@@ -199,9 +194,6 @@ impl Piece {
 /// The parabolas of a table: exact except for the rounding of their coefficients. They are cut at their
 /// extremes, so that each piece is monotone.
 fn compile_table(table: &Table, breaks: &mut Vec<f64>, pieces: &mut Vec<Piece>) {
-    if !pieces.is_empty() {
-        return;
-    }
     for parabola in table.parabolas() {
         let [from, to] = parabola.ends;
         let turn = parabola.extreme().filter(|u| from < *u && *u < to);

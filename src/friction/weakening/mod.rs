@@ -21,7 +21,7 @@ mod range;
 
 use super::{Form, Range};
 
-pub(super) use compile::extend;
+pub(super) use compile::compile;
 
 /// Number of coefficients of a piece.
 pub(crate) const COUNT: usize = 12;
