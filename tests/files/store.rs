@@ -553,7 +553,7 @@ fn files_that_are_no_maps_are_called_so() {
     assert!(problems(&path).iter().any(|problem| problem.contains("cut short")), "{:?}", problems(&path));
 
     fs::write(&path, "epsilon,alpha,beta\n").unwrap();
-    assert!(problems(&path).iter().any(|problem| problem.contains("no HDF5 file")));
+    assert!(problems(&path).iter().any(|problem| problem.contains("not an HDF5 file")));
 
     let foreign = folder.path().join("foreign.h5");
     let file = hdf5::File::create(&foreign).unwrap();
