@@ -19,7 +19,7 @@
 //! let point = Law::Stribeck.point(0.1, &[0.4, 0.2, 2.0], 1.0, 0.6)?;
 //!
 //! // The simulated flow: the orbit that leaves the belt spirals inward, so there is no cycle.
-//! let answer = flow(&Oscillator::new(Law::Stribeck, &point), 1e-9);
+//! let answer = flow(&Oscillator::new(&Law::Stribeck, &point), 1e-9);
 //! assert_eq!(answer.fate, Fate::SpiralsInward);
 //! assert!(answer.margin < -answer.margin_error);
 //!
@@ -35,7 +35,7 @@
 //! assert!((certify::instability::TEST.claim)(&column).present_below < critical.c);
 //! assert!(critical.c < (certify::symmetric::TEST.claim)(&column).absent_above);
 //! let slower = Point { damping: 0.9 * critical.c, ..point };
-//! match flow(&Oscillator::new(Law::Stribeck, &slower), 1e-9).fate {
+//! match flow(&Oscillator::new(&Law::Stribeck, &slower), 1e-9).fate {
 //!     Fate::Sticks(landing) => {
 //!         let period = landing.slip_time + landing.stick_time;
 //!         assert!((period - 2.0 * std::f64::consts::PI).abs() < 0.1);

@@ -101,7 +101,7 @@ pub struct NaiveAnswer {
 
 /// Largest number of evaluations of the right-hand side of the Stribeck law: forty times the cost of the default
 /// parameters at moderate parameters of the oscillator, a tenth of a second.
-const RHS_BUDGET: u64 = 2_000_000;
+const RHS_BUDGET: u64 = 6_000_000;
 
 /// Largest number of evaluations of the right-hand side for this oscillator.
 fn rhs_budget(oscillator: &Oscillator) -> u64 {
