@@ -119,7 +119,7 @@ impl Law {
     /// use slipmap::certify::TESTS;
     /// use slipmap::filippov::Oscillator;
     /// use slipmap::friction::{CustomLaw, Law, Parameter};
-    /// use slipmap::simulate::{Fate, critical_damping, flow};
+    /// use slipmap::simulate::{Fate, flow};
     ///
     /// /// The friction of R. I. Leine and others, 1 / (1 + a u).
     /// #[derive(Debug)]
@@ -146,7 +146,6 @@ impl Law {
     /// let oscillator = Oscillator::new(&law, &point);
     /// assert!(matches!(flow(&oscillator, 1e-9).fate, Fate::Sticks(_)));
     /// let column = law.column(&point);
-    /// assert!(critical_damping(&column, 1e-9).is_ok());
     /// // Of functions nothing is proved: the theorems are silent.
     /// let symmetric = TESTS.iter().find(|test| test.name == "symmetric").unwrap();
     /// assert_eq!((symmetric.claim)(&column).present_below, f64::NEG_INFINITY);
