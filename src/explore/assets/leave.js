@@ -97,7 +97,7 @@ export class Leave {
     const { state } = this.app;
     const { canvas, overlay, legendBox } = this.app.plane;
     const stage = overlay.cloneNode(true);
-    for (const name of ["tabindex", "role", "aria-describedby"]) stage.removeAttribute(name);
+    for (const name of ["tabindex", "role", "aria-describedby", "style"]) stage.removeAttribute(name);
     const { clientWidth, clientHeight } = overlay.parentElement;
     stage.setAttribute("viewBox", `0 0 ${clientWidth} ${clientHeight}`);
     stage.setAttribute("role", "img");
@@ -116,12 +116,14 @@ export class Leave {
     page.documentElement.lang = "en";
     page.documentElement.dataset.theme = "light";
     page.head.prepend(Object.assign(page.createElement("meta"), { httpEquiv: "Content-Security-Policy", content: "default-src 'none'; img-src data:; style-src 'unsafe-inline'" }));
-    page.head.append(Object.assign(page.createElement("style"), { textContent: `${style}\nbody { display: block; max-width: 70rem; margin: auto; padding: 1rem; } main { display: block; }` }));
     page.body.append(
       element("h1", {}, document.title), element("p", {}, `Friction law: ${law}. Held: ${words}.`),
       stage, legend, point,
       element("p", { class: "hint" }, `Made by slipmap explore ${this.app.catalogue.version}. Its state, for a running program: ${location.hash}`),
     );
-    save(new Blob([`<!DOCTYPE html>\n${page.documentElement.outerHTML}`], { type: "text/html" }), "plane.html");
+    // As text: a style element would be subject to the policy of this page.
+    const sheet = `<style>${style}\nbody { display: block; max-width: 70rem; margin: auto; padding: 1rem; } main { display: block; }</style>`;
+    const text = page.documentElement.outerHTML.replace("</head>", () => `${sheet}</head>`);
+    save(new Blob([`<!DOCTYPE html>\n${text}`], { type: "text/html" }), "plane.html");
   }
 }
