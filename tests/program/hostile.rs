@@ -193,7 +193,9 @@ fn maps_of_other_programs_are_refused() {
         ("no layout", "no integer attribute schema", 2, &|file| file.delete_attr("schema").unwrap()),
         ("an unknown law", "does not know its friction law", 2, &|file| text(file, "law", "\u{1b}[2Jboo")),
         ("an unknown field", "does not know its field", 2, &|file| text(file, "fields", "verdict <b>")),
-        ("a path as a method", "not the name of a method", 2, &|file| text(file, "methods", "../../etc/passwd")),
+        ("a path as a method", "not the name of a method", 2, &|file| {
+            text(file, "methods", "../../etc/passwd")
+        }),
         ("a tag as a method", "not the name of a method", 2, &|file| text(file, "methods", "<script>")),
         ("a method twice", "names simulation twice", 2, &|file| {
             text(file, "methods", "symmetric simulation simulation");

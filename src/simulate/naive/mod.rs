@@ -99,8 +99,8 @@ pub struct NaiveAnswer {
     pub rhs: u64,
 }
 
-/// Largest number of evaluations of the right-hand side of the Stribeck law: forty times the cost of the default
-/// parameters at moderate parameters of the oscillator, a tenth of a second.
+/// Largest number of evaluations of the right-hand side of the Stribeck law: a hundred times the cost of
+/// the default parameters at moderate parameters of the oscillator, a third of a second.
 const RHS_BUDGET: u64 = 6_000_000;
 
 /// Largest number of evaluations of the right-hand side for this oscillator.
