@@ -1,8 +1,8 @@
 //! Compares the bounds of compiled laws with the laws in interval arithmetic and with samples.
 
-use super::super::{Curve, Expression, Law, Table};
 use super::*;
 use crate::friction::interval::Interval;
+use crate::friction::*;
 use crate::point::LawParameters;
 use std::sync::Arc;
 

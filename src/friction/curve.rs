@@ -1,0 +1,291 @@
+//! A friction law with all its parameters fixed: its values, its proved bounds and its first order in eps.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use super::form::Form;
+use super::jet::Real;
+use super::{FirstOrder, Gradient, NoFirstOrder, Range, Stribeck, Table, Weakening, mean, weakening};
+use crate::point::LawParameters;
+
+/// A friction curve: a law with all its parameters fixed. Clones share the compiled form.
+#[derive(Clone, Debug)]
+pub struct Curve {
+    pub(super) form: Form,
+    /// eps, if the law is read as 1 + eps F(u).
+    pub(super) small: Option<f64>,
+    pub(super) compiled: Arc<Mutex<Compiled>>,
+}
+
+impl PartialEq for Curve {
+    fn eq(&self, other: &Self) -> bool {
+        self.form == other.form && self.small == other.small
+    }
+}
+
+/// The compiled forms of a curve, as far as they have been needed.
+#[derive(Debug, Default)]
+pub(super) struct Compiled {
+    weakening: Vec<Arc<Weakening>>,
+    /// -F1', of the law to first order in eps.
+    leading: Vec<Arc<Weakening>>,
+}
+
+/// The law compiled to a slip speed of at least `reach`: to a power of two, so that similar belt speeds
+/// share the result, and anew for each, so that it does not depend on what was compiled before.
+fn compile(form: &Form, known: &mut Vec<Arc<Weakening>>, reach: f64) -> Arc<Weakening> {
+    // Neither its square nor its inverse may leave the range of normal numbers.
+    let exponent = reach.clamp(1e-150, 1e150).log2().ceil() as i32;
+    let wanted = match form {
+        Form::Function(law) => law.fastest(),
+        Form::Table(law) => law.fastest(),
+        _ => 2f64.powi(exponent),
+    };
+    if let Some(known) = known.iter().find(|known| known.reach() == wanted) {
+        return Arc::clone(known);
+    }
+    let compiled = Arc::new(weakening::compile(form, wanted));
+    known.push(Arc::clone(&compiled));
+    compiled
+}
+
+impl Curve {
+    /// Cost of one evaluation, in units of that of the Stribeck law, at least 1: budgets of work are divided
+    /// by it.
+    #[must_use]
+    pub fn cost(&self) -> u64 {
+        match &self.form {
+            Form::Stribeck(_) | Form::Lorentzian(_) => 1,
+            Form::Exponential(_) | Form::Table(_) | Form::Function(_) | Form::Custom(_) => 2,
+            Form::Expression(law) | Form::Leading(law) => law.cost(),
+        }
+    }
+
+    /// phi(u), the friction force at slip speed `u` >= 0.
+    #[must_use]
+    #[inline]
+    pub fn phi(&self, u: f64) -> f64 {
+        self.form.phi(u)
+    }
+
+    /// The weakening rate -phi'(u): positive where the friction falls with speed. The divergence of the
+    /// flow is D(u) = weakening(u) - eps c.
+    #[must_use]
+    #[inline]
+    pub fn weakening(&self, u: f64) -> f64 {
+        self.form.weakening(u)
+    }
+
+    /// The weakening rate as polynomials on slip speeds from 0 to at least `reach`; for a table up to its
+    /// end. Compiled once for each power of two.
+    #[must_use]
+    pub fn compiled(&self, reach: f64) -> Arc<Weakening> {
+        let mut compiled = self.compiled.lock().unwrap_or_else(PoisonError::into_inner);
+        compile(&self.form, &mut compiled.weakening, reach)
+    }
+
+    /// Proved bounds of the weakening rate over slip speeds u in [`lo`, `hi`], 0 <= lo <= hi.
+    #[must_use]
+    pub fn weakening_range(&self, lo: f64, hi: f64) -> Range {
+        match &self.form {
+            Form::Stribeck(law) => law.weakening_range(lo, hi),
+            Form::Exponential(law) => law.weakening_range(lo, hi),
+            Form::Lorentzian(law) => law.weakening_range(lo, hi),
+            Form::Expression(_) | Form::Leading(_) | Form::Table(_) | Form::Function(_) | Form::Custom(_) => {
+                // Of columns this is the reach of `Column::compiled`.
+                self.compiled(2.0 * hi).range(lo, hi)
+            }
+        }
+    }
+
+    /// Proved bounds, over 0 < |v| <= V, of the even part in v of `weakening(V - v)`.
+    #[must_use]
+    pub fn even_weakening_range(&self, belt_speed: f64) -> Range {
+        match &self.form {
+            Form::Stribeck(law) => law.even_weakening_range(belt_speed),
+            Form::Exponential(law) => law.even_weakening_range(belt_speed),
+            Form::Lorentzian(_)
+            | Form::Expression(_)
+            | Form::Leading(_)
+            | Form::Table(_)
+            | Form::Function(_)
+            | Form::Custom(_) => self.compiled(4.0 * belt_speed).even_range(belt_speed, belt_speed),
+        }
+    }
+
+    /// The weakening rate averaged over the grazing circle v = V cos t with weight sin^2 t / pi: the energy
+    /// that friction supplies in one turn, in units of that dissipated by unit damping eps c.
+    #[must_use]
+    pub fn mean_weakening(&self, belt_speed: f64) -> f64 {
+        match &self.form {
+            Form::Stribeck(law) => law.mean_weakening(belt_speed),
+            Form::Table(law) => law.mean_weakening(belt_speed),
+            Form::Exponential(_)
+            | Form::Lorentzian(_)
+            | Form::Expression(_)
+            | Form::Leading(_)
+            | Form::Function(_)
+            | Form::Custom(_) => {
+                let weakening = self.compiled(4.0 * belt_speed);
+                mean::mean_weakening(|u| weakening.at(u), belt_speed)
+            }
+        }
+    }
+
+    /// The law to first order in eps at belt speed V.
+    ///
+    /// # Errors
+    /// [`NoFirstOrder`] for a law that is not 1 + O(eps).
+    pub fn first_order(&self, belt_speed: f64) -> Result<FirstOrder, NoFirstOrder> {
+        if let Some(epsilon) = self.small {
+            // -F' = w / eps.
+            let Range { lo, hi } = self.weakening_range(0.0, 2.0 * belt_speed);
+            return Ok(FirstOrder {
+                mean_weakening: self.mean_weakening(belt_speed) / epsilon,
+                weakening_range: Range { lo: lo / epsilon, hi: hi / epsilon },
+            });
+        }
+        match &self.form {
+            Form::Stribeck(law) => Ok(law.first_order(belt_speed)),
+            Form::Expression(law) => {
+                law.check_leading(belt_speed)?;
+                let leading = {
+                    let mut compiled = self.compiled.lock().unwrap_or_else(PoisonError::into_inner);
+                    compile(&Form::Leading(law.clone()), &mut compiled.leading, 2.0 * belt_speed)
+                };
+                // By parts, (6) divided by pi V is the mean of -F1'.
+                Ok(FirstOrder {
+                    mean_weakening: mean::mean_weakening(|u| leading.at(u), belt_speed),
+                    weakening_range: leading.range(0.0, 2.0 * belt_speed),
+                })
+            }
+            Form::Exponential(_)
+            | Form::Lorentzian(_)
+            | Form::Leading(_)
+            | Form::Table(_)
+            | Form::Function(_)
+            | Form::Custom(_) => Err(NoFirstOrder::NoEpsilon),
+        }
+    }
+
+    /// Returns whether the law's weakening rate has proved bounds for slip speeds up to `fastest`; theorems
+    /// need them.
+    #[must_use]
+    pub fn is_enclosed(&self, fastest: f64) -> bool {
+        let range = self.weakening_range(0.0, fastest);
+        range.lo.is_finite() && range.hi.is_finite()
+    }
+
+    /// Derivatives of the weakening rate at slip speed `u` by eps and by each parameter of the law.
+    #[must_use]
+    pub fn weakening_gradient(&self, u: f64) -> Gradient {
+        match &self.form {
+            Form::Stribeck(law) => law.gradient(u),
+            Form::Exponential(law) => law.gradient(u),
+            Form::Lorentzian(law) => law.gradient(u),
+            Form::Expression(law) | Form::Leading(law) => law.gradient(u),
+            Form::Table(_) | Form::Function(_) => {
+                Gradient { epsilon: 0.0, parameters: LawParameters::new(&[]) }
+            }
+            Form::Custom(law) => law.gradient(u),
+        }
+    }
+
+    /// The table behind a measured law.
+    #[must_use]
+    pub fn table(&self) -> Option<&Table> {
+        match &self.form {
+            Form::Table(table) => Some(table),
+            _ => None,
+        }
+    }
+
+    /// Returns whether the closed forms of the law are evaluated in normal numbers: below them products may
+    /// be wrong by any factor, and no result is a theorem.
+    #[must_use]
+    pub fn is_normal(&self) -> bool {
+        match &self.form {
+            Form::Stribeck(law) => law.is_normal(),
+            Form::Exponential(law) => law.is_normal(),
+            Form::Lorentzian(law) => law.is_normal(),
+            // Enclosures are valid for numbers of every size.
+            Form::Expression(_) | Form::Leading(_) | Form::Table(_) | Form::Function(_) | Form::Custom(_) => {
+                true
+            }
+        }
+    }
+
+    /// phi in any arithmetic (numbers, intervals or series); `None` for measured laws, which have no formula.
+    pub(crate) fn formula<T: Real>(&self, u: T) -> Option<T> {
+        self.form.formula(u)
+    }
+
+    /// As [`Curve::even_weakening_range`] with 0 <= v <= `reach`, rounded outwards; `None` for measured laws.
+    pub(crate) fn even_weakening_within(&self, belt_speed: f64, reach: f64) -> Option<Range> {
+        self.formula(0.0)?;
+        Some(self.compiled(4.0 * belt_speed).even_range(belt_speed, reach))
+    }
+
+    /// Slip speeds > 0, increasing, at which the slope of the weakening rate jumps: everywhere else the curve
+    /// is smooth.
+    #[must_use]
+    pub fn corners(&self) -> &[f64] {
+        self.form.corners()
+    }
+
+    /// Stribeck's law, for proofs over boxes and for vectorised engines, which use its three numbers; `None`
+    /// for other laws.
+    #[must_use]
+    pub fn stribeck(&self) -> Option<&Stribeck> {
+        match &self.form {
+            Form::Stribeck(law) => Some(law),
+            Form::Exponential(_)
+            | Form::Lorentzian(_)
+            | Form::Expression(_)
+            | Form::Leading(_)
+            | Form::Table(_)
+            | Form::Function(_)
+            | Form::Custom(_) => None,
+        }
+    }
+
+    /// Returns whether the weakening rate is proved to be nonincreasing and convex in the slip speed, the
+    /// continuation to u < 0 included.
+    ///
+    /// Then its even part in v at V - v rises with |v|, and so, to first order in the divergence, does the
+    /// growth of a turn with its amplitude: there is at most one slip cycle, and it repels. No proof for
+    /// every divergence is known to us; [`crate::simulate::slip_count`] proves it point by point, and has
+    /// found no exception.
+    #[must_use]
+    pub fn weakening_is_convex(&self) -> bool {
+        match self.form {
+            Form::Stribeck(_) | Form::Exponential(_) => true,
+            Form::Lorentzian(_)
+            | Form::Expression(_)
+            | Form::Leading(_)
+            | Form::Table(_)
+            | Form::Function(_)
+            | Form::Custom(_) => false,
+        }
+    }
+}
+
+impl Column {
+    /// The weakening rate as polynomials, up to the slip speeds of orbits that start within the belt speed.
+    #[must_use]
+    pub fn compiled(&self) -> Arc<Weakening> {
+        self.curve.compiled(4.0 * self.belt_speed)
+    }
+}
+
+/// All parameters but the damping: the unit of work of a map. Verdicts along a column change at most
+/// twice, because every orbit's amplitude falls with c. Made by [`super::Law::column`].
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Column {
+    /// The friction curve.
+    pub curve: Curve,
+    /// eps > 0.
+    pub epsilon: f64,
+    /// Belt speed V > 0.
+    pub belt_speed: f64,
+}
