@@ -25,12 +25,13 @@
 
 use std::f64::consts::TAU;
 
+use super::Failure;
+use super::closing::Closing;
 use super::corners::{self, End};
 use super::dop853::{Field, NODES, STAGES, step};
 use super::roots::{Bracket, Found, falling_root};
 use super::slip_cycle::{self, SlipTurn};
 use super::work::Work;
-use super::{Failure, Range};
 use crate::filippov::Oscillator;
 use crate::friction::{Curve, Weakening};
 
@@ -43,10 +44,6 @@ const SHORTEST_STEP: f64 = 1e-9;
 const STEP_BUDGET: u32 = 20_000;
 /// Share of the tolerance for the sum of the local error estimates.
 const SHARE: f64 = 0.3;
-/// Error of the first turns, which only lead near a root, in units of the weakening rate.
-const ROUGH: f64 = 1e-6;
-/// Largest number of turns in the search for a root; four are usual.
-const MOST_TURNS: u32 = 60;
 
 /// The result of one turn.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -170,69 +167,8 @@ pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Resu
     Err(HandOver { rhs })
 }
 
-/// The damping at which an orbit closes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Closing {
-    /// C = eps c.
-    pub(super) viscous: f64,
-    /// Estimate of its absolute error.
-    pub(super) error: f64,
-    pub(super) rhs: u64,
-}
-
-/// The C at which the orbit through the maximum `radius` of x2 closes, near `start`, between `bounds` of the
-/// even part of the weakening rate (theory, "The backbone"); `Err` with the cost where the polar form has no
-/// answer for a turn of the search.
-pub(super) fn closing_damping(
-    curve: &Curve,
-    belt_speed: f64,
-    radius: f64,
-    bounds: Range,
-    start: f64,
-    tolerance: f64,
-    work: &Work,
-) -> Result<Closing, u64> {
-    let size = bounds.lo.abs().max(bounds.hi.abs());
-    if !(size.is_finite() && start.is_finite()) {
-        return Err(0);
-    }
-    // The accuracy of the turn is that of C; the signs at the bounds are not trusted to the last digit.
-    let accuracy = (0.1 * tolerance * size).max(1e-16);
-    let pad = 1e-9 * (bounds.hi - bounds.lo) + 1e-13 * size;
-    let (mut low, mut high) = (bounds.lo - pad, bounds.hi + pad);
-    let mut rhs = 0;
-    let mut oscillator = Oscillator { curve: curve.clone(), viscous: start.clamp(low, high), belt_speed };
-    let floor = 4.0 * f64::EPSILON * size;
-    // The first turns, which only lead near the root, are coarse.
-    let mut accurate = false;
-    for _ in 0..MOST_TURNS {
-        let viscous = oscillator.viscous;
-        let asked = if accurate { accuracy } else { accuracy.max(ROUGH * size.min(1.0)) };
-        let lap = turn(&oscillator, radius, asked);
-        let (Ok(Lap { rhs: spent, .. }) | Err(HandOver { rhs: spent })) = lap;
-        rhs += u64::from(spent);
-        let within = work.spend_compiled(u64::from(spent)).is_ok();
-        let Some(lap) = lap.ok().filter(|_| within) else { return Err(rhs) };
-        if lap.margin > lap.error {
-            low = low.max(viscous);
-        } else if lap.margin < -lap.error {
-            high = high.min(viscous);
-        }
-        let newton = viscous - lap.margin.ln_1p() / lap.by_damping;
-        let step = (newton - viscous).abs();
-        let settled = lap.margin.abs() <= lap.error || step <= floor || high - low <= floor;
-        if accurate && settled {
-            let error = (lap.margin.abs() + lap.error) / lap.by_damping.abs() + floor;
-            return Ok(Closing { viscous, error, rhs });
-        }
-        accurate |= settled || step <= 1e-3 * size;
-        oscillator.viscous = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
-    }
-    Err(rhs)
-}
-
-/// As [`closing_damping`], where the polar angle is not monotone in time: by the orbit in (x2, x2'), for
-/// `radius` < V.
+/// The C at which the orbit through the maximum `radius` < V of x2 closes, by the orbit in (x2, x2'): for orbits whose polar
+/// angle is not monotone in time. It lies between the bounds of the even part of the weakening rate (theory, "The backbone").
 ///
 /// # Errors
 /// [`Failure`] of a turn.
@@ -240,10 +176,10 @@ pub(super) fn closing_damping_of_node(
     curve: &Curve,
     belt_speed: f64,
     radius: f64,
-    bounds: Range,
     tolerance: f64,
     work: &Work,
 ) -> Result<Closing, Failure> {
+    let bounds = curve.even_weakening_range(belt_speed);
     let mut oscillator = Oscillator { curve: curve.clone(), viscous: 0.0, belt_speed };
     let mut growth = |viscous: f64| {
         oscillator.viscous = viscous;
