@@ -66,12 +66,12 @@ const WORK: u64 = 4_000_000;
 
 /// Searches a column with the simulated flow, which also decides overdamped points.
 fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, NoCriticalDamping> {
-    let mut rhs = rhs;
+    let (mut rhs, before) = (rhs, rhs);
     // Error of the margin of an orbit that is too close to call.
     let undecided = Cell::new(0.0);
     let budget = WORK / column.curve.cost();
     let mut margin = |c: f64| {
-        if rhs > budget {
+        if rhs - before > budget {
             return Err(NoCriticalDamping::NoVerdict);
         }
         let answer = flow(&Oscillator::in_column(column, c), 1e-12);

@@ -43,11 +43,15 @@ const LARGEST_LOG: f64 = 1.0;
 /// Largest |A| in a step of Newton's method.
 const LARGEST_GROWTH: f64 = 8.0;
 /// Least step of the share of w that acts, on the way to an orbit far from the circle.
-const SHORTEST_SHARE: f64 = 0.01;
+const SHORTEST_SHARE: f64 = 0.05;
 /// Error of C on that way, in units of the largest |w|.
 const ON_THE_WAY: f64 = 1e-3;
 /// Residual, as an error of C in these units, from which the iteration does not come back.
-const HOPELESS: f64 = 100.0;
+const HOPELESS: f64 = 10.0;
+/// Error of C, in units of the largest |w|, below which the steps converge quadratically.
+const NEAR: f64 = 0.03;
+/// Safety factor of the error predicted from that.
+const PREDICTION: f64 = 10.0;
 /// Largest change of p in a step.
 const LONGEST_STEP: f64 = 0.25;
 /// How far outside its piece a polynomial is used, in halves of the piece's width.
@@ -55,7 +59,9 @@ const OUTSIDE: f64 = 1.1;
 /// Widest element of the coarsest rung.
 const WIDEST: f64 = 0.5 * PI;
 /// Nodes per element, and the parts into which each element of the rung before is cut.
-const LADDER: [(usize, usize); 6] = [(4, 1), (6, 1), (8, 1), (8, 2), (8, 2), (8, 2)];
+const LADDER: [(usize, usize); 5] = [(4, 1), (8, 1), (8, 2), (8, 2), (8, 2)];
+/// Error of C on the first rungs, in units of the largest |w|, below which the iteration gains nothing.
+const FLOORS: [f64; 2] = [1e-6, 1e-10];
 /// Error of C, in units of the largest |w|, that the finest rung may leave where less is asked for.
 const WORST: f64 = 1e-8;
 /// How often an orbit without an answer is tried again with finer elements.
@@ -68,21 +74,18 @@ const MOST_STEPS: usize = 15;
 /// size with random signs of error.
 const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
 
-static RULES: LazyLock<(Rule<4>, Rule<6>, Rule<8>)> =
-    LazyLock::new(|| (Rule::new(), Rule::new(), Rule::new()));
+static RULES: LazyLock<(Rule<4>, Rule<8>)> = LazyLock::new(|| (Rule::new(), Rule::new()));
 
 /// Values at the nodes of an element as a sum of those at the nodes of the element that contains it, one
 /// matrix for each part, `[k][j]` as in [`Rule`]; for each rung but the first.
 static TRANSFERS: LazyLock<Vec<Vec<[[f64; MOST]; MOST]>>> = LazyLock::new(|| {
     let nodes = |size: usize| match size {
         4 => RULES.0.nodes.to_vec(),
-        6 => RULES.1.nodes.to_vec(),
-        _ => RULES.2.nodes.to_vec(),
+        _ => RULES.1.nodes.to_vec(),
     };
     let interpolate = |size: usize, values: &[f64; MOST], x: f64| match size {
         4 => RULES.0.interpolate(values, x),
-        6 => RULES.1.interpolate(values, x),
-        _ => RULES.2.interpolate(values, x),
+        _ => RULES.1.interpolate(values, x),
     };
     let matrix = |from: usize, to: usize, part: usize, parts: usize| {
         let mut matrix = [[0.0; MOST]; MOST];
@@ -148,10 +151,14 @@ struct Orbit<'a> {
     viscous: f64,
     /// The share of w that acts; 1 but on the way to an orbit far from the circle.
     share: f64,
+    /// Largest ratio of the error left by a step to the square of that before it, near the solution.
+    curvature: f64,
     /// As many before the angle pi as after it.
     spans: Vec<Span>,
     /// Angles at which spans begin and end.
     bounds: Vec<f64>,
+    /// Their cosines.
+    cos: Vec<f64>,
     elements: Vec<Element>,
 }
 
@@ -268,12 +275,22 @@ impl Orbit<'_> {
         bounds.push(PI);
         bounds.extend(mirrored);
         let spans = (from..=to).chain((from..=to).rev()).zip(bounds.windows(2));
-        let spans =
-            spans.map(|(piece, ends)| Span { piece, parts: finer * parts(ends[1] - ends[0]) }).collect();
-        let mut orbit = Orbit { problem, viscous: 0.0, share: 1.0, spans, bounds, elements: Vec::new() };
-        for span in &orbit.spans {
-            orbit.elements.extend((0..span.parts).map(|_| Element::new(span.piece)));
-        }
+        let spans = spans.map(|(piece, ends)| Span { piece, parts: finer * parts(ends[1] - ends[0]) });
+        let spans: Vec<Span> = spans.collect();
+        let elements =
+            spans.iter().flat_map(|span| std::iter::repeat_n(Element::new(span.piece), span.parts));
+        let elements = elements.collect();
+        let mut orbit = Orbit {
+            problem,
+            viscous: 0.0,
+            share: 1.0,
+            curvature: 0.0,
+            spans,
+            bounds: Vec::new(),
+            cos: Vec::new(),
+            elements,
+        };
+        orbit.set_bounds(bounds);
         orbit
     }
 
@@ -446,43 +463,48 @@ impl Orbit<'_> {
             let before: usize = self.spans[..half].iter().map(|span| span.parts).sum();
             self.elements.splice(before..before, std::iter::repeat_n(element, 2 * span.parts));
             self.spans.splice(half..half, [span; 2]);
-            self.bounds.splice(half..half, [PI, PI]);
+            let mut bounds = std::mem::take(&mut self.bounds);
+            bounds.splice(half..half, [PI, PI]);
+            self.set_bounds(bounds);
             return self.follow(0.0, 0.0);
         }
         let first = self.spans[0].piece;
+        // The number of the end of a piece, counted on both sides.
+        let number = |i: usize| if i < half { i } else { 2 * half - i };
+        let slip = |i: usize| breaks[first + number(i)];
+        let r = |i: usize| radius * exp(at_bounds[i].clamp(-LARGEST_LOG, LARGEST_LOG));
+        let target = |i: usize| ((belt_speed - slip(i)) / r(i)).clamp(-1.0, 1.0);
         let kinked = !weakening.corners().is_empty();
-        let mut moves = false;
-        let mut bounds = self.bounds.clone();
-        for (i, log_r) in at_bounds.into_iter().enumerate() {
-            let before_pi = i < half;
-            let number = if before_pi { i } else { 2 * half - i };
-            if number == 0 || number == half {
-                continue;
-            }
-            let slip = breaks[first + number];
-            let r = radius * exp(log_r.clamp(-LARGEST_LOG, LARGEST_LOG));
-            let target = ((belt_speed - slip) / r).clamp(-1.0, 1.0);
-            let here = self.bounds[i];
-            let (sin, cos) = here.sin_cos();
-            let narrower = (slip - breaks[first + number - 1]).min(breaks[first + number + 1] - slip);
-            let limit = allowed * narrower;
+        let inner = (1..half).chain(half + 1..2 * half);
+        let misplaced = |i: usize| {
+            let (below, above) = (breaks[first + number(i) - 1], breaks[first + number(i) + 1]);
+            let limit = allowed * (slip(i) - below).min(above - slip(i));
             let limit = if kinked { limit.min(allowed_at_corners) } else { limit };
-            moves |= r * (cos - target).abs() > limit;
+            r(i) * (self.cos[i] - target(i)).abs() > limit
+        };
+        if !inner.clone().any(misplaced) {
+            return Some(false);
+        }
+        let mut bounds = self.bounds.clone();
+        for i in inner {
             // Newton's step, in which r varies.
-            let w = weakening.at(slip);
-            let turn = ((self.share * w - self.viscous) * sin).mul_add(cos, 1.0).clamp(SLOWEST_TURN, 2.0);
-            let target = if before_pi { angle(target) } else { TAU - angle(target) };
-            let moved = turn.mul_add(target - here, here);
-            bounds[i] = if before_pi {
-                moved.clamp(bounds[i - 1], PI)
-            } else {
-                moved.clamp(bounds[i - 1].max(PI), TAU)
-            };
+            let (sin, cos) = self.bounds[i].sin_cos();
+            let d = self.share * weakening.at(slip(i)) - self.viscous;
+            let turn = (d * sin).mul_add(cos, 1.0).clamp(SLOWEST_TURN, 2.0);
+            let before_pi = i < half;
+            let target = if before_pi { angle(target(i)) } else { TAU - angle(target(i)) };
+            let moved = turn.mul_add(target - self.bounds[i], self.bounds[i]);
+            let [lowest, highest] =
+                if before_pi { [bounds[i - 1], PI] } else { [bounds[i - 1].max(PI), TAU] };
+            bounds[i] = moved.clamp(lowest, highest);
         }
-        if moves {
-            self.bounds = bounds;
-        }
-        Some(moves)
+        self.set_bounds(bounds);
+        Some(true)
+    }
+
+    fn set_bounds(&mut self, bounds: Vec<f64>) {
+        self.cos = bounds.iter().map(|angle| angle.cos()).collect();
+        self.bounds = bounds;
     }
 
     /// Cuts elements, and takes the functions over.
@@ -502,6 +524,12 @@ impl Orbit<'_> {
                 self.elements.push(Element { slope, middle, half: width, ..Element::new(element.piece) });
             }
         }
+    }
+
+    /// -x2 at its lowest, at the angle pi.
+    fn lowest(&self) -> f64 {
+        let before: usize = self.spans[..self.spans.len() / 2].iter().map(|span| span.parts).sum();
+        self.problem.radius * self.elements[before - 1].end.exp()
     }
 
     /// The evaluations of g in a step.
@@ -579,6 +607,8 @@ struct Solve<'a, 'b, const N: usize> {
     /// Whether it starts from the circle, and else the rung to which the orbit is taken.
     starts: bool,
     rung: usize,
+    /// How many times more elements there are than on the first rung.
+    finer: usize,
     tolerance: f64,
     /// The largest |w|; found on the circle.
     unit: &'a mut f64,
@@ -599,7 +629,7 @@ impl<const N: usize> pulp::WithSimd for Solve<'_, '_, N> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> Self::Output {
-        let Self { orbit, rule, starts, rung, tolerance, unit } = self;
+        let Self { orbit, rule, starts, rung, finer, tolerance, unit } = self;
         if !starts {
             orbit.refine(rung);
             orbit.place(rule);
@@ -612,7 +642,7 @@ impl<const N: usize> pulp::WithSimd for Solve<'_, '_, N> {
         let (mut share, mut step) = (0.0, 1.0);
         while step >= SHORTEST_SHARE {
             let next = f64::min(share + step, 1.0);
-            let before = orbit.clone();
+            let before = (share > 0.0).then(|| orbit.clone());
             orbit.rescale(rule, share, next);
             // On the way only the neighbourhood is needed.
             let enough = if next < 1.0 { tolerance.max(ON_THE_WAY) } else { tolerance };
@@ -624,7 +654,15 @@ impl<const N: usize> pulp::WithSimd for Solve<'_, '_, N> {
                 }
                 Err(rhs) => {
                     spent += rhs;
-                    *orbit = before;
+                    *orbit = match before {
+                        Some(before) => before,
+                        None => {
+                            let mut circle = Orbit::circle(orbit.problem, finer);
+                            circle.place(rule);
+                            [circle.viscous, _] = circle.first_order(rule);
+                            circle
+                        }
+                    };
                     step *= 0.5;
                 }
             }
@@ -657,6 +695,7 @@ impl Orbit<'_> {
         let speed = self.problem.belt_speed;
         let mut rhs = 0;
         let mut left_at_first = f64::NAN;
+        let (mut before, mut moved) = (f64::NAN, false);
         for steps in 0..MOST_STEPS {
             let step = self.step(rule);
             rhs += self.cost::<N>();
@@ -664,18 +703,44 @@ impl Orbit<'_> {
                 left_at_first = step.left;
             }
             let whole = self.advance(rule, step.change);
+            if std::env::var_os("DBG").is_some() {
+                eprintln!(
+                    "N {N} els {} step {steps} share {} C {} change {:e} left {:e} room {:e} unit {} moved {moved} whole {whole} curv {} tol {tolerance:e}",
+                    self.elements.len(),
+                    self.share,
+                    self.viscous,
+                    step.change,
+                    step.left,
+                    step.room,
+                    unit,
+                    self.curvature
+                );
+            }
             // A residual this large does not converge.
             if !(self.viscous.is_finite() && step.left < HOPELESS * unit) {
                 return Err(rhs);
             }
-            if whole && step.left <= enough {
-                let inside = step.room > 0.0;
-                return if inside { Ok(Solved { left: step.left, left_at_first, rhs }) } else { Err(rhs) };
+            if before < NEAR * unit && !moved {
+                self.curvature = self.curvature.max(step.left / (before * before));
             }
+            // What the step itself leaves.
+            let after = PREDICTION * self.curvature * step.left * step.left;
+            let left = if self.curvature > 0.0 && !moved && step.left < NEAR * unit {
+                after.min(step.left)
+            } else {
+                step.left
+            };
+            if whole && left <= enough {
+                return if step.room > 0.0 { Ok(Solved { left, left_at_first, rhs }) } else { Err(rhs) };
+            }
+            before = step.left;
             // w has a jump in its slope of at most about its size over the width of a piece.
             match self.follow(0.02, 0.1 * speed * (0.1 * tolerance).sqrt()) {
-                Some(true) => self.place(rule),
-                Some(false) => {}
+                Some(true) => {
+                    self.place(rule);
+                    moved = true;
+                }
+                Some(false) => moved = false,
                 None => return Err(rhs),
             }
         }
@@ -713,10 +778,27 @@ pub(super) fn closing_damping(
             orbit = Orbit::circle(problem, finer);
         }
         let (now, unit_now) = (&mut orbit, &mut unit);
+        let asked = tolerance;
+        let tolerance = FLOORS.get(rung).map_or(asked, |floor| asked.max(*floor));
         let solved = match nodes {
-            4 => arch.dispatch(Solve { orbit: now, rule: &RULES.0, starts, rung, tolerance, unit: unit_now }),
-            6 => arch.dispatch(Solve { orbit: now, rule: &RULES.1, starts, rung, tolerance, unit: unit_now }),
-            _ => arch.dispatch(Solve { orbit: now, rule: &RULES.2, starts, rung, tolerance, unit: unit_now }),
+            4 => arch.dispatch(Solve {
+                orbit: now,
+                rule: &RULES.0,
+                starts,
+                rung,
+                finer,
+                tolerance,
+                unit: unit_now,
+            }),
+            _ => arch.dispatch(Solve {
+                orbit: now,
+                rule: &RULES.1,
+                starts,
+                rung,
+                finer,
+                tolerance,
+                unit: unit_now,
+            }),
         };
         let Solved { left, left_at_first, rhs: spent } = match solved {
             Ok(solved) => solved,
@@ -735,11 +817,9 @@ pub(super) fn closing_damping(
         if let Some(before) = before {
             let uncertain = 2.0 * (orbit.viscous - before).abs() + left_at_first * left_at_first / unit;
             let last = rung + 1 == LADDER.len() || orbit.elements.len() > MOST_ELEMENTS / 2;
-            let allowed = if last { tolerance.max(WORST) } else { tolerance + 4.0 * ROUND_OFF };
+            let allowed = if last { asked.max(WORST) } else { asked + 4.0 * ROUND_OFF };
             if uncertain <= allowed * unit {
-                let fastest = orbit.elements.iter().flat_map(|e| e.log_r[..nodes].iter().zip(&e.cos));
-                let fastest = fastest.map(|(log_r, cos)| -log_r.exp() * cos).fold(0.0, f64::max);
-                let form = weakening.error(belt_speed - radius, belt_speed + radius * fastest).bound();
+                let form = weakening.error(belt_speed - radius, belt_speed + orbit.lowest()).bound();
                 let error = uncertain + left + ROUND_OFF * unit + form;
                 return Ok(Closing { viscous: orbit.viscous, error, rhs });
             }
