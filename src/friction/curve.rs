@@ -86,8 +86,7 @@ impl Curve {
             Form::Exponential(law) => law.weakening_range(lo, hi),
             Form::Lorentzian(law) => law.weakening_range(lo, hi),
             Form::Expression(_) | Form::Leading(_) | Form::Table(_) | Form::Function(_) | Form::Custom(_) => {
-                // Of columns this is the reach of `Column::compiled`.
-                self.compiled(2.0 * hi).range(lo, hi)
+                self.compiled(hi).range(lo, hi)
             }
         }
     }

@@ -36,18 +36,20 @@ use super::closing::Closing;
 use super::gauss::{MOST, Rule};
 use crate::friction::{Polynomial, Weakening};
 
-/// Least dth/dt, as in the vectorised kernels: below it the polar angle may not be monotone in time.
-const SLOWEST_TURN: f64 = 0.05;
+/// Least dth/dt: the polar form applies as long as it is positive, but near zero g is hard to resolve.
+const SLOWEST_TURN: f64 = 0.02;
 /// Largest |ln(r / radius)|.
 const LARGEST_LOG: f64 = 1.0;
 /// Largest |A| in a step of Newton's method.
 const LARGEST_GROWTH: f64 = 8.0;
 /// Least step of the share of w that acts, on the way to an orbit far from the circle.
-const SHORTEST_SHARE: f64 = 0.05;
+const SHORTEST_SHARE: f64 = 0.02;
 /// Error of C on that way, in units of the largest |w|.
 const ON_THE_WAY: f64 = 1e-3;
 /// Residual, as an error of C in these units, from which the iteration does not come back.
 const HOPELESS: f64 = 10.0;
+/// The same for the distance from the border of the domain of the polar form.
+const FARTHEST_OUTSIDE: f64 = -0.3;
 /// Error of C, in units of the largest |w|, below which the steps converge quadratically.
 const NEAR: f64 = 0.03;
 /// Safety factor of the error predicted from that.
@@ -703,21 +705,9 @@ impl Orbit<'_> {
                 left_at_first = step.left;
             }
             let whole = self.advance(rule, step.change);
-            if std::env::var_os("DBG").is_some() {
-                eprintln!(
-                    "N {N} els {} step {steps} share {} C {} change {:e} left {:e} room {:e} unit {} moved {moved} whole {whole} curv {} tol {tolerance:e}",
-                    self.elements.len(),
-                    self.share,
-                    self.viscous,
-                    step.change,
-                    step.left,
-                    step.room,
-                    unit,
-                    self.curvature
-                );
-            }
-            // A residual this large does not converge.
-            if !(self.viscous.is_finite() && step.left < HOPELESS * unit) {
+            // From here the iteration does not come back.
+            let lost = step.left > HOPELESS * unit || step.room < FARTHEST_OUTSIDE;
+            if lost || !self.viscous.is_finite() {
                 return Err(rhs);
             }
             if before < NEAR * unit && !moved {
