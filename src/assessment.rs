@@ -125,8 +125,9 @@ pub fn assess(machine: &Machine) -> Option<Assessment> {
 const STEP: f64 = 1e-4;
 
 /// Logarithmic derivatives of the critical damping by each quantity of a machine that is not zero, to about
-/// 1e-6.
-fn sensitivities(machine: &Machine) -> Vec<Sensitivity> {
+/// 1e-6; empty where there is no critical damping.
+#[must_use]
+pub fn sensitivities(machine: &Machine) -> Vec<Sensitivity> {
     let critical = |machine: &Machine| -> Option<f64> {
         let model = machine.model()?;
         let root = critical_damping(&model.column(), 1e-12).ok()?.c;

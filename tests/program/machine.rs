@@ -277,7 +277,9 @@ fn a_page_assesses_a_machine() {
         1e-9,
     );
     let text = run(&["--out", "page.html"]).ends_with(0).out;
-    for part in ["Limits", "may stick-slip below damping", "N s/m", "kick that starts it", "What is proved"] {
+    let parts = ["Limits", "may stick-slip below damping", "N s/m", "kick that starts it", "What is proved"];
+    assert!(!text.contains("stribeck velocity") && text.matches("Stribeck velocity").count() == 2, "{text}");
+    for part in parts {
         assert!(text.contains(part), "{part} is not in\n{text}");
     }
     let html = scratch.read("page.html");
