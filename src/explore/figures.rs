@@ -94,10 +94,10 @@ pub(super) fn friction(law: &Law, point: &Point, units: &UnitSystem) -> Value {
     let phi = line(Rich::default(), palette::BLUE, &[], sample(&|u| curve.phi(u)));
     let weakening = line(rich("weakening rate"), palette::VERMILION, &[], sample(&|u| curve.weakening(u)));
     let viscous = point.epsilon * point.damping;
-    let damping = line(rich("damping {epsilon} {c}"), palette::BLACK, &[5.0, 2.0], sample(&|_| viscous));
+    let level = line(rich("damping {epsilon} {c}"), palette::BLACK, &[5.0, 2.0], sample(&|_| viscous));
     let belt = |curves: &[Curve]| guide(rich("belt speed {V}"), v, curves);
     let above = vec![belt(std::slice::from_ref(&phi)), phi];
-    let mut below = vec![weakening, damping];
+    let mut below = vec![weakening, level];
     below.insert(0, Curve { name: Rich::default(), ..belt(&below) });
     let rate = damping(units, "weakening", "-{phi}'({u})");
     let mut charts = vec![
