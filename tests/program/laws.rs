@@ -207,7 +207,7 @@ fn tables_as_spreadsheets_write_them_are_named() {
         probe(&wide).refuses(&["pad.csv is written in UTF-16", "save it as UTF-8"]);
     }
     let remedy = "write decimals with a point";
-    probe(b"u;mu\n0;1\n0,1;0,9\n0,5;0,8\n1;0,8\n").refuses(&["pad.csv:2", "`0;1`", remedy]);
+    probe(b"u;mu\n0;1\n0,1;0,9\n0,5;0,8\n1;0,8\n").refuses(&["pad.csv:1", "`u;mu`", remedy]);
     probe(b"\"0\",\"1\"\n\"0,1\",\"0,9\"\n\"0,5\",\"0,8\"\n").refuses(&["pad.csv:2", remedy]);
     // A mark of UTF-8 before the first number is no part of it.
     probe(format!("\u{feff}{}", text.trim_start_matches("u,mu\n")).as_bytes()).ends_with(0);

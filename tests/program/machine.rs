@@ -242,7 +242,7 @@ fn bad_machines_are_refused_with_their_place() {
     probe(&["--set", "belt_speed=0.1", "--set", "mas=1"]).refuses(&["`mas`", "`mass`"]);
     // Every missing key is named at once.
     with("mass = 2.0\nstiffness = 800.0\n", "").refuses(&["`mass` is missing", "also lacks stiffness"]);
-    with("mass = 2.0", "mass = { value = 2.0, sd = -1.0 }").refuses(&["bad.toml:4:8", "at least 0"]);
+    with("mass = 2.0", "mass = { value = 2.0, sd = -1.0 }").refuses(&["bad.toml:4:28", "at least 0"]);
     with("mass = 2.0", "mass = { value = 2.0 }").refuses(&["`sd` is missing", "sd = 0.1"]);
     with("mass = 2.0", "mass = { min = 3.0, max = 2.0 }")
         .refuses(&["bad.toml:4:8", "min must be at most max"]);
