@@ -39,6 +39,8 @@ fn plan(nodes: [&[f64]; 6], methods: &[&str], fields: &[Field]) -> Plan {
         .methods(methods)
         .fields(fields.iter().copied())
         .audit_cells(3)
+        // Proofs between the nodes take minutes, and have tests of their own.
+        .proof_boxes(0)
         .tile_shape(shape)
         .compression(1)
         .build()
@@ -93,14 +95,12 @@ fn small(folder: &Path, methods: &[&str], fields: &[Field]) -> MapFile {
     store_map(folder, &plan(nodes, methods, fields), "A small map")
 }
 
-/// The small map with every method and every field but the limits of eps, which are of no report and cost the
-/// naive methods two minutes.
+/// The small map with every method and every field, which many tests read.
 static SMALL: LazyLock<MapFile> = LazyLock::new(|| {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("report");
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).unwrap();
-    let fields: Vec<Field> = Field::ALL.into_iter().filter(|field| *field != Field::EpsilonLimit).collect();
-    small(&folder, &all_methods(), &fields)
+    small(&folder, &all_methods(), &Field::ALL)
 });
 
 /// All verdicts of a method at one eps, over the other axes.
