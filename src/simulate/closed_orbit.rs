@@ -45,6 +45,11 @@ const STEP_BUDGET: u32 = 20_000;
 /// Share of the tolerance for the sum of the local error estimates.
 const SHARE: f64 = 0.3;
 
+/// Error of the first turns, which only lead near a root, in units of the weakening rate.
+const ROUGH: f64 = 1e-6;
+/// Largest number of turns in the search for a root; four are usual.
+const MOST_TURNS: u32 = 60;
+
 /// The result of one turn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Lap {
@@ -165,6 +170,58 @@ pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Resu
         h = (width * grown.clamp(0.2, 5.0)).min(LONGEST_STEP);
     }
     Err(HandOver { rhs })
+}
+
+/// The C at which the orbit through the maximum `radius` of x2 closes, by turns between bounds of the even
+/// part of the weakening rate (theory, "The backbone"): for orbits on which Newton's method for the whole orbit
+/// does not converge; `Err` with the cost where the polar form has no
+/// answer for a turn of the search.
+pub(super) fn closing_damping_by_turns(
+    curve: &Curve,
+    belt_speed: f64,
+    radius: f64,
+    tolerance: f64,
+    work: &Work,
+) -> Result<Closing, u64> {
+    let bounds = curve.even_weakening_range(belt_speed);
+    let start = curve.mean_weakening(belt_speed);
+    let size = bounds.lo.abs().max(bounds.hi.abs());
+    if !(size.is_finite() && start.is_finite()) {
+        return Err(0);
+    }
+    // The accuracy of the turn is that of C; the signs at the bounds are not trusted to the last digit.
+    let accuracy = (0.1 * tolerance * size).max(1e-16);
+    let pad = 1e-9 * (bounds.hi - bounds.lo) + 1e-13 * size;
+    let (mut low, mut high) = (bounds.lo - pad, bounds.hi + pad);
+    let mut rhs = 0;
+    let mut oscillator = Oscillator { curve: curve.clone(), viscous: start.clamp(low, high), belt_speed };
+    let floor = 4.0 * f64::EPSILON * size;
+    // The first turns, which only lead near the root, are coarse.
+    let mut accurate = false;
+    for _ in 0..MOST_TURNS {
+        let viscous = oscillator.viscous;
+        let asked = if accurate { accuracy } else { accuracy.max(ROUGH * size.min(1.0)) };
+        let lap = turn(&oscillator, radius, asked);
+        let (Ok(Lap { rhs: spent, .. }) | Err(HandOver { rhs: spent })) = lap;
+        rhs += u64::from(spent);
+        let within = work.spend_compiled(u64::from(spent)).is_ok();
+        let Some(lap) = lap.ok().filter(|_| within) else { return Err(rhs) };
+        if lap.margin > lap.error {
+            low = low.max(viscous);
+        } else if lap.margin < -lap.error {
+            high = high.min(viscous);
+        }
+        let newton = viscous - lap.margin.ln_1p() / lap.by_damping;
+        let step = (newton - viscous).abs();
+        let settled = lap.margin.abs() <= lap.error || step <= floor || high - low <= floor;
+        if accurate && settled {
+            let error = (lap.margin.abs() + lap.error) / lap.by_damping.abs() + floor;
+            return Ok(Closing { viscous, error, rhs });
+        }
+        accurate |= settled || step <= 1e-3 * size;
+        oscillator.viscous = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+    }
+    Err(rhs)
 }
 
 /// The C at which the orbit through the maximum `radius` < V of x2 closes, by the orbit in (x2, x2'): for orbits whose polar

@@ -1,8 +1,10 @@
 //! The damping at which the orbit of an amplitude closes, for every friction law: by [`super::circle`] for
-//! Stribeck's law, by [`super::elements`] for all others.
+//! Stribeck's law, by [`super::elements`] for all others, or else by turns.
 
 use super::circle::{Spectral, spectral};
+use super::closed_orbit::closing_damping_by_turns;
 use super::elements::closing_damping;
+use super::work::Work;
 use crate::friction::{Curve, Stribeck};
 use crate::point::ScaledGroups;
 
@@ -21,6 +23,7 @@ pub(super) struct Closing {
 /// with errors of about `tolerance` in units of the weakening rate; `Err` with the number of evaluations
 /// where the polar form does not apply.
 pub(super) fn closing_dampings(orbits: &[(&Curve, f64, f64)], tolerance: f64) -> Vec<Result<Closing, u64>> {
+    let work = Work::of_question;
     let scaled = |&(curve, belt_speed, radius): &(&Curve, f64, f64)| {
         curve.stribeck().map(|law| amplitude(law, belt_speed, radius))
     };
@@ -30,7 +33,10 @@ pub(super) fn closing_dampings(orbits: &[(&Curve, f64, f64)], tolerance: f64) ->
     let answer = |&(curve, belt_speed, radius): &(&Curve, f64, f64)| {
         if curve.stribeck().is_none() {
             let weakening = curve.compiled(4.0 * belt_speed);
-            return closing_damping(&weakening, belt_speed, radius, tolerance);
+            return closing_damping(&weakening, belt_speed, radius, tolerance).or_else(|spent| {
+                let found = closing_damping_by_turns(curve, belt_speed, radius, tolerance, &work(curve));
+                found.map(|found| Closing { rhs: found.rhs + spent, ..found }).map_err(|rhs| rhs + spent)
+            });
         }
         match vectorised.next() {
             Some((Spectral::Root { viscous, error, rhs }, amplitude)) => {

@@ -22,12 +22,16 @@ fn columns(count: usize, strong: f64) -> Vec<Column> {
         .map(|u| (u, 1.0 - 0.4 * strong.min(2.0) * (1.0 - (-u).exp()) + 0.02 * u))
         .collect();
     let measured = Law::Table(Table::new("sampled", &data, 1.0).unwrap());
-    let laws = [Law::Exponential, Law::Lorentzian, wavy, measured];
+    let folding = Law::Expression(Expression::new("1 - e*(u - a*sin(k*u)/k)", 1.0).unwrap());
+    let laws = [Law::Exponential, Law::Lorentzian, wavy, measured, folding];
     (0..count)
         .map(|i| {
             let law = &laws[i % laws.len()];
             let mut between = |lo: f64, hi: f64| lo + (hi - lo) * random.unit();
             let parameters = match law {
+                Law::Expression(_) if i % laws.len() == 4 => {
+                    vec![between(0.01, 0.2) * strong, between(1.0, 2.0), between(4.0, 10.0)]
+                }
                 // a, s, h, w, d in the order of the text.
                 Law::Expression(_) => vec![
                     between(0.0, 1.5) * strong,
