@@ -17,7 +17,8 @@ use std::f64::consts::PI;
 
 use super::Failure;
 use super::closed_orbit::closing_damping_of_node;
-use super::closing::{Closing, closing_dampings};
+use super::closing::closing_dampings;
+use super::polar::Closing;
 use super::work::Work;
 use crate::friction::{Column, Curve};
 

@@ -26,9 +26,9 @@
 use std::f64::consts::TAU;
 
 use super::Failure;
-use super::closing::Closing;
 use super::corners::{self, End};
 use super::dop853::{Field, NODES, STAGES, step};
+use super::polar::Closing;
 use super::roots::{Bracket, Found, falling_root};
 use super::slip_cycle::{self, SlipTurn};
 use super::work::Work;

@@ -4,20 +4,10 @@
 use super::circle::{Spectral, spectral};
 use super::closed_orbit::closing_damping_by_turns;
 use super::elements::closing_damping;
+use super::polar::Closing;
 use super::work::Work;
 use crate::friction::{Curve, Stribeck};
 use crate::point::ScaledGroups;
-
-/// The damping at which an orbit closes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Closing {
-    /// C = eps c.
-    pub(super) viscous: f64,
-    /// Estimate of its absolute error.
-    pub(super) error: f64,
-    /// Number of evaluations of the right-hand side.
-    pub(super) rhs: u64,
-}
 
 /// The C at which orbits close, each given by its curve, the belt speed V and its maximum r of x2, 0 < r <= V,
 /// with errors of about `tolerance` in units of the weakening rate; `Err` with the number of evaluations

@@ -5,7 +5,8 @@
 
 use std::cell::Cell;
 
-use super::closing::{self, Closing};
+use super::closing::closing_dampings;
+use super::polar::Closing;
 use super::roots::{Bracket, Found, falling_root};
 use super::{Fate, flow};
 use crate::filippov::Oscillator;
@@ -42,7 +43,7 @@ pub fn critical_dampings(
 ) -> Vec<Result<CriticalDamping, NoCriticalDamping>> {
     let orbits: Vec<(&Curve, f64, f64)> =
         columns.iter().map(|column| (&column.curve, column.belt_speed, column.belt_speed)).collect();
-    let found = closing::closing_dampings(&orbits, tolerance);
+    let found = closing_dampings(&orbits, tolerance);
     let answer = |(column, found): (&Column, Result<Closing, u64>)| match found {
         Ok(Closing { viscous, error, rhs }) => {
             Ok(CriticalDamping { c: viscous / column.epsilon, error: error / column.epsilon, rhs })

@@ -32,8 +32,8 @@
 use std::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
 
-use super::closing::Closing;
 use super::gauss::{MOST, Rule};
+use super::polar::Closing;
 use crate::friction::{Polynomial, Weakening};
 
 /// Least dth/dt: the polar form applies as long as it is positive, but near zero g is hard to resolve.
