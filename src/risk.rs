@@ -362,7 +362,7 @@ mod tests {
         let mut groups = Groups::new(&machine, &["normal_force", "belt_speed"]);
         let mut random = Random(11);
         let drawn: Vec<Machine> =
-            (0..2000).map(|_| draw(&machine, &uncertain, &mut random).unwrap()).collect();
+            (0..500).map(|_| draw(&machine, &uncertain, &mut random).unwrap()).collect();
         drawn.iter().for_each(|machine| groups.push(machine));
         let found = groups.critical_dampings();
         for (machine, deviation) in drawn.iter().zip(&found.deviations).step_by(97) {
@@ -374,18 +374,19 @@ mod tests {
 
     #[test]
     fn probabilities_agree_with_a_separate_count() {
+        const DRAWN: u32 = 500;
         let (machine, uncertain) = uncertain_machines().swap_remove(0);
         let found = risk(&machine, &uncertain, 4000, &[0.1]).unwrap();
         let mut random = Random(7);
-        let sticks = (0..2000)
+        let sticks = (0..DRAWN)
             .filter(|_| {
                 let drawn = draw(&machine, &uncertain, &mut random).unwrap();
                 critical(&drawn) > drawn.damping
             })
             .count() as f64
-            / 2000.0;
+            / f64::from(DRAWN);
         // Four standard errors of the difference of two shares.
-        let error = (0.25 / 4000.0 + 0.25 / 2000.0_f64).sqrt();
+        let error = (0.25 / 4000.0 + 0.25 / f64::from(DRAWN)).sqrt();
         assert!((found.probability.value - sticks).abs() < 4.0 * error, "{found:?} {sticks}");
         // With that damping the probability is the requested one.
         let rare = machine.with("damping", found.rare_by[0].damping.unwrap().value).unwrap();

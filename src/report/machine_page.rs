@@ -220,7 +220,8 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
         )),
     }
 
-    let unknown = line("any quantity", rich("by an unknown amount: no critical damping was found next to it"));
+    let unknown =
+        line("any quantity", rich("by an unknown amount: no critical damping was found next to it"));
     let sensitivities = all.sensitivities.is_empty().then_some(unknown).into_iter();
     let sensitivities = sensitivities.chain(all.sensitivities.iter().map(|s| {
         let text = rich("").then(Rich::number(s.critical_damping, 3)).then(rich(" % for 1 %"));
