@@ -202,7 +202,9 @@ impl LeaveRequest {
         let machine = self.plane.place.machine()?;
         let in_si = || -> Result<[RangeOf<'a>; 2], Refusal> {
             let [(x, across), (y, up)] = self.plane.sides_of_cells()?;
-            let of = |name: &'a str, nodes: &[f64], log| (name, nodes[0], nodes[nodes.len() - 1], nodes.len(), log);
+            let of = |name: &'a str, nodes: &[f64], log| {
+                (name, nodes[0], nodes[nodes.len() - 1], nodes.len(), log)
+            };
             Ok([of(x, &across, x_log), of(y, &up, y_log)])
         };
         let told = Told {

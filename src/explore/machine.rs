@@ -53,7 +53,8 @@ pub(super) fn check_names(law: &Law) -> Result<(), Refusal> {
 pub(super) fn machine(law: &Law, motion: Motion, at: &BTreeMap<String, f64>) -> Result<Machine, Refusal> {
     check_names(law)?;
     let value = |name: &str| {
-        let missing = || Refusal::malformed(format!("a machine of the law `{}` also needs {name}", law.name()));
+        let missing =
+            || Refusal::malformed(format!("a machine of the law `{}` also needs {name}", law.name()));
         at.get(name).copied().ok_or_else(missing)
     };
     let friction = match law.as_written() {
@@ -98,7 +99,8 @@ fn check(machine: &Machine) -> Result<(), Refusal> {
     if let Friction::Coefficients(_, of) = &machine.friction
         && !(0.0..=of.static_friction).contains(&of.kinetic_friction)
     {
-        let problem = format!("kinetic_friction is {}; it must be from 0 to static_friction", of.kinetic_friction);
+        let problem =
+            format!("kinetic_friction is {}; it must be from 0 to static_friction", of.kinetic_friction);
         return Err(Refusal::bad_input(problem, "choose another value"));
     }
     let rest = machine.friction.at_rest();
@@ -177,7 +179,10 @@ pub(super) fn axes(law: &Law, motion: Motion) -> Value {
         _ => None,
     };
     let is_positive = |name: &str| {
-        matches!(name, "mass" | "stiffness" | "normal_force" | "static_friction" | "stribeck_velocity" | BELT_SPEED)
+        matches!(
+            name,
+            "mass" | "stiffness" | "normal_force" | "static_friction" | "stribeck_velocity" | BELT_SPEED
+        )
     };
     let one = |name: &'static str| {
         let words = name.replace('_', " ").replace("stribeck", "Stribeck");
@@ -206,7 +211,8 @@ pub(super) fn at_json(machine: &Machine) -> Value {
 
 /// The values of the axes of a machine's dimensionless law, and that law.
 pub(super) fn dimensionless(machine: &Machine, small: bool) -> Result<(Law, Vec<f64>), Refusal> {
-    let overflow = || Refusal::bad_input("the friction leaves the numbers in dimensionless terms", "check the units");
+    let overflow =
+        || Refusal::bad_input("the friction leaves the numbers in dimensionless terms", "check the units");
     let model = machine.model().ok_or_else(overflow)?;
     let law = if small { model.law.read_as_small() } else { model.law };
     let values = Grid::coordinates(&law, &model.point).into_iter().map(|(_, value)| value).collect();

@@ -23,9 +23,9 @@ use crate::map::{
     Account, ComputeError, Control, Field, Grid, Method, Plan, Plane, PlaneCurve, PlaneCurves, PlanePoint,
     Queue, Sink, TileData, Verdict, compute_tiles,
 };
-use crate::report::{Label, UnitSystem};
 use crate::report::figure::bifurcations::line_style;
 use crate::report::figure::palette::{self, Kind};
+use crate::report::{Label, UnitSystem};
 use crate::simulate::bifurcation::Bifurcation;
 use crate::simulate::critical::critical_dampings;
 use crate::store::{MapFile, Pick};
@@ -171,7 +171,10 @@ impl Show {
 
 impl PlaneRequest {
     /// Both sides with their nodes, across and up.
-    fn sides(&self, nodes_of: impl Fn(&Side) -> Result<Vec<f64>, Refusal>) -> Result<[Nodes<'_>; 2], Refusal> {
+    fn sides(
+        &self,
+        nodes_of: impl Fn(&Side) -> Result<Vec<f64>, Refusal>,
+    ) -> Result<[Nodes<'_>; 2], Refusal> {
         if self.x.axis == self.y.axis {
             return Err(Refusal::bad_input(
                 "both directions show the same axis",
@@ -385,7 +388,10 @@ impl PlaneRequest {
             return Err(Refusal::overtaken());
         }
         let Units { velocity, damping, .. } = machine.units();
-        Ok(curves_json(&found.curves, if is(0, BELT_SPEED) { [velocity, damping] } else { [damping, velocity] }))
+        Ok(curves_json(
+            &found.curves,
+            if is(0, BELT_SPEED) { [velocity, damping] } else { [damping, velocity] },
+        ))
     }
 
     /// The kinds of curves that are requested.
@@ -410,13 +416,16 @@ fn limits(machine: &Machine, name: &str, values: &[f64], turned: bool) -> Vec<Pl
         .collect();
     let columns: Vec<_> = models.iter().map(|(_, model)| model.column()).collect();
     let hopf = columns.iter().map(|column| column.curve.weakening(column.belt_speed));
-    let grazing = critical_dampings(&columns, ACCURACY).into_iter().map(|root| root.map_or(f64::NAN, |root| root.c));
+    let grazing =
+        critical_dampings(&columns, ACCURACY).into_iter().map(|root| root.map_or(f64::NAN, |root| root.c));
     let curve = |bifurcation, dampings: Vec<f64>| {
-        let points = models.iter().zip(dampings).filter(|(_, damping)| *damping >= 0.0).map(|((value, model), damping)| {
-            let damping = damping * model.si.units.damping;
-            let (x, y) = if turned { (damping, *value) } else { (*value, damping) };
-            PlanePoint { x, y, error: ACCURACY }
-        });
+        let points = models.iter().zip(dampings).filter(|(_, damping)| *damping >= 0.0).map(
+            |((value, model), damping)| {
+                let damping = damping * model.si.units.damping;
+                let (x, y) = if turned { (damping, *value) } else { (*value, damping) };
+                PlanePoint { x, y, error: ACCURACY }
+            },
+        );
         PlaneCurve { bifurcation, points: points.collect() }
     };
     vec![curve(Bifurcation::Hopf, hopf.collect()), curve(Bifurcation::GrazingSliding, grazing.collect())]
@@ -426,7 +435,8 @@ fn limits(machine: &Machine, name: &str, values: &[f64], turned: bool) -> Vec<Pl
 fn curves_json(curves: &[PlaneCurve], [across, up]: [f64; 2]) -> serde_json::Value {
     let one = |curve: &PlaneCurve| {
         let (stroke, words) = line_style(curve.bifurcation);
-        let points: Vec<[f64; 2]> = curve.points.iter().map(|point| [point.x * across, point.y * up]).collect();
+        let points: Vec<[f64; 2]> =
+            curve.points.iter().map(|point| [point.x * across, point.y * up]).collect();
         json!({
             "name": curve.bifurcation.name(),
             "words": words,

@@ -6,7 +6,7 @@ use super::machine;
 use super::place::law_json;
 use crate::config::Job;
 use crate::friction::Law;
-use crate::machine::{Machine, MOTION_ATTRIBUTE, Motion, SI_ATTRIBUTE};
+use crate::machine::{MOTION_ATTRIBUTE, Machine, Motion, SI_ATTRIBUTE};
 use crate::map::{AxisRole, Grid};
 use crate::store::{MapFile, Value};
 

@@ -609,7 +609,10 @@ fn any_quantity_of_a_machine_is_an_axis() {
         crate::map_equal::assert_same(&path("page.h5"), &path("plane.h5"));
     }
     let (status, answer) = server.ask("/api/texts", &machine("mass", "damping"));
-    assert!(status == 422 && answer["problem"].as_str().unwrap().contains("belt speed and damping"), "{answer}");
+    assert!(
+        status == 422 && answer["problem"].as_str().unwrap().contains("belt speed and damping"),
+        "{answer}"
+    );
     for (key, value, words) in [
         ("mass", json!(-1.0), "mass is -1"),
         ("kinetic_friction", json!(0.5), "from 0 to static_friction"),
@@ -628,11 +631,17 @@ fn any_quantity_of_a_machine_is_an_axis() {
         stiffness = 100.0\ndamping = { from = 0.0, to = 2.0, points = 3 }\nnormal_force = 10.0\na = 0.2\nbelt_speed = [0.1, 0.3]\n");
     let server = Server::start(&scratch, &["mu.toml"]);
     let start: Value = serde_json::from_slice(&server.get("/api/start", "").2).unwrap();
-    assert_eq!((&start["motion"], &start["law"]["phi"]), (&json!("translation"), &json!("0.2 + a*exp(-u/0.1)")));
+    assert_eq!(
+        (&start["motion"], &start["law"]["phi"]),
+        (&json!("translation"), &json!("0.2 + a*exp(-u/0.1)"))
+    );
     assert_eq!((&start["at"]["a"], &start["at"]["stiffness"]), (&json!(0.2), &json!(100.0)));
     let ends: Vec<(&Value, &Value)> =
         start["axes"].as_array().unwrap().iter().map(|axis| (&axis["name"], &axis["to"])).collect();
-    assert!(ends.contains(&(&json!("belt_speed"), &json!(0.3))) && ends.contains(&(&json!("damping"), &json!(2.0))));
+    assert!(
+        ends.contains(&(&json!("belt_speed"), &json!(0.3)))
+            && ends.contains(&(&json!("damping"), &json!(2.0)))
+    );
     let place = json!({ "law": start["law"], "motion": "translation", "at": start["at"] });
     let (status, plain) = server.ask("/api/dimensionless", &place);
     assert_eq!(status, 200, "{plain}");
