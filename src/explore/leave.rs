@@ -21,7 +21,7 @@ use crate::map::{self, ComputeError, Control, Field, Grid, Method, Plan, PlaneCu
 use crate::number::exact;
 use crate::report::figure::area::{self, Area, Layer};
 use crate::report::figure::{self, Width, render};
-use crate::report::{Label, Rich, View, rich};
+use crate::report::{Label, ReportError, Rich, View, rich};
 use crate::store::{Existing, MapFile, Outcome, PartialMap, Provenance};
 
 /// Largest number of cells along one axis of an exported map: a figure shows no more, and a table would be
@@ -44,6 +44,14 @@ pub(super) struct LeaveRequest {
 
 fn broken(error: impl std::fmt::Display) -> Refusal {
     Refusal::broken(error.to_string())
+}
+
+/// A figure that cannot be drawn: a critical damping, for example, does not vary along the damping.
+fn undrawn(error: ReportError) -> Refusal {
+    match error {
+        ReportError::Choice(choice) => Refusal::bad_input(choice.to_string(), ""),
+        error => broken(error),
+    }
 }
 
 fn failed(error: ComputeError<crate::store::StoreError>) -> Refusal {
@@ -285,8 +293,8 @@ impl LeaveRequest {
         };
         let codes = |method: &Method| slice.codes(&format!("verdict_{}", method.name())).map_err(broken);
         let layer = match (show, show.kinds(&told.methods)) {
-            (Show::Variable(name), Some(kinds)) => Layer::Codes(slice.codes(name).map_err(broken)?, kinds),
-            (Show::Variable(name), None) => Layer::Reals(slice.reals(name).map_err(broken)?),
+            (Show::Variable(name), Some(kinds)) => Layer::Codes(slice.codes(name).map_err(undrawn)?, kinds),
+            (Show::Variable(name), None) => Layer::Reals(slice.reals(name).map_err(undrawn)?),
             (_, kinds) => {
                 let verdicts = told.methods.iter().map(codes).collect::<Result<Vec<Array2<i8>>, _>>()?;
                 let cells = Array2::from_shape_fn(verdicts[0].dim(), |at| {

@@ -481,6 +481,11 @@ fn the_plane_leaves_as_a_configuration_a_map_figures_and_a_table() {
             );
         }
     }
+    // What does not vary along an axis is no figure over it.
+    let mut constant = plane();
+    (constant["file"], constant["show"]) = ("svg".into(), "critical_c_simulation".into());
+    let (status, answer) = server.ask("/api/file", &constant);
+    assert!(status == 422 && answer["problem"].as_str().unwrap().contains("does not vary along `c`"), "{answer}");
     // Formulas and tables too.
     for law in [
         json!({ "name": "expression", "phi": "mu + (1 - mu)*exp(-u)" }),
