@@ -149,6 +149,9 @@ impl Side {
 /// A side of a picture and its nodes.
 type Nodes<'a> = (&'a Side, Vec<f64>);
 
+/// A part of a picture, and its place there: first column and row.
+type Part = (Slice, [usize; 2]);
+
 /// A plane of a grid.
 pub(super) struct Slice {
     pub(super) grid: Grid,
@@ -241,7 +244,7 @@ impl PlaneRequest {
     ///
     /// Belt speeds and dampings share a law. Any other quantity changes the units, so that each of its values has a
     /// grid of its own.
-    fn machines(&self, machine: &Machine) -> Result<(Vec<(Slice, [usize; 2])>, [usize; 2]), Refusal> {
+    fn machines(&self, machine: &Machine) -> Result<(Vec<Part>, [usize; 2]), Refusal> {
         let sides = self.sides(Side::nodes)?;
         let known: Vec<&str> = machine.quantities().into_iter().map(|(name, _)| name).collect();
         if let Some((side, _)) = sides.iter().find(|(side, _)| !known.contains(&side.axis.as_str())) {
@@ -524,7 +527,7 @@ fn computed(
 
 /// The cells of a picture of this size, put together from slices at these places.
 fn computed_each(
-    slices: &[(Slice, [usize; 2])],
+    slices: &[Part],
     [width, height]: [usize; 2],
     show: &Show,
     methods: &[Method],
