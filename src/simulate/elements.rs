@@ -574,10 +574,10 @@ impl Element {
         // Where there was no width nothing is known about the function's slope.
         if self.half > 0.0 && (middle, half) != (self.middle, self.half) {
             let bend = apply(&rule.derivative, &first(&self.slope));
-            for j in 0..N {
+            for (j, bend) in bend.into_iter().enumerate() {
                 // Farther than an element's half the slope at the node says nothing.
                 let shift = (half - self.half).mul_add(rule.nodes[j], middle - self.middle) / self.half;
-                self.slope[j] += bend[j] * shift.clamp(-0.5, 0.5);
+                self.slope[j] += bend * shift.clamp(-0.5, 0.5);
             }
         }
         (self.middle, self.half) = (middle, half);
@@ -594,8 +594,8 @@ impl Element {
     fn integrate<const N: usize>(&mut self, rule: &Rule<N>, start: f64) -> f64 {
         let slope = first::<N>(&self.slope);
         let rise = apply(&rule.antiderivative, &slope);
-        for j in 0..N {
-            self.log_r[j] = self.half.mul_add(rise[j], start);
+        for (log_r, rise) in self.log_r.iter_mut().zip(rise) {
+            *log_r = self.half.mul_add(rise, start);
         }
         self.end = self.half.mul_add(dot(&rule.weights, &slope), start);
         self.end
