@@ -71,6 +71,7 @@ mod interval;
 mod landing_speed;
 mod mean;
 mod orbit;
+pub mod prover;
 pub mod surface;
 pub mod tile;
 mod turn;
