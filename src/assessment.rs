@@ -121,22 +121,29 @@ pub fn assess(machine: &Machine) -> Option<Assessment> {
     })
 }
 
-/// Relative step of the central differences: their error is its square, the round-off 1e-11 divided by it.
-const STEP: f64 = 1e-4;
+/// Accuracies of the critical damping, and the relative steps of the central differences that go with them: the
+/// error of a derivative is the step squared, and the accuracy divided by the step. The second pair is for laws whose
+/// orbits cannot be followed to the first accuracy.
+const ACCURACIES_AND_STEPS: [(f64, f64); 2] = [(1e-12, 1e-4), (1e-10, 1e-3)];
 
 /// Logarithmic derivatives of the critical damping by each quantity of a machine that is not zero, to about
-/// 1e-6.
-fn sensitivities(machine: &Machine) -> Vec<Sensitivity> {
-    let critical = |machine: &Machine| -> Option<f64> {
+/// 1e-6; without those for which no critical damping was found next to the machine.
+#[must_use]
+pub fn sensitivities(machine: &Machine) -> Vec<Sensitivity> {
+    let critical = |machine: &Machine, accuracy: f64| -> Option<f64> {
         let model = machine.model()?;
-        let root = critical_damping(&model.column(), 1e-12).ok()?.c;
+        let root = critical_damping(&model.column(), accuracy).ok()?.c;
         (root > 0.0).then_some(root * model.si.units.damping)
     };
-    let Some(here) = critical(machine) else { return Vec::new() };
+    let here = ACCURACIES_AND_STEPS.map(|(accuracy, _)| critical(machine, accuracy));
     let derivative = |(quantity, value): (&'static str, f64)| {
-        let at = |factor: f64| critical(&machine.with(quantity, value * factor)?);
-        let critical_damping = (at(1.0 + STEP)? - at(1.0 - STEP)?) / (2.0 * STEP * here);
-        Some(Sensitivity { quantity, critical_damping })
+        let by = |((accuracy, step), here): ((f64, f64), Option<f64>)| {
+            let here = here?;
+            let at = |factor: f64| critical(&machine.with(quantity, value * factor)?, accuracy);
+            let critical_damping = (at(1.0 + step)? - at(1.0 - step)?) / (2.0 * step * here);
+            Some(Sensitivity { quantity, critical_damping })
+        };
+        ACCURACIES_AND_STEPS.into_iter().zip(here).find_map(by)
     };
     let quantities = machine.quantities().into_iter();
     quantities.filter(|(name, value)| *name != "damping" && *value != 0.0).filter_map(derivative).collect()

@@ -5,6 +5,10 @@
 //! everywhere. The machine may stick-slip (for some initial state) if its damping is below it. So the share
 //! of such draws is the probability, and a quantile of "critical damping less the deviation of the damping"
 //! is the nominal damping for a given probability. Both have 95 % confidence limits for the sampling.
+//!
+//! Friction that was measured with standard errors is uncertain too. The errors of its data are independent and
+//! normal; to first order in them the critical damping of a draw is normal around that of the data as
+//! measured, and its standard deviation is known ([`Risk::standard_error`]). Each draw has such a deviation.
 
 mod surface;
 
@@ -12,7 +16,7 @@ use rayon::prelude::*;
 
 use crate::machine::Machine;
 use crate::random::Random;
-use surface::Groups;
+use surface::{Groups, has_standard_errors, standard_error};
 
 /// Distribution of an uncertain quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,6 +65,9 @@ pub struct Risk {
     pub failed: usize,
     /// Largest error of the critical dampings found, N s/m (of a rotation N m s/rad).
     pub critical_damping_error: f64,
+    /// Standard error of the critical damping of the machine as given, by the standard errors of its measured
+    /// friction, which the draws include; N s/m (of a rotation N m s/rad). `None` for friction without them.
+    pub standard_error: Option<f64>,
     /// The probability that the machine may stick-slip.
     pub probability: Estimate,
     /// The dampings for the given probabilities.
@@ -99,6 +106,12 @@ fn value_of(machine: &Machine, name: &str) -> f64 {
     machine.quantities().into_iter().find(|(known, _)| *known == name).map_or(f64::NAN, |(_, value)| value)
 }
 
+/// Returns whether anything about a machine is uncertain: quantities, or measured friction with standard errors.
+#[must_use]
+pub fn is_uncertain(machine: &Machine, uncertain: &[Uncertain]) -> bool {
+    !uncertain.is_empty() || has_standard_errors(machine)
+}
+
 /// For each draw the nominal damping above which it would not stick-slip, at its own deviation.
 struct Needed {
     /// The dampings, sorted.
@@ -111,7 +124,8 @@ impl Needed {
     /// `None` where the spreads have hardly any legal values, or no draw has an answer.
     fn of(machine: &Machine, uncertain: &[Uncertain], draws: usize) -> Option<Self> {
         let names: Vec<&str> = uncertain.iter().map(|(name, _)| *name).collect();
-        let chunks: Vec<Option<(Groups, Vec<f64>)>> = (0..draws.div_ceil(CHUNK))
+        let measured = has_standard_errors(machine);
+        let chunks: Vec<Option<(Groups, Vec<[f64; 2]>)>> = (0..draws.div_ceil(CHUNK))
             .into_par_iter()
             .map(|chunk| {
                 // Each chunk has a stream of its own, so the result does not depend on threads.
@@ -121,7 +135,9 @@ impl Needed {
                 for _ in 0..CHUNK.min(draws - chunk * CHUNK) {
                     let drawn = draw(machine, uncertain, &mut random)?;
                     groups.push(&drawn);
-                    deviations.push(drawn.damping - machine.damping);
+                    // Of the damping, and of the measured friction in standard deviations.
+                    let of_friction = if measured { random.normal() } else { 0.0 };
+                    deviations.push([drawn.damping - machine.damping, of_friction]);
                 }
                 Some((groups, deviations))
             })
@@ -134,7 +150,10 @@ impl Needed {
             deviations.append(&mut of_more);
         }
         let found = groups.critical_dampings();
-        let needed = found.dampings.iter().zip(&deviations).map(|(critical, deviation)| critical - deviation);
+        let needed = found.dampings.iter().zip(&found.deviations).zip(&deviations);
+        let needed = needed.map(|((critical, spread), [of_damping, of_friction])| {
+            critical + spread * of_friction - of_damping
+        });
         let mut dampings: Vec<f64> = needed.filter(|damping| !damping.is_nan()).collect();
         dampings.sort_unstable_by(f64::total_cmp);
         let failed = draws - dampings.len();
@@ -149,8 +168,7 @@ impl Needed {
 }
 
 /// Draws `draws` machines and computes the critical damping of each. The result does not depend on the number
-/// of threads. `None` where the spreads have
-/// hardly any legal values.
+/// of threads. `None` where the spreads have hardly any legal values.
 #[must_use]
 pub fn risk(machine: &Machine, uncertain: &[Uncertain], draws: usize, rare: &[f64]) -> Option<Risk> {
     let needed = Needed::of(machine, uncertain, draws)?;
@@ -161,6 +179,7 @@ pub fn risk(machine: &Machine, uncertain: &[Uncertain], draws: usize, rare: &[f6
         draws: needed.dampings.len(),
         failed: needed.failed,
         critical_damping_error: needed.error,
+        standard_error: machine.model().as_ref().and_then(standard_error),
         probability: needed.probability(machine.damping),
         rare_by: rare_by.collect(),
     })
@@ -292,20 +311,82 @@ mod tests {
         }
     }
 
+    /// A machine with measured friction, each datum with its standard error, and the data.
+    fn measured_machine() -> (Machine, Vec<(f64, f64)>, Vec<f64>) {
+        let data: Vec<(f64, f64)> = [0.0, 0.05, 0.12, 0.25, 0.45, 0.8, 2.0, 4.0]
+            .map(|u: f64| (u, 0.3 + 0.1 * (-u / 0.25).exp()))
+            .into();
+        let errors: Vec<f64> = (0..8).map(|i| 2e-4 * f64::from(1 + i % 3)).collect();
+        let table = Table::new("a test", &data, data[0].1).unwrap().with_standard_errors(&errors).unwrap();
+        (Machine { friction: Friction::Measured(table), ..example(Law::Stribeck) }, data, errors)
+    }
+
+    #[test]
+    fn measured_friction_is_as_uncertain_as_tables_of_other_measurements() {
+        let (machine, data, errors) = measured_machine();
+        let nominal = critical(&machine);
+        let machine = machine.with("damping", 1.01 * nominal).unwrap();
+        let mut random = Random(5);
+        let n = 300;
+        let others: Vec<f64> = (0..n)
+            .map(|_| {
+                let mut data = data.clone();
+                data.iter_mut().zip(&errors).for_each(|((_, mu), error)| *mu += error * random.normal());
+                let table = Table::new("another", &data, data[0].1).unwrap();
+                critical(&Machine { friction: Friction::Measured(table), ..machine.clone() })
+            })
+            .collect();
+        let spread =
+            (others.iter().map(|other| (other - nominal).powi(2)).sum::<f64>() / f64::from(n)).sqrt();
+        let found = risk(&machine, &[], 20_000, &[]).unwrap();
+        // Four standard errors of a standard deviation and of a share; the critical damping's second order in the
+        // errors of the data is far below them.
+        let standard_error = found.standard_error.unwrap();
+        assert!(
+            (spread / standard_error - 1.0).abs() < 4.0 / f64::from(2 * n).sqrt(),
+            "{spread} {standard_error}"
+        );
+        let share = others.iter().filter(|other| **other > machine.damping).count() as f64 / f64::from(n);
+        let p = found.probability.value;
+        assert!((share - p).abs() < 4.0 * (p * (1.0 - p) / f64::from(n)).sqrt(), "{share} {p}");
+        assert!(0.05 < p && p < 0.45, "the case is a test: {p}");
+    }
+
+    #[test]
+    fn interpolated_standard_errors_are_those_of_each_machine() {
+        let (machine, ..) = measured_machine();
+        let uncertain = [
+            ("normal_force", Spread::Normal { sd: 12.0 }),
+            ("belt_speed", Spread::Uniform { min: 0.05, max: 0.4 }),
+        ];
+        let mut groups = Groups::new(&machine, &["normal_force", "belt_speed"]);
+        let mut random = Random(11);
+        let drawn: Vec<Machine> =
+            (0..500).map(|_| draw(&machine, &uncertain, &mut random).unwrap()).collect();
+        drawn.iter().for_each(|machine| groups.push(machine));
+        let found = groups.critical_dampings();
+        for (machine, deviation) in drawn.iter().zip(&found.deviations).step_by(97) {
+            let exact = standard_error(&machine.model().unwrap()).unwrap();
+            // To a few times the accuracy at the samples of a box.
+            assert!((deviation / exact - 1.0).abs() < 0.05, "{deviation} {exact}");
+        }
+    }
+
     #[test]
     fn probabilities_agree_with_a_separate_count() {
+        const DRAWN: u32 = 500;
         let (machine, uncertain) = uncertain_machines().swap_remove(0);
         let found = risk(&machine, &uncertain, 4000, &[0.1]).unwrap();
         let mut random = Random(7);
-        let sticks = (0..2000)
+        let sticks = (0..DRAWN)
             .filter(|_| {
                 let drawn = draw(&machine, &uncertain, &mut random).unwrap();
                 critical(&drawn) > drawn.damping
             })
             .count() as f64
-            / 2000.0;
+            / f64::from(DRAWN);
         // Four standard errors of the difference of two shares.
-        let error = (0.25 / 4000.0 + 0.25 / 2000.0_f64).sqrt();
+        let error = (0.25 / 4000.0 + 0.25 / f64::from(DRAWN)).sqrt();
         assert!((found.probability.value - sticks).abs() < 4.0 * error, "{found:?} {sticks}");
         // With that damping the probability is the requested one.
         let rare = machine.with("damping", found.rare_by[0].damping.unwrap().value).unwrap();

@@ -13,7 +13,7 @@ use super::report::{existing, failure};
 use super::{Ended, Failure};
 use crate::assessment::{Assessment, assess};
 use crate::report::{MachinePage, write_figure, write_file};
-use crate::risk::{Estimate, Risk, risk};
+use crate::risk::{Estimate, Risk, is_uncertain, risk};
 
 /// Assess a machine at its working point, in SI units.
 #[derive(Debug, Args)]
@@ -25,12 +25,13 @@ Examples:
 
 The speeds and dampings below which the machine stick-slips or may do so, the motion, the kick that starts it, what it
 depends on, and what is proved. Quantities of [machine] that are written { value = 2.0, sd = 0.1 } or { min = 1.8,
-max = 2.2 } are uncertain: then also the probability that it may stick-slip, and the dampings that make it rare.")]
+max = 2.2 } are uncertain, and so is a table of friction with standard errors: then also the probability that it may
+stick-slip, and the dampings that make it rare.")]
 pub(super) struct Arguments {
     /// The configuration, with a table [machine]
     #[arg(value_name = "CONFIG.toml")]
     config: PathBuf,
-    /// Choose a quantity of the machine, in SI units; may be repeated
+    /// Choose a quantity of the machine, in SI units; may be repeated. A quantity with an sd keeps it
     #[arg(long, value_name = "NAME=NUMBER", value_parser = parse_setting)]
     set: Vec<(String, f64)>,
     /// Write the page; .pdf, .svg, .png or .html
@@ -71,9 +72,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let all = assess(&job.machine).ok_or_else(|| {
         Failure::BadInput("the friction leaves the numbers\n  help: check the units".into())
     })?;
-    let risk = match job.uncertain.is_empty() {
-        true => None,
-        false => {
+    let risk = match is_uncertain(&job.machine, &job.uncertain) {
+        false => None,
+        true => {
             let draws = arguments.draws as usize;
             let found = risk(&job.machine, &job.uncertain, draws, &arguments.rare);
             Some(found.ok_or_else(|| {
@@ -144,6 +145,7 @@ fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
             "draws": risk.draws,
             "failed": risk.failed,
             "critical_damping_error": risk.critical_damping_error,
+            "critical_damping_standard_error": risk.standard_error,
             "probability": estimate(&risk.probability),
             "rare_by": risk.rare_by.iter().map(|rare| json!({
                 "probability": rare.probability,

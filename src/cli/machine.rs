@@ -20,9 +20,7 @@ pub(super) fn load(file: &Path, settings: &[(String, f64)]) -> Result<MachineJob
 
 /// As [`load_job`], with any number of belt speeds and dampings.
 pub(super) fn load_any(file: &Path, settings: &[(String, f64)]) -> Result<MachineJob, Failure> {
-    let sets: Vec<String> =
-        settings.iter().map(|(name, value)| format!("machine.{name}={value:?}")).collect();
-    Ok(load_machine(file, &sets)?)
+    Ok(load_machine(file, settings)?)
 }
 
 /// Refuses several belt speeds or dampings, except for a quantity that is set elsewhere.

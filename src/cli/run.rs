@@ -16,7 +16,7 @@ use crate::certify::validated::prover::Prover;
 use crate::config::Job;
 use crate::dataset::{Auxiliary, auxiliary};
 use crate::map::{self, Account, ComputeError, Control, Earlier, Queue};
-use crate::risk::probabilities;
+use crate::risk::{is_uncertain, probabilities};
 use crate::store::{self, Existing, Left, Outcome, PartialMap, Provenance, Resumed, StoreError};
 
 /// Compute a map from a configuration file.
@@ -256,7 +256,7 @@ const FEWEST_DRAWS: usize = 10_000;
 
 /// Probability, over its map, that a machine with uncertain quantities may stick-slip.
 fn probability(job: &Job) -> Option<Auxiliary> {
-    let machine = job.machine.as_ref().filter(|_| !job.uncertain.is_empty())?;
+    let machine = job.machine.as_ref().filter(|machine| is_uncertain(machine, &job.uncertain))?;
     let si = auxiliary::coordinates(&job.plan.grid, &machine.si());
     let [belt_speeds, dampings] = si.as_slice() else { return None };
     let draws = (DRAWS / belt_speeds.values.len()).max(FEWEST_DRAWS);

@@ -24,16 +24,18 @@ pub(super) fn nodes(node: &Node) -> Result<Vec<f64>, ConfigError> {
             Err(node.error("the axis has no values", "give it at least one number"))
         }
         Shape::List(elements) => elements.iter().map(Node::number).collect(),
-        Shape::Table(range) => nodes_of_range(node, &range),
+        Shape::Table(range) => {
+            super::refuse_unknown_keys(&range, &RANGE_KEYS)?;
+            nodes_of_range(node, &range)
+        }
         Shape::Other => {
             Err(node.wrong_kind("a number, a list of numbers, or { from = 0.0, to = 1.0, points = 11 }"))
         }
     }
 }
 
-/// Reads `{ from, to, points, spacing }`.
-fn nodes_of_range(node: &Node, range: &Section) -> Result<Vec<f64>, ConfigError> {
-    super::refuse_unknown_keys(range, &RANGE_KEYS)?;
+/// Reads `{ from, to, points, spacing }`; other keys are the caller's.
+pub(super) fn nodes_of_range(node: &Node, range: &Section) -> Result<Vec<f64>, ConfigError> {
     let required = |key: &str| {
         range.get(key).ok_or_else(|| {
             range.missing(key, "a range is written { from = 0.0, to = 1.0, points = 11 }".into())

@@ -87,7 +87,7 @@ fn uncertain(node: &Node) -> Result<Option<(f64, Spread)>, ConfigError> {
     let Shape::Table(table) = node.shape() else { return Ok(None) };
     let keys = table.keys();
     let has = |key: &str| keys.iter().any(|other| other == key);
-    if !["value", "sd", "min", "max"].into_iter().any(has) {
+    if !["value", "sd", "min", "max"].into_iter().any(has) || axis::RANGE_KEYS.into_iter().any(has) {
         return Ok(None);
     }
     let number = |key: &str| {
@@ -96,11 +96,9 @@ fn uncertain(node: &Node) -> Result<Option<(f64, Spread)>, ConfigError> {
     };
     if has("value") || has("sd") {
         refuse_unknown_keys(&table, &["value", "sd"])?;
-        let (value, sd) = (number("value")?, number("sd")?);
-        return match sd.is_finite() && sd >= 0.0 {
-            true => Ok(Some((value, Spread::Normal { sd }))),
-            false => Err(node.error("the standard deviation must be at least 0", "choose another sd")),
-        };
+        let value = number("value")?;
+        number("sd")?;
+        return Ok(normal(&table)?.map(|spread| (value, spread)));
     }
     refuse_unknown_keys(&table, &["min", "max"])?;
     let (min, max) = (number("min")?, number("max")?);
@@ -110,12 +108,33 @@ fn uncertain(node: &Node) -> Result<Option<(f64, Spread)>, ConfigError> {
     }
 }
 
-/// Reads the law and the machine of `file` alone, under the overrides `sets`, each `key.path=value`.
+/// The normal spread of a table with the key `sd`; `None` without it.
+fn normal(table: &Section) -> Result<Option<Spread>, ConfigError> {
+    let Some(node) = table.get("sd") else { return Ok(None) };
+    let sd = node.number()?;
+    match sd.is_finite() && sd >= 0.0 {
+        true => Ok(Some(Spread::Normal { sd })),
+        false => Err(node.error("the standard deviation must be at least 0", "choose another sd")),
+    }
+}
+
+/// Reads the law and the machine of `file` alone, with these values of its quantities. A quantity with a
+/// standard deviation keeps it around its new value.
 ///
 /// # Errors
 /// The first error, with its place, its value and a remedy.
-pub fn load_machine(file: &Path, sets: &[String]) -> Result<MachineJob, ConfigError> {
-    let source = Source::load(file, sets)?;
+pub fn load_machine(file: &Path, values: &[(String, f64)]) -> Result<MachineJob, ConfigError> {
+    let written = Source::load(file, &[])?;
+    let written = written.root().section("machine")?;
+    let sd_of = |name: &str| match written.get(name)?.shape() {
+        Shape::Table(table) => table.get("sd")?.number().ok(),
+        _ => None,
+    };
+    let set = |(name, value): &(String, f64)| match sd_of(name) {
+        Some(sd) => format!("machine.{name}={{ value = {value:?}, sd = {sd:?} }}"),
+        None => format!("machine.{name}={value:?}"),
+    };
+    let source = Source::load(file, &values.iter().map(set).collect::<Vec<_>>())?;
     let root = source.root();
     let section = root.section("machine")?;
     if !section.is_present() {
@@ -189,8 +208,8 @@ struct Reader<'a> {
     uncertain: Vec<Uncertain>,
 }
 
-impl Reader<'_> {
-    fn node(&self, key: &str) -> Result<Node<'_>, ConfigError> {
+impl<'a> Reader<'a> {
+    fn node(&self, key: &str) -> Result<Node<'a>, ConfigError> {
         let how = "write a number in SI units";
         self.section.get(key).ok_or_else(|| self.section.missing(key, how.into()))
     }
@@ -216,13 +235,27 @@ impl Reader<'_> {
         self.number(key, |value| value > 0.0, "greater than 0")
     }
 
-    /// Increasing numbers, or one uncertain number.
+    /// Increasing numbers, or one uncertain number. A range of belt speeds may have a standard deviation, which
+    /// is that of each.
     fn many(&mut self, key: &'static str, least: f64, wanted: &str) -> Result<Vec<f64>, ConfigError> {
         let node = self.node(key)?;
         if uncertain(&node)?.is_some() {
             return Ok(vec![self.number(key, |value| value >= least, wanted)?]);
         }
-        let values = axis::nodes(&node)?;
+        let values = match node.shape() {
+            Shape::Table(range) if range.get("sd").is_some() => {
+                if key != AFTER {
+                    let remedy = "leave sd out, or write one value: { value = 50.0, sd = 5.0 }";
+                    return Err(node.error("a range of these has no standard deviation", remedy));
+                }
+                let known: Vec<&str> = axis::RANGE_KEYS.into_iter().chain(["sd"]).collect();
+                refuse_unknown_keys(&range, &known)?;
+                let (values, spread) = (axis::nodes_of_range(&node, &range)?, normal(&range)?);
+                self.uncertain.extend(spread.map(|spread| (key, spread)));
+                values
+            }
+            _ => axis::nodes(&node)?,
+        };
         for &value in &values {
             check(&node, key, value, value >= least, wanted)?;
         }

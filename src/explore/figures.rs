@@ -1,19 +1,22 @@
 //! Figures of a point, drawn by the crate's own figure code.
 
+use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::refusal::Refusal;
 use crate::filippov::Oscillator;
 use crate::friction::Law;
+use crate::machine::Dimension;
 use crate::point::Point;
 use crate::report::figure::axis::Scale;
 use crate::report::figure::lines::{Chart, Curve, draw};
 use crate::report::figure::palette::{self, MethodStyle};
 use crate::report::figure::scene::{Marker, Scene, Stroke};
 use crate::report::figure::{OrbitPlot, Width, orbit_figure};
-use crate::report::{Rich, UnitSystem, rich};
+use crate::report::{Label, Rich, UnitSystem, rich};
 use crate::simulate::backbone::Backbone;
 use crate::simulate::direct::Start;
+use crate::simulate::{dynamics, flow, sensitivity};
 
 /// Number of points of a curve.
 const POINTS: usize = 200;
@@ -58,11 +61,32 @@ fn guide(name: Rich, x: f64, curves: &[Curve]) -> Curve {
     line(name, palette::GREY, &[3.0, 2.0], vec![(x, low), (x, high)])
 }
 
-/// The friction curve, and its slope against the damping.
-pub(super) fn friction(law: &Law, point: &Point) -> Value {
+fn velocity(units: &UnitSystem, words: &str, symbol: &str) -> Label {
+    units.quantity(words, rich(symbol), "", Some(Dimension::Velocity))
+}
+
+fn damping(units: &UnitSystem, words: &str, symbol: &str) -> Label {
+    units.quantity(words, rich(symbol), "", Some(Dimension::Damping))
+}
+
+/// Number of parts of the slip speeds whose influence is shown.
+const PARTS: usize = 40;
+
+/// The influence of each slip speed on the critical damping, as steps; empty where there is no critical
+/// damping.
+fn influence(law: &Law, point: &Point) -> Vec<(f64, f64)> {
+    let parts = sensitivity::influence(&law.column(point), PARTS).unwrap_or_default();
+    let steps =
+        parts.iter().flat_map(|part| [(part.from, 100.0 * part.share), (part.to, 100.0 * part.share)]);
+    steps.chain(parts.last().map(|part| (part.to, 0.0))).collect()
+}
+
+/// The friction curve, its slope against the damping, and the influence of each slip speed.
+pub(super) fn friction(law: &Law, point: &Point, units: &UnitSystem) -> Value {
     let curve = law.curve(point.epsilon, &point.law);
     let v = point.belt_speed;
-    let fastest = 2.0 * v;
+    let shares = influence(law, point);
+    let fastest = shares.last().map_or(2.0 * v, |(fastest, _)| fastest.max(2.0 * v));
     let sample = |of: &dyn Fn(f64) -> f64| -> Vec<(f64, f64)> {
         let at = |i: usize| fastest * i as f64 / POINTS as f64;
         (0..=POINTS).map(|i| (at(i), of(at(i)))).collect()
@@ -70,23 +94,69 @@ pub(super) fn friction(law: &Law, point: &Point) -> Value {
     let phi = line(Rich::default(), palette::BLUE, &[], sample(&|u| curve.phi(u)));
     let weakening = line(rich("weakening rate"), palette::VERMILION, &[], sample(&|u| curve.weakening(u)));
     let viscous = point.epsilon * point.damping;
-    let damping = line(rich("damping {epsilon} {c}"), palette::BLACK, &[5.0, 2.0], sample(&|_| viscous));
+    let level = line(rich("damping {epsilon} {c}"), palette::BLACK, &[5.0, 2.0], sample(&|_| viscous));
     let belt = |curves: &[Curve]| guide(rich("belt speed {V}"), v, curves);
     let above = vec![belt(std::slice::from_ref(&phi)), phi];
-    let mut below = vec![weakening, damping];
+    let mut below = vec![weakening, level];
     below.insert(0, Curve { name: Rich::default(), ..belt(&below) });
-    let charts = [chart("{phi}({u})", "(a)", above), chart("-{phi}'({u})", "(b)", below)];
-    let x = Scale::linear(0.0, fastest);
-    let scene = draw(&Rich::default(), x, &rich("slip speed {u}"), &charts, Width::OneColumn);
-    let caption = rich(
-        "(a) Friction {phi} over slip speed {u}. (b) How fast it weakens, against the damping: where the rate is \
-         above the line the motion gains energy.",
+    let rate = damping(units, "weakening", "-{phi}'({u})");
+    let mut charts = vec![
+        chart("{phi}({u})", "(a)", above),
+        Chart { name: rate.text(), factor: rate.factor, ..chart("", "(b)", below) },
+    ];
+    let mut words = String::from(
+        "(a) Friction {phi} over slip speed {u}, in units of friction at rest. (b) How fast it weakens, against the \
+         damping: where the rate is above the line the motion gains energy.",
     );
-    answer("friction", &scene, &caption)
+    if !shares.is_empty() {
+        let share = line(Rich::default(), palette::GREEN, &[], shares);
+        charts.push(chart("influence, %", "(c)", vec![share]));
+        words.push_str(" (c) Share of each slip speed in the critical damping.");
+    }
+    let slip = velocity(units, "slip speed", "slip speed {u}");
+    let x = Scale::linear(0.0, fastest).in_unit(slip.factor);
+    let scene = draw(&Rich::default(), x, &slip.text(), &charts, Width::OneColumn);
+    answer("friction", &scene, &rich(&words))
 }
 
-/// Amplitude of every slip cycle against damping.
-pub(super) fn backbone(law: &Law, point: &Point) -> Result<Value, Refusal> {
+/// Number of dampings at which cycles that reach the belt speed are searched.
+const DAMPINGS: usize = 48;
+
+/// The stick-slip cycle and the crossing cycles over the dampings from 0 to `most`: largest velocities, NaN
+/// where there is no such cycle.
+fn reaching_the_belt(law: &Law, point: &Point, most: f64) -> Vec<Curve> {
+    let at = |i: usize| most * i as f64 / (DAMPINGS - 1) as f64;
+    let found: Vec<(f64, [f64; 3])> = (0..DAMPINGS)
+        .into_par_iter()
+        .map(|i| {
+            let oscillator = Oscillator::new(law, &Point { damping: at(i), ..*point });
+            let all = dynamics(&oscillator, &flow(&oscillator, TOLERANCE), TOLERANCE).ok();
+            let sticks = all.as_ref().and_then(|all| all.stick_slip.as_ref());
+            let crosses = |attracts: bool| {
+                let mut crossing = all.iter().flat_map(|all| &all.crossing);
+                crossing
+                    .find(|cycle| cycle.is_stable() == attracts)
+                    .map_or(f64::NAN, |cycle| cycle.velocity.hi)
+            };
+            (at(i), [sticks.map_or(f64::NAN, |cycle| cycle.velocity.hi), crosses(true), crosses(false)])
+        })
+        .collect();
+    let styles: [(&str, &str, &[f64]); 3] = [
+        ("stick-slip cycle", palette::BLUE, &[]),
+        ("attracting crossing cycle", palette::VERMILION, &[]),
+        ("repelling crossing cycle", palette::VERMILION, &[3.0, 2.0]),
+    ];
+    let curve = |(kind, (words, color, dash)): (usize, (&str, &'static str, &'static [f64]))| {
+        let points: Vec<(f64, f64)> = found.iter().map(|(c, velocities)| (*c, velocities[kind])).collect();
+        line(rich(words), color, dash, points)
+    };
+    let curves = styles.into_iter().enumerate().map(curve);
+    curves.filter(|curve| curve.points.iter().any(|point| point.1.is_finite())).collect()
+}
+
+/// Largest velocity of every cycle against damping: the backbone of the slip cycles, and the cycles that reach
+/// the belt speed.
+pub(super) fn backbone(law: &Law, point: &Point, units: &UnitSystem) -> Result<Value, Refusal> {
     let oscillator = Oscillator::new(law, point);
     let (v, epsilon) = (point.belt_speed, point.epsilon);
     let found = Backbone::of_curve(&oscillator.curve, v, TOLERANCE);
@@ -105,18 +175,21 @@ pub(super) fn backbone(law: &Law, point: &Point) -> Result<Value, Refusal> {
         let name = if first { rich(words) } else { Rich::default() };
         curves.push(line(name, palette::GREEN, dash, points));
     }
-    curves.push(guide(rich("damping {c}"), point.damping, &curves));
+    let numbers = || curves.iter().flat_map(|curve| &curve.points).map(|p| p.0).filter(|x| x.is_finite());
+    let most = numbers().fold(point.damping, f64::max);
+    curves.extend(reaching_the_belt(law, point, most));
+    let here = damping(units, "damping", "damping {c}");
+    curves.push(guide(here.name.clone(), point.damping, &curves));
     let numbers = || curves.iter().flat_map(|curve| &curve.points).map(|p| p.0).filter(|x| x.is_finite());
     let (low, high) = (numbers().fold(f64::INFINITY, f64::min), numbers().fold(f64::NEG_INFINITY, f64::max));
     let room = (0.06 * (high - low)).max(1e-3);
-    let chart = chart("largest {x_2}", "", curves);
-    let scene = draw(
-        &Rich::default(),
-        Scale::linear(low - room, high + room),
-        &rich("damping {c}"),
-        &[chart],
-        Width::OneColumn,
+    let largest = velocity(units, "largest velocity", "largest {x_2}");
+    let chart = Chart { name: largest.text(), factor: largest.factor, ..chart("", "", curves) };
+    let x = Scale::linear(low - room, high + room).in_unit(here.factor);
+    let scene = draw(&Rich::default(), x, &here.text(), &[chart], Width::OneColumn);
+    let caption = rich(
+        "Largest velocity of every cycle over damping. The backbone of the slip cycles is the one damping at which each \
+         amplitude closes; cycles that stick or cross reach the belt speed and more.",
     );
-    let caption = rich("The backbone: the one damping at which each amplitude closes to a slip cycle.");
     Ok(answer("backbone", &scene, &caption))
 }

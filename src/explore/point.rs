@@ -7,6 +7,7 @@ use super::figures;
 use super::place::Place;
 use super::refusal::Refusal;
 use super::tabs::Turn;
+use crate::assessment::sensitivities;
 use crate::behaviour::behaviour;
 use crate::friction::Law;
 use crate::machine::Machine;
@@ -62,7 +63,7 @@ impl PointRequest {
         }))
     }
 
-    /// The output of `slipmap probe --json`.
+    /// The output of `slipmap probe --json`; for a machine also the sensitivities of its page.
     pub(super) fn probe(&self) -> Result<Value, Refusal> {
         let (law, point) = self.place.point()?;
         let answer = Answer::of(&law, &point, DEFAULT_TOLERANCE, Method::all());
@@ -71,6 +72,9 @@ impl PointRequest {
         if let Some(machine) = self.machine(&law, &point)? {
             let behaviour = machine.model().map(|model| behaviour(&model, DEFAULT_TOLERANCE));
             whole.machine = behaviour.map(|behaviour| MachineResult::new(&machine, &behaviour));
+            let mut answer = to_json(&whole)?;
+            answer["machine"]["sensitivities"] = to_json(&sensitivities(&machine))?;
+            return Ok(answer);
         }
         to_json(&whole)
     }
@@ -79,14 +83,12 @@ impl PointRequest {
     pub(super) fn figure(&self) -> Result<Value, Refusal> {
         let (law, point) = self.place.point()?;
         let start = self.start.filter(|start| start.iter().all(|x| x.is_finite()));
+        let machine = self.machine(&law, &point)?;
+        let units = machine.map_or_else(UnitSystem::default, |it| UnitSystem::of_machine(it.si()));
         match self.figure.as_str() {
-            "orbit" => {
-                let machine = self.machine(&law, &point)?;
-                let units = machine.map_or_else(UnitSystem::default, |it| UnitSystem::of_machine(it.si()));
-                Ok(figures::orbit(&law, &point, &units, start))
-            }
-            "friction" => Ok(figures::friction(&law, &point)),
-            "backbone" => figures::backbone(&law, &point),
+            "orbit" => Ok(figures::orbit(&law, &point, &units, start)),
+            "friction" => Ok(figures::friction(&law, &point, &units)),
+            "backbone" => figures::backbone(&law, &point, &units),
             other => Err(Refusal::malformed(format!("there is no figure `{other}`"))),
         }
     }

@@ -220,10 +220,13 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
         )),
     }
 
-    let sensitivities = all.sensitivities.iter().map(|s| {
+    let unknown =
+        line("any quantity", rich("by an unknown amount: no critical damping was found next to it"));
+    let sensitivities = all.sensitivities.is_empty().then_some(unknown).into_iter();
+    let sensitivities = sensitivities.chain(all.sensitivities.iter().map(|s| {
         let text = rich("").then(Rich::number(s.critical_damping, 3)).then(rich(" % for 1 %"));
-        line(&s.quantity.replace('_', " "), text)
-    });
+        line(&s.quantity.replace('_', " ").replace("stribeck", "Stribeck"), text)
+    }));
     let mut sections = vec![
         ("Machine", given),
         ("Limits", limits),
@@ -269,6 +272,10 @@ fn risk_lines(all: &Assessment, risk: &Risk) -> Vec<(Rich, Rich)> {
         rich("largest error met of a draw's critical damping"),
         Rich::number(risk.critical_damping_error, 2).then(Rich::foreign(&format!(" {unit}"))),
     ));
+    if let Some(error) = risk.standard_error {
+        let value = Rich::number(error, 3).then(Rich::foreign(&format!(" {unit}, part of each draw")));
+        lines.push((rich("standard error of critical damping, by friction"), value));
+    }
     for rare in &risk.rare_by {
         let name =
             rich("damping that makes it ").then(Rich::number(100.0 * rare.probability, 4)).then(rich(" %"));

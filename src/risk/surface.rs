@@ -15,21 +15,27 @@
 //! | formula, data | N / sqrt(k m) | A, v, and the formula's parameters that vary |
 //!
 //! y is smooth. It is sampled at Chebyshev nodes of the box that holds the machines, and interpolated; boxes
-//! in which it misses samples by more than [`ACCURACY`] are cut in two, down to boxes with so few machines
+//! in which it misses samples by more than a set accuracy are cut in two, down to boxes with so few machines
 //! that each has a search of its own. Guarantee: numerical; [`Found::error`] is the largest error met at the
 //! samples.
+//!
+//! Standard errors of measured friction move y too. To first order in them its standard deviation is another
+//! function of the same groups (theory, "Sensitivities"), and is interpolated alike.
 
 use rayon::prelude::*;
 
 use crate::friction::{Column, Law};
 use crate::machine::{Friction, Machine, Model};
 use crate::simulate::critical::critical_dampings;
+use crate::simulate::sensitivity;
 
 /// Tolerance of the root search for a critical damping.
 const TOLERANCE: f64 = 1e-9;
 /// Largest error of the interpolated y at the samples, in units of its size: far below any tolerance of a
 /// machine.
 const ACCURACY: f64 = 1e-6;
+/// The same of its standard deviation, which is an error itself.
+const ACCURACY_OF_DEVIATION: f64 = 1e-2;
 /// Number of machines in a box whose critical damping is computed by the root search, for comparison.
 const SAMPLES: usize = 24;
 /// Nodes along each axis, by the number of axes that have an extent.
@@ -60,6 +66,33 @@ pub(super) struct Found {
     pub(super) dampings: Vec<f64>,
     /// Largest error of the interpolated dampings at the samples, in units of the damping.
     pub(super) error: f64,
+    /// Their standard deviations by the standard errors of measured friction, SI units; 0 where none is known,
+    /// as of friction without standard errors.
+    pub(super) deviations: Vec<f64>,
+}
+
+/// A function of the groups: y or its standard deviation.
+struct Sought {
+    /// Its values; NaN where there is none.
+    values: fn(&Groups, &[&[f64]]) -> Vec<f64>,
+    /// Largest error of its interpolation at the samples, in units of its size.
+    accuracy: f64,
+}
+
+const Y: Sought = Sought { values: |groups, of| groups.searched(of), accuracy: ACCURACY };
+const DEVIATION: Sought =
+    Sought { values: |groups, of| groups.deviations(of), accuracy: ACCURACY_OF_DEVIATION };
+
+/// Standard error of the critical damping of a machine by the standard errors of its measured friction, in SI
+/// units and to first order in them. `None` where the friction has none, or the critical damping has no
+/// derivatives.
+pub(super) fn standard_error(model: &Model) -> Option<f64> {
+    let column = model.column();
+    let errors = column.curve.table()?.standard_errors()?;
+    let found = sensitivity::sensitivity(&column).ok()?;
+    // In SI units friction is not measured in that at rest.
+    let moved = found.by_data.iter().zip(errors).map(|(by, error)| (by.value * error).powi(2));
+    Some(moved.sum::<f64>().sqrt() * model.si.units.damping)
 }
 
 impl<'a> Groups<'a> {
@@ -167,9 +200,19 @@ impl<'a> Groups<'a> {
         groups.par_chunks(SEARCHED_TOGETHER).flat_map_iter(of_some).collect()
     }
 
-    /// y of these machines, by a root search for each.
-    fn searched_of(&self, machines: &[usize]) -> Vec<f64> {
-        self.searched(&machines.iter().map(|&machine| self.of(machine)).collect::<Vec<_>>())
+    /// The standard deviation of y at these groups.
+    fn deviations(&self, groups: &[&[f64]]) -> Vec<f64> {
+        let of_one = |groups: &&[f64]| {
+            let machine = self.machine_with(groups)?;
+            let factor = (machine.stiffness * machine.mass).sqrt() * groups[0].exp();
+            Some(standard_error(&machine.model()?)? / factor)
+        };
+        groups.par_iter().map(|groups| of_one(groups).unwrap_or(f64::NAN)).collect()
+    }
+
+    /// The values of what is sought at these machines, not interpolated.
+    fn exact(&self, sought: &Sought, machines: &[usize]) -> Vec<f64> {
+        (sought.values)(self, &machines.iter().map(|&machine| self.of(machine)).collect::<Vec<_>>())
     }
 
     /// The critical damping of every machine.
@@ -179,39 +222,47 @@ impl<'a> Groups<'a> {
             all.into_iter().partition(|&machine| self.of(machine).iter().all(|group| group.is_finite()));
         let mut dampings = vec![f64::NAN; self.scales.len()];
         let mut error = 0.0_f64;
-        for (machine, y, off) in self.boxed(&mut known) {
+        for (machine, y, off) in self.boxed(&Y, &mut known) {
             let [factor, shift] = self.scales[machine];
             dampings[machine] = factor * y + shift;
             error = error.max((factor * off).abs());
+        }
+        let mut deviations = vec![0.0; self.scales.len()];
+        if has_standard_errors(self.nominal) {
+            for (machine, deviation, _) in self.boxed(&DEVIATION, &mut known) {
+                if deviation > 0.0 {
+                    deviations[machine] = self.scales[machine][0] * deviation;
+                }
+            }
         }
         // Friction that does not fall with speed: no damping is needed.
         unknown.retain(|&machine| self.scales[machine][0] <= 0.0);
         for machine in unknown {
             dampings[machine] = self.scales[machine][1].min(0.0);
         }
-        Found { dampings, error }
+        Found { dampings, error, deviations }
     }
 
-    /// The machines, each with its y and the largest error at the samples of its box.
-    fn boxed(&self, machines: &mut [usize]) -> Vec<(usize, f64, f64)> {
+    /// The machines, each with the value sought and the largest error at the samples of its box.
+    fn boxed(&self, sought: &Sought, machines: &mut [usize]) -> Vec<(usize, f64, f64)> {
         let sides = self.sides(machines);
         let wide: Vec<usize> = (0..self.size).filter(|&axis| sides[axis][1] > sides[axis][0]).collect();
         let along = NODES.get(wide.len()).copied();
         let nodes = along.and_then(|n| n.checked_pow(u32::try_from(wide.len()).ok()?));
         let Some((along, nodes)) = along.zip(nodes).filter(|(_, n)| machines.len() > MACHINES_PER_NODE * n)
         else {
-            let y = self.searched_of(machines);
+            let y = self.exact(sought, machines);
             return machines.iter().zip(y).map(|(&machine, y)| (machine, y, 0.0)).collect();
         };
-        let surface = Surface::new(self, &sides, &wide, along, nodes);
+        let surface = Surface::new(self, sought, &sides, &wide, along, nodes);
         // Equally spaced samples of the machines, which are in the order of the draws.
         let step = machines.len() / SAMPLES;
         let samples: Vec<usize> = (0..SAMPLES).map(|i| machines[i * step]).collect();
-        let searched = self.searched_of(&samples);
-        let missed = samples.iter().zip(&searched).map(|(&m, y)| (surface.at(self.of(m)) - y).abs());
+        let exact = self.exact(sought, &samples);
+        let missed = samples.iter().zip(&exact).map(|(&m, y)| (surface.at(self.of(m)) - y).abs());
         let error =
             missed.fold(0.0, |most: f64, miss| if miss.is_nan() { f64::INFINITY } else { most.max(miss) });
-        if error <= ACCURACY * surface.size() {
+        if error <= sought.accuracy * surface.size() {
             return machines.iter().map(|&machine| (machine, surface.at(self.of(machine)), error)).collect();
         }
         let axis = surface.roughest();
@@ -221,7 +272,7 @@ impl<'a> Groups<'a> {
         let (below, above) = machines.split_at_mut(middle);
         below.sort_unstable();
         above.sort_unstable();
-        let (mut below, mut above) = rayon::join(|| self.boxed(below), || self.boxed(above));
+        let (mut below, mut above) = rayon::join(|| self.boxed(sought, below), || self.boxed(sought, above));
         below.append(&mut above);
         below
     }
@@ -244,11 +295,16 @@ impl<'a> Groups<'a> {
     }
 }
 
+/// Returns whether the friction was measured with standard errors.
+pub(super) fn has_standard_errors(machine: &Machine) -> bool {
+    matches!(&machine.friction, Friction::Measured(table) if table.standard_errors().is_some())
+}
+
 fn is_stribeck(machine: &Machine) -> bool {
     matches!(&machine.friction, Friction::Coefficients(law, _) if *law.as_written() == Law::Stribeck)
 }
 
-/// A tensor Chebyshev interpolant of y over a box.
+/// A tensor Chebyshev interpolant over a box.
 struct Surface {
     sides: Vec<[f64; 2]>,
     /// The axes along which the box has an extent.
@@ -260,7 +316,14 @@ struct Surface {
 }
 
 impl Surface {
-    fn new(groups: &Groups, sides: &[[f64; 2]], wide: &[usize], along: usize, nodes: usize) -> Self {
+    fn new(
+        groups: &Groups,
+        sought: &Sought,
+        sides: &[[f64; 2]],
+        wide: &[usize],
+        along: usize,
+        nodes: usize,
+    ) -> Self {
         let node = |i: usize| (std::f64::consts::PI * (i as f64 + 0.5) / along as f64).cos();
         let points: Vec<Vec<f64>> = (0..nodes)
             .map(|number| {
@@ -274,7 +337,7 @@ impl Surface {
                 point
             })
             .collect();
-        let mut coefficients = groups.searched(&points.iter().map(Vec::as_slice).collect::<Vec<_>>());
+        let mut coefficients = (sought.values)(groups, &points.iter().map(Vec::as_slice).collect::<Vec<_>>());
         // From values at the nodes to coefficients, axis by axis.
         for axis in 0..wide.len() {
             let stride = along.pow((wide.len() - 1 - axis) as u32);
@@ -291,7 +354,7 @@ impl Surface {
         Self { sides: sides.to_vec(), wide: wide.to_vec(), along, coefficients }
     }
 
-    /// y at a point of the box.
+    /// The value at a point of the box.
     fn at(&self, point: &[f64]) -> f64 {
         let mut sums = [0.0; MOST_ROWS];
         let mut left = self.coefficients.len();
@@ -314,12 +377,13 @@ impl Surface {
         if self.wide.is_empty() { self.coefficients[0] } else { sums[0] }
     }
 
-    /// The size of y.
+    /// The size of the values.
     fn size(&self) -> f64 {
         self.coefficients[0].abs()
     }
 
-    /// The axis along which the last coefficients are largest; the first axis if y is not known at a node.
+    /// The axis along which the last coefficients are largest; the first axis if the value is not known at a
+    /// node.
     fn roughest(&self) -> usize {
         let last = |position: usize| -> f64 {
             let stride = self.along.pow((self.wide.len() - 1 - position) as u32);

@@ -56,8 +56,11 @@ pub struct Sensitivity {
     pub by_belt_speed: Estimate,
     /// dc*/dp for each parameter p, in the order of [`crate::friction::Law::parameters`].
     pub by_parameters: Vec<Estimate>,
-    /// The standard error of c* by the independent standard errors of a table's data; `None` where the law
-    /// has none.
+    /// dc*/df for each friction value f of a table with standard errors, in the units of its data and with the
+    /// unit of friction held fixed; empty for other laws.
+    pub by_data: Vec<Estimate>,
+    /// The standard error of c* by the independent standard errors of a table's data, the first of which is
+    /// the unit of friction; `None` where the law has none.
     pub standard_error: Option<Estimate>,
 }
 
@@ -106,18 +109,26 @@ pub fn sensitivity(column: &Column) -> Result<Sensitivity, NoSensitivity> {
     let [fine, coarse] = [(critical.c, TOLERANCES[0]), (critical.c + critical.error, TOLERANCES[1])]
         .map(|(c, tolerance)| Ok::<_, Failure>(means(column, c, &Grazing::of(column, c, tolerance, None)?)));
     let (fine, coarse) = (fine?, coarse?);
-    let estimates: Vec<Estimate> = fine
-        .0
-        .iter()
-        .zip(&coarse.0)
-        .map(|(fine, coarse)| Estimate {
+    let estimates = |fine: &[Term], coarse: &[Term]| -> Vec<Estimate> {
+        let pairs = fine.iter().zip(coarse);
+        let estimate = |(fine, coarse): (&Term, &Term)| Estimate {
             value: fine.value,
             error: (fine.value - coarse.value).abs() + ROUND_OFF * fine.size,
-        })
-        .collect();
+        };
+        pairs.map(estimate).collect()
+    };
+    let by_data = estimates(&fine.by_data, &coarse.by_data);
+    let estimates = estimates(&fine.by_parameters, &coarse.by_parameters);
     let standard_error = column.curve.table().and_then(Table::standard_errors).map(|errors| {
         let total = |means: &Means| {
-            means.1.iter().zip(errors).map(|(by, error)| (by * error).powi(2)).sum::<f64>().sqrt()
+            let unit = std::iter::once(means.by_unit.value).chain(std::iter::repeat(0.0));
+            let moved = means
+                .by_data
+                .iter()
+                .zip(unit)
+                .zip(errors)
+                .map(|((by, unit), error)| (by.value + unit) * error);
+            moved.map(|moved| moved * moved).sum::<f64>().sqrt()
         };
         let (value, coarse) = (total(&fine), total(&coarse));
         Estimate { value, error: (value - coarse).abs() + ROUND_OFF * value }
@@ -127,6 +138,7 @@ pub fn sensitivity(column: &Column) -> Result<Sensitivity, NoSensitivity> {
         by_epsilon: estimates[0],
         by_belt_speed: estimates[1],
         by_parameters: estimates[2..].to_vec(),
+        by_data,
         standard_error,
     })
 }
@@ -236,8 +248,15 @@ impl Term {
     }
 }
 
-/// The derivatives of c* by eps, V and the law's parameters, and by a table's data.
-struct Means(Vec<Term>, Vec<f64>);
+/// Derivatives of c*.
+struct Means {
+    /// By eps, V and the law's parameters.
+    by_parameters: Vec<Term>,
+    /// By a table's data, with the unit of friction held fixed.
+    by_data: Vec<Term>,
+    /// By that unit.
+    by_unit: Term,
+}
 
 fn means(column: &Column, c: f64, orbit: &Grazing) -> Means {
     let Column { curve, epsilon, belt_speed } = column;
@@ -245,7 +264,8 @@ fn means(column: &Column, c: f64, orbit: &Grazing) -> Means {
     let mut terms = vec![Term::default(); 2];
     terms[0].add(-c);
     let measured = curve.table().and_then(|table| Some((table, table.standard_errors()?.len())));
-    let mut data = vec![0.0; measured.map_or(0, |(_, data)| data)];
+    let mut data = vec![Term::default(); measured.map_or(0, |(_, data)| data)];
+    let mut unit = Term::default();
     for &Sample { slip, weight } in &orbit.samples {
         let gradient = curve.weakening_gradient(slip);
         let by_parameters = gradient.parameters.as_slice();
@@ -263,16 +283,13 @@ fn means(column: &Column, c: f64, orbit: &Grazing) -> Means {
         if let Some((table, _)) = measured {
             let (first, by_data) = table.weakening_by_data(slip);
             for (sum, by) in data[first..].iter_mut().zip(by_data) {
-                *sum += weight * by;
+                sum.add(weight * by);
             }
-            // The datum at slip speed 0 is the static friction, the unit of all others.
-            data[0] -= weight * curve.weakening(slip) / table.static_level();
+            unit.add(-weight * curve.weakening(slip) / table.static_level());
         }
     }
-    Means(
-        terms.into_iter().map(|term| term.over(*epsilon)).collect(),
-        data.into_iter().map(|by| by / epsilon).collect(),
-    )
+    let over = |terms: Vec<Term>| terms.into_iter().map(|term| term.over(*epsilon)).collect();
+    Means { by_parameters: over(terms), by_data: over(data), by_unit: unit.over(*epsilon) }
 }
 
 #[cfg(test)]

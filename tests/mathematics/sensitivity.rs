@@ -140,6 +140,16 @@ fn the_standard_error_is_that_of_tables_whose_data_are_moved() {
     let standard_error = found.standard_error.unwrap();
     // Differences of critical dampings that are known to 1e-13, over changes of 1e-6.
     assert!((standard_error.value / expected - 1.0).abs() < 1e-6, "{standard_error:?} {expected}");
+    // Each datum but the first, which is the unit of friction.
+    for i in 1..data.len() {
+        let moved = |sign: f64| {
+            let mut data = data.clone();
+            data[i].1 += sign * errors[i];
+            critical_of(&data)
+        };
+        let difference = (moved(1.0) - moved(-1.0)) / (2.0 * errors[i]);
+        assert!((found.by_data[i].value - difference).abs() < 1e-6 * (1.0 + difference.abs()), "{i}");
+    }
     assert!(found.by_parameters.is_empty());
 }
 

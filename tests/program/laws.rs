@@ -191,3 +191,24 @@ fn standard_errors_of_a_table_are_read_whole_or_refused() {
     probe("0,1,0.01\n0.1,0.9\n0.5,0.8,0.02\n1,0.8,0.01\n").refuses(&["pad.csv:2", "standard errors"]);
     probe("0,1,0.01\n0.1,0.9,-0.1\n0.5,0.8,0.02\n1,0.8,0.01\n").refuses(&["pad.csv:2", "-0.1"]);
 }
+
+#[test]
+fn tables_as_spreadsheets_write_them_are_named() {
+    let scratch = Scratch::new();
+    let probe = |bytes: &[u8]| {
+        scratch.file("pad.csv", bytes);
+        scratch.run(&["probe", "--table", "pad.csv", "--epsilon", "1", "--V", "0.2", "--c", "0.1"])
+    };
+    let text = "u,mu\n0,1\n0.1,0.9\n0.5,0.8\n1,0.8\n";
+    for (mark, bytes_of) in
+        [([0xff, 0xfe], u16::to_le_bytes as fn(u16) -> [u8; 2]), ([0xfe, 0xff], u16::to_be_bytes)]
+    {
+        let wide: Vec<u8> = mark.into_iter().chain(text.encode_utf16().flat_map(bytes_of)).collect();
+        probe(&wide).refuses(&["pad.csv is written in UTF-16", "save it as UTF-8"]);
+    }
+    let remedy = "write decimals with a point";
+    probe(b"u;mu\n0;1\n0,1;0,9\n0,5;0,8\n1;0,8\n").refuses(&["pad.csv:1", "`u;mu`", remedy]);
+    probe(b"\"0\",\"1\"\n\"0,1\",\"0,9\"\n\"0,5\",\"0,8\"\n").refuses(&["pad.csv:2", remedy]);
+    // A mark of UTF-8 before the first number is no part of it.
+    probe(format!("\u{feff}{}", text.trim_start_matches("u,mu\n")).as_bytes()).ends_with(0);
+}

@@ -242,7 +242,7 @@ fn bad_machines_are_refused_with_their_place() {
     probe(&["--set", "belt_speed=0.1", "--set", "mas=1"]).refuses(&["`mas`", "`mass`"]);
     // Every missing key is named at once.
     with("mass = 2.0\nstiffness = 800.0\n", "").refuses(&["`mass` is missing", "also lacks stiffness"]);
-    with("mass = 2.0", "mass = { value = 2.0, sd = -1.0 }").refuses(&["bad.toml:4:8", "at least 0"]);
+    with("mass = 2.0", "mass = { value = 2.0, sd = -1.0 }").refuses(&["bad.toml:4:28", "at least 0"]);
     with("mass = 2.0", "mass = { value = 2.0 }").refuses(&["`sd` is missing", "sd = 0.1"]);
     with("mass = 2.0", "mass = { min = 3.0, max = 2.0 }")
         .refuses(&["bad.toml:4:8", "min must be at most max"]);
@@ -277,7 +277,9 @@ fn a_page_assesses_a_machine() {
         1e-9,
     );
     let text = run(&["--out", "page.html"]).ends_with(0).out;
-    for part in ["Limits", "may stick-slip below damping", "N s/m", "kick that starts it", "What is proved"] {
+    let parts = ["Limits", "may stick-slip below damping", "N s/m", "kick that starts it", "What is proved"];
+    assert!(!text.contains("stribeck velocity") && text.matches("Stribeck velocity").count() == 2, "{text}");
+    for part in parts {
         assert!(text.contains(part), "{part} is not in\n{text}");
     }
     let html = scratch.read("page.html");

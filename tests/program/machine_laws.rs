@@ -193,8 +193,56 @@ fn a_map_of_an_uncertain_machine_has_its_probability() {
             assert!(risk["critical_damping_error"].as_f64().unwrap() < 1e-4);
         }
     }
+    // The spread of a belt speed is that of each speed of a range, and stays when another value is chosen.
+    let text = |belt_speed: &str| {
+        let coefficients = "static_friction = 0.4\nkinetic_friction = 0.3\nstribeck_velocity = 0.25\n";
+        machine("law = \"exponential\"", coefficients).replace("belt_speed = 0.1", belt_speed)
+    };
+    scratch.file("range.toml", text("belt_speed = { from = 0.1, to = 0.2, points = 2, sd = 0.03 }"));
+    scratch.file("value.toml", text("belt_speed = { value = 0.2, sd = 0.03 }"));
+    let page = |file: &str, speed: &str| {
+        let speed = format!("belt_speed={speed}");
+        json(&scratch, &["machine", file, "--set", &speed, "--draws", "5000"])["risk"].clone()
+    };
+    assert!(page("range.toml", "0.1") == page("value.toml", "0.1") && page("range.toml", "0.1").is_object());
+    let damping = text("belt_speed = 0.1")
+        .replace("damping = 4.0", "damping = { from = 1.0, to = 9.0, points = 3, sd = 1.0 }");
+    scratch.file("damping.toml", damping);
+    scratch.run(&["run", "damping.toml"]).refuses(&["damping.toml:8:11", "sd", "write one value"]);
+    let run = ["run", "range.toml", "--set", "machine.damping=[2.0, 8.0]", "--set", "output.path=range.h5"];
+    scratch.run(&[&run[..], &["--quiet"]].concat()).ends_with(0);
+    assert!(MapFile::open(&scratch.path().join("range.h5")).unwrap().has_auxiliary(PROBABILITY));
+
     let plot = ["plot", "map.h5", "--x", "belt_speed", "--y", "damping", "--variable", PROBABILITY];
     scratch.run(&[&plot[..], &["--out", "p.svg", "--data", "p.csv"]].concat()).ends_with(0);
     assert!(scratch.read("p.svg").contains("probability that it may stick-slip"));
     assert_eq!(scratch.read("p.csv").lines().count(), 5);
+}
+
+#[test]
+fn measured_friction_with_standard_errors_makes_a_machine_uncertain() {
+    let scratch = Scratch::new();
+    let rows = |error: &str| -> String { data(1.0).lines().map(|row| format!("{row}{error}\n")).collect() };
+    scratch.file("exact.csv", rows(""));
+    scratch.file("measured.csv", rows(",0.0005"));
+    let text = |file: &str| machine(&format!("law = \"table\"\nfile = \"{file}\""), "");
+    scratch.file("exact.toml", text("exact.csv"));
+    scratch.file("measured.toml", text("measured.csv"));
+    assert!(json(&scratch, &["machine", "exact.toml"])["risk"].is_null());
+    let page = json(&scratch, &["machine", "measured.toml", "--draws", "2000"]);
+    let critical = page["may_stick_slip_below_damping"].as_f64().unwrap();
+    let error = page["risk"]["critical_damping_standard_error"].as_f64().unwrap();
+    assert!(error > 0.0, "{page}");
+    // The damping that five per cent of normal deviations exceed.
+    let rare = ["machine", "measured.toml", "--draws", "20000", "--rare", "0.05"];
+    let rare = json(&scratch, &rare)["risk"]["rare_by"][0]["damping"].clone();
+    let expected = critical + 1.644_853_6 * error;
+    let [low, high] = [0, 1].map(|i| rare["limits_95"][i].as_f64().unwrap());
+    // Twice the sampling limits.
+    assert!((rare["value"].as_f64().unwrap() - expected).abs() < high - low, "{rare} {expected}");
+    let words = scratch.run(&["machine", "measured.toml", "--draws", "2000"]).ends_with(0).out;
+    assert!(words.contains("standard error of critical damping"), "{words}");
+    let run = ["run", "measured.toml", "--set", "output.path=map.h5", "--quiet"];
+    scratch.run(&run).ends_with(0);
+    assert!(MapFile::open(&scratch.path().join("map.h5")).unwrap().has_auxiliary(PROBABILITY));
 }

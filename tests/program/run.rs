@@ -446,32 +446,3 @@ fn proofs_between_the_nodes_are_printed_stored_and_reported() {
     let below = 100.0 * share(&more, "present") - told.parse::<f64>().unwrap();
     assert!((0.0..=100.0 * share(&more, "undecided_at_most")).contains(&below), "{table} {more}");
 }
-
-/// Flips random bits of a finished map, one at a time: `check` finds every one, and never crashes.
-fn flip_bits(flips: usize, seed: u64) {
-    let scratch = scratch();
-    scratch.run(&["run", "small.toml"]).ends_with(0);
-    let whole = std::fs::read(scratch.path().join("maps/small.h5")).unwrap();
-    let mut state = seed;
-    for _ in 0..flips {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        let place = usize::try_from(state >> 16).unwrap() % whole.len();
-        let mut bytes = whole.clone();
-        bytes[place] ^= 1 << (state >> 13 & 7);
-        scratch.file("flipped.h5", &bytes);
-        let check = scratch.run(&["check", "flipped.h5"]);
-        assert!(check.code == 1 || check.code == 2, "bit {} of byte {place}: {check:?}", state >> 13 & 7);
-    }
-    println!("{flips} flips in a map of {} bytes, all found", whole.len());
-}
-
-#[test]
-fn a_hundred_flipped_bits_are_found() {
-    flip_bits(100, 1);
-}
-
-#[test]
-#[ignore = "a minute or two: two thousand flips; cargo test --test program run:: -- --ignored"]
-fn two_thousand_flipped_bits_are_found() {
-    flip_bits(2000, 2);
-}

@@ -51,6 +51,7 @@ export class Point {
     this.regime = element("p", { class: "regime" });
     this.figures = new Map(FIGURES.map(([name]) => [name, element("div", { class: "figure" })]));
     this.verdicts = element("div");
+    this.sensitivities = element("div");
     this.numbers = element("div");
     const unpin = element("button", { type: "button", onclick: () => this.app.unpin() }, "Unpin");
     const figures = FIGURES.map(([name, words]) => element("details", { open: true }, element("summary", {}, words), this.figures.get(name)));
@@ -60,6 +61,7 @@ export class Point {
     this.box.replaceChildren(
       element("div", { class: "title" }, element("h2", {}, "The point"), unpin), this.where, this.regime,
       figures[0], this.verdicts, ...figures.slice(1),
+      element("details", { open: true }, element("summary", {}, "What the critical damping depends on"), this.sensitivities),
       element("details", {}, element("summary", {}, "Every number"), this.numbers),
     );
   }
@@ -99,11 +101,13 @@ export class Point {
       this.regime.replaceChildren(element("b", {}, probe.regime.replaceAll("_", " ")));
       this.box.dataset.regime = probe.regime;
       this.verdicts.replaceChildren(verdict_table(probe));
+      this.sensitivities.replaceChildren(...sensitivity_table(probe));
       this.numbers.replaceChildren(...numbers(probe));
     } catch (problem) {
       if (turn === this.turn && problem.problem && !problem.overtaken) {
         this.regime.replaceChildren(element("span", { class: "problem" }, problem.message));
         this.verdicts.replaceChildren();
+        this.sensitivities.replaceChildren();
         this.numbers.replaceChildren();
       }
     }
@@ -122,6 +126,21 @@ function verdict_table({ methods, critical_c }) {
   return element("div", { class: "wide", tabindex: "0", role: "group", "aria-label": "verdicts" },
     element("table", { class: "verdicts" }, element("caption", {}, "Does a stick-slip limit cycle exist?"), element("thead", {}, head), element("tbody", {}, ...rows)),
     element("p", { class: "hint" }, `Critical damping c* = ${exact}. A margin is in c to the edge of presence, or m / V of the simulation.`));
+}
+
+// Derivatives of the critical damping; of a machine in per cent for one per cent of each quantity.
+function sensitivity_table({ sensitivity, machine }) {
+  const of_machine = machine?.sensitivities;
+  if (!of_machine && sensitivity.reason) return [element("p", { class: "hint" }, `None: ${sensitivity.reason}.`)];
+  const words = (name) => name.replaceAll("_", " ").replace("stribeck", "Stribeck");
+  const rows = of_machine
+    ? of_machine.map(({ quantity, critical_damping }) => [words(quantity), `${short(critical_damping)} %`])
+    : Object.entries(sensitivity.derivatives).map(([name, { value, error }]) => [name, `${short(value)} ± ${error.toExponential(0)}`]);
+  if (sensitivity.standard_error && !of_machine) rows.push(["standard error, by the data", short(sensitivity.standard_error.value)]);
+  const head = of_machine ? "quantity 1 % larger" : "parameter";
+  const heads = [head, of_machine ? "critical damping" : "derivative of c*"].map((text) => element("th", { scope: "col" }, text));
+  const body = rows.map(([name, value]) => element("tr", {}, element("th", { scope: "row" }, name), element("td", { class: "number" }, value)));
+  return [element("table", { class: "sensitivities" }, element("thead", {}, element("tr", {}, ...heads)), element("tbody", {}, ...body))];
 }
 
 // Every line of the answer, as lists in lists.

@@ -292,7 +292,7 @@ impl Panel {
     /// would read as a product.
     pub fn y_name(&self, scene: &mut Scene, name: &Rich, labels_width: f64) {
         let Rect { x, y, h, .. } = self.rect;
-        scene.text_up((x - labels_width - 5.5, y + 0.5 * h), name, TEXT, Anchor::Middle);
+        scene.text_up((x - labels_width - 7.5, y + 0.5 * h), name, TEXT, Anchor::Middle);
     }
 
     /// Writes a title above the panel.
@@ -304,7 +304,7 @@ impl Panel {
 /// Room left of a panel for numbers and the axis' name.
 #[must_use]
 pub fn left_margin(labels_width: f64) -> f64 {
-    labels_width + TEXT + 6.5
+    labels_width + TEXT + 8.5
 }
 
 /// Room below a panel for numbers and the axis' name.

@@ -15,6 +15,7 @@ use super::slice::{ChoiceError, Held, Slice, find_axis, hold, nearest_node, step
 use super::strips::{self, Strip};
 use crate::dataset::auxiliary::PROBABILITY;
 use crate::map::{Plane, PlaneCurves};
+use crate::number::short;
 use crate::store::{MapFile, Pick};
 
 /// Values of fixed axes, by name, in the units of the view.
@@ -220,8 +221,26 @@ fn over_plane(view: &View, plot: &Plot, x: usize, y: usize) -> Result<Plotted, R
     let data = area::data(&areas, &label, header.as_deref().map(|header| (header, values.as_slice())));
     let thinned = first.slice.thinned().map(|(axis, step)| (axis.name.clone(), step)).collect();
     let curves = areas.swap_remove(0).curves;
-    Ok(Plotted { scene, caption, data, held, thinned, curves, notes: Vec::new() })
+    let notes = moved(view, panel_axis, plot.panels, &nodes);
+    Ok(Plotted { scene, caption, data, held, thinned, curves, notes })
 }
+
+/// A note for each requested value of an axis that another node stands for.
+fn moved(view: &View, axis: Option<usize>, wanted: Option<&At>, nodes: &[Option<usize>]) -> Vec<String> {
+    let (Some(axis), Some((_, wanted))) = (axis, wanted) else { return Vec::new() };
+    let axis = &view.map.grid().axes()[axis];
+    let label = view.axis(axis);
+    let note = |(wanted, node): (&f64, &Option<usize>)| {
+        let used = axis.values[(*node)?] * label.factor;
+        let same = (used - wanted).abs() <= ROUNDING * wanted.abs().max(used.abs());
+        (!same)
+            .then(|| format!("{} = {}: the node nearest to {}", label.header(), short(used), short(*wanted)))
+    };
+    wanted.iter().zip(nodes).filter_map(note).collect()
+}
+
+/// Relative size of round-off in the conversion of units and in decimal input.
+const ROUNDING: f64 = 1e-9;
 
 /// The curves that a map stores of a plane.
 fn stored(map: &MapFile, plane: &Plane) -> Option<PlaneCurves> {
@@ -349,7 +368,9 @@ fn over_axis(view: &View, plot: &Plot, x: usize) -> Result<Plotted, ReportError>
     };
     let data = data.with(header, columns);
     let thinned = if step > 1 { vec![(axes[x].name.clone(), step)] } else { Vec::new() };
-    Ok(Plotted { scene, caption, data, held, thinned, curves: None, notes: Vec::new() })
+    let mut notes = moved(view, panel_axis, plot.panels, &panel_nodes);
+    notes.extend(moved(view, curve_axis, several.first().copied(), &curve_nodes));
+    Ok(Plotted { scene, caption, data, held, thinned, curves: None, notes })
 }
 
 /// The drawn nodes of an axis, in the units of the view.

@@ -39,6 +39,8 @@ fn plan(nodes: [&[f64]; 6], methods: &[&str], fields: &[Field]) -> Plan {
         .methods(methods)
         .fields(fields.iter().copied())
         .audit_cells(3)
+        // Proofs between the nodes take minutes, and have tests of their own.
+        .proof_boxes(0)
         .tile_shape(shape)
         .compression(1)
         .build()

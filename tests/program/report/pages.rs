@@ -267,6 +267,14 @@ fn one_axis_plots_draw_what_the_map_stores() {
             value => assert_eq!(value.parse::<f64>().unwrap(), stored),
         }
     }
+    assert!(plotted.notes.is_empty(), "{:?}", plotted.notes);
+    // Where there is no node another stands for it, and that is said.
+    let between = ("alpha".to_owned(), vec![0.01, 0.3]);
+    let over_axis = Plot { panels: Some(&between), ..plot.clone() };
+    let over_plane = Plot { y: Some("V"), at: &at[1..], variables: &variables[..1], ..over_axis.clone() };
+    for plot in [over_axis, over_plane] {
+        assert_eq!(figure::plot(&view, &plot).unwrap().notes, ["alpha = 0: the node nearest to 0.01"]);
+    }
     let both = ["critical_c_simulation".to_owned(), "verdict_simulation".to_owned()];
     let mixed = Plot { variables: &both, panels: None, ..plot.clone() };
     assert!(figure::plot(&view, &mixed).unwrap_err().to_string().contains("draw them in two"));
