@@ -1,6 +1,6 @@
 /* Critical dampings of columns that are hard to solve, in 113-bit arithmetic that shares nothing with the crate.
  *
- *     cc -O2 -o columns scripts/columns.c -lquadmath
+ *     cc -O2 -o columns scripts/columns.c -lquadmath -lm
  *     ./columns 2000 20260415 > tests/data/columns.csv
  *     ./columns 10000 7 > others.csv; SLIPMAP_COLUMNS=$PWD/others.csv cargo test --test mathematics columns:: -- --ignored
  *

@@ -134,7 +134,7 @@ impl Tile {
         let (&radius, modes) = numbers.split_first()?;
         let mut rows: Vec<Vec<f64>> = modes.chunks(MODES).map(<[f64]>::to_vec).collect();
         // One row and two for each harmonic.
-        if modes.len() % MODES != 0 || rows.len() % 2 == 0 {
+        if !modes.len().is_multiple_of(MODES) || rows.len().is_multiple_of(2) {
             return None;
         }
         let sines = rows.split_off(rows.len() / 2 + 1);
