@@ -1,7 +1,7 @@
 /* Critical dampings of columns that are hard to solve, in 113-bit arithmetic that shares nothing with the crate.
  *
  *     cc -O2 -o columns scripts/columns.c -lquadmath -lm
- *     ./columns 2000 20260415 > tests/data/columns.csv
+ *     ./columns 1200 20260415 > tests/data/columns.csv
  *     ./columns 10000 7 > others.csv; SLIPMAP_COLUMNS=$PWD/others.csv cargo test --test mathematics columns:: -- --ignored
  *
  * The orbit from (v, w) = (V, 0) of v' = w, w' = -v + D w, with the lower flow's D continued above the belt line, by Taylor
