@@ -180,7 +180,8 @@ pub(crate) fn verdicts<'py>(
     let methods: Vec<Method> = methods.iter().map(|name| method(name)).collect::<PyResult<_>>()?;
     let groups = py.detach(|| groups(&arguments));
     let decide_group = |group: &Group| -> Vec<Vec<i8>> {
-        let column = family.column(&point(family, &group.column));
+        let Some(point) = point(family, &group.column) else { unreachable!("the arguments are checked") };
+        let column = family.column(&point);
         let last = arguments.values.len() - 1;
         let damping =
             |&i: &usize| arguments.values[last][if arguments.values[last].len() == 1 { 0 } else { i }];

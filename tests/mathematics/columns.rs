@@ -28,7 +28,7 @@ struct Found {
 
 impl Found {
     #[track_caller]
-    fn is_right(self, least: usize) {
+    fn is_right(&self, least: usize) {
         assert!(self.wrong.is_empty(), "{} wrong:\n{}", self.wrong.len(), self.wrong.join("\n"));
         assert!(self.answers >= least, "{} answers, {} withheld", self.answers, self.withheld);
     }
