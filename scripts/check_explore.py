@@ -31,6 +31,9 @@ AXE = Path(axe_playwright_python.__file__).with_name("axe.min.js")
 RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"]
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-background-networking"]
 BISTABLE = "#v=1&law=exponential&x=V,0.2,2.5&y=c,0,0.4&show=regime&p.epsilon=1&p.mu=0.5&p.vs=0.5&p.eta=0&p.V=1.5&p.c=0.1"
+# A machine as links of version 1 had it.
+OLD_MACHINE = ("#v=1&law=stribeck&x=V,0.025,1&y=c,0,0.5&show=regime&m.motion=translation&m.mass=2&m.stiffness=505000&m.damping=60&m.normal_force=1000"
+               "&m.static_friction=0.4&m.kinetic_friction=0.25&m.stribeck_velocity=0.05&m.strengthening=0&m.belt_speed=0.15&pin=1")
 STRIBECK = "#v=1&law=stribeck&x=gamma,0,8&y=c,0,6&show=verdict_simulation&p.epsilon=0.2&p.alpha=0.3&p.beta=0&p.V=1&p.gamma=4&p.c=2"
 FORMULA = "#v=1&law=expression&phi=mu%2B(1-mu)*exp(-u/vs)&x=V,0.2,2.5&y=c,0,0.4&show=verdict_simulation&p.epsilon=1&p.mu=0.5&p.vs=0.5&p.V=1.5&p.c=0.1"
 
@@ -389,7 +392,7 @@ def a_machine_is_in_si_units(session):
     page.mouse.click(stage["x"] + 0.3 * stage["width"], stage["y"] + 0.8 * stage["height"])
     expect(page.locator("table.verdicts tbody tr").first).to_be_visible()
     said = state(page)
-    set_to = [f"--set={name}={said[f'm.{name}']}" for name in ("belt_speed", "damping")]
+    set_to = [f"--set={name}={said[f'p.{name}']}" for name in ("belt_speed", "damping")]
     probe = json.loads(session.probe("--machine", str(config), "--json", *set_to))
     assert page.locator("#point").get_attribute("data-regime") == probe["machine"]["regime"]
     page.get_by_text("Every number").click()
@@ -400,6 +403,31 @@ def a_machine_is_in_si_units(session):
     settle(page)
     assert page.get_by_label("across: to").input_value() == "0.4", "speeds stay what they are"
     session.picture(page, "machine")
+    # What each quantity does to the critical damping, in per cent for one per cent.
+    expect(page.locator("table.sensitivities")).to_contain_text("Stribeck velocity")
+    # Any quantity is an axis: at each mass the critical damping of the machine's page.
+    page.get_by_label("Axis across").select_option("mass")
+    settle(page)
+    expect(page.locator("#overlay")).to_contain_text("mass, kg")
+    wait(page, "document.querySelectorAll('#overlay path.curve').length >= 2")
+    session.picture(page, "machine-mass")
+    page.get_by_label("Axis up").select_option("normal force")
+    settle(page)
+    assert page.locator("#notice").is_hidden()
+    # A formula in SI units, and a link of the first version.
+    page.get_by_label("Friction law").first.select_option("expression")
+    wait(page, "location.hash.includes('law=expression')")
+    settle(page)
+    expect(page.get_by_label("muk: value")).to_be_visible()
+    session.picture(page, "machine-formula")
+    page.get_by_role("button", name="Without units").click()
+    wait(page, "!location.hash.includes('motion=')")
+    settle(page)
+    assert state(page)["phi"] != said.get("phi") and "p.V" in state(page)
+    old = session.open(OLD_MACHINE)
+    settle(old)
+    assert state(old)["x"].startswith("belt_speed,0.0099") and state(old)["p.mass"] == "2", state(old)
+    old.context.close()
     page.context.close()
     server.end()
     session.server = usual

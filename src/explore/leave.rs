@@ -11,16 +11,17 @@ use ndarray::Array2;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
+use super::machine::{BELT_SPEED, DAMPING, dimensionless, law_of};
 use super::plane::{PlaneRequest, Show, Slice};
 use super::refusal::Refusal;
 use crate::config::{Job, table_of_text};
 use crate::friction::Law;
-use crate::machine::Machine;
+use crate::machine::{Friction, Machine};
 use crate::map::{self, ComputeError, Control, Field, Grid, Method, Plan, PlaneCurves};
 use crate::number::exact;
 use crate::report::figure::area::{self, Area, Layer};
 use crate::report::figure::{self, Width, render};
-use crate::report::{Label, Rich, View, rich};
+use crate::report::{Label, ReportError, Rich, View, rich};
 use crate::store::{Existing, MapFile, Outcome, PartialMap, Provenance};
 
 /// Largest number of cells along one axis of an exported map: a figure shows no more, and a table would be
@@ -45,6 +46,14 @@ fn broken(error: impl std::fmt::Display) -> Refusal {
     Refusal::broken(error.to_string())
 }
 
+/// A figure that cannot be drawn: a critical damping, for example, does not vary along the damping.
+fn undrawn(error: ReportError) -> Refusal {
+    match error {
+        ReportError::Choice(choice) => Refusal::bad_input(choice.to_string(), ""),
+        error => broken(error),
+    }
+}
+
 fn failed(error: ComputeError<crate::store::StoreError>) -> Refusal {
     match error {
         ComputeError::Interrupted => Refusal::overtaken(),
@@ -67,8 +76,8 @@ struct Told<'a> {
     ranges: [RangeOf<'a>; 2],
     methods: Vec<Method>,
     field: Option<Field>,
-    /// The machine whose belt speed and damping the two axes are.
-    machine: Option<Machine>,
+    /// The machine whose belt speed and damping the two axes are, and both in SI units.
+    machine: Option<(Machine, [RangeOf<'a>; 2])>,
 }
 
 impl Told<'_> {
@@ -76,26 +85,28 @@ impl Told<'_> {
     fn toml(&self) -> String {
         let mut text = String::from("title = \"A plane of slipmap explore\"\n\n[friction]\n");
         // Writing to a text cannot fail.
-        let _ = writeln!(text, "law = {}", quoted(self.law.name()));
-        match self.law.as_written() {
+        let law = self.law_as_written();
+        let _ = writeln!(text, "law = {}", quoted(law.name()));
+        let level = match law.as_written() {
             Law::Expression(formula) => {
-                let _ = writeln!(
-                    text,
-                    "phi = {}\nstatic = {}",
-                    quoted(formula.text()),
-                    float(formula.static_level())
-                );
+                let _ = writeln!(text, "phi = {}", quoted(formula.text()));
+                Some(formula.static_level())
             }
             Law::Table(table) => {
-                let _ = writeln!(text, "file = \"{TABLE}\"\nstatic = {}", float(table.static_level()));
+                let _ = writeln!(text, "file = \"{TABLE}\"");
+                Some(table.static_level())
             }
-            _ => {}
+            _ => None,
+        };
+        // The friction of a machine has its own value at rest.
+        if let Some(level) = level.filter(|_| self.machine.is_none()) {
+            let _ = writeln!(text, "static = {}", float(level));
         }
         if self.law.is_read_as_small() {
             text.push_str("small = \"eps\"\n");
         }
         match &self.machine {
-            Some(machine) => text.push_str(&self.machine_toml(machine)),
+            Some((machine, ranges)) => text.push_str(&machine_toml(machine, ranges)),
             None => {
                 text.push_str("\n[grid]\n");
                 for (name, value) in &self.held {
@@ -115,21 +126,9 @@ impl Told<'_> {
         text
     }
 
-    /// The table `[machine]`, in SI units.
-    fn machine_toml(&self, machine: &Machine) -> String {
-        let mut text = format!("\n[machine]\nmotion = {}\n", quoted(machine.motion.name()));
-        let held =
-            machine.quantities().into_iter().filter(|(name, _)| !["belt_speed", "damping"].contains(name));
-        for (name, value) in held {
-            let _ = writeln!(text, "{name} = {}", float(value));
-        }
-        let units = machine.units();
-        for (name, from, to, points, log) in self.ranges {
-            let (key, factor) =
-                if name == "V" { ("belt_speed", units.velocity) } else { ("damping", units.damping) };
-            let _ = writeln!(text, "{key} = {}", range(from * factor, to * factor, points, log));
-        }
-        text
+    /// The law as a configuration has it: that of a machine in SI units.
+    fn law_as_written(&self) -> Law {
+        self.machine.as_ref().map_or_else(|| self.law.clone(), |(machine, _)| law_of(&machine.friction))
     }
 
     /// The same plane as a Python script.
@@ -173,6 +172,19 @@ impl Told<'_> {
     }
 }
 
+/// The table `[machine]`, in SI units.
+fn machine_toml(machine: &Machine, ranges: &[RangeOf; 2]) -> String {
+    let mut text = format!("\n[machine]\nmotion = {}\n", quoted(machine.motion.name()));
+    let held = machine.quantities().into_iter().filter(|(name, _)| ![BELT_SPEED, DAMPING].contains(name));
+    for (name, value) in held {
+        let _ = writeln!(text, "{name} = {}", float(value));
+    }
+    for (name, from, to, points, log) in *ranges {
+        let _ = writeln!(text, "{name} = {}", range(from, to, points, log));
+    }
+    text
+}
+
 /// A range of a configuration.
 fn range(from: f64, to: f64, points: usize, log: bool) -> String {
     let spacing = if log { ", spacing = \"log\"" } else { "" };
@@ -195,17 +207,21 @@ impl LeaveRequest {
         };
         let [x_log, y_log] = self.plane.logarithmic();
         let names = Grid::axis_names(slice.grid.law());
-        let last = axes.len() - 1;
-        let of_machine = [slice.x.min(slice.y), slice.x.max(slice.y)] == [last - 1, last];
-        let middle = slice.grid.point(&slice.grid.shape().iter().map(|len| len / 2).collect::<Vec<_>>());
-        let machine = self.plane.place.machine.as_ref().filter(|_| of_machine);
+        let machine = self.plane.place.machine()?;
+        let in_si = || -> Result<[RangeOf<'a>; 2], Refusal> {
+            let [(x, across), (y, up)] = self.plane.sides_of_cells()?;
+            let of = |name: &'a str, nodes: &[f64], log| {
+                (name, nodes[0], nodes[nodes.len() - 1], nodes.len(), log)
+            };
+            Ok([of(x, &across, x_log), of(y, &up, y_log)])
+        };
         let told = Told {
             law: slice.grid.law(),
             held: held.map(|(position, axis)| (names[position], axis.values[0])).collect(),
             ranges: [range(slice.x, x_log), range(slice.y, y_log)],
             methods,
             field,
-            machine: machine.map(|machine| machine.at(slice.grid.law(), &middle)).transpose()?,
+            machine: machine.map(|machine| Ok::<_, Refusal>((machine, in_si()?))).transpose()?,
         };
         Ok((told, show))
     }
@@ -215,19 +231,18 @@ impl LeaveRequest {
         let slice = self.plane.cells()?;
         let (told, _) = self.told(&slice)?;
         let (law, point) = self.plane.place.point()?;
-        let command = match (&told.machine, &self.plane.place.machine) {
-            (Some(_), Some(machine)) => {
-                let here = machine.at(&law, &point)?;
-                let (speed, damping) = (exact(here.belt_speed), exact(here.damping));
+        let command = match &told.machine {
+            Some((machine, _)) => {
+                let (speed, damping) = (exact(machine.belt_speed), exact(machine.damping));
                 format!("slipmap probe --machine {CONFIG} --set belt_speed={speed} --set damping={damping}")
             }
-            _ => crate::probe::command_line(&law, &point, map::DEFAULT_TOLERANCE),
+            None => crate::probe::command_line(&law, &point, map::DEFAULT_TOLERANCE),
         };
         Ok(json!({
             "toml": told.toml(),
             "python": told.python(),
             "command": command,
-            "table": table_text(&law),
+            "table": table_text(&told.law_as_written()),
         }))
     }
 
@@ -278,8 +293,8 @@ impl LeaveRequest {
         };
         let codes = |method: &Method| slice.codes(&format!("verdict_{}", method.name())).map_err(broken);
         let layer = match (show, show.kinds(&told.methods)) {
-            (Show::Variable(name), Some(kinds)) => Layer::Codes(slice.codes(name).map_err(broken)?, kinds),
-            (Show::Variable(name), None) => Layer::Reals(slice.reals(name).map_err(broken)?),
+            (Show::Variable(name), Some(kinds)) => Layer::Codes(slice.codes(name).map_err(undrawn)?, kinds),
+            (Show::Variable(name), None) => Layer::Reals(slice.reals(name).map_err(undrawn)?),
             (_, kinds) => {
                 let verdicts = told.methods.iter().map(codes).collect::<Result<Vec<Array2<i8>>, _>>()?;
                 let cells = Array2::from_shape_fn(verdicts[0].dim(), |at| {
@@ -309,16 +324,24 @@ fn table_text(law: &Law) -> Option<String> {
 fn run(told: &Told, folder: &Path, stop: &AtomicBool) -> Result<std::path::PathBuf, Refusal> {
     let config = folder.join(CONFIG);
     std::fs::write(&config, told.toml()).map_err(broken)?;
-    if let Some(table) = table_text(told.law) {
+    let written = told.law_as_written();
+    if let Some(table) = table_text(&written) {
         std::fs::write(folder.join(TABLE), table).map_err(broken)?;
     }
     let mut job = Job::load(&config, &[]).map_err(|error| Refusal::bad_input(error.problem, error.remedy))?;
-    if let Law::Table(table) = told.law.as_written() {
+    if let Law::Table(table) = written.as_written() {
         // The map names the table without this temporary folder, as a run beside it would.
-        let text = table_text(told.law).unwrap_or_default();
-        let named = table_of_text(TABLE, &text, Some(table.static_level())).map(Law::Table);
+        let text = table_text(&written).unwrap_or_default();
+        let named = table_of_text(TABLE, &text, Some(table.static_level()));
         let named = named.map_err(|(problem, remedy)| Refusal::bad_input(problem, remedy))?;
-        let law = if told.law.is_read_as_small() { named.read_as_small() } else { named };
+        let small = told.law.is_read_as_small();
+        let law = match &told.machine {
+            None if small => Law::Table(named).read_as_small(),
+            None => Law::Table(named),
+            Some((machine, _)) => {
+                dimensionless(&Machine { friction: Friction::Measured(named), ..machine.clone() }, small)?.0
+            }
+        };
         let nodes = job.plan.grid.axes().iter().map(|axis| axis.values.clone()).collect();
         job.plan.grid = Grid::new(law, nodes)?;
     }

@@ -11,15 +11,14 @@ mod catalogue;
 mod figures;
 mod guard;
 mod leave;
+mod machine;
 mod place;
 mod plane;
 mod point;
 mod refusal;
 mod server;
-mod si;
 mod start;
 mod tabs;
-mod working_point;
 
 pub use server::serve;
 pub use start::Start;

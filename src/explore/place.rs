@@ -1,14 +1,16 @@
-//! The parameter point of a request: the friction law, and a value for each of its axes.
+//! The parameter point of a request: the friction law, and a value for each of its axes; or a machine in SI units,
+//! whose quantities are the axes.
 
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
 use serde_json::{Value, json};
 
+use super::machine;
 use super::refusal::Refusal;
-use super::si::MachineText;
 use crate::config::{point_of, table_of_text};
 use crate::friction::{Expression, Law};
+use crate::machine::Machine;
 use crate::map::Grid;
 use crate::point::Point;
 
@@ -31,7 +33,7 @@ pub(super) struct LawText {
     #[serde(rename = "static")]
     static_level: Option<f64>,
     /// Whether it is read as 1 + eps F(u).
-    small: bool,
+    pub(super) small: bool,
 }
 
 impl LawText {
@@ -63,22 +65,41 @@ impl LawText {
         };
         Ok(if self.small { law.read_as_small() } else { law })
     }
+
+    /// The law of a machine: coefficients of friction, whatever they are at slip speed 0.
+    pub(super) fn in_si_units(&self) -> Result<Law, Refusal> {
+        let law = Self { static_level: None, small: false, ..self.clone() }.law()?;
+        machine::check_names(&law)?;
+        Ok(law)
+    }
 }
 
-/// A law and a value for each of its axes, by name. Other names are ignored: they belong to the law that was
-/// shown before.
+/// A law and a value for each of its axes, by name; with a motion, a machine in SI units. Other names are ignored:
+/// they belong to the law that was shown before.
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct Place {
     pub(super) law: LawText,
     pub(super) at: BTreeMap<String, f64>,
-    /// The machine of this dimensionless point.
+    /// The motion of a machine: then the law and the values are in SI units.
     #[serde(default)]
-    pub(super) machine: Option<MachineText>,
+    pub(super) motion: Option<String>,
 }
 
 impl Place {
-    /// The law and the values of its axes in their order, each legal.
+    /// The machine, if it is one.
+    pub(super) fn machine(&self) -> Result<Option<Machine>, Refusal> {
+        let Some(motion) = &self.motion else { return Ok(None) };
+        machine::machine(&self.law.in_si_units()?, machine::motion_of(motion)?, &self.at).map(Some)
+    }
+
+    /// The dimensionless law and the values of its axes in their order, each legal.
     pub(super) fn read(&self) -> Result<(Law, Vec<f64>), Refusal> {
+        if let Some(machine) = self.machine()? {
+            let (law, values) = machine::dimensionless(&machine, self.law.small)?;
+            // Units that are far too large or small give numbers that are illegal for every law.
+            point_of(&law, &values)?;
+            return Ok((law, values));
+        }
         let law = self.law.law()?;
         let value = |name: &&str| {
             let missing = || Refusal::malformed(format!("the law `{}` also needs {name}", law.name()));
@@ -93,7 +114,10 @@ impl Place {
     pub(super) fn point(&self) -> Result<(Law, Point), Refusal> {
         let (law, values) = self.read()?;
         let point = point_of(&law, &values)?;
-        check_law(&law, &point)?;
+        // That of a machine is checked in its own units.
+        if self.motion.is_none() {
+            check_law(&law, &point)?;
+        }
         Ok((law, point))
     }
 }

@@ -5,10 +5,12 @@ use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
+use rayon::prelude::*;
 use serde::Deserialize;
 use serde_json::json;
 
 use super::catalogue::{deciders, differences, kinds_json};
+use super::machine::{BELT_SPEED, DAMPING, dimensionless};
 use super::place::{Place, check_law};
 use super::refusal::Refusal;
 use super::tabs::Turn;
@@ -16,14 +18,16 @@ use crate::certify::Guarantee;
 use crate::config::range_nodes;
 use crate::dataset::{Cells, Schema};
 use crate::friction::Law;
+use crate::machine::{Machine, Units};
 use crate::map::{
-    Account, ComputeError, Control, Field, Grid, Method, Plan, Plane, PlaneCurves, Queue, Sink, TileData,
-    Verdict, compute_tiles,
+    Account, ComputeError, Control, Field, Grid, Method, Plan, Plane, PlaneCurve, PlaneCurves, PlanePoint,
+    Queue, Sink, TileData, Verdict, compute_tiles,
 };
-use crate::report::UnitSystem;
 use crate::report::figure::bifurcations::line_style;
 use crate::report::figure::palette::{self, Kind};
+use crate::report::{Label, UnitSystem};
 use crate::simulate::bifurcation::Bifurcation;
+use crate::simulate::critical::critical_dampings;
 use crate::store::{MapFile, Pick};
 
 /// Largest number of cells of a picture along one axis.
@@ -142,17 +146,63 @@ impl Side {
     }
 }
 
+/// A side of a picture and its nodes.
+type Nodes<'a> = (&'a Side, Vec<f64>);
+
+/// A part of a picture, and its place there: first column and row.
+type Part = (Slice, [usize; 2]);
+
 /// A plane of a grid.
 pub(super) struct Slice {
     pub(super) grid: Grid,
     /// Positions of the axes across and up.
     pub(super) x: usize,
     pub(super) y: usize,
+    /// The units of a machine's numbers.
+    pub(super) units: UnitSystem,
+}
+
+impl Show {
+    /// The label of the numbers of a variable in these units.
+    fn label(&self, units: &UnitSystem) -> Option<Label> {
+        match self {
+            Show::Variable(name) => Some(units.variable(name)),
+            Show::Difference(_) | Show::Decider => None,
+        }
+    }
 }
 
 impl PlaneRequest {
-    /// The grid with the values that `nodes` gives for both axes.
+    /// Both sides with their nodes, across and up.
+    fn sides(
+        &self,
+        nodes_of: impl Fn(&Side) -> Result<Vec<f64>, Refusal>,
+    ) -> Result<[Nodes<'_>; 2], Refusal> {
+        if self.x.axis == self.y.axis {
+            return Err(Refusal::bad_input(
+                "both directions show the same axis",
+                "choose two different axes",
+            ));
+        }
+        let sides = [(&self.x, nodes_of(&self.x)?), (&self.y, nodes_of(&self.y)?)];
+        match sides[0].1.len() * sides[1].1.len() > MOST_CELLS {
+            true => Err(Refusal::bad_input("the picture has too many cells", "ask for fewer")),
+            false => Ok(sides),
+        }
+    }
+
+    /// The grid with the values that `nodes` gives for both axes: of a machine belt speed and damping.
     fn slice(&self, nodes_of: impl Fn(&Side) -> Result<Vec<f64>, Refusal>) -> Result<Slice, Refusal> {
+        let sides = self.sides(nodes_of)?;
+        if let Some(machine) = self.place.machine()? {
+            if !sides.iter().all(|(side, _)| [BELT_SPEED, DAMPING].contains(&side.axis.as_str())) {
+                return Err(Refusal::bad_input(
+                    "a map of a machine has the axes belt speed and damping",
+                    "show these two to take them along",
+                ));
+            }
+            return self.of_machine(&machine, &[&sides[0], &sides[1]]);
+        }
         let (law, values) = self.place.read()?;
         let names = Grid::axis_names(&law);
         let position = |side: &Side| {
@@ -162,25 +212,72 @@ impl PlaneRequest {
             found.ok_or_else(unknown)
         };
         let (x, y) = (position(&self.x)?, position(&self.y)?);
-        if x == y {
-            return Err(Refusal::bad_input(
-                "both directions show the same axis",
-                "choose two different axes",
-            ));
-        }
         let mut nodes: Vec<Vec<f64>> = values.into_iter().map(|value| vec![value]).collect();
-        (nodes[x], nodes[y]) = (nodes_of(&self.x)?, nodes_of(&self.y)?);
-        if nodes[x].len() * nodes[y].len() > MOST_CELLS {
-            return Err(Refusal::bad_input("the picture has too many cells", "ask for fewer"));
-        }
+        let [(_, across), (_, up)] = sides;
+        (nodes[x], nodes[y]) = (across, up);
         let grid = Grid::new(law, nodes)?;
         check_corners(&grid)?;
-        Ok(Slice { grid, x, y })
+        Ok(Slice { grid, x, y, units: UnitSystem::default() })
+    }
+
+    /// The dimensionless grid of a machine with these nodes, in SI units, of its belt speed, its damping, or both.
+    fn of_machine(&self, machine: &Machine, sides: &[&Nodes]) -> Result<Slice, Refusal> {
+        let (law, values) = dimensionless(machine, self.place.law.small)?;
+        let units = machine.units();
+        let mut nodes: Vec<Vec<f64>> = values.into_iter().map(|value| vec![value]).collect();
+        let last = nodes.len() - 1;
+        // Sides with one node, as far as the picture is concerned.
+        let mut places = [0, 1];
+        for (side, values) in sides {
+            let (position, unit) = match side.axis.as_str() {
+                BELT_SPEED => (last - 1, units.velocity),
+                _ => (last, units.damping),
+            };
+            nodes[position] = values.iter().map(|value| value / unit).collect();
+            places[usize::from(std::ptr::eq(*side, &self.y))] = position;
+        }
+        let units = UnitSystem::of_machine(machine.si());
+        Ok(Slice { grid: Grid::new(law, nodes)?, x: places[0], y: places[1], units })
+    }
+
+    /// The machines of a plane, as far as they are legal, each with its place: first column and row.
+    ///
+    /// Belt speeds and dampings share a law. Any other quantity changes the units, so that each of its values has a
+    /// grid of its own.
+    fn machines(&self, machine: &Machine) -> Result<(Vec<Part>, [usize; 2]), Refusal> {
+        let sides = self.sides(Side::nodes)?;
+        let known: Vec<&str> = machine.quantities().into_iter().map(|(name, _)| name).collect();
+        if let Some((side, _)) = sides.iter().find(|(side, _)| !known.contains(&side.axis.as_str())) {
+            return Err(Refusal::malformed(format!("the machine has no quantity {}", side.axis)));
+        }
+        let size = [sides[0].1.len(), sides[1].1.len()];
+        let (shared, varied): (Vec<&Nodes>, Vec<&Nodes>) =
+            sides.iter().partition(|(side, _)| [BELT_SPEED, DAMPING].contains(&side.axis.as_str()));
+        let counts: Vec<usize> = varied.iter().map(|(_, nodes)| nodes.len()).collect();
+        let slice = |number: usize| {
+            let mut machine = machine.clone();
+            let (mut rest, mut corner) = (number, [0, 0]);
+            for ((side, nodes), count) in varied.iter().zip(&counts) {
+                machine = machine.with(&side.axis, nodes[rest % count])?;
+                corner[usize::from(std::ptr::eq(*side, &self.y))] = rest % count;
+                rest /= count;
+            }
+            if !machine.is_legal() {
+                return None;
+            }
+            Some((self.of_machine(&machine, &shared).ok()?, corner))
+        };
+        Ok(((0..counts.iter().product()).into_par_iter().filter_map(slice).collect(), size))
     }
 
     /// The grid of the picture.
     pub(super) fn cells(&self) -> Result<Slice, Refusal> {
         self.slice(Side::nodes)
+    }
+
+    /// Both axes with the values at the middle of the cells.
+    pub(super) fn sides_of_cells(&self) -> Result<[(&str, Vec<f64>); 2], Refusal> {
+        Ok(self.sides(Side::nodes)?.map(|(side, nodes)| (side.axis.as_str(), nodes)))
     }
 
     /// Whether the axes across and up are logarithmic.
@@ -227,47 +324,25 @@ impl PlaneRequest {
     /// computed.
     pub(super) fn picture(&self, map: Option<&MapFile>, stop: &AtomicBool) -> Result<Vec<u8>, Refusal> {
         let started = Instant::now();
-        let slice = self.cells()?;
         let (show, methods, field) = self.show()?;
+        let is_shared = |side: &Side| [BELT_SPEED, DAMPING].contains(&side.axis.as_str());
+        if let Some(machine) = self.place.machine()?.filter(|_| !(is_shared(&self.x) && is_shared(&self.y))) {
+            let (slices, size) = self.machines(&machine)?;
+            let (cells, kinds) = computed_each(&slices, size, &show, &methods, field, stop)?;
+            let label = show.label(&UnitSystem::of_machine(machine.si()));
+            return Ok(written(size, label.as_ref(), cells, kinds, started));
+        }
+        let slice = self.cells()?;
         let stored = map.filter(|_| self.stored).map_or(Ok(None), |map| stored(map, &slice, &show))?;
-        let (cells, kinds) = match stored {
+        let (mut cells, kinds) = match stored {
             Some(cells) => (cells, show.kinds(&methods).map(with_nothing)),
-            None => computed(&slice, &show, methods, field, stop)?,
+            None => computed(&slice, &show, methods, field, &Control { stop, ..Control::default() })?,
         };
-        Ok(self.written(&slice, &show, cells, kinds, started))
-    }
-
-    fn written(
-        &self,
-        Slice { grid, x, y }: &Slice,
-        show: &Show,
-        cells: Values,
-        kinds: Option<Vec<Kind>>,
-        started: Instant,
-    ) -> Vec<u8> {
-        let axes = grid.axes();
-        let label = match show {
-            Show::Variable(name) => UnitSystem::default().variable(name).name.plain(),
-            Show::Difference(_) | Show::Decider => String::new(),
-        };
-        let head = json!({
-            "width": axes[*x].values.len(),
-            "height": axes[*y].values.len(),
-            "label": label,
-            "kinds": kinds.map(|kinds| kinds_json(&kinds)),
-            "seconds": started.elapsed().as_secs_f64(),
-        });
-        let mut bytes = head.to_string().into_bytes();
-        // Numbers of four bytes begin at a multiple of four.
-        while bytes.len() % 4 != 3 {
-            bytes.push(b' ');
-        }
-        bytes.push(b'\n');
-        match cells {
-            Values::Codes(codes) => bytes.extend(codes.iter().map(|code| code.to_le_bytes()[0])),
-            Values::Reals(reals) => bytes.extend(reals.iter().flat_map(|real| real.to_le_bytes())),
-        }
-        bytes
+        let axes = slice.grid.axes();
+        let size = [slice.x, slice.y].map(|axis| axes[axis].values.len());
+        let label = show.label(&slice.units);
+        cells.convert(label.as_ref());
+        Ok(written(size, label.as_ref(), cells, kinds, started))
     }
 
     /// The boundaries of the long-run behaviour.
@@ -275,28 +350,135 @@ impl PlaneRequest {
         // The nodes between the ends show whether an axis is logarithmic. The ends themselves may be illegal.
         const NODES: usize = 9;
         const ROOM: f64 = 1e-4;
-        let Slice { grid, x, y } = self.slice(|side| side.between(NODES, ROOM))?;
+        if let Some(machine) = self.place.machine()? {
+            return self.boundaries_of_machine(&machine, NODES, ROOM, stop);
+        }
+        let Slice { grid, x, y, .. } = self.slice(|side| side.between(NODES, ROOM))?;
         let held = vec![0; grid.axes().len()];
-        let kinds: Vec<Bifurcation> =
-            Bifurcation::ALL.into_iter().filter(|kind| (*kind == Bifurcation::Fold) == self.folds).collect();
-        let found = PlaneCurves::of_kinds(&kinds, &grid, Plane::new(x, y, held), stop);
+        let found = PlaneCurves::of_kinds(&self.bifurcations(), &grid, Plane::new(x, y, held), stop);
         if stop.load(std::sync::atomic::Ordering::Relaxed) {
             return Err(Refusal::overtaken());
         }
-        let curves = found.curves.iter().map(|curve| {
-            let (stroke, words) = line_style(curve.bifurcation);
-            let points: Vec<[f64; 2]> = curve.points.iter().map(|point| [point.x, point.y]).collect();
-            json!({
-                "name": curve.bifurcation.name(),
-                "words": words,
-                "color": stroke.color,
-                "width": stroke.width,
-                "dash": stroke.dash,
-                "points": points,
-            })
-        });
-        Ok(json!({ "curves": curves.collect::<Vec<_>>() }))
+        Ok(curves_json(&found.curves, [1.0, 1.0]))
     }
+
+    /// The boundaries in a plane of a machine, in SI units: all of them over belt speed and damping; over damping and
+    /// another quantity the Hopf and the grazing curve, which are one damping for each value; else none.
+    fn boundaries_of_machine(
+        &self,
+        machine: &Machine,
+        nodes: usize,
+        room: f64,
+        stop: &AtomicBool,
+    ) -> Result<serde_json::Value, Refusal> {
+        let sides = self.sides(|side| side.between(nodes, room))?;
+        let is = |side: usize, name: &str| sides[side].0.axis == name;
+        if let Some(up) = [1, 0].into_iter().find(|&side| is(side, DAMPING) && !is(1 - side, BELT_SPEED)) {
+            if self.folds {
+                return Ok(curves_json(&[], [1.0, 1.0]));
+            }
+            let other = sides[1 - up].0;
+            let found = limits(machine, &other.axis, &other.between(LIMITS, room)?, up == 0);
+            return Ok(curves_json(&found, [1.0, 1.0]));
+        }
+        if !sides.iter().all(|(side, _)| [BELT_SPEED, DAMPING].contains(&side.axis.as_str())) {
+            return Ok(curves_json(&[], [1.0, 1.0]));
+        }
+        let Slice { grid, x, y, .. } = self.of_machine(machine, &[&sides[0], &sides[1]])?;
+        let plane = Plane::new(x, y, vec![0; grid.axes().len()]);
+        let found = PlaneCurves::of_kinds(&self.bifurcations(), &grid, plane, stop);
+        if stop.load(std::sync::atomic::Ordering::Relaxed) {
+            return Err(Refusal::overtaken());
+        }
+        let Units { velocity, damping, .. } = machine.units();
+        Ok(curves_json(
+            &found.curves,
+            if is(0, BELT_SPEED) { [velocity, damping] } else { [damping, velocity] },
+        ))
+    }
+
+    /// The kinds of curves that are requested.
+    fn bifurcations(&self) -> Vec<Bifurcation> {
+        Bifurcation::ALL.into_iter().filter(|kind| (*kind == Bifurcation::Fold) == self.folds).collect()
+    }
+}
+
+/// Number of values of a quantity at which the limits of the damping are computed, and their accuracy.
+const LIMITS: usize = 65;
+const ACCURACY: f64 = 1e-8;
+
+/// The Hopf damping and the critical damping of a machine over another quantity, in SI units; `turned` if the damping
+/// is the horizontal axis.
+fn limits(machine: &Machine, name: &str, values: &[f64], turned: bool) -> Vec<PlaneCurve> {
+    let models: Vec<_> = values
+        .iter()
+        .filter_map(|&value| {
+            let machine = machine.with(name, value).filter(Machine::is_legal)?;
+            Some((value, machine.model()?))
+        })
+        .collect();
+    let columns: Vec<_> = models.iter().map(|(_, model)| model.column()).collect();
+    let hopf = columns.iter().map(|column| column.curve.weakening(column.belt_speed));
+    let grazing =
+        critical_dampings(&columns, ACCURACY).into_iter().map(|root| root.map_or(f64::NAN, |root| root.c));
+    let curve = |bifurcation, dampings: Vec<f64>| {
+        let points = models.iter().zip(dampings).filter(|(_, damping)| *damping >= 0.0).map(
+            |((value, model), damping)| {
+                let damping = damping * model.si.units.damping;
+                let (x, y) = if turned { (damping, *value) } else { (*value, damping) };
+                PlanePoint { x, y, error: ACCURACY }
+            },
+        );
+        PlaneCurve { bifurcation, points: points.collect() }
+    };
+    vec![curve(Bifurcation::Hopf, hopf.collect()), curve(Bifurcation::GrazingSliding, grazing.collect())]
+}
+
+/// Curves with their style, their points multiplied by the units of the axes.
+fn curves_json(curves: &[PlaneCurve], [across, up]: [f64; 2]) -> serde_json::Value {
+    let one = |curve: &PlaneCurve| {
+        let (stroke, words) = line_style(curve.bifurcation);
+        let points: Vec<[f64; 2]> =
+            curve.points.iter().map(|point| [point.x * across, point.y * up]).collect();
+        json!({
+            "name": curve.bifurcation.name(),
+            "words": words,
+            "color": stroke.color,
+            "width": stroke.width,
+            "dash": stroke.dash,
+            "points": points,
+        })
+    };
+    json!({ "curves": curves.iter().map(one).collect::<Vec<_>>() })
+}
+
+/// A picture as it is sent.
+fn written(
+    [width, height]: [usize; 2],
+    label: Option<&Label>,
+    cells: Values,
+    kinds: Option<Vec<Kind>>,
+    started: Instant,
+) -> Vec<u8> {
+    let label = label.map_or_else(String::new, |label| label.text().plain());
+    let head = json!({
+        "width": width,
+        "height": height,
+        "label": label,
+        "kinds": kinds.map(|kinds| kinds_json(&kinds)),
+        "seconds": started.elapsed().as_secs_f64(),
+    });
+    let mut bytes = head.to_string().into_bytes();
+    // Numbers of four bytes begin at a multiple of four.
+    while bytes.len() % 4 != 3 {
+        bytes.push(b' ');
+    }
+    bytes.push(b'\n');
+    match cells {
+        Values::Codes(codes) => bytes.extend(codes.iter().map(|code| code.to_le_bytes()[0])),
+        Values::Reals(reals) => bytes.extend(reals.iter().flat_map(|real| real.to_le_bytes())),
+    }
+    bytes
 }
 
 /// Checks the law at the corners and in the middle of a plane; cells between them may still fail.
@@ -323,9 +505,9 @@ fn computed(
     show: &Show,
     methods: Vec<Method>,
     field: Option<Field>,
-    stop: &AtomicBool,
+    control: &Control,
 ) -> Result<(Values, Option<Vec<Kind>>), Refusal> {
-    let Slice { grid, x, y } = slice;
+    let Slice { grid, x, y, .. } = slice;
     let with_columns = grid.axes().len() - 1 == *x.max(y);
     let tile_shape = grid.tile_shape(if with_columns { TILE_WITH_COLUMNS } else { TILE_OF_SINGLE_CELLS });
     let plan =
@@ -333,8 +515,7 @@ fn computed(
     let plan = plan.build()?;
     let sink = Picture::new(&plan, show, *x, *y)?;
     let queue = Queue::new(vec![false; plan.tile_count()]);
-    let control = Control { stop, ..Control::default() };
-    match compute_tiles(&plan, &sink, &control, &|| queue.take()) {
+    match compute_tiles(&plan, &sink, control, &|| queue.take()) {
         Ok(_) => {}
         Err(ComputeError::Interrupted) => return Err(Refusal::overtaken()),
         Err(ComputeError::Threads(why)) => return Err(Refusal::broken(why)),
@@ -342,6 +523,48 @@ fn computed(
     }
     let kinds = show.kinds(&sink.methods);
     Ok((sink.cells.into_inner().unwrap_or_else(PoisonError::into_inner), kinds))
+}
+
+/// The cells of a picture of this size, put together from slices at these places.
+fn computed_each(
+    slices: &[Part],
+    [width, height]: [usize; 2],
+    show: &Show,
+    methods: &[Method],
+    field: Option<Field>,
+    stop: &AtomicBool,
+) -> Result<(Values, Option<Vec<Kind>>), Refusal> {
+    // The slices are what threads share.
+    let control = Control { stop, threads: Some(1), ..Control::default() };
+    let found: Vec<_> = slices
+        .par_iter()
+        .map(|(slice, corner)| {
+            let (mut cells, kinds) = computed(slice, show, methods.to_vec(), field, &control)?;
+            cells.convert(show.label(&slice.units).as_ref());
+            let axes = slice.grid.axes();
+            Ok((*corner, axes[slice.x].values.len(), cells, kinds))
+        })
+        .collect::<Result<_, Refusal>>()?;
+    let is_codes = show.kinds(methods).is_some();
+    let mut all = match is_codes {
+        true => Values::Codes(vec![Verdict::NotComputed.code(); width * height]),
+        false => Values::Reals(vec![f32::NAN; width * height]),
+    };
+    let mut kinds = show.kinds(methods);
+    for ([column, row], across, cells, of_slice) in found {
+        kinds = of_slice;
+        let place = |cell: usize| (row + cell / across) * width + column + cell % across;
+        match (&mut all, cells) {
+            (Values::Codes(all), Values::Codes(cells)) => {
+                cells.into_iter().enumerate().for_each(|(cell, code)| all[place(cell)] = code);
+            }
+            (Values::Reals(all), Values::Reals(cells)) => {
+                cells.into_iter().enumerate().for_each(|(cell, real)| all[place(cell)] = real);
+            }
+            _ => unreachable!("slices of one picture show the same"),
+        }
+    }
+    Ok((all, kinds))
 }
 
 /// The code of cells beyond a map, which no variable uses.
@@ -357,7 +580,7 @@ fn with_nothing(mut kinds: Vec<Kind>) -> Vec<Kind> {
 /// The cells of a picture as stored in a map: those of the nearest nodes, none beyond its ends. `None` if the
 /// map is of another law or does not have the quantity.
 fn stored(map: &MapFile, slice: &Slice, show: &Show) -> Result<Option<Values>, Refusal> {
-    let Slice { grid, x, y } = slice;
+    let Slice { grid, x, y, .. } = slice;
     let Show::Variable(name) = show else { return Ok(None) };
     if map.grid().law() != grid.law() || !map.has(name) || name.starts_with("critical_c_") {
         return Ok(None);
@@ -401,6 +624,17 @@ fn stored(map: &MapFile, slice: &Slice, show: &Show) -> Result<Option<Values>, R
 enum Values {
     Codes(Vec<i8>),
     Reals(Vec<f32>),
+}
+
+impl Values {
+    /// Converts dimensionless numbers to the unit of the label.
+    fn convert(&mut self, label: Option<&Label>) {
+        if let (Values::Reals(reals), Some(label)) = (self, label)
+            && label.factor != 1.0
+        {
+            reals.iter_mut().for_each(|real| *real = (f64::from(*real) * label.factor) as f32);
+        }
+    }
 }
 
 /// Receives tiles into a picture.

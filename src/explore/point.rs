@@ -9,10 +9,7 @@ use super::refusal::Refusal;
 use super::tabs::Turn;
 use crate::assessment::sensitivities;
 use crate::behaviour::behaviour;
-use crate::friction::Law;
-use crate::machine::Machine;
 use crate::map::{DEFAULT_TOLERANCE, Method};
-use crate::point::Point;
 use crate::probe::{Answer, MachineResult, Probe, regime_words};
 use crate::report::UnitSystem;
 use crate::simulate::direct;
@@ -45,11 +42,6 @@ impl PointRequest {
         }
     }
 
-    /// The machine at the point, if there is one.
-    fn machine(&self, law: &Law, point: &Point) -> Result<Option<Machine>, Refusal> {
-        self.place.machine.as_ref().map(|machine| machine.at(law, point)).transpose()
-    }
-
     /// The answers of the default methods, for a moving pointer.
     pub(super) fn glance(&self) -> Result<Value, Refusal> {
         let (law, point) = self.place.point()?;
@@ -69,7 +61,7 @@ impl PointRequest {
         let answer = Answer::of(&law, &point, DEFAULT_TOLERANCE, Method::all());
         let direct = direct::flow(&answer.oscillator, DEFAULT_TOLERANCE);
         let mut whole = Probe::new(&answer, &direct);
-        if let Some(machine) = self.machine(&law, &point)? {
+        if let Some(machine) = self.place.machine()? {
             let behaviour = machine.model().map(|model| behaviour(&model, DEFAULT_TOLERANCE));
             whole.machine = behaviour.map(|behaviour| MachineResult::new(&machine, &behaviour));
             let mut answer = to_json(&whole)?;
@@ -83,7 +75,7 @@ impl PointRequest {
     pub(super) fn figure(&self) -> Result<Value, Refusal> {
         let (law, point) = self.place.point()?;
         let start = self.start.filter(|start| start.iter().all(|x| x.is_finite()));
-        let machine = self.machine(&law, &point)?;
+        let machine = self.place.machine()?;
         let units = machine.map_or_else(UnitSystem::default, |it| UnitSystem::of_machine(it.si()));
         match self.figure.as_str() {
             "orbit" => Ok(figures::orbit(&law, &point, &units, start)),

@@ -14,6 +14,7 @@ use axum::routing::{get, post};
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
+use serde::Deserialize;
 use serde_json::{Value, json};
 use tokio::sync::Semaphore;
 
@@ -24,8 +25,7 @@ use super::plane::PlaneRequest;
 use super::point::PointRequest;
 use super::refusal::Refusal;
 use super::tabs::{Tabs, Ticket};
-use super::working_point::MachineRequest;
-use super::{Start, assets, catalogue, place};
+use super::{Start, assets, catalogue, machine, place};
 
 /// Largest number of connections at a time; more wait.
 const CONNECTIONS: usize = 256;
@@ -86,7 +86,7 @@ fn routes(shared: Arc<Shared>) -> Router {
         .route("/api/catalogue", get(|| async { Json(catalogue::catalogue()) }))
         .route("/api/start", get(start))
         .route("/api/law", post(law))
-        .route("/api/machine", post(machine))
+        .route("/api/dimensionless", post(dimensionless))
         .route("/api/plane", post(plane))
         .route("/api/curves", post(curves))
         .route("/api/glance", post(glance))
@@ -148,14 +148,36 @@ async fn start(State(shared): State<Arc<Shared>>) -> Json<Value> {
     Json(shared.start.to_json())
 }
 
-/// The axes of a law that was typed or dropped.
-async fn law(Asked(text): Asked<place::LawText>) -> Result<Json<Value>, Refusal> {
-    let law = text.law()?;
-    Ok(Json(json!({ "name": law.name(), "axes": catalogue::axes(&law) })))
+/// A law that was typed or dropped; with a motion, that of a machine.
+#[derive(Deserialize)]
+struct LawRequest {
+    #[serde(flatten)]
+    law: place::LawText,
+    #[serde(default)]
+    motion: Option<String>,
 }
 
-async fn machine(Asked(asked): Asked<MachineRequest>) -> Result<Json<Value>, Refusal> {
-    asked.point().map(Json)
+/// The axes of a law, or of a machine.
+async fn law(Asked(asked): Asked<LawRequest>) -> Result<Json<Value>, Refusal> {
+    let (law, axes) = match &asked.motion {
+        None => {
+            let law = asked.law.law()?;
+            let axes = catalogue::axes(&law);
+            (law, axes)
+        }
+        Some(motion) => {
+            let law = asked.law.in_si_units()?;
+            let axes = machine::axes(&law, machine::motion_of(motion)?);
+            (law, axes)
+        }
+    };
+    Ok(Json(json!({ "name": law.name(), "axes": axes })))
+}
+
+/// A place in dimensionless numbers.
+async fn dimensionless(Asked(asked): Asked<place::Place>) -> Result<Json<Value>, Refusal> {
+    let (law, point) = asked.point()?;
+    Ok(Json(json!({ "law": place::law_json(&law), "at": place::at_json(&law, &point) })))
 }
 
 async fn plane(

@@ -2,10 +2,12 @@
 
 use serde_json::json;
 
-use super::si::MachineText;
+use super::machine;
+use super::place::law_json;
 use crate::config::Job;
-use crate::machine::{MOTION_ATTRIBUTE, Motion, SI_ATTRIBUTE};
-use crate::map::Grid;
+use crate::friction::Law;
+use crate::machine::{MOTION_ATTRIBUTE, Machine, Motion, SI_ATTRIBUTE};
+use crate::map::{AxisRole, Grid};
 use crate::store::{MapFile, Value};
 
 /// The argument of the command.
@@ -14,7 +16,7 @@ pub struct Start {
     grid: Option<Grid>,
     title: String,
     map: Option<MapFile>,
-    machine: Option<MachineText>,
+    machine: Option<Machine>,
 }
 
 impl Start {
@@ -25,7 +27,7 @@ impl Start {
             grid: Some(job.plan.grid().clone()),
             title: job.title.clone(),
             map: None,
-            machine: job.machine.as_ref().and_then(MachineText::of),
+            machine: job.machine.clone(),
         }
     }
 
@@ -39,7 +41,11 @@ impl Start {
         };
         let named = |motion: &Motion| map.text(MOTION_ATTRIBUTE) == Some(motion.name());
         let motion = Motion::ALL.into_iter().find(named);
-        let machine = motion.zip(machine).map(|(motion, numbers)| MachineText::of_array(motion, numbers));
+        let law = map.grid().law().as_written().clone();
+        // Maps keep the machine's numbers where its friction is given by coefficients.
+        let law = (!matches!(law, Law::Expression(_) | Law::Table(_))).then_some(law);
+        let numbers = motion.zip(machine).zip(law);
+        let machine = numbers.map(|((motion, numbers), law)| Machine::from_array(motion, law, numbers));
         Self { grid: Some(map.grid().clone()), title, map: Some(map), machine }
     }
 
@@ -51,22 +57,39 @@ impl Start {
     /// The contents as JSON.
     pub(super) fn to_json(&self) -> serde_json::Value {
         let Some(grid) = &self.grid else { return serde_json::Value::Null };
+        let units = self.machine.as_ref().map(Machine::units);
         let axis = |axis: &crate::map::Axis| {
+            let (name, factor) = match (axis.role, &units) {
+                (AxisRole::BeltSpeed, Some(units)) => (machine::BELT_SPEED, units.velocity),
+                (AxisRole::Damping, Some(units)) => (machine::DAMPING, units.damping),
+                _ => (axis.name.as_str(), 1.0),
+            };
+            // Digits beyond those of the conversion are noise.
+            let shown = |value: f64| if factor == 1.0 { value } else { rounded(value * factor) };
             json!({
-                "name": axis.name,
-                "from": axis.values[0],
-                "to": axis.values[axis.values.len() - 1],
-                "value": axis.values[axis.middle()],
+                "name": name,
+                "from": shown(axis.values[0]),
+                "to": shown(axis.values[axis.values.len() - 1]),
+                "value": shown(axis.values[axis.middle()]),
                 "nodes": axis.values.len(),
                 "log": axis.is_logarithmic(),
             })
         };
         json!({
             "title": self.title,
-            "machine": self.machine,
+            "motion": self.machine.as_ref().map(|machine| machine.motion.name()),
+            "at": self.machine.as_ref().map(machine::at_json),
             "variables": self.map.as_ref().map(|map| map.variables().collect::<Vec<_>>()),
-            "law": super::place::law_json(grid.law()),
+            "law": match &self.machine {
+                Some(machine) => law_json(&machine::law_of(&machine.friction)),
+                None => law_json(grid.law()),
+            },
             "axes": grid.axes().iter().map(axis).collect::<Vec<_>>(),
         })
     }
+}
+
+/// A number to twelve significant digits.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.11e}").parse().unwrap_or(value)
 }

@@ -481,6 +481,14 @@ fn the_plane_leaves_as_a_configuration_a_map_figures_and_a_table() {
             );
         }
     }
+    // What does not vary along an axis is no figure over it.
+    let mut constant = plane();
+    (constant["file"], constant["show"]) = ("svg".into(), "critical_c_simulation".into());
+    let (status, answer) = server.ask("/api/file", &constant);
+    assert!(
+        status == 422 && answer["problem"].as_str().unwrap().contains("does not vary along `c`"),
+        "{answer}"
+    );
     // Formulas and tables too.
     for law in [
         json!({ "name": "expression", "phi": "mu + (1 - mu)*exp(-u)" }),
@@ -524,4 +532,124 @@ fn stored_cells_are_shown_as_they_are() {
     (far["stored"], far["x"]["from"], far["x"]["to"]) = (true.into(), 20.0.into(), 30.0.into());
     let far = server.post("/api/plane", far.to_string().as_bytes()).1;
     assert!(picture(&far).1.iter().all(|&code| code as i8 == i8::MIN));
+}
+
+/// The brake pad as the page asks about it, with its quantities as axes.
+fn machine(x: &str, y: &str) -> Value {
+    let at = json!({
+        "mass": 2.0, "stiffness": 5.05e5, "damping": 180.0, "normal_force": 1000.0, "static_friction": 0.4,
+        "kinetic_friction": 0.25, "stribeck_velocity": 0.05, "strengthening": 0.0, "belt_speed": 0.2,
+        "muk": 0.25, "mus": 0.4, "vs": 0.05,
+    });
+    let to = |name: &str| 2.0 * at[name].as_f64().unwrap();
+    let side = |name: &str| json!({ "axis": name, "from": 0.0, "to": to(name), "points": 2 });
+    json!({
+        "turn": { "tab": "m", "number": 1 }, "law": { "name": "exponential" }, "motion": "translation", "at": at,
+        "x": side(x), "y": side(y), "show": "critical_c_simulation",
+    })
+}
+
+/// Every plane of two quantities has at each cell what `slipmap probe --machine` says of that machine.
+#[test]
+fn any_quantity_of_a_machine_is_an_axis() {
+    let scratch = Scratch::new();
+    let server = Server::start(&scratch, &[]);
+    let formula = json!({ "name": "expression", "phi": "muk + (mus - muk)*exp(-u/vs)" });
+    let table: String = (0..60)
+        .map(|i| 0.01 * f64::from(i))
+        .map(|u| format!("{u},{}\n", 0.25 + 0.15 * (-u / 0.05f64).exp()))
+        .collect();
+    let table = json!({ "name": "table", "table": table, "file": "mu.csv" });
+    let exponential = json!({ "name": "exponential" });
+    // One cell of each plane: the second of two across, the first up.
+    let share = |i: f64| (i + 0.5) / 2.0;
+    for (law, x, y) in [
+        (&exponential, "mass", "damping"),
+        (&exponential, "normal_force", "stiffness"),
+        (&exponential, "belt_speed", "kinetic_friction"),
+        (&formula, "vs", "damping"),
+        (&table, "mass", "belt_speed"),
+    ] {
+        let mut asked = machine(x, y);
+        asked["law"] = law.clone();
+        asked["y"]["to"] = (0.5 * asked["y"]["to"].as_f64().unwrap()).into();
+        asked["x"]["to"] = (0.5 * asked["x"]["to"].as_f64().unwrap()).into();
+        let (status, bytes) = server.post("/api/plane", asked.to_string().as_bytes());
+        assert_eq!(status, 200, "{x} {y} {}", String::from_utf8_lossy(&bytes));
+        let (head, cells) = picture(&bytes);
+        assert_eq!((head["width"].as_u64(), head["height"].as_u64()), (Some(2), Some(2)), "{x} {y}");
+        let found = f32::from_le_bytes(cells[4..8].try_into().unwrap());
+        // The same machine, asked alone.
+        let mut alone = asked.clone();
+        for (side, i) in [("x", 1.0), ("y", 0.0)] {
+            let name = asked[side]["axis"].as_str().unwrap();
+            alone["at"][name] = (share(i) * asked[side]["to"].as_f64().unwrap()).into();
+        }
+        let (status, point) = server.ask("/api/point", &alone);
+        assert_eq!(status, 200, "{point}");
+        let expected = point["machine"]["critical_damping"].as_f64().unwrap();
+        assert!(head["label"].as_str().unwrap().ends_with(", N s/m"), "{head}");
+        assert!((f64::from(found) / expected - 1.0).abs() < 1e-6, "{x} {y}: {found} {expected}");
+        assert!(point["machine"]["sensitivities"].as_array().unwrap().len() > 2, "{point}");
+        let (status, curves) = server.ask("/api/curves", &asked);
+        assert_eq!(status, 200, "{curves}");
+        let has_curves = !curves["curves"].as_array().unwrap().is_empty();
+        assert_eq!(has_curves, [x, y].contains(&"damping"), "{x} {y}");
+    }
+    // A map has the axes belt speed and damping, and is that of its configuration.
+    for law in [&formula, &table] {
+        let mut asked = machine("belt_speed", "damping");
+        (asked["law"], asked["file"], asked["show"]) = (law.clone(), "h5".into(), "regime".into());
+        asked["x"]["to"] = 0.25.into();
+        let (status, bytes) = server.post("/api/file", asked.to_string().as_bytes());
+        assert_eq!(status, 200, "{}", String::from_utf8_lossy(&bytes));
+        let (_, texts) = server.ask("/api/texts", &asked);
+        scratch.file("plane.toml", texts["toml"].as_str().unwrap());
+        if let Some(table) = texts["table"].as_str() {
+            scratch.file("friction.csv", table);
+        }
+        scratch.file("page.h5", &bytes);
+        let _ = std::fs::remove_file(scratch.path().join("plane.h5"));
+        scratch.run(&["run", "plane.toml"]).ends_with(0);
+        let path = |name: &str| scratch.path().join(name);
+        crate::map_equal::assert_same(&path("page.h5"), &path("plane.h5"));
+    }
+    let (status, answer) = server.ask("/api/texts", &machine("mass", "damping"));
+    assert!(
+        status == 422 && answer["problem"].as_str().unwrap().contains("belt speed and damping"),
+        "{answer}"
+    );
+    for (key, value, words) in [
+        ("mass", json!(-1.0), "mass is -1"),
+        ("kinetic_friction", json!(0.5), "from 0 to static_friction"),
+        ("belt_speed", json!(0.0), "greater than 0"),
+    ] {
+        let mut asked = machine("belt_speed", "damping");
+        asked["at"][key] = value;
+        let (status, answer) = server.ask("/api/plane", &asked);
+        assert!(status == 422 && answer.to_string().contains(words), "{status} {answer}");
+    }
+    let (status, answer) =
+        server.ask("/api/law", &json!({ "name": "expression", "phi": "mass*exp(-u)", "motion": "rotation" }));
+    assert!(status == 422 && answer["place"] == json!([0, 4]), "{answer}");
+    // Where the page begins with such a machine, and what it is without units.
+    scratch.file("mu.toml", "[friction]\nlaw = \"expression\"\nphi = \"0.2 + a*exp(-u/0.1)\"\n[machine]\nmass = 1.0\n\
+        stiffness = 100.0\ndamping = { from = 0.0, to = 2.0, points = 3 }\nnormal_force = 10.0\na = 0.2\nbelt_speed = [0.1, 0.3]\n");
+    let server = Server::start(&scratch, &["mu.toml"]);
+    let start: Value = serde_json::from_slice(&server.get("/api/start", "").2).unwrap();
+    assert_eq!(
+        (&start["motion"], &start["law"]["phi"]),
+        (&json!("translation"), &json!("0.2 + a*exp(-u/0.1)"))
+    );
+    assert_eq!((&start["at"]["a"], &start["at"]["stiffness"]), (&json!(0.2), &json!(100.0)));
+    let ends: Vec<(&Value, &Value)> =
+        start["axes"].as_array().unwrap().iter().map(|axis| (&axis["name"], &axis["to"])).collect();
+    assert!(
+        ends.contains(&(&json!("belt_speed"), &json!(0.3)))
+            && ends.contains(&(&json!("damping"), &json!(2.0)))
+    );
+    let place = json!({ "law": start["law"], "motion": "translation", "at": start["at"] });
+    let (status, plain) = server.ask("/api/dimensionless", &place);
+    assert_eq!(status, 200, "{plain}");
+    assert!((plain["at"]["V"].as_f64().unwrap() - 0.1 / 0.4).abs() < 1e-12, "{plain}");
 }

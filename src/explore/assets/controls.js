@@ -2,11 +2,12 @@
 
 import { element, short } from "./elements.js";
 import { post } from "./server.js";
-import { label } from "./state.js";
+import { label, place } from "./state.js";
 
 const EXAMPLE = "mu + (1 - mu)*exp(-u/vs)";
-// Quantities of a machine that are held; belt speed and damping are the axes.
-const QUANTITIES = ["mass", "stiffness", "normal_force", "static_friction", "kinetic_friction", "stribeck_velocity", "strengthening"];
+const EXAMPLE_OF_MACHINE = "muk + (mus - muk)*exp(-u/vs)";
+// Values for the names of that example.
+const COEFFICIENTS = { muk: 0.25, mus: 0.4, vs: 0.05 };
 const OWN = [["expression", "your formula"], ["table", "your measurement"]];
 
 export class Controls {
@@ -41,7 +42,7 @@ export class Controls {
   // Shows the state in all inputs; those of another law or of other axes are made anew.
   sync() {
     const { state } = this;
-    const key = JSON.stringify([state.law.name, state.axes.map(({ name }) => name), state.x.axis, state.y.axis, Boolean(state.machine)]);
+    const key = JSON.stringify([state.law.name, state.axes.map(({ name }) => name), state.x.axis, state.y.axis, state.motion]);
     if (this.built !== key) {
       this.built = key;
       this.inputs.clear();
@@ -91,7 +92,7 @@ export class Controls {
     const { state, app } = this;
     const row = (side, words) => {
       const other = side === "x" ? "y" : "x";
-      const choices = state.machine ? ["V", "c"] : state.axes.map(({ name }) => name);
+      const choices = state.axes.map(({ name }) => name);
       const choice = element("select", { "aria-label": `Axis ${words}` }, ...choices.map((name) => element("option", { value: name }, label(state, name).words)));
       choice.addEventListener("change", () => {
         if (choice.value === state[other].axis) [state.x, state.y] = [state.y, state.x];
@@ -106,10 +107,8 @@ export class Controls {
         const { least, most } = this.state.axes.find(({ name }) => name === this.state[side].axis);
         return { least: least ?? -Infinity, most: most ?? Infinity };
       };
-      const factor = () => label(this.state, this.state[side].axis).factor;
       const end = (key, words, legal) =>
-        this.number(words, () => this.state[side][key] * factor(), (shown) => {
-          const value = shown / factor();
+        this.number(words, () => this.state[side][key], (value) => {
           if (!legal(value) || value < bounds().least || value > bounds().most) return false;
           this.state[side] = { ...this.state[side], [key]: value };
           app.change("rest");
@@ -154,29 +153,20 @@ export class Controls {
   build_sliders() {
     const { state } = this;
     const held = state.axes.filter(({ name }) => name !== state.x.axis && name !== state.y.axis);
-    const rows = state.machine ? QUANTITIES.map((name) => this.quantity(name)) : held.map((axis) => this.slider(axis));
+    const rows = held.map((axis) => this.slider(axis));
     this.sliderBox.replaceChildren(...(rows.length ? [element("h2", {}, "Held"), ...rows] : []));
   }
 
-  // A parameter of the law.
-  slider({ name, symbol, words, least, most, open }) {
-    const bounds = { least: least ?? -Infinity, most: most ?? Infinity, open };
+  // A parameter of the law, or a quantity of a machine with its unit.
+  slider({ name, symbol, words, unit, least, most, open }) {
+    const limit = name === "kinetic_friction" ? this.state.at.static_friction : (most ?? Infinity);
+    const bounds = { least: least ?? -Infinity, most: limit, open };
     const set = (value, what) => {
       this.state.at[name] = value;
       this.app.change(what);
     };
-    return this.row(symbol, words, `${words || symbol} (${symbol})`, bounds, () => this.state.at[name], set, () => this.state.ranges[name]);
-  }
-
-  // A quantity of the machine in SI units.
-  quantity(name) {
-    const { si, machine, ranges } = this.state;
-    const words = name.replaceAll("_", " ");
-    const most = name === "kinetic_friction" ? machine.static_friction : Infinity;
-    const open = !["kinetic_friction", "strengthening"].includes(name);
-    ranges[name] ??= [0, name === "kinetic_friction" ? machine.static_friction : 2 * machine[name] || 1];
-    const set = (value, what) => this.app.set_quantity(name, value, what);
-    return this.row(words, si.units[name] ?? "", words, { least: 0, most, open }, () => this.state.machine[name], set, () => this.state.ranges[name]);
+    const [left, below, name_of] = unit === undefined ? [symbol, words, `${words || symbol} (${symbol})`] : [words, unit, words];
+    return this.row(left, below, name_of, bounds, () => this.state.at[name], set, () => this.state.ranges[name]);
   }
 
   // A slider with its value and its ends typed.
@@ -227,13 +217,11 @@ export class Controls {
   build_editor() {
     const { state } = this;
     const known = this.catalogue.laws.find(({ name }) => name === state.law.name);
+    const units = element("p", {}, state.motion ? "A machine in SI units. " : "Dimensionless. ",
+      element("button", { type: "button", onclick: () => this.change_units() }, state.motion ? "Without units" : "As a machine in SI units"));
     if (known) {
-      const as_numbers = element("button", { type: "button", onclick: () => {
-        Object.assign(this.state, { machine: null, si: null });
-        this.app.change("rest");
-      } }, "Without units");
-      const words = state.machine ? ["A machine in SI units. ", as_numbers] : [];
-      this.editor.replaceChildren(element("h2", {}, "Friction law"), element("p", {}, known.formula), ...words);
+      const formula = state.motion ? [] : [element("p", {}, known.formula)];
+      this.editor.replaceChildren(element("h2", {}, "Friction law"), ...formula, units);
       return;
     }
     this.problem = element("div", { class: "problem", role: "alert" });
@@ -243,13 +231,17 @@ export class Controls {
     if (state.law.name === "expression") {
       text = element("textarea", { "aria-label": "Friction over slip speed u, as a formula", spellcheck: "false" });
       text.value = state.law.phi;
-      parts.push(element("p", { class: "hint" }, "φ(u) in units of the static friction; u is the slip speed, eps the small parameter, every other name becomes a slider."), text);
+      const words = state.motion
+        ? "The coefficient of friction; u is the slip speed in SI units, every other name becomes a slider."
+        : "φ(u) in units of the static friction; u is the slip speed, eps the small parameter, every other name becomes a slider.";
+      parts.push(element("p", { class: "hint" }, words), text);
     } else {
       const file = element("input", { type: "file", accept: ".csv,.txt,text/csv", "aria-label": "Table of slip speed and friction" });
       file.addEventListener("change", () => file.files[0] && this.drop(file.files[0]));
       text = element("textarea", { "aria-label": "Slip speed and friction, row by row", spellcheck: "false", rows: 6 });
       text.value = state.law.table;
-      parts.push(element("p", { class: "hint" }, "Slip speed, friction, and perhaps its standard error, row by row; drop a CSV file anywhere on the page."), file, text);
+      const words = state.motion ? "Slip speed in SI units, coefficient of friction" : "Slip speed, friction";
+      parts.push(element("p", { class: "hint" }, `${words}, and perhaps its standard error, row by row; drop a CSV file anywhere on the page.`), file, text);
     }
     let timer;
     const changed = () => {
@@ -261,29 +253,47 @@ export class Controls {
     };
     text.addEventListener("input", changed);
     level.addEventListener("input", changed);
-    parts.push(element("label", { class: "field" }, "static friction", level), this.problem);
+    if (!state.motion) parts.push(element("label", { class: "field" }, "static friction", level));
+    parts.push(this.problem, units);
     this.editor.replaceChildren(element("h2", {}, "Friction law"), ...parts);
   }
 
   choose_law(name) {
     const law = { name };
-    if (name === "expression") law.phi = EXAMPLE;
-    if (name === "table") Object.assign(law, { table: "0,1\n0.25,0.8\n0.5,0.68\n1,0.56\n2,0.5\n4,0.5\n", file: "example.csv" });
+    const { motion } = this.state;
+    if (name === "expression") law.phi = motion ? EXAMPLE_OF_MACHINE : EXAMPLE;
+    const table = motion ? "0,0.4\n0.02,0.35\n0.05,0.31\n0.1,0.27\n0.2,0.25\n1,0.25\n" : "0,1\n0.25,0.8\n0.5,0.68\n1,0.56\n2,0.5\n4,0.5\n";
+    if (name === "table") Object.assign(law, { table, file: "example.csv" });
     this.try_law(law, true);
+  }
+
+  // The same law in the other units: a machine in dimensionless numbers, or a machine of usual size under it.
+  async change_units() {
+    const { state, app } = this;
+    const { show, curves, pinned } = state;
+    try {
+      if (!state.motion) {
+        const law = { ...state.law, static: undefined, small: undefined };
+        await app.ask({ law, motion: "translation", show, curves, pinned, at: COEFFICIENTS });
+        return;
+      }
+      const { law, at } = await post("/api/dimensionless", place(state));
+      const { axes } = await post("/api/law", law);
+      app.open({ law, at, show, curves, pinned }, axes);
+    } catch (problem) {
+      app.complain(problem);
+    }
   }
 
   // Takes a law that was chosen, typed or dropped; a message with its place if it is none.
   async try_law(law, anew = false) {
     try {
-      const { axes } = await post("/api/law", law);
-      const { show, curves, at, ranges, x, y, machine } = this.state;
+      const { motion, show, curves, at, ranges, x, y, pinned } = this.state;
+      const { axes } = await post("/api/law", { ...law, motion });
       this.problem?.replaceChildren();
-      // A machine may have another law of the same coefficients.
-      if (machine && !OWN.some(([name]) => name === law.name)) {
-        await this.app.open_machine({ law, show, curves, machine, x, y, pinned: this.state.pinned }, axes);
-        return;
-      }
-      this.app.open(anew ? { law, show, curves } : { law, show, curves, at, ranges, x, y, pinned: this.state.pinned }, axes);
+      // A machine may have another law.
+      const kept = { law, motion, show, curves, at: { ...(motion ? COEFFICIENTS : {}), ...at }, ranges, x, y, pinned };
+      this.app.open(anew && !motion ? { law, show, curves } : kept, axes);
     } catch (problem) {
       if (!problem.problem) return;
       const marks = problem.place ? [element("pre", {}, `${law.phi}\n${" ".repeat(problem.place[0])}${"^".repeat(Math.max(1, problem.place[1] - problem.place[0]))}`)] : [];

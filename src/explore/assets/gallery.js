@@ -19,12 +19,12 @@ export const CASES = [
   {
     title: "A brake pad",
     words: "Friction falls from 0.4 to 0.25 over 5 cm/s. The pad groans at low speed of the disc unless damping stops it; all in SI units.",
-    link: "#v=1&law=stribeck&x=V,0.025,1&y=c,0,0.5&show=regime&m.motion=translation&m.mass=2&m.stiffness=505000&m.damping=60&m.normal_force=1000&m.static_friction=0.4&m.kinetic_friction=0.25&m.stribeck_velocity=0.05&m.strengthening=0&m.belt_speed=0.15&pin=1",
+    link: "#v=2&law=stribeck&motion=translation&x=belt_speed,0.01,0.4&y=damping,0,500&show=regime&p.mass=2&p.stiffness=505000&p.damping=60&p.normal_force=1000&p.static_friction=0.4&p.kinetic_friction=0.25&p.stribeck_velocity=0.05&p.strengthening=0&p.belt_speed=0.15&pin=1",
   },
   {
     title: "A drill string",
     words: "A bit on a long pipe turns in jerks. Turn faster, or damp it, until the blue region is left.",
-    link: "#v=1&law=exponential&x=V,0.05,2&y=c,0,0.7&show=regime&m.motion=rotation&m.mass=471.9698&m.stiffness=861.5336&m.damping=222.3067&m.normal_force=7778.75&m.static_friction=0.8&m.kinetic_friction=0.5&m.stribeck_velocity=1.111111111&m.strengthening=0&m.belt_speed=10&pin=1",
+    link: "#v=2&law=exponential&motion=rotation&x=belt_speed,0.5,20&y=damping,0,450&show=regime&p.mass=471.9698&p.stiffness=861.5336&p.damping=222.3067&p.normal_force=7778.75&p.static_friction=0.8&p.kinetic_friction=0.5&p.stribeck_velocity=1.111111111&p.strengthening=0&p.belt_speed=10&pin=1",
   },
   {
     title: "Leine's oscillator",

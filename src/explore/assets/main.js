@@ -28,39 +28,17 @@ class App {
     this.change("rest");
   }
 
-  // Shows a machine: its working point in place of the law's parameters.
-  async open_machine(said, axes) {
-    const si = await post("/api/machine", { law: said.law, machine: said.machine });
-    this.open({ ...said, si, at: { ...said.at, ...si.at } }, axes);
-  }
-
-  // Gives a quantity of the machine another value; belt speeds and dampings stay what they are in SI units.
-  async set_quantity(name, value) {
-    const { state } = this;
-    const machine = { ...state.machine, [name]: value };
-    let si;
-    try {
-      si = await post("/api/machine", { law: state.law, machine });
-    } catch (problem) {
-      this.complain(problem);
-      return;
-    }
-    if (state !== this.state) return;
-    for (const side of ["x", "y"]) {
-      const ratio = (state.si.axes[state[side].axis]?.factor ?? 1) / (si.axes[state[side].axis]?.factor ?? 1);
-      state[side] = { ...state[side], from: state[side].from * ratio, to: state[side].to * ratio };
-    }
-    Object.assign(state, { machine, si });
-    Object.assign(state.at, si.at);
-    this.change("slider");
+  // Shows a law, or a machine, whose axes the program tells.
+  async ask(said) {
+    const { axes } = await post("/api/law", { ...said.law, motion: said.motion });
+    this.open(said, axes);
   }
 
   async open_link(fragment) {
     const said = read(fragment);
     if (!said) return false;
     try {
-      const { axes } = await post("/api/law", said.law);
-      await (said.machine ? this.open_machine(said, axes) : this.open(said, axes));
+      await this.ask(said);
     } catch (problem) {
       this.complain(problem);
       return false;
@@ -86,11 +64,7 @@ class App {
 
   // Pins the point with these values.
   move(values) {
-    const { machine, si, at } = this.state;
-    Object.assign(at, values);
-    if (machine) {
-      this.state.machine = { ...machine, belt_speed: at.V * si.axes.V.factor, damping: at.c * si.axes.c.factor };
-    }
+    Object.assign(this.state.at, values);
     this.state.pinned = true;
     this.change("point");
   }
@@ -151,8 +125,7 @@ async function build_gallery(app) {
     drawn = true;
     for (const { canvas, said } of pictures) {
       try {
-        const { axes } = await post("/api/law", said.law);
-        if (said.machine) Object.assign(said.at, (await post("/api/machine", { law: said.law, machine: said.machine })).at);
+        const { axes } = await post("/api/law", { ...said.law, motion: said.motion });
         await thumbnail.call(app, canvas, said, axes);
       } catch {
         // A card without a picture still opens its example.
@@ -181,14 +154,14 @@ function said_of(start) {
     const axis = start.axes.find((it) => it.name === name);
     return axis ? { axis: name, from: axis.from, to: axis.to, log: axis.log } : null;
   };
-  const y = shown.includes("c") ? "c" : shown.at(-1);
+  const y = ["c", "damping"].find((name) => shown.includes(name)) ?? shown.at(-1);
   const rest = shown.filter((name) => name !== y);
-  const x = ["V", "gamma", ...rest].find((name) => rest.includes(name));
-  const at = Object.fromEntries(start.axes.map(({ name, value }) => [name, value]));
+  const x = ["V", "belt_speed", "gamma", ...rest].find((name) => rest.includes(name));
+  const at = { ...start.at, ...Object.fromEntries(start.axes.map(({ name, value }) => [name, value])) };
   const ranges = Object.fromEntries(start.axes.filter(({ nodes }) => nodes > 1).map(({ name, from, to }) => [name, [from, to]]));
   const stored = Boolean(start.variables);
   const show = !stored || start.variables.includes("regime") ? "regime" : start.variables.find((name) => name.startsWith("verdict_"));
-  return { law: start.law, x: side(x), y: side(y), at, ranges, show, stored, machine: start.machine };
+  return { law: start.law, x: side(x), y: side(y), at, ranges, show, stored, motion: start.motion };
 }
 
 async function main() {
@@ -202,9 +175,7 @@ async function main() {
   app.map = start?.variables ? start.title : null;
   if (await app.open_link(location.hash)) return;
   if (start) {
-    const { axes } = await post("/api/law", start.law);
-    const said = said_of(start);
-    await (said.machine ? app.open_machine(said, axes) : app.open(said, axes));
+    await app.ask(said_of(start));
   } else {
     await app.open_link(CASES[2].link.replace("&pin=1", ""));
     show_gallery();

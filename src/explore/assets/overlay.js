@@ -1,7 +1,6 @@
 // What is drawn over the cells: axes, curves, and the pinned point.
 
 import { shape, short } from "./elements.js";
-import { Scale } from "./scale.js";
 import { label } from "./state.js";
 
 const MARGIN = { left: 62, right: 16, top: 14, bottom: 48 };
@@ -16,23 +15,17 @@ export function rectangle(stage) {
 export function draw(svg, rect, scales, state, curves) {
   const place = (x, y) => [rect.x + rect.w * scales.x.unit(x), rect.y + rect.h * (1 - scales.y.unit(y))];
   const shown = (side) => label(state, state[side].axis);
-  // Round numbers in the units that are shown.
-  const ticks = (side, count) => {
-    const { factor } = shown(side);
-    const { from, to, log } = scales[side];
-    return new Scale({ from: from * factor, to: to * factor, log }).ticks(count).map((tick) => [tick, tick / factor]);
-  };
   const parts = [
     shape("defs", {}, shape("clipPath", { id: "frame" }, shape("rect", { x: rect.x, y: rect.y, width: rect.w, height: rect.h }))),
     shape("rect", { class: "frame", x: rect.x, y: rect.y, width: rect.w, height: rect.h }),
   ];
-  for (const [tick, value] of ticks("x", Math.max(2, rect.w / 90))) {
-    const [x] = place(value, scales.y.from);
+  for (const tick of scales.x.ticks(Math.max(2, rect.w / 90))) {
+    const [x] = place(tick, scales.y.from);
     parts.push(shape("path", { class: "tick", d: `M${x} ${rect.y + rect.h}v5` }));
     parts.push(shape("text", { x, y: rect.y + rect.h + 19, "text-anchor": "middle" }, short(tick)));
   }
-  for (const [tick, value] of ticks("y", Math.max(2, rect.h / 60))) {
-    const [, y] = place(scales.x.from, value);
+  for (const tick of scales.y.ticks(Math.max(2, rect.h / 60))) {
+    const [, y] = place(scales.x.from, tick);
     parts.push(shape("path", { class: "tick", d: `M${rect.x} ${y}h-5` }));
     parts.push(shape("text", { x: rect.x - 9, y: y + 4, "text-anchor": "end" }, short(tick)));
   }

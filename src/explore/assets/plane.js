@@ -42,9 +42,9 @@ export class Plane {
 
   // What the picture depends on besides its ends.
   key() {
-    const { law, x, y, show, stored, at, axes } = this.state;
+    const { law, motion, x, y, show, stored, at, axes } = this.state;
     const held = axes.filter(({ name }) => name !== x.axis && name !== y.axis).map(({ name }) => [name, at[name]]);
-    return JSON.stringify([law, x.axis, x.log, y.axis, y.log, show, stored, held]);
+    return JSON.stringify([law, motion, x.axis, x.log, y.axis, y.log, show, stored, held]);
   }
 
   resize() {
@@ -94,7 +94,8 @@ export class Plane {
   work(rows) {
     const [width, height] = this.cells(rows);
     const { x, y } = this.state;
-    return x.axis === "c" ? height : y.axis === "c" ? width : width * height;
+    const is_damping = ({ axis }) => axis === "c" || axis === "damping";
+    return is_damping(x) ? height : is_damping(y) ? width : width * height;
   }
 
   // Seconds that it will take; unknown before the first of its kind.
@@ -104,8 +105,8 @@ export class Plane {
 
   // Pictures that cost about the same for each cell.
   kind() {
-    const { law, x, y, show, stored } = this.state;
-    return [law.name, law.phi, x.axis, y.axis, show, stored].join(" ");
+    const { law, motion, x, y, show, stored } = this.state;
+    return [law.name, law.phi, motion, x.axis, y.axis, show, stored].join(" ");
   }
 
   // Rows of the finest picture.
@@ -254,8 +255,10 @@ export class Plane {
   home() {
     for (const name of ["x", "y"]) {
       const axis = this.state.axes.find((axis) => axis.name === this.state[name].axis);
-      const from = this.state[name].log ? Math.max(axis.from, axis.to / 1000) : axis.from;
-      this.state[name] = { ...this.state[name], from, to: axis.to };
+      // A quantity of a machine has no other range than that of its slider.
+      const [least, to] = axis.unit === undefined ? [axis.from, axis.to] : this.state.ranges[axis.name];
+      const from = this.state[name].log ? Math.max(least, to / 1000) : least;
+      this.state[name] = { ...this.state[name], from, to };
     }
     this.app.change("view");
   }
@@ -349,8 +352,8 @@ export class Plane {
     const { state, scales } = this;
     const at = { ...state.at, [state.x.axis]: scales.x.rounded(u), [state.y.axis]: scales.y.rounded(v) };
     const where = [state.x.axis, state.y.axis].map((name) => {
-      const { words, unit, factor } = label(state, name);
-      return `${words} = ${short(at[name] * factor)}${unit}`;
+      const { words, unit } = label(state, name);
+      return `${words} = ${short(at[name])}${unit}`;
     }).join(", ");
     const lines = [element("div", {}, where), element("b", {}, this.cell(u, v))];
     this.glanceBox.replaceChildren(...lines);
@@ -359,7 +362,7 @@ export class Plane {
     setTimeout(async () => {
       if (turn !== this.glances) return;
       try {
-        const said = await post("/api/glance", { law: state.law, at });
+        const said = await post("/api/glance", place({ ...state, at }));
         if (turn !== this.glances) return;
         const rows = said.methods.map(([name, verdict]) =>
           element("tr", {}, element("td", {}, name.replaceAll("_", " ")), element("td", {}, element("span", { class: `say ${verdict}` }, verdict))));

@@ -29,10 +29,10 @@ export class Point {
       this.key = key;
       this.whole = false;
       this.start = null;
-      const shown = this.state.machine ? [this.state.x.axis, this.state.y.axis] : this.state.axes.map(({ name }) => name);
+      const shown = this.state.motion ? [this.state.x.axis, this.state.y.axis] : this.state.axes.map(({ name }) => name);
       const words = shown.map((name) => {
-        const { words, unit, factor } = label(this.state, name);
-        return `${words} = ${short(this.state.at[name] * factor)}${unit}`;
+        const { words, unit } = label(this.state, name);
+        return `${words} = ${short(this.state.at[name])}${unit}`;
       });
       this.where.textContent = words.join(", ");
       this.turn += 1;

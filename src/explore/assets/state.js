@@ -1,11 +1,13 @@
 // The whole state of the page, and how it is written into the link.
 //
 // A link is a list of `key=value`: `v` the version, `law`, `x` and `y` (name, from, to, and "log"), `show`,
-// `p.NAME` the value of a parameter, `m.NAME` a quantity of a machine in SI units, `r.NAME` the ends of its
-// slider, `pin=1` if a point is pinned. Keys that this page does not know are passed over, and keys that are
+// `p.NAME` the value of a parameter or, with `motion`, of a quantity of a machine in SI units, `r.NAME` the ends of
+// its slider, `pin=1` if a point is pinned. Keys that this page does not know are passed over, and keys that are
 // missing take their defaults: links of older and of newer versions open.
+//
+// Links of version 1 have the quantities of a machine as `m.NAME`, and its axes as V and c in dimensionless numbers.
 
-export const VERSION = 1;
+export const VERSION = 2;
 
 export function write(state) {
   const link = new URLSearchParams();
@@ -26,7 +28,7 @@ export function write(state) {
     const range = state.ranges[axis.name];
     if (range[0] !== axis.from || range[1] !== axis.to) link.set(`r.${axis.name}`, range.join(","));
   }
-  if (state.machine) for (const [name, value] of Object.entries(state.machine)) link.set(`m.${name}`, value);
+  if (state.motion) link.set("motion", state.motion);
   if (state.pinned) link.set("pin", "1");
   // Commas and slashes are legal in a fragment, and easier to read.
   return `#${link.toString().replaceAll("%2C", ",").replaceAll("%2F", "/")}`;
@@ -49,17 +51,31 @@ export function read(fragment) {
   };
   const at = {};
   const ranges = {};
-  let machine = null;
+  const machine = {};
   for (const [key, value] of link) {
     const name = key.slice(2);
-    if (key.startsWith("m.")) machine = { ...machine, [name]: number(value) ?? value };
+    if (key.startsWith("m.")) machine[name] = number(value) ?? value;
     if (key.startsWith("p.") && number(value) !== null) at[name] = number(value);
     if (key.startsWith("r.")) {
       const ends = value.split(",").map(number);
       if (ends.length === 2 && ends[0] !== null && ends[1] !== null && ends[0] < ends[1]) ranges[name] = ends;
     }
   }
-  return { law, x: side("x"), y: side("y"), show: link.get("show"), curves: link.get("curves") !== "0", stored: link.get("stored") === "1", at, ranges, machine, pinned: link.get("pin") === "1" };
+  const said = { law, x: side("x"), y: side("y"), show: link.get("show"), curves: link.get("curves") !== "0", stored: link.get("stored") === "1", at, ranges, motion: link.get("motion"), pinned: link.get("pin") === "1" };
+  return "motion" in machine ? of_machine(said, machine) : said;
+}
+
+// A link of version 1 with a machine.
+function of_machine(said, { motion, ...at }) {
+  const damping = Math.sqrt(at.stiffness * at.mass);
+  const units = { V: ["belt_speed", (at.static_friction * at.normal_force) / damping], c: ["damping", damping] };
+  const side = (old) => {
+    if (!old || !units[old.axis]) return old;
+    const [axis, unit] = units[old.axis];
+    const digits = (value) => Number((value * unit).toPrecision(9));
+    return { ...old, axis, from: digits(old.from), to: digits(old.to) };
+  };
+  return { ...said, motion, at, x: side(said.x), y: side(said.y) };
 }
 
 // A state of a law with these axes: what is said, and defaults for the rest.
@@ -69,28 +85,28 @@ export function complete(said, axes) {
   const ranges = {};
   for (const axis of axes) {
     at[axis.name] = said.at?.[axis.name] ?? axis.value;
-    ranges[axis.name] = said.ranges?.[axis.name] ?? [axis.from, axis.to];
+    // Quantities of a machine have no usual size.
+    const usual = axis.unit !== undefined && at[axis.name] > 0 ? [0, 2 * at[axis.name]] : [axis.from, axis.to];
+    ranges[axis.name] = said.ranges?.[axis.name] ?? usual;
   }
   const side = (wanted, usual) => {
     if (wanted && names.includes(wanted.axis)) return { ...wanted };
     const [from, to] = ranges[usual];
     return { axis: usual, from, to, log: false };
   };
-  const y = side(said.y, "c");
+  const y = side(said.y, said.motion ? "damping" : "c");
   const free = names.filter((name) => name !== y.axis && name !== "epsilon");
-  const usual = ["gamma", "V"].find((name) => free.includes(name)) ?? free[0];
+  const usual = ["gamma", "V", "belt_speed"].find((name) => free.includes(name)) ?? free[0];
   let x = side(said.x, usual);
   if (x.axis === y.axis) x = side(null, usual);
-  return { law: said.law, axes, at, ranges, x, y, machine: said.machine ?? null, si: said.si ?? null, show: said.show || "regime", curves: said.curves ?? true, stored: said.stored ?? false, pinned: said.pinned ?? false };
+  return { law: said.law, axes, at, ranges, x, y, motion: said.motion ?? null, show: said.show || "regime", curves: said.curves ?? true, stored: said.stored ?? false, pinned: said.pinned ?? false };
 }
 
 // What the program has to know of a place.
-export const place = ({ law, at, machine }) => ({ law, at, machine });
+export const place = ({ law, at, motion }) => ({ law, at, motion });
 
-// How an axis is called and counted: in the SI units of a machine, if the state is one's.
+// How an axis is called: of a machine with its unit.
 export function label(state, name) {
-  const si = state.si?.axes[name];
-  if (si) return { words: si.words, text: `${si.words}, ${si.unit}`, unit: ` ${si.unit}`, factor: si.factor };
-  const { symbol } = state.axes.find((axis) => axis.name === name);
-  return { words: symbol, text: symbol, unit: "", factor: 1 };
+  const { symbol, unit } = state.axes.find((axis) => axis.name === name);
+  return { words: symbol, text: unit ? `${symbol}, ${unit}` : symbol, unit: unit ? ` ${unit}` : "" };
 }

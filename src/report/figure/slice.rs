@@ -353,7 +353,10 @@ pub fn hold(
     let held = axes.iter().enumerate().filter(|(i, _)| !shown.contains(i) && !constant(*i));
     let held = held.map(|(i, axis)| {
         let label = view.axis(axis);
-        Held { axis: label.header(), wanted: wanted[i], used: axis.values[index[i]] * label.factor }
+        let used = axis.values[index[i]] * label.factor;
+        // Of one node none is the middle.
+        let only = (axis.values.len() == 1).then_some(used);
+        Held { axis: label.header(), wanted: wanted[i].or(only), used }
     });
     let held = held.collect();
     Ok((index, held))

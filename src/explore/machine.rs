@@ -1,0 +1,220 @@
+//! Machines in SI units: their quantities are the axes of the page in place of a law's parameters.
+
+use std::collections::BTreeMap;
+
+use serde_json::{Value, json};
+
+use super::refusal::Refusal;
+use crate::friction::{Expression, Law, Table};
+use crate::machine::{Coefficients, Dimension, Friction, Machine, Motion};
+use crate::map::Grid;
+use crate::point::LawParameters;
+
+/// The quantities that are axes of a map.
+pub(super) const BELT_SPEED: &str = "belt_speed";
+pub(super) const DAMPING: &str = "damping";
+/// The quantities before those of the friction, and behind them.
+const BEFORE: [&str; 4] = ["mass", "stiffness", DAMPING, "normal_force"];
+const AFTER: &str = BELT_SPEED;
+
+/// The motion of this name.
+pub(super) fn motion_of(name: &str) -> Result<Motion, Refusal> {
+    let found = Motion::ALL.into_iter().find(|motion| motion.name() == name);
+    found.ok_or_else(|| Refusal::malformed(format!("there is no motion `{name}`")))
+}
+
+/// Names of the quantities of a machine under a law in SI units, in their order.
+fn names(law: &Law) -> Vec<&'static str> {
+    let of_friction: Vec<&'static str> = match law.as_written() {
+        Law::Expression(formula) => formula.parameters().iter().map(|parameter| parameter.name).collect(),
+        Law::Table(_) => Vec::new(),
+        _ => Coefficients::NAMES.to_vec(),
+    };
+    BEFORE.into_iter().chain(of_friction).chain([AFTER]).collect()
+}
+
+/// Refuses a formula with the name of a quantity of the machine.
+pub(super) fn check_names(law: &Law) -> Result<(), Refusal> {
+    let Law::Expression(formula) = law.as_written() else { return Ok(()) };
+    let taken = |name: &str| BEFORE.contains(&name) || name == AFTER;
+    match formula.parameters().iter().find(|parameter| taken(parameter.name)) {
+        None => Ok(()),
+        Some(parameter) => {
+            let (from, to) = formula.place_of(parameter.name).unwrap_or_default();
+            let problem = format!("`{}` is a quantity of the machine", parameter.name);
+            let remedy = "give the parameter of the friction another name".to_owned();
+            Err(crate::friction::ExpressionError { from, to, problem, remedy }.into())
+        }
+    }
+}
+
+/// The machine with these values of its quantities; its law is in SI units, and its friction legal up to twice the
+/// belt speed.
+pub(super) fn machine(law: &Law, motion: Motion, at: &BTreeMap<String, f64>) -> Result<Machine, Refusal> {
+    check_names(law)?;
+    let value = |name: &str| {
+        let missing =
+            || Refusal::malformed(format!("a machine of the law `{}` also needs {name}", law.name()));
+        at.get(name).copied().ok_or_else(missing)
+    };
+    let friction = match law.as_written() {
+        Law::Expression(formula) => {
+            let values = formula.parameters().iter().map(|parameter| value(parameter.name));
+            Friction::Formula(formula.clone(), LawParameters::new(&values.collect::<Result<Vec<f64>, _>>()?))
+        }
+        Law::Table(table) => Friction::Measured(table.clone()),
+        _ => {
+            let [rest, kinetic, velocity, rise] = Coefficients::NAMES.map(value);
+            let numbers = [rest?, kinetic?, velocity?, rise?];
+            Friction::Coefficients(law.as_written().clone(), Coefficients::from_array(numbers))
+        }
+    };
+    let machine = Machine {
+        motion,
+        mass: value("mass")?,
+        stiffness: value("stiffness")?,
+        damping: value(DAMPING)?,
+        normal_force: value("normal_force")?,
+        friction,
+        belt_speed: value(BELT_SPEED)?,
+    };
+    check(&machine)?;
+    Ok(machine)
+}
+
+fn check(machine: &Machine) -> Result<(), Refusal> {
+    for (name, value) in machine.quantities() {
+        let wanted = match name {
+            "mass" | "stiffness" | "normal_force" | "static_friction" | "stribeck_velocity" | BELT_SPEED => {
+                (value > 0.0, "greater than 0")
+            }
+            DAMPING | "strengthening" => (value >= 0.0, "at least 0"),
+            _ => (true, "a number"),
+        };
+        if !(wanted.0 && value.is_finite()) {
+            let problem = format!("{name} is {value}; it must be {}", wanted.1);
+            return Err(Refusal::bad_input(problem, "choose another value"));
+        }
+    }
+    if let Friction::Coefficients(_, of) = &machine.friction
+        && !(0.0..=of.static_friction).contains(&of.kinetic_friction)
+    {
+        let problem =
+            format!("kinetic_friction is {}; it must be from 0 to static_friction", of.kinetic_friction);
+        return Err(Refusal::bad_input(problem, "choose another value"));
+    }
+    let rest = machine.friction.at_rest();
+    if !(rest > 0.0 && rest.is_finite()) {
+        let problem = format!("the coefficient of friction at rest is {rest}");
+        return Err(Refusal::bad_input(problem, "it must be greater than 0"));
+    }
+    let fastest = 2.0 * machine.belt_speed;
+    match &machine.friction {
+        Friction::Formula(formula, parameters) => {
+            // In the units in which it was typed, so that an error has its place there.
+            Ok(Expression::new(formula.text(), rest)?.check(1.0, parameters, fastest)?)
+        }
+        Friction::Measured(table) if table.fastest() < fastest => {
+            let problem = format!("the data of {} end at slip speed {}", table.origin(), table.fastest());
+            Err(Refusal::bad_input(problem, "choose a lower belt speed, or measure farther"))
+        }
+        Friction::Coefficients(..) | Friction::Measured(_) => Ok(()),
+    }
+}
+
+/// The law of a machine's friction in SI units.
+pub(super) fn law_of(friction: &Friction) -> Law {
+    match friction {
+        Friction::Coefficients(law, _) => law.clone(),
+        Friction::Formula(formula, _) => Law::Expression(formula.clone()),
+        Friction::Measured(table) => Law::Table(table.clone()),
+    }
+}
+
+/// The unit of a quantity; of a name in a formula none is known.
+fn unit(name: &str, motion: Motion, law: &Law) -> &'static str {
+    let dimension = match name {
+        "mass" => Dimension::Mass,
+        "stiffness" => Dimension::Stiffness,
+        DAMPING => Dimension::Damping,
+        "normal_force" => Dimension::Force,
+        "stribeck_velocity" | BELT_SPEED => Dimension::Velocity,
+        "strengthening" if *law.as_written() == Law::Stribeck => match motion {
+            Motion::Translation => return "s²/m²",
+            Motion::Rotation => return "s²/rad²",
+        },
+        "strengthening" => match motion {
+            Motion::Translation => return "s/m",
+            Motion::Rotation => return "s/rad",
+        },
+        _ => return "",
+    };
+    motion.unit(dimension)
+}
+
+/// The value of a quantity before any is chosen: those of a brake pad.
+fn usual(name: &str, law: &Law) -> f64 {
+    let table = match law.as_written() {
+        Law::Table(table) => Some(table),
+        _ => None,
+    };
+    match name {
+        "mass" => 2.0,
+        "stiffness" => 5.05e5,
+        DAMPING => 60.0,
+        "normal_force" => 1000.0,
+        "static_friction" => 0.4,
+        "kinetic_friction" => 0.25,
+        "strengthening" => 0.0,
+        BELT_SPEED => 0.15_f64.min(table.map_or(f64::INFINITY, |table: &Table| 0.2 * table.fastest())),
+        // A velocity, as its name and most others in a formula.
+        _ => 0.05,
+    }
+}
+
+/// The axes of a machine under a law in SI units, as those of a law.
+pub(super) fn axes(law: &Law, motion: Motion) -> Value {
+    let fastest = match law.as_written() {
+        Law::Table(table) => Some(0.5 * table.fastest()),
+        _ => None,
+    };
+    let is_positive = |name: &str| {
+        matches!(
+            name,
+            "mass" | "stiffness" | "normal_force" | "static_friction" | "stribeck_velocity" | BELT_SPEED
+        )
+    };
+    let one = |name: &'static str| {
+        let words = name.replace('_', " ").replace("stribeck", "Stribeck");
+        let value = usual(name, law);
+        let known = BEFORE.contains(&name) || name == AFTER || Coefficients::NAMES.contains(&name);
+        json!({
+            "name": name,
+            "symbol": words,
+            "words": words,
+            "unit": unit(name, motion, law),
+            "least": known.then_some(0.0),
+            "most": if name == BELT_SPEED { fastest } else { None },
+            "open": is_positive(name),
+            "from": 0.0,
+            "to": if value > 0.0 { 2.0 * value } else { 0.1 },
+            "value": value,
+        })
+    };
+    names(law).into_iter().map(one).collect()
+}
+
+/// The quantities of a machine by name.
+pub(super) fn at_json(machine: &Machine) -> Value {
+    machine.quantities().into_iter().map(|(name, value)| (name.to_owned(), json!(value))).collect()
+}
+
+/// The values of the axes of a machine's dimensionless law, and that law.
+pub(super) fn dimensionless(machine: &Machine, small: bool) -> Result<(Law, Vec<f64>), Refusal> {
+    let overflow =
+        || Refusal::bad_input("the friction leaves the numbers in dimensionless terms", "check the units");
+    let model = machine.model().ok_or_else(overflow)?;
+    let law = if small { model.law.read_as_small() } else { model.law };
+    let values = Grid::coordinates(&law, &model.point).into_iter().map(|(_, value)| value).collect();
+    Ok((law, values))
+}
