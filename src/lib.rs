@@ -52,6 +52,11 @@
 //! The modules `assessment`, `benchmark`, `cli`, `explore` and `report` belong to the program. They are
 //! public for its tests only, are not documented here, and may change at any time.
 
+/// Tries the code of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+mod readme {}
+
 #[cfg(feature = "report")]
 #[doc(hidden)]
 pub mod assessment;

@@ -63,6 +63,7 @@ pub struct ParameterBox {
 }
 
 /// Limits of the subdivision.
+#[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Budget {
     /// Number of proofs of tiles of the universal surface.
@@ -95,6 +96,7 @@ pub struct Volumes {
 }
 
 /// A box and the proofs over it so far.
+#[doc(hidden)]
 pub struct BoxProof {
     ranges: Ranges,
     damping: [f64; 2],

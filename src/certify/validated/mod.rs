@@ -72,8 +72,10 @@ mod interval;
 mod landing_speed;
 mod mean;
 mod orbit;
+#[doc(hidden)] // who proves the tiles of a surface: the program's threads and processes
 pub mod prover;
 pub mod surface;
+#[doc(hidden)] // what proofs are made of
 pub mod tile;
 mod turn;
 
