@@ -5,7 +5,6 @@
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Expression, Law, Table};
 use slipmap::map::slip_cycle_count;
-use slipmap::point::{LawParameters, Point};
 use slipmap::simulate::backbone::Backbone;
 use slipmap::simulate::slip_cycle::{SlipTurn, slip_cycles, turn};
 use slipmap::simulate::{Fate, critical_damping, direct, flow};
@@ -44,8 +43,7 @@ fn columns(count: usize, strong: f64) -> Vec<Column> {
                 _ => vec![between(0.0, 0.9), between(0.2, 2.0) / strong, between(0.0, 0.1)],
             };
             let belt_speed = between(0.1, 2.0);
-            let law_parameters = LawParameters::new(&parameters);
-            law.column(&Point { epsilon: 1.0, law: law_parameters, belt_speed, damping: 0.0 })
+            law.column(&law.point(1.0, &parameters, belt_speed, 0.0).unwrap())
         })
         .collect()
 }
