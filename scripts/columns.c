@@ -1,127 +1,85 @@
 /* Critical dampings of columns that are hard to solve, in 113-bit arithmetic that shares nothing with the crate.
  *
- *     cc -O2 -o columns scripts/columns.c -lquadmath
- *     ./columns 2000 20260415 > tests/data/columns.csv
+ *     cc -O2 -o columns scripts/columns.c -lquadmath -lm
+ *     ./columns 1200 20260415 > tests/data/columns.csv
  *     ./columns 10000 7 > others.csv; SLIPMAP_COLUMNS=$PWD/others.csv cargo test --test mathematics columns:: -- --ignored
  *
  * The orbit from (v, w) = (V, 0) of v' = w, w' = -v + D w, with the lower flow's D continued above the belt line, by Taylor
- * series: foci and nodes are the same to it. c* is where its first maximum of v is V: bisection and regula falsi between
- * the bounds from the even part of D. Units: v in belt speeds, C = eps c. Every tenth root is found again at another order
- * and step length. scripts/reference.py --quick recomputes rows in MPFR by a program of its own.
+ * series: foci and nodes are the same to it. c* is where its first maximum of v is V. It is sought in 80-bit arithmetic, by
+ * bisection and regula falsi between the bounds from the even part of D; 113-bit arithmetic then shows the opposite signs
+ * of the maximum less V on both sides of it, and ends with regula falsi between them. Units: v in belt speeds, C = eps c.
+ * Every tenth root is found again at another order and step length. scripts/reference.py --quick recomputes rows in MPFR by
+ * a program of its own.
  */
+#include <math.h>
 #include <quadmath.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 
-typedef __float128 real;
 enum { MOST = 40 };
+struct accuracy { int order; double tolerance; };
 
-struct groups { real a, k, b; };
-struct accuracy { int order; real tolerance; };
+#define MAX(x, y) ((x) > (y) ? (x) : (y))
+#define MIN(x, y) ((x) < (y) ? (x) : (y))
 
-static const struct accuracy USUAL = { 26, 1e-27Q }, OTHER = { 34, 1e-29Q };
+#define real long double
+#define FN(name) name##_80
+#define ABS fabsl
+#define POW powl
+#include "columns_flow.h"
+#undef real
+#undef FN
+#undef ABS
+#undef POW
 
-static real divergence(const struct groups *g, real c, real v) {
-    real q = 1 + g->k * (1 - v);
-    return g->a / (q * q) - 2 * g->b * (1 - v) - c;
-}
+typedef __float128 real;
+#define FN(name) name##_113
+#define ABS fabsq
+#define POW powq
+#include "columns_flow.h"
 
-/* Coefficients of v and w about (v, w). */
-static void series(const struct groups *g, real c, int order, real *v, real *w) {
-    real p[MOST + 1], d[MOST + 1], p0 = 1 / (1 + g->k * (1 - v[0]));
-    p[0] = p0;
-    for (int n = 0; n < order; n++) {
-        if (n) { /* p = 1 / (1 + k (1 - v)):  p_n = k p_0 sum_{i=1..n} v_i p_{n-i} */
-            real sum = 0;
-            for (int i = 1; i <= n; i++) sum += v[i] * p[n - i];
-            p[n] = g->k * p0 * sum;
-        }
-        real square = 0, product = 0;
-        for (int i = 0; i <= n; i++) square += p[i] * p[n - i];
-        d[n] = g->a * square + 2 * g->b * v[n] - (n ? 0 : 2 * g->b + c);
-        for (int i = 0; i <= n; i++) product += d[i] * w[n - i];
-        w[n + 1] = (product - v[n]) / (n + 1);
-        v[n + 1] = w[n] / (n + 1);
-    }
-}
+static const struct accuracy ROUGH = { 18, 1e-19 }, USUAL = { 22, 1e-22 }, OTHER = { 34, 1e-29 };
 
-static real at(const real *a, int order, real t) {
-    real sum = a[order];
-    for (int n = order - 1; n >= 0; n--) sum = sum * t + a[n];
-    return sum;
-}
-
-/* The time in (0, h) at which w passes zero, with opposite signs at the ends. */
-static real turning(const real *w, int order, real h, real from, real to) {
-    real low = 0, high = h;
-    for (int i = 0; i < 200 && high - low > 1e-32Q * h; i++) {
-        real secant = low - from * (high - low) / (to - from), middle = 0.5Q * (low + high);
-        real t = i % 3 != 2 && secant > low && secant < high ? secant : middle;
-        if (t <= low || t >= high) break;
-        real value = at(w, order, t);
-        if ((value > 0) == (to > 0)) high = t, to = value;
-        else low = t, from = value;
-    }
-    return high;
-}
-
-/* First maximum of v less 1; -1 where the orbit creeps into the equilibrium, 1 where it runs far past the belt line. */
-static real margin(const struct groups *g, real c, struct accuracy accuracy) {
-    real v[MOST + 2] = { 1 }, w[MOST + 2] = { 0 }, far = 1 + fminq(0.1Q, 0.5Q / g->k);
-    int order = accuracy.order, minimum = 0;
-    for (int step = 0; step < 100000; step++) {
-        /* Where D <= -2 from here to the equilibrium the wedge between w = 0 and w = -v is never left. */
-        if (v[0] * w[0] < 0 && fabsq(w[0]) < fabsq(v[0]) && divergence(g, c, v[0]) <= -2 && divergence(g, c, 0) <= -2)
-            return -1;
-        series(g, c, order, v, w);
-        real size = fmaxq(fabsq(v[0]), fabsq(w[0])), h = 0.4Q;
-        for (int n = order - 1; n <= order; n++) {
-            real last = fmaxq(fabsq(v[n]), fabsq(w[n]));
-            if (last > 0) h = fminq(h, powq(accuracy.tolerance * size / last, 1.0Q / n));
-        }
-        real next_v = at(v, order, h), next_w = at(w, order, h), before = w[0] == 0 ? -1 : w[0];
-        if (minimum ? before > 0 && next_w <= 0 : before < 0 && next_w >= 0) {
-            real t = turning(w, order, h, minimum ? 1 : -1, next_w);
-            v[0] = at(v, order, t);
-            if (minimum) return v[0] - 1;
-            w[0] = 0;
-            minimum = 1;
-            /* On from the minimum with w = 0: the next w is positive. */
-            series(g, c, order, v, w);
-            real small = 1e-3Q;
-            for (int n = order - 1; n <= order; n++) {
-                real last = fmaxq(fabsq(v[n]), fabsq(w[n]));
-                if (last > 0) small = fminq(small, powq(accuracy.tolerance * fabsq(v[0]) / last, 1.0Q / n));
-            }
-            next_v = at(v, order, small), next_w = at(w, order, small);
-        }
-        v[0] = next_v, w[0] = next_w;
-        if (minimum && v[0] > far) return 1;
-    }
-    fprintf(stderr, "no end: A %g k %g b %g C %g\n", (double)g->a, (double)g->k, (double)g->b, (double)c);
-    exit(1);
-}
-
-static real critical(const struct groups *g, struct accuracy accuracy) {
-    real k1 = 1 + g->k, k2 = 1 + 2 * g->k;
-    real low = g->a / (k1 * k1) - 2 * g->b, high = 0.5Q * g->a * (1 + 1 / (k2 * k2)) - 2 * g->b;
-    real at_low = margin(g, low, accuracy), at_high = margin(g, high, accuracy);
+/* The zero of the margin between the bounds from the even part, to some 17 digits of A. */
+static long double sought(const struct groups_80 *g) {
+    long double k1 = 1 + g->k, k2 = 1 + 2 * g->k;
+    long double low = g->a / (k1 * k1) - 2 * g->b, high = 0.5L * g->a * (1 + 1 / (k2 * k2)) - 2 * g->b;
+    long double at_low = margin_80(g, low, ROUGH), at_high = margin_80(g, high, ROUGH);
     int kept = 0; /* Which end the last trials kept, and how often: Illinois's rule halves the value there. */
-    for (int i = 0; i < 300 && high - low > 1e-24Q * g->a; i++) {
-        real secant = low - at_low * (high - low) / (at_high - at_low), middle = 0.5Q * (low + high);
-        real edge = 1e-26Q * g->a, c = secant > low + edge ? fminq(secant, high - edge) : low + edge;
+    for (int i = 0; i < 300 && high - low > 1e-17L * g->a; i++) {
+        long double secant = low - at_low * (high - low) / (at_high - at_low), middle = 0.5L * (low + high);
+        long double edge = 4e-18L * g->a, c = secant > low + edge ? MIN(secant, high - edge) : low + edge;
         if (abs(kept) > 3 || i < 3) c = middle;
-        real value = margin(g, c, accuracy);
+        long double value = margin_80(g, c, ROUGH);
         if (value > 0) {
             kept = kept < 0 ? kept - 1 : -1;
-            if (kept < -1) at_high *= 0.5Q;
+            if (kept < -1) at_high *= 0.5L;
             low = c, at_low = value;
         } else {
             kept = kept > 0 ? kept + 1 : 1;
-            if (kept > 1) at_low *= 0.5Q;
+            if (kept > 1) at_low *= 0.5L;
             high = c, at_high = value;
         }
+    }
+    return 0.5L * (low + high);
+}
+
+/* The critical C: a zero between two opposite signs. */
+static real critical(const struct groups_113 *g, struct accuracy accuracy) {
+    struct groups_80 near = { g->a, g->k, g->b };
+    real c = sought(&near), apart = 1e-16Q * g->a;
+    real low = c - apart, high = c + apart;
+    real at_low = margin_113(g, low, accuracy), at_high = margin_113(g, high, accuracy);
+    while (at_low <= 0) apart *= 8, low = c - apart, at_low = margin_113(g, low, accuracy);
+    while (at_high >= 0) apart *= 8, high = c + apart, at_high = margin_113(g, high, accuracy);
+    /* So near to it the margin is linear, with a slope of order one. */
+    if (at_low - at_high < 1e-9Q) return low - at_low * (high - low) / (at_high - at_low);
+    /* Not so beyond some nodes. */
+    while (high - low > 1e-20Q * g->a) {
+        real middle = 0.5Q * (low + high);
+        if (margin_113(g, middle, accuracy) > 0) low = middle;
+        else high = middle;
     }
     return 0.5Q * (low + high);
 }
@@ -171,7 +129,7 @@ int main(int argc, char **argv) {
         double gamma = brief(a / (epsilon * (1 - alpha))), belt = brief(k / (epsilon * gamma));
         double beta = brief(b / (epsilon * belt));
         real rate = (real)epsilon * gamma;
-        struct groups g = { rate * (1 - (real)alpha), rate * belt, (real)epsilon * beta * belt };
+        struct groups_113 g = { rate * (1 - (real)alpha), rate * belt, (real)epsilon * beta * belt };
         real c = critical(&g, USUAL);
         if (c <= 0) continue;
         if (row % 10 == 0) worst = fmaxq(worst, fabsq(critical(&g, OTHER) - c) / g.a);
@@ -181,5 +139,5 @@ int main(int argc, char **argv) {
         row++;
     }
     fprintf(stderr, "largest disagreement of two accuracies in every tenth row, in units of A: %.1e\n", (double)worst);
-    return !(worst < 1e-21Q);
+    return !(worst < 1e-19Q);
 }

@@ -10,6 +10,8 @@ from pathlib import Path
 
 SECONDS = 10.0
 MEMORY = 1 << 30
+# A point may take up to two seconds, by its budgets of work.
+CELLS = 8
 LARGEST, SMALLEST = 1.7e308, 5e-324
 
 LAWS = {
@@ -35,9 +37,9 @@ def number(rng, positive):
     return min(max(value, SMALLEST), LARGEST)
 
 
-def axis(rng, name):
-    """One to four nodes, strictly increasing."""
-    count = rng.choice([1, 1, 2, 3, 4])
+def axis(rng, name, most):
+    """One to four nodes, at most `most`, strictly increasing."""
+    count = min(rng.choice([1, 1, 2, 3, 4]), most)
     if name in SHARES:
         values = {rng.choice([0.0, 1.0, rng.random()]) for _ in range(count)}
     else:
@@ -51,9 +53,12 @@ def configuration(rng):
     if law == "expression":
         lines.append(f'phi = "{rng.choice(FORMULAS)}"')
     lines.append("[grid]")
-    for name in ["epsilon", *LAWS[law], "V", "c"]:
-        values = ", ".join(repr(value) for value in axis(rng, name))
-        lines.append(f"{name} = [{values}]")
+    names = ["epsilon", *LAWS[law], "V", "c"]
+    left, nodes = CELLS, {}
+    for name in rng.sample(names, len(names)):
+        nodes[name] = axis(rng, name, left)
+        left //= len(nodes[name])
+    lines += [f"{name} = {nodes[name]}" for name in names]
     fields = rng.sample(["margin", "critical_c", "regime", "landing", "cycle", "basin", "epsilon_limit"], rng.randint(0, 4))
     engine = rng.choice(["auto", "auto", "return_map", "critical_surface", "direct"])
     names = ", ".join(f'"{field}"' for field in ["verdict", *fields])

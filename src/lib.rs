@@ -12,7 +12,6 @@
 //! use slipmap::certify::{self, Decision, Guarantee};
 //! use slipmap::filippov::Oscillator;
 //! use slipmap::friction::Law;
-//! use slipmap::point::Point;
 //! use slipmap::simulate::{Fate, critical_damping, flow};
 //!
 //! // eps; alpha, beta, gamma; V; c.
@@ -25,7 +24,7 @@
 //!
 //! // The paper's first-order test claims one; the test that is a theorem at every eps denies it.
 //! let column = Law::Stribeck.column(&point);
-//! let decide = |test: &certify::Test| (test.claim)(&column).decide(point.damping);
+//! let decide = |test: &certify::Test| (test.claim)(&column).decide(point.damping());
 //! assert_eq!(decide(&certify::perturbation::TEST), Decision::Present);
 //! assert_eq!(decide(&certify::symmetric::TEST), Decision::Absent);
 //! assert_eq!(certify::symmetric::TEST.guarantee, Guarantee::FiniteEpsilon);
@@ -34,7 +33,7 @@
 //! let critical = critical_damping(&column, 1e-12)?;
 //! assert!((certify::instability::TEST.claim)(&column).present_below < critical.c);
 //! assert!(critical.c < (certify::symmetric::TEST.claim)(&column).absent_above);
-//! let slower = Point { damping: 0.9 * critical.c, ..point };
+//! let slower = point.at_damping(0.9 * critical.c)?;
 //! match flow(&Oscillator::new(&Law::Stribeck, &slower), 1e-9).fate {
 //!     Fate::Sticks(landing) => {
 //!         let period = landing.slip_time + landing.stick_time;
@@ -52,6 +51,11 @@
 //!
 //! The modules `assessment`, `benchmark`, `cli`, `explore` and `report` belong to the program. They are
 //! public for its tests only, are not documented here, and may change at any time.
+
+/// Tries the code of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+mod readme {}
 
 #[cfg(feature = "report")]
 #[doc(hidden)]

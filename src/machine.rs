@@ -194,11 +194,14 @@ impl SiUnits {
 }
 
 /// Name of the attribute in which a map keeps the units of its machine, as [`Units::to_array`].
+#[doc(hidden)]
 pub const UNITS_ATTRIBUTE: &str = "machine_units";
 /// Name of the attribute in which a map keeps its machine, if its friction is given by coefficients, as
 /// [`Machine::to_array`].
+#[doc(hidden)]
 pub const SI_ATTRIBUTE: &str = "machine_si";
 /// Name of the attribute in which it keeps its motion, as [`Motion::name`].
+#[doc(hidden)]
 pub const MOTION_ATTRIBUTE: &str = "machine_motion";
 
 /// Names of the quantities that come before and after those of the friction.

@@ -42,17 +42,40 @@ impl LawParameters {
     }
 }
 
-/// A point of parameter space: the parameters that all laws share, and the law's own.
+/// A point of parameter space: the parameters that all laws share, and the law's own. Made by
+/// [`crate::friction::Law::point`], which checks it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
+    pub(crate) epsilon: f64,
+    pub(crate) law: LawParameters,
+    pub(crate) belt_speed: f64,
+    pub(crate) damping: f64,
+}
+
+impl Point {
     /// Size of the nonlinear part of the friction law and of the viscous damping, eps > 0.
-    pub epsilon: f64,
+    #[must_use]
+    pub fn epsilon(&self) -> f64 {
+        self.epsilon
+    }
+
     /// The friction law's own parameters.
-    pub law: LawParameters,
+    #[must_use]
+    pub fn law(&self) -> &LawParameters {
+        &self.law
+    }
+
     /// Belt speed V > 0.
-    pub belt_speed: f64,
+    #[must_use]
+    pub fn belt_speed(&self) -> f64 {
+        self.belt_speed
+    }
+
     /// Viscous damping c >= 0; the force is `-eps c x2`.
-    pub damping: f64,
+    #[must_use]
+    pub fn damping(&self) -> f64 {
+        self.damping
+    }
 }
 
 /// The four groups on which the existence of a cycle of a Stribeck oscillator depends, once velocity is

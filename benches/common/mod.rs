@@ -1,9 +1,10 @@
 //! The cells of the benchmarks, and the right answers.
 
 #![allow(dead_code)] // every bench compiles this module and uses its own part
+#![allow(clippy::expect_used)] // a bench whose points are wrong stops
 
 use slipmap::friction::{Column, Law};
-use slipmap::point::{LawParameters, Point, ScaledGroups};
+use slipmap::point::{Point, ScaledGroups};
 
 /// The tolerance of maps.
 pub const TOLERANCE: f64 = 1e-9;
@@ -26,11 +27,10 @@ impl Random {
 pub fn points(count: usize) -> Vec<Point> {
     let mut random = Random(20_260_414);
     (0..count)
-        .map(|_| Point {
-            epsilon: 0.05,
-            law: LawParameters::new(&[random.unit(), 0.5 * random.unit(), 4.0 * random.unit()]),
-            damping: random.unit(),
-            belt_speed: 0.2 + 1.3 * random.unit(),
+        .map(|_| {
+            let law = [random.unit(), 0.5 * random.unit(), 4.0 * random.unit()];
+            let (damping, belt_speed) = (random.unit(), 0.2 + 1.3 * random.unit());
+            Law::Stribeck.point(0.05, &law, belt_speed, damping).expect("a legal point")
         })
         .collect()
 }
@@ -45,14 +45,14 @@ pub fn groups(points: &[Point]) -> Vec<ScaledGroups> {
     points
         .iter()
         .map(|point| {
-            let &[alpha, beta, gamma] = point.law.as_slice() else {
+            let &[alpha, beta, gamma] = point.law().as_slice() else {
                 unreachable!("Stribeck's law has three")
             };
             ScaledGroups {
-                a: point.epsilon * gamma * (1.0 - alpha),
-                k: point.epsilon * gamma * point.belt_speed,
-                b: point.epsilon * beta * point.belt_speed,
-                c: point.epsilon * point.damping,
+                a: point.epsilon() * gamma * (1.0 - alpha),
+                k: point.epsilon() * gamma * point.belt_speed(),
+                b: point.epsilon() * beta * point.belt_speed(),
+                c: point.epsilon() * point.damping(),
             }
         })
         .collect()

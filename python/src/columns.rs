@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Law as Family};
 use slipmap::map::{Engine, Method, Regime, Verdict, decide, regime as regime_of};
-use slipmap::point::{LawParameters, Point};
+use slipmap::point::Point;
 use slipmap::simulate::critical::critical_dampings;
 use slipmap::simulate::flow;
 
@@ -47,7 +47,7 @@ impl<'a> Arguments<'a> {
     /// The point of an element; `None` if an argument is NaN.
     fn point(&self, i: usize, element: &mut Vec<f64>) -> Option<Point> {
         self.element(i, element);
-        (!element.iter().any(|value| value.is_nan())).then(|| point(self.law, element))
+        point(self.law, element)
     }
 
     /// Applies `of` to the point of each element, in parallel where that pays; `unknown` where an argument is
@@ -93,15 +93,11 @@ impl<'a> Arguments<'a> {
     }
 }
 
-/// The point of values in the order of the axes; damping 0 if it is left out.
-fn point(law: &Family, values: &[f64]) -> Point {
+/// The point of values in the order of the axes, damping 0 if it is left out; `None` if it is not legal.
+fn point(law: &Family, values: &[f64]) -> Option<Point> {
     let count = law.parameters().len();
-    Point {
-        epsilon: values[0],
-        law: LawParameters::new(&values[1..=count]),
-        belt_speed: values[count + 1],
-        damping: values.get(count + 2).copied().unwrap_or(0.0),
-    }
+    let damping = values.get(count + 2).copied().unwrap_or(0.0);
+    law.point(values[0], &values[1..=count], values[count + 1], damping).ok()
 }
 
 /// Applies `each` to tasks of consecutive elements, in parallel where that pays; `None` where it was stopped.
@@ -184,7 +180,8 @@ pub(crate) fn verdicts<'py>(
     let methods: Vec<Method> = methods.iter().map(|name| method(name)).collect::<PyResult<_>>()?;
     let groups = py.detach(|| groups(&arguments));
     let decide_group = |group: &Group| -> Vec<Vec<i8>> {
-        let column = family.column(&point(family, &group.column));
+        let Some(point) = point(family, &group.column) else { unreachable!("the arguments are checked") };
+        let column = family.column(&point);
         let last = arguments.values.len() - 1;
         let damping =
             |&i: &usize| arguments.values[last][if arguments.values[last].len() == 1 { 0 } else { i }];

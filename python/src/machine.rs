@@ -34,9 +34,9 @@ fn no_coefficients(law: &Law) -> PyErr {
 pub(crate) fn machine_point(law: &Law, motion: &str, numbers: [f64; 9]) -> PyResult<(Vec<f64>, [f64; 5])> {
     let machine = machine_of(law, motion, numbers)?;
     let Model { point, .. } = machine.model().ok_or_else(|| no_coefficients(law))?;
-    let values = std::iter::once(point.epsilon)
-        .chain(point.law.as_slice().iter().copied())
-        .chain([point.belt_speed, point.damping]);
+    let values = std::iter::once(point.epsilon())
+        .chain(point.law().as_slice().iter().copied())
+        .chain([point.belt_speed(), point.damping()]);
     let units = machine.units();
     Ok((values.collect(), [units.time, units.length, units.velocity, units.force, units.damping]))
 }

@@ -135,7 +135,7 @@ pub(super) fn sampled(plan: &Plan, threads: Option<usize>) -> Sampled {
 fn proof_seconds(plan: &Plan, threads: Option<usize>) -> Option<f64> {
     let stop = AtomicBool::new(false);
     let proved = std::thread::scope(|scope| {
-        let proof = scope.spawn(|| map::prove(plan, threads, &stop));
+        let proof = scope.spawn(|| map::prove(plan, threads, None, &stop));
         let start = Instant::now();
         while !proof.is_finished() && start.elapsed() < PROOF {
             std::thread::sleep(Duration::from_millis(5));

@@ -2,11 +2,15 @@
 //!
 //! Rank 0 owns the journal and the map, distributes tiles, and computes as well. Every other rank computes
 //! and packs tiles and sends them to rank 0, which answers each with the number of another tile, so that fast
-//! ranks get more. Every rank has a few tiles in advance, which hides the latency of messages. The file is
-//! the same as that of a single process, and a run can be resumed by any number of ranks, or without MPI.
+//! ranks get more. Every rank has a few tiles in advance, which hides the latency of messages. Then all ranks
+//! share the proofs over the whole box ([`proofs`]). The file is the same as that of a single process, and a
+//! run can be resumed by any number of ranks, or without MPI.
 //!
 //! All messages are sent by the main thread of each process (`MPI_THREAD_FUNNELED`).
 
+mod proofs;
+
+use std::cell::OnceCell;
 use std::convert::Infallible;
 use std::sync::Mutex;
 use std::sync::PoisonError;
@@ -38,6 +42,10 @@ const BYE: i32 = 5;
 
 /// Message of rank 0: the map is finished, the others may end.
 const END: i32 = 6;
+/// Message of rank 0 with boxes of which tiles are to be proved.
+const PROVE: i32 = 7;
+/// Answer to it: the tiles.
+const PROVED: i32 = 8;
 
 /// Polls for messages at growing intervals. MPI's own blocking calls would keep a core busy, and so would
 /// polling all the time.
@@ -63,6 +71,8 @@ impl Poller {
 /// The processes of a run.
 pub(super) struct Ranks {
     universe: Universe,
+    /// On rank 0, once the run has begun: numbers of threads of the other ranks.
+    others: OnceCell<Vec<usize>>,
 }
 
 /// Rank 0 always tells the others that it ends: they wait for that message, because ending MPI waits for
@@ -86,7 +96,9 @@ impl Ranks {
     /// Initialises MPI.
     pub(super) fn join() -> Result<Self, Failure> {
         match mpi::initialize_with_threading(Threading::Funneled) {
-            Some((universe, threading)) if threading >= Threading::Funneled => Ok(Self { universe }),
+            Some((universe, threading)) if threading >= Threading::Funneled => {
+                Ok(Self { universe, others: OnceCell::new() })
+            }
             _ => Err(Failure::Broken("this MPI library cannot be used by programs with threads".into())),
         }
     }
@@ -143,6 +155,7 @@ impl Ranks {
         });
         let interrupted = u8::from(stop.load(Ordering::Relaxed));
         writer.send_with_tag(&[interrupted][..], BYE);
+        self.prove_for_writer(threads);
         Ok(Ended::Fine)
     }
 
@@ -214,7 +227,10 @@ impl Ranks {
         }
         match wrong {
             Some(message) => Err(Failure::BadInput(message)),
-            None => Ok(threads.iter().sum()),
+            None => {
+                let others = self.others.get_or_init(|| threads.split_off(1));
+                Ok(others.iter().sum())
+            }
         }
     }
 

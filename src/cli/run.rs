@@ -12,6 +12,7 @@ use super::output::{bytes, count};
 use super::preflight::{Permission, Preflight, create_folders};
 use super::summary::{self, Report};
 use super::{Ended, Failure, estimate, interrupt, output, progress, proof, say};
+use crate::certify::validated::prover::Prover;
 use crate::config::Job;
 use crate::dataset::{Auxiliary, auxiliary};
 use crate::map::{self, Account, ComputeError, Control, Earlier, Queue};
@@ -80,7 +81,7 @@ fn launched() -> usize {
 fn alone(arguments: &Arguments, stop: &AtomicBool) -> Result<Ended, Failure> {
     match prepare(arguments, arguments.job()?)? {
         None => Ok(Ended::Fine),
-        Some((job, map)) => compute(arguments, &job, map, stop, |map, control, queue| {
+        Some((job, map)) => compute(arguments, &job, map, stop, None, |map, control, queue| {
             map::compute_tiles(&job.plan, map, control, &|| queue.take())
         }),
     }
@@ -100,7 +101,7 @@ fn together(arguments: &Arguments, stop: &AtomicBool, _: usize) -> Result<Ended,
         let others = ranks.begin(None, 0);
         return prepared.and(others).map(|_| Ended::Fine);
     };
-    compute(arguments, &job, map, stop, |map, control, queue| -> Result<_, Stopped> {
+    compute(arguments, &job, map, stop, Some(&ranks), |map, control, queue| -> Result<_, Stopped> {
         let own = threads.unwrap_or_else(rayon::current_num_threads).max(1);
         let others = ranks.begin(Some((&job.plan, queue)), own)?;
         let local = || map::compute_tiles(&job.plan, map, control, &|| queue.take());
@@ -193,12 +194,13 @@ impl From<Failure> for Stopped {
     }
 }
 
-/// Computes the missing tiles through `tiles`, completes the map and reports.
+/// Computes the missing tiles through `tiles`, completes the map, with proofs shared with `others`, and reports.
 fn compute<E: Into<Stopped> + From<ComputeError<StoreError>>>(
     arguments: &Arguments,
     job: &Job,
     map: PartialMap,
     stop: &AtomicBool,
+    others: Option<&dyn Prover>,
     tiles: impl FnOnce(&PartialMap, &Control, &Queue) -> Result<(Account, usize), E>,
 ) -> Result<Ended, Failure> {
     let bar = progress::bar(arguments.quiet, Some(job.plan.grid.cells() as u64), "cells");
@@ -211,7 +213,7 @@ fn compute<E: Into<Stopped> + From<ComputeError<StoreError>>>(
     let threads = arguments.threads;
     let control = Control { threads, on_cells: &on_cells, on_plane: &on_plane, stop };
     let earlier = Earlier { account: map.account().clone(), seconds: map.seconds() };
-    let computed = map::run_with(&job.plan, &control, earlier, || {
+    let computed = map::run_with(&job.plan, &control, earlier, others, || {
         let computed = tiles(&map, &control, &queue);
         bar.finish_and_clear();
         let count = job.plan.planes.len() as u64;

@@ -23,6 +23,13 @@ impl Parameter {
         value.is_finite() && (self.min..=self.max).contains(&value)
     }
 
+    fn check(&self, value: f64) -> Result<(), PointError> {
+        if self.admits(value) {
+            return Ok(());
+        }
+        Err(PointError::OutOfDomain { name: self.name, value, domain: self.domain() })
+    }
+
     /// The legal values in words, to follow "it must be".
     #[must_use]
     pub fn domain(&self) -> String {
@@ -64,6 +71,17 @@ pub enum PointError {
     },
 }
 
+impl Point {
+    /// The point at another damping.
+    ///
+    /// # Errors
+    /// [`PointError`] if `c` is negative, infinite or NaN.
+    pub fn at_damping(self, c: f64) -> Result<Self, PointError> {
+        DAMPING.check(c)?;
+        Ok(Self { damping: c, ..self })
+    }
+}
+
 impl Law {
     /// The point of this law with the given eps, the law's own parameters (in the order of
     /// [`Law::parameters`]), belt speed V and damping c, checked.
@@ -72,7 +90,7 @@ impl Law {
     /// use slipmap::friction::Law;
     ///
     /// let point = Law::Stribeck.point(0.1, &[0.4, 0.2, 2.0], 1.0, 0.6)?;
-    /// assert_eq!(point.damping, 0.6);
+    /// assert_eq!(point.damping(), 0.6);
     /// let backwards = Law::Stribeck.point(0.1, &[0.4, 0.2, 2.0], -1.0, 0.6);
     /// assert_eq!(backwards.unwrap_err().to_string(), "V is -1.0; it must be greater than 0");
     /// # Ok::<(), slipmap::friction::PointError>(())
@@ -104,13 +122,7 @@ impl Law {
             .chain(own)
             .chain([(&BELT_SPEED, point.belt_speed), (&DAMPING, point.damping)]);
         for (parameter, value) in all {
-            if !parameter.admits(value) {
-                return Err(PointError::OutOfDomain {
-                    name: parameter.name,
-                    value,
-                    domain: parameter.domain(),
-                });
-            }
+            parameter.check(value)?;
         }
         Ok(())
     }

@@ -125,6 +125,7 @@ impl Summary {
 
 /// Reason why a computation ended early.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ComputeError<E: std::error::Error> {
     /// [`Control::stop`] was set.
     #[error("interrupted")]

@@ -6,6 +6,7 @@ use crate::friction::Law;
 
 /// The engine of the method `simulation`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Engine {
     /// Every cell by integration in (x1, x2).
     Direct,
@@ -35,6 +36,7 @@ impl Engine {
 
 /// A quantity that a map can store.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Field {
     /// `verdict_METHOD`, always stored.
     Verdict,

@@ -3,10 +3,14 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use rayon::ThreadPool;
+
 use super::{Method, Plan};
 use crate::certify::validated;
 use crate::certify::validated::boxes::{BoxProof, Budget, ParameterBox, Volumes};
+use crate::certify::validated::prover::{Prover, Threads};
 use crate::certify::validated::surface::Surface;
+use crate::certify::validated::tile::{GroupBox, Tile};
 use crate::friction::Law;
 
 /// A box of parameters, and the proofs over it.
@@ -22,22 +26,58 @@ pub struct Proved {
     pub surface: Surface,
 }
 
-/// Proves with `threads` workers (all cores if `None`) what the plan asks for, or less if `stop` is set;
-/// `None` if it asks for nothing, or if the workers cannot be started.
+/// Proves what the plan asks for with `threads` workers (all cores if `None`) and `others`, or less if `stop`
+/// is set; `None` if it asks for nothing, or if the workers cannot be started. The proofs do not depend on the
+/// number of workers.
 #[must_use]
-pub fn prove(plan: &Plan, threads: Option<usize>, stop: &AtomicBool) -> Option<Proved> {
+pub fn prove(
+    plan: &Plan,
+    threads: Option<usize>,
+    others: Option<&dyn Prover>,
+    stop: &AtomicBool,
+) -> Option<Proved> {
     let asked = plan.proof_boxes > 0 && plan.methods.contains(&Method::Test(&validated::TEST));
     let parameters = asked.then(|| parameters(plan))??;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build().ok()?;
-    Some(pool.install(|| subdivide(plan, parameters, stop)))
+    let start = Instant::now();
+    let Budget { tiles, parts } = Budget::of_boxes(plan.proof_boxes);
+    let go_on = || !stop.load(Ordering::Relaxed);
+    let mut proof = BoxProof::new(&parameters);
+    // Other processes are reached from the calling thread only.
+    match others {
+        Some(others) => proof.refine_surface(tiles, &Shared { pool: &pool, others }, &go_on),
+        None => pool.install(|| proof.refine_surface(tiles, &Threads, &go_on)),
+    }
+    pool.install(|| proof.refine_parts(parts, &go_on));
+    let (volumes, seconds) = (proof.volumes(), start.elapsed().as_secs_f64());
+    Some(Proved { parameters, volumes, seconds, surface: proof.into_surface() })
 }
 
-fn subdivide(plan: &Plan, parameters: ParameterBox, stop: &AtomicBool) -> Proved {
-    let start = Instant::now();
-    let mut proof = BoxProof::new(&parameters);
-    proof.refine(Budget::of_boxes(plan.proof_boxes), &|| !stop.load(Ordering::Relaxed));
-    let (volumes, seconds) = (proof.volumes(), start.elapsed().as_secs_f64());
-    Proved { parameters, volumes, seconds, surface: proof.into_surface() }
+/// The threads of this process, and workers elsewhere.
+struct Shared<'a> {
+    pool: &'a ThreadPool,
+    others: &'a dyn Prover,
+}
+
+impl Prover for Shared<'_> {
+    fn workers(&self) -> usize {
+        self.pool.current_num_threads() + self.others.workers()
+    }
+
+    fn prove(&self, domains: &[GroupBox]) -> Vec<Option<Tile>> {
+        let own = (domains.len() * self.pool.current_num_threads()).div_ceil(self.workers());
+        let (own, theirs) = domains.split_at(own);
+        if theirs.is_empty() {
+            return self.pool.install(|| Threads.prove(own));
+        }
+        std::thread::scope(|scope| {
+            let own = scope.spawn(|| self.pool.install(|| Threads.prove(own)));
+            let theirs = self.others.prove(theirs);
+            let mut proofs = own.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+            proofs.extend(theirs);
+            proofs
+        })
+    }
 }
 
 /// The whole box; `None` for laws whose boxes are not proved.

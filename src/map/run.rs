@@ -6,6 +6,7 @@ use std::time::Instant;
 use super::account::Account;
 use super::engine::{ComputeError, Control, Queue, Summary, compute_tiles};
 use super::{Plan, Sink, curves_of, prove};
+use crate::certify::validated::prover::Prover;
 use crate::clock::process_time;
 
 /// The work that earlier runs of the same plan have done, for a resumed run.
@@ -53,11 +54,13 @@ impl Earlier {
 /// ```
 pub fn run<S: Sink>(plan: &Plan, sink: &S, control: &Control) -> Result<Summary, ComputeError<S::Error>> {
     let queue = Queue::new(vec![false; plan.tile_count()]);
-    run_with(plan, control, Earlier::none(plan), || compute_tiles(plan, sink, control, &|| queue.take()))
+    let tiles = || compute_tiles(plan, sink, control, &|| queue.take());
+    run_with(plan, control, Earlier::none(plan), None, tiles)
 }
 
 /// As [`run`], with tiles computed by the function `tiles`, after `earlier` runs have finished some of them.
-/// `tiles` returns the sum of the accounts of its tiles, and the number of workers.
+/// `tiles` returns the sum of the accounts of its tiles, and the number of workers. Proofs are shared with
+/// `others`, which are called after `tiles` and from the calling thread only.
 ///
 /// # Errors
 /// Those of `tiles`, or a [`ComputeError`] converted to that type.
@@ -65,6 +68,7 @@ pub fn run_with<S, E>(
     plan: &Plan,
     control: &Control,
     earlier: Earlier,
+    others: Option<&dyn Prover>,
     tiles: impl FnOnce() -> Result<(Account, usize), E>,
 ) -> Result<Summary, E>
 where
@@ -86,7 +90,7 @@ where
         summary.stages.curves += (process_time() - processor).as_secs_f64();
     }
     let processor = process_time();
-    summary.proved = prove(plan, control.threads, control.stop);
+    summary.proved = prove(plan, control.threads, others, control.stop);
     summary.stages.proofs += (process_time() - processor).as_secs_f64();
     if control.stop.load(Ordering::Relaxed) {
         return Err(ComputeError::Interrupted.into());

@@ -216,7 +216,7 @@ fn tables_of_points_never_panic() {
             }
             for row in &batch {
                 points += usize::from(
-                    table.point(row, &Law::Stribeck).map_err(|error| error.to_string())?.damping >= 0.0,
+                    table.point(row, &Law::Stribeck).map_err(|error| error.to_string())?.damping() >= 0.0,
                 );
             }
             rows += batch.len();

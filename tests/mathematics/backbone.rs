@@ -2,13 +2,12 @@
 
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Expression, Law, Table};
-use slipmap::point::{LawParameters, Point};
 use slipmap::simulate::backbone::Backbone;
 use slipmap::simulate::critical_damping;
 use slipmap::simulate::slip_cycle::{SlipTurn, turn};
 
 fn column(law: &Law, epsilon: f64, parameters: &[f64], belt_speed: f64) -> Column {
-    law.column(&Point { epsilon, law: LawParameters::new(parameters), belt_speed, damping: 0.0 })
+    law.column(&law.point(epsilon, parameters, belt_speed, 0.0).unwrap())
 }
 
 fn formula(text: &str, parameters: &[f64], belt_speed: f64) -> Column {

@@ -15,20 +15,41 @@ fn columns(points: &[CriticalPoint]) -> Vec<Column> {
     points.iter().map(|point| Law::Stribeck.column(&point.at(0.0))).collect()
 }
 
-/// c* is within its error of the reference's; returns how many columns were solved.
-fn errors_hold(points: &[CriticalPoint], tolerance: f64) -> usize {
-    let mut solved = 0;
+/// What was found on a table of columns.
+#[derive(Debug, Default)]
+struct Found {
+    /// Critical dampings, or verdicts.
+    answers: usize,
+    /// Those that were withheld.
+    withheld: usize,
+    /// Those that are wrong, beyond their errors.
+    wrong: Vec<String>,
+}
+
+impl Found {
+    #[track_caller]
+    fn is_right(&self, least: usize) {
+        assert!(self.wrong.is_empty(), "{} wrong:\n{}", self.wrong.len(), self.wrong.join("\n"));
+        assert!(self.answers >= least, "{} answers, {} withheld", self.answers, self.withheld);
+    }
+}
+
+/// Compares c* and its error with the reference.
+fn dampings(points: &[CriticalPoint], tolerance: f64) -> Found {
+    let mut all = Found::default();
     for (point, found) in points.iter().zip(critical_dampings(&columns(points), tolerance)) {
         match found {
             Ok(found) => {
+                all.answers += 1;
                 let off = (found.c - point.critical_c).abs() - TABLE * point.critical_c;
-                assert!(off <= found.error, "{tolerance:e} {point:?}: {found:?} is off by {off:e}");
-                solved += 1;
+                if off > found.error {
+                    all.wrong.push(format!("{tolerance:e} {point:?}: {found:?} is off by {off:e}"));
+                }
             }
-            Err(NoCriticalDamping::NoVerdict) => {}
+            Err(NoCriticalDamping::NoVerdict) => all.withheld += 1,
         }
     }
-    solved
+    all
 }
 
 /// Distances from c* in units of the weakening rate.
@@ -37,10 +58,10 @@ const STEPS: [f64; 7] = [1e-13, 1e-11, 1e-9, 1e-8, 1e-7, 1e-5, 1e-2];
 /// `critical_surface` does.
 const FAR_STEPS: [f64; 2] = [1e-5, 1e-2];
 
-/// Verdicts of `engine` at dampings on both sides of c*, from far to near, are right or withheld.
-fn verdicts_hold(points: &[CriticalPoint], engine: Engine, tolerance: f64) {
+/// Compares verdicts of `engine` at dampings on both sides of c*, from far to near, with the reference.
+fn verdicts(points: &[CriticalPoint], engine: Engine, tolerance: f64) -> Found {
     let steps = if engine == Engine::Auto { &FAR_STEPS[..] } else { &STEPS[..] };
-    let mut decided = 0;
+    let mut all = Found::default();
     for point in points {
         let column = Law::Stribeck.column(&point.at(0.0));
         let scale = point.gamma * (1.0 - point.alpha);
@@ -50,10 +71,7 @@ fn verdicts_hold(points: &[CriticalPoint], engine: Engine, tolerance: f64) {
             .filter(|c| *c >= 0.0)
             // Beyond this k the vectorised turns hand over to the direct engine, whose error estimates are
             // too small there by a factor of about two.
-            .filter(|c| {
-                let k = point.epsilon * point.gamma * point.belt_speed;
-                k < 4000.0 || (c - point.critical_c).abs() > 5e-12 * scale
-            })
+            .filter(|c| k(point) < 4000.0 || (c - point.critical_c).abs() > 5e-12 * scale)
             .collect();
         cs.sort_by(f64::total_cmp);
         for (verdict, &c) in
@@ -69,13 +87,23 @@ fn verdicts_hold(points: &[CriticalPoint], engine: Engine, tolerance: f64) {
                             Fate::CrossesForever | Fate::TooCloseToCall
                         )
                 }
-                Verdict::Undecided | Verdict::Failed | Verdict::NotComputed => continue,
+                Verdict::Undecided | Verdict::Failed | Verdict::NotComputed => {
+                    all.withheld += 1;
+                    continue;
+                }
             };
-            decided += 1;
-            assert!(right, "{engine:?} {tolerance:e} {point:?} at {c:?}: {verdict:?}");
+            all.answers += 1;
+            if !right {
+                all.wrong.push(format!("{engine:?} {tolerance:e} {point:?} at {c:?}: {verdict:?}"));
+            }
         }
     }
-    assert!(decided > steps.len() * points.len(), "{engine:?} {tolerance:e}: {decided}");
+    all
+}
+
+/// k = eps gamma V.
+fn k(point: &CriticalPoint) -> f64 {
+    point.epsilon * point.gamma * point.belt_speed
 }
 
 #[test]
@@ -84,8 +112,7 @@ fn the_error_of_the_critical_damping_holds_where_it_is_hard_to_find() {
     let few: Vec<CriticalPoint> = all.iter().step_by(4).copied().collect();
     // All at the default tolerance.
     for (tolerance, points) in [(1e-6, &few), (1e-8, &few), (1e-9, &all), (1e-10, &few), (1e-13, &few)] {
-        let solved = errors_hold(points, tolerance);
-        assert!(100 * solved >= 99 * points.len(), "{tolerance:e}: {solved}");
+        dampings(points, tolerance).is_right(99 * points.len() / 100);
     }
 }
 
@@ -93,17 +120,17 @@ fn the_error_of_the_critical_damping_holds_where_it_is_hard_to_find() {
 fn verdicts_next_to_the_boundary_hold_where_it_is_hard_to_find() {
     // Not satisfied yet: k beyond 1000, where steps may miss the pole of the divergence, and a tolerance of
     // 1e-6, at which coarse turns may agree by chance.
-    let small_k = |point: &CriticalPoint| point.epsilon * point.gamma * point.belt_speed < 1000.0;
-    let points: Vec<CriticalPoint> = column_points().into_iter().filter(small_k).collect();
-    let few: Vec<CriticalPoint> = points.iter().step_by(4).copied().collect();
+    let points: Vec<CriticalPoint> = column_points().into_iter().filter(|point| k(point) < 1000.0).collect();
+    let every = |n: usize| points.iter().step_by(n).copied().collect::<Vec<_>>();
+    let least = |points: &[CriticalPoint], engine| points.len() * if engine == Engine::Auto { 2 } else { 7 };
     // All at the default tolerance.
-    for (tolerance, points) in [(1e-9, &points), (1e-13, &few)] {
-        verdicts_hold(points, Engine::CriticalSurface, tolerance);
-        verdicts_hold(points, Engine::Auto, tolerance);
-        let few: Vec<CriticalPoint> = points.iter().step_by(10).copied().collect();
-        verdicts_hold(&few, Engine::ReturnMap, tolerance);
-        let few: Vec<CriticalPoint> = points.iter().step_by(100).copied().collect();
-        verdicts_hold(&few, Engine::Direct, tolerance);
+    for (tolerance, share) in [(1e-9, 1), (1e-13, 4)] {
+        for (engine, few) in
+            [(Engine::CriticalSurface, 1), (Engine::Auto, 1), (Engine::ReturnMap, 10), (Engine::Direct, 100)]
+        {
+            let points = every(share * few);
+            verdicts(&points, engine, tolerance).is_right(least(&points, engine));
+        }
     }
 }
 
@@ -119,7 +146,7 @@ fn a_cell_just_below_the_critical_damping_is_present() {
         belt_speed: 0.4295949795433118,
         critical_c: 0.606_171_800_598_076_2,
     };
-    errors_hold(&[point], 1e-9);
+    dampings(&[point], 1e-9).is_right(1);
     let column = Law::Stribeck.column(&point.at(0.0));
     for engine in [Engine::Auto, Engine::CriticalSurface, Engine::ReturnMap, Engine::Direct] {
         let verdicts = decide(std::slice::from_ref(&column), &[0.6, 0.606_171_75, 0.7], engine, 1e-9);
@@ -127,20 +154,37 @@ fn a_cell_just_below_the_critical_damping_is_present() {
     }
 }
 
-/// Ten thousand columns, written by `scripts/columns.c` to the file that SLIPMAP_COLUMNS names.
+/// Ten thousand columns, written by `scripts/columns.c` to the file that SLIPMAP_COLUMNS names. Prints
+/// results/columns-DATE.csv row by row.
 #[test]
-#[ignore = "needs the table that scripts/columns.c writes, see CONTRIBUTING.md"]
+#[ignore = "an hour, with the table that scripts/columns.c writes, see results/README.md"]
 fn ten_thousand_other_columns() {
     let points = other_column_points();
-    assert!(points.len() >= 10_000);
+    let every = |n: usize| points.iter().step_by(n).copied().collect::<Vec<_>>();
+    let mut wrong = Vec::new();
+    let mut row = |what: &str, tolerance: f64, points: &[CriticalPoint], found: Found| {
+        let Found { answers, withheld, wrong: these } = found;
+        println!("{what},{tolerance:e},{},{answers},{withheld},{}", points.len(), these.len());
+        wrong.extend(these);
+    };
+    println!("what,tolerance,columns,answers,withheld,wrong");
     for tolerance in [1e-6, 1e-8, 1e-9, 1e-10, 1e-13] {
-        errors_hold(&points, tolerance);
+        row("critical_damping", tolerance, &points, dampings(&points, tolerance));
     }
-    for tolerance in [1e-6, 1e-9, 1e-13] {
-        verdicts_hold(&points, Engine::CriticalSurface, tolerance);
-        verdicts_hold(&points, Engine::Auto, tolerance);
-        verdicts_hold(&points, Engine::ReturnMap, tolerance);
+    for (engine, points) in [
+        (Engine::CriticalSurface, every(1)),
+        (Engine::Auto, every(4)),
+        (Engine::ReturnMap, every(20)),
+        (Engine::Direct, every(200)),
+    ] {
+        for tolerance in [1e-6, 1e-9, 1e-13] {
+            row(
+                &format!("verdicts_{}", engine.name()),
+                tolerance,
+                &points,
+                verdicts(&points, engine, tolerance),
+            );
+        }
     }
-    let few: Vec<CriticalPoint> = points.iter().step_by(20).copied().collect();
-    verdicts_hold(&few, Engine::Direct, 1e-9);
+    assert!(wrong.is_empty(), "{} wrong:\n{}", wrong.len(), wrong.join("\n"));
 }

@@ -50,8 +50,8 @@ fn the_hopf_line_of_the_stribeck_law_is_its_closed_form() {
     };
     let (gammas, cs) = ([0.1, 12.0], [0.0, 1.0]);
     let at = |[x, y]: [f64; 2]| {
-        let law = LawParameters::new(&[alpha, beta, between(gammas, x)]);
-        let point = Point { epsilon, law, belt_speed, damping: between(cs, y) };
+        let law = [alpha, beta, between(gammas, x)];
+        let point = Law::Stribeck.point(epsilon, &law, belt_speed, between(cs, y)).unwrap();
         Oscillator::new(&Law::Stribeck, &point)
     };
     let curves = Bifurcation::Hopf.curves(&at, TOLERANCE);
@@ -77,17 +77,11 @@ fn the_hopf_line_of_the_stribeck_law_is_its_closed_form() {
 
 #[test]
 fn grazing_is_the_critical_damping_in_planes_with_and_without_c() {
-    let stribeck = |epsilon: f64, gamma: f64, belt_speed: f64, damping: f64| Point {
-        epsilon,
-        law: LawParameters::new(&[0.2, 0.02, gamma]),
-        belt_speed,
-        damping,
+    let stribeck = |epsilon: f64, gamma: f64, belt_speed: f64, damping: f64| {
+        Law::Stribeck.point(epsilon, &[0.2, 0.02, gamma], belt_speed, damping).unwrap()
     };
-    let lorentzian = |belt_speed: f64, damping: f64| Point {
-        epsilon: 1.0,
-        law: LawParameters::new(&[0.0, 1.0, 0.0]),
-        belt_speed,
-        damping,
+    let lorentzian = |belt_speed: f64, damping: f64| {
+        Law::Lorentzian.point(1.0, &[0.0, 1.0, 0.0], belt_speed, damping).unwrap()
     };
     type Plane<'a> = (&'a str, Law, &'a (dyn Fn([f64; 2]) -> Point + Sync));
     let planes: [Plane; 3] = [
@@ -109,7 +103,7 @@ fn grazing_is_the_critical_damping_in_planes_with_and_without_c() {
                 let excess = |place: [f64; 2]| {
                     let point = at(place);
                     let root = critical_damping(&law.column(&point), 1e-12).unwrap();
-                    (root.c - point.damping, root.error)
+                    (root.c - point.damping(), root.error)
                 };
                 let (here, error) = excess(point.place);
                 // Its slope, by differences well above the errors of c*.
@@ -135,8 +129,8 @@ fn direct_simulation_confirms_the_landing_curve() {
     // theory, "Statements that do not hold": at V = 30 the orbit crosses at c = 0 and sticks at c = 0.01.
     let (speeds, cs) = ([10.0, 60.0], [0.0, 0.05]);
     let at = |[x, y]: [f64; 2]| {
-        let law = LawParameters::new(&[0.0, 0.0, 0.1]);
-        let point = Point { epsilon: 1.0, law, belt_speed: between(speeds, x), damping: between(cs, y) };
+        let (speed, damping) = (between(speeds, x), between(cs, y));
+        let point = Law::Stribeck.point(1.0, &[0.0, 0.0, 0.1], speed, damping).unwrap();
         Oscillator::new(&Law::Stribeck, &point)
     };
     let curves = Bifurcation::Landing.curves(&at, TOLERANCE);
@@ -162,8 +156,8 @@ fn direct_simulation_confirms_the_landing_curve() {
 fn direct_simulation_confirms_the_crossing_curve() {
     let (speeds, cs) = ([5.0, 60.0], [0.0, 0.02]);
     let at = |[x, y]: [f64; 2]| {
-        let law = LawParameters::new(&[0.0, 0.0, 0.1]);
-        let point = Point { epsilon: 1.0, law, belt_speed: between(speeds, x), damping: between(cs, y) };
+        let (speed, damping) = (between(speeds, x), between(cs, y));
+        let point = Law::Stribeck.point(1.0, &[0.0, 0.0, 0.1], speed, damping).unwrap();
         Oscillator::new(&Law::Stribeck, &point)
     };
     let curves = Bifurcation::Crossing.curves(&at, TOLERANCE);

@@ -7,10 +7,10 @@ use proptest::prelude::*;
 use proptest::sample::Index;
 use serde_json::{Value, json};
 use slipmap::certify::certificate::Certificate;
+use slipmap::certify::validated::prover::Threads;
 use slipmap::certify::validated::surface::Surface;
 use slipmap::certify::validated::tile::GroupBox;
 use slipmap::friction::Law;
-use slipmap::point::{LawParameters, Point};
 use slipmap::simulate::critical_damping;
 use std::sync::LazyLock;
 
@@ -21,7 +21,7 @@ static VALID: LazyLock<Vec<Value>> = LazyLock::new(|| {
         let share = |part: &GroupBox| {
             if open(part) { 0.0 } else { part.ranges().iter().map(|[lo, hi]| 1.0 + hi - lo).sum() }
         };
-        surface.refine(budget, 0.0, &share, &|| true);
+        surface.refine(budget, 0.0, &share, &Threads, &|| true);
         let value: Value = serde_json::from_str(&Certificate::of(&surface, "a run").text().unwrap()).unwrap();
         assert_eq!(check(&value), Some(true), "a valid certificate is refused: {value}");
         value
@@ -162,8 +162,8 @@ fn critical([a, k, b]: [f64; 3]) -> [f64; 2] {
         return [a - 2.0 * b, 0.0];
     }
     let belt_speed = k / a;
-    let law = LawParameters::new(&[0.0, b / belt_speed, a]);
-    let column = Law::Stribeck.column(&Point { epsilon: 1.0, law, belt_speed, damping: 0.0 });
+    let point = Law::Stribeck.point(1.0, &[0.0, b / belt_speed, a], belt_speed, 0.0).unwrap();
+    let column = Law::Stribeck.column(&point);
     let found = critical_damping(&column, 1e-11).unwrap();
     [found.c, found.error]
 }

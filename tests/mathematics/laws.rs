@@ -7,7 +7,7 @@ use slipmap::certify::validated::{self, any_law};
 use slipmap::certify::{Decision, Guarantee, TESTS};
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Accuracy, Column, CustomLaw, Expression, Function, Law, Parameter, Table};
-use slipmap::point::{LawParameters, Point};
+use slipmap::point::LawParameters;
 use slipmap::simulate::direct::{Start, trace};
 use slipmap::simulate::{Fate, critical_damping, direct, flow};
 
@@ -35,10 +35,10 @@ fn stribeck_as_text_gives_the_same_verdicts_and_margins() {
         let (alpha, beta, gamma) =
             (between(&mut random, 0.0, 1.0), between(&mut random, 0.0, 0.3), between(&mut random, 0.1, 8.0));
         let damping = between(&mut random, 0.0, 1.2) * gamma * (1.0 - alpha);
-        let point = |law: [f64; 3]| Point { epsilon, law: LawParameters::new(&law), belt_speed, damping };
-        let built_in = point([alpha, beta, gamma]);
-        let as_text = point([alpha, gamma, beta]);
-        let columns = [Law::Stribeck.column(&built_in), stribeck_as_text().column(&as_text)];
+        let text = stribeck_as_text();
+        let built_in = Law::Stribeck.point(epsilon, &[alpha, beta, gamma], belt_speed, damping).unwrap();
+        let as_text = text.point(epsilon, &[alpha, gamma, beta], belt_speed, damping).unwrap();
+        let columns = [Law::Stribeck.column(&built_in), text.column(&as_text)];
         for test in &TESTS {
             let claims = columns.clone().map(|column| (test.claim)(&column));
             assert_eq!(claims[0].decide(damping), claims[1].decide(damping), "{} at {built_in:?}", test.name);
@@ -83,8 +83,7 @@ fn columns(count: usize) -> Vec<(Law, Column)> {
                 }
             };
             let (epsilon, belt_speed) = (random.log(0.1, 1.0), random.log(0.1, 3.0));
-            let law_parameters = LawParameters::new(&parameters);
-            (law.clone(), law.column(&Point { epsilon, law: law_parameters, belt_speed, damping: 0.0 }))
+            (law.clone(), law.column(&law.point(epsilon, &parameters, belt_speed, 0.0).unwrap()))
         })
         .collect()
 }
@@ -190,20 +189,16 @@ fn a_law_given_as_a_function_is_the_law_built_in() {
     let (own, built_in) = (Law::Function(function), Law::Exponential);
     for i in 1..=16 {
         let belt_speed = 0.2 * f64::from(i);
-        let point = |values: &[f64]| Point {
-            epsilon: 0.5,
-            law: LawParameters::new(values),
-            belt_speed,
-            damping: 0.0,
-        };
-        let found = critical_damping(&own.column(&point(&[])), 1e-12).unwrap();
-        let exact = critical_damping(&built_in.column(&point(&[0.5, 1.0, 0.0])), 1e-12).unwrap();
+        let column =
+            |law: &Law, values: &[f64]| law.column(&law.point(0.5, values, belt_speed, 0.0).unwrap());
+        let found = critical_damping(&column(&own, &[]), 1e-12).unwrap();
+        let exact = critical_damping(&column(&built_in, &[0.5, 1.0, 0.0]), 1e-12).unwrap();
         // The comparison lemma: an error delta of the weakening rate moves eps c* by at most delta.
         let allowed = delta / 0.5 + found.error + exact.error;
         assert!((found.c - exact.c).abs() <= allowed, "V = {belt_speed}: {found:?} {exact:?} {delta}");
         // Bounds are proved of the polynomials: theorems hold for them as for a formula. Rounding: some
         // hundred operations on numbers below one.
-        let range = own.column(&point(&[])).curve.weakening_range(0.0, 2.0 * belt_speed);
+        let range = column(&own, &[]).curve.weakening_range(0.0, 2.0 * belt_speed);
         assert!(range.lo.is_finite() && (range.hi - 0.5).abs() <= 2.0 * delta + 1e-13, "{range:?}");
     }
 }
@@ -267,18 +262,13 @@ fn a_law_given_by_functions_is_simulated_like_its_formula_without_proofs() {
     let mut random = Random(70);
     for _ in 0..30 {
         let parameters = [between(&mut random, 0.1, 0.6), random.log(0.3, 2.0)];
-        let point = Point {
-            epsilon: 1.0,
-            law: LawParameters::new(&parameters),
-            belt_speed: random.log(0.1, 2.0),
-            damping: 0.0,
-        };
+        let point = law.point(1.0, &parameters, random.log(0.1, 2.0), 0.0).unwrap();
         let columns = [&law, &text].map(|law| law.column(&point));
         let [a, b] = columns.each_ref().map(|column| critical_damping(column, 1e-12).map(|root| root.c));
         if let (Ok(a), Ok(b)) = (a, b) {
             assert!(apart(a, b) <= 1e-10, "{point:?}: {a} {b}");
         }
-        let reach = 2.0 * point.belt_speed;
+        let reach = 2.0 * point.belt_speed();
         assert!(
             matches!(columns[0].curve.compiled(reach).error(0.0, reach), Accuracy::Sampled(e) if e < 1e-11)
         );
@@ -304,9 +294,8 @@ fn a_law_is_read_as_small_on_request() {
         };
         assert_eq!(by_name("perturbation", &column).present_below, f64::NEG_INFINITY, "{}", law.name());
         let epsilon = column.epsilon;
-        let parameters: Vec<f64> = vec![0.3, 0.7, 0.02];
-        let parameters = LawParameters::new(&parameters[..law.parameters().len()]);
-        let point = Point { epsilon, law: parameters, belt_speed: column.belt_speed, damping: 0.0 };
+        let parameters = &[0.3, 0.7, 0.02][..law.parameters().len()];
+        let point = law.point(epsilon, parameters, column.belt_speed, 0.0).unwrap();
         let (written, small) = (law.column(&point), law.clone().read_as_small().column(&point));
         // (6) with F = (phi - 1) / eps is the energy balance.
         let (balance, first) = (by_name("harmonic_balance", &written), by_name("perturbation", &small));
@@ -368,7 +357,7 @@ fn gradients_of_the_weakening_rate_are_its_differences() {
 #[test]
 fn the_stick_slip_cycle_of_leine_and_others() {
     let law = Law::Expression(Expression::new("1/(1 + 3*u)", 1.0).unwrap());
-    let point = Point { epsilon: 1.0, law: LawParameters::new(&[]), belt_speed: 0.2, damping: 0.0 };
+    let point = law.point(1.0, &[], 0.2, 0.0).unwrap();
     let oscillator = Oscillator::new(&law, &point);
     for answer in [flow(&oscillator, 1e-12), direct::flow(&oscillator, 1e-12)] {
         let Fate::Sticks(landing) = answer.fate else { panic!("{answer:?}") };
@@ -426,8 +415,7 @@ fn critical_dampings_of_random_laws_are_those_of_the_reference() {
                 Law::Table(Table::new("random", &data, 1.0).unwrap())
             }
         };
-        let law_parameters = LawParameters::new(&[]);
-        let point = Point { epsilon: 1.0, law: law_parameters, belt_speed: row.belt_speed, damping: 0.0 };
+        let point = law.point(1.0, &[], row.belt_speed, 0.0).unwrap();
         let column = law.column(&point);
         let found = critical_damping(&column, 1e-13).unwrap();
         let missed = (found.c - row.critical).abs();

@@ -7,7 +7,7 @@ use slipmap::certify;
 use slipmap::filippov::{Oscillator, Side};
 use slipmap::friction::{Column, Expression, Law};
 use slipmap::map::{self, Attractors, Outside, Regime};
-use slipmap::point::{LawParameters, Point};
+use slipmap::point::Point;
 use slipmap::simulate::crossing::{Loop, crossing_cycles, crossing_loop, stick_slip_cycle};
 use slipmap::simulate::direct::{self, Ending, Phase, Start, Trace, trace};
 use slipmap::simulate::slip_cycle::{SlipCycle, SlipTurn, slip_cycles, turn};
@@ -15,8 +15,8 @@ use slipmap::simulate::{Dynamics, Fate, Neighbour, critical_damping, dynamics, f
 
 use crate::sample::{Random, Sample};
 
-fn point(epsilon: f64, [alpha, beta, gamma]: [f64; 3], belt_speed: f64, damping: f64) -> Point {
-    Point { epsilon, law: LawParameters::new(&[alpha, beta, gamma]), belt_speed, damping }
+fn point(epsilon: f64, law: [f64; 3], belt_speed: f64, damping: f64) -> Point {
+    Law::Stribeck.point(epsilon, &law, belt_speed, damping).unwrap()
 }
 
 /// Columns with a wide bistable band: k = eps gamma V of order one.
@@ -439,16 +439,11 @@ fn three_attractors_have_a_name() {
     let law = Expression::new("1-a*u*exp(-u/s)+h*sin(w*u)+d*u", 1.0).unwrap();
     let names: Vec<&str> = law.parameters().iter().map(|parameter| parameter.name).collect();
     assert_eq!(names, ["a", "s", "h", "w", "d"]);
-    let parameters = LawParameters::new(&[
-        1.4011736523425116,
-        1.5163622676000161,
-        0.1959638787725319,
-        7.376007337016889,
-        -0.05998217920725249,
-    ]);
+    let parameters =
+        [1.4011736523425116, 1.5163622676000161, 0.1959638787725319, 7.376007337016889, -0.05998217920725249];
     let (belt_speed, damping) = (1.6725777145060758, 0.17025221378214433);
     let law = Law::Expression(law);
-    let point = Point { epsilon: 1.0, law: parameters, belt_speed, damping };
+    let point = law.point(1.0, &parameters, belt_speed, damping).unwrap();
     let oscillator = Oscillator::new(&law, &point);
     let answer = flow(&oscillator, 1e-10);
     assert!(matches!(answer.fate, Fate::Sticks(_)) && oscillator.eigenvalues().is_stable());
@@ -497,10 +492,9 @@ fn without_positive_divergence_nothing_crosses_for_ever() {
     let (mut random, mut contracting) = (Random(0xd1), 0);
     for _ in 0..300 {
         let Sample { epsilon, alpha, beta, gamma, belt_speed, .. } = random.anywhere();
-        let law = LawParameters::new(&[alpha, beta, gamma]);
         // From half the damping at which the divergence is nowhere positive to twice that.
         let damping = gamma * (1.0 - alpha) * random.log(0.5, 2.0);
-        let point = Point { epsilon, law, belt_speed, damping };
+        let point = point(epsilon, [alpha, beta, gamma], belt_speed, damping);
         let oscillator = Oscillator::new(&Law::Stribeck, &point);
         if oscillator.divergence(0.0) > 0.0 {
             continue;

@@ -55,7 +55,7 @@ fn margins_are_within_their_error() {
         for point in margin_points() {
             let Some(margin) = point.margin else { continue };
             let at = point.point();
-            let turn = turns_of(&Law::Stribeck.column(&at), &[at.damping], tolerance)[0];
+            let turn = turns_of(&Law::Stribeck.column(&at), &[at.damping()], tolerance)[0];
             let Turn::Complete { margin: found, error, .. } = turn else { continue };
             checked += 1;
             assert!((found - margin).abs() <= error, "{tolerance:e} {point:?}: {turn:?}");

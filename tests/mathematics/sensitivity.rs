@@ -2,24 +2,25 @@
 //! laws that differ in one range of slip speeds.
 
 use slipmap::friction::{Column, Expression, Law, Table};
-use slipmap::point::{LawParameters, Point};
+use slipmap::point::Point;
 use slipmap::simulate::sensitivity::{Estimate, Influence, NoSensitivity, influence, sensitivity};
 use slipmap::simulate::{CriticalDamping, critical_damping};
 
-fn point(epsilon: f64, law: &[f64], belt_speed: f64) -> Point {
-    Point { epsilon, law: LawParameters::new(law), belt_speed, damping: 0.0 }
+fn point(law: &Law, epsilon: f64, parameters: &[f64], belt_speed: f64) -> Point {
+    law.point(epsilon, parameters, belt_speed, 0.0).unwrap()
 }
 
 /// Laws and points: foci, a node, strong weakening, a law with eps in its formula.
 fn examples() -> Vec<(Law, Point)> {
-    let formula = |text: &str| Law::Expression(Expression::new(text, 1.0).unwrap());
+    let formula = Expression::new("a + (1 - a)*exp(-u/s) + 0.1*eps*u^2", 1.0).unwrap();
+    let formula = Law::Expression(formula);
     vec![
-        (Law::Stribeck, point(0.1, &[0.3, 0.1, 2.0], 0.8)),
-        (Law::Stribeck, point(1.0, &[0.2, 0.02, 2.2], 0.43)),
-        (Law::Stribeck, point(1.0, &[0.1, 0.01, 6.0], 0.3)),
-        (Law::Exponential, point(1.0, &[0.4, 0.5, 0.02], 0.6)),
-        (Law::Lorentzian, point(1.0, &[0.4, 0.7, 0.05], 0.5)),
-        (formula("a + (1 - a)*exp(-u/s) + 0.1*eps*u^2"), point(0.7, &[0.4, 0.6], 0.6)),
+        (Law::Stribeck, point(&Law::Stribeck, 0.1, &[0.3, 0.1, 2.0], 0.8)),
+        (Law::Stribeck, point(&Law::Stribeck, 1.0, &[0.2, 0.02, 2.2], 0.43)),
+        (Law::Stribeck, point(&Law::Stribeck, 1.0, &[0.1, 0.01, 6.0], 0.3)),
+        (Law::Exponential, point(&Law::Exponential, 1.0, &[0.4, 0.5, 0.02], 0.6)),
+        (Law::Lorentzian, point(&Law::Lorentzian, 1.0, &[0.4, 0.7, 0.05], 0.5)),
+        (formula.clone(), point(&formula, 0.7, &[0.4, 0.6], 0.6)),
     ]
 }
 
@@ -49,21 +50,22 @@ fn derivatives_are_those_of_differences() {
     for (law, at) in examples() {
         let column = law.column(&at);
         let found = sensitivity(&column).unwrap();
-        let differences = |change: &dyn Fn(&mut Point, f64), x: f64| {
-            slope(x, |x| {
-                let mut moved = at;
-                change(&mut moved, x);
-                critical(&law.column(&moved))
+        // eps, the law's parameters, V.
+        let values = [&[at.epsilon()], at.law().as_slice(), &[at.belt_speed()]].concat();
+        let differences = |axis: usize| {
+            slope(values[axis], |x| {
+                let mut moved = values.clone();
+                moved[axis] = x;
+                let [epsilon, parameters @ .., belt_speed] = &moved[..] else { unreachable!() };
+                critical(&law.column(&point(&law, *epsilon, parameters, *belt_speed)))
             })
         };
         let mut pairs = vec![
-            ("eps", found.by_epsilon, differences(&|point, x| point.epsilon = x, at.epsilon)),
-            ("V", found.by_belt_speed, differences(&|point, x| point.belt_speed = x, at.belt_speed)),
+            ("eps", found.by_epsilon, differences(0)),
+            ("V", found.by_belt_speed, differences(values.len() - 1)),
         ];
         for (i, parameter) in law.parameters().iter().enumerate() {
-            let x = at.law.as_slice()[i];
-            let by_difference = differences(&|point, x| point.law.set(i, x), x);
-            pairs.push((parameter.name, found.by_parameters[i], by_difference));
+            pairs.push((parameter.name, found.by_parameters[i], differences(i + 1)));
         }
         for (name, ours, theirs) in pairs {
             let scale = 1.0 + ours.value.abs();
@@ -83,7 +85,7 @@ fn influence_is_what_a_change_at_these_speeds_does() {
     let base = "0.6 + 0.4*exp(-2*u)";
     let column = |text: &str| {
         let law = Law::Expression(Expression::new(text, 1.0).unwrap());
-        law.column(&point(1.0, &[], 0.7))
+        law.column(&point(&law, 1.0, &[], 0.7))
     };
     let shares = influence(&column(base), 40).unwrap();
     assert!((shares.iter().map(|part| part.share).sum::<f64>() - 1.0).abs() < 1e-13);
@@ -120,10 +122,12 @@ fn the_standard_error_is_that_of_tables_whose_data_are_moved() {
     let errors: Vec<f64> = (0..13).map(|i| 1e-6 * f64::from(1 + i % 3)).collect();
     let critical_of = |data: &[(f64, f64)]| {
         let table = Table::new("data", data, data[0].1).unwrap();
-        critical(&Law::Table(table).column(&point(1.0, &[], 0.8))).c
+        let law = Law::Table(table);
+        critical(&law.column(&point(&law, 1.0, &[], 0.8))).c
     };
     let table = Table::new("data", &data, data[0].1).unwrap().with_standard_errors(&errors).unwrap();
-    let found = sensitivity(&Law::Table(table).column(&point(1.0, &[], 0.8))).unwrap();
+    let law = Law::Table(table);
+    let found = sensitivity(&law.column(&point(&law, 1.0, &[], 0.8))).unwrap();
     let squares = (0..data.len()).map(|i| {
         let moved = |sign: f64| {
             let mut data = data.clone();
@@ -151,6 +155,6 @@ fn the_standard_error_is_that_of_tables_whose_data_are_moved() {
 
 #[test]
 fn where_no_legal_damping_is_critical_nothing_is_said() {
-    let at = point(0.1, &[0.9, 0.5, 1.0], 1.0);
+    let at = point(&Law::Stribeck, 0.1, &[0.9, 0.5, 1.0], 1.0);
     assert_eq!(sensitivity(&Law::Stribeck.column(&at)), Err(NoSensitivity::Negative));
 }

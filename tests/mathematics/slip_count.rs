@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use crate::sample::Random;
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Expression, Law, Table};
-use slipmap::point::{LawParameters, Point};
+use slipmap::point::LawParameters;
 use slipmap::simulate::backbone::Backbone;
 use slipmap::simulate::critical_damping;
 use slipmap::simulate::direct::{Start, trace};
@@ -41,8 +41,9 @@ fn proofs_and_searches_agree_at_random_laws() {
         let mut between = |lo: f64, hi: f64| lo + (hi - lo) * random.unit();
         let oscillator = match i % 3 {
             0 => {
-                let law = LawParameters::new(&[between(0.0, 0.8), between(0.4, 2.0), between(0.0, 0.1)]);
-                let column = Law::Lorentzian.column(&Point { epsilon: 1.0, law, belt_speed, damping: 0.0 });
+                let law = [between(0.0, 0.8), between(0.4, 2.0), between(0.0, 0.1)];
+                let point = Law::Lorentzian.point(1.0, &law, belt_speed, 0.0).unwrap();
+                let column = Law::Lorentzian.column(&point);
                 let c = column.curve.weakening(belt_speed);
                 Oscillator::in_column(&column, (c * between(0.7, 1.1)).max(0.0))
             }
@@ -85,8 +86,7 @@ fn laws_that_weaken_less_and_less_have_one_slip_cycle_at_most() {
             0 => (Law::Stribeck, [between(0.0, 0.9), between(0.0, 0.1), between(0.1, 1.0)]),
             _ => (Law::Exponential, [between(0.0, 0.9), between(0.3, 3.0), between(0.0, 0.1)]),
         };
-        let law_parameters = LawParameters::new(&parameters);
-        let column = law.column(&Point { epsilon: 1.0, law: law_parameters, belt_speed, damping: 0.0 });
+        let column = law.column(&law.point(1.0, &parameters, belt_speed, 0.0).unwrap());
         // The slip cycle appears where the equilibrium becomes stable, and ends at grazing.
         let (birth, death) = (column.curve.weakening(belt_speed), critical_damping(&column, 1e-9).unwrap().c);
         let viscous = birth + (death - birth) * between(-0.2, 1.2);

@@ -7,7 +7,7 @@ use crate::sample::Random;
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Expression, Law};
 use slipmap::map::{Regime, regime};
-use slipmap::point::{LawParameters, Point};
+use slipmap::point::LawParameters;
 use slipmap::simulate::direct::{self, Start, trace};
 use slipmap::simulate::slip_count::count_slip_cycles;
 use slipmap::simulate::slip_cycle::{none_proved, slip_cycles};
@@ -34,10 +34,9 @@ impl Published {
     }
 
     fn column(&self, belt: f64) -> Column {
-        let law = Expression::new("1 - 1.5*drop*(q*u - (q*u)^3/3)", 1.0).unwrap();
-        let law_parameters = LawParameters::new(&[1.0 - LEAST / STATIC, self.unit() / AT]);
-        let belt_speed = belt / self.unit();
-        Law::Expression(law).column(&Point { epsilon: 1.0, law: law_parameters, belt_speed, damping: 0.0 })
+        let law = Law::Expression(Expression::new("1 - 1.5*drop*(q*u - (q*u)^3/3)", 1.0).unwrap());
+        let parameters = [1.0 - LEAST / STATIC, self.unit() / AT];
+        law.column(&law.point(1.0, &parameters, belt / self.unit(), 0.0).unwrap())
     }
 
     fn oscillator(&self, belt: f64) -> Oscillator {
@@ -106,8 +105,7 @@ fn belt_speeds_and_amplitudes_of_thomsen_and_fidlin() {
 
 /// The Lorentzian law phi = 1 / (1 + u^2) next to its steepest fall, u = 1/sqrt(3).
 fn lorentzian(belt_speed: f64) -> Column {
-    let law = LawParameters::new(&[0.0, 1.0, 0.0]);
-    Law::Lorentzian.column(&Point { epsilon: 1.0, law, belt_speed, damping: 0.0 })
+    Law::Lorentzian.column(&Law::Lorentzian.point(1.0, &[0.0, 1.0, 0.0], belt_speed, 0.0).unwrap())
 }
 
 /// Points on each side of each curve.

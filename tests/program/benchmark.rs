@@ -11,7 +11,6 @@ use slipmap::benchmark::{Contestant, Errors, Kind, Labels, contestants};
 use slipmap::benchmark::{Row, Settings, Study};
 use slipmap::friction::Law;
 use slipmap::map::{Grid, Verdict};
-use slipmap::point::{LawParameters, Point};
 use slipmap::report::figure::work_precision::chart;
 use slipmap::store::{Provenance, fingerprint};
 
@@ -50,8 +49,8 @@ fn the_reference_has_more_than_twenty_digits() {
         let number = |name: &str| {
             header.iter().position(|h| h == name).map_or(0.0, |column| row[column].parse().unwrap())
         };
-        let law = LawParameters::new(&[number("alpha"), number("beta"), number("gamma")]);
-        Point { epsilon: number("epsilon"), law, belt_speed: number("V"), damping: number("c") }
+        let law = [number("alpha"), number("beta"), number("gamma")];
+        Law::Stribeck.point(number("epsilon"), &law, number("V"), number("c")).unwrap()
     };
     let (header, all) = rows("margins.csv");
     let column = header.iter().position(|name| name == "margin").unwrap();
@@ -98,13 +97,13 @@ fn a_closed_forms_errors_and_labels_are_those_of_its_formula() {
     let (mut near, mut anywhere) = (Labels::default(), Labels::default());
     let (mut dampings, mut margins) = (Vec::new(), Vec::new());
     for cell in &STUDY.cells {
-        let &[alpha, beta, gamma] = cell.point.law.as_slice() else { unreachable!() };
-        let edge = gamma * (1.0 - alpha) - 2.0 * beta * cell.point.belt_speed;
+        let &[alpha, beta, gamma] = cell.point.law().as_slice() else { unreachable!() };
+        let edge = gamma * (1.0 - alpha) - 2.0 * beta * cell.point.belt_speed();
         let truth = cell.reference.margin.unwrap().value.value() > 0.0;
         assert_eq!(truth, cell.verdict == Verdict::Present, "no orbit of this box overshoots");
         let labels = if cell.near { &mut near } else { &mut anywhere };
         labels.cells += 1;
-        labels.wrong += usize::from((cell.point.damping < edge) != truth);
+        labels.wrong += usize::from((cell.point.damping() < edge) != truth);
         if let (Some(critical), Some(slope)) = (cell.reference.critical, cell.reference.slope) {
             dampings.push((edge - critical.value.value()).abs());
             margins.push((edge - critical.value.value()).abs() * slope);

@@ -100,16 +100,16 @@ fn examples_are_mapped_checked_and_probed_in_si_units() {
         for row in rows(&scratch.read("p.csv")).iter().filter(|row| row["curve"] == "grazing_sliding") {
             let number = |key: &str| row[key].parse::<f64>().unwrap();
             let units = machine.units();
-            let point = slipmap::point::Point {
-                belt_speed: number(&format!("belt_speed [{}]", motion.unit(Dimension::Velocity)))
-                    / units.velocity,
-                damping: number(&format!("damping [{}]", motion.unit(Dimension::Damping))) / units.damping,
-                ..machine.model().unwrap().point
-            };
+            let speed = number(&format!("belt_speed [{}]", motion.unit(Dimension::Velocity)));
+            let damping = number(&format!("damping [{}]", motion.unit(Dimension::Damping)));
+            let own = machine.model().unwrap().point;
+            let law = map.grid().law();
+            let [speed, damping] = [speed / units.velocity, damping / units.damping];
+            let point = law.point(own.epsilon(), own.law().as_slice(), speed, damping).unwrap();
             let root = slipmap::simulate::critical_damping(&map.grid().law().column(&point), 1e-10).unwrap();
             // c* changes by at most a hundred from side to side, and is located to 1e-10.
             assert!(number("error") < 1e-9);
-            assert!((root.c - point.damping).abs() < 1e-7, "{row:?} {root:?}");
+            assert!((root.c - point.damping()).abs() < 1e-7, "{row:?} {root:?}");
             met += 1;
         }
         assert!(met > 20, "{name}: {met}");
@@ -161,7 +161,7 @@ fn the_drill_string_is_the_published_one() {
     // Steady slip at W is stable iff the torque's fall at W is below the damping: the linear statement in SI
     // units.
     let fall = 0.155575 * 0.3 * 0.9 * (-9.0f64).exp() * 50_000.0;
-    let divergence = curve.weakening(point.belt_speed) - point.damping;
+    let divergence = curve.weakening(point.belt_speed()) - point.damping();
     close(divergence * damping, fall - machine.damping, 1e-8);
 }
 

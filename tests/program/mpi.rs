@@ -69,6 +69,29 @@ fn any_number_of_ranks_makes_the_same_map() {
     }
 }
 
+/// Rank 0 decides what is proved next, and all ranks prove.
+#[test]
+fn any_number_of_ranks_makes_the_same_proofs() {
+    let scratch = Scratch::new();
+    let axes = "epsilon = 0.05\nalpha = [0.1, 0.5]\nbeta = 0.0\ngamma = [0.5, 4.0]\nV = [0.5, 1.0]\nc = [0.0, 1.0]\n";
+    let validated = "[methods]\nrun = [\"validated\"]\n[validated]\nboxes = 5\nproof = \"proof.json\"\n";
+    scratch.file("job.toml", format!("[grid]\n{axes}{validated}[output]\npath = \"map.h5\"\n"));
+    let arguments = ["run", "job.toml", "--threads", "1", "--json"];
+    scratch.run(&arguments).ends_with(0);
+    let reference = scratch.path().join("reference.h5");
+    fs::rename(scratch.path().join("map.h5"), &reference).unwrap();
+    let proof = scratch.read("proof.json");
+    for number in [2, 3] {
+        fs::remove_file(scratch.path().join("proof.json")).unwrap();
+        ranks(&scratch, number, &arguments).ends_with(0);
+        assert_eq!(scratch.read("proof.json"), proof, "{number} ranks");
+        assert_same(&scratch.path().join("map.h5"), &reference);
+        fs::remove_file(scratch.path().join("map.h5")).unwrap();
+    }
+    scratch.file("proof.json", proof);
+    scratch.run(&["check", "--proof", "proof.json"]).ends_with(0);
+}
+
 #[test]
 fn a_killed_rank_costs_no_finished_tile() {
     let scratch = scratch();

@@ -26,6 +26,7 @@ use super::expansion::{AXES, Expansion, Function, Part as Frame, Ranges};
 use super::interval::Interval;
 use super::landing_speed::{Divergence, Flow};
 use super::mean::{mean_cut, share_above};
+use super::prover::Prover;
 use super::surface::{Enclosure, Surface};
 use super::tile::GroupBox;
 
@@ -62,6 +63,7 @@ pub struct ParameterBox {
 }
 
 /// Limits of the subdivision.
+#[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Budget {
     /// Number of proofs of tiles of the universal surface.
@@ -94,6 +96,7 @@ pub struct Volumes {
 }
 
 /// A box and the proofs over it so far.
+#[doc(hidden)]
 pub struct BoxProof {
     ranges: Ranges,
     damping: [f64; 2],
@@ -139,8 +142,8 @@ impl BoxProof {
         proof
     }
 
-    /// Subdivides up to the budget, or until `go_on` returns false.
-    pub fn refine(&mut self, budget: Budget, go_on: &dyn Fn() -> bool) {
+    /// Proves up to so many tiles of the surface with the workers of `prover`, or until `go_on` returns false.
+    pub fn refine_surface(&mut self, tiles: usize, prover: &dyn Prover, go_on: &dyn Fn() -> bool) {
         let columns = &self.columns;
         let share = |domain: &GroupBox| {
             let inside = |column: &&[f64; 3]| {
@@ -150,10 +153,14 @@ impl BoxProof {
         };
         // With a single damping, every width counts.
         let width = (self.damping[1] - self.damping[0]) * self.ranges[0][0];
-        self.surface.refine(budget.tiles, NEGLIGIBLE * width, &share, go_on);
+        self.surface.refine(tiles, NEGLIGIBLE * width, &share, prover, go_on);
+    }
+
+    /// Cuts the box into up to so many parts, with the surface as it is, or until `go_on` returns false.
+    pub fn refine_parts(&mut self, most_parts: usize, go_on: &dyn Fn() -> bool) {
         // The surface may have been refined everywhere.
         self.parts = self.parts.par_iter().map(|part| self.bounded(part.ranges)).collect();
-        while self.parts.len() < budget.parts && go_on() {
+        while self.parts.len() < most_parts && go_on() {
             let sum = |of: fn(&Bounds) -> f64| self.parts.iter().map(|part| of(&part.bounded)).sum::<f64>();
             if sum(|bounded| bounded.gain) <= SMALL_GAIN * sum(|bounded| bounded.undecided) {
                 return;
@@ -164,7 +171,7 @@ impl BoxProof {
             parts.sort_by(|one, two| two.bounded.gain.total_cmp(&one.bounded.gain));
             let promising =
                 parts.iter().take_while(|part| part.bounded.gain > NEGLIGIBLE * NEGLIGIBLE).count();
-            let most = (parts.len() / 4).max(1).min(budget.parts - parts.len()).min(promising);
+            let most = (parts.len() / 4).max(1).min(most_parts - parts.len()).min(promising);
             let rest = parts.split_off(most);
             let halves = parts.par_iter().flat_map_iter(|part| self.halves(part));
             let halves: Vec<Part> = halves.collect();
@@ -421,6 +428,7 @@ mod tests {
     use super::*;
     use crate::certify::test_columns::stribeck;
     use crate::certify::validated::Enclosed;
+    use crate::certify::validated::prover::Threads;
 
     fn parameters() -> ParameterBox {
         ParameterBox {
@@ -433,9 +441,14 @@ mod tests {
         }
     }
 
+    fn refine(proof: &mut BoxProof, Budget { tiles, parts }: Budget) {
+        proof.refine_surface(tiles, &Threads, &|| true);
+        proof.refine_parts(parts, &|| true);
+    }
+
     fn volumes(parameters: &ParameterBox, tiles: usize, parts: usize) -> Volumes {
         let mut proof = BoxProof::new(parameters);
-        proof.refine(Budget { tiles, parts }, &|| true);
+        refine(&mut proof, Budget { tiles, parts });
         proof.volumes()
     }
 
@@ -444,7 +457,7 @@ mod tests {
         let mut proof = BoxProof::new(&parameters());
         let mut last = f64::INFINITY;
         for (tiles, parts) in [(0, 1), (0, 64), (1, 128), (3, 4096)] {
-            proof.refine(Budget { tiles, parts }, &|| true);
+            refine(&mut proof, Budget { tiles, parts });
             let volumes = proof.volumes();
             assert!(volumes.undecided < last, "{volumes:?}");
             let sum = volumes.present + volumes.absent + volumes.undecided;
@@ -524,7 +537,7 @@ mod tests {
     #[test]
     fn the_box_and_its_columns_agree() {
         let mut proof = BoxProof::new(&parameters());
-        proof.refine(Budget { tiles: 1, parts: 16 }, &|| true);
+        refine(&mut proof, Budget { tiles: 1, parts: 16 });
         for i in (0..SAMPLES).step_by(97) {
             let at = column(&proof.ranges, i);
             let [epsilon, alpha, beta, gamma, belt_speed] = at;

@@ -3,6 +3,7 @@
 use super::defect::Groups;
 use super::even_part_bounds;
 use super::interval::Interval;
+use super::prover::Prover;
 use super::tile::{GroupBox, Tile};
 
 /// C* over a box of (A, k, b): pieces that cover it, each with a proof of its own or with the bounds from the
@@ -57,44 +58,70 @@ impl Surface {
     /// more than `enough`: of the piece itself if it has not been tried, else of its halves. The weight of a
     /// piece is the width of its enclosure times its `share` in the caller's measure. Stops early where
     /// `go_on` returns false.
+    ///
+    /// The pieces that come next are proved ahead, so that all workers of `prover` are busy. The result does
+    /// not depend on their number: a piece is replaced only when it is the heaviest.
     pub fn refine(
         &mut self,
         budget: usize,
         enough: f64,
         share: &dyn Fn(&GroupBox) -> f64,
+        prover: &dyn Prover,
         go_on: &dyn Fn() -> bool,
     ) {
+        let mut ahead: Vec<Replacement> = Vec::new();
         while self.tried < budget && go_on() {
-            let heavier = |i: &usize, j: &usize| {
-                self.pieces[*i].weight.total_cmp(&self.pieces[*j].weight).then(j.cmp(i))
-            };
-            let Some(worst) = (0..self.pieces.len()).max_by(heavier) else { return };
-            if !(self.pieces[worst].weight > enough) {
-                return;
+            let Some(worst) = self.by_weight(enough).next() else { return };
+            let domain = self.pieces[worst].domain;
+            if !ahead.iter().any(|replacement| replacement.of == domain) {
+                let next = self.next(budget - self.tried, enough, share, prover.workers(), &ahead);
+                ahead.extend(prove(next, prover));
             }
-            let piece = self.pieces.swap_remove(worst);
+            let Some(found) = ahead.iter().position(|replacement| replacement.of == domain) else { return };
+            let parts = ahead.swap_remove(found).by;
+            self.tried += parts.iter().filter(|part| part.state != State::Untried).count();
+            self.pieces.swap_remove(worst);
+            self.pieces.extend(parts);
+        }
+    }
+
+    /// The pieces that weigh more than `enough`, heaviest first.
+    fn by_weight(&self, enough: f64) -> impl Iterator<Item = usize> {
+        let heavy = self.pieces.iter().enumerate().filter(|(_, piece)| piece.weight > enough);
+        let mut heavy: Vec<(usize, f64)> = heavy.map(|(i, piece)| (i, piece.weight)).collect();
+        heavy.sort_by(|(i, one), (j, two)| two.total_cmp(one).then(i.cmp(j)));
+        heavy.into_iter().map(|(i, _)| i)
+    }
+
+    /// The heaviest pieces, and the boxes with their shares that replace them: two proofs for each worker as
+    /// far as the budget goes, and at least one piece.
+    fn next(
+        &self,
+        left: usize,
+        enough: f64,
+        share: &dyn Fn(&GroupBox) -> f64,
+        workers: usize,
+        ahead: &[Replacement],
+    ) -> Vec<(GroupBox, Vec<(GroupBox, f64)>)> {
+        let most = if workers > 1 { left.min(2 * workers) } else { 1 };
+        let (mut next, mut proofs) = (Vec::new(), 0);
+        for piece in self.by_weight(enough).map(|i| &self.pieces[i]) {
+            if proofs >= most {
+                break;
+            }
+            if ahead.iter().any(|replacement| replacement.of == piece.domain) {
+                continue;
+            }
             let domains = match &piece.state {
                 State::Untried => vec![piece.domain],
                 State::Failed => piece.domain.halves(widest_axis(&piece.domain)).to_vec(),
                 State::Proved(tile) => piece.domain.halves(tile.roughest_axis()).to_vec(),
             };
-            for domain in domains {
-                let even = even_part_width(&domain);
-                let share = share(&domain);
-                // No proof is tried where the share is zero.
-                let tile = (share > 0.0).then(|| Tile::prove(domain));
-                self.tried += usize::from(tile.is_some());
-                let (state, width) = match tile {
-                    None => (State::Untried, even),
-                    Some(None) => (State::Failed, even),
-                    Some(Some(tile)) => {
-                        let width = (2.0 * tile.radius).min(even);
-                        (State::Proved(Box::new(tile)), width)
-                    }
-                };
-                self.pieces.push(Piece { domain, state, width, weight: width * share });
-            }
+            let parts: Vec<(GroupBox, f64)> = domains.into_iter().map(|part| (part, share(&part))).collect();
+            proofs += parts.iter().filter(|(_, share)| *share > 0.0).count();
+            next.push((piece.domain, parts));
         }
+        next
     }
 
     /// The whole box.
@@ -146,6 +173,35 @@ impl Surface {
     }
 }
 
+/// The pieces by which another one is to be replaced.
+struct Replacement {
+    of: GroupBox,
+    by: Vec<Piece>,
+}
+
+/// Tries a proof of each of the boxes whose share is not zero.
+fn prove(next: Vec<(GroupBox, Vec<(GroupBox, f64)>)>, prover: &dyn Prover) -> Vec<Replacement> {
+    let wanted = next.iter().flat_map(|(_, parts)| parts).filter(|(_, share)| *share > 0.0);
+    let wanted: Vec<GroupBox> = wanted.map(|(part, _)| *part).collect();
+    let mut proofs = prover.prove(&wanted).into_iter();
+    let mut piece = |(domain, share): (GroupBox, f64)| {
+        let even = even_part_width(&domain);
+        let tried = (share > 0.0).then(|| proofs.next().flatten());
+        let (state, width) = match tried {
+            None => (State::Untried, even),
+            Some(None) => (State::Failed, even),
+            Some(Some(tile)) => {
+                let width = (2.0 * tile.radius).min(even);
+                (State::Proved(Box::new(tile)), width)
+            }
+        };
+        Piece { domain, state, width, weight: width * share }
+    };
+    next.into_iter()
+        .map(|(of, parts)| Replacement { of, by: parts.into_iter().map(&mut piece).collect() })
+        .collect()
+}
+
 /// Bound on the distance between the bounds by the even part of the divergence, anywhere in the box: the
 /// distance rises with A and with k.
 fn even_part_width(domain: &GroupBox) -> f64 {
@@ -159,4 +215,42 @@ pub(super) fn widest_axis(domain: &GroupBox) -> usize {
     let GroupBox { a, k, b } = domain;
     let widths = [a[1] - a[0], a[1] * (k[1] - k[0]) / (1.0 + k[0]), 2.0 * (b[1] - b[0])];
     (0..3).max_by(|&i, &j| widths[i].total_cmp(&widths[j])).unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::certify::validated::prover::Threads;
+    use std::cell::Cell;
+
+    /// Proves as so many workers would.
+    struct Workers(usize, Cell<usize>);
+
+    impl Prover for Workers {
+        fn workers(&self) -> usize {
+            self.0
+        }
+        fn prove(&self, domains: &[GroupBox]) -> Vec<Option<Tile>> {
+            self.1.set(self.1.get().max(domains.len()));
+            Threads.prove(domains)
+        }
+    }
+
+    #[test]
+    fn a_surface_is_the_same_for_any_number_of_workers() {
+        let domain = GroupBox { a: [0.1, 0.8], k: [0.1, 0.6], b: [0.0, 0.02] };
+        let refined = |workers: usize| {
+            let prover = Workers(workers, Cell::new(0));
+            let mut surface = Surface::new(domain);
+            surface.refine(9, 0.0, &|part| part.a[1] - part.a[0], &prover, &|| true);
+            (surface, prover.1.get())
+        };
+        let (alone, most) = refined(1);
+        assert_eq!((alone.tried(), most), (9, 2));
+        let (two, _) = refined(2);
+        let (eight, together) = refined(8);
+        assert_eq!(alone, two);
+        assert_eq!(alone, eight);
+        assert!(together > 2, "eight workers get more than one piece at a time: {together}");
+    }
 }

@@ -120,6 +120,28 @@ impl Tile {
         Some(tile)
     }
 
+    /// All numbers but those of the box: the radius, then the modes of `viscous`, of each of the `cosines` and
+    /// of each of the `sines`.
+    #[must_use]
+    pub fn numbers(&self) -> Vec<f64> {
+        let rows = std::iter::once(&self.viscous).chain(&self.cosines).chain(&self.sines);
+        std::iter::once(self.radius).chain(rows.flatten().copied()).collect()
+    }
+
+    /// The tile over `domain` with these [`Tile::numbers`]; `None` if they are of another length.
+    #[must_use]
+    pub fn of_numbers(domain: GroupBox, numbers: &[f64]) -> Option<Tile> {
+        let (&radius, modes) = numbers.split_first()?;
+        let mut rows: Vec<Vec<f64>> = modes.chunks(MODES).map(<[f64]>::to_vec).collect();
+        // One row and two for each harmonic.
+        if !modes.len().is_multiple_of(MODES) || rows.len().is_multiple_of(2) {
+            return None;
+        }
+        let sines = rows.split_off(rows.len() / 2 + 1);
+        let cosines = rows.split_off(1);
+        Some(Tile { domain, radius, viscous: rows.pop()?, cosines, sines })
+    }
+
     /// Samples the candidates at points of the box; returns the samples and the factors from them to bounds.
     fn survey(&self, circle: &Circle, factors: Factors) -> Option<(Sampled, Factors)> {
         let domain = self.domain;
@@ -329,6 +351,17 @@ fn interpolate(domain: GroupBox) -> Option<Tile> {
 mod tests {
     use super::*;
     use crate::certify::validated::Enclosed;
+
+    #[test]
+    fn numbers_give_the_tile_back() {
+        let domain = GroupBox { a: [0.1, 0.2], k: [0.1, 0.2], b: [0.0, 0.01] };
+        let tile = Tile::prove(domain).unwrap();
+        let numbers = tile.numbers();
+        assert_eq!(Tile::of_numbers(domain, &numbers), Some(tile));
+        for wrong in [&[][..], &numbers[1..], &numbers[..1], &numbers[..1 + 2 * MODES]] {
+            assert_eq!(Tile::of_numbers(domain, wrong), None);
+        }
+    }
 
     #[test]
     fn a_tile_holds_the_points_inside() {

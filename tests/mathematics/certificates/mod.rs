@@ -9,7 +9,6 @@ use proptest::prelude::*;
 use proptest::test_runner::FileFailurePersistence;
 use slipmap::certify::{Claim, Decision, Guarantee, TESTS, by_name, landing};
 use slipmap::friction::{Column, Law};
-use slipmap::point::{LawParameters, Point};
 use std::f64::consts::{PI, TAU};
 
 /// A point of the Stribeck law.
@@ -25,8 +24,8 @@ struct Stribeck {
 
 impl Stribeck {
     fn column(&self) -> Column {
-        let law = LawParameters::new(&[self.alpha, self.beta, self.gamma]);
-        Law::Stribeck.column(&Point { epsilon: self.epsilon, law, belt_speed: self.v, damping: self.c })
+        let law = [self.alpha, self.beta, self.gamma];
+        Law::Stribeck.column(&Law::Stribeck.point(self.epsilon, &law, self.v, self.c).unwrap())
     }
 
     fn claim(&self, test: &str) -> Claim {

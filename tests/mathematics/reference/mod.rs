@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
-use slipmap::point::{LawParameters, Point};
+use slipmap::friction::Law;
+use slipmap::point::Point;
 
 /// A row of `critical_damping.csv`.
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -74,7 +75,7 @@ impl MarginPoint {
 }
 
 fn stribeck(epsilon: f64, alpha: f64, beta: f64, gamma: f64, belt_speed: f64, damping: f64) -> Point {
-    Point { epsilon, law: LawParameters::new(&[alpha, beta, gamma]), belt_speed, damping }
+    Law::Stribeck.point(epsilon, &[alpha, beta, gamma], belt_speed, damping).unwrap()
 }
 
 /// All rows of `critical_damping.csv`.

@@ -2,7 +2,7 @@
 
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Law};
-use slipmap::point::{LawParameters, Point, ScaledGroups};
+use slipmap::point::{Point, ScaledGroups};
 
 /// The six parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,12 +17,8 @@ pub struct Sample {
 
 impl Sample {
     pub fn point(&self) -> Point {
-        Point {
-            epsilon: self.epsilon,
-            law: LawParameters::new(&[self.alpha, self.beta, self.gamma]),
-            belt_speed: self.belt_speed,
-            damping: self.damping,
-        }
+        let law = [self.alpha, self.beta, self.gamma];
+        Law::Stribeck.point(self.epsilon, &law, self.belt_speed, self.damping).unwrap()
     }
 
     pub fn column(&self) -> Column {
