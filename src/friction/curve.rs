@@ -40,12 +40,7 @@ fn compile(form: &Form, known: &mut Vec<Arc<Weakening>>, reach: f64) -> Arc<Weak
         Form::Table(law) => law.fastest(),
         _ => 2f64.powi(exponent),
     };
-    if let Some(known) = known.iter().find(|known| known.reach() == wanted) {
-        return Arc::clone(known);
-    }
-    let compiled = Arc::new(weakening::compile(form, wanted));
-    known.push(Arc::clone(&compiled));
-    compiled
+    weakening::compile(form, wanted, known)
 }
 
 impl Curve {
@@ -91,8 +86,7 @@ impl Curve {
             Form::Exponential(law) => law.weakening_range(lo, hi),
             Form::Lorentzian(law) => law.weakening_range(lo, hi),
             Form::Expression(_) | Form::Leading(_) | Form::Table(_) | Form::Function(_) | Form::Custom(_) => {
-                // Of columns this is the reach of `Column::compiled`.
-                self.compiled(2.0 * hi).range(lo, hi)
+                self.compiled(hi).range(lo, hi)
             }
         }
     }
@@ -173,6 +167,11 @@ impl Curve {
     pub fn is_enclosed(&self, fastest: f64) -> bool {
         let range = self.weakening_range(0.0, fastest);
         range.lo.is_finite() && range.hi.is_finite()
+    }
+
+    /// Returns whether the law is given by functions, which nothing encloses.
+    pub(crate) fn is_sampled(&self) -> bool {
+        matches!(self.form, Form::Custom(_))
     }
 
     /// Derivatives of the weakening rate at slip speed `u` by eps and by each parameter of the law.

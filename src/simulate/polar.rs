@@ -10,6 +10,17 @@
 
 use crate::point::ScaledGroups;
 
+/// The damping at which an orbit closes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Closing {
+    /// C = eps c.
+    pub(super) viscous: f64,
+    /// Estimate of its absolute error.
+    pub(super) error: f64,
+    /// Number of evaluations of the right-hand side.
+    pub(super) rhs: u64,
+}
+
 /// Number of orbits integrated together: two AVX2 registers or one AVX-512 register.
 pub(super) const LANES: usize = 8;
 
