@@ -2,19 +2,32 @@
 
 use std::cell::OnceCell;
 
+use super::Regime;
 use super::simulation::End;
 use super::verdict::{Attractors, Outside};
-use super::{AttractingCycle, Regime};
 use crate::filippov::Oscillator;
 use crate::friction::Curve;
 use crate::simulate::backbone::{Backbone, Crossing};
 use crate::simulate::crossing::{CrossingCycle, StickSlipCycle, crossing_cycles, stick_slip_cycle};
 use crate::simulate::slip_cycle::{BACKBONE_TOLERANCE, Kick, SlipCycle, kick_onto, locate, none_proved};
-use crate::simulate::{Failure, Flow};
+use crate::simulate::{Failure, Flow, Range};
 
 /// Relative error of a turn for slip cycles. It is small because the amplitude of a cycle is ill-conditioned
 /// where the multiplier is close to 1.
 const TIGHT: f64 = 1e-13;
+
+/// An attracting cycle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AttractingCycle {
+    /// Period.
+    pub period: f64,
+    /// Positions x1 on it.
+    pub displacement: Range,
+    /// Velocities x2 on it.
+    pub velocity: Range,
+    /// Floquet multiplier; 0 for the stick-slip cycle, which is reached in finite time.
+    pub multiplier: f64,
+}
 
 /// The attractors of one friction curve and belt speed, for all dampings.
 pub(super) struct Behaviour {
