@@ -187,8 +187,22 @@ def main():
     parser.add_argument("--each", type=int, default=1000)
     parser.add_argument("--out", type=Path)
     arguments = parser.parse_args()
-    generator = random.Random(20)
     client = Client(Server(arguments.slipmap))
+    try:
+        rows, strange = soak(client, arguments)
+        client.server.end()
+    finally:
+        client.server.kill()
+    print(*strange, sep="\n")
+    if arguments.out:
+        with open(arguments.out, "w", newline="") as file:
+            csv.writer(file).writerows([["what", "requests", "answers", "bytes of memory"], *rows])
+    return 1 if strange else 0
+
+
+def soak(client, arguments):
+    """The rows of the table, and the answers that must not be."""
+    generator = random.Random(20)
     client.alive()
     rows = [["start", 0, "", client.memory()]]
     for kind in hostile(generator, client):
@@ -211,12 +225,7 @@ def main():
         rows.append([f"minute {minute} of random use", sum(met.values()), told, client.memory()])
         print(*rows[-1], flush=True)
     client.alive()
-    client.server.end()
-    print(*strange, sep="\n")
-    if arguments.out:
-        with open(arguments.out, "w", newline="") as file:
-            csv.writer(file).writerows([["what", "requests", "answers", "bytes of memory"], *rows])
-    return 1 if strange else 0
+    return rows, strange
 
 
 if __name__ == "__main__":

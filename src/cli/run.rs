@@ -336,15 +336,16 @@ fn how_to_continue() -> String {
         arguments.retain(|argument| argument != "--overwrite");
         arguments.push("--resume".into());
     }
-    format!("  to continue: {}{}", launcher(), arguments.join(" "))
+    let by_slurm = std::env::var_os("SLURM_STEP_NUM_TASKS").is_some();
+    format!("  to continue: {}{}", launcher(launched(), by_slurm), arguments.join(" "))
 }
 
-/// The launcher command for as many processes as there are now.
-fn launcher() -> String {
-    match launched() {
+/// The launcher command for so many processes.
+fn launcher(processes: usize, by_slurm: bool) -> String {
+    match processes {
         0 | 1 => String::new(),
-        processes if std::env::var_os("SLURM_STEP_NUM_TASKS").is_some() => format!("srun -n {processes} "),
-        processes => format!("mpirun -n {processes} "),
+        _ if by_slurm => format!("srun -n {processes} "),
+        _ => format!("mpirun -n {processes} "),
     }
 }
 
@@ -402,4 +403,16 @@ pub(super) fn command_line() -> Vec<String> {
         }
     });
     std::iter::once("slipmap".to_owned()).chain(quoted).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::launcher;
+
+    #[test]
+    fn a_run_is_continued_by_as_many_processes() {
+        assert_eq!(launcher(1, true), "");
+        assert_eq!(launcher(4, false), "mpirun -n 4 ");
+        assert_eq!(launcher(4, true), "srun -n 4 ");
+    }
 }

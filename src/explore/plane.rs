@@ -17,8 +17,8 @@ use super::tabs::Turn;
 use crate::certify::Guarantee;
 use crate::config::range_nodes;
 use crate::dataset::{Cells, Schema};
-use crate::friction::Law;
-use crate::machine::{Machine, Units};
+use crate::friction::{Column, Law};
+use crate::machine::{Machine, Model, Units};
 use crate::map::{
     Account, ComputeError, Control, Field, Grid, Method, Plan, Plane, PlaneCurve, PlaneCurves, PlanePoint,
     Queue, Sink, TileData, Verdict, compute_tiles,
@@ -377,8 +377,8 @@ impl PlaneRequest {
             if self.folds {
                 return Ok(curves_json(&[], [1.0, 1.0]));
             }
-            let other = sides[1 - up].0;
-            let found = limits(machine, &other.axis, &other.between(LIMITS, room)?, up == 0);
+            let (other, highest) = (sides[1 - up].0, sides[up].0.to);
+            let found = limits(machine, &other.axis, &other.between(LIMITS, room)?, highest, up == 0);
             return Ok(curves_json(&found, [1.0, 1.0]));
         }
         if !sides.iter().all(|(side, _)| [BELT_SPEED, DAMPING].contains(&side.axis.as_str())) {
@@ -403,35 +403,79 @@ impl PlaneRequest {
     }
 }
 
-/// Number of values of a quantity at which the limits of the damping are computed, and their accuracy.
-const LIMITS: usize = 65;
+/// Number of values of a quantity at which the limits of the damping are computed first, and their accuracy.
+const LIMITS: usize = 33;
 const ACCURACY: f64 = 1e-8;
+/// Where a curve bends by more than this share of the picture, there are further values; so many times.
+const BEND: f64 = 2e-3;
+const REFINEMENTS: usize = 8;
 
-/// The Hopf damping and the critical damping of a machine over another quantity, in SI units; `turned` if the damping
-/// is the horizontal axis.
-fn limits(machine: &Machine, name: &str, values: &[f64], turned: bool) -> Vec<PlaneCurve> {
-    let models: Vec<_> = values
-        .iter()
-        .filter_map(|&value| {
+/// The Hopf damping and the critical damping, in SI units, at a value of another quantity; NaN where there is none.
+#[derive(Clone, Copy)]
+struct Limit {
+    value: f64,
+    hopf: f64,
+    grazing: f64,
+}
+
+impl Limit {
+    /// Those of legal machines.
+    fn of(machine: &Machine, name: &str, values: &[f64]) -> Vec<Self> {
+        let model = |&value: &f64| {
             let machine = machine.with(name, value).filter(Machine::is_legal)?;
             Some((value, machine.model()?))
-        })
-        .collect();
-    let columns: Vec<_> = models.iter().map(|(_, model)| model.column()).collect();
-    let hopf = columns.iter().map(|column| column.curve.weakening(column.belt_speed));
-    let grazing =
-        critical_dampings(&columns, ACCURACY).into_iter().map(|root| root.map_or(f64::NAN, |root| root.c));
-    let curve = |bifurcation, dampings: Vec<f64>| {
-        let points = models.iter().zip(dampings).filter(|(_, damping)| *damping >= 0.0).map(
-            |((value, model), damping)| {
-                let damping = damping * model.si.units.damping;
-                let (x, y) = if turned { (damping, *value) } else { (*value, damping) };
-                PlanePoint { x, y, error: ACCURACY }
-            },
-        );
+        };
+        let models: Vec<_> = values.iter().filter_map(model).collect();
+        let columns: Vec<_> = models.iter().map(|(_, model)| model.column()).collect();
+        let roots = critical_dampings(&columns, ACCURACY)
+            .into_iter()
+            .map(|root| root.map_or(f64::NAN, |root| root.c));
+        let limit = |(((value, model), column), root): ((&(f64, Model), &Column), f64)| {
+            let unit = model.si.units.damping;
+            Self {
+                value: *value,
+                hopf: column.curve.weakening(column.belt_speed) * unit,
+                grazing: root * unit,
+            }
+        };
+        models.iter().zip(&columns).zip(roots).map(limit).collect()
+    }
+
+    /// By how much this one is off the straight line between its neighbours.
+    fn bend(self, before: Self, after: Self) -> f64 {
+        let share = (self.value - before.value) / (after.value - before.value);
+        let off = |of: fn(Self) -> f64| (of(before) + share * (of(after) - of(before)) - of(self)).abs();
+        off(|limit| limit.hopf).max(off(|limit| limit.grazing))
+    }
+}
+
+/// The Hopf and the grazing curve of a machine over another quantity, in a picture with dampings up to `highest`;
+/// `turned` if the damping is the horizontal axis.
+fn limits(machine: &Machine, name: &str, values: &[f64], highest: f64, turned: bool) -> Vec<PlaneCurve> {
+    let mut found = Limit::of(machine, name, values);
+    for _ in 0..REFINEMENTS {
+        let bent = found.windows(3).filter(|near| near[1].bend(near[0], near[2]) > BEND * highest);
+        let middle = |a: Limit, b: Limit| 0.5 * (a.value + b.value);
+        let mut more: Vec<f64> =
+            bent.flat_map(|near| [middle(near[0], near[1]), middle(near[1], near[2])]).collect();
+        more.dedup();
+        if more.is_empty() {
+            break;
+        }
+        found.append(&mut Limit::of(machine, name, &more));
+        found.sort_by(|a, b| a.value.total_cmp(&b.value));
+    }
+    let curve = |bifurcation, of: fn(&Limit) -> f64| {
+        let points = found.iter().filter(|limit| of(limit) >= 0.0).map(|limit| {
+            let (x, y) = if turned { (of(limit), limit.value) } else { (limit.value, of(limit)) };
+            PlanePoint { x, y, error: ACCURACY }
+        });
         PlaneCurve { bifurcation, points: points.collect() }
     };
-    vec![curve(Bifurcation::Hopf, hopf.collect()), curve(Bifurcation::GrazingSliding, grazing.collect())]
+    vec![
+        curve(Bifurcation::Hopf, |limit| limit.hopf),
+        curve(Bifurcation::GrazingSliding, |limit| limit.grazing),
+    ]
 }
 
 /// Curves with their style, their points multiplied by the units of the axes.

@@ -40,12 +40,7 @@ fn compile(form: &Form, known: &mut Vec<Arc<Weakening>>, reach: f64) -> Arc<Weak
         Form::Table(law) => law.fastest(),
         _ => 2f64.powi(exponent),
     };
-    if let Some(known) = known.iter().find(|known| known.reach() == wanted) {
-        return Arc::clone(known);
-    }
-    let compiled = Arc::new(weakening::compile(form, wanted));
-    known.push(Arc::clone(&compiled));
-    compiled
+    weakening::compile(form, wanted, known)
 }
 
 impl Curve {
@@ -90,10 +85,7 @@ impl Curve {
             Form::Stribeck(law) => law.weakening_range(lo, hi),
             Form::Exponential(law) => law.weakening_range(lo, hi),
             Form::Lorentzian(law) => law.weakening_range(lo, hi),
-            Form::Expression(_) | Form::Leading(_) | Form::Table(_) | Form::Function(_) | Form::Custom(_) => {
-                // Of columns this is the reach of `Column::compiled`.
-                self.compiled(2.0 * hi).range(lo, hi)
-            }
+            _ => self.compiled(hi).range(lo, hi),
         }
     }
 
@@ -103,12 +95,7 @@ impl Curve {
         match &self.form {
             Form::Stribeck(law) => law.even_weakening_range(belt_speed),
             Form::Exponential(law) => law.even_weakening_range(belt_speed),
-            Form::Lorentzian(_)
-            | Form::Expression(_)
-            | Form::Leading(_)
-            | Form::Table(_)
-            | Form::Function(_)
-            | Form::Custom(_) => self.compiled(4.0 * belt_speed).even_range(belt_speed, belt_speed),
+            _ => self.compiled(4.0 * belt_speed).even_range(belt_speed, belt_speed),
         }
     }
 
@@ -119,12 +106,7 @@ impl Curve {
         match &self.form {
             Form::Stribeck(law) => law.mean_weakening(belt_speed),
             Form::Table(law) => law.mean_weakening(belt_speed),
-            Form::Exponential(_)
-            | Form::Lorentzian(_)
-            | Form::Expression(_)
-            | Form::Leading(_)
-            | Form::Function(_)
-            | Form::Custom(_) => {
+            _ => {
                 let weakening = self.compiled(4.0 * belt_speed);
                 mean::mean_weakening(|u| weakening.at(u), belt_speed)
             }
@@ -158,12 +140,7 @@ impl Curve {
                     weakening_range: leading.range(0.0, 2.0 * belt_speed),
                 })
             }
-            Form::Exponential(_)
-            | Form::Lorentzian(_)
-            | Form::Leading(_)
-            | Form::Table(_)
-            | Form::Function(_)
-            | Form::Custom(_) => Err(NoFirstOrder::NoEpsilon),
+            _ => Err(NoFirstOrder::NoEpsilon),
         }
     }
 
@@ -173,6 +150,11 @@ impl Curve {
     pub fn is_enclosed(&self, fastest: f64) -> bool {
         let range = self.weakening_range(0.0, fastest);
         range.lo.is_finite() && range.hi.is_finite()
+    }
+
+    /// Returns whether the law is given by functions, which nothing encloses.
+    pub(crate) fn is_sampled(&self) -> bool {
+        matches!(self.form, Form::Custom(_))
     }
 
     /// Derivatives of the weakening rate at slip speed `u` by eps and by each parameter of the law.
@@ -208,9 +190,7 @@ impl Curve {
             Form::Exponential(law) => law.is_normal(),
             Form::Lorentzian(law) => law.is_normal(),
             // Enclosures are valid for numbers of every size.
-            Form::Expression(_) | Form::Leading(_) | Form::Table(_) | Form::Function(_) | Form::Custom(_) => {
-                true
-            }
+            _ => true,
         }
     }
 
@@ -238,13 +218,7 @@ impl Curve {
     pub fn stribeck(&self) -> Option<&Stribeck> {
         match &self.form {
             Form::Stribeck(law) => Some(law),
-            Form::Exponential(_)
-            | Form::Lorentzian(_)
-            | Form::Expression(_)
-            | Form::Leading(_)
-            | Form::Table(_)
-            | Form::Function(_)
-            | Form::Custom(_) => None,
+            _ => None,
         }
     }
 
@@ -257,15 +231,7 @@ impl Curve {
     /// found no exception.
     #[must_use]
     pub fn weakening_is_convex(&self) -> bool {
-        match self.form {
-            Form::Stribeck(_) | Form::Exponential(_) => true,
-            Form::Lorentzian(_)
-            | Form::Expression(_)
-            | Form::Leading(_)
-            | Form::Table(_)
-            | Form::Function(_)
-            | Form::Custom(_) => false,
-        }
+        matches!(self.form, Form::Stribeck(_) | Form::Exponential(_))
     }
 }
 

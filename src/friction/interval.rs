@@ -73,6 +73,13 @@ impl Neg for Interval {
 impl Add for Interval {
     type Output = Self;
     fn add(self, other: Self) -> Self {
+        // Exact, and frequent, as in products.
+        if self.is_zero() {
+            return other;
+        }
+        if other.is_zero() {
+            return self;
+        }
         Self::outward(self.lo + other.lo, self.hi + other.hi, 1)
     }
 }
@@ -80,6 +87,9 @@ impl Add for Interval {
 impl Sub for Interval {
     type Output = Self;
     fn sub(self, other: Self) -> Self {
+        if other.is_zero() {
+            return self;
+        }
         Self::outward(self.lo - other.hi, self.hi - other.lo, 1)
     }
 }
@@ -97,7 +107,7 @@ fn hull_of(values: [f64; 4]) -> Interval {
 impl Mul for Interval {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
-        if self == Self::constant(0.0) || other == Self::constant(0.0) {
+        if self.is_zero() || other.is_zero() {
             // Exact, and frequent: derivatives of terms that do not depend on u.
             return Self::constant(0.0);
         }
@@ -118,7 +128,7 @@ impl Div for Interval {
         if other.contains_zero() {
             return Self::ENTIRE;
         }
-        if self == Self::constant(0.0) {
+        if self.is_zero() {
             return self;
         }
         hull_of([self.lo / other.lo, self.lo / other.hi, self.hi / other.lo, self.hi / other.hi])
@@ -135,6 +145,10 @@ fn may_hold(interval: Interval, phase: f64) -> bool {
 impl Real for Interval {
     fn constant(x: f64) -> Self {
         Self { lo: x, hi: x }
+    }
+
+    fn is_zero(&self) -> bool {
+        self.lo == 0.0 && self.hi == 0.0
     }
 
     fn exp(self) -> Self {

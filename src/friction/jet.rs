@@ -10,6 +10,8 @@ pub(crate) trait Real:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
     fn constant(x: f64) -> Self;
+    /// Whether it is zero, exactly.
+    fn is_zero(&self) -> bool;
     fn exp(self) -> Self;
     fn ln(self) -> Self;
     fn sqrt(self) -> Self;
@@ -41,6 +43,9 @@ pub(crate) trait Real:
 impl Real for f64 {
     fn constant(x: f64) -> Self {
         x
+    }
+    fn is_zero(&self) -> bool {
+        *self == 0.0
     }
     fn exp(self) -> Self {
         f64::exp(self)
@@ -86,6 +91,12 @@ impl<T: Real, const N: usize> Jet<T, N> {
         Self(coefficients)
     }
 
+    /// The number of coefficients up to the last one that is not zero. Products skip the others: constants and
+    /// the slip speed itself are frequent factors.
+    fn length(&self) -> usize {
+        N - self.0.iter().rev().take_while(|coefficient| coefficient.is_zero()).count()
+    }
+
     /// The `order`-th derivative.
     pub(crate) fn derivative(&self, order: usize) -> T {
         let factorial: f64 = (1..=order).map(|k| k as f64).product();
@@ -97,11 +108,12 @@ impl<T: Real, const N: usize> Jet<T, N> {
     fn integrate(&self, start: T, mut rate: impl FnMut(&[T; N], usize) -> T) -> Self {
         let mut sum = [T::constant(0.0); N];
         sum[0] = start;
+        let length = self.length();
         let mut rates = [T::constant(0.0); N];
         for k in 1..N {
             rates[k - 1] = rate(&sum, k - 1);
             let mut total = T::constant(0.0);
-            for j in 1..=k {
+            for j in 1..length.min(k + 1) {
                 total = total + T::constant(j as f64) * self.0[j] * rates[k - j];
             }
             sum[k] = total / T::constant(k as f64);
@@ -143,17 +155,23 @@ impl<T: Real, const N: usize> Sub for Jet<T, N> {
 impl<T: Real, const N: usize> Mul for Jet<T, N> {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
-        Self(std::array::from_fn(|k| product(&self.0, &other.0, k)))
+        let (long, short) = (self.length(), other.length());
+        Self(std::array::from_fn(|k| {
+            let terms = (k + 1).saturating_sub(short)..long.min(k + 1);
+            let terms = terms.map(|j| self.0[j] * other.0[k - j]);
+            terms.reduce(|sum, term| sum + term).unwrap_or(T::constant(0.0))
+        }))
     }
 }
 
 impl<T: Real, const N: usize> Div for Jet<T, N> {
     type Output = Self;
     fn div(self, other: Self) -> Self {
+        let length = other.length();
         let mut quotient = [T::constant(0.0); N];
         for k in 0..N {
             let mut rest = self.0[k];
-            for j in 1..=k {
+            for j in 1..length.min(k + 1) {
                 rest = rest - other.0[j] * quotient[k - j];
             }
             quotient[k] = rest / other.0[0];
@@ -165,6 +183,10 @@ impl<T: Real, const N: usize> Div for Jet<T, N> {
 impl<T: Real, const N: usize> Real for Jet<T, N> {
     fn constant(x: f64) -> Self {
         Self::of(T::constant(x))
+    }
+
+    fn is_zero(&self) -> bool {
+        self.0.iter().all(T::is_zero)
     }
 
     fn exp(self) -> Self {
@@ -194,9 +216,10 @@ impl<T: Real, const N: usize> Real for Jet<T, N> {
     fn sin_cos(self) -> (Self, Self) {
         let (mut sin, mut cos) = ([T::constant(0.0); N], [T::constant(0.0); N]);
         (sin[0], cos[0]) = self.0[0].sin_cos();
+        let length = self.length();
         for k in 1..N {
             let (mut s, mut c) = (T::constant(0.0), T::constant(0.0));
-            for j in 1..=k {
+            for j in 1..length.min(k + 1) {
                 let rate = T::constant(j as f64) * self.0[j];
                 s = s + rate * cos[k - j];
                 c = c - rate * sin[k - j];

@@ -29,7 +29,7 @@ pub use lorentzian::Lorentzian;
 pub use stribeck::Stribeck;
 pub use table::{Table, TableError};
 pub use weakening::{Accuracy, Weakening};
-pub(crate) use weakening::{COUNT, ProvedPiece};
+pub(crate) use weakening::{COUNT, Polynomial, ProvedPiece};
 
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -155,7 +155,7 @@ impl Law {
     /// use slipmap::certify::TESTS;
     /// use slipmap::filippov::Oscillator;
     /// use slipmap::friction::{CustomLaw, Law, Parameter};
-    /// use slipmap::simulate::{Fate, flow};
+    /// use slipmap::simulate::{Fate, critical_damping, flow};
     ///
     /// /// The friction of R. I. Leine and others, 1 / (1 + a u).
     /// #[derive(Debug)]
@@ -182,6 +182,8 @@ impl Law {
     /// let oscillator = Oscillator::new(&law, &point);
     /// assert!(matches!(flow(&oscillator, 1e-9).fate, Fate::Sticks(_)));
     /// let column = law.column(&point);
+    /// let critical = critical_damping(&column, 1e-9)?;
+    /// assert!((1.0..2.0).contains(&critical.c) && critical.error < 1e-8);
     /// // Of functions nothing is proved: the theorems are silent.
     /// let symmetric = TESTS.iter().find(|test| test.name == "symmetric").unwrap();
     /// assert_eq!((symmetric.claim)(&column).present_below, f64::NEG_INFINITY);

@@ -6,15 +6,19 @@ use super::Regime;
 use super::simulation::End;
 use super::verdict::{Attractors, Outside};
 use crate::filippov::Oscillator;
-use crate::friction::Curve;
+use crate::friction::{Curve, Range};
 use crate::simulate::backbone::{Backbone, Crossing};
 use crate::simulate::crossing::{CrossingCycle, StickSlipCycle, crossing_cycles, stick_slip_cycle};
-use crate::simulate::slip_cycle::{BACKBONE_TOLERANCE, Kick, SlipCycle, kick_onto, locate, none_proved};
-use crate::simulate::{Failure, Flow, Range};
+use crate::simulate::slip_cycle::{BACKBONE_TOLERANCE, Kick, SlipCycle, kick_onto, locate, none_within};
+use crate::simulate::{Failure, Flow};
 
 /// Relative error of a turn for slip cycles. It is small because the amplitude of a cycle is ill-conditioned
 /// where the multiplier is close to 1.
 const TIGHT: f64 = 1e-13;
+
+/// Accuracy, in units of the weakening rate, of the backbone that is asked first where only the number of
+/// cycles is needed: few dampings of a column lie that close to one of its extremes.
+const COARSE: f64 = 1e-5;
 
 /// An attracting cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,44 +37,75 @@ pub struct AttractingCycle {
 pub(super) struct Behaviour {
     curve: Curve,
     belt_speed: f64,
+    /// The weakening rate at belt speed: eps c at the Hopf bifurcation.
+    at_belt_speed: f64,
+    /// Bounds of its even part.
+    even: Range,
     /// Computed on first use.
-    backbone: OnceCell<Result<Backbone, Failure>>,
+    coarse: OnceCell<Result<Backbone, Failure>>,
+    fine: OnceCell<Result<Backbone, Failure>>,
 }
 
 impl Behaviour {
     pub(super) fn new(curve: &Curve, belt_speed: f64) -> Self {
-        Self { curve: curve.clone(), belt_speed, backbone: OnceCell::new() }
+        Self {
+            curve: curve.clone(),
+            belt_speed,
+            at_belt_speed: curve.weakening(belt_speed),
+            even: curve.even_weakening_range(belt_speed),
+            coarse: OnceCell::new(),
+            fine: OnceCell::new(),
+        }
     }
 
-    /// The slip cycles of `oscillator`, whose orbit from the exit point ends as `end`; `None` if they are
-    /// unknown.
-    pub(super) fn slip_cycles(&self, oscillator: &Oscillator, end: End) -> Option<Vec<Crossing>> {
-        let stable = oscillator.eigenvalues().is_stable();
+    /// The slip cycles at eps c = `viscous`, where the orbit from the exit point ends as `end`, between bounds
+    /// that are as narrow as possible; `None` if they are unknown.
+    fn slip_cycles(&self, viscous: f64, end: End) -> Option<Vec<Crossing>> {
+        let cycles = self.cycles(viscous, end, || self.fine())?;
+        // Where the backbone was not needed the bounds are those of the belt line.
+        let narrowed = |cycle: Crossing| match self.fine.get() {
+            Some(Ok(backbone)) => Crossing { between: backbone.narrowed(&cycle, viscous), ..cycle },
+            Some(Err(_)) | None => cycle,
+        };
+        Some(cycles.into_iter().map(narrowed).collect())
+    }
+
+    /// The same between any bounds, for their number and stability.
+    pub(super) fn count(&self, viscous: f64, end: End) -> Option<Vec<Crossing>> {
+        self.cycles(viscous, end, || {
+            let coarse = self.coarse.get_or_init(|| Backbone::of_curve(&self.curve, self.belt_speed, COARSE));
+            coarse.as_ref().ok().filter(|backbone| backbone.is_clear(viscous)).or_else(|| self.fine())
+        })
+    }
+
+    fn cycles<'a>(
+        &self,
+        viscous: f64,
+        end: End,
+        backbone: impl FnOnce() -> Option<&'a Backbone>,
+    ) -> Option<Vec<Crossing>> {
+        let stable = self.at_belt_speed < viscous;
         let returns = match end {
             End::Sticks | End::Crosses => true,
             End::Inward => false,
             End::TooClose | End::Failed => return None,
         };
-        if none_proved(oscillator) {
+        if none_within(&self.even, viscous) {
             return Some(Vec::new());
         }
-        if oscillator.curve.weakening_is_convex() {
+        if self.curve.weakening_is_convex() {
             // At most one cycle, which repels: it lies between the equilibrium and the belt line if both
             // attract.
             let between = [0.0, self.belt_speed];
             let one = Crossing { between, is_stable: !returns };
             return Some(if stable == returns { vec![one] } else { Vec::new() });
         }
-        let backbone = self.backbone()?;
-        let cycles = backbone.cycles(oscillator.viscous, stable, returns)?;
-        let narrowed =
-            |cycle: Crossing| Crossing { between: backbone.narrowed(&cycle, oscillator.viscous), ..cycle };
-        Some(cycles.into_iter().map(narrowed).collect())
+        backbone()?.cycles(viscous, stable, returns)
     }
 
-    fn backbone(&self) -> Option<&Backbone> {
+    fn fine(&self) -> Option<&Backbone> {
         let make = || Backbone::of_curve(&self.curve, self.belt_speed, BACKBONE_TOLERANCE);
-        self.backbone.get_or_init(make).as_ref().ok()
+        self.fine.get_or_init(make).as_ref().ok()
     }
 
     /// The regime: the set of attractors.
@@ -78,10 +113,10 @@ impl Behaviour {
     /// An orbit that spirals inward around an unstable equilibrium must tend to a slip cycle between the two
     /// (Poincare-Bendixson); around a stable one the equilibrium attracts. The attractor of the orbit from
     /// the exit point coexists with all attractors inside that orbit.
-    pub(super) fn regime(&self, oscillator: &Oscillator, end: End) -> Regime {
-        let Some(cycles) = self.slip_cycles(oscillator, end) else { return Regime::Failed };
+    pub(super) fn regime(&self, viscous: f64, end: End) -> Regime {
+        let Some(cycles) = self.count(viscous, end) else { return Regime::Failed };
         let attractors = Attractors {
-            equilibrium: oscillator.eigenvalues().is_stable(),
+            equilibrium: self.at_belt_speed < viscous,
             slip: cycles.iter().any(|cycle| cycle.is_stable),
             outside: match end {
                 End::Sticks => Some(Outside::StickSlip),
@@ -114,7 +149,8 @@ impl Behaviour {
                 Some(AttractingCycle { period, displacement, velocity, multiplier })
             }
             End::Inward => {
-                let cycle = self.slip_cycles(oscillator, end)?.into_iter().rfind(|cycle| cycle.is_stable)?;
+                let cycle =
+                    self.slip_cycles(oscillator.viscous, end)?.into_iter().rfind(|cycle| cycle.is_stable)?;
                 let SlipCycle { period, displacement, velocity, multiplier } =
                     locate(oscillator, &cycle, tolerance.min(TIGHT)).ok()?;
                 Some(AttractingCycle { period, displacement, velocity, multiplier })
@@ -131,7 +167,7 @@ impl Behaviour {
         end: End,
         tolerance: f64,
     ) -> Option<(SlipCycle, Kick)> {
-        let cycle = self.slip_cycles(oscillator, end)?.pop().filter(|cycle| !cycle.is_stable)?;
+        let cycle = self.slip_cycles(oscillator.viscous, end)?.pop().filter(|cycle| !cycle.is_stable)?;
         let tolerance = tolerance.min(TIGHT);
         let cycle = locate(oscillator, &cycle, tolerance).ok()?;
         let kick = kick_onto(oscillator, &cycle, tolerance).ok()?;
@@ -156,7 +192,7 @@ pub struct LongRun {
 pub fn long_run(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> LongRun {
     let behaviour = Behaviour::new(&oscillator.curve, oscillator.belt_speed);
     LongRun {
-        regime: behaviour.regime(oscillator, End::of(flow)),
+        regime: behaviour.regime(oscillator.viscous, End::of(flow)),
         cycle: behaviour.attracting_cycle(oscillator, flow, tolerance),
         basin: behaviour.basin_boundary(oscillator, End::of(flow), tolerance),
     }
@@ -165,14 +201,14 @@ pub fn long_run(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> LongRun
 /// The regime of a point whose orbit from the exit point is `flow`.
 #[must_use]
 pub fn regime(oscillator: &Oscillator, flow: &Flow) -> Regime {
-    Behaviour::new(&oscillator.curve, oscillator.belt_speed).regime(oscillator, End::of(flow))
+    Behaviour::new(&oscillator.curve, oscillator.belt_speed).regime(oscillator.viscous, End::of(flow))
 }
 
 /// The number of slip cycles, stable or not; `None` if it is unknown.
 #[must_use]
 pub fn slip_cycle_count(oscillator: &Oscillator, flow: &Flow) -> Option<usize> {
     let behaviour = Behaviour::new(&oscillator.curve, oscillator.belt_speed);
-    behaviour.slip_cycles(oscillator, End::of(flow)).map(|cycles| cycles.len())
+    behaviour.count(oscillator.viscous, End::of(flow)).map(|cycles| cycles.len())
 }
 
 /// The attracting cycle where the orbit from the exit point is `flow`: the stick-slip or the crossing cycle,

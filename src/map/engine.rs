@@ -331,8 +331,7 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> Computed {
             let regimes = || {
                 let of_column = |(column, ends): (&Column, &[End])| {
                     let behaviour = Behaviour::new(&column.curve, column.belt_speed);
-                    let regime =
-                        |(&c, &end): (&f64, &End)| behaviour.regime(&Oscillator::in_column(column, c), end);
+                    let regime = |(&c, &end): (&f64, &End)| behaviour.regime(column.epsilon * c, end);
                     cs.iter().zip(ends).map(regime).collect::<Vec<_>>()
                 };
                 columns.iter().zip(simulated.ends.chunks(cs.len())).flat_map(of_column).collect()

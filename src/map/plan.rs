@@ -339,3 +339,30 @@ impl Plan {
         self.fields.iter().map(per_field).sum()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn illegal_plans_are_refused() {
+        let nodes = [vec![0.1], vec![0.4], vec![0.2], vec![2.0], vec![1.0], vec![0.0, 0.3]];
+        let grid = Grid::new(Law::Stribeck, nodes.to_vec()).unwrap();
+        let plan = || Plan::builder(grid.clone());
+        let plane = Plane { x: 0, y: 5, held: vec![0; 6] };
+        for (builder, words) in [
+            (plan().methods([]), "at least one method"),
+            (plan().tolerance(f64::NAN), "the tolerance is NaN"),
+            (plan().tolerance(0.1), "the tolerance is 0.1"),
+            (plan().audit_cells(1_000_000_000_000), "an audit of 1000000000000 cells"),
+            (plan().compression(10), "the compression is 10"),
+            (plan().tile_shape([]), "tiles of the shape []"),
+            (plan().tile_shape([1, 1, 1, 1, 1, 0]), "tiles of the shape [1, 1, 1, 1, 1, 0]"),
+            (plan().planes([plane]), "there is no plane of the axes 0 and 5"),
+        ] {
+            let refused = builder.build().unwrap_err().to_string();
+            assert!(refused.contains(words), "{refused}");
+        }
+        assert!(plan().build().is_ok());
+    }
+}

@@ -75,7 +75,7 @@ impl Description {
                 _ => None,
             },
             slip_cycles: cycle
-                .then(|| behaviour.slip_cycles(oscillator, end))
+                .then(|| behaviour.count(oscillator.viscous, end))
                 .flatten()
                 .map(|cycles| cycles.len()),
             cycle: flow

@@ -20,7 +20,7 @@
 //! samples.
 //!
 //! Standard errors of measured friction move y too. To first order in them its standard deviation is another
-//! function of the same groups (theory, "Sensitivities"), and is interpolated alike.
+//! function of the same groups (theory, "Any friction law"), and is interpolated alike.
 
 use rayon::prelude::*;
 

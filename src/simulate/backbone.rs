@@ -15,9 +15,11 @@
 
 use std::f64::consts::PI;
 
-use super::closed_orbit::{closing_damping, closing_damping_of_node};
+use super::Failure;
+use super::closed_orbit::closing_damping_of_node;
+use super::closing::closing_dampings;
+use super::polar::Closing;
 use super::work::Work;
-use super::{Failure, Range};
 use crate::friction::{Column, Curve};
 
 /// Numbers of intervals between nodes, coarse to fine.
@@ -51,17 +53,18 @@ pub struct Backbone {
     /// Coefficients of C along the Chebyshev polynomials in 2 r / V - 1.
     series: Vec<f64>,
     turning_points: Vec<TurningPoint>,
+    /// C at the extremes of the interpolant that may be due to its error.
+    doubtful: Vec<f64>,
     /// Estimate of the absolute error of C at any r.
     pub error: f64,
     /// Number of evaluations of the right-hand side, where the polar form was used.
     pub rhs: u64,
 }
 
-/// Computes C at one amplitude after the other.
+/// Computes C at amplitudes.
 struct Solver<'a> {
     curve: &'a Curve,
     belt_speed: f64,
-    bounds: Range,
     tolerance: f64,
     work: &'a Work,
     /// Largest error so far.
@@ -70,21 +73,28 @@ struct Solver<'a> {
 }
 
 impl Solver<'_> {
-    fn at(&mut self, radius: f64, start: f64) -> Result<f64, Failure> {
-        let (curve, belt_speed, bounds, tolerance, work) =
-            (self.curve, self.belt_speed, self.bounds, self.tolerance, self.work);
-        let found = match closing_damping(curve, belt_speed, radius, bounds, start, tolerance, work) {
-            Ok(found) => found,
-            Err(spent) => {
-                self.rhs += spent;
-                // On the belt line itself the orbit is followed from just below: C is continuous.
-                let radius = radius.min(belt_speed * (1.0 - f64::EPSILON));
-                closing_damping_of_node(curve, belt_speed, radius, bounds, tolerance, work)?
-            }
-        };
-        self.rhs += found.rhs;
-        self.error = self.error.max(found.error);
-        Ok(found.viscous)
+    fn at(&mut self, radii: &[f64]) -> Result<Vec<f64>, Failure> {
+        let (curve, belt_speed, tolerance, work) = (self.curve, self.belt_speed, self.tolerance, self.work);
+        let orbits: Vec<(&Curve, f64, f64)> =
+            radii.iter().map(|radius| (curve, belt_speed, *radius)).collect();
+        let found = closing_dampings(&orbits, tolerance).into_iter().zip(radii);
+        found
+            .map(|(found, radius)| {
+                let (Ok(Closing { rhs, .. }) | Err(rhs)) = found;
+                self.rhs += rhs;
+                work.spend_compiled(rhs)?;
+                let Closing { viscous, error, .. } = match found {
+                    Ok(found) => found,
+                    Err(_) => {
+                        // On the belt line itself the orbit is followed from just below: C is continuous.
+                        let radius = radius.min(belt_speed * (1.0 - f64::EPSILON));
+                        closing_damping_of_node(curve, belt_speed, radius, tolerance, work)?
+                    }
+                };
+                self.error = self.error.max(error);
+                Ok(viscous)
+            })
+            .collect()
     }
 }
 
@@ -142,27 +152,25 @@ impl Backbone {
         tolerance: f64,
         work: &Work,
     ) -> Result<Self, Failure> {
-        let bounds = curve.even_weakening_range(belt_speed);
-        let size = bounds.lo.abs().max(bounds.hi.abs());
-        let mut solver = Solver { curve, belt_speed, bounds, tolerance, work, error: 0.0, rhs: 0 };
+        let mut solver = Solver { curve, belt_speed, tolerance, work, error: 0.0, rhs: 0 };
         let finest = if curve.corners().is_empty() { SIZES[SIZES.len() - 1] } else { FINEST_WITH_CORNERS };
-        let mut values =
-            vec![solver.at(belt_speed, curve.mean_weakening(belt_speed))?, curve.weakening(belt_speed)];
+        let mut values = vec![solver.at(&[belt_speed])?[0], curve.weakening(belt_speed)];
         let mut intervals = 1;
         loop {
             // Every other node is known.
             let finer = if intervals == 1 { SIZES[0] } else { 2 * intervals };
             let stride = finer / intervals;
-            let mut refined = Vec::with_capacity(finer + 1);
-            for i in 0..=finer {
-                let radius = 0.5 * belt_speed * (1.0 + node(i, finer));
-                refined.push(if i % stride == 0 {
-                    values[i / stride]
-                } else {
-                    let before: f64 = refined[i - 1];
-                    solver.at(radius, before)?
-                });
+            let radius = |i: usize| 0.5 * belt_speed * (1.0 + node(i, finer));
+            let unknown: Vec<usize> = (0..=finer).filter(|i| i % stride != 0).collect();
+            let found = solver.at(&unknown.iter().map(|&i| radius(i)).collect::<Vec<_>>())?;
+            let mut refined = vec![0.0; finer + 1];
+            for (i, value) in values.into_iter().enumerate() {
+                refined[i * stride] = value;
             }
+            for (i, value) in unknown.into_iter().zip(found) {
+                refined[i] = value;
+            }
+            let size = refined.iter().map(|value| value.abs()).fold(0.0, f64::max);
             (values, intervals) = (refined, finer);
             let series = coefficients(&values);
             let last = &series[intervals + 1 - (intervals / 4).max(3)..];
@@ -174,10 +182,12 @@ impl Backbone {
                     belt_speed,
                     series,
                     turning_points: Vec::new(),
+                    doubtful: Vec::new(),
                     error: tail + nodes,
                     rhs: solver.rhs,
                 };
-                backbone.turning_points = backbone.find_turning_points([values[intervals], values[0]]);
+                (backbone.turning_points, backbone.doubtful) =
+                    backbone.find_turning_points([values[intervals], values[0]]);
                 return Ok(backbone);
             }
         }
@@ -202,7 +212,8 @@ impl Backbone {
         &self.turning_points[1..self.turning_points.len() - 1]
     }
 
-    fn find_turning_points(&self, [at_rest, at_belt]: [f64; 2]) -> Vec<TurningPoint> {
+    /// The turning points, and C at those that were left out.
+    fn find_turning_points(&self, [at_rest, at_belt]: [f64; 2]) -> (Vec<TurningPoint>, Vec<f64>) {
         // Twice as many intervals as the highest polynomial has extremes.
         let places = 4 * (self.series.len() - 1);
         let radius = |i: usize| 0.5 * self.belt_speed * (1.0 - node(i, places));
@@ -218,6 +229,7 @@ impl Backbone {
             }
         }
         found.push(TurningPoint { radius: self.belt_speed, viscous: at_belt });
+        let mut doubtful = Vec::new();
         // Remove the smallest step between neighbours: both its ends, or the one that is not an end of the
         // curve.
         while let Some(i) = (1..found.len())
@@ -229,13 +241,22 @@ impl Backbone {
                 step(i).total_cmp(&step(j))
             })
         {
-            match i {
-                1 => drop(found.remove(1)),
-                i if i + 1 == found.len() => drop(found.remove(i - 1)),
-                i => drop(found.drain(i - 1..=i)),
-            }
+            let removed = match i {
+                1 => 1..2,
+                i if i + 1 == found.len() => i - 1..i,
+                i => i - 1..i + 1,
+            };
+            doubtful.extend(found.drain(removed).map(|point| point.viscous));
         }
-        found
+        (found, doubtful)
+    }
+
+    /// Returns whether C = `viscous` is farther than the error from every extreme, also from those that are
+    /// too small to be counted: if not, a more accurate backbone may show other cycles.
+    #[must_use]
+    pub fn is_clear(&self, viscous: f64) -> bool {
+        let folds = self.folds().iter().map(|fold| fold.viscous);
+        folds.chain(self.doubtful.iter().copied()).all(|extreme| (extreme - viscous).abs() > self.error)
     }
 
     /// The slip cycles at C = `viscous`, by increasing amplitude. The stability of the equilibrium and

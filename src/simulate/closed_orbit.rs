@@ -25,12 +25,13 @@
 
 use std::f64::consts::TAU;
 
+use super::Failure;
 use super::corners::{self, End};
 use super::dop853::{Field, NODES, STAGES, step};
+use super::polar::Closing;
 use super::roots::{Bracket, Found, falling_root};
 use super::slip_cycle::{self, SlipTurn};
 use super::work::Work;
-use super::{Failure, Range};
 use crate::filippov::Oscillator;
 use crate::friction::{Curve, Weakening};
 
@@ -43,6 +44,7 @@ const SHORTEST_STEP: f64 = 1e-9;
 const STEP_BUDGET: u32 = 20_000;
 /// Share of the tolerance for the sum of the local error estimates.
 const SHARE: f64 = 0.3;
+
 /// Error of the first turns, which only lead near a root, in units of the weakening rate.
 const ROUGH: f64 = 1e-6;
 /// Largest number of turns in the search for a root; four are usual.
@@ -170,28 +172,19 @@ pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Resu
     Err(HandOver { rhs })
 }
 
-/// The damping at which an orbit closes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Closing {
-    /// C = eps c.
-    pub(super) viscous: f64,
-    /// Estimate of its absolute error.
-    pub(super) error: f64,
-    pub(super) rhs: u64,
-}
-
-/// The C at which the orbit through the maximum `radius` of x2 closes, near `start`, between `bounds` of the
-/// even part of the weakening rate (theory, "The backbone"); `Err` with the cost where the polar form has no
+/// The C at which the orbit through the maximum `radius` of x2 closes, by turns between bounds of the even
+/// part of the weakening rate (theory, "The backbone"): for orbits on which Newton's method for the whole orbit
+/// does not converge; `Err` with the cost where the polar form has no
 /// answer for a turn of the search.
-pub(super) fn closing_damping(
+pub(super) fn closing_damping_by_turns(
     curve: &Curve,
     belt_speed: f64,
     radius: f64,
-    bounds: Range,
-    start: f64,
     tolerance: f64,
     work: &Work,
 ) -> Result<Closing, u64> {
+    let bounds = curve.even_weakening_range(belt_speed);
+    let start = curve.mean_weakening(belt_speed);
     let size = bounds.lo.abs().max(bounds.hi.abs());
     if !(size.is_finite() && start.is_finite()) {
         return Err(0);
@@ -231,8 +224,8 @@ pub(super) fn closing_damping(
     Err(rhs)
 }
 
-/// As [`closing_damping`], where the polar angle is not monotone in time: by the orbit in (x2, x2'), for
-/// `radius` < V.
+/// The C at which the orbit through the maximum `radius` < V of x2 closes, by the orbit in (x2, x2'): for orbits whose polar
+/// angle is not monotone in time. It lies between the bounds of the even part of the weakening rate (theory, "The backbone").
 ///
 /// # Errors
 /// [`Failure`] of a turn.
@@ -240,10 +233,10 @@ pub(super) fn closing_damping_of_node(
     curve: &Curve,
     belt_speed: f64,
     radius: f64,
-    bounds: Range,
     tolerance: f64,
     work: &Work,
 ) -> Result<Closing, Failure> {
+    let bounds = curve.even_weakening_range(belt_speed);
     let mut oscillator = Oscillator { curve: curve.clone(), viscous: 0.0, belt_speed };
     let mut growth = |viscous: f64| {
         oscillator.viscous = viscous;

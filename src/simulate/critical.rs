@@ -1,63 +1,16 @@
 //! The critical damping c* of a column: the root of the grazing margin.
 //!
-//! At c* the orbit from the exit point grazes the belt line, so ln(r/V) is a *periodic* function p of the
-//! angle with p(0) = 0. That turns the root search into a small spectral problem without any stepping:
-//! on M equal angles, sweep
-//!
-//! ```text
-//! g = p'(theta; p, C),    C <- C - mean(g) / mean(dg/dC),    p <- antiderivative of g
-//! ```
-//!
-//! by trigonometric interpolation. The sweep converges fast because p changes D only through D'(u), and the
-//! error falls geometrically with M because the orbit is analytic. Columns outside the domain of the polar
-//! form are searched with [`flow`].
-//!
-//! **Error of the sweeps.** Let delta be the residual of the equation after the last sweep: its g less the
-//! slope of the p at which g was taken. It has zero mean. A small change delta of the right-hand side moves C
-//! by the mean of W delta over that of W dg/dC, with the weight W = exp(integral of a from theta to 2 pi), a
-//! = dg/dp: a change made at theta has grown or shrunk by that factor at the end of the turn. As delta has
-//! zero mean, any constant may be subtracted from W, and the best one leaves half of its range:
-//!
-//! ```text
-//! |error of C| <= (exp(R) - 1)/2 mean|delta| / mean|dg/dC|,    R = max(integral of a+, integral of a-)
-//! ```
-//!
-//! up to the square of delta. The size of the last *correction* of C is not such a bound: it is a mean, and
-//! passes through zero where p has not converged.
-//!
-//! **Error of the angles.** Estimated from three successive M, never from one, nor from two, which may agree
-//! by chance.
+//! At c* the orbit from the exit point grazes the belt line: it closes with the maximum V of x2. The search is
+//! that of [`super::closing`]; columns outside the domain of the polar form are searched with [`flow`].
 
 use std::cell::Cell;
-use std::f64::consts::TAU;
-use std::sync::{LazyLock, OnceLock};
 
-use super::closed_orbit::closing_damping;
-use super::polar::{Angle, LANES, Lanes};
+use super::closing::closing_dampings;
+use super::polar::Closing;
 use super::roots::{Bracket, Found, falling_root};
-use super::work::Work;
 use super::{Fate, flow};
 use crate::filippov::Oscillator;
-use crate::friction::Column;
-use crate::point::ScaledGroups;
-
-/// Number of further circles on which a column that leaves the domain of the polar form is tried again.
-const RETRY_RUNGS: usize = 4;
-/// Numbers of angles, coarse to fine.
-const ANGLES: [usize; 11] = [8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256];
-/// Number of sweeps on one set of angles after which the iteration counts as divergent.
-const MOST_SWEEPS: u32 = 40;
-/// Round-off of C, and of the residual, in units of the scale of C: sums of up to 256 terms of that size,
-/// with random signs of error.
-const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
-/// Error estimate of C in units of its change from the last circle: the error oscillates as it falls.
-const LAST_CHANGE_WEIGHT: f64 = 8.0;
-/// The same in units of the change before: two circles may agree by chance, three do not.
-const CHANGE_BEFORE_WEIGHT: f64 = 0.2;
-/// Number of angles of the coarsest circle in units of sqrt(1 + k), see [`first_rung`].
-const ANGLES_PER_POLE: f64 = 1.0;
-/// Largest |ln(r/V)| that [`exp`] covers.
-const LARGEST_LOG: f64 = 0.7;
+use crate::friction::{Column, Curve};
 
 /// The critical damping of a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,305 +32,6 @@ pub enum NoCriticalDamping {
     NoVerdict,
 }
 
-/// Result of the spectral iteration.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Spectral {
-    /// C* and its error estimate.
-    Root { viscous: f64, error: f64, rhs: u64 },
-    /// Outside the domain of the polar form, or no convergence.
-    NoAnswer { rhs: u64 },
-}
-
-/// Equal angles, and the matrix that maps a periodic function of zero mean, sampled on them, to its
-/// antiderivative that vanishes at angle 0.
-struct Circle {
-    angles: Vec<Angle>,
-    antiderivative: Vec<f64>,
-}
-
-impl Circle {
-    fn new(size: usize) -> Self {
-        let theta = |i: usize| TAU * (i % size) as f64 / size as f64;
-        let angles = (0..size).map(|i| Angle::new(theta(i))).collect();
-        // The trigonometric interpolant of a unit sample at j is a sum of cos k(x - x_j) over the harmonics
-        // k; integrated from 0 to x_i it is h(i - j) + h(j). The harmonic size/2 cannot be integrated here.
-        let h: Vec<f64> = (0..size)
-            .map(|d| {
-                let sum: f64 = (1..size / 2).rev().map(|k| theta(k * d).sin() / k as f64).sum();
-                2.0 * sum / size as f64
-            })
-            .collect();
-        let antiderivative = (0..size)
-            .flat_map(|i| (0..size).map(move |j| (i, j)))
-            .map(|(i, j)| h[(size + i - j) % size] + h[j])
-            .collect();
-        Self { angles, antiderivative }
-    }
-
-    fn of_rung(rung: usize) -> &'static Circle {
-        static TABLES: LazyLock<[OnceLock<Circle>; ANGLES.len()]> = LazyLock::new(Default::default);
-        TABLES[rung].get_or_init(|| Circle::new(ANGLES[rung]))
-    }
-}
-
-/// exp(x) for |x| <= [`LARGEST_LOG`] to about an ulp: Taylor series of exp(x/8) to degree 9, then three
-/// squarings.
-#[inline(always)]
-fn exp(x: f64) -> f64 {
-    let y = 0.125 * x;
-    let mut sum = 1.0 / 362_880.0;
-    for inverse_factorial in
-        [1.0 / 40_320.0, 1.0 / 5_040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0]
-    {
-        sum = y.mul_add(sum, inverse_factorial);
-    }
-    // expm1 keeps the accuracy of small arguments through the squarings: e(2y) = e(y) (2 + e(y)).
-    let mut expm1 = y * sum;
-    for _ in 0..3 {
-        expm1 *= 2.0 + expm1;
-    }
-    1.0 + expm1
-}
-
-/// An upper bound on exp(x) - 1 for x >= 0, close to it for x < 8, infinite from 16 on: exp(y) <= (1 + y/2) /
-/// (1 - y/2) for 0 <= y < 2.
-#[inline(always)]
-fn exp_m1_above(x: f64) -> f64 {
-    let y = 0.0625 * x;
-    // ((1 + y) / (1 - y))^8 - 1 by squarings that keep small values accurate.
-    let mut expm1 = 2.0 * y / (1.0 - y);
-    for _ in 0..3 {
-        expm1 *= 2.0 + expm1;
-    }
-    if y < 1.0 { expm1 } else { f64::INFINITY }
-}
-
-/// Result of the sweeps on one circle.
-struct Sweeps {
-    /// Bound on the error of C that more sweeps would remove.
-    left: [f64; LANES],
-    /// Whether that is as small as requested, or at the level of round-off.
-    settled: [bool; LANES],
-    /// Whether the orbit stays in the domain of the polar form.
-    inside: [bool; LANES],
-    sweeps: u32,
-}
-
-/// Arrays of the sweeps, angle by angle; allocated once for many circles.
-struct Workspace {
-    log_r: Vec<[f64; LANES]>,
-    slope: Vec<[f64; LANES]>,
-    by_c: Vec<[f64; LANES]>,
-    /// The function whose antiderivative is `log_r`.
-    fitted: Vec<[f64; LANES]>,
-}
-
-impl Workspace {
-    fn new() -> Self {
-        let angles = || vec![[0.0; LANES]; ANGLES[ANGLES.len() - 1]];
-        Self { log_r: angles(), slope: angles(), by_c: angles(), fitted: angles() }
-    }
-}
-
-/// Sums over the angles of one sweep.
-struct Sums {
-    slope: [f64; LANES],
-    by_c: [f64; LANES],
-    /// R of the bound on the error, if requested.
-    range: [f64; LANES],
-    /// Distance from the border of the domain of the polar form.
-    room: [f64; LANES],
-}
-
-/// Evaluates the equation on the orbit `log_r`.
-#[inline(always)]
-fn evaluate<const GROWTH: bool>(lanes: &Lanes, angles: &[Angle], workspace: &mut Workspace) -> Sums {
-    let [mut mean, mut mean_by_c, mut growth, mut growth_size] = [[0.0_f64; LANES]; 4];
-    let mut room = [f64::INFINITY; LANES];
-    let Workspace { log_r, slope, by_c, .. } = workspace;
-    for (((angle, log_r), slope), by_c) in angles.iter().zip(log_r).zip(slope).zip(by_c) {
-        let mut r = [0.0; LANES];
-        for lane in 0..LANES {
-            r[lane] = exp(log_r[lane]);
-            let left = LARGEST_LOG - log_r[lane].abs();
-            room[lane] = if left < room[lane] { left } else { room[lane] };
-        }
-        let terms = lanes.log_slope::<GROWTH>(*angle, &r, &mut room);
-        (*slope, *by_c) = (terms.slope, terms.by_c);
-        for lane in 0..LANES {
-            mean[lane] += slope[lane];
-            mean_by_c[lane] += by_c[lane];
-            if GROWTH {
-                growth[lane] += terms.by_log_r[lane];
-                growth_size[lane] += terms.by_log_r[lane].abs();
-            }
-        }
-    }
-    let step = TAU / angles.len() as f64;
-    let range = std::array::from_fn(|lane| 0.5 * (growth_size[lane] + growth[lane].abs()) * step);
-    Sums { slope: mean, by_c: mean_by_c, range, room }
-}
-
-/// Sweeps the lanes on one circle until the error left in every C is below its lane's `enough`, C in place.
-#[inline(always)]
-fn sweep(
-    lanes: &mut Lanes,
-    circle: &Circle,
-    workspace: &mut Workspace,
-    enough: &[f64; LANES],
-    round_off: &[f64; LANES],
-) -> Sweeps {
-    let size = circle.angles.len();
-    workspace.log_r[..size].fill([0.0; LANES]);
-    workspace.fitted[..size].fill([0.0; LANES]);
-    let mut settled = [false; LANES];
-    let mut left = [f64::INFINITY; LANES];
-    let mut half_span = [f64::INFINITY; LANES];
-    let mut room = [f64::INFINITY; LANES];
-    let mut sweeps = 0_u32;
-    while sweeps < MOST_SWEEPS {
-        sweeps += 1;
-        // R changes little from sweep to sweep, and less the more of them there are.
-        let sums = if sweeps > 1 && sweeps.is_power_of_two() {
-            let sums = evaluate::<true>(lanes, &circle.angles, workspace);
-            half_span = sums.range.map(|range| 0.5 * exp_m1_above(range));
-            sums
-        } else {
-            evaluate::<false>(lanes, &circle.angles, workspace)
-        };
-        room = sums.room;
-        let change: [f64; LANES] = std::array::from_fn(|lane| -sums.slope[lane] / sums.by_c[lane]);
-        lanes.shift_damping(&change);
-        let Workspace { log_r, slope, by_c, fitted } = workspace;
-        let mut residual = [0.0_f64; LANES];
-        for ((fitted, slope), by_c) in fitted[..size].iter_mut().zip(slope).zip(by_c) {
-            for lane in 0..LANES {
-                let better = by_c[lane].mul_add(change[lane], slope[lane]);
-                residual[lane] += (better - fitted[lane]).abs();
-                fitted[lane] = better;
-            }
-        }
-        for lane in 0..LANES {
-            left[lane] = half_span[lane] * residual[lane] / sums.by_c[lane].abs();
-            // Round-off of the residual stays, however many sweeps there are.
-            settled[lane] = left[lane] <= enough[lane] + half_span[lane] * round_off[lane];
-        }
-        if sweeps > 1 && (0..LANES).all(|lane| settled[lane] || !(room[lane] > 0.0)) {
-            break;
-        }
-        for (row, log_r) in circle.antiderivative.chunks_exact(size).zip(log_r) {
-            let mut sum = [0.0_f64; LANES];
-            for (weight, slope) in row.iter().zip(fitted.iter()) {
-                for lane in 0..LANES {
-                    sum[lane] = slope[lane].mul_add(*weight, sum[lane]);
-                }
-            }
-            *log_r = sum;
-        }
-    }
-    let inside = std::array::from_fn(|lane| room[lane] > 0.0);
-    Sweeps { left, settled, inside, sweeps }
-}
-
-/// Arguments of [`sweep`] for the function whose vector width pulp selects at run time.
-struct Dispatched<'a> {
-    lanes: &'a mut Lanes,
-    circle: &'a Circle,
-    workspace: &'a mut Workspace,
-    enough: &'a [f64; LANES],
-    round_off: &'a [f64; LANES],
-}
-
-impl pulp::WithSimd for Dispatched<'_> {
-    type Output = Sweeps;
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> Sweeps {
-        sweep(self.lanes, self.circle, self.workspace, self.enough, self.round_off)
-    }
-}
-
-/// C* of many scaled oscillators, started at the C in `starts`, with an error of at most `tolerance`
-/// times their divergence scale A.
-fn spectral(starts: &[ScaledGroups], tolerance: f64) -> Vec<Spectral> {
-    let arch = pulp::Arch::new();
-    let mut workspace = Workspace::new();
-    let mut answers = vec![Spectral::NoAnswer { rhs: 0 }; starts.len()];
-    let mut changes = vec![f64::INFINITY; starts.len()];
-    let mut waiting: Vec<usize> = Vec::new();
-    // From coarse to fine: a column begins at the first circle that resolves the pole of its divergence.
-    let first: Vec<Option<usize>> = starts.iter().map(first_rung).collect();
-    for rung in 0..ANGLES.len() {
-        let circle = Circle::of_rung(rung);
-        waiting.extend((0..starts.len()).filter(|&column| first[column] == Some(rung)));
-        let mut still = Vec::new();
-        for columns in waiting.chunks(LANES) {
-            let of = |lane: usize| columns[lane.min(columns.len() - 1)];
-            let starts: [ScaledGroups; LANES] = std::array::from_fn(|lane| {
-                let start = starts[of(lane)];
-                match answers[of(lane)] {
-                    Spectral::Root { viscous, .. } => ScaledGroups { c: viscous, ..start },
-                    Spectral::NoAnswer { .. } => start,
-                }
-            });
-            let units: [f64; LANES] = std::array::from_fn(|lane| scale(&starts[lane]));
-            let enough = units.map(|unit| 0.1 * tolerance * unit);
-            let round_off = units.map(|unit| ROUND_OFF * unit);
-            let mut lanes = Lanes::new(|lane| &starts[lane]);
-            let done = arch.dispatch(Dispatched {
-                lanes: &mut lanes,
-                circle,
-                workspace: &mut workspace,
-                enough: &enough,
-                round_off: &round_off,
-            });
-            for (lane, &column) in columns.iter().enumerate() {
-                let (before, rhs) = match answers[column] {
-                    Spectral::Root { viscous, rhs, .. } => (Some(viscous), rhs),
-                    Spectral::NoAnswer { rhs } => (None, rhs),
-                };
-                let rhs = rhs + u64::from(done.sweeps) * circle.angles.len() as u64;
-                let viscous = lanes.damping()[lane];
-                if !(done.inside[lane] && done.settled[lane] && viscous.is_finite()) {
-                    // A coarse circle may fail where a fine one does not, but a finer one would cost more
-                    // than the search by orbits.
-                    answers[column] = Spectral::NoAnswer { rhs };
-                    if rung < RETRY_RUNGS || Some(rung) == first[column] {
-                        still.push(column);
-                    }
-                    continue;
-                }
-                let unit = units[lane];
-                let change = before.map_or(f64::INFINITY, |before| (viscous - before).abs());
-                let uncertain = (LAST_CHANGE_WEIGHT * change).max(CHANGE_BEFORE_WEIGHT * changes[column]);
-                changes[column] = change;
-                let error = uncertain + done.left[lane] + ROUND_OFF * unit;
-                answers[column] = Spectral::Root { viscous, error, rhs };
-                if uncertain > (tolerance + 4.0 * LAST_CHANGE_WEIGHT * ROUND_OFF) * unit {
-                    if rung + 1 < ANGLES.len() {
-                        still.push(column);
-                    } else {
-                        answers[column] = Spectral::NoAnswer { rhs };
-                    }
-                }
-            }
-        }
-        waiting = still;
-    }
-    answers
-}
-
-/// The coarsest circle that resolves the pole of the divergence, q = 0, which is sqrt(2 / k) from the angle
-/// 0: on coarser ones several in a row may agree on a wrong value. `None` if no circle does.
-fn first_rung(groups: &ScaledGroups) -> Option<usize> {
-    ANGLES.iter().position(|&angles| angles as f64 >= ANGLES_PER_POLE * (1.0 + groups.k).sqrt())
-}
-
-/// Size of the divergence along a grazing orbit, the natural unit of C.
-fn scale(groups: &ScaledGroups) -> f64 {
-    groups.a.max(groups.b).max(f64::MIN_POSITIVE)
-}
-
 /// The critical damping of many columns.
 ///
 /// `tolerance` is relative to the size of the divergence: about the error of the scaled grazing margin
@@ -387,35 +41,16 @@ pub fn critical_dampings(
     columns: &[Column],
     tolerance: f64,
 ) -> Vec<Result<CriticalDamping, NoCriticalDamping>> {
-    let scaled = |column: &Column| {
-        let law = column.curve.stribeck()?;
-        Some(law.scaled(column.belt_speed, column.curve.mean_weakening(column.belt_speed)))
+    let orbits: Vec<(&Curve, f64, f64)> =
+        columns.iter().map(|column| (&column.curve, column.belt_speed, column.belt_speed)).collect();
+    let found = closing_dampings(&orbits, tolerance);
+    let answer = |(column, found): (&Column, Result<Closing, u64>)| match found {
+        Ok(Closing { viscous, error, rhs }) => {
+            Ok(CriticalDamping { c: viscous / column.epsilon, error: error / column.epsilon, rhs })
+        }
+        Err(rhs) => search(column, tolerance, rhs),
     };
-    // The vectorised search supports the Stribeck law only; other columns are computed one by one.
-    let starts: Vec<ScaledGroups> = columns.iter().filter_map(scaled).collect();
-    let mut vectorised = spectral(&starts, tolerance).into_iter();
-    let answer = |column: &Column| {
-        let is_stribeck = column.curve.stribeck().is_some();
-        let answer = match is_stribeck.then(|| vectorised.next()).flatten() {
-            Some(Spectral::Root { viscous, error, rhs }) => {
-                let (c, error) = (viscous / column.epsilon, error / column.epsilon);
-                Ok(CriticalDamping { c, error, rhs })
-            }
-            Some(Spectral::NoAnswer { rhs }) => Err(rhs),
-            None => {
-                let (curve, belt_speed) = (&column.curve, column.belt_speed);
-                let bounds = curve.even_weakening_range(belt_speed);
-                let start = curve.mean_weakening(belt_speed);
-                let work = Work::of_question(curve);
-                closing_damping(curve, belt_speed, belt_speed, bounds, start, tolerance, &work).map(|found| {
-                    let (c, error) = (found.viscous / column.epsilon, found.error / column.epsilon);
-                    CriticalDamping { c, error, rhs: found.rhs }
-                })
-            }
-        };
-        answer.or_else(|rhs| search(column, tolerance, rhs))
-    };
-    columns.iter().map(answer).collect()
+    columns.iter().zip(found).map(answer).collect()
 }
 
 /// The critical damping of one column, see [`critical_dampings`].
@@ -432,12 +67,12 @@ const WORK: u64 = 4_000_000;
 
 /// Searches a column with the simulated flow, which also decides overdamped points.
 fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, NoCriticalDamping> {
-    let mut rhs = rhs;
+    let (mut rhs, before) = (rhs, rhs);
     // Error of the margin of an orbit that is too close to call.
     let undecided = Cell::new(0.0);
     let budget = WORK / column.curve.cost();
     let mut margin = |c: f64| {
-        if rhs > budget {
+        if rhs - before > budget {
             return Err(NoCriticalDamping::NoVerdict);
         }
         let answer = flow(&Oscillator::in_column(column, c), 1e-12);

@@ -8,7 +8,9 @@
 mod arc;
 pub mod backbone;
 pub mod bifurcation;
+mod circle;
 mod closed_orbit;
+mod closing;
 mod collocation;
 pub mod continuation;
 mod corners;
@@ -17,6 +19,8 @@ pub mod crossing;
 pub mod direct;
 mod dop853;
 mod dynamics;
+mod elements;
+mod gauss;
 mod landing;
 pub mod naive;
 mod polar;

@@ -110,8 +110,13 @@ fn outward(from: f64, turn: &SlipTurn) -> bool {
 /// on |v| <= V hold on |v| <= r. []
 #[must_use]
 pub fn none_proved(oscillator: &Oscillator) -> bool {
-    let even = oscillator.curve.even_weakening_range(oscillator.belt_speed);
-    even.lo > oscillator.viscous || even.hi < oscillator.viscous
+    none_within(&oscillator.curve.even_weakening_range(oscillator.belt_speed), oscillator.viscous)
+}
+
+/// The same at eps c = `viscous` by the bounds of the even part.
+#[must_use]
+pub fn none_within(even: &Range, viscous: f64) -> bool {
+    even.lo > viscous || even.hi < viscous
 }
 
 /// Reason why slip cycles are unknown.

@@ -5,7 +5,7 @@ use crate::reference;
 use crate::sample::Random;
 use slipmap::certify::validated::{self, any_law};
 use slipmap::certify::{Decision, Guarantee, TESTS};
-use slipmap::filippov::Oscillator;
+use slipmap::filippov::{Eigenvalues, Oscillator};
 use slipmap::friction::{Accuracy, Column, CustomLaw, Expression, Function, Law, Parameter, Table};
 use slipmap::point::LawParameters;
 use slipmap::simulate::direct::{Start, trace};
@@ -284,6 +284,40 @@ fn a_law_given_by_functions_is_simulated_like_its_formula_without_proofs() {
     assert!(matches!(Law::custom(Hyperbolic(vec![])), Ok(Law::Custom(_))));
     let taken = Parameter { name: "V", long_name: "taken", min: 0.0, max: 1.0 };
     assert!(Law::custom(Hyperbolic(vec![taken])).is_err());
+}
+
+/// The oscillator of Leine and others with the damping of a node, by functions: nothing proves its divergence
+/// negative, and orbits creep.
+#[test]
+fn nodes_of_a_law_given_by_functions_are_followed_to_rest() {
+    #[derive(Debug)]
+    struct Hyperbola([Parameter; 1]);
+    impl CustomLaw for Hyperbola {
+        fn name(&self) -> &'static str {
+            "hyperbola"
+        }
+        fn parameters(&self) -> &[Parameter] {
+            &self.0
+        }
+        fn phi(&self, u: f64, _epsilon: f64, a: &[f64]) -> f64 {
+            1.0 / (1.0 + a[0] * u)
+        }
+        fn slope(&self, u: f64, _epsilon: f64, a: &[f64]) -> f64 {
+            -a[0] / (1.0 + a[0] * u).powi(2)
+        }
+    }
+    let a = Parameter { name: "a", long_name: "rate of weakening", min: 0.0, max: f64::INFINITY };
+    let law = Law::custom(Hyperbola([a])).unwrap();
+    let text = Law::Expression(Expression::new("1/(1 + a*u)", 1.0).unwrap());
+    let point = law.point(1.0, &[3.0], 0.2, 0.0).unwrap();
+    let [found, exact] = [&law, &text].map(|law| critical_damping(&law.column(&point), 1e-12).unwrap());
+    assert!((found.c - exact.c).abs() <= found.error + exact.error, "{found:?} {exact:?}");
+    for c in [3.2, 3.5, 3.9] {
+        let oscillator = Oscillator::in_column(&law.column(&point), c);
+        assert!(!matches!(oscillator.eigenvalues(), Eigenvalues::Complex { .. }));
+        let fate = direct::flow(&oscillator, 1e-10).fate;
+        assert_eq!(fate, Fate::SpiralsInward, "{c}");
+    }
 }
 
 #[test]

@@ -3,8 +3,8 @@
 //!
 //! To run one part alone: `cargo test --test mathematics identities::`.
 
-#![cfg(feature = "cli")]
-// The csv reader of the tables comes with the feature `cli`. clippy.toml exempts only test functions, not
+#![cfg(all(feature = "config", feature = "serde"))]
+// The tables are read with csv, of the feature `config`, and serde. clippy.toml exempts only test functions, not
 // their helpers.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
@@ -13,10 +13,12 @@ mod backbone;
 mod budgets;
 mod certificates;
 mod claims;
+mod closing;
 mod columns;
 mod curves;
 mod direct;
 mod failures;
+#[cfg(feature = "cli")]
 mod forger;
 mod forms;
 mod identities;

@@ -268,3 +268,40 @@ fn contradictions_between_theorems_and_simulation_are_reported() {
         "{failures}"
     );
 }
+
+/// A legal number of any size: an ordinary one half of the time.
+fn number(random: &mut dyn FnMut() -> f64) -> f64 {
+    if random() < 0.5 { 0.05 + 2.0 * random() } else { 10_f64.powf(600.0 * random() - 300.0) }
+}
+
+/// A few of the configurations that `scripts/extremes` tries: runs end by themselves, without a panic.
+#[test]
+fn random_legal_configurations_end_with_an_answer_or_a_reason() {
+    let mut state = 20_u64;
+    let mut random = move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    let laws: [(&str, &[&str]); 4] = [
+        ("law = \"stribeck\"", &["alpha", "beta", "gamma"]),
+        ("law = \"exponential\"", &["mu", "vs"]),
+        ("law = \"lorentzian\"", &["mu", "vs", "eta"]),
+        ("law = \"expression\"\nphi = \"1 - a*sin(b*u)\"", &["a", "b"]),
+    ];
+    for (law, parameters) in laws {
+        let mut text = format!("[friction]\n{law}\n[grid]\n");
+        for name in ["epsilon"].iter().chain(parameters).chain(&["V", "c"]) {
+            let nodes: Vec<String> = match *name {
+                "alpha" | "mu" => vec![format!("{:?}", random())],
+                _ => vec![format!("{:?}", number(&mut random))],
+            };
+            text.push_str(&format!("{name} = [{}]\n", nodes.join(", ")));
+        }
+        let scratch = Scratch::new();
+        scratch.file("map.toml", text + "[audit]\ncells = 2\n[output]\npath = \"map.h5\"\n");
+        let run = ended(scratch.run(&["run", "map.toml", "--quiet"]));
+        if run.code < 2 {
+            scratch.run(&["check", "map.h5"]).ends_with(0);
+        }
+    }
+}

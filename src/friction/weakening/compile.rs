@@ -1,6 +1,6 @@
 //! Compiles a curve to piecewise polynomials with their errors.
 
-use std::sync::LazyLock;
+use std::sync::{Arc, LazyLock};
 
 use super::{Bend, COUNT, Piece, Places, Weakening};
 use crate::friction::interval::Interval;
@@ -11,6 +11,8 @@ use crate::friction::{Form, Range, Table};
 const MOST_PIECES: usize = 4096;
 /// Largest number of bisections of the first piece.
 const MOST_HALVINGS: u32 = 64;
+/// Least reach that is compiled for others too.
+const LEAST_SHARED: f64 = 0.03125;
 /// Truncation error aimed at, in units of the largest |w| so far.
 const SHARPNESS: f64 = 2.0 * f64::EPSILON;
 /// Bound of the Lebesgue constant of the points, 1 + (2 / pi) ln 12 = 2.582, with an allowance for the
@@ -59,21 +61,37 @@ fn fit(values: &[f64; COUNT]) -> ([f64; COUNT], f64) {
 }
 
 /// Compiles `law` up to the slip speed `reach`; tables whole.
-pub(in crate::friction) fn compile(law: &Form, reach: f64) -> Weakening {
-    let (mut breaks, mut pieces) = (vec![0.0], Vec::new());
-    match law {
-        Form::Table(table) => compile_table(table, &mut breaks, &mut pieces),
-        law => Compiler { law, breaks: &mut breaks, pieces: &mut pieces }.compile(reach),
+///
+/// What a longer reach needs up to half of it is what half of it needs, unless one piece is enough: it is taken
+/// from `known`, the results for this law so far, and added to them.
+pub(in crate::friction) fn compile(
+    law: &Form,
+    reach: f64,
+    known: &mut Vec<Arc<Weakening>>,
+) -> Arc<Weakening> {
+    if let Some(known) = known.iter().find(|known| known.reach() == reach) {
+        return Arc::clone(known);
     }
+    let mut compiler = Compiler { law, breaks: vec![0.0], pieces: Vec::new(), size: 0.0 };
+    match law {
+        Form::Table(table) => compile_table(table, &mut compiler.breaks, &mut compiler.pieces),
+        law if law.seams().is_empty() => compiler.compile_doubled(reach, known),
+        _ => compiler.compile(reach),
+    }
+    let Compiler { breaks, pieces, size, .. } = compiler;
     let places = Places::of(&breaks);
     let blocks = super::range::blocks(&pieces);
-    Weakening { law: law.clone(), breaks, pieces, places, blocks }
+    let compiled = Arc::new(Weakening { law: law.clone(), breaks, pieces, places, blocks, size });
+    known.push(Arc::clone(&compiled));
+    compiled
 }
 
 struct Compiler<'a> {
     law: &'a Form,
-    breaks: &'a mut Vec<f64>,
-    pieces: &'a mut Vec<Piece>,
+    breaks: Vec<f64>,
+    pieces: Vec<Piece>,
+    /// Largest |w| so far.
+    size: f64,
 }
 
 impl Compiler<'_> {
@@ -82,26 +100,47 @@ impl Compiler<'_> {
         let seams = self.law.seams().iter().copied();
         let mut ends: Vec<f64> = seams.filter(|seam| 0.0 < *seam && *seam < reach).collect();
         ends.push(reach);
-        // Largest |w| so far.
-        let mut size = 0.0;
         let mut from = 0.0;
         for end in ends {
-            // A stack: the last piece is the next.
-            let mut waiting = vec![(from, end, 0)];
-            while let Some((a, b, halvings)) = waiting.pop() {
-                let middle = 0.5 * (a + b);
-                let last = halvings >= MOST_HALVINGS
-                    || !(a < middle && middle < b)
-                    || self.pieces.len() + waiting.len() >= MOST_PIECES;
-                match piece(self.law, a, b, &mut size, last) {
-                    Some(piece) => {
-                        self.pieces.push(piece);
-                        self.breaks.push(b);
-                    }
-                    None => waiting.extend([(middle, b, halvings + 1), (a, middle, halvings + 1)]),
-                }
-            }
+            self.extend(from, end, 0);
             from = end;
+        }
+    }
+
+    /// Compiles a law without seams.
+    fn compile_doubled(&mut self, reach: f64, known: &mut Vec<Arc<Weakening>>) {
+        let half = 0.5 * reach;
+        if half < LEAST_SHARED {
+            return self.extend(0.0, reach, 0);
+        }
+        if let Some(piece) = piece(self.law, 0.0, reach, &mut self.size, false) {
+            self.pieces.push(piece);
+            self.breaks.push(reach);
+            return;
+        }
+        let lower = compile(self.law, half, known);
+        self.breaks.clone_from(&lower.breaks);
+        self.pieces.clone_from(&lower.pieces);
+        self.size = lower.size;
+        self.extend(half, reach, 1);
+    }
+
+    /// Appends the pieces of [from, to], where the law is smooth, after that many bisections.
+    fn extend(&mut self, from: f64, to: f64, halvings: u32) {
+        // A stack: the last piece is the next.
+        let mut waiting = vec![(from, to, halvings)];
+        while let Some((a, b, halvings)) = waiting.pop() {
+            let middle = 0.5 * (a + b);
+            let last = halvings >= MOST_HALVINGS
+                || !(a < middle && middle < b)
+                || self.pieces.len() + waiting.len() >= MOST_PIECES;
+            match piece(self.law, a, b, &mut self.size, last) {
+                Some(piece) => {
+                    self.pieces.push(piece);
+                    self.breaks.push(b);
+                }
+                None => waiting.extend([(middle, b, halvings + 1), (a, middle, halvings + 1)]),
+            }
         }
     }
 }

@@ -56,6 +56,8 @@ pub struct Weakening {
     places: Places,
     /// Hulls of the ranges of [`range::BLOCK`] pieces each, which make bounds over many pieces fast.
     blocks: Vec<Range>,
+    /// Largest |w| at the points of the pieces.
+    size: f64,
 }
 
 /// A polynomial in x = (u - middle) * scale, which is within [-1, 1], and proved properties of w on its
@@ -91,6 +93,15 @@ pub(crate) struct ProvedPiece<'a> {
     pub(crate) c: &'a [f64; COUNT],
     /// Bound of |w - polynomial| for u >= 0, both exact; infinite where there is none.
     pub(crate) error: f64,
+}
+
+/// The polynomial of a piece, in x = (u - middle) * scale.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Polynomial<'a> {
+    pub(crate) middle: f64,
+    pub(crate) scale: f64,
+    /// Coefficients of 1, x, x^2, ...
+    pub(crate) c: &'a [f64; COUNT],
 }
 
 /// Convexity of a function on a piece.
@@ -200,12 +211,19 @@ impl Weakening {
 
     /// The number of the piece that contains `u`, 0 <= u <= reach.
     #[inline(always)]
-    fn piece_of(&self, u: f64) -> usize {
+    pub(crate) fn piece_of(&self, u: f64) -> usize {
         let mut piece = self.places.guess(u);
         while piece + 1 < self.pieces.len() && self.breaks[piece + 1] <= u {
             piece += 1;
         }
         piece
+    }
+
+    /// The polynomial of a piece, see [`Weakening::piece_of`].
+    #[inline(always)]
+    pub(crate) fn polynomial(&self, piece: usize) -> Polynomial<'_> {
+        let Piece { middle, scale, ref c, .. } = self.pieces[piece];
+        Polynomial { middle, scale, c }
     }
 
     /// w(u). Within [0, reach] by the polynomials, else by the law itself (its continuation below 0).

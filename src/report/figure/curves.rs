@@ -17,8 +17,11 @@ const MARKS: usize = 6;
 const TOLERANCE: f64 = 1e-9;
 /// Number of columns without an answer after which a curve ends: each of them takes up to a second.
 const MOST_FAILURES: usize = 4;
-/// Number of columns that are solved together.
-const TOGETHER: usize = 8;
+/// Number of evaluations of the right-hand side after which a curve ends: some hundred times those of an
+/// ordinary curve.
+const MOST_WORK: u64 = 20_000_000;
+/// Number of columns that are solved together: few, since all of them may fail.
+const TOGETHER: usize = 2;
 
 /// Evenly spaced numbers on a scale.
 #[must_use]
@@ -54,14 +57,15 @@ pub(super) fn columns(map: &MapFile, index: &[usize], axis: usize, values: &[f64
 }
 
 /// The exact critical damping of each column; NaN where there is none, and after [`MOST_FAILURES`] columns
-/// without an answer.
+/// without an answer, or [`MOST_WORK`].
 #[must_use]
 pub(super) fn exact(columns: &[Column]) -> Vec<f64> {
-    let (mut found, mut failures) = (Vec::with_capacity(columns.len()), 0);
+    let (mut found, mut failures, mut work) = (Vec::with_capacity(columns.len()), 0, 0);
     for some in columns.chunks(TOGETHER) {
-        if failures < MOST_FAILURES {
+        if failures < MOST_FAILURES && work < MOST_WORK {
             let roots = critical_dampings(some, TOLERANCE);
             failures += roots.iter().filter(|root| root.is_err()).count();
+            work += roots.iter().flatten().map(|root| root.rhs).sum::<u64>();
             found.extend(roots.into_iter().map(|root| root.map_or(f64::NAN, |root| root.c)));
         }
     }

@@ -448,8 +448,8 @@ impl<'a> Slip<'a> {
         }
     }
 
-    /// The reason if the orbit is known to stay below the belt line for ever; spirals are checked only within
-    /// `radius` of the equilibrium.
+    /// The reason if the orbit is known to stay below the belt line for ever (for laws given by functions: if
+    /// many samples say so); spirals are checked only within `radius` of the equilibrium.
     pub(super) fn rest(&self, radius: f64) -> Option<Rest> {
         let belt_speed = self.oscillator.belt_speed;
         let (v, w) = (belt_speed + self.here.x2_offset(), self.here.w);
@@ -458,14 +458,14 @@ impl<'a> Slip<'a> {
         }
         let r = v.hypot(w);
         if r <= radius.min(belt_speed)
-            && self.oscillator.divergence_is_at_most(0.0, belt_speed - r, belt_speed + r)
+            && self.oscillator.divergence_seems_at_most(0.0, belt_speed - r, belt_speed + r)
         {
             return Some(Rest::Trapped { radius: r });
         }
         let u = belt_speed - v;
         let in_wedge = v * w < 0.0 && w.abs() < v.abs() - 2.0 * self.error;
         let creeps =
-            in_wedge && self.oscillator.divergence_is_at_most(-2.0, u.min(belt_speed), u.max(belt_speed));
+            in_wedge && self.oscillator.divergence_seems_at_most(-2.0, u.min(belt_speed), u.max(belt_speed));
         creeps.then_some(Rest::Creeping)
     }
 }

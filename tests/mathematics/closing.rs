@@ -1,0 +1,131 @@
+//! The damping at which orbits close, for every law and amplitude: its error holds against the flow in (x2,
+//! x2') and the direct engine, for strong weakening too; regimes counted on a coarse backbone are those of
+//! cycles that are located.
+
+use slipmap::filippov::Oscillator;
+use slipmap::friction::{Column, Expression, Law, Table};
+use slipmap::map::slip_cycle_count;
+use slipmap::simulate::backbone::Backbone;
+use slipmap::simulate::slip_cycle::{SlipTurn, slip_cycles, turn};
+use slipmap::simulate::{Fate, critical_damping, direct, flow};
+
+use crate::sample::Random;
+
+/// Columns of every law but Stribeck's, `strong` times as weakening as usual.
+fn columns(count: usize, strong: f64) -> Vec<Column> {
+    let mut random = Random(80);
+    let text = "1 - a*u*exp(-u/s) + h*sin(w*u) + d*u";
+    let wavy = Law::Expression(Expression::new(text, 1.0).unwrap());
+    let data: Vec<(f64, f64)> = (0..60)
+        .map(|i| 0.15 * f64::from(i))
+        .map(|u| (u, 1.0 - 0.4 * strong.min(2.0) * (1.0 - (-u).exp()) + 0.02 * u))
+        .collect();
+    let measured = Law::Table(Table::new("sampled", &data, 1.0).unwrap());
+    let folding = Law::Expression(Expression::new("1 - e*(u - a*sin(k*u)/k)", 1.0).unwrap());
+    let laws = [Law::Exponential, Law::Lorentzian, wavy, measured, folding];
+    (0..count)
+        .map(|i| {
+            let law = &laws[i % laws.len()];
+            let mut between = |lo: f64, hi: f64| lo + (hi - lo) * random.unit();
+            let parameters = match law {
+                Law::Expression(_) if i % laws.len() == 4 => {
+                    vec![between(0.01, 0.2) * strong, between(1.0, 2.0), between(4.0, 10.0)]
+                }
+                // a, s, h, w, d in the order of the text.
+                Law::Expression(_) => vec![
+                    between(0.0, 1.5) * strong,
+                    between(0.5, 1.5),
+                    between(0.0, 0.2) * strong,
+                    between(0.0, 8.0),
+                    between(-0.1, 0.0),
+                ],
+                Law::Table(_) => vec![],
+                _ => vec![between(0.0, 0.9), between(0.2, 2.0) / strong, between(0.0, 0.1)],
+            };
+            let belt_speed = between(0.1, 2.0);
+            law.column(&law.point(1.0, &parameters, belt_speed, 0.0).unwrap())
+        })
+        .collect()
+}
+
+fn size(column: &Column) -> f64 {
+    let speeds = (0..=32).map(|i| f64::from(i) / 16.0 * column.belt_speed);
+    speeds.map(|u| column.curve.weakening(u).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn the_direct_engine_changes_its_verdict_at_the_critical_damping() {
+    let (mut solved, mut decided, mut asked) = (0, 0, 0);
+    for strong in [1.0, 3.0] {
+        for column in columns(60, strong) {
+            for tolerance in [1e-6, 1e-10] {
+                let Ok(found) = critical_damping(&column, tolerance) else { continue };
+                if found.c < 0.0 {
+                    continue;
+                }
+                solved += 1;
+                let allowed = (4.0 * tolerance).max(2e-8) * size(&column);
+                assert!(found.error <= allowed, "{column:?} {found:?}");
+                // The margin moves by about pi V times a change of the damping.
+                let step = found.error + 1e-11 * size(&column);
+                for (c, returns) in [(found.c - step, true), (found.c + step, false)] {
+                    let answer = direct::flow(&Oscillator::in_column(&column, c), 1e-13);
+                    asked += 1;
+                    decided += usize::from(match answer.fate {
+                        Fate::Sticks(_) | Fate::CrossesForever => {
+                            assert!(returns, "{column:?} {found:?} {answer:?}");
+                            true
+                        }
+                        Fate::SpiralsInward => {
+                            assert!(!returns, "{column:?} {found:?} {answer:?}");
+                            true
+                        }
+                        Fate::TooCloseToCall | Fate::Failed(_) => false,
+                    });
+                }
+            }
+        }
+    }
+    // Strong nodes have no answer; next to the boundary the direct engine is too close to call.
+    assert!(solved >= 180 && 10 * decided >= 6 * asked, "{solved}: {decided} of {asked}");
+}
+
+#[test]
+fn orbits_of_every_amplitude_close_within_the_error() {
+    for column in columns(24, 1.5) {
+        let backbone = Backbone::of(&column, 1e-6).unwrap();
+        for i in 1..=6 {
+            let radius = column.belt_speed * f64::from(i) / 6.5;
+            for sign in [-1.0, 1.0] {
+                let viscous = backbone.viscous(radius) + sign * (backbone.error + 1e-9 * size(&column));
+                let curve = column.curve.clone();
+                let oscillator = Oscillator { curve, viscous, belt_speed: column.belt_speed };
+                let grows = match turn(&oscillator, radius, 1e-11).unwrap() {
+                    SlipTurn::Returns { radius: next, .. } => next > radius,
+                    SlipTurn::MeetsBelt => true,
+                    SlipTurn::Rests => false,
+                };
+                assert_eq!(grows, sign < 0.0, "{column:?} {radius} {viscous} {backbone:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn cycles_are_counted_as_they_are_located() {
+    let mut counts = [0; 4];
+    for column in columns(80, 1.0) {
+        let even = column.curve.even_weakening_range(column.belt_speed);
+        for i in 1..6 {
+            let viscous = even.lo + (even.hi - even.lo) * f64::from(i) / 6.0;
+            let curve = column.curve.clone();
+            let oscillator = Oscillator { curve, viscous, belt_speed: column.belt_speed };
+            let Some(counted) = slip_cycle_count(&oscillator, &flow(&oscillator, 1e-9)) else { continue };
+            if let Ok(located) = slip_cycles(&oscillator, 1e-9) {
+                assert_eq!(counted, located.len(), "{oscillator:?}");
+                counts[counted.min(3)] += 1;
+            }
+        }
+    }
+    assert!(counts[0] > 20 && counts[1] > 20 && counts[2] + counts[3] > 5, "{counts:?}");
+}
