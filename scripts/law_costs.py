@@ -81,13 +81,18 @@ def main():
     sizes = [(8, 20, 1)] + ([(20, 50, 2)] if args.large else [])
     path = ROOT / "results" / f"law_costs-{args.date}.csv"
     with open(path, "w", newline="") as out:
-        writers = [csv.writer(target, lineterminator="\n") for target in (out, sys.stdout)]
-        for writer in writers:
-            writer.writerow(COLUMNS)
+        targets = (out, sys.stdout)
+        writers = [csv.writer(target, lineterminator="\n") for target in targets]
+
+        def write(row):
+            for writer, target in zip(writers, targets):
+                writer.writerow(row)
+                target.flush()
+
+        write(COLUMNS)
         for size in sizes:
             for row in rows(args.program, *size):
-                for writer in writers:
-                    writer.writerow(row)
+                write(row)
 
 
 if __name__ == "__main__":

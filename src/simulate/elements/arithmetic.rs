@@ -1,0 +1,94 @@
+//! Elementary functions and sums that vectorise over the nodes of an element.
+
+use crate::friction::Polynomial;
+use crate::simulate::gauss::MOST;
+
+/// exp(x) to a few units in the last place for |x| <= 1, to 1e-9 for |x| <= 8: Taylor series of exp(x/16) to
+/// degree 9, then four squarings.
+#[inline(always)]
+pub(super) fn exp(x: f64) -> f64 {
+    let y = 0.0625 * x;
+    let mut sum = 1.0 / 362_880.0;
+    for inverse_factorial in
+        [1.0 / 40_320.0, 1.0 / 5_040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0]
+    {
+        sum = y.mul_add(sum, inverse_factorial);
+    }
+    // expm1 keeps the accuracy of small arguments through the squarings: e(2y) = e(y) (2 + e(y)).
+    let mut expm1 = y * sum;
+    for _ in 0..4 {
+        expm1 *= 2.0 + expm1;
+    }
+    1.0 + expm1
+}
+
+/// sin(z) and cos(z) for |z| <= pi / 4.
+#[inline(always)]
+pub(super) fn sin_cos(z: f64) -> [f64; 2] {
+    let y = z * z;
+    let mut sin = 1.0 / 355_687_428_096_000.0;
+    for term in [
+        -1.0 / 1_307_674_368_000.0,
+        1.0 / 6_227_020_800.0,
+        -1.0 / 39_916_800.0,
+        1.0 / 362_880.0,
+        -1.0 / 5_040.0,
+        1.0 / 120.0,
+        -1.0 / 6.0,
+        1.0,
+    ] {
+        sin = y.mul_add(sin, term);
+    }
+    let mut cos = 1.0 / 20_922_789_888_000.0;
+    for term in [
+        -1.0 / 87_178_291_200.0,
+        1.0 / 479_001_600.0,
+        -1.0 / 3_628_800.0,
+        1.0 / 40_320.0,
+        -1.0 / 720.0,
+        1.0 / 24.0,
+        -0.5,
+        1.0,
+    ] {
+        cos = y.mul_add(cos, term);
+    }
+    [z * sin, cos]
+}
+
+/// w and w' by the polynomial of a piece, at x within it.
+#[inline(always)]
+pub(super) fn weakening(piece: &Polynomial, x: f64) -> [f64; 2] {
+    let (mut value, mut slope) = (0.0, 0.0);
+    for c in piece.c.iter().rev() {
+        slope = x.mul_add(slope, value);
+        value = x.mul_add(value, *c);
+    }
+    [value, slope * piece.scale]
+}
+
+/// `matrix` applied to `values`.
+#[inline(always)]
+pub(super) fn apply<const N: usize>(matrix: &[[f64; N]; N], values: &[f64; N]) -> [f64; N] {
+    let mut sum = [0.0; N];
+    for (row, value) in matrix.iter().zip(values) {
+        for j in 0..N {
+            sum[j] = row[j].mul_add(*value, sum[j]);
+        }
+    }
+    sum
+}
+
+#[inline(always)]
+pub(super) fn dot<const N: usize>(weights: &[f64; N], values: &[f64; N]) -> f64 {
+    let mut terms = [0.0; N];
+    for j in 0..N {
+        terms[j] = weights[j] * values[j];
+    }
+    terms.iter().sum()
+}
+
+/// The first N values.
+#[inline(always)]
+pub(super) fn first<const N: usize>(values: &[f64; MOST]) -> [f64; N] {
+    std::array::from_fn(|j| values[j])
+}

@@ -1,0 +1,320 @@
+//! The damping at which an orbit of given amplitude closes, for every friction law: Newton's method for the
+//! whole orbit at once.
+//!
+//! In the polar form of [`super::polar`] a closed orbit through the maximum `radius` of x2 is a function p =
+//! ln(r / radius) of the angle with
+//!
+//! ```text
+//! p' = g(th, p; C) = D sin^2 th / (1 + D sin th cos th),   D = w(V - radius e^p cos th) - C,   p(0) = p(2 pi) = 0
+//! ```
+//!
+//! for one C. The turn is cut into elements, and p' is a polynomial on each, with p' = g at Gauss's nodes. A
+//! step of Newton's method solves the linear equation for (dp, dC) by the integrating factor exp(A), A the
+//! integral of a = dg/dp; it starts from the circle p = 0, on which C is the mean of w with the weight sin^2.
+//!
+//! **Elements.** The weakening rate is compiled to polynomials on pieces of slip speeds ([`Weakening`]).
+//! Elements end where the orbit passes from one piece to the next, so that g is smooth on each, at the
+//! corners of a measured law too. The slip speed rises on (0, pi) and falls on (pi, 2 pi), since x2' = -r
+//! sin th: the orbit passes each end of a piece at most once on either side. These angles follow the orbit
+//! from step to step. A wrong angle counts to second order only, because w is continuous.
+//!
+//! **Error of the iteration.** Let rho = g - p' be the residual of an iterate. To first order its C is wrong
+//! by the mean of W rho over that of W dg/dC, W = exp(-A). The sum of the sizes, which cannot vanish by chance,
+//! stands for the first.
+//!
+//! **Error of the elements.** The method is Gauss's collocation, whose error at the end of the turn is that
+//! of a product of two functions that each are resolved to first order. Two indicators are added: twice the
+//! change of C from the last, coarser elements; and the square of the error that their polynomials leave
+//! between their nodes, which cannot vanish by chance.
+//!
+//! **Error of the form.** The bound of the law's polynomials (theory, "One form for every law").
+
+mod arithmetic;
+mod element;
+mod orbit;
+
+use std::sync::LazyLock;
+
+use super::gauss::{MOST, Rule};
+use super::polar::Closing;
+use crate::friction::Weakening;
+use orbit::{Orbit, Problem};
+
+/// Least step of the share of w that acts, on the way to an orbit far from the circle.
+const SHORTEST_SHARE: f64 = 0.02;
+/// Error of C on that way, in units of the largest |w|.
+const ON_THE_WAY: f64 = 1e-3;
+/// Residual, as an error of C in these units, from which the iteration does not come back.
+const HOPELESS: f64 = 10.0;
+/// The same for the distance from the border of the domain of the polar form.
+const FARTHEST_OUTSIDE: f64 = -0.3;
+/// Error of C, in units of the largest |w|, below which the steps converge quadratically.
+const NEAR: f64 = 0.03;
+/// Safety factor of the error predicted from that.
+const PREDICTION: f64 = 10.0;
+/// Nodes per element, and the parts into which each element of the rung before is cut.
+const LADDER: [(usize, usize); 5] = [(4, 1), (8, 1), (8, 2), (8, 2), (8, 2)];
+/// Error of C on the first rungs, in units of the largest |w|, below which the iteration gains nothing.
+const FLOORS: [f64; 2] = [1e-6, 1e-10];
+/// Error of C, in units of the largest |w|, that the finest rung may leave where less is asked for.
+const WORST: f64 = 1e-8;
+/// How often an orbit without an answer is tried again with finer elements.
+const RETRIES: u32 = 1;
+/// Largest number of elements.
+const MOST_ELEMENTS: usize = 1 << 15;
+/// Largest number of steps of Newton's method on one rung; four are usual on the first, two on the others.
+const MOST_STEPS: usize = 15;
+/// Round-off of C, in units of the largest weakening rate on the orbit: sums of some hundred terms of that
+/// size with random signs of error.
+const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
+
+static RULES: LazyLock<(Rule<4>, Rule<8>)> = LazyLock::new(|| (Rule::new(), Rule::new()));
+
+/// Values at the nodes of an element as a sum of those at the nodes of the element that contains it, one
+/// matrix for each part, `[k][j]` as in [`Rule`]; for each rung but the first.
+static TRANSFERS: LazyLock<Vec<Vec<[[f64; MOST]; MOST]>>> = LazyLock::new(|| {
+    let nodes = |size: usize| match size {
+        4 => RULES.0.nodes.to_vec(),
+        _ => RULES.1.nodes.to_vec(),
+    };
+    let interpolate = |size: usize, values: &[f64; MOST], x: f64| match size {
+        4 => RULES.0.interpolate(values, x),
+        _ => RULES.1.interpolate(values, x),
+    };
+    let matrix = |from: usize, to: usize, part: usize, parts: usize| {
+        let mut matrix = [[0.0; MOST]; MOST];
+        for (k, row) in matrix.iter_mut().enumerate().take(from) {
+            let mut unit = [0.0; MOST];
+            unit[k] = 1.0;
+            for (value, x) in row.iter_mut().zip(nodes(to)) {
+                let inside = (2.0 * part as f64 + 1.0 + x) / parts as f64 - 1.0;
+                *value = interpolate(from, &unit, inside);
+            }
+        }
+        matrix
+    };
+    LADDER
+        .windows(2)
+        .map(|rungs| {
+            let [(from, _), (to, parts)] = [rungs[0], rungs[1]];
+            (0..parts).map(|part| matrix(from, to, part, parts)).collect()
+        })
+        .collect()
+});
+
+/// The steps of Newton's method on one rung, for the function whose vector width pulp selects at run time.
+struct Solve<'a, 'b, const N: usize> {
+    orbit: &'a mut Orbit<'b>,
+    rule: &'a Rule<N>,
+    /// Whether it starts from the circle, and else the rung to which the orbit is taken.
+    starts: bool,
+    rung: usize,
+    /// How many times more elements there are than on the first rung.
+    finer: usize,
+    tolerance: f64,
+    /// The largest |w|; found on the circle.
+    unit: &'a mut f64,
+}
+
+/// Result of [`Solve`].
+struct Solved {
+    /// Error left by the iteration.
+    left: f64,
+    /// That of the iterate at the start.
+    left_at_first: f64,
+    rhs: u64,
+}
+
+impl<const N: usize> pulp::WithSimd for Solve<'_, '_, N> {
+    /// `Err` with the number of evaluations where there is no answer.
+    type Output = Result<Solved, u64>;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Self::Output {
+        let Self { orbit, rule, starts, rung, finer, tolerance, unit } = self;
+        if !starts {
+            orbit.refine(&TRANSFERS[rung - 1]);
+            orbit.place(rule);
+            return orbit.newton(rule, tolerance, *unit);
+        }
+        orbit.place(rule);
+        [orbit.viscous, *unit] = orbit.first_order(rule);
+        let mut spent = orbit.cost::<N>();
+        // With w scaled by a share, from 0 on, where the circle is the answer. One step is enough for most orbits.
+        let (mut share, mut step) = (0.0, 1.0);
+        while step >= SHORTEST_SHARE {
+            let next = f64::min(share + step, 1.0);
+            let before = (share > 0.0).then(|| orbit.clone());
+            orbit.rescale(rule, share, next);
+            // On the way only the neighbourhood is needed.
+            let enough = if next < 1.0 { tolerance.max(ON_THE_WAY) } else { tolerance };
+            match orbit.newton(rule, enough, *unit) {
+                Ok(solved) if next == 1.0 => return Ok(Solved { rhs: spent + solved.rhs, ..solved }),
+                Ok(solved) => {
+                    spent += solved.rhs;
+                    share = next;
+                }
+                Err(rhs) => {
+                    spent += rhs;
+                    *orbit = match before {
+                        Some(before) => before,
+                        None => {
+                            let mut circle = Orbit::circle(orbit.problem, finer);
+                            circle.place(rule);
+                            [circle.viscous, _] = circle.first_order(rule);
+                            circle
+                        }
+                    };
+                    step *= 0.5;
+                }
+            }
+        }
+        Err(spent)
+    }
+}
+
+impl Orbit<'_> {
+    /// From the law with w scaled by `from` to that with w scaled by `to`, to first order.
+    #[inline(always)]
+    fn rescale<const N: usize>(&mut self, rule: &Rule<N>, from: f64, to: f64) {
+        self.share = to;
+        let ratio = if from > 0.0 { to / from } else { to };
+        self.viscous *= ratio;
+        if from > 0.0 {
+            let mut start = 0.0;
+            for element in &mut self.elements {
+                element.slope = element.slope.map(|slope| ratio * slope);
+                start = element.integrate(rule, start);
+            }
+        }
+    }
+
+    /// Steps of Newton's method until the error of C that is left is `tolerance` times `unit`; `Err` with the
+    /// number of evaluations where it is not reached.
+    #[inline(always)]
+    fn newton<const N: usize>(&mut self, rule: &Rule<N>, tolerance: f64, unit: f64) -> Result<Solved, u64> {
+        let enough = (0.1 * tolerance + ROUND_OFF) * unit;
+        let speed = self.problem.belt_speed;
+        let mut rhs = 0;
+        let mut left_at_first = f64::NAN;
+        let (mut before, mut moved) = (f64::NAN, false);
+        for steps in 0..MOST_STEPS {
+            let step = self.step(rule);
+            rhs += self.cost::<N>();
+            if steps == 0 {
+                left_at_first = step.left;
+            }
+            let whole = self.advance(rule, step.change);
+            // From here the iteration does not come back.
+            let lost = step.left > HOPELESS * unit || step.room < FARTHEST_OUTSIDE;
+            if lost || !self.viscous.is_finite() {
+                return Err(rhs);
+            }
+            if before < NEAR * unit && !moved {
+                self.curvature = self.curvature.max(step.left / (before * before));
+            }
+            // What the step itself leaves.
+            let after = PREDICTION * self.curvature * step.left * step.left;
+            let left = if self.curvature > 0.0 && !moved && step.left < NEAR * unit {
+                after.min(step.left)
+            } else {
+                step.left
+            };
+            if whole && left <= enough {
+                return if step.room > 0.0 { Ok(Solved { left, left_at_first, rhs }) } else { Err(rhs) };
+            }
+            before = step.left;
+            // w has a jump in its slope of at most about its size over the width of a piece.
+            match self.follow(0.02, 0.1 * speed * (0.1 * tolerance).sqrt()) {
+                Some(true) => {
+                    self.place(rule);
+                    moved = true;
+                }
+                Some(false) => moved = false,
+                None => return Err(rhs),
+            }
+        }
+        Err(rhs)
+    }
+}
+
+/// The C at which the orbit through the maximum `radius` of x2, 0 < `radius` <= V, closes, with an error of
+/// at most `tolerance` in units of the weakening rate; `Err` with the number of evaluations where the polar
+/// form does not apply or no rung reaches that.
+pub(in crate::simulate) fn closing_damping(
+    weakening: &Weakening,
+    belt_speed: f64,
+    radius: f64,
+    tolerance: f64,
+) -> Result<Closing, u64> {
+    if !(belt_speed + radius <= weakening.reach()) {
+        return Err(0);
+    }
+    let arch = pulp::Arch::new();
+    let problem = Problem { weakening, belt_speed, radius };
+    let mut orbit = Orbit::circle(problem, 1);
+    let mut finer = 1;
+    let mut unit = 0.0;
+    let mut rhs = 0;
+    let mut before: Option<f64> = None;
+    let mut failures = 0;
+    for (rung, (nodes, parts)) in LADDER.into_iter().enumerate() {
+        if orbit.elements.len() * parts > MOST_ELEMENTS {
+            return Err(rhs);
+        }
+        finer *= parts;
+        let starts = before.is_none();
+        if starts {
+            orbit = Orbit::circle(problem, finer);
+        }
+        let (now, unit_now) = (&mut orbit, &mut unit);
+        let asked = tolerance;
+        let tolerance = FLOORS.get(rung).map_or(asked, |floor| asked.max(*floor));
+        let solved = match nodes {
+            4 => arch.dispatch(Solve {
+                orbit: now,
+                rule: &RULES.0,
+                starts,
+                rung,
+                finer,
+                tolerance,
+                unit: unit_now,
+            }),
+            _ => arch.dispatch(Solve {
+                orbit: now,
+                rule: &RULES.1,
+                starts,
+                rung,
+                finer,
+                tolerance,
+                unit: unit_now,
+            }),
+        };
+        let Solved { left, left_at_first, rhs: spent } = match solved {
+            Ok(solved) => solved,
+            Err(spent) => {
+                // Coarse elements may fail where finer ones do not.
+                rhs += spent;
+                before = None;
+                failures += 1;
+                if failures > RETRIES {
+                    return Err(rhs);
+                }
+                continue;
+            }
+        };
+        rhs += spent;
+        if let Some(before) = before {
+            let uncertain = 2.0 * (orbit.viscous - before).abs() + left_at_first * left_at_first / unit;
+            let last = rung + 1 == LADDER.len() || orbit.elements.len() > MOST_ELEMENTS / 2;
+            let allowed = if last { asked.max(WORST) } else { asked + 4.0 * ROUND_OFF };
+            if uncertain <= allowed * unit {
+                let form = weakening.error(belt_speed - radius, belt_speed + orbit.lowest()).bound();
+                let error = uncertain + left + ROUND_OFF * unit + form;
+                return Ok(Closing { viscous: orbit.viscous, error, rhs });
+            }
+        }
+        before = Some(orbit.viscous);
+    }
+    Err(rhs)
+}
