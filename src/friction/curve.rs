@@ -85,9 +85,7 @@ impl Curve {
             Form::Stribeck(law) => law.weakening_range(lo, hi),
             Form::Exponential(law) => law.weakening_range(lo, hi),
             Form::Lorentzian(law) => law.weakening_range(lo, hi),
-            Form::Expression(_) | Form::Leading(_) | Form::Table(_) | Form::Function(_) | Form::Custom(_) => {
-                self.compiled(hi).range(lo, hi)
-            }
+            _ => self.compiled(hi).range(lo, hi),
         }
     }
 
@@ -97,12 +95,7 @@ impl Curve {
         match &self.form {
             Form::Stribeck(law) => law.even_weakening_range(belt_speed),
             Form::Exponential(law) => law.even_weakening_range(belt_speed),
-            Form::Lorentzian(_)
-            | Form::Expression(_)
-            | Form::Leading(_)
-            | Form::Table(_)
-            | Form::Function(_)
-            | Form::Custom(_) => self.compiled(4.0 * belt_speed).even_range(belt_speed, belt_speed),
+            _ => self.compiled(4.0 * belt_speed).even_range(belt_speed, belt_speed),
         }
     }
 
@@ -113,12 +106,7 @@ impl Curve {
         match &self.form {
             Form::Stribeck(law) => law.mean_weakening(belt_speed),
             Form::Table(law) => law.mean_weakening(belt_speed),
-            Form::Exponential(_)
-            | Form::Lorentzian(_)
-            | Form::Expression(_)
-            | Form::Leading(_)
-            | Form::Function(_)
-            | Form::Custom(_) => {
+            _ => {
                 let weakening = self.compiled(4.0 * belt_speed);
                 mean::mean_weakening(|u| weakening.at(u), belt_speed)
             }
@@ -152,12 +140,7 @@ impl Curve {
                     weakening_range: leading.range(0.0, 2.0 * belt_speed),
                 })
             }
-            Form::Exponential(_)
-            | Form::Lorentzian(_)
-            | Form::Leading(_)
-            | Form::Table(_)
-            | Form::Function(_)
-            | Form::Custom(_) => Err(NoFirstOrder::NoEpsilon),
+            _ => Err(NoFirstOrder::NoEpsilon),
         }
     }
 
@@ -207,9 +190,7 @@ impl Curve {
             Form::Exponential(law) => law.is_normal(),
             Form::Lorentzian(law) => law.is_normal(),
             // Enclosures are valid for numbers of every size.
-            Form::Expression(_) | Form::Leading(_) | Form::Table(_) | Form::Function(_) | Form::Custom(_) => {
-                true
-            }
+            _ => true,
         }
     }
 
@@ -237,13 +218,7 @@ impl Curve {
     pub fn stribeck(&self) -> Option<&Stribeck> {
         match &self.form {
             Form::Stribeck(law) => Some(law),
-            Form::Exponential(_)
-            | Form::Lorentzian(_)
-            | Form::Expression(_)
-            | Form::Leading(_)
-            | Form::Table(_)
-            | Form::Function(_)
-            | Form::Custom(_) => None,
+            _ => None,
         }
     }
 
@@ -256,15 +231,7 @@ impl Curve {
     /// found no exception.
     #[must_use]
     pub fn weakening_is_convex(&self) -> bool {
-        match self.form {
-            Form::Stribeck(_) | Form::Exponential(_) => true,
-            Form::Lorentzian(_)
-            | Form::Expression(_)
-            | Form::Leading(_)
-            | Form::Table(_)
-            | Form::Function(_)
-            | Form::Custom(_) => false,
-        }
+        matches!(self.form, Form::Stribeck(_) | Form::Exponential(_))
     }
 }
 

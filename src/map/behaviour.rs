@@ -2,9 +2,9 @@
 
 use std::cell::OnceCell;
 
+use super::Regime;
 use super::simulation::End;
 use super::verdict::{Attractors, Outside};
-use super::{AttractingCycle, Regime};
 use crate::filippov::Oscillator;
 use crate::friction::{Curve, Range};
 use crate::simulate::backbone::{Backbone, Crossing};
@@ -19,6 +19,19 @@ const TIGHT: f64 = 1e-13;
 /// Accuracy, in units of the weakening rate, of the backbone that is asked first where only the number of
 /// cycles is needed: few dampings of a column lie that close to one of its extremes.
 const COARSE: f64 = 1e-5;
+
+/// An attracting cycle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AttractingCycle {
+    /// Period.
+    pub period: f64,
+    /// Positions x1 on it.
+    pub displacement: Range,
+    /// Velocities x2 on it.
+    pub velocity: Range,
+    /// Floquet multiplier; 0 for the stick-slip cycle, which is reached in finite time.
+    pub multiplier: f64,
+}
 
 /// The attractors of one friction curve and belt speed, for all dampings.
 pub(super) struct Behaviour {

@@ -8,6 +8,7 @@ mod curves;
 pub mod dimension;
 mod engine;
 pub mod failures;
+mod field;
 mod grid;
 pub mod limits;
 mod method;
@@ -24,20 +25,23 @@ mod verdict;
 
 pub use account::{Account, FailedCell, MethodAccount, Stages};
 pub use audit::{Audit, Disagreement};
-pub use behaviour::{LongRun, attracting_cycle, basin_boundary, long_run, regime, slip_cycle_count};
+pub use behaviour::{
+    AttractingCycle, LongRun, attracting_cycle, basin_boundary, long_run, regime, slip_cycle_count,
+};
 pub use contradictions::{Contradiction, Contradictions};
 pub use curves::{CURVE_COLUMNS, Plane, PlaneCurve, PlaneCurves, PlanePoint, curves_of};
 pub use engine::{ComputeError, Control, MethodSummary, Summary};
 #[doc(hidden)] // the program shares tiles out to the processes of a run
 pub use engine::{Queue, compute_tiles};
+pub use field::{Field, Quantity};
 pub use grid::{Axis, AxisRole, Grid, GridError, Tile, is_linear, is_logarithmic, unravel};
 pub use method::Method;
 pub use plan::{
-    DEFAULT_AUDIT_CELLS, DEFAULT_COMPRESSION, DEFAULT_PROOF_BOXES, DEFAULT_TOLERANCE, Engine, Field,
+    DEFAULT_AUDIT_CELLS, DEFAULT_COMPRESSION, DEFAULT_PROOF_BOXES, DEFAULT_TOLERANCE, Engine,
     MOST_AUDIT_CELLS, Plan, PlanBuilder, PlanError, TOLERANCES,
 };
 pub use proved::{Proved, prove};
-pub use quantity::{AttractingCycle, Description, Quantity};
+pub use quantity::Description;
 pub use run::{Earlier, run, run_with};
 pub use runs::Runs;
 pub use simulation::{Paths, decide};

@@ -1,6 +1,6 @@
 //! A validated description of a computation.
 
-use super::{Axis, Grid, Method, Plane, Quantity, tiles};
+use super::{Axis, Field, Grid, Method, Plane, Quantity, tiles};
 use crate::certify::validated;
 use crate::friction::Law;
 
@@ -30,75 +30,6 @@ impl Engine {
             Engine::ReturnMap => "return_map",
             Engine::CriticalSurface => "critical_surface",
             Engine::Auto => "auto",
-        }
-    }
-}
-
-/// A quantity that a map can store.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Field {
-    /// `verdict_METHOD`, always stored.
-    Verdict,
-    /// `margin_METHOD`.
-    Margin,
-    /// `critical_c_METHOD`, without the damping axis.
-    CriticalC,
-    /// `regime`.
-    Regime,
-    /// `landing_x1`, `stick_time`, `slip_time` and `crossings`.
-    Landing,
-    /// Period, amplitudes and multiplier of the attracting cycle.
-    Cycle,
-    /// The unstable slip cycle around steady slip, and the kicks that start stick-slip.
-    Basin,
-    /// `epsilon_limit_METHOD`.
-    EpsilonLimit,
-    /// `dc_dAXIS`.
-    Sensitivity,
-}
-
-impl Field {
-    /// Every field.
-    pub const ALL: [Field; 9] = [
-        Field::Verdict,
-        Field::Margin,
-        Field::CriticalC,
-        Field::Regime,
-        Field::Landing,
-        Field::Cycle,
-        Field::Basin,
-        Field::EpsilonLimit,
-        Field::Sensitivity,
-    ];
-
-    /// Name in configurations.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Field::Verdict => "verdict",
-            Field::Margin => "margin",
-            Field::CriticalC => "critical_c",
-            Field::Regime => "regime",
-            Field::Landing => "landing",
-            Field::Cycle => "cycle",
-            Field::Basin => "basin",
-            Field::EpsilonLimit => "epsilon_limit",
-            Field::Sensitivity => "sensitivity",
-        }
-    }
-
-    /// Returns whether it is computed from the simulated flow, whatever the methods.
-    #[must_use]
-    pub fn needs_flow(self) -> bool {
-        match self {
-            Field::Verdict | Field::Margin | Field::CriticalC => false,
-            Field::Regime
-            | Field::Landing
-            | Field::Cycle
-            | Field::Basin
-            | Field::EpsilonLimit
-            | Field::Sensitivity => true,
         }
     }
 }

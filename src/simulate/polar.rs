@@ -21,6 +21,26 @@ pub(super) struct Closing {
     pub(super) rhs: u64,
 }
 
+/// The result of one turn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Turn {
+    /// The orbit completed the turn.
+    Complete {
+        /// m / V.
+        margin: f64,
+        /// Estimate of the absolute error of the margin.
+        error: f64,
+        /// Number of evaluations of the right-hand side, failed attempts included.
+        rhs: u32,
+    },
+    /// The polar form does not apply (an overdamped node, or an orbit that runs far past the belt line), or
+    /// the finest step misses the tolerance.
+    HandOver {
+        /// Number of evaluations spent.
+        rhs: u32,
+    },
+}
+
 /// Number of orbits integrated together: two AVX2 registers or one AVX-512 register.
 pub(super) const LANES: usize = 8;
 

@@ -5,32 +5,14 @@
 //! positive, it returns to the belt line (theory, "Two forms of the slip flow"). No event needs to be
 //! located.
 
+pub use super::polar::Turn;
+
 use super::closed_orbit::{HandOver, Lap};
 use super::landing::{Approach, Arrival, approach};
 use super::{Fate, Flow, Landing, closed_orbit, collocation, direct, stepping};
 use crate::filippov::Oscillator;
 use crate::friction::Column;
 use crate::point::ScaledGroups;
-
-/// The result of one turn.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Turn {
-    /// The orbit completed the turn.
-    Complete {
-        /// m / V.
-        margin: f64,
-        /// Estimate of the absolute error of the margin.
-        error: f64,
-        /// Number of evaluations of the right-hand side, failed attempts included.
-        rhs: u32,
-    },
-    /// The polar form does not apply (an overdamped node, or an orbit that runs far past the belt line), or
-    /// the finest step misses the tolerance.
-    HandOver {
-        /// Number of evaluations spent.
-        rhs: u32,
-    },
-}
 
 /// Margins of many orbits, each with an error estimate of at most `tolerance` where that can be reached.
 ///

@@ -3,8 +3,7 @@
 use std::sync::{LazyLock, OnceLock};
 
 use super::dop853::{Field, NODES, STAGES, step};
-use super::polar::{Angle, LANES, Lanes};
-use super::return_map::Turn;
+use super::polar::{Angle, LANES, Lanes, Turn};
 use crate::point::ScaledGroups;
 
 /// Numbers of equal steps per turn, coarse to fine. The lanes of a vector share their angles, so their sines

@@ -6,7 +6,7 @@ use std::sync::{LazyLock, OnceLock};
 use super::nodes::Nodes;
 use super::{Lap, Laps};
 use crate::point::ScaledGroups;
-use crate::simulate::return_map::Turn;
+use crate::simulate::polar::Turn;
 
 /// Numbers of pairs of nodes, and log2 of the truncation error on them as about
 /// `[0] + [1] log2(variation of D) + [2] k / (1 + k)`. Chosen for the fewest evaluations over random points;
