@@ -225,6 +225,7 @@ fn compute(
         ComputeError::Interrupted => PyKeyboardInterrupt::new_err("the map was interrupted"),
         ComputeError::Threads(why) => PyRuntimeError::new_err(why),
         ComputeError::Sink(never) => match never {},
+        other => PyRuntimeError::new_err(other.to_string()),
     })?;
     let Memory { schema, cells } = memory;
     let cells = cells.into_iter().map(|cells| cells.into_inner().unwrap_or_else(PoisonError::into_inner));

@@ -7,7 +7,6 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 use slipmap::friction::{Column, Law};
-use slipmap::point::{LawParameters, Point};
 use slipmap::simulate::critical::critical_dampings;
 
 /// Columns of one task, as in the Python package.
@@ -22,7 +21,6 @@ fn main() {
         _ => (1.0, [0.5, 1.0, 0.0]),
     };
     let count: usize = count.parse().expect("a number of columns");
-    let parameters = LawParameters::new(&parameters);
     for _ in 0..passes.parse().expect("a number of passes") {
         let start = Instant::now();
         let speed = |i: usize| 0.3 + 2.7 * i as f64 / (count - 1) as f64;
@@ -31,7 +29,7 @@ fn main() {
             .map(|task| {
                 let columns: Vec<Column> = (task * TASK..((task + 1) * TASK).min(count))
                     .map(|i| {
-                        law.column(&Point { epsilon, law: parameters, belt_speed: speed(i), damping: 0.0 })
+                        law.column(&law.point(epsilon, &parameters, speed(i), 0.0).expect("a legal point"))
                     })
                     .collect();
                 critical_dampings(&columns, 1e-9).into_iter().flatten().map(|root| root.c).sum()
