@@ -6,7 +6,8 @@
 //! of such draws is the probability, and a quantile of "critical damping less the deviation of the damping"
 //! is the nominal damping for a given probability. Both have 95 % confidence limits for the sampling.
 //!
-//! Friction that was measured with standard errors is uncertain too. The errors of its data are independent and
+//! Friction that was measured with standard errors is uncertain too. The errors of its data are independent
+//! and
 //! normal; to first order in them the critical damping of a draw is normal around that of the data as
 //! measured, and its standard deviation is known ([`Risk::standard_error`]). Each draw has such a deviation.
 
@@ -106,7 +107,8 @@ fn value_of(machine: &Machine, name: &str) -> f64 {
     machine.quantities().into_iter().find(|(known, _)| *known == name).map_or(f64::NAN, |(_, value)| value)
 }
 
-/// Returns whether anything about a machine is uncertain: quantities, or measured friction with standard errors.
+/// Returns whether anything about a machine is uncertain: quantities, or measured friction with standard
+/// errors.
 #[must_use]
 pub fn is_uncertain(machine: &Machine, uncertain: &[Uncertain]) -> bool {
     !uncertain.is_empty() || has_standard_errors(machine)
@@ -339,7 +341,8 @@ mod tests {
         let spread =
             (others.iter().map(|other| (other - nominal).powi(2)).sum::<f64>() / f64::from(n)).sqrt();
         let found = risk(&machine, &[], 20_000, &[]).unwrap();
-        // Four standard errors of a standard deviation and of a share; the critical damping's second order in the
+        // Four standard errors of a standard deviation and of a share; the critical damping's second order
+        // in the
         // errors of the data is far below them.
         let standard_error = found.standard_error.unwrap();
         assert!(

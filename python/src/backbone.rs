@@ -22,7 +22,7 @@ pub(crate) fn backbone<'py>(
 ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>)> {
     check_tolerance(tolerance)?;
     let family = &law.law;
-    let arguments = Arguments::new(family, &arrays)?;
+    let arguments = Arguments::new(py, family, &arrays)?;
     let unknown = (vec![f64::NAN; amplitudes.len()], f64::NAN);
     let found = arguments.each(py, threads, &unknown, |point| {
         let column = family.column(point);

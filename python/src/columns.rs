@@ -23,6 +23,9 @@ const TASK: usize = 256;
 /// Elements at which a law that needs a check of its own is checked: all of a few, evenly spread over many.
 const CHECKED: usize = 256;
 
+/// Elements that are checked between two looks at signals.
+const BETWEEN_SIGNALS: usize = 1 << 16;
+
 /// Arguments of an elementwise function, in the order of the law's axes: one value for all elements, or one
 /// each.
 pub(crate) struct Arguments<'a> {
@@ -33,14 +36,18 @@ pub(crate) struct Arguments<'a> {
 
 impl<'a> Arguments<'a> {
     /// Checks lengths and domains. An element with a NaN among its arguments is legal, and has no answer.
-    pub(crate) fn new(law: &'a Family, arrays: &'a [PyReadonlyArray1<'_, f64>]) -> PyResult<Self> {
+    pub(crate) fn new(
+        py: Python<'_>,
+        law: &'a Family,
+        arrays: &'a [PyReadonlyArray1<'_, f64>],
+    ) -> PyResult<Self> {
         let values: Vec<&[f64]> = arrays.iter().map(|array| array.as_slice()).collect::<Result<_, _>>()?;
         let len = values.iter().map(|values| values.len()).find(|&len| len != 1).unwrap_or(1);
         if values.iter().any(|values| values.len() != 1 && values.len() != len) {
             return Err(PyValueError::new_err("arrays of different lengths"));
         }
         let arguments = Self { law, values, len };
-        arguments.check()?;
+        arguments.check(py)?;
         Ok(arguments)
     }
 
@@ -71,10 +78,13 @@ impl<'a> Arguments<'a> {
         into.extend(self.values.iter().map(|values| if values.len() == 1 { values[0] } else { values[i] }));
     }
 
-    fn check(&self) -> PyResult<()> {
+    fn check(&self, py: Python<'_>) -> PyResult<()> {
         let single = self.len == 1;
         let mut element = Vec::new();
         for i in 0..self.len {
+            if i % BETWEEN_SIGNALS == 0 {
+                py.check_signals()?;
+            }
             self.element(i, &mut element);
             if element.iter().any(|value| value.is_nan()) {
                 continue;
@@ -135,7 +145,7 @@ pub(crate) fn critical_c<'py>(
 ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
     check_tolerance(tolerance)?;
     let family = &law.law;
-    let arguments = Arguments::new(family, &arrays)?;
+    let arguments = Arguments::new(py, family, &arrays)?;
     let found = in_tasks(py, arguments.len, threads, |task| {
         let mut element = Vec::new();
         let mut columns: Vec<Column> = Vec::with_capacity(task.len());
@@ -176,7 +186,7 @@ pub(crate) fn verdicts<'py>(
 ) -> PyResult<Bound<'py, PyArray2<i8>>> {
     check_tolerance(tolerance)?;
     let family = &law.law;
-    let arguments = Arguments::new(family, &arrays)?;
+    let arguments = Arguments::new(py, family, &arrays)?;
     let methods: Vec<Method> = methods.iter().map(|name| method(name)).collect::<PyResult<_>>()?;
     let groups = py.detach(|| groups(&arguments));
     let decide_group = |group: &Group| -> Vec<Vec<i8>> {
@@ -270,7 +280,7 @@ pub(crate) fn regime<'py>(
 ) -> PyResult<Bound<'py, PyArray1<i8>>> {
     check_tolerance(tolerance)?;
     let family = &law.law;
-    let arguments = Arguments::new(family, &arrays)?;
+    let arguments = Arguments::new(py, family, &arrays)?;
     let codes = arguments.each(py, threads, &Regime::Failed.code(), |point| {
         let oscillator = Oscillator::new(family, point);
         regime_of(&oscillator, &flow(&oscillator, tolerance)).code()

@@ -9,7 +9,8 @@ use slipmap::simulate::sensitivity::{self as engine, Estimate, Sensitivity};
 use crate::columns::Arguments;
 use crate::law::{Law, point_of};
 
-/// Derivatives by the arguments, in their order, and the standard error that the data's errors make (NaN for a
+/// Derivatives by the arguments, in their order, and the standard error that the data's errors make (NaN for
+/// a
 /// law without any).
 fn row(law: &Family, found: &Sensitivity) -> Vec<Estimate> {
     const NONE: Estimate = Estimate { value: f64::NAN, error: f64::NAN };
@@ -18,8 +19,10 @@ fn row(law: &Family, found: &Sensitivity) -> Vec<Estimate> {
     row
 }
 
-/// A row for each argument, with the derivatives of the critical damping by it, and a last one with the standard
-/// error that the data's errors make; and estimates of the errors of all. NaN where there is no critical damping
+/// A row for each argument, with the derivatives of the critical damping by it, and a last one with the
+/// standard
+/// error that the data's errors make; and estimates of the errors of all. NaN where there is no critical
+/// damping
 /// or an argument is NaN.
 #[pyfunction]
 #[pyo3(signature = (law, arrays, threads=None))]
@@ -30,7 +33,7 @@ pub(crate) fn sensitivity<'py>(
     threads: Option<usize>,
 ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
     let family = &law.law;
-    let arguments = Arguments::new(family, &arrays)?;
+    let arguments = Arguments::new(py, family, &arrays)?;
     let found =
         arguments.each(py, threads, &None, |point| engine::sensitivity(&family.column(point)).ok())?;
     let rows: Vec<Option<Vec<Estimate>>> =

@@ -229,20 +229,19 @@ import numpy as np, slipmap
 law = slipmap.Law.expression("0.5 + 0.5*exp(-u)")
 print("ready", flush=True)
 try:
-    slipmap.regime(law, V=np.linspace(0.3, 3.0, 1_000_000), c=0.1, epsilon=1.0)
+    slipmap.regime(law, V=np.linspace(0.3, 3.0, 10_000_000), c=0.1, epsilon=1.0)
 except KeyboardInterrupt:
     print("stopped", flush=True)
 """
     child = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
     assert child.stdout.readline() == "ready\n"
-    # A signal before the call itself is the interpreter's; then it is sent again, as people do.
-    for _ in range(20):
+    out = None
+    # One signal is enough, but for a machine that stands still meanwhile.
+    for patience in (1.0, 60.0, 60.0):
         try:
-            out, _ = child.communicate(timeout=5.0)
+            out, _ = child.communicate(timeout=patience)
             break
         except subprocess.TimeoutExpired:
             child.send_signal(signal.SIGINT)
-    else:
-        child.kill()
-        raise AssertionError("the signals were ignored")
+    child.kill()
     assert out == "stopped\n" and child.returncode == 0

@@ -194,7 +194,8 @@ impl From<Failure> for Stopped {
     }
 }
 
-/// Computes the missing tiles through `tiles`, completes the map, with proofs shared with `others`, and reports.
+/// Computes the missing tiles through `tiles`, completes the map, with proofs shared with `others`, and
+/// reports.
 fn compute<E: Into<Stopped> + From<ComputeError<StoreError>>>(
     arguments: &Arguments,
     job: &Job,

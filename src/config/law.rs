@@ -158,7 +158,8 @@ fn table_of(path: &Path, static_level: Option<f64>) -> Result<Table, (String, St
     table_of_text(&name.to_string(), &text, static_level)
 }
 
-/// Reads a measured law as [`read_table`] does, from the text of a file of this `name`; without a static level
+/// Reads a measured law as [`read_table`] does, from the text of a file of this `name`; without a static
+/// level
 /// that is the first friction.
 ///
 /// # Errors

@@ -235,7 +235,8 @@ impl<'a> Reader<'a> {
         self.number(key, |value| value > 0.0, "greater than 0")
     }
 
-    /// Increasing numbers, or one uncertain number. A range of belt speeds may have a standard deviation, which
+    /// Increasing numbers, or one uncertain number. A range of belt speeds may have a standard deviation,
+    /// which
     /// is that of each.
     fn many(&mut self, key: &'static str, least: f64, wanted: &str) -> Result<Vec<f64>, ConfigError> {
         let node = self.node(key)?;

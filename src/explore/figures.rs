@@ -154,7 +154,8 @@ fn reaching_the_belt(law: &Law, point: &Point, most: f64) -> Vec<Curve> {
     curves.filter(|curve| curve.points.iter().any(|point| point.1.is_finite())).collect()
 }
 
-/// Largest velocity of every cycle against damping: the backbone of the slip cycles, and the cycles that reach
+/// Largest velocity of every cycle against damping: the backbone of the slip cycles, and the cycles that
+/// reach
 /// the belt speed.
 pub(super) fn backbone(law: &Law, point: &Point, units: &UnitSystem) -> Result<Value, Refusal> {
     let oscillator = Oscillator::new(law, point);

@@ -12,8 +12,9 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::machine::{BELT_SPEED, DAMPING, dimensionless, law_of};
-use super::plane::{PlaneRequest, Show, Slice};
+use super::plane::{PlaneRequest, Slice};
 use super::refusal::Refusal;
+use super::show::Show;
 use crate::config::{Job, table_of_text};
 use crate::friction::Law;
 use crate::machine::{Friction, Machine};

@@ -7,16 +7,19 @@
 
 mod asked;
 mod assets;
+mod boundaries;
 mod catalogue;
 mod figures;
 mod guard;
 mod leave;
 mod machine;
+mod picture;
 mod place;
 mod plane;
 mod point;
 mod refusal;
 mod server;
+mod show;
 mod start;
 mod tabs;
 

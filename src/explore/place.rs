@@ -1,4 +1,5 @@
-//! The parameter point of a request: the friction law, and a value for each of its axes; or a machine in SI units,
+//! The parameter point of a request: the friction law, and a value for each of its axes; or a machine in SI
+//! units,
 //! whose quantities are the axes.
 
 use std::collections::BTreeMap;
@@ -74,7 +75,8 @@ impl LawText {
     }
 }
 
-/// A law and a value for each of its axes, by name; with a motion, a machine in SI units. Other names are ignored:
+/// A law and a value for each of its axes, by name; with a motion, a machine in SI units. Other names are
+/// ignored:
 /// they belong to the law that was shown before.
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct Place {

@@ -91,7 +91,8 @@ impl<T: Real, const N: usize> Jet<T, N> {
         Self(coefficients)
     }
 
-    /// The number of coefficients up to the last one that is not zero. Products skip the others: constants and
+    /// The number of coefficients up to the last one that is not zero. Products skip the others: constants
+    /// and
     /// the slip speed itself are frequent factors.
     fn length(&self) -> usize {
         N - self.0.iter().rev().take_while(|coefficient| coefficient.is_zero()).count()

@@ -58,7 +58,8 @@ impl Behaviour {
         }
     }
 
-    /// The slip cycles at eps c = `viscous`, where the orbit from the exit point ends as `end`, between bounds
+    /// The slip cycles at eps c = `viscous`, where the orbit from the exit point ends as `end`, between
+    /// bounds
     /// that are as narrow as possible; `None` if they are unknown.
     fn slip_cycles(&self, viscous: f64, end: End) -> Option<Vec<Crossing>> {
         let cycles = self.cycles(viscous, end, || self.fine())?;

@@ -325,7 +325,8 @@ fn regimes_over(grid: &Grid) -> Option<Vec<Vec<i8>>> {
     Some(columns.into_iter().map(|(_, codes)| codes).collect())
 }
 
-/// The Hopf damping and the critical damping over belt speeds: of every law in little time, which continuation in
+/// The Hopf damping and the critical damping over belt speeds: of every law in little time, which
+/// continuation in
 /// the plane is not.
 fn limits(grid: &Grid, point: &Point, speeds: &[f64]) -> Vec<PlaneCurve> {
     let columns: Vec<Column> =

@@ -77,12 +77,11 @@ impl Solver<'_> {
         let (curve, belt_speed, tolerance, work) = (self.curve, self.belt_speed, self.tolerance, self.work);
         let orbits: Vec<(&Curve, f64, f64)> =
             radii.iter().map(|radius| (curve, belt_speed, *radius)).collect();
-        let found = closing_dampings(&orbits, tolerance).into_iter().zip(radii);
+        let found = closing_dampings(&orbits, tolerance, Some(work)).into_iter().zip(radii);
         found
             .map(|(found, radius)| {
                 let (Ok(Closing { rhs, .. }) | Err(rhs)) = found;
                 self.rhs += rhs;
-                work.spend_compiled(rhs)?;
                 let Closing { viscous, error, .. } = match found {
                     Ok(found) => found,
                     Err(_) => {

@@ -32,7 +32,7 @@
 use std::f64::consts::TAU;
 use std::sync::{LazyLock, OnceLock};
 
-use super::polar::{Angle, LANES, Lanes};
+use super::polar::{Angle, LANES, Lanes, exp};
 use crate::point::ScaledGroups;
 
 /// Number of further circles on which a column that leaves the domain of the polar form is tried again.
@@ -94,25 +94,6 @@ impl Circle {
     }
 }
 
-/// exp(x) for |x| <= [`LARGEST_LOG`] to about an ulp: Taylor series of exp(x/8) to degree 9, then three
-/// squarings.
-#[inline(always)]
-fn exp(x: f64) -> f64 {
-    let y = 0.125 * x;
-    let mut sum = 1.0 / 362_880.0;
-    for inverse_factorial in
-        [1.0 / 40_320.0, 1.0 / 5_040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0]
-    {
-        sum = y.mul_add(sum, inverse_factorial);
-    }
-    // expm1 keeps the accuracy of small arguments through the squarings: e(2y) = e(y) (2 + e(y)).
-    let mut expm1 = y * sum;
-    for _ in 0..3 {
-        expm1 *= 2.0 + expm1;
-    }
-    1.0 + expm1
-}
-
 /// An upper bound on exp(x) - 1 for x >= 0, close to it for x < 8, infinite from 16 on: exp(y) <= (1 + y/2) /
 /// (1 - y/2) for 0 <= y < 2.
 #[inline(always)]
@@ -172,7 +153,7 @@ fn evaluate<const GROWTH: bool>(lanes: &Lanes, angles: &[Angle], workspace: &mut
     for (((angle, log_r), slope), by_c) in angles.iter().zip(log_r).zip(slope).zip(by_c) {
         let mut r = [0.0; LANES];
         for lane in 0..LANES {
-            r[lane] = exp(log_r[lane]);
+            r[lane] = exp::<3>(log_r[lane]);
             let left = LARGEST_LOG - log_r[lane].abs();
             room[lane] = if left < room[lane] { left } else { room[lane] };
         }

@@ -173,7 +173,8 @@ pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Resu
 }
 
 /// The C at which the orbit through the maximum `radius` of x2 closes, by turns between bounds of the even
-/// part of the weakening rate (theory, "The backbone"): for orbits on which Newton's method for the whole orbit
+/// part of the weakening rate (theory, "The backbone"): for orbits on which Newton's method for the whole
+/// orbit
 /// does not converge; `Err` with the cost where the polar form has no
 /// answer for a turn of the search.
 pub(super) fn closing_damping_by_turns(
@@ -224,8 +225,10 @@ pub(super) fn closing_damping_by_turns(
     Err(rhs)
 }
 
-/// The C at which the orbit through the maximum `radius` < V of x2 closes, by the orbit in (x2, x2'): for orbits whose polar
-/// angle is not monotone in time. It lies between the bounds of the even part of the weakening rate (theory, "The backbone").
+/// The C at which the orbit through the maximum `radius` < V of x2 closes, by the orbit in (x2, x2'): for
+/// orbits whose polar
+/// angle is not monotone in time. It lies between the bounds of the even part of the weakening rate (theory,
+/// "The backbone").
 ///
 /// # Errors
 /// [`Failure`] of a turn.

@@ -1,6 +1,7 @@
 //! The critical damping c* of a column: the root of the grazing margin.
 //!
-//! At c* the orbit from the exit point grazes the belt line: it closes with the maximum V of x2. The search is
+//! At c* the orbit from the exit point grazes the belt line: it closes with the maximum V of x2. The search
+//! is
 //! that of `closing`; columns outside the domain of the polar form are searched with [`flow`].
 
 use std::cell::Cell;
@@ -43,7 +44,7 @@ pub fn critical_dampings(
 ) -> Vec<Result<CriticalDamping, NoCriticalDamping>> {
     let orbits: Vec<(&Curve, f64, f64)> =
         columns.iter().map(|column| (&column.curve, column.belt_speed, column.belt_speed)).collect();
-    let found = closing_dampings(&orbits, tolerance);
+    let found = closing_dampings(&orbits, tolerance, None);
     let answer = |(column, found): (&Column, Result<Closing, u64>)| match found {
         Ok(Closing { viscous, error, rhs }) => {
             Ok(CriticalDamping { c: viscous / column.epsilon, error: error / column.epsilon, rhs })

@@ -178,7 +178,8 @@ fn none_proved(oscillator: &Oscillator) -> bool {
 }
 
 /// The crossing cycles, by growing size. An orbit from the exit point that never sticks tends to the first
-/// of them, if there is any; otherwise it grows without bound. None exists where the divergence is nowhere positive.
+/// of them, if there is any; otherwise it grows without bound. None exists where the divergence is nowhere
+/// positive.
 ///
 /// # Errors
 /// [`Failure`] of one of the loops.

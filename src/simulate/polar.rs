@@ -41,6 +41,26 @@ pub enum Turn {
     },
 }
 
+/// exp(x) by its Taylor series to degree 9 at x / 2^`HALVINGS`, then as many squarings: to a few units in
+/// the last
+/// place for |x| <= 0.09 * 2^`HALVINGS`, to 1e-8 for |x| <= 0.5 * 2^`HALVINGS`.
+#[inline(always)]
+pub(super) fn exp<const HALVINGS: u32>(x: f64) -> f64 {
+    let y = x / f64::from(1_u32 << HALVINGS);
+    let mut sum = 1.0 / 362_880.0;
+    for inverse_factorial in
+        [1.0 / 40_320.0, 1.0 / 5_040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0]
+    {
+        sum = y.mul_add(sum, inverse_factorial);
+    }
+    // expm1 keeps the accuracy of small arguments through the squarings: e(2y) = e(y) (2 + e(y)).
+    let mut expm1 = y * sum;
+    for _ in 0..HALVINGS {
+        expm1 *= 2.0 + expm1;
+    }
+    1.0 + expm1
+}
+
 /// Number of orbits integrated together: two AVX2 registers or one AVX-512 register.
 pub(super) const LANES: usize = 8;
 

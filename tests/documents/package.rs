@@ -46,7 +46,8 @@ fn the_minimum_rust_version_is_consistent_and_enough_for_the_dependencies() {
     }
 }
 
-/// The licences that `deny.toml` allows: one list for `cargo deny`, which not everyone has, and for this test.
+/// The licences that `deny.toml` allows: one list for `cargo deny`, which not everyone has, and for this
+/// test.
 fn allowed_licences() -> Vec<String> {
     let settings: toml_edit::DocumentMut = read("deny.toml").parse().unwrap();
     let allowed = settings["licenses"]["allow"].as_array().unwrap();

@@ -4,7 +4,8 @@
 //! To run one part alone: `cargo test --test mathematics identities::`.
 
 #![cfg(all(feature = "config", feature = "serde"))]
-// The tables are read with csv, of the feature `config`, and serde. clippy.toml exempts only test functions, not
+// The tables are read with csv, of the feature `config`, and serde. clippy.toml exempts only test functions,
+// not
 // their helpers.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 

@@ -28,7 +28,8 @@ fn critical(column: &Column) -> CriticalDamping {
     critical_damping(column, 1e-14).unwrap()
 }
 
-/// The derivative of `f`, which has the error `noise`, at x != 0 by a difference of the sixth order, and its error:
+/// The derivative of `f`, which has the error `noise`, at x != 0 by a difference of the sixth order, and its
+/// error:
 /// the change from twice the step, and what the noise allows.
 fn slope(x: f64, f: impl Fn(f64) -> CriticalDamping) -> Estimate {
     let weights = [0.75, -0.15, 1.0 / 60.0];
@@ -91,7 +92,8 @@ fn influence_is_what_a_change_at_these_speeds_does() {
     assert!((shares.iter().map(|part| part.share).sum::<f64>() - 1.0).abs() < 1e-13);
     assert!(shares.windows(2).all(|pair| pair[0].to == pair[1].from) && shares[0].from == 0.0);
     for exponent in [1, 2, 5] {
-        // w changes by h u^k if phi changes by -h u^(k+1) / (k+1). On a part u^k is within its values at the ends.
+        // w changes by h u^k if phi changes by -h u^(k+1) / (k+1). On a part u^k is within its values at the
+        // ends.
         let size = 1e-4;
         let moved = |h: f64| {
             let text = format!("{base} - ({h})*u^{}/{}", exponent + 1, exponent + 1);

@@ -443,6 +443,22 @@ fn ctrl_c_ends_it_in_time() {
     asking.join().unwrap();
 }
 
+/// The map that a page exports is the one that the program makes of the configuration that the page exports.
+fn assert_map_is_that_of_its_configuration(server: &Server, scratch: &Scratch, asked: &Value) {
+    let (status, bytes) = server.post("/api/file", asked.to_string().as_bytes());
+    assert_eq!(status, 200, "{}", String::from_utf8_lossy(&bytes));
+    let (_, texts) = server.ask("/api/texts", asked);
+    scratch.file("plane.toml", texts["toml"].as_str().unwrap());
+    if let Some(table) = texts["table"].as_str() {
+        scratch.file("friction.csv", table);
+    }
+    scratch.file("page.h5", &bytes);
+    let path = |name: &str| scratch.path().join(name);
+    let _ = std::fs::remove_file(path("plane.h5"));
+    scratch.run(&["run", "plane.toml"]).ends_with(0);
+    crate::map_equal::assert_same(&path("page.h5"), &path("plane.h5"));
+}
+
 #[test]
 fn the_plane_leaves_as_a_configuration_a_map_figures_and_a_table() {
     let scratch = Scratch::new();
@@ -456,17 +472,7 @@ fn the_plane_leaves_as_a_configuration_a_map_figures_and_a_table() {
     // The configuration gives the same map as the page's export.
     let mut asked = plane();
     asked["file"] = "h5".into();
-    let (status, bytes) = server.post("/api/file", asked.to_string().as_bytes());
-    assert_eq!(status, 200);
-    scratch.file("page.h5", &bytes);
-    scratch.file("plane.toml", texts["toml"].as_str().unwrap());
-    let same = || {
-        let _ = std::fs::remove_file(scratch.path().join("plane.h5"));
-        scratch.run(&["run", "plane.toml"]).ends_with(0);
-        let path = |name: &str| scratch.path().join(name);
-        crate::map_equal::assert_same(&path("page.h5"), &path("plane.h5"));
-    };
-    same();
+    assert_map_is_that_of_its_configuration(&server, &scratch, &asked);
     for (file, start) in
         [("svg", &b"<svg "[..]), ("png", b"\x89PNG"), ("pdf", b"%PDF"), ("csv", b"gamma,c,regime")]
     {
@@ -499,15 +505,7 @@ fn the_plane_leaves_as_a_configuration_a_map_figures_and_a_table() {
         asked["at"] = json!({ "epsilon": 1.0, "mu": 0.5, "V": 1.0, "c": 0.1 });
         asked["x"]["axis"] = "V".into();
         (asked["x"]["to"], asked["file"]) = (2.0.into(), "h5".into());
-        let (status, bytes) = server.post("/api/file", asked.to_string().as_bytes());
-        assert_eq!(status, 200, "{}", String::from_utf8_lossy(&bytes));
-        let (_, texts) = server.ask("/api/texts", &asked);
-        scratch.file("plane.toml", texts["toml"].as_str().unwrap());
-        if let Some(table) = texts["table"].as_str() {
-            scratch.file("friction.csv", table);
-        }
-        scratch.file("page.h5", &bytes);
-        same();
+        assert_map_is_that_of_its_configuration(&server, &scratch, &asked);
     }
 }
 
@@ -607,18 +605,7 @@ fn any_quantity_of_a_machine_is_an_axis() {
         let mut asked = machine("belt_speed", "damping");
         (asked["law"], asked["file"], asked["show"]) = (law.clone(), "h5".into(), "regime".into());
         asked["x"]["to"] = 0.25.into();
-        let (status, bytes) = server.post("/api/file", asked.to_string().as_bytes());
-        assert_eq!(status, 200, "{}", String::from_utf8_lossy(&bytes));
-        let (_, texts) = server.ask("/api/texts", &asked);
-        scratch.file("plane.toml", texts["toml"].as_str().unwrap());
-        if let Some(table) = texts["table"].as_str() {
-            scratch.file("friction.csv", table);
-        }
-        scratch.file("page.h5", &bytes);
-        let _ = std::fs::remove_file(scratch.path().join("plane.h5"));
-        scratch.run(&["run", "plane.toml"]).ends_with(0);
-        let path = |name: &str| scratch.path().join(name);
-        crate::map_equal::assert_same(&path("page.h5"), &path("plane.h5"));
+        assert_map_is_that_of_its_configuration(&server, &scratch, &asked);
     }
     let (status, answer) = server.ask("/api/texts", &machine("mass", "damping"));
     assert!(

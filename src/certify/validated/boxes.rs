@@ -142,7 +142,8 @@ impl BoxProof {
         proof
     }
 
-    /// Proves up to so many tiles of the surface with the workers of `prover`, or until `go_on` returns false.
+    /// Proves up to so many tiles of the surface with the workers of `prover`, or until `go_on` returns
+    /// false.
     pub fn refine_surface(&mut self, tiles: usize, prover: &dyn Prover, go_on: &dyn Fn() -> bool) {
         let columns = &self.columns;
         let share = |domain: &GroupBox| {

@@ -120,7 +120,8 @@ impl Tile {
         Some(tile)
     }
 
-    /// All numbers but those of the box: the radius, then the modes of `viscous`, of each of the `cosines` and
+    /// All numbers but those of the box: the radius, then the modes of `viscous`, of each of the `cosines`
+    /// and
     /// of each of the `sines`.
     #[must_use]
     pub fn numbers(&self) -> Vec<f64> {

@@ -9,7 +9,8 @@ use crate::certify::validated::prover::{Prover, Threads};
 use crate::certify::validated::tile::{GroupBox, Tile};
 
 impl Ranks {
-    /// On the other ranks, when their tiles of the map are done: proves what rank 0 sends, until the run ends.
+    /// On the other ranks, when their tiles of the map are done: proves what rank 0 sends, until the run
+    /// ends.
     pub(super) fn prove_for_writer(&self, threads: usize) {
         let world = self.universe.world();
         let writer = world.process_at_rank(0);

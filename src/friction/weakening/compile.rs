@@ -62,7 +62,8 @@ fn fit(values: &[f64; COUNT]) -> ([f64; COUNT], f64) {
 
 /// Compiles `law` up to the slip speed `reach`; tables whole.
 ///
-/// What a longer reach needs up to half of it is what half of it needs, unless one piece is enough: it is taken
+/// What a longer reach needs up to half of it is what half of it needs, unless one piece is enough: it is
+/// taken
 /// from `known`, the results for this law so far, and added to them.
 pub(in crate::friction) fn compile(
     law: &Form,

@@ -92,7 +92,8 @@ impl Colours {
     }
 }
 
-/// Draws areas that share their axes. `label` names the variable for the colour scale; `signed` says that its sign
+/// Draws areas that share their axes. `label` names the variable for the colour scale; `signed` says that
+/// its sign
 /// matters.
 #[must_use]
 pub fn draw(areas: &[Area], heading: &Rich, label: &Label, signed: bool, width: Width) -> Scene {

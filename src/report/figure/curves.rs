@@ -62,12 +62,13 @@ pub(super) fn columns(map: &MapFile, index: &[usize], axis: usize, values: &[f64
 pub(super) fn exact(columns: &[Column]) -> Vec<f64> {
     let (mut found, mut failures, mut work) = (Vec::with_capacity(columns.len()), 0, 0);
     for some in columns.chunks(TOGETHER) {
-        if failures < MOST_FAILURES && work < MOST_WORK {
-            let roots = critical_dampings(some, TOLERANCE);
-            failures += roots.iter().filter(|root| root.is_err()).count();
-            work += roots.iter().flatten().map(|root| root.rhs).sum::<u64>();
-            found.extend(roots.into_iter().map(|root| root.map_or(f64::NAN, |root| root.c)));
+        if failures >= MOST_FAILURES || work >= MOST_WORK {
+            break;
         }
+        let roots = critical_dampings(some, TOLERANCE);
+        failures += roots.iter().filter(|root| root.is_err()).count();
+        work += roots.iter().flatten().map(|root| root.rhs).sum::<u64>();
+        found.extend(roots.into_iter().map(|root| root.map_or(f64::NAN, |root| root.c)));
     }
     found.resize(columns.len(), f64::NAN);
     found

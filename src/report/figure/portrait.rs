@@ -1,4 +1,5 @@
-//! The phase portrait of one point: orbits, cycles, the sticking segment, exit point, landing and equilibrium.
+//! The phase portrait of one point: orbits, cycles, the sticking segment, exit point, landing and
+//! equilibrium.
 
 use super::super::text::rich;
 use super::super::units::UnitSystem;

@@ -3,25 +3,6 @@
 use crate::friction::Polynomial;
 use crate::simulate::gauss::MOST;
 
-/// exp(x) to a few units in the last place for |x| <= 1, to 1e-9 for |x| <= 8: Taylor series of exp(x/16) to
-/// degree 9, then four squarings.
-#[inline(always)]
-pub(super) fn exp(x: f64) -> f64 {
-    let y = 0.0625 * x;
-    let mut sum = 1.0 / 362_880.0;
-    for inverse_factorial in
-        [1.0 / 40_320.0, 1.0 / 5_040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0]
-    {
-        sum = y.mul_add(sum, inverse_factorial);
-    }
-    // expm1 keeps the accuracy of small arguments through the squarings: e(2y) = e(y) (2 + e(y)).
-    let mut expm1 = y * sum;
-    for _ in 0..4 {
-        expm1 *= 2.0 + expm1;
-    }
-    1.0 + expm1
-}
-
 /// sin(z) and cos(z) for |z| <= pi / 4.
 #[inline(always)]
 pub(super) fn sin_cos(z: f64) -> [f64; 2] {

@@ -19,7 +19,8 @@
 //! from step to step. A wrong angle counts to second order only, because w is continuous.
 //!
 //! **Error of the iteration.** Let rho = g - p' be the residual of an iterate. To first order its C is wrong
-//! by the mean of W rho over that of W dg/dC, W = exp(-A). The sum of the sizes, which cannot vanish by chance,
+//! by the mean of W rho over that of W dg/dC, W = exp(-A). The sum of the sizes, which cannot vanish by
+//! chance,
 //! stands for the first.
 //!
 //! **Error of the elements.** The method is Gauss's collocation, whose error at the end of the turn is that
@@ -140,7 +141,8 @@ impl<const N: usize> pulp::WithSimd for Solve<'_, '_, N> {
         orbit.place(rule);
         [orbit.viscous, *unit] = orbit.first_order(rule);
         let mut spent = orbit.cost::<N>();
-        // With w scaled by a share, from 0 on, where the circle is the answer. One step is enough for most orbits.
+        // With w scaled by a share, from 0 on, where the circle is the answer. One step is enough for most
+        // orbits.
         let (mut share, mut step) = (0.0, 1.0);
         while step >= SHORTEST_SHARE {
             let next = f64::min(share + step, 1.0);
@@ -264,7 +266,7 @@ pub(in crate::simulate) fn closing_damping(
         }
         finer *= parts;
         let starts = before.is_none();
-        if starts {
+        if starts && rung > 0 {
             orbit = Orbit::circle(problem, finer);
         }
         let (now, unit_now) = (&mut orbit, &mut unit);

@@ -2,10 +2,11 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::arithmetic::{apply, dot, exp, first, weakening};
+use super::arithmetic::{apply, dot, first, weakening};
 use super::element::Element;
 use crate::friction::Weakening;
 use crate::simulate::gauss::{MOST, Rule};
+use crate::simulate::polar::exp;
 
 /// Least dth/dt: the polar form applies as long as it is positive, but near zero g is hard to resolve.
 const SLOWEST_TURN: f64 = 0.02;
@@ -126,7 +127,7 @@ impl Orbit<'_> {
             let mut outermost = [0.0_f64; N];
             for j in 0..N {
                 let log_r = element.log_r[j].clamp(-LARGEST_LOG, LARGEST_LOG);
-                v[j] = radius * exp(log_r) * element.cos[j];
+                v[j] = radius * exp::<4>(log_r) * element.cos[j];
                 x[j] = (belt_speed - v[j] - piece.middle) * piece.scale;
                 outermost[j] = x[j].abs();
             }
@@ -161,7 +162,7 @@ impl Orbit<'_> {
                 ([0.0; N], [0.0; N], [0.0; N], [0.0; N]);
             for j in 0..N {
                 let exponent = half.mul_add(grown[j], growth).clamp(-LARGEST_GROWTH, LARGEST_GROWTH);
-                weight[j] = exp(-exponent);
+                weight[j] = exp::<4>(-exponent);
                 inverse[j] = a[j] / weight[j];
                 weighted_b[j] = weight[j] * b[j];
                 weighted_rho[j] = weight[j] * rho[j];
@@ -187,7 +188,8 @@ impl Orbit<'_> {
         }
     }
 
-    /// Makes the step, or as much of it as moves p by no more than [`LONGEST_STEP`]. Returns whether it was made whole.
+    /// Makes the step, or as much of it as moves p by no more than [`LONGEST_STEP`]. Returns whether it was
+    /// made whole.
     #[inline(always)]
     pub(super) fn advance<const N: usize>(&mut self, rule: &Rule<N>, change: f64) -> bool {
         let mut start = 0.0;
@@ -237,7 +239,8 @@ impl Orbit<'_> {
 
     /// Moves the ends of the spans to the angles at which the orbit passes the ends of the pieces, unless
     /// all are closer than `allowed`, in units of the narrower piece, where the law is smooth, and
-    /// `allowed_at_corners` (slip speeds) where it is not. Returns whether they were moved; `None` where the orbit leaves the pieces.
+    /// `allowed_at_corners` (slip speeds) where it is not. Returns whether they were moved; `None` where the
+    /// orbit leaves the pieces.
     #[inline(always)]
     pub(super) fn follow(&mut self, allowed: f64, allowed_at_corners: f64) -> Option<bool> {
         let Problem { weakening, belt_speed, radius } = self.problem;
@@ -250,7 +253,7 @@ impl Orbit<'_> {
             next += span.parts;
             at_bounds.push(self.elements[next - 1].end);
         }
-        let farthest = radius * exp(at_bounds[half].clamp(-LARGEST_LOG, LARGEST_LOG));
+        let farthest = radius * exp::<4>(at_bounds[half].clamp(-LARGEST_LOG, LARGEST_LOG));
         let last = self.spans[half].piece;
         if belt_speed + farthest > breaks[last + 1] {
             if last + 2 == breaks.len() {
@@ -273,7 +276,7 @@ impl Orbit<'_> {
         // The number of the end of a piece, counted on both sides.
         let number = |i: usize| if i < half { i } else { 2 * half - i };
         let slip = |i: usize| breaks[first + number(i)];
-        let r = |i: usize| radius * exp(at_bounds[i].clamp(-LARGEST_LOG, LARGEST_LOG));
+        let r = |i: usize| radius * exp::<4>(at_bounds[i].clamp(-LARGEST_LOG, LARGEST_LOG));
         let target = |i: usize| ((belt_speed - slip(i)) / r(i)).clamp(-1.0, 1.0);
         let kinked = !weakening.corners().is_empty();
         let inner = (1..half).chain(half + 1..2 * half);

@@ -1,0 +1,69 @@
+//! The quantity that a picture shows.
+
+use super::catalogue::{deciders, differences};
+use crate::map::{Method, Verdict};
+use crate::report::figure::palette::{self, Kind};
+use crate::report::{Label, UnitSystem};
+
+/// The quantity shown.
+#[derive(Clone, Debug)]
+pub(super) enum Show {
+    /// A variable of a map.
+    Variable(String),
+    /// The difference of the verdicts of two methods, by their names.
+    Difference([&'static str; 2]),
+    /// The first method in the order of the plan that decides.
+    Decider,
+}
+
+impl Show {
+    /// The label of the numbers of a variable in these units.
+    pub(super) fn label(&self, units: &UnitSystem) -> Option<Label> {
+        match self {
+            Show::Variable(name) => Some(units.variable(name)),
+            Show::Difference(_) | Show::Decider => None,
+        }
+    }
+
+    /// Meanings of the codes of a picture; `None` for numbers.
+    pub(super) fn kinds(&self, methods: &[Method]) -> Option<Vec<Kind>> {
+        match self {
+            Show::Variable(name) if name == "regime" => Some(palette::regimes()),
+            Show::Variable(name) if name.starts_with("verdict_") => Some(palette::verdicts()),
+            Show::Variable(_) => None,
+            Show::Difference([a, b]) => Some(differences(a, b)),
+            Show::Decider => Some(deciders(methods)),
+        }
+    }
+
+    /// The code of a cell with these verdicts.
+    pub(super) fn derived(&self, methods: &[Method], said: &[i8]) -> i8 {
+        match self {
+            Show::Difference(pair) => {
+                // Plans sort methods.
+                let of = |name: &str| methods.iter().position(|method| method.name() == name).unwrap_or(0);
+                let [a, b] = pair.map(|name| said[of(name)]);
+                difference(a, b)
+            }
+            Show::Decider | Show::Variable(_) => {
+                let decides = |code: &i8| *code == Verdict::Present.code() || *code == Verdict::Absent.code();
+                said.iter().position(decides).map_or(-1, |first| first as i8)
+            }
+        }
+    }
+}
+
+/// The code of [`differences`] for the verdicts of two methods.
+fn difference(a: i8, b: i8) -> i8 {
+    const PRESENT: i8 = Verdict::Present as i8;
+    const ABSENT: i8 = Verdict::Absent as i8;
+    const UNDECIDED: i8 = Verdict::Undecided as i8;
+    match (a, b) {
+        (PRESENT, PRESENT) => 0,
+        (ABSENT, ABSENT) => 1,
+        (PRESENT, ABSENT) => 2,
+        (ABSENT, PRESENT) => 3,
+        (UNDECIDED, PRESENT | ABSENT | UNDECIDED) | (PRESENT | ABSENT, UNDECIDED) => 4,
+        _ => 5,
+    }
+}
