@@ -127,7 +127,8 @@ const DAMPINGS: usize = 48;
 /// The stick-slip cycle and the crossing cycles over the dampings from 0 to `most`: largest velocities, NaN
 /// where there is no such cycle.
 fn reaching_the_belt(law: &Law, point: &Point, most: f64, stop: &AtomicBool) -> Result<Vec<Curve>, Refusal> {
-    let at = |i: usize| most * i as f64 / (DAMPINGS - 1) as f64;
+    // At the critical damping itself, which may be the largest, an orbit cannot be told to stick or not.
+    let at = |i: usize| most * (1.0 - 1e-6) * i as f64 / (DAMPINGS - 1) as f64;
     let found: Vec<(f64, [f64; 3])> = (0..DAMPINGS)
         .into_par_iter()
         .map(|i| {
