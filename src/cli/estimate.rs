@@ -87,7 +87,7 @@ pub(super) fn run(
         "cells",
         format!(
             "{} in {}, {}",
-            number_of(grid.cells(), "cell"),
+            count(grid.cells()),
             number_of(columns, "column"),
             number_of(tiles, "tile")
         ),
