@@ -27,7 +27,7 @@ mod lanes;
 
 pub(super) use lanes::amplitude_bounds;
 
-use crate::friction::Column;
+use crate::friction::{Column, Ranges};
 
 /// Inflation per strip, 1 + 2^-48.
 const INFLATE: f64 = 1.0 + 16.0 * f64::EPSILON;
@@ -36,8 +36,11 @@ const INFLATE: f64 = 1.0 + 16.0 * f64::EPSILON;
 /// decide; the last gives a bound half a per cent above the landing speed (median of random points).
 const REFINEMENTS: [u32; 3] = [2, 8, 48];
 
-/// Number of bisections: `sticks_from` is located to 2^-10 of the interval searched.
-const HALVINGS: u32 = 10;
+/// Share of the interval searched to which `sticks_from` is located.
+const SHARPNESS: f64 = 1.0 / 1024.0;
+
+/// Largest number of dampings tried; four to six are usual.
+const MOST_TRIALS: u32 = 30;
 
 /// The smallest damping c >= 0 found at which the landing speed is proved below 2; by monotonicity it is
 /// below 2 at every larger one. Searched in [0, `present_below`]; 0 if that is empty, infinity if the bound
@@ -46,44 +49,65 @@ pub(super) fn sticks_from(column: &Column, present_below: f64) -> f64 {
     if present_below == f64::NEG_INFINITY {
         return f64::NEG_INFINITY;
     }
-    if present_below <= 0.0 || lands_on_stick_segment(column, 0.0) {
+    if present_below <= 0.0 {
         return 0.0;
     }
-    if !lands_on_stick_segment(column, present_below) {
+    let mut flow = Flow::new(column, 0.0);
+    let largest = flow.ranges.over(0.0, 3.0 * column.belt_speed).hi;
+    if constant_bound(largest, column.belt_speed) < 2.0 {
+        return 0.0;
+    }
+    let mut above = f64::INFINITY;
+    for strips in REFINEMENTS {
+        above = flow.speed_bound(strips) - 2.0;
+        if above < 0.0 {
+            return 0.0;
+        }
+    }
+    // How far the finest bound exceeds 2.
+    let mut excess = |c: f64| {
+        flow.viscous = column.epsilon * c;
+        flow.speed_bound(REFINEMENTS[2]) - 2.0
+    };
+    let mut below = excess(present_below);
+    if !(below < 0.0) {
         return f64::INFINITY;
     }
     let (mut failed, mut verified) = (0.0, present_below);
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (failed + verified);
-        if lands_on_stick_segment(column, middle) {
-            verified = middle;
+    let sharpness = SHARPNESS * present_below;
+    for _ in 0..MOST_TRIALS {
+        if verified - failed <= sharpness {
+            break;
+        }
+        // A secant, a little beyond the root so that both ends move; a bisection where the bound is infinite.
+        let root = failed + above / (above - below) * (verified - failed);
+        let trial = if root.is_nan() { 0.5 * (failed + verified) } else { root + 0.4 * sharpness };
+        let trial = trial.clamp(failed + 0.4 * sharpness, verified - 0.4 * sharpness);
+        let found = excess(trial);
+        // The value at the other end counts half, so that this end does not stay (Illinois).
+        if found < 0.0 {
+            (verified, below, above) = (trial, found, 0.5 * above);
         } else {
-            failed = middle;
+            (failed, above, below) = (trial, found, 0.5 * below);
         }
     }
     verified
 }
 
-fn lands_on_stick_segment(column: &Column, c: f64) -> bool {
-    // The bound with the largest divergence settles most columns.
-    constant_bound(column, c) < 2.0 || REFINEMENTS.iter().any(|&strips| speed_bound(column, c, strips) < 2.0)
-}
-
-/// An upper bound of the landing speed from the largest divergence alone; infinite where it gives none.
+/// An upper bound of the landing speed from the largest divergence `d` alone; infinite where it gives none.
 ///
 /// With D <= d on slip speeds up to 3 V, 0 < d < 2, the orbit lies inside that of the flow with D = d, whose
 /// radius grows by rho = exp(pi d / (2 omega)) in each half turn, omega = sqrt(1 - d^2/4), as long as it does
 /// not leave those slip speeds: rho <= 2. By de/ds = 2 D p, e rises up to the second turning point, where it
 /// is rho^4. Where d <= 0, e does not rise at all.
-fn constant_bound(column: &Column, c: f64) -> f64 {
-    let d = column.curve.weakening_range(0.0, 3.0 * column.belt_speed).hi - column.epsilon * c;
+fn constant_bound(d: f64, belt_speed: f64) -> f64 {
     if d <= 0.0 {
         return 0.0;
     }
     let exponent = std::f64::consts::PI * d / ((1.0 - 0.5 * d) * (1.0 + 0.5 * d)).sqrt();
     // Written so that NaN, from d >= 2 or from a law that overflows, gives no bound.
     if exponent <= 2.0 * std::f64::consts::LN_2 {
-        column.belt_speed * ((2.0 * exponent).exp_m1() * INFLATE).sqrt()
+        belt_speed * ((2.0 * exponent).exp_m1() * INFLATE).sqrt()
     } else {
         f64::INFINITY
     }
@@ -93,24 +117,14 @@ fn constant_bound(column: &Column, c: f64) -> f64 {
 /// where none was found; 0 if the bound shows that the orbit does not return to the belt line.
 #[must_use]
 pub fn speed_bound(column: &Column, c: f64, strips: u32) -> f64 {
-    let flow = Flow { column, viscous: column.epsilon * c };
-    let amplitude = flow.amplitude(strips);
-    if !amplitude.is_finite() {
-        return f64::INFINITY;
-    }
-    let at_axis = flow.to_axis(Half::Upper, amplitude, strips);
-    match flow.axis_to_belt(at_axis, strips) {
-        None => 0.0,
-        Some(energy) if energy.is_nan() => f64::INFINITY,
-        Some(energy) => column.belt_speed * (energy - 1.0).max(0.0).sqrt(),
-    }
+    Flow::new(column, c).speed_bound(strips)
 }
 
 /// An upper bound of the amplitude R, the largest -x2 on the lower half of the first turn, at damping `c`,
 /// from `strips` >= 1 strips per quarter turn. Infinite where none was found.
 #[must_use]
 pub fn amplitude_bound(column: &Column, c: f64, strips: u32) -> f64 {
-    column.belt_speed * Flow { column, viscous: column.epsilon * c }.amplitude(strips)
+    column.belt_speed * Flow::new(column, c).amplitude(strips)
 }
 
 /// The lower (x2' < 0) and the upper half plane.
@@ -122,20 +136,40 @@ enum Half {
 
 /// The flow below the belt line at one damping; speeds are in units of the belt speed.
 struct Flow<'a> {
-    column: &'a Column,
+    belt_speed: f64,
+    /// Bounds of the weakening rate.
+    ranges: Ranges<'a>,
     /// eps c.
     viscous: f64,
 }
 
-impl Flow<'_> {
+impl<'a> Flow<'a> {
+    fn new(column: &'a Column, c: f64) -> Self {
+        let belt_speed = column.belt_speed;
+        Self { belt_speed, ranges: column.curve.ranges(4.0 * belt_speed), viscous: column.epsilon * c }
+    }
+
+    /// The function of this name in the module.
+    fn speed_bound(&self, strips: u32) -> f64 {
+        let amplitude = self.amplitude(strips);
+        if !amplitude.is_finite() {
+            return f64::INFINITY;
+        }
+        let at_axis = self.to_axis(Half::Upper, amplitude, strips);
+        match self.axis_to_belt(at_axis, strips) {
+            None => 0.0,
+            Some(energy) if energy.is_nan() => f64::INFINITY,
+            Some(energy) => self.belt_speed * (energy - 1.0).max(0.0).sqrt(),
+        }
+    }
+
     /// Upper bound of D between s = `from` and s = `to` > `from`.
     fn divergence_bound(&self, half: Half, from: f64, to: f64) -> f64 {
         let (least, most) = match half {
             Half::Lower => (1.0 + from, 1.0 + to),
             Half::Upper => (1.0 - to, 1.0 - from),
         };
-        let belt = self.column.belt_speed;
-        self.column.curve.weakening_range(belt * least, belt * most).hi - self.viscous
+        self.ranges.over(self.belt_speed * least, self.belt_speed * most).hi - self.viscous
     }
 
     /// Upper bound of the turning point of the lower half plane.
@@ -298,13 +332,18 @@ mod tests {
 
     /// Integrates s' = p, p' = D p - s from (`s`, `p`) until `done` is true, by the classical Runge-Kutta
     /// method.
-    fn integrate(flow: &Flow, half: Half, state: (f64, f64), done: impl Fn(f64, f64) -> bool) -> (f64, f64) {
+    fn integrate(
+        (column, viscous): (&Column, f64),
+        half: Half,
+        state: (f64, f64),
+        done: impl Fn(f64, f64) -> bool,
+    ) -> (f64, f64) {
         let rate = |s: f64, p: f64| {
             let u = match half {
                 Half::Lower => 1.0 + s,
                 Half::Upper => 1.0 - s,
             };
-            let d = flow.column.curve.weakening(flow.column.belt_speed * u) - flow.viscous;
+            let d = column.curve.weakening(column.belt_speed * u) - viscous;
             (p, d * p - s)
         };
         let step = |(s, p): (f64, f64), h: f64| {
@@ -332,7 +371,8 @@ mod tests {
         // Laws that weaken fast: D changes most where the slip speed is least.
         for (gamma, c) in [(1.0, 0.1), (4.0, 0.0), (10.0, 0.2), (40.0, 0.5)] {
             let column = stribeck(1.0, 0.5, 0.01, gamma, 1.0);
-            let flow = Flow { column: &column, viscous: c };
+            let flow = Flow::new(&column, c);
+            let exact = (&column, c);
             let energy = |(s, p): (f64, f64)| s * s + p * p;
             let check = |name: &str, exact: f64, bound: &dyn Fn(u32) -> f64| {
                 let [coarse, fine, finest] = [16, 512, 1024].map(|strips| bound(strips) - exact);
@@ -342,12 +382,12 @@ mod tests {
                 assert!(finest <= 0.55 * fine + 1e-11 * exact, "{name}, gamma = {gamma}: {fine} {finest}");
             };
             for (half, start) in [(Half::Lower, 1.0), (Half::Upper, 1.5)] {
-                let end = integrate(&flow, half, (-start, 0.0), |s, _| s > 0.0);
+                let end = integrate(exact, half, (-start, 0.0), |s, _| s > 0.0);
                 check("to the axis", energy(end), &|strips| flow.to_axis(half, start, strips));
             }
-            let turn = integrate(&flow, Half::Lower, (0.0, 1.5), |_, p| p < 0.0);
+            let turn = integrate(exact, Half::Lower, (0.0, 1.5), |_, p| p < 0.0);
             check("to the turning point", turn.0, &|strips| flow.axis_to_turning(2.25, strips));
-            let belt = integrate(&flow, Half::Upper, (0.0, 1.5), |s, _| s > 1.0);
+            let belt = integrate(exact, Half::Upper, (0.0, 1.5), |s, _| s > 1.0);
             check("to the belt line", energy(belt), &|strips| {
                 flow.axis_to_belt(2.25, strips).expect("it arrives")
             });
@@ -399,12 +439,17 @@ mod tests {
         assert_eq!(sticks_from(&stribeck(0.1, 0.5, 1.0, 1.0, 5.0), -1.0), 0.0);
     }
 
+    fn crude_bound(column: &Column, c: f64) -> f64 {
+        let largest = column.curve.weakening_range(0.0, 3.0 * column.belt_speed).hi;
+        constant_bound(largest - column.epsilon * c, column.belt_speed)
+    }
+
     #[test]
     fn the_bound_of_the_largest_divergence_is_one() {
         let mut settled = 0;
         for column in random_columns(2000) {
             for c in [0.0, 0.3] {
-                let crude = constant_bound(&column, c);
+                let crude = crude_bound(&column, c);
                 if crude.is_finite() {
                     // The strips end above the landing speed, so a valid bound may be below theirs: the less,
                     // the finer they are.
@@ -419,7 +464,7 @@ mod tests {
         }
         assert!(settled > 300, "{settled}");
         // D constant: exact up to the turning point. D = 1, also 2 V away from the belt.
-        assert_eq!(constant_bound(&stribeck(1.0, 0.0, 0.0, 3.0, TINY_BELT), 0.5), f64::INFINITY);
+        assert_eq!(crude_bound(&stribeck(1.0, 0.0, 0.0, 3.0, TINY_BELT), 0.5), f64::INFINITY);
     }
 
     #[test]

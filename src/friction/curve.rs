@@ -89,6 +89,12 @@ impl Curve {
         }
     }
 
+    /// The same for many intervals: the law is compiled up to `reach` once. Intervals beyond it take longer.
+    pub(crate) fn ranges(&self, reach: f64) -> Ranges<'_> {
+        let closed = matches!(&self.form, Form::Stribeck(_) | Form::Exponential(_) | Form::Lorentzian(_));
+        Ranges { curve: self, compiled: (!closed).then(|| self.compiled(reach)) }
+    }
+
     /// Proved bounds, over 0 < |v| <= V, of the even part in v of `weakening(V - v)`.
     #[must_use]
     pub fn even_weakening_range(&self, belt_speed: f64) -> Range {
@@ -232,6 +238,22 @@ impl Curve {
     #[must_use]
     pub fn weakening_is_convex(&self) -> bool {
         matches!(self.form, Form::Stribeck(_) | Form::Exponential(_))
+    }
+}
+
+/// Proved bounds of a curve's weakening rate, see [`Curve::ranges`].
+pub(crate) struct Ranges<'a> {
+    curve: &'a Curve,
+    compiled: Option<Arc<Weakening>>,
+}
+
+impl Ranges<'_> {
+    /// As [`Curve::weakening_range`].
+    pub(crate) fn over(&self, lo: f64, hi: f64) -> Range {
+        match &self.compiled {
+            Some(law) if hi <= law.reach() => law.range(lo, hi),
+            _ => self.curve.weakening_range(lo, hi),
+        }
     }
 }
 

@@ -19,6 +19,7 @@ mod stribeck;
 mod table;
 mod weakening;
 
+pub(crate) use curve::Ranges;
 pub use curve::{Column, Curve};
 pub use custom::{Custom, CustomLaw, CustomLawError};
 pub use domain::PointError;

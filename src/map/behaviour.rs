@@ -1,6 +1,6 @@
 //! The attractors of a column at each of its dampings, from one backbone.
 
-use std::cell::OnceCell;
+use std::cell::{OnceCell, RefCell};
 
 use super::Regime;
 use super::simulation::End;
@@ -16,8 +16,8 @@ use crate::simulate::{Failure, Flow};
 /// where the multiplier is close to 1.
 const TIGHT: f64 = 1e-13;
 
-/// Accuracy, in units of the weakening rate, of the backbone that is asked first where only the number of
-/// cycles is needed: few dampings of a column lie that close to one of its extremes.
+/// Accuracy, in units of the weakening rate, up to which the backbone is refined first where only the number
+/// of cycles is needed: few dampings of a column lie that close to one of its extremes.
 const COARSE: f64 = 1e-5;
 
 /// An attracting cycle.
@@ -41,9 +41,20 @@ pub(super) struct Behaviour {
     at_belt_speed: f64,
     /// Bounds of its even part.
     even: Range,
+    /// Coarse backbones, each with twice as many nodes as the one before. Every damping asks them in this
+    /// order, so that its answer does not depend on other dampings.
+    coarse: RefCell<Vec<Result<Backbone, Failure>>>,
     /// Computed on first use.
-    coarse: OnceCell<Result<Backbone, Failure>>,
     fine: OnceCell<Result<Backbone, Failure>>,
+}
+
+/// What is known of a column at one damping before its cycles are.
+#[derive(Clone, Copy)]
+struct Ends {
+    /// Whether the equilibrium attracts.
+    stable: bool,
+    /// Whether the orbit from the exit point returns to the belt line.
+    returns: bool,
 }
 
 impl Behaviour {
@@ -53,7 +64,7 @@ impl Behaviour {
             belt_speed,
             at_belt_speed: curve.weakening(belt_speed),
             even: curve.even_weakening_range(belt_speed),
-            coarse: OnceCell::new(),
+            coarse: RefCell::default(),
             fine: OnceCell::new(),
         }
     }
@@ -62,7 +73,7 @@ impl Behaviour {
     /// bounds
     /// that are as narrow as possible; `None` if they are unknown.
     fn slip_cycles(&self, viscous: f64, end: End) -> Option<Vec<Crossing>> {
-        let cycles = self.cycles(viscous, end, || self.fine())?;
+        let cycles = self.cycles(viscous, end, |ends| self.read_fine(viscous, ends))?;
         // Where the backbone was not needed the bounds are those of the belt line.
         let narrowed = |cycle: Crossing| match self.fine.get() {
             Some(Ok(backbone)) => Crossing { between: backbone.narrowed(&cycle, viscous), ..cycle },
@@ -73,17 +84,15 @@ impl Behaviour {
 
     /// The same between any bounds, for their number and stability.
     pub(super) fn count(&self, viscous: f64, end: End) -> Option<Vec<Crossing>> {
-        self.cycles(viscous, end, || {
-            let coarse = self.coarse.get_or_init(|| Backbone::of_curve(&self.curve, self.belt_speed, COARSE));
-            coarse.as_ref().ok().filter(|backbone| backbone.is_clear(viscous)).or_else(|| self.fine())
-        })
+        self.cycles(viscous, end, |ends| self.coarse(viscous, ends).or_else(|| self.read_fine(viscous, ends)))
     }
 
-    fn cycles<'a>(
+    /// The cycles by the even part, by convexity, or as `read` from a backbone.
+    fn cycles(
         &self,
         viscous: f64,
         end: End,
-        backbone: impl FnOnce() -> Option<&'a Backbone>,
+        read: impl FnOnce(Ends) -> Option<Vec<Crossing>>,
     ) -> Option<Vec<Crossing>> {
         let stable = self.at_belt_speed < viscous;
         let returns = match end {
@@ -101,7 +110,33 @@ impl Behaviour {
             let one = Crossing { between, is_stable: !returns };
             return Some(if stable == returns { vec![one] } else { Vec::new() });
         }
-        backbone()?.cycles(viscous, stable, returns)
+        read(Ends { stable, returns })
+    }
+
+    /// The cycles as read from the first coarse backbone that is clear about them.
+    fn coarse(&self, viscous: f64, ends: Ends) -> Option<Vec<Crossing>> {
+        let mut coarse = self.coarse.borrow_mut();
+        let mut asked = 0;
+        loop {
+            if asked == coarse.len() {
+                let finer = match coarse.last() {
+                    None => Backbone::begun(&self.curve, self.belt_speed, COARSE).map(Some),
+                    Some(Ok(last)) => last.refined(),
+                    Some(Err(_)) => return None,
+                };
+                coarse.push(finer.transpose()?);
+            }
+            match &coarse[asked] {
+                Ok(backbone) if backbone.is_clear(viscous) => {
+                    return backbone.cycles(viscous, ends.stable, ends.returns);
+                }
+                _ => asked += 1,
+            }
+        }
+    }
+
+    fn read_fine(&self, viscous: f64, ends: Ends) -> Option<Vec<Crossing>> {
+        self.fine()?.cycles(viscous, ends.stable, ends.returns)
     }
 
     fn fine(&self) -> Option<&Backbone> {

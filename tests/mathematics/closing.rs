@@ -129,3 +129,35 @@ fn cycles_are_counted_as_they_are_located() {
     }
     assert!(counts[0] > 20 && counts[1] > 20 && counts[2] + counts[3] > 5, "{counts:?}");
 }
+
+/// A coarse backbone that is clear about a damping counts the same cycles as the fine one, on rough laws too.
+#[test]
+fn coarse_backbones_count_as_the_fine_one() {
+    let mut random = Random(81);
+    let (mut clear, mut first) = (0, 0);
+    for column in columns(75, 1.0) {
+        let fine = Backbone::of(&column, 1e-10).unwrap();
+        let ends = [fine.turning_points()[0], fine.turning_points()[fine.turning_points().len() - 1]];
+        let even = column.curve.even_weakening_range(column.belt_speed);
+        let dampings: Vec<f64> = (0..20).map(|_| even.lo + (even.hi - even.lo) * random.unit()).collect();
+        let mut coarse = Some(Backbone::begun(&column.curve, column.belt_speed, 1e-5).unwrap());
+        let mut level = 0;
+        while let Some(backbone) = coarse {
+            for &viscous in dampings.iter().filter(|viscous| backbone.is_clear(**viscous)) {
+                let stable = ends[0].viscous < viscous;
+                let returns = viscous < ends[1].viscous;
+                let count = |backbone: &Backbone| {
+                    backbone.cycles(viscous, stable, returns).map(|cycles| cycles.len())
+                };
+                if let Some(counted) = count(&fine) {
+                    assert_eq!(count(&backbone), Some(counted), "{column:?} {viscous}: {backbone:?}");
+                    clear += 1;
+                    first += u32::from(level == 0);
+                }
+            }
+            coarse = backbone.refined().unwrap();
+            level += 1;
+        }
+    }
+    assert!(first > 300 && clear > 600, "{clear} counts, {first} of them on the coarsest");
+}

@@ -23,6 +23,7 @@ mod failures;
 mod forger;
 mod forms;
 mod identities;
+mod law_survey;
 mod laws;
 mod limits;
 mod reference;

@@ -124,7 +124,10 @@ impl Weakening {
             let whole = self.breaks[i] >= lo && self.breaks[i + 1] <= hi;
             if whole { self.pieces[i].range } else { self.pieces[i].range_on(a, b) }
         };
-        let mut range = part(first).hull(part(last));
+        let mut range = part(first);
+        if last > first {
+            range = range.hull(part(last));
+        }
         let mut i = first + 1;
         while i < last {
             let whole_block = i % BLOCK == 0 && i + BLOCK <= last;

@@ -1,0 +1,137 @@
+//! Random pairs of a friction law and a point: every verdict of the map and every claim of a theorem compared
+//! with the direct engine, which shares nothing with them but the law.
+
+use crate::sample::Random;
+use rayon::prelude::*;
+use slipmap::certify::{Decision, Guarantee, TESTS};
+use slipmap::filippov::Oscillator;
+use slipmap::friction::{Column, Expression, Law, Table};
+use slipmap::map::{Engine, Verdict, decide};
+use slipmap::simulate::{Fate, critical_damping, direct};
+use std::collections::BTreeMap;
+
+/// The tolerance of maps.
+const TOLERANCE: f64 = 1e-9;
+
+fn between(random: &mut Random, lo: f64, hi: f64) -> f64 {
+    lo + (hi - lo) * random.unit()
+}
+
+/// A random law, with its kind.
+fn law(random: &mut Random) -> (&'static str, Law, Vec<f64>) {
+    let kind = (6.0 * random.unit()) as usize;
+    let (drop, scale) = (between(random, 0.05, 0.6), random.log(0.15, 1.5));
+    let (rise, wave) = (between(random, 0.0, 0.03), random.log(1.0, 6.0));
+    let formula = |text: String| Law::Expression(Expression::new(&text, 1.0).unwrap());
+    match kind {
+        0 => ("stribeck", Law::Stribeck, vec![1.0 - drop, rise, 1.0 / scale]),
+        1 => ("exponential", Law::Exponential, vec![1.0 - drop, scale, rise]),
+        2 => ("lorentzian", Law::Lorentzian, vec![1.0 - drop, scale, rise]),
+        3 => ("formula", formula(format!("1 - {drop}*tanh(u/{scale}) + {rise}*sin({wave}*u)")), vec![]),
+        4 => ("formula", formula(format!("1 - {drop}*atan(u/{scale}) + {rise}*u^2")), vec![]),
+        _ => {
+            let (spacing, noise) = (random.log(0.05, 0.4), random.log(1e-5, 1e-2));
+            let mut data = vec![(0.0, 1.0)];
+            while data[data.len() - 1].0 < 12.0 {
+                let u = data[data.len() - 1].0 + spacing * between(random, 0.5, 1.5);
+                let scatter = noise * between(random, -1.0, 1.0);
+                data.push((u, 1.0 - drop + drop * (-u / scale).exp() + rise * u + scatter));
+            }
+            ("table", Law::Table(Table::new("random", &data, 1.0).unwrap()), vec![])
+        }
+    }
+}
+
+/// A damping of the column: half of them anywhere, the others near the critical one.
+fn damping(column: &Column, random: &mut Random) -> f64 {
+    let range = column.curve.weakening_range(0.0, 2.0 * column.belt_speed);
+    let anywhere = between(random, 0.0, 1.2) * range.hi.max(0.01) / column.epsilon;
+    let distance = between(random, -1.0, 1.0) * random.log(1e-6, 1.0);
+    match critical_damping(column, TOLERANCE) {
+        Ok(found) if found.c > 0.0 && random.unit() < 0.5 => (found.c * (1.0 + distance)).max(0.0),
+        _ => anywhere,
+    }
+}
+
+/// Counts by kind of law, and the violations.
+#[derive(Default)]
+struct Tally {
+    /// By kind and verdicts of the map and of the direct engine.
+    verdicts: BTreeMap<(&'static str, &'static str, &'static str), u64>,
+    /// Verdicts of theorems that the direct engine confirmed.
+    confirmed: u64,
+    problems: Vec<String>,
+}
+
+impl Tally {
+    fn of(number: u64) -> Self {
+        let mut random = Random(0x5eed ^ number.wrapping_mul(0x9e37_79b9_7f4a_7c15));
+        let (kind, law, parameters) = law(&mut random);
+        let (epsilon, belt_speed) = (random.log(0.1, 1.0), random.log(0.1, 3.0));
+        let column = law.column(&law.point(epsilon, &parameters, belt_speed, 0.0).unwrap());
+        let c = damping(&column, &mut random);
+        let answer = direct::flow(&Oscillator::in_column(&column, c), TOLERANCE);
+        let map = decide(std::slice::from_ref(&column), &[c], Engine::Auto, TOLERANCE)[0];
+        let direct = match answer.fate {
+            Fate::Sticks(_) => Verdict::Present,
+            Fate::SpiralsInward | Fate::CrossesForever => Verdict::Absent,
+            Fate::TooCloseToCall => Verdict::Undecided,
+            Fate::Failed(_) => Verdict::Failed,
+        };
+        let mut tally = Self::default();
+        tally.verdicts.insert((kind, map.name(), direct.name()), 1);
+        let decided = |verdict| matches!(verdict, Verdict::Present | Verdict::Absent);
+        if decided(map) && decided(direct) && map != direct {
+            tally.problems.push(format!("{kind} {number}: {map:?} {answer:?}"));
+        }
+        for test in TESTS.iter().filter(|test| test.guarantee == Guarantee::FiniteEpsilon) {
+            let claimed = match (test.claim)(&column).decide(c) {
+                Decision::Present => Verdict::Present,
+                Decision::Absent => Verdict::Absent,
+                Decision::Undecided => continue,
+            };
+            if decided(direct) && claimed != direct {
+                tally.problems.push(format!("{} of {kind} {number}: {claimed:?} {answer:?}", test.name));
+            }
+            tally.confirmed += u64::from(claimed == direct);
+        }
+        tally
+    }
+
+    fn plus(mut self, other: Self) -> Self {
+        for (verdicts, count) in other.verdicts {
+            *self.verdicts.entry(verdicts).or_insert(0) += count;
+        }
+        self.confirmed += other.confirmed;
+        self.problems.extend(other.problems);
+        self
+    }
+}
+
+fn survey(count: u64) {
+    let tally = (0..count).into_par_iter().map(Tally::of).reduce(Tally::default, Tally::plus);
+    for ((kind, map, direct), count) in &tally.verdicts {
+        println!("{kind}: {count} points {map} by the map, {direct} by the direct engine");
+    }
+    println!("{} verdicts of theorems confirmed", tally.confirmed);
+    assert!(tally.problems.is_empty(), "{}", tally.problems.join("\n"));
+    let open: u64 = tally
+        .verdicts
+        .iter()
+        .filter(|((_, map, _), _)| !["present", "absent"].contains(map))
+        .map(|(_, count)| count)
+        .sum();
+    assert!(1000 * open <= count, "{open} of {count} points have no verdict");
+    assert!(2 * tally.confirmed > count, "{} verdicts of theorems", tally.confirmed);
+}
+
+#[test]
+fn verdicts_of_random_laws_are_those_of_the_direct_engine() {
+    survey(600);
+}
+
+#[test]
+#[ignore = "minutes: cargo test --test mathematics law_survey:: -- --ignored --nocapture"]
+fn a_hundred_thousand_verdicts_of_random_laws_are_those_of_the_direct_engine() {
+    survey(100_000);
+}
