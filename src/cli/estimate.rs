@@ -85,12 +85,7 @@ pub(super) fn run(
     line("grid", sizes.join(" x "));
     line(
         "cells",
-        format!(
-            "{} in {}, {}",
-            count(grid.cells()),
-            number_of(columns, "column"),
-            number_of(tiles, "tile")
-        ),
+        format!("{} in {}, {}", count(grid.cells()), number_of(columns, "column"), number_of(tiles, "tile")),
     );
     line("methods", plan.methods.iter().map(|method| method.name()).collect::<Vec<_>>().join(", "));
     line("fields", plan.fields.iter().map(|field| field.name()).collect::<Vec<_>>().join(", "));
