@@ -443,6 +443,7 @@ fn neighbour_words(neighbour: Neighbour) -> &'static str {
         Neighbour::SlipCycle => "the next slip cycle",
         Neighbour::StickSlip => "stick-slip",
         Neighbour::Crossing => "crossing for ever",
+        Neighbour::Unknown => "an attractor that is not known",
     }
 }
 

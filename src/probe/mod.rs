@@ -23,7 +23,8 @@ use crate::simulate::sensitivity::{Estimate, NoSensitivity, Sensitivity};
 use crate::simulate::slip_count::SlipCount;
 use crate::simulate::slip_cycle::{Kick, SlipCycle};
 use crate::simulate::{
-    CriticalDamping, Dynamics, Fate, Flow, Landing, Neighbour, NoCriticalDamping, separates,
+    CriticalDamping, Dynamics, Fate, Flow, Landing, Neighbour, NoCriticalDamping, crossing_separates,
+    separates,
 };
 
 /// Derives `Serialize` where the feature `serde` is on.
@@ -576,6 +577,12 @@ impl AllCycles {
             separates: (!cycle.is_stable()).then(|| separates(i, number, fate).map(Neighbour::name)),
             ..cycle.into()
         });
+        let crossings = dynamics.crossing.len();
+        let crossing = dynamics.crossing.into_iter().enumerate().map(|(i, cycle)| StabilityResult {
+            separates: (!cycle.is_stable())
+                .then(|| crossing_separates(i, crossings, number, fate).map(Neighbour::name)),
+            ..cycle.into()
+        });
         Self {
             stick_slip: dynamics.stick_slip.map(Into::into),
             slip: slip.collect(),
@@ -585,7 +592,7 @@ impl AllCycles {
                 at_most: count.at_most,
                 open: count.open.into_iter().map(Into::into).collect(),
             },
-            crossing: dynamics.crossing.into_iter().map(Into::into).collect(),
+            crossing: crossing.collect(),
         }
     }
 }

@@ -30,8 +30,11 @@ pub enum Neighbour {
     SlipCycle,
     /// The stick-slip cycle.
     StickSlip,
-    /// None: orbits cross the belt line for ever.
+    /// None, or a cycle that crosses: orbits cross the belt line for ever.
     Crossing,
+    /// Not known: the orbit from the exit point, which lies between, has no certain fate, or orbits grow beyond
+    /// the cycles found.
+    Unknown,
 }
 
 impl Neighbour {
@@ -43,6 +46,7 @@ impl Neighbour {
             Neighbour::SlipCycle => "slip_cycle",
             Neighbour::StickSlip => "stick_slip",
             Neighbour::Crossing => "crossing",
+            Neighbour::Unknown => "unknown",
         }
     }
 }
@@ -56,10 +60,26 @@ pub fn separates(cycle: usize, count: usize, fate: &Fate) -> [Neighbour; 2] {
     let outside = match fate {
         _ if cycle + 1 < count => Neighbour::SlipCycle,
         Fate::CrossesForever => Neighbour::Crossing,
-        Fate::Sticks(_) | Fate::SpiralsInward | Fate::TooCloseToCall | Fate::Failed(_) => {
-            Neighbour::StickSlip
-        }
+        Fate::Sticks(_) => Neighbour::StickSlip,
+        // Towards this cycle, which repels: the fate is wrong, or cycles are missing.
+        Fate::SpiralsInward | Fate::TooCloseToCall | Fate::Failed(_) => Neighbour::Unknown,
     };
+    [inside, outside]
+}
+
+/// The same for a repelling cycle that crosses the belt line, with this position among `count` of them and
+/// with so many slip cycles. The orbit from the exit point runs between both kinds.
+#[must_use]
+pub fn crossing_separates(cycle: usize, count: usize, slip_cycles: usize, fate: &Fate) -> [Neighbour; 2] {
+    let inside = match fate {
+        _ if cycle > 0 => Neighbour::Crossing,
+        Fate::Sticks(_) => Neighbour::StickSlip,
+        Fate::SpiralsInward if slip_cycles > 0 => Neighbour::SlipCycle,
+        Fate::SpiralsInward => Neighbour::Equilibrium,
+        // Outward, to this cycle, which repels.
+        Fate::CrossesForever | Fate::TooCloseToCall | Fate::Failed(_) => Neighbour::Unknown,
+    };
+    let outside = if cycle + 1 < count { Neighbour::Crossing } else { Neighbour::Unknown };
     [inside, outside]
 }
 

@@ -34,7 +34,7 @@ pub mod surface;
 mod work;
 
 pub use critical::{CriticalDamping, NoCriticalDamping, critical_damping};
-pub use dynamics::{Dynamics, Neighbour, dynamics, separates};
+pub use dynamics::{Dynamics, Neighbour, crossing_separates, dynamics, separates};
 pub use return_map::flow;
 
 pub use crate::friction::Range;

@@ -11,7 +11,9 @@ use slipmap::point::Point;
 use slipmap::simulate::crossing::{Loop, crossing_cycles, crossing_loop, stick_slip_cycle};
 use slipmap::simulate::direct::{self, Ending, Phase, Start, Trace, trace};
 use slipmap::simulate::slip_cycle::{SlipCycle, SlipTurn, slip_cycles, turn};
-use slipmap::simulate::{Dynamics, Fate, Neighbour, critical_damping, dynamics, flow, separates};
+use slipmap::simulate::{
+    Dynamics, Failure, Fate, Neighbour, critical_damping, crossing_separates, dynamics, flow, separates,
+};
 
 use crate::sample::{Random, Sample};
 
@@ -415,6 +417,46 @@ fn cycles_and_regimes_are_consistent_at_random_points() {
         }
     }
     assert!(met[..3].iter().all(|&n| n > 10), "{met:?}");
+}
+
+/// A repelling cycle that crosses the belt line, between stick-slip and an attracting cycle that crosses.
+#[test]
+fn a_repelling_crossing_cycle_separates_its_neighbours() {
+    let law = Law::Expression(Expression::new("1-a*(tanh((u-m)/s)+tanh(m/s))", 1.0).unwrap());
+    let oscillator = Oscillator::new(&law, &law.point(1.0, &[1.0, 20.5, 1.0], 10.0, 0.002).unwrap());
+    let answer = flow(&oscillator, 1e-10);
+    let cycles = crossing_cycles(&oscillator, 1e-10).unwrap();
+    assert!(cycles.len() == 2 && !cycles[0].is_stable() && cycles[1].is_stable(), "{cycles:?}");
+    assert_eq!(
+        crossing_separates(0, cycles.len(), 1, &answer.fate),
+        [Neighbour::StickSlip, Neighbour::Crossing]
+    );
+    // Where loops from both sides of it lead.
+    let ends = [-1e-3, 1e-3].map(|shift| {
+        let mut y = cycles[0].beyond_exit * (1.0 + shift);
+        for _ in 0..1000 {
+            match crossing_loop(&oscillator, y, 1e-9).unwrap() {
+                Loop::Crosses { beyond_exit, .. } => y = beyond_exit,
+                Loop::Sticks => return 0.0,
+                Loop::SpiralsInward => return f64::NAN,
+            }
+        }
+        y
+    });
+    assert_eq!(ends[0], 0.0);
+    assert!(ends[1] > 2.0 * cycles[0].beyond_exit && ends[1] < cycles[1].beyond_exit, "{ends:?}");
+}
+
+/// Nothing is said of what lies beyond an orbit whose fate is not known.
+#[test]
+fn an_uncertain_orbit_from_the_exit_point_leaves_neighbours_unknown() {
+    for fate in [Fate::TooCloseToCall, Fate::Failed(Failure::StepBudget)] {
+        assert_eq!(separates(0, 1, &fate), [Neighbour::Equilibrium, Neighbour::Unknown]);
+        assert_eq!(crossing_separates(0, 1, 0, &fate), [Neighbour::Unknown; 2]);
+    }
+    let inward = Fate::SpiralsInward;
+    assert_eq!(crossing_separates(0, 2, 0, &inward), [Neighbour::Equilibrium, Neighbour::Crossing]);
+    assert_eq!(crossing_separates(0, 2, 2, &inward), [Neighbour::SlipCycle, Neighbour::Crossing]);
 }
 
 #[test]
