@@ -4,8 +4,8 @@
 
 The law is phi = 0.5 + 0.5 exp(-u), epsilon 1. Each function below is what a user writes; its lines are
 counted, its answer is compared with that of the engine `direct`, which shares nothing with the engine that
-slipmap answers with but the law. SciPy is asked every fifth node of both axes, and its time is multiplied by
-25. Needs: slipmap, scipy, pybasin (Python 3.12 or newer, which brings PyTorch).
+slipmap answers with but the law. SciPy and pyBasin are asked every fifth node of both axes, and their times are
+multiplied by 25. Needs: slipmap, scipy, pybasin (Python 3.12 or newer, which brings PyTorch).
 """
 
 import datetime
@@ -108,7 +108,7 @@ def main(out):
     critical = slipmap.critical_c(law, V=V, epsilon=1.0)
     near = np.abs(C[None, :] - critical[:, None]) < 0.01
     rows = []
-    for package, function, stride in (("slipmap", by_slipmap, 1), ("pybasin", by_pybasin, 1), ("scipy", by_scipy, STRIDE)):
+    for package, function, stride in (("slipmap", by_slipmap, 1), ("pybasin", by_pybasin, STRIDE), ("scipy", by_scipy, STRIDE)):
         try:
             version = importlib.metadata.version(package)
         except importlib.metadata.PackageNotFoundError:
@@ -133,9 +133,9 @@ def main(out):
         "| --- | --: | --: | --: | --: | --: | --: |",
         *rows,
         "",
-        "SciPy was asked every fifth node of both axes; its seconds are those of 1,600 cells times 25. pyBasin integrates a "
-        "smoothed friction for all cells in one batch in single precision, as its users do for friction; it knows neither the "
-        "exit point nor an error.",
+        "SciPy and pyBasin were asked every fifth node of both axes; their seconds are those of 1,600 cells times 25. pyBasin "
+        "integrates a smoothed friction for its cells in one batch in single precision, as its users do for friction; it knows "
+        "neither the exit point nor an error.",
         "",
     ]
     with open(out, "w", encoding="utf-8") as file:

@@ -2,7 +2,7 @@
 //! it stick-slips and may stick-slip, the motion, its sensitivities, and what is proved.
 
 use crate::behaviour::{Behaviour, behaviour, highest_belt_speed};
-use crate::certify::{Decision, Guarantee, TESTS};
+use crate::certify::{Decision, Guarantee, TESTS, validated};
 use crate::filippov::Oscillator;
 use crate::machine::{Machine, Model};
 use crate::map::{self, Regime};
@@ -99,7 +99,8 @@ pub fn assess(machine: &Machine) -> Option<Assessment> {
         Regime::Bistable => map::basin_boundary(&oscillator, &flow, TOLERANCE),
         _ => None,
     };
-    let proofs = TESTS.iter().filter(|test| test.guarantee != Guarantee::Asymptotic).map(|test| Proof {
+    let theorems = TESTS.iter().filter(|test| test.guarantee != Guarantee::Asymptotic);
+    let proofs = theorems.chain([&validated::TEST]).map(|test| Proof {
         test: test.name,
         verdict: match (test.claim)(&column).decide(point.damping) {
             Decision::Present => "present",

@@ -44,6 +44,13 @@ pub(crate) fn exact(x: f64) -> String {
     text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
 }
 
+/// A count and its noun, with an s unless it is one: 1 tile, 1,234 tiles.
+#[cfg(feature = "cli")]
+pub(crate) fn number_of(n: impl TryInto<u128>, noun: &str) -> String {
+    let n = n.try_into().unwrap_or(u128::MAX);
+    format!("{} {noun}{}", count(n), if n == 1 { "" } else { "s" })
+}
+
 /// A count in groups of three digits: 1,234,567.
 #[cfg(feature = "report")]
 pub(crate) fn count(n: impl TryInto<u128>) -> String {
@@ -90,5 +97,13 @@ mod tests {
             assert!(exact(x).len() < 25, "{}", exact(x));
         }
         assert_eq!(exact(32.0), "32");
+    }
+
+    #[test]
+    #[cfg(feature = "cli")]
+    fn nouns_agree_with_their_numbers() {
+        assert_eq!(number_of(1, "tile"), "1 tile");
+        assert_eq!(number_of(0, "tile"), "0 tiles");
+        assert_eq!(number_of(1_234_567, "cell"), "1,234,567 cells");
     }
 }

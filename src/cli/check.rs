@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use serde_json::json;
 
-use super::output::{count, json, without_control_characters};
+use super::output::{json, number_of, without_control_characters};
 use super::{Ended, Failure, proof};
 use crate::store;
 
@@ -72,15 +72,15 @@ fn check_map(map: &Path, as_json: bool) -> Result<Ended, Failure> {
         let mut out = io::stdout().lock();
         writeln!(
             out,
-            "{name}: {} variables over {} cells in {} tiles\n\
+            "{name}: {} over {} in {}\n\
              checked: the seal of the whole file, layout and attributes, fingerprints, that every cell is legal",
-            report.variables,
-            count(report.cells),
-            count(report.tiles)
+            number_of(report.variables, "variable"),
+            number_of(report.cells, "cell"),
+            number_of(report.tiles, "tile")
         )?;
         match problems.len() {
             0 => writeln!(out, "sound: the map is complete and unchanged since its run")?,
-            n => writeln!(out, "{n} problem{}:", if n == 1 { "" } else { "s" })?,
+            n => writeln!(out, "{}:", number_of(n, "problem"))?,
         }
         for problem in &problems {
             writeln!(out, "  {}", without_control_characters(problem))?;

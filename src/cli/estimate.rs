@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Map, Value, json};
 
-use super::output::{self, Align, Table, bytes, count, duration};
+use super::output::{self, Align, Table, bytes, count, duration, number_of};
 use super::preflight::{Preflight, peak};
 use super::{Ended, Failure};
 use crate::config::Job;
@@ -83,11 +83,17 @@ pub(super) fn run(
     let mut table = Table::new(&[("", Align::Left), ("", Align::Left)]);
     let mut line = |name: &str, text: String| table.row([name.to_owned(), text]);
     line("grid", sizes.join(" x "));
-    line("cells", format!("{} in {} columns, {} tiles", count(grid.cells()), count(columns), count(tiles)));
+    line(
+        "cells",
+        format!("{} in {}, {}", count(grid.cells()), number_of(columns, "column"), number_of(tiles, "tile")),
+    );
     line("methods", plan.methods.iter().map(|method| method.name()).collect::<Vec<_>>().join(", "));
     line("fields", plan.fields.iter().map(|field| field.name()).collect::<Vec<_>>().join(", "));
     if !plan.planes.is_empty() {
-        line("curves", format!("in {} plane(s), their time not in the estimate", plan.planes.len()));
+        line(
+            "curves",
+            format!("in {}, their time not in the estimate", number_of(plan.planes.len(), "plane")),
+        );
     }
     line("output", job.output.display().to_string());
     for replaced in preflight.replaces.iter().chain(&preflight.replaces_proof) {

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use serde::Serialize;
 
-pub(super) use crate::number::{count, exact, short, signed};
+pub(super) use crate::number::{count, exact, number_of, short, signed};
 
 /// Formats a number of bytes in a fitting unit.
 #[allow(clippy::cast_precision_loss)] // three digits are shown

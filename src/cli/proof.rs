@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::json;
 
-use super::output::{self, count, short};
+use super::output::{self, count, number_of, short};
 use super::{Ended, Failure};
 use crate::certify::certificate::{BEGINNING, Certificate, Checked};
 use crate::certify::point_certificate::{self, PointCertificate};
@@ -146,16 +146,16 @@ pub(super) fn check(path: &Path, as_json: bool) -> Result<Ended, Failure> {
         writeln!(
             out,
             "{name}: C*(A, k, b) over A {a:?}, k {k:?}, b {b:?}\n\
-             {} of {} tiles proved again, C* known to {} or better there; {} % of the domain is open",
+             {} of {} proved again, C* known to {} or better there; {} % of the domain is open",
             count(confirmed),
-            count(tiles),
+            number_of(tiles, "tile"),
             short(largest_radius),
             short(100.0 * open_share)
         )?;
         if problems.is_empty() {
             writeln!(out, "sound: every claim is confirmed by the barriers of certify::recheck")?;
         } else {
-            writeln!(out, "{} problem{}:", problems.len(), if problems.len() == 1 { "" } else { "s" })?;
+            writeln!(out, "{}:", number_of(problems.len(), "problem"))?;
         }
         for problem in &problems {
             writeln!(out, "  {}", output::without_control_characters(problem))?;
@@ -189,7 +189,7 @@ fn check_point(path: &Path, certificate: &PointCertificate, as_json: bool) -> Re
         )?;
         match problems.len() {
             0 => writeln!(out, "sound: every claim is proved again, from the law and the parameters alone")?,
-            n => writeln!(out, "{n} problem{}:", if n == 1 { "" } else { "s" })?,
+            n => writeln!(out, "{}:", number_of(n, "problem"))?,
         }
         for problem in &problems {
             writeln!(out, "  {}", output::without_control_characters(problem))?;

@@ -8,7 +8,7 @@ use clap::Args;
 use indicatif::ProgressBar;
 use serde_json::json;
 
-use super::output::{bytes, count};
+use super::output::{bytes, count, number_of};
 use super::preflight::{Permission, Preflight, create_folders};
 use super::summary::{self, Report};
 use super::{Ended, Failure, estimate, interrupt, output, progress, proof, say};
@@ -274,7 +274,7 @@ fn probability(job: &Job) -> Option<Auxiliary> {
 fn report_resumption(map: &PartialMap, resume: bool) {
     let (done, all) = (map.tiles(), map.finished().len());
     if done > 0 {
-        say(&format!("note: resuming with {} of {} tiles finished", count(done), count(all)));
+        say(&format!("note: resuming with {} of {} finished", count(done), number_of(all, "tile")));
     } else if resume {
         say("note: there is nothing to resume; starting from the beginning");
     }
@@ -304,9 +304,9 @@ fn stopped(map: &PartialMap, error: &ComputeError<StoreError>, output: &Path) ->
     match error {
         ComputeError::Interrupted if done == 0 => Failure::Interrupted("no tile was finished".into()),
         ComputeError::Interrupted => Failure::Interrupted(format!(
-            "{} of {} tiles are finished and kept\n{}",
+            "{} of {} finished and kept\n{}",
             count(done),
-            count(all),
+            number_of(all, "tile"),
             how_to_continue()
         )),
         ComputeError::Threads(_) => Failure::Broken(error.to_string()),

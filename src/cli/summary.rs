@@ -5,7 +5,7 @@ use std::io::Write;
 use serde_json::{Map, Value, json};
 
 use super::Failure;
-use super::output::{self, Align, Table, bytes, count, duration, short};
+use super::output::{self, Align, Table, bytes, count, duration, number_of, short};
 use crate::config::Job;
 use crate::map::{Axis, LISTED, PlaneCurves, Summary, Verdict};
 use crate::probe::command_line;
@@ -54,12 +54,11 @@ pub(super) fn print(report: &Report, out: &mut dyn Write) -> Result<(), Failure>
     writeln!(out, "{}: {}{size}", job.title, job.output.display())?;
     writeln!(
         out,
-        "{} cells in {} columns, {} on {} thread{}, {} cells/s{}\n",
-        count(summary.cells),
-        count(report.columns()),
+        "{} in {}, {} on {}, {} cells/s{}\n",
+        number_of(summary.cells, "cell"),
+        number_of(report.columns(), "column"),
         duration(summary.seconds),
-        summary.threads,
-        if summary.threads == 1 { "" } else { "s" },
+        number_of(summary.threads, "thread"),
         short3(rate(summary.cells, summary.seconds)),
         peak_memory().map_or(String::new(), |peak| format!(", {} of memory", bytes(peak.into())))
     )?;
@@ -98,9 +97,9 @@ pub(super) fn print(report: &Report, out: &mut dyn Write) -> Result<(), Failure>
         let tiles = grid.tile_count(&job.plan.tile_shape);
         writeln!(
             out,
-            "resumed: {} of {} tiles were finished before; seconds are those of all runs",
+            "resumed: {} of {} finished before; seconds are those of all runs",
             count(report.resumed_tiles),
-            count(tiles)
+            number_of(tiles, "tile")
         )?;
     }
     let paths = summary.paths.named();
@@ -135,10 +134,10 @@ pub(super) fn print(report: &Report, out: &mut dyn Write) -> Result<(), Failure>
     if audit.cells > 0 {
         writeln!(
             out,
-            "audit: {} cells decided again by the direct engine, {} verdicts checked: {} confirmed, {} within the \
+            "audit: {} decided again by the direct engine, {} checked: {} confirmed, {} within the \
              error of the margin, {} without an answer, {} contradicted",
-            count(audit.cells),
-            count(audit.checked),
+            number_of(audit.cells, "cell"),
+            number_of(audit.checked, "verdict"),
             count(audit.agreed),
             count(audit.within_margin),
             count(audit.unresolved),
@@ -160,10 +159,9 @@ pub(super) fn print(report: &Report, out: &mut dyn Write) -> Result<(), Failure>
     if contradictions.cells > 0 {
         writeln!(
             out,
-            "{} cell{} in which methods with a guarantee contradict each other: at most one of them is right, \
+            "{} in which methods with a guarantee contradict each other: at most one of them is right, \
              please report this; the first {}:",
-            count(contradictions.cells),
-            if contradictions.cells == 1 { "" } else { "s" },
+            number_of(contradictions.cells, "cell"),
             contradictions.first.len()
         )?;
         for cell in &contradictions.first {
@@ -180,7 +178,7 @@ pub(super) fn print(report: &Report, out: &mut dyn Write) -> Result<(), Failure>
     }
     if report.failed() > 0 {
         let listed = summary.failed_cells.len();
-        writeln!(out, "{} verdicts failed; the first {listed}:", count(report.failed()))?;
+        writeln!(out, "{} failed; the first {listed}:", number_of(report.failed(), "verdict"))?;
         for cell in &summary.failed_cells {
             writeln!(out, "  {}: {}", cell.method.name(), command_line(law, &cell.point, tolerance))?;
         }
@@ -203,7 +201,7 @@ fn curves_line(axes: &[Axis], curves: &PlaneCurves) -> String {
         .filter(|(_, count)| *count > 0)
         .map(|(kind, count)| format!("{} {count}", kind.name().replace('_', " ")))
         .collect();
-    found.push(if found.is_empty() { "none".into() } else { format!("{} points", count(curves.points())) });
+    found.push(if found.is_empty() { "none".into() } else { number_of(curves.points(), "point") });
     format!("curves over {} and {}{at}: {}", axes[plane.x].name, axes[plane.y].name, found.join(", "))
 }
 

@@ -1,5 +1,7 @@
 //! The option `--threads`.
 
+use super::output::number_of;
+
 /// Largest useful number of threads per core: threads may wait for a disk, but thousands would slow a machine
 /// down.
 const MOST_PER_CORE: usize = 16;
@@ -12,7 +14,7 @@ pub(super) fn parse(text: &str) -> Result<usize, String> {
     if (1..=most).contains(&threads) {
         return Ok(threads);
     }
-    let cores = if cores == 1 { "1 core".to_owned() } else { format!("{cores} cores") };
+    let cores = number_of(cores, "core");
     Err(format!("this machine has {cores}; choose from 1 to {most} threads"))
 }
 

@@ -179,14 +179,22 @@ pub fn table_of_text(name: &str, text: &str, static_level: Option<f64>) -> Resul
             return fail(format!("{name} is not a CSV file"), "write two columns separated by commas");
         };
         let line = record.position().map_or(0, csv::Position::line);
-        let numbers: Vec<Option<f64>> = record.iter().take(3).map(|field| field.parse().ok()).collect();
+        let numbers: Vec<Option<f64>> = record.iter().map(|field| field.parse().ok()).collect();
         match numbers.as_slice() {
+            // Which of them is the friction cannot be guessed.
+            [Some(_), Some(_), Some(_), more @ ..] if more.iter().any(Option::is_some) => {
+                let problem = format!("{name}:{line}: there are more than three columns of numbers");
+                return fail(
+                    problem,
+                    "leave slip speed, friction and, if it is known, the standard error of the friction",
+                );
+            }
             // Text in a third column is not a standard error.
-            [Some(u), Some(phi)] | [Some(u), Some(phi), None] if errors.is_empty() => {
+            [Some(u), Some(phi)] | [Some(u), Some(phi), None, ..] if errors.is_empty() => {
                 data.push((*u, *phi));
                 lines.push(line);
             }
-            [Some(u), Some(phi), Some(error)] if errors.len() == data.len() => {
+            [Some(u), Some(phi), Some(error), ..] if errors.len() == data.len() => {
                 data.push((*u, *phi));
                 errors.push(*error);
                 lines.push(line);

@@ -138,7 +138,10 @@ pub fn load_machine(file: &Path, values: &[(String, f64)]) -> Result<MachineJob,
     let root = source.root();
     let section = root.section("machine")?;
     if !section.is_present() {
-        return Err(section.missing("mass", "describe the machine in a table [machine]".into()));
+        return Err(root.missing(
+            "machine",
+            "name a configuration that describes a machine in a table [machine]".into(),
+        ));
     }
     let friction = root.section("friction")?;
     let law = law::read(&friction, file.parent().unwrap_or(Path::new("")), About::Machine)?;

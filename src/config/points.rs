@@ -212,6 +212,7 @@ fn find_axes(
     let bad = |problem: String, remedy: String| Err(error(format!("{name}:1"), problem, remedy));
     let words = if all { "a column for each of" } else { "one or more of" };
     let remedy = match header.as_slice() {
+        [first, ..] if first.contains('\0') => "save it as UTF-8; it seems to be written in UTF-16".into(),
         [] => format!("the first line must name the columns: {}", names.join(",")),
         [only] if only.contains([';', '\t']) => SEPARATE.into(),
         _ => format!(

@@ -1,5 +1,7 @@
 //! Figures of a point, drawn by the crate's own figure code.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
@@ -124,11 +126,15 @@ const DAMPINGS: usize = 48;
 
 /// The stick-slip cycle and the crossing cycles over the dampings from 0 to `most`: largest velocities, NaN
 /// where there is no such cycle.
-fn reaching_the_belt(law: &Law, point: &Point, most: f64) -> Vec<Curve> {
-    let at = |i: usize| most * i as f64 / (DAMPINGS - 1) as f64;
+fn reaching_the_belt(law: &Law, point: &Point, most: f64, stop: &AtomicBool) -> Result<Vec<Curve>, Refusal> {
+    // At the critical damping itself, which may be the largest, an orbit cannot be told to stick or not.
+    let at = |i: usize| most * (1.0 - 1e-6) * i as f64 / (DAMPINGS - 1) as f64;
     let found: Vec<(f64, [f64; 3])> = (0..DAMPINGS)
         .into_par_iter()
         .map(|i| {
+            if stop.load(Ordering::Relaxed) {
+                return Err(Refusal::overtaken());
+            }
             let oscillator = Oscillator::new(law, &Point { damping: at(i), ..*point });
             let all = dynamics(&oscillator, &flow(&oscillator, TOLERANCE), TOLERANCE).ok();
             let sticks = all.as_ref().and_then(|all| all.stick_slip.as_ref());
@@ -138,9 +144,11 @@ fn reaching_the_belt(law: &Law, point: &Point, most: f64) -> Vec<Curve> {
                     .find(|cycle| cycle.is_stable() == attracts)
                     .map_or(f64::NAN, |cycle| cycle.velocity.hi)
             };
-            (at(i), [sticks.map_or(f64::NAN, |cycle| cycle.velocity.hi), crosses(true), crosses(false)])
+            let velocities =
+                [sticks.map_or(f64::NAN, |cycle| cycle.velocity.hi), crosses(true), crosses(false)];
+            Ok((at(i), velocities))
         })
-        .collect();
+        .collect::<Result<_, _>>()?;
     let styles: [(&str, &str, &[f64]); 3] = [
         ("stick-slip cycle", palette::BLUE, &[]),
         ("attracting crossing cycle", palette::VERMILION, &[]),
@@ -151,13 +159,18 @@ fn reaching_the_belt(law: &Law, point: &Point, most: f64) -> Vec<Curve> {
         line(rich(words), color, dash, points)
     };
     let curves = styles.into_iter().enumerate().map(curve);
-    curves.filter(|curve| curve.points.iter().any(|point| point.1.is_finite())).collect()
+    Ok(curves.filter(|curve| curve.points.iter().any(|point| point.1.is_finite())).collect())
 }
 
 /// Largest velocity of every cycle against damping: the backbone of the slip cycles, and the cycles that
 /// reach
 /// the belt speed.
-pub(super) fn backbone(law: &Law, point: &Point, units: &UnitSystem) -> Result<Value, Refusal> {
+pub(super) fn backbone(
+    law: &Law,
+    point: &Point,
+    units: &UnitSystem,
+    stop: &AtomicBool,
+) -> Result<Value, Refusal> {
     let oscillator = Oscillator::new(law, point);
     let (v, epsilon) = (point.belt_speed, point.epsilon);
     let found = Backbone::of_curve(&oscillator.curve, v, TOLERANCE);
@@ -178,7 +191,7 @@ pub(super) fn backbone(law: &Law, point: &Point, units: &UnitSystem) -> Result<V
     }
     let numbers = || curves.iter().flat_map(|curve| &curve.points).map(|p| p.0).filter(|x| x.is_finite());
     let most = numbers().fold(point.damping, f64::max);
-    curves.extend(reaching_the_belt(law, point, most));
+    curves.extend(reaching_the_belt(law, point, most, stop)?);
     let here = damping(units, "damping", "damping {c}");
     curves.push(guide(here.name.clone(), point.damping, &curves));
     let numbers = || curves.iter().flat_map(|curve| &curve.points).map(|p| p.0).filter(|x| x.is_finite());

@@ -1,5 +1,7 @@
 //! One point: the answer of every method, everything that `slipmap probe` prints, and figures.
 
+use std::sync::atomic::AtomicBool;
+
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -72,7 +74,7 @@ impl PointRequest {
     }
 
     /// A figure as SVG, with the map from its coordinates to numbers.
-    pub(super) fn figure(&self) -> Result<Value, Refusal> {
+    pub(super) fn figure(&self, stop: &AtomicBool) -> Result<Value, Refusal> {
         let (law, point) = self.place.point()?;
         let start = self.start.filter(|start| start.iter().all(|x| x.is_finite()));
         let machine = self.place.machine()?;
@@ -80,7 +82,7 @@ impl PointRequest {
         match self.figure.as_str() {
             "orbit" => Ok(figures::orbit(&law, &point, &units, start)),
             "friction" => Ok(figures::friction(&law, &point, &units)),
-            "backbone" => figures::backbone(&law, &point, &units),
+            "backbone" => figures::backbone(&law, &point, &units, stop),
             other => Err(Refusal::malformed(format!("there is no figure `{other}`"))),
         }
     }

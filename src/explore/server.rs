@@ -32,7 +32,7 @@ const CONNECTIONS: usize = 256;
 /// Time limit for the head of a request, after which a silent connection is closed.
 const SILENCE: Duration = Duration::from_secs(10);
 /// Time limit of one answer.
-const LONGEST_WORK: u64 = 20;
+const LONGEST_WORK: Duration = Duration::from_secs(20);
 /// Number of pictures computed at a time; each uses all cores.
 const PICTURES: usize = 2;
 /// Number of points and figures computed at a time.
@@ -45,8 +45,8 @@ const ENDING: Duration = Duration::from_millis(500);
 /// State shared by all requests.
 struct Shared {
     tabs: Tabs,
-    pictures: Semaphore,
-    points: Semaphore,
+    pictures: Arc<Semaphore>,
+    points: Arc<Semaphore>,
     start: Start,
 }
 
@@ -59,13 +59,15 @@ pub fn serve(listener: TcpListener, start: Start, stop: &AtomicBool) -> io::Resu
     listener.set_nonblocking(true)?;
     let shared = Arc::new(Shared {
         tabs: Tabs::default(),
-        pictures: Semaphore::new(PICTURES),
-        points: Semaphore::new(POINTS),
+        pictures: Arc::new(Semaphore::new(PICTURES)),
+        points: Arc::new(Semaphore::new(POINTS)),
         start,
     });
     let router = routes(Arc::clone(&shared))
         .layer(axum::middleware::from_fn_with_state(Names::of_port(port), protect));
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_io().enable_time().build()?;
+    let mut runtime = tokio::runtime::Builder::new_current_thread();
+    runtime.enable_io().enable_time().max_blocking_threads(PICTURES + POINTS);
+    let runtime = runtime.build()?;
     let ended = runtime.block_on(async {
         let listener = tokio::net::TcpListener::from_std(listener)?;
         tokio::spawn(accept(listener, router));
@@ -122,26 +124,27 @@ async fn accept(listener: tokio::net::TcpListener, router: Router) {
     }
 }
 
-/// Runs the work of a request on a thread of its own, until it is superseded or exceeds its time limit.
+/// Runs the work of a request on a thread of its own, until it is superseded or exceeds its time limit. Work
+/// that cannot stop at once keeps its place, so that a lane never works on more than it has places.
 async fn carry_out<T: Send + 'static>(
-    lane: &Semaphore,
+    lane: &Arc<Semaphore>,
     ticket: Ticket,
     work: impl FnOnce(&AtomicBool) -> Result<T, Refusal> + Send + 'static,
 ) -> Result<T, Refusal> {
-    let place = lane.acquire().await;
-    if ticket.is_overtaken() {
-        return Err(Refusal::overtaken());
-    }
-    let stop = Arc::clone(ticket.stop());
-    let mut done = tokio::task::spawn_blocking(move || work(&stop));
-    let answer = match tokio::time::timeout(Duration::from_secs(LONGEST_WORK), &mut done).await {
-        Ok(done) => {
-            done.unwrap_or_else(|panic| Err(Refusal::broken(format!("the computation failed: {panic}"))))
+    let answer = async {
+        let place = Arc::clone(lane).acquire_owned().await;
+        if ticket.is_overtaken() {
+            return Err(Refusal::overtaken());
         }
-        Err(_) => Err(Refusal::out_of_time(LONGEST_WORK)),
+        let stop = Arc::clone(ticket.stop());
+        let done = tokio::task::spawn_blocking(move || {
+            let _place = place;
+            work(&stop)
+        });
+        done.await.unwrap_or_else(|panic| Err(Refusal::broken(format!("the computation failed: {panic}"))))
     };
-    drop(place);
-    answer
+    let answer = tokio::time::timeout(LONGEST_WORK, answer).await;
+    answer.unwrap_or_else(|_| Err(Refusal::out_of_time(LONGEST_WORK.as_secs())))
 }
 
 async fn start(State(shared): State<Arc<Shared>>) -> Json<Value> {
@@ -224,7 +227,7 @@ async fn figure(
     Asked(asked): Asked<PointRequest>,
 ) -> Result<Json<Value>, Refusal> {
     let ticket = shared.tabs.take(&asked.turn, asked.topic())?;
-    carry_out(&shared.points, ticket, move |_| asked.figure()).await.map(Json)
+    carry_out(&shared.points, ticket, move |stop| asked.figure(stop)).await.map(Json)
 }
 
 async fn texts(
@@ -242,4 +245,38 @@ async fn file(
     let ticket = shared.tabs.take(&asked.plane.turn, "file")?;
     let (kind, bytes) = carry_out(&shared.pictures, ticket, move |stop| asked.file(stop)).await?;
     Ok(([(CONTENT_TYPE, kind)], bytes).into_response())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::channel;
+
+    use super::*;
+
+    #[test]
+    fn work_keeps_its_place_until_it_ends_though_nobody_waits_for_it() {
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_time().build().unwrap();
+        let (begin, begun) = channel();
+        let (end, ended) = channel();
+        runtime.block_on(async {
+            let lane = Arc::new(Semaphore::new(1));
+            let turn = serde_json::from_value(json!({ "tab": "tab", "number": 1 })).unwrap();
+            let ticket = Tabs::default().take(&turn, "point").unwrap();
+            let of_client = Arc::clone(&lane);
+            let client = tokio::spawn(async move {
+                let work = move |_: &AtomicBool| {
+                    begin.send(()).unwrap();
+                    ended.recv().unwrap();
+                    Ok(())
+                };
+                carry_out(&of_client, ticket, work).await
+            });
+            tokio::task::spawn_blocking(move || begun.recv().unwrap()).await.unwrap();
+            client.abort();
+            assert!(client.await.unwrap_err().is_cancelled());
+            assert_eq!(lane.available_permits(), 0, "it still works");
+            end.send(()).unwrap();
+            let _place = lane.acquire().await.unwrap();
+        });
+    }
 }

@@ -13,7 +13,7 @@ use crate::simulate::naive::NaiveVerdict;
 use crate::simulate::sensitivity::{NoSensitivity, Sensitivity, sensitivity};
 use crate::simulate::slip_count::{SlipCount, count_slip_cycles};
 use crate::simulate::slip_cycle::{Kick, SlipCycle, Unknown, slip_cycles};
-use crate::simulate::{self, CriticalDamping, Dynamics, Fate, Flow, Landing, NoCriticalDamping};
+use crate::simulate::{self, CriticalDamping, Dynamics, Failure, Fate, Flow, Landing, NoCriticalDamping};
 
 /// The answer of one method.
 #[derive(Debug)]
@@ -69,7 +69,9 @@ impl Answer {
             .map(|method| match method {
                 Method::Test(test) => of_test(method, &(test.claim)(&column), &column, point.damping),
                 Method::Simulation => of_simulation(law, point, &flow, &critical),
-                Method::Naive(naive, knobs) => of_naive(method, naive.decide(&oscillator, &knobs).verdict),
+                Method::Naive(naive, knobs) => {
+                    of_naive(method, law, naive.decide(&oscillator, &knobs).verdict)
+                }
             })
             .collect();
         let map::LongRun { regime, cycle, basin } = map::long_run(&oscillator, &flow, tolerance);
@@ -235,10 +237,15 @@ fn beyond_data(law: &Law, point: &Point) -> Option<String> {
 }
 
 /// The answer of a naive method.
-fn of_naive(method: Method, verdict: NaiveVerdict) -> MethodAnswer {
-    let reason = match verdict {
-        NaiveVerdict::Failed(failure) => Some(failure.to_string()),
-        NaiveVerdict::Sticks { .. } | NaiveVerdict::NeverSticks => None,
+fn of_naive(method: Method, law: &Law, verdict: NaiveVerdict) -> MethodAnswer {
+    let reason = match (verdict, law) {
+        (NaiveVerdict::Failed(Failure::NotFinite), Law::Table(table)) => Some(format!(
+            "its orbit left the data of {}, which end at slip speed {}",
+            table.origin(),
+            short(table.fastest())
+        )),
+        (NaiveVerdict::Failed(failure), _) => Some(failure.to_string()),
+        (NaiveVerdict::Sticks { .. } | NaiveVerdict::NeverSticks, _) => None,
     };
     MethodAnswer { method, verdict: verdict.into(), margin: f64::NAN, critical_c: None, reason }
 }

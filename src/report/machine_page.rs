@@ -237,9 +237,9 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
     let proved = match deciding.first() {
         Some(first) => {
             let tests: Vec<&str> = deciding.iter().map(|proof| proof.test).collect();
-            format!("{}, by the theorems {}", first.verdict, tests.join(", ").replace('_', " "))
+            format!("{}, proved by {}", first.verdict, tests.join(", ").replace('_', " "))
         }
-        None => "no theorem decides it".to_owned(),
+        None => "no proof decides it".to_owned(),
     };
     sections.push((
         "What is proved and what is computed",

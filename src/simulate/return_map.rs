@@ -65,10 +65,13 @@ fn turn_of(oscillator: &Oscillator, tolerance: f64) -> Turn {
 
 /// The smallest useful tolerance: below it round-off dominates.
 const FINEST_TOLERANCE: f64 = 1e-16;
+/// The largest tolerance by which one orbit is decided: coarser turns may agree by chance, and a column has
+/// few such orbits.
+const COARSEST_DECISIVE: f64 = 1e-9;
 
 /// One turn of one orbit, at tolerances down to [`FINEST_TOLERANCE`] until the margin's sign is certain.
 fn decisive_turn(oscillator: &Oscillator, tolerance: f64) -> Turn {
-    let mut tolerance = tolerance;
+    let mut tolerance = tolerance.min(COARSEST_DECISIVE);
     let mut spent = 0;
     loop {
         match turn_of(oscillator, tolerance) {

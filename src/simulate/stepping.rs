@@ -21,7 +21,7 @@ const ERROR_PER_EMBEDDED: f64 = 0.5;
 
 /// Number of steps per turn that resolves the pole of the divergence, sqrt(2 / k) from the start, in units of
 /// sqrt(1 + k).
-const STEPS_PER_POLE: f64 = 4.0;
+const STEPS_PER_POLE: f64 = 8.0;
 
 /// A turn that leaves the domain of the polar form on a rung below this one is repeated on it: coarse steps
 /// may leave a domain in which the orbit itself stays.

@@ -131,6 +131,7 @@ fn a_message_says_how_far_data_should_reach_for_an_orbit() {
     let point = ["--epsilon", "1", "--V", "0.75", "--c", "0"];
     let run = scratch.run(&[&["probe", "--table", "short.csv"], &point[..]].concat()).ends_with(0);
     assert!(run.out.contains("which end at slip speed 1.5: it needs them up to about"), "{}", run.out);
+    assert!(!run.out.contains("finite numbers"), "naive methods leave the data too: {}", run.out);
     // Without a simulation no limit in eps exists.
     let json = scratch.run(&[&["probe", "--table", "short.csv", "--json"], &point[..]].concat()).ends_with(0);
     let answer: Value = serde_json::from_str(&json.out).unwrap();
@@ -151,6 +152,7 @@ fn messages_name_the_intended_key() {
     scratch.run(&formula).refuses(&["--set v", "the slip speed is called u"]);
     let point = ["--epsilon", "0.1", "--alpha", "0.3", "--beta", "0.1", "--gamma", "2", "--c", "0.5"];
     scratch.run(&[&["probe", "--v", "1"], &point[..]].concat()).ends_with(0);
+    scratch.run(&["probe", "--machine", "map.toml"]).refuses(&["map.toml", "`machine` is missing"]);
     scratch.file("there.svg", "");
     let figure = [&["probe", "--V", "1", "--figure", "there.svg"], &point[..]].concat();
     scratch.run(&figure).refuses(&["--figure there.svg: the file exists already", "--overwrite"]);

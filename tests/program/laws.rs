@@ -209,6 +209,11 @@ fn tables_as_spreadsheets_write_them_are_named() {
     let remedy = "write decimals with a point";
     probe(b"u;mu\n0;1\n0,1;0,9\n0,5;0,8\n1;0,8\n").refuses(&["pad.csv:1", "`u;mu`", remedy]);
     probe(b"\"0\",\"1\"\n\"0,1\",\"0,9\"\n\"0,5\",\"0,8\"\n").refuses(&["pad.csv:2", remedy]);
+    probe(b"0,1,0.1,7\n0.5,0.8,0.1,7\n4,0.8,0.1,7\n").refuses(&[
+        "pad.csv:1",
+        "more than three columns of numbers",
+        "standard error",
+    ]);
     // A mark of UTF-8 before the first number is no part of it.
     probe(format!("\u{feff}{}", text.trim_start_matches("u,mu\n")).as_bytes()).ends_with(0);
 }

@@ -276,7 +276,12 @@ fn a_page_assesses_a_machine() {
         probed["machine"]["critical_damping"].as_f64().unwrap(),
         1e-9,
     );
+    // What `probe` proves stands on the page.
+    let proved = answer["proofs"].as_array().unwrap().iter().find(|proof| proof["test"] == "validated");
+    assert_eq!(proved.unwrap()["verdict"], probed["methods"]["validated"]["verdict"]);
+    assert_eq!(proved.unwrap()["verdict"], "present");
     let text = run(&["--out", "page.html"]).ends_with(0).out;
+    assert!(text.contains("present, proved by validated"), "{text}");
     let parts = ["Limits", "may stick-slip below damping", "N s/m", "kick that starts it", "What is proved"];
     assert!(!text.contains("stribeck velocity") && text.matches("Stribeck velocity").count() == 2, "{text}");
     for part in parts {

@@ -342,6 +342,9 @@ fn bad_tables() {
     );
     refused(many(3).replace("gamma", "beta"), &["in.csv:1", "`beta` is there twice"]);
     refused("", &["in.csv:1", "`epsilon` is missing"]);
+    let wide: Vec<u8> =
+        [0xff, 0xfe].into_iter().chain(many(3).encode_utf16().flat_map(u16::to_le_bytes)).collect();
+    refused(wide, &["in.csv:1", "UTF-16", "save it as UTF-8"]);
     refused(line_17("high"), &["in.csv:17: column beta: `high`", "not a number"]);
     refused(line_17(""), &["in.csv:17: column beta: ``", "not a number"]);
     refused(line_17("nan"), &["in.csv:17: column beta: `nan`", "finite"]);

@@ -218,7 +218,7 @@ fn an_interrupted_run_keeps_finished_tiles_and_names_the_command_to_continue() {
         signal(&child, name);
         let run = Run::of(child.wait_with_output().unwrap()).ends_with(code);
         let way = "to continue: slipmap run job.toml --threads 1 --resume";
-        assert!(run.err.contains("tiles are finished and kept") && run.err.contains(way), "{}", run.err);
+        assert!(run.err.contains("tiles finished and kept") && run.err.contains(way), "{}", run.err);
         assert_eq!(scratch.names(), ["job.toml", "map.h5.part", "reference.h5"]);
     }
     let run = scratch.run(&["run", "job.toml", "--resume", "--json"]).ends_with(0);

@@ -20,11 +20,11 @@ function fill(made, attributes, children) {
   return made;
 }
 
-// A number with six significant digits, trailing zeros dropped.
-export function short(x) {
+// A number with so many significant digits, trailing zeros dropped.
+export function short(x, digits = 6) {
   if (x === null || x === undefined || Number.isNaN(x)) return "–";
   if (!Number.isFinite(x)) return x > 0 ? "+inf" : "-inf";
-  return String(Number(x.toPrecision(6)));
+  return String(Number(x.toPrecision(digits)));
 }
 
 // An SVG text of our own server as an element of this page.

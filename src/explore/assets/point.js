@@ -116,12 +116,15 @@ export class Point {
 
 function verdict_table({ methods, critical_c }) {
   const head = element("tr", {}, ...["method", "verdict", "margin", "critical c"].map((words) => element("th", { scope: "col" }, words)));
-  const rows = Object.entries(methods).map(([name, said]) =>
+  // Below each method, over the whole width, why it does not decide, or what its verdict is worth.
+  const rows = Object.entries(methods).flatMap(([name, said]) => [
     element("tr", { "data-method": name, title: said.equation },
-      element("th", { scope: "row" }, name.replaceAll("_", " "), element("div", { class: "hint" }, said.reason ?? said.guarantee.replaceAll("_", " "))),
+      element("th", { scope: "row" }, name.replaceAll("_", " ")),
       element("td", {}, element("span", { class: `say ${said.verdict}` }, said.verdict)),
-      element("td", { class: "number" }, short(said.margin)),
-      element("td", { class: "number" }, short(said.critical_c))));
+      element("td", { class: "number" }, short(said.margin, 4)),
+      element("td", { class: "number" }, short(said.critical_c, 4))),
+    element("tr", { class: "why" }, element("td", { class: "hint", colspan: "4" }, said.reason ?? `guarantee: ${said.guarantee.replaceAll("_", " ")}`)),
+  ]);
   const exact = critical_c.value === null ? critical_c.reason : `${critical_c.value} ± ${short(critical_c.error)}`;
   return element("div", { class: "wide", tabindex: "0", role: "group", "aria-label": "verdicts" },
     element("table", { class: "verdicts" }, element("caption", {}, "Does a stick-slip limit cycle exist?"), element("thead", {}, head), element("tbody", {}, ...rows)),

@@ -12,6 +12,10 @@
 //! field of one side continued past x2 = V, where the friction formula has a pole at a slip speed u < 0 that
 //! depends on the law. Steps are shortened so that no stage lies farther beyond the line than
 //! [`Slip::reach`], over which the continuation changes slowly.
+//!
+//! **Next to the belt line.** A law may be steep there and flat elsewhere. A step that goes past the steep
+//! part may have no stage in it, and its error estimate says nothing. Steps between the line and places far
+//! from it therefore at most double, or halve, the distance from the line, from [`Slip::reach`] on.
 
 use super::dop853::{self, Compensated, ROUNDING_AMPLIFICATION};
 use super::orbit::{Contact, Event, Motion, Overshoot, Rest, State};
@@ -32,6 +36,9 @@ const SHORTEST_STEP: f64 = 1e-14;
 /// An event is located once the correction to its time is this small against the time scale of the flow; the
 /// correction is still applied, to second order, which leaves its cube: 1e-18.
 const EVENT_WINDOW: f64 = 1e-6;
+
+/// Largest ratio of the distances from the belt line, if they exceed [`Slip::reach`], of the ends of a step.
+const LARGEST_RATIO: f64 = 2.0;
 
 /// The largest tolerance that takes effect: the geometry of a turn must be resolved in any case.
 const LOOSEST: f64 = 1e-3;
@@ -320,7 +327,8 @@ impl<'a> Slip<'a> {
         let rounding_rate = ROUNDING_AMPLIFICATION * 0.5 * f64::EPSILON * self.magnitude(left);
         // A turn lasts 2 pi, give or take: its local errors then add up to the tolerance.
         let allowed_rate = (self.tolerance * self.oscillator.belt_speed / TAU).max(rounding_rate);
-        let mut h = self.next_step.min(self.longest_turn * scale).min(end_time - left.time);
+        let longest = (self.longest_turn * scale).min(self.longest_resolving(left));
+        let mut h = self.next_step.min(longest).min(end_time - left.time);
         let mut failure = Failure::StepUnderflow;
         loop {
             let clipped = h >= end_time - left.time;
@@ -348,15 +356,17 @@ impl<'a> Slip<'a> {
                 continue;
             }
             let allowed = allowed_rate * h;
-            // Error estimates may vanish where errors do not, so the next step does not rely on one alone.
+            // An error estimate may vanish where the error does not, so that before counts, too.
             let last = self.last_error * (h / self.last_step).powi(8);
+            let likely = error.max(last);
             // The error per unit step falls like the 7th power of the step.
-            let factor = (0.9 * (allowed / error.max(last)).powf(1.0 / 7.0)).clamp(0.2, 5.0);
+            let factor = (0.9 * (allowed / likely).powf(1.0 / 7.0)).clamp(0.2, 5.0);
             if error <= allowed {
                 (self.last_step, self.last_error) = (h, error);
                 // In the Euclidean norm of (x1, x2) neighbouring orbits separate at most at the rate D.
                 let growth = left.divergence.max(right.divergence).max(0.0);
-                self.error = self.error * (growth * h).exp() + error + rounding_rate * h;
+                let local = likely.min(allowed) + rounding_rate * h;
+                self.error = self.error * (growth * h).exp() + local;
                 // A step cut by an event or the end of time gives no information about the next one.
                 self.next_step = (h * factor).max(self.next_step.min(h * 5.0));
                 return Ok(right);
@@ -364,6 +374,22 @@ impl<'a> Slip<'a> {
             h *= factor.min(0.9);
             self.next_step = h;
         }
+    }
+
+    /// The longest step that sees how the friction changes near the belt line, to second order: the stages of
+    /// one that goes from the line to far away, or back, may all miss a law that is steep only there.
+    fn longest_resolving(&self, left: &State) -> f64 {
+        let depth = self.depth(left);
+        let (speed, curvature) = (self.outward_speed(left), self.outward() * self.jerk(left));
+        let (change, speed, curvature) = if speed >= 0.0 {
+            (LARGEST_RATIO * depth.max(self.reach) - depth, speed, curvature)
+        } else if depth > LARGEST_RATIO * self.reach {
+            (depth - depth / LARGEST_RATIO, -speed, -curvature)
+        } else {
+            return f64::INFINITY;
+        };
+        let speed_after = (speed * speed + 2.0 * curvature * change).sqrt();
+        if speed_after.is_finite() { 2.0 * change / (speed + speed_after) } else { f64::INFINITY }
     }
 
     /// A shorter step than `h` from `left`, after `h` led out of reach or to infinity: about to the line, if
