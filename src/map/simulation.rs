@@ -9,8 +9,11 @@ use crate::certify::{self, Claim, Decision};
 use crate::filippov::Oscillator;
 use crate::friction::Column;
 use crate::simulate::{
-    CriticalDamping, Fate, Flow, NoCriticalDamping, critical::critical_dampings, direct, flow,
-    return_map::Turn, return_map::turns_of, surface,
+    CriticalDamping, Fate, Flow, NoCriticalDamping,
+    critical::critical_dampings,
+    direct, flow,
+    return_map::{Turn, is_resolved, turns_of},
+    surface,
 };
 
 /// The fate of a cell's orbit, without its details.
@@ -206,12 +209,17 @@ fn return_map_column(column: &Column, cs: &[f64], tolerance: f64, done: &mut Sim
         let oscillator = Oscillator::in_column(column, c);
         let (Turn::Complete { rhs, .. } | Turn::HandOver { rhs }) = turn;
         done.rhs += u64::from(*rhs);
-        let end = match *turn {
-            Turn::Complete { margin, error, .. } if margin < -error => End::Inward,
+        let known = match *turn {
+            Turn::Complete { margin, error, .. } if !is_resolved(margin, error) => None,
+            Turn::Complete { margin, error, .. } if margin < -error => Some(End::Inward),
             Turn::Complete { margin, error, .. } if margin > error && lands_on_stick(&oscillator, margin) => {
-                End::Sticks
+                Some(End::Sticks)
             }
-            Turn::Complete { .. } | Turn::HandOver { .. } => {
+            Turn::Complete { .. } | Turn::HandOver { .. } => None,
+        };
+        let end = match known {
+            Some(end) => end,
+            None => {
                 let answer = flow(&oscillator, tolerance);
                 done.rhs += answer.rhs;
                 End::of(&answer)

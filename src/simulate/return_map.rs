@@ -69,6 +69,16 @@ const FINEST_TOLERANCE: f64 = 1e-16;
 /// few such orbits.
 const COARSEST_DECISIVE: f64 = 1e-9;
 
+/// Error of the margin from which it must be this much smaller than the margin: the finest steps do not resolve
+/// the orbit, and what they say of their error is not asymptotic.
+const UNRESOLVED: f64 = 1e-8;
+const UNRESOLVED_SHARE: f64 = 0.01;
+
+/// Returns whether the margin's sign can be trusted, if it exceeds its error.
+pub(crate) fn is_resolved(margin: f64, error: f64) -> bool {
+    error <= UNRESOLVED || error <= UNRESOLVED_SHARE * margin.abs()
+}
+
 /// One turn of one orbit, at tolerances down to [`FINEST_TOLERANCE`] until the margin's sign is certain.
 fn decisive_turn(oscillator: &Oscillator, tolerance: f64) -> Turn {
     let mut tolerance = tolerance.min(COARSEST_DECISIVE);
@@ -77,6 +87,9 @@ fn decisive_turn(oscillator: &Oscillator, tolerance: f64) -> Turn {
         match turn_of(oscillator, tolerance) {
             Turn::Complete { margin, error, rhs } => {
                 spent += rhs;
+                if !is_resolved(margin, error) {
+                    return Turn::HandOver { rhs: spent };
+                }
                 if margin.abs() > error || tolerance <= FINEST_TOLERANCE {
                     return Turn::Complete { margin, error, rhs: spent };
                 }

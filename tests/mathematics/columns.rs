@@ -161,6 +161,18 @@ fn a_cell_just_below_the_critical_damping_is_present() {
     }
 }
 
+/// A strong node whose turns the finest equal steps do not resolve: they called this cell absent.
+#[test]
+fn a_cell_next_to_the_boundary_of_a_strong_node_is_not_absent() {
+    let point = Law::Stribeck.point(0.0733348, &[0.552363, 0.0, 486.682], 0.428924, 0.0).unwrap();
+    let column = Law::Stribeck.column(&point);
+    // c* is 3.515115118568438.
+    for engine in [Engine::CriticalSurface, Engine::ReturnMap, Engine::Direct] {
+        let verdict = decide(std::slice::from_ref(&column), &[3.5151151185466523], engine, 1e-9)[0];
+        assert!(matches!(verdict, Verdict::Present | Verdict::Undecided), "{engine:?}: {verdict:?}");
+    }
+}
+
 /// Ten thousand columns, written by `scripts/columns.c` to the file that SLIPMAP_COLUMNS names. Prints
 /// results/columns-DATE.csv row by row.
 #[test]

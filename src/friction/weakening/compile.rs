@@ -9,6 +9,8 @@ use crate::friction::{Form, Range, Table};
 
 /// Largest number of pieces of a curve; what remains is then compiled as it is, with whatever error it has.
 const MOST_PIECES: usize = 4096;
+/// Largest number of forms of one curve that are kept, of different reach; each may take a megabyte.
+const MOST_KEPT: usize = 16;
 /// Largest number of bisections of the first piece.
 const MOST_HALVINGS: u32 = 64;
 /// Least reach that is compiled for others too.
@@ -63,8 +65,7 @@ fn fit(values: &[f64; COUNT]) -> ([f64; COUNT], f64) {
 /// Compiles `law` up to the slip speed `reach`; tables whole.
 ///
 /// What a longer reach needs up to half of it is what half of it needs, unless one piece is enough: it is
-/// taken
-/// from `known`, the results for this law so far, and added to them.
+/// taken from `known`, the last results for this law, to which the result is added.
 pub(in crate::friction) fn compile(
     law: &Form,
     reach: f64,
@@ -83,6 +84,9 @@ pub(in crate::friction) fn compile(
     let places = Places::of(&breaks);
     let blocks = super::range::blocks(&pieces);
     let compiled = Arc::new(Weakening { law: law.clone(), breaks, pieces, places, blocks, size });
+    if known.len() == MOST_KEPT {
+        known.remove(0);
+    }
     known.push(Arc::clone(&compiled));
     compiled
 }
@@ -108,22 +112,35 @@ impl Compiler<'_> {
         }
     }
 
-    /// Compiles a law without seams.
-    fn compile_doubled(&mut self, reach: f64, known: &mut Vec<Arc<Weakening>>) {
-        let half = 0.5 * reach;
-        if half < LEAST_SHARED {
-            return self.extend(0.0, reach, 0);
+    /// Compiles a law without seams: on from a form that reaches half as far, or a quarter, and so on.
+    fn compile_doubled(&mut self, reach: f64, known: &[Arc<Weakening>]) {
+        let mut ends = vec![];
+        let mut end = reach;
+        loop {
+            if 0.5 * end < LEAST_SHARED {
+                self.extend(0.0, end, 0);
+                break;
+            }
+            let mut size = 0.0;
+            if let Some(piece) = piece(self.law, 0.0, end, &mut size, false) {
+                self.pieces.push(piece);
+                self.breaks.push(end);
+                self.size = size;
+                break;
+            }
+            if let Some(lower) = known.iter().find(|known| known.reach() == 0.5 * end) {
+                self.breaks.clone_from(&lower.breaks);
+                self.pieces.clone_from(&lower.pieces);
+                self.size = lower.size;
+                self.extend(0.5 * end, end, 1);
+                break;
+            }
+            ends.push(end);
+            end *= 0.5;
         }
-        if let Some(piece) = piece(self.law, 0.0, reach, &mut self.size, false) {
-            self.pieces.push(piece);
-            self.breaks.push(reach);
-            return;
+        for end in ends.into_iter().rev() {
+            self.extend(0.5 * end, end, 1);
         }
-        let lower = compile(self.law, half, known);
-        self.breaks.clone_from(&lower.breaks);
-        self.pieces.clone_from(&lower.pieces);
-        self.size = lower.size;
-        self.extend(half, reach, 1);
     }
 
     /// Appends the pieces of [from, to], where the law is smooth, after that many bisections.
