@@ -158,7 +158,7 @@ class Cycle:
     beyond_exit: float | None = None
     """Of a cycle that crosses the belt line: x1 at which it crosses downward, less that of the exit point."""
     separates: tuple[str, ...] | None = None
-    """Of a slip cycle that repels: what orbits just inside it and just outside it tend to."""
+    """Of a cycle that repels: what orbits just inside it and just outside it tend to."""
 
 
 @dataclass(frozen=True)

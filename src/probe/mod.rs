@@ -249,8 +249,8 @@ result! {
         pub stable: bool,
         /// Floquet multiplier; 0 if it sticks.
         pub multiplier: f64,
-        /// For a repelling slip cycle: the attractors of the orbits just inside it and just outside it,
-        /// "equilibrium", "slip_cycle", "stick_slip" or "crossing".
+        /// For a repelling cycle: the attractors of the orbits just inside it and just outside it,
+        /// "equilibrium", "slip_cycle", "stick_slip", "crossing" or "unknown".
         #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
         pub separates: Option<[&'static str; 2]>,
         /// Period.
