@@ -125,8 +125,7 @@ pub fn assess(machine: &Machine) -> Option<Assessment> {
 /// Accuracies of the critical damping, and the relative steps of the central differences that go with them:
 /// the
 /// error of a derivative is the step squared, and the accuracy divided by the step. The second pair is for
-/// laws whose
-/// orbits cannot be followed to the first accuracy.
+/// laws whose orbits cannot be followed to the first accuracy.
 const ACCURACIES_AND_STEPS: [(f64, f64); 2] = [(1e-12, 1e-4), (1e-10, 1e-3)];
 
 /// Logarithmic derivatives of the critical damping by each quantity of a machine that is not zero, to about

@@ -7,8 +7,7 @@
 //! is the nominal damping for a given probability. Both have 95 % confidence limits for the sampling.
 //!
 //! Friction that was measured with standard errors is uncertain too. The errors of its data are independent
-//! and
-//! normal; to first order in them the critical damping of a draw is normal around that of the data as
+//! and normal; to first order in them the critical damping of a draw is normal around that of the data as
 //! measured, and its standard deviation is known ([`Risk::standard_error`]). Each draw has such a deviation.
 
 mod surface;
@@ -341,9 +340,8 @@ mod tests {
         let spread =
             (others.iter().map(|other| (other - nominal).powi(2)).sum::<f64>() / f64::from(n)).sqrt();
         let found = risk(&machine, &[], 20_000, &[]).unwrap();
-        // Four standard errors of a standard deviation and of a share; the critical damping's second order
-        // in the
-        // errors of the data is far below them.
+        // Four standard errors of a standard deviation and of a share; the critical damping's second order in
+        // the errors of the data is far below them.
         let standard_error = found.standard_error.unwrap();
         assert!(
             (spread / standard_error - 1.0).abs() < 4.0 / f64::from(2 * n).sqrt(),

@@ -10,8 +10,7 @@ use crate::columns::Arguments;
 use crate::law::{Law, point_of};
 
 /// Derivatives by the arguments, in their order, and the standard error that the data's errors make (NaN for
-/// a
-/// law without any).
+/// a law without any).
 fn row(law: &Family, found: &Sensitivity) -> Vec<Estimate> {
     const NONE: Estimate = Estimate { value: f64::NAN, error: f64::NAN };
     let mut row: Vec<Estimate> = found.named(law).map(|(_, by)| by).collect();
@@ -20,10 +19,8 @@ fn row(law: &Family, found: &Sensitivity) -> Vec<Estimate> {
 }
 
 /// A row for each argument, with the derivatives of the critical damping by it, and a last one with the
-/// standard
-/// error that the data's errors make; and estimates of the errors of all. NaN where there is no critical
-/// damping
-/// or an argument is NaN.
+/// standard error that the data's errors make; and estimates of the errors of all. NaN where there is no
+/// critical damping or an argument is NaN.
 #[pyfunction]
 #[pyo3(signature = (law, arrays, threads=None))]
 pub(crate) fn sensitivity<'py>(

@@ -159,8 +159,7 @@ fn table_of(path: &Path, static_level: Option<f64>) -> Result<Table, (String, St
 }
 
 /// Reads a measured law as [`read_table`] does, from the text of a file of this `name`; without a static
-/// level
-/// that is the first friction.
+/// level that is the first friction.
 ///
 /// # Errors
 /// As [`read_table`].

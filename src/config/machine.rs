@@ -239,8 +239,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Increasing numbers, or one uncertain number. A range of belt speeds may have a standard deviation,
-    /// which
-    /// is that of each.
+    /// which is that of each.
     fn many(&mut self, key: &'static str, least: f64, wanted: &str) -> Result<Vec<f64>, ConfigError> {
         let node = self.node(key)?;
         if uncertain(&node)?.is_some() {

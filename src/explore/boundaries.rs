@@ -26,8 +26,9 @@ impl PlaneRequest {
         self.curves_in(&self.slice(|side| side.between(NODES, ROOM))?, [1.0, 1.0], stop)
     }
 
-    /// The boundaries in a plane of a machine, in SI units: all of them over belt speed and damping; over damping and
-    /// another quantity the Hopf and the grazing curve, which are one damping for each value; else none.
+    /// The boundaries in a plane of a machine, in SI units: all of them over belt speed and damping; over
+    /// damping and another quantity the Hopf and the grazing curve, which are one damping for each value;
+    /// else none.
     fn boundaries_of_machine(
         &self,
         machine: &Machine,
@@ -78,7 +79,8 @@ const ACCURACY: f64 = 1e-8;
 const BEND: f64 = 2e-3;
 const REFINEMENTS: usize = 8;
 
-/// The Hopf damping and the critical damping, in SI units, at a value of another quantity; NaN where there is none.
+/// The Hopf damping and the critical damping, in SI units, at a value of another quantity; NaN where there is
+/// none.
 #[derive(Clone, Copy)]
 struct Limit {
     value: f64,
@@ -117,8 +119,8 @@ impl Limit {
     }
 }
 
-/// The Hopf and the grazing curve of a machine over another quantity, in a picture with dampings up to `highest`;
-/// `turned` if the damping is the horizontal axis.
+/// The Hopf and the grazing curve of a machine over another quantity, in a picture with dampings up to
+/// `highest`; `turned` if the damping is the horizontal axis.
 fn limits(machine: &Machine, name: &str, values: &[f64], highest: f64, turned: bool) -> Vec<PlaneCurve> {
     let mut found = Limit::of(machine, name, values);
     for _ in 0..REFINEMENTS {

@@ -163,8 +163,7 @@ fn reaching_the_belt(law: &Law, point: &Point, most: f64, stop: &AtomicBool) -> 
 }
 
 /// Largest velocity of every cycle against damping: the backbone of the slip cycles, and the cycles that
-/// reach
-/// the belt speed.
+/// reach the belt speed.
 pub(super) fn backbone(
     law: &Law,
     point: &Point,

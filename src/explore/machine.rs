@@ -49,8 +49,7 @@ pub(super) fn check_names(law: &Law) -> Result<(), Refusal> {
 }
 
 /// The machine with these values of its quantities; its law is in SI units, and its friction legal up to
-/// twice the
-/// belt speed.
+/// twice the belt speed.
 pub(super) fn machine(law: &Law, motion: Motion, at: &BTreeMap<String, f64>) -> Result<Machine, Refusal> {
     check_names(law)?;
     let value = |name: &str| {

@@ -1,6 +1,5 @@
 //! The parameter point of a request: the friction law, and a value for each of its axes; or a machine in SI
-//! units,
-//! whose quantities are the axes.
+//! units, whose quantities are the axes.
 
 use std::collections::BTreeMap;
 

@@ -92,8 +92,7 @@ impl<T: Real, const N: usize> Jet<T, N> {
     }
 
     /// The number of coefficients up to the last one that is not zero. Products skip the others: constants
-    /// and
-    /// the slip speed itself are frequent factors.
+    /// and the slip speed itself are frequent factors.
     fn length(&self) -> usize {
         N - self.0.iter().rev().take_while(|coefficient| coefficient.is_zero()).count()
     }

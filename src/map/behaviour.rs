@@ -70,8 +70,7 @@ impl Behaviour {
     }
 
     /// The slip cycles at eps c = `viscous`, where the orbit from the exit point ends as `end`, between
-    /// bounds
-    /// that are as narrow as possible; `None` if they are unknown.
+    /// bounds that are as narrow as possible; `None` if they are unknown.
     fn slip_cycles(&self, viscous: f64, end: End) -> Option<Vec<Crossing>> {
         let cycles = self.cycles(viscous, end, |ends| self.read_fine(viscous, ends))?;
         // Where the backbone was not needed the bounds are those of the belt line.

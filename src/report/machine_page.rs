@@ -326,8 +326,7 @@ fn regimes_over(grid: &Grid) -> Option<Vec<Vec<i8>>> {
 }
 
 /// The Hopf damping and the critical damping over belt speeds: of every law in little time, which
-/// continuation in
-/// the plane is not.
+/// continuation in the plane is not.
 fn limits(grid: &Grid, point: &Point, speeds: &[f64]) -> Vec<PlaneCurve> {
     let columns: Vec<Column> =
         speeds.iter().map(|&belt_speed| grid.law().column(&Point { belt_speed, ..*point })).collect();

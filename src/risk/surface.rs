@@ -67,8 +67,7 @@ pub(super) struct Found {
     /// Largest error of the interpolated dampings at the samples, in units of the damping.
     pub(super) error: f64,
     /// Their standard deviations by the standard errors of measured friction, SI units; 0 where none is
-    /// known,
-    /// as of friction without standard errors.
+    /// known, as of friction without standard errors.
     pub(super) deviations: Vec<f64>,
 }
 

@@ -302,8 +302,8 @@ impl Backbone {
         (found, doubtful)
     }
 
-    /// Returns whether the error of C is small, and C = `viscous` farther than three times that from both ends
-    /// and from every extreme, also from those that are too small to be counted: if not, a more accurate
+    /// Returns whether the error of C is small, and C = `viscous` farther than three times that from both
+    /// ends and from every extreme, also from those that are too small to be counted: if not, a more accurate
     /// backbone may show other cycles.
     #[must_use]
     pub fn is_clear(&self, viscous: f64) -> bool {

@@ -10,8 +10,7 @@ use crate::friction::{Curve, Stribeck};
 use crate::point::ScaledGroups;
 
 /// The C at which orbits close, each given by its curve, the belt speed V and its maximum r of x2, 0 < r <=
-/// V,
-/// with errors of about `tolerance` in units of the weakening rate; `Err` with the number of evaluations
+/// V, with errors of about `tolerance` in units of the weakening rate; `Err` with the number of evaluations
 /// where the polar form does not apply. The orbits share the budget `work`, or each has its own.
 pub(super) fn closing_dampings(
     orbits: &[(&Curve, f64, f64)],
@@ -60,9 +59,8 @@ struct Amplitude {
 }
 
 /// With v = r R cos th, rho = r / V and s = 1 - rho R cos th, 1 + k s = (1 + k (1 - rho)) (1 + k' (1 - R cos
-/// th)),
-/// k' = k rho / (1 + k (1 - rho)): in units of its amplitude the orbit is a grazing one with
-/// A' = A / (1 + k (1 - rho))^2, b' = b rho and C' = C + 2 b (1 - rho).
+/// th)), k' = k rho / (1 + k (1 - rho)): in units of its amplitude the orbit is a grazing one with A' = A /
+/// (1 + k (1 - rho))^2, b' = b rho and C' = C + 2 b (1 - rho).
 fn amplitude(law: &Stribeck, belt_speed: f64, radius: f64) -> Amplitude {
     let ScaledGroups { a, k, b, .. } = law.scaled(belt_speed, 0.0);
     let (rho, rest) = (radius / belt_speed, (belt_speed - radius) / belt_speed);

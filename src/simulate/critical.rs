@@ -1,8 +1,7 @@
 //! The critical damping c* of a column: the root of the grazing margin.
 //!
 //! At c* the orbit from the exit point grazes the belt line: it closes with the maximum V of x2. The search
-//! is
-//! that of `closing`; columns outside the domain of the polar form are searched with [`flow`].
+//! is that of `closing`; columns outside the domain of the polar form are searched with [`flow`].
 
 use std::cell::Cell;
 

@@ -32,8 +32,8 @@ pub enum Neighbour {
     StickSlip,
     /// None, or a cycle that crosses: orbits cross the belt line for ever.
     Crossing,
-    /// Not known: the orbit from the exit point, which lies between, has no certain fate, or orbits grow beyond
-    /// the cycles found.
+    /// Not known: the orbit from the exit point, which lies between, has no certain fate, or orbits grow
+    /// beyond the cycles found.
     Unknown,
 }
 

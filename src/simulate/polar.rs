@@ -41,9 +41,8 @@ pub enum Turn {
     },
 }
 
-/// exp(x) by its Taylor series to degree 9 at x / 2^`HALVINGS`, then as many squarings: to a few units in
-/// the last
-/// place for |x| <= 0.09 * 2^`HALVINGS`, to 1e-8 for |x| <= 0.5 * 2^`HALVINGS`.
+/// exp(x) by its Taylor series to degree 9 at x / 2^`HALVINGS`, then as many squarings: to a few units in the
+/// last place for |x| <= 0.09 * 2^`HALVINGS`, to 1e-8 for |x| <= 0.5 * 2^`HALVINGS`.
 #[inline(always)]
 pub(super) fn exp<const HALVINGS: u32>(x: f64) -> f64 {
     let y = x / f64::from(1_u32 << HALVINGS);

@@ -69,8 +69,8 @@ const FINEST_TOLERANCE: f64 = 1e-16;
 /// few such orbits.
 const COARSEST_DECISIVE: f64 = 1e-9;
 
-/// Error of the margin from which it must be this much smaller than the margin: the finest steps do not resolve
-/// the orbit, and what they say of their error is not asymptotic.
+/// Error of the margin from which it must be this much smaller than the margin: the finest steps do not
+/// resolve the orbit, and what they say of their error is not asymptotic.
 const UNRESOLVED: f64 = 1e-8;
 const UNRESOLVED_SHARE: f64 = 0.01;
 

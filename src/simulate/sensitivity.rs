@@ -57,8 +57,7 @@ pub struct Sensitivity {
     /// dc*/dp for each parameter p, in the order of [`crate::friction::Law::parameters`].
     pub by_parameters: Vec<Estimate>,
     /// dc*/df for each friction value f of a table with standard errors, in the units of its data and with
-    /// the
-    /// unit of friction held fixed; empty for other laws.
+    /// the unit of friction held fixed; empty for other laws.
     pub by_data: Vec<Estimate>,
     /// The standard error of c* by the independent standard errors of a table's data, the first of which is
     /// the unit of friction; `None` where the law has none.

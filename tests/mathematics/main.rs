@@ -5,8 +5,7 @@
 
 #![cfg(all(feature = "config", feature = "serde"))]
 // The tables are read with csv, of the feature `config`, and serde. clippy.toml exempts only test functions,
-// not
-// their helpers.
+// not their helpers.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod agreement;

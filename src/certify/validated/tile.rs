@@ -121,8 +121,7 @@ impl Tile {
     }
 
     /// All numbers but those of the box: the radius, then the modes of `viscous`, of each of the `cosines`
-    /// and
-    /// of each of the `sines`.
+    /// and of each of the `sines`.
     #[must_use]
     pub fn numbers(&self) -> Vec<f64> {
         let rows = std::iter::once(&self.viscous).chain(&self.cosines).chain(&self.sines);

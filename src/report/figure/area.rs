@@ -92,9 +92,8 @@ impl Colours {
     }
 }
 
-/// Draws areas that share their axes. `label` names the variable for the colour scale; `signed` says that
-/// its sign
-/// matters.
+/// Draws areas that share their axes. `label` names the variable for the colour scale; `signed` says that its
+/// sign matters.
 #[must_use]
 pub fn draw(areas: &[Area], heading: &Rich, label: &Label, signed: bool, width: Width) -> Scene {
     let mut scene = Scene::new(width.points(), 0.0);

@@ -5,7 +5,8 @@
 //! ln(r / radius) of the angle with
 //!
 //! ```text
-//! p' = g(th, p; C) = D sin^2 th / (1 + D sin th cos th),   D = w(V - radius e^p cos th) - C,   p(0) = p(2 pi) = 0
+//! p' = g(th, p; C) = D sin^2 th / (1 + D sin th cos th),   D = w(V - radius e^p cos th) - C,   p(0) = p(2
+//! pi) = 0
 //! ```
 //!
 //! for one C. The turn is cut into elements, and p' is a polynomial on each, with p' = g at Gauss's nodes. A
@@ -20,8 +21,7 @@
 //!
 //! **Error of the iteration.** Let rho = g - p' be the residual of an iterate. To first order its C is wrong
 //! by the mean of W rho over that of W dg/dC, W = exp(-A). The sum of the sizes, which cannot vanish by
-//! chance,
-//! stands for the first.
+//! chance, stands for the first.
 //!
 //! **Error of the elements.** The method is Gauss's collocation, whose error at the end of the turn is that
 //! of a product of two functions that each are resolved to first order. Two indicators are added: twice the
