@@ -10,6 +10,7 @@ mod engine;
 pub mod failures;
 mod field;
 mod grid;
+mod interpolation;
 pub mod limits;
 mod method;
 mod plan;
