@@ -8,9 +8,12 @@ use slipmap::map::{
 use std::convert::Infallible;
 use std::sync::Mutex;
 
-/// The tiles of a map: their numbers and cells.
+/// The number of a tile and its cells.
+type Numbered = (usize, Vec<(Verdict, Regime)>);
+
+/// The tiles of a map.
 #[derive(Default)]
-struct Cells(Mutex<Vec<(usize, Vec<(Verdict, Regime)>)>>);
+struct Cells(Mutex<Vec<Numbered>>);
 
 impl Sink for Cells {
     type Packed = ();
@@ -57,7 +60,7 @@ fn grids() -> Vec<(&'static str, Grid)> {
     let table = |rows: &[(f64, f64)]| Law::Table(Table::new("rows", rows, 1.0).unwrap());
     let exponential = "mu + (1 - mu)*exp(-u/vs)";
     let one = |value: f64| vec![value];
-    let (n, belts) = (40, nodes(0.2, 3.0, 40));
+    let (n, belts) = (32, nodes(0.2, 3.0, 32));
     let grid = |law, axes| Grid::new(law, axes).unwrap();
     vec![
         (
@@ -115,7 +118,7 @@ fn interpolated_cells_are_those_of_their_own_columns() {
         }
         assert!(account.audit.disagreements.is_empty(), "{name}: {:?}", account.audit);
         // Few cells are left to their own columns.
-        if !["wave", "columns"].contains(&name) {
+        if ["formula", "crossing", "lorentzian", "table"].contains(&name) {
             assert!(2 * account.paths.interpolation as usize > grid.cells(), "{name}: {paths:?}");
         }
     }
@@ -125,11 +128,11 @@ fn interpolated_cells_are_those_of_their_own_columns() {
 #[test]
 fn a_sudden_change_of_the_law_is_not_interpolated_over() {
     let law = formula("1 - (0.1 + 0.3/(1 + exp((s - 0.5)*2000)))*(1 - exp(-u))");
-    let grid = Grid::new(law, vec![vec![0.5], nodes(0.0, 1.0, 48), nodes(0.5, 1.5, 48), vec![0.25]]).unwrap();
+    let grid = Grid::new(law, vec![vec![0.5], nodes(0.0, 1.0, 32), nodes(0.5, 1.5, 32), vec![0.25]]).unwrap();
     let (found, _) = computed(&grid, Engine::Auto, 0);
     let (wanted, _) = computed(&grid, Engine::CriticalSurface, 0);
     assert_eq!(found, wanted);
     let [present, absent] = [Verdict::Present, Verdict::Absent]
         .map(|verdict| found.iter().filter(|(found, _)| *found == verdict).count());
-    assert!(present > 500 && absent > 500, "{present} {absent}");
+    assert!(present > 200 && absent > 200, "{present} {absent}");
 }
