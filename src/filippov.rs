@@ -33,7 +33,7 @@ pub enum Side {
 
 /// The flow at a point (x1, V) of the belt line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BeltRegion {
+pub(crate) enum BeltRegion {
     /// Both fields push towards the line: the mass sticks and moves with x1' = V.
     Sliding,
     /// Both fields point down.
@@ -105,7 +105,7 @@ impl Oscillator {
     /// Returns whether the divergence is proved to be at most `bound` for all slip speeds in [`lo`, `hi`], 0
     /// <= lo <= hi.
     #[must_use]
-    pub fn divergence_is_at_most(&self, bound: f64, lo: f64, hi: f64) -> bool {
+    pub(crate) fn divergence_is_at_most(&self, bound: f64, lo: f64, hi: f64) -> bool {
         // A few values decide for most oscillators; bounds over a range of slip speeds cost much more.
         let at = |share: f64| self.divergence((hi - lo).mul_add(share, lo)) <= bound;
         [0.0, 1.0, 0.5, 0.2, 0.7, 0.35, 0.85].into_iter().all(at)
@@ -138,13 +138,13 @@ impl Oscillator {
 
     /// x1 at the other end of the sliding segment, -1 - eps c V.
     #[must_use]
-    pub fn upper_tangency_x1(&self) -> f64 {
+    pub(crate) fn upper_tangency_x1(&self) -> f64 {
         -1.0 - self.viscous * self.belt_speed
     }
 
     /// Classifies the point (x1, V) of the belt line.
     #[must_use]
-    pub fn belt_region(&self, x1: f64) -> BeltRegion {
+    pub(crate) fn belt_region(&self, x1: f64) -> BeltRegion {
         let exit = self.exit_x1();
         let tangency = self.upper_tangency_x1();
         if x1 > exit {

@@ -19,7 +19,7 @@ pub(crate) const DAMPING: Parameter =
 impl Parameter {
     /// Returns whether the value is finite and within the legal range.
     #[must_use]
-    pub fn admits(&self, value: f64) -> bool {
+    pub(crate) fn admits(&self, value: f64) -> bool {
         value.is_finite() && (self.min..=self.max).contains(&value)
     }
 
@@ -32,7 +32,7 @@ impl Parameter {
 
     /// The legal values in words, to follow "it must be".
     #[must_use]
-    pub fn domain(&self) -> String {
+    pub(crate) fn domain(&self) -> String {
         if 0.0 < self.min && self.min <= f64::MIN_POSITIVE && self.max == f64::INFINITY {
             "greater than 0".into()
         } else if self.min == f64::MIN {
@@ -115,7 +115,7 @@ impl Law {
     ///
     /// # Errors
     /// The first [`PointError`], in the order of a map's axes.
-    pub fn check(&self, point: &Point) -> Result<(), PointError> {
+    pub(crate) fn check(&self, point: &Point) -> Result<(), PointError> {
         self.check_count(point.law.as_slice().len())?;
         let own = self.parameters().iter().zip(point.law.as_slice().iter().copied());
         let all = std::iter::once((&EPSILON, point.epsilon))

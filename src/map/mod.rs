@@ -5,9 +5,9 @@ mod audit;
 mod behaviour;
 mod contradictions;
 mod curves;
-pub mod dimension;
+pub(crate) mod dimension;
 mod engine;
-pub mod failures;
+pub(crate) mod failures;
 mod field;
 mod grid;
 pub mod limits;
@@ -23,28 +23,36 @@ mod tile_data;
 mod tiles;
 mod verdict;
 
-pub use account::{Account, FailedCell, MethodAccount, Stages};
-pub use audit::{Audit, Disagreement};
-pub use behaviour::{
-    AttractingCycle, LongRun, attracting_cycle, basin_boundary, long_run, regime, slip_cycle_count,
-};
+pub use account::{Account};
+pub(crate) use account::{FailedCell, MethodAccount, Stages};
+pub(crate) use audit::{Audit, Disagreement};
+pub use behaviour::{regime, slip_cycle_count};
+pub(crate) use behaviour::{AttractingCycle, LongRun, attracting_cycle, basin_boundary, long_run};
 pub use contradictions::{Contradiction, Contradictions};
-pub use curves::{CURVE_COLUMNS, Plane, PlaneCurve, PlaneCurves, PlanePoint, curves_of};
-pub use engine::{ComputeError, Control, MethodSummary, Summary};
+pub use curves::{Plane, PlaneCurves};
+pub use curves::{PlaneCurve, PlanePoint};
+pub(crate) use curves::{CURVE_COLUMNS, curves_of};
+pub use engine::{Control};
+pub use engine::{ComputeError};
+pub(crate) use engine::{MethodSummary, Summary};
 #[doc(hidden)] // the program shares tiles out to the processes of a run
 pub use engine::{Queue, compute_tiles};
-pub use field::{Field, Quantity};
-pub use grid::{Axis, AxisRole, Grid, GridError, Tile, is_linear, is_logarithmic, unravel};
+pub use field::{Field};
+pub(crate) use field::{Quantity};
+pub use grid::{Grid, Tile};
+pub use grid::{Axis, AxisRole};
+pub(crate) use grid::{GridError, is_linear, is_logarithmic, unravel};
 pub use method::Method;
-pub use plan::{
-    DEFAULT_AUDIT_CELLS, DEFAULT_COMPRESSION, DEFAULT_PROOF_BOXES, DEFAULT_TOLERANCE, Engine,
-    MOST_AUDIT_CELLS, Plan, PlanBuilder, PlanError, TOLERANCES,
-};
-pub use proved::{Proved, prove};
-pub use quantity::Description;
-pub use run::{Earlier, run, run_with};
+pub use plan::{Engine, Plan};
+pub use plan::{PlanError};
+pub(crate) use plan::{DEFAULT_AUDIT_CELLS, DEFAULT_COMPRESSION, DEFAULT_PROOF_BOXES, DEFAULT_TOLERANCE, MOST_AUDIT_CELLS, PlanBuilder, TOLERANCES};
+pub(crate) use proved::{Proved, prove};
+pub(crate) use quantity::Description;
+pub use run::{run};
+pub(crate) use run::{Earlier, run_with};
 pub use runs::Runs;
-pub use simulation::{Paths, decide};
+pub use simulation::{decide};
+pub(crate) use simulation::{Paths};
 pub use sink::Sink;
 pub(crate) use tile_data::LISTED;
 pub use tile_data::{MethodCells, TileData};

@@ -46,7 +46,7 @@ pub struct TurningPoint {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossing {
     /// Bounds of its amplitude, between which there is no other cycle.
-    pub between: [f64; 2],
+    pub(crate) between: [f64; 2],
     /// Whether it attracts.
     pub is_stable: bool,
 }
@@ -72,7 +72,7 @@ pub struct Backbone {
     /// Estimate of the absolute error of C at any r.
     pub error: f64,
     /// Number of evaluations of the right-hand side, where the polar form was used.
-    pub rhs: u64,
+    pub(crate) rhs: u64,
 }
 
 /// Computes C at amplitudes.
@@ -339,7 +339,7 @@ impl Backbone {
 
     /// Narrower bounds of a cycle's amplitude at C = `viscous`, as far as the error of C allows.
     #[must_use]
-    pub fn narrowed(&self, cycle: &Crossing, viscous: f64) -> [f64; 2] {
+    pub(crate) fn narrowed(&self, cycle: &Crossing, viscous: f64) -> [f64; 2] {
         let [from, to] = cycle.between;
         let rises = !cycle.is_stable;
         // Radii on either side of the crossing, at a distance of the error.

@@ -13,7 +13,7 @@
 use rayon::prelude::*;
 
 /// Number of steps of the grid of signs along each side.
-pub const STEPS: usize = 40;
+pub(crate) const STEPS: usize = 40;
 /// Longest step of the continuation.
 const LONGEST: f64 = 0.025;
 /// Shortest step; a curve that needs shorter ones ends.
@@ -38,15 +38,15 @@ const COVERED: f64 = 2e-3;
 
 /// A value of a test function.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TestValue {
+pub(crate) struct TestValue {
     /// The value.
-    pub value: f64,
+    pub(crate) value: f64,
     /// Estimate of its absolute error.
-    pub error: f64,
+    pub(crate) error: f64,
 }
 
 /// A test function on the unit square; `None` where it is undefined. It is never evaluated outside.
-pub type TestFunction<'a> = &'a (dyn Fn([f64; 2]) -> Option<TestValue> + Sync);
+pub(crate) type TestFunction<'a> = &'a (dyn Fn([f64; 2]) -> Option<TestValue> + Sync);
 
 /// A point of a curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,12 +63,12 @@ pub struct Branch {
     /// Its points in order.
     pub points: Vec<CurvePoint>,
     /// Whether the last point is the first one again.
-    pub closed: bool,
+    pub(crate) closed: bool,
 }
 
 /// The curves on which `function` vanishes.
 #[must_use]
-pub fn zero_curves(function: TestFunction) -> Vec<Branch> {
+pub(crate) fn zero_curves(function: TestFunction) -> Vec<Branch> {
     let mut branches: Vec<Branch> = Vec::new();
     for seed in seeds(function) {
         if branches.iter().any(|branch| covers(branch, seed.place)) {

@@ -89,14 +89,19 @@ mod trust;
 mod value;
 mod writer;
 
-pub use crate::dataset::attributes::{fingerprint, plan_digest};
-pub use crate::dataset::{Audit, MethodInfo, Outcome, Provenance, Value};
+pub use crate::dataset::attributes::{fingerprint};
+pub(crate) use crate::dataset::attributes::{plan_digest};
+pub use crate::dataset::{Audit, Outcome, Provenance, Value};
+pub(crate) use crate::dataset::{MethodInfo};
 pub use check::{CheckReport, Problem, check};
+
 pub use error::StoreError;
-pub use journal::create_folders;
-pub use pack::PackedTile;
-pub use partial::{Left, PackedRecord, Packer, PartialMap, Resumed, left, remove_unfinished};
-pub use reader::{MapFile, Pick, SIGNATURE};
-pub use records::{Records, Series, write_records};
+pub(crate) use journal::create_folders;
+pub(crate) use pack::PackedTile;
+pub use partial::{PackedRecord, Packer, PartialMap, Resumed};
+pub(crate) use partial::{Left, left, remove_unfinished};
+pub use reader::{MapFile, Pick};
+pub(crate) use reader::{SIGNATURE};
+pub(crate) use records::{Records, Series, write_records};
 pub use seal::Existing;
 pub use writer::MapWriter;

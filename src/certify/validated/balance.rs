@@ -23,16 +23,16 @@ const CELLS: [usize; 2] = [8, 4];
 
 /// The parts of a box with a proof that C* < C_HB there, and those without.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Comparison {
+pub(crate) struct Comparison {
     /// C* < C_HB is proved.
-    pub below: Vec<GroupBox>,
+    pub(crate) below: Vec<GroupBox>,
     /// C* < C_HB is not proved, whether it is true or false.
-    pub open: Vec<GroupBox>,
+    pub(crate) open: Vec<GroupBox>,
 }
 
 /// Proves C* < C_HB over parts of `domain`, by at most `tiles` proofs of [`Tile::prove`].
 #[must_use]
-pub fn compare(domain: GroupBox, tiles: usize) -> Comparison {
+pub(crate) fn compare(domain: GroupBox, tiles: usize) -> Comparison {
     let (mut found, mut queue) = (Comparison { below: Vec::new(), open: Vec::new() }, vec![domain]);
     let mut tried = 0;
     while let Some(part) = queue.pop() {
@@ -54,7 +54,7 @@ pub fn compare(domain: GroupBox, tiles: usize) -> Comparison {
 
 /// Returns whether C* < C_HB is proved over the whole tile.
 #[must_use]
-pub fn is_below(tile: &Tile) -> bool {
+pub(crate) fn is_below(tile: &Tile) -> bool {
     let mut queue = vec![[-1.0, 1.0]];
     while let Some([lo, hi]) = queue.pop() {
         if gap(tile, lo, hi) > 0.0 {

@@ -63,8 +63,8 @@
 //! Sines and cosines are enclosed by half-angle formulas from exact values.
 
 pub mod any_law;
-pub mod balance;
-pub mod boxes;
+pub(crate) mod balance;
+pub(crate) mod boxes;
 mod circle;
 mod defect;
 mod expansion;

@@ -96,7 +96,7 @@ pub struct NaiveAnswer {
     /// The verdict.
     pub verdict: NaiveVerdict,
     /// Number of evaluations of the right-hand side.
-    pub rhs: u64,
+    pub(crate) rhs: u64,
 }
 
 /// Largest number of evaluations of the right-hand side of the Stribeck law: a hundred times the cost of
@@ -115,7 +115,7 @@ impl NaiveMethod {
 
     /// Name in configurations and map files.
     #[must_use]
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             NaiveMethod::Smoothed => "smoothed",
             NaiveMethod::StickBand => "stick_band",
@@ -126,7 +126,7 @@ impl NaiveMethod {
 
     /// One phrase for legends and `long_name`.
     #[must_use]
-    pub fn long_name(self) -> &'static str {
+    pub(crate) fn long_name(self) -> &'static str {
         match self {
             NaiveMethod::Smoothed => "orbit of the oscillator with friction smoothed by tanh",
             NaiveMethod::StickBand => "orbit of the switch model with a stick band",
@@ -137,7 +137,7 @@ impl NaiveMethod {
 
     /// The formula of the method.
     #[must_use]
-    pub fn equation(self) -> &'static str {
+    pub(crate) fn equation(self) -> &'static str {
         match self {
             NaiveMethod::Smoothed => "sign(x2 - V) replaced by tanh((x2 - V)/d)",
             NaiveMethod::StickBand => "Leine et al. 1998: |x2 - V| < eta counts as sticking",
