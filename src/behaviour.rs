@@ -13,24 +13,24 @@ use crate::simulate::{Fate, critical_damping, flow};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Behaviour {
     /// Undamped natural frequency, Hz.
-    pub(crate) natural_frequency: f64,
+    pub natural_frequency: f64,
     /// Damping ratio d / (2 sqrt(k m)).
-    pub(crate) damping_ratio: f64,
+    pub damping_ratio: f64,
     /// Critical belt speed, m/s: above it a mass that leaves the belt does not return to it. The highest one
     /// within a factor of 1000 of the machine's speed; `None` if there is none.
-    pub(crate) critical_belt_speed: Option<f64>,
+    pub critical_belt_speed: Option<f64>,
     /// Critical damping coefficient, N s/m: above it the same holds. `None` if no damping is needed, or none
     /// was found.
-    pub(crate) critical_damping: Option<f64>,
+    pub critical_damping: Option<f64>,
     /// Damping ratio of the critical damping.
-    pub(crate) critical_damping_ratio: Option<f64>,
+    pub critical_damping_ratio: Option<f64>,
     /// Long-run behaviour.
-    pub(crate) regime: Regime,
+    pub regime: Regime,
     /// Slip and stick time of the stick-slip cycle, s.
-    pub(crate) slip_and_stick_time: Option<[f64; 2]>,
+    pub slip_and_stick_time: Option<[f64; 2]>,
     /// Half the distance between the extremes of x, m: of the stick-slip cycle, or else of the largest stable
     /// slip cycle.
-    pub(crate) amplitude: Option<f64>,
+    pub amplitude: Option<f64>,
 }
 
 /// Number of belt speeds per factor of ten at which the search looks.

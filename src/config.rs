@@ -64,13 +64,12 @@ mod source;
 use std::path::{Path, PathBuf};
 
 pub(crate) use axis::range_nodes;
-pub use law::{read_table};
-pub use law::{point_into};
-pub(crate) use law::{table_of_text};
+pub(crate) use law::table_of_text;
+pub use law::{point_into, read_table};
 pub(crate) use machine::{MachineJob, load_machine};
-pub use points::{PointTable};
-pub(crate) use points::{point_of};
-pub(crate) use source::ConfigError;
+pub use points::PointTable;
+pub(crate) use points::point_of;
+pub use source::ConfigError;
 use source::{Node, Section, Source};
 
 #[cfg(feature = "report")]

@@ -33,7 +33,7 @@ pub enum Side {
 
 /// The flow at a point (x1, V) of the belt line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum BeltRegion {
+pub enum BeltRegion {
     /// Both fields push towards the line: the mass sticks and moves with x1' = V.
     Sliding,
     /// Both fields point down.
@@ -144,7 +144,7 @@ impl Oscillator {
 
     /// Classifies the point (x1, V) of the belt line.
     #[must_use]
-    pub(crate) fn belt_region(&self, x1: f64) -> BeltRegion {
+    pub fn belt_region(&self, x1: f64) -> BeltRegion {
         let exit = self.exit_x1();
         let tangency = self.upper_tangency_x1();
         if x1 > exit {

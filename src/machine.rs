@@ -23,7 +23,7 @@
 
 mod friction;
 
-pub(crate) use friction::{Coefficients, Friction};
+pub use friction::{Coefficients, Friction};
 
 use crate::friction::{Column, Law};
 use crate::point::Point;
@@ -88,7 +88,7 @@ pub enum Dimension {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Machine {
     /// Kind of motion.
-    pub(crate) motion: Motion,
+    pub motion: Motion,
     /// m > 0, kg.
     pub mass: f64,
     /// k > 0, N/m.
@@ -96,11 +96,11 @@ pub struct Machine {
     /// d >= 0, N s/m.
     pub damping: f64,
     /// N > 0, N.
-    pub(crate) normal_force: f64,
+    pub normal_force: f64,
     /// The coefficient of friction.
-    pub(crate) friction: Friction,
+    pub friction: Friction,
     /// v > 0, m/s.
-    pub(crate) belt_speed: f64,
+    pub belt_speed: f64,
 }
 
 /// The dimensionless oscillator of a machine, with the units that convert back.

@@ -102,7 +102,7 @@ pub struct ScaledGroups {
 impl ScaledGroups {
     /// The divergence D at the scaled slip speed `s` = u / V.
     #[must_use]
-    pub(crate) fn divergence(&self, s: f64) -> f64 {
+    pub fn divergence(&self, s: f64) -> f64 {
         let q = 1.0 + self.k * s;
         self.a / (q * q) - self.c - 2.0 * self.b * s
     }

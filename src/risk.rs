@@ -8,7 +8,7 @@
 //!
 //! Friction that was measured with standard errors is uncertain too. The errors of its data are independent
 //! and normal; to first order in them the critical damping of a draw is normal around that of the data as
-//! measured, and its standard deviation is known ([`Risk::standard_error`]). Each draw has such a deviation.
+//! measured, and its standard deviation is known (`Risk::standard_error`). Each draw has such a deviation.
 
 mod surface;
 
@@ -20,7 +20,7 @@ use surface::{Groups, has_standard_errors, standard_error};
 
 /// Distribution of an uncertain quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Spread {
+pub enum Spread {
     /// Normal, with this standard deviation around the machine's value; illegal values are drawn again.
     Normal {
         /// Standard deviation.
@@ -58,7 +58,7 @@ pub(crate) struct RareBy {
 /// The result of the draws.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
-pub(crate) struct Risk {
+pub struct Risk {
     /// Number of draws with an answer.
     pub(crate) draws: usize,
     /// Number of draws whose critical damping was not found; they are left out.
@@ -171,7 +171,7 @@ impl Needed {
 /// Draws `draws` machines and computes the critical damping of each. The result does not depend on the number
 /// of threads. `None` where the spreads have hardly any legal values.
 #[must_use]
-pub(crate) fn risk(machine: &Machine, uncertain: &[Uncertain], draws: usize, rare: &[f64]) -> Option<Risk> {
+pub fn risk(machine: &Machine, uncertain: &[Uncertain], draws: usize, rare: &[f64]) -> Option<Risk> {
     let needed = Needed::of(machine, uncertain, draws)?;
     let rare_by = rare
         .iter()

@@ -3,7 +3,7 @@
 //!
 //! | item | definition |
 //! | --- | --- |
-//! | cells | [`cells::draw`]: half anywhere in the box of the configuration's grid, half within a stated distance in c of the boundary |
+//! | cells | `cells::draw`: half anywhere in the box of the configuration's grid, half within a stated distance in c of the boundary |
 //! | reference | [`reference::reference`]: margin and critical damping in double-double arithmetic |
 //! | time | processor time of one thread from the cell's friction curve to its answer; unlike in maps, nothing is shared between the cells of a column |
 //! | error | of the scaled grazing margin m/V where a method gives one; else of the critical damping, times abs(dm/dc)/V at the boundary, which makes it the margin of the orbit that the method takes for the grazing one |
@@ -20,8 +20,8 @@ pub(crate) use cells::Cell;
 pub use contestants::{Contestant, Kind, contestants};
 pub use measure::{Errors, Labels};
 pub(crate) use measure::{Measurement, measure};
+pub(crate) use study::StudyError;
 pub use study::{Row, Settings, Study};
-pub(crate) use study::{StudyError};
 
 /// Marks the points of the Pareto front: those for which no other has both less time and less error.
 /// Points without a number are never on it.

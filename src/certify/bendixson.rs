@@ -28,7 +28,7 @@ use super::{Claim, Guarantee, Test, absence_edge, landing, presence_edge};
 use crate::friction::Column;
 
 /// The test.
-pub(crate) const TEST: Test = Test {
+pub const TEST: Test = Test {
     name: "bendixson",
     long_name: "Bendixson criterion at finite eps",
     equation: "paper section 5.1 at finite eps",

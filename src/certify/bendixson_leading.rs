@@ -21,7 +21,7 @@ use super::{Claim, Guarantee, Test};
 use crate::friction::Column;
 
 /// The test.
-pub(crate) const TEST: Test = Test {
+pub const TEST: Test = Test {
     name: "bendixson_leading",
     long_name: "Bendixson criterion at first order",
     equation: "paper section 5.1, first order",

@@ -44,8 +44,8 @@
 //! one that does not run away at some damping does not at any larger one. Hence presence proved at one
 //! damping and a landing speed proved below 2 at a smaller one settle everything between them.
 
-pub(crate) mod bendixson;
-pub(crate) mod bendixson_leading;
+pub mod bendixson;
+pub mod bendixson_leading;
 #[cfg(feature = "cli")]
 pub mod certificate;
 pub mod harmonic_balance;
@@ -53,8 +53,8 @@ pub mod instability;
 pub mod landing;
 pub mod perturbation;
 #[cfg(feature = "cli")]
-pub(crate) mod point_certificate;
-pub(crate) mod recheck;
+pub mod point_certificate;
+pub mod recheck;
 pub mod symmetric;
 pub mod validated;
 

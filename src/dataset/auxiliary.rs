@@ -75,7 +75,12 @@ pub(crate) fn coordinates(grid: &Grid, si: &SiUnits) -> Vec<Auxiliary> {
 /// The SI attributes of a variable over the first `rank` axes of the grid: its auxiliary coordinates, by the
 /// CF conventions, and the factor from its numbers to a unit, where it has one.
 #[must_use]
-pub(crate) fn attributes_of(name: &str, rank: usize, grid: &Grid, si: &SiUnits) -> Vec<(&'static str, Value)> {
+pub(crate) fn attributes_of(
+    name: &str,
+    rank: usize,
+    grid: &Grid,
+    si: &SiUnits,
+) -> Vec<(&'static str, Value)> {
     let has = |coordinate: &&str| axes_of(coordinate, grid).is_some_and(|axes| axes[0] < rank);
     let coordinates: Vec<&str> = COORDINATES.iter().map(|(name, ..)| *name).filter(has).collect();
     let mut attributes = vec![("coordinates", coordinates.join(" ").into())];

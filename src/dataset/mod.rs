@@ -10,8 +10,8 @@ mod value;
 pub use attributes::{Audit, Outcome, Provenance};
 pub(crate) use auxiliary::Auxiliary;
 pub(crate) use fingerprint::Fingerprint;
-pub use schema::{Cells, Schema};
-pub(crate) use schema::{Content, MethodInfo, SCHEMA, Variable};
+pub use schema::{Cells, MethodInfo, Schema, Variable};
+pub(crate) use schema::{Content, SCHEMA};
 pub use value::Value;
 
 /// Lower-case hexadecimal digits.

@@ -136,7 +136,12 @@ impl Schema {
 
     /// The layout of a map with these dimensions, methods and fields.
     #[must_use]
-    pub(crate) fn new(grid: Grid, tile_shape: Vec<usize>, methods: Vec<MethodInfo>, fields: Vec<Field>) -> Self {
+    pub(crate) fn new(
+        grid: Grid,
+        tile_shape: Vec<usize>,
+        methods: Vec<MethodInfo>,
+        fields: Vec<Field>,
+    ) -> Self {
         let mut variables = Vec::new();
         let mut quantities = 0;
         for field in Field::ALL {

@@ -108,7 +108,7 @@ impl Curve {
     /// The weakening rate averaged over the grazing circle v = V cos t with weight sin^2 t / pi: the energy
     /// that friction supplies in one turn, in units of that dissipated by unit damping eps c.
     #[must_use]
-    pub(crate) fn mean_weakening(&self, belt_speed: f64) -> f64 {
+    pub fn mean_weakening(&self, belt_speed: f64) -> f64 {
         match &self.form {
             Form::Stribeck(law) => law.mean_weakening(belt_speed),
             Form::Table(law) => law.mean_weakening(belt_speed),
@@ -190,7 +190,7 @@ impl Curve {
     /// Returns whether the closed forms of the law are evaluated in normal numbers: below them products may
     /// be wrong by any factor, and no result is a theorem.
     #[must_use]
-    pub(crate) fn is_normal(&self) -> bool {
+    pub fn is_normal(&self) -> bool {
         match &self.form {
             Form::Stribeck(law) => law.is_normal(),
             Form::Exponential(law) => law.is_normal(),

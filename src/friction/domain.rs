@@ -115,7 +115,7 @@ impl Law {
     ///
     /// # Errors
     /// The first [`PointError`], in the order of a map's axes.
-    pub(crate) fn check(&self, point: &Point) -> Result<(), PointError> {
+    pub fn check(&self, point: &Point) -> Result<(), PointError> {
         self.check_count(point.law.as_slice().len())?;
         let own = self.parameters().iter().zip(point.law.as_slice().iter().copied());
         let all = std::iter::once((&EPSILON, point.epsilon))

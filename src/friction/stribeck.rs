@@ -27,7 +27,7 @@ pub(super) const PARAMETERS: [Parameter; 3] = [
 
 /// The Stribeck curve at fixed eps, alpha, beta, gamma.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Stribeck {
+pub struct Stribeck {
     epsilon: f64,
     /// 1 - alpha.
     drop: f64,
@@ -138,7 +138,7 @@ impl Stribeck {
 
     /// The scaled groups at belt speed V and damping force rate C = eps c.
     #[must_use]
-    pub(crate) fn scaled(&self, belt_speed: f64, viscous: f64) -> ScaledGroups {
+    pub fn scaled(&self, belt_speed: f64, viscous: f64) -> ScaledGroups {
         ScaledGroups {
             a: self.rate * self.drop,
             k: self.rate * belt_speed,

@@ -174,7 +174,7 @@ impl Table {
     /// and the derivatives by its friction value as given and by the following ones, zero where there is
     /// none.
     #[must_use]
-    pub(crate) fn weakening_by_data(&self, u: f64) -> (usize, [f64; 4]) {
+    pub fn weakening_by_data(&self, u: f64) -> (usize, [f64; 4]) {
         let Cubics { u: knots, phi, static_level, .. } = &*self.0;
         let i = self.piece_at(u);
         // The slopes at the ends of the piece follow from these data alone.

@@ -6,7 +6,7 @@ use crate::point::LawParameters;
 
 /// Coefficients of the laws `stribeck`, `exponential` and `lorentzian`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Coefficients {
+pub struct Coefficients {
     /// mu_s > 0.
     pub(crate) static_friction: f64,
     /// mu_k in [0, mu_s].
@@ -48,7 +48,7 @@ impl Coefficients {
 
 /// The coefficient of friction against the slip speed (m/s; of a rotation rad/s).
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Friction {
+pub enum Friction {
     /// A built-in law and its coefficients.
     Coefficients(Law, Coefficients),
     /// A formula in the slip speed u, and the values of the names in it.

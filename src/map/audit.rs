@@ -34,13 +34,13 @@ pub struct Audit {
     /// Number of distinct cells decided again.
     pub cells: u64,
     /// Number of decisions checked.
-    pub(crate) checked: u64,
+    pub checked: u64,
     /// Number of decisions that the direct engine confirms.
-    pub(crate) agreed: u64,
+    pub agreed: u64,
     /// Number of decisions on cells that are closer to the boundary than its error.
-    pub(crate) within_margin: u64,
+    pub within_margin: u64,
     /// Number of decisions on cells for which the direct engine gives no answer.
-    pub(crate) unresolved: u64,
+    pub unresolved: u64,
     /// Decisions that it contradicts.
     pub disagreements: Vec<Disagreement>,
 }

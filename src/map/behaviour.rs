@@ -22,7 +22,7 @@ const COARSE: f64 = 1e-5;
 
 /// An attracting cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct AttractingCycle {
+pub struct AttractingCycle {
     /// Period.
     pub(crate) period: f64,
     /// Positions x1 on it.
@@ -249,14 +249,22 @@ pub fn slip_cycle_count(oscillator: &Oscillator, flow: &Flow) -> Option<usize> {
 /// The attracting cycle where the orbit from the exit point is `flow`: the stick-slip or the crossing cycle,
 /// or else the largest slip cycle. `None` where there is none, or where it cannot be followed.
 #[must_use]
-pub(crate) fn attracting_cycle(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> Option<AttractingCycle> {
+pub(crate) fn attracting_cycle(
+    oscillator: &Oscillator,
+    flow: &Flow,
+    tolerance: f64,
+) -> Option<AttractingCycle> {
     Behaviour::new(&oscillator.curve, oscillator.belt_speed).attracting_cycle(oscillator, flow, tolerance)
 }
 
 /// The unstable slip cycle outside of which the mass stick-slips or crosses for ever, and the kicks onto it.
 /// `None` where there is none, or where it cannot be followed.
 #[must_use]
-pub(crate) fn basin_boundary(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> Option<(SlipCycle, Kick)> {
+pub(crate) fn basin_boundary(
+    oscillator: &Oscillator,
+    flow: &Flow,
+    tolerance: f64,
+) -> Option<(SlipCycle, Kick)> {
     let behaviour = Behaviour::new(&oscillator.curve, oscillator.belt_speed);
     behaviour.basin_boundary(oscillator, End::of(flow), tolerance)
 }

@@ -58,7 +58,7 @@ pub struct PlaneCurve {
 pub struct PlaneCurves {
     /// The plane.
     pub plane: Plane,
-    /// Its curves, in the order of [`Bifurcation::ALL`].
+    /// Its curves, in the order of `Bifurcation::ALL`.
     pub curves: Vec<PlaneCurve>,
 }
 

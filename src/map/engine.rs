@@ -45,11 +45,11 @@ pub struct MethodSummary {
     /// The method.
     pub method: Method,
     /// Number of cells computed.
-    pub(crate) cells: u64,
+    pub cells: u64,
     /// Processor seconds.
     pub seconds: f64,
     /// Number of cells with each verdict, in the order of [`Verdict::ALL`].
-    pub(crate) counts: [u64; 5],
+    pub counts: [u64; 5],
 }
 
 impl MethodSummary {
@@ -85,7 +85,7 @@ pub struct Summary {
     pub(crate) failed_cells: Vec<FailedCell>,
     /// The proofs between the nodes, if the plan asks for them; see [`super::prove`].
     pub(crate) proved: Option<Proved>,
-    /// The curves of codimension one, if they were asked for; see [`super::curves_of`].
+    /// The curves of codimension one, if they were asked for.
     pub curves: Vec<PlaneCurves>,
     /// Wall-clock seconds that the curves took.
     pub(crate) curves_seconds: f64,

@@ -43,7 +43,8 @@ pub(crate) enum Kind {
 
 impl Kind {
     /// Every kind.
-    pub(crate) const ALL: [Kind; 4] = [Kind::WrongPresence, Kind::WrongAbsence, Kind::Undecided, Kind::Failed];
+    pub(crate) const ALL: [Kind; 4] =
+        [Kind::WrongPresence, Kind::WrongAbsence, Kind::Undecided, Kind::Failed];
 
     /// Name in tables.
     #[must_use]

@@ -57,7 +57,7 @@ pub struct Axis {
     /// One phrase for a figure's axis.
     pub long_name: String,
     /// The parameter that it varies.
-    pub(crate) role: AxisRole,
+    pub role: AxisRole,
     /// The nodes, finite and strictly increasing.
     pub values: Vec<f64>,
 }
@@ -330,7 +330,7 @@ impl Grid {
 
     /// Number of tiles of the given shape that cover the grid.
     #[must_use]
-    pub(crate) fn tile_count(&self, tile_shape: &[usize]) -> usize {
+    pub fn tile_count(&self, tile_shape: &[usize]) -> usize {
         self.shape().iter().zip(tile_shape).map(|(&len, &tile)| len.div_ceil(tile)).product()
     }
 

@@ -13,7 +13,7 @@
 //! V <= c it is empty: no cycle exists at any eps > 0.
 //!
 //! **Search, in that interval** (for other laws, in all of [[`LOWEST`], [`HIGHEST`]]): the flow is computed
-//! at [`PER_DECADE`] nodes per factor of ten, and every interval between nodes with different verdicts is
+//! at `PER_DECADE` nodes per factor of ten, and every interval between nodes with different verdicts is
 //! bisected. Two steps between neighbouring nodes would be missed. Towards grazing no pair is expected, since
 //! c* falls with eps wherever that was tried (tests/mathematics/limits.rs). Towards the landing a pair is
 //! possible: the orbit may land ever farther out and then closer again. So between the nodes next to its
@@ -25,7 +25,7 @@
 //! two of them, and changes of the verdicts of naive methods, which alternate: their limit is that of the
 //! nodes.
 //!
-//! **Budget.** A ray and all limits along it spend at most [`WORK`]. A limit that the budget, or a flow
+//! **Budget.** A ray and all limits along it spend at most `WORK`. A limit that the budget, or a flow
 //! without an answer, leaves open is [`Limit::Unknown`], with the reason; limits found below that eps hold.
 
 use std::cell::{Cell, RefCell};
@@ -63,7 +63,7 @@ const PIECE: u64 = 500;
 pub enum Unknown {
     /// The simulated flow has no answer at some smaller eps.
     NoFlow,
-    /// The budget [`WORK`] was spent before it was found.
+    /// The budget `WORK` was spent before it was found.
     GivenUp,
 }
 

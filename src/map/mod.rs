@@ -23,36 +23,30 @@ mod tile_data;
 mod tiles;
 mod verdict;
 
-pub use account::{Account};
-pub(crate) use account::{FailedCell, MethodAccount, Stages};
-pub(crate) use audit::{Audit, Disagreement};
-pub use behaviour::{regime, slip_cycle_count};
-pub(crate) use behaviour::{AttractingCycle, LongRun, attracting_cycle, basin_boundary, long_run};
+pub use account::{Account, FailedCell, MethodAccount, Stages};
+pub use audit::{Audit, Disagreement};
+pub use behaviour::{AttractingCycle, regime, slip_cycle_count};
+pub(crate) use behaviour::{LongRun, attracting_cycle, basin_boundary, long_run};
 pub use contradictions::{Contradiction, Contradictions};
-pub use curves::{Plane, PlaneCurves};
-pub use curves::{PlaneCurve, PlanePoint};
 pub(crate) use curves::{CURVE_COLUMNS, curves_of};
-pub use engine::{Control};
-pub use engine::{ComputeError};
-pub(crate) use engine::{MethodSummary, Summary};
+pub use curves::{Plane, PlaneCurve, PlaneCurves, PlanePoint};
+pub use engine::{ComputeError, Control, MethodSummary, Queue, Summary, compute_tiles};
 #[doc(hidden)] // the program shares tiles out to the processes of a run
-pub use engine::{Queue, compute_tiles};
-pub use field::{Field};
-pub(crate) use field::{Quantity};
-pub use grid::{Grid, Tile};
-pub use grid::{Axis, AxisRole};
-pub(crate) use grid::{GridError, is_linear, is_logarithmic, unravel};
+pub use field::{Field, Quantity};
+pub use grid::{Axis, AxisRole, Grid, GridError, Tile};
+pub(crate) use grid::{is_linear, is_logarithmic, unravel};
 pub use method::Method;
-pub use plan::{Engine, Plan};
-pub use plan::{PlanError};
-pub(crate) use plan::{DEFAULT_AUDIT_CELLS, DEFAULT_COMPRESSION, DEFAULT_PROOF_BOXES, DEFAULT_TOLERANCE, MOST_AUDIT_CELLS, PlanBuilder, TOLERANCES};
-pub(crate) use proved::{Proved, prove};
+pub(crate) use plan::{
+    DEFAULT_AUDIT_CELLS, DEFAULT_COMPRESSION, DEFAULT_PROOF_BOXES, DEFAULT_TOLERANCE, MOST_AUDIT_CELLS,
+    TOLERANCES,
+};
+pub use plan::{Engine, Plan, PlanBuilder, PlanError};
+pub(crate) use proved::prove;
 pub(crate) use quantity::Description;
-pub use run::{run};
+pub use run::run;
 pub(crate) use run::{Earlier, run_with};
 pub use runs::Runs;
-pub use simulation::{decide};
-pub(crate) use simulation::{Paths};
+pub use simulation::{Paths, decide};
 pub use sink::Sink;
 pub(crate) use tile_data::LISTED;
 pub use tile_data::{MethodCells, TileData};

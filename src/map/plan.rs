@@ -84,10 +84,10 @@ pub enum PlanError {
     /// There is no method.
     #[error("a plan needs at least one method")]
     NoMethod,
-    /// The tolerance is not in [`TOLERANCES`].
+    /// The tolerance is not in `TOLERANCES`.
     #[error("the tolerance is {0:?}; it must be between {min:?} and {max:?}", min = TOLERANCES.start(), max = TOLERANCES.end())]
     Tolerance(f64),
-    /// The audit is larger than [`MOST_AUDIT_CELLS`].
+    /// The audit is larger than `MOST_AUDIT_CELLS`.
     #[error("an audit of {0} cells; at most {MOST_AUDIT_CELLS} can be decided again")]
     AuditCells(usize),
     /// The compression is above 9.
@@ -279,18 +279,6 @@ impl Plan {
     #[must_use]
     pub fn fields(&self) -> &[Field] {
         &self.fields
-    }
-
-    /// Bound on the error of the scaled grazing margin m / V that the simulation aims at.
-    #[must_use]
-    pub(crate) fn tolerance(&self) -> f64 {
-        self.tolerance
-    }
-
-    /// The planes whose curves of codimension one are computed.
-    #[must_use]
-    pub(crate) fn planes(&self) -> &[Plane] {
-        &self.planes
     }
 
     /// Shape of the tiles, see [`Grid::tile_shape`].

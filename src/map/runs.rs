@@ -48,12 +48,6 @@ impl<T: Copy + PartialEq> Runs<T> {
         self.runs.last().map_or(0, |&(_, end)| end as usize)
     }
 
-    /// Returns whether there are no cells.
-    #[must_use]
-    pub(crate) fn is_empty(&self) -> bool {
-        self.runs.is_empty()
-    }
-
     /// The runs in order: value, and positions of its cells.
     pub(crate) fn iter(&self) -> impl Iterator<Item = (T, Range<usize>)> + '_ {
         let starts = std::iter::once(0).chain(self.runs.iter().map(|&(_, end)| end));
@@ -92,11 +86,6 @@ impl<T: Copy + PartialEq> Runs<T> {
         self.iter().for_each(|(value, cells)| mapped.push(to(value), cells.len()));
         mapped
     }
-
-    /// Appends the cells of `other`.
-    pub(crate) fn append(&mut self, other: &Self) {
-        other.iter().for_each(|(value, cells)| self.push(value, cells.len()));
-    }
 }
 
 impl<T: Copy + PartialEq> FromIterator<T> for Runs<T> {
@@ -131,10 +120,6 @@ mod tests {
             pieces.push(value, count);
         }
         assert_eq!(pieces, [1, 1, 1, 2, 2, 2, 2, 2].into_iter().collect());
-        let mut twice = pieces.clone();
-        twice.append(&pieces);
-        assert_eq!((twice.len(), twice.iter().count()), (16, 4));
         assert_eq!(pieces.map(|_| 0), Runs::from_iter([0; 8]));
-        assert!(Runs::<i8>::new().is_empty());
     }
 }

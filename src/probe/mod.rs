@@ -4,12 +4,10 @@ mod answer;
 #[cfg(feature = "cli")]
 mod command;
 
-pub use answer::{Answer};
-pub(crate) use answer::{MethodAnswer, landing};
+pub(crate) use answer::landing;
+pub use answer::{Answer, MethodAnswer};
 #[cfg(feature = "cli")]
-pub(crate) use command::command_line;
-#[cfg(feature = "cli")]
-pub(crate) use command::{axis_names, flag};
+pub(crate) use command::{axis_names, command_line, flag};
 
 use std::borrow::Cow;
 

@@ -22,14 +22,13 @@ mod write;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-pub(crate) use boundary::{Boundaries, BoundaryError, MethodBoundary, Order, Sizes, Worst};
+pub(crate) use boundary::{Boundaries, MethodBoundary};
 pub(crate) use machine_page::MachinePage;
 pub use table::{Cell, Table};
-pub(crate) use table::{Column, Show};
-pub(crate) use text::{Piece, Rich, Symbol, rich};
-pub use units::{View};
+pub(crate) use text::{Rich, rich};
+pub use units::View;
 pub(crate) use units::{Label, UnitSystem, join};
-pub(crate) use verdicts::{Confusion, Verdicts, Volume};
+pub(crate) use verdicts::{Confusion, Verdicts};
 pub use write::{Existing, ReportOptions, write};
 pub(crate) use write::{write_figure, write_file};
 

@@ -5,8 +5,8 @@ mod machine;
 mod origin;
 
 pub use boundaries::{boundary, order};
+pub(crate) use origin::methods;
 pub use origin::{axes, cost, failures, provenance};
-pub(crate) use origin::{methods};
 
 use super::proved;
 use super::table::{Cell, Column, Show, Table};

@@ -158,7 +158,13 @@ impl UnitSystem {
 
     /// The label of a quantity of this dimension; `symbol` is its name in dimensionless numbers.
     #[must_use]
-    pub(crate) fn quantity(&self, words: &str, symbol: Rich, key: &str, dimension: Option<Dimension>) -> Label {
+    pub(crate) fn quantity(
+        &self,
+        words: &str,
+        symbol: Rich,
+        key: &str,
+        dimension: Option<Dimension>,
+    ) -> Label {
         match (&self.machine, dimension) {
             (Some(si), Some(dimension)) => Label {
                 name: rich(words),

@@ -46,7 +46,7 @@ pub struct TurningPoint {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossing {
     /// Bounds of its amplitude, between which there is no other cycle.
-    pub(crate) between: [f64; 2],
+    pub between: [f64; 2],
     /// Whether it attracts.
     pub is_stable: bool,
 }
@@ -72,7 +72,7 @@ pub struct Backbone {
     /// Estimate of the absolute error of C at any r.
     pub error: f64,
     /// Number of evaluations of the right-hand side, where the polar form was used.
-    pub(crate) rhs: u64,
+    pub rhs: u64,
 }
 
 /// Computes C at amplitudes.

@@ -1,7 +1,7 @@
 //! Curves on which a test function vanishes in a plane of two parameters, by continuation.
 //!
 //! The plane is the unit square: callers map it to their parameters. Curves are found by the signs of the
-//! function on a grid of [`STEPS`] steps a side, so a closed curve that fits between its nodes is missed, and
+//! function on a grid of `STEPS` steps a side, so a closed curve that fits between its nodes is missed, and
 //! followed from there in both directions by pseudo-arclength continuation: a step along the secant, then a
 //! root on the normal through its end. Steps shrink where the curve turns. A curve ends on the border of the
 //! square, where it closes, or where the function is undefined (for instance at a point of codimension two).
@@ -63,7 +63,7 @@ pub struct Branch {
     /// Its points in order.
     pub points: Vec<CurvePoint>,
     /// Whether the last point is the first one again.
-    pub(crate) closed: bool,
+    pub closed: bool,
 }
 
 /// The curves on which `function` vanishes.

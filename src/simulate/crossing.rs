@@ -51,9 +51,9 @@ pub struct CrossingCycle {
     /// x1 at which it crosses downward, less that of the exit point.
     pub beyond_exit: f64,
     /// Velocities x2 on it.
-    pub(crate) velocity: Range,
+    pub velocity: Range,
     /// Positions x1 on it.
-    pub(crate) displacement: Range,
+    pub displacement: Range,
     /// Floquet multiplier.
     pub multiplier: f64,
     /// Period.
@@ -126,7 +126,7 @@ fn looped(oscillator: &Oscillator, y: f64, tolerance: f64, work: &Work) -> Resul
 ///
 /// # Errors
 /// [`Failure`].
-pub(crate) fn landing_speed(oscillator: &Oscillator, tolerance: f64) -> Result<Option<f64>, Failure> {
+pub fn landing_speed(oscillator: &Oscillator, tolerance: f64) -> Result<Option<f64>, Failure> {
     landing_speed_within(oscillator, tolerance, &Work::of_question(&oscillator.curve))
 }
 
@@ -148,7 +148,7 @@ fn landing_speed_within(
 ///
 /// # Errors
 /// [`Failure`].
-pub(crate) fn second_crossing(oscillator: &Oscillator, tolerance: f64) -> Result<Option<f64>, Failure> {
+pub fn second_crossing(oscillator: &Oscillator, tolerance: f64) -> Result<Option<f64>, Failure> {
     let work = Work::of_question(&oscillator.curve);
     let Some(speed) = landing_speed_within(oscillator, tolerance, &work)?.filter(|speed| *speed > JUMP)
     else {

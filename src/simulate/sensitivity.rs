@@ -49,7 +49,7 @@ pub struct Estimate {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sensitivity {
     /// The critical damping c* itself.
-    pub(crate) critical: CriticalDamping,
+    pub critical: CriticalDamping,
     /// dc*/d eps.
     pub by_epsilon: Estimate,
     /// dc*/dV.

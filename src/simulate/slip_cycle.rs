@@ -42,7 +42,7 @@ pub struct SlipCycle {
     /// Velocities x2 on it; the upper one is the fixed point of the return map.
     pub velocity: Range,
     /// Positions x1 on it.
-    pub(crate) displacement: Range,
+    pub displacement: Range,
     /// Floquet multiplier: the cycle attracts if it is below 1 and repels if it is above.
     pub multiplier: f64,
     /// Period.
@@ -163,7 +163,11 @@ pub fn slip_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<SlipCy
 ///
 /// # Errors
 /// [`Failure`].
-pub(crate) fn locate(oscillator: &Oscillator, cycle: &Crossing, tolerance: f64) -> Result<SlipCycle, Failure> {
+pub(crate) fn locate(
+    oscillator: &Oscillator,
+    cycle: &Crossing,
+    tolerance: f64,
+) -> Result<SlipCycle, Failure> {
     locate_within(oscillator, cycle, tolerance, &Work::of_question(&oscillator.curve))
 }
 

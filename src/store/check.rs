@@ -28,7 +28,7 @@ pub struct Problem {
     /// The place in the variable: index ranges of a tile, slowest axis first, or the name of an attribute.
     pub place: Option<String>,
     /// Description of the problem.
-    pub(crate) what: String,
+    pub what: String,
 }
 
 impl fmt::Display for Problem {
@@ -45,9 +45,9 @@ impl fmt::Display for Problem {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CheckReport {
     /// Number of variables read.
-    pub(crate) variables: usize,
+    pub variables: usize,
     /// Number of cells of the grid.
-    pub(crate) cells: usize,
+    pub cells: usize,
     /// Number of tiles of the grid.
     pub tiles: usize,
     /// The problems found.

@@ -66,7 +66,7 @@ use rayon::prelude::*;
 
 use super::validated::tile::{GroupBox, Tile};
 use ball::Ball;
-pub(crate) use partition::{Fault, divides};
+pub use partition::{Fault, divides};
 use series::Series;
 
 /// Degrees of a tile's polynomials in A, k and b; modes are numbered i + 3 (j + 9 l).
@@ -80,7 +80,7 @@ const OFF_ZERO: f64 = 1e-3;
 
 /// Reason why a tile is not confirmed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Doubt {
+pub enum Doubt {
     /// Its numbers are malformed: wrong numbers of coefficients, or an invalid box or radius.
     Malformed,
     /// The witness is not a barrier: it is not positive, reaches the pole of the friction law, or is too
@@ -110,7 +110,7 @@ impl std::fmt::Display for Doubt {
 ///
 /// # Errors
 /// [`Doubt`], if the proof does not go through.
-pub(crate) fn verify(tile: &Tile) -> Result<f64, Doubt> {
+pub fn verify(tile: &Tile) -> Result<f64, Doubt> {
     if !well_formed(tile) {
         return Err(Doubt::Malformed);
     }

@@ -12,7 +12,7 @@ const BUDGET: usize = 1 << 27;
 
 /// Reason why boxes do not divide their domain.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Fault {
+pub enum Fault {
     /// The domain itself, or the box of this index, is invalid: an end is not finite, or the lower exceeds
     /// the upper, or it is flat along an axis where the domain is not.
     NoBox(Option<usize>),
@@ -57,7 +57,7 @@ impl std::fmt::Display for Fault {
 ///
 /// # Errors
 /// The first [`Fault`] found.
-pub(crate) fn divides(domain: &GroupBox, boxes: &[GroupBox]) -> Result<(), Fault> {
+pub fn divides(domain: &GroupBox, boxes: &[GroupBox]) -> Result<(), Fault> {
     let is_box =
         |one: &GroupBox| one.ranges().iter().all(|[lo, hi]| lo.is_finite() && hi.is_finite() && lo <= hi);
     if !is_box(domain) {

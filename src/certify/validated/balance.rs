@@ -23,7 +23,7 @@ const CELLS: [usize; 2] = [8, 4];
 
 /// The parts of a box with a proof that C* < C_HB there, and those without.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Comparison {
+pub struct Comparison {
     /// C* < C_HB is proved.
     pub(crate) below: Vec<GroupBox>,
     /// C* < C_HB is not proved, whether it is true or false.
@@ -32,7 +32,7 @@ pub(crate) struct Comparison {
 
 /// Proves C* < C_HB over parts of `domain`, by at most `tiles` proofs of [`Tile::prove`].
 #[must_use]
-pub(crate) fn compare(domain: GroupBox, tiles: usize) -> Comparison {
+pub fn compare(domain: GroupBox, tiles: usize) -> Comparison {
     let (mut found, mut queue) = (Comparison { below: Vec::new(), open: Vec::new() }, vec![domain]);
     let mut tried = 0;
     while let Some(part) = queue.pop() {

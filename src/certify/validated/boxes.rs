@@ -14,8 +14,8 @@
 //! **Volumes.** Over a part, a lower and an upper bound of C* / eps are polynomials of tiles, or the bounds
 //! by the even part of the divergence, up to a number; with their expansions of second order (`expansion`)
 //! and the means of expansions that are clamped to the range of c (`mean`), they bound the volumes of the
-//! part's share in the first two sets from below. Sums over all parts, rounded down, are [`Volumes::present`]
-//! and [`Volumes::absent`], and the rest of the whole, rounded up, is [`Volumes::undecided`]. Nothing is
+//! part's share in the first two sets from below. Sums over all parts, rounded down, are `Volumes::present`
+//! and `Volumes::absent`, and the rest of the whole, rounded up, is `Volumes::undecided`. Nothing is
 //! sampled. []
 
 use rayon::prelude::*;
@@ -82,7 +82,7 @@ impl Budget {
 
 /// Shares of the box's volume, each with its proved bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Volumes {
+pub struct Volumes {
     /// Lower bound of the share proved present, rounded down.
     pub(crate) present: f64,
     /// Lower bound of the share proved absent, rounded down.
@@ -97,7 +97,7 @@ pub(crate) struct Volumes {
 
 /// A box and the proofs over it so far.
 #[doc(hidden)]
-pub(crate) struct BoxProof {
+pub struct BoxProof {
     ranges: Ranges,
     damping: [f64; 2],
     surface: Surface,
@@ -296,7 +296,7 @@ impl BoxProof {
 
     /// The volumes proved so far.
     #[must_use]
-    pub(crate) fn volumes(&self) -> Volumes {
+    pub fn volumes(&self) -> Volumes {
         let sum = |of: fn(&Bounds) -> f64| {
             let sum =
                 self.parts.iter().fold(Interval::ZERO, |sum, part| sum + Interval::of(of(&part.bounded)));

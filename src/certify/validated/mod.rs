@@ -63,8 +63,8 @@
 //! Sines and cosines are enclosed by half-angle formulas from exact values.
 
 pub mod any_law;
-pub(crate) mod balance;
-pub(crate) mod boxes;
+pub mod balance;
+pub mod boxes;
 mod circle;
 mod defect;
 mod expansion;

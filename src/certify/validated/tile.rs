@@ -112,7 +112,7 @@ pub(super) fn degrees(mode: usize) -> [usize; 3] {
 impl Tile {
     /// Proves an enclosure of C* over the box; `None` where the proof fails.
     #[must_use]
-    pub(crate) fn prove(domain: GroupBox) -> Option<Tile> {
+    pub fn prove(domain: GroupBox) -> Option<Tile> {
         let mut tile = interpolate(domain)?;
         let (circle, factors) = sampling(tile.cosines.len())?;
         let (sampled, factors) = tile.survey(circle, factors)?;

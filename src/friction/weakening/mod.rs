@@ -45,7 +45,7 @@ impl Accuracy {
     }
 }
 
-/// The weakening rate of one curve on slip speeds from 0 up to [`Weakening::reach`].
+/// The weakening rate of one curve on slip speeds from 0 up to `Weakening::reach`.
 #[derive(Debug)]
 pub struct Weakening {
     /// The law itself, for slip speeds outside the pieces.
@@ -242,30 +242,6 @@ impl Weakening {
     pub(crate) fn at_with_slope(&self, u: f64) -> [f64; 2] {
         let inside = u.clamp(0.0, self.reach());
         [self.at(u), self.pieces[self.piece_of(inside)].slope_at(u)]
-    }
-
-    /// w at several slip speeds, each equal to [`Weakening::at`].
-    #[must_use]
-    #[inline(always)]
-    pub(crate) fn at_lanes<const LANES: usize>(&self, u: &[f64; LANES]) -> [f64; LANES] {
-        let reach = self.reach();
-        if !u.iter().all(|&u| u >= 0.0 && u <= reach) {
-            return u.map(|u| self.at(u));
-        }
-        let pieces: [&Piece; LANES] = u.map(|u| &self.pieces[self.piece_of(u)]);
-        let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
-        for lane in 0..LANES {
-            x[lane] = (u[lane] - pieces[lane].middle) * pieces[lane].scale;
-            y[lane] = x[lane] * x[lane];
-        }
-        let (mut even, mut odd) = ([0.0; LANES], [0.0; LANES]);
-        for power in (0..COUNT / 2).rev() {
-            for lane in 0..LANES {
-                even[lane] = pieces[lane].c[2 * power] + y[lane] * even[lane];
-                odd[lane] = pieces[lane].c[2 * power + 1] + y[lane] * odd[lane];
-            }
-        }
-        std::array::from_fn(|lane| even[lane] + x[lane] * odd[lane])
     }
 
     /// The pieces that meet [`lo`, `hi`], 0 <= lo <= hi <= reach.

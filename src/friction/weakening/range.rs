@@ -113,7 +113,7 @@ impl Weakening {
     /// Proved bounds of w over slip speeds in [`lo`, `hi`], 0 <= lo <= hi; infinite where there are none, for
     /// instance beyond the reach.
     #[must_use]
-    pub(crate) fn range(&self, lo: f64, hi: f64) -> Range {
+    pub fn range(&self, lo: f64, hi: f64) -> Range {
         if !(0.0 <= lo && lo <= hi && hi <= self.reach()) {
             return NOTHING;
         }
@@ -140,7 +140,7 @@ impl Weakening {
     /// Proved bounds, over 0 <= v <= `within` <= V, of the even part in v of w(V - v); infinite where there
     /// are none.
     #[must_use]
-    pub(crate) fn even_range(&self, belt_speed: f64, within: f64) -> Range {
+    pub fn even_range(&self, belt_speed: f64, within: f64) -> Range {
         let farthest = belt_speed + within;
         if !(within >= 0.0 && within <= belt_speed && farthest <= self.reach()) {
             return NOTHING;

@@ -1,4 +1,4 @@
-//! Figures, one file each: every figure is a function from data to a [`Scene`].
+//! Figures, one file each: every figure is a function from data to a `Scene`.
 
 pub(crate) mod area;
 pub(crate) mod axis;
@@ -30,11 +30,11 @@ pub mod work_precision;
 
 pub(crate) use data::Data;
 pub(crate) use diagram::{DiagramPlot, diagram};
-pub(crate) use orbit::{OrbitFigure, OrbitPlot, orbit_figure};
+pub(crate) use orbit::{OrbitPlot, orbit_figure};
 pub use plot::{Plot, plot};
-pub use scene::{Width};
-pub(crate) use scene::{Scene};
-pub(crate) use slice::{ChoiceError, Held, Slice};
+pub(crate) use scene::Scene;
+pub use scene::Width;
+pub(crate) use slice::{ChoiceError, Slice};
 
 use rayon::prelude::*;
 

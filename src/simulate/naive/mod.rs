@@ -96,7 +96,7 @@ pub struct NaiveAnswer {
     /// The verdict.
     pub verdict: NaiveVerdict,
     /// Number of evaluations of the right-hand side.
-    pub(crate) rhs: u64,
+    pub rhs: u64,
 }
 
 /// Largest number of evaluations of the right-hand side of the Stribeck law: a hundred times the cost of
@@ -147,7 +147,7 @@ impl NaiveMethod {
     }
 
     /// Runs the method on one oscillator. It uses at most 2 million evaluations of the right-hand side,
-    /// fewer for laws that are more expensive (see [`Curve::cost`](crate::friction::Curve::cost)).
+    /// fewer for laws that are more expensive (see `Curve::cost`).
     #[must_use]
     pub fn decide(self, oscillator: &Oscillator, knobs: &NaiveKnobs) -> NaiveAnswer {
         let mut rhs = 0;
