@@ -165,7 +165,7 @@ impl Units {
 
     /// As stored in maps: time, length, velocity, force, damping.
     #[must_use]
-    pub(crate) fn to_array(&self) -> [f64; 5] {
+    pub(crate) fn to_array(self) -> [f64; 5] {
         [self.time, self.length, self.velocity, self.force, self.damping]
     }
 }

@@ -25,7 +25,7 @@ impl Coefficients {
 
     /// The numbers in the order of the fields.
     #[must_use]
-    pub(crate) fn to_array(&self) -> [f64; 4] {
+    pub(crate) fn to_array(self) -> [f64; 4] {
         [self.static_friction, self.kinetic_friction, self.stribeck_velocity, self.strengthening]
     }
 
