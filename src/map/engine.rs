@@ -55,7 +55,7 @@ pub struct MethodSummary {
 impl MethodSummary {
     /// Number of cells with one verdict.
     #[must_use]
-    pub(crate) fn cells_with(&self, verdict: Verdict) -> u64 {
+    pub fn cells_with(&self, verdict: Verdict) -> u64 {
         Verdict::ALL.iter().position(|v| *v == verdict).map_or(0, |i| self.counts[i])
     }
 }
