@@ -157,7 +157,7 @@ impl Schema {
                     "long-run behaviour according to the simulated flow",
                     Content::Regime,
                 )),
-                Field::Landing | Field::Cycle | Field::Basin | Field::EpsilonLimit | Field::Sensitivity => {
+                field => {
                     let parameters = grid.law().parameters().len();
                     for quantity in Quantity::of(field, methods.len(), parameters) {
                         let content = Content::Quantity(quantities);

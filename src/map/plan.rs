@@ -232,10 +232,7 @@ impl Plan {
             Method::Test(test) => std::ptr::eq(*test, &validated::TEST),
             Method::Simulation => matches!(self.engine, Engine::Direct | Engine::ReturnMap),
         };
-        let of_field = |field: &Field| match field {
-            Field::Verdict | Field::Margin | Field::CriticalC | Field::Regime => false,
-            Field::Landing | Field::Cycle | Field::Basin | Field::EpsilonLimit | Field::Sensitivity => true,
-        };
+        let of_field = |field: &Field| !self.quantities_of(*field).is_empty();
         self.methods.iter().any(of_method) || self.fields.iter().any(of_field)
     }
 
@@ -320,9 +317,7 @@ impl Plan {
             Field::Margin => 8 * methods * cells,
             Field::CriticalC => 8 * methods * columns,
             Field::Regime => cells,
-            Field::Landing | Field::Cycle | Field::Basin | Field::EpsilonLimit | Field::Sensitivity => {
-                8 * cells * self.quantities_of(*field).len() as u128
-            }
+            field => 8 * cells * self.quantities_of(*field).len() as u128,
         };
         self.fields.iter().map(per_field).sum()
     }
