@@ -73,14 +73,12 @@ pub(crate) struct Assessment {
 impl Assessment {
     /// The working damping in units of the critical one: above 1 no orbit that has left the belt returns to
     /// it.
-    #[must_use]
     pub(crate) fn safety_margin(&self) -> Option<f64> {
         self.behaviour.critical_damping.filter(|d| *d > 0.0).map(|critical| self.machine.damping / critical)
     }
 }
 
 /// Assesses a machine; `None` as in [`Machine::model`].
-#[must_use]
 pub(crate) fn assess(machine: &Machine) -> Option<Assessment> {
     let model = machine.model()?;
     let Model { law, point, si } = &model;
@@ -130,7 +128,6 @@ const ACCURACIES_AND_STEPS: [(f64, f64); 2] = [(1e-12, 1e-4), (1e-10, 1e-3)];
 
 /// Logarithmic derivatives of the critical damping by each quantity of a machine that is not zero, to about
 /// 1e-6; without those for which no critical damping was found next to the machine.
-#[must_use]
 pub(crate) fn sensitivities(machine: &Machine) -> Vec<Sensitivity> {
     let critical = |machine: &Machine, accuracy: f64| -> Option<f64> {
         let model = machine.model()?;

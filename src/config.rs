@@ -111,7 +111,6 @@ pub struct Job {
 impl Job {
     /// Identity of this run in its certificate: the plan, and the number of boxes to be proved between the
     /// cells.
-    #[must_use]
     pub(crate) fn identity(&self) -> String {
         format!("{} {}", crate::dataset::attributes::plan_digest(&self.plan), self.plan.proof_boxes)
     }

@@ -131,7 +131,6 @@ pub struct Units {
 
 impl Units {
     /// The units of a mass on a spring under this friction force at rest.
-    #[must_use]
     pub(crate) fn of(mass: f64, stiffness: f64, force: f64) -> Self {
         let damping = (stiffness * mass).sqrt();
         Self {
@@ -144,7 +143,6 @@ impl Units {
     }
 
     /// The factor from a dimensionless number of this dimension to SI.
-    #[must_use]
     pub(crate) fn factor(&self, dimension: Dimension) -> f64 {
         match dimension {
             Dimension::Time => self.time,
@@ -158,13 +156,11 @@ impl Units {
     }
 
     /// The units of such an array.
-    #[must_use]
     pub(crate) fn from_array([time, length, velocity, force, damping]: [f64; 5]) -> Self {
         Self { time, length, velocity, force, damping }
     }
 
     /// As stored in maps: time, length, velocity, force, damping.
-    #[must_use]
     pub(crate) fn to_array(self) -> [f64; 5] {
         [self.time, self.length, self.velocity, self.force, self.damping]
     }
@@ -181,13 +177,11 @@ pub struct SiUnits {
 
 impl SiUnits {
     /// The factor from a dimensionless number of this dimension to SI.
-    #[must_use]
     pub(crate) fn factor(&self, dimension: Dimension) -> f64 {
         self.units.factor(dimension)
     }
 
     /// The name of the unit of this dimension.
-    #[must_use]
     pub(crate) fn unit(&self, dimension: Dimension) -> &'static str {
         self.motion.unit(dimension)
     }
@@ -211,7 +205,6 @@ const AFTER: &str = "belt_speed";
 impl Machine {
     /// Mass, stiffness, damping, normal force, the four coefficients of friction, belt speed; `None` if the
     /// friction is not given by coefficients.
-    #[must_use]
     pub(crate) fn to_array(&self) -> Option<[f64; 9]> {
         let Friction::Coefficients(_, coefficients) = &self.friction else { return None };
         let [rest, kinetic, velocity, strengthening] = coefficients.to_array();
@@ -230,14 +223,12 @@ impl Machine {
     }
 
     /// All its numbers by name, as in configurations.
-    #[must_use]
     pub(crate) fn quantities(&self) -> Vec<(&'static str, f64)> {
         let before = BEFORE.into_iter().zip([self.mass, self.stiffness, self.damping, self.normal_force]);
         before.chain(self.friction.quantities()).chain([(AFTER, self.belt_speed)]).collect()
     }
 
     /// The machine with another value of one of its quantities; `None` if it has no such quantity.
-    #[must_use]
     pub(crate) fn with(&self, name: &str, value: f64) -> Option<Machine> {
         let mut machine = self.clone();
         match name {
@@ -256,7 +247,6 @@ impl Machine {
     }
 
     /// Returns whether its numbers are legal.
-    #[must_use]
     pub(crate) fn is_legal(&self) -> bool {
         let positive = [self.mass, self.stiffness, self.normal_force, self.belt_speed];
         positive.iter().all(|value| *value > 0.0 && value.is_finite())
@@ -272,7 +262,6 @@ impl Machine {
     }
 
     /// The same with their names.
-    #[must_use]
     pub(crate) fn si(&self) -> SiUnits {
         SiUnits { motion: self.motion, units: self.units() }
     }

@@ -108,7 +108,6 @@ fn value_of(machine: &Machine, name: &str) -> f64 {
 
 /// Returns whether anything about a machine is uncertain: quantities, or measured friction with standard
 /// errors.
-#[must_use]
 pub(crate) fn is_uncertain(machine: &Machine, uncertain: &[Uncertain]) -> bool {
     !uncertain.is_empty() || has_standard_errors(machine)
 }
@@ -188,7 +187,6 @@ pub fn risk(machine: &Machine, uncertain: &[Uncertain], draws: usize, rare: &[f6
 
 /// The probability that a machine may stick-slip, over belt speeds (slower) and dampings, from as many draws
 /// at each belt speed, of the same random numbers. `None` as of [`risk`].
-#[must_use]
 pub(crate) fn probabilities(
     machine: &Machine,
     uncertain: &[Uncertain],

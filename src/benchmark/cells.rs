@@ -53,7 +53,6 @@ fn along(values: &[f64], share: f64) -> f64 {
 /// fewer cells are the first of many.
 ///
 /// Cells whose true answer is not certain are left out.
-#[must_use]
 pub(crate) fn draw(grid: &Grid, count: usize, near: f64) -> Vec<Cell> {
     let axes = grid.axes();
     // One dimension for each axis, and one for the distance from the boundary.

@@ -27,7 +27,6 @@ pub enum Kind {
 
 impl Kind {
     /// Name in tables.
-    #[must_use]
     pub(crate) fn name(self) -> &'static str {
         match self {
             Kind::ClosedForm => "closed form",

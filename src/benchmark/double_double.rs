@@ -96,7 +96,6 @@ impl Double2 {
     }
 
     /// (sin, cos) of a number from 0 to 2 pi.
-    #[must_use]
     pub(crate) fn sin_cos(self) -> (Self, Self) {
         // Taylor series at x / 16 (at most 0.4: x^27 / 27! < 2e-39), then four doublings of sin and of 1 -
         // cos, which keeps the accuracy of small angles.

@@ -24,7 +24,6 @@ pub struct Errors {
 
 impl Errors {
     /// Computes the statistics; `None` if there are no errors.
-    #[must_use]
     pub(crate) fn of(mut sizes: Vec<f64>) -> Option<Self> {
         sizes.sort_by(f64::total_cmp);
         let at = |q: f64| sizes[((q * sizes.len() as f64).ceil() as usize).max(1) - 1];
@@ -54,7 +53,6 @@ impl Labels {
     }
 
     /// Share of cells without the right verdict.
-    #[must_use]
     pub(crate) fn missed(&self) -> Option<f64> {
         (self.cells > 0).then(|| (self.wrong + self.none) as f64 / self.cells as f64)
     }
@@ -87,7 +85,6 @@ const LONG_ENOUGH: Duration = Duration::from_micros(500);
 const PASSES: usize = 5;
 
 /// Measures a contestant on `cells`, or on as many of the first of them as take about `seconds`.
-#[must_use]
 pub(crate) fn measure(contestant: &Contestant, cells: &[Cell], seconds: f64) -> Measurement {
     let budget = Duration::from_secs_f64(seconds);
     let (count, time, answers) = match contestant.solver {

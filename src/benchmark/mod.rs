@@ -25,7 +25,6 @@ pub use study::{Row, Settings, Study};
 
 /// Marks the points of the Pareto front: those for which no other has both less time and less error.
 /// Points without a number are never on it.
-#[must_use]
 pub(crate) fn pareto(points: &[Option<(f64, f64)>]) -> Vec<bool> {
     let beats = |a: (f64, f64), b: (f64, f64)| a.0 <= b.0 && a.1 <= b.1 && a != b;
     points

@@ -43,7 +43,6 @@ pub struct Exact {
 
 impl Exact {
     /// Distance of a double from it.
-    #[must_use]
     pub(crate) fn distance(&self, from: f64) -> f64 {
         (self.value - from).value().abs()
     }

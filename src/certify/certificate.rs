@@ -124,7 +124,6 @@ impl Certificate {
     }
 
     /// The run that it names as its origin.
-    #[must_use]
     pub(crate) fn run(&self) -> Option<&str> {
         self.run.as_deref()
     }

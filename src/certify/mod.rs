@@ -186,7 +186,6 @@ pub struct Test {
 
 impl Test {
     /// The claims along columns: those of [`Test::claim`].
-    #[must_use]
     pub(crate) fn claims(&self, columns: &[Column]) -> Vec<Claim> {
         match self.claims {
             Some(claims) => claims(columns),

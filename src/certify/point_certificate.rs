@@ -43,7 +43,6 @@ pub struct PointCertificate {
 
 impl PointCertificate {
     /// Certifies the statements that `validated` proves of a point.
-    #[must_use]
     pub(crate) fn of(law: &Law, point: &Point) -> Self {
         let claim = (validated::TEST.claim)(&law.column(point));
         Self {
@@ -82,13 +81,11 @@ impl PointCertificate {
     }
 
     /// The verdict that it claims.
-    #[must_use]
     pub(crate) fn verdict(&self) -> &str {
         &self.verdict
     }
 
     /// The bounds of the critical damping that it claims.
-    #[must_use]
     pub(crate) fn critical_c(&self) -> [Option<f64>; 2] {
         self.critical_c
     }

@@ -32,7 +32,6 @@ impl MachineJob {
     /// The dimensionless oscillator of `machine`, with its law read as small if this job says so.
     ///
     /// `None` as of [`Machine::model`].
-    #[must_use]
     pub(crate) fn model_of(&self, machine: &Machine) -> Option<Model> {
         let Model { law, point, si } = machine.model()?;
         Some(Model { law: if self.small { law.read_as_small() } else { law }, point, si })

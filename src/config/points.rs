@@ -81,19 +81,16 @@ impl PointTable {
     }
 
     /// The file's name in messages.
-    #[must_use]
     pub(crate) fn name(&self) -> &str {
         &self.name
     }
 
     /// The header: names of the columns.
-    #[must_use]
     pub(crate) fn header(&self) -> &ByteRecord {
         &self.header
     }
 
     /// Returns whether it has the column of this parameter or quantity.
-    #[must_use]
     pub(crate) fn has(&self, name: &str) -> bool {
         self.columns.iter().any(|(column, _)| *column == name)
     }
@@ -156,7 +153,6 @@ impl PointTable {
     }
 
     /// The error for the number of a row in this column.
-    #[must_use]
     pub(crate) fn illegal(&self, row: &ByteRecord, name: &str, problem: &str) -> ConfigError {
         let problem = format!("column {name}: `{}` {problem}", short(&self.text(row, name)));
         error(self.place(row), problem, "correct or remove this row")
@@ -169,7 +165,6 @@ impl PointTable {
     }
 
     /// File and line of a row.
-    #[must_use]
     pub(crate) fn place(&self, row: &ByteRecord) -> String {
         format!("{}:{}", self.name, row.position().map_or(0, csv::Position::line))
     }

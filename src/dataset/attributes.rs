@@ -113,7 +113,6 @@ fn words<'a>(list: impl IntoIterator<Item = &'a str>) -> Value {
 }
 
 /// The provenance attributes that all files share.
-#[must_use]
 pub(crate) fn origin(provenance: &Provenance) -> Vec<(&'static str, Value)> {
     let version = env!("CARGO_PKG_VERSION");
     vec![
@@ -136,7 +135,6 @@ pub(crate) fn origin(provenance: &Provenance) -> Vec<(&'static str, Value)> {
 pub(crate) const PLAN: &str = "plan_sha256";
 
 /// Fingerprint of everything that a map depends on: the plan and the version of the program.
-#[must_use]
 pub(crate) fn plan_digest(plan: &Plan) -> String {
     let Plan {
         grid,

@@ -29,7 +29,6 @@ pub const PROBABILITY: &str = "stick_slip_probability";
 pub(crate) const AUXILIARY: [&str; 3] = [COORDINATES[0].0, COORDINATES[1].0, PROBABILITY];
 
 /// Positions of the axes of an auxiliary variable; `None` if there is no such variable.
-#[must_use]
 pub(crate) fn axes_of(name: &str, grid: &Grid) -> Option<Vec<usize>> {
     let roles = match name {
         PROBABILITY => vec![AxisRole::BeltSpeed, AxisRole::Damping],
@@ -41,7 +40,6 @@ pub(crate) fn axes_of(name: &str, grid: &Grid) -> Option<Vec<usize>> {
 
 /// The variable with the probability that a machine may stick-slip, row-major along belt speed and damping,
 /// from a number of draws at each belt speed.
-#[must_use]
 pub(crate) fn probability(values: Vec<f64>, draws: usize) -> Auxiliary {
     let coordinates: Vec<&str> = COORDINATES.iter().map(|(name, ..)| *name).collect();
     Auxiliary {
@@ -58,7 +56,6 @@ pub(crate) fn probability(values: Vec<f64>, draws: usize) -> Auxiliary {
 }
 
 /// Belt speeds and dampings of a machine's map in SI units.
-#[must_use]
 pub(crate) fn coordinates(grid: &Grid, si: &SiUnits) -> Vec<Auxiliary> {
     let along = |(name, role, words): (&'static str, AxisRole, &str)| {
         let axis = grid.axes().iter().find(|axis| axis.role == role)?;
@@ -74,7 +71,6 @@ pub(crate) fn coordinates(grid: &Grid, si: &SiUnits) -> Vec<Auxiliary> {
 
 /// The SI attributes of a variable over the first `rank` axes of the grid: its auxiliary coordinates, by the
 /// CF conventions, and the factor from its numbers to a unit, where it has one.
-#[must_use]
 pub(crate) fn attributes_of(
     name: &str,
     rank: usize,

@@ -12,13 +12,11 @@ use super::{Value, hex};
 pub(crate) type Fingerprint = [u8; 32];
 
 /// Fingerprint of codes, one byte each.
-#[must_use]
 pub(crate) fn codes(codes: &[i8]) -> Fingerprint {
     Sha256::digest(bytemuck::cast_slice::<i8, u8>(codes)).into()
 }
 
 /// Fingerprint of real numbers as little-endian IEEE doubles; every NaN counts as the same one.
-#[must_use]
 pub(crate) fn reals(reals: &[f64]) -> Fingerprint {
     let mut hash = Sha256::new();
     let mut buffer = Vec::with_capacity(8 * 4096);
@@ -31,19 +29,16 @@ pub(crate) fn reals(reals: &[f64]) -> Fingerprint {
 }
 
 /// Fingerprint of whole numbers as little-endian 32-bit ones.
-#[must_use]
 pub(crate) fn integers(integers: &[i32]) -> Fingerprint {
     Sha256::digest(integers.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>()).into()
 }
 
 /// The attribute `sha256` of a variable that is stored in one piece.
-#[must_use]
 pub(crate) fn of_one_tile(fingerprint: &Fingerprint) -> Value {
     hex(&combine([fingerprint])).into()
 }
 
 /// Fingerprint of a variable from those of its chunks, in their order.
-#[must_use]
 pub(crate) fn combine<'a>(fingerprints: impl IntoIterator<Item = &'a Fingerprint>) -> Fingerprint {
     let mut hash = Sha256::new();
     fingerprints.into_iter().for_each(|fingerprint| hash.update(fingerprint));
@@ -51,7 +46,6 @@ pub(crate) fn combine<'a>(fingerprints: impl IntoIterator<Item = &'a Fingerprint
 }
 
 /// Replaces every NaN by the same one, so that maps do not depend on the instruction that made it.
-#[must_use]
 pub(crate) fn canonical(value: f64) -> f64 {
     if value.is_nan() { f64::NAN } else { value }
 }

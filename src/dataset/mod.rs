@@ -15,7 +15,6 @@ pub(crate) use schema::{Content, SCHEMA};
 pub use value::Value;
 
 /// Lower-case hexadecimal digits.
-#[must_use]
 pub(crate) fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }

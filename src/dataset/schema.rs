@@ -90,7 +90,6 @@ impl Variable {
     }
 
     /// Number of its dimensions on a grid of `axes` axes: a critical damping has no damping axis.
-    #[must_use]
     pub(crate) fn rank(&self, axes: usize) -> usize {
         match self.content {
             Content::CriticalC(_) => axes - 1,
@@ -135,7 +134,6 @@ impl Schema {
     }
 
     /// The layout of a map with these dimensions, methods and fields.
-    #[must_use]
     pub(crate) fn new(
         grid: Grid,
         tile_shape: Vec<usize>,
@@ -171,20 +169,17 @@ impl Schema {
     }
 
     /// Names of the dimensions, slowest first.
-    #[must_use]
     pub(crate) fn dimensions(&self) -> Vec<&str> {
         self.grid.axes().iter().map(|axis| axis.name.as_str()).collect()
     }
 
     /// Number of tiles.
-    #[must_use]
     pub(crate) fn tiles(&self) -> usize {
         self.grid.tile_count(&self.tile_shape)
     }
 
     /// Number of consecutive tiles along the damping axis. A variable without that axis takes its cells from
     /// the first of them.
-    #[must_use]
     pub(crate) fn tiles_per_column(&self) -> usize {
         match self.tile_shape.last() {
             Some(&tile) => self.grid.dampings().len().div_ceil(tile),
@@ -201,13 +196,11 @@ impl Schema {
     }
 
     /// Shape of a variable's chunks.
-    #[must_use]
     pub(crate) fn chunk(&self, variable: &Variable) -> Vec<usize> {
         self.tile_shape[..variable.rank(self.tile_shape.len())].to_vec()
     }
 
     /// Number of a variable's chunks.
-    #[must_use]
     pub(crate) fn chunks(&self, variable: &Variable) -> usize {
         match variable.content {
             Content::CriticalC(_) => self.tiles() / self.tiles_per_column(),
@@ -216,7 +209,6 @@ impl Schema {
     }
 
     /// Index of the first cell of the chunk of a variable that a tile fills.
-    #[must_use]
     pub(crate) fn offset(&self, variable: &Variable, tile: usize) -> Vec<usize> {
         let ranges = self.grid.tile(&self.tile_shape, tile).ranges;
         ranges[..variable.rank(ranges.len())].iter().map(|range| range.start).collect()

@@ -21,7 +21,6 @@ pub(crate) struct Start {
 
 impl Start {
     /// The plane of a configuration.
-    #[must_use]
     pub(crate) fn of_job(job: &Job) -> Self {
         Self {
             grid: Some(job.plan.grid().clone()),
@@ -32,7 +31,6 @@ impl Start {
     }
 
     /// The plane of a map, whose cells stay on disk until they are shown.
-    #[must_use]
     pub(crate) fn of_map(map: MapFile) -> Self {
         let title = map.text("title").unwrap_or_default().into();
         let machine = match map.attributes().get(SI_ATTRIBUTE) {

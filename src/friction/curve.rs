@@ -46,7 +46,6 @@ fn compile(form: &Form, known: &mut Vec<Arc<Weakening>>, reach: f64) -> Arc<Weak
 impl Curve {
     /// Cost of one evaluation, in units of that of the Stribeck law, at least 1: budgets of work are divided
     /// by it.
-    #[must_use]
     pub(crate) fn cost(&self) -> u64 {
         match &self.form {
             Form::Stribeck(_) | Form::Lorentzian(_) => 1,
@@ -152,7 +151,6 @@ impl Curve {
 
     /// Returns whether the law's weakening rate has proved bounds for slip speeds up to `fastest`; theorems
     /// need them.
-    #[must_use]
     pub(crate) fn is_enclosed(&self, fastest: f64) -> bool {
         let range = self.weakening_range(0.0, fastest);
         range.lo.is_finite() && range.hi.is_finite()
@@ -179,7 +177,6 @@ impl Curve {
     }
 
     /// The table behind a measured law.
-    #[must_use]
     pub(crate) fn table(&self) -> Option<&Table> {
         match &self.form {
             Form::Table(table) => Some(table),
@@ -220,7 +217,6 @@ impl Curve {
 
     /// Stribeck's law, for proofs over boxes and for vectorised engines, which use its three numbers; `None`
     /// for other laws.
-    #[must_use]
     pub(crate) fn stribeck(&self) -> Option<&Stribeck> {
         match &self.form {
             Form::Stribeck(law) => Some(law),
@@ -259,7 +255,6 @@ impl Ranges<'_> {
 
 impl Column {
     /// The weakening rate as polynomials, up to the slip speeds of orbits that start within the belt speed.
-    #[must_use]
     pub(crate) fn compiled(&self) -> Arc<Weakening> {
         self.curve.compiled(4.0 * self.belt_speed)
     }

@@ -18,7 +18,6 @@ pub(crate) const DAMPING: Parameter =
 
 impl Parameter {
     /// Returns whether the value is finite and within the legal range.
-    #[must_use]
     pub(crate) fn admits(&self, value: f64) -> bool {
         value.is_finite() && (self.min..=self.max).contains(&value)
     }
@@ -31,7 +30,6 @@ impl Parameter {
     }
 
     /// The legal values in words, to follow "it must be".
-    #[must_use]
     pub(crate) fn domain(&self) -> String {
         if 0.0 < self.min && self.min <= f64::MIN_POSITIVE && self.max == f64::INFINITY {
             "greater than 0".into()

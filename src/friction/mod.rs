@@ -209,13 +209,11 @@ impl Law {
     }
 
     /// Returns whether the law is read as `1 + eps F(u)`.
-    #[must_use]
     pub(crate) fn is_read_as_small(&self) -> bool {
         matches!(self, Law::Small(_))
     }
 
     /// The law itself, without the reading as `1 + eps F(u)`.
-    #[must_use]
     pub(crate) fn as_written(&self) -> &Law {
         match self {
             Law::Small(law) => law,

@@ -202,7 +202,6 @@ impl Table {
     }
 
     /// Friction at slip speed 0, by which the data are divided.
-    #[must_use]
     pub(crate) fn static_level(&self) -> f64 {
         self.0.static_level
     }
@@ -220,7 +219,6 @@ impl Table {
 
     /// The same law, continued in a straight line to slip speed `fastest` beyond its data, to estimate how
     /// far the data should reach. `None` where no such law is legal.
-    #[must_use]
     pub(crate) fn continued(&self, fastest: f64) -> Option<Self> {
         let end = self.fastest();
         let mut data: Vec<(f64, f64)> = self.0.u.iter().map(|&u| (u, self.phi(u))).collect();

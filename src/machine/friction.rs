@@ -24,13 +24,11 @@ impl Coefficients {
         ["static_friction", "kinetic_friction", "stribeck_velocity", "strengthening"];
 
     /// The numbers in the order of the fields.
-    #[must_use]
     pub(crate) fn to_array(self) -> [f64; 4] {
         [self.static_friction, self.kinetic_friction, self.stribeck_velocity, self.strengthening]
     }
 
     /// The coefficients of such an array.
-    #[must_use]
     pub(crate) fn from_array(
         [static_friction, kinetic_friction, stribeck_velocity, strengthening]: [f64; 4],
     ) -> Self {
@@ -59,7 +57,6 @@ pub enum Friction {
 
 impl Friction {
     /// Name of its law in configurations.
-    #[must_use]
     pub(crate) fn law_name(&self) -> &'static str {
         match self {
             Friction::Coefficients(law, _) => law.name(),
@@ -69,7 +66,6 @@ impl Friction {
     }
 
     /// The coefficient of friction at rest.
-    #[must_use]
     pub(crate) fn at_rest(&self) -> f64 {
         match self {
             Friction::Coefficients(_, coefficients) => coefficients.static_friction,
@@ -82,7 +78,6 @@ impl Friction {
 
     /// The law in dimensionless terms, and the values of its parameters; `None` if a formula or data overflow
     /// in these units.
-    #[must_use]
     pub(crate) fn dimensionless(&self, units: &Units) -> Option<(Law, LawParameters)> {
         let velocity = units.velocity;
         match self {
@@ -108,7 +103,6 @@ impl Friction {
     }
 
     /// Its numbers by name.
-    #[must_use]
     pub(crate) fn quantities(&self) -> Vec<(&'static str, f64)> {
         match self {
             Friction::Coefficients(_, coefficients) => {

@@ -49,7 +49,6 @@ pub struct Stages {
 
 impl Stages {
     /// The stages with their names, for reports.
-    #[must_use]
     pub(crate) fn named(&self) -> [(&'static str, f64); 9] {
         let Self { columns, regime, fields, audit, pack, write, curves, proofs, other } = *self;
         [
@@ -105,7 +104,6 @@ impl Account {
     }
 
     /// Processor seconds of all methods and stages.
-    #[must_use]
     pub(crate) fn processor_seconds(&self) -> f64 {
         let methods = self.methods.iter().map(|method| method.seconds);
         methods.chain(self.stages.named().map(|(_, seconds)| seconds)).sum()

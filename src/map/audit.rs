@@ -71,7 +71,6 @@ impl Audit {
 impl Disagreement {
     /// A disagreement that the audit of `plan` found in an earlier run: computes the direct engine's answer
     /// again.
-    #[must_use]
     pub(crate) fn again(plan: &Plan, point: Point, method: &'static str, stored: Verdict) -> Self {
         let direct = direct::flow(&Oscillator::new(plan.grid.law(), &point), plan.tolerance);
         Self { point, method, stored, direct }

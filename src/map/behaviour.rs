@@ -223,7 +223,6 @@ pub(crate) struct LongRun {
 
 /// The long-run behaviour of a point whose orbit from the exit point is `flow`: [`regime`],
 /// [`attracting_cycle`] and [`basin_boundary`] from one backbone.
-#[must_use]
 pub(crate) fn long_run(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> LongRun {
     let behaviour = Behaviour::new(&oscillator.curve, oscillator.belt_speed);
     LongRun {
@@ -248,7 +247,6 @@ pub fn slip_cycle_count(oscillator: &Oscillator, flow: &Flow) -> Option<usize> {
 
 /// The attracting cycle where the orbit from the exit point is `flow`: the stick-slip or the crossing cycle,
 /// or else the largest slip cycle. `None` where there is none, or where it cannot be followed.
-#[must_use]
 pub(crate) fn attracting_cycle(
     oscillator: &Oscillator,
     flow: &Flow,
@@ -259,7 +257,6 @@ pub(crate) fn attracting_cycle(
 
 /// The unstable slip cycle outside of which the mass stick-slips or crosses for ever, and the kicks onto it.
 /// `None` where there is none, or where it cannot be followed.
-#[must_use]
 pub(crate) fn basin_boundary(
     oscillator: &Oscillator,
     flow: &Flow,

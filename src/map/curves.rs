@@ -72,7 +72,6 @@ impl Plane {
     }
 
     /// The plane with its axes exchanged.
-    #[must_use]
     pub(crate) fn turned(&self) -> Self {
         Self { x: self.y, y: self.x, held: self.held.clone() }
     }
@@ -87,7 +86,6 @@ impl PlaneCurves {
     }
 
     /// As [`PlaneCurves::of`], those of some kinds alone.
-    #[must_use]
     pub(crate) fn of_kinds(kinds: &[Bifurcation], grid: &Grid, plane: Plane, stop: &AtomicBool) -> Self {
         let frame = Frame::new(grid, &plane);
         let of_kind = |&bifurcation: &Bifurcation| {
@@ -106,7 +104,6 @@ impl PlaneCurves {
     }
 
     /// These curves in the plane with its axes exchanged.
-    #[must_use]
     pub(crate) fn turned(&self) -> Self {
         let turned = |point: &PlanePoint| PlanePoint { x: point.y, y: point.x, error: point.error };
         let curves = self.curves.iter().map(|curve| PlaneCurve {
@@ -133,7 +130,6 @@ impl PlaneCurves {
 
 /// Finds the curves of several planes with `threads` workers (all cores if `None`), fewer curves if `stop` is
 /// set; calls `on_plane` after each plane. `None` if the workers cannot be started.
-#[must_use]
 pub(crate) fn curves_of(
     grid: &Grid,
     planes: &[Plane],

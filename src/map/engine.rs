@@ -93,7 +93,6 @@ pub struct Summary {
 
 impl Summary {
     /// The summary of a run whose tiles' accounts sum up to `account`.
-    #[must_use]
     pub(crate) fn new(plan: &Plan, account: Account, threads: usize, seconds: f64) -> Self {
         let mut audit = account.audit;
         audit.sort();
@@ -170,7 +169,6 @@ impl Queue {
     }
 
     /// Returns whether more than `count` tiles are left.
-    #[must_use]
     pub(crate) fn has_more_than(&self, count: usize) -> bool {
         let next = self.next.load(Ordering::Relaxed).min(self.finished.len());
         self.finished[next..].iter().filter(|finished| !**finished).nth(count).is_some()

@@ -47,7 +47,6 @@ impl Kind {
         [Kind::WrongPresence, Kind::WrongAbsence, Kind::Undecided, Kind::Failed];
 
     /// Name in tables.
-    #[must_use]
     pub(crate) fn name(self) -> &'static str {
         match self {
             Kind::WrongPresence => "wrong_presence",
@@ -106,20 +105,17 @@ pub(crate) struct MethodFailures {
 
 impl MethodFailures {
     /// Number of cells with one kind of failure.
-    #[must_use]
     pub(crate) fn count(&self, kind: Kind) -> u64 {
         self.classes.iter().filter(|class| class.kind == kind).map(|class| class.cells).sum()
     }
 
     /// Number of cells on which the method is right.
-    #[must_use]
     pub(crate) fn right(&self) -> u64 {
         self.cells - self.classes.iter().map(|class| class.cells).sum::<u64>()
     }
 
     /// The largest distances from the true boundary, in c and in eps, at which the method answers wrongly;
     /// NaN where it never does.
-    #[must_use]
     pub(crate) fn farthest_wrong(&self) -> [f64; 2] {
         let wrong = self.classes.iter().filter(|class| class.kind.is_wrong());
         wrong.fold([f64::NAN; 2], |[c, epsilon], class| {
@@ -190,7 +186,6 @@ struct Examined {
 }
 
 /// The points of all cells of a grid, in its order.
-#[must_use]
 pub(crate) fn points_of(grid: &Grid) -> Vec<Point> {
     let shape = grid.shape();
     (0..grid.cells()).map(|cell| grid.point(&unravel(cell, &shape))).collect()

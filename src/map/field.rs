@@ -55,7 +55,6 @@ impl Field {
     }
 
     /// Returns whether it is computed from the simulated flow, whatever the methods.
-    #[must_use]
     pub(crate) fn needs_flow(self) -> bool {
         match self {
             Field::Verdict | Field::Margin | Field::CriticalC => false,
@@ -106,7 +105,6 @@ pub enum Quantity {
 
 impl Quantity {
     /// The quantities of a field, with `methods` methods and a law of `parameters` parameters.
-    #[must_use]
     pub(crate) fn of(field: Field, methods: usize, parameters: usize) -> Vec<Quantity> {
         use Quantity::*;
         match field {
@@ -124,7 +122,6 @@ impl Quantity {
 
     /// Its name in a map; that of [`Quantity::EpsilonLimit`] is followed by its method's, that of
     /// [`Quantity::CriticalDerivative`] by its axis's.
-    #[must_use]
     pub(crate) fn name(self) -> &'static str {
         match self {
             Quantity::LandingX1 => "landing_x1",
@@ -146,7 +143,6 @@ impl Quantity {
     }
 
     /// One phrase for `long_name`.
-    #[must_use]
     pub(crate) fn long_name(self) -> &'static str {
         match self {
             Quantity::LandingX1 => "x1 at which the mass begins to stick",

@@ -25,7 +25,6 @@ impl AxisRole {
     ///
     /// # Panics
     /// If the point's law does not have this parameter.
-    #[must_use]
     pub(crate) fn of(self, point: &Point) -> f64 {
         match self {
             AxisRole::Epsilon => point.epsilon,
@@ -64,13 +63,11 @@ pub struct Axis {
 
 impl Axis {
     /// Returns whether it has more than two nodes, in equal ratios.
-    #[must_use]
     pub(crate) fn is_logarithmic(&self) -> bool {
         self.values.len() > 2 && is_logarithmic(&self.values)
     }
 
     /// The middle node, the lower of two.
-    #[must_use]
     pub(crate) fn middle(&self) -> usize {
         (self.values.len() - 1) / 2
     }
@@ -84,7 +81,6 @@ impl Axis {
 }
 
 /// Returns whether nodes have equal steps, up to the rounding of decimal input.
-#[must_use]
 pub(crate) fn is_linear(values: &[f64]) -> bool {
     let (first, last) = (values[0], values[values.len() - 1]);
     let step = (last - first) / (values.len().max(2) - 1) as f64;
@@ -92,7 +88,6 @@ pub(crate) fn is_linear(values: &[f64]) -> bool {
 }
 
 /// Returns whether nodes have equal ratios.
-#[must_use]
 pub(crate) fn is_logarithmic(values: &[f64]) -> bool {
     values[0] > 0.0 && is_linear(&values.iter().map(|value| value.ln()).collect::<Vec<_>>())
 }
@@ -256,7 +251,6 @@ impl Grid {
     }
 
     /// The nodes of the damping axis.
-    #[must_use]
     pub(crate) fn dampings(&self) -> &[f64] {
         self.axes.last().map_or(&[], |axis| &axis.values)
     }
@@ -268,7 +262,6 @@ impl Grid {
     }
 
     /// The point with the given value on each axis, which need not be a node.
-    #[must_use]
     pub(crate) fn point_of(&self, values: &[f64]) -> Point {
         self.assemble(values.iter().copied())
     }
@@ -348,7 +341,6 @@ impl Grid {
 }
 
 /// The index, slowest axis first, of the element with this number in a row-major array of this shape.
-#[must_use]
 pub(crate) fn unravel(number: usize, shape: &[usize]) -> Vec<usize> {
     let mut index = vec![0; shape.len()];
     let mut rest = number;
@@ -370,7 +362,6 @@ pub struct Tile {
 
 impl Tile {
     /// Number of cells on each axis.
-    #[must_use]
     pub(crate) fn shape(&self) -> Vec<usize> {
         self.ranges.iter().map(ExactSizeIterator::len).collect()
     }
@@ -382,20 +373,17 @@ impl Tile {
     }
 
     /// Number of columns, whole or partial.
-    #[must_use]
     pub(crate) fn columns(&self) -> usize {
         let outer = self.ranges.len() - 1;
         self.ranges[..outer].iter().map(ExactSizeIterator::len).product()
     }
 
     /// Index range on the damping axis.
-    #[must_use]
     pub(crate) fn damping_range(&self) -> Range<usize> {
         self.ranges.last().cloned().unwrap_or(0..0)
     }
 
     /// Grid index of the tile's column with position `column` (row-major), at the tile's first damping.
-    #[must_use]
     pub(crate) fn column_index(&self, column: usize) -> Vec<usize> {
         let mut lengths = self.shape();
         if let Some(dampings) = lengths.last_mut() {
@@ -406,7 +394,6 @@ impl Tile {
     }
 
     /// Grid index of the tile's cell with position `cell` (row-major).
-    #[must_use]
     pub(crate) fn cell_index(&self, cell: usize) -> Vec<usize> {
         let place = unravel(cell, &self.shape());
         self.ranges.iter().zip(place).map(|(range, at)| range.start + at).collect()

@@ -113,7 +113,6 @@ pub struct EpsilonLimit {
 
 impl EpsilonLimit {
     /// The reason why one of the two is unknown, if so.
-    #[must_use]
     pub(crate) fn unknown(&self) -> Option<Unknown> {
         [self.equal, self.sound].into_iter().find_map(|limit| match limit {
             Limit::Unknown(why) => Some(why),
@@ -392,7 +391,6 @@ impl Ray {
     }
 
     /// The point of the ray at `epsilon`.
-    #[must_use]
     pub(crate) fn at(&self, epsilon: f64) -> Point {
         Point { epsilon, ..self.point }
     }

@@ -95,7 +95,6 @@ impl Method {
     }
 
     /// The same, with the assumption made for this law.
-    #[must_use]
     pub(crate) fn equation_for(&self, law: &Law) -> Cow<'static, str> {
         match self {
             Method::Test(test) if test.first_order && law.is_read_as_small() => {

@@ -307,7 +307,6 @@ impl Plan {
     }
 
     /// Size of the map in bytes before compression.
-    #[must_use]
     pub(crate) fn bytes(&self) -> u128 {
         let cells = self.grid.cells() as u128;
         let columns = cells / self.grid.dampings().len().max(1) as u128;

@@ -29,7 +29,6 @@ pub(crate) struct Proved {
 /// Proves what the plan asks for with `threads` workers (all cores if `None`) and `others`, or less if `stop`
 /// is set; `None` if it asks for nothing, or if the workers cannot be started. The proofs do not depend on
 /// the number of workers.
-#[must_use]
 pub(crate) fn prove(
     plan: &Plan,
     threads: Option<usize>,

@@ -86,7 +86,6 @@ impl Description {
     }
 
     /// A quantity of the flow; NaN if it is not known, as limits in eps and derivatives are not here.
-    #[must_use]
     pub(crate) fn value(&self, quantity: Quantity) -> f64 {
         let half = |range: Range| 0.5 * (range.hi - range.lo);
         let landing = self.landing.as_ref();

@@ -20,7 +20,6 @@ pub(crate) struct Earlier {
 
 impl Earlier {
     /// No earlier runs.
-    #[must_use]
     pub(crate) fn none(plan: &Plan) -> Self {
         Self { account: Account::none(plan), seconds: 0.0 }
     }

@@ -43,7 +43,6 @@ impl<T: Copy + PartialEq> Runs<T> {
     }
 
     /// Number of cells.
-    #[must_use]
     pub(crate) fn len(&self) -> usize {
         self.runs.last().map_or(0, |&(_, end)| end as usize)
     }
@@ -60,21 +59,18 @@ impl<T: Copy + PartialEq> Runs<T> {
     }
 
     /// The value of the cell at `position`; `None` beyond the last.
-    #[must_use]
     pub(crate) fn get(&self, position: usize) -> Option<T> {
         let run = self.runs.partition_point(|&(_, end)| end as usize <= position);
         self.runs.get(run).map(|&(value, _)| value)
     }
 
     /// Position of the last cell of the run that holds `position`; `None` beyond the last cell.
-    #[must_use]
     pub(crate) fn run_end(&self, position: usize) -> Option<usize> {
         let run = self.runs.partition_point(|&(_, end)| end as usize <= position);
         self.runs.get(run).map(|&(_, end)| end as usize - 1)
     }
 
     /// Number of cells for which `wanted` holds.
-    #[must_use]
     pub(crate) fn count(&self, wanted: impl Fn(T) -> bool) -> u64 {
         self.iter().filter(|(value, _)| wanted(*value)).map(|(_, cells)| cells.len() as u64).sum()
     }

@@ -71,7 +71,6 @@ pub struct Paths {
 
 impl Paths {
     /// The paths and their counts, for reports.
-    #[must_use]
     pub(crate) fn named(&self) -> [(&'static str, u64); 6] {
         [
             ("certificate", self.certificate),

@@ -627,7 +627,6 @@ impl MachineResult {
 }
 
 /// A fate in one word.
-#[must_use]
 pub(crate) fn fate_name(fate: &Fate) -> &'static str {
     match fate {
         Fate::Sticks(_) => "sticks",
@@ -639,7 +638,6 @@ pub(crate) fn fate_name(fate: &Fate) -> &'static str {
 }
 
 /// The type of the equilibrium, for instance "unstable focus".
-#[must_use]
 pub(crate) fn equilibrium_type(oscillator: &Oscillator) -> &'static str {
     match oscillator.eigenvalues() {
         Eigenvalues::Complex { re, .. } if re < 0.0 => "stable focus",

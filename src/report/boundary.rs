@@ -37,13 +37,11 @@ impl Sizes {
     }
 
     /// Number of errors.
-    #[must_use]
     pub(crate) fn count(&self) -> u64 {
         self.count
     }
 
     /// The `q` quantile, to one part in 2^11: the middle of its bin. `None` if there are no errors.
-    #[must_use]
     pub(crate) fn quantile(&self, q: f64) -> Option<f64> {
         let rank = ((q * self.count as f64).ceil() as u64).max(1);
         let mut seen = 0;

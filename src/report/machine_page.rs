@@ -43,7 +43,6 @@ pub(crate) struct MachinePage<'a> {
 
 impl<'a> MachinePage<'a> {
     /// The page of a machine, the working point at `all.machine`.
-    #[must_use]
     pub(crate) fn new(title: &str, all: &'a Assessment, risk: Option<&Risk>) -> Self {
         let mut sections = sections(all);
         if let Some(risk) = risk {
@@ -58,7 +57,6 @@ impl<'a> MachinePage<'a> {
     }
 
     /// One page of A4.
-    #[must_use]
     pub(crate) fn scene(&self) -> Scene {
         let mut scene = Scene::new(PAGE.0, PAGE.1);
         let mut y = MARGIN + 6.0;
@@ -86,13 +84,11 @@ impl<'a> MachinePage<'a> {
     }
 
     /// The title of the page, with its subject.
-    #[must_use]
     pub(crate) fn caption(&self) -> Rich {
         rich("Assessment of a machine: ").then(self.title.clone())
     }
 
     /// The page as self-contained HTML.
-    #[must_use]
     pub(crate) fn html(&self) -> String {
         let mut body = String::new();
         for (heading, lines) in &self.sections {

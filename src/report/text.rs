@@ -45,7 +45,6 @@ const GREEK: [(&str, &str, &str); 16] = [
 
 impl Symbol {
     /// The symbol of an axis or quantity: `gamma` is γ, `x_1` is x with an index, `c^*` has an exponent.
-    #[must_use]
     pub(crate) fn of(name: &str) -> Self {
         let (rest, exponent) = name.split_once('^').unwrap_or((name, ""));
         let (base, index) = rest.split_once('_').unwrap_or((rest, ""));
@@ -54,7 +53,6 @@ impl Symbol {
     }
 
     /// Returns whether the base is one letter, set in italics; a word is set upright.
-    #[must_use]
     pub(crate) fn is_letter(&self) -> bool {
         self.base.chars().count() == 1
     }
@@ -102,7 +100,6 @@ pub struct Rich {
 }
 
 /// The program's own words, with symbols in braces: `"share of {c}"`, `"{x_1}"`, `"{c^*}"`.
-#[must_use]
 pub(crate) fn rich(template: &str) -> Rich {
     let mut text = Rich::default();
     for (i, part) in template.split(['{', '}']).enumerate() {
@@ -118,19 +115,16 @@ pub(crate) fn rich(template: &str) -> Rich {
 
 impl Rich {
     /// Words from a file or from a user, with arbitrary characters.
-    #[must_use]
     pub(crate) fn foreign(words: &str) -> Self {
         Self { pieces: vec![Piece::Words(words.into())] }
     }
 
     /// The symbol of an axis.
-    #[must_use]
     pub(crate) fn symbol(name: &str) -> Self {
         Self { pieces: vec![Piece::Symbol(Symbol::of(name))] }
     }
 
     /// A number with up to `digits` significant digits, very large and very small ones with a power of ten.
-    #[must_use]
     pub(crate) fn number(value: f64, digits: usize) -> Self {
         let scientific = format!("{value:.*e}", digits.saturating_sub(1));
         let Some((mantissa, Ok(exponent))) =
@@ -175,7 +169,6 @@ impl Rich {
     }
 
     /// As Markdown.
-    #[must_use]
     pub(crate) fn markdown(&self) -> String {
         let piece = |(number, piece): (usize, &Piece)| match piece {
             Piece::Words(words) if number == 0 => markdown(words),
@@ -186,13 +179,11 @@ impl Rich {
     }
 
     /// As HTML.
-    #[must_use]
     pub(crate) fn html(&self) -> String {
         self.write(html, |symbol| symbol.markup(html))
     }
 
     /// As LaTeX.
-    #[must_use]
     pub(crate) fn latex(&self) -> String {
         self.write(latex, Symbol::latex)
     }
@@ -210,7 +201,6 @@ impl Rich {
 
 /// Escapes words for HTML and for SVG, in elements and in quoted attributes. Characters that XML forbids
 /// become spaces.
-#[must_use]
 pub(crate) fn html(words: &str) -> String {
     let mut text = String::with_capacity(words.len());
     for c in words.chars() {
@@ -230,7 +220,6 @@ pub(crate) fn html(words: &str) -> String {
 }
 
 /// Escapes words for a line of Markdown, inside a table too.
-#[must_use]
 pub(crate) fn markdown(words: &str) -> String {
     markdown_after("", words)
 }
@@ -265,7 +254,6 @@ fn markdown_after(line: &str, words: &str) -> String {
 }
 
 /// Escapes words for LaTeX. Characters that pdfLaTeX does not know by default are written as their number.
-#[must_use]
 pub(crate) fn latex(words: &str) -> String {
     let mut text = String::with_capacity(words.len());
     let mut letters = words.chars().peekable();

@@ -25,20 +25,17 @@ impl<'a> View<'a> {
     }
 
     /// The map in dimensionless numbers, even if it is about a machine.
-    #[must_use]
     pub(crate) fn dimensionless(map: &'a MapFile) -> Self {
         Self { map, units: UnitSystem::default() }
     }
 
     /// The name of an axis with its unit.
-    #[must_use]
     pub(crate) fn axis(&self, axis: &Axis) -> Label {
         self.units.axis(axis)
     }
 
     /// "ε = 0.1, β = 0.5": the value of every axis at the nodes `index`, except those in `shown`. For a
     /// machine its friction replaces eps and the law's parameters, if none of these is shown.
-    #[must_use]
     pub(crate) fn held(&self, index: &[usize], shown: &[usize]) -> Rich {
         let axes = self.map.grid().axes();
         let mut parts = Vec::new();
@@ -57,7 +54,6 @@ impl<'a> View<'a> {
 
     /// The oscillator of the map's machine at its first belt speed and damping; `None` for a map in
     /// dimensionless numbers.
-    #[must_use]
     pub(crate) fn model(&self) -> Option<Model> {
         let si = self.units.machine?;
         let grid = self.map.grid();
@@ -66,7 +62,6 @@ impl<'a> View<'a> {
 }
 
 /// Joins parts by commas.
-#[must_use]
 pub(crate) fn join(parts: impl IntoIterator<Item = Rich>) -> Rich {
     let mut text = Rich::default();
     for part in parts {
@@ -145,19 +140,16 @@ pub(crate) struct Label {
 
 impl UnitSystem {
     /// The SI units of a machine.
-    #[must_use]
     pub(crate) fn of_machine(si: SiUnits) -> Self {
         Self { machine: Some(si) }
     }
 
     /// The units, if they are those of a machine.
-    #[must_use]
     pub(crate) fn machine(&self) -> Option<&SiUnits> {
         self.machine.as_ref()
     }
 
     /// The label of a quantity of this dimension; `symbol` is its name in dimensionless numbers.
-    #[must_use]
     pub(crate) fn quantity(
         &self,
         words: &str,
@@ -177,7 +169,6 @@ impl UnitSystem {
     }
 
     /// The name of an axis with its unit.
-    #[must_use]
     pub(crate) fn axis(&self, axis: &Axis) -> Label {
         let dimension = dimension::of_axis(axis.role);
         let (words, key) = match axis.role {
@@ -193,7 +184,6 @@ impl UnitSystem {
     }
 
     /// The name of a variable of a map with its unit.
-    #[must_use]
     pub(crate) fn variable(&self, name: &str) -> Label {
         let words = variable_words(name);
         let dimension = dimension::of_variable(name);
@@ -201,19 +191,16 @@ impl UnitSystem {
     }
 
     /// Position of the mass.
-    #[must_use]
     pub(crate) fn x1(&self) -> Label {
         self.quantity("displacement", rich("{x_1}"), "x1", Some(Dimension::Length))
     }
 
     /// Velocity of the mass.
-    #[must_use]
     pub(crate) fn x2(&self) -> Label {
         self.quantity("velocity", rich("{x_2}"), "x2", Some(Dimension::Velocity))
     }
 
     /// Time.
-    #[must_use]
     pub(crate) fn time(&self) -> Label {
         self.quantity("time", rich("{t}"), "t", Some(Dimension::Time))
     }
@@ -221,7 +208,6 @@ impl UnitSystem {
 
 impl Label {
     /// "damping, N s/m": for axes and headings.
-    #[must_use]
     pub(crate) fn text(&self) -> Rich {
         let mut text = self.name.clone();
         match (self.unit, text.pieces.last_mut()) {
@@ -236,7 +222,6 @@ impl Label {
     }
 
     /// "damping [N s/m]": for headers of CSV files.
-    #[must_use]
     pub(crate) fn header(&self) -> String {
         match self.unit {
             "" => self.key.clone(),
@@ -245,7 +230,6 @@ impl Label {
     }
 
     /// "damping = 20 N s/m", of a dimensionless value.
-    #[must_use]
     pub(crate) fn equals(&self, value: f64) -> Rich {
         let text = self.name.clone().then(rich(" = ")).then(Rich::number(value * self.factor, 4));
         match self.unit {

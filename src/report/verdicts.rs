@@ -19,25 +19,21 @@ pub(crate) struct Confusion {
 
 impl Confusion {
     /// Number of cells with the given verdicts.
-    #[must_use]
     pub(crate) fn pair(&self, simulation: Verdict, method: Verdict) -> u64 {
         self.cells[place(simulation)][place(method)]
     }
 
     /// Number of cells on which the method's verdict is `verdict`.
-    #[must_use]
     pub(crate) fn method(&self, verdict: Verdict) -> u64 {
         self.cells.iter().map(|row| row[place(verdict)]).sum()
     }
 
     /// Number of cells on which the simulation's verdict is `verdict`.
-    #[must_use]
     pub(crate) fn simulation(&self, verdict: Verdict) -> u64 {
         self.cells[place(verdict)].iter().sum()
     }
 
     /// Number of all cells.
-    #[must_use]
     pub(crate) fn total(&self) -> u64 {
         self.cells.iter().flatten().sum()
     }

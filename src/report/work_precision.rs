@@ -43,7 +43,6 @@ impl Study {
     }
 
     /// Every number.
-    #[must_use]
     pub(crate) fn table(&self) -> Table {
         let column =
             |key: &str, heading: &str, show| Column { key: key.into(), heading: rich(heading), show };

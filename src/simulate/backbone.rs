@@ -338,7 +338,6 @@ impl Backbone {
     }
 
     /// Narrower bounds of a cycle's amplitude at C = `viscous`, as far as the error of C allows.
-    #[must_use]
     pub(crate) fn narrowed(&self, cycle: &Crossing, viscous: f64) -> [f64; 2] {
         let [from, to] = cycle.between;
         let rises = !cycle.is_stable;

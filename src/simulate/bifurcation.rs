@@ -55,7 +55,6 @@ impl Bifurcation {
     }
 
     /// The test function, with an accuracy of about `tolerance`; `None` where it is undefined or unknown.
-    #[must_use]
     pub(crate) fn test(self, oscillator: &Oscillator, tolerance: f64) -> Option<TestValue> {
         match self {
             Bifurcation::Hopf => Some(trace(oscillator)),

@@ -67,7 +67,6 @@ pub struct Branch {
 }
 
 /// The curves on which `function` vanishes.
-#[must_use]
 pub(crate) fn zero_curves(function: TestFunction) -> Vec<Branch> {
     let mut branches: Vec<Branch> = Vec::new();
     for seed in seeds(function) {

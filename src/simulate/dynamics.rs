@@ -39,7 +39,6 @@ pub enum Neighbour {
 
 impl Neighbour {
     /// Name in `--json`.
-    #[must_use]
     pub(crate) fn name(self) -> &'static str {
         match self {
             Neighbour::Equilibrium => "equilibrium",

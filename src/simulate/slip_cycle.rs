@@ -114,7 +114,6 @@ pub fn none_proved(oscillator: &Oscillator) -> bool {
 }
 
 /// The same at eps c = `viscous` by the bounds of the even part.
-#[must_use]
 pub(crate) fn none_within(even: &Range, viscous: f64) -> bool {
     even.lo > viscous || even.hi < viscous
 }

@@ -159,7 +159,6 @@ fn oscillators_like(groups: &ScaledGroups) -> Column {
 }
 
 /// C* at the groups (A, k, b), for any C; `None` outside the tabulated boxes.
-#[must_use]
 pub(crate) fn lookup(groups: &ScaledGroups) -> Option<SurfacePoint> {
     static TABLES: LazyLock<[Interpolant; EXTENTS.len()]> =
         LazyLock::new(|| std::array::from_fn(|i| Interpolant::new(&EXTENTS[i])));

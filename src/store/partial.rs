@@ -318,14 +318,12 @@ impl PartialMap {
     }
 
     /// Seconds that earlier runs took, up to their last finished tiles.
-    #[must_use]
     pub(crate) fn seconds(&self) -> f64 {
         self.found.seconds
     }
 
     /// Number of bytes at the end of the journal that could not be used: a partial tile, or a damaged place
     /// and all after it. Their tiles are not among the finished ones.
-    #[must_use]
     pub(crate) fn lost(&self) -> u64 {
         self.found.lost
     }
@@ -349,7 +347,6 @@ impl PartialMap {
     }
 
     /// Returns whether the map is locked against other processes; false on file systems without locks.
-    #[must_use]
     pub(crate) fn is_locked(&self) -> bool {
         self.journal().is_locked()
     }
@@ -425,7 +422,6 @@ pub(crate) enum Left {
 }
 
 /// Looks for an interrupted run of the map at `path`.
-#[must_use]
 pub(crate) fn left(path: &Path) -> Left {
     let journal = match beside(path, JOURNAL) {
         Ok(journal) => journal,

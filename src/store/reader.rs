@@ -59,13 +59,11 @@ impl MapFile {
     }
 
     /// Returns whether the map ends with its seal; if not, another program has written to it or copied it.
-    #[must_use]
     pub(crate) fn is_sealed(&self) -> bool {
         self.sealed
     }
 
     /// Path of the map.
-    #[must_use]
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
@@ -107,7 +105,6 @@ impl MapFile {
     }
 
     /// Returns whether the map has this variable.
-    #[must_use]
     pub(crate) fn has(&self, variable: &str) -> bool {
         self.variables().any(|name| name == variable)
     }

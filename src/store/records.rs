@@ -35,20 +35,17 @@ pub(crate) struct Series {
 
 impl Series {
     /// A column of real numbers along `dimension`; NaN for missing values.
-    #[must_use]
     pub(crate) fn reals(dimension: &'static str, name: &str, long_name: &str, values: Vec<f64>) -> Self {
         Self { dimension, name: name.into(), long_name: long_name.into(), contents: Contents::Reals(values) }
     }
 
     /// A column of whole numbers along `dimension`.
-    #[must_use]
     pub(crate) fn integers(dimension: &'static str, name: &str, long_name: &str, values: Vec<i32>) -> Self {
         let contents = Contents::Integers(values);
         Self { dimension, name: name.into(), long_name: long_name.into(), contents }
     }
 
     /// A column of words along `dimension`.
-    #[must_use]
     pub(crate) fn words(dimension: &'static str, name: &str, long_name: &str, values: Vec<String>) -> Self {
         Self { dimension, name: name.into(), long_name: long_name.into(), contents: Contents::Words(values) }
     }

@@ -53,7 +53,6 @@ pub fn compare(domain: GroupBox, tiles: usize) -> Comparison {
 }
 
 /// Returns whether C* < C_HB is proved over the whole tile.
-#[must_use]
 pub(crate) fn is_below(tile: &Tile) -> bool {
     let mut queue = vec![[-1.0, 1.0]];
     while let Some([lo, hi]) = queue.pop() {

@@ -74,7 +74,6 @@ pub(crate) struct Budget {
 
 impl Budget {
     /// The budget of so many boxes of (A, k, b), with enough parts that the boxes limit the result.
-    #[must_use]
     pub(crate) fn of_boxes(boxes: usize) -> Self {
         Self { tiles: boxes, parts: PARTS_PER_TILE.saturating_mul(boxes).min(MOST_PARTS) }
     }
@@ -130,7 +129,6 @@ struct Bounds {
 
 impl BoxProof {
     /// A box without any proof.
-    #[must_use]
     pub(crate) fn new(parameters: &ParameterBox) -> Self {
         let ParameterBox { epsilon, alpha, beta, gamma, belt_speed, damping } = *parameters;
         let ranges = [epsilon, alpha, beta, gamma, belt_speed];
@@ -314,7 +312,6 @@ impl BoxProof {
     }
 
     /// The surface with its proofs so far.
-    #[must_use]
     pub(crate) fn into_surface(self) -> Surface {
         self.surface
     }

@@ -125,13 +125,11 @@ impl Surface {
     }
 
     /// The whole box.
-    #[must_use]
     pub(crate) fn domain(&self) -> GroupBox {
         self.domain
     }
 
     /// Number of proofs tried so far.
-    #[must_use]
     pub(crate) fn tried(&self) -> usize {
         self.tried
     }

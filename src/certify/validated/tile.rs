@@ -47,7 +47,6 @@ impl GroupBox {
     }
 
     /// The halves of the box along one of its three axes.
-    #[must_use]
     pub(crate) fn halves(&self, axis: usize) -> [GroupBox; 2] {
         let [lo, hi] = self.ranges()[axis];
         let middle = 0.5 * (lo + hi);
@@ -55,7 +54,6 @@ impl GroupBox {
     }
 
     /// The box with another range along one of its three axes.
-    #[must_use]
     pub(crate) fn with_range(&self, axis: usize, range: [f64; 2]) -> GroupBox {
         let mut ranges = self.ranges();
         ranges[axis] = range;
@@ -64,7 +62,6 @@ impl GroupBox {
     }
 
     /// Returns whether the boxes have a point in common.
-    #[must_use]
     pub(crate) fn meets(&self, other: &GroupBox) -> bool {
         self.ranges().iter().zip(other.ranges()).all(|(one, two)| one[0] <= two[1] && two[0] <= one[1])
     }
@@ -122,14 +119,12 @@ impl Tile {
 
     /// All numbers but those of the box: the radius, then the modes of `viscous`, of each of the `cosines`
     /// and of each of the `sines`.
-    #[must_use]
     pub(crate) fn numbers(&self) -> Vec<f64> {
         let rows = std::iter::once(&self.viscous).chain(&self.cosines).chain(&self.sines);
         std::iter::once(self.radius).chain(rows.flatten().copied()).collect()
     }
 
     /// The tile over `domain` with these [`Tile::numbers`]; `None` if they are of another length.
-    #[must_use]
     pub(crate) fn of_numbers(domain: GroupBox, numbers: &[f64]) -> Option<Tile> {
         let (&radius, modes) = numbers.split_first()?;
         let mut rows: Vec<Vec<f64>> = modes.chunks(MODES).map(<[f64]>::to_vec).collect();

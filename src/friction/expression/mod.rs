@@ -145,7 +145,6 @@ impl Expression {
     }
 
     /// The value of the formula at u = 0, by which it is divided.
-    #[must_use]
     pub(crate) fn static_level(&self) -> f64 {
         self.0.static_level
     }
@@ -157,7 +156,6 @@ impl Expression {
     }
 
     /// The range of characters in which a parameter first occurs in the text.
-    #[must_use]
     pub(crate) fn place_of(&self, parameter: &str) -> Option<(usize, usize)> {
         let found = self.0.tape.parameters.iter().find(|(name, _)| name == parameter);
         found.map(|(_, place)| (place.from, place.to))

@@ -37,7 +37,6 @@ pub enum Accuracy {
 
 impl Accuracy {
     /// The bound or estimate.
-    #[must_use]
     pub(crate) fn bound(self) -> f64 {
         match self {
             Accuracy::Proved(bound) | Accuracy::Sampled(bound) => bound,
@@ -191,20 +190,17 @@ impl Places {
 
 impl Weakening {
     /// The slip speed up to which there are pieces.
-    #[must_use]
     pub(crate) fn reach(&self) -> f64 {
         self.breaks[self.breaks.len() - 1]
     }
 
     /// Ends of the pieces, from 0 to the reach. Except at [`corners`](Weakening::corners) the law is smooth
     /// there, and neighbouring polynomials agree to their error.
-    #[must_use]
     pub(crate) fn breaks(&self) -> &[f64] {
         &self.breaks
     }
 
     /// Slip speeds > 0, increasing, at which the slope of w jumps.
-    #[must_use]
     pub(crate) fn corners(&self) -> &[f64] {
         self.law.corners()
     }
@@ -227,7 +223,6 @@ impl Weakening {
     }
 
     /// w(u). Within [0, reach] by the polynomials, else by the law itself (its continuation below 0).
-    #[must_use]
     #[inline]
     pub(crate) fn at(&self, u: f64) -> f64 {
         if u >= 0.0 && u <= self.reach() {
@@ -238,7 +233,6 @@ impl Weakening {
     }
 
     /// w(u) and w'(u). The slope outside [0, reach] is that of the nearest polynomial.
-    #[must_use]
     pub(crate) fn at_with_slope(&self, u: f64) -> [f64; 2] {
         let inside = u.clamp(0.0, self.reach());
         [self.at(u), self.pieces[self.piece_of(inside)].slope_at(u)]

@@ -50,7 +50,6 @@ pub(crate) enum Mechanism {
 
 impl Mechanism {
     /// Name in tables.
-    #[must_use]
     pub(crate) fn name(self) -> &'static str {
         match self {
             Mechanism::FirstOrderInEps => "first_order_in_eps",
@@ -75,7 +74,6 @@ impl Mechanism {
     }
 
     /// Explanation in one sentence.
-    #[must_use]
     pub(crate) fn explanation(self) -> &'static str {
         match self {
             Mechanism::FirstOrderInEps => "the condition is of first order in eps, and eps is finite here",

@@ -94,7 +94,6 @@ impl Colours {
 
 /// Draws areas that share their axes. `label` names the variable for the colour scale; `signed` says that its
 /// sign matters.
-#[must_use]
 pub(crate) fn draw(areas: &[Area], heading: &Rich, label: &Label, signed: bool, width: Width) -> Scene {
     let mut scene = Scene::new(width.points(), 0.0);
     let Some(first) = areas.first() else { return scene };
@@ -226,7 +225,6 @@ fn draw_bar(scene: &mut Scene, bar: Rect, colours: Colours, name: &Rich, numbers
 
 /// The nodes and cells of areas as a table: both axes, and the variable; with `panel`, also the axis that
 /// differs between the panels, by its header and values.
-#[must_use]
 pub(crate) fn data(areas: &[Area], label: &Label, panel: Option<(&str, &[f64])>) -> Data {
     let Some(first) = areas.first() else { return Data::default() };
     let axes = [(first.slice.x_axis(), first.slice.x_nodes()), (first.slice.y_axis(), first.slice.y_nodes())];

@@ -46,7 +46,6 @@ impl Tick {
 
 impl Scale {
     /// A linear scale; a single number gets a range around it.
-    #[must_use]
     pub(crate) fn linear(from: f64, to: f64) -> Self {
         if to > from {
             return Self { from, to, log: false, shown: 1.0 };
@@ -56,7 +55,6 @@ impl Scale {
     }
 
     /// A logarithmic scale of positive numbers; a single number gets a range around it.
-    #[must_use]
     pub(crate) fn logarithmic(from: f64, to: f64) -> Self {
         if to > from {
             Self { from, to, log: true, shown: 1.0 }
@@ -66,7 +64,6 @@ impl Scale {
     }
 
     /// The scale that fits the nodes of an axis.
-    #[must_use]
     pub(crate) fn of_nodes(values: &[f64]) -> Self {
         let (first, last) = (values[0], values[values.len() - 1]);
         if values.len() > 2 && is_logarithmic(values) {
@@ -77,7 +74,6 @@ impl Scale {
     }
 
     /// Position of a number: 0 at the start, 1 at the end.
-    #[must_use]
     pub(crate) fn unit(&self, value: f64) -> f64 {
         if self.log {
             // Differences of logarithms, because the ratio of two numbers may overflow.
@@ -94,7 +90,6 @@ impl Scale {
     }
 
     /// The number at a position, inverse of [`Scale::unit`].
-    #[must_use]
     pub(crate) fn value(&self, unit: f64) -> f64 {
         if self.log {
             (self.from.ln() * (1.0 - unit) + self.to.ln() * unit).exp().clamp(self.from, self.to)
@@ -110,7 +105,6 @@ impl Scale {
     }
 
     /// Ticks, about `most` of them labelled.
-    #[must_use]
     pub(crate) fn ticks(&self, most: usize) -> Vec<Tick> {
         let written = Self { from: self.from * self.shown, to: self.to * self.shown, shown: 1.0, ..*self };
         let ticks = if self.log { written.log_ticks(most.max(2)) } else { written.linear_ticks(most.max(2)) };
@@ -220,7 +214,6 @@ pub(crate) struct Labels {
 
 impl Panel {
     /// The position of a pair of numbers on the page.
-    #[must_use]
     pub(crate) fn place(&self, x: f64, y: f64) -> Place {
         let Rect { x: left, y: top, w, h } = self.rect;
         (left + w * self.x.unit(x), top + h * (1.0 - self.y.unit(y)))
@@ -276,7 +269,6 @@ impl Panel {
     }
 
     /// Width of the numbers along the vertical axis.
-    #[must_use]
     pub(crate) fn y_labels_width(y: Scale, height: f64) -> f64 {
         let panel = Panel { rect: Rect { x: 0.0, y: 0.0, w: 1.0, h: height }, x: Scale::linear(0.0, 1.0), y };
         panel.y_ticks().iter().map(|tick| text_width(&tick.label, SMALL_TEXT)).fold(0.0, f64::max)
@@ -302,7 +294,6 @@ impl Panel {
 }
 
 /// Room left of a panel for numbers and the axis' name.
-#[must_use]
 pub(crate) fn left_margin(labels_width: f64) -> f64 {
     labels_width + TEXT + 8.5
 }
@@ -341,7 +332,6 @@ const ROW_MARGIN: f64 = TITLE_MARGIN + 4.0;
 impl Panels {
     /// `count` panels in `columns` columns over the width of a figure; each is `aspect` times as high as
     /// wide. If they would be higher than a page, they are flattened, or there are more columns.
-    #[must_use]
     pub(crate) fn new(width: f64, columns: usize, count: usize, aspect: f64, x: Scale, y: Scale) -> Self {
         let mut columns = columns.clamp(1, count.max(1));
         loop {
@@ -361,7 +351,6 @@ impl Panels {
     }
 
     /// The same below a heading, which is drawn at the top of the figure.
-    #[must_use]
     pub(crate) fn below(
         scene: &mut Scene,
         heading: &Rich,
@@ -403,7 +392,6 @@ impl Panels {
     }
 
     /// Room for the numbers left of the panels.
-    #[must_use]
     pub(crate) fn labels_width(&self) -> f64 {
         self.labels_width
     }
@@ -446,7 +434,6 @@ pub(crate) fn write_heading(scene: &mut Scene, left: f64, heading: &Rich) -> f64
 }
 
 /// Breaks "a = 1, b = 2, ..." into lines that fit.
-#[must_use]
 pub(crate) fn wrap(text: &Rich, width: f64) -> Vec<Rich> {
     let mut lines: Vec<Rich> = Vec::new();
     let mut line = Rich::default();

@@ -13,7 +13,6 @@ use crate::simulate::bifurcation::Bifurcation;
 
 /// All points as a table: the curve, the number of its branch from 1, the values of both axes, and the error,
 /// a distance in sides of the plotted rectangle.
-#[must_use]
 pub(crate) fn data(view: &View, curves: &PlaneCurves) -> Data {
     let axes = view.map.grid().axes();
     let [x, y] = [curves.plane.x, curves.plane.y].map(|axis| view.axis(&axes[axis]));
@@ -63,7 +62,6 @@ pub(crate) fn draw(scene: &mut Scene, panel: &Panel, curves: &PlaneCurves, legen
 }
 
 /// Line style and legend text of the curve of a bifurcation.
-#[must_use]
 pub(crate) fn line_style(bifurcation: Bifurcation) -> (Stroke, &'static str) {
     (style(bifurcation), words(bifurcation))
 }

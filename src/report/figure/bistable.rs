@@ -17,7 +17,6 @@ const CRITICAL: Stroke = Stroke::solid(palette::BLACK, 1.0);
 
 /// The figure: (a) the band in the plane of V and c at the largest eps, (b) its width against eps. For a
 /// machine, where eps has no meaning, only the band.
-#[must_use]
 pub(crate) fn bistable(view: &View) -> Figure {
     let map = view.map;
     let axes = map.grid().axes();

@@ -14,7 +14,6 @@ use super::{Figure, curves, palette};
 const SPREAD: f64 = 10.0;
 
 /// Critical damping against V, one panel per eps.
-#[must_use]
 pub(crate) fn critical(view: &View) -> Figure {
     let map = view.map;
     let axes = map.grid().axes();

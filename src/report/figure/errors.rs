@@ -31,7 +31,6 @@ fn scale(report: &Report, epsilons: usize) -> Option<Scale> {
 }
 
 /// The figure; `None` if no method has a boundary error to show.
-#[must_use]
 pub(crate) fn errors(view: &View, report: &Report) -> Option<Figure> {
     let axes = view.map.grid().axes();
     let epsilons = &axes[0].values;

@@ -40,7 +40,6 @@ impl Legend {
     }
 
     /// Returns whether it has no entries.
-    #[must_use]
     pub(crate) fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
@@ -60,7 +59,6 @@ impl Legend {
     }
 
     /// Height that it takes.
-    #[must_use]
     pub(crate) fn height(&self, width: f64) -> f64 {
         if self.is_empty() { 0.0 } else { self.layout(width).0 as f64 * ROW }
     }

@@ -37,7 +37,6 @@ pub(crate) struct Chart {
 
 impl Chart {
     /// A scale that contains all numbers of the curves, and 0 if that is near.
-    #[must_use]
     pub(crate) fn scale(&self) -> Scale {
         let numbers =
             || self.curves.iter().flat_map(|curve| &curve.points).map(|p| p.1).filter(|y| y.is_finite());
@@ -57,7 +56,6 @@ impl Chart {
 }
 
 /// Draws charts one below the other over a common horizontal axis, with one legend.
-#[must_use]
 pub(crate) fn draw(heading: &Rich, x: Scale, x_name: &Rich, charts: &[Chart], width: Width) -> Scene {
     let aspect = match (width, charts.len()) {
         (Width::OneColumn, 1) => 0.72,
@@ -112,7 +110,6 @@ pub(crate) fn draw(heading: &Rich, x: Scale, x_name: &Rich, charts: &[Chart], wi
 }
 
 /// The letter of a panel: "(a) ".
-#[must_use]
 pub(crate) fn letter(number: usize) -> Rich {
     rich(&format!("({}) ", char::from(b'a' + (number % 26) as u8)))
 }

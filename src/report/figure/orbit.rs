@@ -64,7 +64,6 @@ fn point_words(plot: &OrbitPlot) -> Rich {
 }
 
 /// Draws phase portrait and time series.
-#[must_use]
 pub(crate) fn orbit_figure(plot: &OrbitPlot) -> OrbitFigure {
     let oscillator = Oscillator::new(plot.law, plot.point);
     let portrait = Portrait::of(&oscillator, plot.start, plot.duration);

@@ -47,7 +47,6 @@ const fn style(color: &'static str, width: f64, dash: &'static [f64], marker: Ma
 }
 
 /// The style of a method; all methods that this program does not know share one.
-#[must_use]
 pub(crate) fn method(name: &str) -> MethodStyle {
     match name {
         "simulation" => style(BLACK, 1.3, &[], Marker::Circle),
@@ -72,7 +71,6 @@ pub(crate) fn method(name: &str) -> MethodStyle {
 }
 
 /// The style of the peer with this number: grey and dotted, distinguished by its mark.
-#[must_use]
 pub(crate) fn peer(number: usize) -> MethodStyle {
     const MARKERS: [Marker; 7] = [
         Marker::Circle,
@@ -102,7 +100,6 @@ pub(crate) const FAILED: Fill = Fill::plain(BLACK);
 pub(crate) const NOT_COMPUTED: Fill = Fill::hatched(WHITE, Hatch::Dots, BLACK);
 
 /// The fill of a verdict.
-#[must_use]
 pub(crate) fn verdict(verdict: Verdict) -> Fill {
     match verdict {
         Verdict::Present => PRESENT,
@@ -114,7 +111,6 @@ pub(crate) fn verdict(verdict: Verdict) -> Fill {
 }
 
 /// The fill of a regime.
-#[must_use]
 pub(crate) fn regime(regime: Regime) -> Fill {
     match regime {
         Regime::StickSlip => PRESENT,
@@ -133,7 +129,6 @@ pub(crate) fn regime(regime: Regime) -> Fill {
 }
 
 /// Name of a regime in legends.
-#[must_use]
 pub(crate) fn regime_words(regime: Regime) -> &'static str {
     match regime {
         Regime::StickSlip => "stick-slip",
@@ -162,7 +157,6 @@ pub(crate) struct Kind {
 }
 
 /// Every verdict.
-#[must_use]
 pub(crate) fn verdicts() -> Vec<Kind> {
     let kind = |verdict: Verdict| Kind {
         code: verdict.code(),
@@ -174,7 +168,6 @@ pub(crate) fn verdicts() -> Vec<Kind> {
 }
 
 /// Every regime.
-#[must_use]
 pub(crate) fn regimes() -> Vec<Kind> {
     let kind = |regime: Regime| Kind {
         code: regime.code(),
@@ -186,7 +179,6 @@ pub(crate) fn regimes() -> Vec<Kind> {
 }
 
 /// Name of a verdict in legends.
-#[must_use]
 pub(crate) fn verdict_words(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Present => "cycle exists",
@@ -199,7 +191,6 @@ pub(crate) fn verdict_words(verdict: Verdict) -> &'static str {
 
 /// Fill of the area in which a method decides: the colour of its lines, hatched to be distinguished in
 /// greyscale.
-#[must_use]
 pub(crate) fn method_area(name: &str) -> Fill {
     match name {
         "instability" => Fill::hatched(SKY, Hatch::Rising, WHITE),
@@ -212,7 +203,6 @@ pub(crate) fn method_area(name: &str) -> Fill {
 }
 
 /// The style of the curve with this number in a plot of several.
-#[must_use]
 pub(crate) fn curve(number: usize) -> MethodStyle {
     const STYLES: [MethodStyle; 7] = [
         style(BLUE, 1.2, &[], Marker::Circle),
@@ -257,13 +247,11 @@ fn between(anchors: &[[u8; 3]], unit: f64) -> String {
 }
 
 /// The colour of a quantity between its minimum (0) and its maximum (1).
-#[must_use]
 pub(crate) fn sequential(unit: f64) -> String {
     between(&VIRIDIS, unit)
 }
 
 /// The colour of a quantity with a sign: -1 to 1 is mapped to 0 to 1.
-#[must_use]
 pub(crate) fn diverging(unit: f64) -> String {
     between(&DIVERGING, unit)
 }

@@ -31,7 +31,6 @@ fn column(epsilon: f64, [alpha, beta, gamma]: [f64; 3]) -> Column {
 }
 
 /// All four.
-#[must_use]
 pub(crate) fn figures() -> Vec<Figure> {
     vec![fields(), coulomb(), cases(), divergence()]
 }

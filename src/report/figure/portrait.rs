@@ -49,7 +49,6 @@ pub(super) struct Portrait {
 }
 
 /// The orbit from `start`, for the time `duration`, or until it closes, settles or has made four turns.
-#[must_use]
 pub(crate) fn orbit_from(oscillator: &Oscillator, start: Start, duration: Option<f64>) -> Trace {
     let Some(duration) = duration else {
         return trace(oscillator, start, TOLERANCE, TURNS * std::f64::consts::TAU);
@@ -75,7 +74,6 @@ pub(crate) fn orbit_from(oscillator: &Oscillator, start: Start, duration: Option
 }
 
 /// An orbit as a table: time, position, velocity, and whether the mass slips or sticks from there on.
-#[must_use]
 pub(crate) fn orbit_data(orbit: &Trace, units: &UnitSystem) -> Data {
     let column = |factor: f64, of: fn(&State) -> f64| orbit.samples.iter().map(|s| of(s) * factor).collect();
     let (t, x1, x2) = (units.time(), units.x1(), units.x2());

@@ -37,7 +37,6 @@ impl Width {
     pub(crate) const ALL: [Width; 2] = [Width::OneColumn, Width::TwoColumns];
 
     /// In points.
-    #[must_use]
     pub(crate) fn points(self) -> f64 {
         POINTS
             * match self {
@@ -93,13 +92,11 @@ pub(crate) struct Fill {
 
 impl Fill {
     /// One colour.
-    #[must_use]
     pub(crate) const fn plain(ground: &'static str) -> Self {
         Self { ground, hatch: None }
     }
 
     /// A hatched colour.
-    #[must_use]
     pub(crate) const fn hatched(ground: &'static str, hatch: Hatch, ink: &'static str) -> Self {
         Self { ground, hatch: Some((hatch, ink)) }
     }
@@ -118,7 +115,6 @@ pub(crate) struct Stroke {
 
 impl Stroke {
     /// A solid line.
-    #[must_use]
     pub(crate) const fn solid(color: &'static str, width: f64) -> Self {
         Self { color, width, dash: &[] }
     }
@@ -217,7 +213,6 @@ pub struct Scene {
 
 impl Scene {
     /// An empty figure.
-    #[must_use]
     pub(crate) fn new(width: f64, height: f64) -> Self {
         Self { width, height, body: String::new(), hatchings: BTreeSet::new(), clips: Vec::new() }
     }
@@ -507,7 +502,6 @@ static REGULAR: LazyLock<Option<Face<'static>>> =
 static ITALIC: LazyLock<Option<Face<'static>>> = LazyLock::new(|| Face::parse(notosans::ITALIC_TTF, 0).ok());
 
 /// Width of a text in points.
-#[must_use]
 pub(crate) fn text_width(text: &Rich, size: f64) -> f64 {
     let words = |words: &str, italic: bool| -> f64 {
         let face = if italic { &ITALIC } else { &REGULAR };

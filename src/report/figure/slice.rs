@@ -156,7 +156,6 @@ pub(crate) struct Slice<'a> {
 
 impl<'a> Slice<'a> {
     /// The slice along two axes, with the others fixed at the given nodes.
-    #[must_use]
     pub(crate) fn new(view: &'a View<'a>, x: usize, y: usize, index: Vec<usize>) -> Self {
         Self { view, x, y, index }
     }
@@ -181,43 +180,36 @@ impl<'a> Slice<'a> {
     }
 
     /// The friction law.
-    #[must_use]
     pub(crate) fn law(&self) -> &Law {
         self.view.map.grid().law()
     }
 
     /// The horizontal axis.
-    #[must_use]
     pub(crate) fn x_axis(&self) -> &'a Axis {
         &self.view.map.grid().axes()[self.x]
     }
 
     /// The vertical axis.
-    #[must_use]
     pub(crate) fn y_axis(&self) -> &'a Axis {
         &self.view.map.grid().axes()[self.y]
     }
 
     /// Its plane in the grid.
-    #[must_use]
     pub(crate) fn plane(&self) -> Plane {
         Plane::new(self.x, self.y, self.index.clone())
     }
 
     /// The scale and the name of the horizontal axis.
-    #[must_use]
     pub(crate) fn x_scale(&self) -> (Scale, Rich) {
         scale(self.view, self.x_axis())
     }
 
     /// The scale and the name of the vertical axis.
-    #[must_use]
     pub(crate) fn y_scale(&self) -> (Scale, Rich) {
         scale(self.view, self.y_axis())
     }
 
     /// The point of the slice with these coordinates, which need not be nodes.
-    #[must_use]
     pub(crate) fn point(&self, x: f64, y: f64) -> Point {
         let axes = self.view.map.grid().axes();
         let clamp = |axis: &Axis, value: f64| value.clamp(axis.values[0], axis.values[axis.values.len() - 1]);
@@ -228,13 +220,11 @@ impl<'a> Slice<'a> {
     }
 
     /// Nodes of the horizontal axis that are drawn.
-    #[must_use]
     pub(crate) fn x_nodes(&self) -> Vec<f64> {
         drawn(self.x_axis())
     }
 
     /// Nodes of the vertical axis that are drawn.
-    #[must_use]
     pub(crate) fn y_nodes(&self) -> Vec<f64> {
         drawn(self.y_axis())
     }
@@ -246,7 +236,6 @@ impl<'a> Slice<'a> {
     }
 
     /// The sentence of a caption for that: " One node in 60 of V is drawn."
-    #[must_use]
     pub(crate) fn thinned_words(&self) -> Rich {
         self.thinned().fold(Rich::default(), |text, (axis, step)| {
             let of = rich(&format!(" One node in {step} of "));
@@ -301,13 +290,11 @@ impl<'a> Slice<'a> {
     }
 
     /// "ε = 0.1, β = 0.5": every fixed axis.
-    #[must_use]
     pub(crate) fn held(&self) -> Rich {
         self.view.held(&self.index, &[self.x, self.y])
     }
 
     /// The same without eps, for figures with a panel for each eps.
-    #[must_use]
     pub(crate) fn held_but_epsilon(&self) -> Rich {
         self.view.held(&self.index, &[self.x, self.y, 0])
     }
@@ -402,13 +389,11 @@ fn scale(view: &View, axis: &Axis) -> (Scale, Rich) {
 }
 
 /// "ε = 0.1".
-#[must_use]
 pub(crate) fn equals(axis: &str, value: f64) -> Rich {
     Rich::symbol(axis).then(rich(" = ")).then(Rich::number(value, 4))
 }
 
 /// The middle node of each axis.
-#[must_use]
 pub(crate) fn middle(axes: &[Axis]) -> Vec<usize> {
     axes.iter().map(Axis::middle).collect()
 }
@@ -416,7 +401,6 @@ pub(crate) fn middle(axes: &[Axis]) -> Vec<usize> {
 /// Nodes of a map for an informative figure: the middle ones if a cycle exists in their column, else those of
 /// the most similar column with a cycle among first, middle and last nodes of every axis: preferably with V
 /// in its middle, few axes changed, and the largest critical damping of these.
-#[must_use]
 pub(crate) fn informative_nodes(map: &MapFile) -> Vec<usize> {
     let axes = map.grid().axes();
     let middle = middle(axes);

@@ -19,7 +19,6 @@ pub(crate) struct Strip {
 }
 
 /// Draws strips over the nodes of an axis; `kinds` are the possible fills with their names.
-#[must_use]
 pub(crate) fn draw(
     heading: &Rich,
     nodes: &[f64],

@@ -74,7 +74,6 @@ impl Claim {
 
 /// The plane of a map in which verdicts change most visibly: horizontally the longest axis among the law's
 /// and V, vertically c; the two longest axes if c has one node.
-#[must_use]
 pub(crate) fn main_plane(map: &MapFile) -> (usize, usize) {
     let axes = map.grid().axes();
     let c = axes.len() - 1;
@@ -91,7 +90,6 @@ pub(crate) fn main_plane(map: &MapFile) -> (usize, usize) {
 }
 
 /// The eps at which slices are drawn: all, or evenly selected ones.
-#[must_use]
 pub(crate) fn chosen_epsilons(map: &MapFile) -> Vec<usize> {
     let count = map.grid().axes()[0].values.len();
     if count <= MOST_EPSILONS {

@@ -86,7 +86,6 @@ pub fn failures(map: &MapFile, report: &Report) -> Table {
 }
 
 /// The methods of the map.
-#[must_use]
 pub(crate) fn methods(map: &MapFile) -> Table {
     let rows = map.methods().iter().map(|method| {
         vec![

@@ -114,7 +114,6 @@ impl NaiveMethod {
         [NaiveMethod::Smoothed, NaiveMethod::StickBand, NaiveMethod::FixedStep, NaiveMethod::EventStep];
 
     /// Name in configurations and map files.
-    #[must_use]
     pub(crate) fn name(self) -> &'static str {
         match self {
             NaiveMethod::Smoothed => "smoothed",
@@ -125,7 +124,6 @@ impl NaiveMethod {
     }
 
     /// One phrase for legends and `long_name`.
-    #[must_use]
     pub(crate) fn long_name(self) -> &'static str {
         match self {
             NaiveMethod::Smoothed => "orbit of the oscillator with friction smoothed by tanh",
@@ -136,7 +134,6 @@ impl NaiveMethod {
     }
 
     /// The formula of the method.
-    #[must_use]
     pub(crate) fn equation(self) -> &'static str {
         match self {
             NaiveMethod::Smoothed => "sign(x2 - V) replaced by tanh((x2 - V)/d)",
