@@ -111,7 +111,7 @@ fn interpolated_cells_are_those_of_their_own_columns() {
     for (name, grid) in grids() {
         let (found, account) = computed(&grid, Engine::Auto, 20);
         let (wanted, _) = computed(&grid, Engine::CriticalSurface, 0);
-        let paths = account.paths.named();
+        let paths = &account.paths;
         assert_eq!(found.len(), wanted.len());
         for (cell, pair) in found.iter().zip(&wanted).enumerate() {
             assert_eq!(pair.0, pair.1, "{name}: cell {cell}, {paths:?}");

@@ -24,14 +24,12 @@ const MOST_WORK: u64 = 20_000_000;
 const TOGETHER: usize = 2;
 
 /// Evenly spaced numbers on a scale.
-#[must_use]
 pub(super) fn samples(scale: Scale) -> Vec<f64> {
     (0..=POINTS).map(|i| scale.value(i as f64 / POINTS as f64)).collect()
 }
 
 /// A scale without the part at its end where no value is positive; unchanged if no value is positive
 /// anywhere. `most` is the largest value at each sample of the scale.
-#[must_use]
 pub(super) fn cut(scale: Scale, samples: &[f64], most: impl Fn(usize) -> f64) -> Scale {
     match (0..samples.len()).rev().find(|&i| most(i) > 0.0) {
         Some(last) => {
@@ -43,7 +41,6 @@ pub(super) fn cut(scale: Scale, samples: &[f64], most: impl Fn(usize) -> f64) ->
 }
 
 /// The columns of a map's law in which `axis` takes the given values and the others are fixed at nodes.
-#[must_use]
 pub(super) fn columns(map: &MapFile, index: &[usize], axis: usize, values: &[f64]) -> Vec<Column> {
     let axes: &[Axis] = map.grid().axes();
     values
@@ -58,7 +55,6 @@ pub(super) fn columns(map: &MapFile, index: &[usize], axis: usize, values: &[f64
 
 /// The exact critical damping of each column; NaN where there is none, and after [`MOST_FAILURES`] columns
 /// without an answer, or [`MOST_WORK`].
-#[must_use]
 pub(super) fn exact(columns: &[Column]) -> Vec<f64> {
     let (mut found, mut failures, mut work) = (Vec::with_capacity(columns.len()), 0, 0);
     for some in columns.chunks(TOGETHER) {
@@ -76,13 +72,11 @@ pub(super) fn exact(columns: &[Column]) -> Vec<f64> {
 
 /// The damping at which the equilibrium changes its stability: the divergence there is
 /// weakening(V) - eps c.
-#[must_use]
 pub(super) fn stability(column: &Column) -> f64 {
     column.curve.weakening(column.belt_speed) / column.epsilon
 }
 
 /// The boundary of each method of a map that this program knows, the simulation last.
-#[must_use]
 pub(super) fn by_method(map: &MapFile, columns: &[Column]) -> Vec<(String, Vec<f64>)> {
     let mut curves: Vec<(String, Vec<f64>)> = map
         .methods()
