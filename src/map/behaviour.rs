@@ -3,7 +3,7 @@
 use std::cell::{OnceCell, RefCell};
 
 use super::Regime;
-use super::simulation::End;
+use super::end::End;
 use super::verdict::{Attractors, Outside};
 use crate::filippov::Oscillator;
 use crate::friction::{Curve, Range};

@@ -9,10 +9,11 @@ use super::account::{Account, FailedCell, MethodAccount, Stages, count, failed_c
 use super::audit::{Audit, Draws};
 use super::behaviour::Behaviour;
 use super::contradictions::{Contradictions, contradictions};
+use super::end::End;
 use super::interpolation::Interpolated;
 use super::proved::Proved;
 use super::quantity::describe;
-use super::simulation::{End, Paths, Simulated, simulate};
+use super::simulation::{Paths, Simulated, simulate};
 use super::{Field, Method, MethodCells, Plan, PlaneCurves, Runs, Sink, Tile, TileData, Verdict};
 use crate::certify::Claim;
 use crate::clock::timed;

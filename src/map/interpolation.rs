@@ -20,7 +20,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 use super::behaviour::{COARSE, regime_of_sketch};
-use super::simulation::End;
+use super::end::End;
 use super::{Engine, Field, Grid, Plan, Tile};
 use crate::filippov::Oscillator;
 use crate::friction::Column;

@@ -6,6 +6,7 @@ mod behaviour;
 mod contradictions;
 mod curves;
 pub(crate) mod dimension;
+mod end;
 mod engine;
 pub(crate) mod failures;
 mod field;

@@ -5,63 +5,19 @@
 //! bisections, label a column of any length. Columns close together share their numbers, see
 //! [`super::interpolation`].
 
+use super::end::End;
 use super::interpolation::Interpolated;
 use super::{Engine, Verdict};
 use crate::certify::{self, Claim, Decision};
 use crate::filippov::Oscillator;
 use crate::friction::Column;
 use crate::simulate::{
-    CriticalDamping, Fate, Flow, NoCriticalDamping,
+    CriticalDamping, NoCriticalDamping,
     critical::critical_dampings,
     direct, flow,
     return_map::{Turn, is_resolved, turns_of},
     surface,
 };
-
-/// The fate of a cell's orbit, without its details.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum End {
-    /// It sticks again.
-    Sticks,
-    /// It spirals inward.
-    Inward,
-    /// It crosses the belt line for ever.
-    Crosses,
-    /// Within the error of the boundary.
-    TooClose,
-    /// No answer.
-    Failed,
-}
-
-impl End {
-    pub(super) fn of(flow: &Flow) -> Self {
-        match flow.fate {
-            Fate::Sticks(_) => End::Sticks,
-            Fate::SpiralsInward => End::Inward,
-            Fate::CrossesForever => End::Crosses,
-            Fate::TooCloseToCall => End::TooClose,
-            Fate::Failed(_) => End::Failed,
-        }
-    }
-
-    /// Whether the orbit returns to the belt line, where that is known.
-    pub(super) fn returns(self) -> Option<bool> {
-        match self {
-            End::Sticks | End::Crosses => Some(true),
-            End::Inward => Some(false),
-            End::TooClose | End::Failed => None,
-        }
-    }
-
-    pub(super) fn verdict(self) -> Verdict {
-        match self {
-            End::Sticks => Verdict::Present,
-            End::Inward | End::Crosses => Verdict::Absent,
-            End::TooClose => Verdict::Undecided,
-            End::Failed => Verdict::Failed,
-        }
-    }
-}
 
 /// Number of cells that each path decided.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
