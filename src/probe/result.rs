@@ -134,7 +134,8 @@ result! {
 
     /// Derivatives of the critical damping.
     pub(crate) struct SensitivityResult {
-        /// By each axis but the damping, in the order of [`crate::map::Grid::axis_names`]; empty if they are unknown.
+        /// By each axis but the damping, in the order of [`crate::map::Grid::axis_names`]; empty if they are
+        /// unknown.
         #[cfg_attr(feature = "serde", serde(serialize_with = "as_map"))]
         pub(crate) derivatives: Vec<(&'static str, Estimate)>,
         /// The standard error of the critical damping, of a table with standard errors.
