@@ -82,11 +82,14 @@ impl Interpolated {
         }
         let mut intervals = 0;
         if backbone {
-            for at in [0, columns.len() / 2, columns.len() - 1] {
-                let Ok(needed) = Sketch::intervals(&columns[at], COARSE) else { return found };
-                intervals = intervals.max(needed);
+            let samples = [columns.len() / 2, 0, columns.len() - 1];
+            let needed = samples.into_iter().map(|at| Sketch::intervals(&columns[at], COARSE).ok()?);
+            // Without backbones the critical damping may still be worth it.
+            intervals = needed.collect::<Option<Vec<_>>>().into_iter().flatten().max().unwrap_or(0);
+            if intervals == 0 && plan.stores(Field::CriticalC) {
+                return found;
             }
-            found.nodes = Some(SketchNodes::new(intervals));
+            found.nodes = (intervals > 0).then(|| SketchNodes::new(intervals));
         }
         found.stride = intervals + 2;
         found.values = vec![f64::NAN; found.stride * columns.len()];

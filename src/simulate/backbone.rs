@@ -397,11 +397,12 @@ impl<'a> Sketch<'a> {
     /// Largest number of nodes.
     const MOST_NODES: usize = 4 * SIZES[0] + 1;
 
-    /// The number of intervals between nodes that a sketch of this column needs.
+    /// The number of intervals between nodes that a sketch of this column needs; `None` where the most are too
+    /// few.
     ///
     /// # Errors
     /// [`Failure`] of an orbit.
-    pub(crate) fn intervals(column: &Column, tolerance: f64) -> Result<usize, Failure> {
+    pub(crate) fn intervals(column: &Column, tolerance: f64) -> Result<Option<usize>, Failure> {
         let mut backbone = Backbone::begun(&column.curve, column.belt_speed, tolerance)?;
         while tail(&backbone.series) > SKETCHY * largest(&backbone.values)
             && backbone.values.len() < Self::MOST_NODES
@@ -409,7 +410,8 @@ impl<'a> Sketch<'a> {
             let Some(finer) = backbone.refined(&column.curve, tolerance)? else { break };
             backbone = finer;
         }
-        Ok(backbone.values.len() - 1)
+        let is_clear = tail(&backbone.series) <= CLEAR * largest(&backbone.values);
+        Ok(is_clear.then(|| backbone.values.len() - 1))
     }
 
     /// The values of C of a column at the nodes of a sketch, from r = V down to 0, their largest error, and the
