@@ -257,11 +257,22 @@ impl Ranges<'_> {
     }
 }
 
+/// Work of compiling one piece of a law, in evaluations of the Stribeck law.
+const PIECE: u64 = 500;
+
 impl Column {
     /// The weakening rate as polynomials, up to the slip speeds of orbits that start within the belt speed.
     #[must_use]
     pub fn compiled(&self) -> Arc<Weakening> {
         self.curve.compiled(4.0 * self.belt_speed)
+    }
+
+    /// Work of compiling the law for this column, in evaluations of the Stribeck law, which needs none.
+    pub(crate) fn compiling_work(&self) -> u64 {
+        match self.curve.form {
+            Form::Stribeck(_) => 0,
+            _ => PIECE * self.compiled().breaks().len() as u64,
+        }
     }
 }
 
