@@ -14,19 +14,19 @@ const TOLERANCE: f64 = 1e-9;
 /// Sensitivity of the critical damping to a quantity of the machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
-pub struct Sensitivity {
+pub(crate) struct Sensitivity {
     /// Name of the quantity, as in configurations.
-    pub quantity: &'static str,
+    pub(crate) quantity: &'static str,
     /// Per cent by which the critical damping (in N s/m) changes when the quantity grows by one per cent.
-    pub critical_damping: f64,
+    pub(crate) critical_damping: f64,
 }
 
 /// Weight of one slip speed in the critical damping.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
-pub struct Influence {
+pub(crate) struct Influence {
     /// Slip speed, m/s: the middle of one of the equal parts from 0 to the largest on the orbit.
-    pub slip_speed: f64,
+    pub(crate) slip_speed: f64,
     /// Share of this part; the shares add up to 1.
     pub share: f64,
 }
@@ -34,54 +34,52 @@ pub struct Influence {
 /// Verdict of a rigorous test at the working point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
-pub struct Proof {
+pub(crate) struct Proof {
     /// Name of the test.
-    pub test: &'static str,
+    pub(crate) test: &'static str,
     /// "present", "absent" or "undecided".
-    pub verdict: &'static str,
+    pub(crate) verdict: &'static str,
 }
 
 /// The assessment. Speeds in m/s, dampings in N s/m, lengths in m, times in s; of a rotation rad for m and N
 /// m for N.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Assessment {
+pub(crate) struct Assessment {
     /// The machine at its working point.
-    pub machine: Machine,
+    pub(crate) machine: Machine,
     /// Its behaviour there.
-    pub behaviour: Behaviour,
+    pub(crate) behaviour: Behaviour,
     /// Belt speed below which it stick-slips from every initial state, at the working damping: steady slip is
     /// unstable. `None` if steady slip is stable at every speed.
-    pub always_below_speed: Option<f64>,
+    pub(crate) always_below_speed: Option<f64>,
     /// Damping below which it stick-slips from every initial state, at the working speed; `None` if there is
     /// none.
-    pub always_below_damping: Option<f64>,
+    pub(crate) always_below_damping: Option<f64>,
     /// Period of the attracting motion, s.
-    pub period: Option<f64>,
+    pub(crate) period: Option<f64>,
     /// Half the range of velocities of that motion, m/s.
-    pub velocity_amplitude: Option<f64>,
+    pub(crate) velocity_amplitude: Option<f64>,
     /// The sudden changes of velocity with the belt, and against it, that start stick-slip from steady slip.
-    pub kick: Option<[f64; 2]>,
+    pub(crate) kick: Option<[f64; 2]>,
     /// Sensitivities of the critical damping at the working speed.
-    pub sensitivities: Vec<Sensitivity>,
+    pub(crate) sensitivities: Vec<Sensitivity>,
     /// Weights of slip speeds of the friction curve in the critical damping; empty where the polar angle of
     /// the orbit is not monotone in time.
-    pub influence: Vec<Influence>,
+    pub(crate) influence: Vec<Influence>,
     /// Verdicts of the rigorous tests at the working point.
-    pub proofs: Vec<Proof>,
+    pub(crate) proofs: Vec<Proof>,
 }
 
 impl Assessment {
     /// The working damping in units of the critical one: above 1 no orbit that has left the belt returns to
     /// it.
-    #[must_use]
-    pub fn safety_margin(&self) -> Option<f64> {
+    pub(crate) fn safety_margin(&self) -> Option<f64> {
         self.behaviour.critical_damping.filter(|d| *d > 0.0).map(|critical| self.machine.damping / critical)
     }
 }
 
 /// Assesses a machine; `None` as in [`Machine::model`].
-#[must_use]
-pub fn assess(machine: &Machine) -> Option<Assessment> {
+pub(crate) fn assess(machine: &Machine) -> Option<Assessment> {
     let model = machine.model()?;
     let Model { law, point, si } = &model;
     let units = si.units;
@@ -130,8 +128,7 @@ const ACCURACIES_AND_STEPS: [(f64, f64); 2] = [(1e-12, 1e-4), (1e-10, 1e-3)];
 
 /// Logarithmic derivatives of the critical damping by each quantity of a machine that is not zero, to about
 /// 1e-6; without those for which no critical damping was found next to the machine.
-#[must_use]
-pub fn sensitivities(machine: &Machine) -> Vec<Sensitivity> {
+pub(crate) fn sensitivities(machine: &Machine) -> Vec<Sensitivity> {
     let critical = |machine: &Machine, accuracy: f64| -> Option<f64> {
         let model = machine.model()?;
         let root = critical_damping(&model.column(), accuracy).ok()?.c;

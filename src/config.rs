@@ -63,10 +63,12 @@ mod source;
 
 use std::path::{Path, PathBuf};
 
-pub use axis::range_nodes;
-pub use law::{point_into, read_table, table_of_text};
-pub use machine::{MachineJob, load_machine};
-pub use points::{PointTable, point_of};
+pub(crate) use axis::range_nodes;
+pub(crate) use law::table_of_text;
+pub use law::{point_into, read_table};
+pub(crate) use machine::{MachineJob, load_machine};
+pub use points::PointTable;
+pub(crate) use points::point_of;
 pub use source::ConfigError;
 use source::{Node, Section, Source};
 
@@ -92,25 +94,24 @@ pub struct Job {
     /// The machine of the grid, at its first belt speed and damping.
     pub machine: Option<Machine>,
     /// The uncertain quantities of that machine.
-    pub uncertain: Vec<Uncertain>,
+    pub(crate) uncertain: Vec<Uncertain>,
     /// The configuration file.
     pub config_file: PathBuf,
     /// The text of the configuration, overrides applied.
     pub config_text: String,
     /// The map file to write.
-    pub output: PathBuf,
+    pub(crate) output: PathBuf,
     /// Path of the certificate of what is proved between the nodes.
-    pub proof: Option<PathBuf>,
+    pub(crate) proof: Option<PathBuf>,
     /// Settings of a study of speed against accuracy.
     #[cfg(feature = "report")]
-    pub work_precision: Settings,
+    pub(crate) work_precision: Settings,
 }
 
 impl Job {
     /// Identity of this run in its certificate: the plan, and the number of boxes to be proved between the
     /// cells.
-    #[must_use]
-    pub fn identity(&self) -> String {
+    pub(crate) fn identity(&self) -> String {
         format!("{} {}", crate::dataset::attributes::plan_digest(&self.plan), self.plan.proof_boxes)
     }
 

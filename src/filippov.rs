@@ -104,8 +104,7 @@ impl Oscillator {
 
     /// Returns whether the divergence is proved to be at most `bound` for all slip speeds in [`lo`, `hi`], 0
     /// <= lo <= hi.
-    #[must_use]
-    pub fn divergence_is_at_most(&self, bound: f64, lo: f64, hi: f64) -> bool {
+    pub(crate) fn divergence_is_at_most(&self, bound: f64, lo: f64, hi: f64) -> bool {
         // A few values decide for most oscillators; bounds over a range of slip speeds cost much more.
         let at = |share: f64| self.divergence((hi - lo).mul_add(share, lo)) <= bound;
         [0.0, 1.0, 0.5, 0.2, 0.7, 0.35, 0.85].into_iter().all(at)
@@ -113,7 +112,6 @@ impl Oscillator {
     }
 
     /// The same, for laws that nothing encloses by many samples: no proof.
-    #[must_use]
     pub(crate) fn divergence_seems_at_most(&self, bound: f64, lo: f64, hi: f64) -> bool {
         let at = |i: u32| self.divergence((hi - lo).mul_add(f64::from(i) / f64::from(SAMPLES), lo)) <= bound;
         self.divergence_is_at_most(bound, lo, hi) || self.curve.is_sampled() && (0..=SAMPLES).all(at)
@@ -137,8 +135,7 @@ impl Oscillator {
     }
 
     /// x1 at the other end of the sliding segment, -1 - eps c V.
-    #[must_use]
-    pub fn upper_tangency_x1(&self) -> f64 {
+    pub(crate) fn upper_tangency_x1(&self) -> f64 {
         -1.0 - self.viscous * self.belt_speed
     }
 

@@ -52,6 +52,11 @@
 //! The modules `assessment`, `benchmark`, `cli`, `explore` and `report` belong to the program. They are
 //! public for its tests only, are not documented here, and may change at any time.
 
+// `pub` is what users of the library reach; all else is `pub(crate)`, and the compiler tells when nobody needs it.
+#![warn(unreachable_pub)]
+// Without the program some of what it needs is left over; what nobody needs shows when all features are on.
+#![cfg_attr(not(all(feature = "explore", feature = "mpi")), allow(dead_code, unused_imports))]
+
 /// Tries the code of the README.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

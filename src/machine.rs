@@ -111,7 +111,7 @@ pub struct Model {
     /// Its parameters.
     pub point: Point,
     /// The units of its numbers.
-    pub si: SiUnits,
+    pub(crate) si: SiUnits,
 }
 
 /// The units of the dimensionless oscillator, in SI.
@@ -131,8 +131,7 @@ pub struct Units {
 
 impl Units {
     /// The units of a mass on a spring under this friction force at rest.
-    #[must_use]
-    pub fn of(mass: f64, stiffness: f64, force: f64) -> Self {
+    pub(crate) fn of(mass: f64, stiffness: f64, force: f64) -> Self {
         let damping = (stiffness * mass).sqrt();
         Self {
             time: (mass / stiffness).sqrt(),
@@ -144,8 +143,7 @@ impl Units {
     }
 
     /// The factor from a dimensionless number of this dimension to SI.
-    #[must_use]
-    pub fn factor(&self, dimension: Dimension) -> f64 {
+    pub(crate) fn factor(&self, dimension: Dimension) -> f64 {
         match dimension {
             Dimension::Time => self.time,
             Dimension::Length => self.length,
@@ -158,14 +156,12 @@ impl Units {
     }
 
     /// The units of such an array.
-    #[must_use]
-    pub fn from_array([time, length, velocity, force, damping]: [f64; 5]) -> Self {
+    pub(crate) fn from_array([time, length, velocity, force, damping]: [f64; 5]) -> Self {
         Self { time, length, velocity, force, damping }
     }
 
     /// As stored in maps: time, length, velocity, force, damping.
-    #[must_use]
-    pub fn to_array(&self) -> [f64; 5] {
+    pub(crate) fn to_array(self) -> [f64; 5] {
         [self.time, self.length, self.velocity, self.force, self.damping]
     }
 }
@@ -174,28 +170,26 @@ impl Units {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SiUnits {
     /// Kind of motion.
-    pub motion: Motion,
+    pub(crate) motion: Motion,
     /// Its units.
-    pub units: Units,
+    pub(crate) units: Units,
 }
 
 impl SiUnits {
     /// The factor from a dimensionless number of this dimension to SI.
-    #[must_use]
-    pub fn factor(&self, dimension: Dimension) -> f64 {
+    pub(crate) fn factor(&self, dimension: Dimension) -> f64 {
         self.units.factor(dimension)
     }
 
     /// The name of the unit of this dimension.
-    #[must_use]
-    pub fn unit(&self, dimension: Dimension) -> &'static str {
+    pub(crate) fn unit(&self, dimension: Dimension) -> &'static str {
         self.motion.unit(dimension)
     }
 }
 
 /// Name of the attribute in which a map keeps the units of its machine, as [`Units::to_array`].
 #[doc(hidden)]
-pub const UNITS_ATTRIBUTE: &str = "machine_units";
+pub(crate) const UNITS_ATTRIBUTE: &str = "machine_units";
 /// Name of the attribute in which a map keeps its machine, if its friction is given by coefficients, as
 /// [`Machine::to_array`].
 #[doc(hidden)]
@@ -211,8 +205,7 @@ const AFTER: &str = "belt_speed";
 impl Machine {
     /// Mass, stiffness, damping, normal force, the four coefficients of friction, belt speed; `None` if the
     /// friction is not given by coefficients.
-    #[must_use]
-    pub fn to_array(&self) -> Option<[f64; 9]> {
+    pub(crate) fn to_array(&self) -> Option<[f64; 9]> {
         let Friction::Coefficients(_, coefficients) = &self.friction else { return None };
         let [rest, kinetic, velocity, strengthening] = coefficients.to_array();
         let Self { mass, stiffness, damping, normal_force, belt_speed, .. } = *self;
@@ -230,15 +223,13 @@ impl Machine {
     }
 
     /// All its numbers by name, as in configurations.
-    #[must_use]
-    pub fn quantities(&self) -> Vec<(&'static str, f64)> {
+    pub(crate) fn quantities(&self) -> Vec<(&'static str, f64)> {
         let before = BEFORE.into_iter().zip([self.mass, self.stiffness, self.damping, self.normal_force]);
         before.chain(self.friction.quantities()).chain([(AFTER, self.belt_speed)]).collect()
     }
 
     /// The machine with another value of one of its quantities; `None` if it has no such quantity.
-    #[must_use]
-    pub fn with(&self, name: &str, value: f64) -> Option<Machine> {
+    pub(crate) fn with(&self, name: &str, value: f64) -> Option<Machine> {
         let mut machine = self.clone();
         match name {
             "mass" => machine.mass = value,
@@ -256,8 +247,7 @@ impl Machine {
     }
 
     /// Returns whether its numbers are legal.
-    #[must_use]
-    pub fn is_legal(&self) -> bool {
+    pub(crate) fn is_legal(&self) -> bool {
         let positive = [self.mass, self.stiffness, self.normal_force, self.belt_speed];
         positive.iter().all(|value| *value > 0.0 && value.is_finite())
             && self.damping >= 0.0
@@ -272,8 +262,7 @@ impl Machine {
     }
 
     /// The same with their names.
-    #[must_use]
-    pub fn si(&self) -> SiUnits {
+    pub(crate) fn si(&self) -> SiUnits {
         SiUnits { motion: self.motion, units: self.units() }
     }
 

@@ -31,7 +31,7 @@ impl LawParameters {
     ///
     /// # Panics
     /// If there is no such position.
-    pub fn set(&mut self, position: usize, value: f64) {
+    pub(crate) fn set(&mut self, position: usize, value: f64) {
         self.values[..self.len][position] = value;
     }
 

@@ -8,7 +8,7 @@
 //!
 //! Friction that was measured with standard errors is uncertain too. The errors of its data are independent
 //! and normal; to first order in them the critical damping of a draw is normal around that of the data as
-//! measured, and its standard deviation is known ([`Risk::standard_error`]). Each draw has such a deviation.
+//! measured, and its standard deviation is known (`Risk::standard_error`). Each draw has such a deviation.
 
 mod surface;
 
@@ -38,21 +38,21 @@ pub enum Spread {
 /// A number with its 95 % confidence limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
-pub struct Estimate {
+pub(crate) struct Estimate {
     /// The estimate.
     pub value: f64,
     /// The limits.
-    pub limits: [f64; 2],
+    pub(crate) limits: [f64; 2],
 }
 
 /// The nominal damping for a given probability of stick-slip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
-pub struct RareBy {
+pub(crate) struct RareBy {
     /// The given probability.
-    pub probability: f64,
+    pub(crate) probability: f64,
     /// The damping, N s/m (of a rotation N m s/rad); `None` where there are too few draws for limits.
-    pub damping: Option<Estimate>,
+    pub(crate) damping: Option<Estimate>,
 }
 
 /// The result of the draws.
@@ -60,18 +60,18 @@ pub struct RareBy {
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Risk {
     /// Number of draws with an answer.
-    pub draws: usize,
+    pub(crate) draws: usize,
     /// Number of draws whose critical damping was not found; they are left out.
-    pub failed: usize,
+    pub(crate) failed: usize,
     /// Largest error of the critical dampings found, N s/m (of a rotation N m s/rad).
-    pub critical_damping_error: f64,
+    pub(crate) critical_damping_error: f64,
     /// Standard error of the critical damping of the machine as given, by the standard errors of its measured
     /// friction, which the draws include; N s/m (of a rotation N m s/rad). `None` for friction without them.
-    pub standard_error: Option<f64>,
+    pub(crate) standard_error: Option<f64>,
     /// The probability that the machine may stick-slip.
-    pub probability: Estimate,
+    pub(crate) probability: Estimate,
     /// The dampings for the given probabilities.
-    pub rare_by: Vec<RareBy>,
+    pub(crate) rare_by: Vec<RareBy>,
 }
 
 /// Number of draws that share a stream of random numbers.
@@ -83,7 +83,7 @@ const TRIES: usize = 1000;
 const NORMAL: f64 = 1.959_963_984_540_054;
 
 /// An uncertain quantity of a machine: its name and its distribution.
-pub type Uncertain = (&'static str, Spread);
+pub(crate) type Uncertain = (&'static str, Spread);
 
 fn draw(machine: &Machine, uncertain: &[Uncertain], random: &mut Random) -> Option<Machine> {
     let values: Vec<f64> = uncertain.iter().map(|(name, _)| value_of(machine, name)).collect();
@@ -108,8 +108,7 @@ fn value_of(machine: &Machine, name: &str) -> f64 {
 
 /// Returns whether anything about a machine is uncertain: quantities, or measured friction with standard
 /// errors.
-#[must_use]
-pub fn is_uncertain(machine: &Machine, uncertain: &[Uncertain]) -> bool {
+pub(crate) fn is_uncertain(machine: &Machine, uncertain: &[Uncertain]) -> bool {
     !uncertain.is_empty() || has_standard_errors(machine)
 }
 
@@ -188,8 +187,7 @@ pub fn risk(machine: &Machine, uncertain: &[Uncertain], draws: usize, rare: &[f6
 
 /// The probability that a machine may stick-slip, over belt speeds (slower) and dampings, from as many draws
 /// at each belt speed, of the same random numbers. `None` as of [`risk`].
-#[must_use]
-pub fn probabilities(
+pub(crate) fn probabilities(
     machine: &Machine,
     uncertain: &[Uncertain],
     belt_speeds: &[f64],

@@ -16,7 +16,7 @@ pub struct Cell {
     /// Its parameters.
     pub point: Point,
     /// Its column.
-    pub column: Column,
+    pub(crate) column: Column,
     /// Whether it was drawn next to the boundary.
     pub near: bool,
     /// The answers to more than double precision.
@@ -53,8 +53,7 @@ fn along(values: &[f64], share: f64) -> f64 {
 /// fewer cells are the first of many.
 ///
 /// Cells whose true answer is not certain are left out.
-#[must_use]
-pub fn draw(grid: &Grid, count: usize, near: f64) -> Vec<Cell> {
+pub(crate) fn draw(grid: &Grid, count: usize, near: f64) -> Vec<Cell> {
     let axes = grid.axes();
     // One dimension for each axis, and one for the distance from the boundary.
     let generators = generators(axes.len() + 1);

@@ -27,8 +27,7 @@ pub enum Kind {
 
 impl Kind {
     /// Name in tables.
-    #[must_use]
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Kind::ClosedForm => "closed form",
             Kind::Engine => "engine",
@@ -41,11 +40,11 @@ impl Kind {
 /// The answer about a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Answer {
-    pub verdict: Verdict,
+    pub(crate) verdict: Verdict,
     /// The scaled grazing margin, if it is computed.
-    pub margin: Option<f64>,
+    pub(crate) margin: Option<f64>,
     /// The critical damping of the cell's column, if it is computed.
-    pub critical: Option<f64>,
+    pub(crate) critical: Option<f64>,
 }
 
 /// The function that computes a contestant's answers.
@@ -77,7 +76,7 @@ pub struct Contestant {
     /// Its kind.
     pub kind: Kind,
     /// Name of its parameter; `None` for a method without one.
-    pub knob: Option<&'static str>,
+    pub(crate) knob: Option<&'static str>,
     /// Value of the parameter.
     pub setting: f64,
     pub(super) solver: Solver,

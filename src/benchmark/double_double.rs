@@ -9,13 +9,13 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Double2 {
     /// The sum, rounded to a double.
-    pub hi: f64,
+    pub(crate) hi: f64,
     /// The rounding error of that sum.
-    pub lo: f64,
+    pub(crate) lo: f64,
 }
 
 /// 2 pi.
-pub const TAU: Double2 = Double2 { hi: std::f64::consts::TAU, lo: 2.449_293_598_294_706_4e-16 };
+pub(crate) const TAU: Double2 = Double2 { hi: std::f64::consts::TAU, lo: 2.449_293_598_294_706_4e-16 };
 
 /// a + b and its rounding error.
 fn two_sum(a: f64, b: f64) -> Double2 {
@@ -96,8 +96,7 @@ impl Double2 {
     }
 
     /// (sin, cos) of a number from 0 to 2 pi.
-    #[must_use]
-    pub fn sin_cos(self) -> (Self, Self) {
+    pub(crate) fn sin_cos(self) -> (Self, Self) {
         // Taylor series at x / 16 (at most 0.4: x^27 / 27! < 2e-39), then four doublings of sin and of 1 -
         // cos, which keeps the accuracy of small angles.
         let x = self * 0.0625;

@@ -24,8 +24,7 @@ pub struct Errors {
 
 impl Errors {
     /// Computes the statistics; `None` if there are no errors.
-    #[must_use]
-    pub fn of(mut sizes: Vec<f64>) -> Option<Self> {
+    pub(crate) fn of(mut sizes: Vec<f64>) -> Option<Self> {
         sizes.sort_by(f64::total_cmp);
         let at = |q: f64| sizes[((q * sizes.len() as f64).ceil() as usize).max(1) - 1];
         let worst = *sizes.last()?;
@@ -54,29 +53,28 @@ impl Labels {
     }
 
     /// Share of cells without the right verdict.
-    #[must_use]
-    pub fn missed(&self) -> Option<f64> {
+    pub(crate) fn missed(&self) -> Option<f64> {
         (self.cells > 0).then(|| (self.wrong + self.none) as f64 / self.cells as f64)
     }
 }
 
 /// Measurements of one contestant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Measurement {
+pub(crate) struct Measurement {
     /// Number of cells that it was asked about: all, or as many as its time allowed.
-    pub cells: usize,
+    pub(crate) cells: usize,
     /// Processor time per cell in seconds.
-    pub seconds: f64,
+    pub(crate) seconds: f64,
     /// Error of the scaled grazing margin; for methods without one, that of the critical damping as a margin.
-    pub margin: Option<Errors>,
+    pub(crate) margin: Option<Errors>,
     /// Error of the critical damping; for methods without one, that of the margin as a damping.
-    pub critical: Option<Errors>,
+    pub(crate) critical: Option<Errors>,
     /// Number of cells without an answer although there is a margin or critical damping.
-    pub unanswered: usize,
+    pub(crate) unanswered: usize,
     /// Verdicts on the cells near the boundary.
-    pub near: Labels,
+    pub(crate) near: Labels,
     /// Verdicts on the cells anywhere.
-    pub anywhere: Labels,
+    pub(crate) anywhere: Labels,
 }
 
 /// Least number of cells that even slow contestants are asked about.
@@ -87,8 +85,7 @@ const LONG_ENOUGH: Duration = Duration::from_micros(500);
 const PASSES: usize = 5;
 
 /// Measures a contestant on `cells`, or on as many of the first of them as take about `seconds`.
-#[must_use]
-pub fn measure(contestant: &Contestant, cells: &[Cell], seconds: f64) -> Measurement {
+pub(crate) fn measure(contestant: &Contestant, cells: &[Cell], seconds: f64) -> Measurement {
     let budget = Duration::from_secs_f64(seconds);
     let (count, time, answers) = match contestant.solver {
         Solver::Batch(ask) => timed(cells, cells.len(), budget, |cells| ask(cells, contestant.setting)),

@@ -3,28 +3,29 @@
 //!
 //! | item | definition |
 //! | --- | --- |
-//! | cells | [`cells::draw`]: half anywhere in the box of the configuration's grid, half within a stated distance in c of the boundary |
+//! | cells | `cells::draw`: half anywhere in the box of the configuration's grid, half within a stated distance in c of the boundary |
 //! | reference | [`reference::reference`]: margin and critical damping in double-double arithmetic |
 //! | time | processor time of one thread from the cell's friction curve to its answer; unlike in maps, nothing is shared between the cells of a column |
 //! | error | of the scaled grazing margin m/V where a method gives one; else of the critical damping, times abs(dm/dc)/V at the boundary, which makes it the margin of the orbit that the method takes for the grazing one |
 //! | labels | verdicts on the cells near the boundary: right, wrong, or none |
 
-pub mod cells;
+pub(crate) mod cells;
 mod contestants;
 pub mod double_double;
 mod measure;
 pub mod reference;
-pub mod study;
+pub(crate) mod study;
 
-pub use cells::Cell;
+pub(crate) use cells::Cell;
 pub use contestants::{Contestant, Kind, contestants};
-pub use measure::{Errors, Labels, Measurement, measure};
-pub use study::{Row, Settings, Study, StudyError};
+pub use measure::{Errors, Labels};
+pub(crate) use measure::{Measurement, measure};
+pub(crate) use study::StudyError;
+pub use study::{Row, Settings, Study};
 
 /// Marks the points of the Pareto front: those for which no other has both less time and less error.
 /// Points without a number are never on it.
-#[must_use]
-pub fn pareto(points: &[Option<(f64, f64)>]) -> Vec<bool> {
+pub(crate) fn pareto(points: &[Option<(f64, f64)>]) -> Vec<bool> {
     let beats = |a: (f64, f64), b: (f64, f64)| a.0 <= b.0 && a.1 <= b.1 && a != b;
     points
         .iter()

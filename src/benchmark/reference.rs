@@ -43,8 +43,7 @@ pub struct Exact {
 
 impl Exact {
     /// Distance of a double from it.
-    #[must_use]
-    pub fn distance(&self, from: f64) -> f64 {
+    pub(crate) fn distance(&self, from: f64) -> f64 {
         (self.value - from).value().abs()
     }
 }

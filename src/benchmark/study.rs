@@ -56,7 +56,7 @@ pub struct Row {
     /// Errors of the critical damping.
     pub critical: Option<Errors>,
     /// Number of cells without an answer.
-    pub unanswered: usize,
+    pub(crate) unanswered: usize,
     /// Verdicts near the boundary; `None` if it was not asked about such cells.
     pub near: Option<Labels>,
     /// Verdicts anywhere.
@@ -64,16 +64,16 @@ pub struct Row {
     /// Whether it is on the Pareto front of time and largest error.
     pub front_error: bool,
     /// Whether it is on the Pareto front of time and share of cells without the right verdict.
-    pub front_labels: bool,
+    pub(crate) front_labels: bool,
 }
 
 /// A finished study.
 #[derive(Clone, Debug)]
 pub struct Study {
     /// Its settings.
-    pub settings: Settings,
+    pub(crate) settings: Settings,
     /// The grid whose box the cells are drawn from.
-    pub grid: Grid,
+    pub(crate) grid: Grid,
     /// The cells.
     pub cells: Vec<Cell>,
     /// The measurements, methods in their order, each from coarse to fine.

@@ -17,7 +17,7 @@ use super::validated::tile::{GroupBox, MODES, Tile, UNIT};
 /// The name of the format.
 const FORMAT: &str = "slipmap proof 1";
 /// First bytes of every certificate, of any version of the format.
-pub const BEGINNING: &str = "{\"format\":\"slipmap proof ";
+pub(crate) const BEGINNING: &str = "{\"format\":\"slipmap proof ";
 /// The statement of every certificate.
 const STATEMENT: &str = "With v' = w, w' = -v + D w, D = -C + A/(1 + k s)^2 - 2 b s, s = 1 - v, the orbit from (1, 0) \
     comes back to v = 1 (or runs away) for C < C* and not for C > C*. In the domain of each tile |C* - sum of viscous[m] \
@@ -58,15 +58,15 @@ struct StoredTile {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Checked {
     /// The domain of the surface.
-    pub domain: GroupBox,
+    pub(crate) domain: GroupBox,
     /// Number of tiles.
-    pub tiles: usize,
+    pub(crate) tiles: usize,
     /// Number of tiles that were proved again.
-    pub confirmed: usize,
+    pub(crate) confirmed: usize,
     /// The largest radius claimed.
-    pub largest_radius: f64,
+    pub(crate) largest_radius: f64,
     /// Share of the domain in which nothing is claimed; valid if there are no problems.
-    pub open_share: f64,
+    pub(crate) open_share: f64,
     /// All problems; the certificate is sound if there are none.
     pub problems: Vec<String>,
 }
@@ -124,8 +124,7 @@ impl Certificate {
     }
 
     /// The run that it names as its origin.
-    #[must_use]
-    pub fn run(&self) -> Option<&str> {
+    pub(crate) fn run(&self) -> Option<&str> {
         self.run.as_deref()
     }
 

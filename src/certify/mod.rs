@@ -89,7 +89,7 @@ pub struct Claim {
 
 impl Claim {
     /// No claim anywhere.
-    pub const NOTHING: Claim = Claim {
+    pub(crate) const NOTHING: Claim = Claim {
         sticks_from: f64::NEG_INFINITY,
         present_below: f64::NEG_INFINITY,
         absent_above: f64::INFINITY,
@@ -163,7 +163,7 @@ impl Guarantee {
 }
 
 /// Computes the claims of many columns.
-pub type ManyClaims = fn(&[Column]) -> Vec<Claim>;
+pub(crate) type ManyClaims = fn(&[Column]) -> Vec<Claim>;
 
 /// A closed-form test.
 #[derive(Clone, Copy, Debug)]
@@ -171,23 +171,22 @@ pub struct Test {
     /// Name in configurations and map files.
     pub name: &'static str,
     /// One phrase for legends and `long_name`.
-    pub long_name: &'static str,
+    pub(crate) long_name: &'static str,
     /// Its equation in the paper, or its section of the crate's theory pages.
-    pub equation: &'static str,
+    pub(crate) equation: &'static str,
     /// The guarantee of its verdicts.
     pub guarantee: Guarantee,
     /// Whether it needs the law's expansion to first order in eps, and claims nothing without one.
-    pub first_order: bool,
+    pub(crate) first_order: bool,
     /// The claim along a column.
     pub claim: fn(&Column) -> Claim,
     /// The claims of many columns, where computing them together costs less than one by one.
-    pub claims: Option<ManyClaims>,
+    pub(crate) claims: Option<ManyClaims>,
 }
 
 impl Test {
     /// The claims along columns: those of [`Test::claim`].
-    #[must_use]
-    pub fn claims(&self, columns: &[Column]) -> Vec<Claim> {
+    pub(crate) fn claims(&self, columns: &[Column]) -> Vec<Claim> {
         match self.claims {
             Some(claims) => claims(columns),
             None => columns.iter().map(self.claim).collect(),

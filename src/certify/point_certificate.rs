@@ -15,7 +15,7 @@ use crate::point::{LawParameters, Point};
 /// The name of the format.
 const FORMAT: &str = "slipmap proof of a point 1";
 /// First bytes of its text.
-pub const BEGINNING: &str = "{\"format\":\"slipmap proof of a point ";
+pub(crate) const BEGINNING: &str = "{\"format\":\"slipmap proof of a point ";
 /// The statement of every certificate.
 const STATEMENT: &str = "With x1' = x2, x2' = -x1 - epsilon c x2 - sign(x2 - V) phi(|x2 - V|) and the friction law phi \
     of the given name, definition and parameters, the orbit from the exit point (1 - epsilon c V, V) comes back to the belt line \
@@ -43,8 +43,7 @@ pub struct PointCertificate {
 
 impl PointCertificate {
     /// Certifies the statements that `validated` proves of a point.
-    #[must_use]
-    pub fn of(law: &Law, point: &Point) -> Self {
+    pub(crate) fn of(law: &Law, point: &Point) -> Self {
         let claim = (validated::TEST.claim)(&law.column(point));
         Self {
             format: FORMAT.into(),
@@ -65,7 +64,7 @@ impl PointCertificate {
     ///
     /// # Errors
     /// [`NoCertificate`].
-    pub fn parse(text: &str) -> Result<Self, NoCertificate> {
+    pub(crate) fn parse(text: &str) -> Result<Self, NoCertificate> {
         let read: Self = serde_json::from_str(text)?;
         match read.format == FORMAT {
             true => Ok(read),
@@ -77,19 +76,17 @@ impl PointCertificate {
     ///
     /// # Errors
     /// None is known: the numbers of a point are finite.
-    pub fn text(&self) -> serde_json::Result<String> {
+    pub(crate) fn text(&self) -> serde_json::Result<String> {
         Ok(serde_json::to_string(self)? + "\n")
     }
 
     /// The verdict that it claims.
-    #[must_use]
-    pub fn verdict(&self) -> &str {
+    pub(crate) fn verdict(&self) -> &str {
         &self.verdict
     }
 
     /// The bounds of the critical damping that it claims.
-    #[must_use]
-    pub fn critical_c(&self) -> [Option<f64>; 2] {
+    pub(crate) fn critical_c(&self) -> [Option<f64>; 2] {
         self.critical_c
     }
 

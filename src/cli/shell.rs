@@ -16,7 +16,7 @@ Examples:
   slipmap man | man -l -
   slipmap man probe > slipmap-probe.1
   slipmap man --out ~/.local/share/man/man1")]
-pub struct ManArguments {
+pub(crate) struct ManArguments {
     /// The command whose page is printed; default: slipmap itself
     #[arg(value_name = "COMMAND", conflicts_with = "out")]
     command: Option<String>,
@@ -32,7 +32,7 @@ Examples:
   slipmap completions bash > ~/.local/share/bash-completion/completions/slipmap
   slipmap completions zsh > ~/.zfunc/_slipmap
   slipmap completions fish > ~/.config/fish/completions/slipmap.fish")]
-pub struct CompletionArguments {
+pub(crate) struct CompletionArguments {
     /// The shell
     #[arg(value_name = "SHELL")]
     shell: Shell,
@@ -49,7 +49,7 @@ fn page(command: &Command) -> io::Result<Vec<u8>> {
 ///
 /// # Errors
 /// [`Failure::BadInput`] for an unknown command, [`Failure::Broken`] if a file cannot be written.
-pub fn man(mut program: Command, arguments: &ManArguments) -> Result<Ended, Failure> {
+pub(crate) fn man(mut program: Command, arguments: &ManArguments) -> Result<Ended, Failure> {
     // Gives each command's page its full name: `slipmap-run`, not `run`.
     program = program.disable_help_subcommand(true);
     program.build();
@@ -92,7 +92,7 @@ fn write_all(program: &Command, folder: &Path) -> Result<Ended, Failure> {
 ///
 /// # Errors
 /// [`Failure::ReaderGone`] or [`Failure::Broken`] if they cannot be printed.
-pub fn completions(mut program: Command, arguments: &CompletionArguments) -> Result<Ended, Failure> {
+pub(crate) fn completions(mut program: Command, arguments: &CompletionArguments) -> Result<Ended, Failure> {
     // The generator panics on write errors; writing to memory never fails.
     let mut text = Vec::new();
     clap_complete::generate(arguments.shell, &mut program, "slipmap", &mut text);

@@ -94,8 +94,7 @@ pub(super) fn nodes_of_range(node: &Node, range: &Section) -> Result<Vec<f64>, C
 /// The nodes that a configuration's range `{ from, to, points, spacing }` has: `points` >= 2 values from
 /// `from` to `to`, with equal steps, or with equal ratios if `log`. Neighbours may be equal where the ends
 /// are too close.
-#[must_use]
-pub fn range_nodes(from: f64, to: f64, points: usize, log: bool) -> Vec<f64> {
+pub(crate) fn range_nodes(from: f64, to: f64, points: usize, log: bool) -> Vec<f64> {
     let spacing = if log { Spacing::Log } else { Spacing::Linear };
     spread(from, to, i64::try_from(points).unwrap_or(i64::MAX), spacing)
 }

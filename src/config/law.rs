@@ -163,7 +163,11 @@ fn table_of(path: &Path, static_level: Option<f64>) -> Result<Table, (String, St
 ///
 /// # Errors
 /// As [`read_table`].
-pub fn table_of_text(name: &str, text: &str, static_level: Option<f64>) -> Result<Table, (String, String)> {
+pub(crate) fn table_of_text(
+    name: &str,
+    text: &str,
+    static_level: Option<f64>,
+) -> Result<Table, (String, String)> {
     let fail = |problem: String, remedy: &str| Err((problem, remedy.to_owned()));
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)

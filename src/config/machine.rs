@@ -13,27 +13,26 @@ use crate::risk::{Spread, Uncertain};
 
 /// A machine with the belt speeds and damping coefficients of a grid.
 #[derive(Clone, Debug, PartialEq)]
-pub struct MachineJob {
+pub(crate) struct MachineJob {
     /// The machine at the first belt speed and damping.
-    pub machine: Machine,
+    pub(crate) machine: Machine,
     /// Whether its law is read as 1 + eps F(u).
-    pub small: bool,
+    pub(crate) small: bool,
     /// Belt speeds, m/s.
-    pub belt_speeds: Vec<f64>,
+    pub(crate) belt_speeds: Vec<f64>,
     /// Damping coefficients, N s/m.
-    pub dampings: Vec<f64>,
+    pub(crate) dampings: Vec<f64>,
     /// The uncertain quantities and their distributions.
-    pub uncertain: Vec<Uncertain>,
+    pub(crate) uncertain: Vec<Uncertain>,
     /// Title of the configuration, if it has one.
-    pub title: Option<String>,
+    pub(crate) title: Option<String>,
 }
 
 impl MachineJob {
     /// The dimensionless oscillator of `machine`, with its law read as small if this job says so.
     ///
     /// `None` as of [`Machine::model`].
-    #[must_use]
-    pub fn model_of(&self, machine: &Machine) -> Option<Model> {
+    pub(crate) fn model_of(&self, machine: &Machine) -> Option<Model> {
         let Model { law, point, si } = machine.model()?;
         Some(Model { law: if self.small { law.read_as_small() } else { law }, point, si })
     }
@@ -123,7 +122,7 @@ fn normal(table: &Section) -> Result<Option<Spread>, ConfigError> {
 ///
 /// # Errors
 /// The first error, with its place, its value and a remedy.
-pub fn load_machine(file: &Path, values: &[(String, f64)]) -> Result<MachineJob, ConfigError> {
+pub(crate) fn load_machine(file: &Path, values: &[(String, f64)]) -> Result<MachineJob, ConfigError> {
     let written = Source::load(file, &[])?;
     let written = written.root().section("machine")?;
     let sd_of = |name: &str| match written.get(name)?.shape() {

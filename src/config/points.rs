@@ -47,7 +47,7 @@ impl PointTable {
     ///
     /// # Errors
     /// The file cannot be read, or has no such column, or one of them twice.
-    pub fn of_machines(path: &Path, quantities: &[&'static str]) -> Result<Self, ConfigError> {
+    pub(crate) fn of_machines(path: &Path, quantities: &[&'static str]) -> Result<Self, ConfigError> {
         Self::with_columns(path, |name, header| find_axes(name, header, quantities, false))
     }
 
@@ -81,20 +81,17 @@ impl PointTable {
     }
 
     /// The file's name in messages.
-    #[must_use]
-    pub fn name(&self) -> &str {
+    pub(crate) fn name(&self) -> &str {
         &self.name
     }
 
     /// The header: names of the columns.
-    #[must_use]
-    pub fn header(&self) -> &ByteRecord {
+    pub(crate) fn header(&self) -> &ByteRecord {
         &self.header
     }
 
     /// Returns whether it has the column of this parameter or quantity.
-    #[must_use]
-    pub fn has(&self, name: &str) -> bool {
+    pub(crate) fn has(&self, name: &str) -> bool {
         self.columns.iter().any(|(column, _)| *column == name)
     }
 
@@ -139,7 +136,7 @@ impl PointTable {
     ///
     /// # Errors
     /// A field that is not a number.
-    pub fn values(&self, row: &ByteRecord) -> Result<Vec<(&'static str, f64)>, ConfigError> {
+    pub(crate) fn values(&self, row: &ByteRecord) -> Result<Vec<(&'static str, f64)>, ConfigError> {
         let number = |&(name, _): &(&'static str, usize)| match self.text(row, name).parse() {
             Ok(value) => Ok((name, value)),
             Err(_) => {
@@ -156,8 +153,7 @@ impl PointTable {
     }
 
     /// The error for the number of a row in this column.
-    #[must_use]
-    pub fn illegal(&self, row: &ByteRecord, name: &str, problem: &str) -> ConfigError {
+    pub(crate) fn illegal(&self, row: &ByteRecord, name: &str, problem: &str) -> ConfigError {
         let problem = format!("column {name}: `{}` {problem}", short(&self.text(row, name)));
         error(self.place(row), problem, "correct or remove this row")
     }
@@ -169,8 +165,7 @@ impl PointTable {
     }
 
     /// File and line of a row.
-    #[must_use]
-    pub fn place(&self, row: &ByteRecord) -> String {
+    pub(crate) fn place(&self, row: &ByteRecord) -> String {
         format!("{}:{}", self.name, row.position().map_or(0, csv::Position::line))
     }
 }
@@ -179,7 +174,7 @@ impl PointTable {
 ///
 /// # Errors
 /// The first value that is not legal on its axis.
-pub fn point_of(law: &Law, values: &[f64]) -> Result<Point, GridError> {
+pub(crate) fn point_of(law: &Law, values: &[f64]) -> Result<Point, GridError> {
     // A point is legal exactly when the grid of this one cell is.
     let grid = Grid::new(law.clone(), values.iter().map(|&value| vec![value]).collect())?;
     Ok(grid.point(&vec![0; values.len()]))

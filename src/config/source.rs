@@ -12,11 +12,11 @@ use toml_edit::{Array, Document, DocumentMut, InlineTable, Item, Key, Table, Tab
 #[error("{place}: {problem}\n  help: {remedy}")]
 pub struct ConfigError {
     /// `file:line:column`, or the `--set` argument.
-    pub place: String,
+    pub(crate) place: String,
     /// The key, its value and what is wrong with it.
-    pub problem: String,
+    pub(crate) problem: String,
     /// What to do instead.
-    pub remedy: String,
+    pub(crate) remedy: String,
 }
 
 /// One `--set key.path=value`.

@@ -113,8 +113,7 @@ fn words<'a>(list: impl IntoIterator<Item = &'a str>) -> Value {
 }
 
 /// The provenance attributes that all files share.
-#[must_use]
-pub fn origin(provenance: &Provenance) -> Vec<(&'static str, Value)> {
+pub(crate) fn origin(provenance: &Provenance) -> Vec<(&'static str, Value)> {
     let version = env!("CARGO_PKG_VERSION");
     vec![
         ("Conventions", "CF-1.11".into()),
@@ -133,11 +132,10 @@ pub fn origin(provenance: &Provenance) -> Vec<(&'static str, Value)> {
 /// Name of the attribute, in the journal and in the map, with the fingerprint of everything that the result
 /// depends on. Other parts of the configuration (comments, the title, output paths) may differ between two
 /// runs that make the same map.
-pub const PLAN: &str = "plan_sha256";
+pub(crate) const PLAN: &str = "plan_sha256";
 
 /// Fingerprint of everything that a map depends on: the plan and the version of the program.
-#[must_use]
-pub fn plan_digest(plan: &Plan) -> String {
+pub(crate) fn plan_digest(plan: &Plan) -> String {
     let Plan {
         grid,
         methods,

@@ -8,11 +8,11 @@ use crate::map::{AxisRole, Grid, dimension};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Auxiliary {
     /// Its name, one of [`AUXILIARY`].
-    pub name: &'static str,
+    pub(crate) name: &'static str,
     /// Its values, row-major along its axes.
-    pub values: Vec<f64>,
+    pub(crate) values: Vec<f64>,
     /// Its attributes, apart from fingerprints.
-    pub attributes: Vec<(&'static str, Value)>,
+    pub(crate) attributes: Vec<(&'static str, Value)>,
 }
 
 /// The axes in SI units: the auxiliary coordinate variables of the CF conventions.
@@ -26,11 +26,10 @@ const COORDINATES: [(&str, AxisRole, &str); 2] = [
 pub const PROBABILITY: &str = "stick_slip_probability";
 
 /// The names of all auxiliary variables.
-pub const AUXILIARY: [&str; 3] = [COORDINATES[0].0, COORDINATES[1].0, PROBABILITY];
+pub(crate) const AUXILIARY: [&str; 3] = [COORDINATES[0].0, COORDINATES[1].0, PROBABILITY];
 
 /// Positions of the axes of an auxiliary variable; `None` if there is no such variable.
-#[must_use]
-pub fn axes_of(name: &str, grid: &Grid) -> Option<Vec<usize>> {
+pub(crate) fn axes_of(name: &str, grid: &Grid) -> Option<Vec<usize>> {
     let roles = match name {
         PROBABILITY => vec![AxisRole::BeltSpeed, AxisRole::Damping],
         _ => vec![COORDINATES.iter().find(|(known, ..)| *known == name)?.1],
@@ -41,8 +40,7 @@ pub fn axes_of(name: &str, grid: &Grid) -> Option<Vec<usize>> {
 
 /// The variable with the probability that a machine may stick-slip, row-major along belt speed and damping,
 /// from a number of draws at each belt speed.
-#[must_use]
-pub fn probability(values: Vec<f64>, draws: usize) -> Auxiliary {
+pub(crate) fn probability(values: Vec<f64>, draws: usize) -> Auxiliary {
     let coordinates: Vec<&str> = COORDINATES.iter().map(|(name, ..)| *name).collect();
     Auxiliary {
         name: PROBABILITY,
@@ -58,8 +56,7 @@ pub fn probability(values: Vec<f64>, draws: usize) -> Auxiliary {
 }
 
 /// Belt speeds and dampings of a machine's map in SI units.
-#[must_use]
-pub fn coordinates(grid: &Grid, si: &SiUnits) -> Vec<Auxiliary> {
+pub(crate) fn coordinates(grid: &Grid, si: &SiUnits) -> Vec<Auxiliary> {
     let along = |(name, role, words): (&'static str, AxisRole, &str)| {
         let axis = grid.axes().iter().find(|axis| axis.role == role)?;
         let dimension = dimension::of_axis(role)?;
@@ -74,8 +71,12 @@ pub fn coordinates(grid: &Grid, si: &SiUnits) -> Vec<Auxiliary> {
 
 /// The SI attributes of a variable over the first `rank` axes of the grid: its auxiliary coordinates, by the
 /// CF conventions, and the factor from its numbers to a unit, where it has one.
-#[must_use]
-pub fn attributes_of(name: &str, rank: usize, grid: &Grid, si: &SiUnits) -> Vec<(&'static str, Value)> {
+pub(crate) fn attributes_of(
+    name: &str,
+    rank: usize,
+    grid: &Grid,
+    si: &SiUnits,
+) -> Vec<(&'static str, Value)> {
     let has = |coordinate: &&str| axes_of(coordinate, grid).is_some_and(|axes| axes[0] < rank);
     let coordinates: Vec<&str> = COORDINATES.iter().map(|(name, ..)| *name).filter(has).collect();
     let mut attributes = vec![("coordinates", coordinates.join(" ").into())];

@@ -9,17 +9,15 @@ use sha2::{Digest, Sha256};
 use super::{Value, hex};
 
 /// A SHA-256 fingerprint.
-pub type Fingerprint = [u8; 32];
+pub(crate) type Fingerprint = [u8; 32];
 
 /// Fingerprint of codes, one byte each.
-#[must_use]
-pub fn codes(codes: &[i8]) -> Fingerprint {
+pub(crate) fn codes(codes: &[i8]) -> Fingerprint {
     Sha256::digest(bytemuck::cast_slice::<i8, u8>(codes)).into()
 }
 
 /// Fingerprint of real numbers as little-endian IEEE doubles; every NaN counts as the same one.
-#[must_use]
-pub fn reals(reals: &[f64]) -> Fingerprint {
+pub(crate) fn reals(reals: &[f64]) -> Fingerprint {
     let mut hash = Sha256::new();
     let mut buffer = Vec::with_capacity(8 * 4096);
     for part in reals.chunks(4096) {
@@ -31,27 +29,23 @@ pub fn reals(reals: &[f64]) -> Fingerprint {
 }
 
 /// Fingerprint of whole numbers as little-endian 32-bit ones.
-#[must_use]
-pub fn integers(integers: &[i32]) -> Fingerprint {
+pub(crate) fn integers(integers: &[i32]) -> Fingerprint {
     Sha256::digest(integers.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>()).into()
 }
 
 /// The attribute `sha256` of a variable that is stored in one piece.
-#[must_use]
-pub fn of_one_tile(fingerprint: &Fingerprint) -> Value {
+pub(crate) fn of_one_tile(fingerprint: &Fingerprint) -> Value {
     hex(&combine([fingerprint])).into()
 }
 
 /// Fingerprint of a variable from those of its chunks, in their order.
-#[must_use]
-pub fn combine<'a>(fingerprints: impl IntoIterator<Item = &'a Fingerprint>) -> Fingerprint {
+pub(crate) fn combine<'a>(fingerprints: impl IntoIterator<Item = &'a Fingerprint>) -> Fingerprint {
     let mut hash = Sha256::new();
     fingerprints.into_iter().for_each(|fingerprint| hash.update(fingerprint));
     hash.finalize().into()
 }
 
 /// Replaces every NaN by the same one, so that maps do not depend on the instruction that made it.
-#[must_use]
-pub fn canonical(value: f64) -> f64 {
+pub(crate) fn canonical(value: f64) -> f64 {
     if value.is_nan() { f64::NAN } else { value }
 }

@@ -3,18 +3,18 @@
 
 pub mod attributes;
 pub mod auxiliary;
-pub mod fingerprint;
+pub(crate) mod fingerprint;
 mod schema;
 mod value;
 
 pub use attributes::{Audit, Outcome, Provenance};
-pub use auxiliary::Auxiliary;
-pub use fingerprint::Fingerprint;
-pub use schema::{Cells, Content, MethodInfo, SCHEMA, Schema, Variable};
+pub(crate) use auxiliary::Auxiliary;
+pub(crate) use fingerprint::Fingerprint;
+pub use schema::{Cells, MethodInfo, Schema, Variable};
+pub(crate) use schema::{Content, SCHEMA};
 pub use value::Value;
 
 /// Lower-case hexadecimal digits.
-#[must_use]
-pub fn hex(bytes: &[u8]) -> String {
+pub(crate) fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }

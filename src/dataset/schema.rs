@@ -7,7 +7,7 @@ use super::Value;
 
 /// Version of the layout of map files; raised when a reader of the old layout would misread the new one.
 /// Version 2 added curves of codimension one, which readers of version 1 report as damage.
-pub const SCHEMA: i64 = 2;
+pub(crate) const SCHEMA: i64 = 2;
 
 /// Description of a method in a map.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -17,9 +17,9 @@ pub struct MethodInfo {
     /// One phrase for legends.
     pub long_name: String,
     /// Its equation in the paper, or its section of the theory pages.
-    pub equation: String,
+    pub(crate) equation: String,
     /// The guarantee of its verdicts, a [`crate::certify::Guarantee`] in words.
-    pub guarantee: String,
+    pub(crate) guarantee: String,
 }
 
 impl MethodInfo {
@@ -36,7 +36,7 @@ impl MethodInfo {
 
 /// Source of a variable's cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Content {
+pub(crate) enum Content {
     /// Verdicts of the method with this position.
     Verdict(usize),
     /// Margins of the method with this position.
@@ -64,7 +64,7 @@ pub struct Variable {
     /// Name of the dataset.
     pub name: String,
     /// Source of its cells.
-    pub content: Content,
+    pub(crate) content: Content,
     /// Its attributes, apart from fingerprints and counts, which are known only at the end.
     pub attributes: Vec<(&'static str, Value)>,
 }
@@ -90,8 +90,7 @@ impl Variable {
     }
 
     /// Number of its dimensions on a grid of `axes` axes: a critical damping has no damping axis.
-    #[must_use]
-    pub fn rank(&self, axes: usize) -> usize {
+    pub(crate) fn rank(&self, axes: usize) -> usize {
         match self.content {
             Content::CriticalC(_) => axes - 1,
             _ => axes,
@@ -119,9 +118,9 @@ pub struct Schema {
     /// Shape of tiles and chunks.
     pub tile_shape: Vec<usize>,
     /// The methods.
-    pub methods: Vec<MethodInfo>,
+    pub(crate) methods: Vec<MethodInfo>,
     /// The fields.
-    pub fields: Vec<Field>,
+    pub(crate) fields: Vec<Field>,
     /// The variables, in the order of the file.
     pub variables: Vec<Variable>,
 }
@@ -135,8 +134,12 @@ impl Schema {
     }
 
     /// The layout of a map with these dimensions, methods and fields.
-    #[must_use]
-    pub fn new(grid: Grid, tile_shape: Vec<usize>, methods: Vec<MethodInfo>, fields: Vec<Field>) -> Self {
+    pub(crate) fn new(
+        grid: Grid,
+        tile_shape: Vec<usize>,
+        methods: Vec<MethodInfo>,
+        fields: Vec<Field>,
+    ) -> Self {
         let mut variables = Vec::new();
         let mut quantities = 0;
         for field in Field::ALL {
@@ -152,7 +155,7 @@ impl Schema {
                     "long-run behaviour according to the simulated flow",
                     Content::Regime,
                 )),
-                Field::Landing | Field::Cycle | Field::Basin | Field::EpsilonLimit | Field::Sensitivity => {
+                field => {
                     let parameters = grid.law().parameters().len();
                     for quantity in Quantity::of(field, methods.len(), parameters) {
                         let content = Content::Quantity(quantities);
@@ -166,21 +169,18 @@ impl Schema {
     }
 
     /// Names of the dimensions, slowest first.
-    #[must_use]
-    pub fn dimensions(&self) -> Vec<&str> {
+    pub(crate) fn dimensions(&self) -> Vec<&str> {
         self.grid.axes().iter().map(|axis| axis.name.as_str()).collect()
     }
 
     /// Number of tiles.
-    #[must_use]
-    pub fn tiles(&self) -> usize {
+    pub(crate) fn tiles(&self) -> usize {
         self.grid.tile_count(&self.tile_shape)
     }
 
     /// Number of consecutive tiles along the damping axis. A variable without that axis takes its cells from
     /// the first of them.
-    #[must_use]
-    pub fn tiles_per_column(&self) -> usize {
+    pub(crate) fn tiles_per_column(&self) -> usize {
         match self.tile_shape.last() {
             Some(&tile) => self.grid.dampings().len().div_ceil(tile),
             None => 1,
@@ -196,14 +196,12 @@ impl Schema {
     }
 
     /// Shape of a variable's chunks.
-    #[must_use]
-    pub fn chunk(&self, variable: &Variable) -> Vec<usize> {
+    pub(crate) fn chunk(&self, variable: &Variable) -> Vec<usize> {
         self.tile_shape[..variable.rank(self.tile_shape.len())].to_vec()
     }
 
     /// Number of a variable's chunks.
-    #[must_use]
-    pub fn chunks(&self, variable: &Variable) -> usize {
+    pub(crate) fn chunks(&self, variable: &Variable) -> usize {
         match variable.content {
             Content::CriticalC(_) => self.tiles() / self.tiles_per_column(),
             _ => self.tiles(),
@@ -211,8 +209,7 @@ impl Schema {
     }
 
     /// Index of the first cell of the chunk of a variable that a tile fills.
-    #[must_use]
-    pub fn offset(&self, variable: &Variable, tile: usize) -> Vec<usize> {
+    pub(crate) fn offset(&self, variable: &Variable, tile: usize) -> Vec<usize> {
         let ranges = self.grid.tile(&self.tile_shape, tile).ranges;
         ranges[..variable.rank(ranges.len())].iter().map(|range| range.start).collect()
     }

@@ -23,5 +23,5 @@ mod show;
 mod start;
 mod tabs;
 
-pub use server::serve;
-pub use start::Start;
+pub(crate) use server::serve;
+pub(crate) use start::Start;

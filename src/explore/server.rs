@@ -54,7 +54,7 @@ struct Shared {
 ///
 /// # Errors
 /// If the threads or the connections of the server cannot be started.
-pub fn serve(listener: TcpListener, start: Start, stop: &AtomicBool) -> io::Result<()> {
+pub(crate) fn serve(listener: TcpListener, start: Start, stop: &AtomicBool) -> io::Result<()> {
     let port = listener.local_addr()?.port();
     listener.set_nonblocking(true)?;
     let shared = Arc::new(Shared {

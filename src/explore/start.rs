@@ -12,7 +12,7 @@ use crate::store::{MapFile, Value};
 
 /// The argument of the command.
 #[derive(Debug, Default)]
-pub struct Start {
+pub(crate) struct Start {
     grid: Option<Grid>,
     title: String,
     map: Option<MapFile>,
@@ -21,8 +21,7 @@ pub struct Start {
 
 impl Start {
     /// The plane of a configuration.
-    #[must_use]
-    pub fn of_job(job: &Job) -> Self {
+    pub(crate) fn of_job(job: &Job) -> Self {
         Self {
             grid: Some(job.plan.grid().clone()),
             title: job.title.clone(),
@@ -32,8 +31,7 @@ impl Start {
     }
 
     /// The plane of a map, whose cells stay on disk until they are shown.
-    #[must_use]
-    pub fn of_map(map: MapFile) -> Self {
+    pub(crate) fn of_map(map: MapFile) -> Self {
         let title = map.text("title").unwrap_or_default().into();
         let machine = match map.attributes().get(SI_ATTRIBUTE) {
             Some(Value::Reals(numbers)) => numbers.as_slice().try_into().ok(),

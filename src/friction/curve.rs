@@ -46,8 +46,7 @@ fn compile(form: &Form, known: &mut Vec<Arc<Weakening>>, reach: f64) -> Arc<Weak
 impl Curve {
     /// Cost of one evaluation, in units of that of the Stribeck law, at least 1: budgets of work are divided
     /// by it.
-    #[must_use]
-    pub fn cost(&self) -> u64 {
+    pub(crate) fn cost(&self) -> u64 {
         match &self.form {
             Form::Stribeck(_) | Form::Lorentzian(_) => 1,
             Form::Exponential(_) | Form::Table(_) | Form::Function(_) | Form::Custom(_) => 2,
@@ -123,7 +122,7 @@ impl Curve {
     ///
     /// # Errors
     /// [`NoFirstOrder`] for a law that is not 1 + O(eps).
-    pub fn first_order(&self, belt_speed: f64) -> Result<FirstOrder, NoFirstOrder> {
+    pub(crate) fn first_order(&self, belt_speed: f64) -> Result<FirstOrder, NoFirstOrder> {
         if let Some(epsilon) = self.small {
             // -F' = w / eps.
             let Range { lo, hi } = self.weakening_range(0.0, 2.0 * belt_speed);
@@ -152,8 +151,7 @@ impl Curve {
 
     /// Returns whether the law's weakening rate has proved bounds for slip speeds up to `fastest`; theorems
     /// need them.
-    #[must_use]
-    pub fn is_enclosed(&self, fastest: f64) -> bool {
+    pub(crate) fn is_enclosed(&self, fastest: f64) -> bool {
         let range = self.weakening_range(0.0, fastest);
         range.lo.is_finite() && range.hi.is_finite()
     }
@@ -179,8 +177,7 @@ impl Curve {
     }
 
     /// The table behind a measured law.
-    #[must_use]
-    pub fn table(&self) -> Option<&Table> {
+    pub(crate) fn table(&self) -> Option<&Table> {
         match &self.form {
             Form::Table(table) => Some(table),
             _ => None,
@@ -220,8 +217,7 @@ impl Curve {
 
     /// Stribeck's law, for proofs over boxes and for vectorised engines, which use its three numbers; `None`
     /// for other laws.
-    #[must_use]
-    pub fn stribeck(&self) -> Option<&Stribeck> {
+    pub(crate) fn stribeck(&self) -> Option<&Stribeck> {
         match &self.form {
             Form::Stribeck(law) => Some(law),
             _ => None,
@@ -262,8 +258,7 @@ const PIECE: u64 = 500;
 
 impl Column {
     /// The weakening rate as polynomials, up to the slip speeds of orbits that start within the belt speed.
-    #[must_use]
-    pub fn compiled(&self) -> Arc<Weakening> {
+    pub(crate) fn compiled(&self) -> Arc<Weakening> {
         self.curve.compiled(4.0 * self.belt_speed)
     }
 

@@ -18,8 +18,7 @@ pub(crate) const DAMPING: Parameter =
 
 impl Parameter {
     /// Returns whether the value is finite and within the legal range.
-    #[must_use]
-    pub fn admits(&self, value: f64) -> bool {
+    pub(crate) fn admits(&self, value: f64) -> bool {
         value.is_finite() && (self.min..=self.max).contains(&value)
     }
 
@@ -31,8 +30,7 @@ impl Parameter {
     }
 
     /// The legal values in words, to follow "it must be".
-    #[must_use]
-    pub fn domain(&self) -> String {
+    pub(crate) fn domain(&self) -> String {
         if 0.0 < self.min && self.min <= f64::MIN_POSITIVE && self.max == f64::INFINITY {
             "greater than 0".into()
         } else if self.min == f64::MIN {

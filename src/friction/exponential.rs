@@ -14,7 +14,7 @@ pub(super) const PARAMETERS: [Parameter; 3] = [
 
 /// The curve at fixed parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Exponential {
+pub(crate) struct Exponential {
     /// 1 - mu.
     drop: f64,
     /// 1 / vs.

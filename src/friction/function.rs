@@ -26,9 +26,9 @@ const MOST_HALVINGS: u32 = 40;
 #[error("{problem}\n  help: {remedy}")]
 pub struct FunctionError {
     /// The problem.
-    pub problem: String,
+    pub(crate) problem: String,
     /// The remedy.
-    pub remedy: String,
+    pub(crate) remedy: String,
 }
 
 /// A law given as a function. Clones share its samples.

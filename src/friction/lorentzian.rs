@@ -10,7 +10,7 @@ use crate::point::LawParameters;
 
 /// The curve at fixed parameters: mu, vs and eta, like those of the exponential law.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lorentzian {
+pub(crate) struct Lorentzian {
     /// 1 - mu.
     drop: f64,
     /// 1 / vs.

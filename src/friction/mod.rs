@@ -23,10 +23,11 @@ pub(crate) use curve::Ranges;
 pub use curve::{Column, Curve};
 pub use custom::{Custom, CustomLaw, CustomLawError};
 pub use domain::PointError;
-pub use exponential::Exponential;
-pub use expression::{Expression, ExpressionCurve, ExpressionError};
+pub(crate) use exponential::Exponential;
+pub(crate) use expression::ExpressionCurve;
+pub use expression::{Expression, ExpressionError};
 pub use function::{Function, FunctionError};
-pub use lorentzian::Lorentzian;
+pub(crate) use lorentzian::Lorentzian;
 pub use stribeck::Stribeck;
 pub use table::{Table, TableError};
 pub use weakening::{Accuracy, Weakening};
@@ -51,12 +52,12 @@ pub struct Range {
 ///
 /// Slopes are per unit eps, so that they compare directly with the damping c.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FirstOrder {
+pub(crate) struct FirstOrder {
     /// `1/(pi V) * integral over a turn of F1(V - V cos t) cos t dt`, the right side of the paper's
     /// condition (6) divided by pi V.
-    pub mean_weakening: f64,
+    pub(crate) mean_weakening: f64,
     /// Range of -F1'(u) over slip speeds u in [0, 2 V].
-    pub weakening_range: Range,
+    pub(crate) weakening_range: Range,
 }
 
 /// Derivatives of the weakening rate at one slip speed.
@@ -70,7 +71,7 @@ pub struct Gradient {
 
 /// Reason why a law has no first order in eps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum NoFirstOrder {
+pub(crate) enum NoFirstOrder {
     /// eps does not occur in it.
     #[error("the friction law does not depend on eps")]
     NoEpsilon,
@@ -131,7 +132,7 @@ impl Law {
     pub const BUILT_IN: [Law; 3] = [Law::Stribeck, Law::Exponential, Law::Lorentzian];
 
     /// The names of all laws.
-    pub fn names() -> impl Iterator<Item = &'static str> {
+    pub(crate) fn names() -> impl Iterator<Item = &'static str> {
         Self::BUILT_IN.iter().map(Law::name).chain([EXPRESSION, TABLE])
     }
 
@@ -208,14 +209,12 @@ impl Law {
     }
 
     /// Returns whether the law is read as `1 + eps F(u)`.
-    #[must_use]
-    pub fn is_read_as_small(&self) -> bool {
+    pub(crate) fn is_read_as_small(&self) -> bool {
         matches!(self, Law::Small(_))
     }
 
     /// The law itself, without the reading as `1 + eps F(u)`.
-    #[must_use]
-    pub fn as_written(&self) -> &Law {
+    pub(crate) fn as_written(&self) -> &Law {
         match self {
             Law::Small(law) => law,
             law => law,

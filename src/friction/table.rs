@@ -19,9 +19,9 @@ pub struct TableError {
     /// The datum concerned, from 0; `None` for the whole table.
     pub row: Option<usize>,
     /// The problem.
-    pub problem: String,
+    pub(crate) problem: String,
     /// The remedy.
-    pub remedy: String,
+    pub(crate) remedy: String,
 }
 
 /// A law given by data. Clones share it.
@@ -158,7 +158,7 @@ impl Table {
     ///
     /// # Errors
     /// [`TableError`] where two slip speeds become one, or one overflows.
-    pub fn in_units(&self, unit: f64) -> Result<Self, TableError> {
+    pub(crate) fn in_units(&self, unit: f64) -> Result<Self, TableError> {
         let data: Vec<(f64, f64)> = self.data().map(|(u, friction)| (u / unit, friction)).collect();
         let table = Self::new(self.origin(), &data, self.static_level())?;
         self.standard_errors().map_or(Ok(table.clone()), |errors| table.with_standard_errors(errors))
@@ -202,13 +202,12 @@ impl Table {
     }
 
     /// Friction at slip speed 0, by which the data are divided.
-    #[must_use]
-    pub fn static_level(&self) -> f64 {
+    pub(crate) fn static_level(&self) -> f64 {
         self.0.static_level
     }
 
     /// The data as given: slip speed and friction.
-    pub fn data(&self) -> impl Iterator<Item = (f64, f64)> {
+    pub(crate) fn data(&self) -> impl Iterator<Item = (f64, f64)> {
         self.0.u.iter().copied().zip(self.0.friction.iter().copied())
     }
 
@@ -220,8 +219,7 @@ impl Table {
 
     /// The same law, continued in a straight line to slip speed `fastest` beyond its data, to estimate how
     /// far the data should reach. `None` where no such law is legal.
-    #[must_use]
-    pub fn continued(&self, fastest: f64) -> Option<Self> {
+    pub(crate) fn continued(&self, fastest: f64) -> Option<Self> {
         let end = self.fastest();
         let mut data: Vec<(f64, f64)> = self.0.u.iter().map(|&u| (u, self.phi(u))).collect();
         let friction = self.phi(end) - self.weakening(end) * (fastest - end);

@@ -8,30 +8,28 @@ use crate::point::LawParameters;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coefficients {
     /// mu_s > 0.
-    pub static_friction: f64,
+    pub(crate) static_friction: f64,
     /// mu_k in [0, mu_s].
-    pub kinetic_friction: f64,
+    pub(crate) kinetic_friction: f64,
     /// v_s > 0, m/s.
-    pub stribeck_velocity: f64,
+    pub(crate) stribeck_velocity: f64,
     /// Rise of the coefficient of friction at high speed, >= 0: per (m/s)^2 in the law `stribeck`, per m/s in
     /// the others.
-    pub strengthening: f64,
+    pub(crate) strengthening: f64,
 }
 
 impl Coefficients {
     /// Their names, in the order of the fields.
-    pub const NAMES: [&str; 4] =
+    pub(crate) const NAMES: [&str; 4] =
         ["static_friction", "kinetic_friction", "stribeck_velocity", "strengthening"];
 
     /// The numbers in the order of the fields.
-    #[must_use]
-    pub fn to_array(&self) -> [f64; 4] {
+    pub(crate) fn to_array(self) -> [f64; 4] {
         [self.static_friction, self.kinetic_friction, self.stribeck_velocity, self.strengthening]
     }
 
     /// The coefficients of such an array.
-    #[must_use]
-    pub fn from_array(
+    pub(crate) fn from_array(
         [static_friction, kinetic_friction, stribeck_velocity, strengthening]: [f64; 4],
     ) -> Self {
         Self { static_friction, kinetic_friction, stribeck_velocity, strengthening }
@@ -59,8 +57,7 @@ pub enum Friction {
 
 impl Friction {
     /// Name of its law in configurations.
-    #[must_use]
-    pub fn law_name(&self) -> &'static str {
+    pub(crate) fn law_name(&self) -> &'static str {
         match self {
             Friction::Coefficients(law, _) => law.name(),
             Friction::Formula(..) => "expression",
@@ -69,8 +66,7 @@ impl Friction {
     }
 
     /// The coefficient of friction at rest.
-    #[must_use]
-    pub fn at_rest(&self) -> f64 {
+    pub(crate) fn at_rest(&self) -> f64 {
         match self {
             Friction::Coefficients(_, coefficients) => coefficients.static_friction,
             Friction::Formula(formula, parameters) => {
@@ -82,8 +78,7 @@ impl Friction {
 
     /// The law in dimensionless terms, and the values of its parameters; `None` if a formula or data overflow
     /// in these units.
-    #[must_use]
-    pub fn dimensionless(&self, units: &Units) -> Option<(Law, LawParameters)> {
+    pub(crate) fn dimensionless(&self, units: &Units) -> Option<(Law, LawParameters)> {
         let velocity = units.velocity;
         match self {
             Friction::Coefficients(law, coefficients) => {
@@ -108,8 +103,7 @@ impl Friction {
     }
 
     /// Its numbers by name.
-    #[must_use]
-    pub fn quantities(&self) -> Vec<(&'static str, f64)> {
+    pub(crate) fn quantities(&self) -> Vec<(&'static str, f64)> {
         match self {
             Friction::Coefficients(_, coefficients) => {
                 Coefficients::NAMES.into_iter().zip(coefficients.to_array()).collect()

@@ -7,50 +7,49 @@ use crate::point::Point;
 #[derive(Clone, Debug, PartialEq)]
 pub struct FailedCell {
     /// Number of its tile.
-    pub tile: usize,
+    pub(crate) tile: usize,
     /// The parameters of the cell.
-    pub point: Point,
+    pub(crate) point: Point,
     /// The method.
-    pub method: Method,
+    pub(crate) method: Method,
 }
 
 /// Statistics of one method.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MethodAccount {
     /// Processor seconds.
-    pub seconds: f64,
+    pub(crate) seconds: f64,
     /// Number of cells with each verdict, in the order of [`Verdict::ALL`].
-    pub counts: [u64; 5],
+    pub(crate) counts: [u64; 5],
 }
 
 /// Processor seconds of the stages of a run that belong to no method.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Stages {
     /// Creating the columns of the tiles with their friction curves.
-    pub columns: f64,
+    pub(crate) columns: f64,
     /// Computing the field `regime`.
-    pub regime: f64,
+    pub(crate) regime: f64,
     /// Computing the other fields that follow orbits: landings, cycles, basins, limits in eps; also the
     /// simulation, if it is not among the methods.
-    pub fields: f64,
+    pub(crate) fields: f64,
     /// The self-audit.
-    pub audit: f64,
+    pub(crate) audit: f64,
     /// Packing tiles: compression, fingerprints, counts.
-    pub pack: f64,
+    pub(crate) pack: f64,
     /// Writing packed tiles.
-    pub write: f64,
+    pub(crate) write: f64,
     /// The curves of codimension one, on all threads.
-    pub curves: f64,
+    pub(crate) curves: f64,
     /// The proofs between the nodes, on all threads.
-    pub proofs: f64,
+    pub(crate) proofs: f64,
     /// The rest: waiting threads, handing out tiles.
-    pub other: f64,
+    pub(crate) other: f64,
 }
 
 impl Stages {
     /// The stages with their names, for reports.
-    #[must_use]
-    pub fn named(&self) -> [(&'static str, f64); 9] {
+    pub(crate) fn named(&self) -> [(&'static str, f64); 9] {
         let Self { columns, regime, fields, audit, pack, write, curves, proofs, other } = *self;
         [
             ("columns", columns),
@@ -66,7 +65,7 @@ impl Stages {
     }
 
     /// The seconds, in the order of [`Stages::named`].
-    pub fn seconds_mut(&mut self) -> [&mut f64; 9] {
+    pub(crate) fn seconds_mut(&mut self) -> [&mut f64; 9] {
         let Self { columns, regime, fields, audit, pack, write, curves, proofs, other } = self;
         [columns, regime, fields, audit, pack, write, curves, proofs, other]
     }
@@ -105,8 +104,7 @@ impl Account {
     }
 
     /// Processor seconds of all methods and stages.
-    #[must_use]
-    pub fn processor_seconds(&self) -> f64 {
+    pub(crate) fn processor_seconds(&self) -> f64 {
         let methods = self.methods.iter().map(|method| method.seconds);
         methods.chain(self.stages.named().map(|(_, seconds)| seconds)).sum()
     }

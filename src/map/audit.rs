@@ -18,13 +18,13 @@ use crate::simulate::{Fate, Flow, direct};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Disagreement {
     /// The cell's point.
-    pub point: Point,
+    pub(crate) point: Point,
     /// Name of the method.
-    pub method: &'static str,
+    pub(crate) method: &'static str,
     /// The verdict in the map.
-    pub stored: Verdict,
+    pub(crate) stored: Verdict,
     /// The flow computed by the direct engine.
-    pub direct: Flow,
+    pub(crate) direct: Flow,
 }
 
 /// Results of the audit. A decision is one method's verdict, present or absent, on one audited cell; audited
@@ -71,8 +71,7 @@ impl Audit {
 impl Disagreement {
     /// A disagreement that the audit of `plan` found in an earlier run: computes the direct engine's answer
     /// again.
-    #[must_use]
-    pub fn again(plan: &Plan, point: Point, method: &'static str, stored: Verdict) -> Self {
+    pub(crate) fn again(plan: &Plan, point: Point, method: &'static str, stored: Verdict) -> Self {
         let direct = direct::flow(&Oscillator::new(plan.grid.law(), &point), plan.tolerance);
         Self { point, method, stored, direct }
     }

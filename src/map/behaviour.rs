@@ -24,13 +24,13 @@ const COARSE: f64 = 1e-5;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AttractingCycle {
     /// Period.
-    pub period: f64,
+    pub(crate) period: f64,
     /// Positions x1 on it.
-    pub displacement: Range,
+    pub(crate) displacement: Range,
     /// Velocities x2 on it.
-    pub velocity: Range,
+    pub(crate) velocity: Range,
     /// Floquet multiplier; 0 for the stick-slip cycle, which is reached in finite time.
-    pub multiplier: f64,
+    pub(crate) multiplier: f64,
 }
 
 /// The attractors of one friction curve and belt speed, for all dampings.
@@ -212,19 +212,18 @@ impl Behaviour {
 
 /// The long-run behaviour of a point.
 #[derive(Clone, Debug, PartialEq)]
-pub struct LongRun {
+pub(crate) struct LongRun {
     /// The set of attractors.
-    pub regime: Regime,
+    pub(crate) regime: Regime,
     /// The attracting cycle, see [`attracting_cycle`].
-    pub cycle: Option<AttractingCycle>,
+    pub(crate) cycle: Option<AttractingCycle>,
     /// The boundary of the basin of steady slip, see [`basin_boundary`].
-    pub basin: Option<(SlipCycle, Kick)>,
+    pub(crate) basin: Option<(SlipCycle, Kick)>,
 }
 
 /// The long-run behaviour of a point whose orbit from the exit point is `flow`: [`regime`],
 /// [`attracting_cycle`] and [`basin_boundary`] from one backbone.
-#[must_use]
-pub fn long_run(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> LongRun {
+pub(crate) fn long_run(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> LongRun {
     let behaviour = Behaviour::new(&oscillator.curve, oscillator.belt_speed);
     LongRun {
         regime: behaviour.regime(oscillator.viscous, End::of(flow)),
@@ -248,15 +247,21 @@ pub fn slip_cycle_count(oscillator: &Oscillator, flow: &Flow) -> Option<usize> {
 
 /// The attracting cycle where the orbit from the exit point is `flow`: the stick-slip or the crossing cycle,
 /// or else the largest slip cycle. `None` where there is none, or where it cannot be followed.
-#[must_use]
-pub fn attracting_cycle(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> Option<AttractingCycle> {
+pub(crate) fn attracting_cycle(
+    oscillator: &Oscillator,
+    flow: &Flow,
+    tolerance: f64,
+) -> Option<AttractingCycle> {
     Behaviour::new(&oscillator.curve, oscillator.belt_speed).attracting_cycle(oscillator, flow, tolerance)
 }
 
 /// The unstable slip cycle outside of which the mass stick-slips or crosses for ever, and the kicks onto it.
 /// `None` where there is none, or where it cannot be followed.
-#[must_use]
-pub fn basin_boundary(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> Option<(SlipCycle, Kick)> {
+pub(crate) fn basin_boundary(
+    oscillator: &Oscillator,
+    flow: &Flow,
+    tolerance: f64,
+) -> Option<(SlipCycle, Kick)> {
     let behaviour = Behaviour::new(&oscillator.curve, oscillator.belt_speed);
     behaviour.basin_boundary(oscillator, End::of(flow), tolerance)
 }

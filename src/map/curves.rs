@@ -19,7 +19,7 @@ const TOLERANCE: f64 = 1e-10;
 
 /// Names of the columns of stored curves that are not axes. No axis may have one of these names if curves are
 /// to be stored.
-pub const CURVE_COLUMNS: [&str; 8] =
+pub(crate) const CURVE_COLUMNS: [&str; 8] =
     ["plane", "point", "plane_x", "plane_y", "plane_number", "curve", "branch", "error"];
 
 /// A plane of a grid: two axes, and a node for each of the others.
@@ -58,7 +58,7 @@ pub struct PlaneCurve {
 pub struct PlaneCurves {
     /// The plane.
     pub plane: Plane,
-    /// Its curves, in the order of [`Bifurcation::ALL`].
+    /// Its curves, in the order of `Bifurcation::ALL`.
     pub curves: Vec<PlaneCurve>,
 }
 
@@ -72,8 +72,7 @@ impl Plane {
     }
 
     /// The plane with its axes exchanged.
-    #[must_use]
-    pub fn turned(&self) -> Self {
+    pub(crate) fn turned(&self) -> Self {
         Self { x: self.y, y: self.x, held: self.held.clone() }
     }
 }
@@ -87,8 +86,7 @@ impl PlaneCurves {
     }
 
     /// As [`PlaneCurves::of`], those of some kinds alone.
-    #[must_use]
-    pub fn of_kinds(kinds: &[Bifurcation], grid: &Grid, plane: Plane, stop: &AtomicBool) -> Self {
+    pub(crate) fn of_kinds(kinds: &[Bifurcation], grid: &Grid, plane: Plane, stop: &AtomicBool) -> Self {
         let frame = Frame::new(grid, &plane);
         let of_kind = |&bifurcation: &Bifurcation| {
             let test = |place: [f64; 2]| match stop.load(Ordering::Relaxed) {
@@ -106,8 +104,7 @@ impl PlaneCurves {
     }
 
     /// These curves in the plane with its axes exchanged.
-    #[must_use]
-    pub fn turned(&self) -> Self {
+    pub(crate) fn turned(&self) -> Self {
         let turned = |point: &PlanePoint| PlanePoint { x: point.y, y: point.x, error: point.error };
         let curves = self.curves.iter().map(|curve| PlaneCurve {
             bifurcation: curve.bifurcation,
@@ -133,8 +130,7 @@ impl PlaneCurves {
 
 /// Finds the curves of several planes with `threads` workers (all cores if `None`), fewer curves if `stop` is
 /// set; calls `on_plane` after each plane. `None` if the workers cannot be started.
-#[must_use]
-pub fn curves_of(
+pub(crate) fn curves_of(
     grid: &Grid,
     planes: &[Plane],
     threads: Option<usize>,

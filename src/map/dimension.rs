@@ -6,8 +6,7 @@ use crate::machine::Dimension;
 
 /// The dimension of an axis; `None` for eps and for the parameters of friction laws, which are pure numbers
 /// or, in laws given by formula, have the formula's units.
-#[must_use]
-pub fn of_axis(role: AxisRole) -> Option<Dimension> {
+pub(crate) fn of_axis(role: AxisRole) -> Option<Dimension> {
     match role {
         AxisRole::BeltSpeed => Some(Dimension::Velocity),
         AxisRole::Damping => Some(Dimension::Damping),
@@ -18,8 +17,7 @@ pub fn of_axis(role: AxisRole) -> Option<Dimension> {
 /// The dimension of a variable by its name in the map; `None` for pure numbers and codes. Margins of
 /// closed-form tests are distances in the damping; `margin_simulation` is the scaled grazing margin m / V, a
 /// pure number.
-#[must_use]
-pub fn of_variable(name: &str) -> Option<Dimension> {
+pub(crate) fn of_variable(name: &str) -> Option<Dimension> {
     match name {
         "margin_simulation" => None,
         "stick_time" | "slip_time" | "cycle_period" => Some(Dimension::Time),

@@ -64,7 +64,7 @@ impl MethodSummary {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
     /// Number of cells of the grid.
-    pub cells: u64,
+    pub(crate) cells: u64,
     /// Wall-clock seconds.
     pub seconds: f64,
     /// Number of worker threads.
@@ -72,29 +72,28 @@ pub struct Summary {
     /// One entry per method of the plan.
     pub methods: Vec<MethodSummary>,
     /// Number of cells that each path of `simulation` decided.
-    pub paths: Paths,
+    pub(crate) paths: Paths,
     /// Number of evaluations of the right-hand side by `simulation`.
-    pub rhs: u64,
+    pub(crate) rhs: u64,
     /// The self-audit.
-    pub audit: Audit,
+    pub(crate) audit: Audit,
     /// Cells in which methods with a guarantee contradict each other.
-    pub contradictions: Contradictions,
+    pub(crate) contradictions: Contradictions,
     /// Processor seconds of the stages that belong to no method.
-    pub stages: Stages,
+    pub(crate) stages: Stages,
     /// The first failed cells.
-    pub failed_cells: Vec<FailedCell>,
+    pub(crate) failed_cells: Vec<FailedCell>,
     /// The proofs between the nodes, if the plan asks for them; see [`super::prove`].
-    pub proved: Option<Proved>,
-    /// The curves of codimension one, if they were asked for; see [`super::curves_of`].
+    pub(crate) proved: Option<Proved>,
+    /// The curves of codimension one, if they were asked for.
     pub curves: Vec<PlaneCurves>,
     /// Wall-clock seconds that the curves took.
-    pub curves_seconds: f64,
+    pub(crate) curves_seconds: f64,
 }
 
 impl Summary {
     /// The summary of a run whose tiles' accounts sum up to `account`.
-    #[must_use]
-    pub fn new(plan: &Plan, account: Account, threads: usize, seconds: f64) -> Self {
+    pub(crate) fn new(plan: &Plan, account: Account, threads: usize, seconds: f64) -> Self {
         let mut audit = account.audit;
         audit.sort();
         let methods = plan.methods.iter().zip(account.methods);
@@ -170,8 +169,7 @@ impl Queue {
     }
 
     /// Returns whether more than `count` tiles are left.
-    #[must_use]
-    pub fn has_more_than(&self, count: usize) -> bool {
+    pub(crate) fn has_more_than(&self, count: usize) -> bool {
         let next = self.next.load(Ordering::Relaxed).min(self.finished.len());
         self.finished[next..].iter().filter(|finished| !**finished).nth(count).is_some()
     }

@@ -16,7 +16,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
-pub use mechanism::Mechanism;
+pub(crate) use mechanism::Mechanism;
 
 use super::limits::Ray;
 use super::{Grid, Method, Verdict, unravel};
@@ -30,7 +30,7 @@ const HALVINGS: u32 = 40;
 
 /// Kind of failure of a method at a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Kind {
+pub(crate) enum Kind {
     /// The verdict is present, and no stick-slip cycle exists.
     WrongPresence,
     /// The verdict is absent, and a stick-slip cycle exists.
@@ -43,11 +43,11 @@ pub enum Kind {
 
 impl Kind {
     /// Every kind.
-    pub const ALL: [Kind; 4] = [Kind::WrongPresence, Kind::WrongAbsence, Kind::Undecided, Kind::Failed];
+    pub(crate) const ALL: [Kind; 4] =
+        [Kind::WrongPresence, Kind::WrongAbsence, Kind::Undecided, Kind::Failed];
 
     /// Name in tables.
-    #[must_use]
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Kind::WrongPresence => "wrong_presence",
             Kind::WrongAbsence => "wrong_absence",
@@ -75,51 +75,48 @@ impl Kind {
 
 /// The cells at which one method fails in one way by one mechanism.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Class {
+pub(crate) struct Class {
     /// Kind of failure.
-    pub kind: Kind,
+    pub(crate) kind: Kind,
     /// Cause of the failure.
-    pub mechanism: Mechanism,
+    pub(crate) mechanism: Mechanism,
     /// Number of cells.
-    pub cells: u64,
+    pub(crate) cells: u64,
     /// The largest distance |c - c'| to the nearest damping c' at which the verdict of the simulated flow
     /// changes; NaN where there is none.
-    pub farthest_c: f64,
+    pub(crate) farthest_c: f64,
     /// The same in eps, up to [`super::limits::HIGHEST`]; NaN where there is no change, and for undecided
     /// cells, where it is not computed.
-    pub farthest_epsilon: f64,
+    pub(crate) farthest_epsilon: f64,
     /// The cell of `farthest_c`, or the first cell.
-    pub example: Point,
+    pub(crate) example: Point,
 }
 
 /// The failures of one method.
 #[derive(Clone, Debug, PartialEq)]
-pub struct MethodFailures {
+pub(crate) struct MethodFailures {
     /// The method.
-    pub method: Method,
+    pub(crate) method: Method,
     /// Number of cells at which it was compared.
-    pub cells: u64,
+    pub(crate) cells: u64,
     /// Its classes of failure: by kind, the largest first.
-    pub classes: Vec<Class>,
+    pub(crate) classes: Vec<Class>,
 }
 
 impl MethodFailures {
     /// Number of cells with one kind of failure.
-    #[must_use]
-    pub fn count(&self, kind: Kind) -> u64 {
+    pub(crate) fn count(&self, kind: Kind) -> u64 {
         self.classes.iter().filter(|class| class.kind == kind).map(|class| class.cells).sum()
     }
 
     /// Number of cells on which the method is right.
-    #[must_use]
-    pub fn right(&self) -> u64 {
+    pub(crate) fn right(&self) -> u64 {
         self.cells - self.classes.iter().map(|class| class.cells).sum::<u64>()
     }
 
     /// The largest distances from the true boundary, in c and in eps, at which the method answers wrongly;
     /// NaN where it never does.
-    #[must_use]
-    pub fn farthest_wrong(&self) -> [f64; 2] {
+    pub(crate) fn farthest_wrong(&self) -> [f64; 2] {
         let wrong = self.classes.iter().filter(|class| class.kind.is_wrong());
         wrong.fold([f64::NAN; 2], |[c, epsilon], class| {
             [c.max(class.farthest_c), epsilon.max(class.farthest_epsilon)]
@@ -129,46 +126,46 @@ impl MethodFailures {
 
 /// Numbers of cells by their true answer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Truth {
+pub(crate) struct Truth {
     /// With a stick-slip cycle.
-    pub present: u64,
+    pub(crate) present: u64,
     /// Orbit from the exit point spirals inward.
-    pub inward: u64,
+    pub(crate) inward: u64,
     /// Orbit crosses the belt line for ever.
-    pub crossing: u64,
+    pub(crate) crossing: u64,
     /// Too close to a boundary to call.
-    pub too_close: u64,
+    pub(crate) too_close: u64,
     /// An engine gives no answer, or the two contradict each other.
-    pub open: u64,
+    pub(crate) open: u64,
 }
 
 /// The catalogue of failures over a set of points.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Catalogue {
+pub(crate) struct Catalogue {
     /// Numbers of points by their true answer.
-    pub truth: Truth,
+    pub(crate) truth: Truth,
     /// The methods.
-    pub methods: Vec<MethodFailures>,
+    pub(crate) methods: Vec<MethodFailures>,
 }
 
 /// The error of a catalogue that was stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("interrupted")]
-pub struct Interrupted;
+pub(crate) struct Interrupted;
 
 /// Arguments of a catalogue.
 #[derive(Clone, Copy)]
-pub struct Comparison<'a> {
+pub(crate) struct Comparison<'a> {
     /// The friction law.
-    pub law: &'a Law,
+    pub(crate) law: &'a Law,
     /// The methods.
-    pub methods: &'a [Method],
+    pub(crate) methods: &'a [Method],
     /// Bound on the error of the scaled grazing margin that the engines aim at.
-    pub tolerance: f64,
+    pub(crate) tolerance: f64,
     /// Called after every point, from any thread of the current pool.
-    pub on_point: &'a (dyn Fn() + Sync),
+    pub(crate) on_point: &'a (dyn Fn() + Sync),
     /// Set to true to stop.
-    pub stop: &'a AtomicBool,
+    pub(crate) stop: &'a AtomicBool,
 }
 
 /// One failure of one method at one point.
@@ -189,8 +186,7 @@ struct Examined {
 }
 
 /// The points of all cells of a grid, in its order.
-#[must_use]
-pub fn points_of(grid: &Grid) -> Vec<Point> {
+pub(crate) fn points_of(grid: &Grid) -> Vec<Point> {
     let shape = grid.shape();
     (0..grid.cells()).map(|cell| grid.point(&unravel(cell, &shape))).collect()
 }
@@ -200,7 +196,7 @@ pub fn points_of(grid: &Grid) -> Vec<Point> {
 ///
 /// # Errors
 /// [`Interrupted`] if `comparison.stop` was set.
-pub fn catalogue(points: &[Point], comparison: &Comparison) -> Result<Catalogue, Interrupted> {
+pub(crate) fn catalogue(points: &[Point], comparison: &Comparison) -> Result<Catalogue, Interrupted> {
     let examined: Vec<Examined> = points
         .par_iter()
         .map(|point| {

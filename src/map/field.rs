@@ -55,8 +55,7 @@ impl Field {
     }
 
     /// Returns whether it is computed from the simulated flow, whatever the methods.
-    #[must_use]
-    pub fn needs_flow(self) -> bool {
+    pub(crate) fn needs_flow(self) -> bool {
         match self {
             Field::Verdict | Field::Margin | Field::CriticalC => false,
             Field::Regime
@@ -106,8 +105,7 @@ pub enum Quantity {
 
 impl Quantity {
     /// The quantities of a field, with `methods` methods and a law of `parameters` parameters.
-    #[must_use]
-    pub fn of(field: Field, methods: usize, parameters: usize) -> Vec<Quantity> {
+    pub(crate) fn of(field: Field, methods: usize, parameters: usize) -> Vec<Quantity> {
         use Quantity::*;
         match field {
             Field::Verdict | Field::Margin | Field::CriticalC | Field::Regime => Vec::new(),
@@ -124,8 +122,7 @@ impl Quantity {
 
     /// Its name in a map; that of [`Quantity::EpsilonLimit`] is followed by its method's, that of
     /// [`Quantity::CriticalDerivative`] by its axis's.
-    #[must_use]
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Quantity::LandingX1 => "landing_x1",
             Quantity::StickTime => "stick_time",
@@ -146,8 +143,7 @@ impl Quantity {
     }
 
     /// One phrase for `long_name`.
-    #[must_use]
-    pub fn long_name(self) -> &'static str {
+    pub(crate) fn long_name(self) -> &'static str {
         match self {
             Quantity::LandingX1 => "x1 at which the mass begins to stick",
             Quantity::StickTime => "time of sticking per period",

@@ -25,8 +25,7 @@ impl AxisRole {
     ///
     /// # Panics
     /// If the point's law does not have this parameter.
-    #[must_use]
-    pub fn of(self, point: &Point) -> f64 {
+    pub(crate) fn of(self, point: &Point) -> f64 {
         match self {
             AxisRole::Epsilon => point.epsilon,
             AxisRole::Law(position) => point.law.as_slice()[position],
@@ -39,7 +38,7 @@ impl AxisRole {
     ///
     /// # Panics
     /// As [`AxisRole::of`].
-    pub fn set(self, point: &mut Point, value: f64) {
+    pub(crate) fn set(self, point: &mut Point, value: f64) {
         match self {
             AxisRole::Epsilon => point.epsilon = value,
             AxisRole::Law(position) => point.law.set(position, value),
@@ -64,14 +63,12 @@ pub struct Axis {
 
 impl Axis {
     /// Returns whether it has more than two nodes, in equal ratios.
-    #[must_use]
-    pub fn is_logarithmic(&self) -> bool {
+    pub(crate) fn is_logarithmic(&self) -> bool {
         self.values.len() > 2 && is_logarithmic(&self.values)
     }
 
     /// The middle node, the lower of two.
-    #[must_use]
-    pub fn middle(&self) -> usize {
+    pub(crate) fn middle(&self) -> usize {
         (self.values.len() - 1) / 2
     }
 
@@ -84,16 +81,14 @@ impl Axis {
 }
 
 /// Returns whether nodes have equal steps, up to the rounding of decimal input.
-#[must_use]
-pub fn is_linear(values: &[f64]) -> bool {
+pub(crate) fn is_linear(values: &[f64]) -> bool {
     let (first, last) = (values[0], values[values.len() - 1]);
     let step = (last - first) / (values.len().max(2) - 1) as f64;
     values.iter().enumerate().all(|(i, value)| (value - first - step * i as f64).abs() <= 1e-6 * step)
 }
 
 /// Returns whether nodes have equal ratios.
-#[must_use]
-pub fn is_logarithmic(values: &[f64]) -> bool {
+pub(crate) fn is_logarithmic(values: &[f64]) -> bool {
     values[0] > 0.0 && is_linear(&values.iter().map(|value| value.ln()).collect::<Vec<_>>())
 }
 
@@ -256,8 +251,7 @@ impl Grid {
     }
 
     /// The nodes of the damping axis.
-    #[must_use]
-    pub fn dampings(&self) -> &[f64] {
+    pub(crate) fn dampings(&self) -> &[f64] {
         self.axes.last().map_or(&[], |axis| &axis.values)
     }
 
@@ -268,8 +262,7 @@ impl Grid {
     }
 
     /// The point with the given value on each axis, which need not be a node.
-    #[must_use]
-    pub fn point_of(&self, values: &[f64]) -> Point {
+    pub(crate) fn point_of(&self, values: &[f64]) -> Point {
         self.assemble(values.iter().copied())
     }
 
@@ -287,7 +280,7 @@ impl Grid {
     }
 
     /// The columns of a tile, in its order.
-    pub fn columns<'a>(&'a self, tile: &'a Tile) -> impl Iterator<Item = Column> + 'a {
+    pub(crate) fn columns<'a>(&'a self, tile: &'a Tile) -> impl Iterator<Item = Column> + 'a {
         let mut index: Vec<usize> = tile.ranges.iter().map(|range| range.start).collect();
         let mut point = self.point(&index);
         (0..tile.columns()).map(move |_| {
@@ -348,8 +341,7 @@ impl Grid {
 }
 
 /// The index, slowest axis first, of the element with this number in a row-major array of this shape.
-#[must_use]
-pub fn unravel(number: usize, shape: &[usize]) -> Vec<usize> {
+pub(crate) fn unravel(number: usize, shape: &[usize]) -> Vec<usize> {
     let mut index = vec![0; shape.len()];
     let mut rest = number;
     for (at, &length) in index.iter_mut().zip(shape).rev() {
@@ -370,8 +362,7 @@ pub struct Tile {
 
 impl Tile {
     /// Number of cells on each axis.
-    #[must_use]
-    pub fn shape(&self) -> Vec<usize> {
+    pub(crate) fn shape(&self) -> Vec<usize> {
         self.ranges.iter().map(ExactSizeIterator::len).collect()
     }
 
@@ -382,21 +373,18 @@ impl Tile {
     }
 
     /// Number of columns, whole or partial.
-    #[must_use]
-    pub fn columns(&self) -> usize {
+    pub(crate) fn columns(&self) -> usize {
         let outer = self.ranges.len() - 1;
         self.ranges[..outer].iter().map(ExactSizeIterator::len).product()
     }
 
     /// Index range on the damping axis.
-    #[must_use]
-    pub fn damping_range(&self) -> Range<usize> {
+    pub(crate) fn damping_range(&self) -> Range<usize> {
         self.ranges.last().cloned().unwrap_or(0..0)
     }
 
     /// Grid index of the tile's column with position `column` (row-major), at the tile's first damping.
-    #[must_use]
-    pub fn column_index(&self, column: usize) -> Vec<usize> {
+    pub(crate) fn column_index(&self, column: usize) -> Vec<usize> {
         let mut lengths = self.shape();
         if let Some(dampings) = lengths.last_mut() {
             *dampings = 1;
@@ -406,8 +394,7 @@ impl Tile {
     }
 
     /// Grid index of the tile's cell with position `cell` (row-major).
-    #[must_use]
-    pub fn cell_index(&self, cell: usize) -> Vec<usize> {
+    pub(crate) fn cell_index(&self, cell: usize) -> Vec<usize> {
         let place = unravel(cell, &self.shape());
         self.ranges.iter().zip(place).map(|(range, at)| range.start + at).collect()
     }

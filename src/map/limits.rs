@@ -13,7 +13,7 @@
 //! V <= c it is empty: no cycle exists at any eps > 0.
 //!
 //! **Search, in that interval** (for other laws, in all of [[`LOWEST`], [`HIGHEST`]]): the flow is computed
-//! at [`PER_DECADE`] nodes per factor of ten, and every interval between nodes with different verdicts is
+//! at `PER_DECADE` nodes per factor of ten, and every interval between nodes with different verdicts is
 //! bisected. Two steps between neighbouring nodes would be missed. Towards grazing no pair is expected, since
 //! c* falls with eps wherever that was tried (tests/mathematics/limits.rs). Towards the landing a pair is
 //! possible: the orbit may land ever farther out and then closer again. So between the nodes next to its
@@ -25,7 +25,7 @@
 //! two of them, and changes of the verdicts of naive methods, which alternate: their limit is that of the
 //! nodes.
 //!
-//! **Budget.** A ray and all limits along it spend at most [`WORK`]. A limit that the budget, or a flow
+//! **Budget.** A ray and all limits along it spend at most `WORK`. A limit that the budget, or a flow
 //! without an answer, leaves open is [`Limit::Unknown`], with the reason; limits found below that eps hold.
 
 use std::cell::{Cell, RefCell};
@@ -44,7 +44,7 @@ pub const LOWEST: f64 = 1e-6;
 /// The largest eps considered.
 pub const HIGHEST: f64 = 10.0;
 /// Number of nodes per factor of ten.
-pub const PER_DECADE: u32 = 8;
+pub(crate) const PER_DECADE: u32 = 8;
 /// Number of bisections, which reduce an interval between nodes to 1e-12 of itself.
 const HALVINGS: u32 = 40;
 /// Number of golden sections in the search for the farthest landing: from the ratio of two nodes to 1e-5.
@@ -53,14 +53,14 @@ const SECTIONS: u32 = 24;
 /// Budget of a ray and its limits: evaluations of the right-hand side, in units of that of the Stribeck law
 /// (see [`Curve::cost`](crate::friction::Curve::cost)). Rays of moderate parameters take a tenth of it,
 /// without the naive methods.
-pub const WORK: u64 = 6_000_000;
+pub(crate) const WORK: u64 = 6_000_000;
 
 /// Reason why a limit is unknown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unknown {
     /// The simulated flow has no answer at some smaller eps.
     NoFlow,
-    /// The budget [`WORK`] was spent before it was found.
+    /// The budget `WORK` was spent before it was found.
     GivenUp,
 }
 
@@ -110,8 +110,7 @@ pub struct EpsilonLimit {
 
 impl EpsilonLimit {
     /// The reason why one of the two is unknown, if so.
-    #[must_use]
-    pub fn unknown(&self) -> Option<Unknown> {
+    pub(crate) fn unknown(&self) -> Option<Unknown> {
         [self.equal, self.sound].into_iter().find_map(|limit| match limit {
             Limit::Unknown(why) => Some(why),
             Limit::Never | Limit::UpTo(_) | Limit::Throughout => None,
@@ -390,8 +389,7 @@ impl Ray {
     }
 
     /// The point of the ray at `epsilon`.
-    #[must_use]
-    pub fn at(&self, epsilon: f64) -> Point {
+    pub(crate) fn at(&self, epsilon: f64) -> Point {
         Point { epsilon, ..self.point }
     }
 

@@ -95,8 +95,7 @@ impl Method {
     }
 
     /// The same, with the assumption made for this law.
-    #[must_use]
-    pub fn equation_for(&self, law: &Law) -> Cow<'static, str> {
+    pub(crate) fn equation_for(&self, law: &Law) -> Cow<'static, str> {
         match self {
             Method::Test(test) if test.first_order && law.is_read_as_small() => {
                 format!("{}; phi read as 1 + eps F(u) with F = (phi - 1) / eps", test.equation).into()

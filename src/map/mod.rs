@@ -5,9 +5,9 @@ mod audit;
 mod behaviour;
 mod contradictions;
 mod curves;
-pub mod dimension;
+pub(crate) mod dimension;
 mod engine;
-pub mod failures;
+pub(crate) mod failures;
 mod field;
 mod grid;
 pub mod limits;
@@ -25,24 +25,26 @@ mod verdict;
 
 pub use account::{Account, FailedCell, MethodAccount, Stages};
 pub use audit::{Audit, Disagreement};
-pub use behaviour::{
-    AttractingCycle, LongRun, attracting_cycle, basin_boundary, long_run, regime, slip_cycle_count,
-};
+pub use behaviour::{AttractingCycle, regime, slip_cycle_count};
+pub(crate) use behaviour::{LongRun, attracting_cycle, basin_boundary, long_run};
 pub use contradictions::{Contradiction, Contradictions};
-pub use curves::{CURVE_COLUMNS, Plane, PlaneCurve, PlaneCurves, PlanePoint, curves_of};
-pub use engine::{ComputeError, Control, MethodSummary, Summary};
+pub(crate) use curves::{CURVE_COLUMNS, curves_of};
+pub use curves::{Plane, PlaneCurve, PlaneCurves, PlanePoint};
+pub use engine::{ComputeError, Control, MethodSummary, Queue, Summary, compute_tiles};
 #[doc(hidden)] // the program shares tiles out to the processes of a run
-pub use engine::{Queue, compute_tiles};
 pub use field::{Field, Quantity};
-pub use grid::{Axis, AxisRole, Grid, GridError, Tile, is_linear, is_logarithmic, unravel};
+pub use grid::{Axis, AxisRole, Grid, GridError, Tile};
+pub(crate) use grid::{is_linear, is_logarithmic, unravel};
 pub use method::Method;
-pub use plan::{
-    DEFAULT_AUDIT_CELLS, DEFAULT_COMPRESSION, DEFAULT_PROOF_BOXES, DEFAULT_TOLERANCE, Engine,
-    MOST_AUDIT_CELLS, Plan, PlanBuilder, PlanError, TOLERANCES,
+pub(crate) use plan::{
+    DEFAULT_AUDIT_CELLS, DEFAULT_COMPRESSION, DEFAULT_PROOF_BOXES, DEFAULT_TOLERANCE, MOST_AUDIT_CELLS,
+    TOLERANCES,
 };
-pub use proved::{Proved, prove};
-pub use quantity::Description;
-pub use run::{Earlier, run, run_with};
+pub use plan::{Engine, Plan, PlanBuilder, PlanError};
+pub(crate) use proved::prove;
+pub(crate) use quantity::Description;
+pub use run::run;
+pub(crate) use run::{Earlier, run_with};
 pub use runs::Runs;
 pub use simulation::{Paths, decide};
 pub use sink::Sink;

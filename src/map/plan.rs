@@ -64,18 +64,18 @@ pub struct Plan {
 }
 
 /// Default bound on the error of the scaled grazing margin.
-pub const DEFAULT_TOLERANCE: f64 = 1e-9;
+pub(crate) const DEFAULT_TOLERANCE: f64 = 1e-9;
 /// Legal tolerances: from the smallest that double precision can meet on a margin of order one, to the
 /// largest error that is still small against the margin itself.
-pub const TOLERANCES: std::ops::RangeInclusive<f64> = 1e-14..=1e-2;
+pub(crate) const TOLERANCES: std::ops::RangeInclusive<f64> = 1e-14..=1e-2;
 /// Default number of cells that the direct engine decides again.
-pub const DEFAULT_AUDIT_CELLS: usize = 1000;
+pub(crate) const DEFAULT_AUDIT_CELLS: usize = 1000;
 /// Default number of boxes that `validated` tries to prove: about half a minute.
-pub const DEFAULT_PROOF_BOXES: usize = 32;
+pub(crate) const DEFAULT_PROOF_BOXES: usize = 32;
 /// Largest number of cells that the direct engine decides again: hours of its work.
-pub const MOST_AUDIT_CELLS: usize = 10_000_000;
+pub(crate) const MOST_AUDIT_CELLS: usize = 10_000_000;
 /// Default compression of a map.
-pub const DEFAULT_COMPRESSION: u8 = 4;
+pub(crate) const DEFAULT_COMPRESSION: u8 = 4;
 
 /// Reason why a plan cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -84,10 +84,10 @@ pub enum PlanError {
     /// There is no method.
     #[error("a plan needs at least one method")]
     NoMethod,
-    /// The tolerance is not in [`TOLERANCES`].
+    /// The tolerance is not in `TOLERANCES`.
     #[error("the tolerance is {0:?}; it must be between {min:?} and {max:?}", min = TOLERANCES.start(), max = TOLERANCES.end())]
     Tolerance(f64),
-    /// The audit is larger than [`MOST_AUDIT_CELLS`].
+    /// The audit is larger than `MOST_AUDIT_CELLS`.
     #[error("an audit of {0} cells; at most {MOST_AUDIT_CELLS} can be decided again")]
     AuditCells(usize),
     /// The compression is above 9.
@@ -150,7 +150,7 @@ impl PlanBuilder {
     }
 
     /// The planes whose curves of codimension one are computed. Default: none.
-    pub fn planes(mut self, planes: impl IntoIterator<Item = Plane>) -> Self {
+    pub(crate) fn planes(mut self, planes: impl IntoIterator<Item = Plane>) -> Self {
         self.plan.planes = planes.into_iter().collect();
         self
     }
@@ -232,10 +232,7 @@ impl Plan {
             Method::Test(test) => std::ptr::eq(*test, &validated::TEST),
             Method::Simulation => matches!(self.engine, Engine::Direct | Engine::ReturnMap),
         };
-        let of_field = |field: &Field| match field {
-            Field::Verdict | Field::Margin | Field::CriticalC | Field::Regime => false,
-            Field::Landing | Field::Cycle | Field::Basin | Field::EpsilonLimit | Field::Sensitivity => true,
-        };
+        let of_field = |field: &Field| !self.quantities_of(*field).is_empty();
         self.methods.iter().any(of_method) || self.fields.iter().any(of_field)
     }
 
@@ -281,18 +278,6 @@ impl Plan {
         &self.fields
     }
 
-    /// Bound on the error of the scaled grazing margin m / V that the simulation aims at.
-    #[must_use]
-    pub fn tolerance(&self) -> f64 {
-        self.tolerance
-    }
-
-    /// The planes whose curves of codimension one are computed.
-    #[must_use]
-    pub fn planes(&self) -> &[Plane] {
-        &self.planes
-    }
-
     /// Shape of the tiles, see [`Grid::tile_shape`].
     #[must_use]
     pub fn tile_shape(&self) -> &[usize] {
@@ -322,8 +307,7 @@ impl Plan {
     }
 
     /// Size of the map in bytes before compression.
-    #[must_use]
-    pub fn bytes(&self) -> u128 {
+    pub(crate) fn bytes(&self) -> u128 {
         let cells = self.grid.cells() as u128;
         let columns = cells / self.grid.dampings().len().max(1) as u128;
         let methods = self.methods.len() as u128;
@@ -332,9 +316,7 @@ impl Plan {
             Field::Margin => 8 * methods * cells,
             Field::CriticalC => 8 * methods * columns,
             Field::Regime => cells,
-            Field::Landing | Field::Cycle | Field::Basin | Field::EpsilonLimit | Field::Sensitivity => {
-                8 * cells * self.quantities_of(*field).len() as u128
-            }
+            field => 8 * cells * self.quantities_of(*field).len() as u128,
         };
         self.fields.iter().map(per_field).sum()
     }

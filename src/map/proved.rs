@@ -15,22 +15,21 @@ use crate::friction::Law;
 
 /// A box of parameters, and the proofs over it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Proved {
+pub(crate) struct Proved {
     /// From the first to the last node of every axis.
-    pub parameters: ParameterBox,
+    pub(crate) parameters: ParameterBox,
     /// Proved volumes, as shares of the box.
-    pub volumes: Volumes,
+    pub(crate) volumes: Volumes,
     /// Wall-clock seconds.
-    pub seconds: f64,
+    pub(crate) seconds: f64,
     /// The proofs.
-    pub surface: Surface,
+    pub(crate) surface: Surface,
 }
 
 /// Proves what the plan asks for with `threads` workers (all cores if `None`) and `others`, or less if `stop`
 /// is set; `None` if it asks for nothing, or if the workers cannot be started. The proofs do not depend on
 /// the number of workers.
-#[must_use]
-pub fn prove(
+pub(crate) fn prove(
     plan: &Plan,
     threads: Option<usize>,
     others: Option<&dyn Prover>,

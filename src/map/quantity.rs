@@ -52,15 +52,15 @@ pub(super) fn describe(plan: &Plan, tile: &Tile, ends: &[End]) -> Vec<Vec<f64>> 
 
 /// Properties of the orbits of one cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Description {
+pub(crate) struct Description {
     /// Place and times of sticking of the orbit from the exit point.
-    pub landing: Option<Landing>,
+    pub(crate) landing: Option<Landing>,
     /// The number of slip cycles, stable or not.
-    pub slip_cycles: Option<usize>,
+    pub(crate) slip_cycles: Option<usize>,
     /// The attracting cycle.
-    pub cycle: Option<AttractingCycle>,
+    pub(crate) cycle: Option<AttractingCycle>,
     /// The boundary of the basin of steady slip.
-    pub boundary: Option<(SlipCycle, Kick)>,
+    pub(crate) boundary: Option<(SlipCycle, Kick)>,
 }
 
 impl Description {
@@ -86,8 +86,7 @@ impl Description {
     }
 
     /// A quantity of the flow; NaN if it is not known, as limits in eps and derivatives are not here.
-    #[must_use]
-    pub fn value(&self, quantity: Quantity) -> f64 {
+    pub(crate) fn value(&self, quantity: Quantity) -> f64 {
         let half = |range: Range| 0.5 * (range.hi - range.lo);
         let landing = self.landing.as_ref();
         let cycle = self.cycle.as_ref();

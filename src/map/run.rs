@@ -11,17 +11,16 @@ use crate::clock::process_time;
 
 /// The work that earlier runs of the same plan have done, for a resumed run.
 #[derive(Clone, Debug)]
-pub struct Earlier {
+pub(crate) struct Earlier {
     /// The sum of the accounts of the tiles that they finished.
-    pub account: Account,
+    pub(crate) account: Account,
     /// Wall-clock seconds that they took.
-    pub seconds: f64,
+    pub(crate) seconds: f64,
 }
 
 impl Earlier {
     /// No earlier runs.
-    #[must_use]
-    pub fn none(plan: &Plan) -> Self {
+    pub(crate) fn none(plan: &Plan) -> Self {
         Self { account: Account::none(plan), seconds: 0.0 }
     }
 }
@@ -64,7 +63,7 @@ pub fn run<S: Sink>(plan: &Plan, sink: &S, control: &Control) -> Result<Summary,
 ///
 /// # Errors
 /// Those of `tiles`, or a [`ComputeError`] converted to that type.
-pub fn run_with<S, E>(
+pub(crate) fn run_with<S, E>(
     plan: &Plan,
     control: &Control,
     earlier: Earlier,

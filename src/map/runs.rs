@@ -29,7 +29,7 @@ impl<T: Copy + PartialEq> Runs<T> {
     ///
     /// # Panics
     /// If there are 2^32 cells or more, which no tile has.
-    pub fn push(&mut self, value: T, count: usize) {
+    pub(crate) fn push(&mut self, value: T, count: usize) {
         if count == 0 {
             return;
         }
@@ -43,19 +43,12 @@ impl<T: Copy + PartialEq> Runs<T> {
     }
 
     /// Number of cells.
-    #[must_use]
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.runs.last().map_or(0, |&(_, end)| end as usize)
     }
 
-    /// Returns whether there are no cells.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.runs.is_empty()
-    }
-
     /// The runs in order: value, and positions of its cells.
-    pub fn iter(&self) -> impl Iterator<Item = (T, Range<usize>)> + '_ {
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (T, Range<usize>)> + '_ {
         let starts = std::iter::once(0).chain(self.runs.iter().map(|&(_, end)| end));
         self.runs.iter().zip(starts).map(|(&(value, end), start)| (value, start as usize..end as usize))
     }
@@ -66,22 +59,19 @@ impl<T: Copy + PartialEq> Runs<T> {
     }
 
     /// The value of the cell at `position`; `None` beyond the last.
-    #[must_use]
-    pub fn get(&self, position: usize) -> Option<T> {
+    pub(crate) fn get(&self, position: usize) -> Option<T> {
         let run = self.runs.partition_point(|&(_, end)| end as usize <= position);
         self.runs.get(run).map(|&(value, _)| value)
     }
 
     /// Position of the last cell of the run that holds `position`; `None` beyond the last cell.
-    #[must_use]
-    pub fn run_end(&self, position: usize) -> Option<usize> {
+    pub(crate) fn run_end(&self, position: usize) -> Option<usize> {
         let run = self.runs.partition_point(|&(_, end)| end as usize <= position);
         self.runs.get(run).map(|&(_, end)| end as usize - 1)
     }
 
     /// Number of cells for which `wanted` holds.
-    #[must_use]
-    pub fn count(&self, wanted: impl Fn(T) -> bool) -> u64 {
+    pub(crate) fn count(&self, wanted: impl Fn(T) -> bool) -> u64 {
         self.iter().filter(|(value, _)| wanted(*value)).map(|(_, cells)| cells.len() as u64).sum()
     }
 
@@ -91,11 +81,6 @@ impl<T: Copy + PartialEq> Runs<T> {
         let mut mapped = Runs { runs: Vec::with_capacity(self.runs.len()) };
         self.iter().for_each(|(value, cells)| mapped.push(to(value), cells.len()));
         mapped
-    }
-
-    /// Appends the cells of `other`.
-    pub fn append(&mut self, other: &Self) {
-        other.iter().for_each(|(value, cells)| self.push(value, cells.len()));
     }
 }
 
@@ -131,10 +116,6 @@ mod tests {
             pieces.push(value, count);
         }
         assert_eq!(pieces, [1, 1, 1, 2, 2, 2, 2, 2].into_iter().collect());
-        let mut twice = pieces.clone();
-        twice.append(&pieces);
-        assert_eq!((twice.len(), twice.iter().count()), (16, 4));
         assert_eq!(pieces.map(|_| 0), Runs::from_iter([0; 8]));
-        assert!(Runs::<i8>::new().is_empty());
     }
 }

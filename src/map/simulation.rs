@@ -56,23 +56,22 @@ impl End {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Paths {
     /// Columns decided whole by the certificate `symmetric`, never simulated.
-    pub certificate: u64,
+    pub(crate) certificate: u64,
     /// By comparison with the column's critical damping, read off the universal surface.
-    pub universal_surface: u64,
+    pub(crate) universal_surface: u64,
     /// By comparison with the column's critical damping, solved for.
-    pub critical_surface: u64,
+    pub(crate) critical_surface: u64,
     /// By the monotone order of fates between two simulated cells of the column.
-    pub order: u64,
+    pub(crate) order: u64,
     /// By an orbit of their own: the return map, or the direct engine where it does not apply.
-    pub return_map: u64,
+    pub(crate) return_map: u64,
     /// By the direct engine, as configured.
-    pub direct: u64,
+    pub(crate) direct: u64,
 }
 
 impl Paths {
     /// The paths and their counts, for reports.
-    #[must_use]
-    pub fn named(&self) -> [(&'static str, u64); 6] {
+    pub(crate) fn named(&self) -> [(&'static str, u64); 6] {
         [
             ("certificate", self.certificate),
             ("universal_surface", self.universal_surface),
@@ -84,7 +83,7 @@ impl Paths {
     }
 
     /// The counts, in the order of [`Paths::named`].
-    pub fn counts_mut(&mut self) -> [&mut u64; 6] {
+    pub(crate) fn counts_mut(&mut self) -> [&mut u64; 6] {
         [
             &mut self.certificate,
             &mut self.universal_surface,
@@ -109,11 +108,11 @@ impl Paths {
 #[derive(Debug, Default)]
 pub(super) struct Simulated {
     /// The end of each cell's orbit, column by column.
-    pub ends: Vec<End>,
+    pub(crate) ends: Vec<End>,
     /// Critical damping of each column, where requested or found on the way.
-    pub critical: Vec<Option<CriticalDamping>>,
-    pub paths: Paths,
-    pub rhs: u64,
+    pub(crate) critical: Vec<Option<CriticalDamping>>,
+    pub(crate) paths: Paths,
+    pub(crate) rhs: u64,
 }
 
 /// Decides the cells of `columns` at the dampings `cs`.

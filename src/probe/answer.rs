@@ -25,37 +25,37 @@ pub struct MethodAnswer {
     /// The margin as in a map: for a test the signed distance in c to the edge of presence, -infinity where
     /// the test claims no presence; for the simulation the scaled grazing margin m / V, NaN where the flow
     /// has none.
-    pub margin: f64,
+    pub(crate) margin: f64,
     /// The edge of presence; `None` where the method has none at c >= 0.
-    pub critical_c: Option<f64>,
+    pub(crate) critical_c: Option<f64>,
     /// Reason why the verdict is neither presence nor absence.
-    pub reason: Option<String>,
+    pub(crate) reason: Option<String>,
 }
 
 /// All answers, without the second engine's.
 #[derive(Debug)]
 pub struct Answer {
     /// The friction law.
-    pub law: Law,
+    pub(crate) law: Law,
     /// The point.
-    pub point: Point,
+    pub(crate) point: Point,
     /// Bound on the error of the grazing margin that the simulation aimed at.
-    pub tolerance: f64,
+    pub(crate) tolerance: f64,
     /// The oscillator at the point.
     pub oscillator: Oscillator,
     /// One answer for each method asked.
     pub methods: Vec<MethodAnswer>,
     /// The flow by the return map.
-    pub flow: Flow,
+    pub(crate) flow: Flow,
     /// The exact critical damping; negative where no legal damping is small enough for a cycle.
-    pub critical: Result<CriticalDamping, NoCriticalDamping>,
+    pub(crate) critical: Result<CriticalDamping, NoCriticalDamping>,
     /// The long-run behaviour.
-    pub regime: Regime,
+    pub(crate) regime: Regime,
     /// The attracting cycle.
-    pub cycle: Option<AttractingCycle>,
+    pub(crate) cycle: Option<AttractingCycle>,
     /// The unstable slip cycle outside of which the mass stick-slips or crosses for ever, and the kicks onto
     /// it.
-    pub basin: Option<(SlipCycle, Kick)>,
+    pub(crate) basin: Option<(SlipCycle, Kick)>,
 }
 
 impl Answer {
@@ -92,7 +92,7 @@ impl Answer {
     /// The dampings c >= 0 between which steady slip and stick-slip both attract: from the damping at which
     /// the equilibrium becomes stable to c*, with the error of the latter. The landing is not taken into
     /// account.
-    pub fn bistable_band(&self) -> Option<[f64; 3]> {
+    pub(crate) fn bistable_band(&self) -> Option<[f64; 3]> {
         let epsilon = self.point.epsilon;
         let becomes_stable = self.oscillator.curve.weakening(self.oscillator.belt_speed) / epsilon;
         let root = self.critical.as_ref().ok()?;
@@ -103,33 +103,33 @@ impl Answer {
 
     /// For each method the eps up to which its verdict equals that of the flow, with the other parameters
     /// fixed. Takes much longer than all other answers.
-    pub fn limits(&self) -> Vec<EpsilonLimit> {
+    pub(crate) fn limits(&self) -> Vec<EpsilonLimit> {
         let ray = Ray::new(&self.law, &self.point, self.tolerance);
         self.methods.iter().map(|answer| ray.limit(answer.method)).collect()
     }
 
     /// All attractors and the unstable cycles between them.
-    pub fn dynamics(&self) -> Result<Dynamics, Unknown> {
+    pub(crate) fn dynamics(&self) -> Result<Dynamics, Unknown> {
         simulate::dynamics(&self.oscillator, &self.flow, self.tolerance)
     }
 
     /// Derivatives of the critical damping.
-    pub fn sensitivity(&self) -> Result<Sensitivity, NoSensitivity> {
+    pub(crate) fn sensitivity(&self) -> Result<Sensitivity, NoSensitivity> {
         sensitivity(&self.law.column(&self.point))
     }
 
     /// Place and times of sticking, if the orbit sticks.
-    pub fn landing(&self) -> Option<Landing> {
+    pub(crate) fn landing(&self) -> Option<Landing> {
         landing(&self.flow)
     }
 
     /// The cycles that slip all the time below the belt line.
-    pub fn slip_cycles(&self) -> Result<Vec<SlipCycle>, Unknown> {
+    pub(crate) fn slip_cycles(&self) -> Result<Vec<SlipCycle>, Unknown> {
         slip_cycles(&self.oscillator, self.tolerance)
     }
 
     /// Number of slip cycles, as far as it is proved.
-    pub fn slip_count(&self) -> SlipCount {
+    pub(crate) fn slip_count(&self) -> SlipCount {
         count_slip_cycles(&self.oscillator)
     }
 }
@@ -251,7 +251,7 @@ fn of_naive(method: Method, law: &Law, verdict: NaiveVerdict) -> MethodAnswer {
 }
 
 /// Place and times of sticking, if the orbit sticks.
-pub fn landing(flow: &Flow) -> Option<Landing> {
+pub(crate) fn landing(flow: &Flow) -> Option<Landing> {
     match flow.fate {
         Fate::Sticks(landing) => Some(landing),
         _ => None,

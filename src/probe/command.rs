@@ -22,8 +22,7 @@ pub(crate) fn flag(name: &str) -> String {
 }
 
 /// The command that explains a point, to be pasted into a shell.
-#[must_use]
-pub fn command_line(law: &Law, point: &Point, tolerance: f64) -> String {
+pub(crate) fn command_line(law: &Law, point: &Point, tolerance: f64) -> String {
     let mut line = String::from("slipmap probe");
     match law.as_written() {
         Law::Stribeck => {}

@@ -4,11 +4,10 @@ mod answer;
 #[cfg(feature = "cli")]
 mod command;
 
-pub use answer::{Answer, MethodAnswer, landing};
+pub(crate) use answer::landing;
+pub use answer::{Answer, MethodAnswer};
 #[cfg(feature = "cli")]
-pub use command::command_line;
-#[cfg(feature = "cli")]
-pub(crate) use command::{axis_names, flag};
+pub(crate) use command::{axis_names, command_line, flag};
 
 use std::borrow::Cow;
 
@@ -29,11 +28,11 @@ use crate::simulate::{
 
 /// Derives `Serialize` where the feature `serde` is on.
 macro_rules! result {
-    ($($(#[$meta:meta])* pub struct $name:ident { $($fields:tt)* })*) => {
+    ($($(#[$meta:meta])* $vis:vis struct $name:ident { $($fields:tt)* })*) => {
         $($(#[$meta])*
         #[derive(Clone, Debug, PartialEq)]
         #[cfg_attr(feature = "serde", derive(serde::Serialize))]
-        pub struct $name { $($fields)* })*
+        $vis struct $name { $($fields)* })*
     };
 }
 
@@ -41,317 +40,317 @@ result! {
     /// All answers about one point; `slipmap probe --json` prints its serialised form.
     pub struct Probe {
         /// Name of the friction law.
-        pub law: &'static str,
+        pub(crate) law: &'static str,
         /// The point: each axis of the law with its value, in the order of [`Grid::axis_names`].
         #[cfg_attr(feature = "serde", serde(serialize_with = "as_map"))]
-        pub point: Vec<(&'static str, f64)>,
+        pub(crate) point: Vec<(&'static str, f64)>,
         /// Bound on the error of the scaled grazing margin m / V that the simulation aimed at.
-        pub tolerance: f64,
+        pub(crate) tolerance: f64,
         /// The answer of each method, by name.
         #[cfg_attr(feature = "serde", serde(serialize_with = "as_map"))]
-        pub methods: Vec<(&'static str, MethodResult)>,
+        pub(crate) methods: Vec<(&'static str, MethodResult)>,
         /// The orbit from the exit point by both engines.
-        pub flow: Flows,
+        pub(crate) flow: Flows,
         /// The critical damping of the column.
-        pub critical_c: CriticalResult,
+        pub(crate) critical_c: CriticalResult,
         /// Sensitivities of the critical damping.
-        pub sensitivity: SensitivityResult,
+        pub(crate) sensitivity: SensitivityResult,
         /// Name of the long-run behaviour.
-        pub regime: &'static str,
+        pub(crate) regime: &'static str,
         /// The state of steady slip.
-        pub equilibrium: Equilibrium,
+        pub(crate) equilibrium: Equilibrium,
         /// The segment on which the mass can stick.
-        pub sliding_segment: SlidingSegment,
+        pub(crate) sliding_segment: SlidingSegment,
         /// The point at which every sticking orbit leaves the belt.
-        pub exit_point: State,
+        pub(crate) exit_point: State,
         /// Place and times of sticking again, for the orbit from the exit point.
-        pub landing: Option<LandingResult>,
+        pub(crate) landing: Option<LandingResult>,
         /// The dampings between which steady slip and stick-slip both attract.
-        pub bistable_band: Option<BistableBand>,
+        pub(crate) bistable_band: Option<BistableBand>,
         /// The attracting cycle.
-        pub attracting_cycle: Option<CycleResult>,
+        pub(crate) attracting_cycle: Option<CycleResult>,
         /// The unstable slip cycle inside which orbits tend to steady slip.
-        pub basin_boundary: Option<BasinBoundary>,
+        pub(crate) basin_boundary: Option<BasinBoundary>,
         /// All cycles, with their stability.
-        pub cycles: Cycles,
+        pub(crate) cycles: Cycles,
         /// Behaviour of the machine, in SI units; only if one was given.
         #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
         pub machine: Option<MachineResult>,
     }
 
     /// The answer of one method.
-    pub struct MethodResult {
+    pub(crate) struct MethodResult {
         /// "present", "absent", "undecided" or "failed".
-        pub verdict: &'static str,
+        pub(crate) verdict: &'static str,
         /// As in a map, see [`MethodAnswer::margin`].
-        pub margin: f64,
+        pub(crate) margin: f64,
         /// The edge of presence in c; `None` where there is none at c >= 0.
-        pub critical_c: Option<f64>,
+        pub(crate) critical_c: Option<f64>,
         /// Guarantee of the verdict.
-        pub guarantee: &'static str,
+        pub(crate) guarantee: &'static str,
         /// Equation in the paper, or section of the theory pages.
-        pub equation: Cow<'static, str>,
+        pub(crate) equation: Cow<'static, str>,
         /// Reason why the verdict is neither presence nor absence.
-        pub reason: Option<String>,
+        pub(crate) reason: Option<String>,
         /// Largest eps up to which the verdict equals the simulated one.
-        pub epsilon_limit: Limit,
+        pub(crate) epsilon_limit: Limit,
         /// Largest eps up to which the verdict does not contradict the simulated one.
-        pub epsilon_limit_sound: Limit,
+        pub(crate) epsilon_limit_sound: Limit,
         /// Reason why one of these two is not known.
-        pub epsilon_limit_reason: Option<String>,
+        pub(crate) epsilon_limit_reason: Option<String>,
     }
 
     /// The orbit from the exit point by both engines.
-    pub struct Flows {
+    pub(crate) struct Flows {
         /// By the scalar return map.
-        pub return_map: FlowResult,
+        pub(crate) return_map: FlowResult,
         /// By integration in (x1, x2).
-        pub direct: FlowResult,
+        pub(crate) direct: FlowResult,
     }
 
     /// The orbit from the exit point by one engine.
-    pub struct FlowResult {
+    pub(crate) struct FlowResult {
         /// "sticks", "spirals_inward", "crosses_forever", "too_close_to_call" or "failed".
-        pub fate: &'static str,
+        pub(crate) fate: &'static str,
         /// The verdict that follows from this fate.
-        pub verdict: &'static str,
+        pub(crate) verdict: &'static str,
         /// The scaled grazing margin m / V; NaN where the flow has none.
-        pub margin: f64,
+        pub(crate) margin: f64,
         /// Estimate of the absolute error of `margin`.
-        pub margin_error: f64,
+        pub(crate) margin_error: f64,
         /// Evaluations of the right-hand side.
-        pub rhs: u64,
+        pub(crate) rhs: u64,
         /// Place and times of sticking.
-        pub landing: Option<LandingResult>,
+        pub(crate) landing: Option<LandingResult>,
         /// Reason why there is no answer.
-        pub reason: Option<String>,
+        pub(crate) reason: Option<String>,
     }
 
     /// Place and times of sticking.
-    pub struct LandingResult {
+    pub(crate) struct LandingResult {
         /// x1 at which the mass begins to stick.
-        pub x1: f64,
+        pub(crate) x1: f64,
         /// Time of slipping.
-        pub slip_time: f64,
+        pub(crate) slip_time: f64,
         /// Time of sticking.
-        pub stick_time: f64,
+        pub(crate) stick_time: f64,
         /// Their sum.
-        pub period: f64,
+        pub(crate) period: f64,
         /// Crossings of the belt line before the mass sticks.
-        pub crossings: u32,
+        pub(crate) crossings: u32,
     }
 
     /// The critical damping of a column.
-    pub struct CriticalResult {
+    pub(crate) struct CriticalResult {
         /// c*; negative where no legal damping is small enough for a cycle.
-        pub value: Option<f64>,
+        pub(crate) value: Option<f64>,
         /// Estimate of the absolute error of `value`.
-        pub error: Option<f64>,
+        pub(crate) error: Option<f64>,
         /// Evaluations of the right-hand side.
-        pub rhs: Option<u64>,
+        pub(crate) rhs: Option<u64>,
         /// Reason why there is none.
-        pub reason: Option<String>,
+        pub(crate) reason: Option<String>,
     }
 
     /// Derivatives of the critical damping.
-    pub struct SensitivityResult {
+    pub(crate) struct SensitivityResult {
         /// By each axis but the damping, in the order of [`Grid::axis_names`]; empty if they are unknown.
         #[cfg_attr(feature = "serde", serde(serialize_with = "as_map"))]
-        pub derivatives: Vec<(&'static str, EstimateResult)>,
+        pub(crate) derivatives: Vec<(&'static str, EstimateResult)>,
         /// The standard error of the critical damping, of a table with standard errors.
-        pub standard_error: Option<EstimateResult>,
+        pub(crate) standard_error: Option<EstimateResult>,
         /// Reason why there are none.
-        pub reason: Option<String>,
+        pub(crate) reason: Option<String>,
     }
 
     /// A number and an estimate of its absolute error.
-    pub struct EstimateResult {
+    pub(crate) struct EstimateResult {
         /// The number.
-        pub value: f64,
+        pub(crate) value: f64,
         /// Estimate of its absolute error.
-        pub error: f64,
+        pub(crate) error: f64,
     }
 
     /// The state of steady slip.
-    pub struct Equilibrium {
+    pub(crate) struct Equilibrium {
         /// Position.
-        pub x1: f64,
+        pub(crate) x1: f64,
         /// Velocity, 0.
-        pub x2: f64,
+        pub(crate) x2: f64,
         /// Divergence of the flow there.
-        pub divergence: f64,
+        pub(crate) divergence: f64,
         /// Type, for instance "unstable focus".
         #[cfg_attr(feature = "serde", serde(rename = "type"))]
-        pub kind: &'static str,
+        pub(crate) kind: &'static str,
         /// The two eigenvalues.
-        pub eigenvalues: [Complex; 2],
+        pub(crate) eigenvalues: [Complex; 2],
     }
 
     /// A complex number.
-    pub struct Complex {
+    pub(crate) struct Complex {
         /// Real part.
-        pub re: f64,
+        pub(crate) re: f64,
         /// Imaginary part.
-        pub im: f64,
+        pub(crate) im: f64,
     }
 
     /// The sliding segment: from_x1 < x1 < to_x1 on the line x2.
-    pub struct SlidingSegment {
+    pub(crate) struct SlidingSegment {
         /// The end at which the upper field is tangent.
-        pub from_x1: f64,
+        pub(crate) from_x1: f64,
         /// The exit point.
-        pub to_x1: f64,
+        pub(crate) to_x1: f64,
         /// Belt speed.
-        pub x2: f64,
+        pub(crate) x2: f64,
     }
 
     /// A state.
-    pub struct State {
+    pub(crate) struct State {
         /// Position.
-        pub x1: f64,
+        pub(crate) x1: f64,
         /// Velocity.
-        pub x2: f64,
+        pub(crate) x2: f64,
     }
 
     /// The dampings c >= 0 between which steady slip and stick-slip both attract.
-    pub struct BistableBand {
+    pub(crate) struct BistableBand {
         /// Damping from which on the equilibrium is stable.
-        pub from_c: f64,
+        pub(crate) from_c: f64,
         /// The critical damping.
-        pub to_c: f64,
+        pub(crate) to_c: f64,
         /// Estimate of the absolute error of the latter.
-        pub error: f64,
+        pub(crate) error: f64,
     }
 
     /// The range of a coordinate.
-    pub struct Extent {
+    pub(crate) struct Extent {
         /// Least value.
-        pub from: f64,
+        pub(crate) from: f64,
         /// Greatest value.
-        pub to: f64,
+        pub(crate) to: f64,
     }
 
     /// A cycle that attracts.
-    pub struct CycleResult {
+    pub(crate) struct CycleResult {
         /// Period.
-        pub period: f64,
+        pub(crate) period: f64,
         /// Positions on it.
-        pub x1: Extent,
+        pub(crate) x1: Extent,
         /// Velocities on it.
-        pub x2: Extent,
+        pub(crate) x2: Extent,
         /// Floquet multiplier; 0 if it sticks.
-        pub multiplier: f64,
+        pub(crate) multiplier: f64,
     }
 
     /// A cycle with its stability.
-    pub struct StabilityResult {
+    pub(crate) struct StabilityResult {
         /// Whether it attracts.
-        pub stable: bool,
+        pub(crate) stable: bool,
         /// Floquet multiplier; 0 if it sticks.
-        pub multiplier: f64,
+        pub(crate) multiplier: f64,
         /// For a repelling cycle: the attractors of the orbits just inside it and just outside it,
         /// "equilibrium", "slip_cycle", "stick_slip", "crossing" or "unknown".
         #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
-        pub separates: Option<[&'static str; 2]>,
+        pub(crate) separates: Option<[&'static str; 2]>,
         /// Period.
-        pub period: f64,
+        pub(crate) period: f64,
         /// For a cycle that crosses the belt line: x1 at which it crosses downward, less that of the exit
         /// point.
         #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
-        pub beyond_exit: Option<f64>,
+        pub(crate) beyond_exit: Option<f64>,
         /// Positions on it.
-        pub x1: Extent,
+        pub(crate) x1: Extent,
         /// Velocities on it.
-        pub x2: Extent,
+        pub(crate) x2: Extent,
     }
 
     /// The unstable slip cycle inside which orbits tend to steady slip, and the kicks onto it.
-    pub struct BasinBoundary {
+    pub(crate) struct BasinBoundary {
         /// The cycle.
-        pub cycle: StabilityResult,
+        pub(crate) cycle: StabilityResult,
         /// The kicks.
-        pub kick: KickResult,
+        pub(crate) kick: KickResult,
     }
 
     /// Sudden changes of velocity that start stick-slip from steady slip.
-    pub struct KickResult {
+    pub(crate) struct KickResult {
         /// Along the belt's motion.
-        pub forward: f64,
+        pub(crate) forward: f64,
         /// Against it, as a positive number.
-        pub backward: f64,
+        pub(crate) backward: f64,
     }
 
     /// All cycles of a point.
-    pub struct AllCycles {
+    pub(crate) struct AllCycles {
         /// The stick-slip cycle.
-        pub stick_slip: Option<StabilityResult>,
+        pub(crate) stick_slip: Option<StabilityResult>,
         /// Cycles below the belt line, by growing amplitude.
-        pub slip: Vec<StabilityResult>,
+        pub(crate) slip: Vec<StabilityResult>,
         /// Bounds on their number.
-        pub slip_count: SlipCountResult,
+        pub(crate) slip_count: SlipCountResult,
         /// Cycles that cross the belt line, by growing size.
-        pub crossing: Vec<StabilityResult>,
+        pub(crate) crossing: Vec<StabilityResult>,
     }
 
     /// Proved bounds on the number of slip cycles.
-    pub struct SlipCountResult {
+    pub(crate) struct SlipCountResult {
         /// The number, where it is proved.
-        pub proved: Option<u32>,
+        pub(crate) proved: Option<u32>,
         /// Lower bound.
-        pub at_least: u32,
+        pub(crate) at_least: u32,
         /// Upper bound; `None` where there is none.
-        pub at_most: Option<u32>,
+        pub(crate) at_most: Option<u32>,
         /// Ranges of the maximum of x2 in which nothing is proved.
-        pub open: Vec<Extent>,
+        pub(crate) open: Vec<Extent>,
     }
 
     /// Behaviour of a machine, in SI units (for a rotation: rad for m, N m for N, kg m^2 for kg).
     pub struct MachineResult {
         /// "translation" or "rotation".
-        pub motion: &'static str,
+        pub(crate) motion: &'static str,
         /// Belt speed, m/s.
-        pub belt_speed: f64,
+        pub(crate) belt_speed: f64,
         /// Damping coefficient, N s/m.
-        pub damping: f64,
+        pub(crate) damping: f64,
         /// See [`Behaviour::critical_belt_speed`].
-        pub critical_belt_speed: Option<f64>,
+        pub(crate) critical_belt_speed: Option<f64>,
         /// See [`Behaviour::critical_damping`].
-        pub critical_damping: Option<f64>,
+        pub(crate) critical_damping: Option<f64>,
         /// The same as a damping ratio.
-        pub critical_damping_ratio: Option<f64>,
+        pub(crate) critical_damping_ratio: Option<f64>,
         /// Damping ratio d / (2 sqrt(k m)).
-        pub damping_ratio: f64,
+        pub(crate) damping_ratio: f64,
         /// Undamped natural frequency, Hz.
-        pub natural_frequency: f64,
+        pub(crate) natural_frequency: f64,
         /// Name of the long-run behaviour.
-        pub regime: &'static str,
+        pub(crate) regime: &'static str,
         /// Slip time of the stick-slip cycle, s.
-        pub slip_time: Option<f64>,
+        pub(crate) slip_time: Option<f64>,
         /// Stick time of the stick-slip cycle, s.
-        pub stick_time: Option<f64>,
+        pub(crate) stick_time: Option<f64>,
         /// Half the distance between the extremes of x of the attracting cycle, m.
-        pub amplitude: Option<f64>,
+        pub(crate) amplitude: Option<f64>,
         /// The units of the dimensionless oscillator.
-        pub units: UnitsResult,
+        pub(crate) units: UnitsResult,
     }
 
     /// The units of the dimensionless oscillator, in SI.
-    pub struct UnitsResult {
+    pub(crate) struct UnitsResult {
         /// s.
-        pub time: f64,
+        pub(crate) time: f64,
         /// m.
-        pub length: f64,
+        pub(crate) length: f64,
         /// m/s.
-        pub velocity: f64,
+        pub(crate) velocity: f64,
         /// N.
-        pub force: f64,
+        pub(crate) force: f64,
     }
 }
 
 /// All cycles, or the reason why they could not be computed.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize), serde(untagged))]
-pub enum Cycles {
+pub(crate) enum Cycles {
     /// All of them.
     Found(AllCycles),
     /// An orbit could not be followed.
@@ -628,8 +627,7 @@ impl MachineResult {
 }
 
 /// A fate in one word.
-#[must_use]
-pub fn fate_name(fate: &Fate) -> &'static str {
+pub(crate) fn fate_name(fate: &Fate) -> &'static str {
     match fate {
         Fate::Sticks(_) => "sticks",
         Fate::SpiralsInward => "spirals_inward",
@@ -640,8 +638,7 @@ pub fn fate_name(fate: &Fate) -> &'static str {
 }
 
 /// The type of the equilibrium, for instance "unstable focus".
-#[must_use]
-pub fn equilibrium_type(oscillator: &Oscillator) -> &'static str {
+pub(crate) fn equilibrium_type(oscillator: &Oscillator) -> &'static str {
     match oscillator.eigenvalues() {
         Eigenvalues::Complex { re, .. } if re < 0.0 => "stable focus",
         Eigenvalues::Complex { re, .. } if re > 0.0 => "unstable focus",

@@ -22,7 +22,7 @@ const BATCH: usize = 1024;
 /// Histogram of the sizes of errors, for quantiles. Its bins have the relative width 2^-10, so its memory
 /// does not grow with the map.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Sizes {
+pub(crate) struct Sizes {
     bins: BTreeMap<u64, u64>,
     count: u64,
 }
@@ -37,14 +37,12 @@ impl Sizes {
     }
 
     /// Number of errors.
-    #[must_use]
-    pub fn count(&self) -> u64 {
+    pub(crate) fn count(&self) -> u64 {
         self.count
     }
 
     /// The `q` quantile, to one part in 2^11: the middle of its bin. `None` if there are no errors.
-    #[must_use]
-    pub fn quantile(&self, q: f64) -> Option<f64> {
+    pub(crate) fn quantile(&self, q: f64) -> Option<f64> {
         let rank = ((q * self.count as f64).ceil() as u64).max(1);
         let mut seen = 0;
         for (&bin, &count) in &self.bins {
@@ -60,30 +58,30 @@ impl Sizes {
 
 /// The largest error and its column.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Worst {
+pub(crate) struct Worst {
     /// The method's boundary minus the exact one; positive where the method claims too much.
-    pub error: f64,
+    pub(crate) error: f64,
     /// Index of the column on each axis but the last.
-    pub column: Vec<usize>,
+    pub(crate) column: Vec<usize>,
 }
 
 /// Errors of one method's boundary at one eps, over the columns in which both the method and the flow have
 /// a boundary at c >= 0.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct BoundaryError {
+pub(crate) struct BoundaryError {
     /// Sizes of the errors.
-    pub sizes: Sizes,
+    pub(crate) sizes: Sizes,
     /// Sizes of the errors in those columns that count at every eps, for the fit.
-    pub common: Sizes,
+    pub(crate) common: Sizes,
     /// The largest.
-    pub worst: Option<Worst>,
+    pub(crate) worst: Option<Worst>,
     /// Number of columns in which the method's boundary lies beyond the exact one by more than the latter's
     /// error.
-    pub beyond: u64,
+    pub(crate) beyond: u64,
     /// Number of columns in which only the flow has a boundary: the method claims no presence there.
-    pub only_exact: u64,
+    pub(crate) only_exact: u64,
     /// Number of columns in which only the method has one: it claims cycles where there are none.
-    pub only_method: u64,
+    pub(crate) only_method: u64,
 }
 
 /// The order p of an error that falls like eps^p.
@@ -94,7 +92,7 @@ pub struct Order {
     /// Half width of its 95 % confidence interval; `None` for two eps, which give none.
     pub half_width: Option<f64>,
     /// Number of eps in the fit.
-    pub points: usize,
+    pub(crate) points: usize,
     /// The order between the two smallest eps alone.
     pub smallest: f64,
 }
@@ -105,7 +103,7 @@ pub struct MethodBoundary {
     /// The method.
     pub method: String,
     /// Errors at each eps.
-    pub errors: Vec<BoundaryError>,
+    pub(crate) errors: Vec<BoundaryError>,
     /// The fitted order; `None` if fewer than two eps have a median above the error of the exact boundary.
     pub order: Option<Order>,
 }
@@ -116,11 +114,11 @@ pub struct Boundaries {
     /// The closed-form methods whose boundary is known.
     pub methods: Vec<MethodBoundary>,
     /// Methods that this program does not know and whose boundary the map does not store.
-    pub unknown: Vec<String>,
+    pub(crate) unknown: Vec<String>,
     /// Whether the exact boundary was read from the map rather than computed again.
     pub stored: bool,
     /// Errors of the exact boundary in each column, at each eps.
-    pub exact_error: Vec<Sizes>,
+    pub(crate) exact_error: Vec<Sizes>,
 }
 
 /// Source of a method's boundary.

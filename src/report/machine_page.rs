@@ -34,17 +34,16 @@ const MARGIN: f64 = 42.0;
 
 /// The page. Its figures are computed when it is drawn.
 #[derive(Debug)]
-pub struct MachinePage<'a> {
+pub(crate) struct MachinePage<'a> {
     /// Questions and answers, section by section.
-    pub sections: Vec<(&'static str, Vec<(Rich, Rich)>)>,
+    pub(crate) sections: Vec<(&'static str, Vec<(Rich, Rich)>)>,
     all: &'a Assessment,
     title: Rich,
 }
 
 impl<'a> MachinePage<'a> {
     /// The page of a machine, the working point at `all.machine`.
-    #[must_use]
-    pub fn new(title: &str, all: &'a Assessment, risk: Option<&Risk>) -> Self {
+    pub(crate) fn new(title: &str, all: &'a Assessment, risk: Option<&Risk>) -> Self {
         let mut sections = sections(all);
         if let Some(risk) = risk {
             sections.insert(2, ("Uncertain quantities", risk_lines(all, risk)));
@@ -58,8 +57,7 @@ impl<'a> MachinePage<'a> {
     }
 
     /// One page of A4.
-    #[must_use]
-    pub fn scene(&self) -> Scene {
+    pub(crate) fn scene(&self) -> Scene {
         let mut scene = Scene::new(PAGE.0, PAGE.1);
         let mut y = MARGIN + 6.0;
         scene.text((MARGIN, y), &self.title, 12.0, Anchor::Start);
@@ -86,14 +84,12 @@ impl<'a> MachinePage<'a> {
     }
 
     /// The title of the page, with its subject.
-    #[must_use]
-    pub fn caption(&self) -> Rich {
+    pub(crate) fn caption(&self) -> Rich {
         rich("Assessment of a machine: ").then(self.title.clone())
     }
 
     /// The page as self-contained HTML.
-    #[must_use]
-    pub fn html(&self) -> String {
+    pub(crate) fn html(&self) -> String {
         let mut body = String::new();
         for (heading, lines) in &self.sections {
             body.push_str(&format!("<h2>{heading}</h2>\n<dl class=\"summary\">\n"));

@@ -16,25 +16,27 @@ pub mod tables;
 mod text;
 mod units;
 mod verdicts;
-pub mod work_precision;
+pub(crate) mod work_precision;
 mod write;
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-pub use boundary::{Boundaries, BoundaryError, MethodBoundary, Order, Sizes, Worst};
-pub use machine_page::MachinePage;
-pub use table::{Cell, Column, Show, Table};
-pub use text::{Piece, Rich, Symbol, rich};
-pub use units::{Label, UnitSystem, View, join};
-pub use verdicts::{Confusion, Verdicts, Volume};
-pub use write::{Existing, ReportOptions, write, write_figure, write_file};
+pub(crate) use boundary::{Boundaries, MethodBoundary};
+pub(crate) use machine_page::MachinePage;
+pub use table::{Cell, Table};
+pub(crate) use text::{Rich, rich};
+pub use units::View;
+pub(crate) use units::{Label, UnitSystem, join};
+pub(crate) use verdicts::{Confusion, Verdicts};
+pub use write::{Existing, ReportOptions, write};
+pub(crate) use write::{write_figure, write_file};
 
 use crate::benchmark::StudyError;
 use crate::store::{MapFile, StoreError};
 
 /// Name of the method with which all others are compared.
-pub const SIMULATION: &str = "simulation";
+pub(crate) const SIMULATION: &str = "simulation";
 
 /// Reason why there is no report.
 #[derive(Debug, thiserror::Error)]

@@ -6,7 +6,7 @@ use crate::store::MapFile;
 
 /// Direction in which a bound is rounded, so that it remains a bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Rounded {
+pub(crate) enum Rounded {
     /// A lower bound.
     Down,
     /// An upper bound.
@@ -15,8 +15,7 @@ pub enum Rounded {
 
 /// A bound of a share in per cent, with as many digits as the share `undecided` allows: rounding moves the
 /// bound by less than a tenth of that.
-#[must_use]
-pub fn proved_percent(share: f64, undecided: f64, rounded: Rounded) -> String {
+pub(crate) fn proved_percent(share: f64, undecided: f64, rounded: Rounded) -> String {
     if share >= 1.0 && rounded == Rounded::Up {
         return "100".into();
     }
@@ -46,7 +45,6 @@ pub fn proved_percent(share: f64, undecided: f64, rounded: Rounded) -> String {
 }
 
 /// Proved shares of the whole box of parameters; `None` if the run proved nothing.
-#[must_use]
 pub(super) fn volume(map: &MapFile) -> Option<Table> {
     let share = |name: &str| map.number(name);
     let (present, absent) = (share("proved_present")?, share("proved_absent")?);

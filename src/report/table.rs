@@ -29,7 +29,7 @@ impl From<Option<u64>> for Cell {
 
 /// Format of the numbers of a column. CSV holds all digits whatever this says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Show {
+pub(crate) enum Show {
     /// Words or counts.
     AsIs,
     /// This many significant digits.
@@ -46,9 +46,9 @@ pub struct Column {
     /// Its name in CSV files.
     pub key: String,
     /// Its heading.
-    pub heading: Rich,
+    pub(crate) heading: Rich,
     /// Format of its numbers.
-    pub show: Show,
+    pub(crate) show: Show,
 }
 
 /// A table.
@@ -57,13 +57,13 @@ pub struct Table {
     /// Name of its files, and of its label in LaTeX.
     pub name: &'static str,
     /// Its caption.
-    pub caption: Rich,
+    pub(crate) caption: Rich,
     /// The columns.
     pub columns: Vec<Column>,
     /// The rows, each with one cell per column.
     pub rows: Vec<Vec<Cell>>,
     /// Remarks below it.
-    pub notes: Vec<Rich>,
+    pub(crate) notes: Vec<Rich>,
 }
 
 /// A number as shown: a decimal, and a power of ten if that is not 0.

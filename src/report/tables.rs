@@ -5,7 +5,8 @@ mod machine;
 mod origin;
 
 pub use boundaries::{boundary, order};
-pub use origin::{axes, cost, failures, methods, provenance};
+pub(crate) use origin::methods;
+pub use origin::{axes, cost, failures, provenance};
 
 use super::proved;
 use super::table::{Cell, Column, Show, Table};

@@ -5,7 +5,7 @@
 
 /// A part of a text.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Piece {
+pub(crate) enum Piece {
     /// Words.
     Words(String),
     /// A mathematical symbol.
@@ -14,13 +14,13 @@ pub enum Piece {
 
 /// A letter with an optional index and an optional exponent.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Symbol {
+pub(crate) struct Symbol {
     /// The letter, or a word where there is no letter.
-    pub base: String,
+    pub(crate) base: String,
     /// Index, empty if none.
-    pub index: String,
+    pub(crate) index: String,
     /// Exponent, empty if none.
-    pub exponent: String,
+    pub(crate) exponent: String,
 }
 
 /// Greek letters: their names in axes and templates, the letter, and the name in LaTeX.
@@ -45,8 +45,7 @@ const GREEK: [(&str, &str, &str); 16] = [
 
 impl Symbol {
     /// The symbol of an axis or quantity: `gamma` is γ, `x_1` is x with an index, `c^*` has an exponent.
-    #[must_use]
-    pub fn of(name: &str) -> Self {
+    pub(crate) fn of(name: &str) -> Self {
         let (rest, exponent) = name.split_once('^').unwrap_or((name, ""));
         let (base, index) = rest.split_once('_').unwrap_or((rest, ""));
         let letter = GREEK.iter().find(|(word, _, _)| *word == base).map_or(base, |(_, letter, _)| letter);
@@ -54,8 +53,7 @@ impl Symbol {
     }
 
     /// Returns whether the base is one letter, set in italics; a word is set upright.
-    #[must_use]
-    pub fn is_letter(&self) -> bool {
+    pub(crate) fn is_letter(&self) -> bool {
         self.base.chars().count() == 1
     }
 
@@ -98,12 +96,11 @@ impl Symbol {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Rich {
     /// Its parts, in order.
-    pub pieces: Vec<Piece>,
+    pub(crate) pieces: Vec<Piece>,
 }
 
 /// The program's own words, with symbols in braces: `"share of {c}"`, `"{x_1}"`, `"{c^*}"`.
-#[must_use]
-pub fn rich(template: &str) -> Rich {
+pub(crate) fn rich(template: &str) -> Rich {
     let mut text = Rich::default();
     for (i, part) in template.split(['{', '}']).enumerate() {
         // Braces alternate, so every other part is between braces.
@@ -118,20 +115,17 @@ pub fn rich(template: &str) -> Rich {
 
 impl Rich {
     /// Words from a file or from a user, with arbitrary characters.
-    #[must_use]
-    pub fn foreign(words: &str) -> Self {
+    pub(crate) fn foreign(words: &str) -> Self {
         Self { pieces: vec![Piece::Words(words.into())] }
     }
 
     /// The symbol of an axis.
-    #[must_use]
-    pub fn symbol(name: &str) -> Self {
+    pub(crate) fn symbol(name: &str) -> Self {
         Self { pieces: vec![Piece::Symbol(Symbol::of(name))] }
     }
 
     /// A number with up to `digits` significant digits, very large and very small ones with a power of ten.
-    #[must_use]
-    pub fn number(value: f64, digits: usize) -> Self {
+    pub(crate) fn number(value: f64, digits: usize) -> Self {
         let scientific = format!("{value:.*e}", digits.saturating_sub(1));
         let Some((mantissa, Ok(exponent))) =
             scientific.split_once('e').map(|(mantissa, exponent)| (mantissa, exponent.parse::<i32>()))
@@ -163,7 +157,7 @@ impl Rich {
 
     /// Appends another text.
     #[must_use]
-    pub fn then(mut self, more: Rich) -> Self {
+    pub(crate) fn then(mut self, more: Rich) -> Self {
         self.pieces.extend(more.pieces);
         self
     }
@@ -175,8 +169,7 @@ impl Rich {
     }
 
     /// As Markdown.
-    #[must_use]
-    pub fn markdown(&self) -> String {
+    pub(crate) fn markdown(&self) -> String {
         let piece = |(number, piece): (usize, &Piece)| match piece {
             Piece::Words(words) if number == 0 => markdown(words),
             Piece::Words(words) => markdown_after("x", words),
@@ -186,14 +179,12 @@ impl Rich {
     }
 
     /// As HTML.
-    #[must_use]
-    pub fn html(&self) -> String {
+    pub(crate) fn html(&self) -> String {
         self.write(html, |symbol| symbol.markup(html))
     }
 
     /// As LaTeX.
-    #[must_use]
-    pub fn latex(&self) -> String {
+    pub(crate) fn latex(&self) -> String {
         self.write(latex, Symbol::latex)
     }
 
@@ -210,8 +201,7 @@ impl Rich {
 
 /// Escapes words for HTML and for SVG, in elements and in quoted attributes. Characters that XML forbids
 /// become spaces.
-#[must_use]
-pub fn html(words: &str) -> String {
+pub(crate) fn html(words: &str) -> String {
     let mut text = String::with_capacity(words.len());
     for c in words.chars() {
         match c {
@@ -230,8 +220,7 @@ pub fn html(words: &str) -> String {
 }
 
 /// Escapes words for a line of Markdown, inside a table too.
-#[must_use]
-pub fn markdown(words: &str) -> String {
+pub(crate) fn markdown(words: &str) -> String {
     markdown_after("", words)
 }
 
@@ -265,8 +254,7 @@ fn markdown_after(line: &str, words: &str) -> String {
 }
 
 /// Escapes words for LaTeX. Characters that pdfLaTeX does not know by default are written as their number.
-#[must_use]
-pub fn latex(words: &str) -> String {
+pub(crate) fn latex(words: &str) -> String {
     let mut text = String::with_capacity(words.len());
     let mut letters = words.chars().peekable();
     while let Some(c) = letters.next() {

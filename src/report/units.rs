@@ -14,7 +14,7 @@ pub struct View<'a> {
     /// The map.
     pub map: &'a MapFile,
     /// The units.
-    pub units: UnitSystem,
+    pub(crate) units: UnitSystem,
 }
 
 impl<'a> View<'a> {
@@ -25,21 +25,18 @@ impl<'a> View<'a> {
     }
 
     /// The map in dimensionless numbers, even if it is about a machine.
-    #[must_use]
-    pub fn dimensionless(map: &'a MapFile) -> Self {
+    pub(crate) fn dimensionless(map: &'a MapFile) -> Self {
         Self { map, units: UnitSystem::default() }
     }
 
     /// The name of an axis with its unit.
-    #[must_use]
-    pub fn axis(&self, axis: &Axis) -> Label {
+    pub(crate) fn axis(&self, axis: &Axis) -> Label {
         self.units.axis(axis)
     }
 
     /// "ε = 0.1, β = 0.5": the value of every axis at the nodes `index`, except those in `shown`. For a
     /// machine its friction replaces eps and the law's parameters, if none of these is shown.
-    #[must_use]
-    pub fn held(&self, index: &[usize], shown: &[usize]) -> Rich {
+    pub(crate) fn held(&self, index: &[usize], shown: &[usize]) -> Rich {
         let axes = self.map.grid().axes();
         let mut parts = Vec::new();
         for (i, axis) in axes.iter().enumerate().filter(|(i, _)| !shown.contains(i)) {
@@ -57,8 +54,7 @@ impl<'a> View<'a> {
 
     /// The oscillator of the map's machine at its first belt speed and damping; `None` for a map in
     /// dimensionless numbers.
-    #[must_use]
-    pub fn model(&self) -> Option<Model> {
+    pub(crate) fn model(&self) -> Option<Model> {
         let si = self.units.machine?;
         let grid = self.map.grid();
         Some(Model { law: grid.law().clone(), point: grid.point(&vec![0; grid.axes().len()]), si })
@@ -66,8 +62,7 @@ impl<'a> View<'a> {
 }
 
 /// Joins parts by commas.
-#[must_use]
-pub fn join(parts: impl IntoIterator<Item = Rich>) -> Rich {
+pub(crate) fn join(parts: impl IntoIterator<Item = Rich>) -> Rich {
     let mut text = Rich::default();
     for part in parts {
         let separator = rich(if text.pieces.is_empty() { "" } else { ", " });
@@ -126,39 +121,42 @@ fn units_of(map: &MapFile) -> Option<SiUnits> {
 
 /// Dimensionless numbers, or the SI units of a machine.
 #[derive(Clone, Debug, Default)]
-pub struct UnitSystem {
+pub(crate) struct UnitSystem {
     machine: Option<SiUnits>,
 }
 
 /// Name and unit of a quantity, and the factor that converts dimensionless numbers to the unit.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Label {
+pub(crate) struct Label {
     /// The name in text and figures.
-    pub name: Rich,
+    pub(crate) name: Rich,
     /// The name in CSV headers, without the unit.
-    pub key: String,
+    pub(crate) key: String,
     /// The unit; empty for pure numbers.
-    pub unit: &'static str,
+    pub(crate) unit: &'static str,
     /// Factor by which dimensionless numbers are multiplied.
-    pub factor: f64,
+    pub(crate) factor: f64,
 }
 
 impl UnitSystem {
     /// The SI units of a machine.
-    #[must_use]
-    pub fn of_machine(si: SiUnits) -> Self {
+    pub(crate) fn of_machine(si: SiUnits) -> Self {
         Self { machine: Some(si) }
     }
 
     /// The units, if they are those of a machine.
-    #[must_use]
-    pub fn machine(&self) -> Option<&SiUnits> {
+    pub(crate) fn machine(&self) -> Option<&SiUnits> {
         self.machine.as_ref()
     }
 
     /// The label of a quantity of this dimension; `symbol` is its name in dimensionless numbers.
-    #[must_use]
-    pub fn quantity(&self, words: &str, symbol: Rich, key: &str, dimension: Option<Dimension>) -> Label {
+    pub(crate) fn quantity(
+        &self,
+        words: &str,
+        symbol: Rich,
+        key: &str,
+        dimension: Option<Dimension>,
+    ) -> Label {
         match (&self.machine, dimension) {
             (Some(si), Some(dimension)) => Label {
                 name: rich(words),
@@ -171,8 +169,7 @@ impl UnitSystem {
     }
 
     /// The name of an axis with its unit.
-    #[must_use]
-    pub fn axis(&self, axis: &Axis) -> Label {
+    pub(crate) fn axis(&self, axis: &Axis) -> Label {
         let dimension = dimension::of_axis(axis.role);
         let (words, key) = match axis.role {
             AxisRole::BeltSpeed => ("belt speed", "belt_speed"),
@@ -187,36 +184,31 @@ impl UnitSystem {
     }
 
     /// The name of a variable of a map with its unit.
-    #[must_use]
-    pub fn variable(&self, name: &str) -> Label {
+    pub(crate) fn variable(&self, name: &str) -> Label {
         let words = variable_words(name);
         let dimension = dimension::of_variable(name);
         Label { name: words.clone(), ..self.quantity("", words, name, dimension) }
     }
 
     /// Position of the mass.
-    #[must_use]
-    pub fn x1(&self) -> Label {
+    pub(crate) fn x1(&self) -> Label {
         self.quantity("displacement", rich("{x_1}"), "x1", Some(Dimension::Length))
     }
 
     /// Velocity of the mass.
-    #[must_use]
-    pub fn x2(&self) -> Label {
+    pub(crate) fn x2(&self) -> Label {
         self.quantity("velocity", rich("{x_2}"), "x2", Some(Dimension::Velocity))
     }
 
     /// Time.
-    #[must_use]
-    pub fn time(&self) -> Label {
+    pub(crate) fn time(&self) -> Label {
         self.quantity("time", rich("{t}"), "t", Some(Dimension::Time))
     }
 }
 
 impl Label {
     /// "damping, N s/m": for axes and headings.
-    #[must_use]
-    pub fn text(&self) -> Rich {
+    pub(crate) fn text(&self) -> Rich {
         let mut text = self.name.clone();
         match (self.unit, text.pieces.last_mut()) {
             ("", _) => text,
@@ -230,8 +222,7 @@ impl Label {
     }
 
     /// "damping [N s/m]": for headers of CSV files.
-    #[must_use]
-    pub fn header(&self) -> String {
+    pub(crate) fn header(&self) -> String {
         match self.unit {
             "" => self.key.clone(),
             unit => format!("{} [{unit}]", self.key),
@@ -239,8 +230,7 @@ impl Label {
     }
 
     /// "damping = 20 N s/m", of a dimensionless value.
-    #[must_use]
-    pub fn equals(&self, value: f64) -> Rich {
+    pub(crate) fn equals(&self, value: f64) -> Rich {
         let text = self.name.clone().then(rich(" = ")).then(Rich::number(value * self.factor, 4));
         match self.unit {
             "" => text,

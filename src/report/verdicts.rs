@@ -11,39 +11,35 @@ use crate::store::MapFile;
 
 /// Numbers of cells by pairs of verdicts, the simulation's and a method's.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Confusion {
+pub(crate) struct Confusion {
     /// `cells[simulation][method]`, both in the order of [`Verdict::ALL`]. Without a simulation in the map
     /// all cells count as not simulated.
-    pub cells: [[u64; 5]; 5],
+    pub(crate) cells: [[u64; 5]; 5],
 }
 
 impl Confusion {
     /// Number of cells with the given verdicts.
-    #[must_use]
-    pub fn pair(&self, simulation: Verdict, method: Verdict) -> u64 {
+    pub(crate) fn pair(&self, simulation: Verdict, method: Verdict) -> u64 {
         self.cells[place(simulation)][place(method)]
     }
 
     /// Number of cells on which the method's verdict is `verdict`.
-    #[must_use]
-    pub fn method(&self, verdict: Verdict) -> u64 {
+    pub(crate) fn method(&self, verdict: Verdict) -> u64 {
         self.cells.iter().map(|row| row[place(verdict)]).sum()
     }
 
     /// Number of cells on which the simulation's verdict is `verdict`.
-    #[must_use]
-    pub fn simulation(&self, verdict: Verdict) -> u64 {
+    pub(crate) fn simulation(&self, verdict: Verdict) -> u64 {
         self.cells[place(verdict)].iter().sum()
     }
 
     /// Number of all cells.
-    #[must_use]
-    pub fn total(&self) -> u64 {
+    pub(crate) fn total(&self) -> u64 {
         self.cells.iter().flatten().sum()
     }
 
     /// Adds the cells of another part of the map.
-    pub fn add(&mut self, other: &Confusion) {
+    pub(crate) fn add(&mut self, other: &Confusion) {
         for (sum, more) in self.cells.iter_mut().flatten().zip(other.cells.iter().flatten()) {
             *sum += more;
         }
@@ -71,16 +67,16 @@ pub struct Volume {
     /// has few nodes.
     pub error: f64,
     /// Volume on which the simulation finds the cycle too.
-    pub confirmed: f64,
+    pub(crate) confirmed: f64,
 }
 
 /// The statistics of all methods.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdicts {
     /// Position of the simulation among the methods of the map.
-    pub simulation: Option<usize>,
+    pub(crate) simulation: Option<usize>,
     /// `confusion[method][epsilon]`.
-    pub confusion: Vec<Vec<Confusion>>,
+    pub(crate) confusion: Vec<Vec<Confusion>>,
     /// `volumes[method][epsilon]`.
     pub volumes: Vec<Vec<Volume>>,
     /// Volume of the whole box of the axes.

@@ -43,8 +43,7 @@ impl Study {
     }
 
     /// Every number.
-    #[must_use]
-    pub fn table(&self) -> Table {
+    pub(crate) fn table(&self) -> Table {
         let column =
             |key: &str, heading: &str, show| Column { key: key.into(), heading: rich(heading), show };
         let sizes = |errors: &Option<Errors>| {

@@ -153,7 +153,7 @@ fn put(path: &Path, contents: &[u8]) -> Result<(), ReportError> {
 /// # Errors
 /// [`ReportError::Format`] for another extension than svg, png or pdf, [`ReportError::Exists`], or why it
 /// could not be written.
-pub fn write_figure(
+pub(crate) fn write_figure(
     scene: &Scene,
     caption: &Rich,
     path: &Path,
@@ -175,7 +175,7 @@ pub fn write_figure(
 ///
 /// # Errors
 /// [`ReportError::Exists`], or why it could not be written.
-pub fn write_file(contents: &[u8], path: &Path, existing: Existing) -> Result<(), ReportError> {
+pub(crate) fn write_file(contents: &[u8], path: &Path, existing: Existing) -> Result<(), ReportError> {
     let failed = |source: io::Error| match source.kind() {
         io::ErrorKind::AlreadyExists => ReportError::Exists { path: path.to_path_buf() },
         _ => ReportError::Io { path: path.to_path_buf(), source },

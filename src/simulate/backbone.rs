@@ -338,8 +338,7 @@ impl Backbone {
     }
 
     /// Narrower bounds of a cycle's amplitude at C = `viscous`, as far as the error of C allows.
-    #[must_use]
-    pub fn narrowed(&self, cycle: &Crossing, viscous: f64) -> [f64; 2] {
+    pub(crate) fn narrowed(&self, cycle: &Crossing, viscous: f64) -> [f64; 2] {
         let [from, to] = cycle.between;
         let rises = !cycle.is_stable;
         // Radii on either side of the crossing, at a distance of the error.

@@ -39,7 +39,7 @@ pub enum Bifurcation {
 
 impl Bifurcation {
     /// All of them.
-    pub const ALL: [Bifurcation; 5] =
+    pub(crate) const ALL: [Bifurcation; 5] =
         [Self::Hopf, Self::GrazingSliding, Self::Landing, Self::Crossing, Self::Fold];
 
     /// Its name in tables.
@@ -55,8 +55,7 @@ impl Bifurcation {
     }
 
     /// The test function, with an accuracy of about `tolerance`; `None` where it is undefined or unknown.
-    #[must_use]
-    pub fn test(self, oscillator: &Oscillator, tolerance: f64) -> Option<TestValue> {
+    pub(crate) fn test(self, oscillator: &Oscillator, tolerance: f64) -> Option<TestValue> {
         match self {
             Bifurcation::Hopf => Some(trace(oscillator)),
             Bifurcation::GrazingSliding => margin(oscillator, tolerance),

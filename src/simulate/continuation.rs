@@ -1,7 +1,7 @@
 //! Curves on which a test function vanishes in a plane of two parameters, by continuation.
 //!
 //! The plane is the unit square: callers map it to their parameters. Curves are found by the signs of the
-//! function on a grid of [`STEPS`] steps a side, so a closed curve that fits between its nodes is missed, and
+//! function on a grid of `STEPS` steps a side, so a closed curve that fits between its nodes is missed, and
 //! followed from there in both directions by pseudo-arclength continuation: a step along the secant, then a
 //! root on the normal through its end. Steps shrink where the curve turns. A curve ends on the border of the
 //! square, where it closes, or where the function is undefined (for instance at a point of codimension two).
@@ -13,7 +13,7 @@
 use rayon::prelude::*;
 
 /// Number of steps of the grid of signs along each side.
-pub const STEPS: usize = 40;
+pub(crate) const STEPS: usize = 40;
 /// Longest step of the continuation.
 const LONGEST: f64 = 0.025;
 /// Shortest step; a curve that needs shorter ones ends.
@@ -38,15 +38,15 @@ const COVERED: f64 = 2e-3;
 
 /// A value of a test function.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TestValue {
+pub(crate) struct TestValue {
     /// The value.
-    pub value: f64,
+    pub(crate) value: f64,
     /// Estimate of its absolute error.
-    pub error: f64,
+    pub(crate) error: f64,
 }
 
 /// A test function on the unit square; `None` where it is undefined. It is never evaluated outside.
-pub type TestFunction<'a> = &'a (dyn Fn([f64; 2]) -> Option<TestValue> + Sync);
+pub(crate) type TestFunction<'a> = &'a (dyn Fn([f64; 2]) -> Option<TestValue> + Sync);
 
 /// A point of a curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,8 +67,7 @@ pub struct Branch {
 }
 
 /// The curves on which `function` vanishes.
-#[must_use]
-pub fn zero_curves(function: TestFunction) -> Vec<Branch> {
+pub(crate) fn zero_curves(function: TestFunction) -> Vec<Branch> {
     let mut branches: Vec<Branch> = Vec::new();
     for seed in seeds(function) {
         if branches.iter().any(|branch| covers(branch, seed.place)) {

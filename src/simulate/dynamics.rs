@@ -39,8 +39,7 @@ pub enum Neighbour {
 
 impl Neighbour {
     /// Name in `--json`.
-    #[must_use]
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Neighbour::Equilibrium => "equilibrium",
             Neighbour::SlipCycle => "slip_cycle",

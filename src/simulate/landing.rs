@@ -19,9 +19,9 @@ const MOST_STEPS: usize = 2048;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Arrival {
     /// x2' at the belt line on the lower side, wL >= 0.
-    pub speed: f64,
+    pub(crate) speed: f64,
     /// Time since the exit point.
-    pub time: f64,
+    pub(crate) time: f64,
 }
 
 /// Outcome of following the orbit to the belt line.

@@ -37,7 +37,7 @@ pub use critical::{CriticalDamping, NoCriticalDamping, critical_damping};
 pub use dynamics::{Dynamics, Neighbour, crossing_separates, dynamics, separates};
 pub use return_map::flow;
 
-pub use crate::friction::Range;
+pub(crate) use crate::friction::Range;
 
 /// Place and times of sticking again, and of the stick-slip cycle that follows.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -70,9 +70,9 @@ const SLOWEST_TURN: f64 = 0.05;
 /// Trigonometric functions at an angle of the orbit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Angle {
-    pub cos: f64,
-    pub sin_cos: f64,
-    pub sin_squared: f64,
+    pub(crate) cos: f64,
+    pub(crate) sin_cos: f64,
+    pub(crate) sin_squared: f64,
 }
 
 impl Angle {
@@ -173,11 +173,11 @@ impl Lanes {
 /// See [`Lanes::log_slope`].
 pub(super) struct LogSlope {
     /// d ln r / d theta.
-    pub slope: [f64; LANES],
+    pub(crate) slope: [f64; LANES],
     /// Its derivative by C = eps c.
-    pub by_c: [f64; LANES],
+    pub(crate) by_c: [f64; LANES],
     /// Its derivative by ln r; zero if it was not requested.
-    pub by_log_r: [f64; LANES],
+    pub(crate) by_log_r: [f64; LANES],
 }
 
 /// See [`Lanes::terms`].

@@ -114,8 +114,7 @@ pub fn none_proved(oscillator: &Oscillator) -> bool {
 }
 
 /// The same at eps c = `viscous` by the bounds of the even part.
-#[must_use]
-pub fn none_within(even: &Range, viscous: f64) -> bool {
+pub(crate) fn none_within(even: &Range, viscous: f64) -> bool {
     even.lo > viscous || even.hi < viscous
 }
 
@@ -132,7 +131,7 @@ pub enum Unknown {
 
 /// Accuracy of the backbone from which slip cycles are read, in units of the weakening rate. Their own
 /// accuracy is that of the turn.
-pub const BACKBONE_TOLERANCE: f64 = 1e-10;
+pub(crate) const BACKBONE_TOLERANCE: f64 = 1e-10;
 
 /// The slip cycles, by growing amplitude, located with the relative error `tolerance` of one turn divided by
 /// |1 - multiplier|.
@@ -163,7 +162,11 @@ pub fn slip_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<SlipCy
 ///
 /// # Errors
 /// [`Failure`].
-pub fn locate(oscillator: &Oscillator, cycle: &Crossing, tolerance: f64) -> Result<SlipCycle, Failure> {
+pub(crate) fn locate(
+    oscillator: &Oscillator,
+    cycle: &Crossing,
+    tolerance: f64,
+) -> Result<SlipCycle, Failure> {
     locate_within(oscillator, cycle, tolerance, &Work::of_question(&oscillator.curve))
 }
 
@@ -271,7 +274,7 @@ impl Extent {
 ///
 /// # Errors
 /// [`Failure`].
-pub fn kick_onto(oscillator: &Oscillator, cycle: &SlipCycle, tolerance: f64) -> Result<Kick, Failure> {
+pub(crate) fn kick_onto(oscillator: &Oscillator, cycle: &SlipCycle, tolerance: f64) -> Result<Kick, Failure> {
     let radius = cycle.velocity.hi;
     let rest = oscillator.equilibrium_x1();
     let work = Work::of_question(&oscillator.curve);

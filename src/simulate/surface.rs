@@ -44,11 +44,11 @@ const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
 
 /// A value of the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SurfacePoint {
+pub(crate) struct SurfacePoint {
     /// C* = eps c*.
-    pub viscous: f64,
+    pub(crate) viscous: f64,
     /// Bound on its absolute error.
-    pub error: f64,
+    pub(crate) error: f64,
 }
 
 /// An interpolant of R over one box.
@@ -159,8 +159,7 @@ fn oscillators_like(groups: &ScaledGroups) -> Column {
 }
 
 /// C* at the groups (A, k, b), for any C; `None` outside the tabulated boxes.
-#[must_use]
-pub fn lookup(groups: &ScaledGroups) -> Option<SurfacePoint> {
+pub(crate) fn lookup(groups: &ScaledGroups) -> Option<SurfacePoint> {
     static TABLES: LazyLock<[Interpolant; EXTENTS.len()]> =
         LazyLock::new(|| std::array::from_fn(|i| Interpolant::new(&EXTENTS[i])));
     let &ScaledGroups { a, k, b, .. } = groups;

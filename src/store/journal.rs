@@ -258,7 +258,7 @@ pub(super) fn sync_folder(path: &Path) -> io::Result<()> {
 /// # Errors
 /// The file system's reasons. For a folder that exists but does not answer (a dead mount) the system reports
 /// that it exists; this function returns why it cannot be used.
-pub fn create_folders(folder: &Path) -> io::Result<()> {
+pub(crate) fn create_folders(folder: &Path) -> io::Result<()> {
     fs::create_dir_all(folder).map_err(|error| match folder.metadata() {
         Err(reason) if error.kind() == io::ErrorKind::AlreadyExists => reason,
         _ => error,

@@ -30,7 +30,7 @@
 //! `belt_speed_si` along V and `damping_si` along c (CF attribute `coordinates` of every variable, by which
 //! xarray finds them). Variables with a physical dimension have the attributes `si_factor` and `si_units`:
 //! their numbers times the factor are in that unit. Of the file, `machine_si` are the machine's numbers
-//! ([`crate::machine::Machine::to_array`]), `machine_units` the units of time, length, velocity, force and
+//! (`Machine::to_array`), `machine_units` the units of time, length, velocity, force and
 //! damping, `machine_motion` tells whether it moves or turns.
 //!
 //! # Curves
@@ -89,14 +89,18 @@ mod trust;
 mod value;
 mod writer;
 
-pub use crate::dataset::attributes::{fingerprint, plan_digest};
-pub use crate::dataset::{Audit, MethodInfo, Outcome, Provenance, Value};
+pub use crate::dataset::attributes::fingerprint;
+pub(crate) use crate::dataset::attributes::plan_digest;
+pub use crate::dataset::{Audit, Outcome, Provenance, Value};
 pub use check::{CheckReport, Problem, check};
+
 pub use error::StoreError;
-pub use journal::create_folders;
+pub(crate) use journal::create_folders;
 pub use pack::PackedTile;
-pub use partial::{Left, PackedRecord, Packer, PartialMap, Resumed, left, remove_unfinished};
-pub use reader::{MapFile, Pick, SIGNATURE};
-pub use records::{Records, Series, write_records};
+pub(crate) use partial::{Left, left, remove_unfinished};
+pub use partial::{PackedRecord, Packer, PartialMap, Resumed};
+pub(crate) use reader::SIGNATURE;
+pub use reader::{MapFile, Pick};
+pub(crate) use records::{Records, Series, write_records};
 pub use seal::Existing;
 pub use writer::MapWriter;

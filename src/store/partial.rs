@@ -318,15 +318,13 @@ impl PartialMap {
     }
 
     /// Seconds that earlier runs took, up to their last finished tiles.
-    #[must_use]
-    pub fn seconds(&self) -> f64 {
+    pub(crate) fn seconds(&self) -> f64 {
         self.found.seconds
     }
 
     /// Number of bytes at the end of the journal that could not be used: a partial tile, or a damaged place
     /// and all after it. Their tiles are not among the finished ones.
-    #[must_use]
-    pub fn lost(&self) -> u64 {
+    pub(crate) fn lost(&self) -> u64 {
         self.found.lost
     }
 
@@ -349,8 +347,7 @@ impl PartialMap {
     }
 
     /// Returns whether the map is locked against other processes; false on file systems without locks.
-    #[must_use]
-    pub fn is_locked(&self) -> bool {
+    pub(crate) fn is_locked(&self) -> bool {
         self.journal().is_locked()
     }
 
@@ -358,7 +355,7 @@ impl PartialMap {
     ///
     /// # Errors
     /// The file system's reasons.
-    pub fn sync(&self) -> Result<(), StoreError> {
+    pub(crate) fn sync(&self) -> Result<(), StoreError> {
         self.journal().sync()
     }
 
@@ -415,7 +412,7 @@ fn longest(plan: &Plan) -> u64 {
 
 /// The remains of an interrupted run at a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Left {
+pub(crate) enum Left {
     /// Nothing to resume.
     Nothing,
     /// A journal, which can be resumed.
@@ -425,8 +422,7 @@ pub enum Left {
 }
 
 /// Looks for an interrupted run of the map at `path`.
-#[must_use]
-pub fn left(path: &Path) -> Left {
+pub(crate) fn left(path: &Path) -> Left {
     let journal = match beside(path, JOURNAL) {
         Ok(journal) => journal,
         Err(StoreError::Lost { .. }) => return Left::OutOfReach,
@@ -440,7 +436,7 @@ pub fn left(path: &Path) -> Left {
 }
 
 /// Removes the unfinished map, but not the journal: for a process that cannot end in order.
-pub fn remove_unfinished(path: &Path) {
+pub(crate) fn remove_unfinished(path: &Path) {
     if let Ok(unfinished) = beside(path, UNFINISHED) {
         // If it cannot be removed now, the next run removes it.
         let _ = fs::remove_file(unfinished);

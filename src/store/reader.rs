@@ -19,7 +19,7 @@ use super::trust;
 use super::value;
 
 /// First bytes of an HDF5 file, and so of every map.
-pub const SIGNATURE: [u8; 8] = *b"\x89HDF\r\n\x1a\n";
+pub(crate) const SIGNATURE: [u8; 8] = *b"\x89HDF\r\n\x1a\n";
 
 /// The selection of a slice along one dimension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,14 +59,12 @@ impl MapFile {
     }
 
     /// Returns whether the map ends with its seal; if not, another program has written to it or copied it.
-    #[must_use]
-    pub fn is_sealed(&self) -> bool {
+    pub(crate) fn is_sealed(&self) -> bool {
         self.sealed
     }
 
     /// Path of the map.
-    #[must_use]
-    pub fn path(&self) -> &Path {
+    pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
@@ -107,8 +105,7 @@ impl MapFile {
     }
 
     /// Returns whether the map has this variable.
-    #[must_use]
-    pub fn has(&self, variable: &str) -> bool {
+    pub(crate) fn has(&self, variable: &str) -> bool {
         self.variables().any(|name| name == variable)
     }
 

@@ -26,7 +26,7 @@ enum Contents {
 
 /// One column of a table.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Series {
+pub(crate) struct Series {
     dimension: &'static str,
     name: String,
     long_name: String,
@@ -35,21 +35,18 @@ pub struct Series {
 
 impl Series {
     /// A column of real numbers along `dimension`; NaN for missing values.
-    #[must_use]
-    pub fn reals(dimension: &'static str, name: &str, long_name: &str, values: Vec<f64>) -> Self {
+    pub(crate) fn reals(dimension: &'static str, name: &str, long_name: &str, values: Vec<f64>) -> Self {
         Self { dimension, name: name.into(), long_name: long_name.into(), contents: Contents::Reals(values) }
     }
 
     /// A column of whole numbers along `dimension`.
-    #[must_use]
-    pub fn integers(dimension: &'static str, name: &str, long_name: &str, values: Vec<i32>) -> Self {
+    pub(crate) fn integers(dimension: &'static str, name: &str, long_name: &str, values: Vec<i32>) -> Self {
         let contents = Contents::Integers(values);
         Self { dimension, name: name.into(), long_name: long_name.into(), contents }
     }
 
     /// A column of words along `dimension`.
-    #[must_use]
-    pub fn words(dimension: &'static str, name: &str, long_name: &str, values: Vec<String>) -> Self {
+    pub(crate) fn words(dimension: &'static str, name: &str, long_name: &str, values: Vec<String>) -> Self {
         Self { dimension, name: name.into(), long_name: long_name.into(), contents: Contents::Words(values) }
     }
 
@@ -64,20 +61,20 @@ impl Series {
 
 /// Tables and their provenance. All columns along one dimension have the same length.
 #[derive(Clone, Debug, Default)]
-pub struct Records {
+pub(crate) struct Records {
     /// Provenance of the tables.
-    pub provenance: Provenance,
+    pub(crate) provenance: Provenance,
     /// The columns.
-    pub series: Vec<Series>,
+    pub(crate) series: Vec<Series>,
     /// Further attributes of the file.
-    pub attributes: Vec<(String, Value)>,
+    pub(crate) attributes: Vec<(String, Value)>,
 }
 
 /// Writes `records` to a new file.
 ///
 /// # Errors
 /// The file system's or the library's reasons.
-pub fn write_records(path: &Path, records: &Records) -> Result<(), StoreError> {
+pub(crate) fn write_records(path: &Path, records: &Records) -> Result<(), StoreError> {
     let failed = |error: hdf5::Error| StoreError::hdf5("write", path, &error);
     let file = create_file(path).map_err(failed)?;
     fill(&file, records).map_err(failed)?;

@@ -61,7 +61,10 @@ fn tests_in(source: &str) -> Vec<String> {
 /// Returns whether `source` has an item called `name`, or a variant at the start of a line.
 fn defines(source: &str, name: &str) -> bool {
     let code = source.lines().map(str::trim_start).filter(|line| !line.starts_with("//"));
-    code.map(|line| line.strip_prefix("pub ").unwrap_or(line)).any(|line| {
+    code.map(|line| {
+        ["pub ", "pub(crate) "].iter().find_map(|visible| line.strip_prefix(visible)).unwrap_or(line)
+    })
+    .any(|line| {
         let item = ["fn ", "struct ", "enum ", "static ", "const ", "trait "]
             .iter()
             .filter_map(|word| line.strip_prefix(word)?.strip_prefix(name))

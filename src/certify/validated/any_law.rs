@@ -12,9 +12,9 @@ pub struct Proof {
     /// Enclosure of C* = eps c*; infinite where nothing bounds it.
     pub critical: CriticalEnclosure,
     /// The damping c from which on the landing is proved; infinity if none is.
-    pub sticks_from: f64,
+    pub(crate) sticks_from: f64,
     /// The reason why the enclosure of C* is not sharp, if it is not.
-    pub obstacle: Option<Obstacle>,
+    pub(crate) obstacle: Option<Obstacle>,
 }
 
 /// Computes the proofs of a column from its compiled law.

@@ -25,9 +25,9 @@ const CELLS: [usize; 2] = [8, 4];
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
     /// C* < C_HB is proved.
-    pub below: Vec<GroupBox>,
+    pub(crate) below: Vec<GroupBox>,
     /// C* < C_HB is not proved, whether it is true or false.
-    pub open: Vec<GroupBox>,
+    pub(crate) open: Vec<GroupBox>,
 }
 
 /// Proves C* < C_HB over parts of `domain`, by at most `tiles` proofs of [`Tile::prove`].
@@ -53,8 +53,7 @@ pub fn compare(domain: GroupBox, tiles: usize) -> Comparison {
 }
 
 /// Returns whether C* < C_HB is proved over the whole tile.
-#[must_use]
-pub fn is_below(tile: &Tile) -> bool {
+pub(crate) fn is_below(tile: &Tile) -> bool {
     let mut queue = vec![[-1.0, 1.0]];
     while let Some([lo, hi]) = queue.pop() {
         if gap(tile, lo, hi) > 0.0 {

@@ -14,8 +14,8 @@
 //! **Volumes.** Over a part, a lower and an upper bound of C* / eps are polynomials of tiles, or the bounds
 //! by the even part of the divergence, up to a number; with their expansions of second order (`expansion`)
 //! and the means of expansions that are clamped to the range of c (`mean`), they bound the volumes of the
-//! part's share in the first two sets from below. Sums over all parts, rounded down, are [`Volumes::present`]
-//! and [`Volumes::absent`], and the rest of the whole, rounded up, is [`Volumes::undecided`]. Nothing is
+//! part's share in the first two sets from below. Sums over all parts, rounded down, are `Volumes::present`
+//! and `Volumes::absent`, and the rest of the whole, rounded up, is `Volumes::undecided`. Nothing is
 //! sampled. []
 
 use rayon::prelude::*;
@@ -47,35 +47,34 @@ const SMALL_GAIN: f64 = 0.1;
 
 /// Ranges of the six parameters of the Stribeck oscillator; their ends are exact.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ParameterBox {
+pub(crate) struct ParameterBox {
     /// Range of epsilon > 0.
-    pub epsilon: [f64; 2],
+    pub(crate) epsilon: [f64; 2],
     /// Range of alpha in [0, 1].
-    pub alpha: [f64; 2],
+    pub(crate) alpha: [f64; 2],
     /// Range of beta >= 0.
-    pub beta: [f64; 2],
+    pub(crate) beta: [f64; 2],
     /// Range of gamma >= 0.
-    pub gamma: [f64; 2],
+    pub(crate) gamma: [f64; 2],
     /// Range of the belt speed V > 0.
-    pub belt_speed: [f64; 2],
+    pub(crate) belt_speed: [f64; 2],
     /// Range of the damping c >= 0.
-    pub damping: [f64; 2],
+    pub(crate) damping: [f64; 2],
 }
 
 /// Limits of the subdivision.
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Budget {
+pub(crate) struct Budget {
     /// Number of proofs of tiles of the universal surface.
-    pub tiles: usize,
+    pub(crate) tiles: usize,
     /// Number of parts of the parameter box.
-    pub parts: usize,
+    pub(crate) parts: usize,
 }
 
 impl Budget {
     /// The budget of so many boxes of (A, k, b), with enough parts that the boxes limit the result.
-    #[must_use]
-    pub fn of_boxes(boxes: usize) -> Self {
+    pub(crate) fn of_boxes(boxes: usize) -> Self {
         Self { tiles: boxes, parts: PARTS_PER_TILE.saturating_mul(boxes).min(MOST_PARTS) }
     }
 }
@@ -84,15 +83,15 @@ impl Budget {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Volumes {
     /// Lower bound of the share proved present, rounded down.
-    pub present: f64,
+    pub(crate) present: f64,
     /// Lower bound of the share proved absent, rounded down.
-    pub absent: f64,
+    pub(crate) absent: f64,
     /// Upper bound of the undecided share, rounded up. The three add up to 1, except for rounding.
-    pub undecided: f64,
+    pub(crate) undecided: f64,
     /// Number of proofs of tiles tried.
-    pub tiles: usize,
+    pub(crate) tiles: usize,
     /// Number of parts of the parameter box.
-    pub parts: usize,
+    pub(crate) parts: usize,
 }
 
 /// A box and the proofs over it so far.
@@ -130,8 +129,7 @@ struct Bounds {
 
 impl BoxProof {
     /// A box without any proof.
-    #[must_use]
-    pub fn new(parameters: &ParameterBox) -> Self {
+    pub(crate) fn new(parameters: &ParameterBox) -> Self {
         let ParameterBox { epsilon, alpha, beta, gamma, belt_speed, damping } = *parameters;
         let ranges = [epsilon, alpha, beta, gamma, belt_speed];
         let columns = (0..SAMPLES).map(|i| groups_at(column(&ranges, i))).collect();
@@ -144,7 +142,7 @@ impl BoxProof {
 
     /// Proves up to so many tiles of the surface with the workers of `prover`, or until `go_on` returns
     /// false.
-    pub fn refine_surface(&mut self, tiles: usize, prover: &dyn Prover, go_on: &dyn Fn() -> bool) {
+    pub(crate) fn refine_surface(&mut self, tiles: usize, prover: &dyn Prover, go_on: &dyn Fn() -> bool) {
         let columns = &self.columns;
         let share = |domain: &GroupBox| {
             let inside = |column: &&[f64; 3]| {
@@ -158,7 +156,7 @@ impl BoxProof {
     }
 
     /// Cuts the box into up to so many parts, with the surface as it is, or until `go_on` returns false.
-    pub fn refine_parts(&mut self, most_parts: usize, go_on: &dyn Fn() -> bool) {
+    pub(crate) fn refine_parts(&mut self, most_parts: usize, go_on: &dyn Fn() -> bool) {
         // The surface may have been refined everywhere.
         self.parts = self.parts.par_iter().map(|part| self.bounded(part.ranges)).collect();
         while self.parts.len() < most_parts && go_on() {
@@ -314,8 +312,7 @@ impl BoxProof {
     }
 
     /// The surface with its proofs so far.
-    #[must_use]
-    pub fn into_surface(self) -> Surface {
+    pub(crate) fn into_surface(self) -> Surface {
         self.surface
     }
 }

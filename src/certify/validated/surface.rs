@@ -125,19 +125,17 @@ impl Surface {
     }
 
     /// The whole box.
-    #[must_use]
-    pub fn domain(&self) -> GroupBox {
+    pub(crate) fn domain(&self) -> GroupBox {
         self.domain
     }
 
     /// Number of proofs tried so far.
-    #[must_use]
-    pub fn tried(&self) -> usize {
+    pub(crate) fn tried(&self) -> usize {
         self.tried
     }
 
     /// The proved tiles.
-    pub fn tiles(&self) -> impl Iterator<Item = &Tile> {
+    pub(crate) fn tiles(&self) -> impl Iterator<Item = &Tile> {
         self.pieces.iter().filter_map(|piece| match &piece.state {
             State::Proved(tile) => Some(&**tile),
             State::Untried | State::Failed => None,
@@ -145,7 +143,7 @@ impl Surface {
     }
 
     /// The parts of the box that have no proof.
-    pub fn open(&self) -> impl Iterator<Item = GroupBox> {
+    pub(crate) fn open(&self) -> impl Iterator<Item = GroupBox> {
         self.pieces.iter().filter(|piece| !matches!(piece.state, State::Proved(_))).map(|piece| piece.domain)
     }
 

@@ -20,7 +20,7 @@ pub(super) const HIGHEST: usize = 8;
 /// Size of a harmonic, relative to the first, below which it is left out.
 const NEGLIGIBLE: f64 = 1e-12;
 /// Coefficients are multiples of this, so that they are short in a file.
-pub const UNIT: f64 = 1.0 / (1u64 << 46) as f64;
+pub(crate) const UNIT: f64 = 1.0 / (1u64 << 46) as f64;
 /// Numbers of Chebyshev points: four of them fit a circle of [`super::circle`].
 const POINTS: [usize; 6] = [8, 12, 16, 24, 32, 48];
 /// Largest degree times reach of the samples; 1/cos of it is their factor.
@@ -47,16 +47,14 @@ impl GroupBox {
     }
 
     /// The halves of the box along one of its three axes.
-    #[must_use]
-    pub fn halves(&self, axis: usize) -> [GroupBox; 2] {
+    pub(crate) fn halves(&self, axis: usize) -> [GroupBox; 2] {
         let [lo, hi] = self.ranges()[axis];
         let middle = 0.5 * (lo + hi);
         [[lo, middle], [middle, hi]].map(|half| self.with_range(axis, half))
     }
 
     /// The box with another range along one of its three axes.
-    #[must_use]
-    pub fn with_range(&self, axis: usize, range: [f64; 2]) -> GroupBox {
+    pub(crate) fn with_range(&self, axis: usize, range: [f64; 2]) -> GroupBox {
         let mut ranges = self.ranges();
         ranges[axis] = range;
         let [a, k, b] = ranges;
@@ -64,8 +62,7 @@ impl GroupBox {
     }
 
     /// Returns whether the boxes have a point in common.
-    #[must_use]
-    pub fn meets(&self, other: &GroupBox) -> bool {
+    pub(crate) fn meets(&self, other: &GroupBox) -> bool {
         self.ranges().iter().zip(other.ranges()).all(|(one, two)| one[0] <= two[1] && two[0] <= one[1])
     }
 
@@ -88,20 +85,20 @@ impl GroupBox {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tile {
     /// The box.
-    pub domain: GroupBox,
+    pub(crate) domain: GroupBox,
     /// The proved bound on |C* - polynomial|.
-    pub radius: f64,
+    pub(crate) radius: f64,
     /// The polynomial, by modes; every coefficient is a multiple of [`UNIT`].
-    pub viscous: Vec<f64>,
+    pub(crate) viscous: Vec<f64>,
     /// The witness: r0 = 1 + sum over n of cosines\[n-1\] (cos n theta - 1) + sines\[n-1\] sin n theta, each
     /// by modes.
-    pub cosines: Vec<Vec<f64>>,
+    pub(crate) cosines: Vec<Vec<f64>>,
     /// The other half of it.
-    pub sines: Vec<Vec<f64>>,
+    pub(crate) sines: Vec<Vec<f64>>,
 }
 
 /// Number of modes.
-pub const MODES: usize = (DEGREES[0] + 1) * (DEGREES[1] + 1) * (DEGREES[2] + 1);
+pub(crate) const MODES: usize = (DEGREES[0] + 1) * (DEGREES[1] + 1) * (DEGREES[2] + 1);
 
 /// The degrees of mode `mode` in A, k, b.
 pub(super) fn degrees(mode: usize) -> [usize; 3] {
@@ -122,15 +119,13 @@ impl Tile {
 
     /// All numbers but those of the box: the radius, then the modes of `viscous`, of each of the `cosines`
     /// and of each of the `sines`.
-    #[must_use]
-    pub fn numbers(&self) -> Vec<f64> {
+    pub(crate) fn numbers(&self) -> Vec<f64> {
         let rows = std::iter::once(&self.viscous).chain(&self.cosines).chain(&self.sines);
         std::iter::once(self.radius).chain(rows.flatten().copied()).collect()
     }
 
     /// The tile over `domain` with these [`Tile::numbers`]; `None` if they are of another length.
-    #[must_use]
-    pub fn of_numbers(domain: GroupBox, numbers: &[f64]) -> Option<Tile> {
+    pub(crate) fn of_numbers(domain: GroupBox, numbers: &[f64]) -> Option<Tile> {
         let (&radius, modes) = numbers.split_first()?;
         let mut rows: Vec<Vec<f64>> = modes.chunks(MODES).map(<[f64]>::to_vec).collect();
         // One row and two for each harmonic.

@@ -54,7 +54,7 @@ const EVALUATIONS: u32 = 40;
 
 /// Reason why a turn could not be enclosed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Obstacle {
+pub(crate) enum Obstacle {
     /// The orbit reaches slip speeds beyond the known range of the law.
     BeyondTheLaw {
         /// A lower bound of the slip speed needed.

@@ -36,11 +36,11 @@ const STATIC_SLACK: f64 = 1e-12;
 #[error("{problem} (character {} of the formula)\n  help: {remedy}", .from + 1)]
 pub struct ExpressionError {
     /// First character concerned, from 0.
-    pub from: usize,
+    pub(crate) from: usize,
     /// One past the last.
-    pub to: usize,
+    pub(crate) to: usize,
     /// The problem.
-    pub problem: String,
+    pub(crate) problem: String,
     /// The remedy.
     pub remedy: String,
 }
@@ -120,7 +120,7 @@ impl Expression {
     ///
     /// # Errors
     /// [`ExpressionError`] if that makes the formula too long.
-    pub fn in_units(&self, unit: f64, static_level: f64) -> Result<Self, ExpressionError> {
+    pub(crate) fn in_units(&self, unit: f64, static_level: f64) -> Result<Self, ExpressionError> {
         let mut text = String::with_capacity(self.0.text.len());
         let is_part = |letter: char| letter.is_alphanumeric() || letter == '_' || letter == '.';
         let mut rest = self.0.text.as_str();
@@ -145,8 +145,7 @@ impl Expression {
     }
 
     /// The value of the formula at u = 0, by which it is divided.
-    #[must_use]
-    pub fn static_level(&self) -> f64 {
+    pub(crate) fn static_level(&self) -> f64 {
         self.0.static_level
     }
 
@@ -157,8 +156,7 @@ impl Expression {
     }
 
     /// The range of characters in which a parameter first occurs in the text.
-    #[must_use]
-    pub fn place_of(&self, parameter: &str) -> Option<(usize, usize)> {
+    pub(crate) fn place_of(&self, parameter: &str) -> Option<(usize, usize)> {
         let found = self.0.tape.parameters.iter().find(|(name, _)| name == parameter);
         found.map(|(_, place)| (place.from, place.to))
     }
@@ -190,7 +188,7 @@ impl Expression {
 
 /// A formula with all its parameters fixed.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ExpressionCurve {
+pub(crate) struct ExpressionCurve {
     law: Expression,
     epsilon: f64,
     parameters: LawParameters,

@@ -37,15 +37,14 @@ pub enum Accuracy {
 
 impl Accuracy {
     /// The bound or estimate.
-    #[must_use]
-    pub fn bound(self) -> f64 {
+    pub(crate) fn bound(self) -> f64 {
         match self {
             Accuracy::Proved(bound) | Accuracy::Sampled(bound) => bound,
         }
     }
 }
 
-/// The weakening rate of one curve on slip speeds from 0 up to [`Weakening::reach`].
+/// The weakening rate of one curve on slip speeds from 0 up to `Weakening::reach`.
 #[derive(Debug)]
 pub struct Weakening {
     /// The law itself, for slip speeds outside the pieces.
@@ -191,21 +190,18 @@ impl Places {
 
 impl Weakening {
     /// The slip speed up to which there are pieces.
-    #[must_use]
-    pub fn reach(&self) -> f64 {
+    pub(crate) fn reach(&self) -> f64 {
         self.breaks[self.breaks.len() - 1]
     }
 
     /// Ends of the pieces, from 0 to the reach. Except at [`corners`](Weakening::corners) the law is smooth
     /// there, and neighbouring polynomials agree to their error.
-    #[must_use]
-    pub fn breaks(&self) -> &[f64] {
+    pub(crate) fn breaks(&self) -> &[f64] {
         &self.breaks
     }
 
     /// Slip speeds > 0, increasing, at which the slope of w jumps.
-    #[must_use]
-    pub fn corners(&self) -> &[f64] {
+    pub(crate) fn corners(&self) -> &[f64] {
         self.law.corners()
     }
 
@@ -227,9 +223,8 @@ impl Weakening {
     }
 
     /// w(u). Within [0, reach] by the polynomials, else by the law itself (its continuation below 0).
-    #[must_use]
     #[inline]
-    pub fn at(&self, u: f64) -> f64 {
+    pub(crate) fn at(&self, u: f64) -> f64 {
         if u >= 0.0 && u <= self.reach() {
             self.pieces[self.piece_of(u)].at(u)
         } else {
@@ -238,34 +233,9 @@ impl Weakening {
     }
 
     /// w(u) and w'(u). The slope outside [0, reach] is that of the nearest polynomial.
-    #[must_use]
-    pub fn at_with_slope(&self, u: f64) -> [f64; 2] {
+    pub(crate) fn at_with_slope(&self, u: f64) -> [f64; 2] {
         let inside = u.clamp(0.0, self.reach());
         [self.at(u), self.pieces[self.piece_of(inside)].slope_at(u)]
-    }
-
-    /// w at several slip speeds, each equal to [`Weakening::at`].
-    #[must_use]
-    #[inline(always)]
-    pub fn at_lanes<const LANES: usize>(&self, u: &[f64; LANES]) -> [f64; LANES] {
-        let reach = self.reach();
-        if !u.iter().all(|&u| u >= 0.0 && u <= reach) {
-            return u.map(|u| self.at(u));
-        }
-        let pieces: [&Piece; LANES] = u.map(|u| &self.pieces[self.piece_of(u)]);
-        let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
-        for lane in 0..LANES {
-            x[lane] = (u[lane] - pieces[lane].middle) * pieces[lane].scale;
-            y[lane] = x[lane] * x[lane];
-        }
-        let (mut even, mut odd) = ([0.0; LANES], [0.0; LANES]);
-        for power in (0..COUNT / 2).rev() {
-            for lane in 0..LANES {
-                even[lane] = pieces[lane].c[2 * power] + y[lane] * even[lane];
-                odd[lane] = pieces[lane].c[2 * power + 1] + y[lane] * odd[lane];
-            }
-        }
-        std::array::from_fn(|lane| even[lane] + x[lane] * odd[lane])
     }
 
     /// The pieces that meet [`lo`, `hi`], 0 <= lo <= hi <= reach.

@@ -52,7 +52,6 @@ fn errors_hold_and_are_small() {
             );
             let (found, error) = (compiled.at(u), compiled.error(u, u).bound());
             assert!(exact.lo - error <= found && found <= exact.hi + error, "{u}: {exact:?} {found} {error}");
-            assert_eq!(compiled.at_lanes(&[u, 0.5 * u, 0.3, u])[3].to_bits(), found.to_bits());
             let [_, slope] = compiled.at_with_slope(u);
             let near = 1e-6 * (u + 1e-3);
             let difference = (curve.weakening(u + near) - curve.weakening(u)) / near;

@@ -10,7 +10,7 @@ use crate::simulate::{Failure, Fate};
 
 /// The cause of a failure of a method at a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mechanism {
+pub(crate) enum Mechanism {
     /// A condition of first order in eps at a finite eps: a band of width O(eps) next to the critical
     /// damping.
     FirstOrderInEps,
@@ -50,8 +50,7 @@ pub enum Mechanism {
 
 impl Mechanism {
     /// Name in tables.
-    #[must_use]
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Mechanism::FirstOrderInEps => "first_order_in_eps",
             Mechanism::Circle => "circle",
@@ -75,8 +74,7 @@ impl Mechanism {
     }
 
     /// Explanation in one sentence.
-    #[must_use]
-    pub fn explanation(self) -> &'static str {
+    pub(crate) fn explanation(self) -> &'static str {
         match self {
             Mechanism::FirstOrderInEps => "the condition is of first order in eps, and eps is finite here",
             Mechanism::Circle => "energy is balanced along a circle, and the orbit is not quite one",

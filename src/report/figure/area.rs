@@ -17,7 +17,7 @@ use crate::map::PlaneCurves;
 
 /// The values drawn, cell by cell.
 #[derive(Clone, Debug)]
-pub enum Layer {
+pub(crate) enum Layer {
     /// Codes, with the fill and the name of each.
     Codes(Array2<i8>, Vec<Kind>),
     /// Real numbers by colour.
@@ -26,17 +26,17 @@ pub enum Layer {
 
 /// A panel's contents.
 #[derive(Debug)]
-pub struct Area<'a> {
+pub(crate) struct Area<'a> {
     /// The plane.
-    pub slice: Slice<'a>,
+    pub(crate) slice: Slice<'a>,
     /// The cells.
-    pub layer: Layer,
+    pub(crate) layer: Layer,
     /// The curves over it.
-    pub curves: Option<PlaneCurves>,
+    pub(crate) curves: Option<PlaneCurves>,
     /// Whether the exact boundary of the stick-slip region is drawn if there are no curves.
-    pub exact: bool,
+    pub(crate) exact: bool,
     /// Title above the panel.
-    pub title: Rich,
+    pub(crate) title: Rich,
 }
 
 /// Colours for cells without a number.
@@ -94,8 +94,7 @@ impl Colours {
 
 /// Draws areas that share their axes. `label` names the variable for the colour scale; `signed` says that its
 /// sign matters.
-#[must_use]
-pub fn draw(areas: &[Area], heading: &Rich, label: &Label, signed: bool, width: Width) -> Scene {
+pub(crate) fn draw(areas: &[Area], heading: &Rich, label: &Label, signed: bool, width: Width) -> Scene {
     let mut scene = Scene::new(width.points(), 0.0);
     let Some(first) = areas.first() else { return scene };
     let ((x_scale, x_name), (y_scale, y_name)) = (first.slice.x_scale(), first.slice.y_scale());
@@ -226,8 +225,7 @@ fn draw_bar(scene: &mut Scene, bar: Rect, colours: Colours, name: &Rich, numbers
 
 /// The nodes and cells of areas as a table: both axes, and the variable; with `panel`, also the axis that
 /// differs between the panels, by its header and values.
-#[must_use]
-pub fn data(areas: &[Area], label: &Label, panel: Option<(&str, &[f64])>) -> Data {
+pub(crate) fn data(areas: &[Area], label: &Label, panel: Option<(&str, &[f64])>) -> Data {
     let Some(first) = areas.first() else { return Data::default() };
     let axes = [(first.slice.x_axis(), first.slice.x_nodes()), (first.slice.y_axis(), first.slice.y_nodes())];
     let [(x_axis, x_nodes), (y_axis, y_nodes)] = axes;

@@ -5,36 +5,36 @@ use super::scene::{Anchor, Place, Rect, Scene, Stroke, text_width};
 use crate::map::is_logarithmic;
 
 /// Size of the numbers at ticks and in legends, in points.
-pub const SMALL_TEXT: f64 = 7.0;
+pub(crate) const SMALL_TEXT: f64 = 7.0;
 /// Size of axis labels and panel titles, in points.
-pub const TEXT: f64 = 8.0;
+pub(crate) const TEXT: f64 = 8.0;
 
 /// Lines of frames and ticks.
-pub const AXIS: Stroke = Stroke::solid("#000000", 0.6);
+pub(crate) const AXIS: Stroke = Stroke::solid("#000000", 0.6);
 
 /// Length of a tick, inward.
 const TICK: f64 = 3.0;
 
 /// The map from numbers to positions along an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scale {
+pub(crate) struct Scale {
     /// Number at the start.
-    pub from: f64,
+    pub(crate) from: f64,
     /// Number at the end.
-    pub to: f64,
+    pub(crate) to: f64,
     /// Whether it is logarithmic.
-    pub log: bool,
+    pub(crate) log: bool,
     /// Factor by which numbers are multiplied where they are written.
-    pub shown: f64,
+    pub(crate) shown: f64,
 }
 
 /// A tick.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Tick {
+pub(crate) struct Tick {
     /// Its number on the scale.
-    pub value: f64,
+    pub(crate) value: f64,
     /// Its label; empty for a minor tick.
-    pub label: Rich,
+    pub(crate) label: Rich,
 }
 
 impl Tick {
@@ -46,8 +46,7 @@ impl Tick {
 
 impl Scale {
     /// A linear scale; a single number gets a range around it.
-    #[must_use]
-    pub fn linear(from: f64, to: f64) -> Self {
+    pub(crate) fn linear(from: f64, to: f64) -> Self {
         if to > from {
             return Self { from, to, log: false, shown: 1.0 };
         }
@@ -56,8 +55,7 @@ impl Scale {
     }
 
     /// A logarithmic scale of positive numbers; a single number gets a range around it.
-    #[must_use]
-    pub fn logarithmic(from: f64, to: f64) -> Self {
+    pub(crate) fn logarithmic(from: f64, to: f64) -> Self {
         if to > from {
             Self { from, to, log: true, shown: 1.0 }
         } else {
@@ -66,8 +64,7 @@ impl Scale {
     }
 
     /// The scale that fits the nodes of an axis.
-    #[must_use]
-    pub fn of_nodes(values: &[f64]) -> Self {
+    pub(crate) fn of_nodes(values: &[f64]) -> Self {
         let (first, last) = (values[0], values[values.len() - 1]);
         if values.len() > 2 && is_logarithmic(values) {
             Self::logarithmic(first, last)
@@ -77,8 +74,7 @@ impl Scale {
     }
 
     /// Position of a number: 0 at the start, 1 at the end.
-    #[must_use]
-    pub fn unit(&self, value: f64) -> f64 {
+    pub(crate) fn unit(&self, value: f64) -> f64 {
         if self.log {
             // Differences of logarithms, because the ratio of two numbers may overflow.
             (value.ln() - self.from.ln()) / (self.to.ln() - self.from.ln())
@@ -94,8 +90,7 @@ impl Scale {
     }
 
     /// The number at a position, inverse of [`Scale::unit`].
-    #[must_use]
-    pub fn value(&self, unit: f64) -> f64 {
+    pub(crate) fn value(&self, unit: f64) -> f64 {
         if self.log {
             (self.from.ln() * (1.0 - unit) + self.to.ln() * unit).exp().clamp(self.from, self.to)
         } else {
@@ -105,13 +100,12 @@ impl Scale {
 
     /// The same scale, with its numbers written in another unit.
     #[must_use]
-    pub fn in_unit(self, shown: f64) -> Self {
+    pub(crate) fn in_unit(self, shown: f64) -> Self {
         Self { shown, ..self }
     }
 
     /// Ticks, about `most` of them labelled.
-    #[must_use]
-    pub fn ticks(&self, most: usize) -> Vec<Tick> {
+    pub(crate) fn ticks(&self, most: usize) -> Vec<Tick> {
         let written = Self { from: self.from * self.shown, to: self.to * self.shown, shown: 1.0, ..*self };
         let ticks = if self.log { written.log_ticks(most.max(2)) } else { written.linear_ticks(most.max(2)) };
         ticks.into_iter().map(|tick| Tick { value: tick.value / self.shown, ..tick }).collect()
@@ -200,34 +194,33 @@ fn log_label(factor: u8, exponent: i32, (from, to): (f64, f64)) -> Rich {
 
 /// A panel with two axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Panel {
+pub(crate) struct Panel {
     /// The frame.
-    pub rect: Rect,
+    pub(crate) rect: Rect,
     /// Horizontal scale.
-    pub x: Scale,
+    pub(crate) x: Scale,
     /// Vertical scale.
-    pub y: Scale,
+    pub(crate) y: Scale,
 }
 
 /// The parts of a panel's axes that are labelled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Labels {
+pub(crate) struct Labels {
     /// Numbers along the horizontal axis.
-    pub x: bool,
+    pub(crate) x: bool,
     /// Numbers along the vertical axis.
-    pub y: bool,
+    pub(crate) y: bool,
 }
 
 impl Panel {
     /// The position of a pair of numbers on the page.
-    #[must_use]
-    pub fn place(&self, x: f64, y: f64) -> Place {
+    pub(crate) fn place(&self, x: f64, y: f64) -> Place {
         let Rect { x: left, y: top, w, h } = self.rect;
         (left + w * self.x.unit(x), top + h * (1.0 - self.y.unit(y)))
     }
 
     /// Draws frame, ticks and numbers.
-    pub fn axes(&self, scene: &mut Scene, labels: Labels) {
+    pub(crate) fn axes(&self, scene: &mut Scene, labels: Labels) {
         let Rect { x, y, h, .. } = self.rect;
         scene.frame(self.rect, &AXIS);
         self.x_axis(scene, labels);
@@ -241,7 +234,7 @@ impl Panel {
     }
 
     /// Draws ticks and numbers of the horizontal axis.
-    pub fn x_axis(&self, scene: &mut Scene, labels: Labels) {
+    pub(crate) fn x_axis(&self, scene: &mut Scene, labels: Labels) {
         let Rect { x, y, w, h } = self.rect;
         for tick in self.x_ticks() {
             let at = x + w * self.x.unit(tick.value);
@@ -276,41 +269,39 @@ impl Panel {
     }
 
     /// Width of the numbers along the vertical axis.
-    #[must_use]
-    pub fn y_labels_width(y: Scale, height: f64) -> f64 {
+    pub(crate) fn y_labels_width(y: Scale, height: f64) -> f64 {
         let panel = Panel { rect: Rect { x: 0.0, y: 0.0, w: 1.0, h: height }, x: Scale::linear(0.0, 1.0), y };
         panel.y_ticks().iter().map(|tick| text_width(&tick.label, SMALL_TEXT)).fold(0.0, f64::max)
     }
 
     /// Writes the name of the horizontal axis below its numbers.
-    pub fn x_name(&self, scene: &mut Scene, name: &Rich) {
+    pub(crate) fn x_name(&self, scene: &mut Scene, name: &Rich) {
         let Rect { x, y, w, h } = self.rect;
         scene.text((x + 0.5 * w, y + h + SMALL_TEXT + TEXT + 3.5), name, TEXT, Anchor::Middle);
     }
 
     /// Writes the name of the vertical axis left of its numbers, rotated: an upright letter beside a number
     /// would read as a product.
-    pub fn y_name(&self, scene: &mut Scene, name: &Rich, labels_width: f64) {
+    pub(crate) fn y_name(&self, scene: &mut Scene, name: &Rich, labels_width: f64) {
         let Rect { x, y, h, .. } = self.rect;
         scene.text_up((x - labels_width - 7.5, y + 0.5 * h), name, TEXT, Anchor::Middle);
     }
 
     /// Writes a title above the panel.
-    pub fn title(&self, scene: &mut Scene, title: &Rich) {
+    pub(crate) fn title(&self, scene: &mut Scene, title: &Rich) {
         scene.text((self.rect.x, self.rect.y - 3.0), title, SMALL_TEXT, Anchor::Start);
     }
 }
 
 /// Room left of a panel for numbers and the axis' name.
-#[must_use]
-pub fn left_margin(labels_width: f64) -> f64 {
+pub(crate) fn left_margin(labels_width: f64) -> f64 {
     labels_width + TEXT + 8.5
 }
 
 /// Room below a panel for numbers and the axis' name.
-pub const BOTTOM_MARGIN: f64 = SMALL_TEXT + TEXT + 7.0;
+pub(crate) const BOTTOM_MARGIN: f64 = SMALL_TEXT + TEXT + 7.0;
 /// Room above a panel for its title.
-pub const TITLE_MARGIN: f64 = SMALL_TEXT + 4.5;
+pub(crate) const TITLE_MARGIN: f64 = SMALL_TEXT + 4.5;
 
 /// Least distance between panels.
 const GAP: f64 = 9.0;
@@ -326,13 +317,13 @@ fn text_width_of(ticks: &[Tick]) -> f64 {
 
 /// Panels of equal size in rows, sharing their axes' names.
 #[derive(Clone, Debug)]
-pub struct Panels {
+pub(crate) struct Panels {
     /// The panels, row by row.
-    pub panels: Vec<Panel>,
+    pub(crate) panels: Vec<Panel>,
     columns: usize,
     labels_width: f64,
     /// Lower end of the panels and their axes.
-    pub bottom: f64,
+    pub(crate) bottom: f64,
 }
 
 /// Room above a row of panels beyond their own height.
@@ -341,8 +332,7 @@ const ROW_MARGIN: f64 = TITLE_MARGIN + 4.0;
 impl Panels {
     /// `count` panels in `columns` columns over the width of a figure; each is `aspect` times as high as
     /// wide. If they would be higher than a page, they are flattened, or there are more columns.
-    #[must_use]
-    pub fn new(width: f64, columns: usize, count: usize, aspect: f64, x: Scale, y: Scale) -> Self {
+    pub(crate) fn new(width: f64, columns: usize, count: usize, aspect: f64, x: Scale, y: Scale) -> Self {
         let mut columns = columns.clamp(1, count.max(1));
         loop {
             let rows = count.div_ceil(columns) as f64;
@@ -361,8 +351,7 @@ impl Panels {
     }
 
     /// The same below a heading, which is drawn at the top of the figure.
-    #[must_use]
-    pub fn below(
+    pub(crate) fn below(
         scene: &mut Scene,
         heading: &Rich,
         columns: usize,
@@ -403,13 +392,12 @@ impl Panels {
     }
 
     /// Room for the numbers left of the panels.
-    #[must_use]
-    pub fn labels_width(&self) -> f64 {
+    pub(crate) fn labels_width(&self) -> f64 {
         self.labels_width
     }
 
     /// Moves all panels.
-    pub fn shift(&mut self, (right, down): Place) {
+    pub(crate) fn shift(&mut self, (right, down): Place) {
         for panel in &mut self.panels {
             panel.rect.x += right;
             panel.rect.y += down;
@@ -418,7 +406,7 @@ impl Panels {
     }
 
     /// Draws the axes: names and numbers on the left and at the bottom only.
-    pub fn axes(&self, scene: &mut Scene, x_name: &Rich, y_name: &Rich) {
+    pub(crate) fn axes(&self, scene: &mut Scene, x_name: &Rich, y_name: &Rich) {
         for (i, panel) in self.panels.iter().enumerate() {
             let labels = Labels { x: i + self.columns >= self.panels.len(), y: i % self.columns == 0 };
             panel.axes(scene, labels);
@@ -433,7 +421,7 @@ impl Panels {
 }
 
 /// Writes a heading of small text at the top of a figure, in as many lines as it needs; returns its height.
-pub fn write_heading(scene: &mut Scene, left: f64, heading: &Rich) -> f64 {
+pub(crate) fn write_heading(scene: &mut Scene, left: f64, heading: &Rich) -> f64 {
     if heading.pieces.is_empty() {
         return 0.0;
     }
@@ -446,8 +434,7 @@ pub fn write_heading(scene: &mut Scene, left: f64, heading: &Rich) -> f64 {
 }
 
 /// Breaks "a = 1, b = 2, ..." into lines that fit.
-#[must_use]
-pub fn wrap(text: &Rich, width: f64) -> Vec<Rich> {
+pub(crate) fn wrap(text: &Rich, width: f64) -> Vec<Rich> {
     let mut lines: Vec<Rich> = Vec::new();
     let mut line = Rich::default();
     // Pieces come in groups that end with ", ".

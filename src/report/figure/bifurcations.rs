@@ -13,8 +13,7 @@ use crate::simulate::bifurcation::Bifurcation;
 
 /// All points as a table: the curve, the number of its branch from 1, the values of both axes, and the error,
 /// a distance in sides of the plotted rectangle.
-#[must_use]
-pub fn data(view: &View, curves: &PlaneCurves) -> Data {
+pub(crate) fn data(view: &View, curves: &PlaneCurves) -> Data {
     let axes = view.map.grid().axes();
     let [x, y] = [curves.plane.x, curves.plane.y].map(|axis| view.axis(&axes[axis]));
     let points = || {
@@ -39,7 +38,7 @@ const ORDER: [Bifurcation; 5] = [
 ];
 
 /// Draws curves into the panel of their plane. The legend names the visible ones.
-pub fn draw(scene: &mut Scene, panel: &Panel, curves: &PlaneCurves, legend: &mut Legend) {
+pub(crate) fn draw(scene: &mut Scene, panel: &Panel, curves: &PlaneCurves, legend: &mut Legend) {
     let places = |bifurcation: Bifurcation| {
         let of_kind = curves.curves.iter().filter(move |curve| curve.bifurcation == bifurcation);
         of_kind.map(|curve| curve.points.iter().map(|p| panel.place(p.x, p.y)).collect::<Vec<Place>>())
@@ -63,8 +62,7 @@ pub fn draw(scene: &mut Scene, panel: &Panel, curves: &PlaneCurves, legend: &mut
 }
 
 /// Line style and legend text of the curve of a bifurcation.
-#[must_use]
-pub fn line_style(bifurcation: Bifurcation) -> (Stroke, &'static str) {
+pub(crate) fn line_style(bifurcation: Bifurcation) -> (Stroke, &'static str) {
     (style(bifurcation), words(bifurcation))
 }
 

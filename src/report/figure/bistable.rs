@@ -18,8 +18,7 @@ const CRITICAL: Stroke = Stroke::solid(palette::BLACK, 1.0);
 
 /// The figure: (a) the band in the plane of V and c at the largest eps, (b) its width against eps. For a
 /// machine, where eps has no meaning, only the band.
-#[must_use]
-pub fn bistable(view: &View) -> Figure {
+pub(crate) fn bistable(view: &View) -> Figure {
     let budget = Budget::of_figure();
     let map = view.map;
     let axes = map.grid().axes();

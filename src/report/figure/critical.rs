@@ -15,8 +15,7 @@ use super::{Figure, curves, palette};
 const SPREAD: f64 = 10.0;
 
 /// Critical damping against V, one panel per eps.
-#[must_use]
-pub fn critical(view: &View) -> Figure {
+pub(crate) fn critical(view: &View) -> Figure {
     let budget = Budget::of_figure();
     let map = view.map;
     let axes = map.grid().axes();

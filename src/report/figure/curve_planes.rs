@@ -12,7 +12,7 @@ use super::scene::Width;
 ///
 /// # Errors
 /// [`ReportError::Map`] if the map cannot be read.
-pub fn curve_planes(view: &View) -> Result<Vec<Figure>, ReportError> {
+pub(crate) fn curve_planes(view: &View) -> Result<Vec<Figure>, ReportError> {
     let map = view.map;
     let axes = map.grid().axes();
     let mut figures: Vec<Figure> = Vec::new();

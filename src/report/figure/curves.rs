@@ -26,14 +26,12 @@ const FAILURE: u64 = MOST_WORK / 8;
 const TOGETHER: usize = 2;
 
 /// Evenly spaced numbers on a scale.
-#[must_use]
 pub(super) fn samples(scale: Scale) -> Vec<f64> {
     (0..=POINTS).map(|i| scale.value(i as f64 / POINTS as f64)).collect()
 }
 
 /// A scale without the part at its end where no value is positive; unchanged if no value is positive
 /// anywhere. `most` is the largest value at each sample of the scale.
-#[must_use]
 pub(super) fn cut(scale: Scale, samples: &[f64], most: impl Fn(usize) -> f64) -> Scale {
     match (0..samples.len()).rev().find(|&i| most(i) > 0.0) {
         Some(last) => {
@@ -45,7 +43,6 @@ pub(super) fn cut(scale: Scale, samples: &[f64], most: impl Fn(usize) -> f64) ->
 }
 
 /// The columns of a map's law in which `axis` takes the given values and the others are fixed at nodes.
-#[must_use]
 pub(super) fn columns(map: &MapFile, index: &[usize], axis: usize, values: &[f64]) -> Vec<Column> {
     let axes: &[Axis] = map.grid().axes();
     values
@@ -90,7 +87,6 @@ impl Budget {
 }
 
 /// The exact critical damping of each column; NaN where there is none, and where the budget is spent.
-#[must_use]
 pub(super) fn exact(columns: &[Column], budget: &Budget) -> Vec<f64> {
     let mut found = budget.solve(columns);
     found.resize(columns.len(), f64::NAN);
@@ -99,14 +95,12 @@ pub(super) fn exact(columns: &[Column], budget: &Budget) -> Vec<f64> {
 
 /// The damping at which the equilibrium changes its stability: the divergence there is
 /// weakening(V) - eps c.
-#[must_use]
 pub(super) fn stability(column: &Column) -> f64 {
     column.curve.weakening(column.belt_speed) / column.epsilon
 }
 
 /// The boundary of each method of a map that this program knows, the simulation last; NaN where there is none,
 /// and where the budget is spent.
-#[must_use]
 pub(super) fn by_method(map: &MapFile, columns: &[Column], budget: &Budget) -> Vec<(String, Vec<f64>)> {
     let simulated = budget.solve(columns);
     let solved = &columns[..simulated.len()];

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 /// A column of numbers or words.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Values {
+pub(crate) enum Values {
     /// Real numbers; one that is not finite is an empty cell.
     Reals(Vec<f64>),
     /// Words.
@@ -47,7 +47,7 @@ pub struct Data {
 impl Data {
     /// Appends a column.
     #[must_use]
-    pub fn with(mut self, header: impl Into<String>, values: Values) -> Self {
+    pub(crate) fn with(mut self, header: impl Into<String>, values: Values) -> Self {
         debug_assert!(self.columns.iter().all(|(_, other)| other.len() == values.len()));
         self.columns.push((header.into(), values));
         self
@@ -55,26 +55,26 @@ impl Data {
 
     /// Appends a column of real numbers.
     #[must_use]
-    pub fn reals(self, header: impl Into<String>, values: Vec<f64>) -> Self {
+    pub(crate) fn reals(self, header: impl Into<String>, values: Vec<f64>) -> Self {
         self.with(header, Values::Reals(values))
     }
 
     /// Appends a column of words.
     #[must_use]
-    pub fn words(self, header: impl Into<String>, values: Vec<String>) -> Self {
+    pub(crate) fn words(self, header: impl Into<String>, values: Vec<String>) -> Self {
         self.with(header, Values::Words(values))
     }
 
     /// Appends the columns of another table.
     #[must_use]
-    pub fn join(mut self, other: Data) -> Self {
+    pub(crate) fn join(mut self, other: Data) -> Self {
         self.columns.extend(other.columns);
         self
     }
 
     /// Repeats all rows, one copy after the other.
     #[must_use]
-    pub fn repeated(mut self, times: usize) -> Self {
+    pub(crate) fn repeated(mut self, times: usize) -> Self {
         for (_, values) in &mut self.columns {
             match values {
                 Values::Reals(values) => *values = values.repeat(times),
@@ -89,7 +89,7 @@ impl Data {
 
     /// Appends the rows of another table with the same columns.
     #[must_use]
-    pub fn then(mut self, other: Data) -> Self {
+    pub(crate) fn then(mut self, other: Data) -> Self {
         if self.columns.is_empty() {
             return other;
         }

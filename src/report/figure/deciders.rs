@@ -22,7 +22,7 @@ use crate::map::Verdict;
 ///
 /// # Errors
 /// [`ReportError::Map`] if the map cannot be read.
-pub fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, ReportError> {
+pub(crate) fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, ReportError> {
     let map = view.map;
     let methods = map.methods();
     let decided = |method: usize| -> u64 {

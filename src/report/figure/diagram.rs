@@ -31,15 +31,15 @@ const TOLERANCE: f64 = 1e-9;
 
 /// The choices of a diagram.
 #[derive(Clone, Debug)]
-pub struct DiagramPlot<'a> {
+pub(crate) struct DiagramPlot<'a> {
     /// Name of the horizontal axis; its nodes are not used.
-    pub x: &'a str,
+    pub(crate) x: &'a str,
     /// Values of the other axes, in the units of the view.
-    pub at: &'a [(String, f64)],
+    pub(crate) at: &'a [(String, f64)],
     /// The ends of the diagram, in the units of the view; those of the axis if `None`.
-    pub range: Option<(f64, f64)>,
+    pub(crate) range: Option<(f64, f64)>,
     /// Width of the figure.
-    pub width: Width,
+    pub(crate) width: Width,
 }
 
 /// Kind of an equilibrium or cycle.
@@ -153,7 +153,7 @@ fn branches(found: &[(f64, Found)]) -> Vec<Branch> {
 ///
 /// # Errors
 /// [`ReportError::Choice`] for names and values that the map does not have.
-pub fn diagram(view: &View, plot: &DiagramPlot) -> Result<Plotted, ReportError> {
+pub(crate) fn diagram(view: &View, plot: &DiagramPlot) -> Result<Plotted, ReportError> {
     let grid = view.map.grid();
     let axes = grid.axes();
     let x = find_axis(view, plot.x)?;

@@ -31,8 +31,7 @@ fn scale(report: &Report, epsilons: usize) -> Option<Scale> {
 }
 
 /// The figure; `None` if no method has a boundary error to show.
-#[must_use]
-pub fn errors(view: &View, report: &Report) -> Option<Figure> {
+pub(crate) fn errors(view: &View, report: &Report) -> Option<Figure> {
     let axes = view.map.grid().axes();
     let epsilons = &axes[0].values;
     let label = view.axis(&axes[axes.len() - 1]);

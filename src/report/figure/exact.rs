@@ -30,8 +30,7 @@ type Edge = (usize, usize, bool);
 
 /// The boundary of the set of points whose orbit sticks again, as curves on the page; empty if the search
 /// would exceed its budget.
-#[must_use]
-pub fn boundary(slice: &Slice, panel: &Panel) -> Vec<Vec<Place>> {
+pub(crate) fn boundary(slice: &Slice, panel: &Panel) -> Vec<Vec<Place>> {
     let sticks = |s: f64, t: f64| sticks(slice, panel.x, panel.y, s, t).0;
     let at = |i: usize| i as f64 / STEPS as f64;
     // The cost of a few nodes represents that of all: independent of the number of threads, and one stiff

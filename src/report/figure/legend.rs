@@ -7,7 +7,7 @@ use super::scene::{Anchor, Fill, Rect, Scene, Stroke, text_width};
 
 /// The sample shown beside a name.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Sample {
+pub(crate) enum Sample {
     /// An area.
     Area(Fill),
     /// An area of any colour.
@@ -22,7 +22,7 @@ pub enum Sample {
 
 /// A legend.
 #[derive(Clone, Debug, Default)]
-pub struct Legend {
+pub(crate) struct Legend {
     entries: Vec<(Sample, Rich)>,
 }
 
@@ -32,7 +32,7 @@ const GAP: f64 = 12.0;
 
 impl Legend {
     /// Adds an entry, unless the legend has it already.
-    pub fn add(&mut self, sample: Sample, name: Rich) {
+    pub(crate) fn add(&mut self, sample: Sample, name: Rich) {
         let entry = (sample, name);
         if !self.entries.contains(&entry) {
             self.entries.push(entry);
@@ -40,8 +40,7 @@ impl Legend {
     }
 
     /// Returns whether it has no entries.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
 
@@ -60,13 +59,12 @@ impl Legend {
     }
 
     /// Height that it takes.
-    #[must_use]
-    pub fn height(&self, width: f64) -> f64 {
+    pub(crate) fn height(&self, width: f64) -> f64 {
         if self.is_empty() { 0.0 } else { self.layout(width).0 as f64 * ROW }
     }
 
     /// Draws it below the panels of a figure, and ends the figure there.
-    pub fn below(&self, scene: &mut Scene, left: f64, top: f64) {
+    pub(crate) fn below(&self, scene: &mut Scene, left: f64, top: f64) {
         // Aligned with the panels if it fits there in as few rows as over the whole width.
         let whole = scene.width - 8.0;
         let room = scene.width - left - 4.0;
@@ -76,7 +74,7 @@ impl Legend {
     }
 
     /// Draws it with its upper left corner at a place.
-    pub fn draw(&self, scene: &mut Scene, left: f64, top: f64, width: f64) {
+    pub(crate) fn draw(&self, scene: &mut Scene, left: f64, top: f64, width: f64) {
         let (rows, columns) = self.layout(width);
         for (i, (sample, name)) in self.entries.iter().enumerate() {
             let x = left + columns[..i / rows].iter().sum::<f64>();

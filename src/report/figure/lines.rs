@@ -11,34 +11,33 @@ const MARKED: usize = 30;
 
 /// A curve.
 #[derive(Clone, Debug)]
-pub struct Curve {
+pub(crate) struct Curve {
     /// Its name in the legend; empty for none.
-    pub name: Rich,
+    pub(crate) name: Rich,
     /// Its style.
-    pub style: MethodStyle,
+    pub(crate) style: MethodStyle,
     /// Its points; one that is not finite interrupts it.
-    pub points: Vec<Place>,
+    pub(crate) points: Vec<Place>,
     /// Whether points are marked.
-    pub marks: bool,
+    pub(crate) marks: bool,
 }
 
 /// Curves that share a vertical axis.
 #[derive(Clone, Debug)]
-pub struct Chart {
+pub(crate) struct Chart {
     /// Name of the vertical axis, with its unit.
-    pub name: Rich,
+    pub(crate) name: Rich,
     /// Title above the panel.
-    pub title: Rich,
+    pub(crate) title: Rich,
     /// Factor by which the numbers of the curves are multiplied where they are written.
-    pub factor: f64,
+    pub(crate) factor: f64,
     /// The curves.
-    pub curves: Vec<Curve>,
+    pub(crate) curves: Vec<Curve>,
 }
 
 impl Chart {
     /// A scale that contains all numbers of the curves, and 0 if that is near.
-    #[must_use]
-    pub fn scale(&self) -> Scale {
+    pub(crate) fn scale(&self) -> Scale {
         let numbers =
             || self.curves.iter().flat_map(|curve| &curve.points).map(|p| p.1).filter(|y| y.is_finite());
         let (low, high) =
@@ -57,8 +56,7 @@ impl Chart {
 }
 
 /// Draws charts one below the other over a common horizontal axis, with one legend.
-#[must_use]
-pub fn draw(heading: &Rich, x: Scale, x_name: &Rich, charts: &[Chart], width: Width) -> Scene {
+pub(crate) fn draw(heading: &Rich, x: Scale, x_name: &Rich, charts: &[Chart], width: Width) -> Scene {
     let aspect = match (width, charts.len()) {
         (Width::OneColumn, 1) => 0.72,
         (Width::OneColumn, _) => 0.6,
@@ -112,7 +110,6 @@ pub fn draw(heading: &Rich, x: Scale, x_name: &Rich, charts: &[Chart], width: Wi
 }
 
 /// The letter of a panel: "(a) ".
-#[must_use]
-pub fn letter(number: usize) -> Rich {
+pub(crate) fn letter(number: usize) -> Rich {
     rich(&format!("({}) ", char::from(b'a' + (number % 26) as u8)))
 }

@@ -1,39 +1,40 @@
-//! Figures, one file each: every figure is a function from data to a [`Scene`].
+//! Figures, one file each: every figure is a function from data to a `Scene`.
 
-pub mod area;
-pub mod axis;
-pub mod bifurcations;
-pub mod bistable;
-pub mod critical;
-pub mod curve_planes;
+pub(crate) mod area;
+pub(crate) mod axis;
+pub(crate) mod bifurcations;
+pub(crate) mod bistable;
+pub(crate) mod critical;
+pub(crate) mod curve_planes;
 mod curves;
-pub mod data;
-pub mod deciders;
-pub mod diagram;
-pub mod errors;
-pub mod exact;
-pub mod legend;
-pub mod lines;
-pub mod orbit;
-pub mod palette;
-pub mod paper;
+pub(crate) mod data;
+pub(crate) mod deciders;
+pub(crate) mod diagram;
+pub(crate) mod errors;
+pub(crate) mod exact;
+pub(crate) mod legend;
+pub(crate) mod lines;
+pub(crate) mod orbit;
+pub(crate) mod palette;
+pub(crate) mod paper;
 pub mod plot;
-pub mod portrait;
-pub mod portraits;
-pub mod region;
-pub mod render;
-pub mod scene;
-pub mod slice;
-pub mod strips;
-pub mod verdict_panels;
+pub(crate) mod portrait;
+pub(crate) mod portraits;
+pub(crate) mod region;
+pub(crate) mod render;
+pub(crate) mod scene;
+pub(crate) mod slice;
+pub(crate) mod strips;
+pub(crate) mod verdict_panels;
 pub mod work_precision;
 
-pub use data::Data;
-pub use diagram::{DiagramPlot, diagram};
-pub use orbit::{OrbitFigure, OrbitPlot, orbit_figure};
+pub(crate) use data::Data;
+pub(crate) use diagram::{DiagramPlot, diagram};
+pub(crate) use orbit::{OrbitPlot, orbit_figure};
 pub use plot::{Plot, plot};
-pub use scene::{Scene, Width};
-pub use slice::{ChoiceError, Held, Slice};
+pub(crate) use scene::Scene;
+pub use scene::Width;
+pub(crate) use slice::{ChoiceError, Slice};
 
 use rayon::prelude::*;
 
@@ -51,7 +52,7 @@ pub struct Figure {
     /// The figure at each width.
     pub scenes: Vec<(Width, Scene)>,
     /// Its numbers.
-    pub data: Data,
+    pub(crate) data: Data,
 }
 
 /// All figures of a report in its order, drawn by all cores.

@@ -17,32 +17,32 @@ use crate::simulate::direct::{Sample as State, Start};
 
 /// A drawn orbit.
 #[derive(Clone, Debug)]
-pub struct OrbitFigure {
+pub(crate) struct OrbitFigure {
     /// The figure.
-    pub scene: Scene,
+    pub(crate) scene: Scene,
     /// Its caption.
-    pub caption: Rich,
+    pub(crate) caption: Rich,
     /// The orbit as a table.
-    pub data: Data,
+    pub(crate) data: Data,
     /// Where the phase portrait is, with its scales in dimensionless x1 and x2.
-    pub portrait: Panel,
+    pub(crate) portrait: Panel,
 }
 
 /// Start, duration and units of a drawn orbit.
 #[derive(Clone, Debug)]
-pub struct OrbitPlot<'a> {
+pub(crate) struct OrbitPlot<'a> {
     /// The law.
-    pub law: &'a Law,
+    pub(crate) law: &'a Law,
     /// The point.
-    pub point: &'a Point,
+    pub(crate) point: &'a Point,
     /// Start of the orbit.
-    pub start: Start,
+    pub(crate) start: Start,
     /// Duration, dimensionless; `None` follows the orbit until it closes, settles or has made four turns.
-    pub duration: Option<f64>,
+    pub(crate) duration: Option<f64>,
     /// The units in which it is shown.
-    pub units: &'a UnitSystem,
+    pub(crate) units: &'a UnitSystem,
     /// Width of the figure.
-    pub width: Width,
+    pub(crate) width: Width,
 }
 
 /// The parameters of a point; for a machine its speed and damping.
@@ -64,8 +64,7 @@ fn point_words(plot: &OrbitPlot) -> Rich {
 }
 
 /// Draws phase portrait and time series.
-#[must_use]
-pub fn orbit_figure(plot: &OrbitPlot) -> OrbitFigure {
+pub(crate) fn orbit_figure(plot: &OrbitPlot) -> OrbitFigure {
     let oscillator = Oscillator::new(plot.law, plot.point);
     let portrait = Portrait::of(&oscillator, plot.start, plot.duration);
     let (x1, x2, time) = (plot.units.x1(), plot.units.x2(), plot.units.time());

@@ -9,37 +9,37 @@ use super::scene::{Fill, Hatch, Marker, Stroke};
 use crate::map::{Regime, Verdict};
 
 /// Black.
-pub const BLACK: &str = "#000000";
+pub(crate) const BLACK: &str = "#000000";
 /// White.
-pub const WHITE: &str = "#ffffff";
+pub(crate) const WHITE: &str = "#ffffff";
 /// For less important elements.
-pub const GREY: &str = "#8c8c8c";
+pub(crate) const GREY: &str = "#8c8c8c";
 /// Light grey, for guides.
-pub const LIGHT_GREY: &str = "#c8c8c8";
+pub(crate) const LIGHT_GREY: &str = "#c8c8c8";
 /// Okabe and Ito's orange.
-pub const ORANGE: &str = "#e69f00";
+pub(crate) const ORANGE: &str = "#e69f00";
 /// Sky blue.
-pub const SKY: &str = "#56b4e9";
+pub(crate) const SKY: &str = "#56b4e9";
 /// Bluish green.
-pub const GREEN: &str = "#009e73";
+pub(crate) const GREEN: &str = "#009e73";
 /// Yellow.
-pub const YELLOW: &str = "#f0e442";
+pub(crate) const YELLOW: &str = "#f0e442";
 /// Blue.
-pub const BLUE: &str = "#0072b2";
+pub(crate) const BLUE: &str = "#0072b2";
 /// Vermilion.
-pub const VERMILION: &str = "#d55e00";
+pub(crate) const VERMILION: &str = "#d55e00";
 /// Reddish purple.
-pub const PURPLE: &str = "#cc79a7";
+pub(crate) const PURPLE: &str = "#cc79a7";
 /// Wine, darker than all of these but black.
-pub const WINE: &str = "#882255";
+pub(crate) const WINE: &str = "#882255";
 
 /// Style of a method's lines and marks.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MethodStyle {
+pub(crate) struct MethodStyle {
     /// Its line.
-    pub stroke: Stroke,
+    pub(crate) stroke: Stroke,
     /// Its mark.
-    pub marker: Marker,
+    pub(crate) marker: Marker,
 }
 
 const fn style(color: &'static str, width: f64, dash: &'static [f64], marker: Marker) -> MethodStyle {
@@ -47,8 +47,7 @@ const fn style(color: &'static str, width: f64, dash: &'static [f64], marker: Ma
 }
 
 /// The style of a method; all methods that this program does not know share one.
-#[must_use]
-pub fn method(name: &str) -> MethodStyle {
+pub(crate) fn method(name: &str) -> MethodStyle {
     match name {
         "simulation" => style(BLACK, 1.3, &[], Marker::Circle),
         "perturbation" => style(VERMILION, 1.2, &[5.0, 2.0], Marker::Square),
@@ -72,8 +71,7 @@ pub fn method(name: &str) -> MethodStyle {
 }
 
 /// The style of the peer with this number: grey and dotted, distinguished by its mark.
-#[must_use]
-pub fn peer(number: usize) -> MethodStyle {
+pub(crate) fn peer(number: usize) -> MethodStyle {
     const MARKERS: [Marker; 7] = [
         Marker::Circle,
         Marker::Square,
@@ -87,23 +85,22 @@ pub fn peer(number: usize) -> MethodStyle {
 }
 
 /// Present.
-pub const PRESENT: Fill = Fill::plain(BLUE);
+pub(crate) const PRESENT: Fill = Fill::plain(BLUE);
 /// Absent.
-pub const ABSENT: Fill = Fill::plain("#f7e3bf");
+pub(crate) const ABSENT: Fill = Fill::plain("#f7e3bf");
 /// Undecided.
-pub const UNDECIDED: Fill = Fill::hatched(WHITE, Hatch::Rising, "#b4b4b4");
+pub(crate) const UNDECIDED: Fill = Fill::hatched(WHITE, Hatch::Rising, "#b4b4b4");
 /// Claims a cycle that does not exist.
-pub const WRONG_PRESENCE: Fill = Fill::hatched(VERMILION, Hatch::Falling, WHITE);
+pub(crate) const WRONG_PRESENCE: Fill = Fill::hatched(VERMILION, Hatch::Falling, WHITE);
 /// Denies a cycle that exists.
-pub const WRONG_ABSENCE: Fill = Fill::hatched(PURPLE, Hatch::Crossed, BLACK);
+pub(crate) const WRONG_ABSENCE: Fill = Fill::hatched(PURPLE, Hatch::Crossed, BLACK);
 /// Failed.
-pub const FAILED: Fill = Fill::plain(BLACK);
+pub(crate) const FAILED: Fill = Fill::plain(BLACK);
 /// Not computed.
-pub const NOT_COMPUTED: Fill = Fill::hatched(WHITE, Hatch::Dots, BLACK);
+pub(crate) const NOT_COMPUTED: Fill = Fill::hatched(WHITE, Hatch::Dots, BLACK);
 
 /// The fill of a verdict.
-#[must_use]
-pub fn verdict(verdict: Verdict) -> Fill {
+pub(crate) fn verdict(verdict: Verdict) -> Fill {
     match verdict {
         Verdict::Present => PRESENT,
         Verdict::Absent => ABSENT,
@@ -114,8 +111,7 @@ pub fn verdict(verdict: Verdict) -> Fill {
 }
 
 /// The fill of a regime.
-#[must_use]
-pub fn regime(regime: Regime) -> Fill {
+pub(crate) fn regime(regime: Regime) -> Fill {
     match regime {
         Regime::StickSlip => PRESENT,
         Regime::Equilibrium => ABSENT,
@@ -133,8 +129,7 @@ pub fn regime(regime: Regime) -> Fill {
 }
 
 /// Name of a regime in legends.
-#[must_use]
-pub fn regime_words(regime: Regime) -> &'static str {
+pub(crate) fn regime_words(regime: Regime) -> &'static str {
     match regime {
         Regime::StickSlip => "stick-slip",
         Regime::Equilibrium => "equilibrium (steady slip)",
@@ -154,16 +149,15 @@ pub fn regime_words(regime: Regime) -> &'static str {
 /// The kind of a cell: its code in the map, its name there, its fill, and its name in legends.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
-pub struct Kind {
-    pub code: i8,
-    pub name: &'static str,
-    pub fill: Fill,
-    pub words: Cow<'static, str>,
+pub(crate) struct Kind {
+    pub(crate) code: i8,
+    pub(crate) name: &'static str,
+    pub(crate) fill: Fill,
+    pub(crate) words: Cow<'static, str>,
 }
 
 /// Every verdict.
-#[must_use]
-pub fn verdicts() -> Vec<Kind> {
+pub(crate) fn verdicts() -> Vec<Kind> {
     let kind = |verdict: Verdict| Kind {
         code: verdict.code(),
         name: verdict.name(),
@@ -174,8 +168,7 @@ pub fn verdicts() -> Vec<Kind> {
 }
 
 /// Every regime.
-#[must_use]
-pub fn regimes() -> Vec<Kind> {
+pub(crate) fn regimes() -> Vec<Kind> {
     let kind = |regime: Regime| Kind {
         code: regime.code(),
         name: regime.name(),
@@ -186,8 +179,7 @@ pub fn regimes() -> Vec<Kind> {
 }
 
 /// Name of a verdict in legends.
-#[must_use]
-pub fn verdict_words(verdict: Verdict) -> &'static str {
+pub(crate) fn verdict_words(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Present => "cycle exists",
         Verdict::Absent => "no cycle",
@@ -199,8 +191,7 @@ pub fn verdict_words(verdict: Verdict) -> &'static str {
 
 /// Fill of the area in which a method decides: the colour of its lines, hatched to be distinguished in
 /// greyscale.
-#[must_use]
-pub fn method_area(name: &str) -> Fill {
+pub(crate) fn method_area(name: &str) -> Fill {
     match name {
         "instability" => Fill::hatched(SKY, Hatch::Rising, WHITE),
         "bendixson" => Fill::hatched(PURPLE, Hatch::Dots, BLACK),
@@ -212,8 +203,7 @@ pub fn method_area(name: &str) -> Fill {
 }
 
 /// The style of the curve with this number in a plot of several.
-#[must_use]
-pub fn curve(number: usize) -> MethodStyle {
+pub(crate) fn curve(number: usize) -> MethodStyle {
     const STYLES: [MethodStyle; 7] = [
         style(BLUE, 1.2, &[], Marker::Circle),
         style(VERMILION, 1.2, &[5.0, 2.0], Marker::Square),
@@ -257,13 +247,11 @@ fn between(anchors: &[[u8; 3]], unit: f64) -> String {
 }
 
 /// The colour of a quantity between its minimum (0) and its maximum (1).
-#[must_use]
-pub fn sequential(unit: f64) -> String {
+pub(crate) fn sequential(unit: f64) -> String {
     between(&VIRIDIS, unit)
 }
 
 /// The colour of a quantity with a sign: -1 to 1 is mapped to 0 to 1.
-#[must_use]
-pub fn diverging(unit: f64) -> String {
+pub(crate) fn diverging(unit: f64) -> String {
     between(&DIVERGING, unit)
 }

@@ -32,8 +32,7 @@ fn column(epsilon: f64, [alpha, beta, gamma]: [f64; 3]) -> Column {
 }
 
 /// All four.
-#[must_use]
-pub fn figures() -> Vec<Figure> {
+pub(crate) fn figures() -> Vec<Figure> {
     vec![fields(), coulomb(), cases(), divergence()]
 }
 

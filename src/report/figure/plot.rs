@@ -56,9 +56,9 @@ pub struct Plotted {
     /// The nodes of the other axes.
     pub held: Vec<Held>,
     /// Axes of which not all nodes are drawn, with n where one node in n is.
-    pub thinned: Vec<(String, usize)>,
+    pub(crate) thinned: Vec<(String, usize)>,
     /// The curves of codimension one of the first panel, if they are stored or were asked for.
-    pub curves: Option<PlaneCurves>,
+    pub(crate) curves: Option<PlaneCurves>,
     /// Notes for the user.
     pub notes: Vec<String>,
 }
@@ -140,7 +140,7 @@ fn kinds(variable: &str) -> Option<Vec<Kind>> {
 ///
 /// # Errors
 /// [`ChoiceError::SeveralValues`].
-pub fn one_each(at: &[At]) -> Result<Vec<(String, f64)>, ChoiceError> {
+pub(crate) fn one_each(at: &[At]) -> Result<Vec<(String, f64)>, ChoiceError> {
     at.iter()
         .map(|(name, values)| match values[..] {
             [value] => Ok((name.clone(), value)),

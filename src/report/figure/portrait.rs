@@ -49,8 +49,7 @@ pub(super) struct Portrait {
 }
 
 /// The orbit from `start`, for the time `duration`, or until it closes, settles or has made four turns.
-#[must_use]
-pub fn orbit_from(oscillator: &Oscillator, start: Start, duration: Option<f64>) -> Trace {
+pub(crate) fn orbit_from(oscillator: &Oscillator, start: Start, duration: Option<f64>) -> Trace {
     let Some(duration) = duration else {
         return trace(oscillator, start, TOLERANCE, TURNS * std::f64::consts::TAU);
     };
@@ -75,8 +74,7 @@ pub fn orbit_from(oscillator: &Oscillator, start: Start, duration: Option<f64>) 
 }
 
 /// An orbit as a table: time, position, velocity, and whether the mass slips or sticks from there on.
-#[must_use]
-pub fn orbit_data(orbit: &Trace, units: &UnitSystem) -> Data {
+pub(crate) fn orbit_data(orbit: &Trace, units: &UnitSystem) -> Data {
     let column = |factor: f64, of: fn(&State) -> f64| orbit.samples.iter().map(|s| of(s) * factor).collect();
     let (t, x1, x2) = (units.time(), units.x1(), units.x2());
     let phase = |state: &State| match state.phase {

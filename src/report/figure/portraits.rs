@@ -20,8 +20,7 @@ const TOLERANCE: f64 = 1e-10;
 
 /// Portraits along one column of the map: below the critical damping, in the bistable band, above it, and,
 /// where a column of the map has one, an orbit that crosses the belt line. `None` for a map without a cycle.
-#[must_use]
-pub fn portraits(view: &View) -> Option<Figure> {
+pub(crate) fn portraits(view: &View) -> Option<Figure> {
     let grid = view.map.grid();
     let axes = grid.axes();
     let mut index = informative_nodes(view.map);

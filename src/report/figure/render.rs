@@ -33,7 +33,7 @@ fn failed(name: &str, why: impl std::fmt::Display) -> ReportError {
 ///
 /// # Errors
 /// [`ReportError::Render`].
-pub fn png(name: &str, svg: &str) -> Result<Vec<u8>, ReportError> {
+pub(crate) fn png(name: &str, svg: &str) -> Result<Vec<u8>, ReportError> {
     raster(name, &tree(name, svg)?)
 }
 
@@ -41,7 +41,7 @@ pub fn png(name: &str, svg: &str) -> Result<Vec<u8>, ReportError> {
 ///
 /// # Errors
 /// [`ReportError::Render`].
-pub fn png_and_pdf(name: &str, svg: &str) -> Result<(Vec<u8>, Vec<u8>), ReportError> {
+pub(crate) fn png_and_pdf(name: &str, svg: &str) -> Result<(Vec<u8>, Vec<u8>), ReportError> {
     let tree = tree(name, svg)?;
     let (png, pdf) = rayon::join(|| raster(name, &tree), || page(name, &tree));
     Ok((png?, pdf?))
@@ -87,7 +87,7 @@ fn raster(name: &str, tree: &Tree) -> Result<Vec<u8>, ReportError> {
 ///
 /// # Errors
 /// [`ReportError::Render`].
-pub fn pdf(name: &str, svg: &str) -> Result<Vec<u8>, ReportError> {
+pub(crate) fn pdf(name: &str, svg: &str) -> Result<Vec<u8>, ReportError> {
     page(name, &tree(name, svg)?)
 }
 

@@ -9,7 +9,7 @@ use ttf_parser::Face;
 use super::super::text::{Piece, Rich, Symbol, html};
 
 /// A position on the page, in points from the left and from the top.
-pub type Place = (f64, f64);
+pub(crate) type Place = (f64, f64);
 
 /// Points in a millimetre.
 const POINTS: f64 = 72.0 / 25.4;
@@ -34,11 +34,10 @@ pub enum Width {
 
 impl Width {
     /// Both widths.
-    pub const ALL: [Width; 2] = [Width::OneColumn, Width::TwoColumns];
+    pub(crate) const ALL: [Width; 2] = [Width::OneColumn, Width::TwoColumns];
 
     /// In points.
-    #[must_use]
-    pub fn points(self) -> f64 {
+    pub(crate) fn points(self) -> f64 {
         POINTS
             * match self {
                 Width::OneColumn => 84.0,
@@ -58,20 +57,20 @@ impl Width {
 
 /// A rectangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rect {
+pub(crate) struct Rect {
     /// Left edge.
-    pub x: f64,
+    pub(crate) x: f64,
     /// Upper edge.
-    pub y: f64,
+    pub(crate) y: f64,
     /// Width.
-    pub w: f64,
+    pub(crate) w: f64,
     /// Height.
-    pub h: f64,
+    pub(crate) h: f64,
 }
 
 /// Lines of a hatching.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Hatch {
+pub(crate) enum Hatch {
     /// Rising to the right.
     Rising,
     /// Falling to the right.
@@ -84,42 +83,39 @@ pub enum Hatch {
 
 /// Fill of an area.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Fill {
+pub(crate) struct Fill {
     /// Colour of the ground, `none` for none.
-    pub ground: &'static str,
+    pub(crate) ground: &'static str,
     /// Hatching and its colour.
-    pub hatch: Option<(Hatch, &'static str)>,
+    pub(crate) hatch: Option<(Hatch, &'static str)>,
 }
 
 impl Fill {
     /// One colour.
-    #[must_use]
-    pub const fn plain(ground: &'static str) -> Self {
+    pub(crate) const fn plain(ground: &'static str) -> Self {
         Self { ground, hatch: None }
     }
 
     /// A hatched colour.
-    #[must_use]
-    pub const fn hatched(ground: &'static str, hatch: Hatch, ink: &'static str) -> Self {
+    pub(crate) const fn hatched(ground: &'static str, hatch: Hatch, ink: &'static str) -> Self {
         Self { ground, hatch: Some((hatch, ink)) }
     }
 }
 
 /// Style of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stroke {
+pub(crate) struct Stroke {
     /// Colour.
-    pub color: &'static str,
+    pub(crate) color: &'static str,
     /// Width in points.
-    pub width: f64,
+    pub(crate) width: f64,
     /// Lengths of dashes and gaps in points; empty for a solid line.
-    pub dash: &'static [f64],
+    pub(crate) dash: &'static [f64],
 }
 
 impl Stroke {
     /// A solid line.
-    #[must_use]
-    pub const fn solid(color: &'static str, width: f64) -> Self {
+    pub(crate) const fn solid(color: &'static str, width: f64) -> Self {
         Self { color, width, dash: &[] }
     }
 }
@@ -127,7 +123,7 @@ impl Stroke {
 /// A mark at a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
-pub enum Marker {
+pub(crate) enum Marker {
     Circle,
     Square,
     Diamond,
@@ -140,7 +136,7 @@ pub enum Marker {
 /// The part of a text that lies at its position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
-pub enum Anchor {
+pub(crate) enum Anchor {
     Start,
     Middle,
     End,
@@ -205,7 +201,7 @@ fn clamped(outline: &[Place]) -> Vec<Place> {
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// Width in points.
-    pub width: f64,
+    pub(crate) width: f64,
     /// Height in points.
     pub height: f64,
     body: String,
@@ -217,13 +213,12 @@ pub struct Scene {
 
 impl Scene {
     /// An empty figure.
-    #[must_use]
-    pub fn new(width: f64, height: f64) -> Self {
+    pub(crate) fn new(width: f64, height: f64) -> Self {
         Self { width, height, body: String::new(), hatchings: BTreeSet::new(), clips: Vec::new() }
     }
 
     /// Draws a line through points; one that is not finite interrupts it.
-    pub fn line(&mut self, points: &[Place], stroke: &Stroke) {
+    pub(crate) fn line(&mut self, points: &[Place], stroke: &Stroke) {
         let finite = |p: &Place| p.0.is_finite() && p.1.is_finite();
         for part in points.split(|p| !finite(p)).filter(|part| part.len() > 1) {
             for part in near_the_page(part) {
@@ -235,7 +230,7 @@ impl Scene {
     }
 
     /// Draws an arrow from one place to another.
-    pub fn arrow(&mut self, from: Place, to: Place, stroke: &Stroke) {
+    pub(crate) fn arrow(&mut self, from: Place, to: Place, stroke: &Stroke) {
         let (dx, dy) = (to.0 - from.0, to.1 - from.1);
         let length = dx.hypot(dy);
         if length > 0.0 {
@@ -245,7 +240,7 @@ impl Scene {
     }
 
     /// Draws the head of an arrow with its tip at a place.
-    pub fn arrow_head(&mut self, tip: Place, direction: Place, color: &'static str, size: f64) {
+    pub(crate) fn arrow_head(&mut self, tip: Place, direction: Place, color: &'static str, size: f64) {
         let length = direction.0.hypot(direction.1);
         if !(length > 0.0 && length.is_finite() && is_near(tip)) {
             return;
@@ -259,7 +254,7 @@ impl Scene {
     }
 
     /// Fills the area inside closed outlines; outlines inside others are holes.
-    pub fn area(&mut self, outlines: &[Vec<Place>], fill: Fill) {
+    pub(crate) fn area(&mut self, outlines: &[Vec<Place>], fill: Fill) {
         if outlines.is_empty() {
             return;
         }
@@ -275,7 +270,7 @@ impl Scene {
     }
 
     /// Draws closed outlines.
-    pub fn outline(&mut self, outlines: &[Vec<Place>], stroke: &Stroke) {
+    pub(crate) fn outline(&mut self, outlines: &[Vec<Place>], stroke: &Stroke) {
         if outlines.is_empty() {
             return;
         }
@@ -284,12 +279,12 @@ impl Scene {
     }
 
     /// Fills a rectangle.
-    pub fn rect(&mut self, rect: Rect, fill: Fill) {
+    pub(crate) fn rect(&mut self, rect: Rect, fill: Fill) {
         self.area(&[corners(rect)], fill);
     }
 
     /// Fills a rectangle with any colour, without smoothing its edges.
-    pub fn pixel(&mut self, rect: Rect, color: &str) {
+    pub(crate) fn pixel(&mut self, rect: Rect, color: &str) {
         let Rect { x, y, w, h } = rect;
         let _ = writeln!(
             self.body,
@@ -303,12 +298,12 @@ impl Scene {
     }
 
     /// Draws a rectangle.
-    pub fn frame(&mut self, rect: Rect, stroke: &Stroke) {
+    pub(crate) fn frame(&mut self, rect: Rect, stroke: &Stroke) {
         self.outline(&[corners(rect)], stroke);
     }
 
     /// Draws a mark. `size` is about its diameter in points.
-    pub fn marker(&mut self, marker: Marker, at: Place, size: f64, color: &'static str, filled: bool) {
+    pub(crate) fn marker(&mut self, marker: Marker, at: Place, size: f64, color: &'static str, filled: bool) {
         if !is_near(at) {
             return;
         }
@@ -342,12 +337,12 @@ impl Scene {
     }
 
     /// Draws a text with its baseline at a place.
-    pub fn text(&mut self, at: Place, text: &Rich, size: f64, anchor: Anchor) {
+    pub(crate) fn text(&mut self, at: Place, text: &Rich, size: f64, anchor: Anchor) {
         self.write_text(at, text, size, anchor, "");
     }
 
     /// Draws a text that reads upwards.
-    pub fn text_up(&mut self, at: Place, text: &Rich, size: f64, anchor: Anchor) {
+    pub(crate) fn text_up(&mut self, at: Place, text: &Rich, size: f64, anchor: Anchor) {
         let turn = format!(" transform=\"rotate(-90 {} {})\"", number(at.0), number(at.1));
         self.write_text(at, text, size, anchor, &turn);
     }
@@ -394,7 +389,7 @@ impl Scene {
     }
 
     /// Draws another figure with its upper left corner at a place.
-    pub fn place(&mut self, at: Place, other: &Scene) {
+    pub(crate) fn place(&mut self, at: Place, other: &Scene) {
         let first = self.clips.len();
         self.clips.extend(&other.clips);
         self.hatchings.extend(&other.hatchings);
@@ -408,7 +403,7 @@ impl Scene {
     }
 
     /// Draws with clipping to `rect`.
-    pub fn clipped(&mut self, rect: Rect, draw: impl FnOnce(&mut Self)) {
+    pub(crate) fn clipped(&mut self, rect: Rect, draw: impl FnOnce(&mut Self)) {
         let number = self.clips.len();
         self.clips.push(rect);
         let _ = writeln!(self.body, "<g clip-path=\"url(#\u{1}clip{number})\">");
@@ -507,8 +502,7 @@ static REGULAR: LazyLock<Option<Face<'static>>> =
 static ITALIC: LazyLock<Option<Face<'static>>> = LazyLock::new(|| Face::parse(notosans::ITALIC_TTF, 0).ok());
 
 /// Width of a text in points.
-#[must_use]
-pub fn text_width(text: &Rich, size: f64) -> f64 {
+pub(crate) fn text_width(text: &Rich, size: f64) -> f64 {
     let words = |words: &str, italic: bool| -> f64 {
         let face = if italic { &ITALIC } else { &REGULAR };
         let Some(face) = face.as_ref() else { return 0.5 * words.chars().count() as f64 };

@@ -136,28 +136,27 @@ pub struct Held {
     /// Name of the axis.
     pub axis: String,
     /// The requested value; `None` if there was none, and the middle node was taken.
-    pub wanted: Option<f64>,
+    pub(crate) wanted: Option<f64>,
     /// The node's value.
     pub used: f64,
 }
 
 /// A slice of a map.
 #[derive(Clone, Debug)]
-pub struct Slice<'a> {
+pub(crate) struct Slice<'a> {
     /// The map and its units.
-    pub view: &'a View<'a>,
+    pub(crate) view: &'a View<'a>,
     /// Position of the horizontal axis.
-    pub x: usize,
+    pub(crate) x: usize,
     /// Position of the vertical axis.
-    pub y: usize,
+    pub(crate) y: usize,
     /// Node of each fixed axis; meaningless for the two that are shown.
-    pub index: Vec<usize>,
+    pub(crate) index: Vec<usize>,
 }
 
 impl<'a> Slice<'a> {
     /// The slice along two axes, with the others fixed at the given nodes.
-    #[must_use]
-    pub fn new(view: &'a View<'a>, x: usize, y: usize, index: Vec<usize>) -> Self {
+    pub(crate) fn new(view: &'a View<'a>, x: usize, y: usize, index: Vec<usize>) -> Self {
         Self { view, x, y, index }
     }
 
@@ -166,7 +165,7 @@ impl<'a> Slice<'a> {
     ///
     /// # Errors
     /// [`ChoiceError`].
-    pub fn choose(
+    pub(crate) fn choose(
         view: &'a View<'a>,
         x: &str,
         y: &str,
@@ -181,44 +180,37 @@ impl<'a> Slice<'a> {
     }
 
     /// The friction law.
-    #[must_use]
-    pub fn law(&self) -> &Law {
+    pub(crate) fn law(&self) -> &Law {
         self.view.map.grid().law()
     }
 
     /// The horizontal axis.
-    #[must_use]
-    pub fn x_axis(&self) -> &'a Axis {
+    pub(crate) fn x_axis(&self) -> &'a Axis {
         &self.view.map.grid().axes()[self.x]
     }
 
     /// The vertical axis.
-    #[must_use]
-    pub fn y_axis(&self) -> &'a Axis {
+    pub(crate) fn y_axis(&self) -> &'a Axis {
         &self.view.map.grid().axes()[self.y]
     }
 
     /// Its plane in the grid.
-    #[must_use]
-    pub fn plane(&self) -> Plane {
+    pub(crate) fn plane(&self) -> Plane {
         Plane::new(self.x, self.y, self.index.clone())
     }
 
     /// The scale and the name of the horizontal axis.
-    #[must_use]
-    pub fn x_scale(&self) -> (Scale, Rich) {
+    pub(crate) fn x_scale(&self) -> (Scale, Rich) {
         scale(self.view, self.x_axis())
     }
 
     /// The scale and the name of the vertical axis.
-    #[must_use]
-    pub fn y_scale(&self) -> (Scale, Rich) {
+    pub(crate) fn y_scale(&self) -> (Scale, Rich) {
         scale(self.view, self.y_axis())
     }
 
     /// The point of the slice with these coordinates, which need not be nodes.
-    #[must_use]
-    pub fn point(&self, x: f64, y: f64) -> Point {
+    pub(crate) fn point(&self, x: f64, y: f64) -> Point {
         let axes = self.view.map.grid().axes();
         let clamp = |axis: &Axis, value: f64| value.clamp(axis.values[0], axis.values[axis.values.len() - 1]);
         let mut values: Vec<f64> = axes.iter().zip(&self.index).map(|(axis, &i)| axis.values[i]).collect();
@@ -228,26 +220,23 @@ impl<'a> Slice<'a> {
     }
 
     /// Nodes of the horizontal axis that are drawn.
-    #[must_use]
-    pub fn x_nodes(&self) -> Vec<f64> {
+    pub(crate) fn x_nodes(&self) -> Vec<f64> {
         drawn(self.x_axis())
     }
 
     /// Nodes of the vertical axis that are drawn.
-    #[must_use]
-    pub fn y_nodes(&self) -> Vec<f64> {
+    pub(crate) fn y_nodes(&self) -> Vec<f64> {
         drawn(self.y_axis())
     }
 
     /// The axes of which not all nodes are drawn, with n where one node in n is.
-    pub fn thinned(&self) -> impl Iterator<Item = (&'a Axis, usize)> + use<'a> {
+    pub(crate) fn thinned(&self) -> impl Iterator<Item = (&'a Axis, usize)> + use<'a> {
         let steps = [self.x_axis(), self.y_axis()].map(|axis| (axis, step(axis)));
         steps.into_iter().filter(|(_, step)| *step > 1)
     }
 
     /// The sentence of a caption for that: " One node in 60 of V is drawn."
-    #[must_use]
-    pub fn thinned_words(&self) -> Rich {
+    pub(crate) fn thinned_words(&self) -> Rich {
         self.thinned().fold(Rich::default(), |text, (axis, step)| {
             let of = rich(&format!(" One node in {step} of "));
             text.then(of).then(Rich::symbol(&axis.name)).then(rich(" is drawn."))
@@ -258,7 +247,7 @@ impl<'a> Slice<'a> {
     ///
     /// # Errors
     /// [`ReportError::Map`], [`ReportError::Choice`].
-    pub fn codes(&self, variable: &str) -> Result<Array2<i8>, ReportError> {
+    pub(crate) fn codes(&self, variable: &str) -> Result<Array2<i8>, ReportError> {
         Ok(self.turned(
             self.view
                 .map
@@ -270,7 +259,7 @@ impl<'a> Slice<'a> {
     ///
     /// # Errors
     /// [`ReportError::Map`], [`ReportError::Choice`].
-    pub fn reals(&self, variable: &str) -> Result<Array2<f64>, ReportError> {
+    pub(crate) fn reals(&self, variable: &str) -> Result<Array2<f64>, ReportError> {
         let axes = self.view.map.grid().axes().len();
         let rank = if variable.starts_with("critical_c_") { axes - 1 } else { axes };
         Ok(self.turned(self.view.map.real_slice(variable, &self.selection(variable, rank)?)?))
@@ -301,14 +290,12 @@ impl<'a> Slice<'a> {
     }
 
     /// "ε = 0.1, β = 0.5": every fixed axis.
-    #[must_use]
-    pub fn held(&self) -> Rich {
+    pub(crate) fn held(&self) -> Rich {
         self.view.held(&self.index, &[self.x, self.y])
     }
 
     /// The same without eps, for figures with a panel for each eps.
-    #[must_use]
-    pub fn held_but_epsilon(&self) -> Rich {
+    pub(crate) fn held_but_epsilon(&self) -> Rich {
         self.view.held(&self.index, &[self.x, self.y, 0])
     }
 }
@@ -317,7 +304,7 @@ impl<'a> Slice<'a> {
 ///
 /// # Errors
 /// [`ChoiceError::Unknown`].
-pub fn find_axis(view: &View, name: &str) -> Result<usize, ChoiceError> {
+pub(crate) fn find_axis(view: &View, name: &str) -> Result<usize, ChoiceError> {
     let axes = view.map.grid().axes();
     let labels: Vec<Label> = axes.iter().map(|axis| view.axis(axis)).collect();
     let names = axes.iter().map(|axis| axis.name.as_str());
@@ -330,7 +317,7 @@ pub fn find_axis(view: &View, name: &str) -> Result<usize, ChoiceError> {
 ///
 /// # Errors
 /// [`ChoiceError`].
-pub fn hold(
+pub(crate) fn hold(
     view: &View,
     shown: &[usize],
     at: &[(String, f64)],
@@ -366,7 +353,7 @@ pub fn hold(
 ///
 /// # Errors
 /// [`ChoiceError::NotFinite`], [`ChoiceError::Outside`].
-pub fn nearest_node(view: &View, position: usize, value: f64) -> Result<usize, ChoiceError> {
+pub(crate) fn nearest_node(view: &View, position: usize, value: f64) -> Result<usize, ChoiceError> {
     let axis = &view.map.grid().axes()[position];
     let label = view.axis(axis);
     if !value.is_finite() {
@@ -402,22 +389,19 @@ fn scale(view: &View, axis: &Axis) -> (Scale, Rich) {
 }
 
 /// "ε = 0.1".
-#[must_use]
-pub fn equals(axis: &str, value: f64) -> Rich {
+pub(crate) fn equals(axis: &str, value: f64) -> Rich {
     Rich::symbol(axis).then(rich(" = ")).then(Rich::number(value, 4))
 }
 
 /// The middle node of each axis.
-#[must_use]
-pub fn middle(axes: &[Axis]) -> Vec<usize> {
+pub(crate) fn middle(axes: &[Axis]) -> Vec<usize> {
     axes.iter().map(Axis::middle).collect()
 }
 
 /// Nodes of a map for an informative figure: the middle ones if a cycle exists in their column, else those of
 /// the most similar column with a cycle among first, middle and last nodes of every axis: preferably with V
 /// in its middle, few axes changed, and the largest critical damping of these.
-#[must_use]
-pub fn informative_nodes(map: &MapFile) -> Vec<usize> {
+pub(crate) fn informative_nodes(map: &MapFile) -> Vec<usize> {
     let axes = map.grid().axes();
     let middle = middle(axes);
     let mut candidates = vec![middle.clone()];

@@ -11,16 +11,15 @@ const ROW: f64 = 15.0;
 
 /// A row: its name, and the index of each cell's kind.
 #[derive(Clone, Debug)]
-pub struct Strip {
+pub(crate) struct Strip {
     /// Its name.
-    pub name: Rich,
+    pub(crate) name: Rich,
     /// The kind of each node's cell.
-    pub kinds: Vec<usize>,
+    pub(crate) kinds: Vec<usize>,
 }
 
 /// Draws strips over the nodes of an axis; `kinds` are the possible fills with their names.
-#[must_use]
-pub fn draw(
+pub(crate) fn draw(
     heading: &Rich,
     nodes: &[f64],
     (scale, x_name): (Scale, &Rich),

@@ -74,8 +74,7 @@ impl Claim {
 
 /// The plane of a map in which verdicts change most visibly: horizontally the longest axis among the law's
 /// and V, vertically c; the two longest axes if c has one node.
-#[must_use]
-pub fn main_plane(map: &MapFile) -> (usize, usize) {
+pub(crate) fn main_plane(map: &MapFile) -> (usize, usize) {
     let axes = map.grid().axes();
     let c = axes.len() - 1;
     let mut others: Vec<usize> = (0..c).collect();
@@ -91,8 +90,7 @@ pub fn main_plane(map: &MapFile) -> (usize, usize) {
 }
 
 /// The eps at which slices are drawn: all, or evenly selected ones.
-#[must_use]
-pub fn chosen_epsilons(map: &MapFile) -> Vec<usize> {
+pub(crate) fn chosen_epsilons(map: &MapFile) -> Vec<usize> {
     let count = map.grid().axes()[0].values.len();
     if count <= MOST_EPSILONS {
         return (0..count).collect();
@@ -104,7 +102,7 @@ pub fn chosen_epsilons(map: &MapFile) -> Vec<usize> {
 ///
 /// # Errors
 /// [`ReportError::Map`] if the map cannot be read.
-pub fn verdict_panels(view: &View) -> Result<Vec<Figure>, ReportError> {
+pub(crate) fn verdict_panels(view: &View) -> Result<Vec<Figure>, ReportError> {
     let map = view.map;
     let axes = map.grid().axes();
     let c = axes.len() - 1;

@@ -86,8 +86,7 @@ pub fn failures(map: &MapFile, report: &Report) -> Table {
 }
 
 /// The methods of the map.
-#[must_use]
-pub fn methods(map: &MapFile) -> Table {
+pub(crate) fn methods(map: &MapFile) -> Table {
     let rows = map.methods().iter().map(|method| {
         vec![
             words(&method.name),

@@ -7,8 +7,8 @@ use super::lanes::Lanes;
 /// A function's values at the two nodes of a pair.
 #[derive(Clone, Copy)]
 pub(super) struct Pair<S: Simd> {
-    pub late: Lanes<S>,
-    pub early: Lanes<S>,
+    pub(crate) late: Lanes<S>,
+    pub(crate) early: Lanes<S>,
 }
 
 impl<S: Simd> Pair<S> {
@@ -42,13 +42,13 @@ impl<S: Simd> Pair<S> {
 
 /// The field of the orbits, with q and u = q^2 in units of omega and omega^2 where that saves operations.
 pub(super) struct Field<S: Simd> {
-    pub k: Lanes<S>,
+    pub(crate) k: Lanes<S>,
     ak: Lanes<S>,
     b2: Lanes<S>,
-    pub q1: Lanes<S>,
-    pub mu: Lanes<S>,
-    pub omega2: Lanes<S>,
-    pub inverse_omega3: Lanes<S>,
+    pub(crate) q1: Lanes<S>,
+    pub(crate) mu: Lanes<S>,
+    pub(crate) omega2: Lanes<S>,
+    pub(crate) inverse_omega3: Lanes<S>,
     /// k omega and (1 + k) omega.
     k_hat: Lanes<S>,
     q1_hat: Lanes<S>,
@@ -57,15 +57,15 @@ pub(super) struct Field<S: Simd> {
     /// J times a square as a polynomial in q omega.
     j: [Lanes<S>; 2],
     /// Sum of the sizes of the terms of d0.
-    pub terms: Lanes<S>,
+    pub(crate) terms: Lanes<S>,
 }
 
 /// H at one node, and the terms that its derivatives need.
 pub(super) struct Value<S: Simd> {
-    pub h: Lanes<S>,
-    pub q: Lanes<S>,
-    pub u: Lanes<S>,
-    pub turn: Lanes<S>,
+    pub(crate) h: Lanes<S>,
+    pub(crate) q: Lanes<S>,
+    pub(crate) u: Lanes<S>,
+    pub(crate) turn: Lanes<S>,
 }
 
 impl<S: Simd> Field<S> {
@@ -126,7 +126,7 @@ impl<S: Simd> Field<S> {
 /// Coefficients of a combination of [`Nodes::guess`]: the function has given values at the angles 0, pi and
 /// 2 pi, and to first order follows cos t + mu sin t.
 #[derive(Clone, Copy)]
-pub(super) struct Combination<S: Simd>(pub [Lanes<S>; 4]);
+pub(super) struct Combination<S: Simd>(pub(crate) [Lanes<S>; 4]);
 
 impl<S: Simd> Combination<S> {
     #[inline(always)]

@@ -26,38 +26,38 @@ const HARMONICS: u32 = 4;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Entry {
     /// Weight of the sum g(early) + g(late), in the odd part of the antiderivative of sin^2 theta g.
-    pub even: f64,
+    pub(crate) even: f64,
     /// Weight of the difference g(late) - g(early), in the even part, which vanishes at the ends of the turn.
-    pub odd: f64,
+    pub(crate) odd: f64,
 }
 
 /// Nodes, weights and matrices; the late node of each pair first.
 pub(super) struct Nodes {
     /// xi of the late node of each pair, in (0, pi).
-    pub xi: Vec<f64>,
+    pub(crate) xi: Vec<f64>,
     /// cos theta, the same at both nodes.
-    pub cos: Vec<f64>,
+    pub(crate) cos: Vec<f64>,
     /// sin theta at the early node, minus that at the late one.
-    pub sin: Vec<f64>,
+    pub(crate) sin: Vec<f64>,
     /// The integral over the turn of sin^2 theta g is the sum of these times g(early) + g(late).
-    pub weight: Vec<f64>,
+    pub(crate) weight: Vec<f64>,
     /// Largest error of the quadrature over the turn for the lowest harmonics, which are not polynomials in
     /// X.
-    pub harmonic_error: f64,
+    pub(crate) harmonic_error: f64,
     /// Row by row, see [`Nodes::matrix`].
     entries: Vec<Entry>,
     /// Functions that the first guess combines: cos theta and cos^2 theta, even in xi, xi cos theta / pi and
     /// sin theta, odd (and given at the late node).
-    pub guess: Vec<[f64; 4]>,
+    pub(crate) guess: Vec<[f64; 4]>,
     /// Their antiderivatives with weight sin^2 theta at the late node, less half the integral over the turn.
-    pub guess_integral: Vec<[f64; 4]>,
+    pub(crate) guess_integral: Vec<[f64; 4]>,
     /// Half the integral over the turn of cos^2 theta; those of the others vanish.
-    pub guess_half: f64,
+    pub(crate) guess_half: f64,
     /// Rows of a matrix from sums to the coefficients of g along the last of the even orthonormal
     /// polynomials.
-    pub tail_of_sums: Vec<f64>,
+    pub(crate) tail_of_sums: Vec<f64>,
     /// The same from differences to odd ones.
-    pub tail_of_differences: Vec<f64>,
+    pub(crate) tail_of_differences: Vec<f64>,
 }
 
 impl Nodes {

@@ -70,11 +70,11 @@ impl<S: Simd> Samples<S> {
 /// The result of the sweeps.
 pub(super) struct End<S: Simd> {
     /// ln r(2 pi) / V.
-    pub log: Lanes<S>,
-    pub truncation: Lanes<S>,
-    pub iteration: Lanes<S>,
-    pub rounding: Lanes<S>,
-    pub room: Lanes<S>,
+    pub(crate) log: Lanes<S>,
+    pub(crate) truncation: Lanes<S>,
+    pub(crate) iteration: Lanes<S>,
+    pub(crate) rounding: Lanes<S>,
+    pub(crate) room: Lanes<S>,
 }
 
 /// The iterate on all nodes.

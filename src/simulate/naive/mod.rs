@@ -114,8 +114,7 @@ impl NaiveMethod {
         [NaiveMethod::Smoothed, NaiveMethod::StickBand, NaiveMethod::FixedStep, NaiveMethod::EventStep];
 
     /// Name in configurations and map files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             NaiveMethod::Smoothed => "smoothed",
             NaiveMethod::StickBand => "stick_band",
@@ -125,8 +124,7 @@ impl NaiveMethod {
     }
 
     /// One phrase for legends and `long_name`.
-    #[must_use]
-    pub fn long_name(self) -> &'static str {
+    pub(crate) fn long_name(self) -> &'static str {
         match self {
             NaiveMethod::Smoothed => "orbit of the oscillator with friction smoothed by tanh",
             NaiveMethod::StickBand => "orbit of the switch model with a stick band",
@@ -136,8 +134,7 @@ impl NaiveMethod {
     }
 
     /// The formula of the method.
-    #[must_use]
-    pub fn equation(self) -> &'static str {
+    pub(crate) fn equation(self) -> &'static str {
         match self {
             NaiveMethod::Smoothed => "sign(x2 - V) replaced by tanh((x2 - V)/d)",
             NaiveMethod::StickBand => "Leine et al. 1998: |x2 - V| < eta counts as sticking",
@@ -147,7 +144,7 @@ impl NaiveMethod {
     }
 
     /// Runs the method on one oscillator. It uses at most 2 million evaluations of the right-hand side,
-    /// fewer for laws that are more expensive (see [`Curve::cost`](crate::friction::Curve::cost)).
+    /// fewer for laws that are more expensive (see `Curve::cost`).
     #[must_use]
     pub fn decide(self, oscillator: &Oscillator, knobs: &NaiveKnobs) -> NaiveAnswer {
         let mut rhs = 0;
