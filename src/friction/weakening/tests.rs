@@ -104,6 +104,12 @@ fn a_compiled_law_does_not_depend_on_what_was_compiled_before() {
     let (a, b) = (short_first.compiled(0.7), short_first.compiled(40.0));
     let (c, d) = (long_first.compiled(40.0), long_first.compiled(0.7));
     assert!(a.breaks() == d.breaks() && b.breaks() == c.breaks());
+    // Beginnings of the longest, and forms between two others.
+    for reach in [0.01, 0.2, 1.5, 3.0, 7.0, 20.0] {
+        let (alone, within) = (formula(text).compiled(reach), long_first.compiled(reach));
+        assert_eq!(alone.breaks(), within.breaks(), "{reach}");
+        assert_eq!(format!("{:?}", alone.pieces), format!("{:?}", within.pieces), "{reach}");
+    }
     for i in 0..400 {
         let u = 0.1 * f64::from(i);
         assert_eq!(a.at(u).to_bits(), d.at(u).to_bits(), "{u}");
