@@ -331,7 +331,7 @@ impl Ray {
         // Where the law does not depend on eps, all columns share what the first one compiles.
         let compiles = self.law.depends_on_epsilon() || self.columns.borrow().is_empty();
         if compiles {
-            self.spend(column.compiling_work())?;
+            self.spend(column.curve.compiling_work(column.belt_speed))?;
         }
         self.columns.borrow_mut().insert(epsilon.to_bits(), column.clone());
         Ok(column)

@@ -77,7 +77,7 @@ impl Budget {
                 break;
             }
             for (column, root) in some.iter().zip(critical_dampings(some, TOLERANCE)) {
-                self.spend(column.compiling_work());
+                self.spend(column.curve.compiling_work(column.belt_speed));
                 self.spend(root.map_or(FAILURE, |root| root.rhs.saturating_mul(column.curve.cost())));
                 found.push(root.map_or(f64::NAN, |root| root.c));
             }
