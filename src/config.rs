@@ -134,10 +134,7 @@ impl Job {
         check_keys(&root, &law)?;
 
         let stem = file.file_stem().map_or_else(|| "map".into(), |stem| stem.to_string_lossy().into_owned());
-        let title = match root.get("title") {
-            None => stem.clone(),
-            Some(node) => line(&node)?.to_owned(),
-        };
+        let title = root.get_or("title", stem.clone(), |node| Ok(line(node)?.to_owned()))?;
 
         let (grid, machine, uncertain) = match (axes.is_present(), machine.is_present()) {
             (true, true) => {
@@ -155,43 +152,27 @@ impl Job {
             }
         };
 
-        let methods = root.section("methods")?;
-        let methods: Vec<Method> = match methods.get("run") {
-            None => Method::usual().collect(),
-            Some(node) => {
-                let all: Vec<_> = Method::all().map(|method| (method.name(), method)).collect();
-                let chosen = choices(&node, &all, "method")?;
-                // Maps and tables list methods in a fixed order, independent of that of the request.
-                Method::all().filter(|method| chosen.contains(method)).collect()
-            }
-        };
+        let methods = root.section("methods")?.get_or("run", Method::usual().collect(), |node| {
+            let all: Vec<_> = Method::all().map(|method| (method.name(), method)).collect();
+            let chosen = choices(node, &all, "method")?;
+            // Maps and tables list methods in a fixed order, independent of that of the request.
+            Ok(Method::all().filter(|method| chosen.contains(method)).collect::<Vec<_>>())
+        })?;
         let knobs = knobs(&root.section("naive")?)?;
         let methods = methods.into_iter().map(|method| method.with_knobs(knobs)).collect::<Vec<_>>();
 
         let simulation = root.section("simulation")?;
-        let engine = match simulation.get("engine") {
-            None => Engine::Auto,
-            Some(node) => choice(&node, &Engine::ALL.map(|engine| (engine.name(), engine)), "engine")?,
-        };
-        let tolerance = match simulation.get("tolerance") {
-            None => DEFAULT_TOLERANCE,
-            Some(node) => tolerance(&node)?,
-        };
+        let engines = Engine::ALL.map(|engine| (engine.name(), engine));
+        let engine = simulation.get_or("engine", Engine::Auto, |node| choice(node, &engines, "engine"))?;
+        let tolerance = simulation.get_or("tolerance", DEFAULT_TOLERANCE, tolerance)?;
 
-        let audit_cells = match root.section("audit")?.get("cells") {
-            None => DEFAULT_AUDIT_CELLS,
-            // A grid with fewer cells is audited completely.
-            Some(node) => {
-                let most = i64::try_from(MOST_AUDIT_CELLS).unwrap_or(i64::MAX);
-                usize::try_from(node.integer(0, most)?).unwrap_or(MOST_AUDIT_CELLS)
-            }
-        };
+        // A grid with fewer cells is audited completely.
+        let audit = root.section("audit")?;
+        let audit_cells =
+            audit.get_or("cells", DEFAULT_AUDIT_CELLS, |node| node.integer(0, MOST_AUDIT_CELLS as i64))?;
 
         let section = root.section("validated")?;
-        let proof_boxes = match section.get("boxes") {
-            None => DEFAULT_PROOF_BOXES,
-            Some(node) => usize::try_from(node.integer(0, 1_000_000)?).unwrap_or(DEFAULT_PROOF_BOXES),
-        };
+        let proof_boxes = section.get_or("boxes", DEFAULT_PROOF_BOXES, |node| node.integer(0, 1_000_000))?;
         let proves = *law.as_written() == Law::Stribeck && methods.contains(&Method::Test(&validated::TEST));
         let proof_boxes = if proves { proof_boxes } else { 0 };
         let proof = match section.get("proof") {
@@ -206,18 +187,10 @@ impl Job {
         };
 
         let output = root.section("output")?;
-        let path = match output.get("path") {
-            None => Path::new("results").join(format!("{stem}.h5")),
-            Some(node) => output_path(&node)?,
-        };
-        let fields = match output.get("fields") {
-            None => vec![Field::Verdict],
-            Some(node) => fields(&node, methods.contains(&Method::Simulation))?,
-        };
-        let compression = match output.get("compression") {
-            None => DEFAULT_COMPRESSION,
-            Some(node) => u8::try_from(node.integer(0, 9)?).unwrap_or(9),
-        };
+        let path = output.get_or("path", Path::new("results").join(format!("{stem}.h5")), output_path)?;
+        let simulated = methods.contains(&Method::Simulation);
+        let fields = output.get_or("fields", vec![Field::Verdict], |node| fields(node, simulated))?;
+        let compression = output.get_or("compression", DEFAULT_COMPRESSION, |node| node.integer(0, 9))?;
 
         let planes = curves::read(&root.section("curves")?, &grid)?;
         #[cfg(feature = "report")]
@@ -401,33 +374,37 @@ fn grid_error(error: &GridError, names: &[&str], nodes: &[(Vec<f64>, Node)]) -> 
 const NAIVE_KEYS: [&str; 7] =
     ["smoothing_width", "stick_band_width", "step", "tolerance", "longest_step", "turns", "start_pause"];
 
+/// Reads a finite number of at least `least`, which messages call `bound`.
+fn number_or(
+    section: &Section,
+    key: &str,
+    default: f64,
+    least: f64,
+    bound: &str,
+) -> Result<f64, ConfigError> {
+    section.get_or(key, default, |node| match node.number()? {
+        value if value.is_finite() && value >= least => Ok(value),
+        _ => Err(node.error(&format!("{key} must be {bound}"), "choose another value")),
+    })
+}
+
+/// Reads a finite number greater than 0.
+fn positive_or(section: &Section, key: &str, default: f64) -> Result<f64, ConfigError> {
+    number_or(section, key, default, f64::MIN_POSITIVE, "greater than 0")
+}
+
 /// Reads the settings of the naive methods.
 fn knobs(section: &Section) -> Result<NaiveKnobs, ConfigError> {
-    let number = |key: &str, default: f64, least: f64, remedy: &str| match section.get(key) {
-        None => Ok(default),
-        Some(node) => {
-            let value = node.number()?;
-            let legal = value.is_finite() && value >= least;
-            if legal {
-                Ok(value)
-            } else {
-                Err(node.error(&format!("{key} must be {remedy}"), "choose another value"))
-            }
-        }
-    };
     let default = NaiveKnobs::default();
-    let least = f64::MIN_POSITIVE;
+    let (least, most) = (*TOLERANCES.start(), i64::from(u32::MAX));
     Ok(NaiveKnobs {
-        smoothing_width: number("smoothing_width", default.smoothing_width, least, "greater than 0")?,
-        stick_band_width: number("stick_band_width", default.stick_band_width, least, "greater than 0")?,
-        step: number("step", default.step, least, "greater than 0")?,
-        tolerance: number("tolerance", default.tolerance, *TOLERANCES.start(), "at least 1e-14")?,
-        longest_step: number("longest_step", default.longest_step, least, "greater than 0")?,
-        turns: match section.get("turns") {
-            None => default.turns,
-            Some(node) => u32::try_from(node.integer(1, i64::from(u32::MAX))?).unwrap_or(u32::MAX),
-        },
-        start_pause: number("start_pause", default.start_pause, 0.0, "at least 0")?,
+        smoothing_width: positive_or(section, "smoothing_width", default.smoothing_width)?,
+        stick_band_width: positive_or(section, "stick_band_width", default.stick_band_width)?,
+        step: positive_or(section, "step", default.step)?,
+        tolerance: number_or(section, "tolerance", default.tolerance, least, "at least 1e-14")?,
+        longest_step: positive_or(section, "longest_step", default.longest_step)?,
+        turns: section.get_or("turns", default.turns, |node| node.integer(1, most))?,
+        start_pause: number_or(section, "start_pause", default.start_pause, 0.0, "at least 0")?,
     })
 }
 
@@ -435,20 +412,10 @@ fn knobs(section: &Section) -> Result<NaiveKnobs, ConfigError> {
 #[cfg(feature = "report")]
 fn work_precision(section: &Section) -> Result<Settings, ConfigError> {
     let default = Settings::default();
-    let positive = |key: &str, default: f64| match section.get(key) {
-        None => Ok(default),
-        Some(node) => match node.number()? {
-            value if value.is_finite() && value > 0.0 => Ok(value),
-            _ => Err(node.error(&format!("{key} must be greater than 0"), "choose another value")),
-        },
-    };
     Ok(Settings {
-        cells: match section.get("cells") {
-            None => default.cells,
-            Some(node) => usize::try_from(node.integer(2, 1_000_000)?).unwrap_or(default.cells),
-        },
-        near: positive("near", default.near)?,
-        seconds: positive("seconds", default.seconds)?,
+        cells: section.get_or("cells", default.cells, |node| node.integer(2, 1_000_000))?,
+        near: positive_or(section, "near", default.near)?,
+        seconds: positive_or(section, "seconds", default.seconds)?,
     })
 }
 

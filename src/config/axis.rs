@@ -49,10 +49,9 @@ pub(super) fn nodes_of_range(node: &Node, range: &Section) -> Result<Vec<f64>, C
         }
     }
     let points = points_node.integer(1, MOST_POINTS)?;
-    let spacing = match range.get("spacing") {
-        None => Spacing::Linear,
-        Some(word) => super::choice(&word, &[("linear", Spacing::Linear), ("log", Spacing::Log)], "spacing")?,
-    };
+    let spacings = [("linear", Spacing::Linear), ("log", Spacing::Log)];
+    let spacing =
+        range.get_or("spacing", Spacing::Linear, |word| super::choice(word, &spacings, "spacing"))?;
 
     if from > to {
         return Err(node.error(

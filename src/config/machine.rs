@@ -154,10 +154,8 @@ pub(crate) fn load_machine(file: &Path, values: &[(String, f64)]) -> Result<Mach
 
 /// Reads `[machine]`; `law` is in SI units.
 pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<MachineJob, ConfigError> {
-    let forces = match friction.get("quantity") {
-        None => false,
-        Some(node) => choice(&node, &[("coefficient", false), ("force", true)], "quantity")?,
-    };
+    let quantities = [("coefficient", false), ("force", true)];
+    let forces = friction.get_or("quantity", false, |node| choice(node, &quantities, "quantity"))?;
     check_complete(section, law, forces)?;
     let mut reader = Reader { section, uncertain: Vec::new() };
     let belt_speeds = reader.many(AFTER, f64::MIN_POSITIVE, "greater than 0")?;

@@ -220,6 +220,16 @@ impl<'a> Section<'a> {
         Some(Node { source: self.source, path: self.child(key), entry: Entry::Item(item) })
     }
 
+    /// What `read` makes of the entry of this name; `default` where there is none.
+    pub(super) fn get_or<T>(
+        &self,
+        key: &str,
+        default: T,
+        read: impl FnOnce(&Node<'a>) -> Result<T, ConfigError>,
+    ) -> Result<T, ConfigError> {
+        self.get(key).map_or(Ok(default), |node| read(&node))
+    }
+
     /// The table of this name, or an empty one.
     pub(super) fn section(&self, key: &str) -> Result<Section<'a>, ConfigError> {
         match self.get(key) {
@@ -312,20 +322,19 @@ impl<'a> Node<'a> {
         self.entry.as_value().and_then(as_number).ok_or_else(|| self.wrong_kind("a number"))
     }
 
-    /// The value as a whole number from `lo` to `hi`.
-    pub(super) fn integer(&self, lo: i64, hi: i64) -> Result<i64, ConfigError> {
+    /// The value as a whole number from `lo` to `hi`, as far as the type `T` holds them.
+    pub(super) fn integer<T: TryFrom<i64>>(&self, lo: i64, hi: i64) -> Result<T, ConfigError> {
         let value = self.entry.as_value().and_then(Value::as_integer);
         let value = value.ok_or_else(|| self.wrong_kind("a whole number"))?;
-        if (lo..=hi).contains(&value) {
-            Ok(value)
-        } else {
+        let legal = Some(value).filter(|value| (lo..=hi).contains(value));
+        legal.and_then(|value| T::try_from(value).ok()).ok_or_else(|| {
             let (problem, remedy) = if hi == i64::MAX {
                 (format!("must be at least {lo}"), format!("choose a whole number of at least {lo}"))
             } else {
                 (format!("must be from {lo} to {hi}"), format!("choose a whole number from {lo} to {hi}"))
             };
-            Err(self.error(&problem, remedy))
-        }
+            self.error(&problem, remedy)
+        })
     }
 
     /// The value as text.

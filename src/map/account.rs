@@ -28,6 +28,8 @@ pub struct MethodAccount {
 pub struct Stages {
     /// Creating the columns of the tiles with their friction curves.
     pub(crate) columns: f64,
+    /// Interpolating critical dampings and backbones between columns.
+    pub(crate) interpolation: f64,
     /// Computing the field `regime`.
     pub(crate) regime: f64,
     /// Computing the other fields that follow orbits: landings, cycles, basins, limits in eps; also the
@@ -49,10 +51,12 @@ pub struct Stages {
 
 impl Stages {
     /// The stages with their names, for reports.
-    pub(crate) fn named(&self) -> [(&'static str, f64); 9] {
-        let Self { columns, regime, fields, audit, pack, write, curves, proofs, other } = *self;
+    pub(crate) fn named(&self) -> [(&'static str, f64); 10] {
+        let Self { columns, interpolation, regime, fields, audit, pack, write, curves, proofs, other } =
+            *self;
         [
             ("columns", columns),
+            ("interpolation", interpolation),
             ("regime", regime),
             ("fields", fields),
             ("audit", audit),
@@ -65,9 +69,9 @@ impl Stages {
     }
 
     /// The seconds, in the order of [`Stages::named`].
-    pub(crate) fn seconds_mut(&mut self) -> [&mut f64; 9] {
-        let Self { columns, regime, fields, audit, pack, write, curves, proofs, other } = self;
-        [columns, regime, fields, audit, pack, write, curves, proofs, other]
+    pub(crate) fn seconds_mut(&mut self) -> [&mut f64; 10] {
+        let Self { columns, interpolation, regime, fields, audit, pack, write, curves, proofs, other } = self;
+        [columns, interpolation, regime, fields, audit, pack, write, curves, proofs, other]
     }
 
     fn add(&mut self, other: &Stages) {

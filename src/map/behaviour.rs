@@ -3,11 +3,11 @@
 use std::cell::{OnceCell, RefCell};
 
 use super::Regime;
-use super::simulation::End;
+use super::end::End;
 use super::verdict::{Attractors, Outside};
 use crate::filippov::Oscillator;
 use crate::friction::{Curve, Range};
-use crate::simulate::backbone::{Backbone, Crossing};
+use crate::simulate::backbone::{Backbone, Crossing, Sketch};
 use crate::simulate::crossing::{CrossingCycle, StickSlipCycle, crossing_cycles, stick_slip_cycle};
 use crate::simulate::slip_cycle::{BACKBONE_TOLERANCE, Kick, SlipCycle, kick_onto, locate, none_within};
 use crate::simulate::{Failure, Flow};
@@ -18,7 +18,7 @@ const TIGHT: f64 = 1e-13;
 
 /// Accuracy, in units of the weakening rate, up to which the backbone is refined first where only the number
 /// of cycles is needed: few dampings of a column lie that close to one of its extremes.
-const COARSE: f64 = 1e-5;
+pub(super) const COARSE: f64 = 1e-5;
 
 /// An attracting cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,8 +39,8 @@ pub(super) struct Behaviour {
     belt_speed: f64,
     /// The weakening rate at belt speed: eps c at the Hopf bifurcation.
     at_belt_speed: f64,
-    /// Bounds of its even part.
-    even: Range,
+    /// Bounds of its even part, computed on first use.
+    even: OnceCell<Range>,
     /// Coarse backbones, each with twice as many nodes as the one before. Every damping asks them in this
     /// order, so that its answer does not depend on other dampings.
     coarse: RefCell<Vec<Result<Backbone, Failure>>>,
@@ -63,7 +63,7 @@ impl Behaviour {
             curve: curve.clone(),
             belt_speed,
             at_belt_speed: curve.weakening(belt_speed),
-            even: curve.even_weakening_range(belt_speed),
+            even: OnceCell::new(),
             coarse: RefCell::default(),
             fine: OnceCell::new(),
         }
@@ -94,12 +94,9 @@ impl Behaviour {
         read: impl FnOnce(Ends) -> Option<Vec<Crossing>>,
     ) -> Option<Vec<Crossing>> {
         let stable = self.at_belt_speed < viscous;
-        let returns = match end {
-            End::Sticks | End::Crosses => true,
-            End::Inward => false,
-            End::TooClose | End::Failed => return None,
-        };
-        if none_within(&self.even, viscous) {
+        let returns = end.returns()?;
+        let even = self.even.get_or_init(|| self.curve.even_weakening_range(self.belt_speed));
+        if none_within(even, viscous) {
             return Some(Vec::new());
         }
         if self.curve.weakening_is_convex() {
@@ -120,7 +117,7 @@ impl Behaviour {
             if asked == coarse.len() {
                 let finer = match coarse.last() {
                     None => Backbone::begun(&self.curve, self.belt_speed, COARSE).map(Some),
-                    Some(Ok(last)) => last.refined(),
+                    Some(Ok(last)) => last.refined(&self.curve, COARSE),
                     Some(Err(_)) => return None,
                 };
                 coarse.push(finer.transpose()?);
@@ -143,6 +140,11 @@ impl Behaviour {
         self.fine.get_or_init(make).as_ref().ok()
     }
 
+    /// The regime by an interpolated backbone; `None` where it is open.
+    pub(super) fn read(&self, sketch: &Sketch, viscous: f64, end: End) -> Option<Regime> {
+        regime_of_sketch(sketch, viscous, self.at_belt_speed, end)
+    }
+
     /// The regime: the set of attractors.
     ///
     /// An orbit that spirals inward around an unstable equilibrium must tend to a slip cycle between the two
@@ -150,16 +152,7 @@ impl Behaviour {
     /// the exit point coexists with all attractors inside that orbit.
     pub(super) fn regime(&self, viscous: f64, end: End) -> Regime {
         let Some(cycles) = self.count(viscous, end) else { return Regime::Failed };
-        let attractors = Attractors {
-            equilibrium: self.at_belt_speed < viscous,
-            slip: cycles.iter().any(|cycle| cycle.is_stable),
-            outside: match end {
-                End::Sticks => Some(Outside::StickSlip),
-                End::Crosses => Some(Outside::Crossing),
-                End::Inward | End::TooClose | End::Failed => None,
-            },
-        };
-        Regime::of(attractors)
+        regime_of(self.at_belt_speed < viscous, cycles.iter().any(|cycle| cycle.is_stable), end)
     }
 
     /// The attracting cycle: that of the orbit from the exit point, or else the largest slip cycle. `None`
@@ -208,6 +201,30 @@ impl Behaviour {
         let kick = kick_onto(oscillator, &cycle, tolerance).ok()?;
         Some((cycle, kick))
     }
+}
+
+/// The regime at C = `viscous` by a sketch of the backbone, where the weakening rate at belt speed is known and
+/// how the orbit from the exit point ends; `None` where the sketch is not clear about it.
+pub(super) fn regime_of_sketch(
+    sketch: &Sketch,
+    viscous: f64,
+    at_belt_speed: f64,
+    end: End,
+) -> Option<Regime> {
+    let stable = at_belt_speed < viscous;
+    let slip = sketch.attracts(viscous, stable, end.returns()?)?;
+    Some(regime_of(stable, slip, end))
+}
+
+/// The regime where it is known whether the equilibrium attracts, whether there is an attracting slip cycle,
+/// and how the orbit from the exit point ends.
+fn regime_of(equilibrium: bool, slip: bool, end: End) -> Regime {
+    let outside = match end {
+        End::Sticks => Some(Outside::StickSlip),
+        End::Crosses => Some(Outside::Crossing),
+        End::Inward | End::TooClose | End::Failed => None,
+    };
+    Regime::of(Attractors { equilibrium, slip, outside })
 }
 
 /// The long-run behaviour of a point.

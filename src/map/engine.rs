@@ -9,9 +9,11 @@ use super::account::{Account, FailedCell, MethodAccount, Stages, count, failed_c
 use super::audit::{Audit, Draws};
 use super::behaviour::Behaviour;
 use super::contradictions::{Contradictions, contradictions};
+use super::end::End;
+use super::interpolation::Interpolated;
 use super::proved::Proved;
 use super::quantity::describe;
-use super::simulation::{End, Paths, Simulated, simulate};
+use super::simulation::{Paths, Simulated, simulate};
 use super::{Field, Method, MethodCells, Plan, PlaneCurves, Runs, Sink, Tile, TileData, Verdict};
 use crate::certify::Claim;
 use crate::clock::timed;
@@ -294,11 +296,18 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> Computed {
     let mut seconds = Vec::with_capacity(plan.methods.len());
     let mut methods = Vec::with_capacity(plan.methods.len());
     let mut simulated = None;
+    let needs_flow =
+        plan.methods.contains(&Method::Simulation) || plan.fields.iter().any(|field| field.needs_flow());
+    let (known, interpolating) = timed(|| match needs_flow {
+        true => Interpolated::of_tile(plan, tile, &columns),
+        false => Interpolated::none(),
+    });
+    stages.interpolation = interpolating;
     for &method in &plan.methods {
         let (cells, taken) = timed(|| match method {
             Method::Test(test) => closed_form(plan, method, &test.claims(&columns), cs),
             Method::Simulation => {
-                let (cells, ends) = simulation(plan, method, &columns, cs);
+                let (cells, ends) = simulation(plan, method, &columns, cs, &known);
                 simulated = Some(ends);
                 cells
             }
@@ -320,20 +329,26 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> Computed {
         seconds.push(taken);
     }
     let (paths, rhs) = simulated.as_ref().map_or((Paths::default(), 0), |s: &Simulated| (s.paths, s.rhs));
+    let rhs = rhs + known.rhs;
     let mut data = TileData { tile: tile.clone(), methods, regime: Runs::new(), quantities: Vec::new() };
     if plan.fields.iter().any(|field| field.needs_flow()) {
-        let (simulated, taken) =
-            timed(|| simulated.unwrap_or_else(|| simulate(&columns, cs, plan.engine, plan.tolerance, false)));
+        let (simulated, taken) = timed(|| {
+            simulated.unwrap_or_else(|| simulate(&columns, cs, plan.engine, plan.tolerance, false, &known))
+        });
         stages.fields += taken;
         if plan.stores(Field::Regime) {
-            let regimes = || {
-                let of_column = |(column, ends): (&Column, &[End])| {
-                    let behaviour = Behaviour::new(&column.curve, column.belt_speed);
-                    let regime = |(&c, &end): (&f64, &End)| behaviour.regime(column.epsilon * c, end);
-                    cs.iter().zip(ends).map(regime).collect::<Vec<_>>()
+            let of_column = |(number, (column, ends)): (usize, (&Column, &[End]))| {
+                let sketch = known.sketch(number, column);
+                let behaviour = Behaviour::new(&column.curve, column.belt_speed);
+                let regime = |(&c, &end): (&f64, &End)| {
+                    let viscous = column.epsilon * c;
+                    let read = sketch.as_ref().and_then(|sketch| behaviour.read(sketch, viscous, end));
+                    read.unwrap_or_else(|| behaviour.regime(viscous, end))
                 };
-                columns.iter().zip(simulated.ends.chunks(cs.len())).flat_map(of_column).collect()
+                cs.iter().zip(ends).map(regime).collect::<Vec<_>>()
             };
+            let ends = simulated.ends.chunks(cs.len());
+            let regimes = || columns.iter().zip(ends).enumerate().flat_map(of_column).collect();
             (data.regime, stages.regime) = timed(regimes);
         }
         let (quantities, taken) = timed(|| describe(plan, tile, &simulated.ends));
@@ -379,9 +394,15 @@ fn closed_form(plan: &Plan, method: Method, claims: &[Claim], cs: &[f64]) -> Met
 }
 
 /// Simulates the flow on the columns of a tile.
-fn simulation(plan: &Plan, method: Method, columns: &[Column], cs: &[f64]) -> (MethodCells, Simulated) {
+fn simulation(
+    plan: &Plan,
+    method: Method,
+    columns: &[Column],
+    cs: &[f64],
+    known: &Interpolated,
+) -> (MethodCells, Simulated) {
     let want_critical = plan.stores(Field::CriticalC);
-    let simulated = simulate(columns, cs, plan.engine, plan.tolerance, want_critical);
+    let simulated = simulate(columns, cs, plan.engine, plan.tolerance, want_critical, known);
     let mut cells = MethodCells {
         method,
         verdicts: simulated.ends.iter().map(|end| end.verdict()).collect(),

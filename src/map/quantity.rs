@@ -4,8 +4,8 @@
 use std::collections::HashMap;
 
 use super::behaviour::{AttractingCycle, Behaviour};
+use super::end::End;
 use super::limits::Ray;
-use super::simulation::End;
 use super::{Field, Plan, Quantity, Tile};
 use crate::filippov::Oscillator;
 use crate::point::Point;

@@ -2,55 +2,22 @@
 //!
 //! Along a column every orbit shrinks as c grows (the right-hand side of the scalar form increases with the
 //! divergence), so fates have a fixed order: crosses for ever, sticks, spirals inward. One root, or two
-//! bisections, label a column of any length.
+//! bisections, label a column of any length. Columns close together share their numbers, see
+//! [`super::interpolation`].
 
+use super::end::End;
+use super::interpolation::Interpolated;
 use super::{Engine, Verdict};
 use crate::certify::{self, Claim, Decision};
 use crate::filippov::Oscillator;
 use crate::friction::Column;
 use crate::simulate::{
-    CriticalDamping, Fate, Flow, NoCriticalDamping,
+    CriticalDamping, NoCriticalDamping,
     critical::critical_dampings,
     direct, flow,
     return_map::{Turn, is_resolved, turns_of},
     surface,
 };
-
-/// The fate of a cell's orbit, without its details.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum End {
-    /// It sticks again.
-    Sticks,
-    /// It spirals inward.
-    Inward,
-    /// It crosses the belt line for ever.
-    Crosses,
-    /// Within the error of the boundary.
-    TooClose,
-    /// No answer.
-    Failed,
-}
-
-impl End {
-    pub(super) fn of(flow: &Flow) -> Self {
-        match flow.fate {
-            Fate::Sticks(_) => End::Sticks,
-            Fate::SpiralsInward => End::Inward,
-            Fate::CrossesForever => End::Crosses,
-            Fate::TooCloseToCall => End::TooClose,
-            Fate::Failed(_) => End::Failed,
-        }
-    }
-
-    pub(super) fn verdict(self) -> Verdict {
-        match self {
-            End::Sticks => Verdict::Present,
-            End::Inward | End::Crosses => Verdict::Absent,
-            End::TooClose => Verdict::Undecided,
-            End::Failed => Verdict::Failed,
-        }
-    }
-}
 
 /// Number of cells that each path decided.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -59,6 +26,8 @@ pub struct Paths {
     pub(crate) certificate: u64,
     /// By comparison with the column's critical damping, read off the universal surface.
     pub(crate) universal_surface: u64,
+    /// By comparison with a critical damping interpolated between columns of the same tile.
+    pub interpolation: u64,
     /// By comparison with the column's critical damping, solved for.
     pub(crate) critical_surface: u64,
     /// By the monotone order of fates between two simulated cells of the column.
@@ -71,10 +40,11 @@ pub struct Paths {
 
 impl Paths {
     /// The paths and their counts, for reports.
-    pub(crate) fn named(&self) -> [(&'static str, u64); 6] {
+    pub(crate) fn named(&self) -> [(&'static str, u64); 7] {
         [
             ("certificate", self.certificate),
             ("universal_surface", self.universal_surface),
+            ("interpolation", self.interpolation),
             ("critical_surface", self.critical_surface),
             ("order", self.order),
             ("return_map", self.return_map),
@@ -83,10 +53,11 @@ impl Paths {
     }
 
     /// The counts, in the order of [`Paths::named`].
-    pub(crate) fn counts_mut(&mut self) -> [&mut u64; 6] {
+    pub(crate) fn counts_mut(&mut self) -> [&mut u64; 7] {
         [
             &mut self.certificate,
             &mut self.universal_surface,
+            &mut self.interpolation,
             &mut self.critical_surface,
             &mut self.order,
             &mut self.return_map,
@@ -97,6 +68,7 @@ impl Paths {
     pub(super) fn add(&mut self, other: &Paths) {
         self.certificate += other.certificate;
         self.universal_surface += other.universal_surface;
+        self.interpolation += other.interpolation;
         self.critical_surface += other.critical_surface;
         self.order += other.order;
         self.return_map += other.return_map;
@@ -115,13 +87,14 @@ pub(super) struct Simulated {
     pub(crate) rhs: u64,
 }
 
-/// Decides the cells of `columns` at the dampings `cs`.
+/// Decides the cells of `columns` at the dampings `cs`, those of the interpolated columns by what is `known`.
 pub(super) fn simulate(
     columns: &[Column],
     cs: &[f64],
     engine: Engine,
     tolerance: f64,
     want_critical: bool,
+    known: &Interpolated,
 ) -> Simulated {
     let mut done = Simulated {
         ends: Vec::with_capacity(columns.len() * cs.len()),
@@ -143,7 +116,7 @@ pub(super) fn simulate(
                 return_map_column(column, cs, tolerance, &mut done);
             }
         }
-        Engine::CriticalSurface | Engine::Auto => by_column(columns, cs, engine, tolerance, &mut done),
+        Engine::CriticalSurface | Engine::Auto => by_column(columns, cs, engine, tolerance, known, &mut done),
     }
     if want_critical {
         complete_critical(columns, engine, tolerance, &mut done);
@@ -180,7 +153,11 @@ fn complete_critical(columns: &[Column], engine: Engine, tolerance: f64, done: &
 /// The verdicts of the method `simulation` on the cells of `columns` at the dampings `cs`, column by column.
 #[must_use]
 pub fn decide(columns: &[Column], cs: &[f64], engine: Engine, tolerance: f64) -> Vec<Verdict> {
-    simulate(columns, cs, engine, tolerance, false).ends.into_iter().map(End::verdict).collect()
+    simulate(columns, cs, engine, tolerance, false, &Interpolated::none())
+        .ends
+        .into_iter()
+        .map(End::verdict)
+        .collect()
 }
 
 /// The smallest tolerance of the direct engine at which round-off does not affect its steps.
@@ -240,55 +217,70 @@ fn lands_on_stick(oscillator: &Oscillator, margin: f64) -> bool {
 }
 
 /// The path by which a column is labelled.
-#[derive(Clone, Copy, Debug, PartialEq)]
 enum Path {
+    /// These ends, from interpolated numbers.
+    Interpolated(Vec<End>),
     /// The certificate decides every cell.
-    Certificate,
+    Certificate(Claim),
     /// The universal surface's bound decides every cell, where the landing permits.
-    Surface(CriticalDamping),
+    Surface(Claim, CriticalDamping),
     /// A root search for this column.
-    Root,
+    Root(Claim),
 }
 
-/// Labels whole columns: for `auto` by certificate or by the universal surface where they decide every cell,
-/// else by one root per column and comparison.
-fn by_column(columns: &[Column], cs: &[f64], engine: Engine, tolerance: f64, done: &mut Simulated) {
-    let claims: Vec<Claim> = columns.iter().map(certify::symmetric::TEST.claim).collect();
-    let path = |column: &Column, claim: &Claim| {
+/// Labels whole columns: for `auto` by interpolation, by certificate or by the universal surface where they
+/// decide every cell, else by one root per column and comparison.
+fn by_column(
+    columns: &[Column],
+    cs: &[f64],
+    engine: Engine,
+    tolerance: f64,
+    known: &Interpolated,
+    done: &mut Simulated,
+) {
+    let path = |(number, column): (usize, &Column)| {
+        let ends = cs.iter().map(|c| known.end(number, column.epsilon * c));
+        if let Some(ends) = ends.collect::<Option<_>>() {
+            return Path::Interpolated(ends);
+        }
+        let claim = (certify::symmetric::TEST.claim)(column);
         if engine != Engine::Auto {
-            return Path::Root;
+            return Path::Root(claim);
         }
         if cs.iter().all(|&c| claim.decide(c) != Decision::Undecided) {
-            return Path::Certificate;
+            return Path::Certificate(claim);
         }
         let clear = |known: &CriticalDamping| cs.iter().all(|&c| (c - known.c).abs() > known.error);
-        surface::critical_damping(column).filter(clear).map_or(Path::Root, Path::Surface)
+        match surface::critical_damping(column).filter(clear) {
+            Some(critical) => Path::Surface(claim, critical),
+            None => Path::Root(claim),
+        }
     };
-    let paths: Vec<Path> = columns.iter().zip(&claims).map(|(column, claim)| path(column, claim)).collect();
-    let rooted: Vec<Column> = columns
-        .iter()
-        .zip(&paths)
-        .filter(|(_, path)| **path == Path::Root)
-        .map(|(column, _)| column.clone())
-        .collect();
+    let paths: Vec<Path> = columns.iter().enumerate().map(path).collect();
+    let rooted = columns.iter().zip(&paths).filter(|(_, path)| matches!(path, Path::Root(_)));
+    let rooted: Vec<Column> = rooted.map(|(column, _)| column.clone()).collect();
     let mut roots = critical_dampings(&rooted, tolerance).into_iter();
-    for (number, ((column, claim), path)) in columns.iter().zip(&claims).zip(paths).enumerate() {
+    for (number, (column, path)) in columns.iter().zip(paths).enumerate() {
         match path {
-            Path::Certificate => {
+            Path::Interpolated(ends) => {
+                done.paths.interpolation += cs.len() as u64;
+                done.ends.extend(ends);
+            }
+            Path::Certificate(claim) => {
                 done.paths.certificate += cs.len() as u64;
                 done.ends.extend(cs.iter().map(|&c| match claim.decide(c) {
                     Decision::Present => End::Sticks,
                     Decision::Absent | Decision::Undecided => End::Inward,
                 }));
             }
-            Path::Surface(critical) => {
-                done.paths.universal_surface += column_by_root(column, cs, claim, critical, tolerance, done);
+            Path::Surface(claim, critical) => {
+                done.paths.universal_surface += column_by_root(column, cs, &claim, critical, tolerance, done);
             }
-            Path::Root => match roots.next() {
+            Path::Root(claim) => match roots.next() {
                 Some(Ok(critical)) => {
                     done.critical[number] = Some(critical);
                     done.paths.critical_surface +=
-                        column_by_root(column, cs, claim, critical, tolerance, done);
+                        column_by_root(column, cs, &claim, critical, tolerance, done);
                 }
                 Some(Err(NoCriticalDamping::NoVerdict)) | None => by_order(column, cs, tolerance, done),
             },

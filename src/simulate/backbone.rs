@@ -13,9 +13,10 @@
 //! **Error.** Twice the sum of the sizes of the last quarter of the coefficients, with the largest error of
 //! the nodes times the Lebesgue constant. It is numerical, not a bound: [`super::slip_count`] proves counts.
 
-use std::f64::consts::PI;
+use std::cell::OnceCell;
 
 use super::Failure;
+use super::chebyshev::{Transform, coefficients, lebesgue, node, sum, weights};
 use super::closed_orbit::closing_damping_of_node;
 use super::closing::closing_dampings;
 use super::polar::Closing;
@@ -32,6 +33,13 @@ const FINEST_WITH_CORNERS: usize = 64;
 /// Interpolants through nine nodes counted eleven of 120,000 cases of rough random laws wrong, each with an
 /// error above 8e-3 of that size.
 const CLEAR: f64 = 1e-3;
+
+/// Largest tail of the series of a sketch, relative to the largest |C|, for which fewer nodes are enough.
+const SKETCHY: f64 = 1e-4;
+
+/// Number of places for each interval between nodes at which extremes are searched: twice as many as the
+/// highest polynomial has extremes.
+const PLACES: usize = 4;
 
 /// An extreme of C(r), or one of its ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,16 +62,11 @@ pub struct Crossing {
 /// The backbone of a column, for 0 <= r <= V.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Backbone {
-    curve: Curve,
     belt_speed: f64,
-    /// Accuracy asked of it.
-    tolerance: f64,
     /// C at the nodes, from r = V down to 0.
     values: Vec<f64>,
     /// Largest error of these.
     node_error: f64,
-    /// Whether more nodes would gain nothing.
-    is_resolved: bool,
     /// Coefficients of C along the Chebyshev polynomials in 2 r / V - 1.
     series: Vec<f64>,
     turning_points: Vec<TurningPoint>,
@@ -111,34 +114,19 @@ impl Solver<'_> {
     }
 }
 
-/// cos(pi i / size), exact at the ends and in the middle.
-fn node(i: usize, size: usize) -> f64 {
-    (PI * (size as f64 - 2.0 * i as f64) / (2.0 * size as f64)).sin()
+fn largest(values: &[f64]) -> f64 {
+    values.iter().map(|value| value.abs()).fold(0.0, f64::max)
 }
 
-/// Chebyshev coefficients of the polynomial through `values` at the nodes cos(pi i / size), i = 0 ..= size.
-fn coefficients(values: &[f64]) -> Vec<f64> {
-    let size = values.len() - 1;
-    let half_at_ends = |i: usize| if i == 0 || i == size { 0.5 } else { 1.0 };
-    let cosines: Vec<f64> = (0..2 * size).map(|i| node(i, size)).collect();
-    (0..=size)
-        .map(|k| {
-            let terms = values.iter().enumerate().map(|(i, value)| {
-                // cos(pi i k / size), reduced to one period.
-                half_at_ends(i) * value * cosines[(i * k) % (2 * size)]
-            });
-            half_at_ends(k) * 2.0 / size as f64 * terms.sum::<f64>()
-        })
-        .collect()
+/// The error of the interpolant due to that of the values.
+fn node_error_of(values: &[f64], node_error: f64) -> f64 {
+    lebesgue(values.len() - 1) * node_error + 4.0 * f64::EPSILON * largest(values)
 }
 
-/// The sum of the series at x, by Clenshaw's recurrence.
-fn sum(series: &[f64], x: f64) -> f64 {
-    let (mut b1, mut b2) = (0.0, 0.0);
-    for &c in series[1..].iter().rev() {
-        (b1, b2) = (c + 2.0 * x * b1 - b2, b1);
-    }
-    series[0] + x * b1 - b2
+/// Estimate of the terms left out.
+fn tail(series: &[f64]) -> f64 {
+    let last = &series[series.len() - ((series.len() - 1) / 4).max(3)..];
+    2.0 * last.iter().map(|c| c.abs()).sum::<f64>()
 }
 
 impl Backbone {
@@ -167,7 +155,7 @@ impl Backbone {
         work: &Work,
     ) -> Result<Self, Failure> {
         let mut backbone = Self::begun_within(curve, belt_speed, tolerance, work)?;
-        while let Some(finer) = backbone.refined_within(work)? {
+        while let Some(finer) = backbone.refined_within(curve, tolerance, work)? {
             backbone = finer;
         }
         Ok(backbone)
@@ -182,24 +170,38 @@ impl Backbone {
     }
 
     fn begun_within(curve: &Curve, belt_speed: f64, tolerance: f64, work: &Work) -> Result<Self, Failure> {
-        let mut solver = Solver { curve, belt_speed, tolerance, work, error: 0.0, rhs: 0 };
-        let ends = [solver.at(&[belt_speed])?[0], curve.weakening(belt_speed)];
-        Self::through(&ends, SIZES[0], solver)
+        Self::with_intervals(curve, belt_speed, tolerance, SIZES[0], work)
     }
 
-    /// The same through twice as many nodes; `None` where they would gain nothing.
+    /// The backbone through a number of nodes, one more than `intervals`, a power of two.
+    fn with_intervals(
+        curve: &Curve,
+        belt_speed: f64,
+        tolerance: f64,
+        intervals: usize,
+        work: &Work,
+    ) -> Result<Self, Failure> {
+        let mut solver = Solver { curve, belt_speed, tolerance, work, error: 0.0, rhs: 0 };
+        let ends = [solver.at(&[belt_speed])?[0], curve.weakening(belt_speed)];
+        Self::through(&ends, intervals, solver)
+    }
+
+    /// The backbone of the same curve through twice as many nodes; `None` where they would gain nothing.
     ///
     /// # Errors
     /// [`Failure`] of an orbit.
-    pub fn refined(&self) -> Result<Option<Self>, Failure> {
-        self.refined_within(&Work::of_backbone(&self.curve))
+    pub fn refined(&self, curve: &Curve, tolerance: f64) -> Result<Option<Self>, Failure> {
+        self.refined_within(curve, tolerance, &Work::of_backbone(curve))
     }
 
-    fn refined_within(&self, work: &Work) -> Result<Option<Self>, Failure> {
-        if self.is_resolved {
+    fn refined_within(&self, curve: &Curve, tolerance: f64, work: &Work) -> Result<Option<Self>, Failure> {
+        let finest = if curve.corners().is_empty() { SIZES[1] } else { FINEST_WITH_CORNERS };
+        let nodes = node_error_of(&self.values, self.node_error);
+        let enough = (tolerance * largest(&self.values)).max(nodes);
+        if tail(&self.series) <= enough || self.values.len() > finest {
             return Ok(None);
         }
-        let Self { ref curve, belt_speed, tolerance, node_error: error, rhs, .. } = *self;
+        let Self { belt_speed, node_error: error, rhs, .. } = *self;
         let solver = Solver { curve, belt_speed, tolerance, work, error, rhs };
         Self::through(&self.values, 2 * (self.values.len() - 1), solver).map(Some)
     }
@@ -218,30 +220,21 @@ impl Backbone {
         for (i, value) in unknown.into_iter().zip(found) {
             values[i] = value;
         }
-        let Solver { curve, belt_speed, tolerance, error: node_error, rhs, .. } = solver;
-        let size = values.iter().map(|value| value.abs()).fold(0.0, f64::max);
+        let Solver { belt_speed, error: node_error, rhs, .. } = solver;
+        Ok(Self { rhs, ..Self::of_values(belt_speed, values, node_error) })
+    }
+
+    /// The backbone through known values of C at the nodes, from r = V down to 0, with errors of at most
+    /// `node_error`.
+    pub(crate) fn of_values(belt_speed: f64, values: Vec<f64>, node_error: f64) -> Self {
         let series = coefficients(&values);
-        let last = &series[intervals + 1 - (intervals / 4).max(3)..];
-        let tail = 2.0 * last.iter().map(|c| c.abs()).sum::<f64>();
-        let lebesgue = 1.0 + 2.0 / PI * (intervals as f64).ln();
-        let nodes = lebesgue * node_error + 4.0 * f64::EPSILON * size;
-        let finest = if curve.corners().is_empty() { SIZES[1] } else { FINEST_WITH_CORNERS };
-        let ends = [values[intervals], values[0]];
-        let mut backbone = Self {
-            curve: curve.clone(),
-            belt_speed,
-            tolerance,
-            values,
-            node_error,
-            is_resolved: tail <= (tolerance * size).max(nodes) || intervals >= finest,
-            series,
-            turning_points: Vec::new(),
-            doubtful: Vec::new(),
-            error: tail + nodes,
-            rhs,
-        };
+        let error = tail(&series) + node_error_of(&values, node_error);
+        let ends = [values[values.len() - 1], values[0]];
+        let (turning_points, doubtful) = (Vec::new(), Vec::new());
+        let mut backbone =
+            Self { belt_speed, values, node_error, series, turning_points, doubtful, error, rhs: 0 };
         (backbone.turning_points, backbone.doubtful) = backbone.find_turning_points(ends);
-        Ok(backbone)
+        backbone
     }
 
     /// C at an amplitude 0 <= `radius` <= V.
@@ -265,8 +258,7 @@ impl Backbone {
 
     /// The turning points, and C at those that were left out.
     fn find_turning_points(&self, [at_rest, at_belt]: [f64; 2]) -> (Vec<TurningPoint>, Vec<f64>) {
-        // Twice as many intervals as the highest polynomial has extremes.
-        let places = 4 * (self.series.len() - 1);
+        let places = PLACES * (self.series.len() - 1);
         let radius = |i: usize| 0.5 * self.belt_speed * (1.0 - node(i, places));
         let mut found = vec![TurningPoint { radius: 0.0, viscous: at_rest }];
         let values: Vec<f64> = (0..=places).map(|i| self.viscous(radius(i))).collect();
@@ -307,8 +299,7 @@ impl Backbone {
     /// backbone may show other cycles.
     #[must_use]
     pub fn is_clear(&self, viscous: f64) -> bool {
-        let size = self.values.iter().map(|value| value.abs()).fold(0.0, f64::max);
-        if self.error > CLEAR * size {
+        if self.error > CLEAR * largest(&self.values) {
             return false;
         }
         let turns = self.turning_points.iter().map(|point| point.viscous);
@@ -363,6 +354,117 @@ impl Backbone {
     }
 }
 
+/// A backbone through few nodes, whose extremes are searched only for dampings that need them.
+pub(crate) struct Sketch<'a> {
+    belt_speed: f64,
+    values: &'a [f64],
+    node_error: f64,
+    series: [f64; Sketch::MOST_NODES],
+    error: f64,
+    /// Whether the extremes are the ends.
+    is_monotone: bool,
+    whole: OnceCell<Backbone>,
+}
+
+/// What sketches with the same nodes share.
+pub(crate) struct SketchNodes {
+    transform: Transform,
+    /// The weights of the values at the places where extremes are searched, by increasing r.
+    weights: Vec<Vec<f64>>,
+}
+
+impl SketchNodes {
+    pub(crate) fn new(intervals: usize) -> Self {
+        let places = PLACES * intervals;
+        let weights = (0..=places).map(|i| weights(intervals, -node(i, places))).collect();
+        Self { transform: Transform::new(intervals), weights }
+    }
+
+    /// Whether the values at the places rise, or fall, all the way.
+    fn is_monotone(&self, values: &[f64]) -> bool {
+        let at = |weights: &Vec<f64>| weights.iter().zip(values).map(|(weight, value)| weight * value).sum();
+        let (mut rises, mut falls) = (true, true);
+        let mut before: f64 = at(&self.weights[0]);
+        for weights in &self.weights[1..] {
+            let here = at(weights);
+            (rises, falls, before) = (rises && here > before, falls && here < before, here);
+        }
+        rises || falls
+    }
+}
+
+impl<'a> Sketch<'a> {
+    /// Largest number of nodes.
+    const MOST_NODES: usize = 4 * SIZES[0] + 1;
+
+    /// The number of intervals between nodes that a sketch of this column needs.
+    ///
+    /// # Errors
+    /// [`Failure`] of an orbit.
+    pub(crate) fn intervals(column: &Column, tolerance: f64) -> Result<usize, Failure> {
+        let mut backbone = Backbone::begun(&column.curve, column.belt_speed, tolerance)?;
+        while tail(&backbone.series) > SKETCHY * largest(&backbone.values)
+            && backbone.values.len() < Self::MOST_NODES
+        {
+            let Some(finer) = backbone.refined(&column.curve, tolerance)? else { break };
+            backbone = finer;
+        }
+        Ok(backbone.values.len() - 1)
+    }
+
+    /// The values of C of a column at the nodes of a sketch, from r = V down to 0, their largest error, and the
+    /// number of evaluations of the right-hand side.
+    ///
+    /// # Errors
+    /// [`Failure`] of an orbit.
+    pub(crate) fn values(
+        column: &Column,
+        tolerance: f64,
+        intervals: usize,
+    ) -> Result<(Vec<f64>, f64, u64), Failure> {
+        let work = Work::of_backbone(&column.curve);
+        let Backbone { values, node_error, rhs, .. } =
+            Backbone::with_intervals(&column.curve, column.belt_speed, tolerance, intervals, &work)?;
+        Ok((values, node_error, rhs))
+    }
+
+    /// Through values of C at the nodes, from r = V down to 0, with errors of at most `node_error`.
+    pub(crate) fn new(nodes: &SketchNodes, belt_speed: f64, values: &'a [f64], node_error: f64) -> Self {
+        let mut series = [0.0; Self::MOST_NODES];
+        series.iter_mut().zip(nodes.transform.coefficients(values)).for_each(|(c, value)| *c = value);
+        let error = tail(&series[..values.len()]) + node_error_of(values, node_error);
+        let is_monotone = nodes.is_monotone(values);
+        Self { belt_speed, values, node_error, series, error, is_monotone, whole: OnceCell::new() }
+    }
+
+    /// Whether there is an attracting slip cycle at C = `viscous`, where it is known whether the equilibrium
+    /// attracts and whether the orbit from the exit point returns; `None` where the backbone is not
+    /// [clear](Backbone::is_clear) about that.
+    pub(crate) fn attracts(&self, viscous: f64, equilibrium_is_stable: bool, returns: bool) -> Option<bool> {
+        let is_clear = self.error <= CLEAR * largest(self.values);
+        let near = |value: f64| (value - viscous).abs() <= 3.0 * self.error;
+        let swing: f64 = self.series[1..].iter().map(|c| c.abs()).sum();
+        // Where the error is large, only dampings far from all values are decided.
+        let room = if is_clear { 3.0 * self.error } else { swing + 10.0 * self.error };
+        if (viscous - self.series[0]).abs() > swing + room {
+            return Some(false);
+        }
+        if !is_clear {
+            return None;
+        }
+        if self.is_monotone {
+            // There is at most one cycle, between the ends.
+            let near_end = near(self.values[0]) || near(self.values[self.values.len() - 1]);
+            return (!near_end).then_some(equilibrium_is_stable == returns && !returns);
+        }
+        let make = || Backbone::of_values(self.belt_speed, self.values.to_vec(), self.node_error);
+        let whole = self.whole.get_or_init(make);
+        let cycles =
+            whole.is_clear(viscous).then(|| whole.cycles(viscous, equilibrium_is_stable, returns))??;
+        Some(cycles.iter().any(|cycle| cycle.is_stable))
+    }
+}
+
 /// The maximum of `f`, which rises and then falls between two places, by golden section.
 fn golden(f: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2]) -> f64 {
     let share = 0.5 * (3.0 - 5.0_f64.sqrt());
@@ -380,22 +482,4 @@ fn golden(f: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2]) -> f64 {
         }
     }
     0.5 * (low + high)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn polynomials_are_their_own_series() {
-        let f = |x: f64| 1.0 - 2.0 * x + 0.5 * x * x * x;
-        for size in [4, 8, 16] {
-            let values: Vec<f64> = (0..=size).map(|i| f(node(i, size))).collect();
-            let series = coefficients(&values);
-            for x in [-1.0, -0.3, 0.2, 1.0] {
-                assert!((sum(&series, x) - f(x)).abs() < 1e-14, "{size} {x}");
-            }
-            assert!(series[4..].iter().all(|c| c.abs() < 1e-15), "{series:?}");
-        }
-    }
 }

@@ -8,6 +8,7 @@
 mod arc;
 pub mod backbone;
 pub mod bifurcation;
+pub(crate) mod chebyshev;
 mod circle;
 mod closed_orbit;
 mod closing;

@@ -39,6 +39,7 @@ const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
 
 /// A number with its error.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Estimate {
     /// The number.
     pub value: f64,

@@ -60,6 +60,7 @@ impl SlipCycle {
 /// Sudden changes of velocity that carry the mass from steady slip, at rest at the equilibrium, onto the
 /// basin boundary: any larger one leads to stick-slip (or to the attractor that lies outside).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Kick {
     /// Along the belt's motion, > 0.
     pub forward: f64,

@@ -155,7 +155,7 @@ fn coarse_backbones_count_as_the_fine_one() {
                     first += u32::from(level == 0);
                 }
             }
-            coarse = backbone.refined().unwrap();
+            coarse = backbone.refined(&column.curve, 1e-5).unwrap();
             level += 1;
         }
     }

@@ -22,6 +22,7 @@ mod failures;
 mod forger;
 mod forms;
 mod identities;
+mod interpolation;
 mod law_survey;
 mod laws;
 mod limits;

@@ -1,0 +1,49 @@
+//! How the orbit of a cell ends.
+
+use super::Verdict;
+use crate::simulate::{Fate, Flow};
+
+/// The fate of a cell's orbit, without its details.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum End {
+    /// It sticks again.
+    Sticks,
+    /// It spirals inward.
+    Inward,
+    /// It crosses the belt line for ever.
+    Crosses,
+    /// Within the error of the boundary.
+    TooClose,
+    /// No answer.
+    Failed,
+}
+
+impl End {
+    pub(super) fn of(flow: &Flow) -> Self {
+        match flow.fate {
+            Fate::Sticks(_) => End::Sticks,
+            Fate::SpiralsInward => End::Inward,
+            Fate::CrossesForever => End::Crosses,
+            Fate::TooCloseToCall => End::TooClose,
+            Fate::Failed(_) => End::Failed,
+        }
+    }
+
+    /// Whether the orbit returns to the belt line, where that is known.
+    pub(super) fn returns(self) -> Option<bool> {
+        match self {
+            End::Sticks | End::Crosses => Some(true),
+            End::Inward => Some(false),
+            End::TooClose | End::Failed => None,
+        }
+    }
+
+    pub(super) fn verdict(self) -> Verdict {
+        match self {
+            End::Sticks => Verdict::Present,
+            End::Inward | End::Crosses => Verdict::Absent,
+            End::TooClose => Verdict::Undecided,
+            End::Failed => Verdict::Failed,
+        }
+    }
+}

@@ -1,0 +1,423 @@
+//! Answers for all columns of a tile from a few of them.
+//!
+//! C(r), the damping at which the orbit of amplitude r closes, is as smooth in the law's parameters and the
+//! belt speed as the law is. On a box of columns it is interpolated by products of Chebyshev polynomials in the
+//! parameters, through columns that are computed as any other. Its value at r = V is eps c*; its values at the
+//! fewest nodes in r of a backbone give the number of slip cycles. The square of the reach is interpolated with
+//! them: the landing speed up to 2, and beyond it, where the orbit crosses the belt line, 4 plus the distance
+//! beyond the exit point at which it crosses again. The orbit sticks where the reach is less than 4.
+//!
+//! **Error.** Twice the sum of the sizes of the last two coefficients along each axis, the largest over the box,
+//! and the errors of the values, each times the Lebesgue constants of the axes. Two further columns of each box
+//! are computed and compared: where one of them contradicts the error, the box has no answer. The estimate is
+//! numerical, as that of the backbone. Cells that are within three errors of a boundary stay open, and are
+//! computed by their own column.
+//!
+//! A box in which too many cells stay open gets more nodes along the axis with the largest error, and then is
+//! cut there, as long as it has several times more columns than nodes.
+
+use std::collections::HashMap;
+use std::ops::Range;
+
+use super::behaviour::{COARSE, regime_of_sketch};
+use super::end::End;
+use super::{Engine, Field, Grid, Plan, Tile};
+use crate::filippov::Oscillator;
+use crate::friction::Column;
+use crate::random::Random;
+use crate::simulate::backbone::{Sketch, SketchNodes};
+use crate::simulate::chebyshev::{self, Transform};
+use crate::simulate::critical_damping;
+use crate::simulate::crossing::{landing_speed, second_crossing};
+
+/// Accuracy of eps c*, in units of the weakening rate, where no backbone is needed.
+const TOLERANCE: f64 = 1e-6;
+/// Fewest values along an axis that are interpolated, and fewest for the higher degree.
+const FEWEST_VALUES: [usize; 2] = [8, 18];
+/// Degrees of the polynomials.
+const SIZES: [usize; 2] = [4, 8];
+/// Least number of columns for each node, of a box and of the tile.
+const COLUMNS_PER_NODE: usize = 3;
+/// Number of nodes for each open cell below which a finer interpolant is tried.
+const NODES_PER_OPEN: usize = 2;
+/// Number of further columns of a box that are compared.
+const COMPARED: usize = 2;
+/// Landing speed from which an orbit crosses the belt line.
+const JUMP: f64 = 2.0;
+/// Square of the reach from which an orbit does not stick.
+const CROSSES: f64 = 4.0 * JUMP * JUMP;
+/// Largest number of columns of a box whose open cells are counted, evenly spread.
+const COUNTED: usize = 1024;
+/// Distance from a boundary, in errors, within which a cell is open.
+const CLEAR: f64 = 3.0;
+
+/// Answers for the columns of a tile, as far as they are interpolated.
+pub(super) struct Interpolated {
+    /// Number of values of a column: C at its amplitudes, from r = V down, and the squared reach.
+    stride: usize,
+    values: Vec<f64>,
+    /// Errors of C and of the squared reach for each column; infinite where nothing is known.
+    errors: Vec<[f64; 2]>,
+    /// Where the values of C are those of backbones.
+    nodes: Option<SketchNodes>,
+    /// Number of evaluations of the right-hand side.
+    pub(super) rhs: u64,
+}
+
+impl Interpolated {
+    /// No answers.
+    pub(super) fn none() -> Self {
+        Self { stride: 0, values: Vec::new(), errors: Vec::new(), nodes: None, rhs: 0 }
+    }
+
+    /// The answers for the columns of a tile, where they are worth it: with the engine `auto` and a law whose
+    /// columns are not cheap.
+    pub(super) fn of_tile(plan: &Plan, tile: &Tile, columns: &[Column]) -> Self {
+        let mut found = Self::none();
+        let Some(curve) = columns.first().map(|column| &column.curve) else { return found };
+        let backbone = plan.stores(Field::Regime) && !curve.weakening_is_convex();
+        let needed = backbone || !plan.stores(Field::CriticalC);
+        if plan.engine != Engine::Auto || curve.stribeck().is_some() || !needed {
+            return found;
+        }
+        let mut intervals = 0;
+        if backbone {
+            for at in [0, columns.len() / 2, columns.len() - 1] {
+                let Ok(needed) = Sketch::intervals(&columns[at], COARSE) else { return found };
+                intervals = intervals.max(needed);
+            }
+            found.nodes = Some(SketchNodes::new(intervals));
+        }
+        found.stride = intervals + 2;
+        found.values = vec![f64::NAN; found.stride * columns.len()];
+        found.errors = vec![[f64::INFINITY; 2]; columns.len()];
+        let cs = &plan.grid.dampings()[tile.damping_range()];
+        let shape = tile.shape();
+        let question =
+            Question { grid: &plan.grid, tile, columns, cs, intervals, shape: &shape[..shape.len() - 1] };
+        question.answer(&mut found);
+        found
+    }
+
+    fn of(&self, column: usize) -> Option<(&[f64], f64, &[f64; 2])> {
+        let errors = self.errors.get(column).filter(|errors| errors[0].is_finite())?;
+        let (last, values) = self.values[column * self.stride..][..self.stride].split_last()?;
+        Some((values, *last, errors))
+    }
+
+    /// The ends of the orbits of a column at eps c = `viscous`; `None` where it is open.
+    pub(super) fn end(&self, column: usize, viscous: f64) -> Option<End> {
+        let (values, reach, errors) = self.of(column)?;
+        end(values[0], reach, errors, viscous)
+    }
+
+    /// The backbone of an interpolated column; `None` where it is unknown.
+    pub(super) fn sketch(&self, number: usize, column: &Column) -> Option<Sketch<'_>> {
+        let (values, _, errors) = self.of(number)?;
+        Some(Sketch::new(self.nodes.as_ref()?, column.belt_speed, values, errors[0]))
+    }
+}
+
+fn end(critical: f64, reach: f64, errors: &[f64; 2], viscous: f64) -> Option<End> {
+    if (critical - viscous).abs() <= CLEAR * errors[0] {
+        None
+    } else if viscous > critical {
+        Some(End::Inward)
+    } else if reach + CLEAR * errors[1] < CROSSES {
+        Some(End::Sticks)
+    } else {
+        (reach - CLEAR * errors[1] > CROSSES).then_some(End::Crosses)
+    }
+}
+
+/// The squared reach of the orbit from the exit point, for one that returns.
+fn squared_reach(oscillator: &Oscillator) -> Option<f64> {
+    let speed = landing_speed(oscillator, TOLERANCE).ok()?.unwrap_or(0.0);
+    let reach = if speed > JUMP { 2.0 * JUMP + second_crossing(oscillator, TOLERANCE).ok()?? } else { speed };
+    Some(reach * reach)
+}
+
+/// The columns of a tile whose answers are wanted.
+struct Question<'a> {
+    grid: &'a Grid,
+    tile: &'a Tile,
+    columns: &'a [Column],
+    cs: &'a [f64],
+    /// Number of intervals between the nodes of backbones; 0 for the critical damping alone.
+    intervals: usize,
+    /// Number of columns along each axis.
+    shape: &'a [usize],
+}
+
+/// A computed column: its values, and the error of C.
+type Node = Option<(Vec<f64>, f64)>;
+
+/// A range of columns along one axis, and the nodes there.
+struct Side {
+    /// Coordinates of the nodes.
+    nodes: Vec<f64>,
+    /// For each column the weights of the nodes.
+    weights: Vec<Vec<f64>>,
+    /// Whether every column is a node.
+    is_exact: bool,
+}
+
+impl Side {
+    fn new(values: &[f64], is_logarithmic: bool, size: usize) -> Self {
+        let [first, last] = [values[0], values[values.len() - 1]];
+        if values.len() < FEWEST_VALUES[0] {
+            let unit = |at: usize| (0..values.len()).map(|i| if i == at { 1.0 } else { 0.0 }).collect();
+            let weights = (0..values.len()).map(unit).collect();
+            return Self { nodes: values.to_vec(), weights, is_exact: true };
+        }
+        let map = |value: f64| if is_logarithmic { (value / first).ln() } else { value - first };
+        let coordinate = |i: usize| {
+            let share = 0.5 * (1.0 + chebyshev::node(i, size));
+            let value = if is_logarithmic {
+                first * (last / first).powf(share)
+            } else {
+                first + share * (last - first)
+            };
+            value.clamp(first, last)
+        };
+        let weights = values
+            .iter()
+            .map(|value| chebyshev::weights(size, 2.0 * map(*value) / map(last) - 1.0))
+            .collect();
+        Self { nodes: (0..=size).map(coordinate).collect(), weights, is_exact: false }
+    }
+}
+
+/// What an interpolant leaves open.
+struct Open {
+    /// Number of cells that a finer interpolant may decide.
+    cells: usize,
+    /// Whether a compared column contradicts the error.
+    is_refuted: bool,
+}
+
+impl Question<'_> {
+    /// Answers box by box.
+    fn answer(&self, found: &mut Interpolated) {
+        let mut known = HashMap::new();
+        let mut boxes: Vec<Vec<Range<usize>>> = vec![self.shape.iter().map(|&length| 0..length).collect()];
+        while let Some(part) = boxes.pop() {
+            let mut sizes = vec![SIZES[0]; part.len()];
+            // More nodes, or a cut, as long as they may gain something.
+            while let Some(worst) = self.interpolate(&part, &sizes, &mut known, found) {
+                let length = part[worst].len();
+                if sizes[worst] == SIZES[0] && length >= FEWEST_VALUES[1] {
+                    sizes[worst] = SIZES[1];
+                    continue;
+                }
+                if length >= 2 * FEWEST_VALUES[0] {
+                    let middle = part[worst].start + length / 2;
+                    for half in [part[worst].start..middle, middle..part[worst].end] {
+                        let mut cut = part.clone();
+                        cut[worst] = half;
+                        boxes.push(cut);
+                    }
+                }
+                break;
+            }
+        }
+    }
+
+    /// Interpolates a box, and returns the axis along which more nodes may gain something.
+    fn interpolate(
+        &self,
+        part: &[Range<usize>],
+        sizes: &[usize],
+        known: &mut HashMap<Vec<u64>, Node>,
+        found: &mut Interpolated,
+    ) -> Option<usize> {
+        let axes = self.grid.axes();
+        let sides: Vec<Side> = (part.iter().zip(sizes).zip(&self.tile.ranges).zip(axes))
+            .map(|(((range, &size), tile), axis)| {
+                let values = &axis.values[tile.start + range.start..tile.start + range.end];
+                Side::new(values, axis.is_logarithmic(), size)
+            })
+            .collect();
+        let longest =
+            (0..part.len()).filter(|&axis| !sides[axis].is_exact).max_by_key(|&axis| part[axis].len())?;
+        let columns: usize = part.iter().map(ExactSizeIterator::len).product();
+        let nodes: usize = sides.iter().map(|side| side.nodes.len()).product();
+        let worthwhile = |nodes: usize, columns: usize| COLUMNS_PER_NODE * nodes <= columns;
+        if !worthwhile(nodes, columns) || !worthwhile(known.len() + nodes, self.columns.len()) {
+            return None;
+        }
+        let stride = found.stride;
+        let mut values = Vec::with_capacity(nodes * stride);
+        let mut node_error: f64 = 0.0;
+        let shape: Vec<usize> = sides.iter().map(|side| side.nodes.len()).collect();
+        for number in 0..nodes {
+            let place = super::unravel(number, &shape);
+            let coordinates: Vec<f64> = sides.iter().zip(place).map(|(side, i)| side.nodes[i]).collect();
+            let key = coordinates.iter().map(|value| value.to_bits()).collect();
+            let node = known.entry(key).or_insert_with(|| self.node(&coordinates, &mut found.rhs));
+            let Some((node, error)) = node else { return Some(longest) };
+            values.extend_from_slice(node);
+            node_error = node_error.max(*error);
+        }
+        let (values, errors, worst) = spread(&sides, values, stride, node_error);
+        let numbers = self.numbers(part);
+        let Open { cells, is_refuted } = self.compare(&numbers, &values, &errors, found);
+        if is_refuted {
+            return Some(longest);
+        }
+        for (column, values) in numbers.iter().zip(values.chunks(stride)) {
+            found.values[column * stride..][..stride].copy_from_slice(values);
+            found.errors[*column] = errors;
+        }
+        (NODES_PER_OPEN * cells > nodes).then_some(worst)
+    }
+
+    /// The columns of a box, as positions in the tile.
+    fn numbers(&self, part: &[Range<usize>]) -> Vec<usize> {
+        let mut numbers = vec![0];
+        for (range, length) in part.iter().zip(self.shape) {
+            numbers =
+                numbers.iter().flat_map(|start| range.clone().map(move |i| start * length + i)).collect();
+        }
+        numbers
+    }
+
+    /// Computes the column at these coordinates.
+    fn node(&self, coordinates: &[f64], rhs: &mut u64) -> Node {
+        let mut coordinates = coordinates.to_vec();
+        coordinates.push(self.cs[0]);
+        let point = self.grid.point_of(&coordinates);
+        self.grid.law().check(&point).ok()?;
+        self.values_of(&self.grid.law().column(&point), rhs)
+    }
+
+    fn values_of(&self, column: &Column, rhs: &mut u64) -> Node {
+        let (mut values, error) = if self.intervals > 0 {
+            let (values, error, spent) = Sketch::values(column, COARSE, self.intervals).ok()?;
+            *rhs += spent;
+            (values, error)
+        } else {
+            let critical = critical_damping(column, TOLERANCE).ok()?;
+            *rhs += critical.rhs;
+            (vec![column.epsilon * critical.c], column.epsilon * critical.error)
+        };
+        values.push(squared_reach(&Oscillator::in_column(column, self.cs[0])).unwrap_or(f64::INFINITY));
+        Some((values, error))
+    }
+
+    /// What the interpolant leaves open, and whether columns that are computed for comparison refute it.
+    fn compare(
+        &self,
+        numbers: &[usize],
+        values: &[f64],
+        errors: &[f64; 2],
+        found: &mut Interpolated,
+    ) -> Open {
+        let stride = found.stride;
+        let mut random = Random(numbers[0] as u64 ^ ((numbers.len() as u64) << 32));
+        let refutes = |_| {
+            let place = (random.unit() * numbers.len() as f64) as usize;
+            let interpolated = &values[place * stride..][..stride];
+            let Some((exact, error)) = self.values_of(&self.columns[numbers[place]], &mut found.rhs) else {
+                return true;
+            };
+            let differs = |(a, b): (&f64, &f64)| (a - b).abs() > errors[0] + error;
+            let reach = (exact[stride - 1] - interpolated[stride - 1]).abs() > errors[1];
+            exact[..stride - 1].iter().zip(interpolated).any(differs) || reach && errors[1].is_finite()
+        };
+        if !errors[0].is_finite() || (0..COMPARED).any(refutes) {
+            return Open { cells: 0, is_refuted: true };
+        }
+        // A hundredth of the error stands for that of a finer interpolant.
+        let finer = errors.map(|error| 0.01 * error);
+        let mut cells = 0;
+        let each = numbers.len().div_ceil(COUNTED);
+        for (&number, values) in numbers.iter().zip(values.chunks(stride)).step_by(each) {
+            let column = &self.columns[number];
+            let (critical, reach) = (values[0], values[stride - 1]);
+            let sketches = found.nodes.as_ref().map(|nodes| {
+                let at_belt_speed = column.curve.weakening(column.belt_speed);
+                let sketch = |error| Sketch::new(nodes, column.belt_speed, &values[..stride - 1], error);
+                ([sketch(errors[0]), sketch(finer[0])], at_belt_speed)
+            });
+            for c in self.cs {
+                let viscous = column.epsilon * c;
+                let Some(fine) = end(critical, reach, &finer, viscous) else { continue };
+                let open = match (&sketches, end(critical, reach, errors, viscous)) {
+                    (_, None) => true,
+                    (None, Some(_)) => false,
+                    (Some(([now, finer], at_belt_speed)), Some(end)) => {
+                        regime_of_sketch(now, viscous, *at_belt_speed, end).is_none()
+                            && regime_of_sketch(finer, viscous, *at_belt_speed, fine).is_some()
+                    }
+                };
+                cells += each * usize::from(open);
+            }
+        }
+        Open { cells, is_refuted: false }
+    }
+}
+
+/// The interpolant at all columns of a box, its errors, and the axis with the largest.
+fn spread(sides: &[Side], values: Vec<f64>, stride: usize, node_error: f64) -> (Vec<f64>, [f64; 2], usize) {
+    let factors =
+        sides.iter().map(|side| if side.is_exact { 1.0 } else { chebyshev::lebesgue(side.nodes.len() - 1) });
+    let factor: f64 = factors.product();
+    let mut errors = [node_error, TOLERANCE * JUMP * JUMP];
+    let mut along = vec![[0.0; 2]; sides.len()];
+    let mut after = stride;
+    for (tails, side) in along.iter_mut().zip(sides).rev() {
+        if !side.is_exact {
+            *tails = self::tails(&values, side.nodes.len(), after, stride);
+            errors = [errors[0] + tails[0], errors[1] + tails[1]];
+        }
+        after *= side.nodes.len();
+    }
+    // Each axis by its share of both errors.
+    let share =
+        |tails: &[f64; 2]| (0..2).map(|kind| tails[kind] / errors[kind]).filter(|it| it.is_finite()).sum();
+    let shares: Vec<f64> = along.iter().map(share).collect();
+    let worst = (0..sides.len())
+        .filter(|&axis| !sides[axis].is_exact)
+        .max_by(|&a, &b| shares[a].total_cmp(&shares[b]));
+    let worst = worst.unwrap_or(0);
+    let mut values = values;
+    let mut after = stride;
+    for side in sides.iter().rev() {
+        let count = side.nodes.len();
+        if !side.is_exact {
+            let mut spread = Vec::with_capacity(values.len() / count * side.weights.len());
+            for block in values.chunks(count * after) {
+                for weights in &side.weights {
+                    let start = spread.len();
+                    spread.resize(start + after, 0.0);
+                    let sum = &mut spread[start..];
+                    for (weight, row) in weights.iter().zip(block.chunks(after)) {
+                        sum.iter_mut().zip(row).for_each(|(sum, value)| *sum += weight * value);
+                    }
+                }
+            }
+            values = spread;
+        }
+        after *= side.weights.len();
+    }
+    (values, errors.map(|error| factor * error), worst)
+}
+
+/// The largest tail of the series along an axis with that many nodes, `after` numbers apart: of C and of the
+/// squared reach, the last of each `stride` numbers.
+fn tails(values: &[f64], count: usize, after: usize, stride: usize) -> [f64; 2] {
+    let transform = Transform::new(count - 1);
+    let mut tails = [0.0_f64; 2];
+    let mut line = vec![0.0; count];
+    for block in values.chunks(count * after) {
+        for first in 0..after {
+            line.iter_mut().zip(block[first..].iter().step_by(after)).for_each(|(to, from)| *to = *from);
+            let tail = 2.0 * transform.coefficients(&line).skip(count - 2).map(f64::abs).sum::<f64>();
+            let kind = usize::from(first % stride == stride - 1);
+            // Keeps NaN.
+            tails[kind] = if tail <= tails[kind] { tails[kind] } else { tail };
+        }
+    }
+    tails
+}

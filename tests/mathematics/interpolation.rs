@@ -1,0 +1,138 @@
+//! Verdicts and regimes that maps interpolate between columns, compared with those of each column's own
+//! critical damping and backbone, and with the direct engine.
+
+use slipmap::friction::{Expression, Law, Table};
+use slipmap::map::{
+    Account, Control, Engine, Field, Grid, Method, Plan, Queue, Regime, Sink, TileData, Verdict,
+};
+use std::convert::Infallible;
+use std::sync::Mutex;
+
+/// The number of a tile and its cells.
+type Numbered = (usize, Vec<(Verdict, Regime)>);
+
+/// The tiles of a map.
+#[derive(Default)]
+struct Cells(Mutex<Vec<Numbered>>);
+
+impl Sink for Cells {
+    type Packed = ();
+    type Error = Infallible;
+
+    fn pack(&self, data: &TileData) -> Result<(), Infallible> {
+        let cells = data.methods[0].verdicts.values().zip(data.regime.values()).collect();
+        self.0.lock().unwrap().push((data.tile.number, cells));
+        Ok(())
+    }
+
+    fn write(&self, (): (), _: &Account) -> Result<(), Infallible> {
+        Ok(())
+    }
+}
+
+fn computed(grid: &Grid, engine: Engine, audited: usize) -> (Vec<(Verdict, Regime)>, Account) {
+    let plan = Plan::builder(grid.clone()).methods([Method::Simulation]).fields([Field::Regime]);
+    let plan = plan.engine(engine).audit_cells(audited).tile_shape(grid.shape()).build().unwrap();
+    let (sink, queue) = (Cells::default(), Queue::new(vec![false; plan.tile_count()]));
+    let (account, _) =
+        slipmap::map::compute_tiles(&plan, &sink, &Control::default(), &|| queue.take()).unwrap();
+    let mut tiles = sink.0.into_inner().unwrap();
+    tiles.sort_by_key(|(number, _)| *number);
+    (tiles.into_iter().flat_map(|(_, cells)| cells).collect(), account)
+}
+
+fn nodes(from: f64, to: f64, points: usize) -> Vec<f64> {
+    (0..points).map(|i| from + (to - from) * (i as f64 + 0.5) / points as f64).collect()
+}
+
+fn formula(text: &str) -> Law {
+    Law::Expression(Expression::new(text, 1.0).unwrap())
+}
+
+/// Grids with several regimes: planes of single cells, and a box of columns with many dampings.
+fn grids() -> Vec<(&'static str, Grid)> {
+    let rows: Vec<(f64, f64)> =
+        (0..40).map(|i| 0.25 * f64::from(i)).map(|u| (u, 0.5 + 0.5 * (-0.5 * u).exp())).collect();
+    let rough = rows
+        .iter()
+        .enumerate()
+        .map(|(i, &(u, phi))| (u, phi + if i > 0 { 0.002 * (7.0 * u * u).sin() } else { 0.0 }));
+    let table = |rows: &[(f64, f64)]| Law::Table(Table::new("rows", rows, 1.0).unwrap());
+    let exponential = "mu + (1 - mu)*exp(-u/vs)";
+    let one = |value: f64| vec![value];
+    let (n, belts) = (32, nodes(0.2, 3.0, 32));
+    let grid = |law, axes| Grid::new(law, axes).unwrap();
+    vec![
+        (
+            "formula",
+            grid(formula(exponential), vec![one(1.0), nodes(0.1, 1.0, n), one(0.5), belts.clone(), one(0.1)]),
+        ),
+        (
+            "crossing",
+            grid(
+                formula(exponential),
+                vec![one(1.0), one(0.2), nodes(0.3, 2.0, n), nodes(1.0, 6.0, n), one(0.02)],
+            ),
+        ),
+        (
+            "lorentzian",
+            grid(
+                Law::Lorentzian,
+                vec![one(1.0), nodes(0.1, 1.0, n), one(0.5), one(0.0), nodes(0.2, 2.0, n), one(0.1)],
+            ),
+        ),
+        (
+            "wave",
+            grid(
+                formula("1 - 0.3*tanh(u/0.5) + 0.02*sin(k*u)"),
+                vec![one(0.5), nodes(1.0, 4.0, 24), nodes(0.2, 1.5, 24), one(0.05)],
+            ),
+        ),
+        ("table", grid(table(&rows), vec![nodes(0.1, 1.0, n), belts.clone(), one(0.1)])),
+        ("rough table", grid(table(&rough.collect::<Vec<_>>()), vec![nodes(0.1, 1.0, n), belts, one(0.1)])),
+        (
+            "columns",
+            grid(
+                formula(exponential),
+                vec![
+                    one(1.0),
+                    nodes(0.1, 0.9, 8),
+                    nodes(0.3, 1.0, 8),
+                    nodes(0.2, 2.0, 8),
+                    nodes(0.0, 0.5, 20),
+                ],
+            ),
+        ),
+    ]
+}
+
+#[test]
+fn interpolated_cells_are_those_of_their_own_columns() {
+    for (name, grid) in grids() {
+        let (found, account) = computed(&grid, Engine::Auto, 20);
+        let (wanted, _) = computed(&grid, Engine::CriticalSurface, 0);
+        let paths = &account.paths;
+        assert_eq!(found.len(), wanted.len());
+        for (cell, pair) in found.iter().zip(&wanted).enumerate() {
+            assert_eq!(pair.0, pair.1, "{name}: cell {cell}, {paths:?}");
+        }
+        assert!(account.audit.disagreements.is_empty(), "{name}: {:?}", account.audit);
+        // Few cells are left to their own columns.
+        if ["formula", "lorentzian", "table"].contains(&name) {
+            assert!(2 * account.paths.interpolation as usize > grid.cells(), "{name}: {paths:?}");
+        }
+    }
+}
+
+/// A law that changes within less than the distance of the nodes: its columns refuse the interpolant.
+#[test]
+fn a_sudden_change_of_the_law_is_not_interpolated_over() {
+    let law = formula("1 - (0.1 + 0.3/(1 + exp((s - 0.5)*2000)))*(1 - exp(-u))");
+    let grid = Grid::new(law, vec![vec![0.5], nodes(0.0, 1.0, 32), nodes(0.5, 1.5, 32), vec![0.25]]).unwrap();
+    let (found, _) = computed(&grid, Engine::Auto, 0);
+    let (wanted, _) = computed(&grid, Engine::CriticalSurface, 0);
+    assert_eq!(found, wanted);
+    let [present, absent] = [Verdict::Present, Verdict::Absent]
+        .map(|verdict| found.iter().filter(|(found, _)| *found == verdict).count());
+    assert!(present > 200 && absent > 200, "{present} {absent}");
+}
