@@ -21,11 +21,12 @@ use crate::report::figure::palette::{self, Kind};
 use crate::report::{Label, UnitSystem};
 use crate::store::{MapFile, Pick};
 
-/// Number of cells of a tile, after each of which a superseded request may stop, if c is an axis: many, since
+/// Number of cells of a tile, after each of which a superseded request may stop: many if c is an axis, since
 /// a column's answer costs little more than one cell of it.
 const TILE_WITH_COLUMNS: usize = 1 << 14;
-/// Number of cells along each side of a tile if c is not an axis: as many columns as are interpolated well.
-const SIDE_OF_TILE: usize = 128;
+const TILE_OF_SINGLE_CELLS: usize = 512;
+/// Number of cells along each side of a tile of single cells that are interpolated.
+const SIDE_OF_INTERPOLATED: usize = 64;
 
 impl PlaneRequest {
     /// The picture: a line of JSON that describes it, then a code (one byte) or a number (four bytes) for
@@ -111,9 +112,12 @@ fn computed(
 ) -> Result<(Values, Option<Vec<Kind>>), Refusal> {
     let Slice { grid, x, y, .. } = slice;
     let with_columns = grid.axes().len() - 1 == *x.max(y);
-    let tile_shape = match with_columns {
-        true => grid.tile_shape(TILE_WITH_COLUMNS),
-        false => grid.shape().into_iter().map(|length| length.min(SIDE_OF_TILE)).collect(),
+    let interpolates =
+        methods == [Method::Simulation] && matches!(field, None | Some(Field::Verdict | Field::Regime));
+    let tile_shape = match (with_columns, interpolates) {
+        (true, _) => grid.tile_shape(TILE_WITH_COLUMNS),
+        (false, true) => grid.shape().into_iter().map(|length| length.min(SIDE_OF_INTERPOLATED)).collect(),
+        (false, false) => grid.tile_shape(TILE_OF_SINGLE_CELLS),
     };
     let plan =
         Plan::builder(grid.clone()).methods(methods).fields(field).audit_cells(0).tile_shape(tile_shape);
