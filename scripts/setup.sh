@@ -64,7 +64,7 @@ need_package() {
     local venv="$root/target/venv-package"
     make_environment "$venv" "$root/python/requirements-test.txt"
     (cd "$root/python" && PATH="$venv/bin:$PATH" VIRTUAL_ENV="$venv" \
-        CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-$root/target}/python" maturin develop --locked --quiet)
+        CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-$root/target}" maturin develop --locked --quiet)
     package_python="$venv/bin/python"
 }
 

@@ -276,8 +276,8 @@ mod tests {
             ("kinetic_friction", Spread::Normal { sd: 0.05 }),
             ("strengthening", Spread::Uniform { min: 0.0, max: 0.04 }),
         ];
-        let mut all: Vec<_> =
-            Law::BUILT_IN.into_iter().map(|law| (example(law), with(&coefficients))).collect();
+        // The built-in laws but Stribeck's take the path of formulas.
+        let mut all = vec![(example(Law::Stribeck), with(&coefficients))];
         let formula = Expression::new("muk + (0.4 - muk)*exp(-(u/vs))", 1.0).unwrap();
         let formula = Friction::Formula(formula, LawParameters::new(&[0.3, 0.25]));
         let vs = ("vs", Spread::Uniform { min: 0.2, max: 0.3 });
@@ -373,9 +373,9 @@ mod tests {
 
     #[test]
     fn probabilities_agree_with_a_separate_count() {
-        const DRAWN: u32 = 500;
+        const DRAWN: u32 = 200;
         let (machine, uncertain) = uncertain_machines().swap_remove(0);
-        let found = risk(&machine, &uncertain, 4000, &[0.1]).unwrap();
+        let found = risk(&machine, &uncertain, 2000, &[0.1]).unwrap();
         let mut random = Random(7);
         let sticks = (0..DRAWN)
             .filter(|_| {
@@ -385,11 +385,11 @@ mod tests {
             .count() as f64
             / f64::from(DRAWN);
         // Four standard errors of the difference of two shares.
-        let error = (0.25 / 4000.0 + 0.25 / f64::from(DRAWN)).sqrt();
+        let error = (0.25 / 2000.0 + 0.25 / f64::from(DRAWN)).sqrt();
         assert!((found.probability.value - sticks).abs() < 4.0 * error, "{found:?} {sticks}");
         // With that damping the probability is the requested one.
         let rare = machine.with("damping", found.rare_by[0].damping.unwrap().value).unwrap();
-        let again = risk(&rare, &uncertain, 4000, &[]).unwrap();
+        let again = risk(&rare, &uncertain, 2000, &[]).unwrap();
         assert!((again.probability.value - 0.1).abs() < 2e-3, "{again:?}");
     }
 

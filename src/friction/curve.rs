@@ -43,7 +43,19 @@ fn compile(form: &Form, known: &mut Vec<Arc<Weakening>>, reach: f64) -> Arc<Weak
     weakening::compile(form, wanted, known)
 }
 
+/// Work of compiling one piece of a law, in evaluations of the Stribeck law.
+const PIECE: u64 = 500;
+
 impl Curve {
+    /// Work of compiling the law for a column of this belt speed, in evaluations of the Stribeck law, which is
+    /// not compiled.
+    pub(crate) fn compiling_work(&self, belt_speed: f64) -> u64 {
+        match self.form {
+            Form::Stribeck(_) => 0,
+            _ => PIECE * self.compiled(4.0 * belt_speed).breaks().len() as u64,
+        }
+    }
+
     /// Cost of one evaluation, in units of that of the Stribeck law, at least 1: budgets of work are divided
     /// by it.
     pub(crate) fn cost(&self) -> u64 {

@@ -290,25 +290,35 @@ impl Law {
     /// The friction curve at one eps and one choice of the law's parameters.
     ///
     /// Successive curves with the same eps and parameters, as the columns of a map that differ in the belt
-    /// speed only, share their compiled form.
+    /// speed only, share their compiled form; so do those that differ in eps only if the law does not depend
+    /// on it.
     #[must_use]
     pub fn curve(&self, epsilon: f64, parameters: &LawParameters) -> Curve {
         thread_local! {
             static LATEST: RefCell<Option<(Law, f64, LawParameters, Curve)>> = const { RefCell::new(None) };
         }
         LATEST.with_borrow_mut(|latest| {
-            if let Some((law, eps, known, curve)) = latest
-                && *eps == epsilon
-                && known == parameters
-                && law == self
-            {
-                return curve.clone();
-            }
+            let alike = latest.as_ref().filter(|(law, _, known, _)| known == parameters && law == self);
+            let compiled = match alike {
+                Some((_, eps, _, curve)) if *eps == epsilon => return curve.clone(),
+                Some((.., curve)) if !self.depends_on_epsilon() => Arc::clone(&curve.compiled),
+                _ => Arc::default(),
+            };
             let small = self.is_read_as_small().then_some(epsilon);
-            let curve = Curve { form: self.form(epsilon, parameters), small, compiled: Arc::default() };
+            let curve = Curve { form: self.form(epsilon, parameters), small, compiled };
             *latest = Some((self.clone(), epsilon, *parameters, curve.clone()));
             curve
         })
+    }
+
+    /// Returns whether the friction may differ between two values of eps.
+    pub(crate) fn depends_on_epsilon(&self) -> bool {
+        match self {
+            Law::Stribeck | Law::Custom(_) => true,
+            Law::Exponential | Law::Lorentzian | Law::Table(_) | Law::Function(_) => false,
+            Law::Expression(law) => law.depends_on_epsilon(),
+            Law::Small(law) => law.depends_on_epsilon(),
+        }
     }
 
     fn form(&self, epsilon: f64, parameters: &LawParameters) -> Form {

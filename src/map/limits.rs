@@ -55,9 +55,6 @@ const SECTIONS: u32 = 24;
 /// without the naive methods.
 pub(crate) const WORK: u64 = 6_000_000;
 
-/// Cost of compiling one piece of a law, in the same units.
-const PIECE: u64 = 500;
-
 /// Reason why a limit is unknown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unknown {
@@ -331,9 +328,10 @@ impl Ray {
             return Ok(known.clone());
         }
         let column = self.law.column(&self.at(epsilon));
-        if column.curve.stribeck().is_none() {
-            let pieces = column.curve.compiled(2.0 * column.belt_speed).breaks().len();
-            self.spend(PIECE * pieces as u64)?;
+        // Where the law does not depend on eps, all columns share what the first one compiles.
+        let compiles = self.law.depends_on_epsilon() || self.columns.borrow().is_empty();
+        if compiles {
+            self.spend(column.curve.compiling_work(column.belt_speed))?;
         }
         self.columns.borrow_mut().insert(epsilon.to_bits(), column.clone());
         Ok(column)

@@ -23,6 +23,7 @@
 //! estimated from two orbits, one much coarser, and from the error of the critical damping.
 
 use super::arc::{LowerEnd, State, Walk};
+use super::dop853::STAGES;
 use super::work::Work;
 use super::{CriticalDamping, Failure, NoCriticalDamping, critical_damping};
 use crate::filippov::{Oscillator, Side};
@@ -107,8 +108,11 @@ pub enum NoSensitivity {
 /// [`NoSensitivity`].
 pub fn sensitivity(column: &Column) -> Result<Sensitivity, NoSensitivity> {
     let critical = legal_critical_damping(column)?;
-    let [fine, coarse] = [(critical.c, TOLERANCES[0]), (critical.c + critical.error, TOLERANCES[1])]
-        .map(|(c, tolerance)| Ok::<_, Failure>(means(column, c, &Grazing::of(column, c, tolerance, None)?)));
+    let work = Work::of_question(&column.curve);
+    let [fine, coarse] =
+        [(critical.c, TOLERANCES[0]), (critical.c + critical.error, TOLERANCES[1])].map(|(c, tolerance)| {
+            Ok::<_, Failure>(means(column, c, &Grazing::of(column, c, tolerance, None, &work)?))
+        });
     let (fine, coarse) = (fine?, coarse?);
     let estimates = |fine: &[Term], coarse: &[Term]| -> Vec<Estimate> {
         let pairs = fine.iter().zip(coarse);
@@ -151,13 +155,14 @@ pub fn sensitivity(column: &Column) -> Result<Sensitivity, NoSensitivity> {
 /// [`NoSensitivity`].
 pub fn influence(column: &Column, parts: usize) -> Result<Vec<Influence>, NoSensitivity> {
     let critical = legal_critical_damping(column)?;
-    let fastest = Grazing::of(column, critical.c, TOLERANCES[0], None)?.fastest();
+    let work = Work::of_question(&column.curve);
+    let fastest = Grazing::of(column, critical.c, TOLERANCES[0], None, &work)?.fastest();
     let edge = |part: usize| part as f64 / parts as f64 * fastest;
     // Steps end at the corners of the law and at the edges.
     let mut stops: Vec<f64> = column.curve.corners().to_vec();
     stops.extend((1..parts).map(edge));
     stops.sort_by(f64::total_cmp);
-    let orbit = Grazing::of(column, critical.c, TOLERANCES[0], Some(&stops))?;
+    let orbit = Grazing::of(column, critical.c, TOLERANCES[0], Some(&stops), &work)?;
     let mut shares = vec![0.0; parts];
     for Sample { slip, weight } in &orbit.samples {
         let part = (slip / fastest * parts as f64) as usize;
@@ -194,11 +199,16 @@ fn gauss() -> [(f64, f64); 5] {
 }
 
 impl Grazing {
-    fn of(column: &Column, c: f64, tolerance: f64, stops: Option<&[f64]>) -> Result<Self, Failure> {
+    fn of(
+        column: &Column,
+        c: f64,
+        tolerance: f64,
+        stops: Option<&[f64]>,
+        work: &Work,
+    ) -> Result<Self, Failure> {
         let oscillator = Oscillator::in_column(column, c);
         let belt_speed = oscillator.belt_speed;
-        let work = Work::of_question(&column.curve);
-        let walk = Walk::new(&oscillator, Side::Below, [belt_speed, 0.0], tolerance, belt_speed, &work);
+        let walk = Walk::new(&oscillator, Side::Below, [belt_speed, 0.0], tolerance, belt_speed, work);
         let mut walk = walk.stopping_at(stops.unwrap_or_else(|| column.curve.corners()));
         let rule = gauss();
         // Slip speeds, weights without exp(-G), and -G, which may exceed the range of the exponential.
@@ -206,6 +216,8 @@ impl Grazing {
         let end = walk.lower_arc(|walk, from: &State, to: &State| {
             let h = to.time - from.time;
             for (node, weight) in rule {
+                // Where the budget does not hold this, the next step of the walk fails.
+                let _ = work.spend(STAGES as u64);
                 let (state, _) = walk.after(from, node * h);
                 points.push((walk.slip(&state).slip.max(0.0), weight * h * state.w * state.w, -state.growth));
             }

@@ -9,9 +9,9 @@ use std::cell::Cell;
 use super::Failure;
 use crate::friction::Curve;
 
-/// Largest number of evaluations of the right-hand side of the Stribeck law, see [`Curve::cost`]: a tenth of
-/// a second. The backbones and cycles of moderate parameters take a twentieth of it.
-const QUESTION: u64 = 10_000_000;
+/// Largest number of evaluations of the right-hand side of the Stribeck law, see [`Curve::cost`]: half a
+/// second of one orbit. The backbones and cycles of moderate parameters take a tenth of it.
+const QUESTION: u64 = 5_000_000;
 
 /// The rest of a budget.
 #[derive(Debug)]

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use similar::{ChangeTag, TextDiff};
+use imara_diff::{Algorithm, Diff, InternedInput};
 
 use crate::dataset::Value;
 use crate::dataset::attributes::PLAN;
@@ -62,12 +62,14 @@ pub(super) fn difference(then: &[(String, Value)], now: &[(String, Value)]) -> O
         }
         let (old, new) = (shown(old), shown(new));
         lines.push(format!("  {name}"));
-        let changes = TextDiff::from_lines(&old, &new);
-        lines.extend(changes.iter_all_changes().filter_map(|change| match change.tag() {
-            ChangeTag::Delete => Some(format!("    - {}", change.value().trim_end())),
-            ChangeTag::Insert => Some(format!("    + {}", change.value().trim_end())),
-            ChangeTag::Equal => None,
-        }));
+        let texts = InternedInput::new(old.as_str(), new.as_str());
+        let line = |token| texts.interner[token].trim_end();
+        for hunk in Diff::compute(Algorithm::Myers, &texts).hunks() {
+            let [from, to] =
+                [&hunk.before, &hunk.after].map(|lines| lines.start as usize..lines.end as usize);
+            lines.extend(texts.before[from].iter().map(|&old| format!("    - {}", line(old))));
+            lines.extend(texts.after[to].iter().map(|&new| format!("    + {}", line(new))));
+        }
     }
     (!lines.is_empty()).then(|| lines.join("\n"))
 }

@@ -135,8 +135,8 @@ mod tests {
 
     #[test]
     fn the_balance_is_a_bound_over_a_box() {
-        let domain = GroupBox { a: [0.4, 0.5], k: [0.6, 0.75], b: [0.0, 0.02] };
-        let found = compare(domain, 24);
+        let domain = GroupBox { a: [0.4, 0.45], k: [0.6, 0.68], b: [0.0, 0.02] };
+        let found = compare(domain, 12);
         assert!(found.open.is_empty(), "{} below, {} open", found.below.len(), found.open.len());
         assert_eq!(crate::certify::recheck::divides(&domain, &found.below), Ok(()));
     }

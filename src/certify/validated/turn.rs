@@ -41,8 +41,8 @@ use crate::friction::{COUNT, ProvedPiece, Weakening};
 const ORDER: usize = 7;
 /// Longest and shortest step.
 const STEPS: [f64; 2] = [0.2, 1e-13];
-/// Largest number of steps of a turn; most take a hundred.
-const MOST_STEPS: u32 = 6000;
+/// Largest number of steps of all turns of a column, half a second; most turns take a hundred.
+const MOST_STEPS: u32 = 60_000;
 /// Largest uncertainty that a step may add per unit of angle, relative to the size of D.
 const SHARPNESS: f64 = 1e-12;
 /// Uncertainty at which a step of any length is accepted: needed next to corners of the law.
@@ -299,13 +299,14 @@ impl Orbit<'_> {
         half
     }
 
-    /// r(2 pi), enclosed.
-    fn turn(&self) -> Result<Interval, Obstacle> {
+    /// r(2 pi), enclosed; `steps` are left for it.
+    fn turn(&self, steps: &mut u32) -> Result<Interval, Obstacle> {
         let end = Interval::new(std::f64::consts::TAU, std::f64::consts::TAU.next_up());
         let (mut theta, mut r, mut error) = (0.0, 1.0, 0.0);
         // The usual length of steps, and that of the next one, which may be cut at the end of a piece.
         let (mut usual, mut width): (f64, f64) = (0.05, 0.05);
-        for _ in 0..MOST_STEPS {
+        while *steps > 0 {
+            *steps -= 1;
             let rest = end.lo - theta;
             if rest <= 0.0 {
                 // Between the number below 2 pi and 2 pi itself, the change of r is of the order of the
@@ -352,14 +353,14 @@ pub(super) fn critical(law: &Weakening, belt_speed: f64, bounds: [f64; 2]) -> ([
         return (bounds, Some(Obstacle::NoEnclosure { at: 0.0 }));
     }
     let mut obstacle = None;
-    let mut left = EVALUATIONS;
+    let (mut left, mut steps) = (EVALUATIONS, MOST_STEPS);
     // r(2 pi) - 1 at the ends of the bracket, as far as computed.
     let mut known: [Option<(f64, f64)>; 2] = [None, None];
     let mut at = 0.5 * (lo + hi);
     while left > 0 && hi - lo > 4.0 * f64::EPSILON * scale {
         left -= 1;
         let orbit = Orbit { law, belt_speed, viscous: at, size: scale };
-        let margin = match orbit.turn() {
+        let margin = match orbit.turn(&mut steps) {
             Ok(end) => end - Interval::constant(1.0),
             Err(why) => {
                 obstacle = Some(why);

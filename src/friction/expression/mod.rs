@@ -161,6 +161,11 @@ impl Expression {
         found.map(|(_, place)| (place.from, place.to))
     }
 
+    /// Returns whether eps is among the names of the formula.
+    pub(super) fn depends_on_epsilon(&self) -> bool {
+        self.0.tape.ops.contains(&Op::Epsilon)
+    }
+
     /// The curve at one eps and one choice of parameters.
     pub(super) fn curve(&self, epsilon: f64, parameters: &LawParameters) -> ExpressionCurve {
         ExpressionCurve { law: self.clone(), epsilon, parameters: *parameters }
@@ -308,7 +313,7 @@ impl ExpressionCurve {
 
     /// Checks by samples that the law has a first order in eps on slip speeds up to twice the belt speed.
     pub(super) fn check_leading(&self, belt_speed: f64) -> Result<(), NoFirstOrder> {
-        if !self.law.0.tape.ops.contains(&Op::Epsilon) {
+        if !self.law.depends_on_epsilon() {
             return Err(NoFirstOrder::NoEpsilon);
         }
         for i in 0..=32 {
@@ -403,7 +408,7 @@ impl ExpressionCurve {
     fn at_parameters(&self) -> String {
         let named = self.law.parameters().iter().zip(self.parameters.as_slice());
         let mut words: Vec<String> = named.map(|(p, value)| format!("{} = {value}", p.name)).collect();
-        if self.law.0.tape.ops.contains(&Op::Epsilon) {
+        if self.law.depends_on_epsilon() {
             words.insert(0, format!("epsilon = {}", self.epsilon));
         }
         if words.is_empty() { String::new() } else { format!(" for {}", words.join(", ")) }

@@ -65,7 +65,7 @@ fn fit(values: &[f64; COUNT]) -> ([f64; COUNT], f64) {
 /// Compiles `law` up to the slip speed `reach`; tables whole.
 ///
 /// What a longer reach needs up to half of it is what half of it needs, unless one piece is enough: it is
-/// taken from `known`, the last results for this law, to which the result is added.
+/// taken from `known`, forms of this law, to which the result is added.
 pub(in crate::friction) fn compile(
     law: &Form,
     reach: f64,
@@ -75,17 +75,27 @@ pub(in crate::friction) fn compile(
         return Arc::clone(known);
     }
     let mut compiler = Compiler { law, breaks: vec![0.0], pieces: Vec::new(), size: 0.0 };
-    match law {
-        Form::Table(table) => compile_table(table, &mut compiler.breaks, &mut compiler.pieces),
+    let base = match law {
+        Form::Table(table) => {
+            compile_table(table, &mut compiler.breaks, &mut compiler.pieces);
+            f64::INFINITY
+        }
         law if law.seams().is_empty() => compiler.compile_doubled(reach, known),
-        _ => compiler.compile(reach),
-    }
-    let Compiler { breaks, pieces, size, .. } = compiler;
+        _ => {
+            compiler.compile(reach);
+            f64::INFINITY
+        }
+    };
+    let Compiler { breaks, pieces, .. } = compiler;
     let places = Places::of(&breaks);
     let blocks = super::range::blocks(&pieces);
-    let compiled = Arc::new(Weakening { law: law.clone(), breaks, pieces, places, blocks, size });
-    if known.len() == MOST_KEPT {
-        known.remove(0);
+    let compiled = Arc::new(Weakening { law: law.clone(), breaks, pieces, base, places, blocks });
+    if known.len() == MOST_KEPT
+        && let Some(shortest) =
+            (0..known.len()).min_by(|&i, &j| known[i].reach().total_cmp(&known[j].reach()))
+    {
+        // The longest hold what the others do.
+        known.swap_remove(shortest);
     }
     known.push(Arc::clone(&compiled));
     compiled
@@ -112,35 +122,41 @@ impl Compiler<'_> {
         }
     }
 
-    /// Compiles a law without seams: on from a form that reaches half as far, or a quarter, and so on.
-    fn compile_doubled(&mut self, reach: f64, known: &[Arc<Weakening>]) {
+    /// Compiles a law without seams: on from a form that reaches half as far, or a quarter, and so on, which may
+    /// be the beginning of a longer one. Returns the slip speed up to which the law was compiled at once.
+    fn compile_doubled(&mut self, reach: f64, known: &[Arc<Weakening>]) -> f64 {
         let mut ends = vec![];
         let mut end = reach;
-        loop {
+        let base = loop {
+            let begins_with = |known: &&Arc<Weakening>| {
+                known.reach() == end
+                    || known.base < end && known.breaks.binary_search_by(|b| b.total_cmp(&end)).is_ok()
+            };
+            if let Some(known) = known.iter().find(begins_with) {
+                let pieces = known.pieces.len().min(known.piece_of(end.next_down()) + 1);
+                self.pieces.extend_from_slice(&known.pieces[..pieces]);
+                self.breaks = known.breaks[..=pieces].to_vec();
+                self.size = self.pieces.last().map_or(0.0, |piece| piece.size);
+                break known.base;
+            }
             if 0.5 * end < LEAST_SHARED {
                 self.extend(0.0, end, 0);
-                break;
+                break end;
             }
             let mut size = 0.0;
             if let Some(piece) = piece(self.law, 0.0, end, &mut size, false) {
                 self.pieces.push(piece);
                 self.breaks.push(end);
                 self.size = size;
-                break;
-            }
-            if let Some(lower) = known.iter().find(|known| known.reach() == 0.5 * end) {
-                self.breaks.clone_from(&lower.breaks);
-                self.pieces.clone_from(&lower.pieces);
-                self.size = lower.size;
-                self.extend(0.5 * end, end, 1);
-                break;
+                break end;
             }
             ends.push(end);
             end *= 0.5;
-        }
+        };
         for end in ends.into_iter().rev() {
             self.extend(0.5 * end, end, 1);
         }
+        base
     }
 
     /// Appends the pieces of [from, to], where the law is smooth, after that many bisections.
@@ -182,6 +198,7 @@ fn piece(law: &Form, a: f64, b: f64, size: &mut f64, last: bool) -> Option<Piece
         range: Range { lo: f64::NEG_INFINITY, hi: f64::INFINITY },
         monotone: false,
         bend: Bend::Unknown,
+        size: *size,
     };
     if !(largest.is_finite() && scale.is_finite()) {
         return last.then_some(piece);
@@ -223,7 +240,7 @@ fn piece(law: &Form, a: f64, b: f64, size: &mut f64, last: bool) -> Option<Piece
         (piece.at(u) - law.weakening(u)).abs()
     });
     piece.estimate = 2.0 * between.fold(0.0, f64::max) + round_off;
-    *size = size_here;
+    (*size, piece.size) = (size_here, size_here);
     Some(piece)
 }
 
@@ -289,6 +306,7 @@ fn compile_table(table: &Table, breaks: &mut Vec<f64>, pieces: &mut Vec<Piece>) 
                 } else {
                     Bend::Unknown
                 },
+                size: 0.0,
             };
             piece.range = piece.range_on(a, b);
             pieces.push(piece);

@@ -52,11 +52,12 @@ pub struct Weakening {
     /// Ends of the pieces: the first is 0, the last the reach.
     breaks: Vec<f64>,
     pieces: Vec<Piece>,
+    /// The slip speed up to which it was compiled at once; from there on in steps that double the reach, so
+    /// that forms of the law with a smaller reach are beginnings of this one.
+    base: f64,
     places: Places,
     /// Hulls of the ranges of [`range::BLOCK`] pieces each, which make bounds over many pieces fast.
     blocks: Vec<Range>,
-    /// Largest |w| at the points of the pieces.
-    size: f64,
 }
 
 /// A polynomial in x = (u - middle) * scale, which is within [-1, 1], and proved properties of w on its
@@ -77,6 +78,8 @@ struct Piece {
     monotone: bool,
     /// Proved sign of w'' on the whole piece.
     bend: Bend,
+    /// Largest |w| at the points of this piece and of those before.
+    size: f64,
 }
 
 /// A piece for proofs: a polynomial, and a bound of its distance from w.

@@ -81,6 +81,21 @@ fn outside_the_reach_the_law_answers_itself() {
     assert!(beyond.at(8.1).is_nan());
 }
 
+/// Searches for limits in eps, and maps with an axis of eps, would otherwise compile the same law again.
+#[test]
+fn curves_that_differ_in_eps_only_share_what_is_compiled() {
+    let forms = |law: &Law, parameters: &[f64]| {
+        [0.1, 0.2].map(|epsilon| law.curve(epsilon, &LawParameters::new(parameters)).compiled(1.0))
+    };
+    let formula = |text: &str| Law::Expression(Expression::new(text, 1.0).unwrap());
+    let [a, b] = forms(&formula("1 - 0.3*u*exp(-u)"), &[]);
+    assert!(Arc::ptr_eq(&a, &b));
+    let [a, b] = forms(&Law::Lorentzian, &[0.5, 0.2, 0.01]);
+    assert!(Arc::ptr_eq(&a, &b));
+    let [a, b] = forms(&formula("1 - eps*u*exp(-u)"), &[]);
+    assert_ne!(a.at(0.5), b.at(0.5));
+}
+
 /// Maps are equal for any number of threads only if it does not matter what a thread compiled before.
 #[test]
 fn a_compiled_law_does_not_depend_on_what_was_compiled_before() {
@@ -89,6 +104,12 @@ fn a_compiled_law_does_not_depend_on_what_was_compiled_before() {
     let (a, b) = (short_first.compiled(0.7), short_first.compiled(40.0));
     let (c, d) = (long_first.compiled(40.0), long_first.compiled(0.7));
     assert!(a.breaks() == d.breaks() && b.breaks() == c.breaks());
+    // Beginnings of the longest, and forms between two others.
+    for reach in [0.01, 0.2, 1.5, 3.0, 7.0, 20.0] {
+        let (alone, within) = (formula(text).compiled(reach), long_first.compiled(reach));
+        assert_eq!(alone.breaks(), within.breaks(), "{reach}");
+        assert_eq!(format!("{:?}", alone.pieces), format!("{:?}", within.pieces), "{reach}");
+    }
     for i in 0..400 {
         let u = 0.1 * f64::from(i);
         assert_eq!(a.at(u).to_bits(), d.at(u).to_bits(), "{u}");

@@ -4,6 +4,7 @@
 use super::super::text::rich;
 use super::super::units::{Label, View};
 use super::axis::{Panel, Panels, Scale, write_heading};
+use super::curves::Budget;
 use super::data::Data;
 use super::legend::{Legend, Sample};
 use super::scene::{Fill, Hatch, Marker, Place, Scene, Stroke, Width};
@@ -18,6 +19,7 @@ const CRITICAL: Stroke = Stroke::solid(palette::BLACK, 1.0);
 /// The figure: (a) the band in the plane of V and c at the largest eps, (b) its width against eps. For a
 /// machine, where eps has no meaning, only the band.
 pub(crate) fn bistable(view: &View) -> Figure {
+    let budget = Budget::of_figure();
     let map = view.map;
     let axes = map.grid().axes();
     let v = axes.len() - 2;
@@ -31,11 +33,11 @@ pub(crate) fn bistable(view: &View) -> Figure {
         _ => Scale::linear(first, last),
     };
     let samples = curves::samples(full);
-    let roots = curves::exact(&curves::columns(map, &index, v, &samples));
+    let roots = curves::exact(&curves::columns(map, &index, v, &samples), &budget);
     let x = curves::cut(full, &samples, |i| roots[i]);
     let values = curves::samples(x);
     let columns = curves::columns(map, &index, v, &values);
-    let upper = curves::exact(&columns);
+    let upper = curves::exact(&columns, &budget);
     let lower: Vec<f64> = columns.iter().map(curves::stability).collect();
     let most = upper.iter().copied().filter(|c| c.is_finite()).fold(0.0, f64::max);
     let y = Scale::linear(0.0, 1.15 * most);
@@ -55,7 +57,7 @@ pub(crate) fn bistable(view: &View) -> Figure {
             let mut index = index.clone();
             index[v] = speed;
             let columns = curves::columns(map, &index, 0, &eps_values);
-            let roots = curves::exact(&columns);
+            let roots = curves::exact(&columns, &budget);
             let width = roots.iter().zip(&columns).map(|(root, column)| {
                 // Both ends at legal dampings; on logarithmic axes only a positive width shows.
                 let width = root - curves::stability(column).max(0.0);

@@ -3,6 +3,7 @@
 use super::super::text::rich;
 use super::super::units::{Label, View};
 use super::axis::{Panels, Scale};
+use super::curves::Budget;
 use super::data::Data;
 use super::legend::{Legend, Sample};
 use super::scene::{Scene, Width};
@@ -15,6 +16,7 @@ const SPREAD: f64 = 10.0;
 
 /// Critical damping against V, one panel per eps.
 pub(crate) fn critical(view: &View) -> Figure {
+    let budget = Budget::of_figure();
     let map = view.map;
     let axes = map.grid().axes();
     let (c, v) = (axes.len() - 1, axes.len() - 2);
@@ -32,7 +34,7 @@ pub(crate) fn critical(view: &View) -> Figure {
         let of = |&epsilon: &usize| {
             let mut index = index.clone();
             index[0] = epsilon;
-            curves::by_method(map, &curves::columns(map, &index, v, values))
+            curves::by_method(map, &curves::columns(map, &index, v, values), &budget)
         };
         epsilons.iter().map(of).collect()
     };

@@ -1,5 +1,7 @@
 //! Critical dampings along one parameter, and how curves are drawn.
 
+use std::cell::Cell;
+
 use super::axis::{Panel, Scale};
 use super::palette::{self, MethodStyle};
 use super::scene::{Place, Scene, Stroke};
@@ -15,11 +17,11 @@ const POINTS: usize = 160;
 const MARKS: usize = 6;
 /// Accuracy of critical dampings in figures, far below the width of a line.
 const TOLERANCE: f64 = 1e-9;
-/// Number of columns without an answer after which a curve ends: each of them takes up to a second.
-const MOST_FAILURES: usize = 4;
-/// Number of evaluations of the right-hand side after which a curve ends: some hundred times those of an
-/// ordinary curve.
+/// Budget of the curves of a figure: evaluations of the right-hand side of the Stribeck law, some hundred
+/// times those that ordinary curves take, and a few seconds.
 const MOST_WORK: u64 = 20_000_000;
+/// Work counted for a column without an answer, which takes up to a second.
+const FAILURE: u64 = MOST_WORK / 8;
 /// Number of columns that are solved together: few, since all of them may fail.
 const TOGETHER: usize = 2;
 
@@ -53,19 +55,40 @@ pub(super) fn columns(map: &MapFile, index: &[usize], axis: usize, values: &[f64
         .collect()
 }
 
-/// The exact critical damping of each column; NaN where there is none, and after [`MOST_FAILURES`] columns
-/// without an answer, or [`MOST_WORK`].
-pub(super) fn exact(columns: &[Column]) -> Vec<f64> {
-    let (mut found, mut failures, mut work) = (Vec::with_capacity(columns.len()), 0, 0);
-    for some in columns.chunks(TOGETHER) {
-        if failures >= MOST_FAILURES || work >= MOST_WORK {
-            break;
-        }
-        let roots = critical_dampings(some, TOLERANCE);
-        failures += roots.iter().filter(|root| root.is_err()).count();
-        work += roots.iter().flatten().map(|root| root.rhs).sum::<u64>();
-        found.extend(roots.into_iter().map(|root| root.map_or(f64::NAN, |root| root.c)));
+/// What the curves of one figure may still cost, so that a figure ends whatever its map holds. Curves end where
+/// it is spent.
+pub(super) struct Budget(Cell<u64>);
+
+impl Budget {
+    /// The budget of a figure.
+    pub(super) fn of_figure() -> Self {
+        Self(Cell::new(MOST_WORK))
     }
+
+    fn spend(&self, work: u64) {
+        self.0.set(self.0.get().saturating_sub(work));
+    }
+
+    /// The exact critical dampings of the first columns, as many as the budget holds; NaN where there is none.
+    fn solve(&self, columns: &[Column]) -> Vec<f64> {
+        let mut found = Vec::with_capacity(columns.len());
+        for some in columns.chunks(TOGETHER) {
+            if self.0.get() == 0 {
+                break;
+            }
+            for (column, root) in some.iter().zip(critical_dampings(some, TOLERANCE)) {
+                self.spend(column.curve.compiling_work(column.belt_speed));
+                self.spend(root.map_or(FAILURE, |root| root.rhs.saturating_mul(column.curve.cost())));
+                found.push(root.map_or(f64::NAN, |root| root.c));
+            }
+        }
+        found
+    }
+}
+
+/// The exact critical damping of each column; NaN where there is none, and where the budget is spent.
+pub(super) fn exact(columns: &[Column], budget: &Budget) -> Vec<f64> {
+    let mut found = budget.solve(columns);
     found.resize(columns.len(), f64::NAN);
     found
 }
@@ -76,20 +99,21 @@ pub(super) fn stability(column: &Column) -> f64 {
     column.curve.weakening(column.belt_speed) / column.epsilon
 }
 
-/// The boundary of each method of a map that this program knows, the simulation last.
-pub(super) fn by_method(map: &MapFile, columns: &[Column]) -> Vec<(String, Vec<f64>)> {
-    let mut curves: Vec<(String, Vec<f64>)> = map
-        .methods()
-        .iter()
-        .filter_map(|method| match Method::by_name(&method.name)? {
-            Method::Test(test) => {
-                let edges = columns.iter().map(|column| (test.claim)(column).present_below);
-                Some((method.name.clone(), edges.map(|c| if c.is_finite() { c } else { f64::NAN }).collect()))
-            }
-            Method::Simulation | Method::Naive(..) => None,
-        })
-        .collect();
-    curves.push((super::super::SIMULATION.into(), exact(columns)));
+/// The boundary of each method of a map that this program knows, the simulation last; NaN where there is none,
+/// and where the budget is spent.
+pub(super) fn by_method(map: &MapFile, columns: &[Column], budget: &Budget) -> Vec<(String, Vec<f64>)> {
+    let simulated = budget.solve(columns);
+    let solved = &columns[..simulated.len()];
+    let tests = map.methods().iter().filter_map(|method| match Method::by_name(&method.name)? {
+        Method::Test(test) => {
+            let edges = solved.iter().map(|column| (test.claim)(column).present_below);
+            Some((method.name.clone(), edges.map(|c| if c.is_finite() { c } else { f64::NAN }).collect()))
+        }
+        Method::Simulation | Method::Naive(..) => None,
+    });
+    let mut curves: Vec<(String, Vec<f64>)> = tests.collect();
+    curves.push((super::super::SIMULATION.into(), simulated));
+    curves.iter_mut().for_each(|(_, curve)| curve.resize(columns.len(), f64::NAN));
     curves
 }
 

@@ -84,12 +84,18 @@ fn sticks(slice: &Slice, x: Scale, y: Scale, s: f64, t: f64) -> (bool, u64) {
     let point = slice.point(x.value(s), y.value(t));
     let oscillator = Oscillator::new(slice.law(), &point);
     let answer = flow(&oscillator, TOLERANCE);
+    // Along axes of the law's parameters every node has a law of its own.
+    let law_axes = 0..slice.view.map.grid().axes().len() - 2;
+    let compiling = match law_axes.contains(&slice.x) || law_axes.contains(&slice.y) {
+        true => oscillator.curve.compiling_work(oscillator.belt_speed),
+        false => 0,
+    };
     let sticks = match answer.fate {
         Fate::Sticks(_) => true,
         Fate::TooCloseToCall => answer.margin > 0.0,
         Fate::SpiralsInward | Fate::CrossesForever | Fate::Failed(_) => false,
     };
-    (sticks, answer.rhs.saturating_mul(oscillator.curve.cost()))
+    (sticks, answer.rhs.saturating_mul(oscillator.curve.cost()).saturating_add(compiling))
 }
 
 /// Joins the crossed edges of each square of the search into chains.

@@ -8,6 +8,7 @@ use std::f64::consts::TAU;
 
 use super::super::text::{Rich, rich};
 use super::axis::{BOTTOM_MARGIN, Labels, Panel, Panels, SMALL_TEXT, Scale, TITLE_MARGIN};
+use super::curves::Budget;
 use super::legend::{Legend, Sample};
 use super::portrait::{BELT, ORBIT, OTHER, SEGMENT, equal_scales, orbit};
 use super::scene::{Anchor, Marker, Place, Rect, Scene, Stroke, Width};
@@ -141,7 +142,7 @@ fn coulomb() -> Figure {
 /// Figure 4: the return of the orbit to the belt line as c falls.
 fn cases() -> Figure {
     let column = column(0.1, [0.3, 0.1, 2.0]);
-    let critical = curves::exact(std::slice::from_ref(&column))[0];
+    let critical = curves::exact(std::slice::from_ref(&column), &Budget::of_figure())[0];
     let cases = [(1.8, "{c} > {c^*}"), (1.0, "{c} = {c^*}"), (0.55, "{c} < {c^*}")];
     let unperturbed: Vec<Place> = (0..=200)
         .map(|i| {
@@ -205,7 +206,8 @@ fn cases() -> Figure {
 /// Figure 5: the closed orbit below the belt line.
 fn divergence() -> Figure {
     let column = column(0.5, [0.0, 0.0, 2.0]);
-    let (low, high) = (curves::stability(&column), curves::exact(std::slice::from_ref(&column))[0]);
+    let (low, high) =
+        (curves::stability(&column), curves::exact(std::slice::from_ref(&column), &Budget::of_figure())[0]);
     let c = 0.5 * (low + high);
     let oscillator = Oscillator::in_column(&column, c);
     let (centre, exit) = (oscillator.equilibrium_x1(), oscillator.exit_x1());

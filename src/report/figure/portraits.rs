@@ -3,6 +3,7 @@
 use super::super::text::rich;
 use super::super::units::{Label, View};
 use super::axis::{BOTTOM_MARGIN, Labels, Panel, Panels, TITLE_MARGIN, write_heading};
+use super::curves::Budget;
 use super::data::Data;
 use super::legend::Legend;
 use super::lines::letter;
@@ -24,7 +25,8 @@ pub(crate) fn portraits(view: &View) -> Option<Figure> {
     let axes = grid.axes();
     let mut index = informative_nodes(view.map);
     // The largest eps that has a cycle, since orbits differ most there.
-    let root = |index: &[usize]| curves::exact(&[grid.column(index)])[0];
+    let budget = Budget::of_figure();
+    let root = |index: &[usize]| curves::exact(&[grid.column(index)], &budget)[0];
     for epsilon in (0..axes[0].values.len()).rev() {
         index[0] = epsilon;
         if root(&index) > 0.0 {

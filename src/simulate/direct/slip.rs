@@ -510,7 +510,11 @@ fn continuation_reach(oscillator: &Oscillator) -> f64 {
         beyond <= 4.0 * (oscillator.divergence(d) - at_line).abs() + rounding
     };
     let mut reach = oscillator.belt_speed / f64::from(1_u32 << 30);
-    while reach < oscillator.belt_speed / 8.0 && tame(2.0 * reach) {
+    // Counted, since doubling a reach that underflowed to zero does not come to an end.
+    for _ in 3..30 {
+        if !tame(2.0 * reach) {
+            break;
+        }
         reach *= 2.0;
     }
     reach

@@ -63,6 +63,9 @@ const WORST: f64 = 1e-8;
 const RETRIES: u32 = 1;
 /// Largest number of elements.
 const MOST_ELEMENTS: usize = 1 << 15;
+/// Number of evaluations after which no further steps begin: ten times those of an orbit with thousands of
+/// elements.
+const MOST_EVALUATIONS: u64 = 1 << 20;
 /// Largest number of steps of Newton's method on one rung; four are usual on the first, two on the others.
 const MOST_STEPS: usize = 15;
 /// Round-off of C, in units of the largest weakening rate on the orbit: sums of some hundred terms of that
@@ -144,7 +147,7 @@ impl<const N: usize> pulp::WithSimd for Solve<'_, '_, N> {
         // With w scaled by a share, from 0 on, where the circle is the answer. One step is enough for most
         // orbits.
         let (mut share, mut step) = (0.0, 1.0);
-        while step >= SHORTEST_SHARE {
+        while step >= SHORTEST_SHARE && spent < MOST_EVALUATIONS {
             let next = f64::min(share + step, 1.0);
             let before = (share > 0.0).then(|| orbit.clone());
             orbit.rescale(rule, share, next);
@@ -261,7 +264,7 @@ pub(in crate::simulate) fn closing_damping(
     let mut before: Option<f64> = None;
     let mut failures = 0;
     for (rung, (nodes, parts)) in LADDER.into_iter().enumerate() {
-        if orbit.elements.len() * parts > MOST_ELEMENTS {
+        if orbit.elements.len() * parts > MOST_ELEMENTS || rhs > MOST_EVALUATIONS {
             return Err(rhs);
         }
         finer *= parts;

@@ -85,7 +85,7 @@ fn gather(map: &MapFile) -> Report {
 /// A small map in which every method decides something, with unequal steps on every axis.
 fn small(folder: &Path, methods: &[&str], fields: &[Field]) -> MapFile {
     let nodes: [&[f64]; 6] = [
-        &[0.02, 0.05, 0.2, 0.5],
+        &[0.05, 0.2, 0.5],
         &[0.0, 0.3, 0.9],
         &[0.1],
         &[0.5, 2.0, 3.0, 6.0],

@@ -258,7 +258,7 @@ fn one_axis_plots_draw_what_the_map_stores() {
             .map
             .real_slice(
                 &row["variable"],
-                &[Node(1), node(1, "alpha"), Node(0), node(3, "gamma"), node(4, "V")],
+                &[Node(0), node(1, "alpha"), Node(0), node(3, "gamma"), node(4, "V")],
             )
             .unwrap();
         let stored = stored.iter().next().copied().unwrap();
@@ -294,7 +294,7 @@ fn slices_show_the_stored_cells() {
     };
     let codes = view
         .map
-        .code_slice("verdict_simulation", &[Node(3), Node(1), Node(0), Every(1), Node(1), Every(1)])
+        .code_slice("verdict_simulation", &[Node(2), Node(1), Node(0), Every(1), Node(1), Every(1)])
         .unwrap();
     for (fill, code) in [("#0072b2", 1), ("#f7e3bf", -1)] {
         let shown = svg.contains(&format!("fill-rule=\"evenodd\" fill=\"{fill}\""));
