@@ -38,6 +38,8 @@ const FEWEST_VALUES: [usize; 2] = [8, 18];
 const SIZES: [usize; 2] = [4, 8];
 /// Least number of columns for each node, of a box and of the tile.
 const COLUMNS_PER_NODE: usize = 3;
+/// Largest number of dampings: a column's own numbers serve all of its cells.
+const MOST_DAMPINGS: usize = 2;
 /// Number of nodes for each open cell below which a finer interpolant is tried.
 const NODES_PER_OPEN: usize = 2;
 /// Number of further columns of a box that are compared.
@@ -70,14 +72,16 @@ impl Interpolated {
         Self { stride: 0, values: Vec::new(), errors: Vec::new(), nodes: None, rhs: 0 }
     }
 
-    /// The answers for the columns of a tile, where they are worth it: with the engine `auto` and a law whose
-    /// columns are not cheap.
+    /// The answers for the columns of a tile, where they are worth it: with the engine `auto`, few dampings and a
+    /// law whose columns are not cheap. Backbones of laws with corners would need too many nodes.
     pub(super) fn of_tile(plan: &Plan, tile: &Tile, columns: &[Column]) -> Self {
         let mut found = Self::none();
         let Some(curve) = columns.first().map(|column| &column.curve) else { return found };
-        let backbone = plan.stores(Field::Regime) && !curve.weakening_is_convex();
+        let cs = &plan.grid.dampings()[tile.damping_range()];
+        let is_smooth = curve.corners().is_empty();
+        let backbone = plan.stores(Field::Regime) && is_smooth && !curve.weakening_is_convex();
         let needed = backbone || !plan.stores(Field::CriticalC);
-        if plan.engine != Engine::Auto || curve.stribeck().is_some() || !needed {
+        if plan.engine != Engine::Auto || curve.stribeck().is_some() || cs.len() > MOST_DAMPINGS || !needed {
             return found;
         }
         let mut intervals = 0;
@@ -94,7 +98,6 @@ impl Interpolated {
         found.stride = intervals + 2;
         found.values = vec![f64::NAN; found.stride * columns.len()];
         found.errors = vec![[f64::INFINITY; 2]; columns.len()];
-        let cs = &plan.grid.dampings()[tile.damping_range()];
         let shape = tile.shape();
         let question =
             Question { grid: &plan.grid, tile, columns, cs, intervals, shape: &shape[..shape.len() - 1] };
