@@ -41,8 +41,8 @@ use crate::friction::{COUNT, ProvedPiece, Weakening};
 const ORDER: usize = 7;
 /// Longest and shortest step.
 const STEPS: [f64; 2] = [0.2, 1e-13];
-/// Largest number of steps of all turns of a column, half a second; most turns take a hundred.
-const MOST_STEPS: u32 = 60_000;
+/// Largest number of steps of all turns of a column, a third of a second; most turns take a hundred.
+const MOST_STEPS: u32 = 30_000;
 /// Largest uncertainty that a step may add per unit of angle, relative to the size of D.
 const SHARPNESS: f64 = 1e-12;
 /// Uncertainty at which a step of any length is accepted: needed next to corners of the law.

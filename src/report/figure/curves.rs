@@ -21,7 +21,7 @@ const TOLERANCE: f64 = 1e-9;
 /// times those that ordinary curves take, and a few seconds.
 const MOST_WORK: u64 = 20_000_000;
 /// Work counted for a column without an answer, which takes up to a second.
-const FAILURE: u64 = MOST_WORK / 8;
+const FAILURE: u64 = MOST_WORK / 4;
 /// Number of columns that are solved together: few, since all of them may fail.
 const TOGETHER: usize = 2;
 
