@@ -31,7 +31,7 @@ pub(super) struct Compiled {
 }
 
 /// The law compiled to a slip speed of at least `reach`: to a power of two, so that similar belt speeds
-/// share the result, and anew for each, so that it does not depend on what was compiled before.
+/// share the result. What was compiled before saves time and changes nothing.
 fn compile(form: &Form, known: &mut Vec<Arc<Weakening>>, reach: f64) -> Arc<Weakening> {
     // Neither its square nor its inverse may leave the range of normal numbers.
     let exponent = reach.clamp(1e-150, 1e150).log2().ceil() as i32;
