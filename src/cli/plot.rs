@@ -138,7 +138,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     if let (Existing::Refuse, Some(path)) =
         (existing, written.iter().find(|path| path.symlink_metadata().is_ok()))
     {
-        return Err(failure(ReportError::Exists { path: (*path).clone() }));
+        return Err(failure(ReportError::Exists((*path).clone())));
     }
     let plot = Plot {
         x: &arguments.x,

@@ -55,7 +55,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let existing = existing(arguments.overwrite);
     // Checked before the work starts.
     if existing == Existing::Refuse && folder.symlink_metadata().is_ok() {
-        return Err(failure(ReportError::Exists { path: folder }));
+        return Err(failure(ReportError::Exists(folder)));
     }
     if folder.is_file() {
         return Err(Failure::BadInput(format!(
@@ -107,7 +107,7 @@ pub(super) fn existing(overwrite: bool) -> Existing {
 
 pub(super) fn failure(error: ReportError) -> Failure {
     match error {
-        ReportError::Exists { path } => Failure::BadInput(format!(
+        ReportError::Exists(path) => Failure::BadInput(format!(
             "{} exists already\n  help: add --overwrite to replace it, or choose another place with --out",
             path.display()
         )),

@@ -57,7 +57,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     });
     let existing = existing(arguments.overwrite);
     if existing == Existing::Refuse && folder.symlink_metadata().is_ok() {
-        return Err(failure(ReportError::Exists { path: folder }));
+        return Err(failure(ReportError::Exists(folder)));
     }
     // Checked before minutes of work.
     if let Some(peers) = arguments.peers.as_ref().filter(|peers| !peers.is_file()) {

@@ -48,12 +48,9 @@ pub enum ReportError {
     /// Tables could not be stored as HDF5.
     #[error(transparent)]
     Records(StoreError),
-    /// The output exists already.
-    #[error("{path} exists already; choose another place, or ask for it to be replaced")]
-    Exists {
-        /// The output.
-        path: PathBuf,
-    },
+    /// This output exists already.
+    #[error("{0} exists already; choose another place, or ask for it to be replaced")]
+    Exists(PathBuf),
     /// The folder of the output does not exist.
     #[error("{path}: there is no folder {folder}; create it, or choose another place")]
     NoFolder {
@@ -62,12 +59,9 @@ pub enum ReportError {
         /// The folder.
         folder: PathBuf,
     },
-    /// The file extension of a figure is not that of a known format.
-    #[error("{path} does not end in .svg, .pdf or .png; give the figure one of these endings")]
-    Format {
-        /// The output.
-        path: PathBuf,
-    },
+    /// The extension of this figure's name is not that of a known format.
+    #[error("{0} does not end in .svg, .pdf or .png; give the figure one of these endings")]
+    Format(PathBuf),
     /// The file system refuses.
     #[error("cannot write {path}: {source}")]
     Io {

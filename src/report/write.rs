@@ -75,7 +75,7 @@ pub(super) fn publish(
     written: &[Written],
 ) -> Result<(), ReportError> {
     if existing == Existing::Refuse && folder.symlink_metadata().is_ok() {
-        return Err(ReportError::Exists { path: folder.to_path_buf() });
+        return Err(ReportError::Exists(folder.to_path_buf()));
     }
     let parent = match folder.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
@@ -166,7 +166,7 @@ pub(crate) fn write_figure(
         Some("svg") => svg.into_bytes(),
         Some("png") => render::png(&name, &svg)?,
         Some("pdf") => render::pdf(&name, &svg)?,
-        _ => return Err(ReportError::Format { path: path.to_path_buf() }),
+        _ => return Err(ReportError::Format(path.to_path_buf())),
     };
     write_file(&contents, path, existing)
 }
@@ -177,11 +177,11 @@ pub(crate) fn write_figure(
 /// [`ReportError::Exists`], or why it could not be written.
 pub(crate) fn write_file(contents: &[u8], path: &Path, existing: Existing) -> Result<(), ReportError> {
     let failed = |source: io::Error| match source.kind() {
-        io::ErrorKind::AlreadyExists => ReportError::Exists { path: path.to_path_buf() },
+        io::ErrorKind::AlreadyExists => ReportError::Exists(path.to_path_buf()),
         _ => ReportError::Io { path: path.to_path_buf(), source },
     };
     if existing == Existing::Refuse && path.symlink_metadata().is_ok() {
-        return Err(ReportError::Exists { path: path.to_path_buf() });
+        return Err(ReportError::Exists(path.to_path_buf()));
     }
     let folder = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,

@@ -17,7 +17,7 @@ use super::pack;
 use super::reader::{MapFile, read_box};
 use super::seal::{self, Seal};
 use super::sys::{self, ScaleUse};
-use super::trust;
+use super::trust::{self, Unfit};
 use super::value::{self, ATTRIBUTES_DIGEST};
 
 /// A problem found in a map.
@@ -126,12 +126,12 @@ fn check_contents(map: &MapFile, ties: bool, report: &mut CheckReport) {
     report.cells = schema.grid.cells();
     report.tiles = schema.tiles();
     check_root(map, report);
-    if let Err(error) = check_curves(map, report) {
-        report.note(Some(curves::GROUP), None, format!("unreadable: {error}"));
+    if let Err(unfit) = check_curves(map, report) {
+        report.note(Some(curves::GROUP), None, unfit.to_string());
     }
     for name in auxiliary(map) {
-        if let Err(error) = check_auxiliary(map, name, ties, report) {
-            report.note(Some(name), None, format!("unreadable: {error}"));
+        if let Err(unfit) = check_auxiliary(map, name, ties, report) {
+            report.note(Some(name), None, unfit.to_string());
         }
     }
     for (position, axis) in schema.grid.axes().iter().enumerate() {
@@ -204,14 +204,11 @@ fn auxiliary(map: &MapFile) -> impl Iterator<Item = &'static str> {
 }
 
 /// Checks a variable beside the cells.
-fn check_auxiliary(map: &MapFile, name: &str, ties: bool, report: &mut CheckReport) -> hdf5::Result<()> {
+fn check_auxiliary(map: &MapFile, name: &str, ties: bool, report: &mut CheckReport) -> Result<(), Unfit> {
     let dataset = map.file().dataset(name)?;
     let axes = axes_of(name, map.grid()).unwrap_or_default();
     let shape: Vec<usize> = axes.iter().map(|&axis| map.grid().shape()[axis]).collect();
-    if let Err(why) = trust::auxiliary(&dataset, name, &shape)? {
-        report.note(Some(name), None, why);
-        return Ok(());
-    }
+    trust::auxiliary(&dataset, name, &shape)?;
     let digest = fingerprint::of_one_tile(&fingerprint::reals(&dataset.read_raw::<f64>()?));
     expect(&dataset, name, "sha256", &digest, report);
     check_attributes(&dataset, Some(name), report);
@@ -222,11 +219,8 @@ fn check_auxiliary(map: &MapFile, name: &str, ties: bool, report: &mut CheckRepo
 }
 
 /// Checks the curves of codimension one, if there are any.
-fn check_curves(map: &MapFile, report: &mut CheckReport) -> hdf5::Result<()> {
-    if let Err(why) = curves::read(map.file(), map.grid(), map.length())? {
-        report.note(Some(curves::GROUP), None, why);
-        return Ok(());
-    }
+fn check_curves(map: &MapFile, report: &mut CheckReport) -> Result<(), Unfit> {
+    curves::read(map.file(), map.grid(), map.length())?;
     if !map.file().link_exists(curves::GROUP) {
         return Ok(());
     }
@@ -240,8 +234,8 @@ fn check_curves(map: &MapFile, report: &mut CheckReport) -> hdf5::Result<()> {
             continue;
         }
         let dataset = group.dataset(&column)?;
-        if let Err(why) = trust::own_numbers(&dataset, &name)? {
-            report.note(Some(&name), None, why);
+        if let Err(unfit) = trust::own_numbers(&dataset, &name) {
+            report.note(Some(&name), None, unfit.to_string());
         } else if dataset.size() as u64 > map.length() {
             report.note(Some(&name), None, "declares more numbers than the file can hold");
         } else {
@@ -416,9 +410,9 @@ fn check_cells(map: &MapFile, variable: &Variable, dataset: &Dataset, report: &m
     let schema = map.schema();
     let name = Some(variable.name.as_str());
     match trust::variable(dataset, schema, variable) {
-        Ok(Ok(())) => {}
-        Ok(Err(why)) => return report.note(name, None, format!("is not read: {why}")),
-        Err(error) => return report.note(name, None, format!("unreadable: {error}")),
+        Ok(()) => {}
+        Err(Unfit::Foreign(why)) => return report.note(name, None, format!("is not read: {why}")),
+        Err(unfit) => return report.note(name, None, unfit.to_string()),
     }
     let may_be_missing = map.text("not_computed").is_some();
     let written = dataset.num_chunks().unwrap_or(0);

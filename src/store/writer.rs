@@ -8,15 +8,14 @@ use hdf5::types::VarLenArray;
 use hdf5::{Dataset, File, ObjectReference1};
 
 use crate::dataset::{
-    Auxiliary, Fingerprint, Outcome, Provenance, Schema, Value, Variable, attributes, auxiliary, fingerprint,
-    hex,
+    Auxiliary, Fingerprint, Outcome, Schema, Value, Variable, attributes, auxiliary, fingerprint, hex,
 };
-use crate::map::{Account, Axis, Plan, Sink, TileData};
+use crate::map::{Axis, Plan};
 
 use super::create::{ATTRIBUTES_IN_HEADER, create_file, seal_attributes};
 use super::curves;
 use super::error::StoreError;
-use super::pack::{PackedTile, Packing};
+use super::pack::PackedTile;
 use super::seal::{self, Existing, Temporary};
 use super::sys::{self, Ending, ScaleUse};
 use super::value;
@@ -33,7 +32,7 @@ struct Written {
 /// A map being written. Until [`MapWriter::finish`] it lies beside the output under a temporary name;
 /// dropping the writer removes it.
 #[derive(Debug)]
-pub struct MapWriter {
+pub(super) struct MapWriter {
     // Fields are dropped in order: the file is closed, then removed.
     datasets: Vec<Dataset>,
     file: File,
@@ -41,30 +40,11 @@ pub struct MapWriter {
     output: PathBuf,
     existing: Existing,
     history: String,
-    packing: Packing,
+    schema: Schema,
     written: Mutex<Vec<Written>>,
 }
 
 impl MapWriter {
-    /// Starts the map of `plan`.
-    ///
-    /// # Errors
-    /// [`StoreError::Exists`] if `path` exists and is not to be replaced; otherwise the file system's or
-    /// the library's reasons.
-    pub fn create(
-        path: &Path,
-        plan: &Plan,
-        provenance: &Provenance,
-        existing: Existing,
-    ) -> Result<Self, StoreError> {
-        if existing == Existing::Refuse && path.symlink_metadata().is_ok() {
-            return Err(StoreError::Exists { path: path.to_path_buf() });
-        }
-        let opening = attributes::opening(plan, provenance);
-        let history = attributes::history(provenance);
-        Self::begin(path, Temporary::beside(path)?, plan, &opening, history, existing)
-    }
-
     /// Starts the map with these attributes in this temporary file.
     pub(super) fn begin(
         path: &Path,
@@ -96,7 +76,7 @@ impl MapWriter {
             output: path.to_path_buf(),
             existing,
             history,
-            packing: Packing::new(schema, plan.compression),
+            schema,
             written: Mutex::new(written),
         })
     }
@@ -108,10 +88,10 @@ impl MapWriter {
     /// `outcome` gives no reason, [`StoreError::Overtaken`] if the output appeared meanwhile and is not to
     /// be replaced; otherwise the file system's or the library's reasons. In every case but `Overtaken` the
     /// temporary file is removed.
-    pub fn finish(self, outcome: &Outcome) -> Result<(), StoreError> {
+    pub(super) fn finish(self, outcome: &Outcome) -> Result<(), StoreError> {
         self.check_complete(outcome)?;
-        let Self { datasets, file, temporary, output, existing, history, packing, written } = self;
-        let schema = packing.schema();
+        let Self { datasets, file, temporary, output, existing, history, schema, written } = self;
+        let schema = &schema;
         let written = written.into_inner().unwrap_or_else(PoisonError::into_inner);
         let failed = |error: hdf5::Error| StoreError::hdf5("finish", &output, &error);
         create_auxiliary(&file, schema, &outcome.auxiliary).map_err(failed)?;
@@ -163,7 +143,7 @@ impl MapWriter {
 
     /// The layout.
     pub(super) fn schema(&self) -> &Schema {
-        self.packing.schema()
+        &self.schema
     }
 
     /// Returns an error unless every tile was written and every cell computed.
@@ -193,19 +173,6 @@ impl MapWriter {
             }
         }
         Ok(())
-    }
-}
-
-impl Sink for MapWriter {
-    type Packed = PackedTile;
-    type Error = StoreError;
-
-    fn pack(&self, data: &TileData) -> Result<PackedTile, StoreError> {
-        Ok(self.packing.pack(data))
-    }
-
-    fn write(&self, packed: PackedTile, _: &Account) -> Result<(), StoreError> {
-        self.put(packed)
     }
 }
 

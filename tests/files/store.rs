@@ -10,7 +10,7 @@ use slipmap::map::{
 };
 use slipmap::store::Pick::{Every, Node};
 use slipmap::store::{
-    Audit, CheckReport, Existing, MapFile, MapWriter, Outcome, Provenance, StoreError, Value, check,
+    Audit, CheckReport, Existing, MapFile, Outcome, PartialMap, Provenance, StoreError, Value, check,
 };
 use tempfile::TempDir;
 
@@ -127,7 +127,7 @@ fn tile_data(plan: &Plan, tile: Tile) -> TileData {
 }
 
 /// Writes the given tiles in the given order.
-fn write_tiles(writer: &MapWriter, plan: &Plan, tiles: impl IntoIterator<Item = usize>) {
+fn write_tiles(writer: &PartialMap, plan: &Plan, tiles: impl IntoIterator<Item = usize>) {
     for number in tiles {
         let data = tile_data(plan, plan.grid().tile(plan.tile_shape(), number));
         writer.write(writer.pack(&data).unwrap(), &Account::none(plan)).unwrap();
@@ -139,7 +139,7 @@ fn tiles(plan: &Plan) -> Range<usize> {
 }
 
 fn write_map(path: &Path, plan: &Plan) {
-    let writer = MapWriter::create(path, plan, &provenance(), Existing::Refuse).unwrap();
+    let writer = PartialMap::begin(path, plan, &provenance(), Existing::Refuse).unwrap();
     write_tiles(&writer, plan, tiles(plan));
     writer.finish(&outcome()).unwrap();
 }
@@ -155,7 +155,9 @@ fn small_map() -> (TempDir, PathBuf, Plan) {
 
 fn files(folder: &Path) -> Vec<String> {
     let names = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name());
-    names.map(|name| name.to_string_lossy().into_owned()).collect()
+    let mut names: Vec<String> = names.map(|name| name.to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
 }
 
 fn same(a: f64, b: f64) -> bool {
@@ -286,7 +288,7 @@ fn the_order_of_tiles_leaves_no_trace() {
     let forwards = folder.path().join("forwards.h5");
     write_map(&forwards, &plan);
     let backwards = folder.path().join("backwards.h5");
-    let writer = MapWriter::create(&backwards, &plan, &provenance(), Existing::Refuse).unwrap();
+    let writer = PartialMap::begin(&backwards, &plan, &provenance(), Existing::Refuse).unwrap();
     // Packed by several threads at once, as the engine does.
     std::thread::scope(|scope| {
         for half in 0..2 {
@@ -325,7 +327,7 @@ fn a_configuration_of_any_length_fits() {
     // HDF5 keeps attributes of up to 64 KiB in an object's header and must put longer ones elsewhere.
     let long = "# µ\n".repeat(100_000);
     let provenance = Provenance { config_text: long.clone(), ..provenance() };
-    let writer = MapWriter::create(&path, &plan, &provenance, Existing::Refuse).unwrap();
+    let writer = PartialMap::begin(&path, &plan, &provenance, Existing::Refuse).unwrap();
     write_tiles(&writer, &plan, tiles(&plan));
     writer.finish(&outcome()).unwrap();
     assert_sound(&path);
@@ -337,20 +339,22 @@ fn nothing_half_done_appears() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("map.h5");
     let plan = plan([2, 1, 3, 1, 5, 4], 15, &[Field::Verdict, Field::CriticalC]);
-    let start = || MapWriter::create(&path, &plan, &provenance(), Existing::Refuse).unwrap();
+    let start = || PartialMap::begin(&path, &plan, &provenance(), Existing::Replace).unwrap();
+
+    drop(start());
+    assert_eq!(files(folder.path()), Vec::<String>::new());
 
     let writer = start();
     write_tiles(&writer, &plan, tiles(&plan));
-    assert!(!path.exists());
-    assert_eq!(files(folder.path()).len(), 1, "the temporary file lies beside the output");
+    assert_eq!(files(folder.path()), ["map.h5.part", "map.h5.part-map"]);
     drop(writer);
-    assert_eq!(files(folder.path()), Vec::<String>::new());
+    assert_eq!(files(folder.path()), ["map.h5.part"], "the journal holds what was computed");
 
     let writer = start();
     write_tiles(&writer, &plan, tiles(&plan).filter(|tile| ![1, 3].contains(tile)));
     let error = writer.finish(&outcome()).unwrap_err();
     assert!(matches!(error, StoreError::Incomplete { missing: 2, first: 1, .. }), "{error}");
-    assert_eq!(files(folder.path()), Vec::<String>::new());
+    assert_eq!(files(folder.path()), ["map.h5.part"]);
 }
 
 #[test]
@@ -363,7 +367,7 @@ fn cells_left_out_must_be_announced() {
     data.methods[0].verdicts =
         verdicts.map(|(cell, verdict)| if cell == 7 { Verdict::NotComputed } else { verdict }).collect();
     let write = |outcome: &Outcome| {
-        let writer = MapWriter::create(&path, &plan, &provenance(), Existing::Refuse).unwrap();
+        let writer = PartialMap::begin(&path, &plan, &provenance(), Existing::Replace).unwrap();
         writer.write(writer.pack(&data).unwrap(), &Account::none(&plan)).unwrap();
         writer.finish(outcome)
     };
@@ -378,10 +382,10 @@ fn cells_left_out_must_be_announced() {
 fn an_output_is_replaced_only_on_request_and_only_at_the_end() {
     let (folder, path, plan) = small_map();
     let before = fs::read(&path).unwrap();
-    let error = MapWriter::create(&path, &plan, &provenance(), Existing::Refuse).unwrap_err();
+    let error = PartialMap::begin(&path, &plan, &provenance(), Existing::Refuse).unwrap_err();
     assert!(matches!(error, StoreError::Exists { .. }), "{error}");
 
-    let writer = MapWriter::create(&path, &plan, &provenance(), Existing::Replace).unwrap();
+    let writer = PartialMap::begin(&path, &plan, &provenance(), Existing::Replace).unwrap();
     write_tiles(&writer, &plan, tiles(&plan));
     assert_eq!(fs::read(&path).unwrap(), before);
     let retitled = Outcome { wall_seconds: 77.0, ..outcome() };
@@ -395,7 +399,7 @@ fn a_finished_map_is_kept_when_its_name_was_taken_meanwhile() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("map.h5");
     let plan = plan([1, 1, 1, 1, 5, 4], 100, &[Field::Verdict]);
-    let writer = MapWriter::create(&path, &plan, &provenance(), Existing::Refuse).unwrap();
+    let writer = PartialMap::begin(&path, &plan, &provenance(), Existing::Refuse).unwrap();
     write_tiles(&writer, &plan, tiles(&plan));
     fs::write(&path, "somebody else's").unwrap();
     match writer.finish(&outcome()).unwrap_err() {
@@ -410,7 +414,7 @@ fn a_place_that_cannot_be_written_is_named() {
     let folder = TempDir::new().unwrap();
     let plan = plan([1, 1, 1, 1, 5, 4], 100, &[Field::Verdict]);
     let create =
-        |path: PathBuf| MapWriter::create(&path, &plan, &provenance(), Existing::Refuse).unwrap_err();
+        |path: PathBuf| PartialMap::begin(&path, &plan, &provenance(), Existing::Refuse).unwrap_err();
     let error = create(folder.path().join("absent").join("map.h5"));
     assert!(matches!(error, StoreError::NoFolder { .. }) && error.to_string().contains("absent"), "{error}");
     fs::write(folder.path().join("file"), "").unwrap();
@@ -574,7 +578,7 @@ fn a_map_can_be_read_while_a_process_started_during_its_writing_runs() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("map.h5");
     let plan = plan([1, 1, 1, 1, 1, 2], 100, &[Field::Verdict]);
-    let writer = MapWriter::create(&path, &plan, &provenance(), Existing::Refuse).unwrap();
+    let writer = PartialMap::begin(&path, &plan, &provenance(), Existing::Refuse).unwrap();
     let mut child = std::process::Command::new("sleep").arg("60").spawn().unwrap();
     let tile = plan.grid().tile(plan.tile_shape(), 0);
     writer.write(writer.pack(&tile_data(&plan, tile)).unwrap(), &Account::none(&plan)).unwrap();

@@ -165,12 +165,12 @@ pub(crate) fn diagram(view: &View, plot: &DiagramPlot) -> Result<Plotted, Report
             let (from, to) = (from / label.factor, to / label.factor);
             let legal = |end: f64| Grid::check_value(grid.law(), axes[x].role, &axes[x].name, end).is_ok();
             if !(legal(from) && legal(to) && from < to) {
-                return Err(ChoiceError::NoRange { axis: label.header() }.into());
+                return Err(ChoiceError::NoRange(label.header()).into());
             }
             Scale::linear(from, to)
         }
         None if nodes.len() < 2 => {
-            return Err(ChoiceError::NothingToDraw { axis: axes[x].name.clone() }.into());
+            return Err(ChoiceError::NothingToDraw(axes[x].name.clone()).into());
         }
         None => Scale::of_nodes(nodes),
     };

@@ -74,11 +74,11 @@ pub fn plot(view: &View, plot: &Plot) -> Result<Plotted, ReportError> {
     let axes = view.map.grid().axes();
     let single = |axis: usize| axes[axis].values.len() < 2;
     match y {
-        Some(y) if x == y => Err(ChoiceError::SameAxis { axis: axes[x].name.clone() }.into()),
+        Some(y) if x == y => Err(ChoiceError::SameAxis(axes[x].name.clone()).into()),
         Some(y) if single(x) || single(y) => {
             let (shown, other) = if single(x) { (y, x) } else { (x, y) };
             if plot.curves {
-                return Err(ChoiceError::OneNode { axis: axes[other].name.clone() }.into());
+                return Err(ChoiceError::OneNode(axes[other].name.clone()).into());
             }
             let mut plotted = over_axis(view, plot, shown)?;
             let [shown, other] = [shown, other].map(|axis| &axes[axis].name);
@@ -144,7 +144,7 @@ pub(crate) fn one_each(at: &[At]) -> Result<Vec<(String, f64)>, ChoiceError> {
     at.iter()
         .map(|(name, values)| match values[..] {
             [value] => Ok((name.clone(), value)),
-            _ => Err(ChoiceError::SeveralValues { axis: name.clone() }),
+            _ => Err(ChoiceError::SeveralValues(name.clone())),
         })
         .collect()
 }
@@ -160,7 +160,7 @@ fn over_plane(view: &View, plot: &Plot, x: usize, y: usize) -> Result<Plotted, R
         Some((name, values)) => {
             let axis = find_axis(view, name)?;
             if axis == x || axis == y {
-                return Err(ChoiceError::Shown { axis: name.clone() }.into());
+                return Err(ChoiceError::Shown(name.clone()).into());
             }
             let nodes = values.iter().map(|value| Ok(Some(nearest_node(view, axis, *value)?)));
             (Some(axis), nodes.collect::<Result<Vec<_>, ChoiceError>>()?)
@@ -272,14 +272,14 @@ fn over_axis(view: &View, plot: &Plot, x: usize) -> Result<Plotted, ReportError>
     let map = view.map;
     let axes = map.grid().axes();
     if axes[x].values.len() < 2 {
-        return Err(ChoiceError::NothingToDraw { axis: axes[x].name.clone() }.into());
+        return Err(ChoiceError::NothingToDraw(axes[x].name.clone()).into());
     }
     let names = variables(map, plot.variables)?;
     let without_damping = names.iter().all(|name| name.starts_with("critical_c_"));
     // The axes with several values, each with a curve or a panel.
     let several: Vec<&At> = plot.at.iter().filter(|(_, values)| values.len() != 1).collect();
     if let [_, (second, _), ..] = several[..] {
-        return Err(ChoiceError::SeveralValues { axis: second.clone() }.into());
+        return Err(ChoiceError::SeveralValues(second.clone()).into());
     }
     let single: Vec<At> = plot.at.iter().filter(|(_, values)| values.len() == 1).cloned().collect();
     let mut shown = vec![x];
@@ -287,7 +287,7 @@ fn over_axis(view: &View, plot: &Plot, x: usize) -> Result<Plotted, ReportError>
         let Some((name, values)) = at else { return Ok((None, vec![None])) };
         let axis = find_axis(view, name)?;
         if shown.contains(&axis) {
-            return Err(ChoiceError::Shown { axis: name.clone() });
+            return Err(ChoiceError::Shown(name.clone()));
         }
         shown.push(axis);
         let nodes = values.iter().map(|value| nearest_node(view, axis, *value).map(Some));

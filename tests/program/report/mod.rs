@@ -14,7 +14,7 @@ use slipmap::map::{self, Control, Field, Grid, Method, Plan};
 use slipmap::report::{self, Cell, Report, Table};
 use slipmap::simulate::naive::NaiveKnobs;
 use slipmap::store::Pick::{Every, Node};
-use slipmap::store::{self, MapFile, MapWriter, Outcome, Provenance};
+use slipmap::store::{self, MapFile, Outcome, PartialMap, Provenance};
 
 const AXES: [&str; 6] = ["epsilon", "alpha", "beta", "gamma", "V", "c"];
 
@@ -61,7 +61,7 @@ fn store_map(folder: &Path, plan: &Plan, title: &str) -> MapFile {
         config_text: format!("# {title}\n```\n``\u{1}``\n"),
         command_line: "slipmap run map.toml".into(),
     };
-    let writer = MapWriter::create(&path, plan, &provenance, store::Existing::Refuse).unwrap();
+    let writer = PartialMap::begin(&path, plan, &provenance, store::Existing::Refuse).unwrap();
     let control = Control { threads: Some(1), ..Control::default() };
     let summary = map::run(plan, &writer, &control).unwrap();
     let outcome = Outcome {
