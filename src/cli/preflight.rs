@@ -5,7 +5,7 @@ use std::io::{self, Read as _};
 use std::path::{Component, Path, PathBuf};
 
 use super::output::{bytes, count};
-use super::proof::{self, Existing};
+use super::proof::{self, PathState};
 use super::{Ended, Failure, say};
 use crate::config::Job;
 use crate::store;
@@ -175,23 +175,23 @@ fn check_proof(job: &Job, proof: &Path, permission: Permission) -> Result<Place,
     }
     check_back_steps(proof)?;
     check_folder(proof, "validated.proof")?;
-    match proof::existing(proof) {
-        Existing::Nothing => Ok(Place::Free),
-        Existing::OutOfReach(error) => refuse(format!("{name} cannot be written: {error}")),
-        Existing::Other => Err(Failure::BadInput(format!(
+    match proof::state(proof) {
+        PathState::Nothing => Ok(Place::Free),
+        PathState::OutOfReach(error) => refuse(format!("{name} cannot be written: {error}")),
+        PathState::Other => Err(Failure::BadInput(format!(
             "{name} is not a proof, and only proofs are replaced\n  \
              help: move it away, or choose another place with --set validated.proof=.."
         ))),
-        Existing::Proof(_) if permission == Permission::Overwrite => {
+        PathState::Proof(_) if permission == Permission::Overwrite => {
             Ok(Place::Replaces(format!("the proof {name}")))
         }
-        Existing::Proof(Some(run)) if permission == Permission::Resume && run == job.identity() => {
+        PathState::Proof(Some(run)) if permission == Permission::Resume && run == job.identity() => {
             Ok(Place::Free)
         }
-        Existing::Proof(_) if permission == Permission::Resume => {
+        PathState::Proof(_) if permission == Permission::Resume => {
             refuse(format!("{name} is the proof of another run, and to resume this one replaces nothing"))
         }
-        Existing::Proof(_) => Ok(Place::Taken),
+        PathState::Proof(_) => Ok(Place::Taken),
     }
 }
 

@@ -17,7 +17,7 @@ const LONGEST: u64 = 1 << 30;
 
 /// State of a certificate's path.
 #[derive(Debug)]
-pub(super) enum Existing {
+pub(super) enum PathState {
     /// Nothing, or an empty file.
     Nothing,
     /// A certificate, with the identity of the run that wrote it if it records one.
@@ -29,23 +29,23 @@ pub(super) enum Existing {
 }
 
 /// Examines the path of a certificate.
-pub(super) fn existing(path: &Path) -> Existing {
+pub(super) fn state(path: &Path) -> PathState {
     match path.symlink_metadata() {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Existing::Nothing,
-        Err(error) => return Existing::OutOfReach(error),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return PathState::Nothing,
+        Err(error) => return PathState::OutOfReach(error),
         // In this order: opening a pipe would wait for its other end.
-        Ok(_) if !path.metadata().is_ok_and(|metadata| metadata.is_file()) => return Existing::Other,
+        Ok(_) if !path.metadata().is_ok_and(|metadata| metadata.is_file()) => return PathState::Other,
         Ok(_) => {}
     }
     match read(path) {
         Ok(Some(text)) => {
-            Existing::Proof(Certificate::parse(&text).ok().and_then(|read| read.run().map(str::to_owned)))
+            PathState::Proof(Certificate::parse(&text).ok().and_then(|read| read.run().map(str::to_owned)))
         }
         Ok(None) => match path.metadata().map(|metadata| metadata.len()) {
-            Ok(0) => Existing::Nothing,
-            _ => Existing::Other,
+            Ok(0) => PathState::Nothing,
+            _ => PathState::Other,
         },
-        Err(_) => Existing::Other,
+        Err(_) => PathState::Other,
     }
 }
 
@@ -66,14 +66,16 @@ fn read(path: &Path) -> io::Result<Option<String>> {
 /// Refuses a path for the certificate of a point that exists and may not be replaced, or is not a proof.
 pub(super) fn check_place(path: &Path, overwrite: bool) -> Result<(), Failure> {
     let name = path.display();
-    let problem = match existing(path) {
-        Existing::Nothing => return Ok(()),
-        Existing::Proof(_) if overwrite => return Ok(()),
-        Existing::Proof(_) => {
+    let problem = match state(path) {
+        PathState::Nothing => return Ok(()),
+        PathState::Proof(_) if overwrite => return Ok(()),
+        PathState::Proof(_) => {
             "exists already\n  help: add --overwrite to replace it, or choose another name".into()
         }
-        Existing::Other => "is not a proof, and only proofs are replaced\n  help: choose another name".into(),
-        Existing::OutOfReach(error) => format!("cannot be written: {error}\n  help: choose another name"),
+        PathState::Other => {
+            "is not a proof, and only proofs are replaced\n  help: choose another name".into()
+        }
+        PathState::OutOfReach(error) => format!("cannot be written: {error}\n  help: choose another name"),
     };
     Err(Failure::BadInput(format!("--proof {name} {problem}")))
 }
@@ -81,7 +83,7 @@ pub(super) fn check_place(path: &Path, overwrite: bool) -> Result<(), Failure> {
 /// Writes the certificate of a surface atomically. Replaces an existing one if `overwrite` is set, or if it
 /// was written by the same run before it was stopped.
 pub(super) fn write(surface: &Surface, run: &str, path: &Path, overwrite: bool) -> Result<(), Failure> {
-    let own = || matches!(existing(path), Existing::Proof(Some(writer)) if writer == run);
+    let own = || matches!(state(path), PathState::Proof(Some(writer)) if writer == run);
     write_text(Certificate::of(surface, run).text(), path, overwrite || own())
 }
 

@@ -10,6 +10,7 @@ use serde_json::json;
 
 use super::output::{bytes, count, number_of};
 use super::preflight::{Permission, Preflight, create_folders};
+use super::report::existing;
 use super::summary::{self, Report};
 use super::{Ended, Failure, estimate, interrupt, output, progress, proof, say};
 use crate::certify::validated::prover::Prover;
@@ -17,7 +18,7 @@ use crate::config::Job;
 use crate::dataset::{Auxiliary, auxiliary};
 use crate::map::{self, Account, ComputeError, Control, Earlier, Queue};
 use crate::risk::{is_uncertain, probabilities};
-use crate::store::{self, Existing, Left, Outcome, PartialMap, Provenance, Resumed, StoreError};
+use crate::store::{self, Left, Outcome, PartialMap, Provenance, Resumed, StoreError};
 
 /// Compute a map from a configuration file.
 #[derive(Debug, Args)]
@@ -166,8 +167,8 @@ fn prepare(arguments: &Arguments, job: Job) -> Result<Option<(Job, PartialMap)>,
         for replaced in preflight.replaces.iter().chain(&preflight.replaces_proof) {
             say(&format!("note: {replaced} will be replaced"));
         }
-        let existing = if arguments.overwrite { Existing::Replace } else { Existing::Refuse };
-        PartialMap::begin(&job.output, &job.plan, &provenance, existing).map_err(create_failure)?
+        PartialMap::begin(&job.output, &job.plan, &provenance, existing(arguments.overwrite))
+            .map_err(create_failure)?
     };
     report_resumption(&map, arguments.resume);
     abandon_in_time(job.output.clone());
@@ -383,7 +384,8 @@ fn create_failure(error: StoreError) -> Failure {
     }
 }
 
-fn provenance(job: &Job) -> Provenance {
+/// Provenance of what this command makes of a configuration.
+pub(super) fn provenance(job: &Job) -> Provenance {
     Provenance {
         title: job.title.clone(),
         config_path: job.config_file.display().to_string(),
@@ -393,7 +395,7 @@ fn provenance(job: &Job) -> Provenance {
 }
 
 /// The words of the command line, quoted for a shell where needed.
-pub(super) fn command_line() -> Vec<String> {
+fn command_line() -> Vec<String> {
     let plain = |c: char| c.is_alphanumeric() || "-_./=,:+@%".contains(c);
     let quoted = std::env::args_os().skip(1).map(|argument| {
         let text = argument.to_string_lossy().into_owned();

@@ -7,13 +7,12 @@ use std::sync::atomic::Ordering;
 use clap::Args;
 
 use super::report::{existing, failure};
-use super::run::command_line;
+use super::run::provenance;
 use super::{Ended, Failure, interrupt, progress, say};
 use crate::benchmark::Study;
 use crate::benchmark::contestants;
 use crate::config::Job;
 use crate::report::{Existing, ReportError};
-use crate::store::Provenance;
 
 /// Chart the time per cell of every method and engine against its error, each over its own knob, on the same
 /// cells, against a reference of more than 20 digits.
@@ -85,13 +84,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         }
         Some((_, true)) => {}
     }
-    let provenance = Provenance {
-        title: job.title,
-        config_path: job.config_file.display().to_string(),
-        config_text: job.config_text,
-        command_line: command_line().join(" "),
-    };
-    study.write(&provenance, &folder, existing).map_err(failure)?;
+    study.write(&provenance(&job), &folder, existing).map_err(failure)?;
     writeln!(io::stdout().lock(), "{}", folder.join("work-precision.md").display())?;
     Ok(Ended::Fine)
 }

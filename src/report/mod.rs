@@ -29,10 +29,11 @@ pub(crate) use text::{Rich, rich};
 pub use units::View;
 pub(crate) use units::{Label, UnitSystem, join};
 pub(crate) use verdicts::{Confusion, Verdicts};
-pub use write::{Existing, ReportOptions, write};
+pub use write::{ReportOptions, write};
 pub(crate) use write::{write_figure, write_file};
 
 use crate::benchmark::StudyError;
+pub use crate::store::Existing;
 use crate::store::{MapFile, StoreError};
 
 /// Name of the method with which all others are compared.

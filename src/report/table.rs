@@ -1,6 +1,6 @@
 //! A table independent of formats, and its formats: Markdown, HTML, LaTeX and CSV.
 
-use super::text::{Rich, html, latex, markdown};
+use super::text::{Rich, html, latex, markdown, rich};
 
 /// The contents of a cell.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,6 +49,13 @@ pub struct Column {
     pub(crate) heading: Rich,
     /// Format of its numbers.
     pub(crate) show: Show,
+}
+
+impl Column {
+    /// A column with a name for CSV files and a heading for the other formats.
+    pub(crate) fn new(key: &str, heading: &str, show: Show) -> Self {
+        Self { key: key.into(), heading: rich(heading), show }
+    }
 }
 
 /// A table.
@@ -409,12 +416,10 @@ fn html_number(cell: &Cell, style: Style) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::text::rich;
     use super::*;
 
     fn table() -> Table {
-        let column =
-            |key: &str, heading: &str, show| Column { key: key.into(), heading: rich(heading), show };
+        let column = Column::new;
         Table {
             name: "example",
             caption: rich("Errors in {c}."),

@@ -11,16 +11,7 @@ use super::table::Table;
 use super::text::Rich;
 use super::units::View;
 use super::{Report, ReportError, document, figure, stale, summary, tables};
-use crate::store::{self, StoreError};
-
-/// Behaviour if the output exists already.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Existing {
-    /// Leave it and return an error.
-    Refuse,
-    /// Replace it.
-    Replace,
-}
+use crate::store::{self, Existing, StoreError};
 
 /// Options of a report.
 #[derive(Clone, Copy, Debug)]

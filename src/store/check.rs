@@ -370,10 +370,7 @@ fn check_ties(name: &str, rank: usize, dataset: &Dataset, report: &mut CheckRepo
 /// Checks that a dimension lists the variables that have it, and no others.
 fn check_uses(map: &MapFile, position: usize, scale: &Dataset, report: &mut CheckReport) -> hdf5::Result<()> {
     let mut expected = Vec::new();
-    let rank = |variable: &Variable| variable.rank(map.schema().dimensions().len());
-    let of_variables = map.schema().variables.iter().map(|v| (v.name.as_str(), (0..rank(v)).collect()));
-    let of_auxiliary = auxiliary(map).map(|name| (name, axes_of(name, map.grid()).unwrap_or_default()));
-    let all: Vec<(&str, Vec<usize>)> = of_variables.chain(of_auxiliary).collect();
+    let all = map.schema().positions(auxiliary(map));
     for (name, axes) in all.iter().filter(|(name, _)| map.file().link_exists(name)) {
         let Some(dimension) = axes.iter().position(|axis| *axis == position) else { continue };
         let reference: ObjectReference1 = map.file().reference(name)?;

@@ -149,7 +149,7 @@ pub enum StoreError {
         /// Number of the first missing tile.
         first: usize,
     },
-    /// Cells are labelled "not computed" although the run did not announce any.
+    /// Cells are labelled "not computed", which no finished run has.
     #[error("{path} would be incomplete: {variable} has {cells} cells that were not computed")]
     NotComputed {
         /// The output.

@@ -91,7 +91,7 @@ mod writer;
 
 pub use crate::dataset::attributes::fingerprint;
 pub(crate) use crate::dataset::attributes::plan_digest;
-pub use crate::dataset::{Audit, Outcome, Provenance, Value};
+pub use crate::dataset::{Outcome, Provenance, Value};
 pub use check::{CheckReport, Problem, check};
 
 pub use error::StoreError;

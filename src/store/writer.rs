@@ -84,12 +84,11 @@ impl MapWriter {
     /// Completes the map, seals it, forces it to disk, and gives it its name.
     ///
     /// # Errors
-    /// [`StoreError::Incomplete`] if tiles are missing, [`StoreError::NotComputed`] if cells are and
-    /// `outcome` gives no reason, [`StoreError::Overtaken`] if the output appeared meanwhile and is not to
-    /// be replaced; otherwise the file system's or the library's reasons. In every case but `Overtaken` the
+    /// [`StoreError::Incomplete`] if tiles are missing, [`StoreError::NotComputed`] if cells are,
+    /// [`StoreError::Overtaken`] if the output appeared meanwhile and is not to be replaced; otherwise the file system's or the library's reasons. In every case but `Overtaken` the
     /// temporary file is removed.
     pub(super) fn finish(self, outcome: &Outcome) -> Result<(), StoreError> {
-        self.check_complete(outcome)?;
+        self.check_complete()?;
         let Self { datasets, file, temporary, output, existing, history, schema, written } = self;
         let schema = &schema;
         let written = written.into_inner().unwrap_or_else(PoisonError::into_inner);
@@ -147,7 +146,7 @@ impl MapWriter {
     }
 
     /// Returns an error unless every tile was written and every cell computed.
-    fn check_complete(&self, outcome: &Outcome) -> Result<(), StoreError> {
+    fn check_complete(&self) -> Result<(), StoreError> {
         let written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
         for (variable, written) in self.schema().variables.iter().zip(written.iter()) {
             let missing = || written.chunks.iter().enumerate().filter(|(_, chunk)| chunk.is_none());
@@ -162,9 +161,7 @@ impl MapWriter {
             let codes = variable.codes().unwrap_or_default();
             let not_computed =
                 codes.iter().zip(&written.counts).find(|((_, name), _)| *name == "not_computed");
-            if let Some((_, &cells @ 1..)) = not_computed
-                && outcome.not_computed.is_none()
-            {
+            if let Some((_, &cells @ 1..)) = not_computed {
                 return Err(StoreError::NotComputed {
                     path: self.output.clone(),
                     variable: variable.name.clone(),
@@ -206,11 +203,7 @@ fn name_dimensions<'a>(
 fn list_uses(file: &File, schema: &Schema, auxiliary: &[Auxiliary]) -> hdf5::Result<()> {
     let axes = schema.grid.axes();
     let mut uses: Vec<Vec<ScaleUse>> = vec![Vec::new(); axes.len()];
-    let of_variables = schema.variables.iter().map(|v| (v.name.as_str(), (0..v.rank(axes.len())).collect()));
-    let of_auxiliary =
-        auxiliary.iter().filter_map(|v| Some((v.name, auxiliary::axes_of(v.name, &schema.grid)?)));
-    let all: Vec<(&str, Vec<usize>)> = of_variables.chain(of_auxiliary).collect();
-    for (name, positions) in all {
+    for (name, positions) in schema.positions(auxiliary.iter().map(|variable| variable.name)) {
         let dataset: ObjectReference1 = file.reference(name)?;
         for (dimension, position) in (0..).zip(positions) {
             uses[position].push(ScaleUse { dataset, dimension });

@@ -64,16 +64,7 @@ fn store_map(folder: &Path, plan: &Plan, title: &str) -> MapFile {
     let writer = PartialMap::begin(&path, plan, &provenance, store::Existing::Refuse).unwrap();
     let control = Control { threads: Some(1), ..Control::default() };
     let summary = map::run(plan, &writer, &control).unwrap();
-    let outcome = Outcome {
-        threads: summary.threads,
-        wall_seconds: summary.seconds,
-        seconds: summary.methods.iter().map(|method| (method.method, method.seconds)).collect(),
-        audit: Some(store::Audit { cells: 3, disagreements: 0 }),
-        not_computed: None,
-        curves: Vec::new(),
-        ..Outcome::default()
-    };
-    writer.finish(&outcome).unwrap();
+    writer.finish(&Outcome::of(plan, &summary, None)).unwrap();
     MapFile::open(&path).unwrap()
 }
 
