@@ -8,6 +8,7 @@ use super::output::{bytes, count};
 use super::proof::{self, PathState};
 use super::{Ended, Failure, say};
 use crate::config::Job;
+use crate::map::Grid;
 use crate::store;
 
 /// State of the output's path and of its disk.
@@ -101,14 +102,12 @@ impl Preflight {
             return Ok(Ended::Fine);
         }
         let grid = &job.plan.grid;
-        let sizes: Vec<String> =
-            grid.axes().iter().map(|axis| format!("{} {}", axis.name, count(axis.values.len()))).collect();
         Err(Failure::BadInput(format!(
             "{}: the grid has {} cells ({}), {} before compression; the run needs {need}\n  \
              help: take fewer points on the longest axes or fewer output.fields, or choose another disk",
             job.config_file.display(),
             count(grid.cells()),
-            sizes.join(" x "),
+            sizes(grid),
             bytes(job.plan.bytes()),
         )))
     }
@@ -117,6 +116,12 @@ impl Preflight {
     pub(super) fn may_not_fit(&self, job: &Job) -> bool {
         self.free.is_some_and(|free| peak(job.plan.bytes()) > u128::from(free))
     }
+}
+
+/// The lengths of the axes of a grid: "epsilon 3 x alpha 1 x ..".
+pub(super) fn sizes(grid: &Grid) -> String {
+    let axes = grid.axes().iter();
+    axes.map(|axis| format!("{} {}", axis.name, count(axis.values.len()))).collect::<Vec<_>>().join(" x ")
 }
 
 /// State of a certificate's path.
@@ -244,13 +249,11 @@ fn first_folder(output: &Path) -> PathBuf {
 
 /// Creates the folders of the output's path.
 pub(super) fn create_folders(output: &Path) -> Result<(), Failure> {
-    match output.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => store::create_folders(folder).map_err(|error| {
-            Failure::BadInput(format!(
-                "the folder {} cannot be created: {error}\n  help: choose another place with --set output.path=..",
-                folder.display()
-            ))
-        }),
-        _ => Ok(()),
-    }
+    let folder = store::folder_of(output);
+    store::create_folders(folder).map_err(|error| {
+        Failure::BadInput(format!(
+            "the folder {} cannot be created: {error}\n  help: choose another place with --set output.path=..",
+            folder.display()
+        ))
+    })
 }

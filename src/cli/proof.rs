@@ -6,11 +6,14 @@ use std::path::Path;
 use serde_json::json;
 
 use super::output::{self, count, number_of, short};
+use super::report::existing;
 use super::{Ended, Failure};
 use crate::certify::certificate::{BEGINNING, Certificate, Checked};
 use crate::certify::point_certificate::{self, PointCertificate};
 use crate::certify::validated::surface::Surface;
 use crate::certify::validated::tile::GroupBox;
+use crate::report::{publish_file, temporary_in};
+use crate::store::{create_folders, folder_of};
 
 /// Largest size in bytes of a certificate that is read: more than a hundred thousand tiles.
 const LONGEST: u64 = 1 << 30;
@@ -100,20 +103,13 @@ fn write_text(text: serde_json::Result<String>, path: &Path, replace: bool) -> R
     let broken = |error: &dyn std::fmt::Display| {
         Failure::Broken(format!("{}: the proof cannot be written: {error}", path.display()))
     };
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    crate::store::create_folders(folder).map_err(|error| broken(&error))?;
-    let mut builder = tempfile::Builder::new();
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt as _;
-        // The permissions of any new file; temporary files are readable by their owner only.
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
-    }
-    let mut file = builder.tempfile_in(folder).map_err(|error| broken(&error))?;
     let text = text.map_err(|error| broken(&error))?;
-    file.write_all(text.as_bytes()).map_err(|error| broken(&error))?;
-    let named = if replace { file.persist(path) } else { file.persist_noclobber(path) };
-    named.map(drop).map_err(|error| broken(&error.error))
+    let written = create_folders(folder_of(path)).and_then(|()| {
+        let mut file = temporary_in(folder_of(path))?;
+        file.write_all(text.as_bytes())?;
+        publish_file(file, path, existing(replace))
+    });
+    written.map_err(|error| broken(&error))
 }
 
 /// Verifies a certificate.
@@ -133,7 +129,7 @@ pub(super) fn check(path: &Path, as_json: bool) -> Result<Ended, Failure> {
     })?;
     let Checked { domain, tiles, confirmed, largest_radius, open_share, problems } = certificate.check();
     if as_json {
-        output::json(&json!({
+        output::print_json(&json!({
             "proof": path.to_string_lossy(),
             "sound": problems.is_empty(),
             "tiles": tiles,
@@ -154,14 +150,8 @@ pub(super) fn check(path: &Path, as_json: bool) -> Result<Ended, Failure> {
             short(largest_radius),
             short(100.0 * open_share)
         )?;
-        if problems.is_empty() {
-            writeln!(out, "sound: every claim is confirmed by the barriers of certify::recheck")?;
-        } else {
-            writeln!(out, "{}:", number_of(problems.len(), "problem"))?;
-        }
-        for problem in &problems {
-            writeln!(out, "  {}", output::without_control_characters(problem))?;
-        }
+        let sound = "every claim is confirmed by the barriers of certify::recheck";
+        output::problems(&mut out, &problems, sound)?;
     }
     Ok(if problems.is_empty() { Ended::Fine } else { Ended::Flawed })
 }
@@ -171,7 +161,7 @@ fn check_point(path: &Path, certificate: &PointCertificate, as_json: bool) -> Re
     let problems = certificate.check();
     let [lo, hi] = certificate.critical_c();
     if as_json {
-        output::json(&json!({
+        output::print_json(&json!({
             "proof": path.to_string_lossy(),
             "sound": problems.is_empty(),
             "verdict": certificate.verdict(),
@@ -189,13 +179,8 @@ fn check_point(path: &Path, certificate: &PointCertificate, as_json: bool) -> Re
             end(lo),
             end(hi)
         )?;
-        match problems.len() {
-            0 => writeln!(out, "sound: every claim is proved again, from the law and the parameters alone")?,
-            n => writeln!(out, "{}:", number_of(n, "problem"))?,
-        }
-        for problem in &problems {
-            writeln!(out, "  {}", output::without_control_characters(problem))?;
-        }
+        let sound = "every claim is proved again, from the law and the parameters alone";
+        output::problems(&mut out, &problems, sound)?;
     }
     Ok(if problems.is_empty() { Ended::Fine } else { Ended::Flawed })
 }

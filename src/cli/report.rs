@@ -52,11 +52,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         name.push("-report");
         arguments.map.with_file_name(name)
     });
-    let existing = existing(arguments.overwrite);
     // Checked before the work starts.
-    if existing == Existing::Refuse && folder.symlink_metadata().is_ok() {
-        return Err(failure(ReportError::Exists(folder)));
-    }
+    refuse_existing(&folder, arguments.overwrite)?;
     if folder.is_file() {
         return Err(Failure::BadInput(format!(
             "--out {}: this is a file\n  help: name a folder",
@@ -68,7 +65,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let report = Report::gather(&map, &control).map_err(failure)?;
     bar.finish_and_clear();
     let view = if arguments.dimensionless { View::dimensionless(&map) } else { View::new(&map) };
-    let options = ReportOptions { existing, data: arguments.data, paper_figures: arguments.paper_figures };
+    let options = ReportOptions {
+        existing: existing(arguments.overwrite),
+        data: arguments.data,
+        paper_figures: arguments.paper_figures,
+    };
     report::write(&view, &report, &folder, &options).map_err(failure)?;
     writeln!(io::stdout().lock(), "{}", folder.join("report.md").display())?;
     Ok(Ended::Fine)
@@ -99,6 +100,14 @@ fn unreadable(error: &StoreError) -> Failure {
         _ => String::new(),
     };
     Failure::BadInput(format!("{error}{help}"))
+}
+
+/// Refuses an output that exists, unless it may be replaced.
+pub(super) fn refuse_existing(path: &Path, overwrite: bool) -> Result<(), Failure> {
+    match !overwrite && path.symlink_metadata().is_ok() {
+        true => Err(failure(ReportError::Exists(path.to_owned()))),
+        false => Ok(()),
+    }
 }
 
 pub(super) fn existing(overwrite: bool) -> Existing {

@@ -156,7 +156,7 @@ fn prepare(arguments: &Arguments, job: Job) -> Result<Option<(Job, PartialMap)>,
             Resumed::Complete => {
                 say(&format!("note: {name} is complete already; nothing was computed"));
                 if arguments.json {
-                    output::json(
+                    output::print_json(
                         &json!({ "output": job.output.to_string_lossy(), "complete_already": true }),
                     )?;
                 }

@@ -6,13 +6,12 @@ use std::sync::atomic::Ordering;
 
 use clap::Args;
 
-use super::report::{existing, failure};
+use super::report::{existing, failure, refuse_existing};
 use super::run::provenance;
 use super::{Ended, Failure, interrupt, progress, say};
 use crate::benchmark::Study;
 use crate::benchmark::contestants;
 use crate::config::Job;
-use crate::report::{Existing, ReportError};
 
 /// Chart the time per cell of every method and engine against its error, each over its own knob, on the same
 /// cells, against a reference of more than 20 digits.
@@ -54,10 +53,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         let name = arguments.config.file_stem().unwrap_or_default();
         Path::new("results").join(name)
     });
-    let existing = existing(arguments.overwrite);
-    if existing == Existing::Refuse && folder.symlink_metadata().is_ok() {
-        return Err(failure(ReportError::Exists(folder)));
-    }
+    refuse_existing(&folder, arguments.overwrite)?;
     // Checked before minutes of work.
     if let Some(peers) = arguments.peers.as_ref().filter(|peers| !peers.is_file()) {
         return Err(Failure::BadInput(format!(
@@ -84,7 +80,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         }
         Some((_, true)) => {}
     }
-    study.write(&provenance(&job), &folder, existing).map_err(failure)?;
+    study.write(&provenance(&job), &folder, existing(arguments.overwrite)).map_err(failure)?;
     writeln!(io::stdout().lock(), "{}", folder.join("work-precision.md").display())?;
     Ok(Ended::Fine)
 }

@@ -50,6 +50,11 @@ struct Shared {
     start: Start,
 }
 
+/// The state of all requests, as a handler receives it.
+type OfPage = State<Arc<Shared>>;
+/// The answer to a request in JSON.
+type Reply = Result<Json<Value>, Refusal>;
+
 /// Serves the page on `listener` until `stop` is set.
 ///
 /// # Errors
@@ -147,7 +152,7 @@ async fn carry_out<T: Send + 'static>(
     answer.unwrap_or_else(|_| Err(Refusal::out_of_time(LONGEST_WORK.as_secs())))
 }
 
-async fn start(State(shared): State<Arc<Shared>>) -> Json<Value> {
+async fn start(State(shared): OfPage) -> Json<Value> {
     Json(shared.start.to_json())
 }
 
@@ -161,7 +166,7 @@ struct LawRequest {
 }
 
 /// The axes of a law, or of a machine.
-async fn law(Asked(asked): Asked<LawRequest>) -> Result<Json<Value>, Refusal> {
+async fn law(Asked(asked): Asked<LawRequest>) -> Reply {
     let (law, axes) = match &asked.motion {
         None => {
             let law = asked.law.law()?;
@@ -178,15 +183,12 @@ async fn law(Asked(asked): Asked<LawRequest>) -> Result<Json<Value>, Refusal> {
 }
 
 /// A place in dimensionless numbers.
-async fn dimensionless(Asked(asked): Asked<place::Place>) -> Result<Json<Value>, Refusal> {
+async fn dimensionless(Asked(asked): Asked<place::Place>) -> Reply {
     let (law, point) = asked.point()?;
     Ok(Json(json!({ "law": place::law_json(&law), "at": place::at_json(&law, &point) })))
 }
 
-async fn plane(
-    State(shared): State<Arc<Shared>>,
-    Asked(asked): Asked<PlaneRequest>,
-) -> Result<Response, Refusal> {
+async fn plane(State(shared): OfPage, Asked(asked): Asked<PlaneRequest>) -> Result<Response, Refusal> {
     let ticket = shared.tabs.take(&asked.turn, "plane")?;
     let all = Arc::clone(&shared);
     let work = move |stop: &AtomicBool| asked.picture(all.start.map(), stop);
@@ -194,10 +196,7 @@ async fn plane(
     Ok(([(CONTENT_TYPE, "application/octet-stream")], picture).into_response())
 }
 
-async fn curves(
-    State(shared): State<Arc<Shared>>,
-    Asked(asked): Asked<PlaneRequest>,
-) -> Result<Json<Value>, Refusal> {
+async fn curves(State(shared): OfPage, Asked(asked): Asked<PlaneRequest>) -> Reply {
     let ticket = shared.tabs.take(&asked.turn, "curves")?;
     match carry_out(&shared.pictures, ticket, move |stop| asked.boundaries(stop)).await {
         // The picture is shown without them.
@@ -206,42 +205,27 @@ async fn curves(
     }
 }
 
-async fn glance(
-    State(shared): State<Arc<Shared>>,
-    Asked(asked): Asked<PointRequest>,
-) -> Result<Json<Value>, Refusal> {
+async fn glance(State(shared): OfPage, Asked(asked): Asked<PointRequest>) -> Reply {
     let ticket = shared.tabs.take(&asked.turn, "glance")?;
     carry_out(&shared.points, ticket, move |_| asked.glance()).await.map(Json)
 }
 
-async fn point(
-    State(shared): State<Arc<Shared>>,
-    Asked(asked): Asked<PointRequest>,
-) -> Result<Json<Value>, Refusal> {
+async fn point(State(shared): OfPage, Asked(asked): Asked<PointRequest>) -> Reply {
     let ticket = shared.tabs.take(&asked.turn, "point")?;
     carry_out(&shared.points, ticket, move |_| asked.probe()).await.map(Json)
 }
 
-async fn figure(
-    State(shared): State<Arc<Shared>>,
-    Asked(asked): Asked<PointRequest>,
-) -> Result<Json<Value>, Refusal> {
+async fn figure(State(shared): OfPage, Asked(asked): Asked<PointRequest>) -> Reply {
     let ticket = shared.tabs.take(&asked.turn, asked.topic())?;
     carry_out(&shared.points, ticket, move |stop| asked.figure(stop)).await.map(Json)
 }
 
-async fn texts(
-    State(shared): State<Arc<Shared>>,
-    Asked(asked): Asked<LeaveRequest>,
-) -> Result<Json<Value>, Refusal> {
+async fn texts(State(shared): OfPage, Asked(asked): Asked<LeaveRequest>) -> Reply {
     let ticket = shared.tabs.take(&asked.plane.turn, "texts")?;
     carry_out(&shared.points, ticket, move |_| asked.texts()).await.map(Json)
 }
 
-async fn file(
-    State(shared): State<Arc<Shared>>,
-    Asked(asked): Asked<LeaveRequest>,
-) -> Result<Response, Refusal> {
+async fn file(State(shared): OfPage, Asked(asked): Asked<LeaveRequest>) -> Result<Response, Refusal> {
     let ticket = shared.tabs.take(&asked.plane.turn, "file")?;
     let (kind, bytes) = carry_out(&shared.pictures, ticket, move |stop| asked.file(stop)).await?;
     Ok(([(CONTENT_TYPE, kind)], bytes).into_response())

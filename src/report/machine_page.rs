@@ -119,8 +119,7 @@ impl<'a> MachinePage<'a> {
 
 /// A number with its unit.
 fn quantity(value: f64, unit: &str) -> Rich {
-    let number = Rich::number(value, 4);
-    if unit.is_empty() { number } else { number.then(Rich::foreign(&format!(" {unit}"))) }
+    Rich::number(value, 4).with_unit(unit)
 }
 
 fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {

@@ -24,13 +24,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 pub(crate) use boundary::{Boundaries, MethodBoundary};
 pub(crate) use machine_page::MachinePage;
+pub(crate) use table::csv_text;
 pub use table::{Cell, Table};
 pub(crate) use text::{Rich, rich};
 pub use units::View;
 pub(crate) use units::{Label, UnitSystem, join};
 pub(crate) use verdicts::{Confusion, Verdicts};
 pub use write::{ReportOptions, write};
-pub(crate) use write::{write_figure, write_file};
+pub(crate) use write::{publish_file, temporary_in, write_figure, write_file};
 
 use crate::benchmark::StudyError;
 pub use crate::store::Existing;

@@ -142,17 +142,7 @@ fn simulation_name(map: &MapFile, position: Option<usize>) -> Option<&String> {
 
 /// "alpha from 0 to 0.9, gamma = 2" for every axis but eps.
 fn extents(view: &View) -> Rich {
-    join(view.map.grid().axes()[1..].iter().map(|axis| {
-        let label = view.axis(axis);
-        let [first, last] = [axis.values[0], axis.values[axis.values.len() - 1]]
-            .map(|value| Rich::number(value * label.factor, 6));
-        let name = label.name.clone();
-        let text = match axis.values.len() {
-            1 => name.then(rich(" = ")).then(first),
-            _ => name.then(rich(" from ")).then(first).then(rich(" to ")).then(last),
-        };
-        if label.unit.is_empty() { text } else { text.then(Rich::foreign(&format!(" {}", label.unit))) }
-    }))
+    join(view.map.grid().axes()[1..].iter().map(|axis| view.axis(axis).extent(&axis.values, 6)))
 }
 
 fn no_simulation(report: &Report) -> Option<Rich> {

@@ -5,6 +5,7 @@ use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
+use tempfile::NamedTempFile;
 
 use super::figure::{Figure, Scene, render};
 use super::table::Table;
@@ -68,10 +69,7 @@ pub(super) fn publish(
     if existing == Existing::Refuse && folder.symlink_metadata().is_ok() {
         return Err(ReportError::Exists(folder.to_path_buf()));
     }
-    let parent = match folder.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
+    let parent = store::folder_of(folder);
     create(parent)?;
     let scratch = tempfile::Builder::new()
         .prefix(".slipmap-report-")
@@ -87,7 +85,7 @@ pub(super) fn publish(
     let names = files.iter().map(|(name, _)| name.as_path());
     for name in names.chain(written.iter().map(|(name, _)| Path::new(name))) {
         let (from, to) = (scratch.path().join(name), folder.join(name));
-        create(to.parent().unwrap_or(folder))?;
+        create(store::folder_of(&to))?;
         fs::rename(&from, &to).map_err(|source| ReportError::Io { path: to, source })?;
     }
     Ok(())
@@ -135,7 +133,7 @@ fn create(folder: &Path) -> Result<(), ReportError> {
 }
 
 fn put(path: &Path, contents: &[u8]) -> Result<(), ReportError> {
-    create(path.parent().unwrap_or(Path::new(".")))?;
+    create(store::folder_of(path))?;
     fs::write(path, contents).map_err(|source| ReportError::Io { path: path.to_path_buf(), source })
 }
 
@@ -174,27 +172,37 @@ pub(crate) fn write_file(contents: &[u8], path: &Path, existing: Existing) -> Re
     if existing == Existing::Refuse && path.symlink_metadata().is_ok() {
         return Err(ReportError::Exists(path.to_path_buf()));
     }
-    let folder = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
+    let folder = store::folder_of(path);
     if !folder.is_dir() {
         return Err(ReportError::NoFolder { path: path.to_path_buf(), folder: folder.to_path_buf() });
     }
+    // The message leaves out the name of the temporary file.
+    let mut file = temporary_in(folder).map_err(|error| failed(error.kind().into()))?;
+    file.write_all(contents).map_err(failed)?;
+    publish_file(file, path, existing).map_err(failed)
+}
+
+/// A temporary file in a folder, with the permissions of any new file: others are readable by their owner
+/// only.
+pub(crate) fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".slipmap-figure-");
+    builder.prefix(".slipmap-");
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt as _;
-        // The permissions of any new file; temporary files are readable by their owner only.
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
-    // The message leaves out the name of the temporary file.
-    let mut file = builder.tempfile_in(folder).map_err(|error| failed(error.kind().into()))?;
-    file.write_all(contents).map_err(failed)?;
+    builder.tempfile_in(folder)
+}
+
+/// Gives a complete temporary file its name.
+///
+/// # Errors
+/// [`io::ErrorKind::AlreadyExists`] for a name that exists and is not to be replaced, or the file system's.
+pub(crate) fn publish_file(file: NamedTempFile, path: &Path, existing: Existing) -> io::Result<()> {
     let named = match existing {
         Existing::Replace => file.persist(path),
         Existing::Refuse => file.persist_noclobber(path),
     };
-    named.map(drop).map_err(|error| failed(error.error))
+    named.map(drop).map_err(|error| error.error)
 }

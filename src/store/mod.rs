@@ -95,7 +95,7 @@ pub use crate::dataset::{Outcome, Provenance, Value};
 pub use check::{CheckReport, Problem, check};
 
 pub use error::StoreError;
-pub(crate) use journal::create_folders;
+pub(crate) use journal::{create_folders, folder_of};
 pub(crate) use partial::{Left, left, remove_unfinished};
 pub use partial::{PackedRecord, Packer, PartialMap, Resumed};
 pub(crate) use reader::SIGNATURE;

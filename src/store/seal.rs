@@ -13,7 +13,7 @@ use sha2::{Digest, Sha256};
 use crate::dataset::hex;
 
 use super::error::StoreError;
-use super::journal::sync_folder;
+use super::journal::{folder_of, sync_folder};
 
 /// The seal's text before the 64 hexadecimal digits.
 const LABEL: &str = "\nslipmap seal, sha256 of every byte before this line: ";
@@ -83,10 +83,7 @@ pub(super) fn verify(path: &Path) -> io::Result<Seal> {
 
 /// Path of a file beside `output`: the same name with `ending` appended.
 pub(super) fn beside(output: &Path, ending: &str) -> Result<PathBuf, StoreError> {
-    let folder = match output.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
+    let folder = folder_of(output);
     let Some(name) = output.file_name() else {
         let source = io::Error::new(io::ErrorKind::InvalidInput, "the path names no file");
         return Err(StoreError::io("write", output, source));

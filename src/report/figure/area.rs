@@ -131,8 +131,7 @@ pub(crate) fn draw(areas: &[Area], heading: &Rich, label: &Label, signed: bool, 
     } else if let Some(colours) = colours {
         let swatch = Sample::Color(palette::sequential(0.5));
         let value = Rich::number(colours.scale.from * label.factor, 4);
-        let unit = if label.unit.is_empty() { String::new() } else { format!(" {}", label.unit) };
-        legend.add(swatch, rich("everywhere ").then(value).then(Rich::foreign(&unit)));
+        legend.add(swatch, rich("everywhere ").then(value).with_unit(label.unit));
     }
     legend.below(&mut scene, rect.x, panels.bottom);
     scene

@@ -109,11 +109,7 @@ pub(crate) fn bistable(view: &View) -> Figure {
         panel.title(&mut scene, &rich("(a) ").then(equals("epsilon", axes[0].values[index[0]])));
 
         let mut second = Panels::new(half, 1, 1, 0.7, widths, width_scale);
-        let shift = match width {
-            Width::OneColumn => (0.0, first.bottom + 4.0),
-            Width::TwoColumns => (half, top - second.panels[0].rect.y),
-        };
-        second.shift(shift);
+        second.shift(width.select((0.0, first.bottom + 4.0), (half, top - second.panels[0].rect.y)));
         let panel = second.panels[0];
         let styles = [
             (Stroke::solid(palette::BLUE, 1.2), Marker::Circle),
@@ -139,13 +135,11 @@ pub(crate) fn bistable(view: &View) -> Figure {
         legend.below(&mut scene, first.panels[0].rect.x, bottom);
         scenes.push((width, scene));
     }
-    let mut caption = rich(
+    let caption = rich(
         "Bistable band between the damping at which the equilibrium becomes stable and the critical damping",
-    );
-    if !held.pieces.is_empty() {
-        caption = caption.then(rich(" at ")).then(held);
-    }
-    caption = caption.then(rich(match alone {
+    )
+    .taken_at(held)
+    .then(rich(match alone {
         true => ".",
         false => ". (b) Its width at legal dampings {c} ≥ 0, against {epsilon}.",
     }));

@@ -59,11 +59,7 @@ pub(crate) fn critical(view: &View) -> Figure {
     let mut scenes = Vec::new();
     for width in Width::ALL {
         let mut scene = Scene::new(width.points(), 0.0);
-        let columns = match (width, epsilons.len()) {
-            (Width::OneColumn, _) => 1,
-            (Width::TwoColumns, _) => 2,
-        };
-        let frames = Panels::below(&mut scene, &held, columns, epsilons.len(), 0.66, (x, y));
+        let frames = Panels::below(&mut scene, &held, width.select(1, 2), epsilons.len(), 0.66, (x, y));
         let mut legend = Legend::default();
         for (i, (panel, methods)) in frames.panels.iter().zip(&panels).enumerate() {
             for (turn, (name, curve)) in methods.iter().enumerate() {
@@ -82,11 +78,9 @@ pub(crate) fn critical(view: &View) -> Figure {
         scenes.push((width, scene));
     }
     let mut caption =
-        rich("The damping up to which each method claims a stick-slip cycle, against belt speed");
-    if !held.pieces.is_empty() {
-        caption = caption.then(rich(" at ")).then(held);
-    }
-    caption = caption.then(rich("; simulation: the exact critical damping {c^*}."));
+        rich("The damping up to which each method claims a stick-slip cycle, against belt speed")
+            .taken_at(held)
+            .then(rich("; simulation: the exact critical damping {c^*}."));
     if nodes.len() == 1 {
         caption = caption.then(rich(" The map has one {V} only; the curves go beyond it."));
     }

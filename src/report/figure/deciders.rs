@@ -73,10 +73,7 @@ pub(crate) fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, R
     let mut scenes = Vec::new();
     for width in Width::ALL {
         let mut scene = Scene::new(width.points(), 0.0);
-        let columns = match width {
-            Width::OneColumn => 1,
-            Width::TwoColumns => 2,
-        };
+        let columns = width.select(1, 2);
         let panels = Panels::below(&mut scene, &held, columns, slices.len(), 0.66, (x_scale, y_scale));
         let mut used = vec![false; kinds.len()];
         let mut edged = false;

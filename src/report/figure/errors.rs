@@ -39,15 +39,9 @@ pub(crate) fn errors(view: &View, report: &Report) -> Option<Figure> {
     let one = epsilons.len() == 1;
     let scenes = Width::ALL
         .into_iter()
-        .map(|width| {
-            (
-                width,
-                if one {
-                    dots(report, scale, &label, width)
-                } else {
-                    lines(report, epsilons, scale, &label, width)
-                },
-            )
+        .map(|width| match one {
+            true => (width, dots(report, scale, &label, width)),
+            false => (width, lines(report, epsilons, scale, &label, width)),
         })
         .collect();
     let caption = rich(
@@ -84,11 +78,7 @@ fn lines(report: &Report, epsilons: &[f64], y: Scale, label: &Label, width: Widt
     let mut scene = Scene::new(width.points(), 0.0);
     let (first, last) = (epsilons[0], epsilons[epsilons.len() - 1]);
     let x = Scale::logarithmic(first / 1.3, last * 1.3);
-    let aspect = match width {
-        Width::OneColumn => 0.85,
-        Width::TwoColumns => 0.5,
-    };
-    let panels = Panels::new(scene.width, 1, 1, aspect, x, y);
+    let panels = Panels::new(scene.width, 1, 1, width.select(0.85, 0.5), x, y);
     let panel = panels.panels[0];
     let mut legend = Legend::default();
     let methods = &report.boundaries.methods;

@@ -81,10 +81,7 @@ pub(crate) fn orbit_figure(plot: &OrbitPlot) -> OrbitFigure {
     let widest = labels.max(Panel::y_labels_width(x_scale, 75.0)).max(18.0);
     let left = left_margin(widest);
     let whole = scene.width - 12.0;
-    let w = match plot.width {
-        Width::OneColumn => whole - left,
-        Width::TwoColumns => 0.5 * whole - left,
-    };
+    let w = plot.width.select(whole, 0.5 * whole) - left;
     let top = write_heading(&mut scene, left, &words) + TITLE_MARGIN;
     let (x, y, h) = scales(w);
     let panel = Panel { rect: Rect { x: left, y: top, w, h }, x, y };
@@ -94,18 +91,9 @@ pub(crate) fn orbit_figure(plot: &OrbitPlot) -> OrbitFigure {
     panel.y_name(&mut scene, &x2.text(), labels);
     panel.title(&mut scene, &rich("(a)"));
 
-    let series_top = match plot.width {
-        Width::OneColumn => panel.rect.y + h + BOTTOM_MARGIN + TITLE_MARGIN,
-        Width::TwoColumns => top,
-    };
-    let series_left = match plot.width {
-        Width::OneColumn => left,
-        Width::TwoColumns => 0.5 * whole + left,
-    };
-    let each = match plot.width {
-        Width::OneColumn => 75.0,
-        Width::TwoColumns => (0.5 * (h - TITLE_MARGIN - 4.0)).max(60.0),
-    };
+    let series_top = plot.width.select(top + h + BOTTOM_MARGIN + TITLE_MARGIN, top);
+    let series_left = left + plot.width.select(0.0, 0.5 * whole);
+    let each = plot.width.select(75.0, (0.5 * (h - TITLE_MARGIN - 4.0)).max(60.0));
     let end = portrait.orbit.samples.last().map_or(1.0, |state| state.t);
     let t = Scale::linear(0.0, end).in_unit(time.factor);
     let mut bottom = 0.0;

@@ -153,10 +153,7 @@ fn cases() -> Figure {
     let circle = Stroke { color: palette::GREY, width: 0.9, dash: &[4.0, 2.0] };
     let scenes = Width::ALL.into_iter().map(|width| {
         let mut scene = Scene::new(width.points(), 0.0);
-        let columns = match width {
-            Width::OneColumn => 1,
-            Width::TwoColumns => 3,
-        };
+        let columns = width.select(1, 3);
         let (x, y) = (Scale::linear(0.25, 1.35), Scale::linear(0.72, 1.06));
         let panels = Panels::new(scene.width, columns, 3, 0.62, x, y);
         for (((factor, name), panel), letter) in

@@ -197,7 +197,7 @@ fn over_plane(view: &View, plot: &Plot, x: usize, y: usize) -> Result<Plotted, R
     }
     let first = &areas[0];
     let at = view.held(&first.slice.index, &shown);
-    let heading = join([label.name.clone(), at.clone()].into_iter().filter(|part| !part.pieces.is_empty()));
+    let heading = join([label.name.clone(), at.clone()]);
     let scene = area::draw(&areas, &heading, &label, variable.starts_with("margin_"), plot.width);
     let mut caption = label
         .name
@@ -205,11 +205,10 @@ fn over_plane(view: &View, plot: &Plot, x: usize, y: usize) -> Result<Plotted, R
         .then(rich(" over "))
         .then(view.axis(&axes[x]).name)
         .then(rich(" and "))
-        .then(view.axis(&axes[y]).name);
-    if !at.pieces.is_empty() {
-        caption = caption.then(rich(" at ")).then(at);
-    }
-    caption = caption.then(rich(".")).then(first.slice.thinned_words());
+        .then(view.axis(&axes[y]).name)
+        .taken_at(at)
+        .then(rich("."))
+        .then(first.slice.thinned_words());
     if areas.iter().any(|area| area.curves.as_ref().is_some_and(|curves| !curves.curves.is_empty())) {
         caption = caption.then(rich(" Lines: where the long-run behaviour changes, by continuation."));
     }
@@ -326,13 +325,10 @@ fn over_axis(view: &View, plot: &Plot, x: usize) -> Result<Plotted, ReportError>
         })
         .collect();
     let what = join(names.iter().map(|name| view.units.variable(name).name));
-    let mut caption = what.clone().then(rich(" over ")).then(view.axis(&axes[x]).name);
-    if !at.pieces.is_empty() {
-        caption = caption.then(rich(" at ")).then(at.clone());
-    }
-    caption = caption.then(rich("."));
+    let caption = what.clone().then(rich(" over ")).then(view.axis(&axes[x]).name);
+    let caption = caption.taken_at(at.clone()).then(rich("."));
     let heading = match names.len() {
-        1 => join([what, at].into_iter().filter(|part| !part.pieces.is_empty())),
+        1 => join([what, at]),
         _ => at,
     };
     let context = Context { view, x, heading, titles, width: plot.width };
@@ -482,8 +478,7 @@ impl Context<'_> {
             };
             let position = |code: &i8| kinds.iter().position(|kind| kind.code == *code).unwrap_or(0);
             let title = self.titles[line.panel].clone();
-            let name =
-                join([title, line.name(self.view, true)].into_iter().filter(|part| !part.pieces.is_empty()));
+            let name = join([title, line.name(self.view, true)]);
             strips.push(Strip { name, kinds: codes.iter().map(|code| start + position(code)).collect() });
             all.extend(codes.iter().map(|code| kinds[position(code)].name.to_owned()));
         }

@@ -228,10 +228,7 @@ fn figure(slice: &Slice) -> Result<Figure, ReportError> {
     let mut scenes = Vec::new();
     let mut exact: Option<(Panel, Vec<Vec<Place>>)> = None;
     for width in Width::ALL {
-        let columns = match width {
-            Width::OneColumn => 2,
-            Width::TwoColumns => 4,
-        };
+        let columns = width.select(2, 4);
         let mut scene = Scene::new(width.points(), 0.0);
         let panels = Panels::below(&mut scene, &held, columns, methods.len(), 0.78, (x_scale, y_scale));
         let mut used = [false; Claim::ALL.len()];
