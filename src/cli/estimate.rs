@@ -115,7 +115,6 @@ fn columns(grid: &Grid) -> usize {
 
 /// Estimates duration and size of the map. Samples of the grid grow until one takes long enough to be
 /// extrapolated.
-#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // an estimate
 pub(super) fn sampled(plan: &Plan, threads: Option<usize>) -> Sampled {
     let mut wanted = 1;
     loop {
@@ -134,7 +133,6 @@ pub(super) fn sampled(plan: &Plan, threads: Option<usize>) -> Sampled {
 }
 
 /// Estimated duration in seconds of the proof that the plan asks for, from a sample that takes [`PROOF`].
-#[allow(clippy::cast_precision_loss)] // an estimate
 fn proof_seconds(plan: &Plan, threads: Option<usize>) -> Option<f64> {
     let stop = AtomicBool::new(false);
     let proved = std::thread::scope(|scope| {
@@ -194,7 +192,6 @@ fn timed(plan: &Plan, sample: &Grid, threads: Option<usize>) -> (usize, Duration
 }
 
 /// Estimated duration of the audit, from a few cells of it.
-#[allow(clippy::cast_precision_loss)] // an estimate
 fn audit_seconds(plan: &Plan, threads: Option<usize>) -> f64 {
     let cells = plan.audit_cells.min(plan.grid.cells());
     if cells == 0 {

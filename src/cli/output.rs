@@ -8,7 +8,6 @@ use serde_json::{Value, json};
 pub(super) use crate::number::{count, exact, number_of, short, signed};
 
 /// Formats a number of bytes in a fitting unit.
-#[allow(clippy::cast_precision_loss)] // three digits are shown
 pub(super) fn bytes(n: u128) -> String {
     const UNITS: [&str; 7] = ["B", "kB", "MB", "GB", "TB", "PB", "EB"];
     let mut size = n as f64;

@@ -14,7 +14,7 @@ use super::report::{existing, failure};
 use super::{Ended, Failure, probe_table, proof};
 use crate::behaviour::behaviour;
 use crate::certify::point_certificate::PointCertificate;
-use crate::config::check_tolerance;
+use crate::config::{check_tolerance, load_machine};
 use crate::filippov::Eigenvalues;
 use crate::friction::Law;
 use crate::machine::{Machine, Model};
@@ -146,7 +146,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
 /// Probes the machine of a file.
 fn probe_machine(arguments: &Arguments, file: &Path, tolerance: f64) -> Result<Ended, Failure> {
     if arguments.points.is_some() {
-        let job = super::machine::load_any(file, arguments.point.given())?;
+        let job = load_machine(file, arguments.point.given())?;
         return probe_table(arguments, About::Machine(&job, file), tolerance);
     }
     let job = super::machine::load(file, arguments.point.given())?;

@@ -7,7 +7,8 @@ use clap::Args;
 
 use super::{Ended, Failure, interrupt, progress, say};
 use crate::benchmark::StudyError;
-use crate::report::{self, Control, Existing, Report, ReportError, ReportOptions, View};
+use crate::map::Control;
+use crate::report::{self, Existing, Report, ReportError, ReportOptions, View};
 use crate::store::{MapFile, StoreError};
 
 /// Write tables and figures that compare the methods of a map.
@@ -61,7 +62,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         )));
     }
     let bar = progress::bar(arguments.quiet, Some(map.grid().cells() as u64), "cells");
-    let control = Control { on_cells: &|cells| bar.inc(cells as u64), stop: interrupt::flag() };
+    let on_cells = |cells| bar.inc(cells as u64);
+    let control = Control { on_cells: &on_cells, stop: interrupt::flag(), ..Control::default() };
     let report = Report::gather(&map, &control).map_err(failure)?;
     bar.finish_and_clear();
     let view = if arguments.dimensionless { View::dimensionless(&map) } else { View::new(&map) };

@@ -292,13 +292,11 @@ pub(super) fn json(report: &Report) -> Result<(), Failure> {
     }))
 }
 
-#[allow(clippy::cast_precision_loss)] // shown with three digits
 fn rate(cells: u64, seconds: f64) -> f64 {
     cells as f64 / seconds
 }
 
 /// Formats a share in per cent. Only an empty share is shown as 0 and only a full one as 100.
-#[allow(clippy::cast_precision_loss)] // shown with three digits
 fn percent(part: u64, whole: u64) -> String {
     match 100.0 * part as f64 / whole as f64 {
         _ if part == 0 => "0".into(),

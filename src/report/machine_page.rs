@@ -4,7 +4,7 @@ use std::convert::Infallible;
 use std::sync::{Mutex, PoisonError};
 
 use super::document;
-use super::figure::axis::{AXIS, BOTTOM_MARGIN, Labels, Panel, SMALL_TEXT, Scale, TEXT, TITLE_MARGIN};
+use super::figure::axis::{AXIS, BOTTOM_MARGIN, Panel, SMALL_TEXT, Scale, TEXT, TITLE_MARGIN};
 use super::figure::legend::{Legend, Sample};
 use super::figure::palette;
 use super::figure::region::{cell_edges, outlines};
@@ -385,9 +385,7 @@ fn regimes(all: &Assessment) -> Scene {
     let here = panel.place(machine.belt_speed / units.velocity, machine.damping / units.damping);
     scene.marker(Marker::Diamond, here, 8.0, palette::WHITE, true);
     scene.marker(Marker::Diamond, here, 6.0, palette::VERMILION, true);
-    panel.axes(&mut scene, Labels { x: true, y: true });
-    panel.x_name(&mut scene, &velocity.text());
-    panel.y_name(&mut scene, &friction.text(), labels);
+    panel.named_axes(&mut scene, &velocity.text(), &friction.text(), labels);
     legend.below(&mut scene, left, rect.y + rect.h + BOTTOM_MARGIN);
     scene
 }
@@ -413,9 +411,8 @@ fn influence(all: &Assessment) -> Scene {
     }
     let velocity = all.machine.motion.unit(Dimension::Velocity);
     panel.title(&mut scene, &rich("Slip speeds of the friction curve that matter"));
-    panel.axes(&mut scene, Labels { x: true, y: true });
-    panel.x_name(&mut scene, &Rich::foreign(&format!("slip speed, {velocity}")));
-    panel.y_name(&mut scene, &rich("share in the critical damping, %"), labels);
+    let name = Rich::foreign(&format!("slip speed, {velocity}"));
+    panel.named_axes(&mut scene, &name, &rich("share in the critical damping, %"), labels);
     scene.height = rect.y + rect.h + BOTTOM_MARGIN + SMALL_TEXT;
     scene
 }

@@ -20,7 +20,7 @@ pub(crate) mod work_precision;
 mod write;
 
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 pub(crate) use boundary::{Boundaries, MethodBoundary};
 pub(crate) use machine_page::MachinePage;
@@ -34,6 +34,7 @@ pub use write::{ReportOptions, write};
 pub(crate) use write::{publish_file, temporary_in, write_figure, write_file};
 
 use crate::benchmark::StudyError;
+use crate::map::Control;
 pub use crate::store::Existing;
 use crate::store::{MapFile, StoreError};
 
@@ -99,20 +100,11 @@ pub enum ReportError {
     Interrupted,
 }
 
-/// Controls of the gathering of numbers.
-pub struct Control<'a> {
-    /// Called with the number of cells just read.
-    pub on_cells: &'a dyn Fn(usize),
-    /// Set to true to stop soon.
-    pub stop: &'a AtomicBool,
-}
-
-impl Control<'_> {
-    fn check(&self) -> Result<(), ReportError> {
-        match self.stop.load(Ordering::Relaxed) {
-            true => Err(ReportError::Interrupted),
-            false => Ok(()),
-        }
+/// The error of a caller that wants to stop.
+fn check(control: &Control) -> Result<(), ReportError> {
+    match control.stop.load(Ordering::Relaxed) {
+        true => Err(ReportError::Interrupted),
+        false => Ok(()),
     }
 }
 
@@ -126,7 +118,7 @@ pub struct Report {
 }
 
 impl Report {
-    /// Reads a map, tile by tile.
+    /// Reads a map, tile by tile, and tells `control` how many cells it has read.
     ///
     /// # Errors
     /// [`ReportError::Map`] if the map cannot be read, [`ReportError::Interrupted`].

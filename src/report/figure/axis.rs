@@ -192,6 +192,11 @@ fn log_label(factor: u8, exponent: i32, (from, to): (f64, f64)) -> Rich {
     if factor == 1 { power } else { Rich::foreign(&format!("{factor} × ")).then(power) }
 }
 
+/// Width of the widest number at ticks.
+pub(crate) fn text_width_of(ticks: &[Tick]) -> f64 {
+    ticks.iter().map(|tick| text_width(&tick.label, SMALL_TEXT)).fold(0.0, f64::max)
+}
+
 /// A panel with two axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Panel {
@@ -233,6 +238,13 @@ impl Panel {
         }
     }
 
+    /// Draws both axes with their numbers, as wide as `labels_width` on the left, and their names.
+    pub(crate) fn named_axes(&self, scene: &mut Scene, x_name: &Rich, y_name: &Rich, labels_width: f64) {
+        self.axes(scene, Labels { x: true, y: true });
+        self.x_name(scene, x_name);
+        self.y_name(scene, y_name, labels_width);
+    }
+
     /// Draws ticks and numbers of the horizontal axis.
     pub(crate) fn x_axis(&self, scene: &mut Scene, labels: Labels) {
         let Rect { x, y, w, h } = self.rect;
@@ -250,7 +262,7 @@ impl Panel {
         let mut most = 9;
         loop {
             let ticks = self.x.ticks(most);
-            let widest = ticks.iter().map(|tick| text_width(&tick.label, SMALL_TEXT)).fold(0.0, f64::max);
+            let widest = text_width_of(&ticks);
             let places: Vec<f64> = ticks
                 .iter()
                 .filter(|tick| !tick.label.pieces.is_empty())
@@ -271,7 +283,7 @@ impl Panel {
     /// Width of the numbers along the vertical axis.
     pub(crate) fn y_labels_width(y: Scale, height: f64) -> f64 {
         let panel = Panel { rect: Rect { x: 0.0, y: 0.0, w: 1.0, h: height }, x: Scale::linear(0.0, 1.0), y };
-        panel.y_ticks().iter().map(|tick| text_width(&tick.label, SMALL_TEXT)).fold(0.0, f64::max)
+        text_width_of(&panel.y_ticks())
     }
 
     /// Writes the name of the horizontal axis below its numbers.
@@ -309,11 +321,6 @@ const GAP: f64 = 9.0;
 const MOST_HEIGHT: f64 = 580.0;
 /// Smallest ratio of height to width before panels are put side by side.
 const FLATTEST: f64 = 0.5;
-
-/// Width of the widest number at ticks.
-fn text_width_of(ticks: &[Tick]) -> f64 {
-    ticks.iter().map(|tick| text_width(&tick.label, SMALL_TEXT)).fold(0.0, f64::max)
-}
 
 /// Panels of equal size in rows, sharing their axes' names.
 #[derive(Clone, Debug)]

@@ -9,7 +9,7 @@ use super::data::Data;
 use super::legend::{Legend, Sample};
 use super::scene::{Fill, Hatch, Marker, Place, Scene, Stroke, Width};
 use super::slice::{equals, informative_nodes};
-use super::{Figure, curves, palette};
+use super::{Figure, at_each_width, curves, palette};
 
 const BISTABLE: Fill = Fill::hatched(palette::SKY, Hatch::Rising, palette::BLACK);
 
@@ -75,8 +75,7 @@ pub(crate) fn bistable(view: &View) -> Figure {
         Scale::logarithmic(1e-6, 1.0)
     };
 
-    let mut scenes = Vec::new();
-    for width in Width::ALL {
+    let scenes = at_each_width(|width| {
         let mut scene = Scene::new(width.points(), 0.0);
         let whole = scene.width;
         let half = match width {
@@ -103,8 +102,7 @@ pub(crate) fn bistable(view: &View) -> Figure {
         scene.width = whole;
         if alone {
             legend.below(&mut scene, panel.rect.x, first.bottom);
-            scenes.push((width, scene));
-            continue;
+            return scene;
         }
         panel.title(&mut scene, &rich("(a) ").then(equals("epsilon", axes[0].values[index[0]])));
 
@@ -133,8 +131,8 @@ pub(crate) fn bistable(view: &View) -> Figure {
         second.axes(&mut scene, &rich("{epsilon}"), &rich("width in {c}"));
         let bottom = first.bottom.max(second.bottom);
         legend.below(&mut scene, first.panels[0].rect.x, bottom);
-        scenes.push((width, scene));
-    }
+        scene
+    });
     let caption = rich(
         "Bistable band between the damping at which the equilibrium becomes stable and the critical damping",
     )

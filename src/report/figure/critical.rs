@@ -6,10 +6,10 @@ use super::axis::{Panels, Scale};
 use super::curves::Budget;
 use super::data::Data;
 use super::legend::{Legend, Sample};
-use super::scene::{Scene, Width};
+use super::scene::Scene;
 use super::slice::{Slice, equals, informative_nodes};
 use super::verdict_panels::chosen_epsilons;
-use super::{Figure, curves, palette};
+use super::{Figure, at_each_width, curves, palette};
 
 /// If a map has only one V, the range of V shown, as a factor up and down.
 const SPREAD: f64 = 10.0;
@@ -56,8 +56,7 @@ pub(crate) fn critical(view: &View) -> Figure {
     };
     // The caption gives the law's parameters only.
     let held = Slice::new(view, v, c, index).held_but_epsilon();
-    let mut scenes = Vec::new();
-    for width in Width::ALL {
+    let scenes = at_each_width(|width| {
         let mut scene = Scene::new(width.points(), 0.0);
         let frames = Panels::below(&mut scene, &held, width.select(1, 2), epsilons.len(), 0.66, (x, y));
         let mut legend = Legend::default();
@@ -75,8 +74,8 @@ pub(crate) fn critical(view: &View) -> Figure {
         }
         frames.axes(&mut scene, &x_label.text(), &y_name);
         legend.below(&mut scene, frames.panels[0].rect.x, frames.bottom);
-        scenes.push((width, scene));
-    }
+        scene
+    });
     let mut caption =
         rich("The damping up to which each method claims a stick-slip cycle, against belt speed")
             .taken_at(held)

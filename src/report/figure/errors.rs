@@ -8,7 +8,7 @@ use super::data::Data;
 use super::legend::{Legend, Sample};
 use super::scene::{Anchor, Rect, Scene, Stroke, Width, text_width};
 use super::verdict_panels::method_title;
-use super::{Figure, palette};
+use super::{Figure, at_each_width, palette};
 
 /// Median, 95 % quantile and maximum of the error of a method at an eps, if they can be drawn on a
 /// logarithmic axis.
@@ -37,13 +37,10 @@ pub(crate) fn errors(view: &View, report: &Report) -> Option<Figure> {
     let label = view.axis(&axes[axes.len() - 1]);
     let scale = scale(report, epsilons.len())?.in_unit(label.factor);
     let one = epsilons.len() == 1;
-    let scenes = Width::ALL
-        .into_iter()
-        .map(|width| match one {
-            true => (width, dots(report, scale, &label, width)),
-            false => (width, lines(report, epsilons, scale, &label, width)),
-        })
-        .collect();
+    let scenes = at_each_width(|width| match one {
+        true => dots(report, scale, &label, width),
+        false => lines(report, epsilons, scale, &label, width),
+    });
     let caption = rich(
         "Size of the error of each method's critical damping against the exact critical damping, over the columns of \
          the map that have both",

@@ -55,6 +55,11 @@ pub struct Figure {
     pub(crate) data: Data,
 }
 
+/// The scene of a figure at each width.
+pub(crate) fn at_each_width(draw: impl FnMut(Width) -> Scene) -> Vec<(Width, Scene)> {
+    Width::ALL.into_iter().zip(Width::ALL.map(draw)).collect()
+}
+
 /// All figures of a report in its order, drawn by all cores.
 ///
 /// # Errors

@@ -86,9 +86,7 @@ pub(crate) fn orbit_figure(plot: &OrbitPlot) -> OrbitFigure {
     let (x, y, h) = scales(w);
     let panel = Panel { rect: Rect { x: left, y: top, w, h }, x, y };
     portrait.draw(&mut scene, &panel);
-    panel.axes(&mut scene, Labels { x: true, y: true });
-    panel.x_name(&mut scene, &x1.text());
-    panel.y_name(&mut scene, &x2.text(), labels);
+    panel.named_axes(&mut scene, &x1.text(), &x2.text(), labels);
     panel.title(&mut scene, &rich("(a)"));
 
     let series_top = plot.width.select(top + h + BOTTOM_MARGIN + TITLE_MARGIN, top);

@@ -5,13 +5,14 @@ use std::sync::atomic::AtomicBool;
 use super::super::text::{Rich, rich};
 use super::super::units::{Label, View, join};
 use super::super::{ReportError, SIMULATION};
+use super::Figure;
 use super::area::{self, Area, Layer};
 use super::axis::Scale;
 use super::data::{Data, Values};
 use super::lines::{self, Chart, Curve};
 use super::palette::{self, Kind};
 use super::scene::{Scene, Width};
-use super::slice::{ChoiceError, Held, Slice, find_axis, hold, nearest_node, step};
+use super::slice::{ChoiceError, Held, Slice, drawn, find_axis, hold, nearest_node, picks, step};
 use super::strips::{self, Strip};
 use crate::dataset::auxiliary::PROBABILITY;
 use crate::map::{Plane, PlaneCurves};
@@ -88,6 +89,17 @@ pub fn plot(view: &View, plot: &Plot) -> Result<Plotted, ReportError> {
         Some(y) => over_plane(view, plot, x, y),
         None => over_axis(view, plot, x),
     }
+}
+
+/// A plot as a figure of a report, at each width.
+///
+/// # Errors
+/// As [`plot`].
+pub(crate) fn figure(view: &View, name: String, wanted: &Plot) -> Result<Figure, ReportError> {
+    let [narrow, wide] = Width::ALL.map(|width| plot(view, &Plot { width, ..wanted.clone() }));
+    let (narrow, wide) = (narrow?, wide?);
+    let scenes = vec![(Width::OneColumn, narrow.scene), (Width::TwoColumns, wide.scene)];
+    Ok(Figure { name, caption: wide.caption, scenes, data: wide.data })
 }
 
 /// The requested variables, or the default one.
@@ -300,7 +312,7 @@ fn over_axis(view: &View, plot: &Plot, x: usize) -> Result<Plotted, ReportError>
         held.retain(|held| held.axis != damping);
         shown.push(axes.len() - 1);
     }
-    let mut drawn = Vec::new();
+    let mut lines = Vec::new();
     for (panel, panel_node) in panel_nodes.iter().enumerate() {
         for &variable in &names {
             for curve_node in &curve_nodes {
@@ -312,7 +324,7 @@ fn over_axis(view: &View, plot: &Plot, x: usize) -> Result<Plotted, ReportError>
                 }
                 let value =
                     curve_axis.map(|axis| view.axis(&axes[axis]).equals(axes[axis].values[index[axis]]));
-                drawn.push(Line { variable, index, panel, value });
+                lines.push(Line { variable, index, panel, value });
             }
         }
     }
@@ -334,23 +346,23 @@ fn over_axis(view: &View, plot: &Plot, x: usize) -> Result<Plotted, ReportError>
     let context = Context { view, x, heading, titles, width: plot.width };
     let codes = names.iter().filter(|name| kinds(name).is_some()).count();
     let (scene, columns) = match codes {
-        0 => context.curves(&drawn)?,
-        all if all == names.len() => context.strips(&drawn)?,
+        0 => context.curves(&lines)?,
+        all if all == names.len() => context.strips(&lines)?,
         _ => return Err(ChoiceError::CodesAndNumbers.into()),
     };
     let step = step(&axes[x]);
     let nodes = drawn_nodes(view, x);
     let mut data = Data::default();
-    let repeated = |values: &[f64]| drawn.iter().flat_map(|_| values.to_vec()).collect::<Vec<_>>();
+    let repeated = |values: &[f64]| lines.iter().flat_map(|_| values.to_vec()).collect::<Vec<_>>();
     for axis in [panel_axis, curve_axis].into_iter().flatten() {
         let label = view.axis(&axes[axis]);
-        let values = drawn.iter().flat_map(|line| {
+        let values = lines.iter().flat_map(|line| {
             std::iter::repeat_n(axes[axis].values[line.index[axis]] * label.factor, nodes.len())
         });
         data = data.reals(label.header(), values.collect());
     }
     if names.len() > 1 {
-        let each = drawn.iter().flat_map(|line| {
+        let each = lines.iter().flat_map(|line| {
             let label = view.units.variable(line.variable);
             std::iter::repeat_n(label.header(), nodes.len())
         });
@@ -373,7 +385,7 @@ fn over_axis(view: &View, plot: &Plot, x: usize) -> Result<Plotted, ReportError>
 fn drawn_nodes(view: &View, x: usize) -> Vec<f64> {
     let axis = &view.map.grid().axes()[x];
     let factor = view.axis(axis).factor;
-    axis.values.iter().step_by(step(axis)).map(|value| value * factor).collect()
+    drawn(axis).into_iter().map(|value| value * factor).collect()
 }
 
 /// Common arguments of all panels of a plot over one axis.
@@ -394,18 +406,14 @@ impl Context<'_> {
             let (variable, axis) = (line.variable.to_owned(), axes[self.x].name.clone());
             return Err(ChoiceError::NotAlong { variable, axis });
         }
-        let pick = |axis: usize| match axis == self.x {
-            true => Pick::Every(step(&axes[axis])),
-            false => Pick::Node(line.index[axis]),
-        };
-        Ok((0..rank).map(pick).collect())
+        Ok(picks(self.view.map, &[self.x], &line.index, rank))
     }
 
-    fn curves(&self, drawn: &[Line]) -> Result<(Scene, Values), ReportError> {
+    fn curves(&self, lines: &[Line]) -> Result<(Scene, Values), ReportError> {
         let map = self.view.map;
         let axis = &map.grid().axes()[self.x];
         let x_label = self.view.axis(axis);
-        let nodes: Vec<f64> = axis.values.iter().copied().step_by(step(axis)).collect();
+        let nodes = drawn(axis);
         // One chart for each panel and each unit; a pure number shares its chart only with the same kind of
         // number.
         let mut charts: Vec<((usize, Label), Chart)> = Vec::new();
@@ -414,12 +422,12 @@ impl Context<'_> {
             let label = self.view.units.variable(line.variable);
             if label.unit.is_empty() { label.key } else { label.unit.to_owned() }
         };
-        for line in drawn {
+        for line in lines {
             let values = map.real_slice(line.variable, &self.picks(line)?)?;
             let label = self.view.units.variable(line.variable);
             numbers.extend(values.iter().map(|value| value * label.factor));
             let several =
-                drawn.iter().any(|other| other.variable != line.variable && unit(other) == unit(line));
+                lines.iter().any(|other| other.variable != line.variable && unit(other) == unit(line));
             let key = (line.panel, label);
             let same = |(panel, other): &(usize, Label)| {
                 *panel == key.0 && (other.unit == key.1.unit && !key.1.unit.is_empty() || *other == key.1)
@@ -459,14 +467,14 @@ impl Context<'_> {
         Ok((scene, Values::Reals(numbers)))
     }
 
-    fn strips(&self, drawn: &[Line]) -> Result<(Scene, Values), ReportError> {
+    fn strips(&self, lines: &[Line]) -> Result<(Scene, Values), ReportError> {
         let map = self.view.map;
         let axis = &map.grid().axes()[self.x];
         let x_label = self.view.axis(axis);
         let mut kinds_of_all: Vec<Kind> = Vec::new();
         let mut strips = Vec::new();
         let mut all = Vec::new();
-        for line in drawn {
+        for line in lines {
             let kinds = kinds(line.variable).unwrap_or_default();
             let codes = map.code_slice(line.variable, &self.picks(line)?)?;
             let start = match kinds_of_all.iter().position(|kind| kinds.first() == Some(kind)) {
@@ -483,7 +491,7 @@ impl Context<'_> {
             all.extend(codes.iter().map(|code| kinds[position(code)].name.to_owned()));
         }
         let fills: Vec<_> = kinds_of_all.iter().map(|kind| (kind.fill, rich(&kind.words))).collect();
-        let nodes: Vec<f64> = axis.values.iter().copied().step_by(step(axis)).collect();
+        let nodes = drawn(axis);
         let scale = Scale::of_nodes(&axis.values).in_unit(x_label.factor);
         let x = (scale, &x_label.text());
         let scene = strips::draw(&self.heading, &nodes, x, &strips, &fills, self.width);

@@ -254,12 +254,7 @@ impl<'a> Slice<'a> {
                 return Err(ChoiceError::NotAlong { variable: variable.into(), axis });
             }
         }
-        let axes = self.view.map.grid().axes();
-        let pick = |axis| match axis == self.x || axis == self.y {
-            true => Pick::Every(step(&axes[axis])),
-            false => Pick::Node(self.index[axis]),
-        };
-        Ok((0..rank).map(pick).collect())
+        Ok(picks(self.view.map, &[self.x, self.y], &self.index, rank))
     }
 
     fn turned<T: Clone>(&self, cells: ArrayD<T>) -> Array2<T> {
@@ -360,7 +355,17 @@ pub(super) fn step(axis: &Axis) -> usize {
     axis.values.len().div_ceil(MOST_NODES)
 }
 
-fn drawn(axis: &Axis) -> Vec<f64> {
+/// The drawn nodes along the first `rank` axes: those along the `shown` ones, and the others' node of `index`.
+pub(super) fn picks(map: &MapFile, shown: &[usize], index: &[usize], rank: usize) -> Vec<Pick> {
+    let pick = |(axis, nodes): (usize, &Axis)| match shown.contains(&axis) {
+        true => Pick::Every(step(nodes)),
+        false => Pick::Node(index[axis]),
+    };
+    map.grid().axes()[..rank].iter().enumerate().map(pick).collect()
+}
+
+/// The drawn nodes of an axis.
+pub(super) fn drawn(axis: &Axis) -> Vec<f64> {
     axis.values.iter().copied().step_by(step(axis)).collect()
 }
 

@@ -8,7 +8,7 @@ use super::legend::{Legend, Sample};
 use super::lines::letter;
 use super::palette::{self, MethodStyle};
 use super::scene::{Anchor, Marker, Place, Rect, Scene, Stroke, Width};
-use super::{Data, Figure};
+use super::{Data, Figure, at_each_width};
 use crate::benchmark::{Kind, Row, Study};
 
 /// The front, drawn below everything else.
@@ -67,7 +67,7 @@ pub fn chart(study: &Study) -> Figure {
         Some((_, false)) => rich(" Peers were measured on other cells."),
         None => Rich::default(),
     });
-    let scenes = Width::ALL.into_iter().map(|width| (width, scene(study, width))).collect();
+    let scenes = at_each_width(|width| scene(study, width));
     Figure { name: "work-precision".into(), caption, scenes, data: Data::default() }
 }
 

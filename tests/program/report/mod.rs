@@ -6,12 +6,11 @@ mod pages;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::LazyLock;
-use std::sync::atomic::AtomicBool;
 
 use ndarray::ArrayD;
 use slipmap::friction::Law;
 use slipmap::map::{self, Control, Field, Grid, Method, Plan};
-use slipmap::report::{self, Cell, Report, Table};
+use slipmap::report::{Cell, Report, Table};
 use slipmap::simulate::naive::NaiveKnobs;
 use slipmap::store::Pick::{Every, Node};
 use slipmap::store::{self, MapFile, Outcome, PartialMap, Provenance};
@@ -69,8 +68,7 @@ fn store_map(folder: &Path, plan: &Plan, title: &str) -> MapFile {
 }
 
 fn gather(map: &MapFile) -> Report {
-    let control = report::Control { on_cells: &|_| (), stop: &AtomicBool::new(false) };
-    Report::gather(map, &control).unwrap()
+    Report::gather(map, &Control::default()).unwrap()
 }
 
 /// A small map in which every method decides something, with unequal steps on every axis.
