@@ -83,7 +83,7 @@ fn alone(arguments: &Arguments, stop: &AtomicBool) -> Result<Ended, Failure> {
     match prepare(arguments, arguments.job()?)? {
         None => Ok(Ended::Fine),
         Some((job, map)) => compute(arguments, &job, map, stop, None, |map, control, queue| {
-            map::compute_tiles(&job.plan, map, control, &|| queue.take())
+            Ok(map::compute_tiles(&job.plan, map, control, &|| queue.take())?)
         }),
     }
 }
@@ -102,7 +102,7 @@ fn together(arguments: &Arguments, stop: &AtomicBool, _: usize) -> Result<Ended,
         let others = ranks.begin(None, 0);
         return prepared.and(others).map(|_| Ended::Fine);
     };
-    compute(arguments, &job, map, stop, Some(&ranks), |map, control, queue| -> Result<_, Stopped> {
+    compute(arguments, &job, map, stop, Some(&ranks), |map, control, queue| {
         let own = threads.unwrap_or_else(rayon::current_num_threads).max(1);
         let others = ranks.begin(Some((&job.plan, queue)), own)?;
         let local = || map::compute_tiles(&job.plan, map, control, &|| queue.take());
@@ -197,13 +197,13 @@ impl From<Failure> for Stopped {
 
 /// Computes the missing tiles through `tiles`, completes the map, with proofs shared with `others`, and
 /// reports.
-fn compute<E: Into<Stopped> + From<ComputeError<StoreError>>>(
+fn compute(
     arguments: &Arguments,
     job: &Job,
     map: PartialMap,
     stop: &AtomicBool,
     others: Option<&dyn Prover>,
-    tiles: impl FnOnce(&PartialMap, &Control, &Queue) -> Result<(Account, usize), E>,
+    tiles: impl FnOnce(&PartialMap, &Control, &Queue) -> Result<(Account, usize), Stopped>,
 ) -> Result<Ended, Failure> {
     let bar = progress::bar(arguments.quiet, Some(job.plan.grid.cells() as u64), "cells");
     let planes = std::sync::OnceLock::new();
@@ -225,7 +225,7 @@ fn compute<E: Into<Stopped> + From<ComputeError<StoreError>>>(
     if let Some(bar) = planes.get() {
         bar.finish_and_clear();
     }
-    let summary = match computed.map_err(Into::into) {
+    let summary = match computed {
         Ok(summary) => summary,
         Err(Stopped::Early(error)) => return Err(stopped(&map, &error, &job.output)),
         #[cfg(feature = "mpi")]

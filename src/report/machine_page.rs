@@ -4,9 +4,10 @@ use std::convert::Infallible;
 use std::sync::{Mutex, PoisonError};
 
 use super::document;
-use super::figure::axis::{AXIS, BOTTOM_MARGIN, Panel, SMALL_TEXT, Scale, TEXT, TITLE_MARGIN};
+use super::figure::axis::{AXIS, SMALL_TEXT, Scale, TEXT};
 use super::figure::legend::{Legend, Sample};
 use super::figure::palette;
+use super::figure::panels::{BOTTOM_MARGIN, Panel, TITLE_MARGIN};
 use super::figure::region::{cell_edges, outlines};
 use super::figure::scene::{Anchor, Fill, Marker, Rect, Scene};
 use super::figure::{Scene as Figure, bifurcations};
@@ -356,7 +357,7 @@ fn regimes(all: &Assessment) -> Scene {
     let y = Scale::linear(0.0, dampings[NODES - 1]).in_unit(friction.factor);
     let mut scene = Scene::new(FIGURE, 0.0);
     let labels = Panel::y_labels_width(y, 150.0);
-    let left = super::figure::axis::left_margin(labels);
+    let left = super::figure::panels::left_margin(labels);
     let rect = Rect { x: left, y: TITLE_MARGIN, w: FIGURE - left - 12.0, h: 150.0 };
     let panel = Panel { rect, x, y };
     panel.title(&mut scene, &rich("Regimes; diamond: the working point"));
@@ -398,7 +399,7 @@ fn influence(all: &Assessment) -> Scene {
     let (x, y) = (Scale::linear(0.0, width * parts.len() as f64), Scale::linear(0.0, 105.0 * most));
     let mut scene = Scene::new(FIGURE, 0.0);
     let labels = Panel::y_labels_width(y, 150.0);
-    let left = super::figure::axis::left_margin(labels);
+    let left = super::figure::panels::left_margin(labels);
     let rect = Rect { x: left, y: TITLE_MARGIN, w: FIGURE - left - 12.0, h: 150.0 };
     let panel = Panel { rect, x, y };
     for part in parts {

@@ -50,10 +50,7 @@ impl Prover for Ranks {
         let mut proofs = Vec::with_capacity(domains.len());
         for (rank, part) in (1..).zip(&parts).filter(|(_, part)| !part.is_empty()) {
             let process = world.process_at_rank(rank);
-            let mut poller = Poller::new();
-            while process.immediate_probe_with_tag(PROVED).is_none() {
-                poller.wait();
-            }
+            Poller::wait_for(&process, PROVED);
             let (numbers, _) = process.receive_vec_with_tag::<f64>(PROVED);
             proofs.extend(tiles_of(part, &numbers));
         }

@@ -4,11 +4,12 @@ use ndarray::Array2;
 
 use super::super::text::{Rich, rich};
 use super::super::units::Label;
-use super::axis::{AXIS, Panel, Panels, SMALL_TEXT, Scale, TEXT, text_width_of};
+use super::axis::{AXIS, SMALL_TEXT, Scale, TEXT, text_width_of};
 use super::bifurcations;
 use super::data::{Data, Values};
 use super::legend::{Legend, Sample};
 use super::palette::{self, Kind};
+use super::panels::{Panel, Panels};
 use super::region::{cell_edges, outlines};
 use super::scene::{Anchor, Fill, Hatch, Rect, Scene, Width};
 use super::slice::Slice;

@@ -3,10 +3,11 @@
 
 use super::super::text::rich;
 use super::super::units::{Label, View};
-use super::axis::{Panel, Panels, Scale, write_heading};
+use super::axis::Scale;
 use super::curves::Budget;
 use super::data::Data;
 use super::legend::{Legend, Sample};
+use super::panels::{Panel, Panels, write_heading};
 use super::scene::{Fill, Hatch, Marker, Place, Scene, Stroke, Width};
 use super::slice::{equals, informative_nodes};
 use super::{Figure, at_each_width, curves, palette};

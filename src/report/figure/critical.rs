@@ -2,10 +2,11 @@
 
 use super::super::text::rich;
 use super::super::units::{Label, View};
-use super::axis::{Panels, Scale};
+use super::axis::Scale;
 use super::curves::Budget;
 use super::data::Data;
 use super::legend::{Legend, Sample};
+use super::panels::Panels;
 use super::scene::Scene;
 use super::slice::{Slice, equals, informative_nodes};
 use super::verdict_panels::chosen_epsilons;

@@ -3,9 +3,10 @@
 use super::super::text::{Rich, rich};
 use super::super::units::{Label, View};
 use super::super::{MethodBoundary, Report};
-use super::axis::{AXIS, Labels, Panel, Panels, SMALL_TEXT, Scale, TITLE_MARGIN};
+use super::axis::{AXIS, SMALL_TEXT, Scale};
 use super::data::Data;
 use super::legend::{Legend, Sample};
+use super::panels::{Labels, Panel, Panels, TITLE_MARGIN};
 use super::scene::{Anchor, Rect, Scene, Stroke, Width, text_width};
 use super::verdict_panels::method_title;
 use super::{Figure, at_each_width, palette};
@@ -148,6 +149,6 @@ fn dots(report: &Report, x: Scale, label: &Label, width: Width) -> Scene {
     scene.frame(rect, &AXIS);
     panel.x_axis(&mut scene, Labels { x: true, y: false });
     panel.x_name(&mut scene, &rich("error of ").then(label.text()));
-    scene.height = rect.y + rect.h + super::axis::BOTTOM_MARGIN + 2.0;
+    scene.height = rect.y + rect.h + super::panels::BOTTOM_MARGIN + 2.0;
     scene
 }

@@ -16,6 +16,7 @@ pub(crate) mod legend;
 pub(crate) mod lines;
 pub(crate) mod orbit;
 pub(crate) mod palette;
+pub(crate) mod panels;
 pub(crate) mod paper;
 pub mod plot;
 pub(crate) mod portrait;

@@ -2,9 +2,10 @@
 
 use super::super::text::{Rich, rich};
 use super::super::units::{UnitSystem, join};
-use super::axis::{BOTTOM_MARGIN, Labels, Panel, Scale, TITLE_MARGIN, left_margin, write_heading};
+use super::axis::Scale;
 use super::data::Data;
 use super::legend::{Legend, Sample};
+use super::panels::{BOTTOM_MARGIN, Labels, Panel, TITLE_MARGIN, left_margin, write_heading};
 use super::portrait::{BELT, ORBIT, Portrait, STICK, equal_scales, orbit_data, parts};
 use super::scene::{Place, Rect, Scene, Width};
 use super::slice::equals;

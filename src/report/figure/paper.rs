@@ -7,9 +7,10 @@
 use std::f64::consts::TAU;
 
 use super::super::text::{Rich, rich};
-use super::axis::{BOTTOM_MARGIN, Panel, Panels, SMALL_TEXT, Scale, TITLE_MARGIN};
+use super::axis::{SMALL_TEXT, Scale};
 use super::curves::Budget;
 use super::legend::{Legend, Sample};
+use super::panels::{BOTTOM_MARGIN, Panel, Panels, TITLE_MARGIN};
 use super::portrait::{BELT, ORBIT, OTHER, SEGMENT, equal_scales, orbit};
 use super::scene::{Anchor, Marker, Place, Rect, Scene, Stroke};
 use super::{Data, Figure, at_each_width, curves, palette};
@@ -46,7 +47,7 @@ fn single(
     let scenes = at_each_width(|width| {
         let mut scene = Scene::new(width.points(), 0.0);
         let labels_width = 18.0;
-        let left = super::axis::left_margin(labels_width);
+        let left = super::panels::left_margin(labels_width);
         let w = scene.width - left - 10.0;
         let (x, y, h) = equal_scales(extent, w, (0.25, 0.8));
         let panel = Panel { rect: Rect { x: left, y: TITLE_MARGIN - 4.0, w, h }, x, y };

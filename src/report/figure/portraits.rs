@@ -2,11 +2,11 @@
 
 use super::super::text::rich;
 use super::super::units::{Label, View};
-use super::axis::{BOTTOM_MARGIN, Panel, Panels, TITLE_MARGIN, write_heading};
 use super::curves::Budget;
 use super::data::Data;
 use super::legend::Legend;
 use super::lines::letter;
+use super::panels::{BOTTOM_MARGIN, Panel, Panels, TITLE_MARGIN, write_heading};
 use super::portrait::{Portrait, equal_scales, orbit_data};
 use super::scene::{Rect, Scene};
 use super::slice::informative_nodes;

@@ -3,12 +3,12 @@
 use super::super::text::{Rich, rich};
 use super::super::units::View;
 use super::super::{ReportError, SIMULATION};
-use super::axis::{Panel, Panels};
 use super::data::{Data, Values};
 use super::exact::boundary;
 use super::legend::{Legend, Sample};
 use super::lines::letter;
 use super::palette;
+use super::panels::{Panel, Panels};
 use super::plot::{self, At, Plot};
 use super::region::{cell_edges, outlines};
 use super::scene::{Fill, Place, Scene, Stroke, Width};

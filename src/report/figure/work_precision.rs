@@ -3,10 +3,11 @@
 
 use super::super::text::{Rich, rich};
 use super::super::units::{UnitSystem, join};
-use super::axis::{Panel, Panels, SMALL_TEXT, Scale};
+use super::axis::{SMALL_TEXT, Scale};
 use super::legend::{Legend, Sample};
 use super::lines::letter;
 use super::palette::{self, MethodStyle};
+use super::panels::{Panel, Panels};
 use super::scene::{Anchor, Marker, Place, Rect, Scene, Stroke, Width};
 use super::{Data, Figure, at_each_width};
 use crate::benchmark::{Kind, Row, Study};
