@@ -190,7 +190,7 @@ fn farthest(curve: &Curve, belt_speed: f64) -> f64 {
 /// (2 - W + d) (y + 2 - W) = (W + d) (hypot(y, V) + 2 d + W), and 0 if the left side is larger at y = 0. For a
 /// law that only weakens, 0 if W V < 4 (1 - W).
 ///
-/// **Proof** (theory, "Crossing cycles"). A loop that leads outward at damping c does so at c = 0, since loops fall with
+/// **Proof** (theory, "Any friction law"). A loop that leads outward at damping c does so at c = 0, since loops fall with
 /// c. Let it cross upward with wL, and downward y' >= y beyond E. By Green's theorem the integral of D over
 /// the part of its inside above the belt line is ((y' + 2)^2 - (wL - 2)^2) / 2, and over the part below it is
 /// (wL^2 - y^2) / 2. The width of the inside falls upward from y' + wL above the line; so the first integral is
