@@ -66,7 +66,9 @@ use std::path::{Path, PathBuf};
 pub(crate) use axis::range_nodes;
 pub(crate) use law::table_of_text;
 pub use law::{point_into, read_table};
-pub(crate) use machine::{MachineJob, load_machine};
+#[cfg(feature = "explore")]
+pub(crate) use machine::keys as machine_keys;
+pub(crate) use machine::{MachineJob, check_names, load_machine};
 pub use points::PointTable;
 pub(crate) use points::point_of;
 pub use source::ConfigError;

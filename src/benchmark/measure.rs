@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use super::cells::Cell;
-use super::contestants::{Answer, Contestant, Output, Solver, closed_form};
+use super::contestants::{Answer, Contestant, Kind, Output, Solver, closed_form};
 use crate::clock::thread_time;
 use crate::filippov::Oscillator;
 use crate::map::Verdict;
@@ -58,23 +58,33 @@ impl Labels {
     }
 }
 
-/// Measurements of one contestant.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Measurement {
+/// The measurements of one contestant at one setting.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Its kind.
+    pub kind: Kind,
+    /// Its name.
+    pub name: String,
+    /// Its parameter and the value of that.
+    pub setting: Option<(String, f64)>,
     /// Number of cells that it was asked about: all, or as many as its time allowed.
-    pub(crate) cells: usize,
+    pub cells: usize,
     /// Processor time per cell in seconds.
-    pub(crate) seconds: f64,
+    pub seconds: f64,
     /// Error of the scaled grazing margin; for methods without one, that of the critical damping as a margin.
-    pub(crate) margin: Option<Errors>,
+    pub margin: Option<Errors>,
     /// Error of the critical damping; for methods without one, that of the margin as a damping.
-    pub(crate) critical: Option<Errors>,
+    pub critical: Option<Errors>,
     /// Number of cells without an answer although there is a margin or critical damping.
     pub(crate) unanswered: usize,
-    /// Verdicts on the cells near the boundary.
-    pub(crate) near: Labels,
-    /// Verdicts on the cells anywhere.
-    pub(crate) anywhere: Labels,
+    /// Verdicts near the boundary; `None` if it was not asked about such cells.
+    pub near: Option<Labels>,
+    /// Verdicts anywhere.
+    pub anywhere: Option<Labels>,
+    /// Whether it is on the Pareto front of time and largest error.
+    pub front_error: bool,
+    /// Whether it is on the Pareto front of time and share of cells without the right verdict.
+    pub(crate) front_labels: bool,
 }
 
 /// Least number of cells that even slow contestants are asked about.
@@ -85,7 +95,7 @@ const LONG_ENOUGH: Duration = Duration::from_micros(500);
 const PASSES: usize = 5;
 
 /// Measures a contestant on `cells`, or on as many of the first of them as take about `seconds`.
-pub(crate) fn measure(contestant: &Contestant, cells: &[Cell], seconds: f64) -> Measurement {
+pub(crate) fn measure(contestant: &Contestant, cells: &[Cell], seconds: f64) -> Row {
     let budget = Duration::from_secs_f64(seconds);
     let (count, time, answers) = match contestant.solver {
         Solver::Batch(ask) => timed(cells, cells.len(), budget, |cells| ask(cells, contestant.setting)),
@@ -97,20 +107,12 @@ pub(crate) fn measure(contestant: &Contestant, cells: &[Cell], seconds: f64) -> 
             Answer { verdict, margin: None, critical: None }
         }),
     };
-    let mut found = Measurement {
-        cells: count,
-        seconds: time / count.max(1) as f64,
-        margin: None,
-        critical: None,
-        unanswered: 0,
-        near: Labels::default(),
-        anywhere: Labels::default(),
-    };
+    let (mut near, mut anywhere, mut unanswered) = (Labels::default(), Labels::default(), 0);
     let mut errors = Sizes::default();
     for (answer, cell) in answers.iter().zip(cells) {
-        let labels = if cell.near { &mut found.near } else { &mut found.anywhere };
+        let labels = if cell.near { &mut near } else { &mut anywhere };
         labels.add(answer.verdict, cell.verdict);
-        found.unanswered += usize::from(!errors.add(contestant.output, answer, cell));
+        unanswered += usize::from(!errors.add(contestant.output, answer, cell));
     }
     if let Solver::Naive(method, knobs) = contestant.solver {
         let ask = |cell: &Cell, c: f64| {
@@ -118,9 +120,20 @@ pub(crate) fn measure(contestant: &Contestant, cells: &[Cell], seconds: f64) -> 
         };
         search(cells, budget, ask, &mut errors);
     }
-    found.margin = Errors::of(errors.margin);
-    found.critical = Errors::of(errors.critical);
-    found
+    Row {
+        kind: contestant.kind,
+        name: contestant.name.into(),
+        setting: contestant.knob.map(|knob| (knob.into(), contestant.setting)),
+        cells: count,
+        seconds: time / count.max(1) as f64,
+        margin: Errors::of(errors.margin),
+        critical: Errors::of(errors.critical),
+        unanswered,
+        near: Some(near),
+        anywhere: Some(anywhere),
+        front_error: false,
+        front_labels: false,
+    }
 }
 
 /// Asks about one cell after the other, as many as `budget` allows.

@@ -18,10 +18,10 @@ pub(crate) mod study;
 
 pub(crate) use cells::Cell;
 pub use contestants::{Contestant, Kind, contestants};
-pub use measure::{Errors, Labels};
-pub(crate) use measure::{Measurement, measure};
+pub(crate) use measure::measure;
+pub use measure::{Errors, Labels, Row};
 pub(crate) use study::StudyError;
-pub use study::{Row, Settings, Study};
+pub use study::{Settings, Study};
 
 /// Marks the points of the Pareto front: those for which no other has both less time and less error.
 /// Points without a number are never on it.

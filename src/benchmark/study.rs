@@ -1,7 +1,7 @@
 //! A study of speed against accuracy: every method and engine measured on the same cells at each of its
 //! settings.
 
-use super::{Cell, Contestant, Errors, Kind, Labels, Measurement, cells, measure, pareto};
+use super::{Cell, Contestant, Row, cells, measure, pareto};
 use crate::map::Grid;
 
 /// Reason why there is no study.
@@ -36,35 +36,6 @@ impl Default for Settings {
     fn default() -> Self {
         Self { cells: 1024, near: 0.01, seconds: 1.0 }
     }
-}
-
-/// The measurements of one contestant at one setting.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Row {
-    /// Its kind.
-    pub kind: Kind,
-    /// Its name.
-    pub name: String,
-    /// Its parameter and the value of that.
-    pub setting: Option<(String, f64)>,
-    /// Number of cells that it was asked about.
-    pub cells: usize,
-    /// Processor time per cell in seconds.
-    pub seconds: f64,
-    /// Errors of the scaled margin.
-    pub margin: Option<Errors>,
-    /// Errors of the critical damping.
-    pub critical: Option<Errors>,
-    /// Number of cells without an answer.
-    pub(crate) unanswered: usize,
-    /// Verdicts near the boundary; `None` if it was not asked about such cells.
-    pub near: Option<Labels>,
-    /// Verdicts anywhere.
-    pub anywhere: Option<Labels>,
-    /// Whether it is on the Pareto front of time and largest error.
-    pub front_error: bool,
-    /// Whether it is on the Pareto front of time and share of cells without the right verdict.
-    pub(crate) front_labels: bool,
 }
 
 /// A finished study.
@@ -109,22 +80,7 @@ impl Study {
                 return Err(StudyError::Interrupted);
             }
             on_row(number, contestant.name);
-            let Measurement { cells, seconds, margin, critical, unanswered, near, anywhere } =
-                measure(contestant, &cells, settings.seconds);
-            rows.push(Row {
-                kind: contestant.kind,
-                name: contestant.name.into(),
-                setting: contestant.knob.map(|knob| (knob.into(), contestant.setting)),
-                cells,
-                seconds,
-                margin,
-                critical,
-                unanswered,
-                near: Some(near),
-                anywhere: Some(anywhere),
-                front_error: false,
-                front_labels: false,
-            });
+            rows.push(measure(contestant, &cells, settings.seconds));
         }
         let mut study = Self { settings, grid: grid.clone(), cells, rows, peers: None };
         study.mark_fronts();

@@ -169,7 +169,6 @@ impl Certificate {
 }
 
 impl StoredTile {
-    #[allow(clippy::cast_possible_truncation)] // coefficients are multiples of the unit below 2^17
     fn of(tile: &Tile) -> Self {
         let row = |row: &Vec<f64>| {
             let length = row.iter().rposition(|c| *c != 0.0).map_or(0, |last| last + 1);
@@ -194,7 +193,6 @@ impl StoredTile {
     }
 
     /// The tile; lists that are too long make a tile that no check confirms.
-    #[allow(clippy::cast_precision_loss)] // exact up to LARGEST
     fn tile(&self) -> Tile {
         let row = |row: &Vec<i64>| {
             let mut row: Vec<f64> = row.iter().map(|c| *c as f64 * UNIT).collect();

@@ -4,11 +4,12 @@ use std::io::{self, Write as _};
 use std::path::PathBuf;
 
 use clap::Args;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use super::machine;
-use super::output::{Align, Table, count, json as print_json};
+use super::output::{Align, Table, count, object, print_json};
 use super::point::parse_setting;
+use super::replace::refuse_existing;
 use super::report::{existing, failure};
 use super::{Ended, Failure};
 use crate::assessment::{Assessment, assess};
@@ -60,14 +61,8 @@ fn parse_probability(text: &str) -> Result<f64, String> {
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let job = machine::load(&arguments.config, &arguments.set)?;
-    if let Some(path) = &arguments.out
-        && !arguments.overwrite
-        && path.symlink_metadata().is_ok()
-    {
-        return Err(Failure::BadInput(format!(
-            "--out {}: the file exists already\n  help: choose another name, or add --overwrite to replace it",
-            path.display()
-        )));
+    if let Some(path) = &arguments.out {
+        refuse_existing("--out", path, arguments.overwrite)?;
     }
     let all = assess(&job.machine).ok_or_else(|| {
         Failure::BadInput("the friction leaves the numbers\n  help: check the units".into())
@@ -123,7 +118,7 @@ fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
     json!({
         "law": machine.friction.law_name(),
         "motion": machine.motion.name(),
-        "machine": machine.quantities().into_iter().map(|(name, value)| (name.to_owned(), value.into())).collect::<Map<_, _>>(),
+        "machine": object(machine.quantities()),
         "regime": does.regime.name(),
         "always_stick_slips_below_belt_speed": all.always_below_speed,
         "may_stick_slip_below_belt_speed": does.critical_belt_speed,

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use serde_json::json;
 
-use super::output::{json, number_of, without_control_characters};
+use super::output::{self, number_of, print_json};
 use super::{Ended, Failure, proof};
 use crate::store;
 
@@ -60,7 +60,7 @@ fn check_map(map: &Path, as_json: bool) -> Result<Ended, Failure> {
         )));
     }
     if as_json {
-        json(&json!({
+        print_json(&json!({
             "map": map.to_string_lossy(),
             "sound": report.is_sound(),
             "variables": report.variables,
@@ -78,13 +78,7 @@ fn check_map(map: &Path, as_json: bool) -> Result<Ended, Failure> {
             number_of(report.cells, "cell"),
             number_of(report.tiles, "tile")
         )?;
-        match problems.len() {
-            0 => writeln!(out, "sound: the map is complete and unchanged since its run")?,
-            n => writeln!(out, "{}:", number_of(n, "problem"))?,
-        }
-        for problem in &problems {
-            writeln!(out, "  {}", without_control_characters(problem))?;
-        }
+        output::problems(&mut out, &problems, "the map is complete and unchanged since its run")?;
     }
     Ok(if report.is_sound() { Ended::Fine } else { Ended::Flawed })
 }

@@ -6,10 +6,10 @@ use std::io::{self, Write as _};
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use serde_json::{Map, Value, json};
+use serde_json::json;
 
-use super::output::{self, Align, Table, bytes, count, duration, number_of};
-use super::preflight::{Preflight, peak};
+use super::output::{self, Align, Table, bytes, count, duration, number_of, object};
+use super::preflight::{Preflight, peak, sizes};
 use super::{Ended, Failure};
 use crate::config::Job;
 use crate::filippov::Oscillator;
@@ -54,9 +54,8 @@ pub(super) fn run(
     let seconds = sampled.seconds + audit_seconds(plan, threads) + proof.unwrap_or(0.0);
 
     if as_json {
-        let axes: Map<String, Value> =
-            grid.axes().iter().map(|axis| (axis.name.clone(), json!(axis.values.len()))).collect();
-        output::json(&json!({
+        let axes = object(grid.axes().iter().map(|axis| (axis.name.as_str(), axis.values.len())));
+        output::print_json(&json!({
             "title": job.title,
             "output": job.output.to_string_lossy(),
             "replaces": preflight.replaces.is_some(),
@@ -78,11 +77,9 @@ pub(super) fn run(
 
     let mut out = io::stdout().lock();
     writeln!(out, "{} (dry run: nothing is written)", job.title)?;
-    let sizes: Vec<String> =
-        grid.axes().iter().map(|axis| format!("{} {}", axis.name, count(axis.values.len()))).collect();
     let mut table = Table::new(&[("", Align::Left), ("", Align::Left)]);
     let mut line = |name: &str, text: String| table.row([name.to_owned(), text]);
-    line("grid", sizes.join(" x "));
+    line("grid", sizes(grid));
     line(
         "cells",
         format!("{} in {}, {}", count(grid.cells()), number_of(columns, "column"), number_of(tiles, "tile")),
@@ -118,7 +115,6 @@ fn columns(grid: &Grid) -> usize {
 
 /// Estimates duration and size of the map. Samples of the grid grow until one takes long enough to be
 /// extrapolated.
-#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // an estimate
 pub(super) fn sampled(plan: &Plan, threads: Option<usize>) -> Sampled {
     let mut wanted = 1;
     loop {
@@ -137,7 +133,6 @@ pub(super) fn sampled(plan: &Plan, threads: Option<usize>) -> Sampled {
 }
 
 /// Estimated duration in seconds of the proof that the plan asks for, from a sample that takes [`PROOF`].
-#[allow(clippy::cast_precision_loss)] // an estimate
 fn proof_seconds(plan: &Plan, threads: Option<usize>) -> Option<f64> {
     let stop = AtomicBool::new(false);
     let proved = std::thread::scope(|scope| {
@@ -197,7 +192,6 @@ fn timed(plan: &Plan, sample: &Grid, threads: Option<usize>) -> (usize, Duration
 }
 
 /// Estimated duration of the audit, from a few cells of it.
-#[allow(clippy::cast_precision_loss)] // an estimate
 fn audit_seconds(plan: &Plan, threads: Option<usize>) -> f64 {
     let cells = plan.audit_cells.min(plan.grid.cells());
     if cells == 0 {

@@ -7,12 +7,14 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::output::{count, exact, short};
+use super::report::failure;
 use super::{Ended, Failure, interrupt, progress};
 use crate::config::Job;
 use crate::map::failures::{self, Catalogue, Class, Comparison, Kind, MethodFailures};
 use crate::map::limits::HIGHEST;
 use crate::map::{Grid, Method};
 use crate::probe::command_line;
+use crate::report::{Existing, csv_text, write_file};
 use crate::simulate::naive::NaiveKnobs;
 
 /// Largest number of cells: more would take hours.
@@ -121,19 +123,10 @@ fn refuse_existing(folder: &Path, overwrite: bool) -> Result<(), Failure> {
 
 /// Writes every file under a temporary name first, so that no file is ever half written.
 fn write_files(folder: &Path, report: &Report) -> Result<(), Failure> {
-    let broken =
-        |path: &Path, error: io::Error| Failure::Broken(format!("cannot write {}: {error}", path.display()));
-    crate::store::create_folders(folder).map_err(|error| broken(folder, error))?;
-    let texts = [report.markdown(), report.methods_csv()?, report.classes_csv()?];
-    for (name, text) in FILES.iter().zip(texts) {
-        let path = folder.join(name);
-        let write = || {
-            let mut file = tempfile::NamedTempFile::new_in(folder)?;
-            file.write_all(text.as_bytes())?;
-            file.persist(&path)?;
-            Ok(())
-        };
-        write().map_err(|error| broken(&path, error))?;
+    crate::store::create_folders(folder)
+        .map_err(|error| Failure::Broken(format!("cannot write {}: {error}", folder.display())))?;
+    for (name, text) in FILES.iter().zip([report.markdown(), report.methods_csv(), report.classes_csv()]) {
+        write_file(text.as_bytes(), &folder.join(name), Existing::Replace).map_err(failure)?;
     }
     Ok(())
 }
@@ -262,7 +255,7 @@ impl Report<'_> {
         format!("{} cells: {}.", count(grid.cells()), axes.collect::<Vec<_>>().join(", "))
     }
 
-    fn methods_csv(&self) -> Result<String, Failure> {
+    fn methods_csv(&self) -> String {
         let mut header = vec!["method", "guarantee", "cells", "right"];
         header.extend(Kind::ALL.map(Kind::name));
         header.extend(["farthest_wrong_c", "farthest_wrong_epsilon"]);
@@ -273,10 +266,10 @@ impl Report<'_> {
             row.extend(method.farthest_wrong().map(number));
             row
         });
-        csv(&header, rows)
+        csv_text(header.into_iter().map(str::to_owned).collect(), rows)
     }
 
-    fn classes_csv(&self) -> Result<String, Failure> {
+    fn classes_csv(&self) -> String {
         let law = self.job.plan.grid.law();
         let mut header = vec!["method", "failure", "mechanism", "cells", "farthest_c", "farthest_epsilon"];
         header.extend(Grid::axis_names(law));
@@ -290,22 +283,11 @@ impl Report<'_> {
             row.push(self.probe(class));
             row
         });
-        csv(&header, rows)
+        csv_text(header.into_iter().map(str::to_owned).collect(), rows)
     }
 }
 
 /// A number for a table; empty if there is none.
 fn number(x: f64) -> String {
     if x.is_nan() { String::new() } else { exact(x) }
-}
-
-fn csv(header: &[&str], rows: impl Iterator<Item = Vec<String>>) -> Result<String, Failure> {
-    let broken = |error: String| Failure::Broken(format!("cannot form a table: {error}"));
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.write_record(header).map_err(|error| broken(error.to_string()))?;
-    for row in rows {
-        writer.write_record(&row).map_err(|error| broken(error.to_string()))?;
-    }
-    let bytes = writer.into_inner().map_err(|error| broken(error.to_string()))?;
-    String::from_utf8(bytes).map_err(|error| broken(error.to_string()))
 }

@@ -13,14 +13,9 @@ use crate::probe::regime_words;
 /// Reads the machine of a file with the quantities set by `--set`; belt speed and damping have one value
 /// each.
 pub(super) fn load(file: &Path, settings: &[(String, f64)]) -> Result<MachineJob, Failure> {
-    let job = load_any(file, settings)?;
+    let job = load_machine(file, settings)?;
     check_single(&job, file, |_| false)?;
     Ok(job)
-}
-
-/// As [`load_job`], with any number of belt speeds and dampings.
-pub(super) fn load_any(file: &Path, settings: &[(String, f64)]) -> Result<MachineJob, Failure> {
-    Ok(load_machine(file, settings)?)
 }
 
 /// Refuses several belt speeds or dampings, except for a quantity that is set elsewhere.

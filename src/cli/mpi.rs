@@ -20,6 +20,7 @@ use std::time::Duration;
 
 use mpi::Threading;
 use mpi::environment::Universe;
+use mpi::topology::Process;
 use mpi::traits::*;
 
 use super::{Ended, Failure};
@@ -59,6 +60,14 @@ impl Poller {
 
     fn new() -> Self {
         Self { pause: Self::PAUSES[0] }
+    }
+
+    /// Waits for a message of `process` with this tag.
+    fn wait_for(process: &Process, tag: i32) {
+        let mut poller = Self::new();
+        while process.immediate_probe_with_tag(tag).is_none() {
+            poller.wait();
+        }
     }
 
     /// Sleeps, and doubles the interval up to its limit.
@@ -175,10 +184,7 @@ impl Ranks {
                 Err(RecvTimeoutError::Disconnected) => break,
             };
             writer.send_with_tag(&bytes[..], TILE);
-            let mut poller = Poller::new();
-            while writer.immediate_probe_with_tag(NEXT).is_none() {
-                poller.wait();
-            }
+            Poller::wait_for(&writer, NEXT);
             let (next, _) = writer.receive_vec_with_tag::<u64>(NEXT);
             match (next.first().and_then(|&tile| usize::try_from(tile).ok()), &more) {
                 (Some(tile), Some(more)) => {

@@ -3,11 +3,11 @@
 use std::io::{self, Write};
 
 use serde::Serialize;
+use serde_json::{Value, json};
 
 pub(super) use crate::number::{count, exact, number_of, short, signed};
 
 /// Formats a number of bytes in a fitting unit.
-#[allow(clippy::cast_precision_loss)] // three digits are shown
 pub(super) fn bytes(n: u128) -> String {
     const UNITS: [&str; 7] = ["B", "kB", "MB", "GB", "TB", "PB", "EB"];
     let mut size = n as f64;
@@ -95,8 +95,22 @@ impl Table {
     }
 }
 
+/// Prints the problems that a check has found, or what it means that there are none.
+pub(super) fn problems(out: &mut dyn Write, problems: &[String], sound: &str) -> io::Result<()> {
+    match problems.len() {
+        0 => writeln!(out, "sound: {sound}")?,
+        n => writeln!(out, "{}:", number_of(n, "problem"))?,
+    }
+    problems.iter().try_for_each(|problem| writeln!(out, "  {}", without_control_characters(problem)))
+}
+
+/// A JSON object with these entries, in their order.
+pub(super) fn object<'a, V: Serialize>(entries: impl IntoIterator<Item = (&'a str, V)>) -> Value {
+    entries.into_iter().map(|(name, value)| (name.to_owned(), json!(value))).collect()
+}
+
 /// Prints `value` as JSON. Numbers that are not finite become null.
-pub(super) fn json(value: &impl Serialize) -> Result<(), super::Failure> {
+pub(super) fn print_json(value: &impl Serialize) -> Result<(), super::Failure> {
     let text = serde_json::to_string_pretty(value)
         .map_err(|error| super::Failure::Broken(format!("cannot form the JSON: {error}")))?;
     Ok(writeln!(io::stdout().lock(), "{text}")?)

@@ -6,10 +6,10 @@ use clap::{Args, ValueEnum};
 
 use super::output::{exact, short};
 use super::replace::{self, Kind};
-use super::report::{existing, failure, open};
+use super::report::{existing, failure, open, refuse_existing};
 use super::{Ended, Failure, say};
 use crate::report::figure::{self, DiagramPlot, Plot, Width, diagram, plot::At};
-use crate::report::{Existing, ReportError, View, write_figure, write_file};
+use crate::report::{ReportError, View, write_figure, write_file};
 
 /// Draw variables of a map.
 #[derive(Debug, Args)]
@@ -135,11 +135,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         }
     }
     // Checked before the work starts.
-    if let (Existing::Refuse, Some(path)) =
-        (existing, written.iter().find(|path| path.symlink_metadata().is_ok()))
-    {
-        return Err(failure(ReportError::Exists { path: (*path).clone() }));
-    }
+    written.iter().try_for_each(|path| refuse_existing(path, arguments.overwrite))?;
     let plot = Plot {
         x: &arguments.x,
         y: arguments.y.as_deref(),

@@ -5,9 +5,10 @@ use std::io::{self, Read as _};
 use std::path::{Component, Path, PathBuf};
 
 use super::output::{bytes, count};
-use super::proof::{self, Existing};
+use super::proof::{self, PathState};
 use super::{Ended, Failure, say};
 use crate::config::Job;
+use crate::map::Grid;
 use crate::store;
 
 /// State of the output's path and of its disk.
@@ -101,14 +102,12 @@ impl Preflight {
             return Ok(Ended::Fine);
         }
         let grid = &job.plan.grid;
-        let sizes: Vec<String> =
-            grid.axes().iter().map(|axis| format!("{} {}", axis.name, count(axis.values.len()))).collect();
         Err(Failure::BadInput(format!(
             "{}: the grid has {} cells ({}), {} before compression; the run needs {need}\n  \
              help: take fewer points on the longest axes or fewer output.fields, or choose another disk",
             job.config_file.display(),
             count(grid.cells()),
-            sizes.join(" x "),
+            sizes(grid),
             bytes(job.plan.bytes()),
         )))
     }
@@ -117,6 +116,12 @@ impl Preflight {
     pub(super) fn may_not_fit(&self, job: &Job) -> bool {
         self.free.is_some_and(|free| peak(job.plan.bytes()) > u128::from(free))
     }
+}
+
+/// The lengths of the axes of a grid: "epsilon 3 x alpha 1 x ..".
+pub(super) fn sizes(grid: &Grid) -> String {
+    let axes = grid.axes().iter();
+    axes.map(|axis| format!("{} {}", axis.name, count(axis.values.len()))).collect::<Vec<_>>().join(" x ")
 }
 
 /// State of a certificate's path.
@@ -175,23 +180,23 @@ fn check_proof(job: &Job, proof: &Path, permission: Permission) -> Result<Place,
     }
     check_back_steps(proof)?;
     check_folder(proof, "validated.proof")?;
-    match proof::existing(proof) {
-        Existing::Nothing => Ok(Place::Free),
-        Existing::OutOfReach(error) => refuse(format!("{name} cannot be written: {error}")),
-        Existing::Other => Err(Failure::BadInput(format!(
+    match proof::state(proof) {
+        PathState::Nothing => Ok(Place::Free),
+        PathState::OutOfReach(error) => refuse(format!("{name} cannot be written: {error}")),
+        PathState::Other => Err(Failure::BadInput(format!(
             "{name} is not a proof, and only proofs are replaced\n  \
              help: move it away, or choose another place with --set validated.proof=.."
         ))),
-        Existing::Proof(_) if permission == Permission::Overwrite => {
+        PathState::Proof(_) if permission == Permission::Overwrite => {
             Ok(Place::Replaces(format!("the proof {name}")))
         }
-        Existing::Proof(Some(run)) if permission == Permission::Resume && run == job.identity() => {
+        PathState::Proof(Some(run)) if permission == Permission::Resume && run == job.identity() => {
             Ok(Place::Free)
         }
-        Existing::Proof(_) if permission == Permission::Resume => {
+        PathState::Proof(_) if permission == Permission::Resume => {
             refuse(format!("{name} is the proof of another run, and to resume this one replaces nothing"))
         }
-        Existing::Proof(_) => Ok(Place::Taken),
+        PathState::Proof(_) => Ok(Place::Taken),
     }
 }
 
@@ -244,13 +249,11 @@ fn first_folder(output: &Path) -> PathBuf {
 
 /// Creates the folders of the output's path.
 pub(super) fn create_folders(output: &Path) -> Result<(), Failure> {
-    match output.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => store::create_folders(folder).map_err(|error| {
-            Failure::BadInput(format!(
-                "the folder {} cannot be created: {error}\n  help: choose another place with --set output.path=..",
-                folder.display()
-            ))
-        }),
-        _ => Ok(()),
-    }
+    let folder = store::folder_of(output);
+    store::create_folders(folder).map_err(|error| {
+        Failure::BadInput(format!(
+            "the folder {} cannot be created: {error}\n  help: choose another place with --set output.path=..",
+            folder.display()
+        ))
+    })
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::output::{Align, Table, count, exact, json, short, signed};
+use super::output::{Align, Table, count, exact, print_json, short, signed};
 use super::plot::Columns;
 use super::point::{LawArguments, PointArguments};
 use super::probe_table::About;
@@ -14,7 +14,7 @@ use super::report::{existing, failure};
 use super::{Ended, Failure, probe_table, proof};
 use crate::behaviour::behaviour;
 use crate::certify::point_certificate::PointCertificate;
-use crate::config::check_tolerance;
+use crate::config::{check_tolerance, load_machine};
 use crate::filippov::Eigenvalues;
 use crate::friction::Law;
 use crate::machine::{Machine, Model};
@@ -146,7 +146,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
 /// Probes the machine of a file.
 fn probe_machine(arguments: &Arguments, file: &Path, tolerance: f64) -> Result<Ended, Failure> {
     if arguments.points.is_some() {
-        let job = super::machine::load_any(file, arguments.point.given())?;
+        let job = load_machine(file, arguments.point.given())?;
         return probe_table(arguments, About::Machine(&job, file), tolerance);
     }
     let job = super::machine::load(file, arguments.point.given())?;
@@ -191,7 +191,7 @@ fn probe_point(
     if arguments.json {
         let mut whole = Probe::new(&answer, &direct);
         whole.machine = behaviour.map(|(machine, behaviour)| MachineResult::new(machine, &behaviour));
-        json(&whole)?;
+        print_json(&whole)?;
     } else {
         let mut out = io::stdout().lock();
         if let Some((machine, behaviour)) = &behaviour {
@@ -210,14 +210,8 @@ fn write_orbit(
     point: &Point,
     model: Option<&Model>,
 ) -> Result<(), Failure> {
-    let files = [("--figure", &arguments.figure), ("--orbit", &arguments.orbit)];
-    for (flag, path) in files.iter().filter_map(|(flag, path)| path.as_ref().map(|path| (flag, path))) {
-        if !arguments.overwrite && path.symlink_metadata().is_ok() {
-            return Err(Failure::BadInput(format!(
-                "{flag} {}: the file exists already\n  help: choose another name, or add --overwrite to replace it",
-                path.display()
-            )));
-        }
+    for (option, path) in [("--figure", &arguments.figure), ("--orbit", &arguments.orbit)] {
+        path.iter().try_for_each(|path| replace::refuse_existing(option, path, arguments.overwrite))?;
     }
     if arguments.overwrite {
         arguments.figure.iter().try_for_each(|path| replace::check(path, None, Kind::Figure))?;

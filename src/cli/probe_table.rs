@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use super::output::{exact, short};
 use super::replace::{self, Kind};
+use super::report::existing;
 use super::{Ended, Failure, interrupt, machine, point};
 use crate::config::{MachineJob, PointTable};
 use crate::friction::Law;
@@ -17,6 +18,8 @@ use crate::machine::{Dimension, Friction, Machine, SiUnits};
 use crate::map::{Description, Field, Method, Quantity, dimension, slip_cycle_count};
 use crate::point::Point;
 use crate::probe::Answer;
+use crate::report::{publish_file, temporary_in};
+use crate::store::folder_of;
 
 /// Answers for standard output are held in memory up to this size, then in a temporary file.
 const SPOOL: usize = 16 << 20;
@@ -278,22 +281,9 @@ impl Output {
                 "--out {name}: this is a folder\n  help: name a CSV file"
             )));
         }
-        if !overwrite && path.symlink_metadata().is_ok() {
-            return Err(exists(path));
-        }
-        let folder = match path.parent() {
-            Some(folder) if !folder.as_os_str().is_empty() => folder,
-            _ => Path::new("."),
-        };
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(".slipmap-").suffix(".csv.part");
-        #[cfg(unix)]
-        {
-            use std::os::unix::fs::PermissionsExt as _;
-            // The permissions of any new file; temporary files are readable by their owner only.
-            builder.permissions(std::fs::Permissions::from_mode(0o666));
-        }
-        let file = builder.tempfile_in(folder).map_err(|error| {
+        replace::refuse_existing("--out", path, overwrite)?;
+        let folder = folder_of(path);
+        let file = temporary_in(folder).map_err(|error| {
             Failure::BadInput(format!(
                 "--out {name}: cannot write into the folder {}: {error}\n  help: choose a folder that exists and is yours",
                 folder.display()
@@ -320,20 +310,11 @@ impl Output {
                 let failed =
                     |error: io::Error| Failure::Broken(format!("cannot write {}: {error}", path.display()));
                 let file = file.into_inner().map_err(|error| failed(error.into_error()))?;
-                let named = if self.overwrite { file.persist(&path) } else { file.persist_noclobber(&path) };
-                match named {
-                    Ok(_) => Ok(()),
-                    Err(error) if error.error.kind() == io::ErrorKind::AlreadyExists => Err(exists(&path)),
-                    Err(error) => Err(failed(error.error)),
-                }
+                publish_file(file, &path, existing(self.overwrite)).map_err(|error| match error.kind() {
+                    io::ErrorKind::AlreadyExists => replace::exists("--out", &path),
+                    _ => failed(error),
+                })
             }
         }
     }
-}
-
-fn exists(path: &Path) -> Failure {
-    Failure::BadInput(format!(
-        "--out {}: the file exists already\n  help: choose another name, or add --overwrite to replace it",
-        path.display()
-    ))
 }

@@ -28,7 +28,6 @@ pub(super) fn bar(quiet: bool, total: Option<u64>, unit: &str) -> ProgressBar {
 }
 
 /// Formats the speed with three significant digits.
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a speed is positive
 fn rate(state: &ProgressState, out: &mut dyn fmt::Write) {
     let rounded = format!("{:.2e}", state.per_sec()).parse::<f64>().unwrap_or(0.0);
     // A bar that cannot be drawn does not stop the run.

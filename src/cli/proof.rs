@@ -6,18 +6,21 @@ use std::path::Path;
 use serde_json::json;
 
 use super::output::{self, count, number_of, short};
+use super::report::existing;
 use super::{Ended, Failure};
 use crate::certify::certificate::{BEGINNING, Certificate, Checked};
 use crate::certify::point_certificate::{self, PointCertificate};
 use crate::certify::validated::surface::Surface;
 use crate::certify::validated::tile::GroupBox;
+use crate::report::{publish_file, temporary_in};
+use crate::store::{create_folders, folder_of};
 
 /// Largest size in bytes of a certificate that is read: more than a hundred thousand tiles.
 const LONGEST: u64 = 1 << 30;
 
 /// State of a certificate's path.
 #[derive(Debug)]
-pub(super) enum Existing {
+pub(super) enum PathState {
     /// Nothing, or an empty file.
     Nothing,
     /// A certificate, with the identity of the run that wrote it if it records one.
@@ -29,23 +32,23 @@ pub(super) enum Existing {
 }
 
 /// Examines the path of a certificate.
-pub(super) fn existing(path: &Path) -> Existing {
+pub(super) fn state(path: &Path) -> PathState {
     match path.symlink_metadata() {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Existing::Nothing,
-        Err(error) => return Existing::OutOfReach(error),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return PathState::Nothing,
+        Err(error) => return PathState::OutOfReach(error),
         // In this order: opening a pipe would wait for its other end.
-        Ok(_) if !path.metadata().is_ok_and(|metadata| metadata.is_file()) => return Existing::Other,
+        Ok(_) if !path.metadata().is_ok_and(|metadata| metadata.is_file()) => return PathState::Other,
         Ok(_) => {}
     }
     match read(path) {
         Ok(Some(text)) => {
-            Existing::Proof(Certificate::parse(&text).ok().and_then(|read| read.run().map(str::to_owned)))
+            PathState::Proof(Certificate::parse(&text).ok().and_then(|read| read.run().map(str::to_owned)))
         }
         Ok(None) => match path.metadata().map(|metadata| metadata.len()) {
-            Ok(0) => Existing::Nothing,
-            _ => Existing::Other,
+            Ok(0) => PathState::Nothing,
+            _ => PathState::Other,
         },
-        Err(_) => Existing::Other,
+        Err(_) => PathState::Other,
     }
 }
 
@@ -66,14 +69,16 @@ fn read(path: &Path) -> io::Result<Option<String>> {
 /// Refuses a path for the certificate of a point that exists and may not be replaced, or is not a proof.
 pub(super) fn check_place(path: &Path, overwrite: bool) -> Result<(), Failure> {
     let name = path.display();
-    let problem = match existing(path) {
-        Existing::Nothing => return Ok(()),
-        Existing::Proof(_) if overwrite => return Ok(()),
-        Existing::Proof(_) => {
+    let problem = match state(path) {
+        PathState::Nothing => return Ok(()),
+        PathState::Proof(_) if overwrite => return Ok(()),
+        PathState::Proof(_) => {
             "exists already\n  help: add --overwrite to replace it, or choose another name".into()
         }
-        Existing::Other => "is not a proof, and only proofs are replaced\n  help: choose another name".into(),
-        Existing::OutOfReach(error) => format!("cannot be written: {error}\n  help: choose another name"),
+        PathState::Other => {
+            "is not a proof, and only proofs are replaced\n  help: choose another name".into()
+        }
+        PathState::OutOfReach(error) => format!("cannot be written: {error}\n  help: choose another name"),
     };
     Err(Failure::BadInput(format!("--proof {name} {problem}")))
 }
@@ -81,7 +86,7 @@ pub(super) fn check_place(path: &Path, overwrite: bool) -> Result<(), Failure> {
 /// Writes the certificate of a surface atomically. Replaces an existing one if `overwrite` is set, or if it
 /// was written by the same run before it was stopped.
 pub(super) fn write(surface: &Surface, run: &str, path: &Path, overwrite: bool) -> Result<(), Failure> {
-    let own = || matches!(existing(path), Existing::Proof(Some(writer)) if writer == run);
+    let own = || matches!(state(path), PathState::Proof(Some(writer)) if writer == run);
     write_text(Certificate::of(surface, run).text(), path, overwrite || own())
 }
 
@@ -98,20 +103,13 @@ fn write_text(text: serde_json::Result<String>, path: &Path, replace: bool) -> R
     let broken = |error: &dyn std::fmt::Display| {
         Failure::Broken(format!("{}: the proof cannot be written: {error}", path.display()))
     };
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    crate::store::create_folders(folder).map_err(|error| broken(&error))?;
-    let mut builder = tempfile::Builder::new();
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt as _;
-        // The permissions of any new file; temporary files are readable by their owner only.
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
-    }
-    let mut file = builder.tempfile_in(folder).map_err(|error| broken(&error))?;
     let text = text.map_err(|error| broken(&error))?;
-    file.write_all(text.as_bytes()).map_err(|error| broken(&error))?;
-    let named = if replace { file.persist(path) } else { file.persist_noclobber(path) };
-    named.map(drop).map_err(|error| broken(&error.error))
+    let written = create_folders(folder_of(path)).and_then(|()| {
+        let mut file = temporary_in(folder_of(path))?;
+        file.write_all(text.as_bytes())?;
+        publish_file(file, path, existing(replace))
+    });
+    written.map_err(|error| broken(&error))
 }
 
 /// Verifies a certificate.
@@ -131,7 +129,7 @@ pub(super) fn check(path: &Path, as_json: bool) -> Result<Ended, Failure> {
     })?;
     let Checked { domain, tiles, confirmed, largest_radius, open_share, problems } = certificate.check();
     if as_json {
-        output::json(&json!({
+        output::print_json(&json!({
             "proof": path.to_string_lossy(),
             "sound": problems.is_empty(),
             "tiles": tiles,
@@ -152,14 +150,8 @@ pub(super) fn check(path: &Path, as_json: bool) -> Result<Ended, Failure> {
             short(largest_radius),
             short(100.0 * open_share)
         )?;
-        if problems.is_empty() {
-            writeln!(out, "sound: every claim is confirmed by the barriers of certify::recheck")?;
-        } else {
-            writeln!(out, "{}:", number_of(problems.len(), "problem"))?;
-        }
-        for problem in &problems {
-            writeln!(out, "  {}", output::without_control_characters(problem))?;
-        }
+        let sound = "every claim is confirmed by the barriers of certify::recheck";
+        output::problems(&mut out, &problems, sound)?;
     }
     Ok(if problems.is_empty() { Ended::Fine } else { Ended::Flawed })
 }
@@ -169,7 +161,7 @@ fn check_point(path: &Path, certificate: &PointCertificate, as_json: bool) -> Re
     let problems = certificate.check();
     let [lo, hi] = certificate.critical_c();
     if as_json {
-        output::json(&json!({
+        output::print_json(&json!({
             "proof": path.to_string_lossy(),
             "sound": problems.is_empty(),
             "verdict": certificate.verdict(),
@@ -187,13 +179,8 @@ fn check_point(path: &Path, certificate: &PointCertificate, as_json: bool) -> Re
             end(lo),
             end(hi)
         )?;
-        match problems.len() {
-            0 => writeln!(out, "sound: every claim is proved again, from the law and the parameters alone")?,
-            n => writeln!(out, "{}:", number_of(n, "problem"))?,
-        }
-        for problem in &problems {
-            writeln!(out, "  {}", output::without_control_characters(problem))?;
-        }
+        let sound = "every claim is proved again, from the law and the parameters alone";
+        output::problems(&mut out, &problems, sound)?;
     }
     Ok(if problems.is_empty() { Ended::Fine } else { Ended::Flawed })
 }

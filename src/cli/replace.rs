@@ -18,6 +18,22 @@ pub(super) enum Kind {
     Table(&'static str),
 }
 
+/// Refuses the file of an option that exists, unless it may be replaced.
+pub(super) fn refuse_existing(option: &str, path: &Path, overwrite: bool) -> Result<(), Failure> {
+    match !overwrite && path.symlink_metadata().is_ok() {
+        true => Err(exists(option, path)),
+        false => Ok(()),
+    }
+}
+
+/// The file of an option exists.
+pub(super) fn exists(option: &str, path: &Path) -> Failure {
+    Failure::BadInput(format!(
+        "{option} {}: the file exists already\n  help: choose another name, or add --overwrite to replace it",
+        path.display()
+    ))
+}
+
 /// Refuses an existing output that is `input` or of another kind.
 pub(super) fn check(output: &Path, input: Option<&Path>, kind: Kind) -> Result<(), Failure> {
     let name = output.display();

@@ -7,7 +7,8 @@ use clap::Args;
 
 use super::{Ended, Failure, interrupt, progress, say};
 use crate::benchmark::StudyError;
-use crate::report::{self, Control, Existing, Report, ReportError, ReportOptions, View};
+use crate::map::Control;
+use crate::report::{self, Existing, Report, ReportError, ReportOptions, View};
 use crate::store::{MapFile, StoreError};
 
 /// Write tables and figures that compare the methods of a map.
@@ -52,11 +53,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         name.push("-report");
         arguments.map.with_file_name(name)
     });
-    let existing = existing(arguments.overwrite);
     // Checked before the work starts.
-    if existing == Existing::Refuse && folder.symlink_metadata().is_ok() {
-        return Err(failure(ReportError::Exists { path: folder }));
-    }
+    refuse_existing(&folder, arguments.overwrite)?;
     if folder.is_file() {
         return Err(Failure::BadInput(format!(
             "--out {}: this is a file\n  help: name a folder",
@@ -64,11 +62,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         )));
     }
     let bar = progress::bar(arguments.quiet, Some(map.grid().cells() as u64), "cells");
-    let control = Control { on_cells: &|cells| bar.inc(cells as u64), stop: interrupt::flag() };
+    let on_cells = |cells| bar.inc(cells as u64);
+    let control = Control { on_cells: &on_cells, stop: interrupt::flag(), ..Control::default() };
     let report = Report::gather(&map, &control).map_err(failure)?;
     bar.finish_and_clear();
     let view = if arguments.dimensionless { View::dimensionless(&map) } else { View::new(&map) };
-    let options = ReportOptions { existing, data: arguments.data, paper_figures: arguments.paper_figures };
+    let options = ReportOptions {
+        existing: existing(arguments.overwrite),
+        data: arguments.data,
+        paper_figures: arguments.paper_figures,
+    };
     report::write(&view, &report, &folder, &options).map_err(failure)?;
     writeln!(io::stdout().lock(), "{}", folder.join("report.md").display())?;
     Ok(Ended::Fine)
@@ -101,13 +104,21 @@ fn unreadable(error: &StoreError) -> Failure {
     Failure::BadInput(format!("{error}{help}"))
 }
 
+/// Refuses an output that exists, unless it may be replaced.
+pub(super) fn refuse_existing(path: &Path, overwrite: bool) -> Result<(), Failure> {
+    match !overwrite && path.symlink_metadata().is_ok() {
+        true => Err(failure(ReportError::Exists(path.to_owned()))),
+        false => Ok(()),
+    }
+}
+
 pub(super) fn existing(overwrite: bool) -> Existing {
     if overwrite { Existing::Replace } else { Existing::Refuse }
 }
 
 pub(super) fn failure(error: ReportError) -> Failure {
     match error {
-        ReportError::Exists { path } => Failure::BadInput(format!(
+        ReportError::Exists(path) => Failure::BadInput(format!(
             "{} exists already\n  help: add --overwrite to replace it, or choose another place with --out",
             path.display()
         )),

@@ -10,6 +10,7 @@ use serde_json::json;
 
 use super::output::{bytes, count, number_of};
 use super::preflight::{Permission, Preflight, create_folders};
+use super::report::existing;
 use super::summary::{self, Report};
 use super::{Ended, Failure, estimate, interrupt, output, progress, proof, say};
 use crate::certify::validated::prover::Prover;
@@ -17,7 +18,7 @@ use crate::config::Job;
 use crate::dataset::{Auxiliary, auxiliary};
 use crate::map::{self, Account, ComputeError, Control, Earlier, Queue};
 use crate::risk::{is_uncertain, probabilities};
-use crate::store::{self, Existing, Left, Outcome, PartialMap, Provenance, Resumed, StoreError};
+use crate::store::{self, Left, Outcome, PartialMap, Provenance, Resumed, StoreError};
 
 /// Compute a map from a configuration file.
 #[derive(Debug, Args)]
@@ -82,7 +83,7 @@ fn alone(arguments: &Arguments, stop: &AtomicBool) -> Result<Ended, Failure> {
     match prepare(arguments, arguments.job()?)? {
         None => Ok(Ended::Fine),
         Some((job, map)) => compute(arguments, &job, map, stop, None, |map, control, queue| {
-            map::compute_tiles(&job.plan, map, control, &|| queue.take())
+            Ok(map::compute_tiles(&job.plan, map, control, &|| queue.take())?)
         }),
     }
 }
@@ -101,7 +102,7 @@ fn together(arguments: &Arguments, stop: &AtomicBool, _: usize) -> Result<Ended,
         let others = ranks.begin(None, 0);
         return prepared.and(others).map(|_| Ended::Fine);
     };
-    compute(arguments, &job, map, stop, Some(&ranks), |map, control, queue| -> Result<_, Stopped> {
+    compute(arguments, &job, map, stop, Some(&ranks), |map, control, queue| {
         let own = threads.unwrap_or_else(rayon::current_num_threads).max(1);
         let others = ranks.begin(Some((&job.plan, queue)), own)?;
         let local = || map::compute_tiles(&job.plan, map, control, &|| queue.take());
@@ -155,7 +156,7 @@ fn prepare(arguments: &Arguments, job: Job) -> Result<Option<(Job, PartialMap)>,
             Resumed::Complete => {
                 say(&format!("note: {name} is complete already; nothing was computed"));
                 if arguments.json {
-                    output::json(
+                    output::print_json(
                         &json!({ "output": job.output.to_string_lossy(), "complete_already": true }),
                     )?;
                 }
@@ -166,8 +167,8 @@ fn prepare(arguments: &Arguments, job: Job) -> Result<Option<(Job, PartialMap)>,
         for replaced in preflight.replaces.iter().chain(&preflight.replaces_proof) {
             say(&format!("note: {replaced} will be replaced"));
         }
-        let existing = if arguments.overwrite { Existing::Replace } else { Existing::Refuse };
-        PartialMap::begin(&job.output, &job.plan, &provenance, existing).map_err(create_failure)?
+        PartialMap::begin(&job.output, &job.plan, &provenance, existing(arguments.overwrite))
+            .map_err(create_failure)?
     };
     report_resumption(&map, arguments.resume);
     abandon_in_time(job.output.clone());
@@ -196,13 +197,13 @@ impl From<Failure> for Stopped {
 
 /// Computes the missing tiles through `tiles`, completes the map, with proofs shared with `others`, and
 /// reports.
-fn compute<E: Into<Stopped> + From<ComputeError<StoreError>>>(
+fn compute(
     arguments: &Arguments,
     job: &Job,
     map: PartialMap,
     stop: &AtomicBool,
     others: Option<&dyn Prover>,
-    tiles: impl FnOnce(&PartialMap, &Control, &Queue) -> Result<(Account, usize), E>,
+    tiles: impl FnOnce(&PartialMap, &Control, &Queue) -> Result<(Account, usize), Stopped>,
 ) -> Result<Ended, Failure> {
     let bar = progress::bar(arguments.quiet, Some(job.plan.grid.cells() as u64), "cells");
     let planes = std::sync::OnceLock::new();
@@ -224,7 +225,7 @@ fn compute<E: Into<Stopped> + From<ComputeError<StoreError>>>(
     if let Some(bar) = planes.get() {
         bar.finish_and_clear();
     }
-    let summary = match computed.map_err(Into::into) {
+    let summary = match computed {
         Ok(summary) => summary,
         Err(Stopped::Early(error)) => return Err(stopped(&map, &error, &job.output)),
         #[cfg(feature = "mpi")]
@@ -383,7 +384,8 @@ fn create_failure(error: StoreError) -> Failure {
     }
 }
 
-fn provenance(job: &Job) -> Provenance {
+/// Provenance of what this command makes of a configuration.
+pub(super) fn provenance(job: &Job) -> Provenance {
     Provenance {
         title: job.title.clone(),
         config_path: job.config_file.display().to_string(),
@@ -393,7 +395,7 @@ fn provenance(job: &Job) -> Provenance {
 }
 
 /// The words of the command line, quoted for a shell where needed.
-pub(super) fn command_line() -> Vec<String> {
+fn command_line() -> Vec<String> {
     let plain = |c: char| c.is_alphanumeric() || "-_./=,:+@%".contains(c);
     let quoted = std::env::args_os().skip(1).map(|argument| {
         let text = argument.to_string_lossy().into_owned();

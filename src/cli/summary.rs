@@ -2,10 +2,10 @@
 
 use std::io::Write;
 
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use super::Failure;
-use super::output::{self, Align, Table, bytes, count, duration, number_of, short};
+use super::output::{self, Align, Table, bytes, count, duration, number_of, object, short};
 use crate::config::Job;
 use crate::map::{Axis, LISTED, PlaneCurves, Summary, Verdict};
 use crate::probe::command_line;
@@ -216,21 +216,11 @@ fn peak_memory() -> Option<u64> {
 pub(super) fn json(report: &Report) -> Result<(), Failure> {
     let Report { job, summary, resumed_tiles } = report;
     let (law, tolerance) = (job.plan.grid.law(), job.plan.tolerance);
-    let methods: Map<String, Value> = summary
-        .methods
-        .iter()
-        .map(|method| {
-            let mut entry = Map::new();
-            entry.insert("cells".into(), json!(method.cells));
-            entry.insert("seconds".into(), json!(method.seconds));
-            for verdict in Verdict::ALL {
-                entry.insert(verdict.name().into(), json!(method.cells_with(verdict)));
-            }
-            (method.method.name().to_owned(), Value::Object(entry))
-        })
-        .collect();
-    let paths: Map<String, Value> =
-        summary.paths.named().into_iter().map(|(path, cells)| (path.to_owned(), json!(cells))).collect();
+    let methods = object(summary.methods.iter().map(|method| {
+        let verdicts = Verdict::ALL.map(|verdict| (verdict.name(), json!(method.cells_with(verdict))));
+        let cost = [("cells", json!(method.cells)), ("seconds", json!(method.seconds))];
+        (method.method.name(), object(cost.into_iter().chain(verdicts)))
+    }));
     let disagreements: Vec<Value> = summary
         .audit
         .disagreements
@@ -249,7 +239,7 @@ pub(super) fn json(report: &Report) -> Result<(), Failure> {
         .iter()
         .map(|cell| json!({ "method": cell.method.name(), "probe": command_line(law, &cell.point, tolerance) }))
         .collect();
-    output::json(&json!({
+    output::print_json(&json!({
         "title": job.title,
         "output": job.output.to_string_lossy(),
         "bytes": report.file_size(),
@@ -259,7 +249,7 @@ pub(super) fn json(report: &Report) -> Result<(), Failure> {
         "resumed_tiles": resumed_tiles,
         "threads": summary.threads,
         "methods": methods,
-        "paths": paths,
+        "paths": object(summary.paths.named()),
         "audit": {
             "cells": summary.audit.cells,
             "checked": summary.audit.checked,
@@ -272,9 +262,9 @@ pub(super) fn json(report: &Report) -> Result<(), Failure> {
         "contradictions": {
             "cells": summary.contradictions.cells,
             "first": summary.contradictions.first.iter().map(|cell| json!({
-                "verdicts": job.plan.methods.iter().zip(&cell.verdicts)
-                    .map(|(method, verdict)| (method.name().to_owned(), json!(verdict.name())))
-                    .collect::<Map<_, _>>(),
+                "verdicts": object(
+                    job.plan.methods.iter().zip(&cell.verdicts).map(|(method, verdict)| (method.name(), verdict.name())),
+                ),
                 "probe": command_line(law, &cell.point, tolerance),
             })).collect::<Vec<_>>(),
         },
@@ -296,19 +286,17 @@ pub(super) fn json(report: &Report) -> Result<(), Failure> {
         "rhs": summary.rhs,
         "peak_bytes": peak_memory(),
         "pack_thread_seconds": summary.stages.pack,
-        "stages": summary.stages.named().into_iter().map(|(stage, seconds)| (stage.to_owned(), json!(seconds))).collect::<Map<_, _>>(),
+        "stages": object(summary.stages.named()),
         "failed": report.failed(),
         "failed_cells": failed,
     }))
 }
 
-#[allow(clippy::cast_precision_loss)] // shown with three digits
 fn rate(cells: u64, seconds: f64) -> f64 {
     cells as f64 / seconds
 }
 
 /// Formats a share in per cent. Only an empty share is shown as 0 and only a full one as 100.
-#[allow(clippy::cast_precision_loss)] // shown with three digits
 fn percent(part: u64, whole: u64) -> String {
     match 100.0 * part as f64 / whole as f64 {
         _ if part == 0 => "0".into(),

@@ -6,14 +6,12 @@ use std::sync::atomic::Ordering;
 
 use clap::Args;
 
-use super::report::{existing, failure};
-use super::run::command_line;
+use super::report::{existing, failure, refuse_existing};
+use super::run::provenance;
 use super::{Ended, Failure, interrupt, progress, say};
 use crate::benchmark::Study;
 use crate::benchmark::contestants;
 use crate::config::Job;
-use crate::report::{Existing, ReportError};
-use crate::store::Provenance;
 
 /// Chart the time per cell of every method and engine against its error, each over its own knob, on the same
 /// cells, against a reference of more than 20 digits.
@@ -55,10 +53,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         let name = arguments.config.file_stem().unwrap_or_default();
         Path::new("results").join(name)
     });
-    let existing = existing(arguments.overwrite);
-    if existing == Existing::Refuse && folder.symlink_metadata().is_ok() {
-        return Err(failure(ReportError::Exists { path: folder }));
-    }
+    refuse_existing(&folder, arguments.overwrite)?;
     // Checked before minutes of work.
     if let Some(peers) = arguments.peers.as_ref().filter(|peers| !peers.is_file()) {
         return Err(Failure::BadInput(format!(
@@ -85,13 +80,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         }
         Some((_, true)) => {}
     }
-    let provenance = Provenance {
-        title: job.title,
-        config_path: job.config_file.display().to_string(),
-        config_text: job.config_text,
-        command_line: command_line().join(" "),
-    };
-    study.write(&provenance, &folder, existing).map_err(failure)?;
+    study.write(&provenance(&job), &folder, existing(arguments.overwrite)).map_err(failure)?;
     writeln!(io::stdout().lock(), "{}", folder.join("work-precision.md").display())?;
     Ok(Ended::Fine)
 }

@@ -102,7 +102,6 @@ pub(crate) fn range_nodes(from: f64, to: f64, points: usize, log: bool) -> Vec<f
 ///
 /// A linear node is `(from * (n-1-i) + to * i) / (n-1)`, which gives 0.3 where `from + i * step` gives
 /// 0.30000000000000004.
-#[allow(clippy::cast_precision_loss)] // at most a million points
 fn spread(from: f64, to: f64, points: i64, spacing: Spacing) -> Vec<f64> {
     let last = points - 1;
     let between = |i: i64| {

@@ -43,8 +43,8 @@ const BEFORE: [&str; 5] = ["motion", "mass", "stiffness", "damping", "normal_for
 /// The keys of `[machine]` after those of its friction.
 const AFTER: &str = "belt_speed";
 
-/// The keys of `[machine]` under `law`.
-pub(super) fn keys(law: &Law) -> Vec<&'static str> {
+/// The keys of `[machine]` under `law`: the motion and the quantities.
+pub(crate) fn keys(law: &Law) -> Vec<&'static str> {
     let mut keys = BEFORE.to_vec();
     match law.as_written() {
         Law::Expression(formula) => keys.extend(formula.parameters().iter().map(|parameter| parameter.name)),
@@ -53,6 +53,16 @@ pub(super) fn keys(law: &Law) -> Vec<&'static str> {
     }
     keys.push(AFTER);
     keys
+}
+
+/// Refuses a formula with the name of a quantity of the machine.
+pub(crate) fn check_names(formula: &Expression) -> Result<(), ExpressionError> {
+    let mut names = formula.parameters().iter().map(|parameter| parameter.name);
+    let Some(name) = names.find(|name| BEFORE.contains(name) || *name == AFTER) else { return Ok(()) };
+    let (from, to) = formula.place_of(name).unwrap_or_default();
+    let problem = format!("`{name}` is a quantity of the machine");
+    let remedy = "give the parameter of the friction another name".to_owned();
+    Err(ExpressionError { from, to, problem, remedy })
 }
 
 /// The remedy for an unknown key of `[machine]`.
@@ -288,16 +298,10 @@ impl<'a> Reader<'a> {
         fastest: f64,
     ) -> Result<Friction, ConfigError> {
         let Some(phi) = friction.get("phi") else { return Err(friction.missing("phi", String::new())) };
-        let names = || formula.parameters().iter().map(|parameter| parameter.name);
-        if let Some(name) = names().find(|name| BEFORE.contains(name) || *name == AFTER) {
-            let (from, to) = formula.place_of(name).unwrap_or_default();
-            let problem = format!("`{name}` is a quantity of the machine");
-            let remedy = "give the parameter of the friction another name".to_owned();
-            return Err(at_formula(&phi, &ExpressionError { from, to, problem, remedy }));
-        }
+        check_names(formula).map_err(|error| at_formula(&phi, &error))?;
         let mut values = Vec::new();
-        for name in names() {
-            values.push(self.number(name, |_| true, "a number")?);
+        for parameter in formula.parameters() {
+            values.push(self.number(parameter.name, |_| true, "a number")?);
         }
         let known = Friction::Formula(formula.clone(), LawParameters::new(&values));
         let rest = known.at_rest();

@@ -385,7 +385,6 @@ impl<'a> Node<'a> {
 }
 
 /// A whole or a real number.
-#[allow(clippy::cast_precision_loss)] // whole numbers above 2^53 mean nothing here
 fn as_number(value: &Value) -> Option<f64> {
     value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64))
 }

@@ -27,20 +27,10 @@ pub struct Provenance {
 /// The course of a run, known at its end.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outcome {
-    /// Number of worker threads.
-    pub threads: usize,
-    /// Duration of the run in seconds.
-    pub wall_seconds: f64,
-    /// Processor seconds of each method.
-    pub seconds: Vec<(Method, f64)>,
-    /// Result of the audit, if there was one.
-    pub audit: Option<Audit>,
-    /// Reason why cells were left out. Without a reason a map with cells that were not computed is refused.
-    pub not_computed: Option<String>,
+    /// Attributes of the file: threads, seconds, the audit and the like.
+    pub attributes: Vec<(String, Value)>,
     /// The curves of codimension one.
     pub curves: Vec<PlaneCurves>,
-    /// Further attributes of the file.
-    pub extra: Vec<(String, Value)>,
     /// The SI units of the map's machine.
     pub si: Option<SiUnits>,
     /// Variables beside the cells.
@@ -51,8 +41,17 @@ impl Outcome {
     /// The outcome of the run of `plan` from its `summary`, with the machine if the map is about one.
     #[must_use]
     pub fn of(plan: &Plan, summary: &Summary, machine: Option<&Machine>) -> Self {
-        let mut extra: Vec<(String, Value)> = Vec::new();
-        let mut add = |name: &str, value: Value| extra.push((name.to_owned(), value));
+        let mut attributes: Vec<(String, Value)> = Vec::new();
+        let mut add = |name: &str, value: Value| attributes.push((name.to_owned(), value));
+        add("threads", integer(summary.threads));
+        add("wall_seconds", summary.seconds.into());
+        for method in &summary.methods {
+            add(&format!("seconds_{}", method.method.name()), method.seconds.into());
+        }
+        if plan.audit_cells > 0 {
+            add("audit_cells", integer(summary.audit.cells));
+            add("audit_disagreements", integer(summary.audit.disagreements.len()));
+        }
         for (path, cells) in summary.paths.named() {
             add(&format!("cells_by_{path}"), integer(cells));
         }
@@ -77,29 +76,13 @@ impl Outcome {
             add(UNITS_ATTRIBUTE, Value::Reals(machine.units().to_array().to_vec()));
         }
         let si = machine.map(Machine::si);
-        let audit =
-            Audit { cells: summary.audit.cells, disagreements: summary.audit.disagreements.len() as u64 };
         Self {
-            threads: summary.threads,
-            wall_seconds: summary.seconds,
-            seconds: summary.methods.iter().map(|method| (method.method, method.seconds)).collect(),
-            audit: (plan.audit_cells > 0).then_some(audit),
-            not_computed: None,
+            attributes,
             curves: summary.curves.clone(),
-            extra,
             auxiliary: si.iter().flat_map(|si| auxiliary::coordinates(&plan.grid, si)).collect(),
             si,
         }
     }
-}
-
-/// Numbers of the audit by the independent engine.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Audit {
-    /// Cells decided again.
-    pub cells: u64,
-    /// Cells on which the engines contradict each other.
-    pub disagreements: u64,
 }
 
 /// An integer as an attribute, limited to the range of the file's integers.
@@ -192,26 +175,8 @@ pub fn history(provenance: &Provenance) -> String {
 /// The root attributes known at the end.
 #[must_use]
 pub fn closing(outcome: &Outcome) -> Vec<(String, Value)> {
-    let mut attributes = vec![
-        ("threads".to_owned(), integer(outcome.threads)),
-        ("wall_seconds".to_owned(), outcome.wall_seconds.into()),
-    ];
-    attributes.extend(
-        outcome
-            .seconds
-            .iter()
-            .map(|(method, seconds)| (format!("seconds_{}", method.name()), (*seconds).into())),
-    );
-    if let Some(audit) = outcome.audit {
-        attributes.push(("audit_cells".into(), integer(audit.cells)));
-        attributes.push(("audit_disagreements".into(), integer(audit.disagreements)));
-    }
-    if let Some(reason) = &outcome.not_computed {
-        attributes.push(("not_computed".into(), reason.as_str().into()));
-    }
-    attributes.extend(outcome.extra.iter().cloned());
-    attributes.push(("complete".into(), 1.into()));
-    attributes
+    let complete = ("complete".to_owned(), Value::from(1));
+    outcome.attributes.iter().cloned().chain([complete]).collect()
 }
 
 /// SHA-256 of a text, in hexadecimal digits.

@@ -7,7 +7,7 @@ pub(crate) mod fingerprint;
 mod schema;
 mod value;
 
-pub use attributes::{Audit, Outcome, Provenance};
+pub use attributes::{Outcome, Provenance};
 pub(crate) use auxiliary::Auxiliary;
 pub(crate) use fingerprint::Fingerprint;
 pub use schema::{Cells, MethodInfo, Schema, Variable};

@@ -4,6 +4,7 @@ use crate::friction::Law;
 use crate::map::{Field, Grid, Method, Plan, Quantity, Regime, Runs, TileData, Verdict};
 
 use super::Value;
+use super::auxiliary::axes_of;
 
 /// Version of the layout of map files; raised when a reader of the old layout would misread the new one.
 /// Version 2 added curves of codimension one, which readers of version 1 report as damage.
@@ -171,6 +172,13 @@ impl Schema {
     /// Names of the dimensions, slowest first.
     pub(crate) fn dimensions(&self) -> Vec<&str> {
         self.grid.axes().iter().map(|axis| axis.name.as_str()).collect()
+    }
+
+    /// The variables of the map and these auxiliary ones, each with the positions of its axes.
+    pub(crate) fn positions(&self, auxiliary: impl Iterator<Item = &'static str>) -> Vec<(&str, Vec<usize>)> {
+        let axes = self.grid.axes().len();
+        let own = self.variables.iter().map(|v| (v.name.as_str(), (0..v.rank(axes)).collect()));
+        own.chain(auxiliary.filter_map(|name| Some((name, axes_of(name, &self.grid)?)))).collect()
     }
 
     /// Number of tiles.

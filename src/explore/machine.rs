@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde_json::{Value, json};
 
 use super::refusal::Refusal;
+use crate::config;
 use crate::friction::{Expression, Law, Table};
 use crate::machine::{Coefficients, Dimension, Friction, Machine, Motion};
 use crate::map::Grid;
@@ -13,9 +14,6 @@ use crate::point::LawParameters;
 /// The quantities that are axes of a map.
 pub(super) const BELT_SPEED: &str = "belt_speed";
 pub(super) const DAMPING: &str = "damping";
-/// The quantities before those of the friction, and behind them.
-const BEFORE: [&str; 4] = ["mass", "stiffness", DAMPING, "normal_force"];
-const AFTER: &str = BELT_SPEED;
 
 /// The motion of this name.
 pub(super) fn motion_of(name: &str) -> Result<Motion, Refusal> {
@@ -23,28 +21,11 @@ pub(super) fn motion_of(name: &str) -> Result<Motion, Refusal> {
     found.ok_or_else(|| Refusal::malformed(format!("there is no motion `{name}`")))
 }
 
-/// Names of the quantities of a machine under a law in SI units, in their order.
-fn names(law: &Law) -> Vec<&'static str> {
-    let of_friction: Vec<&'static str> = match law.as_written() {
-        Law::Expression(formula) => formula.parameters().iter().map(|parameter| parameter.name).collect(),
-        Law::Table(_) => Vec::new(),
-        _ => Coefficients::NAMES.to_vec(),
-    };
-    BEFORE.into_iter().chain(of_friction).chain([AFTER]).collect()
-}
-
 /// Refuses a formula with the name of a quantity of the machine.
 pub(super) fn check_names(law: &Law) -> Result<(), Refusal> {
-    let Law::Expression(formula) = law.as_written() else { return Ok(()) };
-    let taken = |name: &str| BEFORE.contains(&name) || name == AFTER;
-    match formula.parameters().iter().find(|parameter| taken(parameter.name)) {
-        None => Ok(()),
-        Some(parameter) => {
-            let (from, to) = formula.place_of(parameter.name).unwrap_or_default();
-            let problem = format!("`{}` is a quantity of the machine", parameter.name);
-            let remedy = "give the parameter of the friction another name".to_owned();
-            Err(crate::friction::ExpressionError { from, to, problem, remedy }.into())
-        }
+    match law.as_written() {
+        Law::Expression(formula) => Ok(config::check_names(formula)?),
+        _ => Ok(()),
     }
 }
 
@@ -187,7 +168,7 @@ pub(super) fn axes(law: &Law, motion: Motion) -> Value {
     let one = |name: &'static str| {
         let words = name.replace('_', " ").replace("stribeck", "Stribeck");
         let value = usual(name, law);
-        let known = BEFORE.contains(&name) || name == AFTER || Coefficients::NAMES.contains(&name);
+        let known = law.parameters().iter().all(|parameter| parameter.name != name);
         json!({
             "name": name,
             "symbol": words,
@@ -201,7 +182,7 @@ pub(super) fn axes(law: &Law, motion: Motion) -> Value {
             "value": value,
         })
     };
-    names(law).into_iter().map(one).collect()
+    config::machine_keys(law).into_iter().filter(|key| *key != "motion").map(one).collect()
 }
 
 /// The quantities of a machine by name.

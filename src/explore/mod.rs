@@ -5,13 +5,13 @@
 //! user: the whole state of a page is in its link, and each request says all that it needs. Nothing is read
 //! from the disk but the file that the command names.
 
-mod asked;
 mod assets;
+mod body;
 mod boundaries;
 mod catalogue;
+mod export;
 mod figures;
 mod guard;
-mod leave;
 mod machine;
 mod picture;
 mod place;

@@ -18,9 +18,9 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 use tokio::sync::Semaphore;
 
-use super::asked::{Asked, LONGEST_BODY};
+use super::body::{JsonBody, LONGEST_BODY};
+use super::export::ExportRequest;
 use super::guard::{Names, protect};
-use super::leave::LeaveRequest;
 use super::plane::PlaneRequest;
 use super::point::PointRequest;
 use super::refusal::Refusal;
@@ -49,6 +49,11 @@ struct Shared {
     points: Arc<Semaphore>,
     start: Start,
 }
+
+/// The state of all requests, as a handler receives it.
+type OfPage = State<Arc<Shared>>;
+/// The answer to a request in JSON.
+type Reply = Result<Json<Value>, Refusal>;
 
 /// Serves the page on `listener` until `stop` is set.
 ///
@@ -147,7 +152,7 @@ async fn carry_out<T: Send + 'static>(
     answer.unwrap_or_else(|_| Err(Refusal::out_of_time(LONGEST_WORK.as_secs())))
 }
 
-async fn start(State(shared): State<Arc<Shared>>) -> Json<Value> {
+async fn start(State(shared): OfPage) -> Json<Value> {
     Json(shared.start.to_json())
 }
 
@@ -161,15 +166,15 @@ struct LawRequest {
 }
 
 /// The axes of a law, or of a machine.
-async fn law(Asked(asked): Asked<LawRequest>) -> Result<Json<Value>, Refusal> {
-    let (law, axes) = match &asked.motion {
+async fn law(JsonBody(request): JsonBody<LawRequest>) -> Reply {
+    let (law, axes) = match &request.motion {
         None => {
-            let law = asked.law.law()?;
+            let law = request.law.law()?;
             let axes = catalogue::axes(&law);
             (law, axes)
         }
         Some(motion) => {
-            let law = asked.law.in_si_units()?;
+            let law = request.law.in_si_units()?;
             let axes = machine::axes(&law, machine::motion_of(motion)?);
             (law, axes)
         }
@@ -178,72 +183,57 @@ async fn law(Asked(asked): Asked<LawRequest>) -> Result<Json<Value>, Refusal> {
 }
 
 /// A place in dimensionless numbers.
-async fn dimensionless(Asked(asked): Asked<place::Place>) -> Result<Json<Value>, Refusal> {
-    let (law, point) = asked.point()?;
+async fn dimensionless(JsonBody(request): JsonBody<place::Place>) -> Reply {
+    let (law, point) = request.point()?;
     Ok(Json(json!({ "law": place::law_json(&law), "at": place::at_json(&law, &point) })))
 }
 
 async fn plane(
-    State(shared): State<Arc<Shared>>,
-    Asked(asked): Asked<PlaneRequest>,
+    State(shared): OfPage,
+    JsonBody(request): JsonBody<PlaneRequest>,
 ) -> Result<Response, Refusal> {
-    let ticket = shared.tabs.take(&asked.turn, "plane")?;
+    let ticket = shared.tabs.take(&request.turn, "plane")?;
     let all = Arc::clone(&shared);
-    let work = move |stop: &AtomicBool| asked.picture(all.start.map(), stop);
+    let work = move |stop: &AtomicBool| request.picture(all.start.map(), stop);
     let picture = carry_out(&shared.pictures, ticket, work).await?;
     Ok(([(CONTENT_TYPE, "application/octet-stream")], picture).into_response())
 }
 
-async fn curves(
-    State(shared): State<Arc<Shared>>,
-    Asked(asked): Asked<PlaneRequest>,
-) -> Result<Json<Value>, Refusal> {
-    let ticket = shared.tabs.take(&asked.turn, "curves")?;
-    match carry_out(&shared.pictures, ticket, move |stop| asked.boundaries(stop)).await {
+async fn curves(State(shared): OfPage, JsonBody(request): JsonBody<PlaneRequest>) -> Reply {
+    let ticket = shared.tabs.take(&request.turn, "curves")?;
+    match carry_out(&shared.pictures, ticket, move |stop| request.boundaries(stop)).await {
         // The picture is shown without them.
         Err(refusal) if refusal.is_out_of_time() => Ok(Json(json!({ "curves": [], "given_up": true }))),
         answer => answer.map(Json),
     }
 }
 
-async fn glance(
-    State(shared): State<Arc<Shared>>,
-    Asked(asked): Asked<PointRequest>,
-) -> Result<Json<Value>, Refusal> {
-    let ticket = shared.tabs.take(&asked.turn, "glance")?;
-    carry_out(&shared.points, ticket, move |_| asked.glance()).await.map(Json)
+async fn glance(State(shared): OfPage, JsonBody(request): JsonBody<PointRequest>) -> Reply {
+    let ticket = shared.tabs.take(&request.turn, "glance")?;
+    carry_out(&shared.points, ticket, move |_| request.glance()).await.map(Json)
 }
 
-async fn point(
-    State(shared): State<Arc<Shared>>,
-    Asked(asked): Asked<PointRequest>,
-) -> Result<Json<Value>, Refusal> {
-    let ticket = shared.tabs.take(&asked.turn, "point")?;
-    carry_out(&shared.points, ticket, move |_| asked.probe()).await.map(Json)
+async fn point(State(shared): OfPage, JsonBody(request): JsonBody<PointRequest>) -> Reply {
+    let ticket = shared.tabs.take(&request.turn, "point")?;
+    carry_out(&shared.points, ticket, move |_| request.probe()).await.map(Json)
 }
 
-async fn figure(
-    State(shared): State<Arc<Shared>>,
-    Asked(asked): Asked<PointRequest>,
-) -> Result<Json<Value>, Refusal> {
-    let ticket = shared.tabs.take(&asked.turn, asked.topic())?;
-    carry_out(&shared.points, ticket, move |stop| asked.figure(stop)).await.map(Json)
+async fn figure(State(shared): OfPage, JsonBody(request): JsonBody<PointRequest>) -> Reply {
+    let ticket = shared.tabs.take(&request.turn, request.topic())?;
+    carry_out(&shared.points, ticket, move |stop| request.figure(stop)).await.map(Json)
 }
 
-async fn texts(
-    State(shared): State<Arc<Shared>>,
-    Asked(asked): Asked<LeaveRequest>,
-) -> Result<Json<Value>, Refusal> {
-    let ticket = shared.tabs.take(&asked.plane.turn, "texts")?;
-    carry_out(&shared.points, ticket, move |_| asked.texts()).await.map(Json)
+async fn texts(State(shared): OfPage, JsonBody(request): JsonBody<ExportRequest>) -> Reply {
+    let ticket = shared.tabs.take(&request.plane.turn, "texts")?;
+    carry_out(&shared.points, ticket, move |_| request.texts()).await.map(Json)
 }
 
 async fn file(
-    State(shared): State<Arc<Shared>>,
-    Asked(asked): Asked<LeaveRequest>,
+    State(shared): OfPage,
+    JsonBody(request): JsonBody<ExportRequest>,
 ) -> Result<Response, Refusal> {
-    let ticket = shared.tabs.take(&asked.plane.turn, "file")?;
-    let (kind, bytes) = carry_out(&shared.pictures, ticket, move |stop| asked.file(stop)).await?;
+    let ticket = shared.tabs.take(&request.plane.turn, "file")?;
+    let (kind, bytes) = carry_out(&shared.pictures, ticket, move |stop| request.file(stop)).await?;
     Ok(([(CONTENT_TYPE, kind)], bytes).into_response())
 }
 

@@ -5,10 +5,10 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::{Control, ReportError, SIMULATION};
+use super::{ReportError, SIMULATION, check};
 use crate::certify::Claim;
 use crate::friction::Column;
-use crate::map::{Grid, Method, unravel};
+use crate::map::{Control, Grid, Method, unravel};
 use crate::simulate::critical::critical_dampings;
 use crate::store::MapFile;
 
@@ -158,7 +158,7 @@ impl Boundaries {
             boundaries.methods.push(MethodBoundary { method: method.name.clone(), errors, order: None });
         }
         for block in blocks(map) {
-            control.check()?;
+            check(control)?;
             let columns = Block::of(map.grid(), block);
             let exact = if stored {
                 columns.stored(map, &exact)?

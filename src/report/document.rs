@@ -100,10 +100,7 @@ pub(super) fn html(view: &View, summary: &[(Rich, Rich)], tables: &[Table], figu
         text.push_str(&format!("<figure id=\"{}\">\n", anchor("figure", &figure.name)));
         for (width, scene) in &figure.scenes {
             let name = format!("{}-{}", figure.name, width.name());
-            let class = match width {
-                Width::OneColumn => "narrow",
-                Width::TwoColumns => "wide",
-            };
+            let class = width.select("narrow", "wide");
             text.push_str(&format!("<div class=\"{class}\">\n{}</div>\n", scene.svg(&name, &figure.caption)));
         }
         text.push_str(&format!("<figcaption>{}</figcaption>\n</figure>\n", figure.caption.html()));

@@ -4,9 +4,10 @@ use std::convert::Infallible;
 use std::sync::{Mutex, PoisonError};
 
 use super::document;
-use super::figure::axis::{AXIS, BOTTOM_MARGIN, Labels, Panel, SMALL_TEXT, Scale, TEXT, TITLE_MARGIN};
+use super::figure::axis::{AXIS, SMALL_TEXT, Scale, TEXT};
 use super::figure::legend::{Legend, Sample};
 use super::figure::palette;
+use super::figure::panels::{BOTTOM_MARGIN, Panel, TITLE_MARGIN};
 use super::figure::region::{cell_edges, outlines};
 use super::figure::scene::{Anchor, Fill, Marker, Rect, Scene};
 use super::figure::{Scene as Figure, bifurcations};
@@ -119,8 +120,7 @@ impl<'a> MachinePage<'a> {
 
 /// A number with its unit.
 fn quantity(value: f64, unit: &str) -> Rich {
-    let number = Rich::number(value, 4);
-    if unit.is_empty() { number } else { number.then(Rich::foreign(&format!(" {unit}"))) }
+    Rich::number(value, 4).with_unit(unit)
 }
 
 fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
@@ -357,7 +357,7 @@ fn regimes(all: &Assessment) -> Scene {
     let y = Scale::linear(0.0, dampings[NODES - 1]).in_unit(friction.factor);
     let mut scene = Scene::new(FIGURE, 0.0);
     let labels = Panel::y_labels_width(y, 150.0);
-    let left = super::figure::axis::left_margin(labels);
+    let left = super::figure::panels::left_margin(labels);
     let rect = Rect { x: left, y: TITLE_MARGIN, w: FIGURE - left - 12.0, h: 150.0 };
     let panel = Panel { rect, x, y };
     panel.title(&mut scene, &rich("Regimes; diamond: the working point"));
@@ -386,9 +386,7 @@ fn regimes(all: &Assessment) -> Scene {
     let here = panel.place(machine.belt_speed / units.velocity, machine.damping / units.damping);
     scene.marker(Marker::Diamond, here, 8.0, palette::WHITE, true);
     scene.marker(Marker::Diamond, here, 6.0, palette::VERMILION, true);
-    panel.axes(&mut scene, Labels { x: true, y: true });
-    panel.x_name(&mut scene, &velocity.text());
-    panel.y_name(&mut scene, &friction.text(), labels);
+    panel.named_axes(&mut scene, &velocity.text(), &friction.text(), labels);
     legend.below(&mut scene, left, rect.y + rect.h + BOTTOM_MARGIN);
     scene
 }
@@ -401,7 +399,7 @@ fn influence(all: &Assessment) -> Scene {
     let (x, y) = (Scale::linear(0.0, width * parts.len() as f64), Scale::linear(0.0, 105.0 * most));
     let mut scene = Scene::new(FIGURE, 0.0);
     let labels = Panel::y_labels_width(y, 150.0);
-    let left = super::figure::axis::left_margin(labels);
+    let left = super::figure::panels::left_margin(labels);
     let rect = Rect { x: left, y: TITLE_MARGIN, w: FIGURE - left - 12.0, h: 150.0 };
     let panel = Panel { rect, x, y };
     for part in parts {
@@ -414,9 +412,8 @@ fn influence(all: &Assessment) -> Scene {
     }
     let velocity = all.machine.motion.unit(Dimension::Velocity);
     panel.title(&mut scene, &rich("Slip speeds of the friction curve that matter"));
-    panel.axes(&mut scene, Labels { x: true, y: true });
-    panel.x_name(&mut scene, &Rich::foreign(&format!("slip speed, {velocity}")));
-    panel.y_name(&mut scene, &rich("share in the critical damping, %"), labels);
+    let name = Rich::foreign(&format!("slip speed, {velocity}"));
+    panel.named_axes(&mut scene, &name, &rich("share in the critical damping, %"), labels);
     scene.height = rect.y + rect.h + BOTTOM_MARGIN + SMALL_TEXT;
     scene
 }

@@ -20,19 +20,22 @@ pub(crate) mod work_precision;
 mod write;
 
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 pub(crate) use boundary::{Boundaries, MethodBoundary};
 pub(crate) use machine_page::MachinePage;
+pub(crate) use table::csv_text;
 pub use table::{Cell, Table};
 pub(crate) use text::{Rich, rich};
 pub use units::View;
 pub(crate) use units::{Label, UnitSystem, join};
 pub(crate) use verdicts::{Confusion, Verdicts};
-pub use write::{Existing, ReportOptions, write};
-pub(crate) use write::{write_figure, write_file};
+pub use write::{ReportOptions, write};
+pub(crate) use write::{publish_file, temporary_in, write_figure, write_file};
 
 use crate::benchmark::StudyError;
+use crate::map::Control;
+pub use crate::store::Existing;
 use crate::store::{MapFile, StoreError};
 
 /// Name of the method with which all others are compared.
@@ -48,12 +51,9 @@ pub enum ReportError {
     /// Tables could not be stored as HDF5.
     #[error(transparent)]
     Records(StoreError),
-    /// The output exists already.
-    #[error("{path} exists already; choose another place, or ask for it to be replaced")]
-    Exists {
-        /// The output.
-        path: PathBuf,
-    },
+    /// This output exists already.
+    #[error("{0} exists already; choose another place, or ask for it to be replaced")]
+    Exists(PathBuf),
     /// The folder of the output does not exist.
     #[error("{path}: there is no folder {folder}; create it, or choose another place")]
     NoFolder {
@@ -62,12 +62,9 @@ pub enum ReportError {
         /// The folder.
         folder: PathBuf,
     },
-    /// The file extension of a figure is not that of a known format.
-    #[error("{path} does not end in .svg, .pdf or .png; give the figure one of these endings")]
-    Format {
-        /// The output.
-        path: PathBuf,
-    },
+    /// The extension of this figure's name is not that of a known format.
+    #[error("{0} does not end in .svg, .pdf or .png; give the figure one of these endings")]
+    Format(PathBuf),
     /// The file system refuses.
     #[error("cannot write {path}: {source}")]
     Io {
@@ -103,20 +100,11 @@ pub enum ReportError {
     Interrupted,
 }
 
-/// Controls of the gathering of numbers.
-pub struct Control<'a> {
-    /// Called with the number of cells just read.
-    pub on_cells: &'a dyn Fn(usize),
-    /// Set to true to stop soon.
-    pub stop: &'a AtomicBool,
-}
-
-impl Control<'_> {
-    fn check(&self) -> Result<(), ReportError> {
-        match self.stop.load(Ordering::Relaxed) {
-            true => Err(ReportError::Interrupted),
-            false => Ok(()),
-        }
+/// The error of a caller that wants to stop.
+fn check(control: &Control) -> Result<(), ReportError> {
+    match control.stop.load(Ordering::Relaxed) {
+        true => Err(ReportError::Interrupted),
+        false => Ok(()),
     }
 }
 
@@ -130,7 +118,7 @@ pub struct Report {
 }
 
 impl Report {
-    /// Reads a map, tile by tile.
+    /// Reads a map, tile by tile, and tells `control` how many cells it has read.
     ///
     /// # Errors
     /// [`ReportError::Map`] if the map cannot be read, [`ReportError::Interrupted`].

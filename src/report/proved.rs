@@ -67,7 +67,6 @@ pub(super) fn volume(map: &MapFile) -> Option<Table> {
              integrated in interval arithmetic."
         }
     };
-    let column = |key: &str, heading: &str, show| Column { key: key.into(), heading: rich(heading), show };
     Some(Table {
         name: "proved_volume",
         caption: rich(
@@ -75,8 +74,8 @@ pub(super) fn volume(map: &MapFile) -> Option<Table> {
              from the first to the last node of every axis, with all points between the nodes.",
         ),
         columns: vec![
-            column("what", "proved", Show::AsIs),
-            column("percent_of_box", "% of the box", Show::AsIs),
+            Column::new("what", "proved", Show::AsIs),
+            Column::new("percent_of_box", "% of the box", Show::AsIs),
         ],
         rows: rows
             .map(|(what, share, rounded)| {

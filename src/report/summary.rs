@@ -41,14 +41,10 @@ pub(super) fn summary(view: &View, report: &Report) -> Vec<(Rich, Rich)> {
     }
     let cells = count(map.grid().cells() as u64);
     line("friction law", Rich::foreign(map.grid().law().name()));
-    let extents = axes.iter().filter(|axis| axis.values.len() > 1).map(|axis| {
-        let label = view.axis(axis);
-        let [first, last] = [axis.values[0], axis.values[axis.values.len() - 1]]
-            .map(|value| Rich::number(value * label.factor, 4));
-        let nodes = rich(&format!("{} ", axis.values.len()));
-        let text = nodes.then(label.name).then(rich(" from ")).then(first).then(rich(" to ")).then(last);
-        if label.unit.is_empty() { text } else { text.then(Rich::foreign(&format!(" {}", label.unit))) }
-    });
+    let extents = axes
+        .iter()
+        .filter(|axis| axis.values.len() > 1)
+        .map(|axis| rich(&format!("{} ", axis.values.len())).then(view.axis(axis).extent(&axis.values, 4)));
     let extents = join(extents);
     let separator = rich(if extents.pieces.is_empty() { "" } else { ": " });
     line("cells", Rich::foreign(&cells).then(separator).then(extents));

@@ -1,6 +1,6 @@
 //! A table independent of formats, and its formats: Markdown, HTML, LaTeX and CSV.
 
-use super::text::{Rich, html, latex, markdown};
+use super::text::{Rich, html, latex, markdown, rich};
 
 /// The contents of a cell.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,6 +49,13 @@ pub struct Column {
     pub(crate) heading: Rich,
     /// Format of its numbers.
     pub(crate) show: Show,
+}
+
+impl Column {
+    /// A column with a name for CSV files and a heading for the other formats.
+    pub(crate) fn new(key: &str, heading: &str, show: Show) -> Self {
+        Self { key: key.into(), heading: rich(heading), show }
+    }
 }
 
 /// A table.
@@ -273,18 +280,20 @@ impl Table {
     /// As CSV, numbers with all digits.
     #[must_use]
     pub fn csv(&self) -> String {
-        let mut writer = csv::Writer::from_writer(Vec::new());
         let heading = self.columns.iter().map(|column| column.key.clone()).collect();
-        let rows = self.rows.iter().map(|row| row.iter().map(in_full).collect());
-        for record in std::iter::once(heading).chain(rows) {
-            let record: Vec<String> = record;
-            // Writing to memory does not fail, and every record has the same length.
-            let _ = writer.write_record(&record);
-        }
-        writer
-            .into_inner()
-            .map_or_else(|_| String::new(), |bytes| String::from_utf8_lossy(&bytes).into_owned())
+        csv_text(heading, self.rows.iter().map(|row| row.iter().map(in_full).collect()))
     }
+}
+
+/// A table as CSV: its heading and its rows, of the same length.
+pub(crate) fn csv_text(heading: Vec<String>, rows: impl Iterator<Item = Vec<String>>) -> String {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    for record in std::iter::once(heading).chain(rows) {
+        // Writing to memory does not fail.
+        let _ = writer.write_record(&record);
+    }
+    let bytes = writer.into_inner().unwrap_or_default();
+    String::from_utf8_lossy(&bytes).into_owned()
 }
 
 /// Longest word that is not broken; longer ones, such as fingerprints, may be broken anywhere.
@@ -409,12 +418,10 @@ fn html_number(cell: &Cell, style: Style) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::text::rich;
     use super::*;
 
     fn table() -> Table {
-        let column =
-            |key: &str, heading: &str, show| Column { key: key.into(), heading: rich(heading), show };
+        let column = Column::new;
         Table {
             name: "example",
             caption: rich("Errors in {c}."),

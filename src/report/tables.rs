@@ -32,10 +32,6 @@ pub fn all(view: &View, report: &Report) -> Vec<Table> {
     tables
 }
 
-fn column(key: &str, heading: &str, show: Show) -> Column {
-    Column { key: key.into(), heading: rich(heading), show }
-}
-
 /// A column of a quantity with its unit; `key` names it in CSV files and `heading` in the other formats.
 fn column_of(label: &Label, key: &str, heading: &str, show: Show) -> Column {
     let label = Label { name: rich(heading), key: key.into(), ..label.clone() };
@@ -125,15 +121,15 @@ pub fn volume(view: &View, report: &Report) -> Table {
             .then(extents(view))
             .then(rich(".")),
         columns: vec![
-            column("epsilon", "{epsilon}", EPSILON_DIGITS),
-            column("method", "method", Show::AsIs),
-            column(&key("volume"), &format!("volume{unit}"), Show::Significant(4)),
-            column(&key("volume_error_in_c"), "± in {c}", Show::Significant(2)),
-            column(&key("volume_error"), "± in all", Show::Significant(2)),
-            column("percent_of_box", "% of the box", Show::Decimals(2)),
-            column("percent_of_simulation", "% of simulation", Show::Decimals(2)),
-            column("percent_of_simulation_error", "±", Show::Decimals(2)),
-            column("percent_of_simulation_confirmed", "% confirmed", Show::Decimals(2)),
+            Column::new("epsilon", "{epsilon}", EPSILON_DIGITS),
+            Column::new("method", "method", Show::AsIs),
+            Column::new(&key("volume"), &format!("volume{unit}"), Show::Significant(4)),
+            Column::new(&key("volume_error_in_c"), "± in {c}", Show::Significant(2)),
+            Column::new(&key("volume_error"), "± in all", Show::Significant(2)),
+            Column::new("percent_of_box", "% of the box", Show::Decimals(2)),
+            Column::new("percent_of_simulation", "% of simulation", Show::Decimals(2)),
+            Column::new("percent_of_simulation_error", "±", Show::Decimals(2)),
+            Column::new("percent_of_simulation_confirmed", "% confirmed", Show::Decimals(2)),
         ],
         rows,
         notes,
@@ -146,17 +142,7 @@ fn simulation_name(map: &MapFile, position: Option<usize>) -> Option<&String> {
 
 /// "alpha from 0 to 0.9, gamma = 2" for every axis but eps.
 fn extents(view: &View) -> Rich {
-    join(view.map.grid().axes()[1..].iter().map(|axis| {
-        let label = view.axis(axis);
-        let [first, last] = [axis.values[0], axis.values[axis.values.len() - 1]]
-            .map(|value| Rich::number(value * label.factor, 6));
-        let name = label.name.clone();
-        let text = match axis.values.len() {
-            1 => name.then(rich(" = ")).then(first),
-            _ => name.then(rich(" from ")).then(first).then(rich(" to ")).then(last),
-        };
-        if label.unit.is_empty() { text } else { text.then(Rich::foreign(&format!(" {}", label.unit))) }
-    }))
+    join(view.map.grid().axes()[1..].iter().map(|axis| view.axis(axis).extent(&axis.values, 6)))
 }
 
 fn no_simulation(report: &Report) -> Option<Rich> {
@@ -220,16 +206,16 @@ pub fn agreement(map: &MapFile, report: &Report) -> Table {
             "Verdicts of each method, in cells of the map, and their agreement with the simulation.",
         ),
         columns: vec![
-            column("epsilon", "{epsilon}", EPSILON_DIGITS),
-            column("method", "method", Show::AsIs),
-            column("present", "present", Show::AsIs),
-            column("absent", "absent", Show::AsIs),
-            column("undecided", "undecided", Show::AsIs),
-            column("failed", "failed", Show::AsIs),
-            column("wrong_presence", "wrong presence", Show::AsIs),
-            column("wrong_absence", "wrong absence", Show::AsIs),
-            column("not_compared", "not compared", Show::AsIs),
-            column("percent_decided", "% decided", Show::Decimals(2)),
+            Column::new("epsilon", "{epsilon}", EPSILON_DIGITS),
+            Column::new("method", "method", Show::AsIs),
+            Column::new("present", "present", Show::AsIs),
+            Column::new("absent", "absent", Show::AsIs),
+            Column::new("undecided", "undecided", Show::AsIs),
+            Column::new("failed", "failed", Show::AsIs),
+            Column::new("wrong_presence", "wrong presence", Show::AsIs),
+            Column::new("wrong_absence", "wrong absence", Show::AsIs),
+            Column::new("not_compared", "not compared", Show::AsIs),
+            Column::new("percent_decided", "% decided", Show::Decimals(2)),
         ],
         rows,
         notes,

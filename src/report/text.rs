@@ -162,6 +162,18 @@ impl Rich {
         self
     }
 
+    /// Appends a unit, if there is one: "0.4 m/s".
+    #[must_use]
+    pub(crate) fn with_unit(self, unit: &str) -> Self {
+        if unit.is_empty() { self } else { self.then(Self::foreign(&format!(" {unit}"))) }
+    }
+
+    /// Appends where a figure was taken, if that needs to be said: " at ε = 0.1".
+    #[must_use]
+    pub(crate) fn taken_at(self, place: Rich) -> Self {
+        if place.pieces.is_empty() { self } else { self.then(rich(" at ")).then(place) }
+    }
+
     /// Plain text, for file names, CSV and messages.
     #[must_use]
     pub fn plain(&self) -> String {

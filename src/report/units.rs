@@ -61,10 +61,10 @@ impl<'a> View<'a> {
     }
 }
 
-/// Joins parts by commas.
+/// Joins parts by commas, without those that are empty.
 pub(crate) fn join(parts: impl IntoIterator<Item = Rich>) -> Rich {
     let mut text = Rich::default();
-    for part in parts {
+    for part in parts.into_iter().filter(|part| !part.pieces.is_empty()) {
         let separator = rich(if text.pieces.is_empty() { "" } else { ", " });
         text = text.then(separator).then(part);
     }
@@ -83,10 +83,7 @@ fn friction_words(map: &MapFile, si: &SiUnits) -> Vec<Rich> {
     let [_, _, _, _, rest, kinetic, width, strengthening, _] = numbers;
     let of = Coefficients::from_array([rest, kinetic, width, strengthening]);
     let velocity = si.unit(Dimension::Velocity);
-    let number = |name: &str, value: f64, unit: &str| {
-        let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-        rich(name).then(Rich::number(value, 4)).then(Rich::foreign(&unit))
-    };
+    let number = |name: &str, value: f64, unit: &str| rich(name).then(Rich::number(value, 4)).with_unit(unit);
     let mut words = vec![
         number("friction at rest ", of.static_friction, ""),
         number("kinetic ", of.kinetic_friction, ""),
@@ -231,11 +228,20 @@ impl Label {
 
     /// "damping = 20 N s/m", of a dimensionless value.
     pub(crate) fn equals(&self, value: f64) -> Rich {
-        let text = self.name.clone().then(rich(" = ")).then(Rich::number(value * self.factor, 4));
-        match self.unit {
-            "" => text,
-            unit => text.then(Rich::foreign(&format!(" {unit}"))),
-        }
+        self.extent(&[value], 4)
+    }
+
+    /// "damping from 0 to 20 N s/m", of the nodes of an axis; "damping = 20 N s/m" of one.
+    pub(crate) fn extent(&self, nodes: &[f64], digits: usize) -> Rich {
+        let number = |node: f64| Rich::number(node * self.factor, digits);
+        let name = self.name.clone();
+        let text = match nodes {
+            [first, .., last] => {
+                name.then(rich(" from ")).then(number(*first)).then(rich(" to ")).then(number(*last))
+            }
+            _ => name.then(rich(" = ")).then(number(nodes[0])),
+        };
+        text.with_unit(self.unit)
     }
 }
 

@@ -5,8 +5,8 @@ use std::ops::Range;
 
 use ndarray::{ArrayD, ArrayViewD, Axis as Dim, Slice};
 
-use super::{Control, ReportError, SIMULATION};
-use crate::map::{Tile, Verdict};
+use super::{ReportError, SIMULATION, check};
+use crate::map::{Control, Tile, Verdict};
 use crate::store::MapFile;
 
 /// Numbers of cells by pairs of verdicts, the simulation's and a method's.
@@ -20,17 +20,17 @@ pub(crate) struct Confusion {
 impl Confusion {
     /// Number of cells with the given verdicts.
     pub(crate) fn pair(&self, simulation: Verdict, method: Verdict) -> u64 {
-        self.cells[place(simulation)][place(method)]
+        self.cells[place(simulation.code())][place(method.code())]
     }
 
     /// Number of cells on which the method's verdict is `verdict`.
     pub(crate) fn method(&self, verdict: Verdict) -> u64 {
-        self.cells.iter().map(|row| row[place(verdict)]).sum()
+        self.cells.iter().map(|row| row[place(verdict.code())]).sum()
     }
 
     /// Number of cells on which the simulation's verdict is `verdict`.
     pub(crate) fn simulation(&self, verdict: Verdict) -> u64 {
-        self.cells[place(verdict)].iter().sum()
+        self.cells[place(verdict.code())].iter().sum()
     }
 
     /// Number of all cells.
@@ -46,9 +46,9 @@ impl Confusion {
     }
 }
 
-/// Position of a verdict in [`Verdict::ALL`].
-fn place(verdict: Verdict) -> usize {
-    usize::from(verdict.code().wrapping_sub(Verdict::Absent.code()).unsigned_abs()).min(4)
+/// Position of the verdict with this code in [`Verdict::ALL`].
+fn place(code: i8) -> usize {
+    usize::from(code.wrapping_sub(Verdict::Absent.code()).unsigned_abs()).min(4)
 }
 
 /// The volume of parameter space on which a method claims presence, at one eps.
@@ -105,7 +105,7 @@ impl Verdicts {
             dimensions: extents.count(),
         };
         for tile in map.tiles() {
-            control.check()?;
+            check(control)?;
             verdicts.add_tile(map, &tile)?;
             (control.on_cells)(tile.cells());
         }
@@ -146,7 +146,6 @@ impl Verdicts {
 
 /// Counts the pairs of verdicts.
 fn confusion(codes: &ArrayViewD<i8>, simulated: Option<&ArrayViewD<i8>>) -> Confusion {
-    let place = |code: i8| usize::from(code.wrapping_sub(Verdict::Absent.code()).unsigned_abs()).min(4);
     let mut confusion = Confusion::default();
     match simulated {
         Some(simulated) => {

@@ -44,8 +44,6 @@ impl Study {
 
     /// Every number.
     pub(crate) fn table(&self) -> Table {
-        let column =
-            |key: &str, heading: &str, show| Column { key: key.into(), heading: rich(heading), show };
         let sizes = |errors: &Option<Errors>| {
             let number = |of: fn(&Errors) -> f64| Entry::from(errors.as_ref().map(of));
             [number(|e| e.median), number(|e| e.high), number(|e| e.worst)]
@@ -82,27 +80,27 @@ impl Study {
                 self.settings.near
             )),
             columns: vec![
-                column("kind", "kind", Show::AsIs),
-                column("method", "method", Show::AsIs),
-                column("knob", "knob", Show::AsIs),
-                column("setting", "setting", Show::Trimmed(3)),
-                column("cells", "cells", Show::AsIs),
-                column("seconds_per_cell", "seconds per cell", Show::Significant(3)),
-                column("margin_error_median", "error of {m}/{V}: median", digits),
-                column("margin_error_95", "95 %", digits),
-                column("margin_error_worst", "worst", digits),
-                column("critical_c_error_median", "error of {c^*}: median", digits),
-                column("critical_c_error_95", "95 %", digits),
-                column("critical_c_error_worst", "worst", digits),
-                column("unanswered", "unanswered", Show::AsIs),
-                column("near_cells", "near the boundary", Show::AsIs),
-                column("near_wrong", "wrong", Show::AsIs),
-                column("near_undecided", "undecided", Show::AsIs),
-                column("anywhere_cells", "anywhere", Show::AsIs),
-                column("anywhere_wrong", "wrong", Show::AsIs),
-                column("anywhere_undecided", "undecided", Show::AsIs),
-                column("front_error", "front: error", Show::AsIs),
-                column("front_labels", "front: labels", Show::AsIs),
+                Column::new("kind", "kind", Show::AsIs),
+                Column::new("method", "method", Show::AsIs),
+                Column::new("knob", "knob", Show::AsIs),
+                Column::new("setting", "setting", Show::Trimmed(3)),
+                Column::new("cells", "cells", Show::AsIs),
+                Column::new("seconds_per_cell", "seconds per cell", Show::Significant(3)),
+                Column::new("margin_error_median", "error of {m}/{V}: median", digits),
+                Column::new("margin_error_95", "95 %", digits),
+                Column::new("margin_error_worst", "worst", digits),
+                Column::new("critical_c_error_median", "error of {c^*}: median", digits),
+                Column::new("critical_c_error_95", "95 %", digits),
+                Column::new("critical_c_error_worst", "worst", digits),
+                Column::new("unanswered", "unanswered", Show::AsIs),
+                Column::new("near_cells", "near the boundary", Show::AsIs),
+                Column::new("near_wrong", "wrong", Show::AsIs),
+                Column::new("near_undecided", "undecided", Show::AsIs),
+                Column::new("anywhere_cells", "anywhere", Show::AsIs),
+                Column::new("anywhere_wrong", "wrong", Show::AsIs),
+                Column::new("anywhere_undecided", "undecided", Show::AsIs),
+                Column::new("front_error", "front: error", Show::AsIs),
+                Column::new("front_labels", "front: labels", Show::AsIs),
             ],
             rows: rows.collect(),
             notes: self.notes(),

@@ -5,22 +5,14 @@ use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
+use tempfile::NamedTempFile;
 
 use super::figure::{Figure, Scene, render};
 use super::table::Table;
 use super::text::Rich;
 use super::units::View;
 use super::{Report, ReportError, document, figure, stale, summary, tables};
-use crate::store::{self, StoreError};
-
-/// Behaviour if the output exists already.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Existing {
-    /// Leave it and return an error.
-    Refuse,
-    /// Replace it.
-    Replace,
-}
+use crate::store::{self, Existing, StoreError};
 
 /// Options of a report.
 #[derive(Clone, Copy, Debug)]
@@ -75,12 +67,9 @@ pub(super) fn publish(
     written: &[Written],
 ) -> Result<(), ReportError> {
     if existing == Existing::Refuse && folder.symlink_metadata().is_ok() {
-        return Err(ReportError::Exists { path: folder.to_path_buf() });
+        return Err(ReportError::Exists(folder.to_path_buf()));
     }
-    let parent = match folder.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
+    let parent = store::folder_of(folder);
     create(parent)?;
     let scratch = tempfile::Builder::new()
         .prefix(".slipmap-report-")
@@ -96,7 +85,7 @@ pub(super) fn publish(
     let names = files.iter().map(|(name, _)| name.as_path());
     for name in names.chain(written.iter().map(|(name, _)| Path::new(name))) {
         let (from, to) = (scratch.path().join(name), folder.join(name));
-        create(to.parent().unwrap_or(folder))?;
+        create(store::folder_of(&to))?;
         fs::rename(&from, &to).map_err(|source| ReportError::Io { path: to, source })?;
     }
     Ok(())
@@ -144,7 +133,7 @@ fn create(folder: &Path) -> Result<(), ReportError> {
 }
 
 fn put(path: &Path, contents: &[u8]) -> Result<(), ReportError> {
-    create(path.parent().unwrap_or(Path::new(".")))?;
+    create(store::folder_of(path))?;
     fs::write(path, contents).map_err(|source| ReportError::Io { path: path.to_path_buf(), source })
 }
 
@@ -166,7 +155,7 @@ pub(crate) fn write_figure(
         Some("svg") => svg.into_bytes(),
         Some("png") => render::png(&name, &svg)?,
         Some("pdf") => render::pdf(&name, &svg)?,
-        _ => return Err(ReportError::Format { path: path.to_path_buf() }),
+        _ => return Err(ReportError::Format(path.to_path_buf())),
     };
     write_file(&contents, path, existing)
 }
@@ -177,33 +166,43 @@ pub(crate) fn write_figure(
 /// [`ReportError::Exists`], or why it could not be written.
 pub(crate) fn write_file(contents: &[u8], path: &Path, existing: Existing) -> Result<(), ReportError> {
     let failed = |source: io::Error| match source.kind() {
-        io::ErrorKind::AlreadyExists => ReportError::Exists { path: path.to_path_buf() },
+        io::ErrorKind::AlreadyExists => ReportError::Exists(path.to_path_buf()),
         _ => ReportError::Io { path: path.to_path_buf(), source },
     };
     if existing == Existing::Refuse && path.symlink_metadata().is_ok() {
-        return Err(ReportError::Exists { path: path.to_path_buf() });
+        return Err(ReportError::Exists(path.to_path_buf()));
     }
-    let folder = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
+    let folder = store::folder_of(path);
     if !folder.is_dir() {
         return Err(ReportError::NoFolder { path: path.to_path_buf(), folder: folder.to_path_buf() });
     }
+    // The message leaves out the name of the temporary file.
+    let mut file = temporary_in(folder).map_err(|error| failed(error.kind().into()))?;
+    file.write_all(contents).map_err(failed)?;
+    publish_file(file, path, existing).map_err(failed)
+}
+
+/// A temporary file in a folder, with the permissions of any new file: others are readable by their owner
+/// only.
+pub(crate) fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".slipmap-figure-");
+    builder.prefix(".slipmap-");
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt as _;
-        // The permissions of any new file; temporary files are readable by their owner only.
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
-    // The message leaves out the name of the temporary file.
-    let mut file = builder.tempfile_in(folder).map_err(|error| failed(error.kind().into()))?;
-    file.write_all(contents).map_err(failed)?;
+    builder.tempfile_in(folder)
+}
+
+/// Gives a complete temporary file its name.
+///
+/// # Errors
+/// [`io::ErrorKind::AlreadyExists`] for a name that exists and is not to be replaced, or the file system's.
+pub(crate) fn publish_file(file: NamedTempFile, path: &Path, existing: Existing) -> io::Result<()> {
     let named = match existing {
         Existing::Replace => file.persist(path),
         Existing::Refuse => file.persist_noclobber(path),
     };
-    named.map(drop).map_err(|error| failed(error.error))
+    named.map(drop).map_err(|error| error.error)
 }

@@ -17,7 +17,7 @@ use super::pack;
 use super::reader::{MapFile, read_box};
 use super::seal::{self, Seal};
 use super::sys::{self, ScaleUse};
-use super::trust;
+use super::trust::{self, Unfit};
 use super::value::{self, ATTRIBUTES_DIGEST};
 
 /// A problem found in a map.
@@ -126,12 +126,12 @@ fn check_contents(map: &MapFile, ties: bool, report: &mut CheckReport) {
     report.cells = schema.grid.cells();
     report.tiles = schema.tiles();
     check_root(map, report);
-    if let Err(error) = check_curves(map, report) {
-        report.note(Some(curves::GROUP), None, format!("unreadable: {error}"));
+    if let Err(unfit) = check_curves(map, report) {
+        report.note(Some(curves::GROUP), None, unfit.to_string());
     }
     for name in auxiliary(map) {
-        if let Err(error) = check_auxiliary(map, name, ties, report) {
-            report.note(Some(name), None, format!("unreadable: {error}"));
+        if let Err(unfit) = check_auxiliary(map, name, ties, report) {
+            report.note(Some(name), None, unfit.to_string());
         }
     }
     for (position, axis) in schema.grid.axes().iter().enumerate() {
@@ -204,14 +204,11 @@ fn auxiliary(map: &MapFile) -> impl Iterator<Item = &'static str> {
 }
 
 /// Checks a variable beside the cells.
-fn check_auxiliary(map: &MapFile, name: &str, ties: bool, report: &mut CheckReport) -> hdf5::Result<()> {
+fn check_auxiliary(map: &MapFile, name: &str, ties: bool, report: &mut CheckReport) -> Result<(), Unfit> {
     let dataset = map.file().dataset(name)?;
     let axes = axes_of(name, map.grid()).unwrap_or_default();
     let shape: Vec<usize> = axes.iter().map(|&axis| map.grid().shape()[axis]).collect();
-    if let Err(why) = trust::auxiliary(&dataset, name, &shape)? {
-        report.note(Some(name), None, why);
-        return Ok(());
-    }
+    trust::auxiliary(&dataset, name, &shape)?;
     let digest = fingerprint::of_one_tile(&fingerprint::reals(&dataset.read_raw::<f64>()?));
     expect(&dataset, name, "sha256", &digest, report);
     check_attributes(&dataset, Some(name), report);
@@ -222,11 +219,8 @@ fn check_auxiliary(map: &MapFile, name: &str, ties: bool, report: &mut CheckRepo
 }
 
 /// Checks the curves of codimension one, if there are any.
-fn check_curves(map: &MapFile, report: &mut CheckReport) -> hdf5::Result<()> {
-    if let Err(why) = curves::read(map.file(), map.grid(), map.length())? {
-        report.note(Some(curves::GROUP), None, why);
-        return Ok(());
-    }
+fn check_curves(map: &MapFile, report: &mut CheckReport) -> Result<(), Unfit> {
+    curves::read(map.file(), map.grid(), map.length())?;
     if !map.file().link_exists(curves::GROUP) {
         return Ok(());
     }
@@ -240,8 +234,8 @@ fn check_curves(map: &MapFile, report: &mut CheckReport) -> hdf5::Result<()> {
             continue;
         }
         let dataset = group.dataset(&column)?;
-        if let Err(why) = trust::own_numbers(&dataset, &name)? {
-            report.note(Some(&name), None, why);
+        if let Err(unfit) = trust::own_numbers(&dataset, &name) {
+            report.note(Some(&name), None, unfit.to_string());
         } else if dataset.size() as u64 > map.length() {
             report.note(Some(&name), None, "declares more numbers than the file can hold");
         } else {
@@ -376,10 +370,7 @@ fn check_ties(name: &str, rank: usize, dataset: &Dataset, report: &mut CheckRepo
 /// Checks that a dimension lists the variables that have it, and no others.
 fn check_uses(map: &MapFile, position: usize, scale: &Dataset, report: &mut CheckReport) -> hdf5::Result<()> {
     let mut expected = Vec::new();
-    let rank = |variable: &Variable| variable.rank(map.schema().dimensions().len());
-    let of_variables = map.schema().variables.iter().map(|v| (v.name.as_str(), (0..rank(v)).collect()));
-    let of_auxiliary = auxiliary(map).map(|name| (name, axes_of(name, map.grid()).unwrap_or_default()));
-    let all: Vec<(&str, Vec<usize>)> = of_variables.chain(of_auxiliary).collect();
+    let all = map.schema().positions(auxiliary(map));
     for (name, axes) in all.iter().filter(|(name, _)| map.file().link_exists(name)) {
         let Some(dimension) = axes.iter().position(|axis| *axis == position) else { continue };
         let reference: ObjectReference1 = map.file().reference(name)?;
@@ -403,75 +394,70 @@ fn check_uses(map: &MapFile, position: usize, scale: &Dataset, report: &mut Chec
     Ok(())
 }
 
-/// Counts and fingerprints of a variable's cells, as read.
-#[derive(Default)]
-struct Found {
-    chunks: Vec<Fingerprint>,
-    counts: Vec<u64>,
-    complete: bool,
-}
-
 /// Reads a variable chunk by chunk and compares it with its fingerprint.
 fn check_cells(map: &MapFile, variable: &Variable, dataset: &Dataset, report: &mut CheckReport) {
     let schema = map.schema();
     let name = Some(variable.name.as_str());
     match trust::variable(dataset, schema, variable) {
-        Ok(Ok(())) => {}
-        Ok(Err(why)) => return report.note(name, None, format!("is not read: {why}")),
-        Err(error) => return report.note(name, None, format!("unreadable: {error}")),
+        Ok(()) => {}
+        Err(Unfit::Foreign(why)) => return report.note(name, None, format!("is not read: {why}")),
+        Err(unfit) => return report.note(name, None, unfit.to_string()),
     }
-    let may_be_missing = map.text("not_computed").is_some();
     let written = dataset.num_chunks().unwrap_or(0);
     if written != schema.chunks(variable) {
         report.note(name, None, format!("{written} of {} chunks are in the file", schema.chunks(variable)));
     }
-    let mut found = Found { complete: true, ..Found::default() };
+    let codes = variable.codes().unwrap_or_default();
+    let (mut chunks, mut sums, mut is_complete) = (Vec::new(), vec![0; codes.len()], true);
     for tile in map.tiles() {
         if schema.chunk_number(variable, tile.number).is_none() {
             continue;
         }
         let ranges = &tile.ranges[..variable.rank(tile.ranges.len())];
-        match variable.codes() {
-            Some(codes) => match read_box::<i8>(dataset, ranges) {
-                Ok(cells) => {
-                    let cells = cells.into_raw_vec_and_offset().0;
-                    found.chunks.push(fingerprint::codes(&cells));
-                    let counts = pack::count(variable, |wanted| count_of(&cells, wanted));
-                    let unknown = cells.len() as u64 - counts.iter().sum::<u64>();
-                    if unknown > 0 {
-                        report.note(name, Some(place(ranges)), format!("{unknown} cells have unknown codes"));
-                    }
-                    for ((_, meaning), &cells) in codes.iter().zip(&counts) {
-                        if *meaning == "not_computed" && cells > 0 && !may_be_missing {
-                            report.note(
-                                name,
-                                Some(place(ranges)),
-                                format!("{cells} cells were not computed"),
-                            );
-                        }
-                    }
-                    found.counts.resize(counts.len(), 0);
-                    found.counts.iter_mut().zip(counts).for_each(|(sum, cells)| *sum += cells);
-                }
-                Err(error) => unreadable(&mut found, report, name, ranges, &error),
-            },
-            None => match read_box::<f64>(dataset, ranges) {
-                Ok(cells) => {
-                    found.chunks.push(fingerprint::reals(&cells.into_raw_vec_and_offset().0));
-                }
-                Err(error) => unreadable(&mut found, report, name, ranges, &error),
-            },
+        let (fingerprint, counts) = match read_chunk(variable, dataset, ranges) {
+            Ok(read) => read,
+            Err(error) => {
+                report.note(name, Some(place(ranges)), format!("unreadable: {error}"));
+                is_complete = false;
+                continue;
+            }
+        };
+        chunks.push(fingerprint);
+        let cells: usize = ranges.iter().map(ExactSizeIterator::len).product();
+        let unknown = cells as u64 - counts.iter().sum::<u64>();
+        if unknown > 0 && !codes.is_empty() {
+            report.note(name, Some(place(ranges)), format!("{unknown} cells have unknown codes"));
         }
+        for ((_, meaning), &cells) in codes.iter().zip(&counts) {
+            if *meaning == "not_computed" && cells > 0 && map.text("not_computed").is_none() {
+                report.note(name, Some(place(ranges)), format!("{cells} cells were not computed"));
+            }
+        }
+        sums.iter_mut().zip(counts).for_each(|(sum, cells)| *sum += cells);
     }
-    if !found.complete {
+    if !is_complete {
         return; // The fingerprint of the readable rest would fail for the same reason.
     }
-    let digest = hex(&fingerprint::combine(&found.chunks));
+    let digest = hex(&fingerprint::combine(&chunks));
     expect_found(dataset, &variable.name, "sha256", &digest.into(), report);
-    if variable.codes().is_some() {
-        let counts = found.counts.iter().map(|&cells| i64::try_from(cells).unwrap_or(i64::MAX)).collect();
+    if !codes.is_empty() {
+        let counts = sums.iter().map(|&cells| i64::try_from(cells).unwrap_or(i64::MAX)).collect();
         expect_found(dataset, &variable.name, "flag_counts", &Value::Integers(counts), report);
     }
+}
+
+/// Fingerprint of a chunk, and number of its cells with each code of the variable.
+fn read_chunk(
+    variable: &Variable,
+    dataset: &Dataset,
+    ranges: &[Range<usize>],
+) -> hdf5::Result<(Fingerprint, Vec<u64>)> {
+    if variable.codes().is_none() {
+        let cells = read_box::<f64>(dataset, ranges)?.into_raw_vec_and_offset().0;
+        return Ok((fingerprint::reals(&cells), Vec::new()));
+    }
+    let cells = read_box::<i8>(dataset, ranges)?.into_raw_vec_and_offset().0;
+    Ok((fingerprint::codes(&cells), pack::count(variable, |wanted| count_of(&cells, wanted))))
 }
 
 /// Number of cells with this code.
@@ -480,18 +466,6 @@ fn count_of(cells: &[i8], code: i8) -> u64 {
     // dozen times faster than counting into 64-bit numbers one by one.
     let count = |part: &[i8]| u64::from(part.iter().map(|&cell| u8::from(cell == code)).sum::<u8>());
     cells.chunks(255).map(count).sum()
-}
-
-/// Records a chunk that the library cannot decode.
-fn unreadable(
-    found: &mut Found,
-    report: &mut CheckReport,
-    variable: Option<&str>,
-    ranges: &[Range<usize>],
-    error: &hdf5::Error,
-) {
-    found.complete = false;
-    report.note(variable, Some(place(ranges)), format!("unreadable: {error}"));
 }
 
 /// Compares a value computed from the cells with the value recorded when they were written.

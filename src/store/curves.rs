@@ -9,7 +9,7 @@ use crate::simulate::bifurcation::Bifurcation;
 
 use super::create::{group_of_tables, seal_attributes};
 use super::records::{Series, write_tables};
-use super::trust;
+use super::trust::{self, Unfit};
 use super::value;
 
 /// Name of the group.
@@ -96,75 +96,58 @@ fn points(axes: &[Axis], planes: &[PlaneCurves]) -> Vec<Series> {
     columns
 }
 
-/// Result of reading the group: the outer error is the library's, the inner one says that the group is not
-/// one that slipmap writes.
-type Read<T> = hdf5::Result<Result<T, String>>;
-
-/// Unwraps the inner result, or returns its error.
-macro_rules! accepted {
-    ($read:expr) => {
-        match $read? {
-            Ok(read) => read,
-            Err(why) => return Ok(Err(why)),
-        }
-    };
-}
-
 /// Reads the group, if the map has one. `length` is the length of the file, which bounds what is read.
-pub(super) fn read(file: &File, grid: &Grid, length: u64) -> Read<Vec<PlaneCurves>> {
+pub(super) fn read(file: &File, grid: &Grid, length: u64) -> Result<Vec<PlaneCurves>, Unfit> {
     if !file.link_exists(GROUP) {
-        return Ok(Ok(Vec::new()));
+        return Ok(Vec::new());
     }
     let group = file.group(GROUP)?;
-    accepted!(trust::own_members(&group));
+    trust::own_members(&group)?;
     let table = Table { group: &group, length };
     let axes = grid.axes();
     let axis = |word: &String| axes.iter().position(|axis| axis.name == *word);
-    let (xs, ys) = (accepted!(table.words("plane_x")), accepted!(table.words("plane_y")));
+    let (xs, ys) = (table.words("plane_x")?, table.words("plane_y")?);
     let mut planes = Vec::with_capacity(xs.len());
-    let mut held_at = Vec::with_capacity(axes.len());
-    for axis in axes {
-        held_at.push(accepted!(table.reals(&held(axis), xs.len())));
-    }
+    let held_at = axes.iter().map(|axis| table.reals(&held(axis), xs.len()));
+    let held_at = held_at.collect::<Result<Vec<_>, _>>()?;
     for (number, (x, y)) in xs.iter().zip(&ys).enumerate() {
         let (Some(x), Some(y)) = (axis(x), axis(y)) else {
-            return Ok(Err(format!("its curves lie in a plane of {x} and {y}, which are not axes")));
+            let why = format!("its curves lie in a plane of {x} and {y}, which are not axes");
+            return Err(Unfit::Foreign(why));
         };
         let mut nodes = vec![0; axes.len()];
         for (position, values) in held_at.iter().enumerate().filter(|(axis, _)| *axis != x && *axis != y) {
             let node = axes[position].values.iter().position(|node| *node == values[number]);
-            let Some(node) = node else {
-                return Ok(Err(format!("its curves hold {} at no node", axes[position].name)));
-            };
-            nodes[position] = node;
+            let nowhere = || Unfit::Foreign(format!("its curves hold {} at no node", axes[position].name));
+            nodes[position] = node.ok_or_else(nowhere)?;
         }
         if x == y {
-            return Ok(Err(format!("its curves lie in a plane of {} alone", axes[x].name)));
+            let why = format!("its curves lie in a plane of {} alone", axes[x].name);
+            return Err(Unfit::Foreign(why));
         }
         planes.push(PlaneCurves { plane: Plane::new(x, y, nodes), curves: Vec::new() });
     }
     if group.link_exists(POINT) {
-        accepted!(read_points(&table, axes, &mut planes));
+        read_points(&table, axes, &mut planes)?;
     }
-    Ok(Ok(planes))
+    Ok(planes)
 }
 
 /// Reads the points and adds each to its plane.
-fn read_points(table: &Table, axes: &[Axis], planes: &mut [PlaneCurves]) -> Read<()> {
-    let words = accepted!(table.words("curve"));
-    let number = accepted!(table.integers("plane_number", words.len()));
-    let branch = accepted!(table.integers("branch", words.len()));
-    let error = accepted!(table.reals("error", words.len()));
-    let mut values = Vec::with_capacity(axes.len());
-    for axis in axes {
-        values.push(accepted!(table.reals(&axis.name, words.len())));
-    }
+fn read_points(table: &Table, axes: &[Axis], planes: &mut [PlaneCurves]) -> Result<(), Unfit> {
+    let words = table.words("curve")?;
+    let number = table.integers("plane_number", words.len())?;
+    let branch = table.integers("branch", words.len())?;
+    let error = table.reals("error", words.len())?;
+    let values = axes.iter().map(|axis| table.reals(&axis.name, words.len()));
+    let values = values.collect::<Result<Vec<_>, _>>()?;
     let mut before = None;
     for (row, word) in words.iter().enumerate() {
         let known = Bifurcation::ALL.into_iter().find(|bifurcation| bifurcation.name() == word);
         let place = usize::try_from(number[row]).ok().and_then(|number| number.checked_sub(1));
         let (Some(bifurcation), Some(curves)) = (known, place.and_then(|place| planes.get_mut(place))) else {
-            return Ok(Err(format!("its curves have a point of plane {} on a curve {word:?}", number[row])));
+            let why = format!("its curves have a point of plane {} on a curve {word:?}", number[row]);
+            return Err(Unfit::Foreign(why));
         };
         let key = (number[row], bifurcation, branch[row]);
         if before.replace(key) != Some(key) {
@@ -176,7 +159,7 @@ fn read_points(table: &Table, axes: &[Axis], planes: &mut [PlaneCurves]) -> Read
             curve.points.push(point);
         }
     }
-    Ok(Ok(()))
+    Ok(())
 }
 
 /// The columns of the group.
@@ -187,38 +170,44 @@ struct Table<'a> {
 
 impl Table<'_> {
     /// Opens a column of numbers of this kind, if the file is long enough to hold it.
-    fn column(&self, name: &str, kind: &TypeDescriptor) -> Read<Dataset> {
+    fn column(&self, name: &str, kind: &TypeDescriptor) -> Result<Dataset, Unfit> {
         let dataset = self.group.dataset(name)?;
-        accepted!(trust::own_numbers(&dataset, name));
+        trust::own_numbers(&dataset, name)?;
         let fits = dataset.ndim() == 1 && dataset.size() as u64 <= self.length;
         let stored = dataset.dtype()?.to_descriptor()?;
-        Ok(match fits && stored == *kind {
-            true => Ok(dataset),
-            false => Err(format!(
-                "{GROUP}/{name} holds {stored} in the shape {:?}, which no version of slipmap writes",
-                dataset.shape()
-            )),
-        })
+        if fits && stored == *kind {
+            return Ok(dataset);
+        }
+        let shape = dataset.shape();
+        let why = format!(
+            "{GROUP}/{name} holds {stored} in the shape {shape:?}, which no version of slipmap writes"
+        );
+        Err(Unfit::Foreign(why))
     }
 
-    fn numbers<T: hdf5::H5Type>(&self, name: &str, kind: &TypeDescriptor, rows: usize) -> Read<Vec<T>> {
-        let dataset = accepted!(self.column(name, kind));
-        Ok(match dataset.size() == rows {
-            true => Ok(dataset.read_raw::<T>()?),
-            false => Err(format!("{GROUP}/{name} has {} rows instead of {rows}", dataset.size())),
-        })
+    fn numbers<T: hdf5::H5Type>(
+        &self,
+        name: &str,
+        kind: &TypeDescriptor,
+        rows: usize,
+    ) -> Result<Vec<T>, Unfit> {
+        let dataset = self.column(name, kind)?;
+        match dataset.size() {
+            found if found == rows => Ok(dataset.read_raw::<T>()?),
+            found => Err(Unfit::Foreign(format!("{GROUP}/{name} has {found} rows instead of {rows}"))),
+        }
     }
 
-    fn reals(&self, name: &str, rows: usize) -> Read<Vec<f64>> {
+    fn reals(&self, name: &str, rows: usize) -> Result<Vec<f64>, Unfit> {
         self.numbers(name, &TypeDescriptor::Float(FloatSize::U8), rows)
     }
 
-    fn integers(&self, name: &str, rows: usize) -> Read<Vec<i32>> {
+    fn integers(&self, name: &str, rows: usize) -> Result<Vec<i32>, Unfit> {
         self.numbers(name, &TypeDescriptor::Integer(IntSize::U4), rows)
     }
 
-    fn words(&self, name: &str) -> Read<Vec<String>> {
-        let dataset = accepted!(self.column(name, &TypeDescriptor::Integer(IntSize::U1)));
+    fn words(&self, name: &str) -> Result<Vec<String>, Unfit> {
+        let dataset = self.column(name, &TypeDescriptor::Integer(IntSize::U1))?;
         let meanings = match value::read(&dataset, "flag_meanings")? {
             Some(Value::Text(text)) => text,
             _ => String::new(),
@@ -226,10 +215,10 @@ impl Table<'_> {
         let meanings: Vec<&str> = meanings.split_whitespace().collect();
         let word = |code: &i8| {
             let word = usize::try_from(*code).ok().and_then(|code| meanings.get(code));
-            word.map(|word| (*word).to_owned())
-                .ok_or_else(|| format!("{GROUP}/{name} has a code without a meaning"))
+            let unknown = || Unfit::Foreign(format!("{GROUP}/{name} has a code without a meaning"));
+            word.map(|word| (*word).to_owned()).ok_or_else(unknown)
         };
-        Ok(dataset.read_raw::<i8>()?.iter().map(word).collect())
+        dataset.read_raw::<i8>()?.iter().map(word).collect()
     }
 }
 

@@ -3,42 +3,29 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use super::trust::Unfit;
+
 /// Why a map could not be written or read. Each message names the file, the failure and the remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StoreError {
-    /// The output exists already.
-    #[error("{path} exists already; choose another name, or ask for it to be replaced")]
-    Exists {
-        /// The output.
-        path: PathBuf,
-    },
-    /// Another process is writing the same map.
+    /// This output exists already.
+    #[error("{0} exists already; choose another name, or ask for it to be replaced")]
+    Exists(PathBuf),
+    /// Another process is writing the same map; this is its journal.
     #[error(
-        "another run is writing this map: it holds the lock on {path}; wait for it, or choose another output"
+        "another run is writing this map: it holds the lock on {0}; wait for it, or choose another output"
     )]
-    Busy {
-        /// The journal of the other run.
-        path: PathBuf,
-    },
-    /// An interrupted run has left finished tiles.
-    #[error("{path} holds the finished tiles of an interrupted run")]
-    Unfinished {
-        /// The journal of that run.
-        path: PathBuf,
-    },
-    /// The name of the journal is taken by something that slipmap did not write.
-    #[error("{path} is in the way, and is nothing that slipmap wrote; move it, or choose another output")]
-    InTheWay {
-        /// The path that is taken.
-        path: PathBuf,
-    },
-    /// The journal of a run is damaged so that nothing of it can be used.
-    #[error("{path} is damaged so much that the interrupted run cannot be resumed")]
-    Unusable {
-        /// The journal.
-        path: PathBuf,
-    },
+    Busy(PathBuf),
+    /// An interrupted run has left finished tiles in this journal.
+    #[error("{0} holds the finished tiles of an interrupted run")]
+    Unfinished(PathBuf),
+    /// This name of the journal is taken by something that slipmap did not write.
+    #[error("{0} is in the way, and is nothing that slipmap wrote; move it, or choose another output")]
+    InTheWay(PathBuf),
+    /// This journal of a run is damaged so that nothing of it can be used.
+    #[error("{0} is damaged so much that the interrupted run cannot be resumed")]
+    Unusable(PathBuf),
     /// The run to be resumed computed something else.
     #[error("{path} was begun as something else (- then, + now):\n{difference}")]
     Changed {
@@ -55,21 +42,15 @@ pub enum StoreError {
         /// Path of the finished map.
         kept: PathBuf,
     },
-    /// The folder of the output does not exist.
-    #[error("the folder {folder} of the output does not exist; create it, or choose another output path")]
-    NoFolder {
-        /// The folder.
-        folder: PathBuf,
-    },
-    /// The journal was removed while its run wrote to it.
+    /// This folder of the output does not exist.
+    #[error("the folder {0} of the output does not exist; create it, or choose another output path")]
+    NoFolder(PathBuf),
+    /// This journal was removed while its run wrote to it.
     #[error(
-        "{path} is gone: it was removed, or its folder was unmounted or moved, while the run went on; should it \
+        "{0} is gone: it was removed, or its folder was unmounted or moved, while the run went on; should it \
          come back, its tiles can be resumed"
     )]
-    Gone {
-        /// The journal.
-        path: PathBuf,
-    },
+    Gone(PathBuf),
     /// The file system refuses.
     #[error("no permission to {doing} {path}; choose a place that you may use, or change its permissions")]
     NoPermission {
@@ -78,15 +59,12 @@ pub enum StoreError {
         /// The path that it failed on.
         path: PathBuf,
     },
-    /// The disk is full, or a quota or a limit on the size of files is used up.
+    /// There is no room for this file: the disk is full, or a quota or a limit on the size of files is used up.
     #[error(
-        "no room left for {path} (disk, quota or limit on file sizes); free space, write elsewhere, or \
+        "no room left for {0} (disk, quota or limit on file sizes); free space, write elsewhere, or \
          store fewer fields"
     )]
-    DiskFull {
-        /// The file being written.
-        path: PathBuf,
-    },
+    DiskFull(PathBuf),
     /// The disk, or the network that it is reached by, does not answer any more.
     #[error(
         "cannot {doing} {path}: the disk or the network that it lies on has failed or is gone ({source})"
@@ -171,7 +149,7 @@ pub enum StoreError {
         /// Number of the first missing tile.
         first: usize,
     },
-    /// Cells are labelled "not computed" although the run did not announce any.
+    /// Cells are labelled "not computed", which no finished run has.
     #[error("{path} would be incomplete: {variable} has {cells} cells that were not computed")]
     NotComputed {
         /// The output.
@@ -189,13 +167,21 @@ impl StoreError {
         let (doing, path) = (doing.into(), path.to_path_buf());
         match source.kind() {
             io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded | io::ErrorKind::FileTooLarge => {
-                StoreError::DiskFull { path }
+                StoreError::DiskFull(path)
             }
             io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
                 StoreError::NoPermission { doing, path }
             }
             _ if is_loss(&source) => StoreError::Lost { doing, path, source },
             _ => StoreError::Io { doing, path, source },
+        }
+    }
+
+    /// The error of a variable that cannot be used.
+    pub(super) fn unfit(variable: &str, path: &Path, unfit: Unfit) -> Self {
+        match unfit {
+            Unfit::Unreadable(error) => Self::hdf5(format!("read {variable} in"), path, &error),
+            Unfit::Foreign(why) => StoreError::NotAMap { path: path.to_path_buf(), why },
         }
     }
 

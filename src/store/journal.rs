@@ -104,7 +104,7 @@ impl Journal {
         loop {
             // Follow no links, and accept only regular files.
             if path.symlink_metadata().is_ok_and(|metadata| !metadata.is_file()) {
-                return Err(StoreError::InTheWay { path: path.to_path_buf() });
+                return Err(StoreError::InTheWay(path.to_path_buf()));
             }
             let mut options = OpenOptions::new();
             let mut file =
@@ -112,7 +112,7 @@ impl Journal {
             let locked = match fs4::FileExt::try_lock(&file) {
                 Ok(()) => true,
                 Err(TryLockError::WouldBlock) => {
-                    return Err(StoreError::Busy { path: path.to_path_buf() });
+                    return Err(StoreError::Busy(path.to_path_buf()));
                 }
                 // File systems without locks (on some clusters): the caller asks `is_locked`.
                 Err(TryLockError::Error(_)) => false,
@@ -125,7 +125,7 @@ impl Journal {
             let known = read_up_to(&mut file, &mut first).map_err(failed)?;
             // Accept a partial or empty magic as well: a kill within the first write leaves that.
             if !MAGIC.starts_with(&first[..known]) {
-                return Err(StoreError::InTheWay { path: path.to_path_buf() });
+                return Err(StoreError::InTheWay(path.to_path_buf()));
             }
             let (path, synced, keep) = (path.to_path_buf(), Instant::now(), length > 0);
             return Ok(Self { path, file, end: length, synced, locked, keep });
@@ -184,7 +184,7 @@ impl Journal {
     pub(super) fn sync(&mut self) -> Result<(), StoreError> {
         self.synced = Instant::now();
         if !still_there(&self.file, &self.path) {
-            return Err(StoreError::Gone { path: self.path.clone() });
+            return Err(StoreError::Gone(self.path.clone()));
         }
         self.file.sync_data().map_err(|source| StoreError::io("write", &self.path, source))
     }
@@ -240,14 +240,15 @@ impl Drop for Journal {
     }
 }
 
+/// The folder of a path, `.` for a bare name.
+pub(crate) fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
 /// Forces the entry of `path` in its folder to disk. Where folders cannot be opened (not Unix) the system
 /// does so itself.
 pub(super) fn sync_folder(path: &Path) -> io::Result<()> {
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    match File::open(folder) {
+    match File::open(folder_of(path)) {
         Ok(folder) => folder.sync_all(),
         Err(_) => Ok(()),
     }

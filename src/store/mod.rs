@@ -59,7 +59,7 @@
 //!   removed the seal, by all fingerprints. They detect accidents, not forgery: whoever changes a map on
 //!   purpose can seal it again.
 //!
-//! - A map has a temporary name, `NAME.part-...`, until it is complete, sealed and on disk. A killed run may
+//! - A map has a temporary name, `NAME.part-map`, until it is complete, sealed and on disk. A killed run may
 //!   leave that file and `NAME.part`, the journal of its finished tiles ([`PartialMap`]), but nothing under
 //!   the map's own name.
 //! - `sha256` of a variable: SHA-256 of the concatenated SHA-256s of its tiles, row-major, each over the
@@ -91,16 +91,14 @@ mod writer;
 
 pub use crate::dataset::attributes::fingerprint;
 pub(crate) use crate::dataset::attributes::plan_digest;
-pub use crate::dataset::{Audit, Outcome, Provenance, Value};
+pub use crate::dataset::{Outcome, Provenance, Value};
 pub use check::{CheckReport, Problem, check};
 
 pub use error::StoreError;
-pub(crate) use journal::create_folders;
-pub use pack::PackedTile;
+pub(crate) use journal::{create_folders, folder_of};
 pub(crate) use partial::{Left, left, remove_unfinished};
 pub use partial::{PackedRecord, Packer, PartialMap, Resumed};
 pub(crate) use reader::SIGNATURE;
 pub use reader::{MapFile, Pick};
 pub(crate) use records::{Records, Series, write_records};
 pub use seal::Existing;
-pub use writer::MapWriter;

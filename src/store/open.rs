@@ -36,12 +36,10 @@ impl MapFile {
         for variable in &map.schema.variables {
             let dataset = map.dataset(&variable.name)?;
             trust::variable(&dataset, &map.schema, variable)
-                .map_err(|error| map.failed(&variable.name, &error))?
-                .map_err(|why| StoreError::NotAMap { path: path.to_path_buf(), why })?;
+                .map_err(|unfit| StoreError::unfit(&variable.name, path, unfit))?;
         }
         map.curves = curves::read(&map.file, &map.schema.grid, map.length)
-            .map_err(|error| map.failed(curves::GROUP, &error))?
-            .map_err(|why| StoreError::NotAMap { path: path.to_path_buf(), why })?;
+            .map_err(|unfit| StoreError::unfit(curves::GROUP, path, unfit))?;
         match map.sealed {
             true => Ok(map),
             false => match check::contents(&map).problems.first() {

@@ -31,7 +31,7 @@ pub(super) struct PackedChunk {
 
 /// A tile ready to be written.
 #[derive(Debug)]
-pub struct PackedTile {
+pub(super) struct PackedTile {
     /// Its number.
     pub(super) number: usize,
     /// Its chunks.

@@ -144,11 +144,11 @@ impl PartialMap {
         existing: Existing,
     ) -> Result<Self, StoreError> {
         if existing == Existing::Refuse && path.symlink_metadata().is_ok() {
-            return Err(StoreError::Exists { path: path.to_path_buf() });
+            return Err(StoreError::Exists(path.to_path_buf()));
         }
         let mut journal = Journal::open(&beside(path, JOURNAL)?)?;
         if existing == Existing::Refuse {
-            let unfinished = || StoreError::Unfinished { path: beside(path, JOURNAL).unwrap_or_default() };
+            let unfinished = || StoreError::Unfinished(beside(path, JOURNAL).unwrap_or_default());
             journal.replay(longest(plan), |kind, _, _| match kind {
                 Kind::Tile => Err(unfinished()),
                 Kind::Header | Kind::Session => Ok(true),
@@ -250,7 +250,7 @@ impl PartialMap {
         let Some(mut map) = map else {
             // If the run was stopped before its header was written, nothing is lost by starting anew.
             if length > header_length + 4096 {
-                return Err(StoreError::Unusable { path: journal_path });
+                return Err(StoreError::Unusable(journal_path));
             }
             let history = attributes::history(provenance);
             let begun = Self::fresh(path, plan, opening, history, Existing::Refuse, journal)?;

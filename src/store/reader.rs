@@ -15,7 +15,7 @@ use crate::friction::Law;
 use crate::map::{Field, Grid, PlaneCurves, Tile};
 
 use super::error::StoreError;
-use super::trust;
+use super::trust::{self, Unfit};
 use super::value;
 
 /// First bytes of an HDF5 file, and so of every map.
@@ -48,9 +48,10 @@ impl MapFile {
     pub(super) fn open_layout(path: &Path) -> Result<Self, StoreError> {
         let not_a_map = |why| StoreError::NotAMap { path: path.to_path_buf(), why };
         let (file, length) = open_file(path)?;
-        trust::own_members(&file)
-            .map_err(|error| StoreError::hdf5("list the variables of", path, &error))?
-            .map_err(not_a_map)?;
+        trust::own_members(&file).map_err(|unfit| match unfit {
+            Unfit::Unreadable(error) => StoreError::hdf5("list the variables of", path, &error),
+            Unfit::Foreign(why) => not_a_map(why),
+        })?;
         let attributes = root_attributes(&file, path)?;
         let schema = read_schema(&file, path, length, &attributes)?;
         trust::grid(&schema, length).map_err(not_a_map)?;
@@ -355,7 +356,10 @@ fn read_schema(
     for name in Grid::axis_names(&law) {
         let failed = |error| StoreError::hdf5(format!("read the axis {name} of"), path, &error);
         let axis = file.dataset(name).map_err(failed)?;
-        trust::axis(&axis, name, length).map_err(failed)?.map_err(not_a_map)?;
+        trust::axis(&axis, name, length).map_err(|unfit| match unfit {
+            Unfit::Unreadable(error) => failed(error),
+            Unfit::Foreign(why) => not_a_map(why),
+        })?;
         nodes.push(axis.read_raw::<f64>().map_err(failed)?);
     }
     let grid = Grid::new(law, nodes).map_err(|error| not_a_map(error.to_string()))?;

@@ -13,7 +13,7 @@ use sha2::{Digest, Sha256};
 use crate::dataset::hex;
 
 use super::error::StoreError;
-use super::journal::sync_folder;
+use super::journal::{folder_of, sync_folder};
 
 /// The seal's text before the 64 hexadecimal digits.
 const LABEL: &str = "\nslipmap seal, sha256 of every byte before this line: ";
@@ -83,10 +83,7 @@ pub(super) fn verify(path: &Path) -> io::Result<Seal> {
 
 /// Path of a file beside `output`: the same name with `ending` appended.
 pub(super) fn beside(output: &Path, ending: &str) -> Result<PathBuf, StoreError> {
-    let folder = match output.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
+    let folder = folder_of(output);
     let Some(name) = output.file_name() else {
         let source = io::Error::new(io::ErrorKind::InvalidInput, "the path names no file");
         return Err(StoreError::io("write", output, source));
@@ -96,7 +93,7 @@ pub(super) fn beside(output: &Path, ending: &str) -> Result<PathBuf, StoreError>
         Err(source) if source.kind() != io::ErrorKind::NotFound => {
             return Err(StoreError::io("use the folder", folder, source));
         }
-        _ => return Err(StoreError::NoFolder { folder: folder.to_path_buf() }),
+        _ => return Err(StoreError::NoFolder(folder.to_path_buf())),
     }
     let mut own = name.to_os_string();
     own.push(ending);
@@ -111,13 +108,6 @@ pub(super) struct Temporary {
 }
 
 impl Temporary {
-    /// Creates the empty file beside `output`, under a name that no other run uses.
-    pub(super) fn beside(output: &Path) -> Result<Self, StoreError> {
-        // The process number is unique on its machine; the time distinguishes machines that share the folder.
-        let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
-        Self::create(beside(output, &format!(".part-{}-{:x}", std::process::id(), now.as_nanos()))?)
-    }
-
     /// Creates the empty file at `path`, in place of one that a killed run has left.
     pub(super) fn instead(path: PathBuf) -> Result<Self, StoreError> {
         match fs::remove_file(&path) {
@@ -125,10 +115,6 @@ impl Temporary {
             Err(error) if error.kind() == io::ErrorKind::NotFound => {}
             Err(source) => return Err(StoreError::io("remove", &path, source)),
         }
-        Self::create(path)
-    }
-
-    fn create(path: PathBuf) -> Result<Self, StoreError> {
         match OpenOptions::new().write(true).create_new(true).open(&path) {
             Ok(_) => Ok(Self { path, keep: false }),
             Err(source) => Err(StoreError::io("write", &path, source)),

@@ -38,15 +38,33 @@ pub(super) fn plain_file(path: &Path) -> std::io::Result<Result<u64, String>> {
     })
 }
 
+/// Why a part of a file cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum Unfit {
+    /// The library's error.
+    #[error("unreadable: {0}")]
+    Unreadable(#[from] hdf5::Error),
+    /// No map that slipmap writes holds it; the reason.
+    #[error("{0}")]
+    Foreign(String),
+}
+
+/// The error of a part that no map holds, unless it is `legal`.
+fn require(legal: bool, why: impl FnOnce() -> String) -> Result<(), Unfit> {
+    if legal { Ok(()) } else { Err(Unfit::Foreign(why())) }
+}
+
 /// Refuses links to other objects or files.
-pub(super) fn own_members(group: &Group) -> hdf5::Result<Result<(), String>> {
+pub(super) fn own_members(group: &Group) -> Result<(), Unfit> {
     let leads_away = group.find_link(IndexType::Name, IterationOrder::Native, |name, link| {
         Ok((link.link_type != LinkType::Hard).then(|| name.to_owned()))
     })?;
-    Ok(match leads_away {
+    match leads_away {
         None => Ok(()),
-        Some(name) => Err(format!("`{name}` is a link to something else; a map holds its own numbers")),
-    })
+        Some(name) => {
+            Err(Unfit::Foreign(format!("`{name}` is a link to something else; a map holds its own numbers")))
+        }
+    }
 }
 
 /// Refuses method names that no map uses: they become parts of file names and of labels.
@@ -59,22 +77,18 @@ pub(super) fn name(name: &str) -> Result<(), String> {
 }
 
 /// Refuses an axis that is not a list of numbers of this file.
-pub(super) fn axis(dataset: &Dataset, name: &str, length: u64) -> hdf5::Result<Result<(), String>> {
-    if let Err(why) = own_numbers(dataset, name)? {
-        return Ok(Err(why));
-    }
-    if dataset.ndim() != 1 {
-        return Ok(Err(format!("its axis {name} has {} dimensions instead of one", dataset.ndim())));
-    }
+pub(super) fn axis(dataset: &Dataset, name: &str, length: u64) -> Result<(), Unfit> {
+    own_numbers(dataset, name)?;
+    require(dataset.ndim() == 1, || {
+        format!("its axis {name} has {} dimensions instead of one", dataset.ndim())
+    })?;
     let nodes = dataset.shape()[0];
     let holds = usize::try_from(length / 8).unwrap_or(usize::MAX);
-    Ok(if nodes > UNCHECKED_NODES.max(holds) {
-        Err(format!("its axis {name} declares {nodes} nodes, more than {length} bytes can hold"))
-    } else if kind(dataset)? != TypeDescriptor::Float(FloatSize::U8) {
-        Err(format!("its axis {name} does not hold 64-bit floating-point numbers"))
-    } else {
-        Ok(())
-    })
+    require(nodes <= UNCHECKED_NODES.max(holds), || {
+        format!("its axis {name} declares {nodes} nodes, more than {length} bytes can hold")
+    })?;
+    let is_real = kind(dataset)? == TypeDescriptor::Float(FloatSize::U8);
+    require(is_real, || format!("its axis {name} does not hold 64-bit floating-point numbers"))
 }
 
 /// Refuses a grid that a file of this length cannot fill.
@@ -91,36 +105,25 @@ pub(super) fn grid(schema: &Schema, length: u64) -> Result<(), String> {
 }
 
 /// Refuses a variable whose shape or type differs from what the file's attributes say.
-pub(super) fn variable(
-    dataset: &Dataset,
-    schema: &Schema,
-    variable: &Variable,
-) -> hdf5::Result<Result<(), String>> {
+pub(super) fn variable(dataset: &Dataset, schema: &Schema, variable: &Variable) -> Result<(), Unfit> {
     let name = &variable.name;
-    if let Err(why) = own_numbers(dataset, name)? {
-        return Ok(Err(why));
-    }
-    let shape = schema.shape(variable);
-    if dataset.shape() != shape {
-        return Ok(Err(format!("{name} has the shape {:?} instead of {shape:?}", dataset.shape())));
-    }
-    let expected = kind_of(variable);
-    let stored = kind(dataset)?;
-    Ok(if stored == expected { Ok(()) } else { Err(format!("{name} holds {stored} instead of {expected}")) })
+    own_numbers(dataset, name)?;
+    has_shape(dataset, name, &schema.shape(variable))?;
+    let (stored, expected) = (kind(dataset)?, kind_of(variable));
+    require(stored == expected, || format!("{name} holds {stored} instead of {expected}"))
 }
 
 /// Refuses an auxiliary variable that is not an array of numbers of this shape.
-pub(super) fn auxiliary(dataset: &Dataset, name: &str, shape: &[usize]) -> hdf5::Result<Result<(), String>> {
-    if let Err(why) = own_numbers(dataset, name)? {
-        return Ok(Err(why));
-    }
-    Ok(if dataset.shape() != shape {
-        Err(format!("{name} has the shape {:?} instead of {shape:?}", dataset.shape()))
-    } else if kind(dataset)? != TypeDescriptor::Float(FloatSize::U8) {
-        Err(format!("{name} does not hold 64-bit floating-point numbers"))
-    } else {
-        Ok(())
-    })
+pub(super) fn auxiliary(dataset: &Dataset, name: &str, shape: &[usize]) -> Result<(), Unfit> {
+    own_numbers(dataset, name)?;
+    has_shape(dataset, name, shape)?;
+    let is_real = kind(dataset)? == TypeDescriptor::Float(FloatSize::U8);
+    require(is_real, || format!("{name} does not hold 64-bit floating-point numbers"))
+}
+
+fn has_shape(dataset: &Dataset, name: &str, shape: &[usize]) -> Result<(), Unfit> {
+    let stored = dataset.shape();
+    require(stored == shape, || format!("{name} has the shape {stored:?} instead of {shape:?}"))
 }
 
 /// Number type of a variable of the schema.
@@ -137,15 +140,15 @@ fn kind(dataset: &Dataset) -> hdf5::Result<TypeDescriptor> {
 }
 
 /// Refuses numbers that lie in other files, and chunks that would fill the memory.
-pub(super) fn own_numbers(dataset: &Dataset, name: &str) -> hdf5::Result<Result<(), String>> {
+pub(super) fn own_numbers(dataset: &Dataset, name: &str) -> Result<(), Unfit> {
     let plist = dataset.dcpl()?;
     let here = matches!(plist.get_layout()?, Layout::Compact | Layout::Contiguous | Layout::Chunked);
-    if !here || !plist.get_external()?.is_empty() {
-        return Ok(Err(format!("the numbers of {name} lie in other files; a map holds its own")));
-    }
+    require(here && plist.get_external()?.is_empty(), || {
+        format!("the numbers of {name} lie in other files; a map holds its own")
+    })?;
     let chunk = dataset.chunk().unwrap_or_default();
-    if chunk.iter().fold(1usize, |n, &len| n.saturating_mul(len)) > MOST_CHUNK_CELLS {
-        return Ok(Err(format!("{name} has chunks of shape {chunk:?}, which no version of slipmap writes")));
-    }
-    Ok(Ok(()))
+    let cells = chunk.iter().fold(1usize, |n, &len| n.saturating_mul(len));
+    require(cells <= MOST_CHUNK_CELLS, || {
+        format!("{name} has chunks of shape {chunk:?}, which no version of slipmap writes")
+    })
 }

@@ -8,15 +8,14 @@ use hdf5::types::VarLenArray;
 use hdf5::{Dataset, File, ObjectReference1};
 
 use crate::dataset::{
-    Auxiliary, Fingerprint, Outcome, Provenance, Schema, Value, Variable, attributes, auxiliary, fingerprint,
-    hex,
+    Auxiliary, Fingerprint, Outcome, Schema, Value, Variable, attributes, auxiliary, fingerprint, hex,
 };
-use crate::map::{Account, Axis, Plan, Sink, TileData};
+use crate::map::{Axis, Plan};
 
 use super::create::{ATTRIBUTES_IN_HEADER, create_file, seal_attributes};
 use super::curves;
 use super::error::StoreError;
-use super::pack::{PackedTile, Packing};
+use super::pack::PackedTile;
 use super::seal::{self, Existing, Temporary};
 use super::sys::{self, Ending, ScaleUse};
 use super::value;
@@ -33,7 +32,7 @@ struct Written {
 /// A map being written. Until [`MapWriter::finish`] it lies beside the output under a temporary name;
 /// dropping the writer removes it.
 #[derive(Debug)]
-pub struct MapWriter {
+pub(super) struct MapWriter {
     // Fields are dropped in order: the file is closed, then removed.
     datasets: Vec<Dataset>,
     file: File,
@@ -41,30 +40,11 @@ pub struct MapWriter {
     output: PathBuf,
     existing: Existing,
     history: String,
-    packing: Packing,
+    schema: Schema,
     written: Mutex<Vec<Written>>,
 }
 
 impl MapWriter {
-    /// Starts the map of `plan`.
-    ///
-    /// # Errors
-    /// [`StoreError::Exists`] if `path` exists and is not to be replaced; otherwise the file system's or
-    /// the library's reasons.
-    pub fn create(
-        path: &Path,
-        plan: &Plan,
-        provenance: &Provenance,
-        existing: Existing,
-    ) -> Result<Self, StoreError> {
-        if existing == Existing::Refuse && path.symlink_metadata().is_ok() {
-            return Err(StoreError::Exists { path: path.to_path_buf() });
-        }
-        let opening = attributes::opening(plan, provenance);
-        let history = attributes::history(provenance);
-        Self::begin(path, Temporary::beside(path)?, plan, &opening, history, existing)
-    }
-
     /// Starts the map with these attributes in this temporary file.
     pub(super) fn begin(
         path: &Path,
@@ -96,7 +76,7 @@ impl MapWriter {
             output: path.to_path_buf(),
             existing,
             history,
-            packing: Packing::new(schema, plan.compression),
+            schema,
             written: Mutex::new(written),
         })
     }
@@ -104,14 +84,13 @@ impl MapWriter {
     /// Completes the map, seals it, forces it to disk, and gives it its name.
     ///
     /// # Errors
-    /// [`StoreError::Incomplete`] if tiles are missing, [`StoreError::NotComputed`] if cells are and
-    /// `outcome` gives no reason, [`StoreError::Overtaken`] if the output appeared meanwhile and is not to
-    /// be replaced; otherwise the file system's or the library's reasons. In every case but `Overtaken` the
+    /// [`StoreError::Incomplete`] if tiles are missing, [`StoreError::NotComputed`] if cells are,
+    /// [`StoreError::Overtaken`] if the output appeared meanwhile and is not to be replaced; otherwise the file system's or the library's reasons. In every case but `Overtaken` the
     /// temporary file is removed.
-    pub fn finish(self, outcome: &Outcome) -> Result<(), StoreError> {
-        self.check_complete(outcome)?;
-        let Self { datasets, file, temporary, output, existing, history, packing, written } = self;
-        let schema = packing.schema();
+    pub(super) fn finish(self, outcome: &Outcome) -> Result<(), StoreError> {
+        self.check_complete()?;
+        let Self { datasets, file, temporary, output, existing, history, schema, written } = self;
+        let schema = &schema;
         let written = written.into_inner().unwrap_or_else(PoisonError::into_inner);
         let failed = |error: hdf5::Error| StoreError::hdf5("finish", &output, &error);
         create_auxiliary(&file, schema, &outcome.auxiliary).map_err(failed)?;
@@ -163,11 +142,11 @@ impl MapWriter {
 
     /// The layout.
     pub(super) fn schema(&self) -> &Schema {
-        self.packing.schema()
+        &self.schema
     }
 
     /// Returns an error unless every tile was written and every cell computed.
-    fn check_complete(&self, outcome: &Outcome) -> Result<(), StoreError> {
+    fn check_complete(&self) -> Result<(), StoreError> {
         let written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
         for (variable, written) in self.schema().variables.iter().zip(written.iter()) {
             let missing = || written.chunks.iter().enumerate().filter(|(_, chunk)| chunk.is_none());
@@ -182,9 +161,7 @@ impl MapWriter {
             let codes = variable.codes().unwrap_or_default();
             let not_computed =
                 codes.iter().zip(&written.counts).find(|((_, name), _)| *name == "not_computed");
-            if let Some((_, &cells @ 1..)) = not_computed
-                && outcome.not_computed.is_none()
-            {
+            if let Some((_, &cells @ 1..)) = not_computed {
                 return Err(StoreError::NotComputed {
                     path: self.output.clone(),
                     variable: variable.name.clone(),
@@ -193,19 +170,6 @@ impl MapWriter {
             }
         }
         Ok(())
-    }
-}
-
-impl Sink for MapWriter {
-    type Packed = PackedTile;
-    type Error = StoreError;
-
-    fn pack(&self, data: &TileData) -> Result<PackedTile, StoreError> {
-        Ok(self.packing.pack(data))
-    }
-
-    fn write(&self, packed: PackedTile, _: &Account) -> Result<(), StoreError> {
-        self.put(packed)
     }
 }
 
@@ -239,11 +203,7 @@ fn name_dimensions<'a>(
 fn list_uses(file: &File, schema: &Schema, auxiliary: &[Auxiliary]) -> hdf5::Result<()> {
     let axes = schema.grid.axes();
     let mut uses: Vec<Vec<ScaleUse>> = vec![Vec::new(); axes.len()];
-    let of_variables = schema.variables.iter().map(|v| (v.name.as_str(), (0..v.rank(axes.len())).collect()));
-    let of_auxiliary =
-        auxiliary.iter().filter_map(|v| Some((v.name, auxiliary::axes_of(v.name, &schema.grid)?)));
-    let all: Vec<(&str, Vec<usize>)> = of_variables.chain(of_auxiliary).collect();
-    for (name, positions) in all {
+    for (name, positions) in schema.positions(auxiliary.iter().map(|variable| variable.name)) {
         let dataset: ObjectReference1 = file.reference(name)?;
         for (dimension, position) in (0..).zip(positions) {
             uses[position].push(ScaleUse { dataset, dimension });

@@ -10,7 +10,7 @@ use crate::command::{Run, Scratch};
 use crate::map_equal::{assert_same, contents, scratch};
 use slipmap::friction::Law;
 use slipmap::map::{Account, Control, Field, Grid, Method, Plan, Queue, compute_tiles};
-use slipmap::store::{self, Existing, Outcome, PartialMap, Provenance, Resumed};
+use slipmap::store::{Existing, Outcome, PartialMap, Provenance, Resumed};
 
 /// The map of an uninterrupted run, and the seconds it took.
 fn reference(scratch: &Scratch, arguments: &[&str]) -> (PathBuf, f64) {
@@ -150,11 +150,11 @@ fn every_method_and_every_field_goes_on_where_it_stopped() {
     let (plan, provenance) = (everything(), Provenance::default());
     let folder = tempfile::tempdir().unwrap();
     let outcome = |account: Account| Outcome {
-        audit: Some(store::Audit {
-            cells: account.audit.cells,
-            disagreements: account.audit.disagreements.len() as u64,
-        }),
-        extra: vec![("rhs".to_owned(), account.rhs.cast_signed().into())],
+        attributes: vec![
+            ("audit_cells".to_owned(), account.audit.cells.cast_signed().into()),
+            ("audit_disagreements".to_owned(), (account.audit.disagreements.len() as i64).into()),
+            ("rhs".to_owned(), account.rhs.cast_signed().into()),
+        ],
         ..Outcome::default()
     };
     let whole = folder.path().join("whole.h5");

@@ -50,10 +50,7 @@ impl Prover for Ranks {
         let mut proofs = Vec::with_capacity(domains.len());
         for (rank, part) in (1..).zip(&parts).filter(|(_, part)| !part.is_empty()) {
             let process = world.process_at_rank(rank);
-            let mut poller = Poller::new();
-            while process.immediate_probe_with_tag(PROVED).is_none() {
-                poller.wait();
-            }
+            Poller::wait_for(&process, PROVED);
             let (numbers, _) = process.receive_vec_with_tag::<f64>(PROVED);
             proofs.extend(tiles_of(part, &numbers));
         }
@@ -84,14 +81,12 @@ fn boxes_of(numbers: &[f64]) -> Vec<GroupBox> {
 }
 
 /// Each proof as the count of its numbers and these, 0 where there is none.
-#[allow(clippy::cast_precision_loss)] // some thousand numbers
 fn numbers_of(proofs: &[Option<Tile>]) -> Vec<f64> {
     let of = |proof: &Option<Tile>| proof.as_ref().map_or(Vec::new(), Tile::numbers);
     proofs.iter().map(of).flat_map(|numbers| std::iter::once(numbers.len() as f64).chain(numbers)).collect()
 }
 
 /// The inverse of [`numbers_of`].
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // counts
 fn tiles_of(domains: &[GroupBox], mut numbers: &[f64]) -> Vec<Option<Tile>> {
     let mut next = |domain: &GroupBox| {
         let (&count, rest) = numbers.split_first()?;

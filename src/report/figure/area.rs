@@ -4,15 +4,16 @@ use ndarray::Array2;
 
 use super::super::text::{Rich, rich};
 use super::super::units::Label;
-use super::axis::{AXIS, Panel, Panels, SMALL_TEXT, Scale, TEXT};
+use super::axis::{AXIS, SMALL_TEXT, Scale, TEXT, text_width_of};
 use super::bifurcations;
 use super::data::{Data, Values};
 use super::legend::{Legend, Sample};
 use super::palette::{self, Kind};
+use super::panels::{Panel, Panels};
 use super::region::{cell_edges, outlines};
-use super::scene::{Anchor, Fill, Hatch, Rect, Scene, Width, text_width};
+use super::scene::{Anchor, Fill, Hatch, Rect, Scene, Width};
 use super::slice::Slice;
-use super::verdict_panels::{EXACT, draw_exact};
+use super::verdict_panels::{EXACT, cell_columns, draw_exact};
 use crate::map::PlaneCurves;
 
 /// The values drawn, cell by cell.
@@ -101,7 +102,7 @@ pub(crate) fn draw(areas: &[Area], heading: &Rich, label: &Label, signed: bool, 
     let colours = Colours::of(areas, signed, label.factor);
     let bar = colours.filter(|colours| !colours.is_constant());
     let ticks = bar.map(|colours| colours.scale.ticks(6)).unwrap_or_default();
-    let numbers = ticks.iter().map(|tick| text_width(&tick.label, SMALL_TEXT)).fold(0.0, f64::max);
+    let numbers = text_width_of(&ticks);
     let bar_room = if bar.is_some() { BAR_WIDTH + numbers + TEXT + 22.0 } else { 0.0 };
     let (columns, aspect) = match (width, areas.len()) {
         (Width::OneColumn, 1) => (1, 0.75),
@@ -131,8 +132,7 @@ pub(crate) fn draw(areas: &[Area], heading: &Rich, label: &Label, signed: bool, 
     } else if let Some(colours) = colours {
         let swatch = Sample::Color(palette::sequential(0.5));
         let value = Rich::number(colours.scale.from * label.factor, 4);
-        let unit = if label.unit.is_empty() { String::new() } else { format!(" {}", label.unit) };
-        legend.add(swatch, rich("everywhere ").then(value).then(Rich::foreign(&unit)));
+        legend.add(swatch, rich("everywhere ").then(value).with_unit(label.unit));
     }
     legend.below(&mut scene, rect.x, panels.bottom);
     scene
@@ -227,18 +227,13 @@ fn draw_bar(scene: &mut Scene, bar: Rect, colours: Colours, name: &Rich, numbers
 /// differs between the panels, by its header and values.
 pub(crate) fn data(areas: &[Area], label: &Label, panel: Option<(&str, &[f64])>) -> Data {
     let Some(first) = areas.first() else { return Data::default() };
-    let axes = [(first.slice.x_axis(), first.slice.x_nodes()), (first.slice.y_axis(), first.slice.y_nodes())];
-    let [(x_axis, x_nodes), (y_axis, y_nodes)] = axes;
-    let (x, y) = (first.slice.view.axis(x_axis), first.slice.view.axis(y_axis));
-    let cells = areas.iter().flat_map(|_| x_nodes.iter().flat_map(|x| y_nodes.iter().map(move |y| (*x, *y))));
-    let (xs, ys): (Vec<f64>, Vec<f64>) = cells.map(|(a, b)| (a * x.factor, b * y.factor)).unzip();
+    let cells = cell_columns(&first.slice);
     let mut data = Data::default();
     if let Some((header, values)) = panel {
-        let each = x_nodes.len() * y_nodes.len();
-        data =
-            data.reals(header, values.iter().flat_map(|value| std::iter::repeat_n(*value, each)).collect());
+        let each = |value: &f64| std::iter::repeat_n(*value, cells.rows());
+        data = data.reals(header, values.iter().flat_map(each).collect());
     }
-    let data = data.reals(x.header(), xs).reals(y.header(), ys);
+    let data = data.join(cells.repeated(areas.len()));
     let mut codes = (Vec::new(), Vec::new());
     let mut reals = Vec::new();
     for area in areas {

@@ -2,10 +2,10 @@
 
 use super::super::text::rich;
 use super::super::units::View;
-use super::axis::Panel;
 use super::data::Data;
 use super::legend::{Legend, Sample};
 use super::palette;
+use super::panels::Panel;
 use super::scene::{Place, Rect, Scene, Stroke};
 use super::verdict_panels::{EXACT, HALO};
 use crate::map::PlaneCurves;

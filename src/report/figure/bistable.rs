@@ -3,13 +3,14 @@
 
 use super::super::text::rich;
 use super::super::units::{Label, View};
-use super::axis::{Panel, Panels, Scale, write_heading};
+use super::axis::Scale;
 use super::curves::Budget;
 use super::data::Data;
 use super::legend::{Legend, Sample};
+use super::panels::{Panel, Panels, write_heading};
 use super::scene::{Fill, Hatch, Marker, Place, Scene, Stroke, Width};
 use super::slice::{equals, informative_nodes};
-use super::{Figure, curves, palette};
+use super::{Figure, at_each_width, curves, palette};
 
 const BISTABLE: Fill = Fill::hatched(palette::SKY, Hatch::Rising, palette::BLACK);
 
@@ -75,8 +76,7 @@ pub(crate) fn bistable(view: &View) -> Figure {
         Scale::logarithmic(1e-6, 1.0)
     };
 
-    let mut scenes = Vec::new();
-    for width in Width::ALL {
+    let scenes = at_each_width(|width| {
         let mut scene = Scene::new(width.points(), 0.0);
         let whole = scene.width;
         let half = match width {
@@ -103,17 +103,12 @@ pub(crate) fn bistable(view: &View) -> Figure {
         scene.width = whole;
         if alone {
             legend.below(&mut scene, panel.rect.x, first.bottom);
-            scenes.push((width, scene));
-            continue;
+            return scene;
         }
         panel.title(&mut scene, &rich("(a) ").then(equals("epsilon", axes[0].values[index[0]])));
 
         let mut second = Panels::new(half, 1, 1, 0.7, widths, width_scale);
-        let shift = match width {
-            Width::OneColumn => (0.0, first.bottom + 4.0),
-            Width::TwoColumns => (half, top - second.panels[0].rect.y),
-        };
-        second.shift(shift);
+        second.shift(width.select((0.0, first.bottom + 4.0), (half, top - second.panels[0].rect.y)));
         let panel = second.panels[0];
         let styles = [
             (Stroke::solid(palette::BLUE, 1.2), Marker::Circle),
@@ -137,15 +132,13 @@ pub(crate) fn bistable(view: &View) -> Figure {
         second.axes(&mut scene, &rich("{epsilon}"), &rich("width in {c}"));
         let bottom = first.bottom.max(second.bottom);
         legend.below(&mut scene, first.panels[0].rect.x, bottom);
-        scenes.push((width, scene));
-    }
-    let mut caption = rich(
+        scene
+    });
+    let caption = rich(
         "Bistable band between the damping at which the equilibrium becomes stable and the critical damping",
-    );
-    if !held.pieces.is_empty() {
-        caption = caption.then(rich(" at ")).then(held);
-    }
-    caption = caption.then(rich(match alone {
+    )
+    .taken_at(held)
+    .then(rich(match alone {
         true => ".",
         false => ". (b) Its width at legal dampings {c} ≥ 0, against {epsilon}.",
     }));

@@ -2,14 +2,15 @@
 
 use super::super::text::rich;
 use super::super::units::{Label, View};
-use super::axis::{Panels, Scale};
+use super::axis::Scale;
 use super::curves::Budget;
 use super::data::Data;
 use super::legend::{Legend, Sample};
-use super::scene::{Scene, Width};
+use super::panels::Panels;
+use super::scene::Scene;
 use super::slice::{Slice, equals, informative_nodes};
 use super::verdict_panels::chosen_epsilons;
-use super::{Figure, curves, palette};
+use super::{Figure, at_each_width, curves, palette};
 
 /// If a map has only one V, the range of V shown, as a factor up and down.
 const SPREAD: f64 = 10.0;
@@ -56,14 +57,9 @@ pub(crate) fn critical(view: &View) -> Figure {
     };
     // The caption gives the law's parameters only.
     let held = Slice::new(view, v, c, index).held_but_epsilon();
-    let mut scenes = Vec::new();
-    for width in Width::ALL {
+    let scenes = at_each_width(|width| {
         let mut scene = Scene::new(width.points(), 0.0);
-        let columns = match (width, epsilons.len()) {
-            (Width::OneColumn, _) => 1,
-            (Width::TwoColumns, _) => 2,
-        };
-        let frames = Panels::below(&mut scene, &held, columns, epsilons.len(), 0.66, (x, y));
+        let frames = Panels::below(&mut scene, &held, width.select(1, 2), epsilons.len(), 0.66, (x, y));
         let mut legend = Legend::default();
         for (i, (panel, methods)) in frames.panels.iter().zip(&panels).enumerate() {
             for (turn, (name, curve)) in methods.iter().enumerate() {
@@ -79,14 +75,12 @@ pub(crate) fn critical(view: &View) -> Figure {
         }
         frames.axes(&mut scene, &x_label.text(), &y_name);
         legend.below(&mut scene, frames.panels[0].rect.x, frames.bottom);
-        scenes.push((width, scene));
-    }
+        scene
+    });
     let mut caption =
-        rich("The damping up to which each method claims a stick-slip cycle, against belt speed");
-    if !held.pieces.is_empty() {
-        caption = caption.then(rich(" at ")).then(held);
-    }
-    caption = caption.then(rich("; simulation: the exact critical damping {c^*}."));
+        rich("The damping up to which each method claims a stick-slip cycle, against belt speed")
+            .taken_at(held)
+            .then(rich("; simulation: the exact critical damping {c^*}."));
     if nodes.len() == 1 {
         caption = caption.then(rich(" The map has one {V} only; the curves go beyond it."));
     }

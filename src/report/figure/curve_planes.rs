@@ -1,11 +1,10 @@
 //! The planes whose curves of codimension one a map stores, each with its curves over the long-run behaviour.
 
 use super::super::ReportError;
-use super::super::text::Rich;
 use super::super::units::View;
 use super::Figure;
 use super::bifurcations;
-use super::plot::{At, Plot, plot};
+use super::plot::{self, At, Plot};
 use super::scene::Width;
 
 /// One figure for each plane.
@@ -24,21 +23,15 @@ pub(crate) fn curve_planes(view: &View) -> Result<Vec<Figure>, ReportError> {
             .map(|(_, (axis, &node))| (axis.name.clone(), vec![axis.values[node] * view.axis(axis).factor]))
             .collect();
         let (x, y) = (&axes[plane.x].name, &axes[plane.y].name);
-        let (mut scenes, mut caption) = (Vec::new(), Rich::default());
         let variables: Vec<String> = map.has("regime").then(|| "regime".to_owned()).into_iter().collect();
-        for width in Width::ALL {
-            let wanted =
-                Plot { x, y: Some(y), at: &at, variables: &variables, panels: None, curves: false, width };
-            let plotted = plot(view, &wanted)?;
-            caption = plotted.caption;
-            scenes.push((width, plotted.scene));
-        }
-        let data = bifurcations::data(view, curves);
+        let (width, variables) = (Width::OneColumn, &variables[..]);
+        let wanted = Plot { x, y: Some(y), at: &at, variables, panels: None, curves: false, width };
         let name = format!("curves-{x}-{y}");
         // Several planes may differ only in the values of the fixed axes.
         let others = figures.iter().filter(|figure| figure.name.starts_with(&name)).count();
         let name = if others == 0 { name } else { format!("{name}-{}", others + 1) };
-        figures.push(Figure { name, caption, scenes, data });
+        let data = bifurcations::data(view, curves);
+        figures.push(Figure { data, ..plot::figure(view, name, &wanted)? });
     }
     Ok(figures)
 }

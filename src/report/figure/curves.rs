@@ -2,8 +2,9 @@
 
 use std::cell::Cell;
 
-use super::axis::{Panel, Scale};
+use super::axis::Scale;
 use super::palette::{self, MethodStyle};
+use super::panels::Panel;
 use super::scene::{Place, Scene, Stroke};
 use super::slice::point;
 use crate::friction::Column;

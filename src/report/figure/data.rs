@@ -1,6 +1,6 @@
 //! The numbers behind a figure, as a table in CSV.
 
-use std::fmt::Write as _;
+use super::super::table::csv_text;
 
 /// A column of numbers or words.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,17 +22,14 @@ impl Values {
         }
     }
 
-    fn write(&self, row: usize, text: &mut String) {
+    fn text(&self, row: usize) -> String {
         match self {
-            Values::Reals(values) if values[row].is_finite() => {
-                // Writing to a string does not fail.
-                let _ = write!(text, "{:?}", values[row]);
-            }
-            Values::Reals(_) => {}
-            Values::Words(words) => text.push_str(&field(&words[row])),
+            Values::Reals(values) if values[row].is_finite() => format!("{:?}", values[row]),
+            Values::Reals(_) => String::new(),
+            Values::Words(words) => words[row].clone(),
             Values::Codes(codes, names) => {
                 let name = names.iter().find(|(code, _)| *code == codes[row]);
-                text.push_str(name.map_or("unknown", |(_, name)| name));
+                name.map_or("unknown", |(_, name)| name).to_owned()
             }
         }
     }
@@ -113,26 +110,9 @@ impl Data {
     /// As CSV.
     #[must_use]
     pub fn csv(&self) -> String {
-        let headers: Vec<String> = self.columns.iter().map(|(header, _)| field(header)).collect();
-        let mut text = headers.join(",") + "\n";
-        for row in 0..self.rows() {
-            for (column, (_, values)) in self.columns.iter().enumerate() {
-                if column > 0 {
-                    text.push(',');
-                }
-                values.write(row, &mut text);
-            }
-            text.push('\n');
-        }
-        text
-    }
-}
-
-/// A field of a CSV file.
-fn field(words: &str) -> String {
-    match words.contains([',', '"', '\n', '\r']) {
-        true => format!("\"{}\"", words.replace('"', "\"\"")),
-        false => words.to_owned(),
+        let headers = self.columns.iter().map(|(header, _)| header.clone()).collect();
+        let row = |row| self.columns.iter().map(|(_, values)| values.text(row)).collect();
+        csv_text(headers, (0..self.rows()).map(row))
     }
 }
 

@@ -5,17 +5,17 @@ use ndarray::Array2;
 use super::super::text::{Rich, rich};
 use super::super::units::View;
 use super::super::{Report, ReportError, SIMULATION};
-use super::axis::{Panel, Panels};
 use super::data::Data;
 use super::exact::boundary;
 use super::legend::{Legend, Sample};
+use super::panels::{Panel, Panels};
 use super::region::{cell_edges, outlines};
-use super::scene::{Fill, Rect, Scene, Width};
+use super::scene::{Fill, Rect, Scene};
 use super::slice::{Slice, informative_nodes};
 use super::verdict_panels::{
     EXACT, cell_columns, chosen_epsilons, draw_curves, draw_edge, main_plane, method_title, stored_edge,
 };
-use super::{Figure, palette, slice::equals};
+use super::{Figure, at_each_width, palette, slice::equals};
 use crate::map::Verdict;
 
 /// The figure, one panel per eps; `None` for a map without a plane.
@@ -70,13 +70,9 @@ pub(crate) fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, R
     // Searched once, in a panel of unit size.
     let unit = Panel { rect: Rect { x: 0.0, y: 0.0, w: 1.0, h: 1.0 }, x: x_scale, y: y_scale };
     let exact: Vec<_> = slices.iter().map(|(slice, ..)| boundary(slice, &unit)).collect();
-    let mut scenes = Vec::new();
-    for width in Width::ALL {
+    let scenes = at_each_width(|width| {
         let mut scene = Scene::new(width.points(), 0.0);
-        let columns = match width {
-            Width::OneColumn => 1,
-            Width::TwoColumns => 2,
-        };
+        let columns = width.select(1, 2);
         let panels = Panels::below(&mut scene, &held, columns, slices.len(), 0.66, (x_scale, y_scale));
         let mut used = vec![false; kinds.len()];
         let mut edged = false;
@@ -113,8 +109,8 @@ pub(crate) fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, R
             }
         }
         legend.below(&mut scene, panels.panels[0].rect.x, panels.bottom);
-        scenes.push((width, scene));
-    }
+        scene
+    });
     let caption = rich(
         "Which method decides where: each cell shows the first rigorous test that decides it, in the order of the number \
          of cells that they decide in the whole map, fewest first, then the simulation",

@@ -54,15 +54,6 @@ enum Kind {
 impl Kind {
     const ALL: [Kind; 4] = [Kind::Equilibrium, Kind::SlipCycle, Kind::StickSlipCycle, Kind::CrossingCycle];
 
-    fn name(self) -> &'static str {
-        match self {
-            Kind::Equilibrium => "equilibrium",
-            Kind::SlipCycle => "slip_cycle",
-            Kind::StickSlipCycle => "stick_slip_cycle",
-            Kind::CrossingCycle => "crossing_cycle",
-        }
-    }
-
     fn words(self) -> &'static str {
         match self {
             Kind::Equilibrium => "equilibrium",
@@ -165,12 +156,12 @@ pub(crate) fn diagram(view: &View, plot: &DiagramPlot) -> Result<Plotted, Report
             let (from, to) = (from / label.factor, to / label.factor);
             let legal = |end: f64| Grid::check_value(grid.law(), axes[x].role, &axes[x].name, end).is_ok();
             if !(legal(from) && legal(to) && from < to) {
-                return Err(ChoiceError::NoRange { axis: label.header() }.into());
+                return Err(ChoiceError::NoRange(label.header()).into());
             }
             Scale::linear(from, to)
         }
         None if nodes.len() < 2 => {
-            return Err(ChoiceError::NothingToDraw { axis: axes[x].name.clone() }.into());
+            return Err(ChoiceError::NothingToDraw(axes[x].name.clone()).into());
         }
         None => Scale::of_nodes(nodes),
     };
@@ -230,22 +221,20 @@ pub(crate) fn diagram(view: &View, plot: &DiagramPlot) -> Result<Plotted, Report
     let chart = Chart { name: amplitude.text(), title: Rich::default(), factor: amplitude.factor, curves };
     let at = view.held(&index, &[x]);
     let scene = lines::draw(&at, scale.in_unit(label.factor), &label.text(), &[chart], plot.width);
-    let mut caption = rich(
+    let caption = rich(
         "Bifurcation diagram: half the peak-to-peak displacement of the equilibrium and of every \
                             cycle against ",
     )
-    .then(label.name.clone());
-    if !at.pieces.is_empty() {
-        caption = caption.then(rich(" at ")).then(at);
-    }
-    caption = caption.then(rich(". Solid: attracts; dashed: repels."));
+    .then(label.name.clone())
+    .taken_at(at)
+    .then(rich(". Solid: attracts; dashed: repels."));
     let points = || {
         let numbered = branches.iter().enumerate();
         numbered.flat_map(|(number, branch)| branch.points.iter().map(move |point| (number, branch, *point)))
     };
     let data = Data::default()
         .words("branch", points().map(|(number, ..)| (number + 1).to_string()).collect())
-        .words("kind", points().map(|(_, branch, _)| branch.kind.name().to_owned()).collect())
+        .words("kind", points().map(|(_, branch, _)| branch.kind.words().replace([' ', '-'], "_")).collect())
         .words("attracts", points().map(|(_, branch, _)| branch.attracts.to_string()).collect())
         .reals(label.header(), points().map(|(.., point)| point.0 * label.factor).collect())
         .reals(amplitude.header(), points().map(|(.., point)| point.1 * amplitude.factor).collect());

@@ -3,12 +3,13 @@
 use super::super::text::{Rich, rich};
 use super::super::units::{Label, View};
 use super::super::{MethodBoundary, Report};
-use super::axis::{AXIS, Labels, Panel, Panels, SMALL_TEXT, Scale, TITLE_MARGIN};
+use super::axis::{AXIS, SMALL_TEXT, Scale};
 use super::data::Data;
 use super::legend::{Legend, Sample};
+use super::panels::{Labels, Panel, Panels, TITLE_MARGIN};
 use super::scene::{Anchor, Rect, Scene, Stroke, Width, text_width};
 use super::verdict_panels::method_title;
-use super::{Figure, palette};
+use super::{Figure, at_each_width, palette};
 
 /// Median, 95 % quantile and maximum of the error of a method at an eps, if they can be drawn on a
 /// logarithmic axis.
@@ -37,19 +38,10 @@ pub(crate) fn errors(view: &View, report: &Report) -> Option<Figure> {
     let label = view.axis(&axes[axes.len() - 1]);
     let scale = scale(report, epsilons.len())?.in_unit(label.factor);
     let one = epsilons.len() == 1;
-    let scenes = Width::ALL
-        .into_iter()
-        .map(|width| {
-            (
-                width,
-                if one {
-                    dots(report, scale, &label, width)
-                } else {
-                    lines(report, epsilons, scale, &label, width)
-                },
-            )
-        })
-        .collect();
+    let scenes = at_each_width(|width| match one {
+        true => dots(report, scale, &label, width),
+        false => lines(report, epsilons, scale, &label, width),
+    });
     let caption = rich(
         "Size of the error of each method's critical damping against the exact critical damping, over the columns of \
          the map that have both",
@@ -84,11 +76,7 @@ fn lines(report: &Report, epsilons: &[f64], y: Scale, label: &Label, width: Widt
     let mut scene = Scene::new(width.points(), 0.0);
     let (first, last) = (epsilons[0], epsilons[epsilons.len() - 1]);
     let x = Scale::logarithmic(first / 1.3, last * 1.3);
-    let aspect = match width {
-        Width::OneColumn => 0.85,
-        Width::TwoColumns => 0.5,
-    };
-    let panels = Panels::new(scene.width, 1, 1, aspect, x, y);
+    let panels = Panels::new(scene.width, 1, 1, width.select(0.85, 0.5), x, y);
     let panel = panels.panels[0];
     let mut legend = Legend::default();
     let methods = &report.boundaries.methods;
@@ -161,6 +149,6 @@ fn dots(report: &Report, x: Scale, label: &Label, width: Width) -> Scene {
     scene.frame(rect, &AXIS);
     panel.x_axis(&mut scene, Labels { x: true, y: false });
     panel.x_name(&mut scene, &rich("error of ").then(label.text()));
-    scene.height = rect.y + rect.h + super::axis::BOTTOM_MARGIN + 2.0;
+    scene.height = rect.y + rect.h + super::panels::BOTTOM_MARGIN + 2.0;
     scene
 }

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::axis::{Panel, Scale};
+use super::axis::Scale;
+use super::panels::Panel;
 use super::scene::Place;
 use super::slice::Slice;
 use crate::filippov::Oscillator;

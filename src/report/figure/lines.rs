@@ -1,9 +1,10 @@
 //! Line plots: curves over one axis, those of the same unit in one panel.
 
 use super::super::text::{Rich, rich};
-use super::axis::{Panels, Scale};
+use super::axis::Scale;
 use super::legend::{Legend, Sample};
 use super::palette::MethodStyle;
+use super::panels::Panels;
 use super::scene::{Place, Scene, Width};
 
 /// Number of points of a curve above which only some of them have marks.
@@ -67,14 +68,14 @@ pub(crate) fn draw(heading: &Rich, x: Scale, x_name: &Rich, charts: &[Chart], wi
     let mut legend = Legend::default();
     // Panels of equal size, with space for the widest numbers.
     let widest = charts.iter().map(Chart::scale).max_by(|a, b| {
-        let width = |scale: &Scale| super::axis::Panel::y_labels_width(*scale, 120.0);
+        let width = |scale: &Scale| super::panels::Panel::y_labels_width(*scale, 120.0);
         width(a).total_cmp(&width(b))
     });
     let y = widest.unwrap_or(Scale::linear(0.0, 1.0));
     let panels = Panels::below(&mut scene, heading, 1, charts.len(), aspect, (x, y));
     let last = charts.len().saturating_sub(1);
     for (number, (chart, panel)) in charts.iter().zip(&panels.panels).enumerate() {
-        let panel = super::axis::Panel { y: chart.scale(), ..*panel };
+        let panel = super::panels::Panel { y: chart.scale(), ..*panel };
         for (turn, curve) in chart.curves.iter().enumerate() {
             let places: Vec<Place> = curve.points.iter().map(|p| panel.place(p.0, p.1)).collect();
             scene.clipped(panel.rect, |scene| scene.line(&places, &curve.style.stroke));
@@ -93,7 +94,7 @@ pub(crate) fn draw(heading: &Rich, x: Scale, x_name: &Rich, charts: &[Chart], wi
                 legend.add(sample, curve.name.clone());
             }
         }
-        panel.axes(&mut scene, super::axis::Labels { x: number == last, y: true });
+        panel.axes(&mut scene, super::panels::Labels { x: number == last, y: true });
         panel.y_name(&mut scene, &chart.name, panels.labels_width());
         panel.title(&mut scene, &chart.title);
         if number == last {

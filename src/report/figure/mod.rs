@@ -16,6 +16,7 @@ pub(crate) mod legend;
 pub(crate) mod lines;
 pub(crate) mod orbit;
 pub(crate) mod palette;
+pub(crate) mod panels;
 pub(crate) mod paper;
 pub mod plot;
 pub(crate) mod portrait;
@@ -53,6 +54,11 @@ pub struct Figure {
     pub scenes: Vec<(Width, Scene)>,
     /// Its numbers.
     pub(crate) data: Data,
+}
+
+/// The scene of a figure at each width.
+pub(crate) fn at_each_width(draw: impl FnMut(Width) -> Scene) -> Vec<(Width, Scene)> {
+    Width::ALL.into_iter().zip(Width::ALL.map(draw)).collect()
 }
 
 /// All figures of a report in its order, drawn by all cores.

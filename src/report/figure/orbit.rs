@@ -2,9 +2,10 @@
 
 use super::super::text::{Rich, rich};
 use super::super::units::{UnitSystem, join};
-use super::axis::{BOTTOM_MARGIN, Labels, Panel, Scale, TITLE_MARGIN, left_margin, write_heading};
+use super::axis::Scale;
 use super::data::Data;
 use super::legend::{Legend, Sample};
+use super::panels::{BOTTOM_MARGIN, Labels, Panel, TITLE_MARGIN, left_margin, write_heading};
 use super::portrait::{BELT, ORBIT, Portrait, STICK, equal_scales, orbit_data, parts};
 use super::scene::{Place, Rect, Scene, Width};
 use super::slice::equals;
@@ -81,31 +82,17 @@ pub(crate) fn orbit_figure(plot: &OrbitPlot) -> OrbitFigure {
     let widest = labels.max(Panel::y_labels_width(x_scale, 75.0)).max(18.0);
     let left = left_margin(widest);
     let whole = scene.width - 12.0;
-    let w = match plot.width {
-        Width::OneColumn => whole - left,
-        Width::TwoColumns => 0.5 * whole - left,
-    };
+    let w = plot.width.select(whole, 0.5 * whole) - left;
     let top = write_heading(&mut scene, left, &words) + TITLE_MARGIN;
     let (x, y, h) = scales(w);
     let panel = Panel { rect: Rect { x: left, y: top, w, h }, x, y };
     portrait.draw(&mut scene, &panel);
-    panel.axes(&mut scene, Labels { x: true, y: true });
-    panel.x_name(&mut scene, &x1.text());
-    panel.y_name(&mut scene, &x2.text(), labels);
+    panel.named_axes(&mut scene, &x1.text(), &x2.text(), labels);
     panel.title(&mut scene, &rich("(a)"));
 
-    let series_top = match plot.width {
-        Width::OneColumn => panel.rect.y + h + BOTTOM_MARGIN + TITLE_MARGIN,
-        Width::TwoColumns => top,
-    };
-    let series_left = match plot.width {
-        Width::OneColumn => left,
-        Width::TwoColumns => 0.5 * whole + left,
-    };
-    let each = match plot.width {
-        Width::OneColumn => 75.0,
-        Width::TwoColumns => (0.5 * (h - TITLE_MARGIN - 4.0)).max(60.0),
-    };
+    let series_top = plot.width.select(top + h + BOTTOM_MARGIN + TITLE_MARGIN, top);
+    let series_left = left + plot.width.select(0.0, 0.5 * whole);
+    let each = plot.width.select(75.0, (0.5 * (h - TITLE_MARGIN - 4.0)).max(60.0));
     let end = portrait.orbit.samples.last().map_or(1.0, |state| state.t);
     let t = Scale::linear(0.0, end).in_unit(time.factor);
     let mut bottom = 0.0;

@@ -7,12 +7,13 @@
 use std::f64::consts::TAU;
 
 use super::super::text::{Rich, rich};
-use super::axis::{BOTTOM_MARGIN, Labels, Panel, Panels, SMALL_TEXT, Scale, TITLE_MARGIN};
+use super::axis::{SMALL_TEXT, Scale};
 use super::curves::Budget;
 use super::legend::{Legend, Sample};
+use super::panels::{BOTTOM_MARGIN, Panel, Panels, TITLE_MARGIN};
 use super::portrait::{BELT, ORBIT, OTHER, SEGMENT, equal_scales, orbit};
-use super::scene::{Anchor, Marker, Place, Rect, Scene, Stroke, Width};
-use super::{Data, Figure, curves, palette};
+use super::scene::{Anchor, Marker, Place, Rect, Scene, Stroke};
+use super::{Data, Figure, at_each_width, curves, palette};
 use crate::filippov::{Oscillator, Side};
 use crate::friction::{Column, Law};
 use crate::point::{LawParameters, Point};
@@ -43,22 +44,20 @@ fn single(
     extent: [f64; 4],
     draw: impl Fn(&mut Scene, &Panel, &mut Legend),
 ) -> Figure {
-    let scenes = Width::ALL.into_iter().map(|width| {
+    let scenes = at_each_width(|width| {
         let mut scene = Scene::new(width.points(), 0.0);
         let labels_width = 18.0;
-        let left = super::axis::left_margin(labels_width);
+        let left = super::panels::left_margin(labels_width);
         let w = scene.width - left - 10.0;
         let (x, y, h) = equal_scales(extent, w, (0.25, 0.8));
         let panel = Panel { rect: Rect { x: left, y: TITLE_MARGIN - 4.0, w, h }, x, y };
         let mut legend = Legend::default();
         draw(&mut scene, &panel, &mut legend);
-        panel.axes(&mut scene, Labels { x: true, y: true });
-        panel.x_name(&mut scene, &rich("{x_1}"));
-        panel.y_name(&mut scene, &rich("{x_2}"), labels_width);
+        panel.named_axes(&mut scene, &rich("{x_1}"), &rich("{x_2}"), labels_width);
         legend.below(&mut scene, left, panel.rect.y + h + BOTTOM_MARGIN);
-        (width, scene)
+        scene
     });
-    Figure { name: name.into(), caption, scenes: scenes.collect(), data: Data::default() }
+    Figure { name: name.into(), caption, scenes, data: Data::default() }
 }
 
 /// The belt line with its sticking segment.
@@ -151,12 +150,9 @@ fn cases() -> Figure {
         })
         .collect();
     let circle = Stroke { color: palette::GREY, width: 0.9, dash: &[4.0, 2.0] };
-    let scenes = Width::ALL.into_iter().map(|width| {
+    let scenes = at_each_width(|width| {
         let mut scene = Scene::new(width.points(), 0.0);
-        let columns = match width {
-            Width::OneColumn => 1,
-            Width::TwoColumns => 3,
-        };
+        let columns = width.select(1, 3);
         let (x, y) = (Scale::linear(0.25, 1.35), Scale::linear(0.72, 1.06));
         let panels = Panels::new(scene.width, columns, 3, 0.62, x, y);
         for (((factor, name), panel), letter) in
@@ -193,14 +189,14 @@ fn cases() -> Figure {
         legend.add(Sample::Mark(Marker::Triangle, palette::VERMILION, true), rich("landing"));
         legend.add(Sample::Mark(Marker::Circle, palette::BLACK, true), rich("exit point"));
         legend.below(&mut scene, panels.panels[0].rect.x, panels.bottom);
-        (width, scene)
+        scene
     });
     let caption = rich(
         "The orbit from the exit point near its return to the belt line (after the paper's figure 4): (a) it stays short \
          of the line, (b) it grazes the line at the exit point, (c) it lands on the sticking segment; {epsilon} = 0.1, \
          {alpha} = 0.3, {beta} = 0.1, {gamma} = 2, {V} = 1.",
     );
-    Figure { name: "paper-figure-4".into(), caption, scenes: scenes.collect(), data: Data::default() }
+    Figure { name: "paper-figure-4".into(), caption, scenes, data: Data::default() }
 }
 
 /// Figure 5: the closed orbit below the belt line.

@@ -5,13 +5,14 @@ use std::sync::atomic::AtomicBool;
 use super::super::text::{Rich, rich};
 use super::super::units::{Label, View, join};
 use super::super::{ReportError, SIMULATION};
+use super::Figure;
 use super::area::{self, Area, Layer};
 use super::axis::Scale;
 use super::data::{Data, Values};
 use super::lines::{self, Chart, Curve};
 use super::palette::{self, Kind};
 use super::scene::{Scene, Width};
-use super::slice::{ChoiceError, Held, Slice, find_axis, hold, nearest_node, step};
+use super::slice::{ChoiceError, Held, Slice, drawn, find_axis, hold, nearest_node, picks, step};
 use super::strips::{self, Strip};
 use crate::dataset::auxiliary::PROBABILITY;
 use crate::map::{Plane, PlaneCurves};
@@ -74,11 +75,11 @@ pub fn plot(view: &View, plot: &Plot) -> Result<Plotted, ReportError> {
     let axes = view.map.grid().axes();
     let single = |axis: usize| axes[axis].values.len() < 2;
     match y {
-        Some(y) if x == y => Err(ChoiceError::SameAxis { axis: axes[x].name.clone() }.into()),
+        Some(y) if x == y => Err(ChoiceError::SameAxis(axes[x].name.clone()).into()),
         Some(y) if single(x) || single(y) => {
             let (shown, other) = if single(x) { (y, x) } else { (x, y) };
             if plot.curves {
-                return Err(ChoiceError::OneNode { axis: axes[other].name.clone() }.into());
+                return Err(ChoiceError::OneNode(axes[other].name.clone()).into());
             }
             let mut plotted = over_axis(view, plot, shown)?;
             let [shown, other] = [shown, other].map(|axis| &axes[axis].name);
@@ -88,6 +89,17 @@ pub fn plot(view: &View, plot: &Plot) -> Result<Plotted, ReportError> {
         Some(y) => over_plane(view, plot, x, y),
         None => over_axis(view, plot, x),
     }
+}
+
+/// A plot as a figure of a report, at each width.
+///
+/// # Errors
+/// As [`plot`].
+pub(crate) fn figure(view: &View, name: String, wanted: &Plot) -> Result<Figure, ReportError> {
+    let [narrow, wide] = Width::ALL.map(|width| plot(view, &Plot { width, ..wanted.clone() }));
+    let (narrow, wide) = (narrow?, wide?);
+    let scenes = vec![(Width::OneColumn, narrow.scene), (Width::TwoColumns, wide.scene)];
+    Ok(Figure { name, caption: wide.caption, scenes, data: wide.data })
 }
 
 /// The requested variables, or the default one.
@@ -144,7 +156,7 @@ pub(crate) fn one_each(at: &[At]) -> Result<Vec<(String, f64)>, ChoiceError> {
     at.iter()
         .map(|(name, values)| match values[..] {
             [value] => Ok((name.clone(), value)),
-            _ => Err(ChoiceError::SeveralValues { axis: name.clone() }),
+            _ => Err(ChoiceError::SeveralValues(name.clone())),
         })
         .collect()
 }
@@ -160,7 +172,7 @@ fn over_plane(view: &View, plot: &Plot, x: usize, y: usize) -> Result<Plotted, R
         Some((name, values)) => {
             let axis = find_axis(view, name)?;
             if axis == x || axis == y {
-                return Err(ChoiceError::Shown { axis: name.clone() }.into());
+                return Err(ChoiceError::Shown(name.clone()).into());
             }
             let nodes = values.iter().map(|value| Ok(Some(nearest_node(view, axis, *value)?)));
             (Some(axis), nodes.collect::<Result<Vec<_>, ChoiceError>>()?)
@@ -197,7 +209,7 @@ fn over_plane(view: &View, plot: &Plot, x: usize, y: usize) -> Result<Plotted, R
     }
     let first = &areas[0];
     let at = view.held(&first.slice.index, &shown);
-    let heading = join([label.name.clone(), at.clone()].into_iter().filter(|part| !part.pieces.is_empty()));
+    let heading = join([label.name.clone(), at.clone()]);
     let scene = area::draw(&areas, &heading, &label, variable.starts_with("margin_"), plot.width);
     let mut caption = label
         .name
@@ -205,11 +217,10 @@ fn over_plane(view: &View, plot: &Plot, x: usize, y: usize) -> Result<Plotted, R
         .then(rich(" over "))
         .then(view.axis(&axes[x]).name)
         .then(rich(" and "))
-        .then(view.axis(&axes[y]).name);
-    if !at.pieces.is_empty() {
-        caption = caption.then(rich(" at ")).then(at);
-    }
-    caption = caption.then(rich(".")).then(first.slice.thinned_words());
+        .then(view.axis(&axes[y]).name)
+        .taken_at(at)
+        .then(rich("."))
+        .then(first.slice.thinned_words());
     if areas.iter().any(|area| area.curves.as_ref().is_some_and(|curves| !curves.curves.is_empty())) {
         caption = caption.then(rich(" Lines: where the long-run behaviour changes, by continuation."));
     }
@@ -272,14 +283,14 @@ fn over_axis(view: &View, plot: &Plot, x: usize) -> Result<Plotted, ReportError>
     let map = view.map;
     let axes = map.grid().axes();
     if axes[x].values.len() < 2 {
-        return Err(ChoiceError::NothingToDraw { axis: axes[x].name.clone() }.into());
+        return Err(ChoiceError::NothingToDraw(axes[x].name.clone()).into());
     }
     let names = variables(map, plot.variables)?;
     let without_damping = names.iter().all(|name| name.starts_with("critical_c_"));
     // The axes with several values, each with a curve or a panel.
     let several: Vec<&At> = plot.at.iter().filter(|(_, values)| values.len() != 1).collect();
     if let [_, (second, _), ..] = several[..] {
-        return Err(ChoiceError::SeveralValues { axis: second.clone() }.into());
+        return Err(ChoiceError::SeveralValues(second.clone()).into());
     }
     let single: Vec<At> = plot.at.iter().filter(|(_, values)| values.len() == 1).cloned().collect();
     let mut shown = vec![x];
@@ -287,7 +298,7 @@ fn over_axis(view: &View, plot: &Plot, x: usize) -> Result<Plotted, ReportError>
         let Some((name, values)) = at else { return Ok((None, vec![None])) };
         let axis = find_axis(view, name)?;
         if shown.contains(&axis) {
-            return Err(ChoiceError::Shown { axis: name.clone() });
+            return Err(ChoiceError::Shown(name.clone()));
         }
         shown.push(axis);
         let nodes = values.iter().map(|value| nearest_node(view, axis, *value).map(Some));
@@ -301,7 +312,7 @@ fn over_axis(view: &View, plot: &Plot, x: usize) -> Result<Plotted, ReportError>
         held.retain(|held| held.axis != damping);
         shown.push(axes.len() - 1);
     }
-    let mut drawn = Vec::new();
+    let mut lines = Vec::new();
     for (panel, panel_node) in panel_nodes.iter().enumerate() {
         for &variable in &names {
             for curve_node in &curve_nodes {
@@ -313,7 +324,7 @@ fn over_axis(view: &View, plot: &Plot, x: usize) -> Result<Plotted, ReportError>
                 }
                 let value =
                     curve_axis.map(|axis| view.axis(&axes[axis]).equals(axes[axis].values[index[axis]]));
-                drawn.push(Line { variable, index, panel, value });
+                lines.push(Line { variable, index, panel, value });
             }
         }
     }
@@ -326,35 +337,32 @@ fn over_axis(view: &View, plot: &Plot, x: usize) -> Result<Plotted, ReportError>
         })
         .collect();
     let what = join(names.iter().map(|name| view.units.variable(name).name));
-    let mut caption = what.clone().then(rich(" over ")).then(view.axis(&axes[x]).name);
-    if !at.pieces.is_empty() {
-        caption = caption.then(rich(" at ")).then(at.clone());
-    }
-    caption = caption.then(rich("."));
+    let caption = what.clone().then(rich(" over ")).then(view.axis(&axes[x]).name);
+    let caption = caption.taken_at(at.clone()).then(rich("."));
     let heading = match names.len() {
-        1 => join([what, at].into_iter().filter(|part| !part.pieces.is_empty())),
+        1 => join([what, at]),
         _ => at,
     };
     let context = Context { view, x, heading, titles, width: plot.width };
     let codes = names.iter().filter(|name| kinds(name).is_some()).count();
     let (scene, columns) = match codes {
-        0 => context.curves(&drawn)?,
-        all if all == names.len() => context.strips(&drawn)?,
+        0 => context.curves(&lines)?,
+        all if all == names.len() => context.strips(&lines)?,
         _ => return Err(ChoiceError::CodesAndNumbers.into()),
     };
     let step = step(&axes[x]);
     let nodes = drawn_nodes(view, x);
     let mut data = Data::default();
-    let repeated = |values: &[f64]| drawn.iter().flat_map(|_| values.to_vec()).collect::<Vec<_>>();
+    let repeated = |values: &[f64]| lines.iter().flat_map(|_| values.to_vec()).collect::<Vec<_>>();
     for axis in [panel_axis, curve_axis].into_iter().flatten() {
         let label = view.axis(&axes[axis]);
-        let values = drawn.iter().flat_map(|line| {
+        let values = lines.iter().flat_map(|line| {
             std::iter::repeat_n(axes[axis].values[line.index[axis]] * label.factor, nodes.len())
         });
         data = data.reals(label.header(), values.collect());
     }
     if names.len() > 1 {
-        let each = drawn.iter().flat_map(|line| {
+        let each = lines.iter().flat_map(|line| {
             let label = view.units.variable(line.variable);
             std::iter::repeat_n(label.header(), nodes.len())
         });
@@ -377,7 +385,7 @@ fn over_axis(view: &View, plot: &Plot, x: usize) -> Result<Plotted, ReportError>
 fn drawn_nodes(view: &View, x: usize) -> Vec<f64> {
     let axis = &view.map.grid().axes()[x];
     let factor = view.axis(axis).factor;
-    axis.values.iter().step_by(step(axis)).map(|value| value * factor).collect()
+    drawn(axis).into_iter().map(|value| value * factor).collect()
 }
 
 /// Common arguments of all panels of a plot over one axis.
@@ -398,18 +406,14 @@ impl Context<'_> {
             let (variable, axis) = (line.variable.to_owned(), axes[self.x].name.clone());
             return Err(ChoiceError::NotAlong { variable, axis });
         }
-        let pick = |axis: usize| match axis == self.x {
-            true => Pick::Every(step(&axes[axis])),
-            false => Pick::Node(line.index[axis]),
-        };
-        Ok((0..rank).map(pick).collect())
+        Ok(picks(self.view.map, &[self.x], &line.index, rank))
     }
 
-    fn curves(&self, drawn: &[Line]) -> Result<(Scene, Values), ReportError> {
+    fn curves(&self, lines: &[Line]) -> Result<(Scene, Values), ReportError> {
         let map = self.view.map;
         let axis = &map.grid().axes()[self.x];
         let x_label = self.view.axis(axis);
-        let nodes: Vec<f64> = axis.values.iter().copied().step_by(step(axis)).collect();
+        let nodes = drawn(axis);
         // One chart for each panel and each unit; a pure number shares its chart only with the same kind of
         // number.
         let mut charts: Vec<((usize, Label), Chart)> = Vec::new();
@@ -418,12 +422,12 @@ impl Context<'_> {
             let label = self.view.units.variable(line.variable);
             if label.unit.is_empty() { label.key } else { label.unit.to_owned() }
         };
-        for line in drawn {
+        for line in lines {
             let values = map.real_slice(line.variable, &self.picks(line)?)?;
             let label = self.view.units.variable(line.variable);
             numbers.extend(values.iter().map(|value| value * label.factor));
             let several =
-                drawn.iter().any(|other| other.variable != line.variable && unit(other) == unit(line));
+                lines.iter().any(|other| other.variable != line.variable && unit(other) == unit(line));
             let key = (line.panel, label);
             let same = |(panel, other): &(usize, Label)| {
                 *panel == key.0 && (other.unit == key.1.unit && !key.1.unit.is_empty() || *other == key.1)
@@ -463,14 +467,14 @@ impl Context<'_> {
         Ok((scene, Values::Reals(numbers)))
     }
 
-    fn strips(&self, drawn: &[Line]) -> Result<(Scene, Values), ReportError> {
+    fn strips(&self, lines: &[Line]) -> Result<(Scene, Values), ReportError> {
         let map = self.view.map;
         let axis = &map.grid().axes()[self.x];
         let x_label = self.view.axis(axis);
         let mut kinds_of_all: Vec<Kind> = Vec::new();
         let mut strips = Vec::new();
         let mut all = Vec::new();
-        for line in drawn {
+        for line in lines {
             let kinds = kinds(line.variable).unwrap_or_default();
             let codes = map.code_slice(line.variable, &self.picks(line)?)?;
             let start = match kinds_of_all.iter().position(|kind| kinds.first() == Some(kind)) {
@@ -482,13 +486,12 @@ impl Context<'_> {
             };
             let position = |code: &i8| kinds.iter().position(|kind| kind.code == *code).unwrap_or(0);
             let title = self.titles[line.panel].clone();
-            let name =
-                join([title, line.name(self.view, true)].into_iter().filter(|part| !part.pieces.is_empty()));
+            let name = join([title, line.name(self.view, true)]);
             strips.push(Strip { name, kinds: codes.iter().map(|code| start + position(code)).collect() });
             all.extend(codes.iter().map(|code| kinds[position(code)].name.to_owned()));
         }
         let fills: Vec<_> = kinds_of_all.iter().map(|kind| (kind.fill, rich(&kind.words))).collect();
-        let nodes: Vec<f64> = axis.values.iter().copied().step_by(step(axis)).collect();
+        let nodes = drawn(axis);
         let scale = Scale::of_nodes(&axis.values).in_unit(x_label.factor);
         let x = (scale, &x_label.text());
         let scene = strips::draw(&self.heading, &nodes, x, &strips, &fills, self.width);

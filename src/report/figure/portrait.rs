@@ -3,10 +3,11 @@
 
 use super::super::text::rich;
 use super::super::units::UnitSystem;
-use super::axis::{Panel, Scale};
+use super::axis::Scale;
 use super::data::Data;
 use super::legend::{Legend, Sample};
 use super::palette;
+use super::panels::Panel;
 use super::scene::{Marker, Place, Scene, Stroke};
 use crate::filippov::{Oscillator, Side};
 use crate::simulate::direct::{Ending, Phase, Sample as State, Start, Trace, trace};

@@ -2,15 +2,15 @@
 
 use super::super::text::rich;
 use super::super::units::{Label, View};
-use super::axis::{BOTTOM_MARGIN, Labels, Panel, Panels, TITLE_MARGIN, write_heading};
 use super::curves::Budget;
 use super::data::Data;
 use super::legend::Legend;
 use super::lines::letter;
+use super::panels::{BOTTOM_MARGIN, Panel, Panels, TITLE_MARGIN, write_heading};
 use super::portrait::{Portrait, equal_scales, orbit_data};
-use super::scene::{Rect, Scene, Width};
+use super::scene::{Rect, Scene};
 use super::slice::informative_nodes;
-use super::{Figure, curves};
+use super::{Figure, at_each_width, curves};
 use crate::filippov::Oscillator;
 use crate::simulate::direct::Start;
 use crate::simulate::{Fate, flow};
@@ -67,13 +67,9 @@ pub(crate) fn portraits(view: &View) -> Option<Figure> {
     let (x1, x2) = (view.units.x1(), view.units.x2());
     let (belt_label, damping) = (view.axis(&axes[belt]), view.axis(&axes[belt + 1]));
     let held = view.held(&held_index, &[belt + 1]);
-    let mut scenes = Vec::new();
-    for width in Width::ALL {
+    let scenes = at_each_width(|width| {
         let mut scene = Scene::new(width.points(), 0.0);
-        let columns = match width {
-            Width::OneColumn => 1,
-            Width::TwoColumns => drawn.len().min(3),
-        };
+        let columns = width.select(1, drawn.len().min(3));
         let (x, y, h) = equal_scales(common, 1.0, (0.5, 1.1));
         let (x, y) = (x.in_unit(x1.factor), y.in_unit(x2.factor));
         let mut panels = Panels::new(scene.width, columns, 3, h, x, y);
@@ -93,26 +89,21 @@ pub(crate) fn portraits(view: &View) -> Option<Figure> {
         panels.axes(&mut scene, &x1.text(), &x2.text());
         let mut bottom = panels.bottom;
         if let Some((c, portrait)) = drawn.get(3) {
-            let w = match width {
-                Width::OneColumn => panels.panels[0].rect.w,
-                Width::TwoColumns => 0.5 * scene.width,
-            };
+            let w = width.select(panels.panels[0].rect.w, 0.5 * scene.width);
             let (x, y, h) = equal_scales(portrait.extent(), w, (0.4, 0.7));
             let (x, y) = (x.in_unit(x1.factor), y.in_unit(x2.factor));
             let rect = Rect { x: panels.panels[0].rect.x, y: bottom + TITLE_MARGIN, w, h };
             let panel = Panel { rect, x, y };
             portrait.draw(&mut scene, &panel);
-            panel.axes(&mut scene, Labels { x: true, y: true });
-            panel.x_name(&mut scene, &x1.text());
-            panel.y_name(&mut scene, &x2.text(), Panel::y_labels_width(y, h));
+            panel.named_axes(&mut scene, &x1.text(), &x2.text(), Panel::y_labels_width(y, h));
             let speed = belt_label.equals(axes[belt].values[index[belt]]);
             panel.title(&mut scene, &letter(3).then(damping.equals(*c)).then(rich(", ")).then(speed));
             portrait.legend(&mut legend);
             bottom = rect.y + h + BOTTOM_MARGIN;
         }
         legend.below(&mut scene, panels.panels[0].rect.x, bottom);
-        scenes.push((width, scene));
-    }
+        scene
+    });
     let mut caption = rich("Phase portraits at ").then(held).then(rich(": "));
     for (number, (_, portrait)) in drawn.iter().enumerate() {
         let separator = rich(if number > 0 { "; " } else { "" });

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::axis::{Panel, Scale};
+use super::axis::Scale;
+use super::panels::Panel;
 use super::scene::Place;
 
 /// Edges of the cells around the nodes of an axis: halfway between neighbours on the axis' scale, limited to

@@ -36,22 +36,23 @@ impl Width {
     /// Both widths.
     pub(crate) const ALL: [Width; 2] = [Width::OneColumn, Width::TwoColumns];
 
+    /// The first of two choices for one column, the second for two.
+    pub(crate) fn select<T>(self, one_column: T, two_columns: T) -> T {
+        match self {
+            Width::OneColumn => one_column,
+            Width::TwoColumns => two_columns,
+        }
+    }
+
     /// In points.
     pub(crate) fn points(self) -> f64 {
-        POINTS
-            * match self {
-                Width::OneColumn => 84.0,
-                Width::TwoColumns => 174.0,
-            }
+        POINTS * self.select(84.0, 174.0)
     }
 
     /// The part of file names for this width.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Width::OneColumn => "1col",
-            Width::TwoColumns => "2col",
-        }
+        self.select("1col", "2col")
     }
 }
 

@@ -27,18 +27,12 @@ pub enum ChoiceError {
         /// The names that it has.
         available: String,
     },
-    /// Both directions were to show the same axis.
-    #[error("both directions show the axis `{axis}`; choose two different axes")]
-    SameAxis {
-        /// The axis.
-        axis: String,
-    },
-    /// An axis was to be shown and held.
-    #[error("the axis `{axis}` is shown, so it cannot be held at a value; leave one of the two out")]
-    Shown {
-        /// The axis.
-        axis: String,
-    },
+    /// Both directions were to show this axis.
+    #[error("both directions show the axis `{0}`; choose two different axes")]
+    SameAxis(String),
+    /// This axis was to be shown and held.
+    #[error("the axis `{0}` is shown, so it cannot be held at a value; leave one of the two out")]
+    Shown(String),
     /// The value for a fixed axis is not a number.
     #[error("the axis `{axis}` cannot be held at {value}; give a finite number")]
     NotFinite {
@@ -59,40 +53,28 @@ pub enum ChoiceError {
         /// The last node.
         last: String,
     },
-    /// Curves were requested in a plane that does not extend along one of its axes.
+    /// Curves were requested in a plane that does not extend along this axis.
     #[error(
-        "the axis `{axis}` has one node, and curves need a plane; choose another axis, or leave the curves out"
+        "the axis `{0}` has one node, and curves need a plane; choose another axis, or leave the curves out"
     )]
-    OneNode {
-        /// The axis.
-        axis: String,
-    },
-    /// Several values where one is needed.
+    OneNode(String),
+    /// This axis has several values where one is needed.
     #[error(
-        "the axis `{axis}` has several values; only one axis of a plot without a vertical axis may (each is a curve)"
+        "the axis `{0}` has several values; only one axis of a plot without a vertical axis may (each is a curve)"
     )]
-    SeveralValues {
-        /// The axis.
-        axis: String,
-    },
+    SeveralValues(String),
     /// Several variables over a plane.
     #[error("a plane shows one variable; leave the vertical axis out to draw several as curves")]
     SeveralVariables,
     /// Verdicts and numbers in one figure.
     #[error("verdicts and numbers do not fit into one figure; draw them in two")]
     CodesAndNumbers,
-    /// The axis has a single node.
-    #[error("the axis `{axis}` has one node, so there is nothing to draw over it; choose another axis")]
-    NothingToDraw {
-        /// The axis.
-        axis: String,
-    },
-    /// The ends of a diagram are illegal.
-    #[error("a diagram over `{axis}` cannot have these ends; give two legal values, the smaller one first")]
-    NoRange {
-        /// The axis.
-        axis: String,
-    },
+    /// This axis has a single node.
+    #[error("the axis `{0}` has one node, so there is nothing to draw over it; choose another axis")]
+    NothingToDraw(String),
+    /// The ends of a diagram over this axis are illegal.
+    #[error("a diagram over `{0}` cannot have these ends; give two legal values, the smaller one first")]
+    NoRange(String),
     /// The map does not store this variable, because its configuration does not ask for it.
     #[error(
         "the map does not store `{variable}`; add \"{field}\" to output.fields of its configuration and compute it again"
@@ -173,7 +155,7 @@ impl<'a> Slice<'a> {
     ) -> Result<(Self, Vec<Held>), ChoiceError> {
         let (x, y) = (find_axis(view, x)?, find_axis(view, y)?);
         if x == y {
-            return Err(ChoiceError::SameAxis { axis: view.map.grid().axes()[x].name.clone() });
+            return Err(ChoiceError::SameAxis(view.map.grid().axes()[x].name.clone()));
         }
         let (index, held) = hold(view, &[x, y], at)?;
         Ok((Self::new(view, x, y, index), held))
@@ -272,12 +254,7 @@ impl<'a> Slice<'a> {
                 return Err(ChoiceError::NotAlong { variable: variable.into(), axis });
             }
         }
-        let axes = self.view.map.grid().axes();
-        let pick = |axis| match axis == self.x || axis == self.y {
-            true => Pick::Every(step(&axes[axis])),
-            false => Pick::Node(self.index[axis]),
-        };
-        Ok((0..rank).map(pick).collect())
+        Ok(picks(self.view.map, &[self.x, self.y], &self.index, rank))
     }
 
     fn turned<T: Clone>(&self, cells: ArrayD<T>) -> Array2<T> {
@@ -328,7 +305,7 @@ pub(crate) fn hold(
     for (name, value) in at {
         let position = find_axis(view, name)?;
         if shown.contains(&position) {
-            return Err(ChoiceError::Shown { axis: name.clone() });
+            return Err(ChoiceError::Shown(name.clone()));
         }
         index[position] = nearest_node(view, position, *value)?;
         wanted[position] = Some(*value);
@@ -378,7 +355,17 @@ pub(super) fn step(axis: &Axis) -> usize {
     axis.values.len().div_ceil(MOST_NODES)
 }
 
-fn drawn(axis: &Axis) -> Vec<f64> {
+/// The drawn nodes along the first `rank` axes: those along the `shown` ones, and the others' node of `index`.
+pub(super) fn picks(map: &MapFile, shown: &[usize], index: &[usize], rank: usize) -> Vec<Pick> {
+    let pick = |(axis, nodes): (usize, &Axis)| match shown.contains(&axis) {
+        true => Pick::Every(step(nodes)),
+        false => Pick::Node(index[axis]),
+    };
+    map.grid().axes()[..rank].iter().enumerate().map(pick).collect()
+}
+
+/// The drawn nodes of an axis.
+pub(super) fn drawn(axis: &Axis) -> Vec<f64> {
     axis.values.iter().copied().step_by(step(axis)).collect()
 }
 

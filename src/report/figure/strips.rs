@@ -1,8 +1,9 @@
 //! Strips: several variables along one axis, each as a row of coloured cells.
 
 use super::super::text::Rich;
-use super::axis::{AXIS, BOTTOM_MARGIN, Labels, Panel, SMALL_TEXT, Scale, TITLE_MARGIN, write_heading};
+use super::axis::{AXIS, SMALL_TEXT, Scale};
 use super::legend::{Legend, Sample};
+use super::panels::{BOTTOM_MARGIN, Labels, Panel, TITLE_MARGIN, write_heading};
 use super::region::{cell_edges, outlines};
 use super::scene::{Anchor, Fill, Rect, Scene, Width, text_width};
 

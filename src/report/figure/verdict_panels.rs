@@ -3,20 +3,20 @@
 use super::super::text::{Rich, rich};
 use super::super::units::View;
 use super::super::{ReportError, SIMULATION};
-use super::Figure;
-use super::axis::{Panel, Panels};
 use super::data::{Data, Values};
 use super::exact::boundary;
 use super::legend::{Legend, Sample};
 use super::lines::letter;
 use super::palette;
-use super::plot::{At, Plot, plot};
+use super::panels::{Panel, Panels};
+use super::plot::{self, At, Plot};
 use super::region::{cell_edges, outlines};
 use super::scene::{Fill, Place, Scene, Stroke, Width};
-use super::slice::{Slice, informative_nodes};
+use super::slice::{Slice, informative_nodes, picks};
+use super::{Figure, at_each_width};
 use crate::map::Verdict;
 use crate::simulate::critical_damping;
-use crate::store::{MapFile, Pick};
+use crate::store::MapFile;
 
 /// Largest number of eps with slices of their own.
 const MOST_EPSILONS: usize = 4;
@@ -163,15 +163,9 @@ fn one_axis(view: &View, axis: Option<usize>, index: &[usize]) -> Result<Option<
         axes.map(|(i, a)| (a.name.clone(), vec![a.values[index[i]] * view.axis(a).factor])).collect();
     let variables: Vec<String> =
         map.methods().iter().map(|method| format!("verdict_{}", method.name)).collect();
-    let mut scenes = Vec::new();
-    let (mut caption, mut data) = (Rich::default(), Data::default());
-    for width in Width::ALL {
-        let wanted = Plot { x, y: None, at: &at, variables: &variables, panels: None, curves: false, width };
-        let plotted = plot(view, &wanted)?;
-        (caption, data) = (plotted.caption, plotted.data);
-        scenes.push((width, plotted.scene));
-    }
-    Ok(Some(Figure { name: format!("slice-{x}"), caption, scenes, data }))
+    let (width, variables) = (Width::OneColumn, &variables[..]);
+    let wanted = Plot { x, y: None, at: &at, variables, panels: None, curves: false, width };
+    plot::figure(view, format!("slice-{x}"), &wanted).map(Some)
 }
 
 /// The stored damping up to which a method claims the cycle, over the nodes of a slice with c as the vertical
@@ -182,12 +176,7 @@ pub(super) fn stored_edge(slice: &Slice, method: &str) -> Result<Vec<(f64, f64)>
     if slice.y != damping || !map.has(&variable) {
         return Ok(Vec::new());
     }
-    let axes = &map.grid().axes()[..damping];
-    let step = super::slice::step(slice.x_axis());
-    let picks: Vec<Pick> = (0..axes.len())
-        .map(|axis| if axis == slice.x { Pick::Every(step) } else { Pick::Node(slice.index[axis]) })
-        .collect();
-    let edge = map.real_slice(&variable, &picks)?;
+    let edge = map.real_slice(&variable, &picks(map, &[slice.x], &slice.index, damping))?;
     Ok(slice.x_nodes().into_iter().zip(edge.iter().copied()).collect())
 }
 
@@ -225,13 +214,9 @@ fn figure(slice: &Slice) -> Result<Figure, ReportError> {
         Claim::of(codes[method][[i, j]], simulation.map(|simulation| codes[simulation][[i, j]]))
     };
     let held = slice.held();
-    let mut scenes = Vec::new();
     let mut exact: Option<(Panel, Vec<Vec<Place>>)> = None;
-    for width in Width::ALL {
-        let columns = match width {
-            Width::OneColumn => 2,
-            Width::TwoColumns => 4,
-        };
+    let scenes = at_each_width(|width| {
+        let columns = width.select(2, 4);
         let mut scene = Scene::new(width.points(), 0.0);
         let panels = Panels::below(&mut scene, &held, columns, methods.len(), 0.78, (x_scale, y_scale));
         let mut used = [false; Claim::ALL.len()];
@@ -263,8 +248,8 @@ fn figure(slice: &Slice) -> Result<Figure, ReportError> {
             legend.add(Sample::Line(stroke), rich("the method's own critical damping"));
         }
         legend.below(&mut scene, panels.panels[0].rect.x, panels.bottom);
-        scenes.push((width, scene));
-    }
+        scene
+    });
     let epsilon = match slice.x {
         0 => String::new(),
         _ => format!("-{}", slice.index[0] + 1),

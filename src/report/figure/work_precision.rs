@@ -2,12 +2,14 @@
 //! verdict.
 
 use super::super::text::{Rich, rich};
-use super::axis::{Panel, Panels, SMALL_TEXT, Scale};
+use super::super::units::{UnitSystem, join};
+use super::axis::{SMALL_TEXT, Scale};
 use super::legend::{Legend, Sample};
 use super::lines::letter;
 use super::palette::{self, MethodStyle};
+use super::panels::{Panel, Panels};
 use super::scene::{Anchor, Marker, Place, Rect, Scene, Stroke, Width};
-use super::{Data, Figure};
+use super::{Data, Figure, at_each_width};
 use crate::benchmark::{Kind, Row, Study};
 
 /// The front, drawn below everything else.
@@ -48,22 +50,8 @@ fn lines(study: &Study) -> Vec<Line<'_>> {
 #[must_use]
 pub fn chart(study: &Study) -> Figure {
     let near = study.cells.iter().filter(|cell| cell.near).count();
-    let axes = study.grid.axes().iter().map(|axis| {
-        let (first, last) = (axis.values[0], axis.values[axis.values.len() - 1]);
-        let symbol = Rich::symbol(&axis.name);
-        match axis.values.len() {
-            1 => symbol.then(rich(" = ")).then(Rich::number(first, 4)),
-            _ => symbol
-                .then(rich(" from "))
-                .then(Rich::number(first, 4))
-                .then(rich(" to "))
-                .then(Rich::number(last, 4)),
-        }
-    });
-    let mut place = Rich::default();
-    for (i, axis) in axes.enumerate() {
-        place = place.then(rich(if i > 0 { ", " } else { "" })).then(axis);
-    }
+    let axes = study.grid.axes().iter();
+    let place = join(axes.map(|axis| UnitSystem::default().axis(axis).extent(&axis.values, 4)));
     let caption = rich(&format!(
         "Speed against accuracy on {} cells with ",
         study.cells.len()
@@ -80,7 +68,7 @@ pub fn chart(study: &Study) -> Figure {
         Some((_, false)) => rich(" Peers were measured on other cells."),
         None => Rich::default(),
     });
-    let scenes = Width::ALL.into_iter().map(|width| (width, scene(study, width))).collect();
+    let scenes = at_each_width(|width| scene(study, width));
     Figure { name: "work-precision".into(), caption, scenes, data: Data::default() }
 }
 
@@ -105,10 +93,7 @@ fn scene(study: &Study, width: Width) -> Scene {
     let one = 1.0 / near as f64;
     let none = 0.35 * one;
     let scales = [Scale::logarithmic(least, most), Scale::logarithmic(0.2 * one, 1.6)];
-    let (columns, aspect) = match width {
-        Width::OneColumn => (1, 0.72),
-        Width::TwoColumns => (2, 0.95),
-    };
+    let (columns, aspect) = width.select((1, 0.72), (2, 0.95));
     let time = rich("seconds per cell");
     let names = [rich("largest error of {m}/{V}"), rich("not labelled right")];
     let mut bottom = 0.0_f64;

@@ -4,7 +4,7 @@ use super::super::Report;
 use super::super::table::{Cell, Column, Show, Table};
 use super::super::text::{Rich, rich};
 use super::super::units::{Label, View};
-use super::{EPSILON_DIGITS, column, column_of, epsilons, in_unit, percent, words};
+use super::{EPSILON_DIGITS, column_of, epsilons, in_unit, percent, words};
 use crate::store::MapFile;
 
 /// Error of each method's boundary in c.
@@ -38,15 +38,15 @@ pub fn boundary(view: &View, report: &Report) -> Table {
         }
     }
     let mut columns = vec![
-        column("epsilon", "{epsilon}", EPSILON_DIGITS),
-        column("method", "method", Show::AsIs),
-        column("columns", "columns", Show::AsIs),
+        Column::new("epsilon", "{epsilon}", EPSILON_DIGITS),
+        Column::new("method", "method", Show::AsIs),
+        Column::new("columns", "columns", Show::AsIs),
         column_of(&damping, "median_error", "median", Show::Significant(3)),
         column_of(&damping, "percentile_95_error", "95 %", Show::Significant(3)),
         column_of(&damping, "worst_error", "worst", Show::Significant(3)),
-        column("percent_beyond", "% beyond", Show::Decimals(1)),
-        column("only_exact", "none claimed", Show::AsIs),
-        column("only_method", "none exists", Show::AsIs),
+        Column::new("percent_beyond", "% beyond", Show::Decimals(1)),
+        Column::new("only_exact", "none claimed", Show::AsIs),
+        Column::new("only_method", "none exists", Show::AsIs),
     ];
     for parameter in parameters {
         let label = view.axis(parameter);
@@ -106,11 +106,11 @@ pub fn order(map: &MapFile, report: &Report) -> Table {
         name: "order",
         caption: rich("Order {p} of the boundary's error in {c}, which falls like {epsilon^p}."),
         columns: vec![
-            column("method", "method", Show::AsIs),
-            column("order", "{p}", Show::Decimals(2)),
-            column("order_error", "±", Show::Decimals(2)),
-            column("order_smallest", "{p} at the two smallest {epsilon}", Show::Decimals(2)),
-            column("epsilons", "{epsilon} in the fit", Show::AsIs),
+            Column::new("method", "method", Show::AsIs),
+            Column::new("order", "{p}", Show::Decimals(2)),
+            Column::new("order_error", "±", Show::Decimals(2)),
+            Column::new("order_smallest", "{p} at the two smallest {epsilon}", Show::Decimals(2)),
+            Column::new("epsilons", "{epsilon} in the fit", Show::AsIs),
         ],
         rows: rows.collect(),
         notes: vec![rich(note)],

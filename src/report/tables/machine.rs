@@ -3,7 +3,7 @@
 use super::super::table::{Cell, Column, Show, Table};
 use super::super::text::{Rich, rich};
 use super::super::units::View;
-use super::{column, words};
+use super::words;
 use crate::behaviour::{Behaviour, behaviour};
 use crate::machine::{Dimension, Model};
 use crate::map::AxisRole;
@@ -67,8 +67,8 @@ pub(super) fn machine(view: &View) -> Option<Table> {
         columns: vec![
             quantity_column("belt_speed", velocity, Show::Trimmed(4)),
             quantity_column("critical_damping", damping, Show::Significant(4)),
-            column("critical_damping_ratio", "critical damping ratio", Show::Significant(3)),
-            column("regime", "regime", Show::AsIs),
+            Column::new("critical_damping_ratio", "critical damping ratio", Show::Significant(3)),
+            Column::new("regime", "regime", Show::AsIs),
             quantity_column("slip_time", "s", Show::Significant(4)),
             quantity_column("stick_time", "s", Show::Significant(4)),
             quantity_column("amplitude", length, Show::Significant(4)),
@@ -80,5 +80,5 @@ pub(super) fn machine(view: &View) -> Option<Table> {
 
 /// A column with its unit in heading and key.
 fn quantity_column(key: &str, unit: &str, show: Show) -> Column {
-    column(&format!("{key} [{unit}]"), &format!("{}, {unit}", key.replace('_', " ")), show)
+    Column::new(&format!("{key} [{unit}]"), &format!("{}, {unit}", key.replace('_', " ")), show)
 }

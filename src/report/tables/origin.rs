@@ -1,10 +1,10 @@
 //! Tables of the provenance of a map: costs, failures, methods, axes and the run.
 
 use super::super::Report;
-use super::super::table::{Cell, Show, Table};
+use super::super::table::{Cell, Column, Show, Table};
 use super::super::text::{Rich, rich};
 use super::super::units::View;
-use super::{column, words};
+use super::words;
 use crate::map::{Verdict, is_linear, is_logarithmic};
 use crate::store::{MapFile, Value};
 
@@ -36,10 +36,10 @@ pub fn cost(map: &MapFile) -> Table {
         name: "cost",
         caption: rich("Processor time of each method."),
         columns: vec![
-            column("method", "method", Show::AsIs),
-            column("cells", "cells", Show::AsIs),
-            column("seconds", "seconds", Show::Significant(3)),
-            column("cells_per_second", "cells per second", Show::Significant(3)),
+            Column::new("method", "method", Show::AsIs),
+            Column::new("cells", "cells", Show::AsIs),
+            Column::new("seconds", "seconds", Show::Significant(3)),
+            Column::new("cells_per_second", "cells per second", Show::Significant(3)),
         ],
         rows: rows.collect(),
         notes,
@@ -79,7 +79,7 @@ pub fn failures(map: &MapFile, report: &Report) -> Table {
     Table {
         name: "failures",
         caption: rich("Failures, and the audit by the independent engine."),
-        columns: vec![column("what", "what", Show::AsIs), column("count", "count", Show::AsIs)],
+        columns: vec![Column::new("what", "what", Show::AsIs), Column::new("count", "count", Show::AsIs)],
         rows,
         notes,
     }
@@ -99,10 +99,10 @@ pub(crate) fn methods(map: &MapFile) -> Table {
         name: "methods",
         caption: rich("The methods of the map."),
         columns: vec![
-            column("method", "method", Show::AsIs),
-            column("long_name", "what it is", Show::AsIs),
-            column("guarantee", "guarantee", Show::AsIs),
-            column("equation", "equation", Show::AsIs),
+            Column::new("method", "method", Show::AsIs),
+            Column::new("long_name", "what it is", Show::AsIs),
+            Column::new("guarantee", "guarantee", Show::AsIs),
+            Column::new("equation", "equation", Show::AsIs),
         ],
         rows: rows.collect(),
         notes: Vec::new(),
@@ -134,13 +134,13 @@ pub fn axes(view: &View) -> Table {
         name: "axes",
         caption: rich("The axes of the map, slowest first."),
         columns: vec![
-            column("axis", "axis", Show::AsIs),
-            column("long_name", "what it is", Show::AsIs),
-            column("nodes", "nodes", Show::AsIs),
-            column("from", "from", Show::Trimmed(6)),
-            column("to", "to", Show::Trimmed(6)),
-            column("unit", "unit", Show::AsIs),
-            column("spacing", "spacing", Show::AsIs),
+            Column::new("axis", "axis", Show::AsIs),
+            Column::new("long_name", "what it is", Show::AsIs),
+            Column::new("nodes", "nodes", Show::AsIs),
+            Column::new("from", "from", Show::Trimmed(6)),
+            Column::new("to", "to", Show::Trimmed(6)),
+            Column::new("unit", "unit", Show::AsIs),
+            Column::new("spacing", "spacing", Show::AsIs),
         ],
         rows: rows.collect(),
         notes: Vec::new(),
@@ -189,7 +189,7 @@ pub fn provenance(map: &MapFile) -> Table {
     Table {
         name: "provenance",
         caption: rich("Where the map comes from."),
-        columns: vec![column("what", "what", Show::AsIs), column("value", "value", Show::AsIs)],
+        columns: vec![Column::new("what", "what", Show::AsIs), Column::new("value", "value", Show::AsIs)],
         rows: rows.collect(),
         notes: Vec::new(),
     }

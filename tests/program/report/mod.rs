@@ -6,15 +6,14 @@ mod pages;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::LazyLock;
-use std::sync::atomic::AtomicBool;
 
 use ndarray::ArrayD;
 use slipmap::friction::Law;
 use slipmap::map::{self, Control, Field, Grid, Method, Plan};
-use slipmap::report::{self, Cell, Report, Table};
+use slipmap::report::{Cell, Report, Table};
 use slipmap::simulate::naive::NaiveKnobs;
 use slipmap::store::Pick::{Every, Node};
-use slipmap::store::{self, MapFile, MapWriter, Outcome, Provenance};
+use slipmap::store::{self, MapFile, Outcome, PartialMap, Provenance};
 
 const AXES: [&str; 6] = ["epsilon", "alpha", "beta", "gamma", "V", "c"];
 
@@ -61,25 +60,15 @@ fn store_map(folder: &Path, plan: &Plan, title: &str) -> MapFile {
         config_text: format!("# {title}\n```\n``\u{1}``\n"),
         command_line: "slipmap run map.toml".into(),
     };
-    let writer = MapWriter::create(&path, plan, &provenance, store::Existing::Refuse).unwrap();
+    let writer = PartialMap::begin(&path, plan, &provenance, store::Existing::Refuse).unwrap();
     let control = Control { threads: Some(1), ..Control::default() };
     let summary = map::run(plan, &writer, &control).unwrap();
-    let outcome = Outcome {
-        threads: summary.threads,
-        wall_seconds: summary.seconds,
-        seconds: summary.methods.iter().map(|method| (method.method, method.seconds)).collect(),
-        audit: Some(store::Audit { cells: 3, disagreements: 0 }),
-        not_computed: None,
-        curves: Vec::new(),
-        ..Outcome::default()
-    };
-    writer.finish(&outcome).unwrap();
+    writer.finish(&Outcome::of(plan, &summary, None)).unwrap();
     MapFile::open(&path).unwrap()
 }
 
 fn gather(map: &MapFile) -> Report {
-    let control = report::Control { on_cells: &|_| (), stop: &AtomicBool::new(false) };
-    Report::gather(map, &control).unwrap()
+    Report::gather(map, &Control::default()).unwrap()
 }
 
 /// A small map in which every method decides something, with unequal steps on every axis.

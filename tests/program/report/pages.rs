@@ -7,7 +7,7 @@ use slipmap::report::figure::plot::At;
 use slipmap::report::figure::{Plot, Width};
 use slipmap::report::{Cell, Existing, ReportOptions, View, figure, tables, write};
 use slipmap::store::Pick::{Every, Node};
-use slipmap::store::{self, MapFile, MapWriter, Outcome, Provenance};
+use slipmap::store::{self, MapFile, Outcome, PartialMap, Provenance};
 
 /// Asserts that a text is well-formed XML with readable words.
 fn check_svg(svg: &str) {
@@ -79,10 +79,10 @@ fn degenerate_maps_have_reports() {
 #[test]
 fn failed_cells_are_counted_and_drawn() {
     // A sink between the engine and the file that breaks every verdict.
-    struct Broken<'a>(&'a MapWriter);
+    struct Broken<'a>(&'a PartialMap);
     impl map::Sink for Broken<'_> {
-        type Packed = <MapWriter as map::Sink>::Packed;
-        type Error = <MapWriter as map::Sink>::Error;
+        type Packed = <PartialMap as map::Sink>::Packed;
+        type Error = <PartialMap as map::Sink>::Error;
         fn pack(&self, data: &map::TileData) -> Result<Self::Packed, Self::Error> {
             let mut data = data.clone();
             for method in &mut data.methods {
@@ -101,7 +101,7 @@ fn failed_cells_are_counted_and_drawn() {
         &[Field::Verdict],
     );
     let path = folder.path().join("map.h5");
-    let writer = MapWriter::create(&path, &plan, &Provenance::default(), store::Existing::Refuse).unwrap();
+    let writer = PartialMap::begin(&path, &plan, &Provenance::default(), store::Existing::Refuse).unwrap();
     let control = Control { threads: Some(1), ..Control::default() };
     map::run(&plan, &Broken(&writer), &control).unwrap();
     writer.finish(&Outcome::default()).unwrap();

@@ -35,7 +35,7 @@ const TABLE: &str = "friction.csv";
 
 /// The requested export.
 #[derive(Clone, Debug, Deserialize)]
-pub(super) struct LeaveRequest {
+pub(super) struct ExportRequest {
     #[serde(flatten)]
     pub(super) plane: PlaneRequest,
     /// The file: `svg`, `png`, `pdf`, `csv` or `h5`.
@@ -70,8 +70,8 @@ fn quoted(text: &str) -> String {
 /// A range of a configuration: from, to, points, and whether it is logarithmic.
 type RangeOf<'a> = (&'a str, f64, f64, usize, bool);
 
-/// Data of the exported texts.
-struct Told<'a> {
+/// What an exported text says of a plane.
+struct Description<'a> {
     law: &'a Law,
     held: Vec<(&'static str, f64)>,
     ranges: [RangeOf<'a>; 2],
@@ -81,7 +81,7 @@ struct Told<'a> {
     machine: Option<(Machine, [RangeOf<'a>; 2])>,
 }
 
-impl Told<'_> {
+impl Description<'_> {
     /// The configuration of the map that has the cells of the picture.
     fn toml(&self) -> String {
         let mut text = String::from("title = \"A plane of slipmap explore\"\n\n[friction]\n");
@@ -197,8 +197,8 @@ fn float(value: f64) -> String {
     format!("{value:?}")
 }
 
-impl LeaveRequest {
-    fn told<'a>(&'a self, slice: &'a Slice) -> Result<(Told<'a>, Show), Refusal> {
+impl ExportRequest {
+    fn description<'a>(&'a self, slice: &'a Slice) -> Result<(Description<'a>, Show), Refusal> {
         let axes = slice.grid.axes();
         let (show, methods, field) = self.plane.show()?;
         let held = axes.iter().enumerate().filter(|(axis, _)| *axis != slice.x && *axis != slice.y);
@@ -216,7 +216,7 @@ impl LeaveRequest {
             };
             Ok([of(x, &across, x_log), of(y, &up, y_log)])
         };
-        let told = Told {
+        let description = Description {
             law: slice.grid.law(),
             held: held.map(|(position, axis)| (names[position], axis.values[0])).collect(),
             ranges: [range(slice.x, x_log), range(slice.y, y_log)],
@@ -224,15 +224,15 @@ impl LeaveRequest {
             field,
             machine: machine.map(|machine| Ok::<_, Refusal>((machine, in_si()?))).transpose()?,
         };
-        Ok((told, show))
+        Ok((description, show))
     }
 
     /// The plane and its point as texts to copy.
     pub(super) fn texts(&self) -> Result<Value, Refusal> {
         let slice = self.plane.cells()?;
-        let (told, _) = self.told(&slice)?;
+        let (description, _) = self.description(&slice)?;
         let (law, point) = self.plane.place.point()?;
-        let command = match &told.machine {
+        let command = match &description.machine {
             Some((machine, _)) => {
                 let (speed, damping) = (exact(machine.belt_speed), exact(machine.damping));
                 format!("slipmap probe --machine {CONFIG} --set belt_speed={speed} --set damping={damping}")
@@ -240,10 +240,10 @@ impl LeaveRequest {
             None => crate::probe::command_line(&law, &point, map::DEFAULT_TOLERANCE),
         };
         Ok(json!({
-            "toml": told.toml(),
-            "python": told.python(),
+            "toml": description.toml(),
+            "python": description.python(),
             "command": command,
-            "table": table_text(&told.law_as_written()),
+            "table": table_text(&description.law_as_written()),
         }))
     }
 
@@ -254,15 +254,15 @@ impl LeaveRequest {
             let problem = format!("a map of more than {MOST_POINTS} nodes along an axis");
             return Err(Refusal::bad_input(problem, "copy the configuration, and run it"));
         }
-        let (told, show) = self.told(&slice)?;
+        let (description, show) = self.description(&slice)?;
         let folder = tempfile::tempdir().map_err(broken)?;
-        let map = run(&told, folder.path(), stop)?;
+        let map = run(&description, folder.path(), stop)?;
         if self.file == "h5" {
             return Ok(("application/x-hdf5", std::fs::read(map).map_err(broken)?));
         }
         let map = MapFile::open(&map).map_err(broken)?;
         let view = View::new(&map);
-        let (scene, caption, data) = self.drawn(&view, &show, &told, stop)?;
+        let (scene, caption, data) = self.drawn(&view, &show, &description, stop)?;
         let svg = || scene.svg("plane", &caption);
         match self.file.as_str() {
             "svg" => Ok(("image/svg+xml", svg().into_bytes())),
@@ -278,10 +278,10 @@ impl LeaveRequest {
         &self,
         view: &View,
         show: &Show,
-        told: &Told,
+        description: &Description,
         stop: &AtomicBool,
     ) -> Result<(figure::Scene, Rich, figure::Data), Refusal> {
-        let [x, y] = told.ranges.map(|(name, ..)| name);
+        let [x, y] = description.ranges.map(|(name, ..)| name);
         let (slice, _) = figure::Slice::choose(view, x, y, &[]).map_err(broken)?;
         let label = match show {
             Show::Variable(name) => view.units.variable(name),
@@ -293,14 +293,15 @@ impl LeaveRequest {
             },
         };
         let codes = |method: &Method| slice.codes(&format!("verdict_{}", method.name())).map_err(broken);
-        let layer = match (show, show.kinds(&told.methods)) {
+        let layer = match (show, show.kinds(&description.methods)) {
             (Show::Variable(name), Some(kinds)) => Layer::Codes(slice.codes(name).map_err(undrawn)?, kinds),
             (Show::Variable(name), None) => Layer::Reals(slice.reals(name).map_err(undrawn)?),
             (_, kinds) => {
-                let verdicts = told.methods.iter().map(codes).collect::<Result<Vec<Array2<i8>>, _>>()?;
+                let verdicts =
+                    description.methods.iter().map(codes).collect::<Result<Vec<Array2<i8>>, _>>()?;
                 let cells = Array2::from_shape_fn(verdicts[0].dim(), |at| {
                     let said: Vec<i8> = verdicts.iter().map(|of_method| of_method[at]).collect();
-                    show.derived(&told.methods, &said)
+                    show.derived(&description.methods, &said)
                 });
                 Layer::Codes(cells, kinds.unwrap_or_default())
             }
@@ -322,10 +323,10 @@ fn table_text(law: &Law) -> Option<String> {
 }
 
 /// Runs the configuration in a folder, as `slipmap run` does; returns the map.
-fn run(told: &Told, folder: &Path, stop: &AtomicBool) -> Result<std::path::PathBuf, Refusal> {
+fn run(description: &Description, folder: &Path, stop: &AtomicBool) -> Result<std::path::PathBuf, Refusal> {
     let config = folder.join(CONFIG);
-    std::fs::write(&config, told.toml()).map_err(broken)?;
-    let written = told.law_as_written();
+    std::fs::write(&config, description.toml()).map_err(broken)?;
+    let written = description.law_as_written();
     if let Some(table) = table_text(&written) {
         std::fs::write(folder.join(TABLE), table).map_err(broken)?;
     }
@@ -335,8 +336,8 @@ fn run(told: &Told, folder: &Path, stop: &AtomicBool) -> Result<std::path::PathB
         let text = table_text(&written).unwrap_or_default();
         let named = table_of_text(TABLE, &text, Some(table.static_level()));
         let named = named.map_err(|(problem, remedy)| Refusal::bad_input(problem, remedy))?;
-        let small = told.law.is_read_as_small();
-        let law = match &told.machine {
+        let small = description.law.is_read_as_small();
+        let law = match &description.machine {
             None if small => Law::Table(named).read_as_small(),
             None => Law::Table(named),
             Some((machine, _)) => {

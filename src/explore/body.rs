@@ -15,9 +15,9 @@ pub(super) const LONGEST_BODY: usize = 1 << 20;
 const PATIENCE: Duration = Duration::from_secs(5);
 
 /// The parsed body of a request.
-pub(super) struct Asked<T>(pub(super) T);
+pub(super) struct JsonBody<T>(pub(super) T);
 
-impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for Asked<T> {
+impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for JsonBody<T> {
     type Rejection = Refusal;
 
     async fn from_request(request: Request, state: &S) -> Result<Self, Refusal> {
@@ -31,6 +31,8 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for Asked<T> {
         // On a live connection a body fails only by its length.
         let body = body.map_err(|_| Refusal::too_long(LONGEST_BODY))?;
         let parsed = serde_json::from_slice(&body);
-        parsed.map(Asked).map_err(|error| Refusal::malformed(format!("the request cannot be read: {error}")))
+        parsed
+            .map(JsonBody)
+            .map_err(|error| Refusal::malformed(format!("the request cannot be read: {error}")))
     }
 }
