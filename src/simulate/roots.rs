@@ -33,8 +33,9 @@ pub(super) enum Found {
     Zero(f64, Bracket),
 }
 
-/// A bracket of the root of a falling function within [`from`, `to`], searched from `start` outward in steps that
-/// double: far from the root the function may fail, or take long. `None` where it does not change its sign.
+/// A bracket of the root of a falling function within [from, to], searched from `start` outward in steps that
+/// double: far from the root the function may fail, or take long. `None` where it does not change its sign; at the ends
+/// of [from, to] it may be zero.
 ///
 /// # Errors
 /// Those of `f`.
@@ -49,7 +50,10 @@ pub(super) fn falling_bracket<E>(
     let mut step = first;
     while !(low.1 > 0.0) {
         if low.0 <= from {
-            return Ok(None);
+            if low.1 < 0.0 {
+                return Ok(None);
+            }
+            break;
         }
         let at = (start - step).max(from);
         low = (at, f(at)?);
@@ -61,7 +65,10 @@ pub(super) fn falling_bracket<E>(
     step = first;
     while !(high.1 < 0.0) {
         if high.0 >= to {
-            return Ok(None);
+            if high.1 > 0.0 {
+                return Ok(None);
+            }
+            break;
         }
         let at = (start + step).min(to);
         high = (at, f(at)?);
