@@ -28,6 +28,10 @@ _REGIME_COLORS = {
     "equilibrium_and_crossing": "#e69f00",
     "pure_slip_and_crossing": "#a6761d",
     "equilibrium_pure_slip_and_crossing": "#7f3b08",
+    "stick_slip_and_crossing": "#542788",
+    "equilibrium_stick_slip_and_crossing": "#8073ac",
+    "pure_slip_stick_slip_and_crossing": "#b2abd2",
+    "equilibrium_pure_slip_stick_slip_and_crossing": "#d8daeb",
 }
 _CURVE_STYLES = {
     "hopf": ("#000000", (0, (5, 2))),

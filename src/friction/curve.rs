@@ -3,6 +3,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::form::Form;
+use super::interval::Interval;
 use super::jet::Real;
 use super::{FirstOrder, Gradient, NoFirstOrder, Range, Stribeck, Table, Weakening, mean, weakening};
 use crate::point::LawParameters;
@@ -45,6 +46,26 @@ fn compile(form: &Form, known: &mut Vec<Arc<Weakening>>, reach: f64) -> Arc<Weak
 
 /// Work of compiling one piece of a law, in evaluations of the Stribeck law.
 const PIECE: u64 = 500;
+
+/// How finely a formula is cut to bound the friction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Pieces {
+    /// One interval.
+    One,
+    /// Intervals each of which reaches twice as far as the one before.
+    Octaves,
+}
+
+/// Number of intervals of [`Pieces::Octaves`], but the first.
+const OCTAVES: i32 = 14;
+/// Number of samples of a function, dense next to 0.
+const SAMPLES: u32 = 256;
+
+/// The smallest range that contains all.
+fn hull(ranges: impl Iterator<Item = Range>) -> Range {
+    let nothing = Range { lo: f64::INFINITY, hi: f64::NEG_INFINITY };
+    ranges.fold(nothing, |all, range| Range { lo: all.lo.min(range.lo), hi: all.hi.max(range.hi) })
+}
 
 impl Curve {
     /// Work of compiling the law for a column of this belt speed, in evaluations of the Stribeck law, which is
@@ -104,6 +125,37 @@ impl Curve {
     pub(crate) fn ranges(&self, reach: f64) -> Ranges<'_> {
         let closed = matches!(&self.form, Form::Stribeck(_) | Form::Exponential(_) | Form::Lorentzian(_));
         Ranges { curve: self, compiled: (!closed).then(|| self.compiled(reach)) }
+    }
+
+    /// The largest slip speed at which the law is known: the end of a table or of a sampled function.
+    pub(crate) fn fastest(&self) -> f64 {
+        match &self.form {
+            Form::Table(law) => law.fastest(),
+            Form::Function(law) => law.fastest(),
+            _ => f64::INFINITY,
+        }
+    }
+
+    /// Bounds of phi over slip speeds u in [0, `hi`], 0 < hi <= [`Curve::fastest`]. Those of laws given by
+    /// functions are taken from samples. A formula is bounded on one interval or on several.
+    pub(crate) fn friction_range(&self, hi: f64, pieces: Pieces) -> Range {
+        let octaves = match pieces {
+            Pieces::One => 0,
+            Pieces::Octaves => OCTAVES,
+        };
+        let ends = || (0..=octaves).rev().map(|octave| hi * 0.5_f64.powi(octave));
+        let starts = || std::iter::once(0.0).chain(ends());
+        match &self.form {
+            Form::Stribeck(law) => law.friction_range(hi),
+            Form::Table(law) => law.friction_range(hi),
+            Form::Function(_) | Form::Custom(_) => hull((0..=SAMPLES).map(|i| {
+                let value = self.phi(hi * (f64::from(i) / f64::from(SAMPLES)).powi(2));
+                Range { lo: value, hi: value }
+            })),
+            form => hull(
+                starts().zip(ends()).filter_map(|(lo, hi)| Some(form.formula(Interval::new(lo, hi))?.into())),
+            ),
+        }
     }
 
     /// Proved bounds, over 0 < |v| <= V, of the even part in v of `weakening(V - v)`.

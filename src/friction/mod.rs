@@ -19,8 +19,8 @@ mod stribeck;
 mod table;
 mod weakening;
 
-pub(crate) use curve::Ranges;
 pub use curve::{Column, Curve};
+pub(crate) use curve::{Pieces, Ranges};
 pub use custom::{Custom, CustomLaw, CustomLawError};
 pub use domain::PointError;
 pub(crate) use exponential::Exponential;

@@ -100,6 +100,11 @@ impl Stribeck {
         }
     }
 
+    /// Bounds of phi on [0, hi]. phi is convex, so it is largest at an end.
+    pub(super) fn friction_range(&self, hi: f64) -> Range {
+        Range { lo: 1.0 - self.drop, hi: self.phi(hi).max(1.0) }
+    }
+
     /// The weakening rate falls with u, so its bounds are its end values.
     pub(super) fn weakening_range(&self, lo: f64, hi: f64) -> Range {
         Range { lo: self.weakening(hi), hi: self.weakening(lo) }

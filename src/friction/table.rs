@@ -6,6 +6,7 @@
 
 use std::sync::{Arc, LazyLock};
 
+use super::Range;
 use super::interval::Interval;
 use super::jet::{Jet, Real as _};
 
@@ -289,6 +290,15 @@ impl Table {
             let c2 = (c(3.0) * secant - c(2.0) * from - to) / h;
             let c3 = (from + to - c(2.0) * secant) / (h * h);
             Parabola { ends: [u[i], u[i + 1]], coefficients: [-from, -(c(2.0) * c2), -(c(3.0) * c3)] }
+        })
+    }
+
+    /// Bounds of phi on [0, hi]. The cubics are monotone between the data.
+    pub(super) fn friction_range(&self, hi: f64) -> Range {
+        let data = self.0.phi[..self.0.u.partition_point(|knot| *knot <= hi)].iter().copied();
+        data.chain([self.phi(hi)]).fold(Range { lo: 1.0, hi: 1.0 }, |range, value| Range {
+            lo: range.lo.min(value),
+            hi: range.hi.max(value),
         })
     }
 

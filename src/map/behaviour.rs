@@ -1,14 +1,17 @@
 //! The attractors of a column at each of its dampings, from one backbone.
 
-use std::cell::{OnceCell, RefCell};
+use std::cell::{Cell, OnceCell, RefCell};
 
 use super::Regime;
 use super::end::End;
-use super::verdict::{Attractors, Outside};
+use super::verdict::Attractors;
 use crate::filippov::Oscillator;
 use crate::friction::{Curve, Range};
 use crate::simulate::backbone::{Backbone, Crossing, Sketch};
-use crate::simulate::crossing::{CrossingCycle, StickSlipCycle, crossing_cycles, stick_slip_cycle};
+use crate::simulate::crossing::{
+    CrossingCycle, StickSlipCycle, crossing_cycles, none_cross_for_ever, some_cross_for_ever,
+    stick_slip_cycle,
+};
 use crate::simulate::slip_cycle::{BACKBONE_TOLERANCE, Kick, SlipCycle, kick_onto, locate, none_within};
 use crate::simulate::{Failure, Flow};
 
@@ -46,6 +49,9 @@ pub(super) struct Behaviour {
     coarse: RefCell<Vec<Result<Backbone, Failure>>>,
     /// Computed on first use.
     fine: OnceCell<Result<Backbone, Failure>>,
+    /// eps c from which on no orbit crosses the belt line for ever, as far as that is known: 0 where it is
+    /// proved of the column, else that of a damping where none was found. Computed on first use.
+    none_cross_from: Cell<Option<f64>>,
 }
 
 /// What is known of a column at one damping before its cycles are.
@@ -66,6 +72,7 @@ impl Behaviour {
             even: OnceCell::new(),
             coarse: RefCell::default(),
             fine: OnceCell::new(),
+            none_cross_from: Cell::new(None),
         }
     }
 
@@ -140,19 +147,41 @@ impl Behaviour {
         self.fine.get_or_init(make).as_ref().ok()
     }
 
-    /// The regime by an interpolated backbone; `None` where it is open.
-    pub(super) fn read(&self, sketch: &Sketch, viscous: f64, end: End) -> Option<Regime> {
-        regime_of_sketch(sketch, viscous, self.at_belt_speed, end)
-    }
-
-    /// The regime: the set of attractors.
+    /// The regime at eps c = `viscous`: the set of attractors. The backbone may be read from a `sketch`.
     ///
     /// An orbit that spirals inward around an unstable equilibrium must tend to a slip cycle between the two
     /// (Poincare-Bendixson); around a stable one the equilibrium attracts. The attractor of the orbit from
-    /// the exit point coexists with all attractors inside that orbit.
-    pub(super) fn regime(&self, viscous: f64, end: End) -> Regime {
-        let Some(cycles) = self.count(viscous, end) else { return Regime::Failed };
-        regime_of(self.at_belt_speed < viscous, cycles.iter().any(|cycle| cycle.is_stable), end)
+    /// the exit point coexists with all attractors inside that orbit, and with crossing cycles around it.
+    pub(super) fn regime(&self, viscous: f64, end: End, sketch: Option<&Sketch>) -> Regime {
+        let stable = self.at_belt_speed < viscous;
+        let sketched = || sketch?.attracts(viscous, stable, end.returns()?);
+        let counted = || Some(self.count(viscous, end)?.iter().any(|cycle| cycle.is_stable));
+        let attractors = || {
+            Some(Attractors {
+                equilibrium: stable,
+                slip: sketched().or_else(counted)?,
+                stick_slip: end == End::Sticks,
+                crossing: end == End::Crosses || self.some_cross_for_ever(viscous)?,
+            })
+        };
+        attractors().map_or(Regime::Failed, Regime::of)
+    }
+
+    /// Whether some orbits cross the belt line for ever, though that from the exit point does not; `None` if it
+    /// is unknown. If none does at one damping, none does at a larger one.
+    fn some_cross_for_ever(&self, viscous: f64) -> Option<bool> {
+        let proved = || if none_cross_for_ever(&self.curve, self.belt_speed) { 0.0 } else { f64::INFINITY };
+        let from = self.none_cross_from.get().unwrap_or_else(proved);
+        self.none_cross_from.set(Some(from));
+        if viscous >= from {
+            return Some(false);
+        }
+        let oscillator = Oscillator { curve: self.curve.clone(), viscous, belt_speed: self.belt_speed };
+        let some = some_cross_for_ever(&oscillator).ok()?;
+        if !some {
+            self.none_cross_from.set(Some(viscous));
+        }
+        Some(some)
     }
 
     /// The attracting cycle: that of the orbit from the exit point, or else the largest slip cycle. `None`
@@ -203,30 +232,6 @@ impl Behaviour {
     }
 }
 
-/// The regime at C = `viscous` by a sketch of the backbone, where the weakening rate at belt speed is known and
-/// how the orbit from the exit point ends; `None` where the sketch is not clear about it.
-pub(super) fn regime_of_sketch(
-    sketch: &Sketch,
-    viscous: f64,
-    at_belt_speed: f64,
-    end: End,
-) -> Option<Regime> {
-    let stable = at_belt_speed < viscous;
-    let slip = sketch.attracts(viscous, stable, end.returns()?)?;
-    Some(regime_of(stable, slip, end))
-}
-
-/// The regime where it is known whether the equilibrium attracts, whether there is an attracting slip cycle,
-/// and how the orbit from the exit point ends.
-fn regime_of(equilibrium: bool, slip: bool, end: End) -> Regime {
-    let outside = match end {
-        End::Sticks => Some(Outside::StickSlip),
-        End::Crosses => Some(Outside::Crossing),
-        End::Inward | End::TooClose | End::Failed => None,
-    };
-    Regime::of(Attractors { equilibrium, slip, outside })
-}
-
 /// The long-run behaviour of a point.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct LongRun {
@@ -243,7 +248,7 @@ pub(crate) struct LongRun {
 pub(crate) fn long_run(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> LongRun {
     let behaviour = Behaviour::new(&oscillator.curve, oscillator.belt_speed);
     LongRun {
-        regime: behaviour.regime(oscillator.viscous, End::of(flow)),
+        regime: behaviour.regime(oscillator.viscous, End::of(flow), None),
         cycle: behaviour.attracting_cycle(oscillator, flow, tolerance),
         basin: behaviour.basin_boundary(oscillator, End::of(flow), tolerance),
     }
@@ -252,7 +257,7 @@ pub(crate) fn long_run(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> 
 /// The regime of a point whose orbit from the exit point is `flow`.
 #[must_use]
 pub fn regime(oscillator: &Oscillator, flow: &Flow) -> Regime {
-    Behaviour::new(&oscillator.curve, oscillator.belt_speed).regime(oscillator.viscous, End::of(flow))
+    Behaviour::new(&oscillator.curve, oscillator.belt_speed).regime(oscillator.viscous, End::of(flow), None)
 }
 
 /// The number of slip cycles, stable or not; `None` if it is unknown.

@@ -340,11 +340,8 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> Computed {
             let of_column = |(number, (column, ends)): (usize, (&Column, &[End]))| {
                 let sketch = known.sketch(number, column);
                 let behaviour = Behaviour::new(&column.curve, column.belt_speed);
-                let regime = |(&c, &end): (&f64, &End)| {
-                    let viscous = column.epsilon * c;
-                    let read = sketch.as_ref().and_then(|sketch| behaviour.read(sketch, viscous, end));
-                    read.unwrap_or_else(|| behaviour.regime(viscous, end))
-                };
+                let regime =
+                    |(&c, &end): (&f64, &End)| behaviour.regime(column.epsilon * c, end, sketch.as_ref());
                 cs.iter().zip(ends).map(regime).collect::<Vec<_>>()
             };
             let ends = simulated.ends.chunks(cs.len());

@@ -19,7 +19,7 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
-use super::behaviour::{COARSE, regime_of_sketch};
+use super::behaviour::COARSE;
 use super::end::End;
 use super::{Engine, Field, Grid, Plan, Tile};
 use crate::filippov::Oscillator;
@@ -353,8 +353,13 @@ impl Question<'_> {
                     (_, None) => true,
                     (None, Some(_)) => false,
                     (Some(([now, finer], at_belt_speed)), Some(end)) => {
-                        regime_of_sketch(now, viscous, *at_belt_speed, end).is_none()
-                            && regime_of_sketch(finer, viscous, *at_belt_speed, fine).is_some()
+                        let is_clear = |sketch: &Sketch, end: End| {
+                            let returns = end.returns();
+                            returns
+                                .and_then(|it| sketch.attracts(viscous, *at_belt_speed < viscous, it))
+                                .is_some()
+                        };
+                        !is_clear(now, end) && is_clear(finer, fine)
                     }
                 };
                 cells += each * usize::from(open);

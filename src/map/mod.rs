@@ -52,4 +52,4 @@ pub use simulation::{Paths, decide};
 pub use sink::Sink;
 pub(crate) use tile_data::LISTED;
 pub use tile_data::{MethodCells, TileData};
-pub use verdict::{Attractors, Outside, Regime, Verdict};
+pub use verdict::{Attractors, Regime, Verdict};

@@ -303,7 +303,9 @@ fn column_by_root(
     // between are closer to the boundary than its error and get an orbit of their own.
     let returning = cs.partition_point(|&c| c < critical - error);
     let inward = cs.partition_point(|&c| c <= critical + error);
-    let sticking = cs.partition_point(|&c| c < claim.sticks_from).min(returning);
+    // Nothing is proved of the landing where the certificate claims presence nowhere.
+    let sticks_from = if claim.present_below > 0.0 { claim.sticks_from } else { f64::INFINITY };
+    let sticking = cs.partition_point(|&c| c < sticks_from).min(returning);
     by_order(column, &cs[..sticking], tolerance, done);
     done.ends.extend(std::iter::repeat_n(End::Sticks, returning - sticking));
     for &c in &cs[returning..inward] {

@@ -75,15 +75,6 @@ impl From<NaiveVerdict> for Verdict {
     }
 }
 
-/// The attractor of the orbit from the exit point, if the orbit returns to the belt line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outside {
-    /// The stick-slip cycle.
-    StickSlip,
-    /// It crosses the belt line for ever.
-    Crossing,
-}
-
 /// A set of attractors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Attractors {
@@ -91,8 +82,10 @@ pub struct Attractors {
     pub equilibrium: bool,
     /// A cycle that slips all the time below the belt line, or several.
     pub slip: bool,
-    /// The attractor outside of these. Crossing cycles around a stick-slip cycle are not searched for here.
-    pub outside: Option<Outside>,
+    /// The stick-slip cycle.
+    pub stick_slip: bool,
+    /// Orbits that cross the belt line for ever and never stick: they tend to a crossing cycle, or grow.
+    pub crossing: bool,
 }
 
 /// The long-run behaviour of a cell, which is its set of attractors, with the code stored in `regime`.
@@ -124,11 +117,20 @@ pub enum Regime {
     /// The equilibrium and a slip cycle attract, and from outside their basins orbits cross the belt line for
     /// ever.
     EquilibriumPureSlipAndCrossing = 11,
+    /// The stick-slip cycle attracts, and orbits far outside of it cross the belt line for ever.
+    StickSlipAndCrossing = 12,
+    /// The equilibrium and the stick-slip cycle attract, and orbits far outside cross the belt line for ever.
+    EquilibriumStickSlipAndCrossing = 13,
+    /// A slip cycle and the stick-slip cycle attract, and orbits far outside cross the belt line for ever.
+    PureSlipStickSlipAndCrossing = 14,
+    /// The equilibrium, a slip cycle and the stick-slip cycle attract, and orbits far outside cross the belt
+    /// line for ever.
+    EquilibriumPureSlipStickSlipAndCrossing = 15,
 }
 
 impl Regime {
     /// Every regime, in the order of its code.
-    pub const ALL: [Regime; 12] = [
+    pub const ALL: [Regime; 16] = [
         Regime::Equilibrium,
         Regime::StickSlip,
         Regime::Bistable,
@@ -141,25 +143,33 @@ impl Regime {
         Regime::EquilibriumAndCrossing,
         Regime::PureSlipAndCrossing,
         Regime::EquilibriumPureSlipAndCrossing,
+        Regime::StickSlipAndCrossing,
+        Regime::EquilibriumStickSlipAndCrossing,
+        Regime::PureSlipStickSlipAndCrossing,
+        Regime::EquilibriumPureSlipStickSlipAndCrossing,
     ];
 
     /// The regime with these attractors; [`Regime::Failed`] for none, which no flow has.
     #[must_use]
     pub fn of(attractors: Attractors) -> Self {
-        let Attractors { equilibrium, slip, outside } = attractors;
-        match (equilibrium, slip, outside) {
-            (false, false, None) => Regime::Failed,
-            (true, false, None) => Regime::Equilibrium,
-            (false, true, None) => Regime::PureSlip,
-            (true, true, None) => Regime::PureSlipAndEquilibrium,
-            (false, false, Some(Outside::StickSlip)) => Regime::StickSlip,
-            (true, false, Some(Outside::StickSlip)) => Regime::Bistable,
-            (false, true, Some(Outside::StickSlip)) => Regime::PureSlipAndStickSlip,
-            (true, true, Some(Outside::StickSlip)) => Regime::EquilibriumPureSlipAndStickSlip,
-            (false, false, Some(Outside::Crossing)) => Regime::Crossing,
-            (true, false, Some(Outside::Crossing)) => Regime::EquilibriumAndCrossing,
-            (false, true, Some(Outside::Crossing)) => Regime::PureSlipAndCrossing,
-            (true, true, Some(Outside::Crossing)) => Regime::EquilibriumPureSlipAndCrossing,
+        let Attractors { equilibrium, slip, stick_slip, crossing } = attractors;
+        match (equilibrium, slip, stick_slip, crossing) {
+            (false, false, false, false) => Regime::Failed,
+            (true, false, false, false) => Regime::Equilibrium,
+            (false, true, false, false) => Regime::PureSlip,
+            (true, true, false, false) => Regime::PureSlipAndEquilibrium,
+            (false, false, true, false) => Regime::StickSlip,
+            (true, false, true, false) => Regime::Bistable,
+            (false, true, true, false) => Regime::PureSlipAndStickSlip,
+            (true, true, true, false) => Regime::EquilibriumPureSlipAndStickSlip,
+            (false, false, false, true) => Regime::Crossing,
+            (true, false, false, true) => Regime::EquilibriumAndCrossing,
+            (false, true, false, true) => Regime::PureSlipAndCrossing,
+            (true, true, false, true) => Regime::EquilibriumPureSlipAndCrossing,
+            (false, false, true, true) => Regime::StickSlipAndCrossing,
+            (true, false, true, true) => Regime::EquilibriumStickSlipAndCrossing,
+            (false, true, true, true) => Regime::PureSlipStickSlipAndCrossing,
+            (true, true, true, true) => Regime::EquilibriumPureSlipStickSlipAndCrossing,
         }
     }
 
@@ -179,6 +189,12 @@ impl Regime {
             Regime::EquilibriumAndCrossing => "equilibrium_and_crossing",
             Regime::PureSlipAndCrossing => "pure_slip_and_crossing",
             Regime::EquilibriumPureSlipAndCrossing => "equilibrium_pure_slip_and_crossing",
+            Regime::StickSlipAndCrossing => "stick_slip_and_crossing",
+            Regime::EquilibriumStickSlipAndCrossing => "equilibrium_stick_slip_and_crossing",
+            Regime::PureSlipStickSlipAndCrossing => "pure_slip_stick_slip_and_crossing",
+            Regime::EquilibriumPureSlipStickSlipAndCrossing => {
+                "equilibrium_pure_slip_stick_slip_and_crossing"
+            }
         }
     }
 

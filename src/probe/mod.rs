@@ -314,5 +314,19 @@ pub fn regime_words(regime: Regime) -> &'static str {
             "the equilibrium and a cycle that slips all the time attract, and orbits outside their basins cross \
              the belt line for ever"
         }
+        Regime::StickSlipAndCrossing => {
+            "the stick-slip cycle attracts, and orbits far outside cross the belt line for ever"
+        }
+        Regime::EquilibriumStickSlipAndCrossing => {
+            "the equilibrium and the stick-slip cycle attract, and orbits far outside cross the belt line for ever"
+        }
+        Regime::PureSlipStickSlipAndCrossing => {
+            "a cycle that slips all the time and the stick-slip cycle attract, and orbits far outside cross the \
+             belt line for ever"
+        }
+        Regime::EquilibriumPureSlipStickSlipAndCrossing => {
+            "the equilibrium, a cycle that slips all the time and the stick-slip cycle attract, and orbits far \
+             outside cross the belt line for ever"
+        }
     }
 }

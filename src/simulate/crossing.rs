@@ -15,6 +15,7 @@ use super::slip_cycle::Extent;
 use super::work::Work;
 use super::{Failure, Fate, Flow, Range};
 use crate::filippov::{Oscillator, Side};
+use crate::friction::{Curve, Pieces};
 
 /// Jump of x2' across the belt line: twice the static friction force of 1.
 const JUMP: f64 = 2.0;
@@ -26,6 +27,8 @@ const PER_DECADE: i32 = 8;
 const DECADES: std::ops::RangeInclusive<i32> = -6..=2;
 /// Largest number of Newton steps and bisections for a fixed point.
 const MOST_TRIALS: u32 = 100;
+/// Relative error of a loop where only its direction is asked for.
+const DIRECTION_TOLERANCE: f64 = 1e-8;
 
 /// A loop from a downward crossing of the belt line.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -165,6 +168,72 @@ fn outward(from: f64, end: &Loop) -> bool {
     matches!(end, Loop::Crosses { beyond_exit, .. } if *beyond_exit > from)
 }
 
+/// Largest distance beyond the exit point that is searched: it depends on the belt speed alone, but for laws
+/// that are known up to a slip speed only, whose orbits must stay below it.
+fn farthest(curve: &Curve, belt_speed: f64) -> f64 {
+    let all = belt_speed.max(1.0) * 10_f64.powi(*DECADES.end());
+    // From y beyond the exit point orbits stay within about hypot(y, V) + 2 of the lower centre.
+    let radius = curve.fastest() - belt_speed - 2.0;
+    if radius == f64::INFINITY {
+        all
+    } else if radius > belt_speed {
+        all.min(((radius - belt_speed) * (radius + belt_speed)).sqrt())
+    } else {
+        0.0
+    }
+}
+
+/// The distance y beyond the exit point from which on it is proved that loops lead inward, at every damping
+/// c >= 0, among those small enough to be searched. It is 0 where no orbit crosses the belt line for ever.
+///
+/// Let phi >= 1 - W at all slip speeds, and phi <= 1 + d up to V. Then y is the root of
+/// (2 - W + d) (y + 2 - W) = (W + d) (hypot(y, V) + 2 d + W), and 0 if the left side is larger at y = 0. For a
+/// law that only weakens, 0 if W V < 4 (1 - W).
+///
+/// **Proof** (theory, "Any friction law"). A loop that leads outward at damping c does so at c = 0, since loops fall with
+/// c. Let it cross upward with wL, and downward y' >= y beyond E. By Green's theorem the integral of D over
+/// the part of its inside above the belt line is ((y' + 2)^2 - (wL - 2)^2) / 2, and over the part below it is
+/// (wL^2 - y^2) / 2. The width of the inside falls upward from y' + wL above the line; so the first integral is
+/// at most W (y' + wL), and wL - y >= 4 - 2 W. Below the line the width rises downward from s = y + wL to its
+/// largest, L, at x2 = 0, and falls from there: the second integral is at most W L + d (L - s). By the energy
+/// about (1, 0), L <= 2 (hypot(y, V) + 2 d + W). So (2 - W + d) s <= (W + d) L with s >= 2 (y + 2 - W). []
+fn settled_from(curve: &Curve, belt_speed: f64) -> f64 {
+    let farthest = farthest(curve, belt_speed);
+    if farthest == 0.0 {
+        return 0.0;
+    }
+    let fastest = curve.fastest().min(4.0 * belt_speed.max(1.0) * 10_f64.powi(*DECADES.end()));
+    let root = |pieces| {
+        let drop = 1.0 - curve.friction_range(fastest, pieces).lo;
+        let rise = curve.friction_range(belt_speed.min(fastest), pieces).hi - 1.0;
+        root_of_bounds(drop.max(0.0), rise.max(0.0), belt_speed)
+    };
+    match root(Pieces::One) {
+        0.0 => 0.0,
+        _ => root(Pieces::Octaves).min(farthest),
+    }
+}
+
+/// The root of [`settled_from`]; infinite where there is none, or a bound is missing.
+fn root_of_bounds(drop: f64, rise: f64, belt_speed: f64) -> f64 {
+    if !(drop < 1.0 && rise.is_finite()) {
+        return f64::INFINITY;
+    }
+    // p y + k = q hypot(y, V), p > q > 0.
+    let (p, q) = (2.0 - drop + rise, drop + rise);
+    let k = p * (2.0 - drop) - q * (2.0 * rise + drop);
+    if k > q * belt_speed {
+        return 0.0;
+    }
+    let square = (p - q) * (p + q);
+    let root = q * k.hypot(square.sqrt() * belt_speed);
+    if k > 0.0 {
+        (q * belt_speed - k) * (q * belt_speed + k) / (p * k + root)
+    } else {
+        (root - p * k) / square
+    }
+}
+
 /// Returns whether it is proved that no crossing cycle exists among those small enough to be searched: where
 /// the divergence is nowhere positive.
 ///
@@ -172,19 +241,51 @@ fn outward(from: f64, end: &Loop) -> bool {
 /// below and above the belt line. Nothing flows through the orbit; through the part of the line inside, of
 /// length s, flows x2' of the lower field less x2' of the upper one, which is 2 everywhere. So the integral
 /// is 2 s > 0. []
-fn none_proved(oscillator: &Oscillator) -> bool {
+fn contracts(oscillator: &Oscillator) -> bool {
     let unit = oscillator.belt_speed.max(1.0);
     oscillator.divergence_is_at_most(0.0, 0.0, 4.0 * unit * 10_f64.powi(*DECADES.end()))
 }
 
+/// Returns whether it is proved that no orbit of a column crosses the belt line for ever, at any damping c >= 0.
+pub(crate) fn none_cross_for_ever(curve: &Curve, belt_speed: f64) -> bool {
+    settled_from(curve, belt_speed) == 0.0
+}
+
+/// Returns whether some orbits cross the belt line for ever: whether a loop leads outward. They tend to a
+/// crossing cycle, or grow. Where loops shrink slowly only [`PER_DECADE`] of them per factor of ten of their
+/// size are followed.
+///
+/// # Errors
+/// [`Failure`] of one of the loops.
+pub(crate) fn some_cross_for_ever(oscillator: &Oscillator) -> Result<bool, Failure> {
+    if contracts(oscillator) {
+        return Ok(false);
+    }
+    let unit = oscillator.belt_speed.max(1.0);
+    let work = Work::of_question(&oscillator.curve);
+    // From outside: loops are nested, so that none between a loop and the next leads outward.
+    let mut y = settled_from(&oscillator.curve, oscillator.belt_speed);
+    while y > unit * 10_f64.powi(*DECADES.start()) {
+        match loop_within(oscillator, y, DIRECTION_TOLERANCE, &work)? {
+            Loop::Crosses { beyond_exit, .. } if beyond_exit >= y => return Ok(true),
+            Loop::Crosses { beyond_exit, .. } => {
+                y = beyond_exit.min(y / 10_f64.powf(1.0 / f64::from(PER_DECADE)));
+            }
+            Loop::Sticks | Loop::SpiralsInward => return Ok(false),
+        }
+    }
+    Ok(false)
+}
+
 /// The crossing cycles, by growing size. An orbit from the exit point that never sticks tends to the first
 /// of them, if there is any; otherwise it grows without bound. None exists where the divergence is nowhere
-/// positive.
+/// positive, or where the friction force falls too little, see [`settled_from`].
 ///
 /// # Errors
 /// [`Failure`] of one of the loops.
 pub fn crossing_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<CrossingCycle>, Failure> {
-    if none_proved(oscillator) {
+    let farthest = settled_from(&oscillator.curve, oscillator.belt_speed);
+    if farthest == 0.0 || contracts(oscillator) {
         return Ok(Vec::new());
     }
     let unit = oscillator.belt_speed.max(1.0);
@@ -192,6 +293,9 @@ pub fn crossing_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<Cr
     let mut cycles = Vec::new();
     let (mut low, mut low_outward) = (0.0, outward(0.0, &loop_within(oscillator, 0.0, tolerance, &work)?));
     for i in DECADES.start() * PER_DECADE..=DECADES.end() * PER_DECADE {
+        if low >= farthest {
+            break;
+        }
         let high = unit * 10_f64.powf(f64::from(i) / f64::from(PER_DECADE));
         let high_outward = outward(high, &loop_within(oscillator, high, tolerance, &work)?);
         if low_outward != high_outward {

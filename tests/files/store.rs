@@ -509,7 +509,7 @@ fn a_changed_attribute_or_layout_is_found() {
         }),
         ("regime, attribute flag_values", |file| {
             let dataset = file.dataset("regime").unwrap();
-            dataset.attr("flag_values").unwrap().write(&[12i8, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1]).unwrap();
+            dataset.attr("flag_values").unwrap().write(&[1_i8; Regime::ALL.len()]).unwrap();
         }),
         ("regime, attribute DIMENSION_LIST", |file| {
             let dataset = file.dataset("regime").unwrap();
@@ -605,6 +605,10 @@ fn regimes_and_verdicts_have_the_documented_codes() {
         "equilibrium_and_crossing",
         "pure_slip_and_crossing",
         "equilibrium_pure_slip_and_crossing",
+        "stick_slip_and_crossing",
+        "equilibrium_stick_slip_and_crossing",
+        "pure_slip_stick_slip_and_crossing",
+        "equilibrium_pure_slip_stick_slip_and_crossing",
     ];
     assert_eq!(regimes, (0..).zip(names).collect::<Vec<(i8, &str)>>());
 }

@@ -173,6 +173,44 @@ fn a_cell_next_to_the_boundary_of_a_strong_node_is_not_absent() {
     }
 }
 
+/// Where the equilibrium is stable at every damping, no certificate bounds the landing speed: on fast belts the
+/// orbit crosses the belt line. Such cells were called present.
+#[test]
+fn cells_on_fast_belts_without_a_certificate_of_presence_are_not_present() {
+    let lorentzian = |belt_speed: f64| {
+        Law::Lorentzian.point(1.0, &[0.038_736_392_456_021_56, 5.568_060_014_426_585, 0.0], belt_speed, 0.0)
+    };
+    let stribeck =
+        |belt_speed: f64| Law::Stribeck.point(1.0, &[0.0, 1e-4 / belt_speed, 0.5], belt_speed, 0.0);
+    let mut crossing = 0;
+    for belt_speed in [50.0, 100.0, 1e3, 1e5, 2e5, 341_783.448, 1e6] {
+        for (law, point) in [(Law::Lorentzian, lorentzian(belt_speed)), (Law::Stribeck, stribeck(belt_speed))]
+        {
+            let column = law.column(&point.unwrap());
+            let critical = critical_dampings(std::slice::from_ref(&column), 1e-9).remove(0).unwrap().c;
+            let cs = [0.0, 0.3, 0.6, 0.9, 1.1].map(|share| share * critical);
+            for engine in [Engine::Auto, Engine::CriticalSurface, Engine::ReturnMap] {
+                for (verdict, c) in
+                    decide(std::slice::from_ref(&column), &cs, engine, 1e-9).into_iter().zip(cs)
+                {
+                    let witness = direct::flow(&Oscillator::in_column(&column, c), 1e-9);
+                    let expected = match witness.fate {
+                        Fate::Sticks(_) => Verdict::Present,
+                        Fate::SpiralsInward | Fate::CrossesForever => Verdict::Absent,
+                        Fate::TooCloseToCall | Fate::Failed(_) => continue,
+                    };
+                    crossing += usize::from(witness.fate == Fate::CrossesForever);
+                    assert!(
+                        [expected, Verdict::Undecided].contains(&verdict),
+                        "{column:?} {c} {engine:?}: {verdict:?}"
+                    );
+                }
+            }
+        }
+    }
+    assert!(crossing > 60, "{crossing}");
+}
+
 /// Ten thousand columns, written by `scripts/columns.c` to the file that SLIPMAP_COLUMNS names. Prints
 /// results/columns-DATE.csv row by row.
 #[test]

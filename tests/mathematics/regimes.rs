@@ -6,7 +6,7 @@ use std::f64::consts::{PI, TAU};
 use slipmap::certify;
 use slipmap::filippov::{Oscillator, Side};
 use slipmap::friction::{Column, Expression, Law};
-use slipmap::map::{self, Attractors, Outside, Regime};
+use slipmap::map::{self, Attractors, Regime};
 use slipmap::point::Point;
 use slipmap::simulate::crossing::{Loop, crossing_cycles, crossing_loop, stick_slip_cycle};
 use slipmap::simulate::direct::{self, Ending, Phase, Start, Trace, trace};
@@ -410,8 +410,13 @@ fn cycles_and_regimes_are_consistent_at_random_points() {
             | Regime::PureSlipAndEquilibrium
             | Regime::EquilibriumPureSlipAndStickSlip
             | Regime::PureSlipAndCrossing
-            | Regime::EquilibriumPureSlipAndCrossing => {
+            | Regime::EquilibriumPureSlipAndCrossing
+            | Regime::PureSlipStickSlipAndCrossing
+            | Regime::EquilibriumPureSlipStickSlipAndCrossing => {
                 panic!("no stable slip cycle is known for this law: {label}")
+            }
+            Regime::StickSlipAndCrossing | Regime::EquilibriumStickSlipAndCrossing => {
+                panic!("no crossing cycle around the stick-slip cycle is known for this law: {label}")
             }
             Regime::Failed => assert_eq!(answer.fate, Fate::TooCloseToCall, "{label}"),
         }
@@ -445,6 +450,89 @@ fn a_repelling_crossing_cycle_separates_its_neighbours() {
     });
     assert_eq!(ends[0], 0.0);
     assert!(ends[1] > 2.0 * cycles[0].beyond_exit && ends[1] < cycles[1].beyond_exit, "{ends:?}");
+}
+
+/// Its stick-slip cycle and its crossing cycle are both attractors, up to the damping at which the crossing
+/// cycles are gone.
+#[test]
+fn a_crossing_cycle_around_a_stick_slip_cycle_belongs_to_the_regime() {
+    let law = Law::Expression(Expression::new("1-a*(tanh((u-m)/s)+tanh(m/s))", 1.0).unwrap());
+    let at = |c: f64| {
+        let oscillator = Oscillator::new(&law, &law.point(1.0, &[1.0, 20.5, 1.0], 10.0, c).unwrap());
+        let cycles = crossing_cycles(&oscillator, 1e-10).unwrap();
+        (map::regime(&oscillator, &flow(&oscillator, 1e-10)), cycles.len())
+    };
+    assert_eq!(at(0.002), (Regime::EquilibriumStickSlipAndCrossing, 2));
+    let (regime, cycles) = at(0.2);
+    assert!(cycles == 0 && !regime.name().contains("crossing"), "{regime:?}");
+    let (mut last, mut both) = (2, 0);
+    for i in 0..20 {
+        let (regime, cycles) = at(0.002 + 0.002 * f64::from(i));
+        assert_eq!(regime.name().contains("crossing"), cycles > 0, "{i}: {regime:?}");
+        assert!(cycles <= last, "{i}: {cycles}");
+        last = cycles;
+        both += cycles / 2;
+    }
+    assert!((1..20).contains(&both), "{both}");
+}
+
+/// Laws that fall by W in all, some of them in steps.
+fn falling(random: &mut Random, fall: f64) -> (Law, Vec<f64>) {
+    let phi = "1-w*(p*(tanh((u-m)/s)+tanh(m/s))/(1+tanh(m/s))+(1-p)*(1-exp(-u/n)))";
+    let m = random.log(0.01, 100.0);
+    // In the order in which the formula names them.
+    let values = vec![fall, random.unit(), m, m * random.log(0.02, 1.0), random.log(0.01, 100.0)];
+    (Law::Expression(Expression::new(phi, 1.0).unwrap()), values)
+}
+
+#[test]
+fn loops_lead_inward_where_friction_falls_little() {
+    let mut random = Random(0x100b5);
+    for i in 0..400 {
+        let fall = random.log(0.01, 0.99);
+        let (law, values) = falling(&mut random, fall);
+        // Up to the bound; half of them without damping.
+        let belt_speed = 4.0 * (1.0 - fall) / fall * random.log(0.01, 0.999);
+        let damping = if i % 2 == 0 { 0.0 } else { random.log(1e-3, 1.0) };
+        let oscillator = Oscillator::new(&law, &law.point(1.0, &values, belt_speed, damping).unwrap());
+        assert_eq!(crossing_cycles(&oscillator, 1e-9), Ok(Vec::new()), "{values:?} {belt_speed} {damping}");
+        for _ in 0..4 {
+            let y = random.log(1e-3, 100.0) * belt_speed.max(1.0);
+            let end = crossing_loop(&oscillator, y, 1e-8).unwrap();
+            let outward = matches!(end, Loop::Crosses { beyond_exit, .. } if beyond_exit >= y);
+            assert!(!outward, "{values:?} {belt_speed} {damping}: {y} {end:?}");
+        }
+    }
+}
+
+/// The search from outside against loops of every size.
+#[test]
+fn regimes_have_a_crossing_cycle_where_some_loop_leads_outward() {
+    let (mut random, mut found) = (Random(0xc405), [0; 2]);
+    for _ in 0..60 {
+        // Friction that changes its sign, on fast belts: crossing cycles are not rare.
+        let fall = 0.9 + random.unit();
+        let (law, values) = falling(&mut random, fall);
+        let belt_speed = random.log(0.5, 30.0);
+        let damping = random.log(1e-3, 0.3);
+        let oscillator = Oscillator::new(&law, &law.point(1.0, &values, belt_speed, damping).unwrap());
+        let regime = map::regime(&oscillator, &flow(&oscillator, 1e-9));
+        let outward = (-24..=16).any(|i| {
+            let y = belt_speed.max(1.0) * 10_f64.powf(f64::from(i) / 8.0);
+            matches!(crossing_loop(&oscillator, y, 1e-8), Ok(Loop::Crosses { beyond_exit, .. }) if beyond_exit > y)
+        });
+        if regime == Regime::Failed {
+            // Where orbits grow without bound slip cycles may have no answer.
+            continue;
+        }
+        assert_eq!(
+            regime.name().contains("crossing"),
+            outward,
+            "{values:?} {belt_speed} {damping}: {regime:?}"
+        );
+        found[usize::from(outward)] += 1;
+    }
+    assert!(found.iter().all(|count| *count > 10), "{found:?}");
 }
 
 /// Nothing is said of what lies beyond an orbit whose fate is not known.
@@ -513,14 +601,14 @@ fn three_attractors_have_a_name() {
 #[test]
 fn regimes_are_sets_of_attractors() {
     let mut seen = vec![Regime::Failed];
-    for equilibrium in [false, true] {
-        for slip in [false, true] {
-            for outside in [None, Some(Outside::StickSlip), Some(Outside::Crossing)] {
-                if equilibrium || slip || outside.is_some() {
-                    seen.push(Regime::of(Attractors { equilibrium, slip, outside }));
-                }
-            }
-        }
+    for set in 1..16 {
+        let has = |bit: u8| set & bit != 0;
+        seen.push(Regime::of(Attractors {
+            equilibrium: has(1),
+            slip: has(2),
+            stick_slip: has(4),
+            crossing: has(8),
+        }));
     }
     let mut codes: Vec<i8> = seen.iter().map(|regime| regime.code()).collect();
     codes.sort_unstable();

@@ -164,8 +164,9 @@ const KEY_BITS: u32 = 5;
 const KEY_OCTAVES: u64 = 32;
 
 impl Places {
+    /// The key of |u|, so that -0 has that of 0.
     fn key(u: f64) -> u64 {
-        u.to_bits() >> (52 - KEY_BITS)
+        u.abs().to_bits() >> (52 - KEY_BITS)
     }
 
     fn of(breaks: &[f64]) -> Self {

@@ -35,6 +35,14 @@ fn slips(reach: f64) -> impl Iterator<Item = f64> {
 }
 
 #[test]
+fn the_slip_speed_minus_zero_is_zero() {
+    for curve in smooth().into_iter().chain([table()]) {
+        let compiled = curve.compiled(3.0);
+        assert_eq!(compiled.at(-0.0), compiled.at(0.0));
+    }
+}
+
+#[test]
 fn errors_hold_and_are_small() {
     for curve in smooth().into_iter().chain([table()]) {
         let compiled = curve.compiled(3.0);

@@ -54,13 +54,11 @@ impl Scale {
         Self { from: from - room, to: from + room, log: false, shown: 1.0 }
     }
 
-    /// A logarithmic scale of positive numbers; a single number gets a range around it.
+    /// A logarithmic scale of positive numbers; a single number gets a range around it. Ends beyond the smallest
+    /// and the largest double are moved there.
     pub(crate) fn logarithmic(from: f64, to: f64) -> Self {
-        if to > from {
-            Self { from, to, log: true, shown: 1.0 }
-        } else {
-            Self { from: from / 2.0, to: from * 2.0, log: true, shown: 1.0 }
-        }
+        let [from, to] = if to > from { [from, to] } else { [from / 2.0, from * 2.0] };
+        Self { from: from.max(f64::from_bits(1)), to: to.min(f64::MAX), log: true, shown: 1.0 }
     }
 
     /// The scale that fits the nodes of an axis.
@@ -200,6 +198,16 @@ pub(crate) fn text_width_of(ticks: &[Tick]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn ranges_around_extreme_numbers_are_ranges_of_numbers() {
+        for [from, to] in [[1.9e306, f64::INFINITY], [f64::MAX; 2], [0.0, 4e-323], [f64::from_bits(1); 2]] {
+            let scale = Scale::logarithmic(from, to);
+            let values = [0.0, 0.5, 1.0].map(|unit| scale.value(unit));
+            assert!(values.iter().all(|value| *value > 0.0 && value.is_finite()), "{values:?}");
+            assert!(values[0] < values[2]);
+        }
+    }
 
     fn labels(scale: Scale, most: usize) -> Vec<String> {
         let ticks = scale.ticks(most);

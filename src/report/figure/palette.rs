@@ -125,6 +125,10 @@ pub(crate) fn regime(regime: Regime) -> Fill {
         Regime::EquilibriumAndCrossing => Fill::hatched(VERMILION, Hatch::Rising, BLACK),
         Regime::PureSlipAndCrossing => Fill::hatched(VERMILION, Hatch::Falling, GREEN),
         Regime::EquilibriumPureSlipAndCrossing => Fill::hatched(VERMILION, Hatch::Crossed, GREEN),
+        Regime::StickSlipAndCrossing => Fill::hatched(BLUE, Hatch::Crossed, VERMILION),
+        Regime::EquilibriumStickSlipAndCrossing => Fill::hatched(SKY, Hatch::Crossed, VERMILION),
+        Regime::PureSlipStickSlipAndCrossing => Fill::hatched(YELLOW, Hatch::Crossed, VERMILION),
+        Regime::EquilibriumPureSlipStickSlipAndCrossing => Fill::hatched(SKY, Hatch::Dots, VERMILION),
     }
 }
 
@@ -143,6 +147,10 @@ pub(crate) fn regime_words(regime: Regime) -> &'static str {
         Regime::EquilibriumAndCrossing => "equilibrium or crossing cycle",
         Regime::PureSlipAndCrossing => "slip or crossing cycle",
         Regime::EquilibriumPureSlipAndCrossing => "equilibrium, slip or crossing cycle",
+        Regime::StickSlipAndCrossing => "stick-slip or crossing cycle",
+        Regime::EquilibriumStickSlipAndCrossing => "equilibrium, stick-slip or crossing cycle",
+        Regime::PureSlipStickSlipAndCrossing => "slip cycle, stick-slip or crossing cycle",
+        Regime::EquilibriumPureSlipStickSlipAndCrossing => "equilibrium, slip, stick-slip or crossing cycle",
     }
 }
 
