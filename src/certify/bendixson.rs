@@ -24,7 +24,7 @@
 //! Departures from the paper (section 5.1): the paper keeps only the first order in eps and takes x2 >= -V
 //! along the orbit. That is [`super::bendixson_leading`]; where D > 0 the orbit in fact overshoots -V.
 
-use super::{Claim, Guarantee, Test, absence_edge, landing, presence_edge};
+use super::{Claim, Columns, Guarantee, Test, absence_edge, landing, presence_edge};
 use crate::friction::Column;
 
 /// The test.
@@ -49,18 +49,23 @@ const EVALUATIONS: u32 = 40;
 const SHARPNESS: f64 = 1e-9;
 
 fn claim(column: &Column) -> Claim {
-    claims(std::slice::from_ref(column))[0]
+    claims(&Columns::new(std::slice::from_ref(column)))[0]
 }
 
 /// The claims of many columns, whose edges are searched together.
-fn claims(columns: &[Column]) -> Vec<Claim> {
-    columns.iter().zip(presence_edges(columns)).map(|(column, edge)| with_edge(column, edge)).collect()
+fn claims(columns: &Columns) -> Vec<Claim> {
+    let edges = presence_edges(columns.columns);
+    edges.into_iter().enumerate().map(|(number, edge)| with_edge(columns, number, edge)).collect()
 }
 
-fn with_edge(column: &Column, edge: Option<f64>) -> Claim {
+fn with_edge(columns: &Columns, number: usize, edge: Option<f64>) -> Claim {
+    let column = &columns.columns[number];
     let present_below = edge.unwrap_or(f64::NEG_INFINITY);
+    // Where `symmetric` has proved the landing at every damping, there is nothing to search.
+    let lands = edge.map(|_| columns.symmetric(number));
+    let lands = lands.is_some_and(|known| known.present_below > 0.0 && known.sticks_from == 0.0);
     Claim {
-        sticks_from: landing::sticks_from(column, present_below),
+        sticks_from: if lands { 0.0 } else { landing::sticks_from(column, present_below) },
         present_below,
         absent_above: absence_edge(column, column.curve.weakening_range(0.0, 2.0 * column.belt_speed).hi),
     }

@@ -9,18 +9,17 @@
 //!
 //! **Domain**: every law. **Guarantee**: a theorem at every eps > 0, evaluated in double precision. **Why the
 //! second inequality.** By itself (14) proves nothing about the orbit from the exit point: a stable slip
-//! cycle may surround the equilibrium and attract that orbit. E is weakening(V) at v = 0, and
-//! [`super::symmetric`] proves presence where its minimum exceeds eps c. If the minimum is at v = 0, as for
-//! the Stribeck law, whose E is convex, the second inequality is implied by the first and (14) *is* a
-//! certificate. For a law with its minimum elsewhere the claim shrinks to what is proved, and coincides with
-//! that of `symmetric`. Absence is not claimed: between this edge and the critical damping the equilibrium is
-//! stable and the stick-slip cycle exists. The landing is checked, see [`super::landing`].
+//! cycle may surround the equilibrium and attract that orbit. [`super::symmetric`] proves presence where the
+//! minimum of E exceeds eps c; and E is weakening(V) at v = 0, so that the second inequality implies the first.
+//! The claim is therefore the presence that `symmetric` claims. If the minimum is at v = 0, as for the Stribeck
+//! law, whose E is convex, the two inequalities are one and (14) *is* a certificate. Absence is not claimed:
+//! between this edge and the critical damping the equilibrium is stable and the stick-slip cycle exists. The
+//! landing is checked, see [`super::landing`].
 //!
 //! Departures from the paper: there (14) is a remark, followed by Bendixson's criterion to exclude slip
 //! cycles; the second inequality and the landing are not in it.
 
-use super::{Claim, Guarantee, Test, landing, presence_edge};
-use crate::friction::Column;
+use super::{Claim, Guarantee, Test, symmetric};
 
 /// The test.
 pub const TEST: Test = Test {
@@ -29,21 +28,18 @@ pub const TEST: Test = Test {
     equation: "paper (14)",
     guarantee: Guarantee::FiniteEpsilon,
     first_order: false,
-    claim,
-    claims: None,
+    claim: |column| presence_of((symmetric::TEST.claim)(column)),
+    claims: Some(|columns| symmetric::TEST.claims(columns).into_iter().map(presence_of).collect()),
 };
 
-fn claim(column: &Column) -> Claim {
-    let at_equilibrium = column.curve.weakening(column.belt_speed);
-    let proved = column.curve.even_weakening_range(column.belt_speed).lo;
-    let present_below = presence_edge(column, at_equilibrium.min(proved));
-    Claim { sticks_from: landing::sticks_from(column, present_below), present_below, ..Claim::NOTHING }
+/// The presence that `symmetric` claims.
+fn presence_of(symmetric: Claim) -> Claim {
+    Claim { absent_above: Claim::NOTHING.absent_above, ..symmetric }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::certify::symmetric;
     use crate::certify::test_columns::{random_columns, stribeck};
 
     #[test]
@@ -55,11 +51,10 @@ mod tests {
     }
 
     #[test]
-    fn is_the_presence_claim_of_symmetric_for_the_stribeck_law() {
+    fn the_edge_is_the_divergence_at_the_equilibrium_for_the_stribeck_law() {
         for column in random_columns(500) {
-            let (here, there) = ((TEST.claim)(&column), (symmetric::TEST.claim)(&column));
-            assert_eq!(here.present_below, there.present_below);
-            assert_eq!(here.sticks_from, there.sticks_from);
+            let edge = column.curve.weakening(column.belt_speed) / column.epsilon;
+            assert_eq!((TEST.claim)(&column).present_below, edge);
         }
     }
 }

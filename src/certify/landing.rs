@@ -53,7 +53,7 @@ pub(super) fn sticks_from(column: &Column, present_below: f64) -> f64 {
         return 0.0;
     }
     let mut flow = Flow::new(column, 0.0);
-    let largest = flow.ranges.over(0.0, 3.0 * column.belt_speed).hi;
+    let largest = flow.ranges.highest(0.0, 3.0 * column.belt_speed);
     if constant_bound(largest, column.belt_speed) < 2.0 {
         return 0.0;
     }
@@ -169,7 +169,7 @@ impl<'a> Flow<'a> {
             Half::Lower => (1.0 + from, 1.0 + to),
             Half::Upper => (1.0 - to, 1.0 - from),
         };
-        self.ranges.over(self.belt_speed * least, self.belt_speed * most).hi - self.viscous
+        self.ranges.highest(self.belt_speed * least, self.belt_speed * most) - self.viscous
     }
 
     /// Upper bound of the turning point of the lower half plane.

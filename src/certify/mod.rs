@@ -61,6 +61,8 @@ pub mod validated;
 #[cfg(test)]
 mod test_columns;
 
+use std::cell::OnceCell;
+
 use crate::friction::Column;
 
 /// The verdict of a test at one point.
@@ -162,8 +164,29 @@ impl Guarantee {
     }
 }
 
+/// Columns, and the claims of [`symmetric`] on them, which several methods need: each is computed once.
+pub(crate) struct Columns<'a> {
+    columns: &'a [Column],
+    symmetric: Vec<OnceCell<Claim>>,
+}
+
+impl<'a> Columns<'a> {
+    pub(crate) fn new(columns: &'a [Column]) -> Self {
+        Self { columns, symmetric: vec![OnceCell::new(); columns.len()] }
+    }
+
+    pub(crate) fn all(&self) -> &'a [Column] {
+        self.columns
+    }
+
+    /// The claim of [`symmetric`] on a column.
+    pub(crate) fn symmetric(&self, number: usize) -> Claim {
+        *self.symmetric[number].get_or_init(|| (symmetric::TEST.claim)(&self.columns[number]))
+    }
+}
+
 /// Computes the claims of many columns.
-pub(crate) type ManyClaims = fn(&[Column]) -> Vec<Claim>;
+pub(crate) type ManyClaims = fn(&Columns) -> Vec<Claim>;
 
 /// A closed-form test.
 #[derive(Clone, Copy, Debug)]
@@ -186,10 +209,10 @@ pub struct Test {
 
 impl Test {
     /// The claims along columns: those of [`Test::claim`].
-    pub(crate) fn claims(&self, columns: &[Column]) -> Vec<Claim> {
+    pub(crate) fn claims(&self, columns: &Columns) -> Vec<Claim> {
         match self.claims {
             Some(claims) => claims(columns),
-            None => columns.iter().map(self.claim).collect(),
+            None => columns.columns.iter().map(self.claim).collect(),
         }
     }
 }
@@ -213,6 +236,8 @@ pub fn by_name(name: &str) -> Option<&'static Test> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::friction::{Expression, Law};
+    use crate::point::{LawParameters, Point};
 
     #[test]
     fn a_claim_decides_by_its_thresholds() {
@@ -229,6 +254,34 @@ mod tests {
         }
         assert_eq!(claim.margin(0.25), 0.75);
         assert_eq!(Claim::NOTHING.decide(0.0), Decision::Undecided);
+    }
+
+    /// Methods share claims; the answer of each is what it would be alone.
+    #[test]
+    fn claims_of_many_columns_are_those_of_each() {
+        let law = Law::Expression(Expression::new("1 - 0.4*tanh(3*u) + 0.01*u^2", 1.0).unwrap());
+        let formula = |i: i32| {
+            let belt_speed = 0.1 * 1.15_f64.powi(i);
+            law.column(&Point { epsilon: 0.9, law: LawParameters::new(&[]), belt_speed, damping: 0.0 })
+        };
+        let columns: Vec<Column> = (0..32).map(formula).chain(test_columns::random_columns(100)).collect();
+        for columns in [&columns[..32], &columns[32..]] {
+            let shared = Columns::new(columns);
+            for test in &TESTS {
+                for (column, claim) in columns.iter().zip(test.claims(&shared)) {
+                    let alone = (test.claim)(column);
+                    // Lanes of Stribeck's law round differently, see `landing::lanes`.
+                    let alike = |a: f64, b: f64| a == b || (a / b - 1.0).abs() < 1e-12;
+                    assert!(
+                        alike(claim.sticks_from, alone.sticks_from)
+                            && alike(claim.present_below, alone.present_below)
+                            && claim.absent_above == alone.absent_above,
+                        "{} {column:?}: {claim:?} {alone:?}",
+                        test.name
+                    );
+                }
+            }
+        }
     }
 
     /// As eps vanishes the edges tend to gamma (1 - alpha) - 2 beta V = 1.2 for presence and, for absence, to

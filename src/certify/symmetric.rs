@@ -45,7 +45,7 @@ pub const TEST: Test = Test {
     guarantee: Guarantee::FiniteEpsilon,
     first_order: false,
     claim,
-    claims: None,
+    claims: Some(|columns| (0..columns.columns.len()).map(|number| columns.symmetric(number)).collect()),
 };
 
 fn claim(column: &Column) -> Claim {

@@ -112,6 +112,7 @@ impl Curve {
 
     /// Proved bounds of the weakening rate over slip speeds u in [`lo`, `hi`], 0 <= lo <= hi.
     #[must_use]
+    #[inline]
     pub fn weakening_range(&self, lo: f64, hi: f64) -> Range {
         match &self.form {
             Form::Stribeck(law) => law.weakening_range(lo, hi),
@@ -121,7 +122,7 @@ impl Curve {
         }
     }
 
-    /// The same for many intervals: the law is compiled up to `reach` once. Intervals beyond it take longer.
+    /// Upper bounds for many intervals: the law is compiled up to `reach` once. Intervals beyond it take longer.
     pub(crate) fn ranges(&self, reach: f64) -> Ranges<'_> {
         let closed = matches!(&self.form, Form::Stribeck(_) | Form::Exponential(_) | Form::Lorentzian(_));
         Ranges { curve: self, compiled: (!closed).then(|| self.compiled(reach)) }
@@ -174,6 +175,8 @@ impl Curve {
     pub fn mean_weakening(&self, belt_speed: f64) -> f64 {
         match &self.form {
             Form::Stribeck(law) => law.mean_weakening(belt_speed),
+            Form::Exponential(law) => mean::mean_weakening(|u| law.weakening(u), belt_speed),
+            Form::Lorentzian(law) => mean::mean_weakening(|u| law.weakening(u), belt_speed),
             Form::Table(law) => law.mean_weakening(belt_speed),
             _ => {
                 let weakening = self.compiled(4.0 * belt_speed);
@@ -301,18 +304,19 @@ impl Curve {
     }
 }
 
-/// Proved bounds of a curve's weakening rate, see [`Curve::ranges`].
+/// Proved upper bounds of a curve's weakening rate, see [`Curve::ranges`].
 pub(crate) struct Ranges<'a> {
     curve: &'a Curve,
     compiled: Option<Arc<Weakening>>,
 }
 
 impl Ranges<'_> {
-    /// As [`Curve::weakening_range`].
-    pub(crate) fn over(&self, lo: f64, hi: f64) -> Range {
+    /// The upper bound of [`Curve::weakening_range`].
+    #[inline]
+    pub(crate) fn highest(&self, lo: f64, hi: f64) -> f64 {
         match &self.compiled {
-            Some(law) if hi <= law.reach() => law.range(lo, hi),
-            _ => self.curve.weakening_range(lo, hi),
+            Some(law) if hi <= law.reach() => law.highest(lo, hi),
+            _ => self.curve.weakening_range(lo, hi).hi,
         }
     }
 }

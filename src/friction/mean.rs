@@ -1,41 +1,50 @@
 //! Averages of a law over the grazing circle.
 
-/// Numbers of nodes of the coarsest and of the finest rule over half a turn.
-const NODES: [u32; 2] = [16, 1 << 14];
+use std::sync::OnceLock;
 
-/// The mean over a turn of a function of cos t, given by its values at t in [0, pi]. The trapezoidal rule,
-/// doubled until it no longer changes: for smooth functions it converges faster than any power.
-pub(super) fn mean_over_turn(f: impl Fn(f64) -> f64) -> f64 {
-    let at = |i: u32, n: u32| f(std::f64::consts::PI * f64::from(i) / f64::from(n));
-    let mut n = NODES[0];
-    let ends = 0.5 * (at(0, 1) + at(1, 1));
-    let sum = |from: u32, step: usize, n: u32| {
-        (from..n).step_by(step).map(|i| at(i, n)).fold((0.0, 0.0), |(s, size), x| (s + x, size + x.abs()))
-    };
-    let (mut total, mut size) = sum(1, 1, n);
-    total += ends;
-    size += ends.abs();
-    loop {
-        let before = total / f64::from(n);
-        n *= 2;
-        let (odd, odd_size) = sum(1, 2, n);
-        total += odd;
-        size += odd_size;
-        let now = total / f64::from(n);
-        // NaN ends the loop as well.
-        if !((now - before).abs() > 2.0 * f64::EPSILON * size / f64::from(n)) || n >= NODES[1] {
-            return now;
-        }
-    }
+/// Number of intervals over half a turn of the coarsest rule, and how often it is doubled.
+const INTERVALS: u32 = 16;
+const DOUBLINGS: usize = 10;
+
+/// A node of a rule: (1 - cos t) / 2 and sin^2 t.
+type Node = [f64; 2];
+
+/// The nodes between t = 0 and pi of the coarsest rule, or those that a doubling adds.
+fn nodes(doublings: usize) -> &'static [Node] {
+    static RULES: [OnceLock<Vec<Node>>; DOUBLINGS + 1] = [const { OnceLock::new() }; DOUBLINGS + 1];
+    RULES[doublings].get_or_init(|| {
+        let intervals = INTERVALS << doublings;
+        let step = if doublings == 0 { 1 } else { 2 };
+        let node = |i: u32| {
+            let t = std::f64::consts::PI * f64::from(i) / f64::from(intervals);
+            let (half, sin) = ((0.5 * t).sin(), t.sin());
+            [half * half, sin * sin]
+        };
+        (1..intervals).step_by(step).map(node).collect()
+    })
 }
 
 /// The weakening rate averaged over the grazing circle with weight sin^2 t / pi, see
-/// [`super::Curve::mean_weakening`].
+/// [`super::Curve::mean_weakening`]. The trapezoidal rule, doubled until it no longer changes: for smooth
+/// functions it converges faster than any power. At both ends the weight is zero.
 pub(super) fn mean_weakening(weakening: impl Fn(f64) -> f64, belt_speed: f64) -> f64 {
-    2.0 * mean_over_turn(|t| {
-        let (half, sin) = ((0.5 * t).sin(), t.sin());
-        weakening(2.0 * belt_speed * half * half) * sin * sin
-    })
+    let (mut total, mut size, mut before) = (0.0, 0.0, f64::NAN);
+    for doublings in 0..=DOUBLINGS {
+        for [share, weight] in nodes(doublings) {
+            let term = weakening(2.0 * belt_speed * share) * weight;
+            total += term;
+            size += term.abs();
+        }
+        let intervals = f64::from(INTERVALS << doublings);
+        let now = total / intervals;
+        let changes = (now - before).abs() > 2.0 * f64::EPSILON * size / intervals;
+        // NaN ends the loop as well.
+        if doublings > 0 && !changes {
+            return 2.0 * now;
+        }
+        before = now;
+    }
+    2.0 * before
 }
 
 #[cfg(test)]

@@ -61,6 +61,14 @@ struct Piece {
     c3: f64,
 }
 
+impl Piece {
+    /// -phi'(u).
+    fn weakening(&self, u: f64) -> f64 {
+        let t = u - self.start;
+        -(self.slope + t * (2.0 * self.c2 + t * (3.0 * self.c3)))
+    }
+}
+
 /// -phi' on one piece, in t = u - ends[0].
 pub(super) struct Parabola {
     /// Slip speeds at which it begins and ends.
@@ -268,14 +276,7 @@ impl Table {
         if u > self.fastest() {
             return f64::NAN;
         }
-        self.weakening_on(self.piece_at(u), u)
-    }
-
-    /// -phi'(u) by the cubic of piece `i`.
-    fn weakening_on(&self, i: usize, u: f64) -> f64 {
-        let Piece { start, slope, c2, c3, .. } = self.piece(i);
-        let t = u - start;
-        -(slope + t * (2.0 * c2 + t * (3.0 * c3)))
+        self.piece(self.piece_at(u)).weakening(u)
     }
 
     /// The parabolas of -phi', piece by piece, with the rounding of their coefficients. The law is the
@@ -302,35 +303,30 @@ impl Table {
         })
     }
 
-    /// Ends of the parabolas of -phi' within (lo, hi).
-    fn knots(&self, lo: f64, hi: f64) -> impl Iterator<Item = f64> {
-        self.0.u.iter().copied().filter(move |knot| lo < *knot && *knot < hi)
-    }
-
     /// By Gauss quadrature between the data: the integrand is smooth there.
     pub(super) fn mean_weakening(&self, belt_speed: f64) -> f64 {
         if !(2.0 * belt_speed <= self.fastest()) {
             return f64::NAN;
         }
         let angle = |u: f64| 2.0 * (0.5 * u / belt_speed).sqrt().min(1.0).asin();
-        let mut ends = vec![0.0];
-        ends.extend(self.knots(0.0, 2.0 * belt_speed).map(angle));
-        ends.push(std::f64::consts::PI);
-        let total: f64 = ends
-            .windows(2)
-            .map(|ends| {
-                let (middle, half) = (0.5 * (ends[0] + ends[1]), 0.5 * (ends[1] - ends[0]));
-                let sum: f64 = GAUSS
-                    .iter()
-                    .map(|(x, weight)| {
-                        let t = middle + half * x;
-                        let sin_half = (0.5 * t).sin();
-                        weight * self.weakening(2.0 * belt_speed * sin_half * sin_half) * t.sin() * t.sin()
-                    })
-                    .sum();
-                half * sum
-            })
-            .sum();
+        let mut from = 0.0;
+        let mut total = 0.0;
+        for i in 0..=self.piece_at(2.0 * belt_speed) {
+            let to = angle(self.0.u[i + 1]);
+            let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
+            let piece = self.piece(i);
+            let sum: f64 = GAUSS
+                .iter()
+                .map(|(x, weight)| {
+                    // sin^2 t and the slip speed from sin^2 (t / 2).
+                    let sin_half = (0.5 * (middle + half * x)).sin();
+                    let square = sin_half * sin_half;
+                    weight * piece.weakening(2.0 * belt_speed * square) * 4.0 * square * (1.0 - square)
+                })
+                .sum();
+            total += half * sum;
+            from = to;
+        }
         2.0 / std::f64::consts::PI * total
     }
 }
@@ -406,7 +402,7 @@ mod tests {
         }
         for i in 1..table.pieces() {
             let knot = table.0.u[i];
-            let (left, right) = (table.weakening_on(i - 1, knot), table.weakening_on(i, knot));
+            let (left, right) = (table.piece(i - 1).weakening(knot), table.piece(i).weakening(knot));
             assert!((left - right).abs() <= 64.0 * f64::EPSILON, "{knot}: {left} {right}");
         }
         let at = |i: u32| table.phi(4.0 * f64::from(i) / 4000.0);

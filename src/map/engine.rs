@@ -15,7 +15,7 @@ use super::proved::Proved;
 use super::quantity::describe;
 use super::simulation::{Paths, Simulated, simulate};
 use super::{Field, Method, MethodCells, Plan, PlaneCurves, Runs, Sink, Tile, TileData, Verdict};
-use crate::certify::Claim;
+use crate::certify::{Claim, Columns};
 use crate::clock::timed;
 use crate::filippov::Oscillator;
 use crate::friction::Column;
@@ -291,6 +291,7 @@ fn work<S: Sink>(plan: &Plan, sink: &S, draws: &Draws, tile: &Tile) -> Result<Me
 /// Computes one tile: all methods, and the optional fields.
 fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> Computed {
     let (columns, columns_seconds): (Vec<Column>, f64) = timed(|| plan.grid.columns(tile).collect());
+    let asked = Columns::new(&columns);
     let mut stages = Stages { columns: columns_seconds, ..Stages::default() };
     let cs = &plan.grid.dampings()[tile.damping_range()];
     let mut seconds = Vec::with_capacity(plan.methods.len());
@@ -305,9 +306,9 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> Computed {
     stages.interpolation = interpolating;
     for &method in &plan.methods {
         let (cells, taken) = timed(|| match method {
-            Method::Test(test) => closed_form(plan, method, &test.claims(&columns), cs),
+            Method::Test(test) => closed_form(plan, method, &test.claims(&asked), cs),
             Method::Simulation => {
-                let (cells, ends) = simulation(plan, method, &columns, cs, &known);
+                let (cells, ends) = simulation(plan, method, &asked, cs, &known);
                 simulated = Some(ends);
                 cells
             }
@@ -333,7 +334,7 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> Computed {
     let mut data = TileData { tile: tile.clone(), methods, regime: Runs::new(), quantities: Vec::new() };
     if plan.fields.iter().any(|field| field.needs_flow()) {
         let (simulated, taken) = timed(|| {
-            simulated.unwrap_or_else(|| simulate(&columns, cs, plan.engine, plan.tolerance, false, &known))
+            simulated.unwrap_or_else(|| simulate(&asked, cs, plan.engine, plan.tolerance, false, &known))
         });
         stages.fields += taken;
         if plan.stores(Field::Regime) {
@@ -394,7 +395,7 @@ fn closed_form(plan: &Plan, method: Method, claims: &[Claim], cs: &[f64]) -> Met
 fn simulation(
     plan: &Plan,
     method: Method,
-    columns: &[Column],
+    columns: &Columns,
     cs: &[f64],
     known: &Interpolated,
 ) -> (MethodCells, Simulated) {
@@ -407,7 +408,7 @@ fn simulation(
         critical: Vec::new(),
     };
     if plan.stores(Field::Margin) {
-        for column in columns {
+        for column in columns.all() {
             cells.margins.extend(turns_of(column, cs, plan.tolerance).iter().map(|turn| match *turn {
                 Turn::Complete { margin, .. } => margin,
                 Turn::HandOver { .. } => f64::NAN,

@@ -8,7 +8,7 @@
 use super::end::End;
 use super::interpolation::Interpolated;
 use super::{Engine, Verdict};
-use crate::certify::{self, Claim, Decision};
+use crate::certify::{Claim, Columns, Decision};
 use crate::filippov::Oscillator;
 use crate::friction::Column;
 use crate::simulate::{
@@ -89,13 +89,14 @@ pub(super) struct Simulated {
 
 /// Decides the cells of `columns` at the dampings `cs`, those of the interpolated columns by what is `known`.
 pub(super) fn simulate(
-    columns: &[Column],
+    asked: &Columns,
     cs: &[f64],
     engine: Engine,
     tolerance: f64,
     want_critical: bool,
     known: &Interpolated,
 ) -> Simulated {
+    let columns = asked.all();
     let mut done = Simulated {
         ends: Vec::with_capacity(columns.len() * cs.len()),
         critical: vec![None; columns.len()],
@@ -116,20 +117,21 @@ pub(super) fn simulate(
                 return_map_column(column, cs, tolerance, &mut done);
             }
         }
-        Engine::CriticalSurface | Engine::Auto => by_column(columns, cs, engine, tolerance, known, &mut done),
+        Engine::CriticalSurface | Engine::Auto => by_column(asked, cs, engine, tolerance, known, &mut done),
     }
     if want_critical {
-        complete_critical(columns, engine, tolerance, &mut done);
+        complete_critical(asked, engine, tolerance, &mut done);
     }
     done
 }
 
 /// Computes the critical dampings that were not needed to label the cells.
-fn complete_critical(columns: &[Column], engine: Engine, tolerance: f64, done: &mut Simulated) {
+fn complete_critical(asked: &Columns, engine: Engine, tolerance: f64, done: &mut Simulated) {
+    let columns = asked.all();
     let mut numbers = Vec::new();
     for (number, (column, critical)) in columns.iter().zip(&mut done.critical).enumerate() {
         // Where the certificate excludes a cycle at every c >= 0 there is no critical damping.
-        if critical.is_some() || (certify::symmetric::TEST.claim)(column).absent_above < 0.0 {
+        if critical.is_some() || asked.symmetric(number).absent_above < 0.0 {
             continue;
         }
         if engine == Engine::Auto {
@@ -153,7 +155,7 @@ fn complete_critical(columns: &[Column], engine: Engine, tolerance: f64, done: &
 /// The verdicts of the method `simulation` on the cells of `columns` at the dampings `cs`, column by column.
 #[must_use]
 pub fn decide(columns: &[Column], cs: &[f64], engine: Engine, tolerance: f64) -> Vec<Verdict> {
-    simulate(columns, cs, engine, tolerance, false, &Interpolated::none())
+    simulate(&Columns::new(columns), cs, engine, tolerance, false, &Interpolated::none())
         .ends
         .into_iter()
         .map(End::verdict)
@@ -231,19 +233,20 @@ enum Path {
 /// Labels whole columns: for `auto` by interpolation, by certificate or by the universal surface where they
 /// decide every cell, else by one root per column and comparison.
 fn by_column(
-    columns: &[Column],
+    asked: &Columns,
     cs: &[f64],
     engine: Engine,
     tolerance: f64,
     known: &Interpolated,
     done: &mut Simulated,
 ) {
+    let columns = asked.all();
     let path = |(number, column): (usize, &Column)| {
         let ends = cs.iter().map(|c| known.end(number, column.epsilon * c));
         if let Some(ends) = ends.collect::<Option<_>>() {
             return Path::Interpolated(ends);
         }
-        let claim = (certify::symmetric::TEST.claim)(column);
+        let claim = asked.symmetric(number);
         if engine != Engine::Auto {
             return Path::Root(claim);
         }

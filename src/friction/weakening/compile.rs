@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, LazyLock};
 
-use super::{Bend, COUNT, Piece, Places, Weakening};
+use super::{Bend, COUNT, Piece, Places, Trend, Weakening};
 use crate::friction::interval::Interval;
 use crate::friction::jet::{Jet, Real as _};
 use crate::friction::{Form, Range, Table};
@@ -196,7 +196,7 @@ fn piece(law: &Form, a: f64, b: f64, size: &mut f64, last: bool) -> Option<Piece
         error: f64::INFINITY,
         estimate: f64::INFINITY,
         range: Range { lo: f64::NEG_INFINITY, hi: f64::INFINITY },
-        monotone: false,
+        trend: Trend::Unknown,
         bend: Bend::Unknown,
         size: *size,
     };
@@ -244,6 +244,17 @@ fn piece(law: &Form, a: f64, b: f64, size: &mut f64, last: bool) -> Option<Piece
     Some(piece)
 }
 
+impl Trend {
+    /// Of a function with these slopes.
+    fn of(slope: Interval) -> Self {
+        match slope {
+            slope if slope.lo >= 0.0 => Trend::Rises,
+            slope if slope.hi <= 0.0 => Trend::Falls,
+            _ => Trend::Unknown,
+        }
+    }
+}
+
 impl Piece {
     /// Bounds of w and signs of its derivatives on [a, b], from the series of phi there.
     fn describe(&mut self, law: &Form, a: f64, b: f64, phi: &Jet<Interval, { COUNT + 2 }>) {
@@ -253,14 +264,14 @@ impl Piece {
             bend if bend.hi <= 0.0 => Bend::Down,
             _ => Bend::Unknown,
         };
-        let one_sign = |slope: Interval| slope.lo >= 0.0 || slope.hi <= 0.0;
-        self.monotone = one_sign(slope)
-            || self.bend != Bend::Unknown && {
-                // A monotone slope lies between its values at the ends.
-                let [at_a, at_b] = [a, b].map(|u| law.series::<3>(Interval::thin(u), 1.0));
-                at_a.zip(at_b)
-                    .is_some_and(|(at_a, at_b)| one_sign((-at_a.derivative(2)).hull(-at_b.derivative(2))))
-            };
+        self.trend = Trend::of(slope);
+        if self.trend == Trend::Unknown && self.bend != Bend::Unknown {
+            // A monotone slope lies between its values at the ends.
+            let [at_a, at_b] = [a, b].map(|u| law.series::<3>(Interval::thin(u), 1.0));
+            if let Some((at_a, at_b)) = at_a.zip(at_b) {
+                self.trend = Trend::of((-at_a.derivative(2)).hull(-at_b.derivative(2)));
+            }
+        }
         self.range = self.range_on(a, b);
     }
 }
@@ -298,7 +309,8 @@ fn compile_table(table: &Table, breaks: &mut Vec<f64>, pieces: &mut Vec<Piece>) 
                 error: ROOM * (error + 2.0 * round_off),
                 estimate: error + round_off,
                 range: Range { lo: f64::NEG_INFINITY, hi: f64::INFINITY },
-                monotone: true,
+                // There is no extreme inside: the slope in the middle has the sign of all.
+                trend: Trend::of(exact[1]),
                 bend: if w2.lo >= 0.0 {
                     Bend::Up
                 } else if w2.hi <= 0.0 {

@@ -74,8 +74,8 @@ struct Piece {
     estimate: f64,
     /// Proved bounds of w; infinite where there are none.
     range: Range,
-    /// Whether w is proved to be monotone on the piece.
-    monotone: bool,
+    /// Proved sign of w' on the whole piece.
+    trend: Trend,
     /// Proved sign of w'' on the whole piece.
     bend: Bend,
     /// Largest |w| at the points of this piece and of those before.
@@ -104,6 +104,17 @@ pub(crate) struct Polynomial<'a> {
     pub(crate) scale: f64,
     /// Coefficients of 1, x, x^2, ...
     pub(crate) c: &'a [f64; COUNT],
+}
+
+/// Monotony of a function on a piece.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Trend {
+    /// First derivative >= 0.
+    Rises,
+    /// First derivative <= 0.
+    Falls,
+    /// Not known.
+    Unknown,
 }
 
 /// Convexity of a function on a piece.

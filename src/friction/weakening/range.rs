@@ -1,7 +1,7 @@
 //! Proved bounds from coefficients: of the weakening rate over slip speeds, and of its even part about the
 //! belt speed.
 
-use super::{Bend, COUNT, Piece, Weakening};
+use super::{Bend, COUNT, Piece, Trend, Weakening};
 use crate::friction::Range;
 
 /// Number of pieces with a common hull, see [`Weakening::range`].
@@ -15,13 +15,20 @@ pub(super) fn blocks(pieces: &[Piece]) -> Vec<Range> {
 
 const NOTHING: Range = Range { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
 
-/// Number of bisections in the search for a polynomial's extreme, which is then known to the square of 2^-26.
+/// Largest number of bisections in the search for a polynomial's extremes.
 const HALVINGS: u32 = 26;
+/// Largest number of steps of Newton's method to an extreme.
+const STEPS: u32 = 8;
 
 impl Range {
     /// The smallest range that contains both.
     fn hull(self, other: Range) -> Range {
         Range { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
+    }
+
+    /// Whether the other is within it.
+    fn contains(self, other: Range) -> bool {
+        self.lo <= other.lo && other.hi <= self.hi
     }
 
     /// Widened on both sides.
@@ -31,15 +38,24 @@ impl Range {
 }
 
 impl Piece {
-    /// Proved bounds of w on a part [a, b] of the piece.
+    /// Proved bounds of w on the whole piece [a, b].
     pub(super) fn range_on(&self, a: f64, b: f64) -> Range {
-        if !self.error.is_finite() {
-            return NOTHING;
+        match self.trend {
+            _ if !self.error.is_finite() => NOTHING,
+            Trend::Rises | Trend::Falls => self.near(a).hull(self.near(b)),
+            Trend::Unknown => self.range_between(a, b),
         }
-        if self.monotone {
-            let [at_a, at_b] = [a, b].map(|u| self.at(u));
-            return Range { lo: at_a.min(at_b), hi: at_a.max(at_b) }.widened(self.error);
-        }
+    }
+
+    /// Proved bounds of w at one slip speed.
+    #[inline]
+    fn near(&self, u: f64) -> Range {
+        let value = self.at(u);
+        Range { lo: value, hi: value }.widened(self.error)
+    }
+
+    /// Proved bounds of w on a part [a, b], whatever its trend.
+    fn range_between(&self, a: f64, b: f64) -> Range {
         let [from, to] = [a, b].map(|u| (u - self.middle) * self.scale);
         range_of_polynomial(&self.shifted(from, to), HALVINGS).widened(self.error)
     }
@@ -86,21 +102,44 @@ impl Local {
     }
 }
 
-/// Proved bounds of a polynomial on [-1, 1].
+/// Proved bounds of a polynomial p on [-1, 1].
+///
+/// Where |p''| >= m > 0, an extreme of p is beyond p(z) by at most p'(z)^2 / (2 m): by Taylor's theorem, for
+/// every z' it is at most the largest value of |p'(z) (z' - z)| - m (z' - z)^2 / 2.
 fn range_of_polynomial(polynomial: &Local, halvings: u32) -> Range {
     let c = &polynomial.c;
-    let sum = |from: usize, weight: fn(f64) -> f64| -> f64 {
-        c.iter().enumerate().skip(from).map(|(k, c)| weight(k as f64) * c.abs()).sum()
-    };
-    let round_off = 8.0 * COUNT as f64 * f64::EPSILON * sum(0, |_| 1.0) + polynomial.noise;
-    let swing = sum(2, |_| 1.0);
-    if c[1].abs() >= sum(2, |k| k) * (1.0 + 1e-12) {
-        // Monotone.
-        let [even, odd] = [0, 1].map(|from| c.iter().skip(from).step_by(2).sum::<f64>());
-        return Range { lo: even - odd.abs(), hi: even + odd.abs() }.widened(round_off);
+    let [mut size, mut slope, mut bend] = [0.0; 3];
+    for (k, c) in (2_u8..).map(f64::from).zip(&c[2..]) {
+        size += c.abs();
+        slope += k * c.abs();
+        bend += k * (k - 1.0) * c.abs();
     }
-    let whole = Range { lo: c[0] - (c[1].abs() + swing), hi: c[0] + (c[1].abs() + swing) }.widened(round_off);
-    if halvings == 0 || c[1].abs() + swing <= round_off {
+    let unit = 8.0 * COUNT as f64 * f64::EPSILON;
+    let swing = c[1].abs() + size;
+    let round_off = unit * (c[0].abs() + swing) + polynomial.noise;
+    let [even, odd] = [0, 1].map(|from| c.iter().skip(from).step_by(2).sum::<f64>());
+    let mut found = Range { lo: even - odd.abs(), hi: even + odd.abs() };
+    if c[1].abs() >= slope * (1.0 + 1e-12) {
+        // Monotone.
+        return found.widened(round_off);
+    }
+    let least_bend = 4.0 * c[2].abs() - bend * (1.0 + 1e-12);
+    if least_bend > 0.0 {
+        let (z, slope_at) = flattest(c);
+        let slope_at = slope_at.abs() + unit * (c[1].abs() + slope);
+        let beyond = 0.5 * slope_at * slope_at / least_bend;
+        if beyond <= 0.01 * round_off {
+            let value = c.iter().rev().fold(0.0, |sum, c| sum * z + c);
+            if c[2] > 0.0 {
+                found.lo = found.lo.min(value - beyond);
+            } else {
+                found.hi = found.hi.max(value + beyond);
+            }
+            return found.widened(round_off);
+        }
+    }
+    let whole = Range { lo: c[0] - swing, hi: c[0] + swing }.widened(round_off);
+    if halvings == 0 || swing <= round_off {
         return whole;
     }
     let halves = [-0.5, 0.5].map(|middle| polynomial.shifted(middle, 0.5));
@@ -109,24 +148,47 @@ fn range_of_polynomial(polynomial: &Local, halvings: u32) -> Range {
     Range { lo: both.lo.max(whole.lo), hi: both.hi.min(whole.hi) }
 }
 
+/// A place in [-1, 1] where the slope of the polynomial is close to zero, if there is one and its second
+/// derivative is not, and the slope there: by Newton's method.
+fn flattest(c: &[f64; COUNT]) -> (f64, f64) {
+    let mut z: f64 = 0.0;
+    for step in 0.. {
+        let (mut slope, mut bend) = (0.0, 0.0);
+        for (k, c) in c.iter().enumerate().skip(1).rev() {
+            bend = bend * z + slope;
+            slope = slope * z + k as f64 * c;
+        }
+        let next = (z - slope / bend).clamp(-1.0, 1.0);
+        if step == STEPS || !((next - z).abs() > f64::EPSILON) {
+            return (z, slope);
+        }
+        z = next;
+    }
+    (z, f64::INFINITY)
+}
+
 impl Weakening {
     /// Proved bounds of w over slip speeds in [`lo`, `hi`], 0 <= lo <= hi; infinite where there are none, for
     /// instance beyond the reach.
     #[must_use]
     pub fn range(&self, lo: f64, hi: f64) -> Range {
+        self.bounds(lo, hi)
+    }
+
+    /// The upper of these bounds, at half the cost.
+    pub(crate) fn highest(&self, lo: f64, hi: f64) -> f64 {
+        self.bounds(lo, hi).hi
+    }
+
+    #[inline(always)]
+    fn bounds(&self, lo: f64, hi: f64) -> Range {
         if !(0.0 <= lo && lo <= hi && hi <= self.reach()) {
             return NOTHING;
         }
-        let pieces = self.pieces_between(lo, hi);
-        let (first, last) = (*pieces.start(), *pieces.end());
-        let part = |i: usize| {
-            let (a, b) = (self.breaks[i].max(lo), self.breaks[i + 1].min(hi));
-            let whole = self.breaks[i] >= lo && self.breaks[i + 1] <= hi;
-            if whole { self.pieces[i].range } else { self.pieces[i].range_on(a, b) }
-        };
-        let mut range = part(first);
+        let (first, last) = (self.piece_of(lo), self.piece_of(hi));
+        let mut range = self.part(first, lo, hi);
         if last > first {
-            range = range.hull(part(last));
+            range = range.hull(self.part(last, lo, hi));
         }
         let mut i = first + 1;
         while i < last {
@@ -135,6 +197,22 @@ impl Weakening {
             i += if whole_block { BLOCK } else { 1 };
         }
         range
+    }
+
+    /// Proved bounds of w on the part of a piece in [`lo`, `hi`], which meets it.
+    #[inline(always)]
+    fn part(&self, piece: usize, lo: f64, hi: f64) -> Range {
+        let [start, end] = [self.breaks[piece], self.breaks[piece + 1]];
+        let piece = &self.pieces[piece];
+        // Next to its own ends the bounds of a monotone piece are known.
+        let low = || if lo > start { piece.near(lo) } else { piece.range };
+        let high = || if hi < end { piece.near(hi) } else { piece.range };
+        match piece.trend {
+            Trend::Rises => Range { lo: low().lo, hi: high().hi },
+            Trend::Falls => Range { lo: high().lo, hi: low().hi },
+            Trend::Unknown if lo <= start && end <= hi || !piece.error.is_finite() => piece.range,
+            Trend::Unknown => piece.range_between(lo.max(start), hi.min(end)),
+        }
     }
 
     /// Proved bounds, over 0 <= v <= `within` <= V, of the even part in v of w(V - v); infinite where there
@@ -171,19 +249,48 @@ impl Weakening {
     /// it; the far side has 2 V - u.
     fn even_range_by_pieces(&self, belt_speed: f64, within: f64) -> Range {
         let nearest = if within == belt_speed { 0.0 } else { (belt_speed - within).next_down() };
+        let far_end = |end: &f64| belt_speed - (end - belt_speed);
+        let [first, middle] = [nearest, belt_speed].map(|u| self.piece_of(u));
+        let last = self.piece_of((belt_speed + within).min(self.reach()));
         let inside = |u: &f64| nearest < *u && *u < belt_speed;
-        let mirrored = self.breaks.iter().map(|end| belt_speed - (end - belt_speed));
-        let mut ends: Vec<f64> = self.breaks.iter().copied().chain(mirrored).filter(inside).collect();
+        let near = self.breaks[first..=middle].iter().copied();
+        let far = self.breaks[middle..=last + 1].iter().map(far_end);
+        let mut ends: Vec<f64> = near.chain(far).filter(inside).collect();
         ends.extend([nearest, belt_speed]);
         ends.sort_by(f64::total_cmp);
-        let parts = ends.windows(2).map(|pair| self.even_on(belt_speed, pair[0], pair[1]));
-        parts.reduce(Range::hull).unwrap_or(NOTHING)
+        let parts: Vec<EvenPart> =
+            ends.windows(2).map(|pair| EvenPart::new(self, belt_speed, pair[0], pair[1])).collect();
+        let highest = parts.iter().max_by(|a, b| a.coarse.hi.total_cmp(&b.coarse.hi));
+        let lowest = parts.iter().min_by(|a, b| a.coarse.lo.total_cmp(&b.coarse.lo));
+        let mut found: Option<Range> = None;
+        // Most others cannot reach beyond these two.
+        for part in highest.into_iter().chain(lowest).chain(&parts) {
+            found = match found {
+                Some(range) if range.contains(part.coarse) => Some(range),
+                Some(range) => Some(range.hull(part.range())),
+                None => Some(part.range()),
+            };
+        }
+        found.unwrap_or(NOTHING)
     }
+}
 
-    /// Bounds of the even part for slip speeds in [a, b] on the near side, within which no piece ends.
-    fn even_on(&self, belt_speed: f64, a: f64, b: f64) -> Range {
+/// A range of slip speeds [a, b] below the belt speed within which no piece ends, nor on the other side of the
+/// belt speed, between 2 V - b and 2 V - a.
+struct EvenPart<'a> {
+    near: &'a Piece,
+    far: &'a Piece,
+    /// [a, b], and 2 V - a, 2 V - b.
+    ends: [[f64; 2]; 2],
+    /// Bounds of the even part that follow from those of both pieces.
+    coarse: Range,
+    error: f64,
+}
+
+impl<'a> EvenPart<'a> {
+    fn new(law: &'a Weakening, belt_speed: f64, a: f64, b: f64) -> Self {
         let mirror = |u: f64| belt_speed + (belt_speed - u);
-        let piece = |u: f64| &self.pieces[self.piece_of(u.clamp(0.0, self.reach()))];
+        let piece = |u: f64| &law.pieces[law.piece_of(u.clamp(0.0, law.reach()))];
         let middle = 0.5 * (a + b);
         let (near, far) = (piece(middle), piece(mirror(middle)));
         // The far ends are rounded twice, by a unit in the last place of 2 V in all, which moves w in
@@ -191,15 +298,22 @@ impl Weakening {
         let slip = 2.0 * f64::EPSILON * (belt_speed + belt_speed) * far.scale;
         let steepest: f64 = far.c.iter().zip(0_u8..).map(|(c, k)| f64::from(k) * c.abs()).sum();
         let error = 0.5 * (near.error + far.error + slip * steepest);
-        if !error.is_finite() {
+        let [lo, hi] = [near.range.lo + far.range.lo, near.range.hi + far.range.hi];
+        let coarse = Range { lo: 0.5 * lo, hi: 0.5 * hi }.widened(0.5 * slip * steepest);
+        Self { near, far, ends: [[a, b], [mirror(a), mirror(b)]], coarse, error }
+    }
+
+    /// Bounds of the even part.
+    fn range(&self) -> Range {
+        if !self.error.is_finite() {
             return NOTHING;
         }
-        let local = |piece: &Piece, from: f64, to: f64| {
-            let [from, to] = [from, to].map(|u| (u - piece.middle) * piece.scale);
+        let local = |piece: &Piece, ends: [f64; 2]| {
+            let [from, to] = ends.map(|u| (u - piece.middle) * piece.scale);
             piece.shifted(from, to)
         };
-        let sum = local(near, a, b).plus(local(far, mirror(a), mirror(b)));
+        let sum = local(self.near, self.ends[0]).plus(local(self.far, self.ends[1]));
         let both = range_of_polynomial(&sum, HALVINGS);
-        Range { lo: 0.5 * both.lo, hi: 0.5 * both.hi }.widened(error)
+        Range { lo: 0.5 * both.lo, hi: 0.5 * both.hi }.widened(self.error)
     }
 }
