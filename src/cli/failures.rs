@@ -82,7 +82,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     bar.finish_and_clear();
     let catalogue =
         found.map_err(|failures::Interrupted| Failure::Interrupted(super::NOTHING_LEFT.into()))?;
-    let report = Report { command: command(arguments), job: &job, catalogue: &catalogue };
+    let report = CataloguePage { command: command(arguments), job: &job, catalogue: &catalogue };
     match &arguments.out {
         None => io::stdout().lock().write_all(report.markdown().as_bytes())?,
         Some(folder) => {
@@ -122,7 +122,7 @@ fn refuse_existing(folder: &Path, overwrite: bool) -> Result<(), Failure> {
 }
 
 /// Writes every file under a temporary name first, so that no file is ever half written.
-fn write_files(folder: &Path, report: &Report) -> Result<(), Failure> {
+fn write_files(folder: &Path, report: &CataloguePage) -> Result<(), Failure> {
     crate::store::create_folders(folder)
         .map_err(|error| Failure::Broken(format!("cannot write {}: {error}", folder.display())))?;
     for (name, text) in FILES.iter().zip([report.markdown(), report.methods_csv(), report.classes_csv()]) {
@@ -131,15 +131,15 @@ fn write_files(folder: &Path, report: &Report) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Contents of the catalogue.
-struct Report<'a> {
+/// The catalogue and what is said of it.
+struct CataloguePage<'a> {
     /// The command that made it.
     command: String,
     job: &'a Job,
     catalogue: &'a Catalogue,
 }
 
-impl Report<'_> {
+impl CataloguePage<'_> {
     fn markdown(&self) -> String {
         let mut text = String::new();
         // Writing to a String cannot fail.

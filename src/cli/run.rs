@@ -11,7 +11,7 @@ use serde_json::json;
 use super::output::{bytes, count, number_of};
 use super::preflight::{Permission, Preflight, create_folders};
 use super::report::existing;
-use super::summary::{self, Report};
+use super::summary::{self, RunReport};
 use super::{Ended, Failure, estimate, interrupt, output, progress, proof, say};
 use crate::certify::validated::prover::Prover;
 use crate::config::Job;
@@ -238,7 +238,7 @@ fn compute(
     outcome.auxiliary.extend(probability(job));
     map.finish(&outcome).map_err(|error| Failure::Broken(with_how_to_continue(&error, &job.output)))?;
 
-    let report = Report { job, summary: &summary, resumed_tiles };
+    let report = RunReport { job, summary: &summary, resumed_tiles };
     let printed = match arguments.json {
         true => summary::json(&report),
         false => summary::print(&report, &mut io::stdout().lock()),

@@ -14,7 +14,7 @@ use crate::report::proved::{Rounded, proved_percent};
 use crate::simulate::bifurcation::Bifurcation;
 
 /// Contents of the report of a run.
-pub(super) struct Report<'a> {
+pub(super) struct RunReport<'a> {
     /// The job.
     pub(super) job: &'a Job,
     /// The result of the run.
@@ -23,7 +23,7 @@ pub(super) struct Report<'a> {
     pub(super) resumed_tiles: usize,
 }
 
-impl Report<'_> {
+impl RunReport<'_> {
     /// Returns whether cells failed, methods contradict each other, or the audit disagrees.
     pub(super) fn is_flawed(&self) -> bool {
         self.failed() > 0
@@ -47,9 +47,9 @@ impl Report<'_> {
 }
 
 /// Prints the report as text.
-pub(super) fn print(report: &Report, out: &mut dyn Write) -> Result<(), Failure> {
+pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failure> {
     use Align::{Left, Right};
-    let Report { job, summary, .. } = report;
+    let RunReport { job, summary, .. } = report;
     let size = report.file_size().map_or(String::new(), |size| format!(", {}", bytes(size.into())));
     writeln!(out, "{}: {}{size}", job.title, job.output.display())?;
     writeln!(
@@ -213,8 +213,8 @@ fn peak_memory() -> Option<u64> {
 }
 
 /// Prints the report as JSON.
-pub(super) fn json(report: &Report) -> Result<(), Failure> {
-    let Report { job, summary, resumed_tiles } = report;
+pub(super) fn json(report: &RunReport) -> Result<(), Failure> {
+    let RunReport { job, summary, resumed_tiles } = report;
     let (law, tolerance) = (job.plan.grid.law(), job.plan.tolerance);
     let methods = object(summary.methods.iter().map(|method| {
         let verdicts = Verdict::ALL.map(|verdict| (verdict.name(), json!(method.cells_with(verdict))));
@@ -348,7 +348,7 @@ mod tests {
         }
     }
 
-    fn text(report: &Report) -> String {
+    fn text(report: &RunReport) -> String {
         let mut out = Vec::new();
         print(report, &mut out).unwrap();
         String::from_utf8(out).unwrap()
@@ -362,13 +362,13 @@ mod tests {
         assert_eq!(command_line(&Law::Stribeck, &point, job.plan.tolerance), line);
 
         let fine = summary(0, Vec::new());
-        let report = Report { job: &job, summary: &fine, resumed_tiles: 0 };
+        let report = RunReport { job: &job, summary: &fine, resumed_tiles: 0 };
         assert!(!report.is_flawed());
         assert!(!text(&report).contains("slipmap probe"));
 
         let mut failed = summary(1, Vec::new());
         failed.failed_cells = vec![FailedCell { tile: 0, point, method: Method::Simulation }];
-        let report = Report { job: &job, summary: &failed, resumed_tiles: 0 };
+        let report = RunReport { job: &job, summary: &failed, resumed_tiles: 0 };
         assert!(report.is_flawed());
         assert!(text(&report).contains(&format!("simulation: {line}\n")), "{}", text(&report));
 
@@ -381,7 +381,7 @@ mod tests {
         });
         let cell = Contradiction { tile: 0, point, verdicts: verdicts.collect() };
         contradictory.contradictions = Contradictions { cells: 1, first: vec![cell] };
-        let report = Report { job: &job, summary: &contradictory, resumed_tiles: 0 };
+        let report = RunReport { job: &job, summary: &contradictory, resumed_tiles: 0 };
         assert!(report.is_flawed());
         let said = text(&report);
         assert!(said.contains("1 cell in which methods with a guarantee contradict"), "{said}");
@@ -391,7 +391,7 @@ mod tests {
         let direct = Flow { fate, margin: f64::NAN, margin_error: f64::NAN, rhs: 0 };
         let disagreement = Disagreement { point, method: "symmetric", stored: Verdict::Present, direct };
         let contradicted = summary(0, vec![disagreement]);
-        let report = Report { job: &job, summary: &contradicted, resumed_tiles: 0 };
+        let report = RunReport { job: &job, summary: &contradicted, resumed_tiles: 0 };
         assert!(report.is_flawed());
         assert!(
             text(&report).contains(&format!("symmetric says present, the direct engine failed: {line}\n"))

@@ -60,11 +60,17 @@ impl PointTable {
         } else {
             let name = path.display().to_string();
             if path.is_dir() {
-                return Err(error(name, "this is a folder", "name a CSV file"));
+                return Err(ConfigError::new(name, "this is a folder", "name a CSV file"));
             }
             let file = File::open(path).map_err(|cause| match cause.kind() {
-                io::ErrorKind::NotFound => error(name.clone(), "there is no such file", "check the path"),
-                _ => error(name.clone(), format!("cannot be read: {cause}"), "check its permissions"),
+                io::ErrorKind::NotFound => {
+                    ConfigError::new(name.clone(), "there is no such file", "check the path")
+                }
+                _ => ConfigError::new(
+                    name.clone(),
+                    format!("cannot be read: {cause}"),
+                    "check its permissions",
+                ),
             })?;
             (name, Box::new(BufReader::new(file)))
         };
@@ -142,7 +148,7 @@ impl PointTable {
             Err(_) => {
                 let problem = format!("column {name}: `{}` is not a number", short(&self.text(row, name)));
                 let remedy = decimal_comma(&self.text(row, name));
-                Err(error(
+                Err(ConfigError::new(
                     self.place(row),
                     problem,
                     remedy.unwrap_or("write a number such as 0.5 or 1e-3".into()),
@@ -155,7 +161,7 @@ impl PointTable {
     /// The error for the number of a row in this column.
     pub(crate) fn illegal(&self, row: &ByteRecord, name: &str, problem: &str) -> ConfigError {
         let problem = format!("column {name}: `{}` {problem}", short(&self.text(row, name)));
-        error(self.place(row), problem, "correct or remove this row")
+        ConfigError::new(self.place(row), problem, "correct or remove this row")
     }
 
     fn text(&self, row: &ByteRecord, name: &str) -> String {
@@ -180,10 +186,6 @@ pub(crate) fn point_of(law: &Law, values: &[f64]) -> Result<Point, GridError> {
     Ok(grid.point(&vec![0; values.len()]))
 }
 
-fn error(place: String, problem: impl Into<String>, remedy: impl Into<String>) -> ConfigError {
-    ConfigError { place, problem: problem.into(), remedy: remedy.into() }
-}
-
 /// A field, shortened for a message.
 fn short(text: &str) -> String {
     match text.char_indices().nth(40) {
@@ -204,7 +206,7 @@ fn find_axes(
 ) -> Result<Vec<(&'static str, usize)>, ConfigError> {
     let header: Vec<String> =
         header.iter().map(|field| String::from_utf8_lossy(field).trim().to_owned()).collect();
-    let bad = |problem: String, remedy: String| Err(error(format!("{name}:1"), problem, remedy));
+    let bad = |problem: String, remedy: String| Err(ConfigError::new(format!("{name}:1"), problem, remedy));
     let words = if all { "a column for each of" } else { "one or more of" };
     let remedy = match header.as_slice() {
         [first, ..] if first.contains('\0') => "save it as UTF-8; it seems to be written in UTF-16".into(),
@@ -264,11 +266,11 @@ impl Read for Rows {
 fn read_error(name: &str, cause: &csv::Error) -> ConfigError {
     let place = format!("{name}:{}", cause.position().map_or(1, csv::Position::line));
     match cause.kind() {
-        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => error(
+        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => ConfigError::new(
             place,
             format!("the row has {len} fields, the header {expected_len}"),
             "give every row as many fields as the header",
         ),
-        _ => error(place, format!("cannot be read: {cause}"), "check the file"),
+        _ => ConfigError::new(place, format!("cannot be read: {cause}"), "check the file"),
     }
 }

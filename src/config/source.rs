@@ -19,6 +19,16 @@ pub struct ConfigError {
     pub(crate) remedy: String,
 }
 
+impl ConfigError {
+    pub(super) fn new(
+        place: impl Into<String>,
+        problem: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Self {
+        Self { place: place.into(), problem: problem.into(), remedy: remedy.into() }
+    }
+}
+
 /// One `--set key.path=value`.
 #[derive(Clone, Debug)]
 struct Override {
@@ -73,11 +83,8 @@ impl Source {
 
     /// Applies one override.
     fn set(&mut self, argument: &str) -> Result<(), ConfigError> {
-        let error = |problem: String, remedy: &str| ConfigError {
-            place: format!("--set {argument}"),
-            problem,
-            remedy: remedy.into(),
-        };
+        let error =
+            |problem: String, remedy: &str| ConfigError::new(format!("--set {argument}"), problem, remedy);
         let usage = "write --set key.path=value, for example --set simulation.tolerance=1e-10";
         let Some((key, value)) = argument.split_once('=') else {
             return Err(error("there is no `=` in it".into(), usage));
@@ -158,7 +165,7 @@ impl Source {
     }
 
     fn error(&self, path: &[Step], at_key: bool, problem: String, remedy: String) -> ConfigError {
-        ConfigError { place: self.place(path, at_key), problem, remedy }
+        ConfigError::new(self.place(path, at_key), problem, remedy)
     }
 }
 
@@ -451,14 +458,10 @@ const LONGEST: u64 = 16 << 20;
 
 /// Reads the file's text.
 fn read(file: &Path) -> Result<String, ConfigError> {
-    let error = |problem: String, remedy: &str| ConfigError {
-        place: file.display().to_string(),
-        problem,
-        remedy: remedy.into(),
-    };
+    let error = |problem: &str, remedy: &str| ConfigError::new(file.display().to_string(), problem, remedy);
     if file.is_dir() {
         return Err(error(
-            "this is a folder, not a configuration file".into(),
+            "this is a folder, not a configuration file",
             "name a TOML file inside it, for example configs/quickstart.toml",
         ));
     }
@@ -467,33 +470,34 @@ fn read(file: &Path) -> Result<String, ConfigError> {
     let read = std::fs::File::open(file).and_then(|open| open.take(LONGEST + 1).read_to_end(&mut bytes));
     read.map_err(|e| match e.kind() {
         std::io::ErrorKind::NotFound => error(
-            "there is no such file".into(),
+            "there is no such file",
             "check the path; configs/quickstart.toml is a configuration to start from",
         ),
-        _ => error(format!("cannot be read: {e}"), "check the file's permissions"),
+        _ => error(&format!("cannot be read: {e}"), "check the file's permissions"),
     })?;
     if bytes.len() as u64 > LONGEST {
         return Err(error(
-            format!("this is longer than {} MiB, and no configuration", LONGEST >> 20),
+            &format!("this is longer than {} MiB, and no configuration", LONGEST >> 20),
             "name a configuration; a long axis is written { from = 0.0, to = 1.0, points = 100000 }",
         ));
     }
     if bytes.starts_with(b"\x89HDF\r\n\x1a\n") {
         return Err(error(
-            "this is a map, not a configuration file".into(),
+            "this is a map, not a configuration file",
             "name the configuration to run; `slipmap report` and `slipmap plot` read maps",
         ));
     }
     if is_utf_16(&bytes) {
-        return Err(error("this file is written in UTF-16".into(), "save it as UTF-8"));
+        return Err(error("this file is written in UTF-16", "save it as UTF-8"));
     }
     String::from_utf8(bytes).map_err(|e| {
         let valid = String::from_utf8_lossy(&e.as_bytes()[..e.utf8_error().valid_up_to()]).into_owned();
-        ConfigError {
-            place: position(file, &valid, valid.len()),
-            problem: "the text is not UTF-8 from here on".into(),
-            remedy: "save the file with the encoding UTF-8".into(),
-        }
+        let problem = "the text is not UTF-8 from here on";
+        ConfigError::new(
+            position(file, &valid, valid.len()),
+            problem,
+            "save the file with the encoding UTF-8",
+        )
     })
 }
 
@@ -516,13 +520,9 @@ fn parse(file: &Path, text: String) -> Result<Document<String>, ConfigError> {
         let line_ends = |part: &str| part.find(['\n', '#']).unwrap_or(part.len());
         let start = text.get(..offset).and_then(|before| before.rfind(['\n', '='])).map_or(0, |at| at + 1);
         let value = text.get(start..).map_or("", |rest| &rest[..line_ends(rest)]);
-        ConfigError {
-            place: position(file, &text, offset),
-            problem: format!("not valid TOML: {}", e.message().trim().replace('\n', " ")),
-            remedy: decimal_comma(value).unwrap_or_else(|| {
-                "correct this line; configs/quickstart.toml shows how each value is written".into()
-            }),
-        }
+        let problem = format!("not valid TOML: {}", e.message().trim().replace('\n', " "));
+        let shown = || "correct this line; configs/quickstart.toml shows how each value is written".into();
+        ConfigError::new(position(file, &text, offset), problem, decimal_comma(value).unwrap_or_else(shown))
     })
 }
 

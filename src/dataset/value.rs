@@ -2,6 +2,7 @@
 
 /// The value of an attribute.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "store", derive(serde::Serialize, serde::Deserialize))]
 pub enum Value {
     /// A text. Empty texts are not stored.
     Text(String),

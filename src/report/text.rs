@@ -335,10 +335,6 @@ mod tests {
         let markdown = text.markdown();
         assert!(markdown.contains(r"\|") && markdown.contains(r"\[a\](http\:"), "{markdown}");
         assert!(!markdown.contains('\n') && !markdown.contains('<'), "{markdown}");
-        assert_eq!(latex_of("中é"), "[U+4E2D]é");
-    }
-
-    fn latex_of(words: &str) -> String {
-        latex(words)
+        assert_eq!(super::latex("中é"), "[U+4E2D]é");
     }
 }

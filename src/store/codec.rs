@@ -1,283 +1,178 @@
-//! Byte encoding of the journal's contents: attributes, tiles, accounts. Little-endian; every list is
-//! preceded by its length. The decoder trusts nothing: it checks every length against the bytes that are
-//! there.
+//! The journal's contents as bytes: attributes, tiles and accounts, by serde in the format of `postcard`.
+//!
+//! What is decoded is not trusted: every length is compared with the bytes that are there before room is made
+//! for it, and every number with the plan.
 
-use crate::dataset::{Schema, Value};
+use serde::{Deserialize, Serialize};
+
+use crate::dataset::{Fingerprint, Schema};
 use crate::map::{
-    Account, Audit, Axis, Contradiction, Contradictions, Disagreement, FailedCell, Grid, Method,
-    MethodAccount, Paths, Plan, Stages, Verdict,
+    Account, Audit, Axis, Contradiction, Contradictions, Disagreement, FailedCell, Grid, MethodAccount,
+    Paths, Plan, Stages, Verdict,
 };
-use crate::point::{LawParameters, MAX_LAW_PARAMETERS, Point};
+use crate::point::Point;
 
 use super::pack::{PackedChunk, PackedTile};
 
-/// Encoder that appends to a byte vector.
-#[derive(Debug, Default)]
-pub(super) struct Encoder(pub(super) Vec<u8>);
-
-impl Encoder {
-    pub(super) fn number(&mut self, value: u64) {
-        self.0.extend_from_slice(&value.to_le_bytes());
-    }
-
-    fn length(&mut self, value: usize) {
-        self.number(value as u64);
-    }
-
-    pub(super) fn real(&mut self, value: f64) {
-        self.number(value.to_bits());
-    }
-
-    pub(super) fn bytes(&mut self, bytes: &[u8]) {
-        self.length(bytes.len());
-        self.0.extend_from_slice(bytes);
-    }
-
-    pub(super) fn text(&mut self, text: &str) {
-        self.bytes(text.as_bytes());
-    }
-
-    fn point(&mut self, point: &Point) {
-        self.real(point.epsilon);
-        self.length(point.law.as_slice().len());
-        point.law.as_slice().iter().for_each(|&value| self.real(value));
-        self.real(point.belt_speed);
-        self.real(point.damping);
-    }
-
-    pub(super) fn attributes(&mut self, attributes: &[(String, Value)]) {
-        self.length(attributes.len());
-        for (name, value) in attributes {
-            self.text(name);
-            match value {
-                Value::Text(text) => {
-                    self.number(0);
-                    self.text(text);
-                }
-                Value::Integers(values) => {
-                    self.number(1);
-                    self.length(values.len());
-                    values.iter().for_each(|&v| self.number(v.cast_unsigned()));
-                }
-                Value::Codes(values) => {
-                    self.number(2);
-                    self.bytes(bytemuck::cast_slice(values));
-                }
-                Value::Reals(values) => {
-                    self.number(3);
-                    self.length(values.len());
-                    values.iter().for_each(|&v| self.real(v));
-                }
-            }
-        }
-    }
-
-    /// Encodes a tile: its number, then for each of its chunks what does not follow from the number.
-    pub(super) fn tile(&mut self, tile: &PackedTile) {
-        self.length(tile.number);
-        for chunk in &tile.chunks {
-            self.0.extend_from_slice(&chunk.fingerprint);
-            chunk.counts.iter().for_each(|&count| self.number(count));
-            self.bytes(&chunk.bytes);
-        }
-    }
-
-    pub(super) fn account(&mut self, plan: &Plan, account: &Account) {
-        let method = |name: &str| plan.methods.iter().position(|m| m.name() == name).unwrap_or(usize::MAX);
-        self.number(account.cells);
-        for MethodAccount { seconds, counts } in &account.methods {
-            self.real(*seconds);
-            counts.iter().for_each(|&count| self.number(count));
-        }
-        account.paths.named().iter().for_each(|&(_, cells)| self.number(cells));
-        self.number(account.rhs);
-        let Audit { cells, checked, agreed, within_margin, unresolved, disagreements } = &account.audit;
-        for &count in [cells, checked, agreed, within_margin, unresolved] {
-            self.number(count);
-        }
-        self.length(disagreements.len());
-        for disagreement in disagreements {
-            self.point(&disagreement.point);
-            self.length(method(disagreement.method));
-            self.number(u64::from(disagreement.stored == Verdict::Present));
-        }
-        let Contradictions { cells, first } = &account.contradictions;
-        self.number(*cells);
-        self.length(first.len());
-        for cell in first {
-            self.length(cell.tile);
-            self.point(&cell.point);
-            self.0.extend(cell.verdicts.iter().map(|verdict| verdict.code().cast_unsigned()));
-        }
-        account.stages.named().iter().for_each(|&(_, seconds)| self.real(seconds));
-        self.length(account.failed.len());
-        for cell in &account.failed {
-            self.length(cell.tile);
-            self.point(&cell.point);
-            self.length(method(cell.method.name()));
-        }
+/// The bytes of a value.
+pub(super) fn to_bytes(value: &impl Serialize) -> Vec<u8> {
+    match postcard::to_stdvec(value) {
+        Ok(bytes) => bytes,
+        Err(error) => panic!("lists of known length can be written to memory: {error}"),
     }
 }
 
-/// Decoder that consumes a byte slice. Every method returns `None` where the bytes do not fit.
-#[derive(Debug)]
-pub(super) struct Decoder<'a>(pub(super) &'a [u8]);
+/// The value with these bytes; `None` if they are anything else.
+pub(super) fn from_bytes<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Option<T> {
+    postcard::take_from_bytes(bytes).ok().filter(|(_, rest)| rest.is_empty()).map(|(value, _)| value)
+}
 
-impl<'a> Decoder<'a> {
-    fn take(&mut self, length: usize) -> Option<&'a [u8]> {
-        let (taken, rest) = self.0.split_at_checked(length)?;
-        self.0 = rest;
-        Some(taken)
+/// A packed tile, without what follows from its number.
+#[derive(Serialize, Deserialize)]
+pub(super) struct TileRecord<'a> {
+    number: usize,
+    #[serde(borrow)]
+    chunks: Vec<ChunkRecord<'a>>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct ChunkRecord<'a> {
+    fingerprint: Fingerprint,
+    counts: Vec<u64>,
+    #[serde(with = "serde_bytes")]
+    bytes: &'a [u8],
+}
+
+impl<'a> TileRecord<'a> {
+    pub(super) fn of(tile: &'a PackedTile) -> Self {
+        let chunk = |chunk: &'a PackedChunk| ChunkRecord {
+            fingerprint: chunk.fingerprint,
+            counts: chunk.counts.clone(),
+            bytes: &chunk.bytes,
+        };
+        Self { number: tile.number, chunks: tile.chunks.iter().map(chunk).collect() }
     }
 
-    pub(super) fn number(&mut self) -> Option<u64> {
-        Some(u64::from_le_bytes(self.take(8)?.try_into().ok()?))
-    }
-
-    /// Decodes the length of a list whose entries take at least `each` bytes.
-    fn length(&mut self, each: usize) -> Option<usize> {
-        let length = usize::try_from(self.number()?).ok()?;
-        (length.checked_mul(each)? <= self.0.len()).then_some(length)
-    }
-
-    pub(super) fn real(&mut self) -> Option<f64> {
-        self.number().map(f64::from_bits)
-    }
-
-    pub(super) fn bytes(&mut self) -> Option<&'a [u8]> {
-        let length = self.length(1)?;
-        self.take(length)
-    }
-
-    pub(super) fn text(&mut self) -> Option<String> {
-        String::from_utf8(self.bytes()?.to_vec()).ok()
-    }
-
-    fn point(&mut self) -> Option<Point> {
-        let epsilon = self.real()?;
-        let parameters = self.length(8).filter(|&n| n <= MAX_LAW_PARAMETERS)?;
-        let law: Vec<f64> = (0..parameters).map(|_| self.real()).collect::<Option<_>>()?;
-        let (belt_speed, damping) = (self.real()?, self.real()?);
-        Some(Point { epsilon, law: LawParameters::new(&law), belt_speed, damping })
-    }
-
-    pub(super) fn attributes(&mut self) -> Option<Vec<(String, Value)>> {
-        let length = self.length(16)?;
-        (0..length)
-            .map(|_| {
-                let name = self.text()?;
-                let value = match self.number()? {
-                    0 => Value::Text(self.text()?),
-                    1 => {
-                        let length = self.length(8)?;
-                        let values = (0..length).map(|_| self.number().map(u64::cast_signed));
-                        Value::Integers(values.collect::<Option<_>>()?)
-                    }
-                    2 => Value::Codes(bytemuck::cast_slice(self.bytes()?).to_vec()),
-                    3 => {
-                        let length = self.length(8)?;
-                        Value::Reals((0..length).map(|_| self.real()).collect::<Option<_>>()?)
-                    }
-                    _ => return None,
-                };
-                Some((name, value))
-            })
-            .collect()
-    }
-
-    /// Decodes a tile of a map of this layout.
-    pub(super) fn tile(&mut self, schema: &Schema) -> Option<PackedTile> {
-        let number = usize::try_from(self.number()?).ok().filter(|&number| number < schema.tiles())?;
+    /// The tile, if a map of this layout has it.
+    pub(super) fn tile(self, schema: &Schema) -> Option<PackedTile> {
+        let number = Some(self.number).filter(|&number| number < schema.tiles())?;
+        let mut records = self.chunks.into_iter();
         let mut chunks = Vec::new();
         for (position, variable) in schema.variables.iter().enumerate() {
             let Some(chunk) = schema.chunk_number(variable, number) else { continue };
-            let fingerprint = self.take(32)?.try_into().ok()?;
+            let ChunkRecord { fingerprint, counts, bytes } = records.next()?;
             let codes = variable.codes().map_or(0, |codes| codes.len());
-            let counts = (0..codes).map(|_| self.number()).collect::<Option<_>>()?;
-            let bytes = self.bytes()?.to_vec();
-            let offset = schema.offset(variable, number);
             chunks.push(PackedChunk {
                 variable: position,
                 number: chunk,
-                offset,
-                bytes,
+                offset: schema.offset(variable, number),
+                bytes: bytes.to_vec(),
                 fingerprint,
-                counts,
+                counts: Some(counts).filter(|counts| counts.len() == codes)?,
             });
         }
-        self.0.is_empty().then_some(PackedTile { number, chunks })
+        records.next().is_none().then_some(PackedTile { number, chunks })
     }
+}
 
-    pub(super) fn account(&mut self, plan: &Plan) -> Option<Account> {
-        let cells = self.number()?;
-        let methods = plan
-            .methods
-            .iter()
-            .map(|_| {
-                let seconds = self.real()?;
-                let mut counts = [0; 5];
-                for count in &mut counts {
-                    *count = self.number()?;
-                }
-                Some(MethodAccount { seconds, counts })
-            })
-            .collect::<Option<_>>()?;
-        let mut paths = Paths::default();
-        for cells in paths.counts_mut() {
-            *cells = self.number()?;
-        }
-        let rhs = self.number()?;
-        let mut audit = Audit {
-            cells: self.number()?,
-            checked: self.number()?,
-            agreed: self.number()?,
-            within_margin: self.number()?,
-            unresolved: self.number()?,
-            disagreements: Vec::new(),
+/// An account: points as their values on the axes of the grid, methods as their positions in the plan.
+#[derive(Serialize, Deserialize)]
+pub(super) struct AccountRecord {
+    cells: u64,
+    methods: Vec<(f64, [u64; 5])>,
+    paths: Vec<u64>,
+    rhs: u64,
+    /// The counts of the audit, in the order of the fields of [`Audit`].
+    audit: [u64; 5],
+    /// Point, method, and whether the map says that the cycle is present.
+    disagreements: Vec<(Vec<f64>, usize, bool)>,
+    contradicted_cells: u64,
+    /// Tile, point and codes of the verdicts.
+    contradictions: Vec<(usize, Vec<f64>, Vec<i8>)>,
+    stages: Vec<f64>,
+    /// Tile, point and method.
+    failed: Vec<(usize, Vec<f64>, usize)>,
+}
+
+impl AccountRecord {
+    pub(super) fn of(plan: &Plan, account: &Account) -> Self {
+        let point = |point: &Point| plan.grid.axes().iter().map(|axis| axis.role.of(point)).collect();
+        let method = |name: &str| plan.methods.iter().position(|m| m.name() == name).unwrap_or(usize::MAX);
+        let Audit { cells, checked, agreed, within_margin, unresolved, disagreements } = &account.audit;
+        let said = |d: &Disagreement| (point(&d.point), method(d.method), d.stored == Verdict::Present);
+        let contradiction = |cell: &Contradiction| {
+            (cell.tile, point(&cell.point), cell.verdicts.iter().map(|verdict| verdict.code()).collect())
         };
-        for _ in 0..self.length(16)? {
-            let (point, method) = (self.point_of(plan)?, self.method(plan)?);
-            let stored = if self.number()? == 1 { Verdict::Present } else { Verdict::Absent };
-            audit.disagreements.push(Disagreement::again(plan, point, method.name(), stored));
+        let failed = |cell: &FailedCell| (cell.tile, point(&cell.point), method(cell.method.name()));
+        Self {
+            cells: account.cells,
+            methods: account.methods.iter().map(|of| (of.seconds, of.counts)).collect(),
+            paths: account.paths.named().map(|(_, cells)| cells).into(),
+            rhs: account.rhs,
+            audit: [*cells, *checked, *agreed, *within_margin, *unresolved],
+            disagreements: disagreements.iter().map(said).collect(),
+            contradicted_cells: account.contradictions.cells,
+            contradictions: account.contradictions.first.iter().map(contradiction).collect(),
+            stages: account.stages.named().map(|(_, seconds)| seconds).into(),
+            failed: account.failed.iter().map(failed).collect(),
         }
-        let mut contradictions = Contradictions { cells: self.number()?, first: Vec::new() };
-        for _ in 0..self.length(16)? {
-            let tile = usize::try_from(self.number()?).ok()?;
-            let point = self.point_of(plan)?;
-            let codes = self.take(plan.methods.len())?;
-            let verdict = |code: &u8| Verdict::ALL.into_iter().find(|v| v.code() == code.cast_signed());
-            let verdicts = codes.iter().map(verdict).collect::<Option<_>>()?;
-            contradictions.first.push(Contradiction { tile, point, verdicts });
-        }
-        let mut stages = Stages::default();
-        for seconds in stages.seconds_mut() {
-            *seconds = self.real()?;
-        }
-        let length = self.length(24)?;
-        let failed = (0..length)
-            .map(|_| {
-                let tile = usize::try_from(self.number()?).ok()?;
-                Some(FailedCell { tile, point: self.point_of(plan)?, method: self.method(plan)? })
-            })
-            .collect::<Option<_>>()?;
-        Some(Account { cells, methods, paths, rhs, audit, contradictions, stages, failed })
     }
 
-    /// Decodes a parameter point under the friction law of this plan.
-    fn point_of(&mut self, plan: &Plan) -> Option<Point> {
-        let (point, law, axes) = (self.point()?, plan.grid.law(), plan.grid.axes());
-        let legal = |axis: &Axis| Grid::check_value(law, axis.role, &axis.name, axis.role.of(&point)).is_ok();
-        (point.law.as_slice().len() + 3 == axes.len() && axes.iter().all(legal)).then_some(point)
+    /// The account, if `plan` can have it.
+    pub(super) fn account(self, plan: &Plan) -> Option<Account> {
+        let method = |position: usize| plan.methods.get(position).copied();
+        let disagreement = |(point, position, present): (Vec<f64>, usize, bool)| {
+            let stored = if present { Verdict::Present } else { Verdict::Absent };
+            Some(Disagreement::again(plan, point_of(plan, &point)?, method(position)?.name(), stored))
+        };
+        let contradiction = |(tile, point, codes): (usize, Vec<f64>, Vec<i8>)| {
+            let verdict = |code: &i8| Verdict::ALL.into_iter().find(|verdict| verdict.code() == *code);
+            let verdicts: Vec<Verdict> = codes.iter().map(verdict).collect::<Option<_>>()?;
+            let fits = verdicts.len() == plan.methods.len();
+            Some(Contradiction { tile, point: point_of(plan, &point)?, verdicts }).filter(|_| fits)
+        };
+        let failed = |(tile, point, position): (usize, Vec<f64>, usize)| {
+            Some(FailedCell { tile, point: point_of(plan, &point)?, method: method(position)? })
+        };
+        let [cells, checked, agreed, within_margin, unresolved] = self.audit;
+        let disagreements = self.disagreements.into_iter().map(disagreement).collect::<Option<_>>()?;
+        let first = self.contradictions.into_iter().map(contradiction).collect::<Option<_>>()?;
+        let (mut paths, mut stages) = (Paths::default(), Stages::default());
+        fill(paths.counts_mut(), &self.paths)?;
+        fill(stages.seconds_mut(), &self.stages)?;
+        let methods = self.methods.into_iter().map(|(seconds, counts)| MethodAccount { seconds, counts });
+        Some(Account {
+            cells: self.cells,
+            methods: Some(methods.collect()).filter(|of: &Vec<_>| of.len() == plan.methods.len())?,
+            paths,
+            rhs: self.rhs,
+            audit: Audit { cells, checked, agreed, within_margin, unresolved, disagreements },
+            contradictions: Contradictions { cells: self.contradicted_cells, first },
+            stages,
+            failed: self.failed.into_iter().map(failed).collect::<Option<_>>()?,
+        })
     }
+}
 
-    fn method(&mut self, plan: &Plan) -> Option<Method> {
-        plan.methods.get(usize::try_from(self.number()?).ok()?).copied()
-    }
+/// Sets as many numbers as there are.
+fn fill<T: Copy, const N: usize>(places: [&mut T; N], numbers: &[T]) -> Option<()> {
+    let numbers: &[T; N] = numbers.try_into().ok()?;
+    places.into_iter().zip(numbers).for_each(|(place, number)| *place = *number);
+    Some(())
+}
+
+/// The point with these values on the axes of the plan, if they are legal.
+fn point_of(plan: &Plan, values: &[f64]) -> Option<Point> {
+    let (law, axes) = (plan.grid.law(), plan.grid.axes());
+    let legal = |(axis, &value): (&Axis, &f64)| Grid::check_value(law, axis.role, &axis.name, value).is_ok();
+    let fits = values.len() == axes.len() && axes.iter().zip(values).all(legal);
+    fits.then(|| plan.grid.point_of(values))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dataset::Value;
 
     #[test]
     fn attributes_read_back() {
@@ -287,20 +182,20 @@ mod tests {
             ("codes".to_owned(), Value::Codes(vec![-1, 0, 1])),
             ("reals".to_owned(), Value::Reals(vec![0.1, -0.0, f64::INFINITY])),
         ];
-        let mut encoder = Encoder::default();
-        encoder.attributes(&attributes);
-        let bytes = encoder.0;
-        assert_eq!(Decoder(&bytes).attributes(), Some(attributes));
+        let bytes = to_bytes(&attributes);
         for cut in 0..bytes.len() {
-            assert_eq!(Decoder(&bytes[..cut]).attributes(), None, "{cut} bytes");
+            assert_eq!(from_bytes::<Vec<(String, Value)>>(&bytes[..cut]), None, "{cut} bytes");
         }
+        assert_eq!(from_bytes(&bytes), Some(attributes));
     }
 
     #[test]
     fn absurd_lengths_are_refused_before_room_is_made_for_them() {
         for length in [1, 1 << 20, u64::MAX / 16, u64::MAX] {
-            assert_eq!(Decoder(&length.to_le_bytes()).attributes(), None);
-            assert_eq!(Decoder(&length.to_le_bytes()).bytes(), None);
+            let bytes = to_bytes(&length);
+            assert_eq!(from_bytes::<Vec<(String, Value)>>(&bytes), None);
+            assert_eq!(from_bytes::<Vec<f64>>(&bytes), None);
+            assert!(from_bytes::<TileRecord>(&to_bytes(&(0, length))).is_none());
         }
     }
 }

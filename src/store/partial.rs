@@ -14,10 +14,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
+use serde_bytes::Bytes;
+
 use crate::dataset::{Outcome, Provenance, Schema, Value, attributes};
 use crate::map::{Account, Plan, Sink, TileData};
 
-use super::codec::{Decoder, Encoder};
+use super::codec::{AccountRecord, TileRecord, from_bytes, to_bytes};
 use super::error::StoreError;
 use super::identity::{check_finished, difference, get};
 use super::journal::{Journal, Kind, Part};
@@ -61,28 +63,22 @@ impl Packer {
     #[must_use]
     pub fn pack(&self, data: &TileData) -> PackedRecord {
         let tile = self.packing.pack(data);
-        let mut bytes = Encoder::default();
-        bytes.tile(&tile);
-        PackedRecord { tile, part: Part::new(bytes.0) }
+        let part = Part::new(to_bytes(&TileRecord::of(&tile)));
+        PackedRecord { tile, part }
     }
 
     /// Encodes a packed tile and its account, to be sent to the process that writes the map.
     #[must_use]
     pub fn to_bytes(&self, packed: &PackedRecord, account: &Account) -> Vec<u8> {
-        let mut bytes = Encoder::default();
-        bytes.bytes(&packed.part.bytes);
-        bytes.account(&self.plan, account);
-        bytes.0
+        to_bytes(&(Bytes::new(&packed.part.bytes), AccountRecord::of(&self.plan, account)))
     }
 
     /// Decodes the bytes of [`Packer::to_bytes`]; `None` if they are anything else.
     #[must_use]
     pub fn from_bytes(&self, bytes: &[u8]) -> Option<(PackedRecord, Account)> {
-        let mut decoder = Decoder(bytes);
-        let part = decoder.bytes()?;
-        let tile = Decoder(part).tile(self.packing.schema())?;
-        let account = decoder.account(&self.plan)?;
-        Some((PackedRecord { tile, part: Part::new(part.to_vec()) }, account))
+        let (part, account): (&[u8], AccountRecord) = from_bytes(bytes)?;
+        let tile = from_bytes::<TileRecord>(part)?.tile(self.packing.schema())?;
+        Some((PackedRecord { tile, part: Part::new(part.to_vec()) }, account.account(&self.plan)?))
     }
 }
 
@@ -198,7 +194,7 @@ impl PartialMap {
         let lost = journal.replay(longest(plan), |kind, a, b| match (kind, &map) {
             (Kind::Header, Some(_)) => Ok(false),
             (Kind::Header, None) => {
-                let Some(then) = Decoder(a).attributes() else { return Ok(false) };
+                let Some(then) = from_bytes::<Vec<(String, Value)>>(a) else { return Ok(false) };
                 if let Some(difference) = difference(&then, opening) {
                     return Err(StoreError::Changed { path: journal_path.clone(), difference });
                 }
@@ -220,18 +216,17 @@ impl PartialMap {
             }
             (Kind::Session, _) => {
                 found.seconds += std::mem::take(&mut session_seconds);
-                if let Some(line) = Decoder(a).text() {
+                if let Some(line) = from_bytes::<String>(a) {
                     found.history = format!("{}\n{line}", found.history);
                 }
                 Ok(true)
             }
             (Kind::Tile, None) => Ok(false),
             (Kind::Tile, Some(map)) => {
-                let Some(tile) = Decoder(a).tile(map.schema()) else { return Ok(false) };
-                let mut rest = Decoder(b);
-                let (Some(seconds), Some(account)) = (rest.real(), rest.account(plan)) else {
-                    return Ok(false);
-                };
+                let tile = from_bytes::<TileRecord>(a).and_then(|record| record.tile(map.schema()));
+                let account = from_bytes::<(f64, AccountRecord)>(b)
+                    .and_then(|(seconds, record)| Some((seconds, record.account(plan)?)));
+                let (Some(tile), Some((seconds, account))) = (tile, account) else { return Ok(false) };
                 let number = tile.number;
                 if !found.finished[number] {
                     map.put(tile)?;
@@ -264,9 +259,7 @@ impl PartialMap {
             attributes::history(provenance),
             found.finished.len()
         );
-        let mut session = Encoder::default();
-        session.text(&line);
-        journal.append(Kind::Session, &Part::new(session.0), &[])?;
+        journal.append(Kind::Session, &Part::new(to_bytes(&line)), &[])?;
         found.history = format!("{}\n{line}", found.history);
         map.set_history(found.history.clone());
         Ok(Resumed::Partial(Box::new(Self::with(map, journal, plan, found))))
@@ -382,10 +375,9 @@ impl Sink for PartialMap {
     }
 
     fn write(&self, packed: PackedRecord, account: &Account) -> Result<(), StoreError> {
-        let mut bytes = Encoder::default();
-        bytes.real(self.started.elapsed().as_secs_f64());
-        bytes.account(&self.packer.plan, account);
-        self.journal().append(Kind::Tile, &packed.part, &bytes.0)?;
+        let account = AccountRecord::of(&self.packer.plan, account);
+        let bytes = to_bytes(&(self.started.elapsed().as_secs_f64(), account));
+        self.journal().append(Kind::Tile, &packed.part, &bytes)?;
         self.written.fetch_add(1, Ordering::Relaxed);
         self.map.put(packed.tile)
     }
@@ -396,9 +388,7 @@ fn header(opening: &[(String, Value)], history: &str, existing: Existing) -> Par
     let mut attributes = opening.to_vec();
     attributes.push((REPLACES.into(), Value::from(i64::from(existing == Existing::Replace))));
     attributes.push(("history".into(), history.into()));
-    let mut bytes = Encoder::default();
-    bytes.attributes(&attributes);
-    Part::new(bytes.0)
+    Part::new(to_bytes(&attributes))
 }
 
 /// Length in bytes of the contents of the longest frame that a run of `plan` writes.

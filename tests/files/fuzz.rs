@@ -269,12 +269,17 @@ fn measured_laws_never_panic() {
 fn tiles_of_other_processes_never_panic() {
     let good = good();
     let packer = Packer::new(&good.plan);
-    assert!(packer.from_bytes(&good.message).is_some());
+    let (packed, account) = packer.from_bytes(&good.message).unwrap();
+    assert_eq!(packer.to_bytes(&packed, &account), good.message);
     proptest!(runs(4000), |(changes in changes())| {
         let bytes = damaged(&good.message, &changes);
         if let Some((packed, account)) = packer.from_bytes(&bytes) {
-            // Data that was parsed is written as it was read.
-            prop_assert_eq!(&packer.to_bytes(&packed, &account)[..], &bytes[..packer.to_bytes(&packed, &account).len()]);
+            // Data that was parsed is written as it was read, apart from numbers that were not in their shortest
+            // form.
+            let written = packer.to_bytes(&packed, &account);
+            prop_assert!(written.len() <= bytes.len());
+            let (packed, account) = packer.from_bytes(&written).unwrap();
+            prop_assert_eq!(packer.to_bytes(&packed, &account), written);
         }
     });
 }

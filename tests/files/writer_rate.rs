@@ -6,10 +6,9 @@
 use std::sync::Mutex;
 use std::time::Instant;
 
-use crate::messages::Messages;
 use slipmap::friction::Law;
-use slipmap::map::{Control, Grid, Plan, Queue, Sink, compute_tiles};
-use slipmap::store::{Existing, Packer, PartialMap, Provenance};
+use slipmap::map::{Account, Control, Grid, Plan, Queue, Sink, TileData, compute_tiles};
+use slipmap::store::{Existing, PackedRecord, Packer, PartialMap, Provenance, StoreError};
 
 /// All seven verdicts on a box of `tiles` tiles, each of `layers` values of gamma by 256 by 256 cells, across
 /// the boundary of existence.
@@ -35,6 +34,24 @@ fn plan(layers: usize, tiles: usize) -> Plan {
         .unwrap()
 }
 
+/// Keeps tiles, and the messages of other processes about them.
+struct Sample(Packer, Mutex<Vec<(TileData, Account, Vec<u8>)>>);
+
+impl Sink for Sample {
+    type Packed = (TileData, PackedRecord);
+    type Error = StoreError;
+
+    fn pack(&self, data: &TileData) -> Result<Self::Packed, StoreError> {
+        Ok((data.clone(), self.0.pack(data)))
+    }
+
+    fn write(&self, (data, packed): Self::Packed, account: &Account) -> Result<(), StoreError> {
+        let message = self.0.to_bytes(&packed, account);
+        self.1.lock().unwrap().push((data, account.clone(), message));
+        Ok(())
+    }
+}
+
 #[test]
 #[ignore = "a measurement: prints a table"]
 fn rate_of_the_writer() {
@@ -50,25 +67,27 @@ fn rate_of_the_writer() {
         let count = plan.tile_count();
         // A few tiles, evenly spread, represent all.
         let sample: Vec<bool> = (0..count).map(|tile| !(tile + 1).is_multiple_of(count / 25)).collect();
-        let sink = Messages(Packer::new(&plan), Mutex::default());
+        let sink = Sample(Packer::new(&plan), Mutex::default());
         let queue = Queue::new(sample);
         let control = Control { threads: Some(1), ..Control::default() };
         let start = Instant::now();
         compute_tiles(&plan, &sink, &control, &|| queue.take()).unwrap();
-        let messages = sink.1.into_inner().unwrap();
-        let computing = start.elapsed().as_secs_f64() / messages.len() as f64;
-        let bytes = messages.iter().map(Vec::len).sum::<usize>() / messages.len();
+        let tiles = sink.1.into_inner().unwrap();
+        let computing = start.elapsed().as_secs_f64() / tiles.len() as f64;
+        let bytes = tiles.iter().map(|(.., message)| message.len()).sum::<usize>() / tiles.len();
 
         let map = PartialMap::begin(&path, &plan, &Provenance::default(), Existing::Refuse).unwrap();
-        let start = Instant::now();
-        for tile in 0..count {
-            let mut message = messages[tile % messages.len()].clone();
-            // A message begins with the length of the tile's bytes, and those with the tile's number.
-            message[8..16].copy_from_slice(&(tile as u64).to_le_bytes());
+        let mut writing = 0.0;
+        for number in 0..count {
+            let (data, account, _) = &tiles[number % tiles.len()];
+            let tile = plan.grid().tile(plan.tile_shape(), number);
+            let packed = map.packer().pack(&TileData { tile, ..data.clone() });
+            let message = map.packer().to_bytes(&packed, account);
+            let start = Instant::now();
             let (packed, account) = map.packer().from_bytes(&message).unwrap();
             map.write(packed, &account).unwrap();
+            writing += start.elapsed().as_secs_f64() / count as f64;
         }
-        let writing = start.elapsed().as_secs_f64() / count as f64;
         let journal = std::fs::metadata(folder.path().join("map.h5.part")).unwrap().len();
         println!(
             "{},{count},{bytes},{:.1},{:.1},{:.4},{:.0}",

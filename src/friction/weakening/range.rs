@@ -152,19 +152,20 @@ fn range_of_polynomial(polynomial: &Local, halvings: u32) -> Range {
 /// derivative is not, and the slope there: by Newton's method.
 fn flattest(c: &[f64; COUNT]) -> (f64, f64) {
     let mut z: f64 = 0.0;
-    for step in 0.. {
+    let mut steps = 0;
+    loop {
         let (mut slope, mut bend) = (0.0, 0.0);
         for (k, c) in c.iter().enumerate().skip(1).rev() {
             bend = bend * z + slope;
             slope = slope * z + k as f64 * c;
         }
         let next = (z - slope / bend).clamp(-1.0, 1.0);
-        if step == STEPS || !((next - z).abs() > f64::EPSILON) {
+        // NaN ends the loop as well.
+        if steps == STEPS || !((next - z).abs() > f64::EPSILON) {
             return (z, slope);
         }
-        z = next;
+        (z, steps) = (next, steps + 1);
     }
-    (z, f64::INFINITY)
 }
 
 impl Weakening {

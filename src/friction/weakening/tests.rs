@@ -135,7 +135,6 @@ fn a_compiled_law_does_not_depend_on_what_was_compiled_before() {
     }
 }
 
-/// Least and greatest of f on a fine grid of [lo, hi].
 /// Extreme belt speeds ask one law for hundreds of lengths, each of up to a megabyte.
 #[test]
 fn few_compiled_forms_of_a_law_are_kept() {
@@ -149,6 +148,7 @@ fn few_compiled_forms_of_a_law_are_kept() {
     assert!(known.len() <= 16, "{}", known.len());
 }
 
+/// Least and greatest of f on a fine grid of [lo, hi].
 fn sampled(f: impl Fn(f64) -> f64, lo: f64, hi: f64) -> Range {
     let values = (0..=20_000).map(|i| f(lo + (hi - lo) * f64::from(i) / 20_000.0));
     let (lo, hi) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));

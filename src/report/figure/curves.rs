@@ -6,7 +6,6 @@ use super::axis::Scale;
 use super::palette::{self, MethodStyle};
 use super::panels::Panel;
 use super::scene::{Place, Scene, Stroke};
-use super::slice::point;
 use crate::friction::Column;
 use crate::map::{Axis, Method};
 use crate::simulate::critical::critical_dampings;
@@ -51,7 +50,7 @@ pub(super) fn columns(map: &MapFile, index: &[usize], axis: usize, values: &[f64
         .map(|&value| {
             let mut at: Vec<f64> = axes.iter().zip(index).map(|(axis, &i)| axis.values[i]).collect();
             at[axis] = value;
-            map.grid().law().column(&point(&at))
+            map.grid().law().column(&map.grid().point_of(&at))
         })
         .collect()
 }

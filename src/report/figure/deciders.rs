@@ -95,9 +95,7 @@ pub(crate) fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, R
         }
         panels.axes(&mut scene, &x_name, &y_name);
         let mut legend = Legend::default();
-        for ((fill, name), _) in kinds.iter().zip(&used).filter(|(_, used)| **used) {
-            legend.add(Sample::Area(*fill), name.clone());
-        }
+        legend.add_used(&kinds, &used);
         if exact.iter().any(|curves| !curves.is_empty()) {
             legend.add(Sample::Line(EXACT), rich("exact boundary"));
         }

@@ -15,7 +15,7 @@ use super::lines::{self, Chart, Curve};
 use super::palette::{self, MethodStyle};
 use super::plot::Plotted;
 use super::scene::{Marker, Stroke, Width};
-use super::slice::{ChoiceError, find_axis, hold, point};
+use super::slice::{ChoiceError, find_axis, hold};
 use crate::filippov::Oscillator;
 use crate::machine::Dimension;
 use crate::map::Grid;
@@ -169,7 +169,7 @@ pub(crate) fn diagram(view: &View, plot: &DiagramPlot) -> Result<Plotted, Report
         let value = scale.value(unit);
         let mut values: Vec<f64> = axes.iter().zip(&index).map(|(axis, &i)| axis.values[i]).collect();
         values[x] = value;
-        (value, find(&Oscillator::new(grid.law(), &point(&values))))
+        (value, find(&Oscillator::new(grid.law(), &grid.point_of(&values))))
     };
     let units: Vec<f64> = (0..VALUES).map(|i| i as f64 / (VALUES - 1) as f64).collect();
     let coarse: Vec<(f64, Found)> = units.par_iter().map(|unit| find_at(*unit)).collect();

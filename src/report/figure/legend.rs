@@ -39,6 +39,13 @@ impl Legend {
         }
     }
 
+    /// Adds the areas that are drawn.
+    pub(crate) fn add_used(&mut self, kinds: &[(Fill, Rich)], used: &[bool]) {
+        for ((fill, name), _) in kinds.iter().zip(used).filter(|(_, used)| **used) {
+            self.add(Sample::Area(*fill), name.clone());
+        }
+    }
+
     /// Returns whether it has no entries.
     pub(crate) fn is_empty(&self) -> bool {
         self.entries.is_empty()

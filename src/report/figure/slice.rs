@@ -8,7 +8,7 @@ use super::super::units::{Label, View};
 use super::axis::Scale;
 use crate::friction::Law;
 use crate::map::{Axis, Plane};
-use crate::point::{LawParameters, Point};
+use crate::point::Point;
 use crate::simulate::critical::critical_dampings;
 use crate::store::{MapFile, Pick};
 
@@ -198,7 +198,7 @@ impl<'a> Slice<'a> {
         let mut values: Vec<f64> = axes.iter().zip(&self.index).map(|(axis, &i)| axis.values[i]).collect();
         values[self.x] = clamp(&axes[self.x], x);
         values[self.y] = clamp(&axes[self.y], y);
-        point(&values)
+        self.view.map.grid().point_of(&values)
     }
 
     /// Nodes of the horizontal axis that are drawn.
@@ -418,15 +418,4 @@ pub(crate) fn informative_nodes(map: &MapFile) -> Vec<usize> {
     positive
         .min_by(|a, b| a.1.cmp(&b.1).then(b.2.total_cmp(&a.2)))
         .map_or_else(|| middle.clone(), |(candidate, _, _)| candidate)
-}
-
-/// The point with the given value on each axis, in the order of the map.
-pub(super) fn point(values: &[f64]) -> Point {
-    let last = values.len() - 1;
-    Point {
-        epsilon: values[0],
-        law: LawParameters::new(&values[1..last - 1]),
-        belt_speed: values[last - 1],
-        damping: values[last],
-    }
 }

@@ -2,7 +2,7 @@
 
 use super::super::text::Rich;
 use super::axis::{AXIS, SMALL_TEXT, Scale};
-use super::legend::{Legend, Sample};
+use super::legend::Legend;
 use super::panels::{BOTTOM_MARGIN, Labels, Panel, TITLE_MARGIN, write_heading};
 use super::region::{cell_edges, outlines};
 use super::scene::{Anchor, Fill, Rect, Scene, Width, text_width};
@@ -51,9 +51,7 @@ pub(crate) fn draw(
     panel.x_axis(&mut scene, Labels { x: true, y: false });
     panel.x_name(&mut scene, x_name);
     let mut legend = Legend::default();
-    for ((fill, name), _) in kinds.iter().zip(&used).filter(|(_, used)| **used) {
-        legend.add(Sample::Area(*fill), name.clone());
-    }
+    legend.add_used(kinds, &used);
     legend.below(&mut scene, left, rect.y + rect.h + BOTTOM_MARGIN);
     scene
 }
