@@ -6,6 +6,7 @@ use crate::certify::{Decision, Guarantee, TESTS, validated};
 use crate::filippov::Oscillator;
 use crate::machine::{Machine, Model};
 use crate::map::{self, Regime};
+use crate::simulate::slip_count::{count_slip_cycles, proves_absence};
 use crate::simulate::{critical_damping, flow, sensitivity};
 
 /// Accuracy of the scaled grazing margin.
@@ -106,6 +107,12 @@ pub(crate) fn assess(machine: &Machine) -> Option<Assessment> {
             Decision::Undecided => "undecided",
         },
     });
+    let mut proofs: Vec<Proof> = proofs.collect();
+    // Far from the boundary a count is enough; it takes longer than the tests.
+    let undecided = proofs.iter().all(|proof| proof.verdict == "undecided");
+    if undecided && proves_absence(&oscillator, &count_slip_cycles(&oscillator)) {
+        proofs.push(Proof { test: "number_of_slip_cycles", verdict: "absent" });
+    }
     Some(Assessment {
         machine: machine.clone(),
         always_below_speed: always_below_speed.map(|speed| speed * units.velocity),
@@ -115,7 +122,7 @@ pub(crate) fn assess(machine: &Machine) -> Option<Assessment> {
         kick: kick.map(|(_, kick)| [kick.forward * units.velocity, kick.backward * units.velocity]),
         sensitivities: sensitivities(machine),
         influence: influence(&model).unwrap_or_default(),
-        proofs: proofs.collect(),
+        proofs,
         behaviour,
     })
 }

@@ -26,7 +26,7 @@ use crate::report::figure::{OrbitPlot, orbit_figure};
 use crate::report::{UnitSystem, write_figure, write_file};
 use crate::simulate::direct::Start;
 use crate::simulate::sensitivity::NoSensitivity;
-use crate::simulate::slip_count::SlipCount;
+use crate::simulate::slip_count::{SlipCount, proves_absence};
 use crate::simulate::{self, Flow, Neighbour, Range, separates};
 
 /// Ask every method about one point, or about each row of a table.
@@ -374,7 +374,12 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
     match answer.slip_cycles() {
         Err(failure) => line("slip cycles", format!("not determined: {failure}")),
         Ok(cycles) => {
-            line("slip cycles", slip_count_words(cycles.len(), &answer.slip_count()));
+            let count = answer.slip_count();
+            let absent = match proves_absence(&answer.oscillator, &count) {
+                true => "; since the equilibrium is stable, that proves that no stick-slip cycle exists",
+                false => "",
+            };
+            line("slip cycles", format!("{}{absent}", slip_count_words(cycles.len(), &count)));
             for (i, cycle) in cycles.iter().enumerate() {
                 let parts = separates(i, cycles.len(), &answer.flow.fate).map(neighbour_words);
                 let (kind, sides) = if cycle.is_stable() {

@@ -144,6 +144,19 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
             count(audit.disagreements.len())
         )?;
     }
+    let unknown = summary.unknown;
+    if unknown.regimes > 0 {
+        let cells = number_of(summary.cells, "cell");
+        writeln!(out, "regime: not determined in {} of {cells}", count(unknown.regimes))?;
+    }
+    if unknown.critical > 0 {
+        let columns = number_of(report.columns(), "column");
+        writeln!(
+            out,
+            "critical_c of simulation: not found in {} of {columns}, since no engine gave an answer next to it",
+            count(unknown.critical)
+        )?;
+    }
     let (law, tolerance) = (job.plan.grid.law(), job.plan.tolerance);
     for disagreement in audit.disagreements.iter().take(LISTED) {
         writeln!(
@@ -268,6 +281,7 @@ pub(super) fn json(report: &RunReport) -> Result<(), Failure> {
                 "probe": command_line(law, &cell.point, tolerance),
             })).collect::<Vec<_>>(),
         },
+        "unknown": { "regimes": summary.unknown.regimes, "critical_c": summary.unknown.critical },
         "curves": summary.curves.iter().map(|curves| json!({
             "x": job.plan.grid.axes()[curves.plane.x].name,
             "y": job.plan.grid.axes()[curves.plane.y].name,
@@ -318,6 +332,7 @@ mod tests {
     use crate::friction::Law;
     use crate::map::{
         Audit, Contradiction, Contradictions, Disagreement, FailedCell, Method, MethodSummary, Paths, Stages,
+        Unknown,
     };
     use crate::simulate::{Failure as Breakdown, Fate, Flow};
 
@@ -340,6 +355,7 @@ mod tests {
             rhs: 0,
             audit: Audit { cells: 2, checked: 2, agreed: 1, disagreements, ..Audit::default() },
             contradictions: Contradictions::default(),
+            unknown: Unknown::default(),
             stages: Stages::default(),
             failed_cells: Vec::new(),
             proved: None,
@@ -352,6 +368,18 @@ mod tests {
         let mut out = Vec::new();
         print(report, &mut out).unwrap();
         String::from_utf8(out).unwrap()
+    }
+
+    #[test]
+    fn fields_without_an_answer_are_counted() {
+        let job = job();
+        let mut summary = summary(0, Vec::new());
+        let told = |summary: &Summary| text(&RunReport { job: &job, summary, resumed_tiles: 0 });
+        assert!(!told(&summary).contains("not determined") && !told(&summary).contains("not found"));
+        summary.unknown = Unknown { regimes: 2, critical: 1 };
+        let told = told(&summary);
+        assert!(told.contains("regime: not determined in 2 of 2 cells"), "{told}");
+        assert!(told.contains("critical_c of simulation: not found in 1 of 1 column,"), "{told}");
     }
 
     #[test]

@@ -79,6 +79,15 @@ impl Stages {
     }
 }
 
+/// Numbers of answers of the fields that could not be computed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Unknown {
+    /// Cells without a regime.
+    pub regimes: u64,
+    /// Columns in whose search for the critical damping an engine gave no answer.
+    pub critical: u64,
+}
+
 /// Statistics of one tile, or of many together. All but the seconds depends on the plan alone.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Account {
@@ -94,6 +103,8 @@ pub struct Account {
     pub audit: Audit,
     /// Cells in which methods with a guarantee contradict each other.
     pub contradictions: Contradictions,
+    /// Answers of the fields that could not be computed.
+    pub unknown: Unknown,
     /// Processor seconds of the stages that belong to no method.
     pub stages: Stages,
     /// The first failed cells, at most ten, in the order of tiles.
@@ -124,6 +135,8 @@ impl Account {
         self.rhs += other.rhs;
         self.audit.add(other.audit);
         self.contradictions.add(other.contradictions);
+        self.unknown.regimes += other.unknown.regimes;
+        self.unknown.critical += other.unknown.critical;
         self.stages.add(&other.stages);
         if !other.failed.is_empty() {
             self.failed.extend(other.failed);

@@ -5,7 +5,7 @@
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::sync_channel;
 
-use super::account::{Account, FailedCell, MethodAccount, Stages, count, failed_cells};
+use super::account::{Account, FailedCell, MethodAccount, Stages, Unknown, count, failed_cells};
 use super::audit::{Audit, Draws};
 use super::behaviour::Behaviour;
 use super::contradictions::{Contradictions, contradictions};
@@ -14,7 +14,7 @@ use super::interpolation::Interpolated;
 use super::proved::Proved;
 use super::quantity::describe;
 use super::simulation::{Paths, Simulated, simulate};
-use super::{Field, Method, MethodCells, Plan, PlaneCurves, Runs, Sink, Tile, TileData, Verdict};
+use super::{Field, Method, MethodCells, Plan, PlaneCurves, Regime, Runs, Sink, Tile, TileData, Verdict};
 use crate::certify::{Claim, Columns};
 use crate::clock::timed;
 use crate::filippov::Oscillator;
@@ -81,6 +81,8 @@ pub struct Summary {
     pub(crate) audit: Audit,
     /// Cells in which methods with a guarantee contradict each other.
     pub(crate) contradictions: Contradictions,
+    /// Answers of the fields that could not be computed.
+    pub(crate) unknown: Unknown,
     /// Processor seconds of the stages that belong to no method.
     pub(crate) stages: Stages,
     /// The first failed cells.
@@ -115,6 +117,7 @@ impl Summary {
             rhs: account.rhs,
             audit,
             contradictions: account.contradictions,
+            unknown: account.unknown,
             stages: account.stages,
             failed_cells: account.failed,
             proved: None,
@@ -148,6 +151,7 @@ struct Computed {
     paths: Paths,
     rhs: u64,
     audit: Audit,
+    unknown: Unknown,
 }
 
 /// A tile on its way to the writer.
@@ -282,6 +286,7 @@ fn work<S: Sink>(plan: &Plan, sink: &S, draws: &Draws, tile: &Tile) -> Result<Me
         rhs: computed.rhs,
         audit: computed.audit,
         contradictions,
+        unknown: computed.unknown,
         stages: Stages { pack: packing + counting, ..computed.stages },
         failed: if any_failed { failed_cells(plan, &computed.data) } else { Vec::new() },
     };
@@ -331,6 +336,7 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> Computed {
     }
     let (paths, rhs) = simulated.as_ref().map_or((Paths::default(), 0), |s: &Simulated| (s.paths, s.rhs));
     let rhs = rhs + known.rhs;
+    let without_critical = simulated.as_ref().map_or(0, |simulated| simulated.without_critical);
     let mut data = TileData { tile: tile.clone(), methods, regime: Runs::new(), quantities: Vec::new() };
     if plan.fields.iter().any(|field| field.needs_flow()) {
         let (simulated, taken) = timed(|| {
@@ -356,7 +362,9 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> Computed {
     let verdicts: Vec<&Runs<Verdict>> = data.methods.iter().map(|cells| &cells.verdicts).collect();
     let (audit, audit_seconds) = timed(|| draws.audit(plan, tile, &verdicts));
     stages.audit = audit_seconds;
-    Computed { audit, data, seconds, stages, paths, rhs }
+    let regimes = data.regime.count(|regime| regime == Regime::Failed);
+    let unknown = Unknown { regimes, critical: without_critical };
+    Computed { audit, data, seconds, stages, paths, rhs, unknown }
 }
 
 /// The cells of a tile, column by column.

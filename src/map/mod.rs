@@ -25,7 +25,7 @@ mod tile_data;
 mod tiles;
 mod verdict;
 
-pub use account::{Account, FailedCell, MethodAccount, Stages};
+pub use account::{Account, FailedCell, MethodAccount, Stages, Unknown};
 pub use audit::{Audit, Disagreement};
 pub use behaviour::{AttractingCycle, regime, slip_cycle_count};
 pub(crate) use behaviour::{LongRun, attracting_cycle, basin_boundary, long_run};

@@ -83,6 +83,8 @@ pub(super) struct Simulated {
     pub(crate) ends: Vec<End>,
     /// Critical damping of each column, where requested or found on the way.
     pub(crate) critical: Vec<Option<CriticalDamping>>,
+    /// Number of columns in whose search for a requested critical damping an engine gave no answer.
+    pub(crate) without_critical: u64,
     pub(crate) paths: Paths,
     pub(crate) rhs: u64,
 }
@@ -145,9 +147,12 @@ fn complete_critical(asked: &Columns, engine: Engine, tolerance: f64, done: &mut
     }
     let searched: Vec<Column> = numbers.iter().map(|&number| columns[number].clone()).collect();
     for (number, found) in numbers.into_iter().zip(critical_dampings(&searched, tolerance)) {
-        if let Ok(critical) = found {
-            done.rhs += critical.rhs;
-            done.critical[number] = Some(critical);
+        match found {
+            Ok(critical) => {
+                done.rhs += critical.rhs;
+                done.critical[number] = Some(critical);
+            }
+            Err(NoCriticalDamping::NoVerdict) => done.without_critical += 1,
         }
     }
 }

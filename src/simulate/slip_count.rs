@@ -114,6 +114,14 @@ struct Piece {
     shape: Shape,
 }
 
+/// Returns whether a count of the slip cycles proves that the orbit from the exit point does not return to the
+/// belt line: there is none, and the equilibrium attracts.
+///
+/// **Proof.** g has no zero on (0, V], and is negative near 0. So it is negative at V. []
+pub(crate) fn proves_absence(oscillator: &Oscillator, count: &SlipCount) -> bool {
+    count.exact() == Some(0) && oscillator.eigenvalues().is_stable()
+}
+
 /// Counts the slip cycles with proof.
 #[must_use]
 pub fn count_slip_cycles(oscillator: &Oscillator) -> SlipCount {

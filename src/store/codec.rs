@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::dataset::{Fingerprint, Schema};
 use crate::map::{
     Account, Audit, Axis, Contradiction, Contradictions, Disagreement, FailedCell, Grid, MethodAccount,
-    Paths, Plan, Stages, Verdict,
+    Paths, Plan, Stages, Unknown, Verdict,
 };
 use crate::point::Point;
 
@@ -89,6 +89,8 @@ pub(super) struct AccountRecord {
     contradicted_cells: u64,
     /// Tile, point and codes of the verdicts.
     contradictions: Vec<(usize, Vec<f64>, Vec<i8>)>,
+    /// Cells without a regime, columns without a critical damping.
+    unknown: [u64; 2],
     stages: Vec<f64>,
     /// Tile, point and method.
     failed: Vec<(usize, Vec<f64>, usize)>,
@@ -113,6 +115,7 @@ impl AccountRecord {
             disagreements: disagreements.iter().map(said).collect(),
             contradicted_cells: account.contradictions.cells,
             contradictions: account.contradictions.first.iter().map(contradiction).collect(),
+            unknown: [account.unknown.regimes, account.unknown.critical],
             stages: account.stages.named().map(|(_, seconds)| seconds).into(),
             failed: account.failed.iter().map(failed).collect(),
         }
@@ -137,6 +140,7 @@ impl AccountRecord {
         let [cells, checked, agreed, within_margin, unresolved] = self.audit;
         let disagreements = self.disagreements.into_iter().map(disagreement).collect::<Option<_>>()?;
         let first = self.contradictions.into_iter().map(contradiction).collect::<Option<_>>()?;
+        let [regimes, critical] = self.unknown;
         let (mut paths, mut stages) = (Paths::default(), Stages::default());
         fill(paths.counts_mut(), &self.paths)?;
         fill(stages.seconds_mut(), &self.stages)?;
@@ -148,6 +152,7 @@ impl AccountRecord {
             rhs: self.rhs,
             audit: Audit { cells, checked, agreed, within_margin, unresolved, disagreements },
             contradictions: Contradictions { cells: self.contradicted_cells, first },
+            unknown: Unknown { regimes, critical },
             stages,
             failed: self.failed.into_iter().map(failed).collect::<Option<_>>()?,
         })

@@ -7,10 +7,10 @@ use slipmap::filippov::Oscillator;
 use slipmap::friction::{Expression, Law, Table};
 use slipmap::point::LawParameters;
 use slipmap::simulate::backbone::Backbone;
-use slipmap::simulate::critical_damping;
 use slipmap::simulate::direct::{Start, trace};
 use slipmap::simulate::slip_count::count_slip_cycles;
 use slipmap::simulate::slip_cycle::slip_cycles;
+use slipmap::simulate::{Fate, critical_damping, direct};
 
 fn expression(text: &str, parameters: &[f64], viscous: f64, belt_speed: f64) -> Oscillator {
     let curve =
@@ -29,6 +29,25 @@ fn pairs_that_meet_in_a_fold_are_proved() {
         assert_eq!(counted.exact(), Some(count), "{level}: {counted:?}");
         assert!(counted.open.is_empty());
     }
+}
+
+/// For laws so steep at rest that the tests claim nothing near the boundary.
+#[test]
+fn without_slip_cycles_a_stable_equilibrium_proves_absence() {
+    let law = Law::Expression(Expression::new("1 - b*ln(1 + u/v) + k*u", 1.0).unwrap());
+    let (mut random, mut proved) = (Random(79), 0);
+    for _ in 0..40 {
+        let (b, v, k) = (random.log(0.01, 0.1), random.log(1e-3, 0.1), random.log(1e-3, 0.1));
+        let column = law.column(&law.point(1.0, &[b, v, k], random.log(0.1, 1.0), 0.0).unwrap());
+        let critical = critical_damping(&column, 1e-9).unwrap().c;
+        let oscillator = Oscillator::in_column(&column, critical.max(0.0) * random.log(0.5, 2.0));
+        let counted = count_slip_cycles(&oscillator);
+        if counted.exact() == Some(0) && oscillator.eigenvalues().is_stable() {
+            assert_eq!(direct::flow(&oscillator, 1e-9).fate, Fate::SpiralsInward, "{oscillator:?}");
+            proved += 1;
+        }
+    }
+    assert!(proved > 10, "{proved}");
 }
 
 #[test]
