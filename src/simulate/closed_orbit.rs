@@ -29,7 +29,7 @@ use super::Failure;
 use super::corners::{self, End};
 use super::dop853::{Field, NODES, STAGES, step};
 use super::polar::Closing;
-use super::roots::{Bracket, Found, falling_root};
+use super::roots::{Found, falling_bracket, falling_root};
 use super::slip_cycle::{self, SlipTurn};
 use super::work::Work;
 use crate::filippov::Oscillator;
@@ -224,8 +224,7 @@ pub(super) fn closing_damping_by_turns(
 }
 
 /// The C at which the orbit through the maximum `radius` < V of x2 closes, by the orbit in (x2, x2'): for
-/// orbits whose polar
-/// angle is not monotone in time. It lies between the bounds of the even part of the weakening rate (theory,
+/// orbits whose polar angle is not monotone in time. It lies between the bounds of the even part of the weakening rate (theory,
 /// "The backbone").
 ///
 /// # Errors
@@ -250,11 +249,12 @@ pub(super) fn closing_damping_of_node(
     let size = bounds.lo.abs().max(bounds.hi.abs());
     let pad = 1e-6 * (bounds.hi - bounds.lo) + 1e-12 * size;
     let (low, high) = (bounds.lo - pad, bounds.hi + pad);
-    let bracket = Bracket { low: (low, growth(low)?), high: (high, growth(high)?) };
-    if !(bracket.low.1 > 0.0 && bracket.high.1 < 0.0) {
+    let mean = curve.mean_weakening(belt_speed);
+    let start = if mean.is_finite() { mean.clamp(low, high) } else { 0.5 * (low + high) };
+    let Some(bracket) = falling_bracket(start, [low, high], &mut growth)? else {
         return Err(Failure::StepUnderflow);
-    }
-    let (viscous, bracket) = match falling_root(bracket, tolerance * size, growth)? {
+    };
+    let (viscous, bracket) = match falling_root(bracket, tolerance * size, &mut growth)? {
         Found::Between(bracket) => (bracket.middle(), bracket),
         Found::Zero(viscous, bracket) => (viscous, bracket),
     };

@@ -7,7 +7,7 @@ use std::cell::Cell;
 
 use super::closing::closing_dampings;
 use super::polar::Closing;
-use super::roots::{Bracket, Found, falling_root};
+use super::roots::{Found, falling_bracket, falling_root};
 use super::{Fate, flow};
 use crate::filippov::Oscillator;
 use crate::friction::{Column, Curve};
@@ -98,10 +98,12 @@ fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, 
         // No legal damping is small enough; the value of a negative c* is not needed.
         return Ok(CriticalDamping { c: 0.5 * low, error: -0.5 * low, rhs });
     }
-    let bracket = Bracket { low: (low, margin(low)?), high: (high, margin(high)?) };
-    if bracket.low.1 < 0.0 || bracket.high.1 > 0.0 {
+    let from = if high > 0.0 { low.max(0.0) } else { low };
+    let mean = column.curve.mean_weakening(column.belt_speed) / column.epsilon;
+    let start = if mean.is_finite() { mean.clamp(from, high) } else { 0.5 * (from + high) };
+    let Some(bracket) = falling_bracket(start, [from, high], &mut margin)? else {
         return Err(NoCriticalDamping::NoVerdict);
-    }
+    };
     let enough = tolerance.max(4.0 * f64::EPSILON) * (low.abs() + high.abs());
     let (c, bracket) = match falling_root(bracket, enough, &mut margin)? {
         Found::Between(bracket) => {

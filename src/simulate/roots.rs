@@ -33,6 +33,53 @@ pub(super) enum Found {
     Zero(f64, Bracket),
 }
 
+/// A bracket of the root of a falling function within [from, to], searched from `start` outward in steps that
+/// double: far from the root the function may fail, or take long. `None` where it does not change its sign; at the ends
+/// of [from, to] it may be zero.
+///
+/// # Errors
+/// Those of `f`.
+pub(super) fn falling_bracket<E>(
+    start: f64,
+    [from, to]: [f64; 2],
+    mut f: impl FnMut(f64) -> Result<f64, E>,
+) -> Result<Option<Bracket>, E> {
+    let first = 0.1 * start.abs() + 1e-3 * (to - from);
+    let value = f(start)?;
+    let (mut low, mut high) = ((start, value), (start, value));
+    let mut step = first;
+    while !(low.1 > 0.0) {
+        if low.0 <= from {
+            if low.1 < 0.0 {
+                return Ok(None);
+            }
+            break;
+        }
+        let at = (start - step).max(from);
+        low = (at, f(at)?);
+        if low.1 < 0.0 {
+            high = low;
+        }
+        step *= 2.0;
+    }
+    step = first;
+    while !(high.1 < 0.0) {
+        if high.0 >= to {
+            if high.1 > 0.0 {
+                return Ok(None);
+            }
+            break;
+        }
+        let at = (start + step).min(to);
+        high = (at, f(at)?);
+        if high.1 > 0.0 {
+            low = high;
+        }
+        step *= 2.0;
+    }
+    Ok(Some(Bracket { low, high }))
+}
+
 /// Narrows `bracket` to `enough` by the ITP method of Oliveira and Takahashi (ACM Trans. Math. Softw. 47,
 /// 2020), which is as fast as the secant where the function is smooth and never slower than bisection where
 /// only its sign is known.
@@ -74,6 +121,18 @@ pub(super) fn falling_root<E>(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn brackets_are_found_next_to_the_start() {
+        for (root, start) in [(0.3, 0.31), (0.3, 0.3), (0.3, 40.0), (-2.0, 0.1), (49.0, 0.0)] {
+            // Fails far from the root.
+            let f = |x: f64| if (x - root).abs() < 60.0 { Ok(root - x) } else { Err(x) };
+            let Bracket { low, high } = falling_bracket(start, [-100.0, 100.0], f).unwrap().unwrap();
+            assert!(low.0 < root && root < high.0 && low.1 > 0.0 && high.1 < 0.0, "{low:?} {high:?}");
+        }
+        assert_eq!(falling_bracket(0.5, [0.0, 1.0], |x| Ok::<f64, ()>(3.0 - x)), Ok(None));
+        assert_eq!(falling_bracket(0.5, [0.0, 1.0], |x| Ok::<f64, ()>(-3.0 - x)), Ok(None));
+    }
 
     #[test]
     fn smooth_functions_and_mere_signs_are_solved() {

@@ -3,10 +3,10 @@
 
 use crate::reference::{CriticalPoint, column_points, other_column_points};
 use slipmap::filippov::Oscillator;
-use slipmap::friction::{Column, Law};
-use slipmap::map::{Engine, Verdict, decide};
+use slipmap::friction::{Column, Law, Table};
+use slipmap::map::{Engine, Regime, Verdict, decide, regime};
 use slipmap::simulate::critical::critical_dampings;
-use slipmap::simulate::{Fate, Flow, NoCriticalDamping, direct};
+use slipmap::simulate::{Fate, Flow, NoCriticalDamping, direct, flow};
 
 /// The tables give this many digits.
 const TABLE: f64 = 1e-16;
@@ -209,6 +209,36 @@ fn cells_on_fast_belts_without_a_certificate_of_presence_are_not_present() {
         }
     }
     assert!(crossing > 60, "{crossing}");
+}
+
+/// Measured friction that dips next to rest: bounds of the even part are far from the boundary, and at the lower
+/// one orbits leave the table. Such columns had no critical damping and no regime.
+#[test]
+fn a_table_with_a_dip_next_to_rest_has_its_boundary() {
+    for (dip, belt_speed) in [(0.93, 0.35), (0.9, 0.1)] {
+        let data =
+            [(0.0, 1.0), (0.006, dip), (0.008, 0.945), (0.03, 0.9), (0.2, 0.7), (1.0, 0.6), (3.0, 0.6)];
+        let law = Law::Table(Table::new("dip", &data, 1.0).unwrap());
+        let column = law.column(&law.point(1.0, &[], belt_speed, 0.0).unwrap());
+        let found = critical_dampings(std::slice::from_ref(&column), 1e-9).remove(0);
+        let found = found.unwrap_or_else(|problem| panic!("{dip} {belt_speed}: {problem}"));
+        // A few errors away on either side the direct engine knows the fate, if it is one of c >= 0.
+        for side in [-1.0, 1.0] {
+            let c = found.c + side * (10.0 * found.error + 1e-6);
+            let oscillator = Oscillator::in_column(&column, c);
+            let returns = match direct::flow(&oscillator, 1e-11).fate {
+                Fate::Sticks(_) | Fate::CrossesForever => true,
+                Fate::SpiralsInward => false,
+                fate => panic!("{dip} {belt_speed} {c}: {fate:?}"),
+            };
+            assert!(c < 0.0 || returns == (side < 0.0), "{dip} {belt_speed}: {found:?}, {c}");
+        }
+        for share in [0.5, 0.99, 1.01, 2.0] {
+            let oscillator = Oscillator::in_column(&column, share * found.c.abs());
+            let answer = flow(&oscillator, 1e-10);
+            assert_ne!(regime(&oscillator, &answer), Regime::Failed, "{dip} {belt_speed} {share} {found:?}");
+        }
+    }
 }
 
 /// Ten thousand columns, written by `scripts/columns.c` to the file that SLIPMAP_COLUMNS names. Prints

@@ -20,7 +20,7 @@ fn between(random: &mut Random, lo: f64, hi: f64) -> f64 {
 /// A random law, with its kind.
 fn law(random: &mut Random) -> (&'static str, Law, Vec<f64>) {
     let kind = (6.0 * random.unit()) as usize;
-    let (drop, scale) = (between(random, 0.05, 0.6), random.log(0.15, 1.5));
+    let (drop, scale) = (between(random, 0.05, 0.95), random.log(0.15, 1.5));
     let (rise, wave) = (between(random, 0.0, 0.03), random.log(1.0, 6.0));
     let formula = |text: String| Law::Expression(Expression::new(&text, 1.0).unwrap());
     match kind {
@@ -67,7 +67,9 @@ impl Tally {
     fn of(number: u64) -> Self {
         let mut random = Random(0x5eed ^ number.wrapping_mul(0x9e37_79b9_7f4a_7c15));
         let (kind, law, parameters) = law(&mut random);
-        let (epsilon, belt_speed) = (random.log(0.1, 1.0), random.log(0.1, 3.0));
+        // From belts so slow that orbits creep to those so fast that they cross. Tables end at 12.
+        let belt_speed = random.log(0.03, if kind == "table" { 4.0 } else { 300.0 });
+        let epsilon = random.log(0.1, 1.0);
         let column = law.column(&law.point(epsilon, &parameters, belt_speed, 0.0).unwrap());
         let c = damping(&column, &mut random);
         let answer = direct::flow(&Oscillator::in_column(&column, c), TOLERANCE);

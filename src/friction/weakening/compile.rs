@@ -321,6 +321,8 @@ fn compile_table(table: &Table, breaks: &mut Vec<f64>, pieces: &mut Vec<Piece>) 
                 size: 0.0,
             };
             piece.range = piece.range_on(a, b);
+            let before = pieces.last().map_or(0.0, |piece| piece.size);
+            piece.size = before.max(piece.range.lo.abs()).max(piece.range.hi.abs());
             pieces.push(piece);
             breaks.push(b);
         }

@@ -23,6 +23,9 @@ use super::{Form, Range};
 
 pub(super) use compile::compile;
 
+/// Error of a polynomial that does not follow the law, in units of the largest |w|.
+const RESOLVED: f64 = 0.1;
+
 /// Number of coefficients of a piece.
 pub(crate) const COUNT: usize = 12;
 
@@ -267,6 +270,13 @@ impl Weakening {
             // The bound of the piece is for the polynomial as computed, and includes its round-off.
             ProvedPiece { ends: [from, self.breaks[i + 1]], middle, scale, c, error: 2.0 * error }
         })
+    }
+
+    /// Returns whether the polynomials follow the law at all for slip speeds in [`lo`, `hi`], up to the reach: a
+    /// law with more waves than there may be pieces has none.
+    pub(crate) fn is_resolved(&self, lo: f64, hi: f64) -> bool {
+        let largest = self.pieces[self.piece_of(hi.clamp(0.0, self.reach()))].size;
+        self.error(lo, hi).bound() <= RESOLVED * largest
     }
 
     /// The distance of the polynomials from the law for slip speeds in [`lo`, `hi`], up to the reach.

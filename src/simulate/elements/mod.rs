@@ -252,7 +252,8 @@ pub(in crate::simulate) fn closing_damping(
     radius: f64,
     tolerance: f64,
 ) -> Result<Closing, u64> {
-    if !(belt_speed + radius <= weakening.reach()) {
+    let farthest = belt_speed + radius;
+    if !(farthest <= weakening.reach() && weakening.is_resolved(belt_speed - radius, farthest)) {
         return Err(0);
     }
     let arch = pulp::Arch::new();
