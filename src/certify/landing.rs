@@ -45,7 +45,7 @@ const MOST_TRIALS: u32 = 30;
 /// The smallest damping c >= 0 found at which the landing speed is proved below 2; by monotonicity it is
 /// below 2 at every larger one. Searched in [0, `present_below`]; 0 if that is empty, infinity if the bound
 /// fails even at `present_below`. Negative infinity where no presence is claimed anywhere.
-pub(super) fn sticks_from(column: &Column, present_below: f64) -> f64 {
+pub(crate) fn sticks_from(column: &Column, present_below: f64) -> f64 {
     if present_below == f64::NEG_INFINITY {
         return f64::NEG_INFINITY;
     }

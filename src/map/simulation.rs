@@ -8,7 +8,7 @@
 use super::end::End;
 use super::interpolation::Interpolated;
 use super::{Engine, Verdict};
-use crate::certify::{Claim, Columns, Decision};
+use crate::certify::{Claim, Columns, Decision, landing};
 use crate::filippov::Oscillator;
 use crate::friction::Column;
 use crate::simulate::{
@@ -311,8 +311,11 @@ fn column_by_root(
     // between are closer to the boundary than its error and get an orbit of their own.
     let returning = cs.partition_point(|&c| c < critical - error);
     let inward = cs.partition_point(|&c| c <= critical + error);
-    // Nothing is proved of the landing where the certificate claims presence nowhere.
-    let sticks_from = if claim.present_below > 0.0 { claim.sticks_from } else { f64::INFINITY };
+    // Where the certificate claims presence nowhere, it has not looked for the landing.
+    let sticks_from = match claim.present_below > 0.0 {
+        true => claim.sticks_from,
+        false => landing::sticks_from(column, critical - error),
+    };
     let sticking = cs.partition_point(|&c| c < sticks_from).min(returning);
     by_order(column, &cs[..sticking], tolerance, done);
     done.ends.extend(std::iter::repeat_n(End::Sticks, returning - sticking));
