@@ -102,7 +102,8 @@ impl Stribeck {
 
     /// Bounds of phi on [0, hi]. phi is convex, so it is largest at an end.
     pub(super) fn friction_range(&self, hi: f64) -> Range {
-        Range { lo: 1.0 - self.drop, hi: self.phi(hi).max(1.0) }
+        let x = self.rate * hi;
+        Range { lo: 1.0 - self.drop * (1.0 - 1.0 / (1.0 + x)), hi: self.phi(hi).max(1.0) }
     }
 
     /// The weakening rate falls with u, so its bounds are its end values.

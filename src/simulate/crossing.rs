@@ -190,28 +190,33 @@ fn farthest(curve: &Curve, belt_speed: f64) -> f64 {
 /// (2 - W + d) (y + 2 - W) = (W + d) (hypot(y, V) + 2 d + W), and 0 if the left side is larger at y = 0. For a
 /// law that only weakens, 0 if W V < 4 (1 - W).
 ///
-/// **Proof** (theory, "Any friction law"). A loop that leads outward at damping c does so at c = 0, since loops fall with
-/// c. Let it cross upward with wL, and downward y' >= y beyond E. By Green's theorem the integral of D over
+/// **Proof** (theory, "Any friction law"). A loop that leads outward at damping c does so at c = 0, since
+/// loops fall with c. Let it cross upward with wL, and downward y' >= y beyond E. By Green's theorem the integral of D over
 /// the part of its inside above the belt line is ((y' + 2)^2 - (wL - 2)^2) / 2, and over the part below it is
 /// (wL^2 - y^2) / 2. The width of the inside falls upward from y' + wL above the line; so the first integral is
 /// at most W (y' + wL), and wL - y >= 4 - 2 W. Below the line the width rises downward from s = y + wL to its
 /// largest, L, at x2 = 0, and falls from there: the second integral is at most W L + d (L - s). By the energy
 /// about (1, 0), L <= 2 (hypot(y, V) + 2 d + W). So (2 - W + d) s <= (W + d) L with s >= 2 (y + 2 - W). []
+///
+/// Loops from less than y stay at slip speeds up to V + hypot(y, V) + 6 (W + d), by the same energy; W of these
+/// alone may give a smaller y.
 fn settled_from(curve: &Curve, belt_speed: f64) -> f64 {
     let farthest = farthest(curve, belt_speed);
     if farthest == 0.0 {
         return 0.0;
     }
-    let fastest = curve.fastest().min(4.0 * belt_speed.max(1.0) * 10_f64.powi(*DECADES.end()));
-    let root = |pieces| {
-        let drop = 1.0 - curve.friction_range(fastest, pieces).lo;
-        let rise = curve.friction_range(belt_speed.min(fastest), pieces).hi - 1.0;
-        root_of_bounds(drop.max(0.0), rise.max(0.0), belt_speed)
-    };
-    match root(Pieces::One) {
-        0.0 => 0.0,
-        _ => root(Pieces::Octaves).min(farthest),
+    let mut settled = farthest;
+    let mut fastest = curve.fastest().min(4.0 * belt_speed.max(1.0) * 10_f64.powi(*DECADES.end()));
+    for pieces in [Pieces::One, Pieces::Octaves, Pieces::Octaves, Pieces::Octaves, Pieces::Octaves] {
+        let drop = (1.0 - curve.friction_range(fastest, pieces).lo).max(0.0);
+        let rise = (curve.friction_range(belt_speed.min(fastest), pieces).hi - 1.0).max(0.0);
+        settled = settled.min(root_of_bounds(drop, rise, belt_speed));
+        if settled == 0.0 {
+            break;
+        }
+        fastest = fastest.min(belt_speed + settled.hypot(belt_speed) + 6.0 * (drop + rise));
     }
+    settled
 }
 
 /// The root of [`settled_from`]; infinite where there is none, or a bound is missing.
@@ -246,7 +251,8 @@ fn contracts(oscillator: &Oscillator) -> bool {
     oscillator.divergence_is_at_most(0.0, 0.0, 4.0 * unit * 10_f64.powi(*DECADES.end()))
 }
 
-/// Returns whether it is proved that no orbit of a column crosses the belt line for ever, at any damping c >= 0.
+/// Returns whether it is proved that no orbit of a column crosses the belt line for ever, at any damping
+/// c >= 0.
 pub(crate) fn none_cross_for_ever(curve: &Curve, belt_speed: f64) -> bool {
     settled_from(curve, belt_speed) == 0.0
 }
