@@ -241,8 +241,9 @@ pub(super) fn closing_damping_of_node(
     let mut growth = |viscous: f64| {
         oscillator.viscous = viscous;
         Ok(match slip_cycle::turn_within(&oscillator, radius, tolerance, work)? {
-            SlipTurn::Returns { radius: next, .. } => (next / radius).ln().clamp(-1.0, 1.0),
-            SlipTurn::MeetsBelt => 1.0,
+            SlipTurn::Returns { radius: next, .. } | SlipTurn::MeetsBelt { radius: next } => {
+                (next / radius).ln().clamp(-1.0, 1.0)
+            }
             SlipTurn::Rests => -1.0,
         })
     };

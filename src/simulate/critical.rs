@@ -8,7 +8,7 @@ use std::cell::Cell;
 use super::closing::closing_dampings;
 use super::polar::Closing;
 use super::roots::{Found, falling_bracket, falling_root};
-use super::{Fate, flow};
+use super::{Fate, Landing, flow};
 use crate::filippov::Oscillator;
 use crate::friction::{Column, Curve};
 
@@ -75,10 +75,17 @@ fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, 
         if rhs - before > budget {
             return Err(NoCriticalDamping::NoVerdict);
         }
-        let answer = flow(&Oscillator::in_column(column, c), 1e-12);
+        let oscillator = Oscillator::in_column(column, c);
+        let answer = flow(&oscillator, 1e-12);
         rhs += answer.rhs;
         let size = if answer.margin.is_finite() { answer.margin.abs().min(1.0) } else { 1.0 };
         match answer.fate {
+            // Where the flow cannot be continued beyond the line, r at the landing is about what it would be after
+            // the turn.
+            Fate::Sticks(Landing { x1, crossings: 0, .. }) if answer.margin.is_nan() => {
+                let speed = (oscillator.exit_x1() - x1) / column.belt_speed;
+                Ok((speed * speed / (1.0 + speed.hypot(1.0))).clamp(f64::MIN_POSITIVE, 1.0))
+            }
             Fate::Sticks(_) | Fate::CrossesForever => Ok(size),
             Fate::SpiralsInward => Ok(-size),
             Fate::TooCloseToCall => {

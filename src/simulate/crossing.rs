@@ -285,7 +285,8 @@ pub(crate) fn some_cross_for_ever(oscillator: &Oscillator) -> Result<bool, Failu
 
 /// The crossing cycles, by growing size. An orbit from the exit point that never sticks tends to the first
 /// of them, if there is any; otherwise it grows without bound. None exists where the divergence is nowhere
-/// positive, or where the friction force falls too little, see [`settled_from`].
+/// positive, or where the friction force falls too little (theory, "Any friction
+/// law").
 ///
 /// # Errors
 /// [`Failure`] of one of the loops.

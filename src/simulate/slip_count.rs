@@ -454,7 +454,7 @@ mod tests {
                     SlipTurn::Returns { radius, slope, .. } => {
                         Some([(radius / r).ln(), (slope * r / radius).ln()])
                     }
-                    SlipTurn::MeetsBelt | SlipTurn::Rests => None,
+                    SlipTurn::MeetsBelt { .. } | SlipTurn::Rests => None,
                 };
                 let Some(Walked::Turned { middle, all, slopes }) =
                     walk(&oscillator, from, to, &mut BUDGET.clone())

@@ -31,7 +31,10 @@ pub enum SlipTurn {
         time: f64,
     },
     /// The orbit reaches the belt line.
-    MeetsBelt,
+    MeetsBelt {
+        /// Distance of (x2, x2') from the origin there, at least V.
+        radius: f64,
+    },
     /// It tends to the equilibrium without another maximum of x2.
     Rests,
 }
@@ -89,7 +92,7 @@ pub(super) fn turn_within(
         LowerEnd::Turns(end) => {
             SlipTurn::Returns { radius: end.v, slope: radius / end.v * end.growth.exp(), time: end.time }
         }
-        LowerEnd::Meets(_) => SlipTurn::MeetsBelt,
+        LowerEnd::Meets(end) => SlipTurn::MeetsBelt { radius: end.v.hypot(end.w) },
         LowerEnd::Rests => SlipTurn::Rests,
     })
 }
@@ -98,7 +101,7 @@ pub(super) fn turn_within(
 fn outward(from: f64, turn: &SlipTurn) -> bool {
     match turn {
         SlipTurn::Returns { radius, .. } => *radius > from,
-        SlipTurn::MeetsBelt => true,
+        SlipTurn::MeetsBelt { .. } => true,
         SlipTurn::Rests => false,
     }
 }
@@ -199,7 +202,7 @@ fn fixed_point(
         }
         let newton = match here {
             SlipTurn::Returns { radius: next, slope, .. } => radius + (next - radius) / (1.0 - slope),
-            SlipTurn::MeetsBelt | SlipTurn::Rests => f64::NAN,
+            SlipTurn::MeetsBelt { .. } | SlipTurn::Rests => f64::NAN,
         };
         let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
         let moved = (next - radius).abs();

@@ -355,7 +355,9 @@ impl PartialMap {
     /// Completes the map, seals it, forces it to disk, gives it its name, and removes the journal.
     ///
     /// # Errors
-    /// As [`MapWriter::finish`]. The journal stays, so that nothing computed is lost.
+    /// [`StoreError::Incomplete`] if tiles are missing, [`StoreError::NotComputed`] if cells are,
+    /// [`StoreError::Overtaken`] if the output appeared meanwhile and is not to be replaced; otherwise the file
+    /// system's or the library's reasons. The journal stays, so that nothing computed is lost.
     pub fn finish(self, outcome: &Outcome) -> Result<(), StoreError> {
         let Self { map, journal, .. } = self;
         let mut journal = journal.into_inner().unwrap_or_else(PoisonError::into_inner);

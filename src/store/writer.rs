@@ -85,8 +85,8 @@ impl MapWriter {
     ///
     /// # Errors
     /// [`StoreError::Incomplete`] if tiles are missing, [`StoreError::NotComputed`] if cells are,
-    /// [`StoreError::Overtaken`] if the output appeared meanwhile and is not to be replaced; otherwise the file system's or the library's reasons. In every case but `Overtaken` the
-    /// temporary file is removed.
+    /// [`StoreError::Overtaken`] if the output appeared meanwhile and is not to be replaced; otherwise the file
+    /// system's or the library's reasons. In every case but `Overtaken` the temporary file is removed.
     pub(super) fn finish(self, outcome: &Outcome) -> Result<(), StoreError> {
         self.check_complete()?;
         let Self { datasets, file, temporary, output, existing, history, schema, written } = self;

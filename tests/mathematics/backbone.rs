@@ -42,7 +42,7 @@ fn growth(column: &Column, viscous: f64, radius: f64) -> f64 {
     let found = turn(&oscillator, radius, 1e-12).or_else(|_| turn(&oscillator, radius, 1e-10));
     match found.unwrap() {
         SlipTurn::Returns { radius: next, .. } => (next / radius).ln(),
-        SlipTurn::MeetsBelt => f64::INFINITY,
+        SlipTurn::MeetsBelt { .. } => f64::INFINITY,
         SlipTurn::Rests => f64::NEG_INFINITY,
     }
 }

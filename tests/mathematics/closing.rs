@@ -102,7 +102,7 @@ fn orbits_of_every_amplitude_close_within_the_error() {
                 let oscillator = Oscillator { curve, viscous, belt_speed: column.belt_speed };
                 let grows = match turn(&oscillator, radius, 1e-11).unwrap() {
                     SlipTurn::Returns { radius: next, .. } => next > radius,
-                    SlipTurn::MeetsBelt => true,
+                    SlipTurn::MeetsBelt { .. } => true,
                     SlipTurn::Rests => false,
                 };
                 assert_eq!(grows, sign < 0.0, "{column:?} {radius} {viscous} {backbone:?}");

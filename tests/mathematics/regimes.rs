@@ -94,7 +94,7 @@ fn the_edges_of_the_band_are_where_the_attractors_change() {
         // the margin's slope, about pi eps >= 0.15.
         let outward = |c: f64| match turn(&at(c), column.belt_speed, 1e-13).unwrap() {
             SlipTurn::Returns { radius, .. } => radius > column.belt_speed,
-            SlipTurn::MeetsBelt => true,
+            SlipTurn::MeetsBelt { .. } => true,
             SlipTurn::Rests => false,
         };
         let by_turns = bisect(left, right, outward);
@@ -590,7 +590,7 @@ fn three_attractors_have_a_name() {
     let [first, second, third] = [0, 1, 2].map(|i| cycles[i].velocity.hi);
     let outward = |radius: f64| match turn(&oscillator, radius, 1e-12).unwrap() {
         SlipTurn::Returns { radius: next, .. } => next > radius,
-        SlipTurn::MeetsBelt => true,
+        SlipTurn::MeetsBelt { .. } => true,
         SlipTurn::Rests => false,
     };
     let radii = [0.9 * first, 0.5 * (first + second), 0.5 * (second + third), 0.5 * (third + belt_speed)];

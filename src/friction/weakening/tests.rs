@@ -44,7 +44,7 @@ fn the_slip_speed_minus_zero_is_zero() {
 
 #[test]
 fn a_law_with_more_waves_than_pieces_is_not_resolved() {
-    for curve in smooth().into_iter().chain([table(), formula("1 - 0.1*sin(1000*u)")]) {
+    for curve in smooth().into_iter().chain([table(), formula("1 - 0.1*sin(100*u)")]) {
         assert!(curve.compiled(3.0).is_resolved(0.0, 3.0), "{curve:?}");
     }
     for waves in ["1e8", "1e200"] {
