@@ -287,7 +287,7 @@ def a_formula_with_an_error_is_told_with_its_place(session):
     wait(page, "location.hash.includes('law=table')")
     settle(page)
     page.get_by_label("Slip speed and friction, row by row").fill("0,1\n0.5,0.7\n0.4,0.6\n")
-    expect(page.locator(".problem").first).to_contain_text("example.csv:3")
+    expect(page.locator(".problem").first).to_contain_text("friction.csv:3")
     page.context.close()
     # Refusals are the point of this test.
     session.complaints[:] = [text for text in session.complaints if "422" not in text]

@@ -263,7 +263,7 @@ export class Controls {
     const { motion } = this.state;
     if (name === "expression") law.phi = motion ? EXAMPLE_OF_MACHINE : EXAMPLE;
     const table = motion ? "0,0.4\n0.02,0.35\n0.05,0.31\n0.1,0.27\n0.2,0.25\n1,0.25\n" : "0,1\n0.25,0.8\n0.5,0.68\n1,0.56\n2,0.5\n4,0.5\n";
-    if (name === "table") Object.assign(law, { table, file: "example.csv" });
+    if (name === "table") Object.assign(law, { table, file: "friction.csv" });
     this.try_law(law, true);
   }
 
