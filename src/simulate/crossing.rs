@@ -191,8 +191,8 @@ fn farthest(curve: &Curve, belt_speed: f64) -> f64 {
 /// law that only weakens, 0 if W V < 4 (1 - W).
 ///
 /// **Proof** (theory, "Any friction law"). A loop that leads outward at damping c does so at c = 0, since
-/// loops fall with c. Let it cross upward with wL, and downward y' >= y beyond E. By Green's theorem the integral of D over
-/// the part of its inside above the belt line is ((y' + 2)^2 - (wL - 2)^2) / 2, and over the part below it is
+/// loops fall with c. Let it cross upward with wL, and downward y' >= y beyond E. By Green's theorem the
+/// integral of D over the part of its inside above the belt line is ((y' + 2)^2 - (wL - 2)^2) / 2, and over the part below it is
 /// (wL^2 - y^2) / 2. The width of the inside falls upward from y' + wL above the line; so the first integral is
 /// at most W (y' + wL), and wL - y >= 4 - 2 W. Below the line the width rises downward from s = y + wL to its
 /// largest, L, at x2 = 0, and falls from there: the second integral is at most W L + d (L - s). By the energy
@@ -252,7 +252,7 @@ fn contracts(oscillator: &Oscillator) -> bool {
 }
 
 /// Returns whether it is proved that no orbit of a column crosses the belt line for ever, at any damping
-/// c >= 0.
+/// c >= 0, among those small enough to be searched: of a table that ends early, there are none.
 pub(crate) fn none_cross_for_ever(curve: &Curve, belt_speed: f64) -> bool {
     settled_from(curve, belt_speed) == 0.0
 }
