@@ -23,9 +23,11 @@ const TOLERANCE: f64 = 1e-9;
 /// [`crate::friction::Curve::cost`]), a second or so. Where orbits are so stiff that it would cost more, none
 /// is drawn.
 const WORK: u64 = 100_000_000;
-/// Number of orbits after which the budget is looked at: as many as run in parallel, few enough that the last
-/// ones exceed it by little.
+/// Number of orbits after which the budget is looked at: enough to run in parallel, and few.
 const TOGETHER: usize = 16;
+/// Step from one node to the next in the order in which they are computed, prime to their number: the first
+/// ones are spread over the slice, and tell the cost of all.
+const STRIDE: usize = 1009;
 
 /// An edge between two nodes of the search: its lower node, and whether it is horizontal.
 type Edge = (usize, usize, bool);
@@ -36,10 +38,14 @@ pub(crate) fn boundary(slice: &Slice, panel: &Panel) -> Vec<Vec<Place>> {
     let sticks = |s: f64, t: f64| sticks(slice, panel.x, panel.y, s, t);
     let at = |i: usize| i as f64 / STEPS as f64;
     let mut budget = WORK;
-    let nodes: Vec<usize> = (0..(STEPS + 1) * (STEPS + 1)).collect();
+    let count = (STEPS + 1) * (STEPS + 1);
+    let order: Vec<usize> = (0..count).map(|i| i * STRIDE % count).collect();
     let node = |number: &usize| sticks(at(number / (STEPS + 1)), at(number % (STEPS + 1)));
-    let Some(labels) = within(&mut budget, &nodes, node) else { return Vec::new() };
-    let nodes: Vec<&[bool]> = labels.chunks(STEPS + 1).collect();
+    let Some(labels) = within(&mut budget, &order, node) else { return Vec::new() };
+    let mut nodes = vec![[false; STEPS + 1]; STEPS + 1];
+    for (number, label) in order.into_iter().zip(labels) {
+        nodes[number / (STEPS + 1)][number % (STEPS + 1)] = label;
+    }
     let mut edges: Vec<Edge> = Vec::new();
     for i in 0..=STEPS {
         for j in 0..=STEPS {
@@ -73,21 +79,26 @@ pub(crate) fn boundary(slice: &Slice, panel: &Panel) -> Vec<Vec<Place>> {
     chains(&crossings).into_iter().map(|chain| chain.iter().map(|edge| crossings[edge]).collect()).collect()
 }
 
-/// Answers, each with its cost, in parallel; `None` if they cost more than the budget. It does not depend on the
-/// number of threads.
+/// Answers, each with its cost, in parallel; `None` once the first ones let all of them cost more than the
+/// budget. It does not depend on the number of threads.
 fn within<T: Sync, A: Send>(
     budget: &mut u64,
     asked: &[T],
     answer: impl Fn(&T) -> (A, u64) + Sync,
 ) -> Option<Vec<A>> {
     let mut answers = Vec::with_capacity(asked.len());
+    let mut spent: u64 = 0;
     for some in asked.chunks(TOGETHER) {
         let answered: Vec<(A, u64)> = some.par_iter().map(&answer).collect();
         for (answer, cost) in answered {
-            *budget = budget.checked_sub(cost)?;
+            spent = spent.saturating_add(cost);
             answers.push(answer);
         }
+        if spent as f64 * asked.len() as f64 > *budget as f64 * answers.len() as f64 {
+            return None;
+        }
     }
+    *budget -= spent;
     Some(answers)
 }
 
