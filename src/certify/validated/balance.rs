@@ -13,8 +13,9 @@
 //! C_HB is linear in A and b, and is subtracted from the polynomial mode by mode; along k both are enclosed
 //! over intervals, which are bisected until the difference has one sign.
 
-use super::interval::Interval;
 use super::tile::{GroupBox, Tile, degrees};
+use crate::friction::interval::Interval;
+use crate::friction::jet::Real as _;
 
 /// Width of the smallest interval of k tried, as a fraction of 2 (the range of the scaled k).
 const FINEST: f64 = 1e-7;

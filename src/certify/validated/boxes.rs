@@ -23,12 +23,12 @@ use rayon::prelude::*;
 use super::defect::Groups;
 use super::even_part_bounds;
 use super::expansion::{AXES, Expansion, Function, Part as Frame, Ranges};
-use super::interval::Interval;
 use super::landing_speed::{Divergence, Flow};
 use super::mean::{mean_cut, share_above};
 use super::prover::Prover;
 use super::surface::{Enclosure, Surface};
 use super::tile::GroupBox;
+use crate::friction::interval::Interval;
 
 /// Number of columns that sample how the volume of the box is distributed over the groups, which decides
 /// where the surface is refined first. No statement depends on them.

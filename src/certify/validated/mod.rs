@@ -48,7 +48,7 @@
 //!
 //! | statement | function | test |
 //! | --- | --- | --- |
-//! | outward rounding | `interval::Interval` | `operations_hold_the_exact_results`, `broken_rounding_is_caught` |
+//! | outward rounding | `friction::interval::Interval` | `operations_hold_the_exact_results`, `broken_rounding_is_caught` |
 //! | samples bound a polynomial | `circle::riesz_factor` | `samples_bound_polynomials` |
 //! | C* enclosed | [`Enclosed::critical`] | `tests/mathematics/validated.rs` against 150-bit references |
 //! | C* enclosed over a box | [`tile::Tile::prove`] | `a_tile_holds_the_points_inside`, `bounds_hold_between_the_samples_and_samples_alone_do_not`, [`super::recheck`] |
@@ -59,7 +59,8 @@
 //! | landing speed bounded | `landing_speed::Flow` | `agrees_with_the_bound_in_double_precision`, `tests/mathematics/validated.rs` |
 //!
 //! # Arithmetic
-//! `interval::Interval` rounds outwards by one unit in the last place around each operation of plain f64.
+//! `friction::interval::Interval` rounds outwards by one unit in the last place around each operation of plain
+//! f64.
 //! Sines and cosines are enclosed by half-angle formulas from exact values.
 
 pub mod any_law;
@@ -68,7 +69,6 @@ pub mod boxes;
 mod circle;
 mod defect;
 mod expansion;
-mod interval;
 mod landing_speed;
 mod mean;
 mod orbit;
@@ -81,8 +81,8 @@ mod turn;
 
 use super::{Claim, Guarantee, Test};
 use crate::friction::Column;
+use crate::friction::interval::Interval;
 use defect::{Bounds, Candidate, Groups, Sampled, radius_of_proof, sampling};
-use interval::Interval;
 use landing_speed::{Divergence, Flow};
 use orbit::{Guess, approximate};
 
@@ -229,6 +229,7 @@ fn claim(column: &Column) -> Claim {
 mod tests {
     use super::*;
     use crate::certify::test_columns::{random_columns, stribeck};
+    use crate::friction::jet::Real as _;
 
     /// c* <= c_HB is not a theorem: at k = 56 the orbit returns at c_HB. (Its margin is 2.7e-4 V, far more
     /// than the simulation's error, but this is a proof.)

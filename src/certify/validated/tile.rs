@@ -10,8 +10,8 @@ use rayon::prelude::*;
 
 use super::circle::{Circle, reach, riesz_factor};
 use super::defect::{Bounds, Candidate, Factors, Groups, Sampled, radius_of_proof, sampling};
-use super::interval::Interval;
 use super::orbit::{Guess, Orbit, approximate};
+use crate::friction::interval::Interval;
 
 /// Degrees of the candidates in A, k and b. D is linear in A and b but not in k.
 const DEGREES: [usize; 3] = [2, 8, 2];

@@ -340,7 +340,7 @@ impl ExpressionCurve {
         while let Some((a, b)) = pieces.pop() {
             let mut culprit = None;
             let u = Jet::<Interval, 3>::variable(Interval::new(a, b), 1.0);
-            let epsilon = Jet::of(Interval::thin(self.epsilon));
+            let epsilon = Jet::of(Interval::of(self.epsilon));
             self.run(u, epsilon, |number, jet: &Jet<Interval, 3>| {
                 let bounded = jet.0[0].is_bounded() && jet.0[1].is_bounded();
                 if culprit.is_none() && !bounded {
