@@ -5,10 +5,8 @@
 //! Liouville's formula the flow stretches areas by exp(growth), which is the multiplier of a cycle up to the
 //! angles at which its orbit passes the sections.
 //!
-//! This module is for cycles and landings; whether the orbit from the exit point returns to the belt line is
-//! decided by its margin, in [`super::return_map`].
+//! This module is for cycles; verdicts do not use it.
 
-use std::cell::Cell;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -63,8 +61,6 @@ pub(super) struct Walk<'a> {
     pub(super) here: State,
     next_step: f64,
     work: &'a Work,
-    /// Number of evaluations of the right-hand side.
-    rhs: Cell<u64>,
 }
 
 /// The field in the state [v, w, growth].
@@ -104,7 +100,6 @@ impl<'a> Walk<'a> {
             // a size that resolves it.
             next_step: 1e-3 * oscillator.belt_speed / (v.abs() + w.abs()),
             work,
-            rhs: Cell::new(0),
         }
     }
 
@@ -137,14 +132,8 @@ impl<'a> Walk<'a> {
         friction - viscous * state.v - state.w
     }
 
-    /// Number of evaluations of the right-hand side so far.
-    pub(super) fn rhs(&self) -> u64 {
-        self.rhs.get()
-    }
-
     /// The state a time `h` after `from`, and its local error.
     pub(super) fn after(&self, from: &State, h: f64) -> (State, f64) {
-        self.rhs.set(self.rhs.get() + STAGES as u64);
         let ([v, w, growth], error) = step(h, &[from.v, from.w, from.growth], &mut Lienard(self));
         (State { v, w, growth, time: from.time + h }, error[0].hypot(error[1]))
     }

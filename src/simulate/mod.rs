@@ -22,6 +22,7 @@ mod dop853;
 mod dynamics;
 mod elements;
 mod gauss;
+mod landing;
 pub mod naive;
 mod polar;
 pub mod return_map;

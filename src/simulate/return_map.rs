@@ -7,11 +7,10 @@
 
 pub use super::polar::Turn;
 
-use super::arc::{LowerEnd, State, Walk};
 use super::closed_orbit::{HandOver, Lap};
-use super::work::Work;
+use super::landing::{Approach, Arrival, approach};
 use super::{Fate, Flow, Landing, closed_orbit, collocation, direct, stepping};
-use crate::filippov::{Oscillator, Side};
+use crate::filippov::Oscillator;
 use crate::friction::Column;
 use crate::point::ScaledGroups;
 
@@ -128,23 +127,17 @@ pub fn flow(oscillator: &Oscillator, tolerance: f64) -> Flow {
     if margin.abs() <= margin_error {
         return answer(Fate::TooCloseToCall, rhs);
     }
-    let work = Work::of_question(&oscillator.curve);
-    let (belt_speed, start) = (oscillator.belt_speed, [oscillator.belt_speed, 0.0]);
-    let mut walk = Walk::new(oscillator, Side::Below, start, tolerance, belt_speed, &work);
-    let end = walk.lower_arc(|_, _, _| ());
-    rhs += walk.rhs();
-    match end {
-        Ok(LowerEnd::Meets(State { w: speed, time, .. })) if speed < 2.0 => {
+    match approach(oscillator, tolerance, &mut rhs) {
+        Approach::Arrives(Arrival { speed, time }) if speed < 2.0 => {
             let landing = Landing {
                 x1: oscillator.exit_x1() - speed,
                 slip_time: time,
-                stick_time: speed / belt_speed,
+                stick_time: speed / oscillator.belt_speed,
                 crossings: 0,
             };
             answer(Fate::Sticks(landing), rhs)
         }
-        // It crosses, or the two forms of the flow disagree.
-        _ => {
+        Approach::Arrives(_) | Approach::StaysBelow | Approach::NoAnswer => {
             let direct = direct::flow(oscillator, tolerance);
             answer(direct.fate, rhs + direct.rhs)
         }
