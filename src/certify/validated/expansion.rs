@@ -284,7 +284,7 @@ fn polynomial(tile: &Tile, at: [Interval; 3]) -> Derivatives {
 }
 
 /// T_n and its first two derivatives by the parameter `at`, T being scaled to [-1, 1] over a range.
-fn chebyshev(at: Interval, [lo, hi]: [f64; 2]) -> [[Interval; HIGHEST + 1]; 3] {
+pub(super) fn chebyshev(at: Interval, [lo, hi]: [f64; 2]) -> [[Interval; HIGHEST + 1]; 3] {
     let whole = Interval::new(-1.0, 1.0);
     let (low, high) = (Interval::of(lo), Interval::of(hi));
     if !(hi - lo > THIN) {

@@ -184,18 +184,27 @@ impl Enclosed {
 /// The smallest damping found from which on the landing is proved, see [`super::landing`]; infinity if none
 /// is.
 fn sticks_from(lands: &dyn Fn(f64) -> bool, present_below: f64) -> f64 {
-    if present_below <= 0.0 || lands(0.0) {
+    if present_below <= 0.0 {
         return 0.0;
     }
-    if !lands(present_below) {
-        return f64::INFINITY;
+    least_proved(lands, [0.0, present_below], HALVINGS).unwrap_or(f64::INFINITY)
+}
+
+/// The smallest damping found in a range from which on the landing is proved, by so many bisections; `None` if
+/// it is not even at the end.
+fn least_proved(lands: &dyn Fn(f64) -> bool, [lo, hi]: [f64; 2], halvings: u32) -> Option<f64> {
+    if lands(lo) {
+        return Some(lo);
     }
-    let (mut failed, mut verified) = (0.0, present_below);
-    for _ in 0..HALVINGS {
+    if lo == hi || !lands(hi) {
+        return None;
+    }
+    let (mut failed, mut verified) = (lo, hi);
+    for _ in 0..halvings {
         let middle = 0.5 * (failed + verified);
         if lands(middle) { verified = middle } else { failed = middle }
     }
-    verified
+    Some(verified)
 }
 
 /// Bounds of C* over all groups, by the even part of the divergence.
