@@ -2,17 +2,21 @@
 //!
 //! Half of the cells are drawn anywhere, half next to a change of verdict along c, where methods fail. The
 //! draw depends on the grid alone, so it is the same for any number of threads. A cell that is drawn twice is
-//! decided once; a grid with no more cells than the audit asks for is audited completely.
+//! decided once; a grid with no more cells than the audit asks for is audited completely. Before the engine
+//! contradicts a verdict it is asked again with a tolerance a thousand times smaller.
 
+use std::cell::OnceCell;
 use std::collections::HashMap;
 
 use super::contradictions::excludes_errors;
+use super::end::End;
+use super::simulation::FINEST_DIRECT;
 use super::{Grid, Plan, Runs, Tile, Verdict};
 use crate::certify::Guarantee;
 use crate::filippov::Oscillator;
 use crate::point::Point;
 use crate::random::Random;
-use crate::simulate::{Fate, Flow, direct};
+use crate::simulate::{Flow, direct};
 
 /// A verdict that the direct engine contradicts.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,7 +76,7 @@ impl Disagreement {
     /// A disagreement that the audit of `plan` found in an earlier run: computes the direct engine's answer
     /// again.
     pub(crate) fn again(plan: &Plan, point: Point, method: &'static str, stored: Verdict) -> Self {
-        let direct = direct::flow(&Oscillator::new(plan.grid.law(), &point), plan.tolerance);
+        let direct = direct::flow(&Oscillator::new(plan.grid.law(), &point), finer(plan.tolerance));
         Self { point, method, stored, direct }
     }
 }
@@ -160,10 +164,13 @@ impl Draws {
     }
 }
 
-/// Decides one cell again and compares every method with a guarantee.
+/// Decides one cell again and compares every method with a guarantee. The error that the direct engine states is
+/// an estimate: before it contradicts a verdict it is asked again with smaller steps.
 fn audit_cell(plan: &Plan, point: Point, verdicts: impl Iterator<Item = Verdict>) -> Audit {
     let mut audit = Audit { cells: 1, ..Audit::default() };
-    let direct = direct::flow(&Oscillator::new(plan.grid.law(), &point), plan.tolerance);
+    let oscillator = Oscillator::new(plan.grid.law(), &point);
+    let first = direct::flow(&oscillator, plan.tolerance);
+    let second = OnceCell::new();
     for (method, stored) in plan.methods.iter().zip(verdicts) {
         if !matches!(stored, Verdict::Present | Verdict::Absent) {
             continue;
@@ -172,25 +179,34 @@ fn audit_cell(plan: &Plan, point: Point, verdicts: impl Iterator<Item = Verdict>
             continue;
         }
         audit.checked += 1;
-        let found = match direct.fate {
-            Fate::Sticks(_) => Some(Verdict::Present),
-            Fate::SpiralsInward | Fate::CrossesForever => Some(Verdict::Absent),
-            Fate::TooCloseToCall => {
-                audit.within_margin += 1;
-                continue;
-            }
-            Fate::Failed(_) => None,
-        };
-        match found {
-            None => audit.unresolved += 1,
-            Some(found) if found == stored => audit.agreed += 1,
-            Some(_) if direct.margin.abs() <= direct.margin_error + plan.tolerance => {
-                audit.within_margin += 1;
-            }
-            Some(_) => {
-                audit.disagreements.push(Disagreement { point, method: method.name(), stored, direct });
+        let mut direct = &first;
+        if contradicts(direct, stored) {
+            direct = second.get_or_init(|| direct::flow(&oscillator, finer(plan.tolerance)));
+        }
+        match End::of(direct).verdict() {
+            Verdict::Failed | Verdict::NotComputed => audit.unresolved += 1,
+            Verdict::Undecided => audit.within_margin += 1,
+            found if found == stored => audit.agreed += 1,
+            Verdict::Present | Verdict::Absent => {
+                if direct.margin.abs() <= direct.margin_error + plan.tolerance {
+                    audit.within_margin += 1;
+                } else {
+                    let direct = *direct;
+                    audit.disagreements.push(Disagreement { point, method: method.name(), stored, direct });
+                }
             }
         }
     }
     audit
+}
+
+/// Whether a flow has a verdict, and another one.
+fn contradicts(flow: &Flow, stored: Verdict) -> bool {
+    let found = End::of(flow).verdict();
+    matches!(found, Verdict::Present | Verdict::Absent) && found != stored
+}
+
+/// The tolerance of the second computation.
+fn finer(tolerance: f64) -> f64 {
+    (1e-3 * tolerance).max(FINEST_DIRECT)
 }

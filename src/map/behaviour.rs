@@ -9,8 +9,7 @@ use crate::filippov::Oscillator;
 use crate::friction::{Curve, Range};
 use crate::simulate::backbone::{Backbone, Crossing, Sketch};
 use crate::simulate::crossing::{
-    CrossingCycle, StickSlipCycle, crossing_cycles, none_cross_for_ever, some_cross_for_ever,
-    stick_slip_cycle,
+    CrossingCycle, StickSlipCycle, crossing_cycles, settled_from, some_cross_for_ever, stick_slip_cycle,
 };
 use crate::simulate::slip_cycle::{BACKBONE_TOLERANCE, Kick, SlipCycle, kick_onto, locate, none_within};
 use crate::simulate::{Failure, Flow};
@@ -49,9 +48,10 @@ pub(super) struct Behaviour {
     coarse: RefCell<Vec<Result<Backbone, Failure>>>,
     /// Computed on first use.
     fine: OnceCell<Result<Backbone, Failure>>,
-    /// eps c from which on no orbit crosses the belt line for ever, as far as that is known: 0 where it is
-    /// proved of the column, else that of a damping where none was found. Computed on first use.
-    none_cross_from: Cell<Option<f64>>,
+    /// The distance beyond the exit point from which on loops lead inward; computed on first use.
+    settled_from: OnceCell<f64>,
+    /// The smallest eps c so far at which no orbit was found to cross the belt line for ever.
+    none_cross_from: Cell<f64>,
 }
 
 /// What is known of a column at one damping before its cycles are.
@@ -72,7 +72,8 @@ impl Behaviour {
             even: OnceCell::new(),
             coarse: RefCell::default(),
             fine: OnceCell::new(),
-            none_cross_from: Cell::new(None),
+            settled_from: OnceCell::new(),
+            none_cross_from: Cell::new(f64::INFINITY),
         }
     }
 
@@ -170,16 +171,14 @@ impl Behaviour {
     /// Whether some orbits cross the belt line for ever, though that from the exit point does not; `None` if it
     /// is unknown. If none does at one damping, none does at a larger one.
     fn some_cross_for_ever(&self, viscous: f64) -> Option<bool> {
-        let proved = || if none_cross_for_ever(&self.curve, self.belt_speed) { 0.0 } else { f64::INFINITY };
-        let from = self.none_cross_from.get().unwrap_or_else(proved);
-        self.none_cross_from.set(Some(from));
-        if viscous >= from {
+        let settled = *self.settled_from.get_or_init(|| settled_from(&self.curve, self.belt_speed));
+        if settled == 0.0 || viscous >= self.none_cross_from.get() {
             return Some(false);
         }
         let oscillator = Oscillator { curve: self.curve.clone(), viscous, belt_speed: self.belt_speed };
-        let some = some_cross_for_ever(&oscillator).ok()?;
+        let some = some_cross_for_ever(&oscillator, settled).ok()?;
         if !some {
-            self.none_cross_from.set(Some(viscous));
+            self.none_cross_from.set(viscous);
         }
         Some(some)
     }

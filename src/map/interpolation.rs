@@ -28,7 +28,7 @@ use crate::random::Random;
 use crate::simulate::backbone::{Sketch, SketchNodes};
 use crate::simulate::chebyshev::{self, Transform};
 use crate::simulate::critical_damping;
-use crate::simulate::crossing::{landing_speed, second_crossing};
+use crate::simulate::crossing::{JUMP, reach};
 
 /// Accuracy of eps c*, in units of the weakening rate, where no backbone is needed.
 const TOLERANCE: f64 = 1e-6;
@@ -44,8 +44,6 @@ const MOST_DAMPINGS: usize = 2;
 const NODES_PER_OPEN: usize = 2;
 /// Number of further columns of a box that are compared.
 const COMPARED: usize = 2;
-/// Landing speed from which an orbit crosses the belt line.
-const JUMP: f64 = 2.0;
 /// Square of the reach from which an orbit does not stick.
 const CROSSES: f64 = 4.0 * JUMP * JUMP;
 /// Largest number of columns of a box whose open cells are counted, evenly spread.
@@ -134,13 +132,6 @@ fn end(critical: f64, reach: f64, errors: &[f64; 2], viscous: f64) -> Option<End
     } else {
         (reach - CLEAR * errors[1] > CROSSES).then_some(End::Crosses)
     }
-}
-
-/// The squared reach of the orbit from the exit point, for one that returns.
-fn squared_reach(oscillator: &Oscillator) -> Option<f64> {
-    let speed = landing_speed(oscillator, TOLERANCE).ok()?.unwrap_or(0.0);
-    let reach = if speed > JUMP { 2.0 * JUMP + second_crossing(oscillator, TOLERANCE).ok()?? } else { speed };
-    Some(reach * reach)
 }
 
 /// The columns of a tile whose answers are wanted.
@@ -307,7 +298,8 @@ impl Question<'_> {
             *rhs += critical.rhs;
             (vec![column.epsilon * critical.c], column.epsilon * critical.error)
         };
-        values.push(squared_reach(&Oscillator::in_column(column, self.cs[0])).unwrap_or(f64::INFINITY));
+        let reach = reach(&Oscillator::in_column(column, self.cs[0]), TOLERANCE);
+        values.push(reach.map_or(f64::INFINITY, |reach| reach * reach));
         Some((values, error))
     }
 

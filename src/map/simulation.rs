@@ -168,7 +168,7 @@ pub fn decide(columns: &[Column], cs: &[f64], engine: Engine, tolerance: f64) ->
 }
 
 /// The smallest tolerance of the direct engine at which round-off does not affect its steps.
-const FINEST_DIRECT: f64 = 1e-13;
+pub(super) const FINEST_DIRECT: f64 = 1e-13;
 
 /// Decides a cell by the direct engine, with smaller tolerances while it lies within the error of the
 /// boundary.

@@ -10,7 +10,7 @@
 //! exp(integral of D) times the ratio of the passing speeds |x2'|, start over end, each by the field of the
 //! arc. The slope of the loop map is the product over both arcs.
 
-use super::arc::{LowerEnd, Walk};
+use super::arc::{LowerEnd, State, Walk};
 use super::roots::fixed_point;
 use super::slip_cycle::Extent;
 use super::work::Work;
@@ -19,7 +19,7 @@ use crate::filippov::{Oscillator, Side};
 use crate::friction::{Curve, Pieces};
 
 /// Jump of x2' across the belt line: twice the static friction force of 1.
-const JUMP: f64 = 2.0;
+pub(crate) const JUMP: f64 = 2.0;
 /// Number of values of y per factor of ten at which the sign of y' - y is computed; pairs of cycles closer to
 /// each other are missed.
 const PER_DECADE: i32 = 8;
@@ -28,6 +28,9 @@ const PER_DECADE: i32 = 8;
 const DECADES: std::ops::RangeInclusive<i32> = -6..=2;
 /// Relative error of a loop where only its direction is asked for.
 const DIRECTION_TOLERANCE: f64 = 1e-6;
+
+/// Share of a bound above which a smaller one is not worth its time.
+const WORTHWHILE: f64 = 0.8;
 
 /// A loop from a downward crossing of the belt line.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,10 +84,45 @@ pub struct StickSlipCycle {
     pub displacement: Range,
 }
 
-/// Result of a loop, with the extremes of the orbit.
-struct Looped {
-    end: Loop,
-    extent: Extent,
+/// Where an orbit from the belt line meets it again.
+struct Passage {
+    /// The state in which it arrives from below; `None` if it stays below.
+    up: Option<State>,
+    /// The state in which it comes back from above, if it crosses there.
+    down: Option<State>,
+}
+
+/// Follows the orbit from (e + `y`, V), `y` >= 0, below the belt line and, where it crosses, above it. `visit` is
+/// called with the two ends of every step.
+fn passage(
+    oscillator: &Oscillator,
+    y: f64,
+    tolerance: f64,
+    work: &Work,
+    mut visit: impl FnMut(&mut Walk, &State, &State),
+) -> Result<Passage, Failure> {
+    let belt_speed = oscillator.belt_speed;
+    let scale = belt_speed.max(y);
+    let mut lower = Walk::new(oscillator, Side::Below, [belt_speed, -y], tolerance, scale, work);
+    let LowerEnd::Meets(up) = lower.lower_arc(&mut visit)? else {
+        return Ok(Passage { up: None, down: None });
+    };
+    let rise = up.w - JUMP;
+    if rise <= 0.0 {
+        return Ok(Passage { up: Some(up), down: None });
+    }
+    let mut upper = Walk::new(oscillator, Side::Above, [belt_speed, rise], tolerance, scale, work);
+    Ok(Passage { up: Some(up), down: Some(upper.upper_arc(visit)?) })
+}
+
+impl Passage {
+    /// The loop of an orbit that started `y` beyond the exit point.
+    fn end(&self, y: f64) -> Loop {
+        let Passage { up: Some(up), down } = self else { return Loop::SpiralsInward };
+        let Some(down) = down.as_ref().filter(|down| down.w < -JUMP) else { return Loop::Sticks };
+        let slope = (up.growth + down.growth).exp() * (y / up.w) * ((up.w - JUMP) / -down.w);
+        Loop::Crosses { beyond_exit: -(down.w + JUMP), slope, time: up.time + down.time }
+    }
 }
 
 /// Follows the loop from (e + `beyond_exit`, V), `beyond_exit` >= 0, with the error `tolerance` relative to
@@ -97,30 +135,19 @@ pub fn crossing_loop(oscillator: &Oscillator, beyond_exit: f64, tolerance: f64) 
 }
 
 fn loop_within(oscillator: &Oscillator, y: f64, tolerance: f64, work: &Work) -> Result<Loop, Failure> {
-    looped(oscillator, y, tolerance, work).map(|looped| looped.end)
+    passage(oscillator, y, tolerance, work, |_, _, _| ()).map(|passage| passage.end(y))
 }
 
-fn looped(oscillator: &Oscillator, y: f64, tolerance: f64, work: &Work) -> Result<Looped, Failure> {
-    let belt_speed = oscillator.belt_speed;
-    let scale = belt_speed.max(y);
-    let mut lower = Walk::new(oscillator, Side::Below, [belt_speed, -y], tolerance, scale, work);
-    let mut extent = Extent::new(&lower);
-    let up = match lower.lower_arc(|walk, from, to| extent.step(walk, from, to))? {
-        LowerEnd::Meets(up) => up,
-        LowerEnd::Turns(_) | LowerEnd::Rests => return Ok(Looped { end: Loop::SpiralsInward, extent }),
-    };
-    let rise = up.w - JUMP;
-    if rise <= 0.0 {
-        return Ok(Looped { end: Loop::Sticks, extent });
-    }
-    let mut upper = Walk::new(oscillator, Side::Above, [belt_speed, rise], tolerance, scale, work);
-    let down = upper.upper_arc(|walk, from, to| extent.step(walk, from, to))?;
-    let beyond_exit = -(down.w + JUMP);
-    if beyond_exit <= 0.0 {
-        return Ok(Looped { end: Loop::Sticks, extent });
-    }
-    let slope = (up.growth + down.growth).exp() * (y / up.w) * (rise / -down.w);
-    Ok(Looped { end: Loop::Crosses { beyond_exit, slope, time: up.time + down.time }, extent })
+/// The loop with the extremes of its orbit.
+fn loop_with_extent(
+    oscillator: &Oscillator,
+    y: f64,
+    tolerance: f64,
+    work: &Work,
+) -> Result<(Loop, Extent), Failure> {
+    let mut extent = Extent::default();
+    let passage = passage(oscillator, y, tolerance, work, |walk, from, to| extent.step(walk, from, to))?;
+    Ok((passage.end(y), extent))
 }
 
 /// The landing speed: x2' on the lower side with which the orbit from the exit point returns to the belt
@@ -129,16 +156,9 @@ fn looped(oscillator: &Oscillator, y: f64, tolerance: f64, work: &Work) -> Resul
 /// # Errors
 /// [`Failure`].
 pub fn landing_speed(oscillator: &Oscillator, tolerance: f64) -> Result<Option<f64>, Failure> {
-    landing_speed_within(oscillator, tolerance, &Work::of_question(&oscillator.curve))
-}
-
-fn landing_speed_within(
-    oscillator: &Oscillator,
-    tolerance: f64,
-    work: &Work,
-) -> Result<Option<f64>, Failure> {
     let belt_speed = oscillator.belt_speed;
-    let mut walk = Walk::new(oscillator, Side::Below, [belt_speed, 0.0], tolerance, belt_speed, work);
+    let work = Work::of_question(&oscillator.curve);
+    let mut walk = Walk::new(oscillator, Side::Below, [belt_speed, 0.0], tolerance, belt_speed, &work);
     Ok(match walk.lower_arc(|_, _, _| ())? {
         LowerEnd::Meets(end) => Some(end.w),
         LowerEnd::Turns(_) | LowerEnd::Rests => None,
@@ -152,14 +172,23 @@ fn landing_speed_within(
 /// [`Failure`].
 pub fn second_crossing(oscillator: &Oscillator, tolerance: f64) -> Result<Option<f64>, Failure> {
     let work = Work::of_question(&oscillator.curve);
-    let Some(speed) = landing_speed_within(oscillator, tolerance, &work)?.filter(|speed| *speed > JUMP)
-    else {
-        return Ok(None);
-    };
-    let belt_speed = oscillator.belt_speed;
-    let start = [belt_speed, speed - JUMP];
-    let mut upper = Walk::new(oscillator, Side::Above, start, tolerance, belt_speed, &work);
-    Ok(Some(-(upper.upper_arc(|_, _, _| ())?.w + JUMP)))
+    let passage = passage(oscillator, 0.0, tolerance, &work, |_, _, _| ())?;
+    Ok(passage.down.map(|down| -(down.w + JUMP)))
+}
+
+/// How far the orbit from the exit point reaches, a smooth function of the parameters: 0 if it does not return,
+/// the landing speed up to 2, and beyond it, where it crosses the belt line, 4 plus the distance of
+/// [`second_crossing`]. By the compiled law.
+///
+/// # Errors
+/// [`Failure`].
+pub(crate) fn reach(oscillator: &Oscillator, tolerance: f64) -> Result<f64, Failure> {
+    let work = Work::of_backbone(&oscillator.curve);
+    Ok(match passage(oscillator, 0.0, tolerance, &work, |_, _, _| ())? {
+        Passage { up: None, .. } => 0.0,
+        Passage { up: Some(up), down: None } => up.w,
+        Passage { down: Some(down), .. } => JUMP - down.w,
+    })
 }
 
 /// Returns whether a loop leads farther out.
@@ -183,7 +212,8 @@ fn farthest(curve: &Curve, belt_speed: f64) -> f64 {
 }
 
 /// The distance y beyond the exit point from which on it is proved that loops lead inward, at every damping
-/// c >= 0, among those small enough to be searched. It is 0 where no orbit crosses the belt line for ever.
+/// c >= 0, among those small enough to be searched: of a table that ends early, there are none. It is 0 where no
+/// orbit crosses the belt line for ever.
 ///
 /// Let phi >= 1 - W at all slip speeds, and phi <= 1 + d up to V. Then y is the root of
 /// (2 - W + d) (y + 2 - W) = (W + d) (hypot(y, V) + 2 d + W), and 0 if the left side is larger at y = 0. For a
@@ -199,7 +229,7 @@ fn farthest(curve: &Curve, belt_speed: f64) -> f64 {
 ///
 /// Loops from less than y stay at slip speeds up to V + hypot(y, V) + 6 (W + d), by the same energy; W of these
 /// alone may give a smaller y.
-fn settled_from(curve: &Curve, belt_speed: f64) -> f64 {
+pub(crate) fn settled_from(curve: &Curve, belt_speed: f64) -> f64 {
     let farthest = farthest(curve, belt_speed);
     if farthest == 0.0 {
         return 0.0;
@@ -209,8 +239,9 @@ fn settled_from(curve: &Curve, belt_speed: f64) -> f64 {
     for pieces in [Pieces::One, Pieces::Octaves, Pieces::Octaves, Pieces::Octaves, Pieces::Octaves] {
         let drop = (1.0 - curve.friction_range(fastest, pieces).lo).max(0.0);
         let rise = (curve.friction_range(belt_speed.min(fastest), pieces).hi - 1.0).max(0.0);
+        let before = settled;
         settled = settled.min(root_of_bounds(drop, rise, belt_speed));
-        if settled == 0.0 {
+        if settled == 0.0 || pieces == Pieces::Octaves && settled > WORTHWHILE * before {
             break;
         }
         fastest = fastest.min(belt_speed + settled.hypot(belt_speed) + 6.0 * (drop + rise));
@@ -250,19 +281,13 @@ fn contracts(oscillator: &Oscillator) -> bool {
     oscillator.divergence_is_at_most(0.0, 0.0, 4.0 * unit * 10_f64.powi(*DECADES.end()))
 }
 
-/// Returns whether it is proved that no orbit of a column crosses the belt line for ever, at any damping
-/// c >= 0, among those small enough to be searched: of a table that ends early, there are none.
-pub(crate) fn none_cross_for_ever(curve: &Curve, belt_speed: f64) -> bool {
-    settled_from(curve, belt_speed) == 0.0
-}
-
 /// Returns whether some orbits cross the belt line for ever: whether a loop leads outward. They tend to a
 /// crossing cycle, or grow. Where loops shrink slowly only [`PER_DECADE`] of them per factor of ten of their
-/// size are followed.
+/// size are followed, from [`settled_from`] inward.
 ///
 /// # Errors
 /// [`Failure`] of one of the loops.
-pub(crate) fn some_cross_for_ever(oscillator: &Oscillator) -> Result<bool, Failure> {
+pub(crate) fn some_cross_for_ever(oscillator: &Oscillator, settled_from: f64) -> Result<bool, Failure> {
     if contracts(oscillator) {
         return Ok(false);
     }
@@ -270,7 +295,7 @@ pub(crate) fn some_cross_for_ever(oscillator: &Oscillator) -> Result<bool, Failu
     // Only directions are asked for: those of the compiled law will do, and take a tenth of the time.
     let work = Work::of_backbone(&oscillator.curve);
     // From outside: loops are nested, so that none between a loop and the next leads outward.
-    let mut y = settled_from(&oscillator.curve, oscillator.belt_speed);
+    let mut y = settled_from;
     while y > unit * 10_f64.powi(*DECADES.start()) {
         match loop_within(oscillator, y, DIRECTION_TOLERANCE, &work)? {
             Loop::Crosses { beyond_exit, .. } if beyond_exit >= y => return Ok(true),
@@ -330,7 +355,7 @@ fn cycle_between(
         };
         Ok((outward(y, &here), returns))
     })?;
-    let Looped { end, extent } = looped(oscillator, y, tolerance, work)?;
+    let (end, extent) = loop_with_extent(oscillator, y, tolerance, work)?;
     Ok(match end {
         Loop::Crosses { slope, time, .. } => Some(CrossingCycle {
             beyond_exit: y,
@@ -355,8 +380,8 @@ pub fn stick_slip_cycle(
     let Fate::Sticks(landing) = flow.fate else {
         return Ok(None);
     };
-    let Extent { velocity, displacement } =
-        looped(oscillator, 0.0, tolerance, &Work::of_question(&oscillator.curve))?.extent;
+    let work = Work::of_question(&oscillator.curve);
+    let (_, Extent { velocity, displacement }) = loop_with_extent(oscillator, 0.0, tolerance, &work)?;
     Ok(Some(StickSlipCycle {
         period: landing.slip_time + landing.stick_time,
         velocity,

@@ -192,7 +192,7 @@ fn locate_within(
 /// Extremes and multiplier of the cycle through (x2, x2') = (`radius`, 0).
 fn cycle_at(oscillator: &Oscillator, radius: f64, tolerance: f64, work: &Work) -> Result<SlipCycle, Failure> {
     let mut walk = Walk::new(oscillator, Side::Below, [radius, 0.0], tolerance, radius, work);
-    let mut extent = Extent::new(&walk);
+    let mut extent = Extent::default();
     let end = walk.lower_arc(|walk, from, to| extent.step(walk, from, to))?;
     let (LowerEnd::Turns(State { growth, time, .. }) | LowerEnd::Meets(State { growth, time, .. })) = end
     else {
@@ -214,16 +214,15 @@ pub(super) struct Extent {
     pub(super) displacement: Range,
 }
 
-impl Extent {
-    pub(super) fn new(walk: &Walk) -> Self {
-        let mut extent = Self {
-            velocity: Range { lo: f64::INFINITY, hi: f64::NEG_INFINITY },
-            displacement: Range { lo: f64::INFINITY, hi: f64::NEG_INFINITY },
-        };
-        extent.include(walk, &walk.here);
-        extent
+impl Default for Extent {
+    /// That of no orbit.
+    fn default() -> Self {
+        let nothing = Range { lo: f64::INFINITY, hi: f64::NEG_INFINITY };
+        Self { velocity: nothing, displacement: nothing }
     }
+}
 
+impl Extent {
     fn include(&mut self, walk: &Walk, state: &State) {
         let widen = |range: &mut Range, x: f64| {
             *range = Range { lo: range.lo.min(x), hi: range.hi.max(x) };
@@ -235,6 +234,7 @@ impl Extent {
     /// Extremes of x2 lie at x2' = 0, those of x1 at x2 = 0; steps are short enough to contain at most one of
     /// each.
     pub(super) fn step(&mut self, walk: &mut Walk, from: &State, to: &State) {
+        self.include(walk, from);
         self.include(walk, to);
         let h = to.time - from.time;
         if from.w * to.w < 0.0 {

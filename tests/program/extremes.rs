@@ -73,6 +73,16 @@ fn a_map_of_all_belt_speeds_there_are_is_drawn() {
 }
 
 #[test]
+fn a_map_of_the_smallest_belt_speed_there_is_is_drawn() {
+    whole_way("V", "5e-324");
+}
+
+#[test]
+fn a_map_of_the_smallest_epsilon_there_is_is_drawn() {
+    whole_way("epsilon", "5e-324");
+}
+
+#[test]
 fn a_map_of_violent_damping_is_drawn() {
     whole_way("c", "[0.0, 1e12]");
 }

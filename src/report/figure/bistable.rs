@@ -14,6 +14,9 @@ use super::{Figure, at_each_width, curves, palette};
 
 const BISTABLE: Fill = Fill::hatched(palette::SKY, Hatch::Rising, palette::BLACK);
 
+/// The smallest positive double: curves begin at a part of the first node, which may round to zero.
+const SMALLEST: f64 = f64::from_bits(1);
+
 const HOPF: Stroke = Stroke { color: palette::BLACK, width: 0.8, dash: &[3.0, 2.0] };
 const CRITICAL: Stroke = Stroke::solid(palette::BLACK, 1.0);
 
@@ -29,7 +32,7 @@ pub(crate) fn bistable(view: &View) -> Figure {
     let belt = &axes[v].values;
     let (first, last) = (belt[0], belt[belt.len() - 1]);
     let full = match belt.as_slice() {
-        [only] => Scale::linear(0.1 * only, 2.0 * only),
+        [only] => Scale::linear((0.1 * only).max(SMALLEST), 2.0 * only),
         _ if last > 5.0 * first => Scale::logarithmic(first, last),
         _ => Scale::linear(first, last),
     };
@@ -48,7 +51,10 @@ pub(crate) fn bistable(view: &View) -> Figure {
     let alone = view.units.machine().is_some();
 
     let epsilons = &axes[0].values;
-    let widths = Scale::logarithmic(epsilons[0] / 10.0, epsilons[epsilons.len() - 1].max(epsilons[0] * 1.01));
+    let widths = Scale::logarithmic(
+        (0.1 * epsilons[0]).max(SMALLEST),
+        epsilons[epsilons.len() - 1].max(epsilons[0] * 1.01),
+    );
     let eps_values = curves::samples(widths);
     let mut speeds = vec![0, index[v], belt.len() - 1];
     speeds.dedup();

@@ -23,8 +23,11 @@ const TOLERANCE: f64 = 1e-9;
 /// [`crate::friction::Curve::cost`]), a second or so. Where orbits are so stiff that it would cost more, none
 /// is drawn.
 const WORK: u64 = 100_000_000;
-/// Number of nodes along each axis from whose cost that of all nodes is estimated.
-const TRIED: usize = 4;
+/// Number of orbits after which the budget is looked at: enough to run in parallel, and few.
+const TOGETHER: usize = 16;
+/// Step from one node to the next in the order in which they are computed, prime to their number: the first
+/// ones are spread over the slice, and tell the cost of all.
+const STRIDE: usize = 1009;
 
 /// An edge between two nodes of the search: its lower node, and whether it is horizontal.
 type Edge = (usize, usize, bool);
@@ -32,21 +35,17 @@ type Edge = (usize, usize, bool);
 /// The boundary of the set of points whose orbit sticks again, as curves on the page; empty if the search
 /// would exceed its budget.
 pub(crate) fn boundary(slice: &Slice, panel: &Panel) -> Vec<Vec<Place>> {
-    let sticks = |s: f64, t: f64| sticks(slice, panel.x, panel.y, s, t).0;
+    let sticks = |s: f64, t: f64| sticks(slice, panel.x, panel.y, s, t);
     let at = |i: usize| i as f64 / STEPS as f64;
-    // The cost of a few nodes represents that of all: independent of the number of threads, and one stiff
-    // node is enough to stop.
-    let share = WORK * (TRIED * TRIED) as u64 / ((STEPS + 1) * (STEPS + 1)) as u64;
-    let tried = |i: usize| i as f64 / (TRIED - 1) as f64;
-    let mut cost = 0;
-    for i in 0..TRIED * TRIED {
-        cost += self::sticks(slice, panel.x, panel.y, tried(i / TRIED), tried(i % TRIED)).1;
-        if cost > share {
-            return Vec::new();
-        }
+    let mut budget = WORK;
+    let count = (STEPS + 1) * (STEPS + 1);
+    let order: Vec<usize> = (0..count).map(|i| i * STRIDE % count).collect();
+    let node = |number: &usize| sticks(at(number / (STEPS + 1)), at(number % (STEPS + 1)));
+    let Some(labels) = within(&mut budget, &order, node) else { return Vec::new() };
+    let mut nodes = vec![[false; STEPS + 1]; STEPS + 1];
+    for (number, label) in order.into_iter().zip(labels) {
+        nodes[number / (STEPS + 1)][number % (STEPS + 1)] = label;
     }
-    let nodes: Vec<Vec<bool>> =
-        (0..=STEPS).into_par_iter().map(|i| (0..=STEPS).map(|j| sticks(at(i), at(j))).collect()).collect();
     let mut edges: Vec<Edge> = Vec::new();
     for i in 0..=STEPS {
         for j in 0..=STEPS {
@@ -58,25 +57,49 @@ pub(crate) fn boundary(slice: &Slice, panel: &Panel) -> Vec<Vec<Place>> {
             }
         }
     }
-    let crossings: BTreeMap<Edge, Place> = edges
-        .into_par_iter()
-        .map(|edge| {
-            let (i, j, horizontal) = edge;
-            let along = |f: f64| match horizontal {
-                true => ((i as f64 + f) / STEPS as f64, at(j)),
-                false => (at(i), (j as f64 + f) / STEPS as f64),
-            };
-            let (mut low, mut high) = (0.0, 1.0);
-            for _ in 0..HALVINGS {
-                let middle = 0.5 * (low + high);
-                let (s, t) = along(middle);
-                if sticks(s, t) == nodes[i][j] { low = middle } else { high = middle }
-            }
-            let (s, t) = along(0.5 * (low + high));
-            (edge, panel.place(panel.x.value(s), panel.y.value(t)))
-        })
-        .collect();
+    let crossing = |edge: &Edge| {
+        let (i, j, horizontal) = *edge;
+        let along = |f: f64| match horizontal {
+            true => ((i as f64 + f) / STEPS as f64, at(j)),
+            false => (at(i), (j as f64 + f) / STEPS as f64),
+        };
+        let (mut low, mut high, mut cost) = (0.0, 1.0, 0_u64);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            let (s, t) = along(middle);
+            let (is_low, work) = sticks(s, t);
+            cost = cost.saturating_add(work);
+            if is_low == nodes[i][j] { low = middle } else { high = middle }
+        }
+        let (s, t) = along(0.5 * (low + high));
+        (panel.place(panel.x.value(s), panel.y.value(t)), cost)
+    };
+    let Some(places) = within(&mut budget, &edges, crossing) else { return Vec::new() };
+    let crossings: BTreeMap<Edge, Place> = edges.into_iter().zip(places).collect();
     chains(&crossings).into_iter().map(|chain| chain.iter().map(|edge| crossings[edge]).collect()).collect()
+}
+
+/// Answers, each with its cost, in parallel; `None` once the first ones let all of them cost more than the
+/// budget. It does not depend on the number of threads.
+fn within<T: Sync, A: Send>(
+    budget: &mut u64,
+    asked: &[T],
+    answer: impl Fn(&T) -> (A, u64) + Sync,
+) -> Option<Vec<A>> {
+    let mut answers = Vec::with_capacity(asked.len());
+    let mut spent: u64 = 0;
+    for some in asked.chunks(TOGETHER) {
+        let answered: Vec<(A, u64)> = some.par_iter().map(&answer).collect();
+        for (answer, cost) in answered {
+            spent = spent.saturating_add(cost);
+            answers.push(answer);
+        }
+        if spent as f64 * asked.len() as f64 > *budget as f64 * answers.len() as f64 {
+            return None;
+        }
+    }
+    *budget -= spent;
+    Some(answers)
 }
 
 /// Returns whether the orbit sticks at a point of the slice, given by its position along both scales, and the

@@ -38,7 +38,9 @@ const LARGE_ERRORS: f64 = 8.0;
 /// expected rounding errors, each magnified by exp of the integral of max(D, 0) over the rest of the
 /// orbit, the most by which neighbouring orbits can separate (the Euclidean logarithmic norm of the
 /// Jacobian is max(D, 0)). Against slow references it held in all but one of 188,000 flows (17,128 points
-/// with V from 1e-3 to 100, tolerances from 1e-4 to 1e-14), where it was too small by a fifth. Verdicts
+/// with V from 1e-3 to 100, tolerances from 1e-4 to 1e-14), where it was too small by a fifth. It is too small
+/// by up to some fifty times where a law oscillates, by less than the tolerance V, with a period that steps
+/// pass over. Verdicts
 /// inside it are [`Fate::TooCloseToCall`]; so are orbits that come back from above within that distance
 /// of the exit point. A landing state is less accurate than the margin: its x1 has the error
 /// V `margin_error` (1 + V / wL), wL the landing speed x2', large near grazing.
