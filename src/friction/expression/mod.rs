@@ -19,7 +19,7 @@ use std::collections::HashSet;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::interval::Interval;
-use super::jet::{Jet, Real};
+use super::jet::{Jet, Points, Real};
 use super::{Gradient, NoFirstOrder, Parameter};
 use crate::point::{LawParameters, MAX_LAW_PARAMETERS};
 use parse::{DEEPEST, Function, Op, Place, Tape};
@@ -289,6 +289,11 @@ impl ExpressionCurve {
     pub(super) fn weakening(&self, u: f64) -> f64 {
         let slope = self.series::<f64, 2>(u).0[1];
         if slope.is_finite() || u >= 0.0 { -slope } else { -self.series::<f64, 2>(0.0).0[1] }
+    }
+
+    /// The same at several slip speeds >= 0, for which the tape is run once.
+    pub(super) fn weakenings<const N: usize>(&self, u: [f64; N]) -> [f64; N] {
+        (-self.series::<Points<N>, 2>(Points(u)).0[1]).0
     }
 
     /// Derivatives of the weakening rate, by series in eps and in one parameter after the other.

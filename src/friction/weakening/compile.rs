@@ -184,7 +184,7 @@ impl Compiler<'_> {
 fn piece(law: &Form, a: f64, b: f64, size: &mut f64, last: bool) -> Option<Piece> {
     let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
     let points = POINTS.map(|x| (middle + half * x).clamp(a, b));
-    let values = points.map(|u| law.weakening(u));
+    let values = law.weakenings(points);
     let largest =
         values.iter().map(|value| value.abs()).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a });
     let (c, tail) = fit(&values);
@@ -235,11 +235,9 @@ fn piece(law: &Form, a: f64, b: f64, size: &mut f64, last: bool) -> Option<Piece
         }
     }
     // The error of an interpolant is largest between the points.
-    let between = points.windows(2).map(|pair| {
-        let u = 0.5 * (pair[0] + pair[1]);
-        (piece.at(u) - law.weakening(u)).abs()
-    });
-    piece.estimate = 2.0 * between.fold(0.0, f64::max) + round_off;
+    let between: [f64; COUNT - 1] = std::array::from_fn(|i| 0.5 * (points[i] + points[i + 1]));
+    let off = between.iter().zip(law.weakenings(between)).map(|(&u, w)| (piece.at(u) - w).abs());
+    piece.estimate = 2.0 * off.fold(0.0, f64::max) + round_off;
     (*size, piece.size) = (size_here, size_here);
     Some(piece)
 }
