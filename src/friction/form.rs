@@ -47,6 +47,14 @@ impl Form {
         }
     }
 
+    /// The weakening rate at several slip speeds >= 0.
+    pub(super) fn weakenings<const N: usize>(&self, u: [f64; N]) -> [f64; N] {
+        match self {
+            Form::Expression(law) => law.weakenings(u),
+            law => u.map(|u| law.weakening(u)),
+        }
+    }
+
     /// phi in any arithmetic (numbers, intervals or series); `None` for laws given by data or as functions,
     /// which have no formula.
     pub(super) fn formula<T: Real>(&self, u: T) -> Option<T> {

@@ -1,15 +1,18 @@
-//! Interval arithmetic with outward rounding, for friction laws.
+//! Interval arithmetic with outward rounding, in plain f64.
 //!
-//! Every operation widens its result by one unit in the last place (elementary functions by four: the error
-//! of the platform's mathematics library is assumed to be less), so that an enclosure is a theorem about the
-//! real function. Where an operation is not defined on the whole operand, the result is the whole line.
+//! Every operation computes in the processor's round-to-nearest mode, whose error is at most half a unit in the
+//! last place, and moves both ends outwards by at least a whole one, underflow included (elementary functions by
+//! four: the error of the platform's mathematics library is assumed to be less). So an enclosure is a theorem
+//! about the real function, whatever the compiler's flags and the processor's state. Where an operation is not
+//! defined on the whole operand, the result is the whole line. The crate `inari` was not used because it needs
+//! AVX and FMA enabled for the whole build, and GMP.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use super::Range;
 use super::jet::Real;
 
-/// A closed interval; never NaN.
+/// A closed interval of real numbers, which may be unbounded; never NaN, never empty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Interval {
     pub(crate) lo: f64,
@@ -19,15 +22,79 @@ pub(crate) struct Interval {
 /// Widening of elementary functions, in units in the last place.
 const FUNCTION_ULPS: u32 = 4;
 
+#[cfg(test)]
+thread_local! {
+    /// Switches the outward rounding off, for tests that must then fail.
+    static BROKEN: std::cell::Cell<bool> = const { std::cell::Cell::new(false) };
+}
+
+/// A number above `x` by one to two units in the last place: |x| epsilon is that much, and the smallest
+/// normal number exceeds every error of underflow. NaN at negative infinity, which is no upper end.
+#[inline]
+fn up(x: f64) -> f64 {
+    #[cfg(test)]
+    if BROKEN.get() {
+        return x;
+    }
+    x + (x.abs() * f64::EPSILON + f64::MIN_POSITIVE)
+}
+
+#[inline]
+fn down(x: f64) -> f64 {
+    -up(-x)
+}
+
+// Unlike the library's, these compile to one instruction; no operand is ever NaN.
+#[inline]
+fn min(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+#[inline]
+fn max(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
 impl Interval {
     pub(crate) const ENTIRE: Interval = Interval { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
+    pub(crate) const ZERO: Interval = Interval::of(0.0);
+    pub(crate) const ONE: Interval = Interval::of(1.0);
 
-    pub(crate) fn new(lo: f64, hi: f64) -> Self {
+    /// One real number.
+    #[inline]
+    pub(crate) const fn of(x: f64) -> Self {
+        Self::new(x, x)
+    }
+
+    /// All numbers from `lo` to `hi`; the whole line if one of them is NaN, or they are in the wrong order.
+    #[inline]
+    pub(crate) const fn new(lo: f64, hi: f64) -> Self {
         if lo <= hi { Self { lo, hi } } else { Self::ENTIRE }
     }
 
-    pub(crate) fn thin(x: f64) -> Self {
-        Self::new(x, x)
+    /// All numbers within `radius` of `middle`.
+    #[inline]
+    pub(crate) fn ball(middle: f64, radius: f64) -> Self {
+        Self::outwards(middle - radius, middle + radius)
+    }
+
+    /// The computed ends, moved outwards.
+    #[inline]
+    fn outwards(lo: f64, hi: f64) -> Self {
+        Self::new(down(lo), up(hi))
+    }
+
+    /// The computed ends of an elementary function's image, moved outwards.
+    fn outwards_of_function(mut lo: f64, mut hi: f64) -> Self {
+        for _ in 0..FUNCTION_ULPS {
+            (lo, hi) = (down(lo), up(hi));
+        }
+        Self::new(lo, hi)
+    }
+
+    /// The image under an increasing function.
+    fn increasing(self, f: impl Fn(f64) -> f64) -> Self {
+        Self::outwards_of_function(f(self.lo), f(self.hi))
     }
 
     pub(crate) fn is_bounded(self) -> bool {
@@ -38,22 +105,66 @@ impl Interval {
         self.lo <= 0.0 && self.hi >= 0.0
     }
 
+    /// Largest absolute value.
+    #[inline]
+    pub(crate) fn size(self) -> f64 {
+        max(self.lo.abs(), self.hi.abs())
+    }
+
+    /// The nonnegative part, for quantities that are never negative.
+    #[inline]
+    pub(crate) fn at_least_zero(self) -> Self {
+        Self { lo: max(self.lo, 0.0), hi: max(self.hi, 0.0) }
+    }
+
     /// The smallest interval that contains both.
+    #[inline]
     pub(crate) fn hull(self, other: Self) -> Self {
-        Self { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
+        Self { lo: min(self.lo, other.lo), hi: max(self.hi, other.hi) }
     }
 
-    fn outward(lo: f64, hi: f64, ulps: u32) -> Self {
-        let (mut lo, mut hi) = (lo, hi);
-        for _ in 0..ulps {
-            (lo, hi) = (lo.next_down(), hi.next_up());
+    /// The intersection of two enclosures of the same number.
+    #[inline]
+    pub(crate) fn intersection(self, other: Self) -> Self {
+        Self { lo: max(self.lo, other.lo), hi: min(self.hi, other.hi) }
+    }
+
+    #[inline]
+    pub(crate) fn square(self) -> Self {
+        let least = if self.contains_zero() { 0.0 } else { min(self.lo.abs(), self.hi.abs()) };
+        let most = self.size();
+        let Self { lo, hi } = Self::outwards(least * least, most * most);
+        Self { lo: max(lo, 0.0), hi }
+    }
+
+    /// The quotient by a number that must be positive; the whole line unless the divisor is so throughout.
+    #[inline]
+    pub(crate) fn over(self, divisor: Self) -> Self {
+        if !(divisor.lo > 0.0) {
+            return Self::ENTIRE;
         }
-        Self::new(lo, hi)
+        if self.is_zero() {
+            return self;
+        }
+        let lo = self.lo / if self.lo < 0.0 { divisor.lo } else { divisor.hi };
+        let hi = self.hi / if self.hi < 0.0 { divisor.hi } else { divisor.lo };
+        Self::outwards(lo, hi)
     }
 
-    /// The image under an increasing function.
-    fn increasing(self, f: impl Fn(f64) -> f64) -> Self {
-        Self::outward(f(self.lo), f(self.hi), FUNCTION_ULPS)
+    /// Upper bound of e^x for a number x, without the platform's exponential: e^x <= (1 - x/64)^-64 for
+    /// x < 64.
+    pub(crate) fn exp_bound(x: f64) -> f64 {
+        let mut power = Self::ONE.over(Self::ONE - Self::of(x) * Self::of(1.0 / 64.0));
+        for _ in 0..6 {
+            power = power.square();
+        }
+        if x < 64.0 { power.hi } else { f64::INFINITY }
+    }
+
+    /// pi.
+    pub(crate) fn pi() -> Self {
+        // The f64 nearest to pi is below it.
+        Self { lo: std::f64::consts::PI, hi: std::f64::consts::PI.next_up() }
     }
 }
 
@@ -65,6 +176,7 @@ impl From<Interval> for Range {
 
 impl Neg for Interval {
     type Output = Self;
+    #[inline]
     fn neg(self) -> Self {
         Self { lo: -self.hi, hi: -self.lo }
     }
@@ -72,6 +184,7 @@ impl Neg for Interval {
 
 impl Add for Interval {
     type Output = Self;
+    #[inline]
     fn add(self, other: Self) -> Self {
         // Exact, and frequent, as in products.
         if self.is_zero() {
@@ -80,58 +193,41 @@ impl Add for Interval {
         if other.is_zero() {
             return self;
         }
-        Self::outward(self.lo + other.lo, self.hi + other.hi, 1)
+        Self::outwards(self.lo + other.lo, self.hi + other.hi)
     }
 }
 
 impl Sub for Interval {
     type Output = Self;
+    #[inline]
     fn sub(self, other: Self) -> Self {
-        if other.is_zero() {
-            return self;
-        }
-        Self::outward(self.lo - other.hi, self.hi - other.lo, 1)
+        self + -other
     }
-}
-
-/// The hull of four numbers, rounded outward; the whole line if one is NaN.
-fn hull_of(values: [f64; 4]) -> Interval {
-    if values.iter().any(|x| x.is_nan()) {
-        return Interval::ENTIRE;
-    }
-    let lo = values.iter().copied().fold(f64::INFINITY, f64::min);
-    let hi = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    Interval::outward(lo, hi, 1)
 }
 
 impl Mul for Interval {
     type Output = Self;
+    #[inline]
     fn mul(self, other: Self) -> Self {
         if self.is_zero() || other.is_zero() {
             // Exact, and frequent: derivatives of terms that do not depend on u.
-            return Self::constant(0.0);
+            return Self::ZERO;
         }
-        let products = [self.lo * other.lo, self.lo * other.hi, self.hi * other.lo, self.hi * other.hi];
-        if !(self.is_bounded() && other.is_bounded()) {
-            return hull_of(products);
+        let [a, b, c, d] = [self.lo * other.lo, self.lo * other.hi, self.hi * other.lo, self.hi * other.hi];
+        // Zero times infinity is NaN, which min and max would ignore; where infinities of both signs cancel
+        // here, the product is the whole line too.
+        if (a + b + c + d).is_nan() {
+            return Self::ENTIRE;
         }
-        // No product is NaN; this is the hot path.
-        let order = |a: f64, b: f64| if a < b { (a, b) } else { (b, a) };
-        let [(a, b), (c, d)] = [order(products[0], products[1]), order(products[2], products[3])];
-        Self { lo: order(a, c).0.next_down(), hi: order(b, d).1.next_up() }
+        Self::outwards(min(min(a, b), min(c, d)), max(max(a, b), max(c, d)))
     }
 }
 
 impl Div for Interval {
     type Output = Self;
+    #[inline]
     fn div(self, other: Self) -> Self {
-        if other.contains_zero() {
-            return Self::ENTIRE;
-        }
-        if self.is_zero() {
-            return self;
-        }
-        hull_of([self.lo / other.lo, self.lo / other.hi, self.hi / other.lo, self.hi / other.hi])
+        if other.hi < 0.0 { (-self).over(-other) } else { self.over(other) }
     }
 }
 
@@ -144,7 +240,7 @@ fn may_hold(interval: Interval, phase: f64) -> bool {
 
 impl Real for Interval {
     fn constant(x: f64) -> Self {
-        Self { lo: x, hi: x }
+        Self::of(x)
     }
 
     fn is_zero(&self) -> bool {
@@ -164,8 +260,9 @@ impl Real for Interval {
         if !(self.lo >= 0.0) {
             return Self::ENTIRE;
         }
-        let Self { lo, hi } = self.increasing(f64::sqrt);
-        Self { lo: lo.max(0.0), hi }
+        // Correctly rounded by the standard.
+        let Self { lo, hi } = Self::outwards(self.lo.sqrt(), self.hi.sqrt());
+        Self { lo: max(lo, 0.0), hi }
     }
 
     fn sin_cos(self) -> (Self, Self) {
@@ -177,7 +274,7 @@ impl Real for Interval {
         }
         let wave = |f: fn(f64) -> f64, top: f64| {
             let (a, b) = (f(self.lo), f(self.hi));
-            let Self { lo, hi } = Self::outward(a.min(b), a.max(b), FUNCTION_ULPS);
+            let Self { lo, hi } = Self::outwards_of_function(a.min(b), a.max(b));
             Self {
                 lo: if may_hold(self, top + PI) { -1.0 } else { lo.max(-1.0) },
                 hi: if may_hold(self, top) { 1.0 } else { hi.min(1.0) },
@@ -243,8 +340,120 @@ mod tests {
     #[test]
     fn undefined_operations_give_the_whole_line() {
         let x = Interval::new(-1.0, 1.0);
-        for image in [Interval::thin(1.0) / x, x.ln(), x.sqrt(), x.abs(), Interval::new(f64::NAN, 1.0)] {
+        let infinite = Interval::new(1.0, f64::INFINITY);
+        let huge = Interval::of(1e200);
+        for image in [
+            Interval::ONE / x,
+            Interval::ONE / Interval::new(0.0, 1.0),
+            x.ln(),
+            x.sqrt(),
+            x.abs(),
+            Interval::new(f64::NAN, 1.0),
+            Interval::of(f64::NAN) + Interval::ONE,
+            huge * huge,
+            infinite - infinite,
+            Interval::new(0.0, 1.0) * infinite,
+        ] {
             assert_eq!(image, Interval::ENTIRE);
         }
+    }
+
+    struct Random(u64);
+
+    impl Random {
+        /// Magnitude from 2^-60 to 2^60, either sign, sometimes zero.
+        fn number(&mut self) -> f64 {
+            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            let bits = self.0 >> 11;
+            if bits.is_multiple_of(61) {
+                return 0.0;
+            }
+            let exponent = (bits % 121) as i32 - 60;
+            let sign = if bits & 1024 == 0 { 1.0 } else { -1.0 };
+            sign * (1.0 + bits as f64 / (1u64 << 53) as f64) * 2f64.powi(exponent)
+        }
+    }
+
+    /// Returns whether the interval holds `value + error`, |error| being below a unit of `value`.
+    fn holds(interval: Interval, value: f64, error: f64) -> bool {
+        let Interval { lo, hi } = interval;
+        (lo < value || (lo == value && error >= 0.0)) && (value < hi || (value == hi && error <= 0.0))
+    }
+
+    /// Counts the sums, products, quotients and roots that exclude the exact result, which double arithmetic
+    /// gives as a value and an error: Knuth's two-sum, and the fused remainders of product, quotient and
+    /// root.
+    fn wrong_operations(seed: u64) -> u32 {
+        let mut random = Random(seed);
+        let mut wrong = 0;
+        for _ in 0..20_000 {
+            let (x, y) = (random.number(), random.number());
+            let (a, b) = (Interval::of(x), Interval::of(y));
+            let sum = x + y;
+            let part = sum - x;
+            let error = (x - (sum - part)) + (y - part);
+            wrong += u32::from(!holds(a + b, sum, error));
+            let difference = x - y;
+            let part = difference - x;
+            let error = (x - (difference - part)) + (-y - part);
+            wrong += u32::from(!holds(a - b, difference, error));
+            let product = x * y;
+            wrong += u32::from(!holds(a * b, product, x.mul_add(y, -product)));
+            wrong += u32::from(!holds(a.square(), x * x, x.mul_add(x, -(x * x))));
+            if y > 0.0 {
+                let quotient = x / y;
+                wrong += u32::from(!holds(a / b, quotient, (-quotient).mul_add(y, x)));
+                let root = y.sqrt();
+                wrong += u32::from(!holds(b.sqrt(), root, (-root).mul_add(root, y)));
+            }
+        }
+        wrong
+    }
+
+    #[test]
+    fn operations_hold_the_exact_results() {
+        assert_eq!(wrong_operations(1), 0);
+    }
+
+    #[test]
+    fn broken_rounding_is_caught() {
+        BROKEN.set(true);
+        let wrong = wrong_operations(1);
+        BROKEN.set(false);
+        // Nearly every operation rounds, half of them the wrong way.
+        assert!(wrong > 20_000, "only {wrong} operations were found wrong");
+    }
+
+    #[test]
+    fn ends_of_all_signs() {
+        let ends = [-3.0, -1.0, 0.0, 2.0, 5.0];
+        for (i, &a) in ends.iter().enumerate() {
+            for &b in &ends[i..] {
+                for (j, &c) in ends.iter().enumerate() {
+                    for &d in &ends[j..] {
+                        let (x, y) = (Interval::new(a, b), Interval::new(c, d));
+                        for u in [a, 0.5 * (a + b), b] {
+                            for v in [c, 0.5 * (c + d), d] {
+                                let within = |z: Interval, w: f64| z.lo <= w && w <= z.hi;
+                                assert!(within(x * y, u * v) && within(x + y, u + v) && within(x - y, u - v));
+                                assert!(within(x.square(), u * u) && within(x.hull(y), v));
+                                assert!(!(c > 0.0) || within(x / y, u / v) && within(x.over(y), u / v));
+                                assert!(!(d < 0.0) || within(x / y, u / v));
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn bounds_of_the_exponential() {
+        for x in [0.0, 1e-9, 0.1, 1.0, 5.0, 20.0] {
+            let bound = Interval::exp_bound(x);
+            // (1 - x/n)^-n <= e^(x + x^2/n) for x <= n/2.
+            assert!(bound >= x.exp() && bound <= (x + x * x / 64.0).exp() * (1.0 + 1e-12), "{x}");
+        }
+        assert_eq!(Interval::exp_bound(64.0), f64::INFINITY);
     }
 }

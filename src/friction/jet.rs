@@ -70,6 +70,92 @@ impl Real for f64 {
     }
 }
 
+/// Several numbers, to each of which every operation is applied: a formula is interpreted once for all of them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Points<const N: usize>(pub(crate) [f64; N]);
+
+impl<const N: usize> Points<N> {
+    #[inline]
+    fn with(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        Self(std::array::from_fn(|i| f(self.0[i], other.0[i])))
+    }
+
+    #[inline]
+    fn map(self, f: impl Fn(f64) -> f64) -> Self {
+        Self(self.0.map(f))
+    }
+}
+
+impl<const N: usize> Add for Points<N> {
+    type Output = Self;
+    #[inline]
+    fn add(self, other: Self) -> Self {
+        self.with(other, |a, b| a + b)
+    }
+}
+
+impl<const N: usize> Sub for Points<N> {
+    type Output = Self;
+    #[inline]
+    fn sub(self, other: Self) -> Self {
+        self.with(other, |a, b| a - b)
+    }
+}
+
+impl<const N: usize> Mul for Points<N> {
+    type Output = Self;
+    #[inline]
+    fn mul(self, other: Self) -> Self {
+        self.with(other, |a, b| a * b)
+    }
+}
+
+impl<const N: usize> Div for Points<N> {
+    type Output = Self;
+    #[inline]
+    fn div(self, other: Self) -> Self {
+        self.with(other, |a, b| a / b)
+    }
+}
+
+impl<const N: usize> Neg for Points<N> {
+    type Output = Self;
+    #[inline]
+    fn neg(self) -> Self {
+        self.map(|a| -a)
+    }
+}
+
+impl<const N: usize> Real for Points<N> {
+    fn constant(x: f64) -> Self {
+        Self([x; N])
+    }
+    fn is_zero(&self) -> bool {
+        self.0.iter().all(f64::is_zero)
+    }
+    fn exp(self) -> Self {
+        self.map(f64::exp)
+    }
+    fn ln(self) -> Self {
+        self.map(Real::ln)
+    }
+    fn sqrt(self) -> Self {
+        self.map(f64::sqrt)
+    }
+    fn sin_cos(self) -> (Self, Self) {
+        (self.map(f64::sin), self.map(f64::cos))
+    }
+    fn tanh(self) -> Self {
+        self.map(f64::tanh)
+    }
+    fn atan(self) -> Self {
+        self.map(f64::atan)
+    }
+    fn abs(self) -> Self {
+        self.map(f64::abs)
+    }
+}
+
 /// The first N Taylor coefficients of a function: f, f', f''/2, ...
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Jet<T, const N: usize>(pub(crate) [T; N]);

@@ -284,7 +284,7 @@ impl Table {
     pub(super) fn parabolas(&self) -> impl Iterator<Item = Parabola> {
         let Cubics { u, phi, slope, .. } = &*self.0;
         (0..self.pieces()).map(|i| {
-            let at = |values: &[f64], i: usize| Interval::thin(values[i]);
+            let at = |values: &[f64], i: usize| Interval::of(values[i]);
             let h = at(u, i + 1) - at(u, i);
             let secant = (at(phi, i + 1) - at(phi, i)) / h;
             let (from, to, c) = (at(slope, i), at(slope, i + 1), Interval::constant);

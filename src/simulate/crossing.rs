@@ -11,6 +11,7 @@
 //! arc. The slope of the loop map is the product over both arcs.
 
 use super::arc::{LowerEnd, State, Walk};
+use super::roots::fixed_point;
 use super::slip_cycle::Extent;
 use super::work::Work;
 use super::{Failure, Fate, Flow, Range};
@@ -25,8 +26,6 @@ const PER_DECADE: i32 = 8;
 /// Decades searched, in units of max(1, V). Farther out dry friction only dissipates: the belt's motion no
 /// longer matters.
 const DECADES: std::ops::RangeInclusive<i32> = -6..=2;
-/// Largest number of Newton steps and bisections for a fixed point.
-const MOST_TRIALS: u32 = 100;
 /// Relative error of a loop where only its direction is asked for.
 const DIRECTION_TOLERANCE: f64 = 1e-6;
 
@@ -343,30 +342,19 @@ pub fn crossing_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<Cr
 /// if loops change from outward to sticking there without passing through a cycle.
 fn cycle_between(
     oscillator: &Oscillator,
-    [mut low, mut high]: [f64; 2],
+    between: [f64; 2],
     low_outward: bool,
     tolerance: f64,
     work: &Work,
 ) -> Result<Option<CrossingCycle>, Failure> {
-    let mut y = 0.5 * (low + high);
-    for _ in 0..MOST_TRIALS {
+    let y = fixed_point(between, low_outward, tolerance, |y| {
         let here = loop_within(oscillator, y, tolerance, work)?;
-        if outward(y, &here) == low_outward {
-            low = y;
-        } else {
-            high = y;
-        }
-        let newton = match here {
-            Loop::Crosses { beyond_exit, slope, .. } => y + (beyond_exit - y) / (1.0 - slope),
-            Loop::Sticks | Loop::SpiralsInward => f64::NAN,
+        let returns = match here {
+            Loop::Crosses { beyond_exit, slope, .. } => Some([beyond_exit, slope]),
+            Loop::Sticks | Loop::SpiralsInward => None,
         };
-        let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
-        let moved = (next - y).abs();
-        y = next;
-        if moved <= 0.1 * tolerance * y || next <= low || next >= high {
-            break;
-        }
-    }
+        Ok((outward(y, &here), returns))
+    })?;
     let (end, extent) = loop_with_extent(oscillator, y, tolerance, work)?;
     Ok(match end {
         Loop::Crosses { slope, time, .. } => Some(CrossingCycle {

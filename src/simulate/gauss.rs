@@ -117,6 +117,7 @@ mod tests {
     #[test]
     fn rules_are_exact_for_polynomials() {
         holds::<4>();
+        holds::<5>();
         holds::<6>();
         holds::<8>();
     }

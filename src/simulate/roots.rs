@@ -118,6 +118,36 @@ pub(super) fn falling_root<E>(
     Ok(Found::Between(bracket))
 }
 
+/// Largest number of Newton steps and bisections for a fixed point.
+const MOST_TRIALS: u32 = 100;
+
+/// The fixed point of a return map between two places, at one of which it leads outward and at the other
+/// inward, to a tenth of `tolerance`, relative: by Newton's method where that stays between. `map` returns whether it
+/// leads outward and, where the orbit returns, the next place and the slope.
+///
+/// # Errors
+/// Those of `map`.
+pub(super) fn fixed_point<E>(
+    [mut low, mut high]: [f64; 2],
+    low_outward: bool,
+    tolerance: f64,
+    mut map: impl FnMut(f64) -> Result<(bool, Option<[f64; 2]>), E>,
+) -> Result<f64, E> {
+    let mut here = 0.5 * (low + high);
+    for _ in 0..MOST_TRIALS {
+        let (outward, returns) = map(here)?;
+        *(if outward == low_outward { &mut low } else { &mut high }) = here;
+        let newton = returns.map_or(f64::NAN, |[next, slope]| here + (next - here) / (1.0 - slope));
+        let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+        let moved = (next - here).abs();
+        here = next;
+        if moved <= 0.1 * tolerance * here || next <= low || next >= high {
+            break;
+        }
+    }
+    Ok(here)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -22,8 +22,11 @@
 //! **Accuracy.** The integrals use Gauss's rule of five points on each step of the orbit. Errors are
 //! estimated from two orbits, one much coarser, and from the error of the critical damping.
 
+use std::sync::LazyLock;
+
 use super::arc::{LowerEnd, State, Walk};
 use super::dop853::STAGES;
+use super::gauss::Rule;
 use super::work::Work;
 use super::{CriticalDamping, Failure, NoCriticalDamping, critical_damping};
 use crate::filippov::{Oscillator, Side};
@@ -190,14 +193,6 @@ struct Grazing {
     samples: Vec<Sample>,
 }
 
-/// Nodes in (0, 1) and weights of Gauss's rule of five points.
-fn gauss() -> [(f64, f64); 5] {
-    let (root, seventy) = ((10.0_f64 / 7.0).sqrt(), 70.0_f64.sqrt());
-    let [near, far] = [-2.0, 2.0].map(|sign: f64| (5.0 + sign * root).sqrt() / 6.0);
-    let [inner, outer] = [13.0, -13.0].map(|factor: f64| (322.0 + factor * seventy) / 1800.0);
-    [(0.5 - far, outer), (0.5 - near, inner), (0.5, 64.0 / 225.0), (0.5 + near, inner), (0.5 + far, outer)]
-}
-
 impl Grazing {
     fn of(
         column: &Column,
@@ -210,15 +205,16 @@ impl Grazing {
         let belt_speed = oscillator.belt_speed;
         let walk = Walk::new(&oscillator, Side::Below, [belt_speed, 0.0], tolerance, belt_speed, work);
         let mut walk = walk.stopping_at(stops.unwrap_or_else(|| column.curve.corners()));
-        let rule = gauss();
+        static RULE: LazyLock<Rule<5>> = LazyLock::new(Rule::new);
+        let rule = &*RULE;
         // Slip speeds, weights without exp(-G), and -G, which may exceed the range of the exponential.
         let mut points = Vec::new();
         let end = walk.lower_arc(|walk, from: &State, to: &State| {
             let h = to.time - from.time;
-            for (node, weight) in rule {
+            for (node, weight) in rule.nodes.into_iter().zip(rule.weights) {
                 // Where the budget does not hold this, the next step of the walk fails.
                 let _ = work.spend(STAGES as u64);
-                let (state, _) = walk.after(from, node * h);
+                let (state, _) = walk.after(from, 0.5 * (1.0 + node) * h);
                 points.push((walk.slip(&state).slip.max(0.0), weight * h * state.w * state.w, -state.growth));
             }
         })?;
@@ -303,17 +299,4 @@ fn means(column: &Column, c: f64, orbit: &Grazing) -> Means {
     }
     let over = |terms: Vec<Term>| terms.into_iter().map(|term| term.over(*epsilon)).collect();
     Means { by_parameters: over(terms), by_data: over(data), by_unit: unit.over(*epsilon) }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn gauss_is_exact_to_the_ninth_power() {
-        for power in 0..10 {
-            let sum: f64 = gauss().iter().map(|(node, weight)| weight * node.powi(power)).sum();
-            assert!((sum * f64::from(power + 1) - 1.0).abs() < 1e-15, "{power}: {sum}");
-        }
-    }
 }

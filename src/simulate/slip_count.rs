@@ -241,10 +241,6 @@ fn sensitivity(oscillator: &Oscillator, theta: Interval, rho: Interval) -> Optio
     fine.then_some([f.0[1], h.0[1]])
 }
 
-fn larger(x: Interval) -> f64 {
-    x.lo.abs().max(x.hi.abs())
-}
-
 /// The enclosed results of a step along the polynomial.
 struct Step {
     /// The hull of its values.
@@ -269,36 +265,33 @@ fn step(oscillator: &Oscillator, theta: f64, rho: f64, width: Interval) -> Optio
     // The polynomial as a series around the beginning, and around all angles of the step.
     let shifted = |at: Interval| {
         let offset = Jet::<Interval, ORDER>::variable(at, 1.0);
-        polynomial.iter().rev().fold(Jet::of(Interval::thin(0.0)), |sum, x| sum * offset + Jet::constant(*x))
+        polynomial.iter().rev().fold(Jet::of(Interval::of(0.0)), |sum, x| sum * offset + Jet::constant(*x))
     };
     let span = Interval::new(0.0, width.hi);
     let parts = |at: Interval| {
         let rho = shifted(at);
-        let angle = Jet::variable(Interval::thin(theta) + at, 1.0);
+        let angle = Jet::variable(Interval::of(theta) + at, 1.0);
         let [f, h, turning] = field(oscillator, angle, rho)?;
         // d rho / d th as a series one shorter; its last coefficient is zero, the degree being ORDER - 1.
         let defect: [Interval; ORDER] = std::array::from_fn(|k| {
-            let rate = if k + 1 < ORDER {
-                rho.0[k + 1] * Interval::thin((k + 1) as f64)
-            } else {
-                Interval::thin(0.0)
-            };
+            let rate =
+                if k + 1 < ORDER { rho.0[k + 1] * Interval::of((k + 1) as f64) } else { Interval::of(0.0) };
             rate - f.0[k]
         });
         (turning.0[0].lo > SLOWEST_TURN).then_some((rho.0[0], defect, h.0))
     };
-    let (_, defect_0, slope_0) = parts(Interval::thin(0.0))?;
+    let (_, defect_0, slope_0) = parts(Interval::of(0.0))?;
     let (values, defect_1, slope_1) = parts(span)?;
     let last = ORDER - 1;
-    let (mut defect, mut slope) = (defect_1[last] * span.powi(last as i32), Interval::thin(0.0));
+    let (mut defect, mut slope) = (defect_1[last] * span.powi(last as i32), Interval::of(0.0));
     for k in 0..last {
-        defect = defect + defect_0[k] * if k == 0 { Interval::thin(1.0) } else { span.powi(k as i32) };
-        slope = slope + slope_0[k] * width.powi(k as i32 + 1) / Interval::thin((k + 1) as f64);
+        defect = defect + defect_0[k] * if k == 0 { Interval::of(1.0) } else { span.powi(k as i32) };
+        slope = slope + slope_0[k] * width.powi(k as i32 + 1) / Interval::of((k + 1) as f64);
     }
-    slope = slope + slope_1[last] * width.powi(ORDER as i32) / Interval::thin(ORDER as f64);
+    slope = slope + slope_1[last] * width.powi(ORDER as i32) / Interval::of(ORDER as f64);
     let end = shifted(width).0[0];
     let fine = defect.is_bounded() && slope.is_bounded() && values.is_bounded();
-    fine.then_some(Step { values, end, defect: larger(defect), slope })
+    fine.then_some(Step { values, end, defect: defect.size(), slope })
 }
 
 /// Proves a property of g on [`from`, `to`]; at a single radius, its sign.
@@ -342,23 +335,23 @@ enum Walked {
 /// Follows the orbits of a piece for one turn; `None` where they cannot be enclosed or the budget of steps is
 /// spent.
 fn walk(oscillator: &Oscillator, from: f64, to: f64, budget: &mut u32) -> Option<Walked> {
-    let thin = Interval::thin;
-    let ends = [from, to].map(|r| thin(r).ln());
+    let of = Interval::of;
+    let ends = [from, to].map(|r| of(r).ln());
     let start = 0.5 * (ends[0].hi + ends[1].lo);
     // Half-width of the piece around the middle orbit.
-    let half = larger(ends[0].hull(ends[1]) - thin(start));
+    let half = (ends[0].hull(ends[1]) - of(start)).size();
     let aim = (0.01 * half * half).clamp(DEFECTS[0], DEFECTS[1]);
     let (mut theta, mut rho, mut h) = (0.0, start, STEPS[0]);
     // Distances from the polynomial: of the middle orbit, and of all.
-    let (mut missed, mut tube) = (thin(0.0), thin(half));
+    let (mut missed, mut tube) = (of(0.0), of(half));
     // Bounds of psi, of the integral of |dH/drho| psi, and of the error of the integral of H.
-    let (mut psi, mut bend, mut error) = (thin(1.0), thin(0.0), thin(0.0));
-    let mut slope = thin(0.0);
+    let (mut psi, mut bend, mut error) = (of(1.0), of(0.0), of(0.0));
+    let mut slope = of(0.0);
     while theta < TAU {
         *budget = budget.checked_sub(1)?;
         let last = theta + h >= TAU;
         let end = if last { TAU } else { theta + h };
-        let width = Interval::thin(end) - Interval::thin(theta);
+        let width = Interval::of(end) - Interval::of(theta);
         let pace = oscillator.divergence(oscillator.belt_speed - rho.exp() * f64::cos(theta)).abs();
         let tried = step(oscillator, theta, rho, width);
         let Some(taken) = tried.filter(|it| it.defect <= aim * pace.max(1e-6) || h <= STEPS[1]) else {
@@ -371,10 +364,10 @@ fn walk(oscillator: &Oscillator, from: f64, to: f64, budget: &mut u32) -> Option
         let angles = Interval::new(theta, end);
         let grown = |sup: Interval, distance: Interval| {
             // (over the step, at its end)
-            let growth = (Interval::thin(sup.hi) * width).exp();
-            let defect = width * Interval::thin(taken.defect);
-            let most = thin(growth.hi.max(1.0));
-            (most * (distance + defect), thin((growth * distance + most * defect).hi))
+            let growth = (Interval::of(sup.hi) * width).exp();
+            let defect = width * Interval::of(taken.defect);
+            let most = of(growth.hi.max(1.0));
+            (most * (distance + defect), of((growth * distance + most * defect).hi))
         };
         let guess = 1.5 * tube.hi + 2.0 * taken.defect * width.hi + 1e-15;
         let around = taken.values + Interval::new(-guess, guess);
@@ -388,20 +381,20 @@ fn walk(oscillator: &Oscillator, from: f64, to: f64, budget: &mut u32) -> Option
             continue;
         }
         let (missed_over, missed_end) = grown(by_rho, missed);
-        let steep = width * thin(larger(slope_by_rho));
-        let growth = (thin(by_rho.hi) * width).exp();
-        bend = thin((bend + steep * psi * thin(growth.hi.max(1.0))).hi);
-        error = thin((error + steep * thin(missed_over.hi)).hi);
-        psi = thin((psi * growth).hi);
+        let steep = width * of(slope_by_rho.size());
+        let growth = (of(by_rho.hi) * width).exp();
+        bend = of((bend + steep * psi * of(growth.hi.max(1.0))).hi);
+        error = of((error + steep * of(missed_over.hi)).hi);
+        psi = of((psi * growth).hi);
         slope = slope + taken.slope;
         // The next polynomial begins near the end of this one.
         rho = 0.5 * (taken.end.lo + taken.end.hi);
-        let jump = thin(larger(taken.end - thin(rho)));
-        missed = thin((missed_end + jump).hi);
-        tube = thin((tube_end + jump).hi);
+        let jump = of((taken.end - of(rho)).size());
+        missed = of((missed_end + jump).hi);
+        tube = of((tube_end + jump).hi);
         theta = end;
         // On the way up, beyond the belt line.
-        let below = (thin(rho) - tube).exp() * thin(theta).sin_cos().1;
+        let below = (of(rho) - tube).exp() * of(theta).sin_cos().1;
         if theta > 3.5 && below.lo > oscillator.belt_speed {
             return Some(Walked::MeetsBelt);
         }
@@ -413,12 +406,12 @@ fn walk(oscillator: &Oscillator, from: f64, to: f64, budget: &mut u32) -> Option
     let angle = Jet::<Interval, 1>::of(Interval::new(TAU, TAU.next_up()));
     let around = Interval::new(rho - 2.0 * tube.hi - 1e-9, rho + 2.0 * tube.hi + 1e-9);
     let [last_f, last_h, _] = field(oscillator, angle, Jet::of(around))?;
-    let gap = thin(TAU.next_up()) - thin(TAU);
+    let gap = of(TAU.next_up()) - of(TAU);
     let wide = |x: Interval| Interval::new(-x.hi, x.hi);
-    let growth = thin(rho) - thin(start) + wide(missed + gap * thin(larger(last_f.0[0])));
-    let slope = slope + wide(error + gap * thin(larger(last_h.0[0])));
-    let slopes = slope + wide(thin(half) * bend);
-    let all = growth + wide(thin(half) * thin(larger(slopes.exp() - thin(1.0))));
+    let growth = of(rho) - of(start) + wide(missed + gap * of(last_f.0[0].size()));
+    let slope = slope + wide(error + gap * of(last_h.0[0].size()));
+    let slopes = slope + wide(of(half) * bend);
+    let all = growth + wide(of(half) * of((slopes.exp() - of(1.0)).size()));
     Some(Walked::Turned { middle: growth, all, slopes })
 }
 

@@ -11,12 +11,10 @@
 
 use super::arc::{LowerEnd, State, Walk};
 use super::backbone::{Backbone, Crossing};
+use super::roots::fixed_point;
 use super::work::Work;
 use super::{Failure, Range};
 use crate::filippov::{Oscillator, Side};
-
-/// Largest number of Newton steps and bisections for a fixed point.
-const MOST_TRIALS: u32 = 100;
 
 /// One turn below the belt line.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -180,38 +178,15 @@ fn locate_within(
     tolerance: f64,
     work: &Work,
 ) -> Result<SlipCycle, Failure> {
-    let radius = fixed_point(oscillator, cycle.between, cycle.is_stable, tolerance, work)?;
-    cycle_at(oscillator, radius, tolerance, work)
-}
-
-/// The fixed point between two radii, at one of which turns lead outward and at the other inward.
-fn fixed_point(
-    oscillator: &Oscillator,
-    [mut low, mut high]: [f64; 2],
-    low_outward: bool,
-    tolerance: f64,
-    work: &Work,
-) -> Result<f64, Failure> {
-    let mut radius = 0.5 * (low + high);
-    for _ in 0..MOST_TRIALS {
+    let radius = fixed_point(cycle.between, cycle.is_stable, tolerance, |radius| {
         let here = turn_within(oscillator, radius, tolerance, work)?;
-        if outward(radius, &here) == low_outward {
-            low = radius;
-        } else {
-            high = radius;
-        }
-        let newton = match here {
-            SlipTurn::Returns { radius: next, slope, .. } => radius + (next - radius) / (1.0 - slope),
-            SlipTurn::MeetsBelt { .. } | SlipTurn::Rests => f64::NAN,
+        let returns = match here {
+            SlipTurn::Returns { radius: next, slope, .. } => Some([next, slope]),
+            SlipTurn::MeetsBelt { .. } | SlipTurn::Rests => None,
         };
-        let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
-        let moved = (next - radius).abs();
-        radius = next;
-        if moved <= 0.1 * tolerance * radius || next <= low || next >= high {
-            break;
-        }
-    }
-    Ok(radius)
+        Ok((outward(radius, &here), returns))
+    })?;
+    cycle_at(oscillator, radius, tolerance, work)
 }
 
 /// Extremes and multiplier of the cycle through (x2, x2') = (`radius`, 0).

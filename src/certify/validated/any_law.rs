@@ -1,10 +1,10 @@
 //! Proofs for columns of any friction law: enclosures of the critical damping and of the landing.
 
-use super::interval::Interval;
 use super::landing_speed::{Divergence, Flow};
 use super::turn::{Obstacle, critical};
 use super::{Claim, CriticalEnclosure, sticks_from};
 use crate::friction::Column;
+use crate::friction::interval::Interval;
 
 /// The proved statements about a column.
 #[derive(Clone, Copy, Debug, PartialEq)]

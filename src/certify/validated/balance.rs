@@ -13,8 +13,10 @@
 //! C_HB is linear in A and b, and is subtracted from the polynomial mode by mode; along k both are enclosed
 //! over intervals, which are bisected until the difference has one sign.
 
-use super::interval::Interval;
+use super::expansion::chebyshev;
 use super::tile::{GroupBox, Tile, degrees};
+use crate::friction::interval::Interval;
+use crate::friction::jet::Real as _;
 
 /// Width of the smallest interval of k tried, as a fraction of 2 (the range of the scaled k).
 const FINEST: f64 = 1e-7;
@@ -75,13 +77,15 @@ fn gap(tile: &Tile, lo: f64, hi: f64) -> f64 {
         let half = Interval::of(0.5);
         (half * (lo + hi), half * (hi - lo))
     };
+    // T_0, T_1, .. over a part of [-1, 1].
+    let along = |lo: f64, hi: f64| chebyshev(Interval::new(lo, hi), [-1.0, 1.0])[0];
     let x = Interval::new(lo, hi);
     let (k_middle, k_half) = scale(1);
     let k = (k_middle + k_half * x).at_least_zero();
     let one = Interval::ONE;
     let q = (one + k + k).sqrt();
     let h = Interval::of(2.0).over(q * (one + k + q));
-    let along_k = chebyshev(lo, hi);
+    let along_k = along(lo, hi);
     let (a_middle, a_half) = scale(0);
     let (b_middle, b_half) = scale(2);
     // C_HB - polynomial = sum of modes[i][l] T_i(A) T_l(b).
@@ -99,7 +103,7 @@ fn gap(tile: &Tile, lo: f64, hi: f64) -> f64 {
     };
     let least = |[a_lo, a_hi]: [f64; 2]| {
         cells(1).map(move |[b_lo, b_hi]| {
-            let (along_a, along_b) = (chebyshev(a_lo, a_hi), chebyshev(b_lo, b_hi));
+            let (along_a, along_b) = (along(a_lo, a_hi), along(b_lo, b_hi));
             let mut sum = Interval::ZERO;
             for (i, row) in modes.iter().enumerate() {
                 for (l, &mode) in row.iter().enumerate() {
@@ -111,22 +115,6 @@ fn gap(tile: &Tile, lo: f64, hi: f64) -> f64 {
     };
     let all = cells(0).flat_map(least).fold(f64::INFINITY, f64::min);
     (Interval::of(all) - Interval::of(tile.radius)).lo
-}
-
-/// T_0 .. T_8 over an interval within [-1, 1]: the slope of T_n is at most n^2.
-fn chebyshev(lo: f64, hi: f64) -> [Interval; 9] {
-    let middle = Interval::of(0.5 * (lo + hi));
-    let (width, one) = (Interval::of(hi) - Interval::of(lo), Interval::ONE);
-    let mut t = [one; 9];
-    t[1] = middle;
-    for n in 2..9 {
-        t[n] = middle * (t[n - 1] + t[n - 1]) - t[n - 2];
-    }
-    std::array::from_fn(|n| {
-        let off = width * Interval::of((n * n) as f64);
-        let around = t[n] + Interval::new(-off.hi, off.hi);
-        around.intersection(Interval::new(-1.0, 1.0))
-    })
 }
 
 #[cfg(test)]

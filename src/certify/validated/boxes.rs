@@ -21,14 +21,14 @@
 use rayon::prelude::*;
 
 use super::defect::Groups;
-use super::even_part_bounds;
 use super::expansion::{AXES, Expansion, Function, Part as Frame, Ranges};
-use super::interval::Interval;
 use super::landing_speed::{Divergence, Flow};
 use super::mean::{mean_cut, share_above};
 use super::prover::Prover;
 use super::surface::{Enclosure, Surface};
 use super::tile::GroupBox;
+use super::{even_part_bounds, least_proved};
+use crate::friction::interval::Interval;
 
 /// Number of columns that sample how the volume of the box is distributed over the groups, which decides
 /// where the surface is refined first. No statement depends on them.
@@ -199,23 +199,9 @@ impl BoxProof {
     /// The smallest damping found, within the range of c, from which on the landing is proved in a whole
     /// part; `None` if there is none.
     fn sticks_from(&self, groups: Groups, epsilon: Interval, belt_speed: Interval) -> Option<f64> {
-        let [c_lo, c_hi] = self.damping;
-        let lands = |c: f64| {
-            Flow { divergence: Divergence::Groups(groups), viscous: epsilon * Interval::of(c), belt_speed }
-                .lands()
-        };
-        if lands(c_lo) {
-            return Some(c_lo);
-        }
-        if c_lo == c_hi || !lands(c_hi) {
-            return None;
-        }
-        let (mut failed, mut verified) = (c_lo, c_hi);
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (failed + verified);
-            if lands(middle) { verified = middle } else { failed = middle }
-        }
-        Some(verified)
+        let divergence = Divergence::Groups(groups);
+        let lands = |c: f64| Flow { divergence, viscous: epsilon * Interval::of(c), belt_speed }.lands();
+        least_proved(&lands, self.damping, HALVINGS)
     }
 
     /// Bounds the volumes of a part.

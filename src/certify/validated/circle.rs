@@ -3,7 +3,8 @@
 
 use std::sync::OnceLock;
 
-use super::interval::Interval;
+use crate::friction::interval::Interval;
+use crate::friction::jet::Real as _;
 
 /// Numbers of angles: 2^m and 3 2^m, which the half-angle formulas reach from exact values.
 const SIZES: [usize; 14] = [32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024, 1536, 2048, 4096];

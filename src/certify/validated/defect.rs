@@ -47,7 +47,7 @@
 //! are taken over the parameters too, and one proof covers a whole box.
 
 use super::circle::{Circle, reach, riesz_factor};
-use super::interval::Interval;
+use crate::friction::interval::Interval;
 
 /// Half-width of the tube in y.
 const TUBE: f64 = 1e-3;
@@ -273,7 +273,7 @@ fn integrate(groups: &Groups, bounds: &Bounds, circle: &Circle, stride: usize) -
         // The angles of the cell; all angles of the cell are within half a step of them.
         let angles = (j + size - stride / 2)..=(j + size + stride / 2);
         let radius =
-            angles.map(|i| bounds.radius[i % size]).reduce(Interval::hull).unwrap_or(Interval::WHOLE);
+            angles.map(|i| bounds.radius[i % size]).reduce(Interval::hull).unwrap_or(Interval::ENTIRE);
         // Cosine and sine change by at most the angle, their product likewise.
         let (cos, sin) = (circle.cos(j), circle.sin(j));
         let (cos, sin, product) = (cos + around, sin + around, sin * cos + around);

@@ -9,8 +9,8 @@
 //! with f0 and g_i taken at the middle of the part and q_ij at some other point of it, which depends on xi
 //! (Taylor). All three are enclosed.
 
-use super::interval::Interval;
 use super::tile::{HIGHEST, MODES, Tile, degrees};
+use crate::friction::interval::Interval;
 
 /// Number of parameters: epsilon, alpha, beta, gamma, V.
 pub(super) const AXES: usize = 5;
@@ -284,7 +284,7 @@ fn polynomial(tile: &Tile, at: [Interval; 3]) -> Derivatives {
 }
 
 /// T_n and its first two derivatives by the parameter `at`, T being scaled to [-1, 1] over a range.
-fn chebyshev(at: Interval, [lo, hi]: [f64; 2]) -> [[Interval; HIGHEST + 1]; 3] {
+pub(super) fn chebyshev(at: Interval, [lo, hi]: [f64; 2]) -> [[Interval; HIGHEST + 1]; 3] {
     let whole = Interval::new(-1.0, 1.0);
     let (low, high) = (Interval::of(lo), Interval::of(hi));
     if !(hi - lo > THIN) {
@@ -297,7 +297,7 @@ fn chebyshev(at: Interval, [lo, hi]: [f64; 2]) -> [[Interval; HIGHEST + 1]; 3] {
     let x = (at + at - low - high).over(high - low);
     let scale = Interval::of(2.0).over(high - low);
     if !(x.size() <= FARTHEST) {
-        return [[Interval::WHOLE; HIGHEST + 1]; 3];
+        return [[Interval::ENTIRE; HIGHEST + 1]; 3];
     }
     // At the middle, and bounds of the derivatives over all of x: T_n and its derivatives are largest, in
     // size, at the ends of [-1, 1] and beyond.

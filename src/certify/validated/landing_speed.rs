@@ -12,8 +12,9 @@
 //!   strips themselves: R < rho if no x >= 0 exists for the strip up to rho.
 
 use super::defect::Groups;
-use super::interval::Interval;
 use crate::friction::Weakening;
+use crate::friction::interval::Interval;
+use crate::friction::jet::Real as _;
 
 /// Numbers of strips per quarter turn, tried in this order.
 const REFINEMENTS: [u32; 3] = [2, 8, 48];
@@ -175,7 +176,7 @@ fn exit_energy(energy: f64, h: Interval, m: Interval, d: f64) -> Option<f64> {
     if under.hi < 0.0 {
         return None;
     }
-    let x = kick + (kick.square() + gap).sqrt();
+    let x = kick + (kick.square() + gap).at_least_zero().sqrt();
     let x = Interval::of(x.hi.max(0.0));
     Some((m.square() + x.square()).hi)
 }

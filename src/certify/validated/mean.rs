@@ -15,7 +15,7 @@
 //! that term is used.
 
 use super::expansion::{AXES, Expansion};
-use super::interval::Interval;
+use crate::friction::interval::Interval;
 
 /// Terms smaller than this fraction of the largest are left out.
 const SMALL: f64 = 1.0 / 64.0;

@@ -48,7 +48,7 @@
 //!
 //! | statement | function | test |
 //! | --- | --- | --- |
-//! | outward rounding | `interval::Interval` | `operations_hold_the_exact_results`, `broken_rounding_is_caught` |
+//! | outward rounding | `friction::interval::Interval` | `operations_hold_the_exact_results`, `broken_rounding_is_caught` |
 //! | samples bound a polynomial | `circle::riesz_factor` | `samples_bound_polynomials` |
 //! | C* enclosed | [`Enclosed::critical`] | `tests/mathematics/validated.rs` against 150-bit references |
 //! | C* enclosed over a box | [`tile::Tile::prove`] | `a_tile_holds_the_points_inside`, `bounds_hold_between_the_samples_and_samples_alone_do_not`, [`super::recheck`] |
@@ -59,7 +59,8 @@
 //! | landing speed bounded | `landing_speed::Flow` | `agrees_with_the_bound_in_double_precision`, `tests/mathematics/validated.rs` |
 //!
 //! # Arithmetic
-//! `interval::Interval` rounds outwards by one unit in the last place around each operation of plain f64.
+//! `friction::interval::Interval` rounds outwards by one unit in the last place around each operation of plain
+//! f64.
 //! Sines and cosines are enclosed by half-angle formulas from exact values.
 
 pub mod any_law;
@@ -68,7 +69,6 @@ pub mod boxes;
 mod circle;
 mod defect;
 mod expansion;
-mod interval;
 mod landing_speed;
 mod mean;
 mod orbit;
@@ -81,8 +81,8 @@ mod turn;
 
 use super::{Claim, Guarantee, Test};
 use crate::friction::Column;
+use crate::friction::interval::Interval;
 use defect::{Bounds, Candidate, Groups, Sampled, radius_of_proof, sampling};
-use interval::Interval;
 use landing_speed::{Divergence, Flow};
 use orbit::{Guess, approximate};
 
@@ -184,18 +184,27 @@ impl Enclosed {
 /// The smallest damping found from which on the landing is proved, see [`super::landing`]; infinity if none
 /// is.
 fn sticks_from(lands: &dyn Fn(f64) -> bool, present_below: f64) -> f64 {
-    if present_below <= 0.0 || lands(0.0) {
+    if present_below <= 0.0 {
         return 0.0;
     }
-    if !lands(present_below) {
-        return f64::INFINITY;
+    least_proved(lands, [0.0, present_below], HALVINGS).unwrap_or(f64::INFINITY)
+}
+
+/// The smallest damping found in a range from which on the landing is proved, by so many bisections; `None` if
+/// it is not even at the end.
+fn least_proved(lands: &dyn Fn(f64) -> bool, [lo, hi]: [f64; 2], halvings: u32) -> Option<f64> {
+    if lands(lo) {
+        return Some(lo);
     }
-    let (mut failed, mut verified) = (0.0, present_below);
-    for _ in 0..HALVINGS {
+    if lo == hi || !lands(hi) {
+        return None;
+    }
+    let (mut failed, mut verified) = (lo, hi);
+    for _ in 0..halvings {
         let middle = 0.5 * (failed + verified);
         if lands(middle) { verified = middle } else { failed = middle }
     }
-    verified
+    Some(verified)
 }
 
 /// Bounds of C* over all groups, by the even part of the divergence.
@@ -229,6 +238,7 @@ fn claim(column: &Column) -> Claim {
 mod tests {
     use super::*;
     use crate::certify::test_columns::{random_columns, stribeck};
+    use crate::friction::jet::Real as _;
 
     /// c* <= c_HB is not a theorem: at k = 56 the orbit returns at c_HB. (Its margin is 2.7e-4 V, far more
     /// than the simulation's error, but this is a proof.)

@@ -2,9 +2,9 @@
 
 use super::defect::Groups;
 use super::even_part_bounds;
-use super::interval::Interval;
 use super::prover::Prover;
 use super::tile::{GroupBox, Tile};
+use crate::friction::interval::Interval;
 
 /// C* over a box of (A, k, b): pieces that cover it, each with a proof of its own or with the bounds from the
 /// even part of the divergence alone.
@@ -167,7 +167,7 @@ impl Surface {
             State::Untried | State::Failed => even,
         })
         .reduce(Interval::hull)
-        .unwrap_or(Interval::WHOLE)
+        .unwrap_or(Interval::ENTIRE)
     }
 }
 

@@ -10,8 +10,8 @@ use rayon::prelude::*;
 
 use super::circle::{Circle, reach, riesz_factor};
 use super::defect::{Bounds, Candidate, Factors, Groups, Sampled, radius_of_proof, sampling};
-use super::interval::Interval;
 use super::orbit::{Guess, Orbit, approximate};
+use crate::friction::interval::Interval;
 
 /// Degrees of the candidates in A, k and b. D is linear in A and b but not in k.
 const DEGREES: [usize; 3] = [2, 8, 2];
@@ -202,19 +202,8 @@ impl Tile {
     #[cfg(test)]
     pub(super) fn critical(&self, groups: &Groups) -> Interval {
         let Groups { a, k, b } = *groups;
-        let at = [(a, self.domain.a), (k, self.domain.k), (b, self.domain.b)].map(|(x, [lo, hi])| {
-            let (lo, hi) = (Interval::of(lo), Interval::of(hi));
-            // On an axis of no width only the constant mode is not 0.
-            let x = if lo == hi { Interval::ZERO } else { (x + x - lo - hi).over(hi - lo) };
-            // The point is in the box, so in [-1, 1] in spite of rounding.
-            let x = Interval::new(x.lo.clamp(-1.0, 1.0), x.hi.clamp(-1.0, 1.0));
-            let mut t = [Interval::ONE; HIGHEST + 1];
-            t[1] = x;
-            for n in 2..=HIGHEST {
-                t[n] = x * (t[n - 1] + t[n - 1]) - t[n - 2];
-            }
-            t
-        });
+        let at = [(a, self.domain.a), (k, self.domain.k), (b, self.domain.b)]
+            .map(|(x, range)| super::expansion::chebyshev(x, range)[0]);
         let sum = self.viscous.iter().enumerate().fold(Interval::ZERO, |sum, (mode, &c)| {
             let [i, j, l] = degrees(mode);
             sum + Interval::of(c) * (at[0][i] * at[1][j] * at[2][l])

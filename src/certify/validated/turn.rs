@@ -106,21 +106,18 @@ enum Step {
 fn difference(one: &ProvedPiece, two: &ProvedPiece, from: f64, to: f64) -> f64 {
     let series = |piece: &ProvedPiece| {
         let constant = Jet::<Interval, COUNT>::constant;
-        let u = Jet::<Interval, COUNT>::variable(Interval::constant(from), 1.0);
+        let u = Jet::<Interval, COUNT>::variable(Interval::of(from), 1.0);
         let x = (u - constant(piece.middle)) * constant(piece.scale);
         piece.c.iter().rev().fold(constant(0.0), |sum, a| sum * x + constant(*a))
     };
     let apart = series(one) - series(two);
-    let width = Interval::constant(to) - Interval::constant(from);
-    let sum = apart.0.iter().rev().fold(0.0, |sum, coefficient| {
-        (Interval::constant(sum) * width + Interval::constant(size(*coefficient))).hi
-    });
+    let width = Interval::of(to) - Interval::of(from);
+    let sum = apart
+        .0
+        .iter()
+        .rev()
+        .fold(0.0, |sum, coefficient| (Interval::of(sum) * width + Interval::of(coefficient.size())).hi);
     if sum.is_finite() { sum } else { f64::INFINITY }
-}
-
-/// Largest absolute value.
-fn size(x: Interval) -> f64 {
-    x.lo.abs().max(x.hi.abs())
 }
 
 /// All numbers within `radius` of `x`.
@@ -143,7 +140,7 @@ impl Orbit<'_> {
 
     /// Slip speeds over angles and radii.
     fn slip(&self, theta: Interval, r: Interval) -> Interval {
-        let belt = Interval::constant(self.belt_speed);
+        let belt = Interval::of(self.belt_speed);
         belt - belt * r * theta.sin_cos().1
     }
 
@@ -237,32 +234,31 @@ impl Orbit<'_> {
             polynomial
                 .iter()
                 .rev()
-                .fold(Jet::of(Interval::constant(0.0)), |sum, x| sum * offset + Jet::constant(*x))
+                .fold(Jet::of(Interval::of(0.0)), |sum, x| sum * offset + Jet::constant(*x))
         };
         // The angle at the end of the step is a number, and the width is its difference, nearly or exactly.
-        let width = Interval::constant(theta + width) - Interval::constant(theta);
+        let width = Interval::of(theta + width) - Interval::of(theta);
         let span = Interval::new(0.0, width.hi);
-        let angles = Interval::constant(theta) + span;
+        let angles = Interval::of(theta) + span;
         let parts = |at: Interval| {
             let r = shifted(at);
-            let angle = Jet::variable(Interval::constant(theta) + at, 1.0);
+            let angle = Jet::variable(Interval::of(theta) + at, 1.0);
             let [f, ..] = self.field(&piece, angle, r);
             let defect: [Interval; ORDER] = std::array::from_fn(|k| match k + 1 < ORDER {
-                true => r.0[k + 1] * Interval::constant((k + 1) as f64) - f.0[k],
+                true => r.0[k + 1] * Interval::of((k + 1) as f64) - f.0[k],
                 false => -f.0[k],
             });
             (r, defect)
         };
-        let (_, begin) = parts(Interval::constant(0.0));
+        let (_, begin) = parts(Interval::of(0.0));
         let (along, whole) = parts(span);
         let (values, end) = (along.0[0], shifted(width).0[0]);
-        let ends =
-            [[Interval::constant(theta), Interval::constant(r)], [Interval::constant(theta) + width, end]];
+        let ends = [[Interval::of(theta), Interval::of(r)], [Interval::of(theta) + width, end]];
         let mut defect = whole[ORDER - 1] * span.powi(ORDER as i32 - 1);
         for (k, coefficient) in begin.iter().enumerate().take(ORDER - 1) {
             defect = defect + if k == 0 { *coefficient } else { *coefficient * span.powi(k as i32) };
         }
-        let defect = size(defect);
+        let defect = defect.size();
         if !(defect.is_finite() && values.is_bounded()) {
             return half;
         }
@@ -277,14 +273,14 @@ impl Orbit<'_> {
             if !(speed.0[0].lo - delta > SLOWEST && delta <= SLOWEST) {
                 return if width.hi < 1e-3 { Err(Obstacle::NoAngle) } else { half };
             }
-            let sweep = size(by_divergence.0[0]) * (1.0 + 4.0 * delta / SLOWEST);
+            let sweep = by_divergence.0[0].size() * (1.0 + 4.0 * delta / SLOWEST);
             let growth = (f.0[1] * width).exp().hi;
-            let added = (Interval::constant(defect) + Interval::constant(sweep) * Interval::constant(delta))
+            let added = (Interval::of(defect) + Interval::of(sweep) * Interval::of(delta))
                 * width
-                * Interval::constant(growth.max(1.0));
-            let reached = (Interval::constant(growth) * Interval::constant(error) + added).hi;
+                * Interval::of(growth.max(1.0));
+            let reached = (Interval::of(growth) * Interval::of(error) + added).hi;
             // During the step the bound is at most this.
-            let on_the_way = (Interval::constant(growth.max(1.0)) * Interval::constant(error) + added).hi;
+            let on_the_way = (Interval::of(growth.max(1.0)) * Interval::of(error) + added).hi;
             if !on_the_way.is_finite() {
                 return half;
             }
@@ -311,14 +307,14 @@ impl Orbit<'_> {
             if rest <= 0.0 {
                 // Between the number below 2 pi and 2 pi itself, the change of r is of the order of the
                 // square of their difference.
-                return Ok(around(Interval::constant(r), error + f64::EPSILON));
+                return Ok(around(Interval::of(r), error + f64::EPSILON));
             }
             let last = width >= rest;
             match self.step(theta, r, error, width.min(rest))? {
                 Step::Taken { end: reached, error: uncertain } => {
                     theta = if last { end.lo } else { theta + width };
                     r = 0.5 * (reached.lo + reached.hi);
-                    error = (uncertain + size(reached - Interval::constant(r))).next_up();
+                    error = (uncertain + (reached - Interval::of(r)).size()).next_up();
                     usual = if width < usual { usual } else { (1.5 * usual).min(STEPS[0]) };
                     width = usual;
                 }
@@ -361,7 +357,7 @@ pub(super) fn critical(law: &Weakening, belt_speed: f64, bounds: [f64; 2]) -> ([
         left -= 1;
         let orbit = Orbit { law, belt_speed, viscous: at, size: scale };
         let margin = match orbit.turn(&mut steps) {
-            Ok(end) => end - Interval::constant(1.0),
+            Ok(end) => end - Interval::of(1.0),
             Err(why) => {
                 obstacle = Some(why);
                 break;

@@ -19,7 +19,7 @@ use std::collections::HashSet;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::interval::Interval;
-use super::jet::{Jet, Real};
+use super::jet::{Jet, Points, Real};
 use super::{Gradient, NoFirstOrder, Parameter};
 use crate::point::{LawParameters, MAX_LAW_PARAMETERS};
 use parse::{DEEPEST, Function, Op, Place, Tape};
@@ -291,6 +291,11 @@ impl ExpressionCurve {
         if slope.is_finite() || u >= 0.0 { -slope } else { -self.series::<f64, 2>(0.0).0[1] }
     }
 
+    /// The same at several slip speeds >= 0, for which the tape is run once.
+    pub(super) fn weakenings<const N: usize>(&self, u: [f64; N]) -> [f64; N] {
+        (-self.series::<Points<N>, 2>(Points(u)).0[1]).0
+    }
+
     /// Derivatives of the weakening rate, by series in eps and in one parameter after the other.
     pub(super) fn gradient(&self, u: f64) -> Gradient {
         type Mixed = Jet<Jet<f64, 2>, 2>;
@@ -340,7 +345,7 @@ impl ExpressionCurve {
         while let Some((a, b)) = pieces.pop() {
             let mut culprit = None;
             let u = Jet::<Interval, 3>::variable(Interval::new(a, b), 1.0);
-            let epsilon = Jet::of(Interval::thin(self.epsilon));
+            let epsilon = Jet::of(Interval::of(self.epsilon));
             self.run(u, epsilon, |number, jet: &Jet<Interval, 3>| {
                 let bounded = jet.0[0].is_bounded() && jet.0[1].is_bounded();
                 if culprit.is_none() && !bounded {

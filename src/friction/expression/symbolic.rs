@@ -23,13 +23,13 @@ impl Default for Enclosed {
 
 impl From<f32> for Enclosed {
     fn from(x: f32) -> Self {
-        Self(Interval::thin(x.into()))
+        Self(Interval::of(x.into()))
     }
 }
 
 impl From<u8> for Enclosed {
     fn from(x: u8) -> Self {
-        Self(Interval::thin(x.into()))
+        Self(Interval::of(x.into()))
     }
 }
 
@@ -37,7 +37,7 @@ impl FromStr for Enclosed {
     type Err = std::num::ParseFloatError;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        text.parse().map(|x| Self(Interval::thin(x)))
+        text.parse().map(|x| Self(Interval::of(x)))
     }
 }
 
@@ -119,8 +119,8 @@ fn derivatives_are_those_of_the_formulas() {
 fn check(text: &str, u: f64, epsilon: f64, a: f64) -> Result<(), TestCaseError> {
     let law = Expression::new(text, 1.0).unwrap();
     let curve = law.curve(epsilon, &LawParameters::new(&[a][..law.parameters().len()]));
-    let slip = Jet::<Jet<Interval, 2>, 4>::variable(Jet::of(Interval::thin(u)), 1.0);
-    let size = Jet::of(Jet::variable(Interval::thin(epsilon), 1.0));
+    let slip = Jet::<Jet<Interval, 2>, 4>::variable(Jet::of(Interval::of(u)), 1.0);
+    let size = Jet::of(Jet::variable(Interval::of(epsilon), 1.0));
     let series = curve.run(slip, size, |_, _| ());
     let rounded = curve.run(
         Jet::<Jet<f64, 2>, 4>::variable(Jet::of(u), 1.0),
@@ -137,7 +137,7 @@ fn check(text: &str, u: f64, epsilon: f64, a: f64) -> Result<(), TestCaseError> 
             "eps" => epsilon,
             _ => a,
         })
-        .map(|x| Enclosed(Interval::thin(x)))
+        .map(|x| Enclosed(Interval::of(x)))
         .collect();
     for by_epsilon in 0..2 {
         for by_u in 0..4 {
@@ -146,7 +146,7 @@ fn check(text: &str, u: f64, epsilon: f64, a: f64) -> Result<(), TestCaseError> 
             let index = |name: &str| names.iter().position(|known| known == name);
             let order = [("u", by_u), ("eps", by_epsilon)];
             let symbolic = if order.iter().any(|(name, times)| *times > 0 && index(name).is_none()) {
-                Interval::thin(0.0)
+                Interval::of(0.0)
             } else {
                 let each = order.iter().flat_map(|(name, times)| std::iter::repeat_n(index(name), *times));
                 let each: Vec<usize> = each.flatten().collect();

@@ -184,3 +184,12 @@ fn continued_below_zero_slip_as_written_or_flat() {
     let curve = at("(1 + 10*u)^0.5", 0.1, &[]);
     assert_eq!(curve.weakening(-0.5), curve.weakening(0.0));
 }
+
+#[test]
+fn several_slip_speeds_at_once_give_the_same_numbers() {
+    let text = "1 - 0.1*tanh(3*u) + 0.2*exp(-u)*sin(2*u)*cos(u) + sqrt(1 + u)/(2 + u^2) - 0.1*ln(1 + u)*atan(u) \
+                + 0.01*cosh(u) - 0.02*sinh(0.5*u) + 0.1*tan(0.2*u) + abs(u - 9)*eps + (1 + u)^0.3";
+    let curve = at(text, 0.1, &[]);
+    let speeds = [0.0, 0.3, 1.0, 2.5, 7.0];
+    assert_eq!(curve.weakenings(speeds), speeds.map(|u| curve.weakening(u)));
+}

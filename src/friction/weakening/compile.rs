@@ -4,7 +4,7 @@ use std::sync::{Arc, LazyLock};
 
 use super::{Bend, COUNT, Piece, Places, Trend, Weakening};
 use crate::friction::interval::Interval;
-use crate::friction::jet::{Jet, Real as _};
+use crate::friction::jet::Jet;
 use crate::friction::{Form, Range, Table};
 
 /// Largest number of pieces of a curve; what remains is then compiled as it is, with whatever error it has.
@@ -184,7 +184,7 @@ impl Compiler<'_> {
 fn piece(law: &Form, a: f64, b: f64, size: &mut f64, last: bool) -> Option<Piece> {
     let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
     let points = POINTS.map(|x| (middle + half * x).clamp(a, b));
-    let values = points.map(|u| law.weakening(u));
+    let values = law.weakenings(points);
     let largest =
         values.iter().map(|value| value.abs()).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a });
     let (c, tail) = fit(&values);
@@ -213,7 +213,7 @@ fn piece(law: &Form, a: f64, b: f64, size: &mut f64, last: bool) -> Option<Piece
     // In units of the half-width, so that no power of it leaves the normal numbers.
     let proof = law.series(Interval::new(a, b), half.next_up()).map(|phi| {
         // Coefficients of w are those of phi' with the other sign.
-        let highest = Interval::constant(COUNT as f64 + 1.0) * phi.0[COUNT + 1] / Interval::thin(half);
+        let highest = Interval::of(COUNT as f64 + 1.0) * phi.0[COUNT + 1] / Interval::of(half);
         let remainder = ROOM * 2.0 * 0.5f64.powi(COUNT as i32) * highest.lo.abs().max(highest.hi.abs());
         (phi, remainder)
     });
@@ -222,7 +222,7 @@ fn piece(law: &Form, a: f64, b: f64, size: &mut f64, last: bool) -> Option<Piece
             return None;
         }
         let residual = points.iter().map(|&u| {
-            let exact = law.series::<2>(Interval::thin(u), 1.0).map_or(Interval::ENTIRE, |phi| -phi.0[1]);
+            let exact = law.series::<2>(Interval::of(u), 1.0).map_or(Interval::ENTIRE, |phi| -phi.0[1]);
             let found = piece.at(u);
             (exact.hi - found).abs().max((found - exact.lo).abs())
         });
@@ -235,11 +235,9 @@ fn piece(law: &Form, a: f64, b: f64, size: &mut f64, last: bool) -> Option<Piece
         }
     }
     // The error of an interpolant is largest between the points.
-    let between = points.windows(2).map(|pair| {
-        let u = 0.5 * (pair[0] + pair[1]);
-        (piece.at(u) - law.weakening(u)).abs()
-    });
-    piece.estimate = 2.0 * between.fold(0.0, f64::max) + round_off;
+    let between: [f64; COUNT - 1] = std::array::from_fn(|i| 0.5 * (points[i] + points[i + 1]));
+    let off = between.iter().zip(law.weakenings(between)).map(|(&u, w)| (piece.at(u) - w).abs());
+    piece.estimate = 2.0 * off.fold(0.0, f64::max) + round_off;
     (*size, piece.size) = (size_here, size_here);
     Some(piece)
 }
@@ -267,7 +265,7 @@ impl Piece {
         self.trend = Trend::of(slope);
         if self.trend == Trend::Unknown && self.bend != Bend::Unknown {
             // A monotone slope lies between its values at the ends.
-            let [at_a, at_b] = [a, b].map(|u| law.series::<3>(Interval::thin(u), 1.0));
+            let [at_a, at_b] = [a, b].map(|u| law.series::<3>(Interval::of(u), 1.0));
             if let Some((at_a, at_b)) = at_a.zip(at_b) {
                 self.trend = Trend::of((-at_a.derivative(2)).hull(-at_b.derivative(2)));
             }
@@ -286,12 +284,12 @@ fn compile_table(table: &Table, breaks: &mut Vec<f64>, pieces: &mut Vec<Piece>) 
             let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
             let scale = 1.0 / half;
             // w in x, with t = u - from = start + x / scale.
-            let start = Interval::thin(middle) - Interval::thin(from);
-            let width = Interval::constant(1.0) / Interval::thin(scale);
+            let start = Interval::of(middle) - Interval::of(from);
+            let width = Interval::of(1.0) / Interval::of(scale);
             let [w0, w1, w2] = parabola.coefficients;
             let exact = [
                 w0 + start * (w1 + start * w2),
-                width * (w1 + Interval::constant(2.0) * start * w2),
+                width * (w1 + Interval::of(2.0) * start * w2),
                 width * width * w2,
             ];
             let mut c = [0.0; COUNT];

@@ -64,7 +64,7 @@ fn errors_hold_and_are_small() {
         assert!(worst <= 1e-13 * largest, "{worst} of {largest}: {curve:?}");
         for u in slips(reach) {
             // Where there is no formula, the law is a parabola with a few roundings.
-            let exact = curve.form.series::<2>(Interval::thin(u), 1.0).map_or_else(
+            let exact = curve.form.series::<2>(Interval::of(u), 1.0).map_or_else(
                 || Interval::new(curve.weakening(u) - 1e-14 * largest, curve.weakening(u) + 1e-14 * largest),
                 |phi| -phi.0[1],
             );
