@@ -198,11 +198,11 @@ impl Places {
         Self { first, pieces: pieces.collect() }
     }
 
-    /// A piece that does not begin beyond `u`, 0 <= u <= reach.
+    /// A piece that does not begin beyond `u`, 0 <= u <= reach; `None` where u has no key.
     #[inline(always)]
-    fn guess(&self, u: f64) -> usize {
-        let key = Self::key(u);
-        if key < self.first { 0 } else { self.pieces[(key - self.first) as usize] as usize }
+    fn guess(&self, u: f64) -> Option<usize> {
+        let key = Self::key(u).checked_sub(self.first)?;
+        Some(self.pieces[key as usize] as usize)
     }
 }
 
@@ -226,11 +226,18 @@ impl Weakening {
     /// The number of the piece that contains `u`, 0 <= u <= reach.
     #[inline(always)]
     pub(crate) fn piece_of(&self, u: f64) -> usize {
-        let mut piece = self.places.guess(u);
+        let Some(mut piece) = self.places.guess(u) else { return self.piece_next_to_zero(u) };
         while piece + 1 < self.pieces.len() && self.breaks[piece + 1] <= u {
             piece += 1;
         }
         piece
+    }
+
+    /// The same below all keys, where a law that is steep at rest has up to a thousand octaves of pieces.
+    #[cold]
+    fn piece_next_to_zero(&self, u: f64) -> usize {
+        let below_keys = self.places.pieces[0] as usize;
+        self.breaks[1..=below_keys].partition_point(|end| *end <= u)
     }
 
     /// The polynomial of a piece, see [`Weakening::piece_of`].
