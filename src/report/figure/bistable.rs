@@ -1,5 +1,6 @@
 //! The bistable band: dampings between the loss of stability of the equilibrium and the critical damping,
-//! at which steady slip and the stick-slip cycle both attract.
+//! at which steady slip and the stick-slip cycle both attract. Where the critical damping is the smaller one, a
+//! slip cycle attracts between the two.
 
 use super::super::text::rich;
 use super::super::units::{Label, View};
@@ -8,21 +9,27 @@ use super::curves::Budget;
 use super::data::Data;
 use super::legend::{Legend, Sample};
 use super::panels::{Panel, Panels, write_heading};
-use super::scene::{Fill, Hatch, Marker, Place, Scene, Stroke, Width};
+use super::scene::{Marker, Place, Scene, Stroke, Width};
 use super::slice::equals;
 use super::{Figure, at_each_width, curves, palette};
+use crate::map::Regime;
 
-const BISTABLE: Fill = Fill::hatched(palette::SKY, Hatch::Rising, palette::BLACK);
+/// What attracts on either side of the two curves; cycles that begin at folds are left out.
+const AREAS: [Regime; 4] = [Regime::StickSlip, Regime::Bistable, Regime::PureSlip, Regime::Equilibrium];
 
 /// The smallest positive double: curves begin at a part of the first node, which may round to zero.
 const SMALLEST: f64 = f64::from_bits(1);
+
+/// Largest part of the damping axis that the loss of stability may take, in critical dampings.
+const MOST_OF_HOPF: f64 = 3.0;
 
 const HOPF: Stroke = Stroke { color: palette::BLACK, width: 0.8, dash: &[3.0, 2.0] };
 const CRITICAL: Stroke = Stroke::solid(palette::BLACK, 1.0);
 
 /// The figure: (a) the band in the plane of V and c at the largest eps, (b) its width against eps. For a
-/// machine, where eps has no meaning, only the band.
-pub(crate) fn bistable(view: &View) -> Figure {
+/// machine, for laws that do not vanish with eps, and where no band is found, only the plane. `None` for a map without a
+/// positive critical damping.
+pub(crate) fn bistable(view: &View) -> Option<Figure> {
     let budget = Budget::of_figure();
     let map = view.map;
     let axes = map.grid().axes();
@@ -36,19 +43,22 @@ pub(crate) fn bistable(view: &View) -> Figure {
         _ if last > 5.0 * first => Scale::logarithmic(first, last),
         _ => Scale::linear(first, last),
     };
-    let samples = curves::samples(full);
+    let samples = curves::few_samples(full);
     let roots = curves::exact(&curves::columns(map, &index, v, &samples), &budget);
     let x = curves::cut(full, &samples, |i| roots[i]);
-    let values = curves::samples(x);
+    let values = budget.samples(x);
     let columns = curves::columns(map, &index, v, &values);
     let upper = curves::exact(&columns, &budget);
     let lower: Vec<f64> = columns.iter().map(curves::stability).collect();
     let most = upper.iter().copied().filter(|c| c.is_finite()).fold(0.0, f64::max);
-    let y = Scale::linear(0.0, 1.15 * most);
+    if most == 0.0 {
+        return None;
+    }
+    let stable = upper.iter().zip(&lower).filter(|(c, _)| c.is_finite()).map(|(_, hopf)| *hopf);
+    let y = Scale::linear(0.0, 1.15 * stable.fold(most, f64::max).min(MOST_OF_HOPF * most));
     let (x_label, y_label) = (view.axis(&axes[v]), view.axis(&axes[v + 1]));
     let (x, y) = (x.in_unit(x_label.factor), y.in_unit(y_label.factor));
     let held = view.held(&index, &[0, v, v + 1]);
-    let alone = view.units.machine().is_some();
 
     let epsilons = &axes[0].values;
     let widths = Scale::logarithmic(
@@ -76,10 +86,11 @@ pub(crate) fn bistable(view: &View) -> Figure {
         .collect();
     let drawn = || bands.iter().flat_map(|(_, width)| width).copied().filter(|width| width.is_finite());
     let (least, largest) = (drawn().fold(f64::INFINITY, f64::min), drawn().fold(0.0, f64::max));
-    let width_scale = if least < largest {
-        Scale::logarithmic(0.8 * least, 1.5 * largest)
-    } else {
-        Scale::logarithmic(1e-6, 1.0)
+    let vanishes = columns[0].curve.first_order(columns[0].belt_speed).is_ok();
+    let alone = view.units.machine().is_some() || !vanishes || least >= largest;
+    let width_scale = match alone {
+        true => Scale::logarithmic(1.0, 1.0),
+        false => Scale::logarithmic(0.8 * least, 1.5 * largest),
     };
 
     let scenes = at_each_width(|width| {
@@ -97,12 +108,8 @@ pub(crate) fn bistable(view: &View) -> Figure {
         band(&mut scene, &panel, &values, &lower, &upper);
         first.axes(&mut scene, &x_label.text(), &y_label.text());
         let mut legend = Legend::default();
-        for (fill, name) in [
-            (palette::PRESENT, "stick-slip only"),
-            (BISTABLE, "stick-slip and steady slip"),
-            (palette::ABSENT, "steady slip only"),
-        ] {
-            legend.add(Sample::Area(fill), rich(name));
+        for regime in AREAS {
+            legend.add(Sample::Area(palette::regime(regime)), rich(palette::regime_words(regime)));
         }
         legend.add(Sample::Line(HOPF), rich("equilibrium becomes stable"));
         legend.add(Sample::Line(CRITICAL), rich("critical damping"));
@@ -121,19 +128,18 @@ pub(crate) fn bistable(view: &View) -> Figure {
             (Stroke { color: palette::VERMILION, width: 1.2, dash: &[5.0, 2.0] }, Marker::Square),
             (Stroke { color: palette::GREEN, width: 1.2, dash: &[1.5, 1.5] }, Marker::Triangle),
         ];
-        for (turn, ((speed, widths), (stroke, marker))) in bands.iter().zip(styles).enumerate() {
+        let drawn = bands.iter().filter(|(_, widths)| widths.iter().any(|width| width.is_finite()));
+        for (turn, ((speed, widths), (stroke, marker))) in drawn.zip(styles).enumerate() {
             let style = palette::MethodStyle { stroke, marker };
             curves::draw(&mut scene, &panel, &eps_values, widths, &style, 2 * turn);
             legend.add(Sample::Method(style), equals("V", *speed));
         }
         // A guide of slope 2 below the curves.
-        if least < largest {
-            let (from, to) = (widths.value(0.35), widths.value(0.75));
-            let start = width_scale.value(0.12);
-            let line = [panel.place(from, start), panel.place(to, start * (to / from) * (to / from))];
-            scene.clipped(panel.rect, |scene| scene.line(&line, &curves::GUIDE));
-            legend.add(Sample::Line(curves::GUIDE), rich("slope of {epsilon^2}"));
-        }
+        let (from, to) = (widths.value(0.35), widths.value(0.75));
+        let start = width_scale.value(0.12);
+        let line = [panel.place(from, start), panel.place(to, start * (to / from) * (to / from))];
+        scene.clipped(panel.rect, |scene| scene.line(&line, &curves::GUIDE));
+        legend.add(Sample::Line(curves::GUIDE), rich("slope of {epsilon^2}"));
         panel.title(&mut scene, &rich("(b) width of the band"));
         second.axes(&mut scene, &rich("{epsilon}"), &rich("width in {c}"));
         let bottom = first.bottom.max(second.bottom);
@@ -141,12 +147,13 @@ pub(crate) fn bistable(view: &View) -> Figure {
         scene
     });
     let caption = rich(
-        "Bistable band between the damping at which the equilibrium becomes stable and the critical damping",
+        "What attracts below and above the damping at which the equilibrium becomes stable and the critical damping",
     )
     .taken_at(held)
+    .then(rich(". Cycles that begin at folds are left out."))
     .then(rich(match alone {
-        true => ".",
-        false => ". (b) Its width at legal dampings {c} ≥ 0, against {epsilon}.",
+        true => "",
+        false => " (b) Width of the bistable band at legal dampings {c} ≥ 0, against {epsilon}.",
     }));
     let scaled = |numbers: &[f64], factor: f64| numbers.iter().map(|number| number * factor).collect();
     let header = |key: &str| Label { key: key.into(), ..y_label.clone() }.header();
@@ -154,22 +161,33 @@ pub(crate) fn bistable(view: &View) -> Figure {
         .reals(x_label.header(), scaled(&values, x_label.factor))
         .reals(header("equilibrium_stable_from"), scaled(&lower, y_label.factor))
         .reals(header("critical_damping"), scaled(&upper, y_label.factor));
-    Figure { name: "bistable".into(), caption, scenes, data }
+    Some(Figure { name: "bistable".into(), caption, scenes, data })
 }
 
-/// The three areas between the curves and the frame.
+/// The areas between the curves and the frame, wherever there is a critical damping.
 fn band(scene: &mut Scene, panel: &Panel, x: &[f64], lower: &[f64], upper: &[f64]) {
-    scene.rect(panel.rect, palette::ABSENT);
-    let under = |curve: &dyn Fn(usize) -> f64| -> Vec<Place> {
-        let finite = |c: f64| if c.is_finite() { c.max(panel.y.from) } else { panel.y.from };
-        let top = (0..x.len()).map(|i| panel.place(x[i], finite(curve(i))));
-        top.chain([panel.place(x[x.len() - 1], panel.y.from), panel.place(x[0], panel.y.from)]).collect()
-    };
-    scene.clipped(panel.rect, |scene| {
-        scene.area(&[under(&|i| upper[i])], BISTABLE);
-        scene.area(&[under(&|i| lower[i].min(upper[i]))], palette::PRESENT);
-        let line = |curve: &[f64]| x.iter().zip(curve).map(|(&x, &y)| panel.place(x, y)).collect::<Vec<_>>();
-        scene.line(&line(lower), &HOPF);
-        scene.line(&line(upper), &CRITICAL);
-    });
+    let known = |i: usize| upper[i].is_finite();
+    let ends = |i: usize| known(i) && (i == 0 || !known(i - 1));
+    for first in (0..x.len()).filter(|&i| ends(i)) {
+        let last = (first..x.len()).take_while(|&i| known(i)).last().unwrap_or(first);
+        let under = |curve: &dyn Fn(usize) -> f64| -> Vec<Place> {
+            let top = (first..=last).map(|i| panel.place(x[i], curve(i).max(panel.y.from)));
+            top.chain([panel.place(x[last], panel.y.from), panel.place(x[first], panel.y.from)]).collect()
+        };
+        scene.clipped(panel.rect, |scene| {
+            let mut fill = |curve: &dyn Fn(usize) -> f64, regime| {
+                scene.area(&[under(curve)], palette::regime(regime));
+            };
+            // Each area covers a part of the one before.
+            fill(&|_| panel.y.to, Regime::Equilibrium);
+            fill(&|i| lower[i], Regime::PureSlip);
+            fill(&|i| upper[i], Regime::Bistable);
+            fill(&|i| lower[i].min(upper[i]), Regime::StickSlip);
+            let line = |curve: &[f64]| -> Vec<Place> {
+                (first..=last).map(|i| panel.place(x[i], curve[i])).collect()
+            };
+            scene.line(&line(lower), &HOPF);
+            scene.line(&line(upper), &CRITICAL);
+        });
+    }
 }

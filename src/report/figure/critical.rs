@@ -15,8 +15,8 @@ use super::{Figure, at_each_width, curves, palette};
 /// If a map has only one V, the range of V shown, as a factor up and down.
 const SPREAD: f64 = 10.0;
 
-/// Critical damping against V, one panel per eps.
-pub(crate) fn critical(view: &View) -> Figure {
+/// Critical damping against V, one panel per eps; `None` if no method claims a cycle anywhere.
+pub(crate) fn critical(view: &View) -> Option<Figure> {
     let budget = Budget::of_figure();
     let map = view.map;
     let axes = map.grid().axes();
@@ -40,15 +40,23 @@ pub(crate) fn critical(view: &View) -> Figure {
         epsilons.iter().map(of).collect()
     };
     // Leave out belts so fast that no method claims a cycle.
-    let values = curves::samples(full);
+    let values = curves::few_samples(full);
     let all = curves_over(&values);
     let x = curves::cut(full, &values, |i| {
         all.iter().flatten().map(|(_, curve)| curve[i]).fold(f64::NEG_INFINITY, f64::max)
     });
-    let values = curves::samples(x);
+    let values = budget.samples(x);
     let panels = curves_over(&values);
+    let is_drawn = |name: &str| {
+        let of = panels.iter().flatten().filter(|(method, _)| method == name);
+        of.flat_map(|(_, curve)| curve).any(|c| c.is_finite() && *c >= 0.0)
+    };
     let most = panels.iter().flatten().flat_map(|(_, curve)| curve).copied().filter(|c| c.is_finite());
-    let y = Scale::linear(0.0, most.fold(0.0, f64::max) * 1.04);
+    let most = most.fold(0.0, f64::max);
+    if most == 0.0 {
+        return None;
+    }
+    let y = Scale::linear(0.0, most * 1.04);
     let (x_label, y_label) = (view.axis(&axes[v]), view.axis(&axes[c]));
     let (x, y) = (x.in_unit(x_label.factor), y.in_unit(y_label.factor));
     let y_name = match y_label.unit {
@@ -65,7 +73,7 @@ pub(crate) fn critical(view: &View) -> Figure {
             for (turn, (name, curve)) in methods.iter().enumerate() {
                 let style = palette::method(name);
                 curves::draw(&mut scene, panel, &values, curve, &style, turn);
-                if i == 0 {
+                if i == 0 && is_drawn(name) {
                     legend.add(Sample::Method(style), super::verdict_panels::method_title(name));
                 }
             }
@@ -98,5 +106,5 @@ pub(crate) fn critical(view: &View) -> Figure {
         let numbers = panels.iter().flat_map(|panel| &panel[position].1).map(|c| c * label.factor);
         data = data.reals(label.header(), numbers.collect());
     }
-    Figure { name: "critical-damping".into(), caption, scenes, data }
+    Some(Figure { name: "critical-damping".into(), caption, scenes, data })
 }

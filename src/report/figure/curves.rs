@@ -13,15 +13,17 @@ use crate::store::MapFile;
 
 /// Number of points of a curve.
 const POINTS: usize = 160;
+/// The same where only its extent is asked for.
+const FEW_POINTS: usize = 24;
 /// Number of marks on a curve.
 const MARKS: usize = 6;
 /// Accuracy of critical dampings in figures, far below the width of a line.
 const TOLERANCE: f64 = 1e-9;
-/// Budget of the curves of a figure: evaluations of the right-hand side of the Stribeck law, some fifty times
-/// those that ordinary curves take, and a second or two.
-const MOST_WORK: u64 = 10_000_000;
+/// Budget of the curves of a figure: evaluations of the right-hand side of the Stribeck law, some hundred
+/// times those that ordinary curves take, and a few seconds.
+const MOST_WORK: u64 = 20_000_000;
 /// Work counted for a column without an answer, which takes up to a second.
-const FAILURE: u64 = MOST_WORK / 2;
+const FAILURE: u64 = MOST_WORK / 4;
 /// Number of columns that are solved together: few, since all of them may fail.
 const TOGETHER: usize = 2;
 
@@ -30,12 +32,19 @@ pub(super) fn samples(scale: Scale) -> Vec<f64> {
     (0..=POINTS).map(|i| scale.value(i as f64 / POINTS as f64)).collect()
 }
 
+/// A few evenly spaced numbers on a scale, to find the part of it that is drawn.
+pub(super) fn few_samples(scale: Scale) -> Vec<f64> {
+    (0..=FEW_POINTS).map(|i| scale.value(i as f64 / FEW_POINTS as f64)).collect()
+}
+
 /// A scale without the part at its end where no value is positive; unchanged if no value is positive
-/// anywhere. `most` is the largest value at each sample of the scale.
+/// anywhere. `most` is the largest value at each of the [`few_samples`].
 pub(super) fn cut(scale: Scale, samples: &[f64], most: impl Fn(usize) -> f64) -> Scale {
     match (0..samples.len()).rev().find(|&i| most(i) > 0.0) {
         Some(last) => {
-            let end = (1.05 * scale.unit(samples[last]) + 0.02).min(1.0);
+            // The values end before the next sample.
+            let next = samples.get(last + 1).unwrap_or(&samples[last]);
+            let end = (scale.unit(*next) + 0.02).min(1.0);
             Scale { to: scale.value(end), ..scale }
         }
         None => scale,
@@ -65,19 +74,29 @@ impl Budget {
         Self(Cell::new(MOST_WORK))
     }
 
+    /// The samples of a scale, and fewer where the [`few_samples`] computed so far let them exceed the budget.
+    pub(super) fn samples(&self, scale: Scale) -> Vec<f64> {
+        let left = self.0.get();
+        let each = (POINTS / FEW_POINTS + 1) as u64;
+        if (MOST_WORK - left).saturating_mul(each) <= left { samples(scale) } else { few_samples(scale) }
+    }
+
     fn spend(&self, work: u64) {
         self.0.set(self.0.get().saturating_sub(work));
     }
 
     /// The exact critical dampings of the first columns, as many as the budget holds; NaN where there is none.
     fn solve(&self, columns: &[Column]) -> Vec<f64> {
-        let mut found = Vec::with_capacity(columns.len());
+        let mut found: Vec<f64> = Vec::with_capacity(columns.len());
         for some in columns.chunks(TOGETHER) {
             if self.0.get() == 0 {
                 break;
             }
             for (column, root) in some.iter().zip(critical_dampings(some, TOLERANCE)) {
-                self.spend(column.curve.compiling_work(column.belt_speed));
+                // Columns that differ in V share the compiled form of their law.
+                if found.len().checked_sub(1).is_none_or(|before| columns[before].curve != column.curve) {
+                    self.spend(column.curve.compiling_work(column.belt_speed));
+                }
                 self.spend(root.map_or(FAILURE, |root| root.rhs.saturating_mul(column.curve.cost())));
                 found.push(root.map_or(f64::NAN, |root| root.c));
             }

@@ -71,9 +71,9 @@ pub fn all(view: &View, report: &Report) -> Result<Vec<Figure>, ReportError> {
         &|| curve_planes::curve_planes(view),
         &|| verdict_panels::verdict_panels(view),
         &|| Ok(deciders::deciders(view, report)?.into_iter().collect()),
-        &|| Ok(vec![critical::critical(view)]),
+        &|| Ok(critical::critical(view).into_iter().collect()),
         &|| Ok(errors::errors(view, report).into_iter().collect()),
-        &|| Ok(vec![bistable::bistable(view)]),
+        &|| Ok(bistable::bistable(view).into_iter().collect()),
         &|| Ok(portraits::portraits(view).into_iter().collect()),
     ];
     // Several figures need them, and none should wait for another.
