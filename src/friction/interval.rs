@@ -1,11 +1,11 @@
 //! Interval arithmetic with outward rounding, in plain f64.
 //!
-//! Every operation computes in the processor's round-to-nearest mode, whose error is at most half a unit in the
-//! last place, and moves both ends outwards by at least a whole one, underflow included (elementary functions by
-//! four: the error of the platform's mathematics library is assumed to be less). So an enclosure is a theorem
-//! about the real function, whatever the compiler's flags and the processor's state. Where an operation is not
-//! defined on the whole operand, the result is the whole line. The crate `inari` was not used because it needs
-//! AVX and FMA enabled for the whole build, and GMP.
+//! Every operation computes in the processor's round-to-nearest mode, whose error is at most half a unit in
+//! the last place, and moves both ends outwards by at least a whole one, underflow included (elementary
+//! functions by four: the error of the platform's mathematics library is assumed to be less). So an enclosure
+//! is a theorem about the real function, whatever the compiler's flags and the processor's state. Where an
+//! operation is not defined on the whole operand, the result is the whole line. The crate `inari` was not
+//! used because it needs AVX and FMA enabled for the whole build, and GMP.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 

@@ -70,7 +70,8 @@ impl Real for f64 {
     }
 }
 
-/// Several numbers, to each of which every operation is applied: a formula is interpreted once for all of them.
+/// Several numbers, to each of which every operation is applied: a formula is interpreted once for all of
+/// them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Points<const N: usize>(pub(crate) [f64; N]);
 

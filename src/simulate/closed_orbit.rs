@@ -175,8 +175,8 @@ pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Resu
 /// The C at which the orbit through the maximum `radius` of x2 closes, by turns between bounds of the even
 /// part of the weakening rate (theory, "The backbone"): for orbits on which Newton's method for the whole
 /// orbit does not converge; `Err` with the cost where the polar form has no answer for a turn of the search.
-/// These are not rare among wavy laws: [`closing_damping_of_node`] alone leaves errors of 2e-9 on them, and runs
-/// out of the budget.
+/// These are not rare among wavy laws: [`closing_damping_of_node`] alone leaves errors of 2e-9 on them, and
+/// runs out of the budget.
 pub(super) fn closing_damping_by_turns(
     curve: &Curve,
     belt_speed: f64,

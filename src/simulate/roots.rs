@@ -122,8 +122,8 @@ pub(super) fn falling_root<E>(
 const MOST_TRIALS: u32 = 100;
 
 /// The fixed point of a return map between two places, at one of which it leads outward and at the other
-/// inward, to a tenth of `tolerance`, relative: by Newton's method where that stays between. `map` returns whether it
-/// leads outward and, where the orbit returns, the next place and the slope.
+/// inward, to a tenth of `tolerance`, relative: by Newton's method where that stays between. `map` returns
+/// whether it leads outward and, where the orbit returns, the next place and the slope.
 ///
 /// # Errors
 /// Those of `map`.

@@ -23,7 +23,8 @@ const LEBESGUE: f64 = 2.6;
 /// Allowance for the rounding of the points in the product of the distances to them.
 const ROOM: f64 = 1.001;
 
-/// The Chebyshev points in [-1, 1].
+/// The Chebyshev points of the first kind in [-1, 1]. The ends of a piece, where a formula may be undefined,
+/// are not among them, as they are among those of `simulate::chebyshev`, which are refined by halving.
 static POINTS: LazyLock<[f64; COUNT]> = LazyLock::new(|| std::array::from_fn(|j| angle(j).cos()));
 /// Chebyshev coefficient k as a sum of the values at the points.
 static TRANSFORM: LazyLock<[[f64; COUNT]; COUNT]> = LazyLock::new(|| {

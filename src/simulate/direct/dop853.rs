@@ -2,8 +2,8 @@
 //!
 //! The coefficients are those of the program DOP853 in Hairer, Nørsett and Wanner, *Solving Ordinary
 //! Differential Equations I*, 2nd ed. (Springer 1993), section II.10; the tests of this file check the
-//! quadrature conditions and the order of both the step and its error estimate. The other engines have their own
-//! table: this one shares nothing with them but the friction law.
+//! quadrature conditions and the order of both the step and its error estimate. The other engines have their
+//! own table: this one shares nothing with them but the friction law.
 
 /// A number stored as the unevaluated sum of two, so that thousands of small increments can be added with one
 /// rounding error in all (Kahan; here with Knuth's two-sum, which needs no ordering).
