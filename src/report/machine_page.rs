@@ -15,7 +15,7 @@ use super::text::{Rich, rich};
 use super::units::{UnitSystem, join};
 use crate::assessment::Assessment;
 use crate::friction::Column;
-use crate::machine::{Dimension, Friction, Model};
+use crate::machine::{Dimension, Friction, Machine, Model};
 use crate::map::{
     self, Account, Control, Field, Grid, Method, Plan, Plane, PlaneCurve, PlaneCurves, PlanePoint, Regime,
     Sink, TileData,
@@ -133,11 +133,11 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
     use Dimension::{Damping, Force, Length, Mass, Stiffness, Time, Velocity};
     let line = |name: &str, value: Rich| (rich(name), value);
     let of_velocity = |value: f64| of(value, Velocity);
-    let mut given = vec![
-        line("mass", of(machine.mass, Mass)),
-        line("stiffness", of(machine.stiffness, Stiffness)),
-        line("normal force", of(machine.normal_force, Force)),
-    ];
+    let mut given =
+        vec![line("mass", of(machine.mass, Mass)), line("stiffness", of(machine.stiffness, Stiffness))];
+    if !has_forces(machine) {
+        given.push(line("normal force", of(machine.normal_force, Force)));
+    }
     match &machine.friction {
         Friction::Coefficients(law, of) => {
             let rest = quantity(of.static_friction, "").then(rich(", "));
@@ -159,8 +159,12 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
             }
         }
         Friction::Measured(table) => {
-            given.push(line("coefficient of friction", Rich::foreign(table.origin())));
-            given.push(line("at rest", quantity(table.static_level(), "")));
+            let (name, dimension) = match has_forces(machine) {
+                true => ("friction force", unit(Force)),
+                false => ("coefficient of friction", ""),
+            };
+            given.push(line(name, Rich::foreign(table.origin())));
+            given.push(line("at rest", quantity(table.static_level(), dimension)));
         }
     }
     given.push(line("belt speed", of(machine.belt_speed, Velocity)));
@@ -221,7 +225,11 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
     let sensitivities = all.sensitivities.is_empty().then_some(unknown).into_iter();
     let sensitivities = sensitivities.chain(all.sensitivities.iter().map(|s| {
         let text = rich("").then(Rich::number(s.critical_damping, 3)).then(rich(" % for 1 %"));
-        line(&s.quantity.replace('_', " ").replace("stribeck", "Stribeck"), text)
+        let name = match s.quantity {
+            "normal_force" if has_forces(machine) => "all friction forces".into(),
+            name => name.replace('_', " ").replace("stribeck", "Stribeck"),
+        };
+        line(&name, text)
     }));
     let mut sections = vec![
         ("Machine", given),
@@ -247,6 +255,12 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
     sections
 }
 
+/// Whether the friction is measured as forces, whose normal force is not known: per newton of it they are the
+/// coefficients of friction.
+fn has_forces(machine: &Machine) -> bool {
+    matches!(machine.friction, Friction::Measured(_)) && machine.normal_force == 1.0
+}
+
 /// The probability of stick-slip, and the dampings for given probabilities.
 fn risk_lines(all: &Assessment, risk: &Risk) -> Vec<(Rich, Rich)> {
     let unit = all.machine.motion.unit(Dimension::Damping);
@@ -264,10 +278,10 @@ fn risk_lines(all: &Assessment, risk: &Risk) -> Vec<(Rich, Rich)> {
         rich("probability that it may stick-slip (95 % limits)"),
         limits(&risk.probability, 100.0, "%").then(rich(&format!(", {} draws", risk.draws))),
     )];
-    lines.push((
-        rich("largest error met of a draw's critical damping"),
-        Rich::number(risk.critical_damping_error, 2).then(Rich::foreign(&format!(" {unit}"))),
-    ));
+    if risk.critical_damping_error > 0.0 {
+        let error = Rich::number(risk.critical_damping_error, 2).then(Rich::foreign(&format!(" {unit}")));
+        lines.push((rich("largest error met of a draw's critical damping"), error));
+    }
     if let Some(error) = risk.standard_error {
         let value = Rich::number(error, 3).then(Rich::foreign(&format!(" {unit}, part of each draw")));
         lines.push((rich("standard error of critical damping, by friction"), value));
