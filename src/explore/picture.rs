@@ -22,11 +22,9 @@ use crate::report::{Label, UnitSystem};
 use crate::store::{MapFile, Pick};
 
 /// Number of cells of a tile, after each of which a superseded request may stop: many if c is an axis, since
-/// a column's answer costs little more than one cell of it.
+/// a column's answer costs little more than one cell of it. Tiles that are interpolated have the usual size.
 const TILE_WITH_COLUMNS: usize = 1 << 14;
 const TILE_OF_SINGLE_CELLS: usize = 512;
-/// Number of cells along each side of a tile of single cells that are interpolated.
-const SIDE_OF_INTERPOLATED: usize = 64;
 
 impl PlaneRequest {
     /// The picture: a line of JSON that describes it, then a code (one byte) or a number (four bytes) for
@@ -112,16 +110,13 @@ fn computed(
 ) -> Result<(Values, Option<Vec<Kind>>), Refusal> {
     let Slice { grid, x, y, .. } = slice;
     let with_columns = grid.axes().len() - 1 == *x.max(y);
-    let interpolates =
-        methods == [Method::Simulation] && matches!(field, None | Some(Field::Verdict | Field::Regime));
-    let tile_shape = match (with_columns, interpolates) {
-        (true, _) => grid.tile_shape(TILE_WITH_COLUMNS),
-        (false, true) => grid.shape().into_iter().map(|length| length.min(SIDE_OF_INTERPOLATED)).collect(),
-        (false, false) => grid.tile_shape(TILE_OF_SINGLE_CELLS),
+    let plan = Plan::builder(grid.clone()).methods(methods).fields(field).audit_cells(0).build()?;
+    let plan = if plan.interpolates() {
+        plan
+    } else {
+        let cells = if with_columns { TILE_WITH_COLUMNS } else { TILE_OF_SINGLE_CELLS };
+        plan.into_builder().tile_shape(grid.tile_shape(cells)).build()?
     };
-    let plan =
-        Plan::builder(grid.clone()).methods(methods).fields(field).audit_cells(0).tile_shape(tile_shape);
-    let plan = plan.build()?;
     let sink = Picture::new(&plan, show, *x, *y)?;
     let queue = Queue::new(vec![false; plan.tile_count()]);
     match compute_tiles(&plan, &sink, control, &|| queue.take()) {

@@ -321,6 +321,18 @@ impl Grid {
         shape
     }
 
+    /// Shape of a tile of at most `target_cells` cells: a box with sides as equal as can be, for what is
+    /// interpolated along all axes.
+    #[must_use]
+    pub(crate) fn even_tile_shape(&self, target_cells: usize) -> Vec<usize> {
+        let mut shape = self.shape();
+        while shape.iter().map(|&side| side as f64).product::<f64>() > target_cells.max(1) as f64 {
+            let longest = shape.iter_mut().max();
+            longest.into_iter().for_each(|side| *side = side.div_ceil(2));
+        }
+        shape
+    }
+
     /// Number of tiles of the given shape that cover the grid.
     #[must_use]
     pub fn tile_count(&self, tile_shape: &[usize]) -> usize {

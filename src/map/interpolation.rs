@@ -21,7 +21,7 @@ use std::ops::Range;
 
 use super::behaviour::COARSE;
 use super::end::End;
-use super::{Engine, Field, Grid, Plan, Tile};
+use super::{Field, Grid, Plan, Tile};
 use crate::filippov::Oscillator;
 use crate::friction::Column;
 use crate::random::Random;
@@ -38,8 +38,6 @@ const FEWEST_VALUES: [usize; 2] = [8, 18];
 const SIZES: [usize; 2] = [4, 8];
 /// Least number of columns for each node, of a box and of the tile.
 const COLUMNS_PER_NODE: usize = 3;
-/// Largest number of dampings: a column's own numbers serve all of its cells.
-const MOST_DAMPINGS: usize = 2;
 /// Number of nodes for each open cell below which a finer interpolant is tried.
 const NODES_PER_OPEN: usize = 2;
 /// Number of further columns of a box that are compared.
@@ -70,20 +68,13 @@ impl Interpolated {
         Self { stride: 0, values: Vec::new(), errors: Vec::new(), nodes: None, rhs: 0 }
     }
 
-    /// The answers for the columns of a tile, where they are worth it: with the engine `auto`, few dampings and a
-    /// law whose columns are not cheap. Backbones of laws with corners would need too many nodes.
+    /// The answers for the columns of a tile, where they are worth it.
     pub(super) fn of_tile(plan: &Plan, tile: &Tile, columns: &[Column]) -> Self {
         let mut found = Self::none();
-        let Some(curve) = columns.first().map(|column| &column.curve) else { return found };
+        let Some(first) = columns.first().filter(|_| plan.interpolates()) else { return found };
         let cs = &plan.grid.dampings()[tile.damping_range()];
-        let is_smooth = curve.corners().is_empty();
-        let backbone = plan.stores(Field::Regime) && is_smooth && !curve.weakening_is_convex();
-        let needed = backbone || !plan.stores(Field::CriticalC);
-        if plan.engine != Engine::Auto || curve.stribeck().is_some() || cs.len() > MOST_DAMPINGS || !needed {
-            return found;
-        }
         let mut intervals = 0;
-        if backbone {
+        if plan.interpolates_backbones(&first.curve) {
             let samples = [columns.len() / 2, 0, columns.len() - 1];
             let needed = samples.into_iter().map(|at| Sketch::intervals(&columns[at], COARSE).ok()?);
             // Without backbones the critical damping may still be worth it.

@@ -2,7 +2,10 @@
 
 use super::{Axis, Field, Grid, Method, Plane, Quantity, tiles};
 use crate::certify::validated;
-use crate::friction::Law;
+use crate::friction::{Curve, Law};
+
+/// Largest number of dampings up to which columns are interpolated: a column's own numbers serve all of its cells.
+const MOST_DAMPINGS_INTERPOLATED: usize = 2;
 
 /// The engine of the method `simulation`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -206,6 +209,10 @@ impl PlanBuilder {
         }
         let shape = plan.grid.shape();
         plan.tile_shape = match tile_shape {
+            None if plan.interpolates() && !plan.has_orbits() => {
+                let cells = tiles::cells(plan.grid.cells(), false);
+                plan.grid.even_tile_shape(cells.max(tiles::LEAST_CELLS_INTERPOLATED))
+            }
             None => plan.grid.tile_shape(tiles::cells(plan.grid.cells(), plan.has_orbits())),
             Some(tile) if tile.len() == shape.len() && !tile.contains(&0) => tile,
             Some(tile) => return Err(PlanError::TileShape(tile, shape)),
@@ -234,6 +241,22 @@ impl Plan {
         };
         let of_field = |field: &Field| !self.quantities_of(*field).is_empty();
         self.methods.iter().any(of_method) || self.fields.iter().any(of_field)
+    }
+
+    /// Returns whether the simulation's answers may be interpolated from column to column: with the engine `auto`,
+    /// few dampings, a law whose columns are not cheap, and nothing asked that needs the column's own numbers.
+    pub(crate) fn interpolates(&self) -> bool {
+        let curve = self.grid.column(&vec![0; self.grid.axes().len()]).curve;
+        self.methods.contains(&Method::Simulation)
+            && self.engine == Engine::Auto
+            && self.grid.dampings().len() <= MOST_DAMPINGS_INTERPOLATED
+            && curve.stribeck().is_none()
+            && (self.interpolates_backbones(&curve) || !self.stores(Field::CriticalC))
+    }
+
+    /// Returns whether those of the regime may be: backbones of laws with corners would need too many nodes.
+    pub(super) fn interpolates_backbones(&self, curve: &Curve) -> bool {
+        self.stores(Field::Regime) && curve.corners().is_empty() && !curve.weakening_is_convex()
     }
 
     /// A plan for every cell of `grid`, with the defaults of configurations.

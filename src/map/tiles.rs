@@ -14,6 +14,8 @@ const LEAST_TILE_CELLS: usize = 1 << 12;
 /// The same where each cell needs orbits of its own: such a tile may take seconds, and an interruption loses
 /// unfinished tiles.
 const LEAST_TILE_CELLS_WITH_ORBITS: usize = 1 << 4;
+/// The same where columns are interpolated: each tile has its own nodes.
+pub(super) const LEAST_CELLS_INTERPOLATED: usize = 1 << 14;
 /// Number of tiles that is aimed at between these limits: workers then finish together, and an interruption
 /// takes effect soon.
 const TILES: usize = 256;

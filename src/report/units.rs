@@ -1,5 +1,7 @@
 //! The units in which the numbers of a map are shown: those of its machine, or none.
 
+use std::sync::OnceLock;
+
 use super::text::{Piece, Rich, rich};
 use crate::dataset::auxiliary::PROBABILITY;
 use crate::machine::{
@@ -15,18 +17,20 @@ pub struct View<'a> {
     pub map: &'a MapFile,
     /// The units.
     pub(crate) units: UnitSystem,
+    /// See [`View::informative_nodes`].
+    pub(super) informative: OnceLock<Vec<usize>>,
 }
 
 impl<'a> View<'a> {
     /// The map in the SI units of its machine, or dimensionless if it has none.
     #[must_use]
     pub fn new(map: &'a MapFile) -> Self {
-        Self { map, units: UnitSystem { machine: units_of(map) } }
+        Self { map, units: UnitSystem { machine: units_of(map) }, informative: OnceLock::new() }
     }
 
     /// The map in dimensionless numbers, even if it is about a machine.
     pub(crate) fn dimensionless(map: &'a MapFile) -> Self {
-        Self { map, units: UnitSystem::default() }
+        Self { map, units: UnitSystem::default(), informative: OnceLock::new() }
     }
 
     /// The name of an axis with its unit.

@@ -9,7 +9,7 @@ use super::data::Data;
 use super::legend::{Legend, Sample};
 use super::panels::{Panel, Panels, write_heading};
 use super::scene::{Fill, Hatch, Marker, Place, Scene, Stroke, Width};
-use super::slice::{equals, informative_nodes};
+use super::slice::equals;
 use super::{Figure, at_each_width, curves, palette};
 
 const BISTABLE: Fill = Fill::hatched(palette::SKY, Hatch::Rising, palette::BLACK);
@@ -27,7 +27,7 @@ pub(crate) fn bistable(view: &View) -> Figure {
     let map = view.map;
     let axes = map.grid().axes();
     let v = axes.len() - 2;
-    let mut index = informative_nodes(map);
+    let mut index = view.informative_nodes();
     index[0] = axes[0].values.len() - 1;
     let belt = &axes[v].values;
     let (first, last) = (belt[0], belt[belt.len() - 1]);

@@ -8,7 +8,7 @@ use super::data::Data;
 use super::legend::{Legend, Sample};
 use super::panels::Panels;
 use super::scene::Scene;
-use super::slice::{Slice, equals, informative_nodes};
+use super::slice::{Slice, equals};
 use super::verdict_panels::chosen_epsilons;
 use super::{Figure, at_each_width, curves, palette};
 
@@ -30,7 +30,7 @@ pub(crate) fn critical(view: &View) -> Figure {
         }
     };
     let epsilons = chosen_epsilons(map);
-    let index = informative_nodes(map);
+    let index = view.informative_nodes();
     let curves_over = |values: &[f64]| -> Vec<Vec<(String, Vec<f64>)>> {
         let of = |&epsilon: &usize| {
             let mut index = index.clone();

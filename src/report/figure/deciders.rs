@@ -11,7 +11,7 @@ use super::legend::{Legend, Sample};
 use super::panels::{Panel, Panels};
 use super::region::{cell_edges, outlines};
 use super::scene::{Fill, Rect, Scene};
-use super::slice::{Slice, informative_nodes};
+use super::slice::Slice;
 use super::verdict_panels::{
     EXACT, cell_columns, chosen_epsilons, draw_curves, draw_edge, main_plane, method_title, stored_edge,
 };
@@ -38,7 +38,7 @@ pub(crate) fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, R
     if [x, y].iter().any(|&axis| map.grid().axes()[axis].values.len() < 2) {
         return Ok(None);
     }
-    let index = informative_nodes(map);
+    let index = view.informative_nodes();
     let epsilons = if x == 0 { vec![index[0]] } else { chosen_epsilons(map) };
     let area = |name: &str| (palette::method_area(name), method_title(name));
     let mut kinds: Vec<(Fill, Rich)> = tests.iter().map(|&m| area(&methods[m].name)).collect();

@@ -76,6 +76,8 @@ pub fn all(view: &View, report: &Report) -> Result<Vec<Figure>, ReportError> {
         &|| Ok(vec![bistable::bistable(view)]),
         &|| Ok(portraits::portraits(view).into_iter().collect()),
     ];
+    // Several figures need them, and none should wait for another.
+    view.informative_nodes();
     let figures: Vec<Vec<Figure>> = makers.into_par_iter().map(|make| make()).collect::<Result<_, _>>()?;
     Ok(figures.into_iter().flatten().collect())
 }

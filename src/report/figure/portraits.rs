@@ -9,7 +9,6 @@ use super::lines::letter;
 use super::panels::{BOTTOM_MARGIN, Panel, Panels, TITLE_MARGIN, write_heading};
 use super::portrait::{Portrait, equal_scales, orbit_data};
 use super::scene::{Rect, Scene};
-use super::slice::informative_nodes;
 use super::{Figure, at_each_width, curves};
 use crate::filippov::Oscillator;
 use crate::simulate::direct::Start;
@@ -23,7 +22,7 @@ const TOLERANCE: f64 = 1e-10;
 pub(crate) fn portraits(view: &View) -> Option<Figure> {
     let grid = view.map.grid();
     let axes = grid.axes();
-    let mut index = informative_nodes(view.map);
+    let mut index = view.informative_nodes();
     // The largest eps that has a cycle, since orbits differ most there.
     let budget = Budget::of_figure();
     let root = |index: &[usize]| curves::exact(&[grid.column(index)], &budget)[0];

@@ -385,10 +385,17 @@ pub(crate) fn middle(axes: &[Axis]) -> Vec<usize> {
     axes.iter().map(Axis::middle).collect()
 }
 
+impl View<'_> {
+    /// The nodes at which figures of the map are drawn, searched once.
+    pub(crate) fn informative_nodes(&self) -> Vec<usize> {
+        self.informative.get_or_init(|| informative_nodes(self.map)).clone()
+    }
+}
+
 /// Nodes of a map for an informative figure: the middle ones if a cycle exists in their column, else those of
 /// the most similar column with a cycle among first, middle and last nodes of every axis: preferably with V
 /// in its middle, few axes changed, and the largest critical damping of these.
-pub(crate) fn informative_nodes(map: &MapFile) -> Vec<usize> {
+fn informative_nodes(map: &MapFile) -> Vec<usize> {
     let axes = map.grid().axes();
     let middle = middle(axes);
     let mut candidates = vec![middle.clone()];

@@ -12,7 +12,7 @@ use super::panels::{Panel, Panels};
 use super::plot::{self, At, Plot};
 use super::region::{cell_edges, outlines};
 use super::scene::{Fill, Place, Scene, Stroke, Width};
-use super::slice::{Slice, informative_nodes, picks};
+use super::slice::{Slice, picks};
 use super::{Figure, at_each_width};
 use crate::map::Verdict;
 use crate::simulate::critical_damping;
@@ -107,7 +107,7 @@ pub(crate) fn verdict_panels(view: &View) -> Result<Vec<Figure>, ReportError> {
     let axes = map.grid().axes();
     let c = axes.len() - 1;
     let (x, y) = main_plane(map);
-    let index = informative_nodes(map);
+    let index = view.informative_nodes();
     let mut planes = vec![(x, y, index.clone())];
     // A second plane, across the law's parameters and V at fixed c.
     let mut others: Vec<usize> = (1..c).filter(|&axis| axes[axis].values.len() > 1 && axis != x).collect();
