@@ -397,6 +397,8 @@ def a_machine_is_in_si_units(session):
     set_to = [f"--set={name}={said[f'p.{name}']}" for name in ("belt_speed", "damping")]
     probe = json.loads(session.probe("--machine", str(config), "--json", *set_to))
     assert page.locator("#point").get_attribute("data-regime") == probe["machine"]["regime"]
+    expect(page.locator("table.verdicts thead")).to_contain_text("critical damping, N s/m")
+    assert f"{probe['machine']['critical_damping']:.6g} ± " in page.locator("#point").inner_text(), "c* in SI units"
     page.get_by_text("Every number").click()
     assert str(probe["machine"]["natural_frequency"]) in page.locator("#point").text_content()
     before = pixels(page)

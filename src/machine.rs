@@ -21,6 +21,7 @@
 //! the moment of inertia (kg m^2) for the mass, N m/rad and N m s/rad for stiffness and damping, the normal
 //! force times its lever arm (N m) for the force, and angles for lengths.
 
+mod doubts;
 mod friction;
 
 pub use friction::{Coefficients, Friction};

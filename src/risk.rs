@@ -12,6 +12,8 @@
 
 mod surface;
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use rayon::prelude::*;
 
 use crate::machine::Machine;
@@ -63,6 +65,8 @@ pub struct Risk {
     pub(crate) draws: usize,
     /// Number of draws whose critical damping was not found; they are left out.
     pub(crate) failed: usize,
+    /// Number of illegal machines that were drawn, such as one of negative mass; each was drawn again.
+    pub(crate) redrawn: usize,
     /// Largest error of the critical dampings found, N s/m (of a rotation N m s/rad).
     pub(crate) critical_damping_error: f64,
     /// Standard error of the critical damping of the machine as given, by the standard errors of its measured
@@ -85,21 +89,35 @@ const NORMAL: f64 = 1.959_963_984_540_054;
 /// An uncertain quantity of a machine: its name and its distribution.
 pub(crate) type Uncertain = (&'static str, Spread);
 
-fn draw(machine: &Machine, uncertain: &[Uncertain], random: &mut Random) -> Option<Machine> {
+/// Reason why there are no probabilities.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum NoRisk {
+    /// The spreads have hardly any legal values.
+    #[error("hardly any draw of the uncertain quantities is a legal machine")]
+    Illegal,
+    /// The critical damping of no draw was found.
+    #[error("the critical damping of no draw of the uncertain quantities was found")]
+    NoneFound,
+    /// The run was interrupted.
+    #[error("the draws of the uncertain quantities were interrupted")]
+    Interrupted,
+}
+
+/// Draws a legal machine, and counts the illegal ones drawn before it.
+fn draw(machine: &Machine, uncertain: &[Uncertain], random: &mut Random) -> Option<(Machine, usize)> {
     let values: Vec<f64> = uncertain.iter().map(|(name, _)| value_of(machine, name)).collect();
-    (0..TRIES).find_map(|_| {
+    let drawn = |random: &mut Random| {
         let mut drawn = machine.clone();
         for ((name, spread), value) in uncertain.iter().zip(&values) {
-            drawn = drawn.with(
-                name,
-                match spread {
-                    Spread::Normal { sd } => value + sd * random.normal(),
-                    Spread::Uniform { min, max } => min + (max - min) * random.unit(),
-                },
-            )?;
+            let value = match spread {
+                Spread::Normal { sd } => value + sd * random.normal(),
+                Spread::Uniform { min, max } => min + (max - min) * random.unit(),
+            };
+            drawn = drawn.with(name, value)?;
         }
         drawn.is_legal().then_some(drawn)
-    })
+    };
+    (0..TRIES).find_map(|tried| Some((drawn(random)?, tried)))
 }
 
 fn value_of(machine: &Machine, name: &str) -> f64 {
@@ -117,47 +135,67 @@ struct Needed {
     /// The dampings, sorted.
     dampings: Vec<f64>,
     failed: usize,
+    redrawn: usize,
     error: f64,
 }
 
-impl Needed {
-    /// `None` where the spreads have hardly any legal values, or no draw has an answer.
-    fn of(machine: &Machine, uncertain: &[Uncertain], draws: usize) -> Option<Self> {
+/// Some of the draws.
+struct Drawn<'a> {
+    groups: Groups<'a>,
+    /// Deviations of the damping, and of the measured friction in standard deviations.
+    deviations: Vec<[f64; 2]>,
+    redrawn: usize,
+}
+
+impl<'a> Drawn<'a> {
+    fn none(machine: &'a Machine, uncertain: &[Uncertain]) -> Self {
         let names: Vec<&str> = uncertain.iter().map(|(name, _)| *name).collect();
+        Self { groups: Groups::new(machine, &names), deviations: Vec::new(), redrawn: 0 }
+    }
+
+    fn draw(mut self, uncertain: &[Uncertain], draws: usize, mut random: Random) -> Result<Self, NoRisk> {
+        let machine = self.groups.nominal();
         let measured = has_standard_errors(machine);
-        let chunks: Vec<Option<(Groups, Vec<[f64; 2]>)>> = (0..draws.div_ceil(CHUNK))
+        for _ in 0..draws {
+            let (drawn, redrawn) = draw(machine, uncertain, &mut random).ok_or(NoRisk::Illegal)?;
+            self.groups.push(&drawn);
+            let of_friction = if measured { random.normal() } else { 0.0 };
+            self.deviations.push([drawn.damping - machine.damping, of_friction]);
+            self.redrawn += redrawn;
+        }
+        Ok(self)
+    }
+}
+
+impl Needed {
+    fn of(machine: &Machine, uncertain: &[Uncertain], draws: usize) -> Result<Self, NoRisk> {
+        let chunks: Vec<Result<Drawn, NoRisk>> = (0..draws.div_ceil(CHUNK))
             .into_par_iter()
             .map(|chunk| {
                 // Each chunk has a stream of its own, so the result does not depend on threads.
-                let mut random = Random(0x5115_ca9e ^ (chunk as u64).wrapping_mul(0xd134_2543_de82_ef95));
-                let mut groups = Groups::new(machine, &names);
-                let mut deviations = Vec::with_capacity(CHUNK);
-                for _ in 0..CHUNK.min(draws - chunk * CHUNK) {
-                    let drawn = draw(machine, uncertain, &mut random)?;
-                    groups.push(&drawn);
-                    // Of the damping, and of the measured friction in standard deviations.
-                    let of_friction = if measured { random.normal() } else { 0.0 };
-                    deviations.push([drawn.damping - machine.damping, of_friction]);
-                }
-                Some((groups, deviations))
+                let random = Random(0x5115_ca9e ^ (chunk as u64).wrapping_mul(0xd134_2543_de82_ef95));
+                Drawn::none(machine, uncertain).draw(uncertain, CHUNK.min(draws - chunk * CHUNK), random)
             })
             .collect();
-        let mut groups = Groups::new(machine, &names);
-        let mut deviations = Vec::with_capacity(draws);
+        let mut all = Drawn::none(machine, uncertain);
         for chunk in chunks {
-            let (more, mut of_more) = chunk?;
-            groups.append(more);
-            deviations.append(&mut of_more);
+            let mut chunk = chunk?;
+            all.groups.append(chunk.groups);
+            all.deviations.append(&mut chunk.deviations);
+            all.redrawn += chunk.redrawn;
         }
-        let found = groups.critical_dampings();
-        let needed = found.dampings.iter().zip(&found.deviations).zip(&deviations);
+        let found = all.groups.critical_dampings();
+        let needed = found.dampings.iter().zip(&found.deviations).zip(&all.deviations);
         let needed = needed.map(|((critical, spread), [of_damping, of_friction])| {
             critical + spread * of_friction - of_damping
         });
         let mut dampings: Vec<f64> = needed.filter(|damping| !damping.is_nan()).collect();
         dampings.sort_unstable_by(f64::total_cmp);
         let failed = draws - dampings.len();
-        (!dampings.is_empty()).then_some(Self { dampings, failed, error: found.error })
+        if dampings.is_empty() {
+            return Err(NoRisk::NoneFound);
+        }
+        Ok(Self { dampings, failed, redrawn: all.redrawn, error: found.error })
     }
 
     /// Probability that the machine may stick-slip at this nominal damping.
@@ -168,16 +206,19 @@ impl Needed {
 }
 
 /// Draws `draws` machines and computes the critical damping of each. The result does not depend on the number
-/// of threads. `None` where the spreads have hardly any legal values.
-#[must_use]
-pub fn risk(machine: &Machine, uncertain: &[Uncertain], draws: usize, rare: &[f64]) -> Option<Risk> {
+/// of threads.
+///
+/// # Errors
+/// [`NoRisk`].
+pub fn risk(machine: &Machine, uncertain: &[Uncertain], draws: usize, rare: &[f64]) -> Result<Risk, NoRisk> {
     let needed = Needed::of(machine, uncertain, draws)?;
     let rare_by = rare
         .iter()
         .map(|&probability| RareBy { probability, damping: quantile(&needed.dampings, probability) });
-    Some(Risk {
+    Ok(Risk {
         draws: needed.dampings.len(),
         failed: needed.failed,
+        redrawn: needed.redrawn,
         critical_damping_error: needed.error,
         standard_error: machine.model().as_ref().and_then(standard_error),
         probability: needed.probability(machine.damping),
@@ -185,21 +226,50 @@ pub fn risk(machine: &Machine, uncertain: &[Uncertain], draws: usize, rare: &[f6
     })
 }
 
+/// The probability over a map that a machine may stick-slip.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Probabilities {
+    /// Row-major over belt speeds (slower) and dampings; NaN where no draw has an answer.
+    pub(crate) values: Vec<f64>,
+    /// Number of draws, over all belt speeds, whose critical damping was not found; they are left out.
+    pub(crate) failed: usize,
+    /// Number of illegal machines that were drawn; each was drawn again.
+    pub(crate) redrawn: usize,
+}
+
 /// The probability that a machine may stick-slip, over belt speeds (slower) and dampings, from as many draws
-/// at each belt speed, of the same random numbers. `None` as of [`risk`].
+/// at each belt speed, of the same random numbers. Ends early where `stop` becomes true.
+///
+/// # Errors
+/// [`NoRisk`].
 pub(crate) fn probabilities(
     machine: &Machine,
     uncertain: &[Uncertain],
     belt_speeds: &[f64],
     dampings: &[f64],
     draws: usize,
-) -> Option<Vec<f64>> {
-    let mut values = Vec::with_capacity(belt_speeds.len() * dampings.len());
+    stop: &AtomicBool,
+) -> Result<Probabilities, NoRisk> {
+    let mut all = Probabilities { values: Vec::new(), failed: 0, redrawn: 0 };
     for &belt_speed in belt_speeds {
-        let needed = Needed::of(&machine.with("belt_speed", belt_speed)?, uncertain, draws)?;
-        values.extend(dampings.iter().map(|&damping| needed.probability(damping).value));
+        if stop.load(Ordering::Relaxed) {
+            return Err(NoRisk::Interrupted);
+        }
+        let machine = machine.with("belt_speed", belt_speed).ok_or(NoRisk::Illegal)?;
+        match Needed::of(&machine, uncertain, draws) {
+            Ok(needed) => {
+                all.values.extend(dampings.iter().map(|&damping| needed.probability(damping).value));
+                all.failed += needed.failed;
+                all.redrawn += needed.redrawn;
+            }
+            Err(NoRisk::NoneFound) => {
+                all.values.extend(dampings.iter().map(|_| f64::NAN));
+                all.failed += draws;
+            }
+            Err(why) => return Err(why),
+        }
     }
-    Some(values)
+    Ok(all)
 }
 
 /// A share with the limits of Wilson's score interval.
@@ -208,7 +278,10 @@ fn share(count: usize, of: usize) -> Estimate {
     let z = NORMAL * NORMAL / n;
     let middle = (p + 0.5 * z) / (1.0 + z);
     let half = NORMAL / (1.0 + z) * (p * (1.0 - p) / n + 0.25 * z / n).sqrt();
-    Estimate { value: p, limits: [(middle - half).max(0.0), (middle + half).min(1.0)] }
+    // At the ends of the range rounding alone would keep the limits from it.
+    let low = if count == 0 { 0.0 } else { (middle - half).max(0.0) };
+    let high = if count == of { 1.0 } else { (middle + half).min(1.0) };
+    Estimate { value: p, limits: [low, high] }
 }
 
 /// The number that a share `probability` of the sorted numbers exceeds, with the limits of order statistics.
@@ -295,7 +368,7 @@ mod tests {
             let mut random = Random(11);
             let mut groups = Groups::new(&machine, &names);
             let drawn: Vec<Machine> =
-                (0..12_000).map(|_| draw(&machine, &uncertain, &mut random).unwrap()).collect();
+                (0..12_000).map(|_| draw(&machine, &uncertain, &mut random).unwrap().0).collect();
             drawn.iter().for_each(|machine| groups.push(machine));
             let found = groups.critical_dampings();
             let law = machine.model().unwrap().law;
@@ -352,6 +425,48 @@ mod tests {
     }
 
     #[test]
+    fn steep_scattered_data_have_a_standard_error_too() {
+        // Rows as a rig gives them: near rest friction falls so fast that the orbit is outside the polar form.
+        let data = [
+            (0.0, 0.3736),
+            (0.002, 0.3481),
+            (0.00254, 0.3523),
+            (0.00411, 0.3525),
+            (0.00664, 0.3299),
+            (0.01074, 0.3228),
+            (0.01735, 0.3029),
+            (0.03566, 0.2798),
+            (0.07327, 0.2473),
+            (0.15055, 0.2313),
+            (0.5, 0.2418),
+        ];
+        let table =
+            Table::new("a rig", &data, data[0].1).unwrap().with_standard_errors(&[0.004; 11]).unwrap();
+        let machine = Machine {
+            friction: Friction::Measured(table),
+            mass: 1.2,
+            stiffness: 9e4,
+            normal_force: 250.0,
+            belt_speed: 0.1,
+            ..example(Law::Stribeck)
+        };
+        let uncertain = [("normal_force", Spread::Normal { sd: 10.0 })];
+        let found = risk(&machine, &uncertain, 60, &[]).unwrap();
+        assert!(found.failed == 0 && found.standard_error.is_some_and(|error| error > 0.0), "{found:?}");
+    }
+
+    #[test]
+    fn illegal_draws_and_failed_ones_are_counted_apart() {
+        let machine = machine(Law::Exponential);
+        let uncertain = [("mass", Spread::Normal { sd: 0.8 * machine.mass })];
+        let found = risk(&machine, &uncertain, 1000, &[]).unwrap();
+        // A normal number is more than 1.25 standard deviations below its mean in 10.6 % of all draws: of those
+        // until 1000 are legal, 118 on average.
+        assert!((60..180).contains(&found.redrawn), "{}", found.redrawn);
+        assert_eq!((found.draws, found.failed), (1000, 0));
+    }
+
+    #[test]
     fn interpolated_standard_errors_are_those_of_each_machine() {
         let (machine, ..) = measured_machine();
         let uncertain = [
@@ -361,7 +476,7 @@ mod tests {
         let mut groups = Groups::new(&machine, &["normal_force", "belt_speed"]);
         let mut random = Random(11);
         let drawn: Vec<Machine> =
-            (0..500).map(|_| draw(&machine, &uncertain, &mut random).unwrap()).collect();
+            (0..500).map(|_| draw(&machine, &uncertain, &mut random).unwrap().0).collect();
         drawn.iter().for_each(|machine| groups.push(machine));
         let found = groups.critical_dampings();
         for (machine, deviation) in drawn.iter().zip(&found.deviations).step_by(97) {
@@ -379,7 +494,7 @@ mod tests {
         let mut random = Random(7);
         let sticks = (0..DRAWN)
             .filter(|_| {
-                let drawn = draw(&machine, &uncertain, &mut random).unwrap();
+                let (drawn, _) = draw(&machine, &uncertain, &mut random).unwrap();
                 critical(&drawn) > drawn.damping
             })
             .count() as f64
@@ -398,7 +513,8 @@ mod tests {
         let machine = machine(Law::Stribeck);
         let uncertain = [("normal_force", Spread::Normal { sd: 10.0 })];
         let (speeds, dampings) = ([0.1, 0.3], [0.0, 2.0, 4.0]);
-        let map = probabilities(&machine, &uncertain, &speeds, &dampings, 3000).unwrap();
+        let stop = AtomicBool::new(false);
+        let map = probabilities(&machine, &uncertain, &speeds, &dampings, 3000, &stop).unwrap().values;
         for (i, speed) in speeds.into_iter().enumerate() {
             for (j, damping) in dampings.into_iter().enumerate() {
                 let here = machine.with("belt_speed", speed).unwrap().with("damping", damping).unwrap();

@@ -6,15 +6,16 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::{Value, json};
 
+use super::chances::notes_on_draws;
 use super::machine;
-use super::output::{Align, Table, count, object, print_json};
+use super::output::{Align, Table, object, print_json};
 use super::point::parse_setting;
 use super::replace::refuse_existing;
 use super::report::{existing, failure};
 use super::{Ended, Failure};
 use crate::assessment::{Assessment, assess};
 use crate::report::{MachinePage, write_figure, write_file};
-use crate::risk::{Estimate, Risk, is_uncertain, risk};
+use crate::risk::{Estimate, NoRisk, Risk, is_uncertain, risk};
 
 /// Assess a machine at its working point, in SI units.
 #[derive(Debug, Args)]
@@ -72,10 +73,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         true => {
             let draws = arguments.draws as usize;
             let found = risk(&job.machine, &job.uncertain, draws, &arguments.rare);
-            Some(found.ok_or_else(|| {
-                Failure::BadInput(
-                    "hardly any draw of the uncertain quantities is a legal machine\n  help: choose smaller spreads".into(),
-                )
+            Some(found.map_err(|why| match why {
+                NoRisk::Illegal => Failure::BadInput(format!("{why}\n  help: choose smaller spreads")),
+                NoRisk::NoneFound | NoRisk::Interrupted => {
+                    Failure::BadInput(format!("{why}\n  help: check the units"))
+                }
             })?)
         }
     };
@@ -105,8 +107,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         }
         table.write(&mut out)?;
     }
-    if let Some(risk) = risk.filter(|risk| risk.failed > 0) {
-        writeln!(out, "\n{} draws had no answer and are left out", count(risk.failed))?;
+    if let Some(risk) = risk {
+        for note in notes_on_draws(risk.draws + risk.failed, risk.failed, risk.redrawn) {
+            writeln!(out, "\n{note}")?;
+        }
     }
     Ok(Ended::Fine)
 }
@@ -124,6 +128,7 @@ fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
         "may_stick_slip_below_belt_speed": does.critical_belt_speed,
         "always_stick_slips_below_damping": all.always_below_damping,
         "may_stick_slip_below_damping": does.critical_damping,
+        "may_stick_slip_below_damping_error": does.critical_damping_error,
         "damping_over_critical": all.safety_margin(),
         "natural_frequency": does.natural_frequency,
         "period": all.period,
@@ -139,6 +144,7 @@ fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
         "risk": risk.map(|risk| json!({
             "draws": risk.draws,
             "failed": risk.failed,
+            "redrawn": risk.redrawn,
             "critical_damping_error": risk.critical_damping_error,
             "critical_damping_standard_error": risk.standard_error,
             "probability": estimate(&risk.probability),

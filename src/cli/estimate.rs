@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::json;
 
+use super::chances::Chances;
 use super::output::{self, Align, Table, bytes, count, duration, number_of, object};
 use super::preflight::{Preflight, peak, sizes};
 use super::{Ended, Failure};
@@ -51,7 +52,10 @@ pub(super) fn run(
     let tiles = plan.tile_count();
     let sampled = sampled(plan, threads);
     let proof = proof_seconds(plan, threads);
-    let seconds = sampled.seconds + audit_seconds(plan, threads) + proof.unwrap_or(0.0);
+    let chances = Chances::of(job);
+    let probability = chances.as_ref().map(|chances| chances.seconds(threads));
+    let seconds =
+        sampled.seconds + audit_seconds(plan, threads) + proof.unwrap_or(0.0) + probability.unwrap_or(0.0);
 
     if as_json {
         let axes = object(grid.axes().iter().map(|axis| (axis.name.as_str(), axis.values.len())));
@@ -70,6 +74,7 @@ pub(super) fn run(
             "free_bytes": preflight.free,
             "seconds": seconds,
             "proof_seconds": proof,
+            "probability_seconds": probability,
             "would_be_refused": preflight.refuses.is_some(),
         }))?;
         return preflight.verdict(job, sampled.packed);
@@ -102,8 +107,18 @@ pub(super) fn run(
     );
     line("disk", format!("about {} while it runs: journal and map", bytes(peak(sampled.packed))));
     line("free", preflight.free.map_or("unknown".into(), |free| bytes(free.into())));
-    let proof = proof.map_or(String::new(), |seconds| format!(", {} of it for the proof", duration(seconds)));
-    line("time", format!("about {}{proof}; from a timed sample", duration(seconds)));
+    if let Some(chances) = &chances {
+        let draws = number_of(chances.draws, "draw");
+        line(
+            "probability",
+            format!("of stick-slip, from {draws} of the uncertain quantities at each belt speed"),
+        );
+    }
+    let part = |what: &str, seconds: Option<f64>| {
+        seconds.map_or(String::new(), |seconds| format!(", {} of it for the {what}", duration(seconds)))
+    };
+    let (proof, probability) = (part("proof", proof), part("probability", probability));
+    line("time", format!("about {}{proof}{probability}; from a timed sample", duration(seconds)));
     table.write(&mut out)?;
     drop(out);
     preflight.verdict(job, sampled.packed)

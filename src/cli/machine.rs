@@ -3,8 +3,8 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use super::Failure;
 use super::output::{Align, Table, short};
+use super::{Failure, say};
 use crate::behaviour::Behaviour;
 use crate::config::{MachineJob, load_machine};
 use crate::machine::{Dimension, Machine};
@@ -15,7 +15,15 @@ use crate::probe::regime_words;
 pub(super) fn load(file: &Path, settings: &[(String, f64)]) -> Result<MachineJob, Failure> {
     let job = load_machine(file, settings)?;
     check_single(&job, file, |_| false)?;
+    warn(&job.machine);
     Ok(job)
+}
+
+/// Prints a warning for each number of a machine that suggests other units.
+pub(super) fn warn(machine: &Machine) {
+    for doubt in machine.doubts() {
+        say(&format!("warning: {doubt}"));
+    }
 }
 
 /// Refuses several belt speeds or dampings, except for a quantity that is set elsewhere.

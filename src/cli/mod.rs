@@ -4,6 +4,7 @@
 //! interrupted by Ctrl-C, 143 by a request to terminate.
 
 mod assess;
+mod chances;
 mod check;
 mod estimate;
 #[cfg(feature = "explore")]

@@ -147,6 +147,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
 fn probe_machine(arguments: &Arguments, file: &Path, tolerance: f64) -> Result<Ended, Failure> {
     if arguments.points.is_some() {
         let job = load_machine(file, arguments.point.given())?;
+        super::machine::warn(&job.machine);
         return probe_table(arguments, About::Machine(&job, file), tolerance);
     }
     let job = super::machine::load(file, arguments.point.given())?;

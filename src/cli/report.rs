@@ -123,6 +123,7 @@ pub(super) fn failure(error: ReportError) -> Failure {
             path.display()
         )),
         ReportError::NoFolder { .. }
+        | ReportError::NotYours { .. }
         | ReportError::Format { .. }
         | ReportError::Choice(_)
         | ReportError::Study(StudyError::NoReference { .. })

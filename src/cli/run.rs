@@ -8,16 +8,17 @@ use clap::Args;
 use indicatif::ProgressBar;
 use serde_json::json;
 
+use super::chances::Chances;
 use super::output::{bytes, count, number_of};
 use super::preflight::{Permission, Preflight, create_folders};
 use super::report::existing;
 use super::summary::{self, RunReport};
 use super::{Ended, Failure, estimate, interrupt, output, progress, proof, say};
 use crate::certify::validated::prover::Prover;
+use crate::clock::process_time;
 use crate::config::Job;
-use crate::dataset::{Auxiliary, auxiliary};
 use crate::map::{self, Account, ComputeError, Control, Earlier, Queue};
-use crate::risk::{is_uncertain, probabilities};
+use crate::risk::NoRisk;
 use crate::store::{self, Left, Outcome, PartialMap, Provenance, Resumed, StoreError};
 
 /// Compute a map from a configuration file.
@@ -134,6 +135,9 @@ fn prepare(arguments: &Arguments, job: Job) -> Result<Option<(Job, PartialMap)>,
         (false, false) => Permission::None,
     };
     let preflight = Preflight::check(&job, permission)?;
+    if let Some(machine) = &job.machine {
+        super::machine::warn(machine);
+    }
     if arguments.dry_run {
         if let Some(refused) = &preflight.refuses {
             say(&format!("note: the run itself would be refused: {refused}"));
@@ -235,10 +239,19 @@ fn compute(
         proof::write(&proved.surface, &job.identity(), path, arguments.overwrite)?;
     }
     let mut outcome = Outcome::of(&job.plan, &summary, job.machine.as_ref());
-    outcome.auxiliary.extend(probability(job));
+    let mut probability_seconds = 0.0;
+    if let Some(chances) = Chances::of(job) {
+        let processor = process_time();
+        match chances.variable(threads, stop) {
+            Ok(variable) => outcome.auxiliary.push(variable),
+            Err(NoRisk::Interrupted) => return Err(stopped(&map, &ComputeError::Interrupted, &job.output)),
+            Err(why) => say(&format!("note: {why}; the map has no probability")),
+        }
+        probability_seconds = (process_time() - processor).as_secs_f64();
+    }
     map.finish(&outcome).map_err(|error| Failure::Broken(with_how_to_continue(&error, &job.output)))?;
 
-    let report = RunReport { job, summary: &summary, resumed_tiles };
+    let report = RunReport { job, summary: &summary, probability_seconds, resumed_tiles };
     let printed = match arguments.json {
         true => summary::json(&report),
         false => summary::print(&report, &mut io::stdout().lock()),
@@ -249,26 +262,6 @@ fn compute(
         Ok(()) => Ok(Ended::Fine),
         Err(failure) => Err(failure),
     }
-}
-
-/// Number of draws for the whole map of a machine with uncertain quantities.
-const DRAWS: usize = 1_000_000;
-/// Least number of draws at each belt speed: a standard error of half a per cent at most.
-const FEWEST_DRAWS: usize = 10_000;
-
-/// Probability, over its map, that a machine with uncertain quantities may stick-slip.
-fn probability(job: &Job) -> Option<Auxiliary> {
-    let machine = job.machine.as_ref().filter(|machine| is_uncertain(machine, &job.uncertain))?;
-    let si = auxiliary::coordinates(&job.plan.grid, &machine.si());
-    let [belt_speeds, dampings] = si.as_slice() else { return None };
-    let draws = (DRAWS / belt_speeds.values.len()).max(FEWEST_DRAWS);
-    let values = probabilities(machine, &job.uncertain, &belt_speeds.values, &dampings.values, draws);
-    if values.is_none() {
-        say(
-            "note: hardly any draw of the uncertain quantities is a legal machine; the map has no probability",
-        );
-    }
-    Some(auxiliary::probability(values?, draws))
 }
 
 /// Prints what is known of the run to be continued, and whether it is locked.

@@ -19,6 +19,8 @@ pub(super) struct RunReport<'a> {
     pub(super) job: &'a Job,
     /// The result of the run.
     pub(super) summary: &'a Summary,
+    /// Processor seconds of the probabilities, for a machine with uncertain quantities.
+    pub(super) probability_seconds: f64,
     /// Number of tiles that earlier runs had finished.
     pub(super) resumed_tiles: usize,
 }
@@ -34,6 +36,13 @@ impl RunReport<'_> {
     /// Number of failed cells, over all methods.
     fn failed(&self) -> u64 {
         self.summary.methods.iter().map(|method| method.cells_with(Verdict::Failed)).sum()
+    }
+
+    /// Processor seconds that belong to no method, by stage.
+    fn stages(&self) -> Vec<(&'static str, f64)> {
+        let mut stages = self.summary.stages.named().to_vec();
+        stages.push(("probability", self.probability_seconds));
+        stages
     }
 
     fn columns(&self) -> usize {
@@ -81,7 +90,7 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
     }
     // Time that belongs to no method, and the total.
     let methods: f64 = summary.methods.iter().map(|method| method.seconds).sum();
-    let stages = summary.stages.named();
+    let stages = report.stages();
     let all = methods + stages.iter().map(|(_, seconds)| seconds).sum::<f64>();
     for (stage, seconds) in stages.into_iter().filter(|(_, seconds)| *seconds > 0.0).chain([("all", all)]) {
         let mut row = vec![stage.to_owned()];
@@ -227,7 +236,7 @@ fn peak_memory() -> Option<u64> {
 
 /// Prints the report as JSON.
 pub(super) fn json(report: &RunReport) -> Result<(), Failure> {
-    let RunReport { job, summary, resumed_tiles } = report;
+    let RunReport { job, summary, resumed_tiles, .. } = report;
     let (law, tolerance) = (job.plan.grid.law(), job.plan.tolerance);
     let methods = object(summary.methods.iter().map(|method| {
         let verdicts = Verdict::ALL.map(|verdict| (verdict.name(), json!(method.cells_with(verdict))));
@@ -300,7 +309,7 @@ pub(super) fn json(report: &RunReport) -> Result<(), Failure> {
         "rhs": summary.rhs,
         "peak_bytes": peak_memory(),
         "pack_thread_seconds": summary.stages.pack,
-        "stages": object(summary.stages.named()),
+        "stages": object(report.stages()),
         "failed": report.failed(),
         "failed_cells": failed,
     }))
@@ -374,7 +383,9 @@ mod tests {
     fn fields_without_an_answer_are_counted() {
         let job = job();
         let mut summary = summary(0, Vec::new());
-        let told = |summary: &Summary| text(&RunReport { job: &job, summary, resumed_tiles: 0 });
+        let told = |summary: &Summary| {
+            text(&RunReport { job: &job, summary, probability_seconds: 0.0, resumed_tiles: 0 })
+        };
         assert!(!told(&summary).contains("not determined") && !told(&summary).contains("not found"));
         summary.unknown = Unknown { regimes: 2, critical: 1 };
         let told = told(&summary);
@@ -390,13 +401,13 @@ mod tests {
         assert_eq!(command_line(&Law::Stribeck, &point, job.plan.tolerance), line);
 
         let fine = summary(0, Vec::new());
-        let report = RunReport { job: &job, summary: &fine, resumed_tiles: 0 };
+        let report = RunReport { job: &job, summary: &fine, probability_seconds: 0.0, resumed_tiles: 0 };
         assert!(!report.is_flawed());
         assert!(!text(&report).contains("slipmap probe"));
 
         let mut failed = summary(1, Vec::new());
         failed.failed_cells = vec![FailedCell { tile: 0, point, method: Method::Simulation }];
-        let report = RunReport { job: &job, summary: &failed, resumed_tiles: 0 };
+        let report = RunReport { job: &job, summary: &failed, probability_seconds: 0.0, resumed_tiles: 0 };
         assert!(report.is_flawed());
         assert!(text(&report).contains(&format!("simulation: {line}\n")), "{}", text(&report));
 
@@ -409,7 +420,8 @@ mod tests {
         });
         let cell = Contradiction { tile: 0, point, verdicts: verdicts.collect() };
         contradictory.contradictions = Contradictions { cells: 1, first: vec![cell] };
-        let report = RunReport { job: &job, summary: &contradictory, resumed_tiles: 0 };
+        let report =
+            RunReport { job: &job, summary: &contradictory, probability_seconds: 0.0, resumed_tiles: 0 };
         assert!(report.is_flawed());
         let said = text(&report);
         assert!(said.contains("1 cell in which methods with a guarantee contradict"), "{said}");
@@ -419,7 +431,8 @@ mod tests {
         let direct = Flow { fate, margin: f64::NAN, margin_error: f64::NAN, rhs: 0 };
         let disagreement = Disagreement { point, method: "symmetric", stored: Verdict::Present, direct };
         let contradicted = summary(0, vec![disagreement]);
-        let report = RunReport { job: &job, summary: &contradicted, resumed_tiles: 0 };
+        let report =
+            RunReport { job: &job, summary: &contradicted, probability_seconds: 0.0, resumed_tiles: 0 };
         assert!(report.is_flawed());
         assert!(
             text(&report).contains(&format!("symmetric says present, the direct engine failed: {line}\n"))

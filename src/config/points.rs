@@ -230,10 +230,27 @@ fn find_axes(
             Some(position) => columns.push((*axis, position)),
         }
     }
+    if let Some((position, meant)) = misspelt(&header, names) {
+        let problem = format!("column {}: unknown name `{}`", position + 1, short(&header[position]));
+        let remedy = format!("the nearest column that is read is `{meant}`; rename it, or take it out");
+        return bad(problem, remedy);
+    }
     if columns.is_empty() {
         return bad("no column is a quantity of the machine".into(), remedy);
     }
     Ok(columns)
+}
+
+/// The first column whose name is probably meant to be one of `names`, of which the header has no other, with
+/// that name: they differ in case, or in few of many letters. Columns of any other name are kept unread.
+fn misspelt(header: &[String], names: &[&'static str]) -> Option<(usize, &'static str)> {
+    let meant = |column: &String| {
+        let absent = names.iter().filter(|name| !header.iter().any(|other| other == *name));
+        let mut near = absent
+            .map(|name| (strsim::damerau_levenshtein(&column.to_lowercase(), &name.to_lowercase()), name));
+        near.find(|(distance, name)| names.iter().all(|known| known != column) && 3 * distance < name.len())
+    };
+    header.iter().enumerate().find_map(|(position, column)| Some((position, *meant(column)?.1)))
 }
 
 /// Byte source that returns an error if a row is too long.

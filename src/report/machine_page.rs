@@ -171,6 +171,13 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
     let ratio = rich(" (damping ratio ").then(Rich::number(does.damping_ratio, 3)).then(rich(")"));
     given.push(line("damping", of(machine.damping, Damping).then(ratio)));
 
+    let critical = match (does.critical_damping, does.critical_damping_error) {
+        (Some(damping), Some(error)) => Rich::number(damping, 4)
+            .then(rich(" ± "))
+            .then(Rich::number(error, 2))
+            .then(Rich::foreign(&format!(" {}", machine.motion.unit(Damping)))),
+        _ => rich("none: it needs no damping"),
+    };
     let mut limits = vec![
         line("regime at the working point", rich(palette::regime_words(does.regime))),
         line(
@@ -185,7 +192,7 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
             "stick-slips whatever the start below damping",
             or(all.always_below_damping, Damping, "none: steady slip is stable without damping"),
         ),
-        line("may stick-slip below damping", or(does.critical_damping, Damping, "none: it needs no damping")),
+        line("may stick-slip below damping", critical),
     ];
     if let Some(margin) = all.safety_margin() {
         limits.push(line("damping over critical damping", quantity(margin, "")));
@@ -264,19 +271,19 @@ fn has_forces(machine: &Machine) -> bool {
 /// The probability of stick-slip, and the dampings for given probabilities.
 fn risk_lines(all: &Assessment, risk: &Risk) -> Vec<(Rich, Rich)> {
     let unit = all.machine.motion.unit(Dimension::Damping);
-    let limits = |estimate: &Estimate, factor: f64, unit: &str| {
-        let [low, high] = estimate.limits.map(|limit| Rich::number(limit * factor, 4));
-        let value = Rich::number(estimate.value * factor, 4);
-        value
-            .then(rich(" ("))
-            .then(low)
-            .then(rich(" to "))
-            .then(high)
-            .then(Rich::foreign(&format!(") {unit}")))
+    let limits = |estimate: &Estimate| {
+        let [low, high] = estimate.limits.map(|limit| Rich::number(limit, 4));
+        let value = Rich::number(estimate.value, 4);
+        // Draws that hardly differ have limits that do not differ in print.
+        let interval = match low.plain() == high.plain() {
+            true => rich(""),
+            false => rich(" (").then(low).then(rich(" to ")).then(high).then(rich(")")),
+        };
+        value.then(interval).then(Rich::foreign(&format!(" {unit}")))
     };
     let mut lines = vec![(
         rich("probability that it may stick-slip (95 % limits)"),
-        limits(&risk.probability, 100.0, "%").then(rich(&format!(", {} draws", risk.draws))),
+        rich(&percentage(&risk.probability)).then(rich(&format!(", {} draws", risk.draws))),
     )];
     if risk.critical_damping_error > 0.0 {
         let error = Rich::number(risk.critical_damping_error, 2).then(Rich::foreign(&format!(" {unit}")));
@@ -289,11 +296,32 @@ fn risk_lines(all: &Assessment, risk: &Risk) -> Vec<(Rich, Rich)> {
     for rare in &risk.rare_by {
         let name =
             rich("damping that makes it ").then(Rich::number(100.0 * rare.probability, 4)).then(rich(" %"));
-        let value =
-            rare.damping.as_ref().map_or_else(|| rich("too few draws"), |found| limits(found, 1.0, unit));
+        let value = rare.damping.as_ref().map_or_else(|| rich("too few draws"), limits);
         lines.push((name, value));
     }
     lines
+}
+
+/// A share in per cent, to two decimals: what would be printed as 0 or 100 but is not is given as beyond the
+/// last number that can be.
+fn percent(share: f64) -> String {
+    match 100.0 * share {
+        0.0 => "0".into(),
+        100.0 => "100".into(),
+        percent if percent < 0.01 => "< 0.01".into(),
+        percent if percent > 99.99 => "> 99.99".into(),
+        percent => {
+            let text = format!("{percent:.2}");
+            text.trim_end_matches('0').trim_end_matches('.').to_owned()
+        }
+    }
+}
+
+/// A share in per cent with its limits, where these differ in print.
+fn percentage(share: &Estimate) -> String {
+    let [low, high] = share.limits.map(percent);
+    let interval = if low == high { String::new() } else { format!(" ({low} to {high})") };
+    format!("{}{interval} %", percent(share.value))
 }
 
 /// Width of a figure on the page, in points.
@@ -430,4 +458,19 @@ fn influence(all: &Assessment) -> Scene {
     panel.named_axes(&mut scene, &name, &rich("share in the critical damping, %"), labels);
     scene.height = rect.y + rect.h + BOTTOM_MARGIN + SMALL_TEXT;
     scene
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_are_printed_as_people_read_them() {
+        let print = |value, limits| percentage(&Estimate { value, limits });
+        assert_eq!(print(1.0, [0.999_98, 1.0]), "100 (> 99.99 to 100) %");
+        assert_eq!(print(1.0, [1.0, 1.0]), "100 %");
+        assert_eq!(print(6.77e-15, [6.7e-15, 6.8e-15]), "< 0.01 %");
+        assert_eq!(print(0.0, [0.0, 0.001_28]), "0 (0 to 0.13) %");
+        assert_eq!(print(0.25, [0.231, 0.26]), "25 (23.1 to 26) %");
+    }
 }

@@ -19,6 +19,7 @@ mod verdicts;
 pub(crate) mod work_precision;
 mod write;
 
+use std::io;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
@@ -61,6 +62,16 @@ pub enum ReportError {
         path: PathBuf,
         /// The folder.
         folder: PathBuf,
+    },
+    /// The folder of the output cannot be written.
+    #[error("{path}: cannot write into the folder {folder}: {source}; choose a folder that is yours")]
+    NotYours {
+        /// The output.
+        path: PathBuf,
+        /// The folder.
+        folder: PathBuf,
+        /// The file system's reason.
+        source: io::Error,
     },
     /// The extension of this figure's name is not that of a known format.
     #[error("{0} does not end in .svg, .pdf or .png; give the figure one of these endings")]

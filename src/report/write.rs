@@ -177,7 +177,14 @@ pub(crate) fn write_file(contents: &[u8], path: &Path, existing: Existing) -> Re
         return Err(ReportError::NoFolder { path: path.to_path_buf(), folder: folder.to_path_buf() });
     }
     // The message leaves out the name of the temporary file.
-    let mut file = temporary_in(folder).map_err(|error| failed(error.kind().into()))?;
+    let mut file = temporary_in(folder).map_err(|error| match error.kind() {
+        // The folder exists, so that it takes no files.
+        io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem | io::ErrorKind::NotFound => {
+            let (path, folder) = (path.to_path_buf(), folder.to_path_buf());
+            ReportError::NotYours { path, folder, source: error.kind().into() }
+        }
+        kind => failed(kind.into()),
+    })?;
     file.write_all(contents).map_err(failed)?;
     publish_file(file, path, existing).map_err(failed)
 }

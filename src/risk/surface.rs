@@ -16,30 +16,29 @@
 //!
 //! y is smooth. It is sampled at Chebyshev nodes of the box that holds the machines, and interpolated; boxes
 //! in which it misses samples by more than a set accuracy are cut in two, down to boxes with so few machines
-//! that each has a search of its own. Guarantee: numerical; [`Found::error`] is the largest error met at the
-//! samples.
+//! that each has a search of its own. A box in which no search succeeds is not cut. Guarantee: numerical;
+//! [`Found::error`] is the largest error met at the samples.
 //!
 //! Standard errors of measured friction move y too. To first order in them its standard deviation is another
-//! function of the same groups (theory, "Any friction law"), and is interpolated alike.
+//! function of the same groups (theory, "Any friction law"). The same orbits give both, so that it is
+//! interpolated from the same nodes.
 
 use rayon::prelude::*;
 
-use crate::friction::{Column, Law};
+use crate::friction::{Column, Law, Table};
 use crate::machine::{Friction, Machine, Model};
-use crate::simulate::critical::critical_dampings;
-use crate::simulate::sensitivity;
+use crate::simulate::critical::{critical_damping, critical_dampings};
+use crate::simulate::sensitivity::{self, NoSensitivity};
 
 /// Tolerance of the root search for a critical damping.
 const TOLERANCE: f64 = 1e-9;
-/// Largest error of the interpolated y at the samples, in units of its size: far below any tolerance of a
-/// machine.
-const ACCURACY: f64 = 1e-6;
-/// The same of its standard deviation, which is an error itself.
-const ACCURACY_OF_DEVIATION: f64 = 1e-2;
+/// Largest errors at the samples, in units of the size: of the interpolated y, far below any tolerance of a
+/// machine, and of its standard deviation, which is an error itself.
+const ACCURACIES: Pair = [1e-6, 1e-2];
 /// Number of machines in a box whose critical damping is computed by the root search, for comparison.
-const SAMPLES: usize = 24;
+const SAMPLES: usize = 8;
 /// Nodes along each axis, by the number of axes that have an extent.
-const NODES: [usize; 5] = [1, 12, 9, 7, 5];
+const NODES: [usize; 5] = [1, 6, 9, 7, 5];
 /// Largest number of nodes of a box, not counting its first axis.
 const MOST_ROWS: usize = 125;
 /// Number of machines in one call of the root search.
@@ -66,33 +65,47 @@ pub(super) struct Found {
     pub(super) dampings: Vec<f64>,
     /// Largest error of the interpolated dampings at the samples, in units of the damping.
     pub(super) error: f64,
-    /// Their standard deviations by the standard errors of measured friction, SI units; 0 where none is
-    /// known, as of friction without standard errors.
+    /// Their standard deviations by the standard errors of measured friction, SI units: NaN where it is not
+    /// known, 0 for friction without standard errors and for critical dampings below 0.
     pub(super) deviations: Vec<f64>,
 }
 
-/// A function of the groups: y or its standard deviation.
-struct Sought {
-    /// Its values; NaN where there is none.
-    values: fn(&Groups, &[&[f64]]) -> Vec<f64>,
-    /// Largest error of its interpolation at the samples, in units of its size.
-    accuracy: f64,
-}
+/// y and its standard deviation, of one machine.
+type Pair = [f64; 2];
 
-const Y: Sought = Sought { values: |groups, of| groups.searched(of), accuracy: ACCURACY };
-const DEVIATION: Sought =
-    Sought { values: |groups, of| groups.deviations(of), accuracy: ACCURACY_OF_DEVIATION };
+/// A machine with its values, and the largest error of y at the samples of its box.
+struct Placed {
+    machine: usize,
+    values: Pair,
+    error: f64,
+}
 
 /// Standard error of the critical damping of a machine by the standard errors of its measured friction, in SI
 /// units and to first order in them. `None` where the friction has none, or the critical damping has no
 /// derivatives.
 pub(super) fn standard_error(model: &Model) -> Option<f64> {
+    let [_, deviation] = of_measured(model);
+    (deviation >= 0.0 && model.column().curve.table()?.standard_errors().is_some())
+        .then_some(deviation * model.si.units.damping)
+}
+
+/// The critical damping of a machine with measured friction, and its standard deviation by the standard errors
+/// of the data to first order in them; both dimensionless, NaN where not known. A negative critical damping has
+/// the deviation 0.
+fn of_measured(model: &Model) -> Pair {
     let column = model.column();
-    let errors = column.curve.table()?.standard_errors()?;
-    let found = sensitivity::sensitivity(&column).ok()?;
-    // In SI units friction is not measured in that at rest.
-    let moved = found.by_data.iter().zip(errors).map(|(by, error)| (by.value * error).powi(2));
-    Some(moved.sum::<f64>().sqrt() * model.si.units.damping)
+    let errors = column.curve.table().and_then(Table::standard_errors).unwrap_or_default();
+    match sensitivity::sensitivity(&column) {
+        // In SI units friction is not measured in that at rest.
+        Ok(found) => {
+            let moved = found.by_data.iter().zip(errors).map(|(by, error)| (by.value * error).powi(2));
+            [found.critical.c, moved.sum::<f64>().sqrt()]
+        }
+        Err(why) => {
+            let critical = critical_damping(&column, TOLERANCE).map_or(f64::NAN, |critical| critical.c);
+            [critical, if why == NoSensitivity::Negative { 0.0 } else { f64::NAN }]
+        }
+    }
 }
 
 impl<'a> Groups<'a> {
@@ -107,6 +120,11 @@ impl<'a> Groups<'a> {
         };
         let size = 2 + varied.len() + usize::from(is_stribeck(nominal));
         Self { nominal, varied, size, values: Vec::new(), scales: Vec::new() }
+    }
+
+    /// The machine from which the others differ.
+    pub(super) fn nominal(&self) -> &'a Machine {
+        self.nominal
     }
 
     /// Adds a machine.
@@ -180,39 +198,38 @@ impl<'a> Groups<'a> {
         machine.is_legal().then_some(machine)
     }
 
-    /// y at these groups, by a root search for each; NaN if the search failed.
-    fn searched(&self, groups: &[&[f64]]) -> Vec<f64> {
-        let of_some = |groups: &[&[f64]]| {
-            let model = |groups: &&[f64]| {
-                let machine = self.machine_with(groups)?;
-                let factor = (machine.stiffness * machine.mass).sqrt() * groups[0].exp();
-                Some((machine.model()?, factor))
+    /// y and its standard deviation at these groups, by a root search for each; NaN if the search failed.
+    fn searched(&self, groups: &[&[f64]]) -> Vec<Pair> {
+        let model = |groups: &&[f64]| {
+            let machine = self.machine_with(groups)?;
+            let factor = (machine.stiffness * machine.mass).sqrt() * groups[0].exp();
+            let model = machine.model()?;
+            let scale = model.si.units.damping / factor;
+            Some((model, scale))
+        };
+        if has_standard_errors(self.nominal) {
+            let of_one = |groups: &&[f64]| {
+                model(groups).map_or([f64::NAN; 2], |(model, scale)| of_measured(&model).map(|x| x * scale))
             };
+            return groups.par_iter().map(of_one).collect();
+        }
+        let of_some = |groups: &[&[f64]]| {
             let models: Vec<Option<(Model, f64)>> = groups.iter().map(model).collect();
             let columns: Vec<Column> = models.iter().flatten().map(|(model, _)| model.column()).collect();
             let mut roots = critical_dampings(&columns, TOLERANCE).into_iter();
-            let mut y = |(model, factor): &(Model, f64)| {
+            let mut y = |(_, scale): &(Model, f64)| {
                 let root = roots.next().and_then(Result::ok);
-                root.map_or(f64::NAN, |root| root.c * model.si.units.damping / factor)
+                root.map_or(f64::NAN, |root| root.c * scale)
             };
-            models.iter().map(|model| model.as_ref().map_or(f64::NAN, &mut y)).collect::<Vec<f64>>()
+            let y = |model: &Option<(Model, f64)>| [model.as_ref().map_or(f64::NAN, &mut y), 0.0];
+            models.iter().map(y).collect::<Vec<Pair>>()
         };
         groups.par_chunks(SEARCHED_TOGETHER).flat_map_iter(of_some).collect()
     }
 
-    /// The standard deviation of y at these groups.
-    fn deviations(&self, groups: &[&[f64]]) -> Vec<f64> {
-        let of_one = |groups: &&[f64]| {
-            let machine = self.machine_with(groups)?;
-            let factor = (machine.stiffness * machine.mass).sqrt() * groups[0].exp();
-            Some(standard_error(&machine.model()?)? / factor)
-        };
-        groups.par_iter().map(|groups| of_one(groups).unwrap_or(f64::NAN)).collect()
-    }
-
-    /// The values of what is sought at these machines, not interpolated.
-    fn exact(&self, sought: &Sought, machines: &[usize]) -> Vec<f64> {
-        (sought.values)(self, &machines.iter().map(|&machine| self.of(machine)).collect::<Vec<_>>())
+    /// The values at these machines, not interpolated.
+    fn exact(&self, machines: &[usize]) -> Vec<Pair> {
+        self.searched(&machines.iter().map(|&machine| self.of(machine)).collect::<Vec<_>>())
     }
 
     /// The critical damping of every machine.
@@ -221,58 +238,72 @@ impl<'a> Groups<'a> {
         let (mut known, mut unknown): (Vec<usize>, Vec<usize>) =
             all.into_iter().partition(|&machine| self.of(machine).iter().all(|group| group.is_finite()));
         let mut dampings = vec![f64::NAN; self.scales.len()];
-        let mut error = 0.0_f64;
-        for (machine, y, off) in self.boxed(&Y, &mut known) {
+        let mut deviations = vec![0.0; self.scales.len()];
+        let mut largest = 0.0_f64;
+        for Placed { machine, values: [y, deviation], error } in self.boxed(&mut known) {
             let [factor, shift] = self.scales[machine];
             dampings[machine] = factor * y + shift;
-            error = error.max((factor * off).abs());
-        }
-        let mut deviations = vec![0.0; self.scales.len()];
-        if has_standard_errors(self.nominal) {
-            for (machine, deviation, _) in self.boxed(&DEVIATION, &mut known) {
-                if deviation > 0.0 {
-                    deviations[machine] = self.scales[machine][0] * deviation;
-                }
-            }
+            deviations[machine] = if deviation < 0.0 { 0.0 } else { factor * deviation };
+            largest = largest.max((factor * error).abs());
         }
         // Friction that does not fall with speed: no damping is needed.
         unknown.retain(|&machine| self.scales[machine][0] <= 0.0);
         for machine in unknown {
             dampings[machine] = self.scales[machine][1].min(0.0);
         }
-        Found { dampings, error, deviations }
+        Found { dampings, error: largest, deviations }
     }
 
-    /// The machines, each with the value sought and the largest error at the samples of its box.
-    fn boxed(&self, sought: &Sought, machines: &mut [usize]) -> Vec<(usize, f64, f64)> {
+    /// The machines with their values.
+    fn boxed(&self, machines: &mut [usize]) -> Vec<Placed> {
         let sides = self.sides(machines);
         let wide: Vec<usize> = (0..self.size).filter(|&axis| sides[axis][1] > sides[axis][0]).collect();
         let along = NODES.get(wide.len()).copied();
         let nodes = along.and_then(|n| n.checked_pow(u32::try_from(wide.len()).ok()?));
         let Some((along, nodes)) = along.zip(nodes).filter(|(_, n)| machines.len() > MACHINES_PER_NODE * n)
         else {
-            let y = self.exact(sought, machines);
-            return machines.iter().zip(y).map(|(&machine, y)| (machine, y, 0.0)).collect();
+            let values = self.exact(machines).into_iter();
+            let placed = machines.iter().zip(values);
+            return placed.map(|(&machine, values)| Placed { machine, values, error: 0.0 }).collect();
         };
-        let surface = Surface::new(self, sought, &sides, &wide, along, nodes);
         // Equally spaced samples of the machines, which are in the order of the draws.
         let step = machines.len() / SAMPLES;
         let samples: Vec<usize> = (0..SAMPLES).map(|i| machines[i * step]).collect();
-        let exact = self.exact(sought, &samples);
-        let missed = samples.iter().zip(&exact).map(|(&m, y)| (surface.at(self.of(m)) - y).abs());
-        let error =
-            missed.fold(0.0, |most: f64, miss| if miss.is_nan() { f64::INFINITY } else { most.max(miss) });
-        if error <= sought.accuracy * surface.size() {
-            return machines.iter().map(|&machine| (machine, surface.at(self.of(machine)), error)).collect();
-        }
-        let axis = surface.roughest();
+        let points = chebyshev_points(&sides, &wide, along, nodes);
+        let all: Vec<&[f64]> =
+            points.iter().map(Vec::as_slice).chain(samples.iter().map(|&machine| self.of(machine))).collect();
+        let values = self.searched(&all);
+        let (at_nodes, at_samples) = values.split_at(nodes);
+        let surfaces = [0, 1].map(|of| {
+            let at_nodes = at_nodes.iter().map(|pair| pair[of]).collect();
+            Surface::new(sides.clone(), wide.clone(), along, at_nodes)
+        });
+        let errors = [0, 1].map(|of| {
+            let missed = samples.iter().zip(at_samples);
+            let missed = missed.map(|(&m, exact)| (surfaces[of].at(self.of(m)) - exact[of]).abs());
+            missed.fold(0.0, |most: f64, miss| if miss.is_nan() { f64::INFINITY } else { most.max(miss) })
+        });
+        let rough = (0..2).find(|&of| {
+            let unknown = values.iter().all(|pair| pair[of].is_nan());
+            // A node without an answer makes the size NaN: such a box is cut too.
+            !unknown && !(errors[of] <= ACCURACIES[of] * surfaces[of].size())
+        });
+        let Some(rough) = rough else {
+            let measured = has_standard_errors(self.nominal);
+            let values =
+                |point: &[f64]| [surfaces[0].at(point), if measured { surfaces[1].at(point) } else { 0.0 }];
+            let placed =
+                |&machine: &usize| Placed { machine, values: values(self.of(machine)), error: errors[0] };
+            return machines.iter().map(placed).collect();
+        };
+        let axis = surfaces[rough].roughest();
         let middle = machines.len() / 2;
         let place = |machine: &usize| self.of(*machine)[axis];
         machines.select_nth_unstable_by(middle, |a, b| place(a).total_cmp(&place(b)).then(a.cmp(b)));
         let (below, above) = machines.split_at_mut(middle);
         below.sort_unstable();
         above.sort_unstable();
-        let (mut below, mut above) = rayon::join(|| self.boxed(sought, below), || self.boxed(sought, above));
+        let (mut below, mut above) = rayon::join(|| self.boxed(below), || self.boxed(above));
         below.append(&mut above);
         below
     }
@@ -315,29 +346,26 @@ struct Surface {
     coefficients: Vec<f64>,
 }
 
+/// The Chebyshev nodes of a box, the last axis fastest.
+fn chebyshev_points(sides: &[[f64; 2]], wide: &[usize], along: usize, nodes: usize) -> Vec<Vec<f64>> {
+    let node = |i: usize| (std::f64::consts::PI * (i as f64 + 0.5) / along as f64).cos();
+    let point = |number| {
+        let mut point: Vec<f64> = sides.iter().map(|side| side[0]).collect();
+        let mut rest = number;
+        for &axis in wide.iter().rev() {
+            let [lo, hi] = sides[axis];
+            point[axis] = lo + 0.5 * (1.0 + node(rest % along)) * (hi - lo);
+            rest /= along;
+        }
+        point
+    };
+    (0..nodes).map(point).collect()
+}
+
 impl Surface {
-    fn new(
-        groups: &Groups,
-        sought: &Sought,
-        sides: &[[f64; 2]],
-        wide: &[usize],
-        along: usize,
-        nodes: usize,
-    ) -> Self {
-        let node = |i: usize| (std::f64::consts::PI * (i as f64 + 0.5) / along as f64).cos();
-        let points: Vec<Vec<f64>> = (0..nodes)
-            .map(|number| {
-                let mut point: Vec<f64> = sides.iter().map(|side| side[0]).collect();
-                let mut rest = number;
-                for &axis in wide.iter().rev() {
-                    let [lo, hi] = sides[axis];
-                    point[axis] = lo + 0.5 * (1.0 + node(rest % along)) * (hi - lo);
-                    rest /= along;
-                }
-                point
-            })
-            .collect();
-        let mut coefficients = (sought.values)(groups, &points.iter().map(Vec::as_slice).collect::<Vec<_>>());
+    /// The interpolant of values at [`chebyshev_points`].
+    fn new(sides: Vec<[f64; 2]>, wide: Vec<usize>, along: usize, values: Vec<f64>) -> Self {
+        let (nodes, mut coefficients) = (values.len(), values);
         // From values at the nodes to coefficients, axis by axis.
         for axis in 0..wide.len() {
             let stride = along.pow((wide.len() - 1 - axis) as u32);
@@ -351,7 +379,7 @@ impl Surface {
                 }
             }
         }
-        Self { sides: sides.to_vec(), wide: wide.to_vec(), along, coefficients }
+        Self { sides, wide, along, coefficients }
     }
 
     /// The value at a point of the box.

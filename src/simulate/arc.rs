@@ -134,6 +134,13 @@ impl<'a> Walk<'a> {
         }
     }
 
+    /// The local error allowed in a step of length `h` from `from`. The rounding of the state hides smaller ones.
+    /// Without that bound no step would be short enough just before a datum of a measured law at which the slope
+    /// of D changes much: steps end there up to rounding only.
+    fn allowed_in(&self, from: &State, h: f64) -> f64 {
+        (self.allowed * h).max(0.5 * f64::EPSILON * (from.v.abs() + from.w.abs()))
+    }
+
     /// The walk with steps that end at these slip speeds, among which the law's corners are.
     pub(super) fn stopping_at(self, stops: &'a [f64]) -> Self {
         Self { stops, ..self }
@@ -199,7 +206,7 @@ impl<'a> Walk<'a> {
                 h = shorter;
                 continue;
             }
-            let allowed = self.allowed * h;
+            let allowed = self.allowed_in(&from, h);
             let factor = (0.9 * (allowed / error).powf(1.0 / 7.0)).clamp(0.2, 5.0);
             // A step across the belt line meets a kink of the continued field; the accuracy that matters is
             // that of the shorter step to the line, see `is_accurate`.
@@ -326,7 +333,7 @@ impl<'a> Walk<'a> {
         let h = to.time - from.time;
         let (_, error) = self.after(from, h);
         let scale = 1.0 / (1.0 + 0.5 * self.divergence(from.v).abs());
-        let accurate = error <= self.allowed * h || h <= 1e-6 * scale;
+        let accurate = error <= self.allowed_in(from, h) || h <= 1e-6 * scale;
         if !accurate {
             self.here = *from;
             self.next_step = 0.5 * h;

@@ -139,6 +139,11 @@ fn a_table_of_machines_is_answered_in_si_units() {
     scratch.file("machine.toml", machine("law = \"lorentzian\"", coefficients));
     scratch.file("in.csv", "name,belt_speed,mass\na,0.05,2\nb,0.2,4\n");
     let run = ["probe", "--machine", "machine.toml", "--points", "in.csv", "--out", "out.csv", "--quiet"];
+    // A misspelt quantity would be kept unread, and the machine's own value taken.
+    let written = std::fs::read_to_string(scratch.path().join("in.csv")).unwrap();
+    scratch.file("in.csv", "note,dampng,belt_speed\na,3,0.1\n");
+    scratch.run(&run).refuses(&["in.csv:1: column 2: unknown name `dampng`", "`damping`"]);
+    scratch.file("in.csv", written);
     scratch.run(&run).ends_with(0);
     let text = scratch.read("out.csv");
     let rows: Vec<HashMap<String, String>> =
@@ -242,7 +247,14 @@ fn measured_friction_with_standard_errors_makes_a_machine_uncertain() {
     assert!((rare["value"].as_f64().unwrap() - expected).abs() < high - low, "{rare} {expected}");
     let words = scratch.run(&["machine", "measured.toml", "--draws", "2000"]).ends_with(0).out;
     assert!(words.contains("standard error of critical damping"), "{words}");
+    assert!(page["may_stick_slip_below_damping_error"].as_f64().is_some_and(|e| e > 0.0), "{page}");
+    assert!(words.contains(" ± "), "the error of the critical damping: {words}");
+    // The probabilities of the map are in its estimated and in its measured cost.
     let run = ["run", "measured.toml", "--set", "output.path=map.h5", "--quiet"];
-    scratch.run(&run).ends_with(0);
+    let told = json(&scratch, &[&run[..], &["--dry-run"]].concat());
+    let [part, all] = ["probability_seconds", "seconds"].map(|key| told[key].as_f64().unwrap());
+    assert!(0.0 < part && part < all, "{told}");
+    let told = json(&scratch, &run);
+    assert!(told["stages"]["probability"].as_f64().is_some_and(|seconds| seconds > 0.0), "{told}");
     assert!(MapFile::open(&scratch.path().join("map.h5")).unwrap().has_auxiliary(PROBABILITY));
 }

@@ -114,21 +114,27 @@ export class Point {
   }
 }
 
-function verdict_table({ methods, critical_c }) {
-  const head = element("tr", {}, ...["method", "verdict", "margin", "critical c"].map((words) => element("th", { scope: "col" }, words)));
+function verdict_table({ methods, critical_c, machine }) {
+  // Of a machine, dampings are shown in SI units.
+  const damping = machine ? machine.units.force / machine.units.velocity : 1;
+  const unit = machine ? { rotation: "N m s/rad" }[machine.motion] ?? "N s/m" : "";
+  const heads = machine ? [`margin, ${unit}`, `critical damping, ${unit}`] : ["margin", "critical c"];
+  const number = (value, factor) => short(typeof value === "number" ? value * factor : value, 4);
+  const head = element("tr", {}, ...["method", "verdict", ...heads].map((words) => element("th", { scope: "col" }, words)));
   // Below each method, over the whole width, why it does not decide, or what its verdict is worth.
   const rows = Object.entries(methods).flatMap(([name, said]) => [
     element("tr", { "data-method": name, title: said.equation },
       element("th", { scope: "row" }, name.replaceAll("_", " ")),
       element("td", {}, element("span", { class: `say ${said.verdict}` }, said.verdict)),
-      element("td", { class: "number" }, short(said.margin, 4)),
-      element("td", { class: "number" }, short(said.critical_c, 4))),
+      element("td", { class: "number" }, number(said.margin, name === "simulation" ? 1 : damping)),
+      element("td", { class: "number" }, number(said.critical_c, damping))),
     element("tr", { class: "why" }, element("td", { class: "hint", colspan: "4" }, said.reason ?? `guarantee: ${said.guarantee.replaceAll("_", " ")}`)),
   ]);
-  const exact = critical_c.value === null ? critical_c.reason : `${critical_c.value} ± ${short(critical_c.error)}`;
+  const exact = critical_c.value === null ? critical_c.reason : `${machine ? short(critical_c.value * damping, 6) : critical_c.value} ± ${short(critical_c.error * damping, 2)} ${unit}`.trim();
+  const margin = machine ? `${unit} of damping` : "c";
   return element("div", { class: "wide", tabindex: "0", role: "group", "aria-label": "verdicts" },
     element("table", { class: "verdicts" }, element("caption", {}, "Does a stick-slip limit cycle exist?"), element("thead", {}, head), element("tbody", {}, ...rows)),
-    element("p", { class: "hint" }, `Critical damping c* = ${exact}. A margin is in c to the edge of presence, or m / V of the simulation.`));
+    element("p", { class: "hint" }, `Critical damping${machine ? "" : " c*"} = ${exact}. A margin is in ${margin} to the edge of presence, or m / V of the simulation.`));
 }
 
 // Derivatives of the critical damping; of a machine in per cent for one per cent of each quantity.

@@ -352,6 +352,7 @@ fn the_commands_write_everything_or_nothing() {
     plot(&["--out", "slice.png", "--columns", "2"]).ends_with(0);
     plot(&["--out", "slice.jpg"]).refuses(&[".svg, .pdf or .png"]);
     plot(&["--out", "a.svg", "--at", "V"]).refuses(&["gamma=2.0"]);
+    plot(&["--out", "/proc/z.svg"]).refuses(&["/proc/z.svg: cannot write into the folder /proc", "choose"]);
     plot(&["--out", "nodir/a.svg"]).refuses(&["nodir/a.svg: there is no folder nodir"]);
     plot(&["--out", "a.svg", "--variable", "verdict_symetric"]).refuses(&["`verdict_symmetric`"]);
     scratch.run(&["plot", "map.h5", "--x", "gamm", "--y", "c", "--out", "a.svg"]).refuses(&["`gamma`"]);

@@ -1,0 +1,102 @@
+//! The probability of stick-slip over the map of a machine with uncertain quantities.
+
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+use super::output::{count, number_of};
+use super::say;
+use crate::config::Job;
+use crate::dataset::{Auxiliary, auxiliary};
+use crate::machine::Machine;
+use crate::risk::{NoRisk, Probabilities, Uncertain, is_uncertain, probabilities};
+
+/// Number of draws for the whole map.
+const DRAWS: usize = 1_000_000;
+/// Least number of draws at each belt speed: a standard error of half a per cent at most.
+const FEWEST_DRAWS: usize = 10_000;
+/// Duration from which on a sample of belt speeds is extrapolated.
+const ENOUGH: Duration = Duration::from_millis(200);
+
+/// The question of how probable stick-slip is at each belt speed and damping of a map.
+pub(super) struct Chances<'a> {
+    machine: &'a Machine,
+    uncertain: &'a [Uncertain],
+    belt_speeds: Vec<f64>,
+    dampings: Vec<f64>,
+    /// Number of draws at each belt speed.
+    pub(super) draws: usize,
+}
+
+impl<'a> Chances<'a> {
+    /// `None` for a job without a machine or without uncertain quantities.
+    pub(super) fn of(job: &'a Job) -> Option<Self> {
+        let uncertain = &job.uncertain;
+        let machine = job.machine.as_ref().filter(|machine| is_uncertain(machine, uncertain))?;
+        let [belt_speeds, dampings]: [Auxiliary; 2] =
+            auxiliary::coordinates(&job.plan.grid, &machine.si()).try_into().ok()?;
+        let (belt_speeds, dampings) = (belt_speeds.values, dampings.values);
+        let draws = (DRAWS / belt_speeds.len()).max(FEWEST_DRAWS);
+        Some(Self { machine, uncertain, belt_speeds, dampings, draws })
+    }
+
+    /// Computes the variable of the map, and prints a note on illegal draws and on those without an answer.
+    pub(super) fn variable(&self, threads: Option<usize>, stop: &AtomicBool) -> Result<Auxiliary, NoRisk> {
+        let found = self.at(&self.belt_speeds, threads, stop)?;
+        let draws = self.draws * self.belt_speeds.len();
+        for note in notes_on_draws(draws, found.failed, found.redrawn) {
+            say(&format!("note: {note}"));
+        }
+        Ok(auxiliary::probability(found.values, self.draws))
+    }
+
+    /// Estimated duration in seconds, from a sample of belt speeds.
+    pub(super) fn seconds(&self, threads: Option<usize>) -> f64 {
+        let (start, speeds) = (Instant::now(), self.belt_speeds.len());
+        let mut timed = 0;
+        // From the middle of the belt speeds to both ends.
+        for number in (0..speeds).map(|i| (speeds / 2 + i * speeds.div_ceil(3)) % speeds) {
+            // A run that finds no probability takes this time as well.
+            let _ = self.at(&self.belt_speeds[number..=number], threads, &AtomicBool::new(false));
+            timed += 1;
+            if start.elapsed() >= ENOUGH {
+                break;
+            }
+        }
+        start.elapsed().as_secs_f64() / f64::from(timed) * speeds as f64
+    }
+
+    fn at(
+        &self,
+        belt_speeds: &[f64],
+        threads: Option<usize>,
+        stop: &AtomicBool,
+    ) -> Result<Probabilities, NoRisk> {
+        let Self { machine, uncertain, dampings, draws, .. } = self;
+        let found = || probabilities(machine, uncertain, belt_speeds, dampings, *draws, stop);
+        // Without a pool of its own it shares that of all.
+        match rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build() {
+            Ok(pool) => pool.install(found),
+            Err(_) => found(),
+        }
+    }
+}
+
+/// What a user should know of draws that were illegal and of those without an answer.
+pub(super) fn notes_on_draws(draws: usize, failed: usize, redrawn: usize) -> Vec<String> {
+    let mut notes = Vec::new();
+    if redrawn > 0 {
+        notes.push(format!(
+            "{} of illegal values, such as a negative mass or damping, drawn again until {} were legal",
+            number_of(redrawn, "draw"),
+            count(draws)
+        ));
+    }
+    if failed > 0 {
+        notes.push(format!(
+            "{} of {} without an answer, since the critical damping was not found; they are left out",
+            count(failed),
+            number_of(draws, "draw")
+        ));
+    }
+    notes
+}

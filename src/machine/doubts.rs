@@ -1,0 +1,72 @@
+//! Numbers of a machine that suggest other units than those of SI. They are legal: people should look twice.
+
+use super::{Dimension, Friction, Machine, Motion};
+
+/// Fastest belt speed of a plausible machine, m/s.
+const FASTEST: f64 = 100.0;
+/// Largest plausible coefficient of friction.
+const HIGHEST_FRICTION: f64 = 5.0;
+/// Largest plausible ratio of the fastest slip speed that was measured to the belt speed.
+const WIDEST_TABLE: f64 = 500.0;
+
+impl Machine {
+    /// What looks odd about the numbers, and why: one line each.
+    pub(crate) fn doubts(&self) -> Vec<String> {
+        let mut doubts = Vec::new();
+        let unit = self.motion.unit(Dimension::Velocity);
+        if self.motion == Motion::Translation && self.belt_speed > FASTEST {
+            doubts.push(format!(
+                "belt_speed = {} m/s is above {FASTEST} m/s; if it is in mm/s, divide it by 1000",
+                self.belt_speed
+            ));
+        }
+        // Forces without a normal force are coefficients of a normal force of 1.
+        let rest = self.friction.at_rest();
+        if rest > HIGHEST_FRICTION && self.normal_force != 1.0 {
+            doubts.push(format!(
+                "the coefficient of friction at rest is {rest}, above {HIGHEST_FRICTION}; if these are forces, divide them by \
+                 the normal force, or for a table set quantity = \"force\" in [friction]"
+            ));
+        }
+        if let Friction::Measured(table) = &self.friction
+            && table.fastest() >= WIDEST_TABLE * self.belt_speed
+        {
+            doubts.push(format!(
+                "the slip speeds of {} reach {} {unit}, {:.0} times belt_speed = {} {unit}; if they are in thousandths \
+                 of that unit, such as mm/s, divide them by 1000",
+                table.origin(),
+                table.fastest(),
+                table.fastest() / self.belt_speed,
+                self.belt_speed
+            ));
+        }
+        doubts
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::friction::{Law, Table};
+    use crate::machine::example;
+
+    #[test]
+    fn numbers_in_other_units_look_odd() {
+        let machine = example(Law::Exponential);
+        assert_eq!(machine.doubts(), Vec::<String>::new());
+        let odd = |name: &str, value: f64| machine.with(name, value).unwrap().doubts().join("; ");
+        assert!(
+            odd("belt_speed", 150.0).contains("150 m/s is above 100 m/s"),
+            "{}",
+            odd("belt_speed", 150.0)
+        );
+        assert!(odd("static_friction", 20.0).contains("at rest is 20, above 5"));
+        let measured = |unit: f64| {
+            let data = [(0.0, 0.4), (0.2 * unit, 0.35), (0.5 * unit, 0.33)];
+            let friction = Friction::Measured(Table::new("a.csv", &data, 0.4).unwrap());
+            Machine { friction, belt_speed: 0.1, ..machine.clone() }.doubts().join("; ")
+        };
+        assert_eq!(measured(1.0), "");
+        assert!(measured(1000.0).contains("a.csv reach 500 m/s, 5000 times"), "{}", measured(1000.0));
+    }
+}
