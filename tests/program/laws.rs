@@ -46,7 +46,7 @@ fn every_law_makes_a_map_that_is_checked_drawn_and_reported() {
         scratch.run(&plot).ends_with(0);
     }
     // A law without parameters and with a definition of many lines.
-    scratch.run(&["report", "map.h5", "--out", "report"]).ends_with(0);
+    scratch.run(&["report", "map.h5", "--out", "report", "--data"]).ends_with(0);
     // Its orbits are expensive: there are fewer points on the curve, and all of them have their number.
     let curve = std::fs::read_to_string(scratch.path().join("report/figures/critical-damping.csv")).unwrap();
     let (header, rows) = curve.split_once('\n').unwrap();
