@@ -517,10 +517,12 @@ fn choices<T: Clone>(node: &Node, table: &[(&'static str, T)], noun: &str) -> Re
 /// The nearest valid word: "the nearest valid key is `alpha`; valid are: ..".
 fn nearest(noun: &str, word: &str, valid: &[&'static str]) -> String {
     let word = word.to_lowercase();
-    // An abbreviation counts as nearer than a word with other letters: `eps` means epsilon, not beta.
+    // An abbreviation, or a part of a name, counts as nearer than a word with other letters: `eps` means epsilon,
+    // not beta, and `speed` belt_speed.
     let distance = |name: &&&str| {
         let name = name.to_lowercase();
-        let abbreviated = word.chars().count() > 1 && name.starts_with(&word);
+        let abbreviated =
+            word.chars().count() > 1 && (name.starts_with(&word) || name.split('_').any(|part| part == word));
         if abbreviated { 0 } else { strsim::damerau_levenshtein(&word, &name) }
     };
     match valid.iter().min_by_key(distance) {

@@ -149,7 +149,7 @@ impl PointArguments {
         let point = point_of(law, &values).map_err(|error| {
             let (name, value, wanted) = invalid_coordinate(&error);
             Failure::BadInput(format!(
-                "{}{value}: {name} must be {wanted}\n  help: choose a value that is",
+                "{}{value}: not a legal value\n  help: {name} must be {wanted}",
                 flag(&name)
             ))
         })?;

@@ -118,7 +118,12 @@ pub(super) fn check(path: &Path, as_json: bool) -> Result<Ended, Failure> {
     let bad = |problem: String, help: &str| Failure::BadInput(format!("{name}: {problem}\n  help: {help}"));
     let text = read(path)
         .and_then(|text| text.ok_or_else(|| io::Error::other("it is not a proof")))
-        .map_err(|error| bad(format!("cannot be read: {error}"), "name a file written by `slipmap run`"))?;
+        .map_err(|error| {
+            bad(
+                format!("cannot be read: {error}"),
+                "name a certificate: of `run` by validated.proof, or of `probe --proof`",
+            )
+        })?;
     if text.starts_with(point_certificate::BEGINNING) {
         let certificate = PointCertificate::parse(&text)
             .map_err(|error| bad(error.to_string(), "use the version of slipmap that wrote it"))?;

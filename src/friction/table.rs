@@ -104,7 +104,11 @@ impl Table {
             }
             if row > 0 && u <= data[row - 1].0 {
                 let problem = format!("the slip speed {u} follows {}", data[row - 1].0);
-                return error(Some(row), problem, "sort the rows by slip speed, without repetition");
+                return error(
+                    Some(row),
+                    problem,
+                    "sort the rows by slip speed, the first column, without repetition",
+                );
             }
         }
         if data[0].0 != 0.0 {
