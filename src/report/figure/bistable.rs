@@ -108,7 +108,8 @@ pub(crate) fn bistable(view: &View) -> Option<Figure> {
         band(&mut scene, &panel, &values, &lower, &upper);
         first.axes(&mut scene, &x_label.text(), &y_label.text());
         let mut legend = Legend::default();
-        for regime in AREAS {
+        let slips = upper.iter().zip(&lower).any(|(critical, hopf)| hopf > critical);
+        for regime in AREAS.into_iter().filter(|regime| slips || *regime != Regime::PureSlip) {
             legend.add(Sample::Area(palette::regime(regime)), rich(palette::regime_words(regime)));
         }
         legend.add(Sample::Line(HOPF), rich("equilibrium becomes stable"));
