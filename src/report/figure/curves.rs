@@ -87,15 +87,21 @@ impl Budget {
 
     /// The exact critical dampings of the first columns, as many as the budget holds; NaN where there is none.
     fn solve(&self, columns: &[Column]) -> Vec<f64> {
-        let mut found: Vec<f64> = Vec::with_capacity(columns.len());
+        let mut found = Vec::with_capacity(columns.len());
+        let mut compiled: Option<&Column> = None;
         for some in columns.chunks(TOGETHER) {
             if self.0.get() == 0 {
                 break;
             }
             for (column, root) in some.iter().zip(critical_dampings(some, TOLERANCE)) {
-                // Columns that differ in V share the compiled form of their law.
-                if found.len().checked_sub(1).is_none_or(|before| columns[before].curve != column.curve) {
+                // Columns that differ in V share the compiled form of their law, which reaches to a power of two.
+                let shares = |other: &Column| {
+                    let octaves = (other.belt_speed.log2() - column.belt_speed.log2()).abs();
+                    other.curve == column.curve && octaves < 1.0
+                };
+                if !compiled.is_some_and(shares) {
                     self.spend(column.curve.compiling_work(column.belt_speed));
+                    compiled = Some(column);
                 }
                 self.spend(root.map_or(FAILURE, |root| root.rhs.saturating_mul(column.curve.cost())));
                 found.push(root.map_or(f64::NAN, |root| root.c));
