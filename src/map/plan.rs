@@ -246,12 +246,14 @@ impl Plan {
     /// Returns whether the simulation's answers may be interpolated from column to column: with the engine `auto`,
     /// few dampings, a law whose columns are not cheap, and nothing asked that needs the column's own numbers.
     pub(crate) fn interpolates(&self) -> bool {
+        if !self.methods.contains(&Method::Simulation)
+            || self.engine != Engine::Auto
+            || self.grid.dampings().len() > MOST_DAMPINGS_INTERPOLATED
+        {
+            return false;
+        }
         let curve = self.grid.column(&vec![0; self.grid.axes().len()]).curve;
-        self.methods.contains(&Method::Simulation)
-            && self.engine == Engine::Auto
-            && self.grid.dampings().len() <= MOST_DAMPINGS_INTERPOLATED
-            && curve.stribeck().is_none()
-            && (self.interpolates_backbones(&curve) || !self.stores(Field::CriticalC))
+        curve.stribeck().is_none() && (self.interpolates_backbones(&curve) || !self.stores(Field::CriticalC))
     }
 
     /// Returns whether those of the regime may be: backbones of laws with corners would need too many nodes.

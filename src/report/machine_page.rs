@@ -159,12 +159,12 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
             }
         }
         Friction::Measured(table) => {
-            let (name, dimension) = match has_forces(machine) {
+            let (name, unit) = match has_forces(machine) {
                 true => ("friction force", unit(Force)),
                 false => ("coefficient of friction", ""),
             };
             given.push(line(name, Rich::foreign(table.origin())));
-            given.push(line("at rest", quantity(table.static_level(), dimension)));
+            given.push(line("at rest", quantity(table.static_level(), unit)));
         }
     }
     given.push(line("belt speed", of(machine.belt_speed, Velocity)));

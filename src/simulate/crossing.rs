@@ -221,8 +221,8 @@ fn farthest(curve: &Curve, belt_speed: f64) -> f64 {
 ///
 /// **Proof** (theory, "Any friction law"). A loop that leads outward at damping c does so at c = 0, since
 /// loops fall with c. Let it cross upward with wL, and downward y' >= y beyond E. By Green's theorem the
-/// integral of D over the part of its inside above the belt line is ((y' + 2)^2 - (wL - 2)^2) / 2, and over the part below it is
-/// (wL^2 - y^2) / 2. The width of the inside falls upward from y' + wL above the line; so the first integral is
+/// integral of D over the part of its inside above the belt line is ((y' + 2)^2 - (wL - 2)^2) / 2, and over the
+/// part below it is (wL^2 - y^2) / 2. The width of the inside falls upward from y' + wL above the line; so the first integral is
 /// at most W (y' + wL), and wL - y >= 4 - 2 W. Below the line the width rises downward from s = y + wL to its
 /// largest, L, at x2 = 0, and falls from there: the second integral is at most W L + d (L - s). By the energy
 /// about (1, 0), L <= 2 (hypot(y, V) + 2 d + W). So (2 - W + d) s <= (W + d) L with s >= 2 (y + 2 - W). []
@@ -310,8 +310,7 @@ pub(crate) fn some_cross_for_ever(oscillator: &Oscillator, settled_from: f64) ->
 
 /// The crossing cycles, by growing size. An orbit from the exit point that never sticks tends to the first
 /// of them, if there is any; otherwise it grows without bound. None exists where the divergence is nowhere
-/// positive, or where the friction force falls too little (theory, "Any friction
-/// law").
+/// positive, or where the friction force falls too little (theory, "Any friction law").
 ///
 /// # Errors
 /// [`Failure`] of one of the loops.
