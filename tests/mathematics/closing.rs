@@ -5,8 +5,9 @@
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Expression, Law, Table};
 use slipmap::map::slip_cycle_count;
+use slipmap::simulate::arc::{SlipTurn, turn};
 use slipmap::simulate::backbone::Backbone;
-use slipmap::simulate::slip_cycle::{SlipTurn, slip_cycles, turn};
+use slipmap::simulate::slip_cycle::slip_cycles;
 use slipmap::simulate::{Fate, critical_damping, direct, flow};
 
 use crate::sample::Random;
