@@ -345,10 +345,10 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> Computed {
         stages.fields += taken;
         if plan.stores(Field::Regime) {
             let of_column = |(number, (column, ends)): (usize, (&Column, &[End]))| {
-                let sketch = known.sketch(number, column);
+                let backbone = known.backbone(number, column);
                 let behaviour = Behaviour::new(&column.curve, column.belt_speed);
                 let regime =
-                    |(&c, &end): (&f64, &End)| behaviour.regime(column.epsilon * c, end, sketch.as_ref());
+                    |(&c, &end): (&f64, &End)| behaviour.regime(column.epsilon * c, end, backbone.as_ref());
                 cs.iter().zip(ends).map(regime).collect::<Vec<_>>()
             };
             let ends = simulated.ends.chunks(cs.len());

@@ -10,7 +10,7 @@
 //! law is needed. At a fixed point the angles cancel.
 
 use super::arc::{LowerEnd, SlipTurn, State, Walk, turn_within};
-use super::backbone::{Backbone, Crossing};
+use super::backbone::{Backbone, CycleRange};
 use super::roots::fixed_point;
 use super::work::Work;
 use super::{Failure, Range};
@@ -106,7 +106,7 @@ pub fn slip_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<SlipCy
     let cycles = backbone
         .cycles(oscillator.viscous, oscillator.eigenvalues().is_stable(), returns)
         .ok_or(Unknown::TooClose)?;
-    let narrowed = cycles.iter().map(|cycle| Crossing {
+    let narrowed = cycles.iter().map(|cycle| CycleRange {
         between: backbone.narrowed(cycle, oscillator.viscous),
         is_stable: cycle.is_stable,
     });
@@ -119,7 +119,7 @@ pub fn slip_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<SlipCy
 /// [`Failure`].
 pub(crate) fn locate(
     oscillator: &Oscillator,
-    cycle: &Crossing,
+    cycle: &CycleRange,
     tolerance: f64,
 ) -> Result<SlipCycle, Failure> {
     locate_within(oscillator, cycle, tolerance, &Work::of_question(&oscillator.curve))
@@ -127,7 +127,7 @@ pub(crate) fn locate(
 
 fn locate_within(
     oscillator: &Oscillator,
-    cycle: &Crossing,
+    cycle: &CycleRange,
     tolerance: f64,
     work: &Work,
 ) -> Result<SlipCycle, Failure> {
