@@ -328,7 +328,7 @@ mod tests {
     fn samples_of_interpolated_columns_are_whole_tiles() {
         let nodes = |n: u32| (1..=n).map(|i| f64::from(i) / 64.0).collect::<Vec<_>>();
         let formula = Expression::new("1 - a*u*exp(-u)", 1.0).unwrap();
-        let grid = Grid::new(Law::Expression(formula), [1, 60, 60, 20].map(nodes).to_vec()).unwrap();
+        let grid = Grid::new(Law::Expression(formula), [1, 100, 200, 2].map(nodes).to_vec()).unwrap();
         let plan = Plan::builder(grid).build().unwrap();
         assert!(plan.interpolates() && plan.tile_count() > 1);
         let (cells, ..) = timed_tiles(&plan, 1, Some(1));
