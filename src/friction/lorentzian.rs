@@ -12,10 +12,10 @@ use crate::point::LawParameters;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Lorentzian {
     /// 1 - mu.
-    drop: f64,
+    pub(crate) drop: f64,
     /// 1 / vs.
-    rate: f64,
-    eta: f64,
+    pub(crate) rate: f64,
+    pub(crate) eta: f64,
 }
 
 impl Lorentzian {
@@ -41,27 +41,12 @@ impl Lorentzian {
         1.0 - self.drop * fallen + self.eta * u
     }
 
-    /// With x = u / vs it is a multiple of x / (1 + x^2)^2, less eta.
+    /// With x = u / vs it is 2 (1 - mu) / vs times x / (1 + x^2)^2, less eta.
     #[inline]
     pub(crate) fn weakening(&self, u: f64) -> f64 {
         let x = self.rate * u;
         let q = 1.0 + x * x;
         2.0 * self.drop * self.rate * (x / q) / q - self.eta
-    }
-
-    /// 1 / vs.
-    pub(crate) fn rate(&self) -> f64 {
-        self.rate
-    }
-
-    /// The multiple in [`Lorentzian::weakening`].
-    pub(crate) fn size(&self) -> f64 {
-        2.0 * self.drop * self.rate
-    }
-
-    /// The viscous part.
-    pub(crate) fn eta(&self) -> f64 {
-        self.eta
     }
 
     /// Derivatives of the weakening rate.
