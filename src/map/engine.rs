@@ -7,7 +7,7 @@ use std::sync::mpsc::sync_channel;
 
 use super::account::{Account, FailedCell, MethodAccount, Stages, Unknown, count, failed_cells};
 use super::audit::{Audit, Draws};
-use super::behaviour::Behaviour;
+use super::behaviour::Behaviours;
 use super::contradictions::{Contradictions, contradictions};
 use super::end::End;
 use super::interpolation::Interpolated;
@@ -344,16 +344,7 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> Computed {
         });
         stages.fields += taken;
         if plan.stores(Field::Regime) {
-            let of_column = |(number, (column, ends)): (usize, (&Column, &[End]))| {
-                let sketch = known.sketch(number, column);
-                let behaviour = Behaviour::new(&column.curve, column.belt_speed);
-                let regime =
-                    |(&c, &end): (&f64, &End)| behaviour.regime(column.epsilon * c, end, sketch.as_ref());
-                cs.iter().zip(ends).map(regime).collect::<Vec<_>>()
-            };
-            let ends = simulated.ends.chunks(cs.len());
-            let regimes = || columns.iter().zip(ends).enumerate().flat_map(of_column).collect();
-            (data.regime, stages.regime) = timed(regimes);
+            (data.regime, stages.regime) = timed(|| regimes(tile, &columns, cs, &simulated.ends, &known));
         }
         let (quantities, taken) = timed(|| describe(plan, tile, &simulated.ends));
         data.quantities = quantities;
@@ -365,6 +356,22 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> Computed {
     let regimes = data.regime.count(|regime| regime == Regime::Failed);
     let unknown = Unknown { regimes, critical: without_critical };
     Computed { audit, data, seconds, stages, paths, rhs, unknown }
+}
+
+/// The regimes of a tile's cells, whose orbits from the exit point end as `ends`.
+fn regimes(tile: &Tile, columns: &[Column], cs: &[f64], ends: &[End], known: &Interpolated) -> Runs<Regime> {
+    let mut regimes = vec![Regime::Failed; ends.len()];
+    let mut behaviours = Behaviours::default();
+    for number in tile.columns_by_epsilon() {
+        let column = &columns[number];
+        let sketch = known.sketch(number, column);
+        let behaviour = behaviours.of(column);
+        let cells = number * cs.len()..(number + 1) * cs.len();
+        for ((regime, &end), &c) in regimes[cells.clone()].iter_mut().zip(&ends[cells]).zip(cs) {
+            *regime = behaviour.regime(column.epsilon * c, end, sketch.as_ref());
+        }
+    }
+    regimes.into_iter().collect()
 }
 
 /// The cells of a tile, column by column.
