@@ -109,7 +109,7 @@ impl Behaviour {
         self.cycles(viscous, end, |ends| match self.coarse(viscous, ends) {
             Ok(None) => self.read_fine(viscous, ends),
             Ok(cycles) => cycles,
-            // What a coarse backbone takes too much work for a fine one does not give.
+            // Where a coarse backbone fails, a fine one does.
             Err(_) => None,
         })
     }
@@ -165,6 +165,9 @@ impl Behaviour {
     }
 
     fn fine(&self) -> Option<&Backbone> {
+        if self.coarse.borrow().last().is_some_and(Result::is_err) {
+            return None;
+        }
         let make = || Backbone::of_curve(&self.curve, self.belt_speed, BACKBONE_TOLERANCE);
         self.fine.get_or_init(make).as_ref().ok()
     }
