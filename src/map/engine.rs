@@ -19,7 +19,7 @@ use crate::certify::{Claim, Columns};
 use crate::clock::timed;
 use crate::filippov::Oscillator;
 use crate::friction::Column;
-use crate::simulate::return_map::{Turn, turns_of};
+use crate::simulate::return_map::{Turn, is_resolved, turns_of};
 
 /// Controls of a computation: threads, callbacks, interruption.
 pub struct Control<'a> {
@@ -415,7 +415,7 @@ fn simulation(
     known: &Interpolated,
 ) -> (MethodCells, Simulated) {
     let want_critical = plan.stores(Field::CriticalC);
-    let simulated = simulate(columns, cs, plan.engine, plan.tolerance, want_critical, known);
+    let mut simulated = simulate(columns, cs, plan.engine, plan.tolerance, want_critical, known);
     let mut cells = MethodCells {
         method,
         verdicts: simulated.ends.iter().map(|end| end.verdict()).collect(),
@@ -423,12 +423,15 @@ fn simulation(
         critical: Vec::new(),
     };
     if plan.stores(Field::Margin) {
-        for column in columns.all() {
-            cells.margins.extend(turns_of(column, cs, plan.tolerance).iter().map(|turn| match *turn {
-                Turn::Complete { margin, .. } => margin,
-                Turn::HandOver { .. } => f64::NAN,
-            }));
-        }
+        let turns = columns.all().iter().flat_map(|column| turns_of(column, cs, plan.tolerance));
+        cells.margins.extend(turns.map(|turn| {
+            let (Turn::Complete { rhs, .. } | Turn::HandOver { rhs }) = turn;
+            simulated.rhs += u64::from(rhs);
+            match turn {
+                Turn::Complete { margin, error, .. } if is_resolved(margin, error) => margin,
+                Turn::Complete { .. } | Turn::HandOver { .. } => f64::NAN,
+            }
+        }));
     }
     if want_critical {
         cells.critical.extend(simulated.critical.iter().map(|critical| match critical {
