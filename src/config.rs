@@ -72,6 +72,7 @@ pub(crate) use machine::{MachineJob, check_names, load_machine};
 pub use points::PointTable;
 pub(crate) use points::point_of;
 pub use source::ConfigError;
+pub(crate) use source::decimal_comma;
 use source::{Node, Section, Source};
 
 #[cfg(feature = "report")]
@@ -515,7 +516,7 @@ fn choices<T: Clone>(node: &Node, table: &[(&'static str, T)], noun: &str) -> Re
 }
 
 /// The nearest valid word: "the nearest valid key is `alpha`; valid are: ..".
-fn nearest(noun: &str, word: &str, valid: &[&'static str]) -> String {
+pub(crate) fn nearest(noun: &str, word: &str, valid: &[&'static str]) -> String {
     let word = word.to_lowercase();
     // An abbreviation, or a part of a name, counts as nearer than a word with other letters: `eps` means epsilon,
     // not beta, and `speed` belt_speed.

@@ -13,8 +13,9 @@ use super::output::{self, Align, Table, bytes, count, duration, number_of, objec
 use super::preflight::{Preflight, peak, sizes};
 use super::{Ended, Failure};
 use crate::config::Job;
+use crate::dataset::Schema;
 use crate::filippov::Oscillator;
-use crate::map::{self, Account, Control, Grid, Plan, Sink, TileData};
+use crate::map::{self, Account, Control, Grid, Plan, Queue, Sink, TileData};
 use crate::simulate;
 use crate::store::{PackedRecord, Packer};
 
@@ -29,14 +30,31 @@ const AUDITED: usize = 8;
 
 /// Duration for which the proof is sampled.
 const PROOF: Duration = Duration::from_millis(500);
+/// Duration after which the curves are given up: their time is then known from below only.
+const CURVES: Duration = Duration::from_secs(4);
+
+/// Bytes of a map beside its tiles, measured on maps of one cell: of the file, of each variable (its attributes
+/// and the index of its chunks), and of the curves.
+const FILE_BYTES: u128 = 24_000;
+const VARIABLE_BYTES: u128 = 5_500;
+const CURVES_BYTES: u128 = 16_000;
 
 /// Estimates from a sample of a plan.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sampled {
     /// Wall-clock seconds of the cells of the map.
     seconds: f64,
-    /// Bytes of the packed tiles.
+    /// Bytes of the file.
     pub(super) packed: u128,
+}
+
+/// What is known of the time of the curves.
+#[derive(Clone, Copy, Debug)]
+struct CurvesTime {
+    /// Wall-clock seconds.
+    seconds: f64,
+    /// Whether they were found in that time; else it is a lower bound.
+    is_complete: bool,
 }
 
 /// Reports on `job` without computing its map.
@@ -54,8 +72,12 @@ pub(super) fn run(
     let proof = proof_seconds(plan, threads);
     let chances = Chances::of(job);
     let probability = chances.as_ref().map(|chances| chances.seconds(threads));
-    let seconds =
-        sampled.seconds + audit_seconds(plan, threads) + proof.unwrap_or(0.0) + probability.unwrap_or(0.0);
+    let curves = curves_time(plan, threads);
+    let seconds = sampled.seconds
+        + audit_seconds(plan, threads)
+        + curves.map_or(0.0, |curves| curves.seconds)
+        + proof.unwrap_or(0.0)
+        + probability.unwrap_or(0.0);
 
     if as_json {
         let axes = object(grid.axes().iter().map(|axis| (axis.name.as_str(), axis.values.len())));
@@ -73,6 +95,8 @@ pub(super) fn run(
             "peak_bytes": u64::try_from(peak(sampled.packed)).ok(),
             "free_bytes": preflight.free,
             "seconds": seconds,
+            "curves_seconds": curves.map(|curves| curves.seconds),
+            "curves_seconds_at_least": curves.map(|curves| !curves.is_complete),
             "proof_seconds": proof,
             "probability_seconds": probability,
             "would_be_refused": preflight.refuses.is_some(),
@@ -92,10 +116,7 @@ pub(super) fn run(
     line("methods", plan.methods.iter().map(|method| method.name()).collect::<Vec<_>>().join(", "));
     line("fields", plan.fields.iter().map(|field| field.name()).collect::<Vec<_>>().join(", "));
     if !plan.planes.is_empty() {
-        line(
-            "curves",
-            format!("in {}, their time not in the estimate", number_of(plan.planes.len(), "plane")),
-        );
+        line("curves", format!("in {}", number_of(plan.planes.len(), "plane")));
     }
     line("output", job.output.display().to_string());
     for replaced in preflight.replaces.iter().chain(&preflight.replaces_proof) {
@@ -103,7 +124,7 @@ pub(super) fn run(
     }
     line(
         "size",
-        format!("{} before compression, about {} after it", bytes(plan.bytes()), bytes(sampled.packed)),
+        format!("{} of numbers, as a compressed file about {}", bytes(plan.bytes()), bytes(sampled.packed)),
     );
     line("disk", format!("about {} while it runs: journal and map", bytes(peak(sampled.packed))));
     line("free", preflight.free.map_or("unknown".into(), |free| bytes(free.into())));
@@ -118,7 +139,11 @@ pub(super) fn run(
         seconds.map_or(String::new(), |seconds| format!(", {} of it for the {what}", duration(seconds)))
     };
     let (proof, probability) = (part("proof", proof), part("probability", probability));
-    line("time", format!("about {}{proof}{probability}; from a timed sample", duration(seconds)));
+    let unfinished = curves.is_some_and(|curves| !curves.is_complete);
+    let (about, more) = if unfinished { ("more than", "more than ") } else { ("about", "") };
+    let curves = curves
+        .map_or(String::new(), |curves| format!(", {more}{} of it for the curves", duration(curves.seconds)));
+    line("time", format!("{about} {}{curves}{proof}{probability}; from a timed sample", duration(seconds)));
     table.write(&mut out)?;
     drop(out);
     preflight.verdict(job, sampled.packed)
@@ -131,34 +156,61 @@ fn columns(grid: &Grid) -> usize {
 /// Estimates duration and size of the map. Samples of the grid grow until one takes long enough to be
 /// extrapolated.
 pub(super) fn sampled(plan: &Plan, threads: Option<usize>) -> Sampled {
+    let interpolates = plan.interpolates();
     let mut wanted = 1;
     loop {
-        let sample = sample(&plan.grid, wanted);
-        let (cells, elapsed, packed) = timed(plan, &sample, threads);
-        let whole = columns(&sample) == columns(&plan.grid);
-        if elapsed >= ENOUGH || whole {
+        // Columns that lie far apart would not be interpolated, so that their time would say nothing.
+        let (cells, elapsed, packed) = match interpolates {
+            true => timed_tiles(plan, wanted, threads),
+            false => timed_columns(plan, wanted, threads),
+        };
+        if elapsed >= ENOUGH || cells == plan.grid.cells() {
             let share = plan.grid.cells() as f64 / cells.max(1) as f64;
-            return Sampled {
-                seconds: elapsed.as_secs_f64() * share,
-                packed: (packed as f64 * share).min(plan.bytes() as f64) as u128,
-            };
+            let packed = (packed as f64 * share).min(plan.bytes() as f64) as u128;
+            return Sampled { seconds: elapsed.as_secs_f64() * share, packed: packed + fixed_bytes(plan) };
         }
         wanted *= GROWTH;
     }
 }
 
-/// Estimated duration in seconds of the proof that the plan asks for, from a sample that takes [`PROOF`].
-fn proof_seconds(plan: &Plan, threads: Option<usize>) -> Option<f64> {
+/// Bytes of a map beside its tiles.
+fn fixed_bytes(plan: &Plan) -> u128 {
+    let curves = if plan.planes.is_empty() { 0 } else { CURVES_BYTES };
+    FILE_BYTES + VARIABLE_BYTES * Schema::of(plan).variables.len() as u128 + curves
+}
+
+/// The time of the curves, which are found as a run would find them, but given up after [`CURVES`]; `None` where
+/// none are asked for.
+fn curves_time(plan: &Plan, threads: Option<usize>) -> Option<CurvesTime> {
+    if plan.planes.is_empty() {
+        return None;
+    }
+    let find = |stop: &AtomicBool| {
+        map::curves_of(&plan.grid, &plan.planes, threads, &|| (), stop);
+    };
+    let (start, (is_complete, ())) = (Instant::now(), within(CURVES, find));
+    Some(CurvesTime { seconds: start.elapsed().as_secs_f64(), is_complete })
+}
+
+/// Runs `work`, which is told to stop after some time; returns whether it ended before, and what it returned.
+fn within<T: Send + Default>(time: Duration, work: impl FnOnce(&AtomicBool) -> T + Send) -> (bool, T) {
     let stop = AtomicBool::new(false);
-    let proved = std::thread::scope(|scope| {
-        let proof = scope.spawn(|| map::prove(plan, threads, None, &stop));
+    std::thread::scope(|scope| {
+        let worker = scope.spawn(|| work(&stop));
         let start = Instant::now();
-        while !proof.is_finished() && start.elapsed() < PROOF {
+        while !worker.is_finished() && start.elapsed() < time {
             std::thread::sleep(Duration::from_millis(5));
         }
+        let in_time = worker.is_finished();
         stop.store(true, Ordering::Relaxed);
-        proof.join().ok().flatten()
-    })?;
+        // A panic is a bug, and goes on here.
+        (in_time, worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+    })
+}
+
+/// Estimated duration in seconds of the proof that the plan asks for, from a sample that takes [`PROOF`].
+fn proof_seconds(plan: &Plan, threads: Option<usize>) -> Option<f64> {
+    let proved = within(PROOF, |stop| map::prove(plan, threads, None, stop)).1?;
     let tried = proved.volumes.tiles.clamp(1, plan.proof_boxes);
     Some(proved.seconds * plan.proof_boxes as f64 / tried as f64)
 }
@@ -184,14 +236,31 @@ fn spread(values: &[f64], kept: usize) -> Vec<f64> {
     (0..kept).map(|i| values[(2 * i + 1) * values.len() / (2 * kept)]).collect()
 }
 
-/// Computes and packs a sample; returns the number of cells computed, the time, and the packed bytes.
-fn timed(plan: &Plan, sample: &Grid, threads: Option<usize>) -> (usize, Duration, u64) {
+/// Computes and packs `wanted` tiles for each worker, or all, spread over the map; returns as [`timed`].
+fn timed_tiles(plan: &Plan, wanted: usize, threads: Option<usize>) -> (usize, Duration, u64) {
+    let workers = threads.unwrap_or_else(rayon::current_num_threads).max(1);
+    let tiles = plan.tile_count();
+    let wanted = (wanted * workers).min(tiles);
+    let mut left_out = vec![true; tiles];
+    (0..wanted).for_each(|i| left_out[(2 * i + 1) * tiles / (2 * wanted)] = false);
+    timed(plan.clone(), Queue::new(left_out), threads)
+}
+
+/// Computes and packs a coarser grid of at most `wanted` columns; returns as [`timed`].
+fn timed_columns(plan: &Plan, wanted: usize, threads: Option<usize>) -> (usize, Duration, u64) {
+    let grid = sample(&plan.grid, wanted);
     let workers = threads.unwrap_or_else(rayon::current_num_threads).max(1);
     // Enough tiles to keep every thread busy.
-    let tile = (sample.cells() / (4 * workers)).max(sample.dampings().len());
-    let tile_shape = sample.tile_shape(tile.min(plan.tile_shape.iter().product()));
-    let grid = sample.clone();
-    let plan = Plan { grid, audit_cells: 0, proof_boxes: 0, planes: Vec::new(), tile_shape, ..plan.clone() };
+    let tile = (grid.cells() / (4 * workers)).max(grid.dampings().len());
+    let tile_shape = grid.tile_shape(tile.min(plan.tile_shape.iter().product()));
+    let plan = Plan { grid, tile_shape, ..plan.clone() };
+    let all = Queue::new(vec![false; plan.tile_count()]);
+    timed(plan, all, threads)
+}
+
+/// Computes and packs the tiles of a queue; returns the number of cells computed, the time, and the packed bytes.
+fn timed(plan: Plan, queue: Queue, threads: Option<usize>) -> (usize, Duration, u64) {
+    let plan = Plan { audit_cells: 0, ..plan };
     let (done, stop, start) = (AtomicUsize::new(0), AtomicBool::new(false), Instant::now());
     let on_cells = |cells| {
         done.fetch_add(cells, Ordering::Relaxed);
@@ -202,7 +271,7 @@ fn timed(plan: &Plan, sample: &Grid, threads: Option<usize>) -> (usize, Duration
     let size_sink = SizeSink { packer: Packer::new(&plan), bytes: AtomicU64::new(0) };
     let control = Control { threads, on_cells: &on_cells, stop: &stop, ..Control::default() };
     // An interrupted sample counts as far as it went.
-    let _ = map::run(&plan, &size_sink, &control);
+    let _ = map::compute_tiles(&plan, &size_sink, &control, &|| queue.take());
     (done.load(Ordering::Relaxed), start.elapsed(), size_sink.bytes.load(Ordering::Relaxed))
 }
 
@@ -253,7 +322,18 @@ impl Sink for SizeSink {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::friction::Law;
+    use crate::friction::{Expression, Law};
+
+    #[test]
+    fn samples_of_interpolated_columns_are_whole_tiles() {
+        let nodes = |n: u32| (1..=n).map(|i| f64::from(i) / 64.0).collect::<Vec<_>>();
+        let formula = Expression::new("1 - a*u*exp(-u)", 1.0).unwrap();
+        let grid = Grid::new(Law::Expression(formula), [1, 100, 200, 2].map(nodes).to_vec()).unwrap();
+        let plan = Plan::builder(grid).build().unwrap();
+        assert!(plan.interpolates() && plan.tile_count() > 1);
+        let (cells, ..) = timed_tiles(&plan, 1, Some(1));
+        assert_eq!(cells, plan.grid.tile(&plan.tile_shape, plan.tile_count() / 2).cells());
+    }
 
     #[test]
     fn samples_are_coarser_grids_with_whole_columns() {

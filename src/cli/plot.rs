@@ -167,8 +167,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     for held in &plotted.held {
         let why = match held.wanted {
             None => " (the middle node)".into(),
-            Some(wanted) if wanted == held.used => String::new(),
-            Some(wanted) => format!(" (the node nearest to {})", exact(wanted)),
+            // Round-off of a conversion of units is no distance.
+            Some(wanted) if (wanted - held.used).abs() <= 1e-9 * held.used.abs() => String::new(),
+            Some(wanted) => format!(
+                " (the node nearest to {}, {} away; nothing between the nodes is stored)",
+                exact(wanted),
+                short((wanted - held.used).abs())
+            ),
         };
         say(&format!("{} = {}{why}", held.axis, short(held.used)));
     }

@@ -6,7 +6,7 @@ use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, Id};
 
 use super::Failure;
 use super::output::exact;
-use crate::config::{point_into, point_of, read_table};
+use crate::config::{decimal_comma, nearest, point_into, point_of, read_table};
 use crate::friction::{Expression, Law};
 use crate::map::{Grid, GridError};
 use crate::point::Point;
@@ -26,7 +26,8 @@ pub(super) struct LawArguments {
     /// Measured friction: a CSV file with the columns slip speed and friction
     #[arg(long, value_name = "FILE.csv")]
     table: Option<PathBuf>,
-    /// Friction at slip speed 0, by which a formula or a table is divided
+    /// Friction at rest (slip speed 0) in the units of the formula or the table, which is divided by it; leave it
+    /// out where friction at rest is 1
     #[arg(long = "static", value_name = "NUMBER", value_parser = parse_number, default_value_t = 1.0)]
     static_level: f64,
     /// Read the law as 1 + eps F(u), with F = (phi - 1) / eps at the given eps: then the tests to first order
@@ -37,10 +38,10 @@ pub(super) struct LawArguments {
 
 fn parse_name(name: &str) -> Result<String, String> {
     let names: Vec<_> = Law::names().collect();
-    let known = names.contains(&name);
-    known
-        .then(|| name.to_owned())
-        .ok_or_else(|| format!("there is no such law; choose from: {}", names.join(", ")))
+    match names.contains(&name) {
+        true => Ok(name.to_owned()),
+        false => Err(format!("there is no such law; {}", nearest("law", name, &names))),
+    }
 }
 
 impl LawArguments {
@@ -99,7 +100,10 @@ pub(super) struct PointArguments {
 }
 
 fn parse_number(text: &str) -> Result<f64, String> {
-    text.parse().map_err(|_| "this is not a number; write for example 0.5 or 1e-3".into())
+    text.parse().map_err(|_| {
+        let remedy = decimal_comma(text).unwrap_or_else(|| "write for example 0.5 or 1e-3".into());
+        format!("this is not a number; {remedy}")
+    })
 }
 
 pub(super) fn parse_setting(text: &str) -> Result<(String, f64), String> {

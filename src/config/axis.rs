@@ -25,6 +25,7 @@ pub(super) fn nodes(node: &Node) -> Result<Vec<f64>, ConfigError> {
         }
         Shape::List(elements) => elements.iter().map(Node::number).collect(),
         Shape::Table(range) => {
+            refuse_step(&range)?;
             super::refuse_unknown_keys(&range, &RANGE_KEYS)?;
             nodes_of_range(node, &range)
         }
@@ -32,6 +33,20 @@ pub(super) fn nodes(node: &Node) -> Result<Vec<f64>, ConfigError> {
             Err(node.wrong_kind("a number, a list of numbers, or { from = 0.0, to = 1.0, points = 11 }"))
         }
     }
+}
+
+/// Refuses a range by its step, and says how many points it would have: a step that does not divide the range
+/// would leave out its end.
+fn refuse_step(range: &Section) -> Result<(), ConfigError> {
+    let Some(step) = range.get("step") else { return Ok(()) };
+    let number = |key: &str| range.get(key).map_or(Ok(f64::NAN), |node| node.number());
+    let (from, to) = (number("from")?, number("to")?);
+    let steps = ((to - from) / step.number()?).round();
+    let written = match (1.0..=1e6).contains(&steps) {
+        true => format!("{{ from = {from}, to = {to}, points = {} }}", steps + 1.0),
+        false => "{ from = 0.0, to = 1.0, points = 11 }".to_owned(),
+    };
+    Err(range.unknown("step", format!("a range has a number of points, both ends included: {written}")))
 }
 
 /// Reads `{ from, to, points, spacing }`; other keys are the caller's.

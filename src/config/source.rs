@@ -377,17 +377,25 @@ impl<'a> Node<'a> {
 
     /// Error: this value is of another kind than `wanted`.
     pub(super) fn wrong_kind(&self, wanted: &str) -> ConfigError {
-        self.error(&format!("this is {}, not {wanted}", self.entry.kind()), format!("write {wanted}"))
+        let number = self.entry.as_value().and_then(Value::as_str).filter(|_| wanted.contains("number"));
+        let remedy = number.and_then(|text| match text.trim().parse::<f64>() {
+            Ok(number) => Some(format!("write it without quotes: {number}")),
+            Err(_) => decimal_comma(text),
+        });
+        let remedy = remedy.unwrap_or_else(|| format!("write {wanted}"));
+        self.error(&format!("this is {}, not {wanted}", self.entry.kind()), remedy)
     }
 
     /// The value as written, shortened to fit into a line.
     fn written(&self) -> String {
-        let text = match self.entry {
-            Entry::Value(value) => value.to_string(),
-            Entry::Item(Item::Value(value)) => value.to_string(),
+        match self.entry {
+            // Without the comment that may follow it.
+            Entry::Value(value) | Entry::Item(Item::Value(value)) => {
+                let value = value.clone().decorated("", "");
+                shorten(value.to_string().trim())
+            }
             Entry::Item(_) => "[..]".into(),
-        };
-        shorten(text.trim())
+        }
     }
 }
 
@@ -508,7 +516,7 @@ pub(super) fn is_utf_16(bytes: &[u8]) -> bool {
 }
 
 /// The remedy for a number with a decimal comma; `None` for other texts.
-pub(super) fn decimal_comma(text: &str) -> Option<String> {
+pub(crate) fn decimal_comma(text: &str) -> Option<String> {
     let (whole, decimals) = text.trim().split_once(',')?;
     let number = format!("{}.{}", whole.trim(), decimals.trim());
     number.parse::<f64>().ok().map(|_| format!("write decimals with a point: {number}"))

@@ -4,6 +4,7 @@ use std::sync::OnceLock;
 
 use super::text::{Piece, Rich, rich};
 use crate::dataset::auxiliary::PROBABILITY;
+use crate::friction::Law;
 use crate::machine::{
     Coefficients, Dimension, MOTION_ATTRIBUTE, Model, Motion, SI_ATTRIBUTE, SiUnits, UNITS_ATTRIBUTE, Units,
 };
@@ -78,11 +79,11 @@ pub(crate) fn join(parts: impl IntoIterator<Item = Rich>) -> Rich {
 /// The description of a machine's friction.
 fn friction_words(map: &MapFile, si: &SiUnits) -> Vec<Rich> {
     let Some(numbers) = machine_numbers(map) else {
-        return vec![rich("friction by ").then(Rich::foreign(match map.grid().law().name() {
-            "expression" => "formula",
-            "table" => "data",
-            name => name,
-        }))];
+        return vec![match map.grid().law().as_written() {
+            Law::Table(table) => rich("friction of ").then(Rich::foreign(table.origin())),
+            Law::Expression(_) => rich("friction by formula"),
+            law => rich("friction by ").then(Rich::foreign(law.name())),
+        }];
     };
     let [_, _, _, _, rest, kinetic, width, strengthening, _] = numbers;
     let of = Coefficients::from_array([rest, kinetic, width, strengthening]);

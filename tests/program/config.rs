@@ -108,6 +108,22 @@ fn unknown_keys_name_the_nearest() {
 }
 
 #[test]
+fn the_remedy_is_what_to_write() {
+    let by_step = "gamma = { from = 1.0, to = 2.0, step = 0.25 }";
+    refused(
+        with("gamma", by_step),
+        &["bad.toml:8:33", "unknown key `step` in grid.gamma", "{ from = 1, to = 2, points = 5 }"],
+    );
+    refused(with("gamma", "gamma = { step = 0.25 }"), &["`step` in grid.gamma", "points = 11 }"]);
+    let quoted = "alpha = \"0.5\"";
+    refused(with("alpha", quoted), &["grid.alpha = \"0.5\"", "this is text", "without quotes: 0.5"]);
+    let comma = "alpha = \"0,5\"";
+    refused(with("alpha", comma), &["grid.alpha = \"0,5\"", "write decimals with a point: 0.5"]);
+    // The value without the comment behind it.
+    refused(with("alpha", "alpha = -0.5 # a comment"), &["grid.alpha = -0.5: "]);
+}
+
+#[test]
 fn wrong_types() {
     refused(
         with("alpha", "alpha = \"0.5\""),

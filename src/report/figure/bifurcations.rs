@@ -73,8 +73,7 @@ fn style(bifurcation: Bifurcation) -> Stroke {
         Bifurcation::GrazingSliding => EXACT,
         Bifurcation::Landing => Stroke { color: palette::VERMILION, width: 1.2, dash: &[1.4, 1.4] },
         Bifurcation::Crossing => Stroke { color: palette::BLUE, width: 1.2, dash: &[3.0, 1.4] },
-        // Broad, so that it stays visible below another curve.
-        Bifurcation::Fold => Stroke { color: palette::PURPLE, width: 2.2, dash: &[] },
+        Bifurcation::Fold => Stroke { color: palette::WINE, width: 1.2, dash: &[] },
     }
 }
 

@@ -13,7 +13,7 @@ use super::region::{cell_edges, outlines};
 use super::scene::{Fill, Rect, Scene};
 use super::slice::Slice;
 use super::verdict_panels::{
-    EXACT, cell_columns, chosen_epsilons, draw_curves, draw_edge, main_plane, method_title, stored_edge,
+    EXACT, FEWEST_NODES, cell_columns, chosen_epsilons, draw_curves, main_plane, method_title,
 };
 use super::{Figure, at_each_width, palette, slice::equals};
 use crate::map::Verdict;
@@ -35,7 +35,7 @@ pub(crate) fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, R
     tests.sort_by_key(|&m| (decided(m), m));
     let simulation = methods.iter().position(|method| method.name == SIMULATION);
     let (x, y) = main_plane(map);
-    if [x, y].iter().any(|&axis| map.grid().axes()[axis].values.len() < 2) {
+    if [x, y].iter().any(|&axis| map.grid().axes()[axis].values.len() < FEWEST_NODES) {
         return Ok(None);
     }
     let index = view.informative_nodes();
@@ -55,9 +55,7 @@ pub(crate) fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, R
             .chain(&simulation)
             .map(|&m| slice.codes(&format!("verdict_{}", methods[m].name)))
             .collect::<Result<Vec<_>, _>>()?;
-        let edges = tests.iter().map(|&m| stored_edge(&slice, &methods[m].name));
-        let edges = edges.collect::<Result<Vec<_>, _>>()?;
-        slices.push((slice, codes, edges));
+        slices.push((slice, codes));
     }
     let decides = |code: i8| code == Verdict::Present.code() || code == Verdict::Absent.code();
     let ((x_scale, x_name), (y_scale, y_name)) = (slices[0].0.x_scale(), slices[0].0.y_scale());
@@ -75,8 +73,7 @@ pub(crate) fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, R
         let columns = width.select(1, 2);
         let panels = Panels::below(&mut scene, &held, columns, slices.len(), 0.66, (x_scale, y_scale));
         let mut used = vec![false; kinds.len()];
-        let mut edged = false;
-        for ((panel, (slice, codes, edges)), curves) in panels.panels.iter().zip(&slices).zip(&exact) {
+        for ((panel, (slice, codes)), curves) in panels.panels.iter().zip(&slices).zip(&exact) {
             for (kind, (fill, _)) in kinds.iter().enumerate() {
                 let areas = outlines(panel, &x_edges, &y_edges, |i, j| {
                     let first = codes.iter().position(|codes| decides(codes[[i, j]]));
@@ -84,9 +81,6 @@ pub(crate) fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, R
                 });
                 used[kind] |= !areas.is_empty();
                 scene.area(&areas, *fill);
-            }
-            for (edge, &m) in edges.iter().zip(&tests) {
-                edged |= draw_edge(&mut scene, panel, edge, &methods[m].name);
             }
             draw_curves(&mut scene, curves, &unit, panel);
             if slices.len() > 1 {
@@ -98,13 +92,6 @@ pub(crate) fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, R
         legend.add_used(&kinds, &used);
         if exact.iter().any(|curves| !curves.is_empty()) {
             legend.add(Sample::Line(EXACT), rich("exact boundary"));
-        }
-        if edged {
-            for &m in &tests {
-                let stroke = palette::method(&methods[m].name).stroke;
-                let name = method_title(&methods[m].name).then(rich(": critical damping"));
-                legend.add(Sample::Line(stroke), name);
-            }
         }
         legend.below(&mut scene, panels.panels[0].rect.x, panels.bottom);
         scene
@@ -133,7 +120,7 @@ pub(crate) fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, R
             Some(first) => tests.get(first).map_or(SIMULATION, |&m| &methods[m].name).to_owned(),
         };
         let mut words = Vec::new();
-        for (_, codes, _) in &slices {
+        for (_, codes) in &slices {
             let (columns, rows) = (slice.x_nodes().len(), slice.y_nodes().len());
             words.extend((0..columns * rows).map(|cell| name(codes, cell / rows, cell % rows)));
         }

@@ -218,7 +218,13 @@ pub(crate) fn diagram(view: &View, plot: &DiagramPlot) -> Result<Plotted, Report
             });
         }
     }
-    let chart = Chart { name: amplitude.text(), title: Rich::default(), factor: amplitude.factor, curves };
+    let chart = Chart {
+        name: amplitude.text(),
+        title: Rich::default(),
+        factor: amplitude.factor,
+        drawn_at_zero: true,
+        curves,
+    };
     let at = view.held(&index, &[x]);
     let scene = lines::draw(&at, scale.in_unit(label.factor), &label.text(), &[chart], plot.width);
     let caption = rich(

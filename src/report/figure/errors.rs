@@ -43,14 +43,20 @@ pub(crate) fn errors(view: &View, report: &Report) -> Option<Figure> {
         false => lines(report, epsilons, scale, &label, width),
     });
     let caption = rich(
-        "Size of the error of each method's critical damping against the exact critical damping, over the columns of \
-         the map that have both",
+        "How far each method's critical damping is from the exact one, {c^*}. A column of the map is all dampings at \
+         one value of each other parameter; in each column where both are known, the error is the distance between the \
+         damping up to which the method claims the cycle and {c^*}. For a test that claims only what it proves, this is \
+         the width of the band that it leaves open",
     )
     .then(match one {
-        true => rich(": median (mark), 95 % (bar), worst (tick)."),
+        true => rich(
+            ". Mark: median over the columns; thick bar: up to the error that 95 % of them do not exceed; tick: the \
+             worst.",
+        ),
         false => rich(
-            ": median (marks) and 95 % (bars). {p}: order of the median in {epsilon}, with its 95 % confidence interval \
-             if more than two {epsilon} are in the fit.",
+            ". Marks: median over the columns; bars: up to the error that 95 % of them do not exceed. {p}: the exponent of \
+             the line through the medians, error ~ {epsilon}^{p}, with its 95 % confidence interval if more than two \
+             {epsilon} are in the fit.",
         ),
     });
     let cells = report
@@ -108,9 +114,14 @@ fn lines(report: &Report, epsilons: &[f64], y: Scale, label: &Label, width: Widt
         let name = method_title(&method.method).then(order(method));
         legend.add(Sample::Method(style), name);
     }
-    panels.axes(&mut scene, &Rich::symbol("epsilon"), &rich("error of ").then(label.text()));
+    panels.axes(&mut scene, &Rich::symbol("epsilon"), &error_of(label));
     legend.below(&mut scene, panel.rect.x, panels.bottom);
     scene
+}
+
+/// The name of the axis of errors, with its unit.
+fn error_of(damping: &Label) -> Rich {
+    Label { name: rich("error of the critical damping"), ..damping.clone() }.text()
 }
 
 /// ", p = 2.01 ± 0.02".
@@ -148,7 +159,7 @@ fn dots(report: &Report, x: Scale, label: &Label, width: Width) -> Scene {
     }
     scene.frame(rect, &AXIS);
     panel.x_axis(&mut scene, Labels { x: true, y: false });
-    panel.x_name(&mut scene, &rich("error of ").then(label.text()));
+    panel.x_name(&mut scene, &error_of(label));
     scene.height = rect.y + rect.h + super::panels::BOTTOM_MARGIN + 2.0;
     scene
 }

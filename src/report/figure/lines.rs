@@ -32,6 +32,8 @@ pub(crate) struct Chart {
     pub(crate) title: Rich,
     /// Factor by which the numbers of the curves are multiplied where they are written.
     pub(crate) factor: f64,
+    /// Whether a curve may lie at 0, which then must not be the frame.
+    pub(crate) drawn_at_zero: bool,
     /// The curves.
     pub(crate) curves: Vec<Curve>,
 }
@@ -48,7 +50,7 @@ impl Chart {
         }
         let span = high - low;
         let (from, to) = match span > 0.0 {
-            true if low >= 0.0 && low < span => (0.0, high + 0.05 * span),
+            true if low >= 0.0 && low < span && !self.drawn_at_zero => (0.0, high + 0.05 * span),
             true => (low - 0.05 * span, high + 0.05 * span),
             false => (low, high),
         };

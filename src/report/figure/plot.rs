@@ -232,7 +232,17 @@ fn over_plane(view: &View, plot: &Plot, x: usize, y: usize) -> Result<Plotted, R
     let data = area::data(&areas, &label, header.as_deref().map(|header| (header, values.as_slice())));
     let thinned = first.slice.thinned().map(|(axis, step)| (axis.name.clone(), step)).collect();
     let curves = areas.swap_remove(0).curves;
-    let notes = moved(view, panel_axis, plot.panels, &nodes);
+    let mut notes = moved(view, panel_axis, plot.panels, &nodes);
+    for (axis, other) in [(x, y), (y, x)].into_iter().filter(|(axis, _)| axes[*axis].values.len() == 2) {
+        let (few, [first, second]) = (view.axis(&axes[axis]), [0, 1].map(|i| axes[axis].values[i]));
+        let [first, second] = [first, second].map(|node| short(node * few.factor));
+        let other = view.axis(&axes[other]).key;
+        notes.push(format!(
+            "{few} has 2 nodes, and each fills half of the figure; to draw a row or a curve for each: --x {other} --at \
+             {few}={first},{second}",
+            few = few.key
+        ));
+    }
     Ok(Plotted { scene, caption, data, held, thinned, curves, notes })
 }
 
@@ -438,6 +448,7 @@ impl Context<'_> {
                     name: key.1.text(),
                     title: self.titles[line.panel].clone(),
                     factor: key.1.factor,
+                    drawn_at_zero: false,
                     curves: Vec::new(),
                 };
                 charts.push((key.clone(), chart));

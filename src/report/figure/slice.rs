@@ -53,6 +53,16 @@ pub enum ChoiceError {
         /// The last node.
         last: String,
     },
+    /// The value for a fixed axis is not the only one that it has.
+    #[error("the axis `{axis}` has the value {only} alone, so it cannot be held at {value}; leave it out")]
+    OnlyOne {
+        /// The axis.
+        axis: String,
+        /// The value, as text.
+        value: String,
+        /// Its node.
+        only: String,
+    },
     /// Curves were requested in a plane that does not extend along this axis.
     #[error(
         "the axis `{0}` has one node, and curves need a plane; choose another axis, or leave the curves out"
@@ -329,7 +339,7 @@ pub(crate) fn hold(
 /// The node of an axis nearest to a value in the units of the view.
 ///
 /// # Errors
-/// [`ChoiceError::NotFinite`], [`ChoiceError::Outside`].
+/// [`ChoiceError::NotFinite`], [`ChoiceError::Outside`], [`ChoiceError::OnlyOne`].
 pub(crate) fn nearest_node(view: &View, position: usize, value: f64) -> Result<usize, ChoiceError> {
     let axis = &view.map.grid().axes()[position];
     let label = view.axis(axis);
@@ -342,6 +352,11 @@ pub(crate) fn nearest_node(view: &View, position: usize, value: f64) -> Result<u
     if axis.values.len() > 1 && !(first - slack..=last + slack).contains(&value) {
         let [first, last] = [first, last].map(|bound| Rich::number(bound, 6).plain());
         return Err(ChoiceError::Outside { axis: label.header(), value: value.to_string(), first, last });
+    }
+    // A rounded number may stand for the only node.
+    if axis.values.len() == 1 && (value - first).abs() > 0.01 * first.abs() {
+        let only = Rich::number(first, 6).plain();
+        return Err(ChoiceError::OnlyOne { axis: label.header(), value: value.to_string(), only });
     }
     Ok(axis.nearest(value / label.factor))
 }

@@ -1,7 +1,9 @@
 //! Slices of the map: one panel per method, with the exact boundary as a curve.
 
+use ndarray::Array2;
+
 use super::super::text::{Rich, rich};
-use super::super::units::View;
+use super::super::units::{View, join};
 use super::super::{ReportError, SIMULATION};
 use super::data::{Data, Values};
 use super::exact::boundary;
@@ -14,9 +16,13 @@ use super::region::{cell_edges, outlines};
 use super::scene::{Fill, Place, Scene, Stroke, Width};
 use super::slice::{Slice, picks};
 use super::{Figure, at_each_width};
-use crate::map::Verdict;
+use crate::map::{Axis, Verdict};
 use crate::simulate::critical_damping;
 use crate::store::MapFile;
+
+/// Fewest nodes of both axes of an area. Two nodes would fill half of it each, as if what lies between had been
+/// computed; they are drawn as rows instead.
+pub(super) const FEWEST_NODES: usize = 3;
 
 /// Largest number of eps with slices of their own.
 const MOST_EPSILONS: usize = 4;
@@ -24,6 +30,8 @@ const MOST_EPSILONS: usize = 4;
 /// The exact boundary: black, on white so that it is visible on dark areas.
 pub(super) const EXACT: Stroke = Stroke::solid(palette::BLACK, 1.0);
 pub(super) const HALO: Stroke = Stroke::solid(palette::WHITE, 2.4);
+/// The critical damping of the method whose panel it is.
+const OWN_EDGE: Stroke = Stroke { color: palette::BLACK, width: 1.0, dash: &[2.0, 1.6] };
 
 /// Meaning of a cell in a method's panel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,7 +81,7 @@ impl Claim {
 }
 
 /// The plane of a map in which verdicts change most visibly: horizontally the longest axis among the law's
-/// and V, vertically c; the two longest axes if c has one node.
+/// and V, vertically c; the two longest axes if c has too few nodes for an area, and they have enough.
 pub(crate) fn main_plane(map: &MapFile) -> (usize, usize) {
     let axes = map.grid().axes();
     let c = axes.len() - 1;
@@ -82,10 +90,11 @@ pub(crate) fn main_plane(map: &MapFile) -> (usize, usize) {
     others.sort_by_key(|&axis| (std::cmp::Reverse((axes[axis].values.len(), axis.min(1))), c - axis));
     let longest =
         others.iter().copied().find(|&axis| axis > 0 || axes[0].values.len() > 1).unwrap_or(others[0]);
-    if axes[c].values.len() > 1 {
+    let second = others.iter().copied().find(|&axis| axis != longest).unwrap_or(c);
+    let nodes = |axis: usize| axes[axis].values.len();
+    if nodes(c) >= FEWEST_NODES || nodes(c) > 1 && nodes(second) < FEWEST_NODES {
         return (longest, c);
     }
-    let second = others.iter().copied().find(|&axis| axis != longest).unwrap_or(c);
     (second.min(longest), second.max(longest))
 }
 
@@ -108,17 +117,19 @@ pub(crate) fn verdict_panels(view: &View) -> Result<Vec<Figure>, ReportError> {
     let c = axes.len() - 1;
     let (x, y) = main_plane(map);
     let index = view.informative_nodes();
+    let nodes = |axis: usize| axes[axis].values.len();
+    if nodes(x).min(nodes(y)) < FEWEST_NODES {
+        let (over, other) = if nodes(x) >= nodes(y) { (x, y) } else { (y, x) };
+        return over_one_axis(view, over, other, &index);
+    }
     let mut planes = vec![(x, y, index.clone())];
     // A second plane, across the law's parameters and V at fixed c.
-    let mut others: Vec<usize> = (1..c).filter(|&axis| axes[axis].values.len() > 1 && axis != x).collect();
-    others.sort_by_key(|&axis| std::cmp::Reverse(axes[axis].values.len()));
+    let mut others: Vec<usize> = (1..c).filter(|&axis| nodes(axis) >= FEWEST_NODES && axis != x).collect();
+    others.sort_by_key(|&axis| std::cmp::Reverse(nodes(axis)));
     if let (Some(&second), true) = (others.first(), y == c && x > 0) {
         let mut index = index;
         index[c] = informative_damping(map, &index);
         planes.push((x.min(second), x.max(second), index));
-    }
-    if let Some(axis) = single_axis(map, x, y) {
-        return Ok(one_axis(view, axis, &planes[0].2)?.into_iter().collect());
     }
     let mut figures = Vec::new();
     for (x, y, index) in planes {
@@ -141,36 +152,45 @@ fn informative_damping(map: &MapFile, index: &[usize]) -> usize {
     }
 }
 
-/// The axis over which verdicts are drawn if one of a plane's axes has a single node: the other one, or none.
-fn single_axis(map: &MapFile, x: usize, y: usize) -> Option<Option<usize>> {
-    let axes = map.grid().axes();
-    let long = |axis: usize| axes[axis].values.len() > 1;
-    match (long(x), long(y)) {
-        (true, true) => None,
-        (true, false) => Some(Some(x)),
-        (false, true) => Some(Some(y)),
-        (false, false) => Some(None),
+/// Verdicts of every method over one axis, with rows for the nodes of the `other` one, which has too few for an
+/// area; one figure for each eps.
+fn over_one_axis(
+    view: &View,
+    over: usize,
+    other: usize,
+    index: &[usize],
+) -> Result<Vec<Figure>, ReportError> {
+    let (map, axes) = (view.map, view.map.grid().axes());
+    if axes[over].values.len() < 2 {
+        return Ok(Vec::new());
     }
-}
-
-/// Verdicts of every method along the only axis of a map: an area would invent an extent of the other axis.
-fn one_axis(view: &View, axis: Option<usize>, index: &[usize]) -> Result<Option<Figure>, ReportError> {
-    let map = view.map;
-    let Some(axis) = axis else { return Ok(None) };
-    let x = &map.grid().axes()[axis].name;
-    let axes = map.grid().axes().iter().enumerate().filter(|(other, _)| *other != axis);
-    let at: Vec<At> =
-        axes.map(|(i, a)| (a.name.clone(), vec![a.values[index[i]] * view.axis(a).factor])).collect();
     let variables: Vec<String> =
         map.methods().iter().map(|method| format!("verdict_{}", method.name)).collect();
-    let (width, variables) = (Width::OneColumn, &variables[..]);
-    let wanted = Plot { x, y: None, at: &at, variables, panels: None, curves: false, width };
-    plot::figure(view, format!("slice-{x}"), &wanted).map(Some)
+    let epsilons = if other == 0 || over == 0 { vec![index[0]] } else { chosen_epsilons(map) };
+    let figure = |&epsilon: &usize| {
+        let at = |(i, axis): (usize, &Axis)| {
+            let nodes = match i {
+                0 if other != 0 => vec![axis.values[epsilon]],
+                _ if i == other => axis.values.clone(),
+                _ => vec![axis.values[index[i]]],
+            };
+            (axis.name.clone(), nodes.iter().map(|node| node * view.axis(axis).factor).collect())
+        };
+        let at: Vec<At> = axes.iter().enumerate().filter(|(i, _)| *i != over).map(at).collect();
+        let (x, width, variables) = (&axes[over].name, Width::OneColumn, &variables[..]);
+        let wanted = Plot { x, y: None, at: &at, variables, panels: None, curves: false, width };
+        let name = match epsilons.len() {
+            1 => format!("slice-{x}"),
+            _ => format!("slice-{x}-{}", epsilon + 1),
+        };
+        plot::figure(view, name, &wanted)
+    };
+    epsilons.iter().map(figure).collect()
 }
 
 /// The stored damping up to which a method claims the cycle, over the nodes of a slice with c as the vertical
 /// axis: (x, c).
-pub(super) fn stored_edge(slice: &Slice, method: &str) -> Result<Vec<(f64, f64)>, ReportError> {
+fn stored_edge(slice: &Slice, method: &str) -> Result<Vec<(f64, f64)>, ReportError> {
     let (map, variable) = (slice.view.map, format!("critical_c_{method}"));
     let damping = map.grid().axes().len() - 1;
     if slice.y != damping || !map.has(&variable) {
@@ -180,13 +200,12 @@ pub(super) fn stored_edge(slice: &Slice, method: &str) -> Result<Vec<(f64, f64)>
     Ok(slice.x_nodes().into_iter().zip(edge.iter().copied()).collect())
 }
 
-/// Draws such an edge, in the colour of its method.
-pub(super) fn draw_edge(scene: &mut Scene, panel: &Panel, edge: &[(f64, f64)], method: &str) -> bool {
+/// Draws such an edge; `false` if there is none.
+fn draw_edge(scene: &mut Scene, panel: &Panel, edge: &[(f64, f64)]) -> bool {
     let places: Vec<Place> = edge.iter().map(|&(x, c)| panel.place(x, c)).collect();
-    let stroke = palette::method(method).stroke;
     scene.clipped(panel.rect, |scene| {
         scene.line(&places, &HALO);
-        scene.line(&places, &stroke);
+        scene.line(&places, &OWN_EDGE);
     });
     edge.iter().filter(|(_, c)| c.is_finite()).count() > 1
 }
@@ -213,25 +232,35 @@ fn figure(slice: &Slice) -> Result<Figure, ReportError> {
     let claim = |method: usize, i: usize, j: usize| {
         Claim::of(codes[method][[i, j]], simulation.map(|simulation| codes[simulation][[i, j]]))
     };
+    let undecided = |cells: &Array2<i8>| cells.iter().all(|code| *code == Verdict::Undecided.code());
+    // Empty panels say in less space that they are empty.
+    let (empty, shown): (Vec<usize>, Vec<usize>) = (0..methods.len()).partition(|&m| undecided(&codes[m]));
+    let (empty, shown) = if shown.is_empty() { (shown, empty) } else { (empty, shown) };
+    let left_out = join(empty.iter().map(|&m| method_title(&methods[m].name)));
+    let words = |text: &str| match empty.is_empty() {
+        true => Rich::default(),
+        false => rich(text).then(left_out.clone()),
+    };
     let held = slice.held();
+    let heading = join([held.clone(), words("not drawn, because undecided everywhere: ")]);
     let mut exact: Option<(Panel, Vec<Vec<Place>>)> = None;
     let scenes = at_each_width(|width| {
         let columns = width.select(2, 4);
         let mut scene = Scene::new(width.points(), 0.0);
-        let panels = Panels::below(&mut scene, &held, columns, methods.len(), 0.78, (x_scale, y_scale));
+        let panels = Panels::below(&mut scene, &heading, columns, shown.len(), 0.78, (x_scale, y_scale));
         let mut used = [false; Claim::ALL.len()];
         let mut edged = false;
-        for (m, (method, panel)) in methods.iter().zip(&panels.panels).enumerate() {
+        for (number, (&m, panel)) in shown.iter().zip(&panels.panels).enumerate() {
             for (n, known) in Claim::ALL.into_iter().enumerate() {
                 let areas = outlines(panel, &x_edges, &y_edges, |i, j| claim(m, i, j) == known);
                 used[n] |= !areas.is_empty();
                 scene.area(&areas, known.fill());
             }
-            edged |= draw_edge(&mut scene, panel, &edges[m], &method.name);
+            edged |= draw_edge(&mut scene, panel, &edges[m]);
             // The boundary is searched once and transformed from panel to panel.
             let (drawn, curves) = exact.get_or_insert_with(|| (*panel, boundary(slice, panel)));
             draw_curves(&mut scene, curves, drawn, panel);
-            panel.title(&mut scene, &letter(m).then(method_title(&method.name)));
+            panel.title(&mut scene, &letter(number).then(method_title(&methods[m].name)));
         }
         panels.axes(&mut scene, &x_name, &y_name);
         let mut legend = Legend::default();
@@ -244,8 +273,7 @@ fn figure(slice: &Slice) -> Result<Figure, ReportError> {
             legend.add(Sample::Line(EXACT), rich("exact boundary"));
         }
         if edged {
-            let stroke = Stroke { color: palette::GREY, ..palette::method("perturbation").stroke };
-            legend.add(Sample::Line(stroke), rich("the method's own critical damping"));
+            legend.add(Sample::Line(OWN_EDGE), rich("the method's own critical damping"));
         }
         legend.below(&mut scene, panels.panels[0].rect.x, panels.bottom);
         scene
@@ -271,6 +299,8 @@ fn figure(slice: &Slice) -> Result<Figure, ReportError> {
             .then(rich(" at "))
             .then(held)
             .then(rich(". Black curve: the exact boundary of the stick-slip region, by root-finding on the simulated flow."))
+            .then(words(" Not drawn, because undecided in every cell of this plane: "))
+            .then(rich(if empty.is_empty() { "" } else { "." }))
             .then(slice.thinned_words()),
         scenes,
         data,

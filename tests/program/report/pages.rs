@@ -227,6 +227,34 @@ fn an_axis_of_one_node_is_not_drawn_as_an_area() {
         "{names:?}"
     );
     assert!(!names.contains(&"deciders"), "{names:?}");
+    // Two gammas are two rows for each method: an area would show what lies between them.
+    let nodes: [&[f64]; 6] = [&[0.1], &[0.3], &[0.1], &[2.0, 3.0], &[1.0], &[0.0, 0.5, 1.0]];
+    let folder = tempfile::tempdir().unwrap();
+    let map = store_map(folder.path(), &plan(nodes, &["symmetric", "simulation"], &[Field::Verdict]), "two");
+    let view = View::new(&map);
+    let figures = figure::all(&view, &gather(&map)).unwrap();
+    let slices: Vec<_> = figures.iter().filter(|figure| figure.name.starts_with("slice")).collect();
+    let [rows] = slices[..] else { panic!("{} slices", slices.len()) };
+    let drawn = rows.scenes[0].1.svg("rows", &rows.caption);
+    assert!(rows.name == "slice-c" && drawn.contains("<tspan>2</tspan>") && drawn.contains("<tspan>3</tspan>"), "{}", rows.name);
+    assert!(figures.iter().all(|figure| figure.name != "deciders"));
+    let area = figure::plot(&view, &over_plane("gamma", "c", &[], &[])).unwrap();
+    assert!(area.notes[0].contains("gamma has 2 nodes") && area.notes[0].contains("--x c --at gamma=2,3"));
+}
+
+#[test]
+fn methods_that_decide_nothing_in_a_plane_are_named_and_not_drawn() {
+    let folder = tempfile::tempdir().unwrap();
+    // Far above the damping at which the equilibrium becomes stable.
+    let nodes: [&[f64]; 6] = [&[0.1], &[0.3], &[0.1], &[1.0, 2.0, 3.0], &[1.0], &[5.0, 6.0, 7.0]];
+    let methods = ["instability", "symmetric", "simulation"];
+    let map = store_map(folder.path(), &plan(nodes, &methods, &[Field::Verdict]), "stable");
+    let figures = figure::all(&View::new(&map), &gather(&map)).unwrap();
+    let slice = figures.iter().find(|figure| figure.name.starts_with("slice-gamma-c")).unwrap();
+    let caption = slice.caption.plain();
+    assert!(caption.contains("undecided in every cell of this plane: instability."), "{caption}");
+    let drawn = slice.scenes[0].1.svg("slice", &slice.caption);
+    assert!(drawn.contains("undecided everywhere") && drawn.contains("(b) ") && !drawn.contains("(c) "));
 }
 
 #[test]
@@ -344,8 +372,16 @@ fn the_commands_write_everything_or_nothing() {
     scratch.run(&["report", "text.h5"]).refuses(&["not a map", "slipmap run"]);
 
     let plot = |rest: &[&str]| scratch.run(&[&["plot", "map.h5", "--x", "gamma", "--y", "c"], rest].concat());
-    let run = plot(&["--out", "slice.svg", "--at", "V=1.2"]).ends_with(0);
-    assert!(run.err.contains("V = 1 (the node nearest to 1.2)"), "{}", run.err);
+    let rows = ["plot", "map.h5", "--x", "c", "--at", "gamma=2.2", "--out", "rows.svg"];
+    let run = scratch.run(&rows).ends_with(0);
+    let told = "gamma = 2 (the node nearest to 2.2, 0.2 away; nothing between the nodes is stored)";
+    assert!(run.err.contains(told), "{}", run.err);
+    let run = plot(&["--out", "slice.svg"]).ends_with(0);
+    plot(&["--out", "far.svg", "--at", "alpha=0.5"]).refuses(&[
+        "`alpha`",
+        "0.3 alone",
+        "cannot be held at 0.5",
+    ]);
     assert!(run.err.contains("alpha = 0.3\n"), "an axis of one node has no middle: {}", run.err);
     assert!(scratch.read("slice.svg").contains("<text"), "text stays text");
     plot(&["--out", "slice.svg"]).refuses(&["slice.svg", "--overwrite"]);
