@@ -41,11 +41,27 @@ impl Lorentzian {
         1.0 - self.drop * fallen + self.eta * u
     }
 
+    /// With x = u / vs it is a multiple of x / (1 + x^2)^2, less eta.
     #[inline]
-    pub(super) fn weakening(&self, u: f64) -> f64 {
+    pub(crate) fn weakening(&self, u: f64) -> f64 {
         let x = self.rate * u;
         let q = 1.0 + x * x;
         2.0 * self.drop * self.rate * (x / q) / q - self.eta
+    }
+
+    /// 1 / vs.
+    pub(crate) fn rate(&self) -> f64 {
+        self.rate
+    }
+
+    /// The multiple in [`Lorentzian::weakening`].
+    pub(crate) fn size(&self) -> f64 {
+        2.0 * self.drop * self.rate
+    }
+
+    /// The viscous part.
+    pub(crate) fn eta(&self) -> f64 {
+        self.eta
     }
 
     /// Derivatives of the weakening rate.
@@ -60,7 +76,7 @@ impl Lorentzian {
     }
 
     /// The weakening rate has one maximum, at u = vs / sqrt(3).
-    pub(super) fn weakening_range(&self, lo: f64, hi: f64) -> Range {
+    pub(crate) fn weakening_range(&self, lo: f64, hi: f64) -> Range {
         let (a, b) = (self.weakening(lo), self.weakening(hi));
         let peak = 1.0 / (3f64.sqrt() * self.rate);
         let top = if lo < peak && peak < hi { self.weakening(peak) } else { a.max(b) };

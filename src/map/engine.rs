@@ -364,11 +364,11 @@ fn regimes(tile: &Tile, columns: &[Column], cs: &[f64], ends: &[End], known: &In
     let mut behaviours = Behaviours::default();
     for number in tile.columns_by_epsilon() {
         let column = &columns[number];
-        let sketch = known.sketch(number, column);
+        let backbone = known.backbone(number, column);
         let behaviour = behaviours.of(column);
         let cells = number * cs.len()..(number + 1) * cs.len();
         for ((regime, &end), &c) in regimes[cells.clone()].iter_mut().zip(&ends[cells]).zip(cs) {
-            *regime = behaviour.regime(column.epsilon * c, end, sketch.as_ref());
+            *regime = behaviour.regime(column.epsilon * c, end, backbone.as_ref());
         }
     }
     regimes.into_iter().collect()

@@ -420,7 +420,7 @@ mod tests {
     use super::*;
     use crate::friction::{Expression, Law};
     use crate::point::LawParameters;
-    use crate::simulate::slip_cycle::{SlipTurn, turn};
+    use crate::simulate::arc::{SlipTurn, turn};
 
     fn oscillators() -> Vec<Oscillator> {
         let wavy = Law::Expression(Expression::new("1 - e*(u - a*sin(k*u)/k)", 1.0).unwrap());
