@@ -6,7 +6,7 @@ use super::Regime;
 use super::end::End;
 use super::verdict::Attractors;
 use crate::filippov::Oscillator;
-use crate::friction::{Curve, Range};
+use crate::friction::{Column, Curve, Range};
 use crate::simulate::backbone::{Backbone, CycleRange, InterpolatedBackbone};
 use crate::simulate::crossing::{
     CrossingCycle, StickSlipCycle, crossing_cycles, settled_from, some_cross_for_ever, stick_slip_cycle,
@@ -54,6 +54,21 @@ pub(super) struct Behaviour {
     none_cross_from: Cell<f64>,
 }
 
+/// The behaviour of columns that are asked one after the other. Those that differ in eps alone share it where the law
+/// does not contain eps: there eps scales the damping.
+#[derive(Default)]
+pub(super) struct Behaviours {
+    last: Option<Behaviour>,
+}
+
+impl Behaviours {
+    pub(super) fn of(&mut self, column: &Column) -> &Behaviour {
+        let same = |it: &Behaviour| it.belt_speed == column.belt_speed && it.curve == column.curve;
+        let last = self.last.take().filter(same);
+        self.last.insert(last.unwrap_or_else(|| Behaviour::new(&column.curve, column.belt_speed)))
+    }
+}
+
 /// What is known of a column at one damping before its cycles are.
 #[derive(Clone, Copy)]
 struct Ends {
@@ -91,7 +106,12 @@ impl Behaviour {
 
     /// The same between any bounds, for their number and stability.
     pub(super) fn count(&self, viscous: f64, end: End) -> Option<Vec<CycleRange>> {
-        self.cycles(viscous, end, |ends| self.coarse(viscous, ends).or_else(|| self.read_fine(viscous, ends)))
+        self.cycles(viscous, end, |ends| match self.coarse(viscous, ends) {
+            Ok(None) => self.read_fine(viscous, ends),
+            Ok(cycles) => cycles,
+            // Where a coarse backbone fails, a fine one does.
+            Err(_) => None,
+        })
     }
 
     /// The cycles by the even part, by convexity, or as `read` from a backbone.
@@ -117,8 +137,8 @@ impl Behaviour {
         read(Ends { stable, returns })
     }
 
-    /// The cycles as read from the first coarse backbone that is reliable about them.
-    fn coarse(&self, viscous: f64, ends: Ends) -> Option<Vec<CycleRange>> {
+    /// The cycles as read from the first coarse backbone that is reliable about them; `None` if none is.
+    fn coarse(&self, viscous: f64, ends: Ends) -> Result<Option<Vec<CycleRange>>, Failure> {
         let mut coarse = self.coarse.borrow_mut();
         let mut asked = 0;
         loop {
@@ -126,13 +146,14 @@ impl Behaviour {
                 let finer = match coarse.last() {
                     None => Backbone::coarsest(&self.curve, self.belt_speed, COARSE).map(Some),
                     Some(Ok(last)) => last.refined(&self.curve, COARSE),
-                    Some(Err(_)) => return None,
+                    Some(Err(failure)) => return Err(*failure),
                 };
-                coarse.push(finer.transpose()?);
+                let Some(finer) = finer.transpose() else { return Ok(None) };
+                coarse.push(finer);
             }
             match &coarse[asked] {
                 Ok(backbone) if backbone.is_reliable_at(viscous) => {
-                    return backbone.cycles(viscous, ends.stable, ends.returns);
+                    return Ok(backbone.cycles(viscous, ends.stable, ends.returns));
                 }
                 _ => asked += 1,
             }
@@ -144,6 +165,9 @@ impl Behaviour {
     }
 
     fn fine(&self) -> Option<&Backbone> {
+        if self.coarse.borrow().last().is_some_and(Result::is_err) {
+            return None;
+        }
         let make = || Backbone::of_curve(&self.curve, self.belt_speed, BACKBONE_TOLERANCE);
         self.fine.get_or_init(make).as_ref().ok()
     }
