@@ -1,11 +1,13 @@
 //! The engineer's assessment of a machine at its working point, in SI units: the speeds and dampings at which
 //! it stick-slips and may stick-slip, the motion, its sensitivities, and what is proved.
 
-use crate::behaviour::{Behaviour, behaviour, highest_belt_speed};
+use crate::behaviour::{Behaviour, behaviour, belt_speeds, last_between};
 use crate::certify::{Decision, Guarantee, TESTS, validated};
 use crate::filippov::Oscillator;
+use crate::friction::Law;
 use crate::machine::{Machine, Model};
 use crate::map::{self, Regime};
+use crate::point::Point;
 use crate::simulate::slip_count::{count_slip_cycles, proves_absence};
 use crate::simulate::{critical_damping, flow, sensitivity};
 
@@ -50,11 +52,11 @@ pub(crate) struct Assessment {
     pub(crate) machine: Machine,
     /// Its behaviour there.
     pub(crate) behaviour: Behaviour,
-    /// Belt speed below which it stick-slips from every initial state, at the working damping: steady slip is
-    /// unstable. `None` if steady slip is stable at every speed.
-    pub(crate) always_below_speed: Option<f64>,
-    /// Damping below which it stick-slips from every initial state, at the working speed; `None` if there is
-    /// none.
+    /// Belt speed below which it stick-slips from every initial state, at the working damping; of speeds within
+    /// three decades of the working one, some of which are tried.
+    pub(crate) always_below_speed: Limit,
+    /// Damping below which it stick-slips from every initial state, at the working speed; `None` if none was
+    /// found.
     pub(crate) always_below_damping: Option<f64>,
     /// Period of the attracting motion, s.
     pub(crate) period: Option<f64>,
@@ -79,6 +81,87 @@ impl Assessment {
     }
 }
 
+/// A limit of a quantity, below which something holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Limit {
+    /// It does not hold at the smallest values that were tried, or what holds beyond is unknown.
+    NotFound,
+    /// The limit.
+    Below(f64),
+    /// It holds at all values that were tried.
+    Everywhere,
+}
+
+impl Limit {
+    /// The limit; `None` if there is none.
+    pub(crate) fn value(self) -> Option<f64> {
+        match self {
+            Limit::Below(value) => Some(value),
+            Limit::NotFound | Limit::Everywhere => None,
+        }
+    }
+}
+
+/// Relative distance from a limit at which what holds is looked at, and accuracy of limits without a closed form.
+const NEAR: f64 = 1e-6;
+
+/// The end of a range from `low`, where `holds` is true, up to `high` at most.
+fn end(mut low: f64, high: f64, holds: impl Fn(f64) -> bool) -> f64 {
+    if holds(high * (1.0 - NEAR)) {
+        return high;
+    }
+    let mut high = high;
+    while high - low > NEAR * high {
+        let middle = 0.5 * (low + high);
+        if holds(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    low
+}
+
+/// The damping c below which the stick-slip cycle is the only attractor. Steady slip must be unstable, the orbit
+/// from the exit point must return, and no slip cycle may exist: the damping lies below the whole backbone. So it
+/// is the end of an interval, where crossing cycles do not exist at 0.
+fn always_below_damping(law: &Law, point: &Point, hopf: f64, critical: f64) -> Option<f64> {
+    let only = |damping: f64| regime_at(law, &Point { damping, ..*point }) == Regime::StickSlip;
+    let high = hopf.min(critical);
+    (high > 0.0 && only(0.0)).then(|| end(0.0, high, only))
+}
+
+/// The belt speed V below which the stick-slip cycle is the only attractor.
+fn always_below_speed(law: &Law, point: &Point) -> Limit {
+    let of = |belt_speed: f64| regime_at(law, &Point { belt_speed, ..*point });
+    let only = |belt_speed: f64| of(belt_speed) == Regime::StickSlip;
+    let mut low = None;
+    for speed in belt_speeds(point.belt_speed) {
+        match (of(speed), low) {
+            (Regime::StickSlip, _) => low = Some(speed),
+            (Regime::Failed, _) | (_, None) => return Limit::NotFound,
+            (_, Some(low)) => {
+                // Steady slip may become stable on the way.
+                let column = law.column(point);
+                let unstable =
+                    |speed: f64| Some(column.curve.weakening(speed) > column.epsilon * point.damping);
+                let hopf = if unstable(speed) == Some(true) {
+                    Some(speed)
+                } else {
+                    last_between(low, speed, unstable)
+                };
+                return hopf.map_or(Limit::NotFound, |hopf| Limit::Below(end(low, hopf, only)));
+            }
+        }
+    }
+    Limit::Everywhere
+}
+
+fn regime_at(law: &Law, point: &Point) -> Regime {
+    let oscillator = Oscillator::new(law, point);
+    map::regime(&oscillator, &flow(&oscillator, TOLERANCE))
+}
+
 /// Assesses a machine; `None` as in [`Machine::model`].
 pub(crate) fn assess(machine: &Machine) -> Option<Assessment> {
     let model = machine.model()?;
@@ -88,11 +171,8 @@ pub(crate) fn assess(machine: &Machine) -> Option<Assessment> {
     let column = model.column();
     let oscillator = Oscillator::new(law, point);
     let flow = flow(&oscillator, TOLERANCE);
-    // Beyond the data of a measured law phi is undefined.
-    let weakening = |belt_speed: f64| Some(column.curve.weakening(belt_speed)).filter(|w| !w.is_nan());
-    let always_below_speed =
-        highest_belt_speed(point.belt_speed, |speed| Some(weakening(speed)? > oscillator.viscous));
     let hopf = column.curve.weakening(point.belt_speed);
+    let critical = behaviour.critical_damping.map_or(f64::INFINITY, |damping| damping / units.damping);
     let cycle = map::attracting_cycle(&oscillator, &flow, TOLERANCE);
     let kick = match behaviour.regime {
         Regime::Bistable => map::basin_boundary(&oscillator, &flow, TOLERANCE),
@@ -115,8 +195,12 @@ pub(crate) fn assess(machine: &Machine) -> Option<Assessment> {
     }
     Some(Assessment {
         machine: machine.clone(),
-        always_below_speed: always_below_speed.map(|speed| speed * units.velocity),
-        always_below_damping: (hopf > 0.0).then_some(hopf * units.damping),
+        always_below_speed: match always_below_speed(law, point) {
+            Limit::Below(speed) => Limit::Below(speed * units.velocity),
+            other => other,
+        },
+        always_below_damping: always_below_damping(law, point, hopf / point.epsilon, critical)
+            .map(|damping| damping * units.damping),
         period: cycle.map(|cycle| cycle.period * units.time),
         velocity_amplitude: cycle.map(|c| 0.5 * (c.velocity.hi - c.velocity.lo) * units.velocity),
         kick: kick.map(|(_, kick)| [kick.forward * units.velocity, kick.backward * units.velocity]),
@@ -171,8 +255,9 @@ fn influence(model: &Model) -> Option<Vec<Influence>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::friction::Law;
-    use crate::machine::example;
+    use crate::friction::Expression;
+    use crate::machine::{Friction, example};
+    use crate::point::LawParameters;
 
     fn machine(law: &Law) -> Machine {
         example(law.clone()).with("strengthening", 0.0).unwrap()
@@ -217,20 +302,41 @@ mod tests {
 
     #[test]
     fn the_thresholds_are_those_of_the_machine() {
-        for law in Law::BUILT_IN {
-            let all = assess(&machine(&law)).unwrap();
-            let stable = |name: &str, value: f64| {
-                let model = machine(&law).with(name, value).unwrap().model().unwrap();
-                Oscillator::new(&model.law, &model.point).eigenvalues().is_stable()
+        let wavy = "0.4 - 0.127*(1-exp(-u/0.096)) + 0.0046*(cos(57.52*u)-1)";
+        // Thomsen and Fidlin 2003: a slip cycle attracts between the critical damping and the Hopf bifurcation.
+        let cubic = "0.4 - 1.5*0.15*(u/0.5 - (u/0.5)^3/3)";
+        let rising = "0.3 + 2.1*u*exp(-u/0.05)";
+        let formula = |phi: &str, [mass, stiffness, normal_force, belt_speed, damping]: [f64; 5]| {
+            let law = Expression::new(phi, 1.0).unwrap();
+            let friction = Friction::Formula(law, LawParameters::new(&[]));
+            Machine { friction, mass, stiffness, normal_force, belt_speed, damping, ..example(Law::Stribeck) }
+        };
+        let mut machines: Vec<Machine> = Law::BUILT_IN.iter().map(machine).collect();
+        machines.extend([
+            formula(wavy, [2.0, 5.05e5, 1000.0, 0.1558, 300.0]),
+            formula(cubic, [1.0, 1.0, 1.0, 0.42, 0.1]),
+            formula(rising, [2.0, 2e5, 1000.0, 0.03, 20.0]),
+        ]);
+        let mut found = [0, 0];
+        for machine in machines {
+            let all = assess(&machine).unwrap();
+            let only = |name: &str, value: f64| {
+                let model = machine.with(name, value).unwrap().model().unwrap();
+                regime_at(&model.law, &model.point) == Regime::StickSlip
             };
-            if let Some(damping) = all.always_below_damping {
-                assert!(!stable("damping", 0.999 * damping), "{law:?}");
-                assert!(stable("damping", 1.001 * damping), "{law:?}");
+            let limits =
+                [("belt_speed", all.always_below_speed.value()), ("damping", all.always_below_damping)];
+            for ((name, limit), found) in limits.into_iter().zip(&mut found) {
+                let Some(limit) = limit else { continue };
+                *found += 1;
+                for share in [0.01, 0.1, 0.5, 0.9, 0.999] {
+                    assert!(only(name, share * limit), "{name} {share} of {limit}: {machine:?}");
+                }
+                assert!(!only(name, 1.001 * limit), "{name} {limit}: {machine:?}");
             }
-            if let Some(belt_speed) = all.always_below_speed {
-                assert!(!stable("belt_speed", 0.999 * belt_speed), "{law:?}");
-                assert!(stable("belt_speed", 1.001 * belt_speed), "{law:?}");
-            }
+            let may = all.behaviour.critical_damping.unwrap_or(f64::INFINITY);
+            assert!(all.always_below_damping.is_none_or(|always| always <= may), "{machine:?}");
         }
+        assert!(found[0] >= 4 && found[1] >= 5, "{found:?}");
     }
 }

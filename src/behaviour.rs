@@ -39,31 +39,37 @@ pub struct Behaviour {
 const STEPS_PER_DECADE: i32 = 8;
 const DECADES: i32 = 3;
 
+/// Belt speeds within three decades of `near`, from the slowest.
+pub(crate) fn belt_speeds(near: f64) -> impl DoubleEndedIterator<Item = f64> {
+    let range = DECADES * STEPS_PER_DECADE;
+    (-range..=range).map(move |i| near * 10f64.powf(f64::from(i) / f64::from(STEPS_PER_DECADE)))
+}
+
+/// The last speed up to which `holds` is true, between `low`, where it is, and `high`, where it is not; `None`
+/// where it is unknown on the way.
+pub(crate) fn last_between(mut low: f64, mut high: f64, holds: impl Fn(f64) -> Option<bool>) -> Option<f64> {
+    while high - low > 1e-12 * high {
+        let middle = 0.5 * (low + high);
+        if middle <= low || middle >= high {
+            break;
+        }
+        if holds(middle)? {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    Some(0.5 * (low + high))
+}
+
 /// The highest belt speed, within three decades of `near`, up to which `holds` is true and beyond which it is
 /// false; `None` if it does not change, or is still true at the end.
-pub(crate) fn highest_belt_speed(near: f64, holds: impl Fn(f64) -> Option<bool>) -> Option<f64> {
-    let range = DECADES * STEPS_PER_DECADE;
-    let at = |i: i32| near * 10f64.powf(f64::from(i) / f64::from(STEPS_PER_DECADE));
+fn highest_belt_speed(near: f64, holds: impl Fn(f64) -> Option<bool>) -> Option<f64> {
     let mut high = None;
-    for i in (-range..=range).rev() {
-        match (holds(at(i)), high) {
-            (Some(false), _) => high = Some(at(i)),
-            (Some(true), Some(mut high)) => {
-                let mut low = at(i);
-                while high - low > 1e-12 * high {
-                    let middle = 0.5 * (low + high);
-                    if middle <= low || middle >= high {
-                        break;
-                    }
-                    match holds(middle) {
-                        Some(true) => low = middle,
-                        Some(false) => high = middle,
-                        None => return None,
-                    }
-                }
-                return Some(0.5 * (low + high));
-            }
-            (Some(true), None) => return None,
+    for speed in belt_speeds(near).rev() {
+        match (holds(speed), high) {
+            (Some(true), high) => return last_between(speed, high?, holds),
+            (Some(false), _) => high = Some(speed),
             (None, _) => high = None,
         }
     }

@@ -27,7 +27,7 @@ use crate::report::{UnitSystem, write_figure, write_file};
 use crate::simulate::direct::Start;
 use crate::simulate::sensitivity::NoSensitivity;
 use crate::simulate::slip_count::{SlipCount, proves_absence};
-use crate::simulate::{self, Flow, Neighbour, Range, separates};
+use crate::simulate::{self, Fate, Flow, Neighbour, Range, separates};
 
 /// Ask every method about one point, or about each row of a table.
 #[derive(Debug, Args)]
@@ -404,7 +404,16 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         }
     }
     match answer.landing() {
-        None => line("landing", "none: the orbit from the exit point never sticks".into()),
+        None => line(
+            "landing",
+            match answer.flow.fate {
+                Fate::SpiralsInward | Fate::CrossesForever => {
+                    "none: the orbit from the exit point never sticks"
+                }
+                Fate::Sticks(_) | Fate::TooCloseToCall | Fate::Failed(_) => "not determined",
+            }
+            .into(),
+        ),
         Some(landing) => {
             line(
                 "landing",

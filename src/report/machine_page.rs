@@ -13,7 +13,7 @@ use super::figure::scene::{Anchor, Fill, Marker, Rect, Scene};
 use super::figure::{Scene as Figure, bifurcations};
 use super::text::{Rich, rich};
 use super::units::{UnitSystem, join};
-use crate::assessment::Assessment;
+use crate::assessment::{Assessment, Limit};
 use crate::friction::Column;
 use crate::machine::{Dimension, Friction, Machine, Model};
 use crate::map::{
@@ -182,15 +182,26 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
         line("regime at the working point", rich(palette::regime_words(does.regime))),
         line(
             "stick-slips whatever the start below belt speed",
-            or(all.always_below_speed, Velocity, "none: steady slip is stable at every speed"),
+            match all.always_below_speed {
+                Limit::Below(speed) => of(speed, Velocity),
+                Limit::Everywhere => rich("any, up to 1,000 times the belt speed"),
+                Limit::NotFound => rich("none was found"),
+            },
         ),
         line(
             "may stick-slip below belt speed",
-            or(does.critical_belt_speed, Velocity, "no such speed was found"),
+            or(
+                does.critical_belt_speed,
+                Velocity,
+                match does.slip_and_stick_time {
+                    Some(_) => "any: no limit was found up to 1,000 times the belt speed",
+                    None => "none was found",
+                },
+            ),
         ),
         line(
             "stick-slips whatever the start below damping",
-            or(all.always_below_damping, Damping, "none: steady slip is stable without damping"),
+            or(all.always_below_damping, Damping, "none was found"),
         ),
         line("may stick-slip below damping", critical),
     ];
@@ -219,10 +230,11 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
         )),
         None => motion.push(line(
             "kick that starts it",
-            rich(if all.always_below_damping.is_some_and(|d| machine.damping < d) {
-                "none is needed"
-            } else {
-                "no kick of steady slip does, or none was found"
+            rich(match (does.regime, does.slip_and_stick_time) {
+                (Regime::StickSlip, _) => "none is needed",
+                (Regime::Failed, _) => "not determined",
+                (_, None) => "no kick of steady slip does",
+                (_, Some(_)) => "not computed: steady slip is a cycle, or none was found",
             }),
         )),
     }

@@ -76,7 +76,7 @@ pub enum Failure {
     StepBudget,
     /// The step size underflowed before the tolerance was met.
     StepUnderflow,
-    /// The state left the finite numbers.
+    /// The state left the finite numbers, or the slip speeds for which a law given by data is known.
     NotFinite,
 }
 
@@ -85,7 +85,7 @@ impl std::fmt::Display for Failure {
         f.write_str(match self {
             Failure::StepBudget => "the step budget ran out",
             Failure::StepUnderflow => "the step size underflowed before the tolerance was met",
-            Failure::NotFinite => "the orbit left the finite numbers",
+            Failure::NotFinite => "the orbit left the finite numbers, or the data of the law",
         })
     }
 }
