@@ -14,12 +14,27 @@ const QUICK = [12, 16, 24, 32, 48, 64, 96, 128, 192, 256];
 const FRAME = 0.03;
 // Seconds that a finer picture may take, those that are taken without a coarser one before, and cells that it
 // may have.
-const PATIENCE = 8;
+const PATIENCE = 4;
 const SOON = 0.3;
+// Seconds that a band of a picture should take, and those beyond which the bands of a picture are not begun.
+const BAND = 2;
+const LONGEST = 900;
+// Seconds after which the program gives an answer up.
+const LATE = 20;
 const MOST_CELLS = 1_500_000;
 // Pixels within which a pointer takes the pin, and beyond which a click is a drag.
 const GRASP = 15;
 const STILL = 4;
+
+// A picture with more cells, each with what the picture shows there.
+function enlarged(picture, width, height) {
+  const cells = new picture.cells.constructor(width * height);
+  for (let j = 0; j < height; j += 1) {
+    const row = Math.floor(((j + 0.5) * picture.height) / height) * picture.width;
+    for (let i = 0; i < width; i += 1) cells[j * width + i] = picture.cells[row + Math.floor(((i + 0.5) * picture.width) / width)];
+  }
+  return { ...picture, width, height, cells };
+}
 
 export class Plane {
   // `app` has the state, and is told of changes: app.change("view" | "point" | "rest").
@@ -90,17 +105,18 @@ export class Plane {
     return [Math.max(2, Math.round((rows * this.rect.w) / this.rect.h)), rows];
   }
 
-  // What it costs: a column of all dampings costs little more than one cell of it.
-  work(rows) {
-    const [width, height] = this.cells(rows);
-    const { x, y } = this.state;
-    const is_damping = ({ axis }) => axis === "c" || axis === "damping";
-    return is_damping(x) ? height : is_damping(y) ? width : width * height;
+  is_damping(side) {
+    return ["c", "damping"].includes(this.state[side].axis);
   }
 
-  // Seconds that it will take; unknown before the first of its kind.
+  // What it costs: a column of all dampings costs little more than one cell of it.
+  work([width, height]) {
+    return this.is_damping("x") ? height : this.is_damping("y") ? width : width * height;
+  }
+
+  // Seconds that a picture with this many rows will take; unknown before the first of its kind.
   seconds(rows) {
-    return this.work(rows) * (this.cost.get(this.kind()) ?? Infinity);
+    return this.work(this.cells(rows)) * (this.cost.get(this.kind()) ?? Infinity);
   }
 
   // Pictures that cost about the same for each cell.
@@ -129,8 +145,9 @@ export class Plane {
     let rows = QUICK.findLast((rows) => this.seconds(rows) <= FRAME) ?? QUICK[0];
     let quick = true;
     while (rows !== null) {
-      const picture = await this.fetch(rows, quick, turn);
+      const picture = await this.fetch(this.cells(rows), quick, turn);
       if (!picture) return;
+      if (picture.late) break;
       if (turn === this.changes || quick) {
         this.picture = picture;
         this.show();
@@ -146,27 +163,71 @@ export class Plane {
       rows = this.finer(rows);
     }
     this.canvas.dataset.settled = turn;
-    // Better to know than to wonder why it stays coarse.
-    const seconds = this.seconds(this.full());
-    this.busy.hidden = seconds < PATIENCE;
-    this.busy.textContent = `coarse: every pixel would take ${seconds < 100 ? `${Math.round(seconds)} s` : `${Math.round(seconds / 60)} min`}`;
+    await this.complete(turn);
   }
 
-  // A picture of the present state; nothing where it was overtaken or refused.
-  async fetch(rows, quick, turn) {
+  // The pixels that are still missing, where one picture of all would take too long: twice as fine again and
+  // again, in bands of some seconds each.
+  async complete(turn) {
+    while (turn === this.changes && this.picture && this.picture.height < this.full()) {
+      const size = this.cells(Math.min(2 * this.picture.height, this.full()));
+      if (this.seconds(size[1]) > LONGEST) {
+        const text = `coarse: finer would take ${Math.round(this.seconds(size[1]) / 60)} min`;
+        Object.assign(this.busy, { hidden: false, textContent: text });
+        return;
+      }
+      if (!(await this.in_bands(size, turn))) return;
+    }
+  }
+
+  // Computes a picture band by band, each shown at once; `false` where it was overtaken or refused.
+  async in_bands([width, height], turn) {
+    // All dampings of a column are one piece of work.
+    const [side, all] = this.is_damping("y") ? ["x", width] : ["y", height];
+    const whole = enlarged(this.picture, width, height);
+    for (let done = 0; done < all; ) {
+      // Nobody waits for a page in the background.
+      if (document.hidden) await new Promise((resolve) => document.addEventListener("visibilitychange", resolve, { once: true }));
+      const left = this.seconds(height) * (1 - done / all);
+      let count = Math.max(2, Math.min(all - done, Math.floor(((all - done) * BAND) / left)));
+      // One line alone is no plane.
+      if (all - done - count === 1) count += 1;
+      const text = `refining: ${Math.round((100 * done) / all)} %, ${Math.ceil(left)} s left`;
+      const size = side === "x" ? [count, height] : [width, count];
+      const band = await this.fetch(size, false, turn, { side, part: [done / all, (done + count) / all], text });
+      if (!band || turn !== this.changes || (band.late && count === 2)) return false;
+      // The machine is busy; the next band is smaller.
+      if (band.late) continue;
+      const [column, row] = side === "x" ? [done, 0] : [0, done];
+      for (let j = 0; j < band.height; j += 1) whole.cells.set(band.cells.subarray(j * band.width, (j + 1) * band.width), (row + j) * width + column);
+      this.picture = whole;
+      this.show();
+      done += count;
+    }
+    this.busy.hidden = true;
+    return true;
+  }
+
+  // A picture of the present state with so many cells across and up, or a band of it: `part` of one side. Nothing
+  // where it was overtaken or refused; `late` where it took too long.
+  async fetch([width, height], quick, turn, { side, part, text = "computing" } = {}) {
     const { x, y, show, stored } = this.state;
-    const [key, kind, work] = [this.key(), this.kind(), this.work(rows)];
-    const [width, height] = this.cells(rows);
+    const [key, kind, work] = [this.key(), this.kind(), this.work([width, height])];
     const running = { quick };
     this.running = running;
-    const late = setTimeout(() => Object.assign(this.busy, { hidden: false, textContent: "computing" }), 300);
+    const late = setTimeout(() => Object.assign(this.busy, { hidden: false, textContent: text }), side ? 0 : 300);
     try {
-      const body = { ...place(this.state), x: { ...x, points: width }, y: { ...y, points: height }, show, stored };
-      const picture = await ask(body);
+      const sides = { x: { ...x, points: width }, y: { ...y, points: height } };
+      if (side) [sides[side].from, sides[side].to] = part.map((unit) => this.scales[side].value(unit));
+      const picture = await ask({ ...place(this.state), ...sides, show, stored });
       this.app.complain(null);
       this.cost.set(kind, picture.seconds / work);
       return Object.assign(picture, { x: { ...x }, y: { ...y }, show, key });
     } catch (problem) {
+      if (problem.late && !quick) {
+        this.cost.set(kind, LATE / work);
+        return { late: true };
+      }
       if (!problem.overtaken) this.app.complain(problem);
       // What was changed meanwhile may be right again.
       if (quick && turn !== this.changes) setTimeout(() => this.refine());
@@ -175,7 +236,8 @@ export class Plane {
       clearTimeout(late);
       if (this.running === running) {
         this.running = null;
-        this.busy.hidden = true;
+        // Between two bands the note stays.
+        this.busy.hidden = !side;
       }
     }
   }

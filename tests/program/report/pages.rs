@@ -236,7 +236,11 @@ fn an_axis_of_one_node_is_not_drawn_as_an_area() {
     let slices: Vec<_> = figures.iter().filter(|figure| figure.name.starts_with("slice")).collect();
     let [rows] = slices[..] else { panic!("{} slices", slices.len()) };
     let drawn = rows.scenes[0].1.svg("rows", &rows.caption);
-    assert!(rows.name == "slice-c" && drawn.contains("<tspan>2</tspan>") && drawn.contains("<tspan>3</tspan>"), "{}", rows.name);
+    assert!(
+        rows.name == "slice-c" && drawn.contains("<tspan>2</tspan>") && drawn.contains("<tspan>3</tspan>"),
+        "{}",
+        rows.name
+    );
     assert!(figures.iter().all(|figure| figure.name != "deciders"));
     let area = figure::plot(&view, &over_plane("gamma", "c", &[], &[])).unwrap();
     assert!(area.notes[0].contains("gamma has 2 nodes") && area.notes[0].contains("--x c --at gamma=2,3"));
