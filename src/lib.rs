@@ -76,6 +76,7 @@ mod clock;
 #[cfg(feature = "config")]
 pub mod config;
 pub mod dataset;
+mod enclosure;
 #[cfg(feature = "explore")]
 #[doc(hidden)]
 pub mod explore;

@@ -5,7 +5,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use super::form::Form;
 use super::interval::Interval;
 use super::jet::Real;
-use super::{FirstOrder, Gradient, NoFirstOrder, Range, Stribeck, Table, Weakening, mean, weakening};
+use super::{
+    FirstOrder, Gradient, Lorentzian, NoFirstOrder, Range, Stribeck, Table, Weakening, mean, weakening,
+};
 use crate::point::LawParameters;
 
 /// A friction curve: a law with all its parameters fixed. Clones share the compiled form.
@@ -287,6 +289,14 @@ impl Curve {
     pub(crate) fn stribeck(&self) -> Option<&Stribeck> {
         match &self.form {
             Form::Stribeck(law) => Some(law),
+            _ => None,
+        }
+    }
+
+    /// The Lorentzian law, for vectorised engines; `None` for other laws.
+    pub(crate) fn lorentzian(&self) -> Option<&Lorentzian> {
+        match &self.form {
+            Form::Lorentzian(law) => Some(law),
             _ => None,
         }
     }

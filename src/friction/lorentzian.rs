@@ -12,10 +12,10 @@ use crate::point::LawParameters;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Lorentzian {
     /// 1 - mu.
-    drop: f64,
+    pub(crate) drop: f64,
     /// 1 / vs.
-    rate: f64,
-    eta: f64,
+    pub(crate) rate: f64,
+    pub(crate) eta: f64,
 }
 
 impl Lorentzian {
@@ -41,8 +41,9 @@ impl Lorentzian {
         1.0 - self.drop * fallen + self.eta * u
     }
 
+    /// With x = u / vs it is 2 (1 - mu) / vs times x / (1 + x^2)^2, less eta.
     #[inline]
-    pub(super) fn weakening(&self, u: f64) -> f64 {
+    pub(crate) fn weakening(&self, u: f64) -> f64 {
         let x = self.rate * u;
         let q = 1.0 + x * x;
         2.0 * self.drop * self.rate * (x / q) / q - self.eta
@@ -60,7 +61,7 @@ impl Lorentzian {
     }
 
     /// The weakening rate has one maximum, at u = vs / sqrt(3).
-    pub(super) fn weakening_range(&self, lo: f64, hi: f64) -> Range {
+    pub(crate) fn weakening_range(&self, lo: f64, hi: f64) -> Range {
         let (a, b) = (self.weakening(lo), self.weakening(hi));
         let peak = 1.0 / (3f64.sqrt() * self.rate);
         let top = if lo < peak && peak < hi { self.weakening(peak) } else { a.max(b) };

@@ -6,8 +6,8 @@ use super::Regime;
 use super::end::End;
 use super::verdict::Attractors;
 use crate::filippov::Oscillator;
-use crate::friction::{Curve, Range};
-use crate::simulate::backbone::{Backbone, Crossing, Sketch};
+use crate::friction::{Column, Curve, Range};
+use crate::simulate::backbone::{Backbone, CycleRange, InterpolatedBackbone};
 use crate::simulate::crossing::{
     CrossingCycle, StickSlipCycle, crossing_cycles, settled_from, some_cross_for_ever, stick_slip_cycle,
 };
@@ -54,6 +54,21 @@ pub(super) struct Behaviour {
     none_cross_from: Cell<f64>,
 }
 
+/// The behaviour of columns that are asked one after the other. Those that differ in eps alone share it where the law
+/// does not contain eps: there eps scales the damping.
+#[derive(Default)]
+pub(super) struct Behaviours {
+    last: Option<Behaviour>,
+}
+
+impl Behaviours {
+    pub(super) fn of(&mut self, column: &Column) -> &Behaviour {
+        let same = |it: &Behaviour| it.belt_speed == column.belt_speed && it.curve == column.curve;
+        let last = self.last.take().filter(same);
+        self.last.insert(last.unwrap_or_else(|| Behaviour::new(&column.curve, column.belt_speed)))
+    }
+}
+
 /// What is known of a column at one damping before its cycles are.
 #[derive(Clone, Copy)]
 struct Ends {
@@ -79,19 +94,24 @@ impl Behaviour {
 
     /// The slip cycles at eps c = `viscous`, where the orbit from the exit point ends as `end`, between
     /// bounds that are as narrow as possible; `None` if they are unknown.
-    fn slip_cycles(&self, viscous: f64, end: End) -> Option<Vec<Crossing>> {
+    fn slip_cycles(&self, viscous: f64, end: End) -> Option<Vec<CycleRange>> {
         let cycles = self.cycles(viscous, end, |ends| self.read_fine(viscous, ends))?;
         // Where the backbone was not needed the bounds are those of the belt line.
-        let narrowed = |cycle: Crossing| match self.fine.get() {
-            Some(Ok(backbone)) => Crossing { between: backbone.narrowed(&cycle, viscous), ..cycle },
+        let narrowed = |cycle: CycleRange| match self.fine.get() {
+            Some(Ok(backbone)) => CycleRange { between: backbone.narrowed(&cycle, viscous), ..cycle },
             Some(Err(_)) | None => cycle,
         };
         Some(cycles.into_iter().map(narrowed).collect())
     }
 
     /// The same between any bounds, for their number and stability.
-    pub(super) fn count(&self, viscous: f64, end: End) -> Option<Vec<Crossing>> {
-        self.cycles(viscous, end, |ends| self.coarse(viscous, ends).or_else(|| self.read_fine(viscous, ends)))
+    pub(super) fn count(&self, viscous: f64, end: End) -> Option<Vec<CycleRange>> {
+        self.cycles(viscous, end, |ends| match self.coarse(viscous, ends) {
+            Ok(None) => self.read_fine(viscous, ends),
+            Ok(cycles) => cycles,
+            // Where a coarse backbone fails, a fine one does.
+            Err(_) => None,
+        })
     }
 
     /// The cycles by the even part, by convexity, or as `read` from a backbone.
@@ -99,8 +119,8 @@ impl Behaviour {
         &self,
         viscous: f64,
         end: End,
-        read: impl FnOnce(Ends) -> Option<Vec<Crossing>>,
-    ) -> Option<Vec<Crossing>> {
+        read: impl FnOnce(Ends) -> Option<Vec<CycleRange>>,
+    ) -> Option<Vec<CycleRange>> {
         let stable = self.at_belt_speed < viscous;
         let returns = end.returns()?;
         let even = self.even.get_or_init(|| self.curve.even_weakening_range(self.belt_speed));
@@ -111,56 +131,65 @@ impl Behaviour {
             // At most one cycle, which repels: it lies between the equilibrium and the belt line if both
             // attract.
             let between = [0.0, self.belt_speed];
-            let one = Crossing { between, is_stable: !returns };
+            let one = CycleRange { between, is_stable: !returns };
             return Some(if stable == returns { vec![one] } else { Vec::new() });
         }
         read(Ends { stable, returns })
     }
 
-    /// The cycles as read from the first coarse backbone that is clear about them.
-    fn coarse(&self, viscous: f64, ends: Ends) -> Option<Vec<Crossing>> {
+    /// The cycles as read from the first coarse backbone that is reliable about them; `None` if none is.
+    fn coarse(&self, viscous: f64, ends: Ends) -> Result<Option<Vec<CycleRange>>, Failure> {
         let mut coarse = self.coarse.borrow_mut();
         let mut asked = 0;
         loop {
             if asked == coarse.len() {
                 let finer = match coarse.last() {
-                    None => Backbone::begun(&self.curve, self.belt_speed, COARSE).map(Some),
+                    None => Backbone::coarsest(&self.curve, self.belt_speed, COARSE).map(Some),
                     Some(Ok(last)) => last.refined(&self.curve, COARSE),
-                    Some(Err(_)) => return None,
+                    Some(Err(failure)) => return Err(*failure),
                 };
-                coarse.push(finer.transpose()?);
+                let Some(finer) = finer.transpose() else { return Ok(None) };
+                coarse.push(finer);
             }
             match &coarse[asked] {
-                Ok(backbone) if backbone.is_clear(viscous) => {
-                    return backbone.cycles(viscous, ends.stable, ends.returns);
+                Ok(backbone) if backbone.is_reliable_at(viscous) => {
+                    return Ok(backbone.cycles(viscous, ends.stable, ends.returns));
                 }
                 _ => asked += 1,
             }
         }
     }
 
-    fn read_fine(&self, viscous: f64, ends: Ends) -> Option<Vec<Crossing>> {
+    fn read_fine(&self, viscous: f64, ends: Ends) -> Option<Vec<CycleRange>> {
         self.fine()?.cycles(viscous, ends.stable, ends.returns)
     }
 
     fn fine(&self) -> Option<&Backbone> {
+        if self.coarse.borrow().last().is_some_and(Result::is_err) {
+            return None;
+        }
         let make = || Backbone::of_curve(&self.curve, self.belt_speed, BACKBONE_TOLERANCE);
         self.fine.get_or_init(make).as_ref().ok()
     }
 
-    /// The regime at eps c = `viscous`: the set of attractors. The backbone may be read from a `sketch`.
+    /// The regime at eps c = `viscous`: the set of attractors. The backbone may be `interpolated`.
     ///
     /// An orbit that spirals inward around an unstable equilibrium must tend to a slip cycle between the two
     /// (Poincare-Bendixson); around a stable one the equilibrium attracts. The attractor of the orbit from
     /// the exit point coexists with all attractors inside that orbit, and with crossing cycles around it.
-    pub(super) fn regime(&self, viscous: f64, end: End, sketch: Option<&Sketch>) -> Regime {
+    pub(super) fn regime(
+        &self,
+        viscous: f64,
+        end: End,
+        interpolated: Option<&InterpolatedBackbone>,
+    ) -> Regime {
         let stable = self.at_belt_speed < viscous;
-        let sketched = || sketch?.attracts(viscous, stable, end.returns()?);
+        let by_interpolation = || interpolated?.attracts(viscous, stable, end.returns()?);
         let counted = || Some(self.count(viscous, end)?.iter().any(|cycle| cycle.is_stable));
         let attractors = || {
             Some(Attractors {
                 equilibrium: stable,
-                slip: sketched().or_else(counted)?,
+                slip: by_interpolation().or_else(counted)?,
                 stick_slip: end == End::Sticks,
                 crossing: end == End::Crosses || self.some_cross_for_ever(viscous)?,
             })

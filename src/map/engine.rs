@@ -7,7 +7,7 @@ use std::sync::mpsc::sync_channel;
 
 use super::account::{Account, FailedCell, MethodAccount, Stages, Unknown, count, failed_cells};
 use super::audit::{Audit, Draws};
-use super::behaviour::Behaviour;
+use super::behaviour::Behaviours;
 use super::contradictions::{Contradictions, contradictions};
 use super::end::End;
 use super::interpolation::Interpolated;
@@ -19,7 +19,7 @@ use crate::certify::{Claim, Columns};
 use crate::clock::timed;
 use crate::filippov::Oscillator;
 use crate::friction::Column;
-use crate::simulate::return_map::{Turn, turns_of};
+use crate::simulate::return_map::{Turn, is_resolved, turns_of};
 
 /// Controls of a computation: threads, callbacks, interruption.
 pub struct Control<'a> {
@@ -344,16 +344,7 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> Computed {
         });
         stages.fields += taken;
         if plan.stores(Field::Regime) {
-            let of_column = |(number, (column, ends)): (usize, (&Column, &[End]))| {
-                let sketch = known.sketch(number, column);
-                let behaviour = Behaviour::new(&column.curve, column.belt_speed);
-                let regime =
-                    |(&c, &end): (&f64, &End)| behaviour.regime(column.epsilon * c, end, sketch.as_ref());
-                cs.iter().zip(ends).map(regime).collect::<Vec<_>>()
-            };
-            let ends = simulated.ends.chunks(cs.len());
-            let regimes = || columns.iter().zip(ends).enumerate().flat_map(of_column).collect();
-            (data.regime, stages.regime) = timed(regimes);
+            (data.regime, stages.regime) = timed(|| regimes(tile, &columns, cs, &simulated.ends, &known));
         }
         let (quantities, taken) = timed(|| describe(plan, tile, &simulated.ends));
         data.quantities = quantities;
@@ -365,6 +356,22 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> Computed {
     let regimes = data.regime.count(|regime| regime == Regime::Failed);
     let unknown = Unknown { regimes, critical: without_critical };
     Computed { audit, data, seconds, stages, paths, rhs, unknown }
+}
+
+/// The regimes of a tile's cells, whose orbits from the exit point end as `ends`.
+fn regimes(tile: &Tile, columns: &[Column], cs: &[f64], ends: &[End], known: &Interpolated) -> Runs<Regime> {
+    let mut regimes = vec![Regime::Failed; ends.len()];
+    let mut behaviours = Behaviours::default();
+    for number in tile.columns_by_epsilon() {
+        let column = &columns[number];
+        let backbone = known.backbone(number, column);
+        let behaviour = behaviours.of(column);
+        let cells = number * cs.len()..(number + 1) * cs.len();
+        for ((regime, &end), &c) in regimes[cells.clone()].iter_mut().zip(&ends[cells]).zip(cs) {
+            *regime = behaviour.regime(column.epsilon * c, end, backbone.as_ref());
+        }
+    }
+    regimes.into_iter().collect()
 }
 
 /// The cells of a tile, column by column.
@@ -408,7 +415,7 @@ fn simulation(
     known: &Interpolated,
 ) -> (MethodCells, Simulated) {
     let want_critical = plan.stores(Field::CriticalC);
-    let simulated = simulate(columns, cs, plan.engine, plan.tolerance, want_critical, known);
+    let mut simulated = simulate(columns, cs, plan.engine, plan.tolerance, want_critical, known);
     let mut cells = MethodCells {
         method,
         verdicts: simulated.ends.iter().map(|end| end.verdict()).collect(),
@@ -416,12 +423,15 @@ fn simulation(
         critical: Vec::new(),
     };
     if plan.stores(Field::Margin) {
-        for column in columns.all() {
-            cells.margins.extend(turns_of(column, cs, plan.tolerance).iter().map(|turn| match *turn {
-                Turn::Complete { margin, .. } => margin,
-                Turn::HandOver { .. } => f64::NAN,
-            }));
-        }
+        let turns = columns.all().iter().flat_map(|column| turns_of(column, cs, plan.tolerance));
+        cells.margins.extend(turns.map(|turn| {
+            let (Turn::Complete { rhs, .. } | Turn::HandOver { rhs }) = turn;
+            simulated.rhs += u64::from(rhs);
+            match turn {
+                Turn::Complete { margin, error, .. } if is_resolved(margin, error) => margin,
+                Turn::Complete { .. } | Turn::HandOver { .. } => f64::NAN,
+            }
+        }));
     }
     if want_critical {
         cells.critical.extend(simulated.critical.iter().map(|critical| match critical {

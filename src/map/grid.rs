@@ -390,6 +390,14 @@ impl Tile {
         self.ranges[..outer].iter().map(ExactSizeIterator::len).product()
     }
 
+    /// Positions of the columns, those that differ in eps alone one after the other.
+    pub(crate) fn columns_by_epsilon(&self) -> impl Iterator<Item = usize> + use<> {
+        // eps is the slowest axis.
+        let epsilons = self.ranges[0].len();
+        let others = self.columns() / epsilons.max(1);
+        (0..others).flat_map(move |other| (0..epsilons).map(move |epsilon| epsilon * others + other))
+    }
+
     /// Index range on the damping axis.
     pub(crate) fn damping_range(&self) -> Range<usize> {
         self.ranges.last().cloned().unwrap_or(0..0)

@@ -25,7 +25,7 @@ use super::{Field, Grid, Plan, Tile};
 use crate::filippov::Oscillator;
 use crate::friction::Column;
 use crate::random::Random;
-use crate::simulate::backbone::{Sketch, SketchNodes};
+use crate::simulate::backbone::{BackboneNodes, InterpolatedBackbone};
 use crate::simulate::chebyshev::{self, Transform};
 use crate::simulate::critical_damping;
 use crate::simulate::crossing::{JUMP, reach};
@@ -47,7 +47,7 @@ const CROSSES: f64 = 4.0 * JUMP * JUMP;
 /// Largest number of columns of a box whose open cells are counted, evenly spread.
 const COUNTED: usize = 1024;
 /// Distance from a boundary, in errors, within which a cell is open.
-const CLEAR: f64 = 3.0;
+const OPEN_WITHIN: f64 = 3.0;
 
 /// Answers for the columns of a tile, as far as they are interpolated.
 pub(super) struct Interpolated {
@@ -57,7 +57,7 @@ pub(super) struct Interpolated {
     /// Errors of C and of the squared reach for each column; infinite where nothing is known.
     errors: Vec<[f64; 2]>,
     /// Where the values of C are those of backbones.
-    nodes: Option<SketchNodes>,
+    nodes: Option<BackboneNodes>,
     /// Number of evaluations of the right-hand side.
     pub(super) rhs: u64,
 }
@@ -76,13 +76,14 @@ impl Interpolated {
         let mut intervals = 0;
         if plan.interpolates_backbones(&first.curve) {
             let samples = [columns.len() / 2, 0, columns.len() - 1];
-            let needed = samples.into_iter().map(|at| Sketch::intervals(&columns[at], COARSE).ok()?);
+            let needed =
+                samples.into_iter().map(|at| InterpolatedBackbone::intervals(&columns[at], COARSE).ok()?);
             // Without backbones the critical damping may still be worth it.
             intervals = needed.collect::<Option<Vec<_>>>().into_iter().flatten().max().unwrap_or(0);
             if intervals == 0 && plan.stores(Field::CriticalC) {
                 return found;
             }
-            found.nodes = (intervals > 0).then(|| SketchNodes::new(intervals));
+            found.nodes = (intervals > 0).then(|| BackboneNodes::new(intervals));
         }
         found.stride = intervals + 2;
         found.values = vec![f64::NAN; found.stride * columns.len()];
@@ -107,9 +108,9 @@ impl Interpolated {
     }
 
     /// The backbone of an interpolated column; `None` where it is unknown.
-    pub(super) fn sketch(&self, number: usize, column: &Column) -> Option<Sketch<'_>> {
+    pub(super) fn backbone(&self, number: usize, column: &Column) -> Option<InterpolatedBackbone<'_>> {
         let (values, _, errors) = self.of(number)?;
-        Some(Sketch::new(self.nodes.as_ref()?, column.belt_speed, values, errors[0]))
+        Some(InterpolatedBackbone::new(self.nodes.as_ref()?, column.belt_speed, values, errors[0]))
     }
 }
 
@@ -131,14 +132,14 @@ pub(crate) fn open_share(plan: &Plan, tile: usize) -> f64 {
 }
 
 fn end(critical: f64, reach: f64, errors: &[f64; 2], viscous: f64) -> Option<End> {
-    if (critical - viscous).abs() <= CLEAR * errors[0] {
+    if (critical - viscous).abs() <= OPEN_WITHIN * errors[0] {
         None
     } else if viscous > critical {
         Some(End::Inward)
-    } else if reach + CLEAR * errors[1] < CROSSES {
+    } else if reach + OPEN_WITHIN * errors[1] < CROSSES {
         Some(End::Sticks)
     } else {
-        (reach - CLEAR * errors[1] > CROSSES).then_some(End::Crosses)
+        (reach - OPEN_WITHIN * errors[1] > CROSSES).then_some(End::Crosses)
     }
 }
 
@@ -298,7 +299,7 @@ impl Question<'_> {
 
     fn values_of(&self, column: &Column, rhs: &mut u64) -> Node {
         let (mut values, error) = if self.intervals > 0 {
-            let (values, error, spent) = Sketch::values(column, COARSE, self.intervals).ok()?;
+            let (values, error, spent) = InterpolatedBackbone::values(column, COARSE, self.intervals).ok()?;
             *rhs += spent;
             (values, error)
         } else {
@@ -341,25 +342,26 @@ impl Question<'_> {
         for (&number, values) in numbers.iter().zip(values.chunks(stride)).step_by(each) {
             let column = &self.columns[number];
             let (critical, reach) = (values[0], values[stride - 1]);
-            let sketches = found.nodes.as_ref().map(|nodes| {
+            let backbones = found.nodes.as_ref().map(|nodes| {
                 let at_belt_speed = column.curve.weakening(column.belt_speed);
-                let sketch = |error| Sketch::new(nodes, column.belt_speed, &values[..stride - 1], error);
-                ([sketch(errors[0]), sketch(finer[0])], at_belt_speed)
+                let backbone =
+                    |error| InterpolatedBackbone::new(nodes, column.belt_speed, &values[..stride - 1], error);
+                ([backbone(errors[0]), backbone(finer[0])], at_belt_speed)
             });
             for c in self.cs {
                 let viscous = column.epsilon * c;
                 let Some(fine) = end(critical, reach, &finer, viscous) else { continue };
-                let open = match (&sketches, end(critical, reach, errors, viscous)) {
+                let open = match (&backbones, end(critical, reach, errors, viscous)) {
                     (_, None) => true,
                     (None, Some(_)) => false,
                     (Some(([now, finer], at_belt_speed)), Some(end)) => {
-                        let is_clear = |sketch: &Sketch, end: End| {
+                        let is_decided = |backbone: &InterpolatedBackbone, end: End| {
                             let returns = end.returns();
                             returns
-                                .and_then(|it| sketch.attracts(viscous, *at_belt_speed < viscous, it))
+                                .and_then(|it| backbone.attracts(viscous, *at_belt_speed < viscous, it))
                                 .is_some()
                         };
-                        !is_clear(now, end) && is_clear(finer, fine)
+                        !is_decided(now, end) && is_decided(finer, fine)
                     }
                 };
                 cells += each * usize::from(open);

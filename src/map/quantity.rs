@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use super::behaviour::{AttractingCycle, Behaviour};
+use super::behaviour::{AttractingCycle, Behaviour, Behaviours};
 use super::end::End;
 use super::limits::Ray;
 use super::{Field, Plan, Quantity, Tile};
@@ -17,33 +17,34 @@ use crate::simulate::{Fate, Landing, Range, flow};
 pub(super) fn describe(plan: &Plan, tile: &Tile, ends: &[End]) -> Vec<Vec<f64>> {
     let quantities = plan.quantities();
     let mut values =
-        vec![Vec::with_capacity(if quantities.is_empty() { 0 } else { tile.cells() }); quantities.len()];
+        vec![vec![f64::NAN; if quantities.is_empty() { 0 } else { tile.cells() }]; quantities.len()];
     if quantities.is_empty() {
         return values;
     }
     let law = plan.grid.law();
     let cs = &plan.grid.dampings()[tile.damping_range()];
     let mut limits = Limits { plan, known: HashMap::new() };
-    for column in 0..tile.columns() {
+    let mut behaviours = Behaviours::default();
+    for column in tile.columns_by_epsilon() {
         let start = plan.grid.point(&tile.column_index(column));
         let whole = law.column(&start);
-        let behaviour = Behaviour::new(&whole.curve, start.belt_speed);
+        let behaviour = behaviours.of(&whole);
         let derivatives = plan.stores(Field::Sensitivity).then(|| sensitivity(&whole).ok()).flatten();
         let derivatives: Vec<f64> =
             derivatives.iter().flat_map(|found| found.named(law)).map(|(_, by)| by.value).collect();
         for (i, &c) in cs.iter().enumerate() {
             let point = Point { damping: c, ..start };
-            let cell =
-                Description::of(plan, &behaviour, &Oscillator::new(law, &point), ends[column * cs.len() + i]);
+            let position = column * cs.len() + i;
+            let cell = Description::of(plan, behaviour, &Oscillator::new(law, &point), ends[position]);
             let limits = plan.stores(Field::EpsilonLimit).then(|| limits.at(&point));
             for (values, quantity) in values.iter_mut().zip(&quantities) {
-                values.push(match quantity {
+                values[position] = match quantity {
                     Quantity::EpsilonLimit(method) => {
                         limits.as_ref().map_or(f64::NAN, |limits| limits[*method])
                     }
                     Quantity::CriticalDerivative(axis) => derivatives.get(*axis).copied().unwrap_or(f64::NAN),
                     other => cell.value(*other),
-                });
+                };
             }
         }
     }

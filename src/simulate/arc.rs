@@ -47,6 +47,27 @@ pub(super) enum LowerEnd {
     Rests,
 }
 
+/// One turn below the belt line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SlipTurn {
+    /// x2 has its next maximum below V.
+    Returns {
+        /// The maximum, P(r).
+        radius: f64,
+        /// P'(r).
+        slope: f64,
+        /// Time of the turn.
+        time: f64,
+    },
+    /// The orbit reaches the belt line.
+    MeetsBelt {
+        /// Distance of (x2, x2') from the origin there, at least V.
+        radius: f64,
+    },
+    /// It tends to the equilibrium without another maximum of x2.
+    Rests,
+}
+
 /// An orbit on one side of the belt line.
 #[derive(Clone, Debug)]
 pub(super) struct Walk<'a> {
@@ -350,4 +371,30 @@ impl<'a> Walk<'a> {
         let (near, far) = (slip.max(0.0).min(belt_speed), slip.max(belt_speed));
         in_wedge && self.oscillator.divergence_is_at_most(-2.0, near, far)
     }
+}
+
+/// Follows the turn below the belt line that starts at a maximum `radius` of x2, 0 < `radius` <= V, with the
+/// error `tolerance` relative to it.
+///
+/// # Errors
+/// [`Failure`].
+pub fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Result<SlipTurn, Failure> {
+    turn_within(oscillator, radius, tolerance, &Work::of_question(&oscillator.curve))
+}
+
+/// As [`turn`], within a budget of work.
+pub(super) fn turn_within(
+    oscillator: &Oscillator,
+    radius: f64,
+    tolerance: f64,
+    work: &Work,
+) -> Result<SlipTurn, Failure> {
+    let mut walk = Walk::new(oscillator, Side::Below, [radius, 0.0], tolerance, radius, work);
+    Ok(match walk.lower_arc(|_, _, _| ())? {
+        LowerEnd::Turns(end) => {
+            SlipTurn::Returns { radius: end.v, slope: radius / end.v * end.growth.exp(), time: end.time }
+        }
+        LowerEnd::Meets(end) => SlipTurn::MeetsBelt { radius: end.v.hypot(end.w) },
+        LowerEnd::Rests => SlipTurn::Rests,
+    })
 }

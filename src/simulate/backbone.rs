@@ -29,17 +29,18 @@ const SIZES: [usize; 2] = [8, 128];
 /// little.
 const FINEST_WITH_CORNERS: usize = 64;
 
-/// Largest error, relative to the largest |C|, of a backbone that is clear about the number of cycles.
+/// Largest error, relative to the largest |C|, of a backbone from which the number of cycles is read.
 /// Interpolants through nine nodes counted eleven of 120,000 cases of rough random laws wrong, each with an
 /// error above 8e-3 of that size.
-const CLEAR: f64 = 1e-3;
+const LARGEST_ERROR: f64 = 1e-3;
 
-/// Largest tail of the series of a sketch, relative to the largest |C|, for which fewer nodes are enough.
-const SKETCHY: f64 = 1e-4;
+/// Truncation error, relative to the largest |C|, below which backbones to be interpolated between columns
+/// need no further nodes.
+const ENOUGH_BETWEEN_COLUMNS: f64 = 1e-4;
 
-/// Number of places for each interval between nodes at which extremes are searched: twice as many as the
+/// Number of samples for each interval between nodes among which extremes are searched: twice as many as the
 /// highest polynomial has extremes.
-const PLACES: usize = 4;
+const SAMPLES_PER_INTERVAL: usize = 4;
 
 /// An extreme of C(r), or one of its ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,9 +51,9 @@ pub struct TurningPoint {
     pub viscous: f64,
 }
 
-/// A slip cycle at some damping, as read from the backbone.
+/// A slip cycle at one damping, as read from the backbone.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Crossing {
+pub struct CycleRange {
     /// Bounds of its amplitude, between which there is no other cycle.
     pub between: [f64; 2],
     /// Whether it attracts.
@@ -71,7 +72,7 @@ pub struct Backbone {
     series: Vec<f64>,
     turning_points: Vec<TurningPoint>,
     /// C at the extremes of the interpolant that may be due to its error.
-    doubtful: Vec<f64>,
+    unresolved: Vec<f64>,
     /// Estimate of the absolute error of C at any r.
     pub error: f64,
     /// Number of evaluations of the right-hand side, where the polar form was used.
@@ -123,8 +124,8 @@ fn node_error_of(values: &[f64], node_error: f64) -> f64 {
     lebesgue(values.len() - 1) * node_error + 4.0 * f64::EPSILON * largest(values)
 }
 
-/// Estimate of the terms left out.
-fn tail(series: &[f64]) -> f64 {
+/// Estimate of the terms of the series that are left out.
+fn truncation_error(series: &[f64]) -> f64 {
     let last = &series[series.len() - ((series.len() - 1) / 4).max(3)..];
     2.0 * last.iter().map(|c| c.abs()).sum::<f64>()
 }
@@ -154,22 +155,23 @@ impl Backbone {
         tolerance: f64,
         work: &Work,
     ) -> Result<Self, Failure> {
-        let mut backbone = Self::begun_within(curve, belt_speed, tolerance, work)?;
+        let mut backbone = Self::coarsest_within(curve, belt_speed, tolerance, work)?;
         while let Some(finer) = backbone.refined_within(curve, tolerance, work)? {
             backbone = finer;
         }
         Ok(backbone)
     }
 
-    /// The backbone through the fewest nodes: [`Backbone::refined`] leads to that of [`Backbone::of_curve`].
+    /// The backbone through the fewest nodes; [`Backbone::refined`] leads from it to that of
+    /// [`Backbone::of_curve`].
     ///
     /// # Errors
     /// [`Failure`] of an orbit.
-    pub fn begun(curve: &Curve, belt_speed: f64, tolerance: f64) -> Result<Self, Failure> {
-        Self::begun_within(curve, belt_speed, tolerance, &Work::of_backbone(curve))
+    pub fn coarsest(curve: &Curve, belt_speed: f64, tolerance: f64) -> Result<Self, Failure> {
+        Self::coarsest_within(curve, belt_speed, tolerance, &Work::of_backbone(curve))
     }
 
-    fn begun_within(curve: &Curve, belt_speed: f64, tolerance: f64, work: &Work) -> Result<Self, Failure> {
+    fn coarsest_within(curve: &Curve, belt_speed: f64, tolerance: f64, work: &Work) -> Result<Self, Failure> {
         Self::with_intervals(curve, belt_speed, tolerance, SIZES[0], work)
     }
 
@@ -181,9 +183,9 @@ impl Backbone {
         intervals: usize,
         work: &Work,
     ) -> Result<Self, Failure> {
-        let mut solver = Solver { curve, belt_speed, tolerance, work, error: 0.0, rhs: 0 };
-        let ends = [solver.at(&[belt_speed])?[0], curve.weakening(belt_speed)];
-        Self::through(&ends, intervals, solver)
+        let mut values = vec![None; intervals];
+        values.push(Some(curve.weakening(belt_speed)));
+        Self::through(values, Solver { curve, belt_speed, tolerance, work, error: 0.0, rhs: 0 })
     }
 
     /// The backbone of the same curve through twice as many nodes; `None` where they would gain nothing.
@@ -198,28 +200,24 @@ impl Backbone {
         let finest = if curve.corners().is_empty() { SIZES[1] } else { FINEST_WITH_CORNERS };
         let nodes = node_error_of(&self.values, self.node_error);
         let enough = (tolerance * largest(&self.values)).max(nodes);
-        if tail(&self.series) <= enough || self.values.len() > finest {
+        if truncation_error(&self.series) <= enough || self.values.len() > finest {
             return Ok(None);
         }
         let Self { belt_speed, node_error: error, rhs, .. } = *self;
         let solver = Solver { curve, belt_speed, tolerance, work, error, rhs };
-        Self::through(&self.values, 2 * (self.values.len() - 1), solver).map(Some)
+        let mut values: Vec<Option<f64>> =
+            self.values.iter().flat_map(|value| [Some(*value), None]).collect();
+        values.pop();
+        Self::through(values, solver).map(Some)
     }
 
-    /// Through `intervals` + 1 nodes, of which every so many have known values.
-    fn through(known: &[f64], intervals: usize, mut solver: Solver) -> Result<Self, Failure> {
-        let stride = intervals / (known.len() - 1);
-        let radius = |i: usize| 0.5 * solver.belt_speed * (1.0 + node(i, intervals));
-        let unknown: Vec<usize> = (0..=intervals).filter(|i| i % stride != 0).collect();
-        let radii: Vec<f64> = unknown.iter().map(|&i| radius(i)).collect();
-        let found = solver.at(&radii)?;
-        let mut values = vec![0.0; intervals + 1];
-        for (i, value) in known.iter().enumerate() {
-            values[i * stride] = *value;
-        }
-        for (i, value) in unknown.into_iter().zip(found) {
-            values[i] = value;
-        }
+    /// Through nodes of which some have known values.
+    fn through(values: Vec<Option<f64>>, mut solver: Solver) -> Result<Self, Failure> {
+        let radius = |i: usize| 0.5 * solver.belt_speed * (1.0 + node(i, values.len() - 1));
+        let unknown = (0..values.len()).filter(|&i| values[i].is_none());
+        let radii: Vec<f64> = unknown.map(radius).collect();
+        let mut found = solver.at(&radii)?.into_iter();
+        let values = values.into_iter().filter_map(|known| known.or_else(|| found.next())).collect();
         let Solver { belt_speed, error: node_error, rhs, .. } = solver;
         Ok(Self { rhs, ..Self::of_values(belt_speed, values, node_error) })
     }
@@ -228,12 +226,12 @@ impl Backbone {
     /// `node_error`.
     pub(crate) fn of_values(belt_speed: f64, values: Vec<f64>, node_error: f64) -> Self {
         let series = coefficients(&values);
-        let error = tail(&series) + node_error_of(&values, node_error);
+        let error = truncation_error(&series) + node_error_of(&values, node_error);
         let ends = [values[values.len() - 1], values[0]];
-        let (turning_points, doubtful) = (Vec::new(), Vec::new());
+        let (turning_points, unresolved) = (Vec::new(), Vec::new());
         let mut backbone =
-            Self { belt_speed, values, node_error, series, turning_points, doubtful, error, rhs: 0 };
-        (backbone.turning_points, backbone.doubtful) = backbone.find_turning_points(ends);
+            Self { belt_speed, values, node_error, series, turning_points, unresolved, error, rhs: 0 };
+        (backbone.turning_points, backbone.unresolved) = backbone.find_turning_points(ends);
         backbone
     }
 
@@ -256,23 +254,23 @@ impl Backbone {
         &self.turning_points[1..self.turning_points.len() - 1]
     }
 
-    /// The turning points, and C at those that were left out.
+    /// The turning points, and C at the extremes that were left out.
     fn find_turning_points(&self, [at_rest, at_belt]: [f64; 2]) -> (Vec<TurningPoint>, Vec<f64>) {
-        let places = PLACES * (self.series.len() - 1);
-        let radius = |i: usize| 0.5 * self.belt_speed * (1.0 - node(i, places));
+        let samples = SAMPLES_PER_INTERVAL * (self.series.len() - 1);
+        let radius = |i: usize| 0.5 * self.belt_speed * (1.0 - node(i, samples));
         let mut found = vec![TurningPoint { radius: 0.0, viscous: at_rest }];
-        let values: Vec<f64> = (0..=places).map(|i| self.viscous(radius(i))).collect();
-        for i in 1..places {
+        let values: Vec<f64> = (0..=samples).map(|i| self.viscous(radius(i))).collect();
+        for i in 1..samples {
             let [left, here, right] = [values[i - 1], values[i], values[i + 1]];
             let (up, down) = (here > left && here >= right, here < left && here <= right);
             if up || down {
                 let sign = if up { 1.0 } else { -1.0 };
-                let best = golden(|r| sign * self.viscous(r), [radius(i - 1), radius(i + 1)]);
+                let best = golden_section(|r| sign * self.viscous(r), [radius(i - 1), radius(i + 1)]);
                 found.push(TurningPoint { radius: best, viscous: self.viscous(best) });
             }
         }
         found.push(TurningPoint { radius: self.belt_speed, viscous: at_belt });
-        let mut doubtful = Vec::new();
+        let mut unresolved = Vec::new();
         // Remove the smallest step between neighbours: both its ends, or the one that is not an end of the
         // curve.
         while let Some(i) = (1..found.len())
@@ -289,28 +287,35 @@ impl Backbone {
                 i if i + 1 == found.len() => i - 1..i,
                 i => i - 1..i + 1,
             };
-            doubtful.extend(found.drain(removed).map(|point| point.viscous));
+            unresolved.extend(found.drain(removed).map(|point| point.viscous));
         }
-        (found, doubtful)
+        (found, unresolved)
     }
 
-    /// Returns whether the error of C is small, and C = `viscous` farther than three times that from both
-    /// ends and from every extreme, also from those that are too small to be counted: if not, a more accurate
-    /// backbone may show other cycles.
+    /// Returns whether the number of cycles at C = `viscous` is reliable: the error of C is small, and
+    /// `viscous` is farther than three times that from both ends and from every extreme, also from those that
+    /// are within the error and not counted. If not, a more accurate backbone may show other cycles.
     #[must_use]
-    pub fn is_clear(&self, viscous: f64) -> bool {
-        if self.error > CLEAR * largest(&self.values) {
+    pub fn is_reliable_at(&self, viscous: f64) -> bool {
+        if self.error > LARGEST_ERROR * largest(&self.values) {
             return false;
         }
         let turns = self.turning_points.iter().map(|point| point.viscous);
-        turns.chain(self.doubtful.iter().copied()).all(|extreme| (extreme - viscous).abs() > 3.0 * self.error)
+        turns
+            .chain(self.unresolved.iter().copied())
+            .all(|extreme| (extreme - viscous).abs() > 3.0 * self.error)
     }
 
     /// The slip cycles at C = `viscous`, by increasing amplitude. The stability of the equilibrium and
     /// whether the orbit from the exit point returns to the belt line fix the parity of their number. `None`
     /// where C is within the error of a fold's.
     #[must_use]
-    pub fn cycles(&self, viscous: f64, equilibrium_is_stable: bool, returns: bool) -> Option<Vec<Crossing>> {
+    pub fn cycles(
+        &self,
+        viscous: f64,
+        equilibrium_is_stable: bool,
+        returns: bool,
+    ) -> Option<Vec<CycleRange>> {
         if self.folds().iter().any(|fold| (fold.viscous - viscous).abs() <= self.error) {
             return None;
         }
@@ -321,7 +326,7 @@ impl Backbone {
             i if i == last => !returns,
             i => viscous > self.turning_points[i].viscous,
         };
-        let cycles = (1..=last).filter(|&i| inward(i - 1) != inward(i)).map(|i| Crossing {
+        let cycles = (1..=last).filter(|&i| inward(i - 1) != inward(i)).map(|i| CycleRange {
             between: [self.turning_points[i - 1].radius, self.turning_points[i].radius],
             is_stable: inward(i),
         });
@@ -329,7 +334,7 @@ impl Backbone {
     }
 
     /// Narrower bounds of a cycle's amplitude at C = `viscous`, as far as the error of C allows.
-    pub(crate) fn narrowed(&self, cycle: &Crossing, viscous: f64) -> [f64; 2] {
+    pub(crate) fn narrowed(&self, cycle: &CycleRange, viscous: f64) -> [f64; 2] {
         let [from, to] = cycle.between;
         let rises = !cycle.is_stable;
         // Radii on either side of the crossing, at a distance of the error.
@@ -354,33 +359,34 @@ impl Backbone {
     }
 }
 
-/// A backbone through few nodes, whose extremes are searched only for dampings that need them.
-pub(crate) struct Sketch<'a> {
+/// A backbone whose values at the nodes are interpolated between columns; its extremes are searched only for
+/// dampings that need them.
+pub(crate) struct InterpolatedBackbone<'a> {
     belt_speed: f64,
     values: &'a [f64],
     node_error: f64,
-    series: [f64; Sketch::MOST_NODES],
+    series: [f64; InterpolatedBackbone::MOST_NODES],
     error: f64,
     /// Whether the extremes are the ends.
     is_monotone: bool,
-    whole: OnceCell<Backbone>,
+    with_extremes: OnceCell<Backbone>,
 }
 
-/// What sketches with the same nodes share.
-pub(crate) struct SketchNodes {
+/// What interpolated backbones with the same nodes share.
+pub(crate) struct BackboneNodes {
     transform: Transform,
-    /// The weights of the values at the places where extremes are searched, by increasing r.
+    /// For each sample at which extremes are searched the weights of the nodes, by increasing r.
     weights: Vec<Vec<f64>>,
 }
 
-impl SketchNodes {
+impl BackboneNodes {
     pub(crate) fn new(intervals: usize) -> Self {
-        let places = PLACES * intervals;
-        let weights = (0..=places).map(|i| weights(intervals, -node(i, places))).collect();
+        let samples = SAMPLES_PER_INTERVAL * intervals;
+        let weights = (0..=samples).map(|i| weights(intervals, -node(i, samples))).collect();
         Self { transform: Transform::new(intervals), weights }
     }
 
-    /// Whether the values at the places rise, or fall, all the way.
+    /// Whether the values at the samples rise, or fall, all the way.
     fn is_monotone(&self, values: &[f64]) -> bool {
         let at = |weights: &Vec<f64>| weights.iter().zip(values).map(|(weight, value)| weight * value).sum();
         let (mut rises, mut falls) = (true, true);
@@ -393,28 +399,27 @@ impl SketchNodes {
     }
 }
 
-impl<'a> Sketch<'a> {
+impl<'a> InterpolatedBackbone<'a> {
     /// Largest number of nodes.
     const MOST_NODES: usize = 4 * SIZES[0] + 1;
 
-    /// The number of intervals between nodes that a sketch of this column needs; `None` where the most are too
-    /// few.
+    /// The number of intervals between nodes that this column needs; `None` where the most are too few.
     ///
     /// # Errors
     /// [`Failure`] of an orbit.
     pub(crate) fn intervals(column: &Column, tolerance: f64) -> Result<Option<usize>, Failure> {
-        let mut backbone = Backbone::begun(&column.curve, column.belt_speed, tolerance)?;
-        while tail(&backbone.series) > SKETCHY * largest(&backbone.values)
+        let mut backbone = Backbone::coarsest(&column.curve, column.belt_speed, tolerance)?;
+        while truncation_error(&backbone.series) > ENOUGH_BETWEEN_COLUMNS * largest(&backbone.values)
             && backbone.values.len() < Self::MOST_NODES
         {
             let Some(finer) = backbone.refined(&column.curve, tolerance)? else { break };
             backbone = finer;
         }
-        let is_clear = tail(&backbone.series) <= CLEAR * largest(&backbone.values);
-        Ok(is_clear.then(|| backbone.values.len() - 1))
+        let resolved = truncation_error(&backbone.series) <= LARGEST_ERROR * largest(&backbone.values);
+        Ok(resolved.then(|| backbone.values.len() - 1))
     }
 
-    /// The values of C of a column at the nodes of a sketch, from r = V down to 0, their largest error, and the
+    /// The values of C of a column at the nodes, from r = V down to 0, their largest error, and the
     /// number of evaluations of the right-hand side.
     ///
     /// # Errors
@@ -431,27 +436,27 @@ impl<'a> Sketch<'a> {
     }
 
     /// Through values of C at the nodes, from r = V down to 0, with errors of at most `node_error`.
-    pub(crate) fn new(nodes: &SketchNodes, belt_speed: f64, values: &'a [f64], node_error: f64) -> Self {
+    pub(crate) fn new(nodes: &BackboneNodes, belt_speed: f64, values: &'a [f64], node_error: f64) -> Self {
         let mut series = [0.0; Self::MOST_NODES];
         series.iter_mut().zip(nodes.transform.coefficients(values)).for_each(|(c, value)| *c = value);
-        let error = tail(&series[..values.len()]) + node_error_of(values, node_error);
+        let error = truncation_error(&series[..values.len()]) + node_error_of(values, node_error);
         let is_monotone = nodes.is_monotone(values);
-        Self { belt_speed, values, node_error, series, error, is_monotone, whole: OnceCell::new() }
+        Self { belt_speed, values, node_error, series, error, is_monotone, with_extremes: OnceCell::new() }
     }
 
     /// Whether there is an attracting slip cycle at C = `viscous`, where it is known whether the equilibrium
     /// attracts and whether the orbit from the exit point returns; `None` where the backbone is not
-    /// [clear](Backbone::is_clear) about that.
+    /// [reliable](Backbone::is_reliable_at) about that.
     pub(crate) fn attracts(&self, viscous: f64, equilibrium_is_stable: bool, returns: bool) -> Option<bool> {
-        let is_clear = self.error <= CLEAR * largest(self.values);
+        let is_accurate = self.error <= LARGEST_ERROR * largest(self.values);
         let near = |value: f64| (value - viscous).abs() <= 3.0 * self.error;
-        let swing: f64 = self.series[1..].iter().map(|c| c.abs()).sum();
+        let variation: f64 = self.series[1..].iter().map(|c| c.abs()).sum();
         // Where the error is large, only dampings far from all values are decided.
-        let room = if is_clear { 3.0 * self.error } else { swing + 10.0 * self.error };
-        if (viscous - self.series[0]).abs() > swing + room {
+        let distance = if is_accurate { 3.0 * self.error } else { variation + 10.0 * self.error };
+        if (viscous - self.series[0]).abs() > variation + distance {
             return Some(false);
         }
-        if !is_clear {
+        if !is_accurate {
             return None;
         }
         if self.is_monotone {
@@ -460,15 +465,16 @@ impl<'a> Sketch<'a> {
             return (!near_end).then_some(equilibrium_is_stable == returns && !returns);
         }
         let make = || Backbone::of_values(self.belt_speed, self.values.to_vec(), self.node_error);
-        let whole = self.whole.get_or_init(make);
-        let cycles =
-            whole.is_clear(viscous).then(|| whole.cycles(viscous, equilibrium_is_stable, returns))??;
+        let backbone = self.with_extremes.get_or_init(make);
+        let cycles = backbone
+            .is_reliable_at(viscous)
+            .then(|| backbone.cycles(viscous, equilibrium_is_stable, returns))??;
         Some(cycles.iter().any(|cycle| cycle.is_stable))
     }
 }
 
-/// The maximum of `f`, which rises and then falls between two places, by golden section.
-fn golden(f: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2]) -> f64 {
+/// The place of the maximum of `f`, which rises and then falls between two places, by golden section.
+fn golden_section(f: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2]) -> f64 {
     let share = 0.5 * (3.0 - 5.0_f64.sqrt());
     let (mut a, mut b) = (low + share * (high - low), high - share * (high - low));
     let (mut at_a, mut at_b) = (f(a), f(b));

@@ -1,5 +1,5 @@
-//! The damping at which an orbit of Stribeck's law closes, for many orbits together: a spectral iteration on
-//! equal angles.
+//! The damping at which an orbit of Stribeck's or of the Lorentzian law closes, for many orbits together: a
+//! spectral iteration on equal angles.
 //!
 //! On the closed orbit through the maximum r = V of x2, ln(r/V) is a *periodic* function p of the angle with
 //! p(0) = 0. That turns the root search into a small spectral problem without any stepping:
@@ -9,9 +9,9 @@
 //! g = p'(theta; p, C),    C <- C - mean(g) / mean(dg/dC),    p <- antiderivative of g
 //! ```
 //!
-//! by trigonometric interpolation. The sweep converges fast because p changes D only through D'(u), and the
-//! error falls geometrically with M because the orbit is analytic. Columns outside the domain of the polar
-//! form are searched with [`flow`].
+//! by trigonometric interpolation, from the p of a coarser circle on. The sweep converges fast because p
+//! changes D only through D'(u), and the error falls geometrically with M because the orbit is analytic.
+//! Columns outside the domain of the polar form are searched with [`flow`].
 //!
 //! [`super::elements`] solves the same problem for every law; near the circle it takes 17 microseconds a
 //! column where this takes 3, and far from it 85, with the law's compilation, where this takes 40.
@@ -35,8 +35,7 @@
 use std::f64::consts::TAU;
 use std::sync::{LazyLock, OnceLock};
 
-use super::polar::{Angle, LANES, Lanes, exp};
-use crate::point::ScaledGroups;
+use super::polar::{Angle, Divergence, LANES, Lanes, Shape, exp};
 
 /// Number of further circles on which a column that leaves the domain of the polar form is tried again.
 const RETRY_RUNGS: usize = 4;
@@ -51,8 +50,6 @@ const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
 const LAST_CHANGE_WEIGHT: f64 = 8.0;
 /// The same in units of the change before: two circles may agree by chance, three do not.
 const CHANGE_BEFORE_WEIGHT: f64 = 0.2;
-/// Number of angles of the coarsest circle in units of sqrt(1 + k), see [`first_rung`].
-const ANGLES_PER_POLE: f64 = 1.0;
 /// Largest |ln(r/V)| that [`exp`] covers.
 const LARGEST_LOG: f64 = 0.7;
 
@@ -65,15 +62,17 @@ pub(super) enum Spectral {
     NoAnswer { rhs: u64 },
 }
 
-/// Equal angles, and the matrix that maps a periodic function of zero mean, sampled on them, to its
-/// antiderivative that vanishes at angle 0.
+/// Equal angles, and matrices for periodic functions that are sampled on them.
 struct Circle {
     angles: Vec<Angle>,
+    /// From a function of zero mean to its antiderivative that vanishes at angle 0.
     antiderivative: Vec<f64>,
+    /// From a function on the next coarser circle to the same function on this one; none on the coarsest.
+    interpolation: Vec<f64>,
 }
 
 impl Circle {
-    fn new(size: usize) -> Self {
+    fn new(size: usize, coarser: usize) -> Self {
         let theta = |i: usize| TAU * (i % size) as f64 / size as f64;
         let angles = (0..size).map(|i| Angle::new(theta(i))).collect();
         // The trigonometric interpolant of a unit sample at j is a sum of cos k(x - x_j) over the harmonics
@@ -88,12 +87,22 @@ impl Circle {
             .flat_map(|i| (0..size).map(move |j| (i, j)))
             .map(|(i, j)| h[(size + i - j) % size] + h[j])
             .collect();
-        Self { angles, antiderivative }
+        // The trigonometric interpolant of a unit sample, without the harmonic coarser/2, is Dirichlet's kernel.
+        let unit_sample = |i: usize, j: usize| match (i * coarser + (coarser - j) * size) % (size * coarser) {
+            0 => (coarser - 1) as f64 / coarser as f64,
+            place => {
+                let half = 0.5 * TAU * place as f64 / (size * coarser) as f64;
+                ((coarser - 1) as f64 * half).sin() / half.sin() / coarser as f64
+            }
+        };
+        let pairs = (0..size).flat_map(|i| (0..coarser).map(move |j| (i, j)));
+        Self { angles, antiderivative, interpolation: pairs.map(|(i, j)| unit_sample(i, j)).collect() }
     }
 
     fn of_rung(rung: usize) -> &'static Circle {
         static TABLES: LazyLock<[OnceLock<Circle>; ANGLES.len()]> = LazyLock::new(Default::default);
-        TABLES[rung].get_or_init(|| Circle::new(ANGLES[rung]))
+        let coarser = rung.checked_sub(1).map_or(0, |coarser| ANGLES[coarser]);
+        TABLES[rung].get_or_init(|| Circle::new(ANGLES[rung], coarser))
     }
 }
 
@@ -123,6 +132,8 @@ struct Sweeps {
 
 /// Arrays of the sweeps, angle by angle; allocated once for many circles.
 struct Workspace {
+    /// ln(r/V) on the next coarser circle, with which the sweeps start.
+    coarse: Vec<[f64; LANES]>,
     log_r: Vec<[f64; LANES]>,
     slope: Vec<[f64; LANES]>,
     by_c: Vec<[f64; LANES]>,
@@ -133,7 +144,8 @@ struct Workspace {
 impl Workspace {
     fn new() -> Self {
         let angles = || vec![[0.0; LANES]; ANGLES[ANGLES.len() - 1]];
-        Self { log_r: angles(), slope: angles(), by_c: angles(), fitted: angles() }
+        let [coarse, log_r, slope, by_c, fitted] = std::array::from_fn(|_| angles());
+        Self { coarse, log_r, slope, by_c, fitted }
     }
 }
 
@@ -149,7 +161,11 @@ struct Sums {
 
 /// Evaluates the equation on the orbit `log_r`.
 #[inline(always)]
-fn evaluate<const GROWTH: bool>(lanes: &Lanes, angles: &[Angle], workspace: &mut Workspace) -> Sums {
+fn evaluate<F: Shape, const GROWTH: bool>(
+    lanes: &Lanes<F>,
+    angles: &[Angle],
+    workspace: &mut Workspace,
+) -> Sums {
     let [mut mean, mut mean_by_c, mut growth, mut growth_size] = [[0.0_f64; LANES]; 4];
     let mut room = [f64::INFINITY; LANES];
     let Workspace { log_r, slope, by_c, .. } = workspace;
@@ -176,17 +192,32 @@ fn evaluate<const GROWTH: bool>(lanes: &Lanes, angles: &[Angle], workspace: &mut
     Sums { slope: mean, by_c: mean_by_c, range, room }
 }
 
+/// `matrix`, row by row, times `from`.
+#[inline(always)]
+fn apply(matrix: &[f64], from: &[[f64; LANES]], to: &mut [[f64; LANES]]) {
+    let columns = matrix.len() / to.len();
+    for (row, to) in to.iter_mut().enumerate() {
+        let mut sum = [0.0_f64; LANES];
+        for (weight, from) in matrix[row * columns..][..columns].iter().zip(from) {
+            for lane in 0..LANES {
+                sum[lane] = from[lane].mul_add(*weight, sum[lane]);
+            }
+        }
+        *to = sum;
+    }
+}
+
 /// Sweeps the lanes on one circle until the error left in every C is below its lane's `enough`, C in place.
 #[inline(always)]
-fn sweep(
-    lanes: &mut Lanes,
+fn sweep<F: Shape>(
+    lanes: &mut Lanes<F>,
     circle: &Circle,
     workspace: &mut Workspace,
     enough: &[f64; LANES],
     round_off: &[f64; LANES],
 ) -> Sweeps {
     let size = circle.angles.len();
-    workspace.log_r[..size].fill([0.0; LANES]);
+    apply(&circle.interpolation, &workspace.coarse, &mut workspace.log_r[..size]);
     workspace.fitted[..size].fill([0.0; LANES]);
     let mut settled = [false; LANES];
     let mut left = [f64::INFINITY; LANES];
@@ -197,16 +228,16 @@ fn sweep(
         sweeps += 1;
         // R changes little from sweep to sweep, and less the more of them there are.
         let sums = if sweeps > 1 && sweeps.is_power_of_two() {
-            let sums = evaluate::<true>(lanes, &circle.angles, workspace);
+            let sums = evaluate::<F, true>(lanes, &circle.angles, workspace);
             half_span = sums.range.map(|range| 0.5 * exp_m1_above(range));
             sums
         } else {
-            evaluate::<false>(lanes, &circle.angles, workspace)
+            evaluate::<F, false>(lanes, &circle.angles, workspace)
         };
         room = sums.room;
         let change: [f64; LANES] = std::array::from_fn(|lane| -sums.slope[lane] / sums.by_c[lane]);
         lanes.shift_damping(&change);
-        let Workspace { log_r, slope, by_c, fitted } = workspace;
+        let Workspace { log_r, slope, by_c, fitted, .. } = workspace;
         let mut residual = [0.0_f64; LANES];
         for ((fitted, slope), by_c) in fitted[..size].iter_mut().zip(slope).zip(by_c) {
             for lane in 0..LANES {
@@ -223,30 +254,22 @@ fn sweep(
         if sweeps > 1 && (0..LANES).all(|lane| settled[lane] || !(room[lane] > 0.0)) {
             break;
         }
-        for (row, log_r) in circle.antiderivative.chunks_exact(size).zip(log_r) {
-            let mut sum = [0.0_f64; LANES];
-            for (weight, slope) in row.iter().zip(fitted.iter()) {
-                for lane in 0..LANES {
-                    sum[lane] = slope[lane].mul_add(*weight, sum[lane]);
-                }
-            }
-            *log_r = sum;
-        }
+        apply(&circle.antiderivative, fitted, &mut log_r[..size]);
     }
     let inside = std::array::from_fn(|lane| room[lane] > 0.0);
     Sweeps { left, settled, inside, sweeps }
 }
 
 /// Arguments of [`sweep`] for the function whose vector width pulp selects at run time.
-struct Dispatched<'a> {
-    lanes: &'a mut Lanes,
+struct Dispatched<'a, F> {
+    lanes: &'a mut Lanes<F>,
     circle: &'a Circle,
     workspace: &'a mut Workspace,
     enough: &'a [f64; LANES],
     round_off: &'a [f64; LANES],
 }
 
-impl pulp::WithSimd for Dispatched<'_> {
+impl<F: Shape> pulp::WithSimd for Dispatched<'_, F> {
     type Output = Sweeps;
 
     #[inline(always)]
@@ -255,9 +278,16 @@ impl pulp::WithSimd for Dispatched<'_> {
     }
 }
 
-/// C* of many scaled oscillators, started at the C in `starts`, with an error of at most `tolerance`
-/// times their divergence scale A.
-pub(super) fn spectral(starts: &[ScaledGroups], tolerance: f64) -> Vec<Spectral> {
+/// The divergence of an orbit, with an estimate of the C at which it closes, and its size, the unit of C.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Start {
+    pub(super) divergence: Divergence,
+    pub(super) unit: f64,
+}
+
+/// The C at which many orbits of one kind of law close, each with an error of at most `tolerance` times its
+/// unit.
+pub(super) fn spectral<F: Shape>(starts: &[Start], tolerance: f64) -> Vec<Spectral> {
     if starts.is_empty() {
         return Vec::new();
     }
@@ -266,25 +296,30 @@ pub(super) fn spectral(starts: &[ScaledGroups], tolerance: f64) -> Vec<Spectral>
     let mut answers = vec![Spectral::NoAnswer { rhs: 0 }; starts.len()];
     let mut changes = vec![f64::INFINITY; starts.len()];
     let mut waiting: Vec<usize> = Vec::new();
+    // ln(r/V) on the last circle, of the columns that go on to the next.
+    let mut orbits: Vec<Vec<f64>> = vec![Vec::new(); starts.len()];
     // From coarse to fine: a column begins at the first circle that resolves the pole of its divergence.
-    let first: Vec<Option<usize>> = starts.iter().map(first_rung).collect();
+    let first: Vec<Option<usize>> = starts.iter().map(|start| first_rung::<F>(&start.divergence)).collect();
     for rung in 0..ANGLES.len() {
         let circle = Circle::of_rung(rung);
         waiting.extend((0..starts.len()).filter(|&column| first[column] == Some(rung)));
         let mut still = Vec::new();
         for columns in waiting.chunks(LANES) {
             let of = |lane: usize| columns[lane.min(columns.len() - 1)];
-            let starts: [ScaledGroups; LANES] = std::array::from_fn(|lane| {
-                let start = starts[of(lane)];
-                match answers[of(lane)] {
-                    Spectral::Root { viscous, .. } => ScaledGroups { c: viscous, ..start },
-                    Spectral::NoAnswer { .. } => start,
-                }
-            });
-            let units: [f64; LANES] = std::array::from_fn(|lane| scale(&starts[lane]));
+            let coarser = circle.interpolation.len() / circle.angles.len();
+            for (angle, coarse) in workspace.coarse.iter_mut().enumerate().take(coarser) {
+                *coarse = std::array::from_fn(|lane| orbits[of(lane)].get(angle).map_or(0.0, |log_r| *log_r));
+            }
+            let units: [f64; LANES] = std::array::from_fn(|lane| starts[of(lane)].unit);
             let enough = units.map(|unit| 0.1 * tolerance * unit);
             let round_off = units.map(|unit| ROUND_OFF * unit);
-            let mut lanes = Lanes::new(|lane| &starts[lane]);
+            let mut lanes = Lanes::<F>::new(|lane| {
+                let Start { divergence, .. } = starts[of(lane)];
+                match answers[of(lane)] {
+                    Spectral::Root { viscous, .. } => Divergence { c: viscous, ..divergence },
+                    Spectral::NoAnswer { .. } => divergence,
+                }
+            });
             let done = arch.dispatch(Dispatched {
                 lanes: &mut lanes,
                 circle,
@@ -293,6 +328,7 @@ pub(super) fn spectral(starts: &[ScaledGroups], tolerance: f64) -> Vec<Spectral>
                 round_off: &round_off,
             });
             for (lane, &column) in columns.iter().enumerate() {
+                orbits[column].clear();
                 let (before, rhs) = match answers[column] {
                     Spectral::Root { viscous, rhs, .. } => (Some(viscous), rhs),
                     Spectral::NoAnswer { rhs } => (None, rhs),
@@ -317,6 +353,8 @@ pub(super) fn spectral(starts: &[ScaledGroups], tolerance: f64) -> Vec<Spectral>
                 if uncertain > (tolerance + 4.0 * LAST_CHANGE_WEIGHT * ROUND_OFF) * unit {
                     if rung + 1 < ANGLES.len() {
                         still.push(column);
+                        let log_r = &workspace.log_r[..circle.angles.len()];
+                        orbits[column].extend(log_r.iter().map(|log_r| log_r[lane]));
                     } else {
                         answers[column] = Spectral::NoAnswer { rhs };
                     }
@@ -328,13 +366,9 @@ pub(super) fn spectral(starts: &[ScaledGroups], tolerance: f64) -> Vec<Spectral>
     answers
 }
 
-/// The coarsest circle that resolves the pole of the divergence, q = 0, which is sqrt(2 / k) from the angle
-/// 0: on coarser ones several in a row may agree on a wrong value. `None` if no circle does.
-fn first_rung(groups: &ScaledGroups) -> Option<usize> {
-    ANGLES.iter().position(|&angles| angles as f64 >= ANGLES_PER_POLE * (1.0 + groups.k).sqrt())
-}
-
-/// Size of the divergence along a grazing orbit, the natural unit of C.
-fn scale(groups: &ScaledGroups) -> f64 {
-    groups.a.max(groups.b).max(f64::MIN_POSITIVE)
+/// The coarsest circle that resolves the poles of the divergence: on coarser ones several in a row may agree
+/// on a wrong value. `None` if no circle does.
+fn first_rung<F: Shape>(divergence: &Divergence) -> Option<usize> {
+    let fewest = F::fewest_angles(divergence);
+    ANGLES.iter().position(|&angles| angles as f64 >= fewest)
 }

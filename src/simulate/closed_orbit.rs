@@ -26,11 +26,11 @@
 use std::f64::consts::TAU;
 
 use super::Failure;
+use super::arc::{self, SlipTurn};
 use super::corners::{self, End};
 use super::dop853::{Field, NODES, STAGES, step};
 use super::polar::Closing;
 use super::roots::{Found, falling_bracket, falling_root};
-use super::slip_cycle::{self, SlipTurn};
 use super::work::Work;
 use crate::filippov::Oscillator;
 use crate::friction::{Curve, Weakening};
@@ -242,7 +242,7 @@ pub(super) fn closing_damping_of_node(
     let mut oscillator = Oscillator { curve: curve.clone(), viscous: 0.0, belt_speed };
     let mut growth = |viscous: f64| {
         oscillator.viscous = viscous;
-        Ok(match slip_cycle::turn_within(&oscillator, radius, tolerance, work)? {
+        Ok(match arc::turn_within(&oscillator, radius, tolerance, work)? {
             SlipTurn::Returns { radius: next, .. } | SlipTurn::MeetsBelt { radius: next } => {
                 (next / radius).ln().clamp(-1.0, 1.0)
             }

@@ -103,7 +103,8 @@ fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, 
     let (low, high) = (range.lo / column.epsilon - pad, range.hi / column.epsilon + pad);
     if low < 0.0 && high > 0.0 && margin(0.0)? < 0.0 {
         // No legal damping is small enough; the value of a negative c* is not needed.
-        return Ok(CriticalDamping { c: 0.5 * low, error: -0.5 * low, rhs });
+        let half = 0.5 * low.max(f64::MIN);
+        return Ok(CriticalDamping { c: half, error: -half, rhs });
     }
     let from = if high > 0.0 { low.max(0.0) } else { low };
     let mean = column.curve.mean_weakening(column.belt_speed) / column.epsilon;

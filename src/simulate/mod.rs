@@ -5,7 +5,7 @@
 //! x2'). [`flow`] is the second, handed over to the first where it does not apply. [`critical_damping`]
 //! answers for a whole column at once.
 
-mod arc;
+pub mod arc;
 pub mod backbone;
 pub mod bifurcation;
 pub(crate) mod chebyshev;

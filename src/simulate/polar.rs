@@ -8,6 +8,8 @@
 //! The state is delta = r/V - 1, which is zero at the exit point: the margin m/V = delta(2 pi) then has a
 //! small *relative* error, which is what decides points next to grazing.
 
+use std::marker::PhantomData;
+
 use crate::point::ScaledGroups;
 
 /// The damping at which an orbit closes.
@@ -82,21 +84,117 @@ impl Angle {
     }
 }
 
-/// The divergence of [`LANES`] oscillators as a fraction of two polynomials, so that the polar field costs
-/// one division.
-#[derive(Clone, Debug)]
-pub(super) struct Lanes {
+/// A function f(x) of which a law's weakening rate is a multiple, as a fraction of two polynomials, so that
+/// the polar field costs one division.
+pub(super) trait Shape {
+    /// Numerator and denominator of f(x).
+    fn fraction(x: f64) -> [f64; 2];
+
+    /// -f'(x) times the square of the denominator.
+    fn fall(x: f64) -> f64;
+
+    /// Distance of x from a real pole of f.
+    fn distance(x: f64) -> f64;
+
+    /// The least number of equal angles that resolve the poles of f on a circle around the equilibrium.
+    fn fewest_angles(divergence: &Divergence) -> f64;
+}
+
+/// f(x) = 1 / x^2, of Stribeck's law.
+pub(super) enum InverseSquare {}
+
+impl Shape for InverseSquare {
+    #[inline(always)]
+    fn fraction(x: f64) -> [f64; 2] {
+        [1.0, x * x]
+    }
+
+    #[inline(always)]
+    fn fall(x: f64) -> f64 {
+        2.0 * x
+    }
+
+    #[inline(always)]
+    fn distance(x: f64) -> f64 {
+        x
+    }
+
+    /// The pole is sqrt(2 / k) from the angle 0.
+    fn fewest_angles(divergence: &Divergence) -> f64 {
+        (1.0 + divergence.k).sqrt()
+    }
+}
+
+/// f(x) = x / (1 + x^2)^2, of the Lorentzian law.
+pub(super) enum LorentzianSlope {}
+
+impl LorentzianSlope {
+    /// Smallest distance of a pole from the real angles at which 256 angles reach rounding errors, which are
+    /// exp(-36).
+    const NEAREST_POLE: f64 = 36.0 / 256.0;
+}
+
+impl Shape for LorentzianSlope {
+    #[inline(always)]
+    fn fraction(x: f64) -> [f64; 2] {
+        let root = x.mul_add(x, 1.0);
+        [x, root * root]
+    }
+
+    #[inline(always)]
+    fn fall(x: f64) -> f64 {
+        let square = x * x;
+        3.0_f64.mul_add(square, -1.0) * (square + 1.0)
+    }
+
+    #[inline(always)]
+    fn distance(_: f64) -> f64 {
+        f64::INFINITY
+    }
+
+    /// The poles x = +-i are at cos th = z, z = (start + k -+ i) / k. Their distance from the real angles is
+    /// the arcosh of half the sum of |z - 1| and |z + 1|.
+    fn fewest_angles(divergence: &Divergence) -> f64 {
+        let Divergence { start, k, .. } = *divergence;
+        let [near, far] = [start, start + 2.0 * k].map(|real| real.hypot(1.0) / k);
+        let distance = (0.5 * (near + far)).acosh();
+        if distance > Self::NEAREST_POLE { 2.0 / distance } else { f64::INFINITY }
+    }
+}
+
+/// The divergence of an orbit in units of its amplitude, D = a f(start + k s) - b2 s - c with s = 1 - R cos th.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Divergence {
+    pub(super) a: f64,
+    pub(super) start: f64,
+    pub(super) k: f64,
+    pub(super) b2: f64,
+    pub(super) c: f64,
+}
+
+impl From<&ScaledGroups> for Divergence {
+    /// That of the grazing orbit.
+    fn from(groups: &ScaledGroups) -> Self {
+        Self { a: groups.a, start: 1.0, k: groups.k, b2: 2.0 * groups.b, c: groups.c }
+    }
+}
+
+/// The divergences of [`LANES`] orbits.
+pub(super) struct Lanes<F> {
     a: [f64; LANES],
+    start: [f64; LANES],
     k: [f64; LANES],
     b2: [f64; LANES],
     c: [f64; LANES],
+    shape: PhantomData<F>,
 }
 
-impl Lanes {
-    /// Lanes of the scaled oscillators that `groups` returns.
-    pub(super) fn new<'a>(groups: impl Fn(usize) -> &'a ScaledGroups) -> Self {
-        let pick = |value: fn(&ScaledGroups) -> f64| std::array::from_fn(|lane| value(groups(lane)));
-        Self { a: pick(|g| g.a), k: pick(|g| g.k), b2: pick(|g| 2.0 * g.b), c: pick(|g| g.c) }
+impl<F: Shape> Lanes<F> {
+    /// Lanes of the divergences that `of` returns.
+    pub(super) fn new(of: impl Fn(usize) -> Divergence) -> Self {
+        let pick = |value: fn(Divergence) -> f64| std::array::from_fn(|lane| value(of(lane)));
+        let (a, start, k) = (pick(|of| of.a), pick(|of| of.start), pick(|of| of.k));
+        Self { a, start, k, b2: pick(|of| of.b2), c: pick(|of| of.c), shape: PhantomData }
     }
 
     /// d delta / d theta of every lane.
@@ -126,13 +224,13 @@ impl Lanes {
         for lane in 0..LANES {
             let terms = self.terms(lane, angle, r[lane], &mut room[lane]);
             let inverse = 1.0 / terms.turn;
-            let ratio = terms.q2 * inverse;
+            let ratio = terms.denominator * inverse;
             slope[lane] = angle.sin_squared * terms.numerator * inverse;
             by_c[lane] = -angle.sin_squared * ratio * ratio;
             if GROWTH {
-                // dD / d ln r = r cos theta (2 A k / q^3 + 2 b), and q2 times that without a division.
-                let steepness =
-                    (2.0 * self.a[lane] * self.k[lane]).mul_add(terms.q, self.b2[lane] * terms.q2 * terms.q2);
+                // dD / d ln r = r cos theta (b2 - a k f'), and the square of the denominator times that.
+                let linear = self.b2[lane] * terms.denominator * terms.denominator;
+                let steepness = (self.a[lane] * self.k[lane]).mul_add(F::fall(terms.x), linear);
                 by_log_r[lane] = angle.sin_squared * inverse * inverse * r[lane] * angle.cos * steepness;
             }
         }
@@ -153,20 +251,21 @@ impl Lanes {
         &self.c
     }
 
-    /// The divergence at scaled radius `r` as numerator / q2, and turn = q2 dth/dt.
+    /// The divergence at scaled radius `r` as numerator / denominator, and turn = denominator dth/dt.
     #[inline(always)]
     fn terms(&self, lane: usize, angle: Angle, r: f64, room: &mut f64) -> Terms {
         let s = (-r).mul_add(angle.cos, 1.0);
-        let q = self.k[lane].mul_add(s, 1.0);
-        let q2 = q * q;
+        let x = self.k[lane].mul_add(s, self.start[lane]);
+        let [shape, denominator] = F::fraction(x);
         let linear = self.b2[lane].mul_add(s, self.c[lane]);
-        let numerator = (-linear).mul_add(q2, self.a[lane]);
-        let turn = numerator.mul_add(angle.sin_cos, q2);
-        // q = 0 is the pole of the lower field continued above the belt line.
-        let excess = (-SLOWEST_TURN).mul_add(q2, turn);
-        let tightest = if excess < q - SLOWEST_TURN { excess } else { q - SLOWEST_TURN };
+        let numerator = (-linear).mul_add(denominator, self.a[lane] * shape);
+        let turn = numerator.mul_add(angle.sin_cos, denominator);
+        // The lower field continued above the belt line may have a pole.
+        let excess = (-SLOWEST_TURN).mul_add(denominator, turn);
+        let distance = F::distance(x) - SLOWEST_TURN;
+        let tightest = if excess < distance { excess } else { distance };
         *room = if tightest < *room { tightest } else { *room };
-        Terms { numerator, q, q2, turn }
+        Terms { numerator, denominator, turn, x }
     }
 }
 
@@ -183,7 +282,7 @@ pub(super) struct LogSlope {
 /// See [`Lanes::terms`].
 struct Terms {
     numerator: f64,
-    q: f64,
-    q2: f64,
+    denominator: f64,
     turn: f64,
+    x: f64,
 }

@@ -26,11 +26,8 @@
 //!
 //! It contains no derivative of D, and the sign of h is that of the slope of g.
 //!
-//! **One orbit.** On steps of th, a polynomial nearly solves the polar form. Its defect rho' - F is enclosed
-//! by its Taylor series at the beginning of the step with the remainder over the whole step, in interval
-//! arithmetic; so is the integral of H along it. If |defect| <= d and dF/drho <= L where the true orbit may
-//! be, the distance e of the two grows over a step of length s from e to at most exp(L s) e + max(1, exp(L
-//! s)) s d (Gronwall). The region where the true orbit may be is guessed, and confirmed by that bound.
+//! **One orbit.** The steps of [`crate::enclosure`] in th, with rho for y, enclose rho and the integral of H. The
+//! region where the orbit may be is guessed, and confirmed by the bound on its distance from the polynomial.
 //!
 //! **All orbits of a piece.** Of half-width w in rho(0): the same bound holds for their distance from the
 //! polynomial, begun at w. With L over that tube, psi up to th is at most exp(integral of L), and so
@@ -53,12 +50,11 @@ use std::f64::consts::TAU;
 
 use super::Range;
 use super::slip_cycle::none_proved;
+use crate::enclosure::{Polar, Polynomial, distance};
 use crate::filippov::Oscillator;
 use crate::friction::interval::Interval;
 use crate::friction::jet::{Jet, Real};
 
-/// Number of Taylor coefficients of a step.
-const ORDER: usize = 7;
 /// Longest and shortest step.
 const STEPS: [f64; 2] = [0.25, 1e-3];
 /// Shortest step for a piece: if confirming the guess needs a shorter one, the piece is too wide.
@@ -221,77 +217,26 @@ fn tally(oscillator: &Oscillator, pieces: &[Piece], budget: &mut u32) -> SlipCou
     }
 }
 
-/// The polar field at an angle and rho: F, H, and dth/dt; `None` for a law without formula.
-fn field<T: Real>(oscillator: &Oscillator, theta: T, rho: T) -> Option<[T; 3]> {
-    let c = T::constant;
-    let (sin, cos) = theta.sin_cos();
-    let u = c(oscillator.belt_speed) - rho.exp() * cos;
-    let slope = oscillator.curve.formula(Jet::<T, 2>::variable(u, 1.0))?.0[1];
-    let d = -slope - c(oscillator.viscous);
-    let turning = c(1.0) + d * sin * cos;
-    let pace = d / turning;
-    Some([pace * sin * sin, pace * (cos * cos - sin * sin), turning])
+impl Polar for Oscillator {
+    /// F, H, and dth/dt, at rho.
+    fn polar<T: Real>(&self, theta: T, rho: T) -> Option<[T; 3]> {
+        let c = T::constant;
+        let (sin, cos) = theta.sin_cos();
+        let u = c(self.belt_speed) - rho.exp() * cos;
+        let slope = self.curve.formula(Jet::<T, 2>::variable(u, 1.0))?.0[1];
+        let d = -slope - c(self.viscous);
+        let turning = c(1.0) + d * sin * cos;
+        let pace = d / turning;
+        Some([pace * sin * sin, pace * (cos * cos - sin * sin), turning])
+    }
 }
 
 /// Bounds over a box of angles and rho: dF/drho and |dH/drho|.
 fn sensitivity(oscillator: &Oscillator, theta: Interval, rho: Interval) -> Option<[Interval; 2]> {
     let angle = Jet::<Interval, 2>::of(theta);
-    let [f, h, turning] = field(oscillator, angle, Jet::variable(rho, 1.0))?;
+    let [f, h, turning] = oscillator.polar(angle, Jet::variable(rho, 1.0))?;
     let fine = turning.0[0].lo > SLOWEST_TURN && f.0[1].is_bounded() && h.0[1].is_bounded();
     fine.then_some([f.0[1], h.0[1]])
-}
-
-/// The enclosed results of a step along the polynomial.
-struct Step {
-    /// The hull of its values.
-    values: Interval,
-    /// Its value at the end.
-    end: Interval,
-    /// The defect.
-    defect: f64,
-    /// The integral of H along it.
-    slope: Interval,
-}
-
-/// A step of the polynomial that begins at `rho`, from the angle `theta` over `width`.
-fn step(oscillator: &Oscillator, theta: f64, rho: f64, width: Interval) -> Option<Step> {
-    let mut polynomial = [0.0; ORDER];
-    polynomial[0] = rho;
-    let angle = Jet::<f64, ORDER>::variable(theta, 1.0);
-    for k in 1..ORDER {
-        let [f, ..] = field(oscillator, angle, Jet(polynomial))?;
-        polynomial[k] = f.0[k - 1] / k as f64;
-    }
-    // The polynomial as a series around the beginning, and around all angles of the step.
-    let shifted = |at: Interval| {
-        let offset = Jet::<Interval, ORDER>::variable(at, 1.0);
-        polynomial.iter().rev().fold(Jet::of(Interval::of(0.0)), |sum, x| sum * offset + Jet::constant(*x))
-    };
-    let span = Interval::new(0.0, width.hi);
-    let parts = |at: Interval| {
-        let rho = shifted(at);
-        let angle = Jet::variable(Interval::of(theta) + at, 1.0);
-        let [f, h, turning] = field(oscillator, angle, rho)?;
-        // d rho / d th as a series one shorter; its last coefficient is zero, the degree being ORDER - 1.
-        let defect: [Interval; ORDER] = std::array::from_fn(|k| {
-            let rate =
-                if k + 1 < ORDER { rho.0[k + 1] * Interval::of((k + 1) as f64) } else { Interval::of(0.0) };
-            rate - f.0[k]
-        });
-        (turning.0[0].lo > SLOWEST_TURN).then_some((rho.0[0], defect, h.0))
-    };
-    let (_, defect_0, slope_0) = parts(Interval::of(0.0))?;
-    let (values, defect_1, slope_1) = parts(span)?;
-    let last = ORDER - 1;
-    let (mut defect, mut slope) = (defect_1[last] * span.powi(last as i32), Interval::of(0.0));
-    for k in 0..last {
-        defect = defect + defect_0[k] * if k == 0 { Interval::of(1.0) } else { span.powi(k as i32) };
-        slope = slope + slope_0[k] * width.powi(k as i32 + 1) / Interval::of((k + 1) as f64);
-    }
-    slope = slope + slope_1[last] * width.powi(ORDER as i32) / Interval::of(ORDER as f64);
-    let end = shifted(width).0[0];
-    let fine = defect.is_bounded() && slope.is_bounded() && values.is_bounded();
-    fine.then_some(Step { values, end, defect: defect.size(), slope })
 }
 
 /// Proves a property of g on [`from`, `to`]; at a single radius, its sign.
@@ -353,7 +298,9 @@ fn walk(oscillator: &Oscillator, from: f64, to: f64, budget: &mut u32) -> Option
         let end = if last { TAU } else { theta + h };
         let width = Interval::of(end) - Interval::of(theta);
         let pace = oscillator.divergence(oscillator.belt_speed - rho.exp() * f64::cos(theta)).abs();
-        let tried = step(oscillator, theta, rho, width);
+        let polynomial = Polynomial::new(oscillator, theta, rho);
+        let tried = polynomial.and_then(|polynomial| polynomial.enclosed(oscillator, width));
+        let tried = tried.filter(|it| it.slowest > SLOWEST_TURN);
         let Some(taken) = tried.filter(|it| it.defect <= aim * pace.max(1e-6) || h <= STEPS[1]) else {
             if h <= STEPS[1] {
                 return None;
@@ -362,36 +309,28 @@ fn walk(oscillator: &Oscillator, from: f64, to: f64, budget: &mut u32) -> Option
             continue;
         };
         let angles = Interval::new(theta, end);
-        let grown = |sup: Interval, distance: Interval| {
-            // (over the step, at its end)
-            let growth = (Interval::of(sup.hi) * width).exp();
-            let defect = width * Interval::of(taken.defect);
-            let most = of(growth.hi.max(1.0));
-            (most * (distance + defect), of((growth * distance + most * defect).hi))
-        };
         let guess = 1.5 * tube.hi + 2.0 * taken.defect * width.hi + 1e-15;
-        let around = taken.values + Interval::new(-guess, guess);
+        let around = taken.along.0[0] + Interval::new(-guess, guess);
         let [by_rho, slope_by_rho] = sensitivity(oscillator, angles, around)?;
-        let (over, tube_end) = grown(by_rho, tube);
-        if !(over.hi < guess) {
+        let all = distance(by_rho, width, tube, of(taken.defect));
+        if !(all.during.hi < guess) {
             if h <= SHORTEST_OF_PIECE {
                 return None;
             }
             h *= 0.5;
             continue;
         }
-        let (missed_over, missed_end) = grown(by_rho, missed);
+        let middle = distance(by_rho, width, missed, of(taken.defect));
         let steep = width * of(slope_by_rho.size());
-        let growth = (of(by_rho.hi) * width).exp();
-        bend = of((bend + steep * psi * of(growth.hi.max(1.0))).hi);
-        error = of((error + steep * of(missed_over.hi)).hi);
-        psi = of((psi * growth).hi);
-        slope = slope + taken.slope;
+        bend = of((bend + steep * psi * of(all.growth.hi.max(1.0))).hi);
+        error = of((error + steep * of(middle.during.hi)).hi);
+        psi = of((psi * all.growth).hi);
+        slope = slope + taken.integral;
         // The next polynomial begins near the end of this one.
         rho = 0.5 * (taken.end.lo + taken.end.hi);
         let jump = of((taken.end - of(rho)).size());
-        missed = of((missed_end + jump).hi);
-        tube = of((tube_end + jump).hi);
+        missed = of((middle.after + jump).hi);
+        tube = of((all.after + jump).hi);
         theta = end;
         // On the way up, beyond the belt line.
         let below = (of(rho) - tube).exp() * of(theta).sin_cos().1;
@@ -405,7 +344,7 @@ fn walk(oscillator: &Oscillator, from: f64, to: f64, budget: &mut u32) -> Option
     // From the number TAU to 2 pi, which is next to it.
     let angle = Jet::<Interval, 1>::of(Interval::new(TAU, TAU.next_up()));
     let around = Interval::new(rho - 2.0 * tube.hi - 1e-9, rho + 2.0 * tube.hi + 1e-9);
-    let [last_f, last_h, _] = field(oscillator, angle, Jet::of(around))?;
+    let [last_f, last_h, _] = oscillator.polar(angle, Jet::of(around))?;
     let gap = of(TAU.next_up()) - of(TAU);
     let wide = |x: Interval| Interval::new(-x.hi, x.hi);
     let growth = of(rho) - of(start) + wide(missed + gap * of(last_f.0[0].size()));
@@ -420,7 +359,7 @@ mod tests {
     use super::*;
     use crate::friction::{Expression, Law};
     use crate::point::LawParameters;
-    use crate::simulate::slip_cycle::{SlipTurn, turn};
+    use crate::simulate::arc::{SlipTurn, turn};
 
     fn oscillators() -> Vec<Oscillator> {
         let wavy = Law::Expression(Expression::new("1 - e*(u - a*sin(k*u)/k)", 1.0).unwrap());

@@ -9,33 +9,12 @@
 //! x2'' = -r. Hence P'(r) = (r / P(r)) exp(integral of D along the turn): no derivative of the friction
 //! law is needed. At a fixed point the angles cancel.
 
-use super::arc::{LowerEnd, State, Walk};
-use super::backbone::{Backbone, Crossing};
+use super::arc::{LowerEnd, SlipTurn, State, Walk, turn_within};
+use super::backbone::{Backbone, CycleRange};
 use super::roots::fixed_point;
 use super::work::Work;
 use super::{Failure, Range};
 use crate::filippov::{Oscillator, Side};
-
-/// One turn below the belt line.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum SlipTurn {
-    /// x2 has its next maximum below V.
-    Returns {
-        /// The maximum, P(r).
-        radius: f64,
-        /// P'(r).
-        slope: f64,
-        /// Time of the turn.
-        time: f64,
-    },
-    /// The orbit reaches the belt line.
-    MeetsBelt {
-        /// Distance of (x2, x2') from the origin there, at least V.
-        radius: f64,
-    },
-    /// It tends to the equilibrium without another maximum of x2.
-    Rests,
-}
 
 /// A cycle that slips all the time below the belt line.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,32 +46,6 @@ pub struct Kick {
     pub forward: f64,
     /// Against it, as a positive number.
     pub backward: f64,
-}
-
-/// Follows the turn below the belt line that starts at a maximum `radius` of x2, 0 < `radius` <= V, with the
-/// error `tolerance` relative to it.
-///
-/// # Errors
-/// [`Failure`].
-pub fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Result<SlipTurn, Failure> {
-    turn_within(oscillator, radius, tolerance, &Work::of_question(&oscillator.curve))
-}
-
-/// As [`turn`], within a budget of work.
-pub(super) fn turn_within(
-    oscillator: &Oscillator,
-    radius: f64,
-    tolerance: f64,
-    work: &Work,
-) -> Result<SlipTurn, Failure> {
-    let mut walk = Walk::new(oscillator, Side::Below, [radius, 0.0], tolerance, radius, work);
-    Ok(match walk.lower_arc(|_, _, _| ())? {
-        LowerEnd::Turns(end) => {
-            SlipTurn::Returns { radius: end.v, slope: radius / end.v * end.growth.exp(), time: end.time }
-        }
-        LowerEnd::Meets(end) => SlipTurn::MeetsBelt { radius: end.v.hypot(end.w) },
-        LowerEnd::Rests => SlipTurn::Rests,
-    })
 }
 
 /// Returns whether a turn leads outward.
@@ -153,7 +106,7 @@ pub fn slip_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<SlipCy
     let cycles = backbone
         .cycles(oscillator.viscous, oscillator.eigenvalues().is_stable(), returns)
         .ok_or(Unknown::TooClose)?;
-    let narrowed = cycles.iter().map(|cycle| Crossing {
+    let narrowed = cycles.iter().map(|cycle| CycleRange {
         between: backbone.narrowed(cycle, oscillator.viscous),
         is_stable: cycle.is_stable,
     });
@@ -166,7 +119,7 @@ pub fn slip_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<SlipCy
 /// [`Failure`].
 pub(crate) fn locate(
     oscillator: &Oscillator,
-    cycle: &Crossing,
+    cycle: &CycleRange,
     tolerance: f64,
 ) -> Result<SlipCycle, Failure> {
     locate_within(oscillator, cycle, tolerance, &Work::of_question(&oscillator.curve))
@@ -174,7 +127,7 @@ pub(crate) fn locate(
 
 fn locate_within(
     oscillator: &Oscillator,
-    cycle: &Crossing,
+    cycle: &CycleRange,
     tolerance: f64,
     work: &Work,
 ) -> Result<SlipCycle, Failure> {

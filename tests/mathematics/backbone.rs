@@ -2,9 +2,9 @@
 
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Expression, Law, Table};
+use slipmap::simulate::arc::{SlipTurn, turn};
 use slipmap::simulate::backbone::Backbone;
 use slipmap::simulate::critical_damping;
-use slipmap::simulate::slip_cycle::{SlipTurn, turn};
 
 fn column(law: &Law, epsilon: f64, parameters: &[f64], belt_speed: f64) -> Column {
     law.column(&law.point(epsilon, parameters, belt_speed, 0.0).unwrap())

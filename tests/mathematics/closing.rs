@@ -5,8 +5,9 @@
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Expression, Law, Table};
 use slipmap::map::slip_cycle_count;
+use slipmap::simulate::arc::{SlipTurn, turn};
 use slipmap::simulate::backbone::Backbone;
-use slipmap::simulate::slip_cycle::{SlipTurn, slip_cycles, turn};
+use slipmap::simulate::slip_cycle::slip_cycles;
 use slipmap::simulate::{Fate, critical_damping, direct, flow};
 
 use crate::sample::Random;
@@ -140,10 +141,10 @@ fn coarse_backbones_count_as_the_fine_one() {
         let ends = [fine.turning_points()[0], fine.turning_points()[fine.turning_points().len() - 1]];
         let even = column.curve.even_weakening_range(column.belt_speed);
         let dampings: Vec<f64> = (0..20).map(|_| even.lo + (even.hi - even.lo) * random.unit()).collect();
-        let mut coarse = Some(Backbone::begun(&column.curve, column.belt_speed, 1e-5).unwrap());
+        let mut coarse = Some(Backbone::coarsest(&column.curve, column.belt_speed, 1e-5).unwrap());
         let mut level = 0;
         while let Some(backbone) = coarse {
-            for &viscous in dampings.iter().filter(|viscous| backbone.is_clear(**viscous)) {
+            for &viscous in dampings.iter().filter(|viscous| backbone.is_reliable_at(**viscous)) {
                 let stable = ends[0].viscous < viscous;
                 let returns = viscous < ends[1].viscous;
                 let count = |backbone: &Backbone| {

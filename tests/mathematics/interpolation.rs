@@ -1,10 +1,12 @@
 //! Verdicts and regimes that maps interpolate between columns, compared with those of each column's own
 //! critical damping and backbone, and with the direct engine.
 
+use slipmap::filippov::Oscillator;
 use slipmap::friction::{Expression, Law, Table};
 use slipmap::map::{
     Account, Control, Engine, Field, Grid, Method, Plan, Queue, Regime, Sink, TileData, Verdict,
 };
+use slipmap::simulate::flow;
 use std::convert::Infallible;
 use std::sync::Mutex;
 
@@ -119,6 +121,48 @@ fn interpolated_cells_are_those_of_their_own_columns() {
 }
 
 /// A law that changes within less than the distance of the nodes: its columns refuse the interpolant.
+/// Columns that differ in eps alone share what is known of their cycles, unless the law contains eps.
+#[test]
+fn regimes_of_columns_that_share_their_cycles_are_those_of_single_points() {
+    let wave = || formula("1 - 0.3*tanh(u/0.5) + 0.02*sin(3*u)");
+    let laws = [
+        (Law::Stribeck, vec![vec![0.3, 0.5], vec![0.1], vec![2.0]]),
+        (Law::Exponential, vec![vec![0.3, 0.5], vec![0.5], vec![0.0]]),
+        (wave(), vec![]),
+        (wave().read_as_small(), vec![]),
+    ];
+    for (law, own) in laws {
+        let mut axes = vec![vec![0.2, 0.4, 0.9]];
+        axes.extend(own);
+        axes.extend([vec![0.3, 1.1, 2.3], vec![0.05, 0.2, 0.7]]);
+        let grid = Grid::new(law.clone(), axes).unwrap();
+        let (found, _) = computed(&grid, Engine::CriticalSurface, 0);
+        let mut seen = Vec::new();
+        for (cell, &(_, regime)) in found.iter().enumerate() {
+            let mut rest = cell;
+            let mut index: Vec<usize> = grid
+                .shape()
+                .iter()
+                .rev()
+                .map(|length| {
+                    let at = rest % length;
+                    rest /= length;
+                    at
+                })
+                .collect();
+            index.reverse();
+            let point = grid.point(&index);
+            let oscillator = Oscillator::new(&law, &point);
+            let alone = slipmap::map::regime(&oscillator, &flow(&oscillator, 1e-9));
+            assert_eq!(regime, alone, "{law:?} {point:?}");
+            if !seen.contains(&regime) {
+                seen.push(regime);
+            }
+        }
+        assert!(seen.len() > 1, "{law:?}: one regime everywhere shows little");
+    }
+}
+
 #[test]
 fn a_sudden_change_of_the_law_is_not_interpolated_over() {
     let law = formula("1 - (0.1 + 0.3/(1 + exp((s - 0.5)*2000)))*(1 - exp(-u))");

@@ -8,9 +8,10 @@ use slipmap::filippov::{Oscillator, Side};
 use slipmap::friction::{Column, Expression, Law};
 use slipmap::map::{self, Attractors, Regime};
 use slipmap::point::Point;
+use slipmap::simulate::arc::{SlipTurn, turn};
 use slipmap::simulate::crossing::{Loop, crossing_cycles, crossing_loop, stick_slip_cycle};
 use slipmap::simulate::direct::{self, Ending, Phase, Start, Trace, trace};
-use slipmap::simulate::slip_cycle::{SlipCycle, SlipTurn, slip_cycles, turn};
+use slipmap::simulate::slip_cycle::{SlipCycle, slip_cycles};
 use slipmap::simulate::{
     Dynamics, Failure, Fate, Neighbour, critical_damping, crossing_separates, dynamics, flow, separates,
 };

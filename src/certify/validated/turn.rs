@@ -18,27 +18,19 @@
 //! step meet other pieces, q with error e_q, |w - p| <= e_q + max |q - p| there; delta is the largest of
 //! these bounds.
 //!
-//! **A step.** A polynomial R(th) of degree 6 starts at a number r0. Its defect R' - F_p(th, R), F_p with p
-//! for w, is enclosed by its Taylor series at the beginning of the step, the last coefficient over the whole
-//! step: |defect| <= d. Let the true orbit start within e of r0, let dF_p/dr <= L and |dF/dD| <= M in a tube
-//! around R, s the length of the step. Since
-//! |F - F_p| <= M delta,
-//!
-//! ```text
-//! |r - R| <= exp(L s) e + s max(1, exp(L s)) (d + M delta)
-//! ```
-//!
-//! as long as the orbit stays in the tube (Gronwall), and it does if this bound is below the tube's width. []
+//! **A step** is that of [`crate::enclosure`], with F_p, which has p for w, in place of F. Where |dF/dD| <= M in a
+//! tube around the polynomial, |F - F_p| <= M delta there, which adds to the defect: so the bound on the
+//! distance holds for the true orbit as long as it stays in the tube, and it does if the bound is below the
+//! tube's width. []
 //!
 //! The law is the stored curve: its coefficients, such as 1 - mu, were rounded when it was made. Sines and
 //! cosines are the platform's; their error is assumed to be less than four units in the last place.
 
+use crate::enclosure::{Distance, Enclosure, ORDER, Polar, Polynomial, distance};
 use crate::friction::interval::Interval;
 use crate::friction::jet::{Jet, Real};
 use crate::friction::{COUNT, ProvedPiece, Weakening};
 
-/// Number of Taylor coefficients of a step.
-const ORDER: usize = 7;
 /// Longest and shortest step.
 const STEPS: [f64; 2] = [0.2, 1e-13];
 /// Largest number of steps of all turns of a column, a third of a second; most turns take a hundred.
@@ -125,19 +117,28 @@ fn around(x: Interval, radius: f64) -> Interval {
     x + Interval::new(-radius, radius)
 }
 
-impl Orbit<'_> {
-    /// F, dF/dD and 1 + D sin cos on numbers, intervals or series, w being the polynomial of `piece`.
-    fn field<T: Real>(&self, piece: &ProvedPiece, theta: T, r: T) -> [T; 3] {
+/// An orbit where w is the polynomial of a piece.
+struct OnPiece<'a> {
+    orbit: &'a Orbit<'a>,
+    piece: &'a ProvedPiece<'a>,
+}
+
+impl Polar for OnPiece<'_> {
+    /// F, dF/dD and dth/dt, at r.
+    fn polar<T: Real>(&self, theta: T, r: T) -> Option<[T; 3]> {
+        let Self { orbit: Orbit { belt_speed, viscous, .. }, piece } = *self;
         let c = T::constant;
         let (sin, cos) = theta.sin_cos();
-        let x = (c(self.belt_speed) - c(self.belt_speed) * r * cos - c(piece.middle)) * c(piece.scale);
+        let x = (c(*belt_speed) - c(*belt_speed) * r * cos - c(piece.middle)) * c(piece.scale);
         let w = piece.c.iter().rev().fold(c(0.0), |sum, a| sum * x + c(*a));
-        let d = w - c(self.viscous);
+        let d = w - c(*viscous);
         let speed = c(1.0) + d * sin * cos;
         let swept = r * sin * sin / speed;
-        [d * swept, swept / speed, speed]
+        Some([d * swept, swept / speed, speed])
     }
+}
 
+impl Orbit<'_> {
     /// Slip speeds over angles and radii.
     fn slip(&self, theta: Interval, r: Interval) -> Interval {
         let belt = Interval::of(self.belt_speed);
@@ -168,17 +169,8 @@ impl Orbit<'_> {
 
     /// The approximate place on a step at which the polynomial leaves the slip speeds of the piece, if it
     /// does.
-    fn crossing(
-        &self,
-        piece: &ProvedPiece,
-        theta: f64,
-        polynomial: &[f64; ORDER],
-        width: f64,
-    ) -> Option<f64> {
-        let slip = |t: f64| {
-            let r = polynomial.iter().rev().fold(0.0, |sum, a| sum * t + a);
-            self.belt_speed * (1.0 - r * (theta + t).cos())
-        };
+    fn crossing(&self, piece: &ProvedPiece, theta: f64, polynomial: &Polynomial, width: f64) -> Option<f64> {
+        let slip = |t: f64| self.belt_speed * (1.0 - polynomial.at(t) * (theta + t).cos());
         let slack = 1e-13 * self.belt_speed;
         let outside = |t: f64| slip(t) < piece.ends[0] - slack || slip(t) > piece.ends[1] + slack;
         if !outside(width) || outside(0.0) {
@@ -220,77 +212,44 @@ impl Orbit<'_> {
         let Some(piece) = self.law.proved_pieces(near.max(0.0), near.max(0.0)).next() else {
             return Err(Obstacle::BeyondTheLaw { needed: near });
         };
-        let mut polynomial = [0.0; ORDER];
-        polynomial[0] = r;
-        let angle = Jet::<f64, ORDER>::variable(theta, 1.0);
-        for k in 1..ORDER {
-            polynomial[k] = self.field(&piece, angle, Jet(polynomial))[0].0[k - 1] / k as f64;
-        }
+        let field = OnPiece { orbit: self, piece: &piece };
+        let Some(polynomial) = Polynomial::new(&field, theta, r) else { return half };
         if let Some(until) = self.crossing(&piece, theta, &polynomial, width) {
             return Ok(Step::Shorter(until));
         }
-        let shifted = |at: Interval| {
-            let offset = Jet::<Interval, ORDER>::variable(at, 1.0);
-            polynomial
-                .iter()
-                .rev()
-                .fold(Jet::of(Interval::of(0.0)), |sum, x| sum * offset + Jet::constant(*x))
-        };
         // The angle at the end of the step is a number, and the width is its difference, nearly or exactly.
         let width = Interval::of(theta + width) - Interval::of(theta);
-        let span = Interval::new(0.0, width.hi);
-        let angles = Interval::of(theta) + span;
-        let parts = |at: Interval| {
-            let r = shifted(at);
-            let angle = Jet::variable(Interval::of(theta) + at, 1.0);
-            let [f, ..] = self.field(&piece, angle, r);
-            let defect: [Interval; ORDER] = std::array::from_fn(|k| match k + 1 < ORDER {
-                true => r.0[k + 1] * Interval::of((k + 1) as f64) - f.0[k],
-                false => -f.0[k],
-            });
-            (r, defect)
-        };
-        let (_, begin) = parts(Interval::of(0.0));
-        let (along, whole) = parts(span);
-        let (values, end) = (along.0[0], shifted(width).0[0]);
-        let ends = [[Interval::of(theta), Interval::of(r)], [Interval::of(theta) + width, end]];
-        let mut defect = whole[ORDER - 1] * span.powi(ORDER as i32 - 1);
-        for (k, coefficient) in begin.iter().enumerate().take(ORDER - 1) {
-            defect = defect + if k == 0 { *coefficient } else { *coefficient * span.powi(k as i32) };
-        }
-        let defect = defect.size();
-        if !(defect.is_finite() && values.is_bounded()) {
+        let angles = Interval::of(theta) + Interval::new(0.0, width.hi);
+        let Some(Enclosure { along, end, defect, .. }) = polynomial.enclosed(&field, width) else {
             return half;
-        }
+        };
+        let ends = [[Interval::of(theta), Interval::of(r)], [Interval::of(theta) + width, end]];
         // The tube is guessed and then confirmed.
         let mut tube = 2.0 * error + 4.0 * width.hi * (defect + SHARPNESS * self.size) + 1e-15;
         for _ in 0..3 {
-            let radii = around(values, tube);
+            let radii = around(along.0[0], tube);
             let delta = self.uncertainty(&piece, self.slips(angles, &along, ends, tube))?;
             let angle = Jet::<Interval, 2>::of(angles);
-            let [f, by_divergence, speed] = self.field(&piece, angle, Jet::variable(radii, 1.0));
+            let Some([f, by_divergence, speed]) = field.polar(angle, Jet::variable(radii, 1.0)) else {
+                return half;
+            };
             // w itself may differ from the polynomial by delta, and the angle must increase for both.
             if !(speed.0[0].lo - delta > SLOWEST && delta <= SLOWEST) {
                 return if width.hi < 1e-3 { Err(Obstacle::NoAngle) } else { half };
             }
             let sweep = by_divergence.0[0].size() * (1.0 + 4.0 * delta / SLOWEST);
-            let growth = (f.0[1] * width).exp().hi;
-            let added = (Interval::of(defect) + Interval::of(sweep) * Interval::of(delta))
-                * width
-                * Interval::of(growth.max(1.0));
-            let reached = (Interval::of(growth) * Interval::of(error) + added).hi;
-            // During the step the bound is at most this.
-            let on_the_way = (Interval::of(growth.max(1.0)) * Interval::of(error) + added).hi;
-            if !on_the_way.is_finite() {
+            let defect = Interval::of(defect) + Interval::of(sweep) * Interval::of(delta);
+            let Distance { added, during, after, .. } = distance(f.0[1], width, Interval::of(error), defect);
+            if !during.hi.is_finite() {
                 return half;
             }
-            if on_the_way < tube {
+            if during.hi < tube {
                 // No shorter step reduces the uncertainty of the law itself.
                 let unavoidable = 2.0 * sweep * piece.error * width.hi;
                 let allowed = (SHARPNESS * self.size * width.hi).max(ENOUGH) + unavoidable;
-                return if added.hi <= allowed { Ok(Step::Taken { end, error: reached }) } else { half };
+                return if added.hi <= allowed { Ok(Step::Taken { end, error: after.hi }) } else { half };
             }
-            tube = 2.0 * on_the_way;
+            tube = 2.0 * during.hi;
         }
         half
     }

@@ -116,7 +116,8 @@ fn range_of_polynomial(polynomial: &Local, halvings: u32) -> Range {
     }
     let unit = 8.0 * COUNT as f64 * f64::EPSILON;
     let swing = c[1].abs() + size;
-    let round_off = unit * (c[0].abs() + swing) + polynomial.noise;
+    // Products that underflow err by less than the smallest normal number in all.
+    let round_off = unit * (c[0].abs() + swing) + polynomial.noise + f64::MIN_POSITIVE;
     let [even, odd] = [0, 1].map(|from| c.iter().skip(from).step_by(2).sum::<f64>());
     let mut found = Range { lo: even - odd.abs(), hi: even + odd.abs() };
     if c[1].abs() >= slope * (1.0 + 1e-12) {

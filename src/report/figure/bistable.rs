@@ -68,6 +68,9 @@ pub(crate) fn bistable(view: &View) -> Option<Figure> {
     let eps_values = curves::samples(widths);
     let mut speeds = vec![0, index[v], belt.len() - 1];
     speeds.dedup();
+    let has_widths =
+        view.units.machine().is_none() && columns[0].curve.first_order(columns[0].belt_speed).is_ok();
+    speeds.retain(|_| has_widths);
     let bands: Vec<(f64, Vec<f64>)> = speeds
         .iter()
         .map(|&speed| {
@@ -86,8 +89,7 @@ pub(crate) fn bistable(view: &View) -> Option<Figure> {
         .collect();
     let drawn = || bands.iter().flat_map(|(_, width)| width).copied().filter(|width| width.is_finite());
     let (least, largest) = (drawn().fold(f64::INFINITY, f64::min), drawn().fold(0.0, f64::max));
-    let vanishes = columns[0].curve.first_order(columns[0].belt_speed).is_ok();
-    let alone = view.units.machine().is_some() || !vanishes || least >= largest;
+    let alone = least >= largest;
     let width_scale = match alone {
         true => Scale::logarithmic(1.0, 1.0),
         false => Scale::logarithmic(0.8 * least, 1.5 * largest),

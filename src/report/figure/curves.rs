@@ -19,11 +19,11 @@ const FEW_POINTS: usize = 24;
 const MARKS: usize = 6;
 /// Accuracy of critical dampings in figures, far below the width of a line.
 const TOLERANCE: f64 = 1e-9;
-/// Budget of the curves of a figure: evaluations of the right-hand side of the Stribeck law, some hundred
-/// times those that ordinary curves take, and a few seconds.
-const MOST_WORK: u64 = 20_000_000;
+/// Budget of the curves of a figure: evaluations of the right-hand side of the Stribeck law, a hundred times
+/// those that ordinary curves take, and two seconds.
+const MOST_WORK: u64 = 8_000_000;
 /// Work counted for a column without an answer, which takes up to a second.
-const FAILURE: u64 = MOST_WORK / 4;
+const FAILURE: u64 = MOST_WORK / 2;
 /// Number of columns that are solved together: few, since all of them may fail.
 const TOGETHER: usize = 2;
 

@@ -63,9 +63,9 @@ const WORST: f64 = 1e-8;
 const RETRIES: u32 = 1;
 /// Largest number of elements.
 const MOST_ELEMENTS: usize = 1 << 15;
-/// Number of evaluations after which no further steps begin: ten times those of an orbit with thousands of
+/// Number of evaluations after which no further steps begin: more than twice those of an orbit with thousands of
 /// elements.
-const MOST_EVALUATIONS: u64 = 1 << 20;
+const MOST_EVALUATIONS: u64 = 1 << 18;
 /// Largest number of steps of Newton's method on one rung; four are usual on the first, two on the others.
 const MOST_STEPS: usize = 15;
 /// Round-off of C, in units of the largest weakening rate on the orbit: sums of some hundred terms of that
