@@ -124,8 +124,9 @@ pub(crate) fn open_share(plan: &Plan, tile: usize) -> f64 {
         let viscous = column.epsilon * c;
         let Some(end) = known.end(number, viscous) else { return true };
         let is_stable = || column.curve.weakening(column.belt_speed) < viscous;
-        let attracts = |sketch: Sketch| sketch.attracts(viscous, is_stable(), end.returns()?);
-        plan.stores(Field::Regime) && known.sketch(number, column).and_then(attracts).is_none()
+        let attracts =
+            |backbone: InterpolatedBackbone| backbone.attracts(viscous, is_stable(), end.returns()?);
+        plan.stores(Field::Regime) && known.backbone(number, column).and_then(attracts).is_none()
     };
     let open = columns.iter().enumerate().flat_map(|(i, column)| cs.iter().map(move |&c| (i, column, c)));
     open.filter(|&(i, column, c)| is_open(i, column, c)).count() as f64 / tile.cells() as f64

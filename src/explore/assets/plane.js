@@ -1,7 +1,8 @@
 // The plane: its picture in steps from coarse to fine, the curves over it, and what mouse, fingers and keys
 // do there.
 
-import { element, short } from "./elements.js";
+import { short } from "./elements.js";
+import { Glance } from "./glance.js";
 import { legend } from "./legend.js";
 import { draw, rectangle } from "./overlay.js";
 import { paint } from "./paint.js";
@@ -41,8 +42,8 @@ export class Plane {
   constructor(app, catalogue) {
     const find = (id) => document.getElementById(id);
     Object.assign(this, { app, catalogue, stage: find("stage"), canvas: find("cells"), overlay: find("overlay") });
-    Object.assign(this, { glanceBox: find("glance"), busy: find("busy"), legendBox: find("legend") });
-    Object.assign(this, { picture: null, curves: [], curvesOf: "", changes: 0, running: null, hurry: false, cost: new Map(), pointers: new Map(), glances: 0 });
+    Object.assign(this, { busy: find("busy"), legendBox: find("legend") });
+    Object.assign(this, { picture: null, curves: [], curvesOf: "", changes: 0, running: null, hurry: false, cost: new Map(), pointers: new Map(), glance: new Glance(this) });
     new ResizeObserver(() => this.resize()).observe(this.stage);
     this.listen();
   }
@@ -333,12 +334,12 @@ export class Plane {
       overlay.setPointerCapture(event.pointerId);
       const start = this.unit(event);
       pointers.set(event.pointerId, { start, last: start, moved: 0, pin: pointers.size === 0 && this.near_pin(event) });
-      this.hide_glance();
+      this.glance.hide();
     });
     on("pointermove", (event) => {
       const pointer = pointers.get(event.pointerId);
       if (!pointer) {
-        if (event.pointerType !== "touch") this.glance(event);
+        if (event.pointerType !== "touch") this.glance.show(event);
         return;
       }
       const [u, v] = this.unit(event);
@@ -361,10 +362,10 @@ export class Plane {
     };
     on("pointerup", end);
     on("pointercancel", end);
-    on("pointerleave", () => this.hide_glance());
+    on("pointerleave", () => this.glance.hide());
     on("wheel", (event) => {
       event.preventDefault();
-      this.hide_glance();
+      this.glance.hide();
       this.zoom(Math.exp(Math.max(-0.5, Math.min(0.5, event.deltaY / 400))), this.unit(event));
     }, { passive: false });
     on("keydown", (event) => this.press(event));
@@ -396,46 +397,6 @@ export class Plane {
     event.preventDefault();
   }
 
-  hide_glance() {
-    this.glances += 1;
-    this.glanceBox.hidden = true;
-  }
-
-  // Tells what is under the pointer: at once from the picture, and where it rests, from every method.
-  glance(event) {
-    const [u, v] = this.unit(event);
-    this.glances += 1;
-    const turn = this.glances;
-    if (u < 0 || u > 1 || v < 0 || v > 1) {
-      this.glanceBox.hidden = true;
-      return;
-    }
-    this.overlay.style.cursor = this.near_pin(event) ? "grab" : "crosshair";
-    const { state, scales } = this;
-    const at = { ...state.at, [state.x.axis]: scales.x.rounded(u), [state.y.axis]: scales.y.rounded(v) };
-    const where = [state.x.axis, state.y.axis].map((name) => {
-      const { words, unit } = label(state, name);
-      return `${words} = ${short(at[name])}${unit}`;
-    }).join(", ");
-    const lines = [element("div", {}, where), element("b", {}, this.cell(u, v))];
-    this.glanceBox.replaceChildren(...lines);
-    this.glanceBox.hidden = false;
-    this.place_glance(event);
-    setTimeout(async () => {
-      if (turn !== this.glances) return;
-      try {
-        const said = await post("/api/glance", place({ ...state, at }));
-        if (turn !== this.glances) return;
-        const rows = said.methods.map(([name, verdict]) =>
-          element("tr", {}, element("td", {}, name.replaceAll("_", " ")), element("td", {}, element("span", { class: `say ${verdict}` }, verdict))));
-        this.glanceBox.replaceChildren(lines[0], element("b", {}, said.words), element("table", {}, ...rows));
-        this.place_glance(event);
-      } catch {
-        // The next movement asks again.
-      }
-    }, 120);
-  }
-
   // What the picture says of a place.
   cell(u, v) {
     const { picture } = this;
@@ -447,14 +408,5 @@ export class Plane {
     const value = picture.cells[row * picture.width + column];
     if (!picture.kinds) return `${picture.label}: ${short(value)}`;
     return picture.kinds.find(({ code }) => code === value)?.words ?? "";
-  }
-
-  place_glance(event) {
-    const box = this.stage.getBoundingClientRect();
-    const [x, y] = [event.clientX - box.left, event.clientY - box.top];
-    const { offsetWidth, offsetHeight } = this.glanceBox;
-    const left = x + 18 + offsetWidth < box.width ? x + 18 : Math.max(4, x - 18 - offsetWidth);
-    const top = Math.max(4, Math.min(y + 14, box.height - offsetHeight - 6));
-    Object.assign(this.glanceBox.style, { left: `${left}px`, top: `${top}px` });
   }
 }
