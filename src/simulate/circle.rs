@@ -14,7 +14,7 @@
 //! Columns outside the domain of the polar form are searched with [`flow`].
 //!
 //! [`super::elements`] solves the same problem for every law; near the circle it takes 17 microseconds a
-//! column where this takes 3, and far from it 85, with the law's compilation, where this takes 40.
+//! column where this takes 3, and far from it 85, with the law's compilation, where this takes 20.
 //!
 //! **Error of the sweeps.** Let delta be the residual of the equation after the last sweep: its g less the
 //! slope of the p at which g was taken. It has zero mean. A small change delta of the right-hand side moves C
