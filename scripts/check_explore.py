@@ -406,6 +406,12 @@ def a_machine_is_in_si_units(session):
     wait(page, "(before) => document.getElementById('cells').toDataURL() !== before", before)
     settle(page)
     assert page.get_by_label("across: to").input_value() == "0.4", "speeds stay what they are"
+    # The pinned point is typed in SI units too; the plane reaches as far as the point.
+    page.get_by_label("belt speed of the point").fill("0.5")
+    page.get_by_label("belt speed of the point").press("Enter")
+    wait(page, "location.hash.includes('p.belt_speed=0.5')")
+    assert page.get_by_label("across: to").input_value() == "0.5"
+    page.get_by_label("across: to").fill("0.4")
     session.picture(page, "machine")
     # What each quantity does to the critical damping, in per cent for one per cent.
     expect(page.locator("table.sensitivities")).to_contain_text("Stribeck velocity")

@@ -6,6 +6,7 @@ use std::io::{self, Write as _};
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
+use rayon::prelude::*;
 use serde_json::json;
 
 use super::chances::Chances;
@@ -15,7 +16,7 @@ use super::{Ended, Failure};
 use crate::config::Job;
 use crate::dataset::Schema;
 use crate::filippov::Oscillator;
-use crate::map::{self, Account, Control, Grid, Plan, Queue, Sink, TileData};
+use crate::map::{self, Account, Control, Grid, Method, Plan, Sink, TileData};
 use crate::simulate;
 use crate::store::{PackedRecord, Packer};
 
@@ -25,6 +26,8 @@ const ENOUGH: Duration = Duration::from_millis(200);
 const TOO_LONG: Duration = Duration::from_secs(1);
 /// Factor from the number of columns of a sample to that of the next.
 const GROWTH: usize = 4;
+/// Largest number of tiles whose interpolation is timed.
+const TILES: usize = 16;
 /// Number of audited cells that are timed.
 const AUDITED: usize = 8;
 
@@ -153,21 +156,64 @@ fn columns(grid: &Grid) -> usize {
     grid.cells() / grid.dampings().len().max(1)
 }
 
-/// Estimates duration and size of the map. Samples of the grid grow until one takes long enough to be
-/// extrapolated.
+/// Estimates duration and size of the map.
 pub(super) fn sampled(plan: &Plan, threads: Option<usize>) -> Sampled {
-    let interpolates = plan.interpolates();
+    let Sampled { seconds, packed } = by_columns(plan, threads);
+    let packed = packed + fixed_bytes(plan);
+    if !plan.interpolates() {
+        return Sampled { seconds, packed };
+    }
+    // Columns that lie far apart are not interpolated, so that the sample tells the time of those that stay open.
+    let tests: Vec<Method> =
+        plan.methods.iter().copied().filter(|method| *method != Method::Simulation).collect();
+    let fields = plan.fields.iter().copied().filter(|field| !field.needs_flow()).collect();
+    let rest = match tests.is_empty() {
+        true => 0.0,
+        false => by_columns(&Plan { methods: tests, fields, ..plan.clone() }, threads).seconds,
+    };
+    let (share, interpolating) = interpolated(plan, threads);
+    Sampled { seconds: rest + share * (seconds - rest).max(0.0) + interpolating, packed }
+}
+
+/// The share of the map's cells that interpolation leaves open, and the duration of interpolation, from tiles
+/// spread over the map.
+fn interpolated(plan: &Plan, threads: Option<usize>) -> (f64, f64) {
+    let workers = threads.unwrap_or_else(rayon::current_num_threads).max(1);
+    let tiles = plan.tile_count();
+    let chosen: Vec<usize> = match tiles <= TILES {
+        true => (0..tiles).collect(),
+        // The parts of multiples of the golden ratio are spread evenly, however many of them are taken.
+        false => (1..=TILES)
+            .map(|i| ((i as f64 * 0.618_033_988_749_894_9).fract() * tiles as f64) as usize)
+            .collect(),
+    };
+    let start = Instant::now();
+    let mut shares = Vec::new();
+    for some in chosen.chunks(workers) {
+        shares.par_extend(some.par_iter().map(|&tile| map::open_share(plan, tile)));
+        if start.elapsed() > TOO_LONG {
+            break;
+        }
+    }
+    let rounds = shares.len().div_ceil(workers) as f64;
+    let seconds = start.elapsed().as_secs_f64() / rounds * (tiles as f64 / workers as f64).ceil();
+    (shares.iter().sum::<f64>() / shares.len() as f64, seconds)
+}
+
+/// Estimates duration and packed tiles of the map. Coarser grids grow until one takes long enough to be
+/// extrapolated.
+fn by_columns(plan: &Plan, threads: Option<usize>) -> Sampled {
     let mut wanted = 1;
     loop {
-        // Columns that lie far apart would not be interpolated, so that their time would say nothing.
-        let (cells, elapsed, packed) = match interpolates {
-            true => timed_tiles(plan, wanted, threads),
-            false => timed_columns(plan, wanted, threads),
-        };
-        if elapsed >= ENOUGH || cells == plan.grid.cells() {
+        let sample = sample(&plan.grid, wanted);
+        let (cells, elapsed, packed) = timed(plan, &sample, threads);
+        let whole = columns(&sample) == columns(&plan.grid);
+        if elapsed >= ENOUGH || whole {
             let share = plan.grid.cells() as f64 / cells.max(1) as f64;
-            let packed = (packed as f64 * share).min(plan.bytes() as f64) as u128;
-            return Sampled { seconds: elapsed.as_secs_f64() * share, packed: packed + fixed_bytes(plan) };
+            return Sampled {
+                seconds: elapsed.as_secs_f64() * share,
+                packed: (packed as f64 * share).min(plan.bytes() as f64) as u128,
+            };
         }
         wanted *= GROWTH;
     }
@@ -236,31 +282,14 @@ fn spread(values: &[f64], kept: usize) -> Vec<f64> {
     (0..kept).map(|i| values[(2 * i + 1) * values.len() / (2 * kept)]).collect()
 }
 
-/// Computes and packs `wanted` tiles for each worker, or all, spread over the map; returns as [`timed`].
-fn timed_tiles(plan: &Plan, wanted: usize, threads: Option<usize>) -> (usize, Duration, u64) {
-    let workers = threads.unwrap_or_else(rayon::current_num_threads).max(1);
-    let tiles = plan.tile_count();
-    let wanted = (wanted * workers).min(tiles);
-    let mut left_out = vec![true; tiles];
-    (0..wanted).for_each(|i| left_out[(2 * i + 1) * tiles / (2 * wanted)] = false);
-    timed(plan.clone(), Queue::new(left_out), threads)
-}
-
-/// Computes and packs a coarser grid of at most `wanted` columns; returns as [`timed`].
-fn timed_columns(plan: &Plan, wanted: usize, threads: Option<usize>) -> (usize, Duration, u64) {
-    let grid = sample(&plan.grid, wanted);
+/// Computes and packs a sample; returns the number of cells computed, the time, and the packed bytes.
+fn timed(plan: &Plan, sample: &Grid, threads: Option<usize>) -> (usize, Duration, u64) {
     let workers = threads.unwrap_or_else(rayon::current_num_threads).max(1);
     // Enough tiles to keep every thread busy.
-    let tile = (grid.cells() / (4 * workers)).max(grid.dampings().len());
-    let tile_shape = grid.tile_shape(tile.min(plan.tile_shape.iter().product()));
-    let plan = Plan { grid, tile_shape, ..plan.clone() };
-    let all = Queue::new(vec![false; plan.tile_count()]);
-    timed(plan, all, threads)
-}
-
-/// Computes and packs the tiles of a queue; returns the number of cells computed, the time, and the packed bytes.
-fn timed(plan: Plan, queue: Queue, threads: Option<usize>) -> (usize, Duration, u64) {
-    let plan = Plan { audit_cells: 0, ..plan };
+    let tile = (sample.cells() / (4 * workers)).max(sample.dampings().len());
+    let tile_shape = sample.tile_shape(tile.min(plan.tile_shape.iter().product()));
+    let grid = sample.clone();
+    let plan = Plan { grid, audit_cells: 0, proof_boxes: 0, planes: Vec::new(), tile_shape, ..plan.clone() };
     let (done, stop, start) = (AtomicUsize::new(0), AtomicBool::new(false), Instant::now());
     let on_cells = |cells| {
         done.fetch_add(cells, Ordering::Relaxed);
@@ -271,7 +300,7 @@ fn timed(plan: Plan, queue: Queue, threads: Option<usize>) -> (usize, Duration, 
     let size_sink = SizeSink { packer: Packer::new(&plan), bytes: AtomicU64::new(0) };
     let control = Control { threads, on_cells: &on_cells, stop: &stop, ..Control::default() };
     // An interrupted sample counts as far as it went.
-    let _ = map::compute_tiles(&plan, &size_sink, &control, &|| queue.take());
+    let _ = map::run(&plan, &size_sink, &control);
     (done.load(Ordering::Relaxed), start.elapsed(), size_sink.bytes.load(Ordering::Relaxed))
 }
 
@@ -325,14 +354,14 @@ mod tests {
     use crate::friction::{Expression, Law};
 
     #[test]
-    fn samples_of_interpolated_columns_are_whole_tiles() {
+    fn the_open_share_is_that_of_the_run() {
         let nodes = |n: u32| (1..=n).map(|i| f64::from(i) / 64.0).collect::<Vec<_>>();
         let formula = Expression::new("1 - a*u*exp(-u)", 1.0).unwrap();
-        let grid = Grid::new(Law::Expression(formula), [1, 100, 200, 2].map(nodes).to_vec()).unwrap();
+        let grid = Grid::new(Law::Expression(formula), [1, 50, 120, 2].map(nodes).to_vec()).unwrap();
         let plan = Plan::builder(grid).build().unwrap();
-        assert!(plan.interpolates() && plan.tile_count() > 1);
-        let (cells, ..) = timed_tiles(&plan, 1, Some(1));
-        assert_eq!(cells, plan.grid.tile(&plan.tile_shape, plan.tile_count() / 2).cells());
+        assert!(plan.interpolates());
+        let (share, _) = interpolated(&plan, Some(1));
+        assert!((0.0..0.5).contains(&share), "{share}");
     }
 
     #[test]

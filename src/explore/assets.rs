@@ -7,7 +7,7 @@ use axum::response::{IntoResponse, Response};
 use super::refusal::Refusal;
 
 /// Name, media type and content of each file.
-const FILES: [(&str, &str, &str); 15] = [
+const FILES: [(&str, &str, &str); 16] = [
     ("style.css", "text/css", include_str!("assets/style.css")),
     ("icon.svg", "image/svg+xml", include_str!("assets/icon.svg")),
     ("main.js", SCRIPT, include_str!("assets/main.js")),
@@ -16,6 +16,7 @@ const FILES: [(&str, &str, &str); 15] = [
     ("scale.js", SCRIPT, include_str!("assets/scale.js")),
     ("paint.js", SCRIPT, include_str!("assets/paint.js")),
     ("plane.js", SCRIPT, include_str!("assets/plane.js")),
+    ("glance.js", SCRIPT, include_str!("assets/glance.js")),
     ("overlay.js", SCRIPT, include_str!("assets/overlay.js")),
     ("controls.js", SCRIPT, include_str!("assets/controls.js")),
     ("point.js", SCRIPT, include_str!("assets/point.js")),

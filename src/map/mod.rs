@@ -37,6 +37,7 @@ pub use engine::{ComputeError, Control, MethodSummary, Queue, Summary, compute_t
 pub use field::{Field, Quantity};
 pub use grid::{Axis, AxisRole, Grid, GridError, Tile};
 pub(crate) use grid::{is_linear, is_logarithmic, unravel};
+pub(crate) use interpolation::open_share;
 pub use method::Method;
 pub(crate) use plan::{
     DEFAULT_AUDIT_CELLS, DEFAULT_COMPRESSION, DEFAULT_PROOF_BOXES, DEFAULT_TOLERANCE, MOST_AUDIT_CELLS,

@@ -1,7 +1,8 @@
 // The plane: its picture in steps from coarse to fine, the curves over it, and what mouse, fingers and keys
 // do there.
 
-import { element, short } from "./elements.js";
+import { short } from "./elements.js";
+import { Glance } from "./glance.js";
 import { legend } from "./legend.js";
 import { draw, rectangle } from "./overlay.js";
 import { paint } from "./paint.js";
@@ -14,20 +15,35 @@ const QUICK = [12, 16, 24, 32, 48, 64, 96, 128, 192, 256];
 const FRAME = 0.03;
 // Seconds that a finer picture may take, those that are taken without a coarser one before, and cells that it
 // may have.
-const PATIENCE = 8;
+const PATIENCE = 4;
 const SOON = 0.3;
+// Seconds that a band of a picture should take, and those beyond which the bands of a picture are not begun.
+const BAND = 2;
+const LONGEST = 900;
+// Seconds after which the program gives an answer up.
+const LATE = 20;
 const MOST_CELLS = 1_500_000;
 // Pixels within which a pointer takes the pin, and beyond which a click is a drag.
 const GRASP = 15;
 const STILL = 4;
+
+// A picture with more cells, each with what the picture shows there.
+function enlarged(picture, width, height) {
+  const cells = new picture.cells.constructor(width * height);
+  for (let j = 0; j < height; j += 1) {
+    const row = Math.floor(((j + 0.5) * picture.height) / height) * picture.width;
+    for (let i = 0; i < width; i += 1) cells[j * width + i] = picture.cells[row + Math.floor(((i + 0.5) * picture.width) / width)];
+  }
+  return { ...picture, width, height, cells };
+}
 
 export class Plane {
   // `app` has the state, and is told of changes: app.change("view" | "point" | "rest").
   constructor(app, catalogue) {
     const find = (id) => document.getElementById(id);
     Object.assign(this, { app, catalogue, stage: find("stage"), canvas: find("cells"), overlay: find("overlay") });
-    Object.assign(this, { glanceBox: find("glance"), busy: find("busy"), legendBox: find("legend") });
-    Object.assign(this, { picture: null, curves: [], curvesOf: "", changes: 0, running: null, hurry: false, cost: new Map(), pointers: new Map(), glances: 0 });
+    Object.assign(this, { busy: find("busy"), legendBox: find("legend") });
+    Object.assign(this, { picture: null, curves: [], curvesOf: "", changes: 0, running: null, hurry: false, cost: new Map(), pointers: new Map(), glance: new Glance(this) });
     new ResizeObserver(() => this.resize()).observe(this.stage);
     this.listen();
   }
@@ -90,17 +106,18 @@ export class Plane {
     return [Math.max(2, Math.round((rows * this.rect.w) / this.rect.h)), rows];
   }
 
-  // What it costs: a column of all dampings costs little more than one cell of it.
-  work(rows) {
-    const [width, height] = this.cells(rows);
-    const { x, y } = this.state;
-    const is_damping = ({ axis }) => axis === "c" || axis === "damping";
-    return is_damping(x) ? height : is_damping(y) ? width : width * height;
+  is_damping(side) {
+    return ["c", "damping"].includes(this.state[side].axis);
   }
 
-  // Seconds that it will take; unknown before the first of its kind.
+  // What it costs: a column of all dampings costs little more than one cell of it.
+  work([width, height]) {
+    return this.is_damping("x") ? height : this.is_damping("y") ? width : width * height;
+  }
+
+  // Seconds that a picture with this many rows will take; unknown before the first of its kind.
   seconds(rows) {
-    return this.work(rows) * (this.cost.get(this.kind()) ?? Infinity);
+    return this.work(this.cells(rows)) * (this.cost.get(this.kind()) ?? Infinity);
   }
 
   // Pictures that cost about the same for each cell.
@@ -129,8 +146,9 @@ export class Plane {
     let rows = QUICK.findLast((rows) => this.seconds(rows) <= FRAME) ?? QUICK[0];
     let quick = true;
     while (rows !== null) {
-      const picture = await this.fetch(rows, quick, turn);
+      const picture = await this.fetch(this.cells(rows), quick, turn);
       if (!picture) return;
+      if (picture.late) break;
       if (turn === this.changes || quick) {
         this.picture = picture;
         this.show();
@@ -146,27 +164,71 @@ export class Plane {
       rows = this.finer(rows);
     }
     this.canvas.dataset.settled = turn;
-    // Better to know than to wonder why it stays coarse.
-    const seconds = this.seconds(this.full());
-    this.busy.hidden = seconds < PATIENCE;
-    this.busy.textContent = `coarse: every pixel would take ${seconds < 100 ? `${Math.round(seconds)} s` : `${Math.round(seconds / 60)} min`}`;
+    await this.complete(turn);
   }
 
-  // A picture of the present state; nothing where it was overtaken or refused.
-  async fetch(rows, quick, turn) {
+  // The pixels that are still missing, where one picture of all would take too long: twice as fine again and
+  // again, in bands of some seconds each.
+  async complete(turn) {
+    while (turn === this.changes && this.picture && this.picture.height < this.full()) {
+      const size = this.cells(Math.min(2 * this.picture.height, this.full()));
+      if (this.seconds(size[1]) > LONGEST) {
+        const text = `coarse: finer would take ${Math.round(this.seconds(size[1]) / 60)} min`;
+        Object.assign(this.busy, { hidden: false, textContent: text });
+        return;
+      }
+      if (!(await this.in_bands(size, turn))) return;
+    }
+  }
+
+  // Computes a picture band by band, each shown at once; `false` where it was overtaken or refused.
+  async in_bands([width, height], turn) {
+    // All dampings of a column are one piece of work.
+    const [side, all] = this.is_damping("y") ? ["x", width] : ["y", height];
+    const whole = enlarged(this.picture, width, height);
+    for (let done = 0; done < all; ) {
+      // Nobody waits for a page in the background.
+      if (document.hidden) await new Promise((resolve) => document.addEventListener("visibilitychange", resolve, { once: true }));
+      const left = this.seconds(height) * (1 - done / all);
+      let count = Math.max(2, Math.min(all - done, Math.floor(((all - done) * BAND) / left)));
+      // One line alone is no plane.
+      if (all - done - count === 1) count += 1;
+      const text = `refining: ${Math.round((100 * done) / all)} %, ${Math.ceil(left)} s left`;
+      const size = side === "x" ? [count, height] : [width, count];
+      const band = await this.fetch(size, false, turn, { side, part: [done / all, (done + count) / all], text });
+      if (!band || turn !== this.changes || (band.late && count === 2)) return false;
+      // The machine is busy; the next band is smaller.
+      if (band.late) continue;
+      const [column, row] = side === "x" ? [done, 0] : [0, done];
+      for (let j = 0; j < band.height; j += 1) whole.cells.set(band.cells.subarray(j * band.width, (j + 1) * band.width), (row + j) * width + column);
+      this.picture = whole;
+      this.show();
+      done += count;
+    }
+    this.busy.hidden = true;
+    return true;
+  }
+
+  // A picture of the present state with so many cells across and up, or a band of it: `part` of one side. Nothing
+  // where it was overtaken or refused; `late` where it took too long.
+  async fetch([width, height], quick, turn, { side, part, text = "computing" } = {}) {
     const { x, y, show, stored } = this.state;
-    const [key, kind, work] = [this.key(), this.kind(), this.work(rows)];
-    const [width, height] = this.cells(rows);
+    const [key, kind, work] = [this.key(), this.kind(), this.work([width, height])];
     const running = { quick };
     this.running = running;
-    const late = setTimeout(() => Object.assign(this.busy, { hidden: false, textContent: "computing" }), 300);
+    const late = setTimeout(() => Object.assign(this.busy, { hidden: false, textContent: text }), side ? 0 : 300);
     try {
-      const body = { ...place(this.state), x: { ...x, points: width }, y: { ...y, points: height }, show, stored };
-      const picture = await ask(body);
+      const sides = { x: { ...x, points: width }, y: { ...y, points: height } };
+      if (side) [sides[side].from, sides[side].to] = part.map((unit) => this.scales[side].value(unit));
+      const picture = await ask({ ...place(this.state), ...sides, show, stored });
       this.app.complain(null);
       this.cost.set(kind, picture.seconds / work);
       return Object.assign(picture, { x: { ...x }, y: { ...y }, show, key });
     } catch (problem) {
+      if (problem.late && !quick) {
+        this.cost.set(kind, LATE / work);
+        return { late: true };
+      }
       if (!problem.overtaken) this.app.complain(problem);
       // What was changed meanwhile may be right again.
       if (quick && turn !== this.changes) setTimeout(() => this.refine());
@@ -175,7 +237,8 @@ export class Plane {
       clearTimeout(late);
       if (this.running === running) {
         this.running = null;
-        this.busy.hidden = true;
+        // Between two bands the note stays.
+        this.busy.hidden = !side;
       }
     }
   }
@@ -271,12 +334,12 @@ export class Plane {
       overlay.setPointerCapture(event.pointerId);
       const start = this.unit(event);
       pointers.set(event.pointerId, { start, last: start, moved: 0, pin: pointers.size === 0 && this.near_pin(event) });
-      this.hide_glance();
+      this.glance.hide();
     });
     on("pointermove", (event) => {
       const pointer = pointers.get(event.pointerId);
       if (!pointer) {
-        if (event.pointerType !== "touch") this.glance(event);
+        if (event.pointerType !== "touch") this.glance.show(event);
         return;
       }
       const [u, v] = this.unit(event);
@@ -299,10 +362,10 @@ export class Plane {
     };
     on("pointerup", end);
     on("pointercancel", end);
-    on("pointerleave", () => this.hide_glance());
+    on("pointerleave", () => this.glance.hide());
     on("wheel", (event) => {
       event.preventDefault();
-      this.hide_glance();
+      this.glance.hide();
       this.zoom(Math.exp(Math.max(-0.5, Math.min(0.5, event.deltaY / 400))), this.unit(event));
     }, { passive: false });
     on("keydown", (event) => this.press(event));
@@ -334,46 +397,6 @@ export class Plane {
     event.preventDefault();
   }
 
-  hide_glance() {
-    this.glances += 1;
-    this.glanceBox.hidden = true;
-  }
-
-  // Tells what is under the pointer: at once from the picture, and where it rests, from every method.
-  glance(event) {
-    const [u, v] = this.unit(event);
-    this.glances += 1;
-    const turn = this.glances;
-    if (u < 0 || u > 1 || v < 0 || v > 1) {
-      this.glanceBox.hidden = true;
-      return;
-    }
-    this.overlay.style.cursor = this.near_pin(event) ? "grab" : "crosshair";
-    const { state, scales } = this;
-    const at = { ...state.at, [state.x.axis]: scales.x.rounded(u), [state.y.axis]: scales.y.rounded(v) };
-    const where = [state.x.axis, state.y.axis].map((name) => {
-      const { words, unit } = label(state, name);
-      return `${words} = ${short(at[name])}${unit}`;
-    }).join(", ");
-    const lines = [element("div", {}, where), element("b", {}, this.cell(u, v))];
-    this.glanceBox.replaceChildren(...lines);
-    this.glanceBox.hidden = false;
-    this.place_glance(event);
-    setTimeout(async () => {
-      if (turn !== this.glances) return;
-      try {
-        const said = await post("/api/glance", place({ ...state, at }));
-        if (turn !== this.glances) return;
-        const rows = said.methods.map(([name, verdict]) =>
-          element("tr", {}, element("td", {}, name.replaceAll("_", " ")), element("td", {}, element("span", { class: `say ${verdict}` }, verdict))));
-        this.glanceBox.replaceChildren(lines[0], element("b", {}, said.words), element("table", {}, ...rows));
-        this.place_glance(event);
-      } catch {
-        // The next movement asks again.
-      }
-    }, 120);
-  }
-
   // What the picture says of a place.
   cell(u, v) {
     const { picture } = this;
@@ -385,14 +408,5 @@ export class Plane {
     const value = picture.cells[row * picture.width + column];
     if (!picture.kinds) return `${picture.label}: ${short(value)}`;
     return picture.kinds.find(({ code }) => code === value)?.words ?? "";
-  }
-
-  place_glance(event) {
-    const box = this.stage.getBoundingClientRect();
-    const [x, y] = [event.clientX - box.left, event.clientY - box.top];
-    const { offsetWidth, offsetHeight } = this.glanceBox;
-    const left = x + 18 + offsetWidth < box.width ? x + 18 : Math.max(4, x - 18 - offsetWidth);
-    const top = Math.max(4, Math.min(y + 14, box.height - offsetHeight - 6));
-    Object.assign(this.glanceBox.style, { left: `${left}px`, top: `${top}px` });
   }
 }

@@ -29,12 +29,7 @@ export class Point {
       this.key = key;
       this.whole = false;
       this.start = null;
-      const shown = this.state.motion ? [this.state.x.axis, this.state.y.axis] : this.state.axes.map(({ name }) => name);
-      const words = shown.map((name) => {
-        const { words, unit } = label(this.state, name);
-        return `${words} = ${short(this.state.at[name])}${unit}`;
-      });
-      this.where.textContent = words.join(", ");
+      this.tell_where();
       this.turn += 1;
       this.draw("orbit");
     }
@@ -47,7 +42,8 @@ export class Point {
 
   build() {
     this.built = true;
-    this.where = element("p", { class: "hint" });
+    this.where = element("div", { class: "where" });
+    this.typed = new Map();
     this.regime = element("p", { class: "regime" });
     this.figures = new Map(FIGURES.map(([name]) => [name, element("div", { class: "figure" })]));
     this.verdicts = element("div");
@@ -64,6 +60,46 @@ export class Point {
       element("details", { open: true }, element("summary", {}, "What the critical damping depends on"), this.sensitivities),
       element("details", {}, element("summary", {}, "Every number"), this.numbers),
     );
+  }
+
+  // Where the point is: its coordinates in the plane, which can be typed, and the others of a law.
+  tell_where() {
+    const { state } = this;
+    const axes = [state.x.axis, state.y.axis];
+    if (axes.some((name) => !this.typed.has(name)) || this.units !== state.motion) {
+      this.units = state.motion;
+      this.typed = new Map(axes.map((name) => [name, this.coordinate(name)]));
+      this.others = element("p", { class: "hint" });
+      const field = (name) => {
+        const { words, unit } = label(state, name);
+        return element("label", { class: "field" }, words, this.typed.get(name), unit);
+      };
+      this.where.replaceChildren(...axes.map(field), this.others);
+    }
+    for (const [name, input] of this.typed) input.value = short(state.at[name]);
+    const others = state.motion ? [] : state.axes.filter(({ name }) => !axes.includes(name));
+    this.others.textContent = others.map(({ name }) => `${label(state, name).words} = ${short(state.at[name])}`).join(", ");
+  }
+
+  // The input of a coordinate; the plane is extended to a point outside of it.
+  coordinate(name) {
+    const { words } = label(this.state, name);
+    const input = element("input", { class: "number", inputmode: "decimal", autocomplete: "off", "aria-label": `${words} of the point` });
+    input.addEventListener("change", () => {
+      const { state, app } = this;
+      const { least, most, open } = state.axes.find((axis) => axis.name === name);
+      const value = Number(input.value);
+      const above = open ? value > (least ?? -Infinity) : value >= (least ?? -Infinity);
+      const legal = input.value.trim() !== "" && Number.isFinite(value) && above && value <= (most ?? Infinity);
+      input.setAttribute("aria-invalid", String(!legal));
+      if (!legal) return;
+      const side = state.x.axis === name ? "x" : "y";
+      const { from, to } = state[side];
+      state[side] = { ...state[side], from: Math.min(from, value), to: Math.max(to, value) };
+      app.move({ [name]: value });
+      app.change("rest");
+    });
+    return input;
   }
 
   async draw(figure) {

@@ -9,7 +9,7 @@ let lost = false;
 export class Problem extends Error {
   constructor({ problem, remedy, place }, status) {
     super(remedy ? `${problem}\n${remedy}` : problem);
-    Object.assign(this, { problem, remedy, place, overtaken: status === 204 });
+    Object.assign(this, { problem, remedy, place, overtaken: status === 204, late: status === 503 });
   }
 }
 
