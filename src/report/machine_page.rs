@@ -232,9 +232,8 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
             "kick that starts it",
             rich(match (does.regime, does.slip_and_stick_time) {
                 (Regime::StickSlip, _) => "none is needed",
-                (Regime::Failed, _) => "not determined",
+                (Regime::Failed, _) | (_, Some(_)) => "not determined",
                 (_, None) => "no kick of steady slip does",
-                (_, Some(_)) => "not computed: steady slip is a cycle, or none was found",
             }),
         )),
     }
