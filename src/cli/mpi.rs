@@ -178,19 +178,23 @@ impl Ranks {
             if stop.load(Ordering::Relaxed) {
                 more = None;
             }
-            let bytes = match finished.recv_timeout(Duration::from_millis(100)) {
+            let first = match finished.recv_timeout(Duration::from_millis(100)) {
                 Ok(bytes) => bytes,
                 Err(RecvTimeoutError::Timeout) => continue,
                 Err(RecvTimeoutError::Disconnected) => break,
             };
-            writer.send_with_tag(&bytes[..], TILE);
-            Poller::wait_for(&writer, NEXT);
-            let (next, _) = writer.receive_vec_with_tag::<u64>(NEXT);
-            match (next.first().and_then(|&tile| usize::try_from(tile).ok()), &more) {
-                (Some(tile), Some(more)) => {
-                    let _ = more.send(tile);
+            // All that are finished together, so that many threads do not wait for one tile after the other.
+            let tiles: Vec<Vec<u8>> = std::iter::once(first).chain(finished.try_iter()).collect();
+            send_without_busy_loop(&writer, &tiles);
+            for _ in &tiles {
+                Poller::wait_for(&writer, NEXT);
+                let (next, _) = writer.receive_vec_with_tag::<u64>(NEXT);
+                match (next.first().and_then(|&tile| usize::try_from(tile).ok()), &more) {
+                    (Some(tile), Some(more)) => {
+                        let _ = more.send(tile);
+                    }
+                    _ => more = None,
                 }
-                _ => more = None,
             }
         }
     }
@@ -310,6 +314,22 @@ impl Ranks {
         }
         outcome.map(|()| sum)
     }
+}
+
+/// Sends tiles to rank 0. MPI's own sending keeps a core busy until the receiver has taken a long message.
+fn send_without_busy_loop(writer: &Process, tiles: &[Vec<u8>]) {
+    mpi::request::scope(|scope| {
+        let mut under_way: Vec<_> =
+            tiles.iter().map(|tile| writer.immediate_send_with_tag(scope, &tile[..], TILE)).collect();
+        let mut poller = Poller::new();
+        loop {
+            under_way = under_way.into_iter().filter_map(|request| request.test().err()).collect();
+            if under_way.is_empty() {
+                break;
+            }
+            poller.wait();
+        }
+    });
 }
 
 /// First messages to the other ranks: whether to begin, and with which tiles. Tiles are dealt one by one in
