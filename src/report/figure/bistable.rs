@@ -39,7 +39,7 @@ pub(crate) fn bistable(view: &View) -> Option<Figure> {
     let belt = &axes[v].values;
     let (first, last) = (belt[0], belt[belt.len() - 1]);
     let full = match belt.as_slice() {
-        [only] => Scale::linear((0.1 * only).max(SMALLEST), 2.0 * only),
+        [only] => Scale::linear((0.1 * only).max(SMALLEST), (2.0 * only).min(f64::MAX)),
         _ if last > 5.0 * first => Scale::logarithmic(first, last),
         _ => Scale::linear(first, last),
     };
@@ -63,7 +63,7 @@ pub(crate) fn bistable(view: &View) -> Option<Figure> {
     let epsilons = &axes[0].values;
     let widths = Scale::logarithmic(
         (0.1 * epsilons[0]).max(SMALLEST),
-        epsilons[epsilons.len() - 1].max(epsilons[0] * 1.01),
+        epsilons[epsilons.len() - 1].max((epsilons[0] * 1.01).min(f64::MAX)),
     );
     let eps_values = curves::samples(widths);
     let mut speeds = vec![0, index[v], belt.len() - 1];

@@ -23,7 +23,7 @@ pub(crate) fn critical(view: &View) -> Option<Figure> {
     let (c, v) = (axes.len() - 1, axes.len() - 2);
     let nodes = &axes[v].values;
     let full = match nodes.as_slice() {
-        [only] => Scale::logarithmic(only / SPREAD, only * SPREAD),
+        [only] => Scale::logarithmic(only / SPREAD, (only * SPREAD).min(f64::MAX)),
         nodes => {
             let (first, last) = (nodes[0], nodes[nodes.len() - 1]);
             if last > 5.0 * first { Scale::logarithmic(first, last) } else { Scale::linear(first, last) }
