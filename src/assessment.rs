@@ -102,24 +102,15 @@ impl Limit {
     }
 }
 
-/// Relative distance from a limit at which what holds is looked at, and accuracy of limits without a closed form.
+/// Relative distance from a limit with a closed form at which what holds below it is looked at.
 const NEAR: f64 = 1e-6;
 
 /// The end of a range from `low`, where `holds` is true, up to `high` at most.
-fn end(mut low: f64, high: f64, holds: impl Fn(f64) -> bool) -> f64 {
-    if holds(high * (1.0 - NEAR)) {
-        return high;
+fn end(low: f64, high: f64, holds: impl Fn(f64) -> bool) -> Option<f64> {
+    match holds(high * (1.0 - NEAR)) {
+        true => Some(high),
+        false => last_between(low, high, |value| Some(holds(value))),
     }
-    let mut high = high;
-    while high - low > NEAR * high {
-        let middle = 0.5 * (low + high);
-        if holds(middle) {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    low
 }
 
 /// The damping c below which the stick-slip cycle is the only attractor. Steady slip must be unstable, the orbit
@@ -128,7 +119,7 @@ fn end(mut low: f64, high: f64, holds: impl Fn(f64) -> bool) -> f64 {
 fn always_below_damping(law: &Law, point: &Point, hopf: f64, critical: f64) -> Option<f64> {
     let only = |damping: f64| regime_at(law, &Point { damping, ..*point }) == Regime::StickSlip;
     let high = hopf.min(critical);
-    (high > 0.0 && only(0.0)).then(|| end(0.0, high, only))
+    if high > 0.0 && only(0.0) { end(0.0, high, only) } else { None }
 }
 
 /// The belt speed V below which the stick-slip cycle is the only attractor.
@@ -143,14 +134,12 @@ fn always_below_speed(law: &Law, point: &Point) -> Limit {
             (_, Some(low)) => {
                 // Steady slip may become stable on the way.
                 let column = law.column(point);
-                let unstable =
-                    |speed: f64| Some(column.curve.weakening(speed) > column.epsilon * point.damping);
-                let hopf = if unstable(speed) == Some(true) {
-                    Some(speed)
-                } else {
-                    last_between(low, speed, unstable)
+                let unstable = |speed: f64| column.curve.weakening(speed) > column.epsilon * point.damping;
+                let high = match unstable(speed) {
+                    true => Some(speed),
+                    false => last_between(low, speed, |speed| Some(unstable(speed))),
                 };
-                return hopf.map_or(Limit::NotFound, |hopf| Limit::Below(end(low, hopf, only)));
+                return high.and_then(|high| end(low, high, only)).map_or(Limit::NotFound, Limit::Below);
             }
         }
     }

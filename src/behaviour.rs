@@ -45,7 +45,7 @@ pub(crate) fn belt_speeds(near: f64) -> impl DoubleEndedIterator<Item = f64> {
     (-range..=range).map(move |i| near * 10f64.powf(f64::from(i) / f64::from(STEPS_PER_DECADE)))
 }
 
-/// The last speed up to which `holds` is true, between `low`, where it is, and `high`, where it is not; `None`
+/// The last value up to which `holds` is true, between `low`, where it is, and `high`, where it is not; `None`
 /// where it is unknown on the way.
 pub(crate) fn last_between(mut low: f64, mut high: f64, holds: impl Fn(f64) -> Option<bool>) -> Option<f64> {
     while high - low > 1e-12 * high {
