@@ -15,7 +15,7 @@ use std::convert::Infallible;
 use std::sync::Mutex;
 use std::sync::PoisonError;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, channel, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::Duration;
 
 use mpi::Threading;
@@ -30,13 +30,13 @@ use crate::store::{PackedRecord, Packer, PartialMap, StoreError, plan_digest};
 
 /// Message of a rank at its start: fingerprint of its plan and number of threads, or the error of its job.
 const HELLO: i32 = 1;
-/// Answer of rank 0: [`BEGIN`] and the first tiles, or empty if the run does not begin.
+/// Answer of rank 0: [`GO_ON`] and the first tiles, or empty if the run does not begin.
 const GO: i32 = 2;
-/// First entry of [`GO`].
-const BEGIN: u64 = 1;
+/// First entry of [`GO`] and [`NEXT`].
+const GO_ON: u64 = 1;
 /// Message with a finished tile.
 const TILE: i32 = 3;
-/// Message of rank 0 with further tiles; empty if there are no more.
+/// Answer of rank 0 to each: [`GO_ON`] and further tiles, perhaps none; empty if no more will come.
 const NEXT: i32 = 4;
 /// Message of a rank that has finished all its tiles.
 const BYE: i32 = 5;
@@ -48,40 +48,31 @@ const PROVE: i32 = 7;
 /// Answer to it: the tiles.
 const PROVED: i32 = 8;
 
-/// Polls for messages at growing intervals. MPI's own blocking calls would keep a core busy, and so would
-/// polling all the time.
-struct Poller {
-    pause: Duration,
-}
+/// Interval of polling for messages. MPI's own blocking calls would keep a core busy, and waking up more often takes time
+/// from the threads that compute. Every rank has enough tiles in advance to bridge it.
+const PAUSE: Duration = Duration::from_millis(2);
 
-impl Poller {
-    /// First and longest interval. Both are shorter than a tile takes, and every rank has tiles in advance.
-    const PAUSES: [Duration; 2] = [Duration::from_micros(50), Duration::from_millis(1)];
-
-    fn new() -> Self {
-        Self { pause: Self::PAUSES[0] }
-    }
-
-    /// Waits for a message of `process` with this tag.
-    fn wait_for(process: &Process, tag: i32) {
-        let mut poller = Self::new();
-        while process.immediate_probe_with_tag(tag).is_none() {
-            poller.wait();
-        }
-    }
-
-    /// Sleeps, and doubles the interval up to its limit.
-    fn wait(&mut self) {
-        std::thread::sleep(self.pause);
-        self.pause = (2 * self.pause).min(Self::PAUSES[1]);
+/// Waits for a message of `process` with this tag.
+fn wait_for(process: &Process, tag: i32) {
+    while process.immediate_probe_with_tag(tag).is_none() {
+        std::thread::sleep(PAUSE);
     }
 }
 
 /// The processes of a run.
 pub(super) struct Ranks {
     universe: Universe,
-    /// On rank 0, once the run has begun: numbers of threads of the other ranks.
-    others: OnceCell<Vec<usize>>,
+    /// Number of threads of this rank.
+    threads: usize,
+    /// On rank 0, once the run has begun: the other ranks.
+    others: OnceCell<Vec<Other>>,
+}
+
+/// Another rank, as rank 0 sees it.
+struct Other {
+    threads: usize,
+    /// Number of tiles that it was given at the start.
+    first_tiles: usize,
 }
 
 /// Rank 0 always tells the others that it ends: they wait for that message, because ending MPI waits for
@@ -102,11 +93,12 @@ impl Drop for Ranks {
 }
 
 impl Ranks {
-    /// Initialises MPI.
-    pub(super) fn join() -> Result<Self, Failure> {
+    /// Initialises MPI; this rank computes with so many threads, or with one per core.
+    pub(super) fn join(threads: Option<usize>) -> Result<Self, Failure> {
+        let threads = threads.unwrap_or_else(rayon::current_num_threads).max(1);
         match mpi::initialize_with_threading(Threading::Funneled) {
             Some((universe, threading)) if threading >= Threading::Funneled => {
-                Ok(Self { universe, others: OnceCell::new() })
+                Ok(Self { universe, threads, others: OnceCell::new() })
             }
             _ => Err(Failure::Broken("this MPI library cannot be used by programs with threads".into())),
         }
@@ -117,21 +109,20 @@ impl Ranks {
         usize::try_from(self.universe.world().size()).unwrap_or(1)
     }
 
+    /// The other ranks, once the run has begun.
+    fn others(&self) -> &[Other] {
+        self.others.get().map_or(&[], Vec::as_slice)
+    }
+
     /// Returns whether this is rank 0, which writes the map.
     pub(super) fn is_writer(&self) -> bool {
         self.universe.world().rank() == 0
     }
 
     /// On the other ranks: computes the tiles that rank 0 hands out.
-    pub(super) fn work(
-        &self,
-        job: Result<Job, Failure>,
-        threads: Option<usize>,
-        stop: &AtomicBool,
-    ) -> Result<Ended, Failure> {
-        let threads = threads.unwrap_or_else(rayon::current_num_threads).max(1);
+    pub(super) fn work(&self, job: Result<Job, Failure>, stop: &AtomicBool) -> Result<Ended, Failure> {
         let hello = match &job {
-            Ok(job) => format!("{} {threads}", plan_digest(&job.plan)),
+            Ok(job) => format!("{} {}", plan_digest(&job.plan), self.threads),
             Err(Failure::BadInput(message) | Failure::Broken(message)) => format!("! {message}"),
             Err(_) => "! it cannot read its configuration".into(),
         };
@@ -140,7 +131,7 @@ impl Ranks {
         writer.send_with_tag(hello.as_bytes(), HELLO);
         let (go, _) = writer.receive_vec_with_tag::<u64>(GO);
         // Rank 0 reports the error, once.
-        let (Ok(job), Some((&BEGIN, ahead))) = (job, go.split_first()) else { return Ok(Ended::Fine) };
+        let (Ok(job), Some((&GO_ON, ahead))) = (job, go.split_first()) else { return Ok(Ended::Fine) };
 
         let (more, tiles) = channel();
         for tile in ahead.iter().filter_map(|&tile| usize::try_from(tile).ok()) {
@@ -150,9 +141,10 @@ impl Ranks {
         // A rank that gets no tile now gets none later.
         let more = (!ahead.is_empty()).then_some(more);
         let tiles = Mutex::new(tiles);
-        let (outbox, finished) = sync_channel(2 * threads);
+        // Rank 0 bounds the number of tiles that can be in it.
+        let (outbox, finished) = channel();
         let sink = Outbox { packer: Packer::new(&job.plan), outbox };
-        let control = Control { threads: Some(threads), stop, ..Control::default() };
+        let control = Control { threads: Some(self.threads), stop, ..Control::default() };
         std::thread::scope(|scope| {
             let (job, tiles) = (&job, &tiles);
             scope.spawn(move || {
@@ -164,7 +156,7 @@ impl Ranks {
         });
         let interrupted = u8::from(stop.load(Ordering::Relaxed));
         writer.send_with_tag(&[interrupted][..], BYE);
-        self.prove_for_writer(threads);
+        self.prove_for_writer();
         Ok(Ended::Fine)
     }
 
@@ -183,15 +175,18 @@ impl Ranks {
                 Err(RecvTimeoutError::Timeout) => continue,
                 Err(RecvTimeoutError::Disconnected) => break,
             };
-            // All that are finished together, so that many threads do not wait for one tile after the other.
+            // Tiles that are finished together go together: every message wakes up both ranks.
+            std::thread::sleep(PAUSE);
             let tiles: Vec<Vec<u8>> = std::iter::once(first).chain(finished.try_iter()).collect();
             send_without_busy_loop(&writer, &tiles);
             for _ in &tiles {
-                Poller::wait_for(&writer, NEXT);
+                wait_for(&writer, NEXT);
                 let (next, _) = writer.receive_vec_with_tag::<u64>(NEXT);
-                match (next.first().and_then(|&tile| usize::try_from(tile).ok()), &more) {
-                    (Some(tile), Some(more)) => {
-                        let _ = more.send(tile);
+                match (next.split_first(), &more) {
+                    (Some((&GO_ON, tiles)), Some(more)) => {
+                        for tile in tiles.iter().filter_map(|&tile| usize::try_from(tile).ok()) {
+                            let _ = more.send(tile);
+                        }
                     }
                     _ => more = None,
                 }
@@ -201,11 +196,7 @@ impl Ranks {
 
     /// On rank 0: waits for the other ranks and starts them, or dismisses them if there is no plan. Returns
     /// the number of threads of all ranks together.
-    pub(super) fn begin(
-        &self,
-        plan: Option<(&map::Plan, &Queue)>,
-        own_threads: usize,
-    ) -> Result<usize, Failure> {
+    pub(super) fn begin(&self, plan: Option<(&map::Plan, &Queue)>) -> Result<usize, Failure> {
         let world = self.universe.world();
         let mut threads = vec![0; self.count()];
         let mut wrong = None;
@@ -229,17 +220,22 @@ impl Ranks {
         }
         let plan = plan.filter(|_| wrong.is_none());
         let answers = match plan {
-            Some((_, queue)) => first_messages(queue, own_threads, &threads[1..]),
+            Some((_, queue)) => first_messages(queue, self.threads, &threads[1..]),
             None => vec![Vec::new(); threads.len() - 1],
         };
-        for (rank, answer) in (1..).zip(answers) {
+        for (rank, answer) in (1..).zip(&answers) {
             world.process_at_rank(rank).send_with_tag(&answer[..], GO);
         }
         match wrong {
             Some(message) => Err(Failure::BadInput(message)),
             None => {
-                let others = self.others.get_or_init(|| threads.split_off(1));
-                Ok(others.iter().sum())
+                let other = |(&threads, answer): (&usize, &Vec<u64>)| {
+                    let first_tiles = answer.len().saturating_sub(1); // without GO_ON
+                    Other { threads, first_tiles }
+                };
+                let others =
+                    self.others.get_or_init(|| threads[1..].iter().zip(&answers).map(other).collect());
+                Ok(others.iter().map(|other| other.threads).sum())
             }
         }
     }
@@ -276,14 +272,16 @@ impl Ranks {
         let world = self.universe.world();
         let mut sum = Account::none(map.plan());
         let mut outcome = Ok(());
-        let mut at_work = self.count() - 1;
-        let mut poller = Poller::new();
+        let others = self.others();
+        // Number of tiles that each rank has.
+        let mut theirs: Vec<usize> = others.iter().map(|other| other.first_tiles).collect();
+        let all_threads = self.threads + others.iter().map(|other| other.threads).sum::<usize>();
+        let mut at_work = others.len();
         while at_work > 0 {
             let Some(message) = world.any_process().immediate_matched_probe() else {
-                poller.wait();
+                std::thread::sleep(PAUSE);
                 continue;
             };
-            poller = Poller::new();
             let (bytes, status) = message.matched_receive_vec::<u8>();
             if status.tag() == BYE {
                 at_work -= 1;
@@ -292,10 +290,17 @@ impl Ranks {
                 }
                 continue;
             }
-            // Send the next tile first: the other rank waits for it.
-            let go_on = outcome.is_ok() && !stop.load(Ordering::Relaxed);
-            let next: Vec<u64> =
-                if go_on { queue.take().map(|tile| tile as u64).into_iter().collect() } else { Vec::new() };
+            // Send the next tiles first: the other rank waits for them.
+            let rank = status.source_rank() as usize - 1;
+            theirs[rank] -= 1;
+            let mut next = Vec::new();
+            if outcome.is_ok() && !stop.load(Ordering::Relaxed) && queue.left() > 0 {
+                let wanted =
+                    ahead(queue.left(), all_threads, others[rank].threads).saturating_sub(theirs[rank]);
+                let tiles = std::iter::from_fn(|| queue.take()).take(wanted).map(|tile| tile as u64);
+                next = std::iter::once(GO_ON).chain(tiles).collect();
+                theirs[rank] += next.len() - 1;
+            }
             world.process_at_rank(status.source_rank()).send_with_tag(&next[..], NEXT);
             if outcome.is_err() {
                 continue;
@@ -321,29 +326,35 @@ fn send_without_busy_loop(writer: &Process, tiles: &[Vec<u8>]) {
     mpi::request::scope(|scope| {
         let mut under_way: Vec<_> =
             tiles.iter().map(|tile| writer.immediate_send_with_tag(scope, &tile[..], TILE)).collect();
-        let mut poller = Poller::new();
         loop {
             under_way = under_way.into_iter().filter_map(|request| request.test().err()).collect();
             if under_way.is_empty() {
                 break;
             }
-            poller.wait();
+            std::thread::sleep(PAUSE);
         }
     });
+}
+
+/// Number of tiles that a rank with so many threads has in advance: many of the short tiles of a large grid, for then
+/// messages are few; few towards the end, so that all ranks finish together.
+fn ahead(left: usize, all_threads: usize, threads: usize) -> usize {
+    threads * (left / (8 * all_threads)).clamp(2, 32) + 2
 }
 
 /// First messages to the other ranks: whether to begin, and with which tiles. Tiles are dealt one by one in
 /// turn, so that few tiles are shared fairly, until every rank has two for each thread and two more, or until
 /// only those are left that rank 0 computes itself.
 fn first_messages(queue: &Queue, own_threads: usize, threads: &[usize]) -> Vec<Vec<u64>> {
-    let mut answers = vec![vec![BEGIN]; threads.len()];
-    let most = threads.iter().max().map_or(0, |threads| 2 * threads + 2);
+    let mut answers = vec![vec![GO_ON]; threads.len()];
+    let first = |threads: usize| ahead(0, 1, threads);
+    let most = threads.iter().max().map_or(0, |&threads| first(threads));
     for round in 0..most {
         for (answer, &threads) in answers.iter_mut().zip(threads) {
             // Rank 0 gets a tile in every round as well.
-            let reserved = (round + 1).min(2 * own_threads + 2);
-            if round < 2 * threads + 2
-                && queue.has_more_than(reserved)
+            let reserved = (round + 1).min(first(own_threads));
+            if round < first(threads)
+                && queue.left() > reserved
                 && let Some(tile) = queue.take()
             {
                 answer.push(tile as u64);
@@ -356,7 +367,7 @@ fn first_messages(queue: &Queue, own_threads: usize, threads: &[usize]) -> Vec<V
 /// A sink that sends tiles to rank 0.
 struct Outbox {
     packer: Packer,
-    outbox: SyncSender<Vec<u8>>,
+    outbox: Sender<Vec<u8>>,
 }
 
 impl Sink for Outbox {

@@ -92,20 +92,18 @@ fn alone(arguments: &Arguments, stop: &AtomicBool) -> Result<Ended, Failure> {
 /// Runs the command in many processes started by a launcher.
 #[cfg(feature = "mpi")]
 fn together(arguments: &Arguments, stop: &AtomicBool, _: usize) -> Result<Ended, Failure> {
-    let ranks = super::mpi::Ranks::join()?;
-    let threads = arguments.threads;
+    let ranks = super::mpi::Ranks::join(arguments.threads)?;
     if !ranks.is_writer() {
-        return ranks.work(arguments.job(), threads, stop);
+        return ranks.work(arguments.job(), stop);
     }
     // The other ranks wait for an answer even if this fails.
     let prepared = arguments.job().and_then(|job| prepare(arguments, job));
     let Ok(Some((job, map))) = prepared else {
-        let others = ranks.begin(None, 0);
+        let others = ranks.begin(None);
         return prepared.and(others).map(|_| Ended::Fine);
     };
     compute(arguments, &job, map, stop, Some(&ranks), |map, control, queue| {
-        let own = threads.unwrap_or_else(rayon::current_num_threads).max(1);
-        let others = ranks.begin(Some((&job.plan, queue)), own)?;
+        let others = ranks.begin(Some((&job.plan, queue)))?;
         let local = || map::compute_tiles(&job.plan, map, control, &|| queue.take());
         let (account, threads) = ranks.serve(map, queue, stop, control.on_cells, local)?;
         Ok((account, threads + others))

@@ -165,19 +165,20 @@ struct Message<P> {
 pub struct Queue {
     next: AtomicUsize,
     finished: Vec<bool>,
+    left: AtomicUsize,
 }
 
 impl Queue {
     /// The queue of the tiles that are not `finished`; one entry per tile of the grid.
     #[must_use]
     pub fn new(finished: Vec<bool>) -> Self {
-        Self { next: AtomicUsize::new(0), finished }
+        let left = finished.iter().filter(|finished| !**finished).count();
+        Self { next: AtomicUsize::new(0), finished, left: AtomicUsize::new(left) }
     }
 
-    /// Returns whether more than `count` tiles are left.
-    pub(crate) fn has_more_than(&self, count: usize) -> bool {
-        let next = self.next.load(Ordering::Relaxed).min(self.finished.len());
-        self.finished[next..].iter().filter(|finished| !**finished).nth(count).is_some()
+    /// Number of tiles that are left.
+    pub(crate) fn left(&self) -> usize {
+        self.left.load(Ordering::Relaxed)
     }
 
     /// Number of the next tile to compute; `None` when none is left.
@@ -186,7 +187,10 @@ impl Queue {
             let number = self.next.fetch_add(1, Ordering::Relaxed);
             match self.finished.get(number) {
                 Some(true) => {}
-                Some(false) => return Some(number),
+                Some(false) => {
+                    self.left.fetch_sub(1, Ordering::Relaxed);
+                    return Some(number);
+                }
                 None => return None,
             }
         }

@@ -4,31 +4,29 @@
 
 use mpi::traits::*;
 
-use super::{END, PROVE, PROVED, Poller, Ranks};
+use super::{END, PAUSE, PROVE, PROVED, Ranks, wait_for};
 use crate::certify::validated::prover::{Prover, Threads};
 use crate::certify::validated::tile::{GroupBox, Tile};
 
 impl Ranks {
     /// On the other ranks, when their tiles of the map are done: proves what rank 0 sends, until the run
     /// ends.
-    pub(super) fn prove_for_writer(&self, threads: usize) {
+    pub(super) fn prove_for_writer(&self) {
         let world = self.universe.world();
         let writer = world.process_at_rank(0);
-        let mut poller = Poller::new();
         // The message of the end is received when MPI is left.
         while writer.immediate_probe_with_tag(END).is_none() {
             if writer.immediate_probe_with_tag(PROVE).is_none() {
-                poller.wait();
+                std::thread::sleep(PAUSE);
                 continue;
             }
             let (numbers, _) = writer.receive_vec_with_tag::<f64>(PROVE);
             let domains = boxes_of(&numbers);
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(self.threads).build();
             // The threads that every process has are enough if no others can be started.
             let proofs = pool
                 .map_or_else(|_| Threads.prove(&domains), |pool| pool.install(|| Threads.prove(&domains)));
             writer.send_with_tag(&numbers_of(&proofs)[..], PROVED);
-            poller = Poller::new();
         }
     }
 }
@@ -36,13 +34,13 @@ impl Ranks {
 /// The other ranks.
 impl Prover for Ranks {
     fn workers(&self) -> usize {
-        self.others.get().map_or(0, |threads| threads.iter().sum())
+        self.others().iter().map(|other| other.threads).sum()
     }
 
     fn prove(&self, domains: &[GroupBox]) -> Vec<Option<Tile>> {
         let world = self.universe.world();
-        let threads = self.others.get().map_or(&[][..], Vec::as_slice);
-        let parts = dealt(domains, threads);
+        let threads: Vec<usize> = self.others().iter().map(|other| other.threads).collect();
+        let parts = dealt(domains, &threads);
         for (rank, part) in (1..).zip(&parts).filter(|(_, part)| !part.is_empty()) {
             let numbers: Vec<f64> = part.iter().flat_map(|domain| domain.ranges()).flatten().collect();
             world.process_at_rank(rank).send_with_tag(&numbers[..], PROVE);
@@ -50,7 +48,7 @@ impl Prover for Ranks {
         let mut proofs = Vec::with_capacity(domains.len());
         for (rank, part) in (1..).zip(&parts).filter(|(_, part)| !part.is_empty()) {
             let process = world.process_at_rank(rank);
-            Poller::wait_for(&process, PROVED);
+            wait_for(&process, PROVED);
             let (numbers, _) = process.receive_vec_with_tag::<f64>(PROVED);
             proofs.extend(tiles_of(part, &numbers));
         }
