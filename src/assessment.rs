@@ -1,7 +1,7 @@
 //! The engineer's assessment of a machine at its working point, in SI units: the speeds and dampings at which
 //! it stick-slips and may stick-slip, the motion, its sensitivities, and what is proved.
 
-use crate::behaviour::{Behaviour, behaviour, belt_speeds, last_between};
+use crate::behaviour::{Behaviour, Limit, behaviour, belt_speeds, last_between};
 use crate::certify::{Decision, Guarantee, TESTS, validated};
 use crate::filippov::Oscillator;
 use crate::friction::Law;
@@ -81,51 +81,36 @@ impl Assessment {
     }
 }
 
-/// A limit of a quantity, below which something holds.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Limit {
-    /// It does not hold at the smallest values that were tried, or what holds beyond is unknown.
-    NotFound,
-    /// The limit.
-    Below(f64),
-    /// It holds at all values that were tried.
-    Everywhere,
-}
-
-impl Limit {
-    /// The limit; `None` if there is none.
-    pub(crate) fn value(self) -> Option<f64> {
-        match self {
-            Limit::Below(value) => Some(value),
-            Limit::NotFound | Limit::Everywhere => None,
-        }
-    }
-}
-
 /// Relative distance from a limit with a closed form at which what holds below it is looked at.
 const NEAR: f64 = 1e-6;
 
-/// The end of a range from `low`, where `holds` is true, up to `high` at most.
-fn end(low: f64, high: f64, holds: impl Fn(f64) -> bool) -> Option<f64> {
-    match holds(high * (1.0 - NEAR)) {
-        true => Some(high),
-        false => last_between(low, high, |value| Some(holds(value))),
+/// Relative distance beyond a limit at which the regime must be known: next to a fold it may be unknown.
+const BEYOND: f64 = 1e-3;
+
+/// The end of a range from `low` up to `high` at most in which the stick-slip cycle is the only attractor; `None` where
+/// the regime beyond it is unknown.
+fn end(low: f64, high: f64, regime: impl Fn(f64) -> Regime) -> Option<f64> {
+    let only = |value: f64| regime(value) == Regime::StickSlip;
+    let inside = high * (1.0 - NEAR);
+    if only(inside) {
+        return Some(high);
     }
+    let end = last_between(low, inside, |value| Some(only(value)))?;
+    (regime((end * (1.0 + BEYOND)).min(inside)) != Regime::Failed).then_some(end)
 }
 
 /// The damping c below which the stick-slip cycle is the only attractor. Steady slip must be unstable, the orbit
 /// from the exit point must return, and no slip cycle may exist: the damping lies below the whole backbone. So it
 /// is the end of an interval, where crossing cycles do not exist at 0.
 fn always_below_damping(law: &Law, point: &Point, hopf: f64, critical: f64) -> Option<f64> {
-    let only = |damping: f64| regime_at(law, &Point { damping, ..*point }) == Regime::StickSlip;
+    let of = |damping: f64| regime_at(law, &Point { damping, ..*point });
     let high = hopf.min(critical);
-    if high > 0.0 && only(0.0) { end(0.0, high, only) } else { None }
+    if high > 0.0 && of(0.0) == Regime::StickSlip { end(0.0, high, of) } else { None }
 }
 
 /// The belt speed V below which the stick-slip cycle is the only attractor.
 fn always_below_speed(law: &Law, point: &Point) -> Limit {
     let of = |belt_speed: f64| regime_at(law, &Point { belt_speed, ..*point });
-    let only = |belt_speed: f64| of(belt_speed) == Regime::StickSlip;
     let mut low = None;
     for speed in belt_speeds(point.belt_speed) {
         match (of(speed), low) {
@@ -139,7 +124,7 @@ fn always_below_speed(law: &Law, point: &Point) -> Limit {
                     true => Some(speed),
                     false => last_between(low, speed, |speed| Some(unstable(speed))),
                 };
-                return high.and_then(|high| end(low, high, only)).map_or(Limit::NotFound, Limit::Below);
+                return high.and_then(|high| end(low, high, of)).map_or(Limit::NotFound, Limit::Below);
             }
         }
     }
@@ -184,10 +169,7 @@ pub(crate) fn assess(machine: &Machine) -> Option<Assessment> {
     }
     Some(Assessment {
         machine: machine.clone(),
-        always_below_speed: match always_below_speed(law, point) {
-            Limit::Below(speed) => Limit::Below(speed * units.velocity),
-            other => other,
-        },
+        always_below_speed: always_below_speed(law, point).times(units.velocity),
         always_below_damping: always_below_damping(law, point, hopf / point.epsilon, critical)
             .map(|damping| damping * units.damping),
         period: cycle.map(|cycle| cycle.period * units.time),

@@ -9,6 +9,36 @@ use crate::simulate::crossing::stick_slip_cycle;
 use crate::simulate::slip_cycle::slip_cycles;
 use crate::simulate::{Fate, critical_damping, flow};
 
+/// A limit of a quantity, below which something holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Limit {
+    /// It does not hold at the smallest values that were tried, or what holds beyond is unknown.
+    NotFound,
+    /// The limit.
+    Below(f64),
+    /// It holds at all values that were tried.
+    Everywhere,
+}
+
+impl Limit {
+    /// The limit; `None` if there is none.
+    #[must_use]
+    pub fn value(self) -> Option<f64> {
+        match self {
+            Limit::Below(value) => Some(value),
+            Limit::NotFound | Limit::Everywhere => None,
+        }
+    }
+
+    /// The same in another unit.
+    pub(crate) fn times(self, unit: f64) -> Self {
+        match self {
+            Limit::Below(value) => Limit::Below(value * unit),
+            other => other,
+        }
+    }
+}
+
 /// The answers, in SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Behaviour {
@@ -17,8 +47,8 @@ pub struct Behaviour {
     /// Damping ratio d / (2 sqrt(k m)).
     pub damping_ratio: f64,
     /// Critical belt speed, m/s: above it a mass that leaves the belt does not return to it. The highest one
-    /// within a factor of 1000 of the machine's speed; `None` if there is none.
-    pub critical_belt_speed: Option<f64>,
+    /// within a factor of 1000 of the machine's speed.
+    pub critical_belt_speed: Limit,
     /// Critical damping coefficient, N s/m: above it the same holds. `None` if no damping is needed, or none
     /// was found.
     pub critical_damping: Option<f64>,
@@ -63,21 +93,24 @@ pub(crate) fn last_between(mut low: f64, mut high: f64, holds: impl Fn(f64) -> O
 }
 
 /// The highest belt speed, within three decades of `near`, up to which `holds` is true and beyond which it is
-/// false; `None` if it does not change, or is still true at the end.
-fn highest_belt_speed(near: f64, holds: impl Fn(f64) -> Option<bool>) -> Option<f64> {
-    let mut high = None;
+/// false.
+fn highest_belt_speed(near: f64, holds: impl Fn(f64) -> Option<bool>) -> Limit {
+    let mut beyond = Limit::Everywhere;
     for speed in belt_speeds(near).rev() {
-        match (holds(speed), high) {
-            (Some(true), high) => return last_between(speed, high?, holds),
-            (Some(false), _) => high = Some(speed),
-            (None, _) => high = None,
-        }
+        beyond = match (holds(speed), beyond) {
+            (Some(true), Limit::Below(high)) => {
+                return last_between(speed, high, holds).map_or(Limit::NotFound, Limit::Below);
+            }
+            (Some(true), unchanged) => return unchanged,
+            (Some(false), _) => Limit::Below(speed),
+            (None, _) => Limit::NotFound,
+        };
     }
-    None
+    Limit::NotFound
 }
 
 /// The highest belt speed at which c* passes the point's damping.
-fn critical_belt_speed(law: &Law, point: &Point, tolerance: f64) -> Option<f64> {
+fn critical_belt_speed(law: &Law, point: &Point, tolerance: f64) -> Limit {
     highest_belt_speed(point.belt_speed, |belt_speed| {
         let column = law.column(&Point { belt_speed, ..*point });
         critical_damping(&column, tolerance).ok().map(|root| root.c > point.damping)
@@ -104,7 +137,7 @@ pub fn behaviour(model: &Model, tolerance: f64) -> Behaviour {
     Behaviour {
         natural_frequency: 1.0 / (std::f64::consts::TAU * units.time),
         damping_ratio: 0.5 * point.damping,
-        critical_belt_speed: critical_belt_speed(law, point, tolerance).map(|speed| speed * units.velocity),
+        critical_belt_speed: critical_belt_speed(law, point, tolerance).times(units.velocity),
         critical_damping: critical.map(|root| root.c * units.damping),
         critical_damping_error: critical.map(|root| root.error * units.damping),
         critical_damping_ratio: critical.map(|root| 0.5 * root.c),
@@ -125,7 +158,8 @@ mod tests {
         for law in Law::BUILT_IN {
             let machine = example(law.clone());
             let here = does(&machine);
-            let (Some(speed), Some(damping)) = (here.critical_belt_speed, here.critical_damping) else {
+            let (Some(speed), Some(damping)) = (here.critical_belt_speed.value(), here.critical_damping)
+            else {
                 continue;
             };
             let sticks = |name: &str, value: f64| {
@@ -141,6 +175,6 @@ mod tests {
             assert!(stick * 0.1 <= 2.0 * here.amplitude.unwrap() && slip > 0.0, "{here:?}");
         }
         let stribeck = does(&example(Law::Stribeck));
-        assert!(stribeck.critical_belt_speed.is_some() && stribeck.critical_damping.is_some());
+        assert!(stribeck.critical_belt_speed.value().is_some() && stribeck.critical_damping.is_some());
     }
 }

@@ -125,7 +125,7 @@ fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
         "machine": object(machine.quantities()),
         "regime": does.regime.name(),
         "always_stick_slips_below_belt_speed": all.always_below_speed.value(),
-        "may_stick_slip_below_belt_speed": does.critical_belt_speed,
+        "may_stick_slip_below_belt_speed": does.critical_belt_speed.value(),
         "always_stick_slips_below_damping": all.always_below_damping,
         "may_stick_slip_below_damping": does.critical_damping,
         "may_stick_slip_below_damping_error": does.critical_damping_error,

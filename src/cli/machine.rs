@@ -58,7 +58,10 @@ pub(super) fn write(out: &mut dyn Write, machine: &Machine, behaviour: &Behaviou
     let [slip, stick] = behaviour.slip_and_stick_time.map_or([None; 2], |times| times.map(Some));
     for (name, text) in [
         ("belt speed", quantity(Some(machine.belt_speed), motion.unit(Dimension::Velocity))),
-        ("critical belt speed", quantity(behaviour.critical_belt_speed, motion.unit(Dimension::Velocity))),
+        (
+            "critical belt speed",
+            quantity(behaviour.critical_belt_speed.value(), motion.unit(Dimension::Velocity)),
+        ),
         ("damping", quantity(Some(machine.damping), motion.unit(Dimension::Damping))),
         ("critical damping", quantity(behaviour.critical_damping, motion.unit(Dimension::Damping))),
         ("damping ratio", short(behaviour.damping_ratio)),

@@ -246,7 +246,7 @@ impl MachineResult {
             motion: machine.motion.name(),
             belt_speed: machine.belt_speed,
             damping: machine.damping,
-            critical_belt_speed: behaviour.critical_belt_speed,
+            critical_belt_speed: behaviour.critical_belt_speed.value(),
             critical_damping: behaviour.critical_damping,
             critical_damping_ratio: behaviour.critical_damping_ratio,
             damping_ratio: behaviour.damping_ratio,

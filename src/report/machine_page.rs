@@ -13,7 +13,8 @@ use super::figure::scene::{Anchor, Fill, Marker, Rect, Scene};
 use super::figure::{Scene as Figure, bifurcations};
 use super::text::{Rich, rich};
 use super::units::{UnitSystem, join};
-use crate::assessment::{Assessment, Limit};
+use crate::assessment::Assessment;
+use crate::behaviour::Limit;
 use crate::friction::Column;
 use crate::machine::{Dimension, Friction, Machine, Model};
 use crate::map::{
@@ -190,14 +191,11 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
         ),
         line(
             "may stick-slip below belt speed",
-            or(
-                does.critical_belt_speed,
-                Velocity,
-                match does.slip_and_stick_time {
-                    Some(_) => "any: no limit was found up to 1,000 times the belt speed",
-                    None => "none was found",
-                },
-            ),
+            match does.critical_belt_speed {
+                Limit::Below(speed) => of(speed, Velocity),
+                Limit::Everywhere => rich("any, up to 1,000 times the belt speed"),
+                Limit::NotFound => rich("no limit was found"),
+            },
         ),
         line(
             "stick-slips whatever the start below damping",
@@ -395,7 +393,7 @@ fn regimes(all: &Assessment) -> Scene {
     let machine = &all.machine;
     let units = machine.units();
     let does = &all.behaviour;
-    let speed = does.critical_belt_speed.unwrap_or(machine.belt_speed).max(machine.belt_speed) * 1.4;
+    let speed = does.critical_belt_speed.value().unwrap_or(machine.belt_speed).max(machine.belt_speed) * 1.4;
     let damping =
         does.critical_damping.unwrap_or(machine.damping).max(machine.damping).max(1e-3 * units.damping) * 1.6;
     let nodes = |to: f64, least: f64| -> Vec<f64> {

@@ -29,7 +29,7 @@ pub(super) fn summary(view: &View, report: &Report) -> Vec<(Rich, Rich)> {
             let value = quantity(critical, Dimension::Damping).then(rich(" at belt speed "));
             line("critical damping", value.then(speed.clone()));
         }
-        if let Some(critical) = does.critical_belt_speed {
+        if let Some(critical) = does.critical_belt_speed.value() {
             let value = quantity(critical, Dimension::Velocity).then(rich(" at damping "));
             line("critical belt speed", value.then(damping.clone()));
         }

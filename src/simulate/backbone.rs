@@ -8,10 +8,13 @@
 //! C(V) is eps c* (grazing), and the extremes between are folds.
 //!
 //! C is interpolated in r by Chebyshev polynomials through nodes that are doubled until the coefficients have
-//! decayed.
+//! decayed: by one polynomial, or, where the law has corners, by one between each two amplitudes at which orbits begin to
+//! reach one ([`corners`]).
 //!
 //! **Error.** Twice the sum of the sizes of the last quarter of the coefficients, with the largest error of
 //! the nodes times the Lebesgue constant. It is numerical, not a bound: [`super::slip_count`] proves counts.
+
+mod corners;
 
 use std::cell::OnceCell;
 
@@ -22,12 +25,17 @@ use super::closing::closing_dampings;
 use super::polar::Closing;
 use super::work::Work;
 use crate::friction::{Column, Curve};
+use corners::corner_amplitudes;
 
 /// Least and largest number of intervals between nodes.
 const SIZES: [usize; 2] = [8, 128];
-/// The largest where the law has corners: C is then smooth to finite order only, and more nodes gain
-/// little.
+/// The largest of one polynomial where the law has corners: C is then smooth to finite order only, and more nodes
+/// gain little.
 const FINEST_WITH_CORNERS: usize = 64;
+/// The largest between two corners.
+const FINEST_BETWEEN_CORNERS: usize = 32;
+/// Least tolerance where there are corners: orbits that only touch one take many steps.
+const LEAST_TOLERANCE_WITH_CORNERS: f64 = 1e-8;
 
 /// Largest error, relative to the largest |C|, of a backbone from which the number of cycles is read.
 /// Interpolants through nine nodes counted eleven of 120,000 cases of rough random laws wrong, each with an
@@ -64,12 +72,10 @@ pub struct CycleRange {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Backbone {
     belt_speed: f64,
-    /// C at the nodes, from r = V down to 0.
-    values: Vec<f64>,
-    /// Largest error of these.
+    /// By increasing r.
+    panels: Vec<Panel>,
+    /// Largest error of the values at the nodes.
     node_error: f64,
-    /// Coefficients of C along the Chebyshev polynomials in 2 r / V - 1.
-    series: Vec<f64>,
     turning_points: Vec<TurningPoint>,
     /// C at the extremes of the interpolant that may be due to its error.
     unresolved: Vec<f64>,
@@ -77,6 +83,62 @@ pub struct Backbone {
     pub error: f64,
     /// Number of evaluations of the right-hand side, where the polar form was used.
     pub rhs: u64,
+}
+
+/// A range of amplitudes on which C is one polynomial.
+#[derive(Clone, Debug, PartialEq)]
+struct Panel {
+    from: f64,
+    to: f64,
+    /// Whether it is a polynomial in the root of the distance from the lower end, not in the distance.
+    in_root: bool,
+    /// C at the nodes, from the upper end down.
+    values: Vec<f64>,
+    /// Coefficients of C along the Chebyshev polynomials.
+    series: Vec<f64>,
+}
+
+impl Panel {
+    /// Through values at the nodes, of which the missing ones are computed.
+    fn through(
+        [from, to]: [f64; 2],
+        in_root: bool,
+        values: &[Option<f64>],
+        solver: &mut Solver,
+    ) -> Result<Self, Failure> {
+        let mut panel = Self { from, to, in_root, values: Vec::new(), series: Vec::new() };
+        let unknown = (0..values.len()).filter(|&i| values[i].is_none());
+        let radii: Vec<f64> = unknown.map(|i| panel.radius(node(i, values.len() - 1))).collect();
+        let mut found = solver.at(&radii)?.into_iter();
+        panel.values = values.iter().filter_map(|known| known.or_else(|| found.next())).collect();
+        panel.series = coefficients(&panel.values);
+        Ok(panel)
+    }
+
+    /// Through twice as many nodes.
+    fn refined(&self, solver: &mut Solver) -> Result<Self, Failure> {
+        let mut values: Vec<Option<f64>> =
+            self.values.iter().flat_map(|value| [Some(*value), None]).collect();
+        values.pop();
+        Self::through([self.from, self.to], self.in_root, &values, solver)
+    }
+
+    /// The amplitude at -1 <= `x` <= 1.
+    fn radius(&self, x: f64) -> f64 {
+        let share = 0.5 * (1.0 + x);
+        self.from + (self.to - self.from) * if self.in_root { share * share } else { share }
+    }
+
+    fn viscous(&self, radius: f64) -> f64 {
+        let share = (radius - self.from) / (self.to - self.from);
+        sum(&self.series, 2.0 * if self.in_root { share.max(0.0).sqrt() } else { share } - 1.0)
+    }
+
+    /// The amplitudes at which extremes are searched, increasing, without the lower end.
+    fn samples(&self) -> impl Iterator<Item = f64> {
+        let samples = SAMPLES_PER_INTERVAL * (self.series.len() - 1);
+        (1..=samples).map(move |i| self.radius(-node(i, samples)))
+    }
 }
 
 /// Computes C at amplitudes.
@@ -155,11 +217,41 @@ impl Backbone {
         tolerance: f64,
         work: &Work,
     ) -> Result<Self, Failure> {
+        let reachable = tolerance.max(LEAST_TOLERANCE_WITH_CORNERS);
+        let mut solver = Solver { curve, belt_speed, tolerance: reachable, work, error: 0.0, rhs: 0 };
+        let mut ends = corner_amplitudes(&mut solver)?;
+        if !ends.is_empty() {
+            ends.push(belt_speed);
+            return Self::between(&ends, solver);
+        }
         let mut backbone = Self::coarsest_within(curve, belt_speed, tolerance, work)?;
         while let Some(finer) = backbone.refined_within(curve, tolerance, work)? {
             backbone = finer;
         }
         Ok(backbone)
+    }
+
+    /// A polynomial between each two of 0 and the given amplitudes, of which the last is V.
+    fn between(ends: &[f64], mut solver: Solver) -> Result<Self, Failure> {
+        let at_rest = solver.curve.weakening(solver.belt_speed);
+        let at_ends = solver.at(ends)?;
+        let scale = largest(&at_ends).max(at_rest.abs());
+        let mut panels = Vec::with_capacity(ends.len());
+        let (mut from, mut lower) = (0.0, at_rest);
+        for (&to, &upper) in ends.iter().zip(&at_ends) {
+            let mut values = vec![None; SIZES[0] + 1];
+            (values[0], values[SIZES[0]]) = (Some(upper), Some(lower));
+            let mut panel = Panel::through([from, to], true, &values, &mut solver)?;
+            while truncation_error(&panel.series)
+                > (solver.tolerance * scale).max(node_error_of(&panel.values, solver.error))
+                && panel.values.len() <= FINEST_BETWEEN_CORNERS
+            {
+                panel = panel.refined(&mut solver)?;
+            }
+            panels.push(panel);
+            (from, lower) = (to, upper);
+        }
+        Ok(Self::of_panels(panels, solver))
     }
 
     /// The backbone through the fewest nodes; [`Backbone::refined`] leads from it to that of
@@ -185,7 +277,9 @@ impl Backbone {
     ) -> Result<Self, Failure> {
         let mut values = vec![None; intervals];
         values.push(Some(curve.weakening(belt_speed)));
-        Self::through(values, Solver { curve, belt_speed, tolerance, work, error: 0.0, rhs: 0 })
+        let mut solver = Solver { curve, belt_speed, tolerance, work, error: 0.0, rhs: 0 };
+        let panel = Panel::through([0.0, belt_speed], false, &values, &mut solver)?;
+        Ok(Self::of_panels(vec![panel], solver))
     }
 
     /// The backbone of the same curve through twice as many nodes; `None` where they would gain nothing.
@@ -198,47 +292,50 @@ impl Backbone {
 
     fn refined_within(&self, curve: &Curve, tolerance: f64, work: &Work) -> Result<Option<Self>, Failure> {
         let finest = if curve.corners().is_empty() { SIZES[1] } else { FINEST_WITH_CORNERS };
-        let nodes = node_error_of(&self.values, self.node_error);
-        let enough = (tolerance * largest(&self.values)).max(nodes);
-        if truncation_error(&self.series) <= enough || self.values.len() > finest {
+        // Several panels are as fine as they get.
+        let [panel] = &self.panels[..] else { return Ok(None) };
+        let enough = (tolerance * largest(&panel.values)).max(node_error_of(&panel.values, self.node_error));
+        if truncation_error(&panel.series) <= enough || panel.values.len() > finest {
             return Ok(None);
         }
         let Self { belt_speed, node_error: error, rhs, .. } = *self;
-        let solver = Solver { curve, belt_speed, tolerance, work, error, rhs };
-        let mut values: Vec<Option<f64>> =
-            self.values.iter().flat_map(|value| [Some(*value), None]).collect();
-        values.pop();
-        Self::through(values, solver).map(Some)
-    }
-
-    /// Through nodes of which some have known values.
-    fn through(values: Vec<Option<f64>>, mut solver: Solver) -> Result<Self, Failure> {
-        let radius = |i: usize| 0.5 * solver.belt_speed * (1.0 + node(i, values.len() - 1));
-        let unknown = (0..values.len()).filter(|&i| values[i].is_none());
-        let radii: Vec<f64> = unknown.map(radius).collect();
-        let mut found = solver.at(&radii)?.into_iter();
-        let values = values.into_iter().filter_map(|known| known.or_else(|| found.next())).collect();
-        let Solver { belt_speed, error: node_error, rhs, .. } = solver;
-        Ok(Self { rhs, ..Self::of_values(belt_speed, values, node_error) })
+        let mut solver = Solver { curve, belt_speed, tolerance, work, error, rhs };
+        let finer = panel.refined(&mut solver)?;
+        Ok(Some(Self::of_panels(vec![finer], solver)))
     }
 
     /// The backbone through known values of C at the nodes, from r = V down to 0, with errors of at most
     /// `node_error`.
     pub(crate) fn of_values(belt_speed: f64, values: Vec<f64>, node_error: f64) -> Self {
         let series = coefficients(&values);
-        let error = truncation_error(&series) + node_error_of(&values, node_error);
-        let ends = [values[values.len() - 1], values[0]];
+        Self::new(vec![Panel { from: 0.0, to: belt_speed, in_root: false, values, series }], node_error)
+    }
+
+    fn of_panels(panels: Vec<Panel>, Solver { error: node_error, rhs, .. }: Solver) -> Self {
+        Self { rhs, ..Self::new(panels, node_error) }
+    }
+
+    fn new(panels: Vec<Panel>, node_error: f64) -> Self {
+        let error_of =
+            |panel: &Panel| truncation_error(&panel.series) + node_error_of(&panel.values, node_error);
+        let error = panels.iter().map(error_of).fold(0.0, f64::max);
+        let belt_speed = panels[panels.len() - 1].to;
         let (turning_points, unresolved) = (Vec::new(), Vec::new());
-        let mut backbone =
-            Self { belt_speed, values, node_error, series, turning_points, unresolved, error, rhs: 0 };
-        (backbone.turning_points, backbone.unresolved) = backbone.find_turning_points(ends);
+        let mut backbone = Self { belt_speed, panels, node_error, turning_points, unresolved, error, rhs: 0 };
+        (backbone.turning_points, backbone.unresolved) = backbone.find_turning_points();
         backbone
+    }
+
+    /// Largest |C| at the nodes.
+    fn size(&self) -> f64 {
+        self.panels.iter().map(|panel| largest(&panel.values)).fold(0.0, f64::max)
     }
 
     /// C at an amplitude 0 <= `radius` <= V.
     #[must_use]
     pub fn viscous(&self, radius: f64) -> f64 {
-        sum(&self.series, 2.0 * radius / self.belt_speed - 1.0)
+        let panel = self.panels.partition_point(|panel| panel.to < radius);
+        self.panels[panel.min(self.panels.len() - 1)].viscous(radius)
     }
 
     /// The ends r = 0 and r = V, and the folds between them, by increasing r. Between neighbours C is
@@ -255,21 +352,23 @@ impl Backbone {
     }
 
     /// The turning points, and C at the extremes that were left out.
-    fn find_turning_points(&self, [at_rest, at_belt]: [f64; 2]) -> (Vec<TurningPoint>, Vec<f64>) {
-        let samples = SAMPLES_PER_INTERVAL * (self.series.len() - 1);
-        let radius = |i: usize| 0.5 * self.belt_speed * (1.0 - node(i, samples));
-        let mut found = vec![TurningPoint { radius: 0.0, viscous: at_rest }];
-        let values: Vec<f64> = (0..=samples).map(|i| self.viscous(radius(i))).collect();
-        for i in 1..samples {
+    fn find_turning_points(&self) -> (Vec<TurningPoint>, Vec<f64>) {
+        let radii: Vec<f64> =
+            std::iter::once(0.0).chain(self.panels.iter().flat_map(Panel::samples)).collect();
+        let values: Vec<f64> = radii.iter().map(|radius| self.viscous(*radius)).collect();
+        let lowest = &self.panels[0].values;
+        let mut found = vec![TurningPoint { radius: 0.0, viscous: lowest[lowest.len() - 1] }];
+        for i in 1..radii.len() - 1 {
             let [left, here, right] = [values[i - 1], values[i], values[i + 1]];
             let (up, down) = (here > left && here >= right, here < left && here <= right);
             if up || down {
                 let sign = if up { 1.0 } else { -1.0 };
-                let best = golden_section(|r| sign * self.viscous(r), [radius(i - 1), radius(i + 1)]);
+                let best = golden_section(|r| sign * self.viscous(r), [radii[i - 1], radii[i + 1]]);
                 found.push(TurningPoint { radius: best, viscous: self.viscous(best) });
             }
         }
-        found.push(TurningPoint { radius: self.belt_speed, viscous: at_belt });
+        let highest = self.panels[self.panels.len() - 1].values[0];
+        found.push(TurningPoint { radius: self.belt_speed, viscous: highest });
         let mut unresolved = Vec::new();
         // Remove the smallest step between neighbours: both its ends, or the one that is not an end of the
         // curve.
@@ -297,18 +396,24 @@ impl Backbone {
     /// are within the error and not counted. If not, a more accurate backbone may show other cycles.
     #[must_use]
     pub fn is_reliable_at(&self, viscous: f64) -> bool {
-        if self.error > LARGEST_ERROR * largest(&self.values) {
-            return false;
-        }
-        let turns = self.turning_points.iter().map(|point| point.viscous);
-        turns
-            .chain(self.unresolved.iter().copied())
-            .all(|extreme| (extreme - viscous).abs() > 3.0 * self.error)
+        let ends = [self.turning_points[0], self.turning_points[self.turning_points.len() - 1]];
+        let distance = 3.0 * self.error;
+        self.error <= LARGEST_ERROR * self.size()
+            && self.no_extreme_within(viscous, distance)
+            && ends.iter().all(|end| (end.viscous - viscous).abs() > distance)
+    }
+
+    /// Returns whether no extreme of C between the ends is that close to `viscous`, also none of those that are not
+    /// counted.
+    fn no_extreme_within(&self, viscous: f64, distance: f64) -> bool {
+        let mut extremes =
+            self.folds().iter().map(|fold| fold.viscous).chain(self.unresolved.iter().copied());
+        extremes.all(|extreme| (extreme - viscous).abs() > distance)
     }
 
     /// The slip cycles at C = `viscous`, by increasing amplitude. The stability of the equilibrium and
     /// whether the orbit from the exit point returns to the belt line fix the parity of their number. `None`
-    /// where C is within the error of a fold's.
+    /// where C is within the error of an extreme.
     #[must_use]
     pub fn cycles(
         &self,
@@ -316,7 +421,7 @@ impl Backbone {
         equilibrium_is_stable: bool,
         returns: bool,
     ) -> Option<Vec<CycleRange>> {
-        if self.folds().iter().any(|fold| (fold.viscous - viscous).abs() <= self.error) {
+        if !self.no_extreme_within(viscous, self.error.min(LARGEST_ERROR * self.size())) {
             return None;
         }
         let last = self.turning_points.len() - 1;
@@ -409,14 +514,16 @@ impl<'a> InterpolatedBackbone<'a> {
     /// [`Failure`] of an orbit.
     pub(crate) fn intervals(column: &Column, tolerance: f64) -> Result<Option<usize>, Failure> {
         let mut backbone = Backbone::coarsest(&column.curve, column.belt_speed, tolerance)?;
-        while truncation_error(&backbone.series) > ENOUGH_BETWEEN_COLUMNS * largest(&backbone.values)
-            && backbone.values.len() < Self::MOST_NODES
+        let series = |backbone: &Backbone| truncation_error(&backbone.panels[0].series);
+        let nodes = |backbone: &Backbone| backbone.panels[0].values.len();
+        while series(&backbone) > ENOUGH_BETWEEN_COLUMNS * backbone.size()
+            && nodes(&backbone) < Self::MOST_NODES
         {
             let Some(finer) = backbone.refined(&column.curve, tolerance)? else { break };
             backbone = finer;
         }
-        let resolved = truncation_error(&backbone.series) <= LARGEST_ERROR * largest(&backbone.values);
-        Ok(resolved.then(|| backbone.values.len() - 1))
+        let resolved = series(&backbone) <= LARGEST_ERROR * backbone.size();
+        Ok(resolved.then(|| nodes(&backbone) - 1))
     }
 
     /// The values of C of a column at the nodes, from r = V down to 0, their largest error, and the
@@ -430,9 +537,9 @@ impl<'a> InterpolatedBackbone<'a> {
         intervals: usize,
     ) -> Result<(Vec<f64>, f64, u64), Failure> {
         let work = Work::of_backbone(&column.curve);
-        let Backbone { values, node_error, rhs, .. } =
+        let Backbone { mut panels, node_error, rhs, .. } =
             Backbone::with_intervals(&column.curve, column.belt_speed, tolerance, intervals, &work)?;
-        Ok((values, node_error, rhs))
+        Ok((panels.swap_remove(0).values, node_error, rhs))
     }
 
     /// Through values of C at the nodes, from r = V down to 0, with errors of at most `node_error`.

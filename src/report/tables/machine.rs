@@ -40,7 +40,7 @@ pub(super) fn machine(view: &View) -> Option<Table> {
         ]
     });
     let rows: Vec<_> = rows.collect();
-    let critical = behaviour(&model, TOLERANCE).critical_belt_speed;
+    let critical = behaviour(&model, TOLERANCE).critical_belt_speed.value();
     let quantity = |name: &str, value: f64, unit: &str| {
         rich(name).then(Rich::number(value, 4)).then(rich(&format!(" {unit}")))
     };
