@@ -114,6 +114,12 @@ impl Behaviour {
         })
     }
 
+    /// Whether the equilibrium attracts at eps c = `viscous`; `None` at the Hopf bifurcation. There orbits about it may
+    /// close for ever: where friction is constant next to the belt speed and nothing damps, all do.
+    fn equilibrium_attracts(&self, viscous: f64) -> Option<bool> {
+        (self.at_belt_speed != viscous).then_some(self.at_belt_speed < viscous)
+    }
+
     /// The cycles by the even part, by convexity, or as `read` from a backbone.
     fn cycles(
         &self,
@@ -121,7 +127,7 @@ impl Behaviour {
         end: End,
         read: impl FnOnce(Ends) -> Option<Vec<CycleRange>>,
     ) -> Option<Vec<CycleRange>> {
-        let stable = self.at_belt_speed < viscous;
+        let stable = self.equilibrium_attracts(viscous)?;
         let returns = end.returns()?;
         let even = self.even.get_or_init(|| self.curve.even_weakening_range(self.belt_speed));
         if none_within(even, viscous) {
@@ -183,12 +189,12 @@ impl Behaviour {
         end: End,
         interpolated: Option<&InterpolatedBackbone>,
     ) -> Regime {
-        let stable = self.at_belt_speed < viscous;
-        let by_interpolation = || interpolated?.attracts(viscous, stable, end.returns()?);
+        let by_interpolation =
+            || interpolated?.attracts(viscous, self.equilibrium_attracts(viscous)?, end.returns()?);
         let counted = || Some(self.count(viscous, end)?.iter().any(|cycle| cycle.is_stable));
         let attractors = || {
             Some(Attractors {
-                equilibrium: stable,
+                equilibrium: self.equilibrium_attracts(viscous)?,
                 slip: by_interpolation().or_else(counted)?,
                 stick_slip: end == End::Sticks,
                 crossing: end == End::Crosses || self.some_cross_for_ever(viscous)?,

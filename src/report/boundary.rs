@@ -25,6 +25,7 @@ const BATCH: usize = 1024;
 pub(crate) struct Sizes {
     bins: BTreeMap<u64, u64>,
     count: u64,
+    largest: f64,
 }
 
 impl Sizes {
@@ -34,6 +35,7 @@ impl Sizes {
     fn add(&mut self, size: f64) {
         *self.bins.entry(size.abs().to_bits() >> Self::DROPPED).or_default() += 1;
         self.count += 1;
+        self.largest = self.largest.max(size.abs());
     }
 
     /// Number of errors.
@@ -41,7 +43,8 @@ impl Sizes {
         self.count
     }
 
-    /// The `q` quantile, to one part in 2^11: the middle of its bin. `None` if there are no errors.
+    /// The `q` quantile, to one part in 2^11: the middle of its bin, or the largest error if that
+    /// is less. `None` if there are no errors.
     pub(crate) fn quantile(&self, q: f64) -> Option<f64> {
         let rank = ((q * self.count as f64).ceil() as u64).max(1);
         let mut seen = 0;
@@ -49,7 +52,7 @@ impl Sizes {
             seen += count;
             if seen >= rank {
                 let middle = f64::from_bits((bin << Self::DROPPED) | (1 << (Self::DROPPED - 1)));
-                return Some(if bin == 0 { 0.0 } else { middle });
+                return Some(if bin == 0 { 0.0 } else { middle.min(self.largest) });
             }
         }
         None

@@ -413,7 +413,7 @@ impl Backbone {
 
     /// The slip cycles at C = `viscous`, by increasing amplitude. The stability of the equilibrium and
     /// whether the orbit from the exit point returns to the belt line fix the parity of their number. `None`
-    /// where C is within the error of an extreme.
+    /// where C is within the error of an extreme, or that of the Hopf bifurcation.
     #[must_use]
     pub fn cycles(
         &self,
@@ -421,7 +421,8 @@ impl Backbone {
         equilibrium_is_stable: bool,
         returns: bool,
     ) -> Option<Vec<CycleRange>> {
-        if !self.no_extreme_within(viscous, self.error.min(LARGEST_ERROR * self.size())) {
+        let at_hopf = viscous == self.turning_points[0].viscous;
+        if at_hopf || !self.no_extreme_within(viscous, self.error.min(LARGEST_ERROR * self.size())) {
             return None;
         }
         let last = self.turning_points.len() - 1;

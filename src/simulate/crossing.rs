@@ -28,6 +28,8 @@ const PER_DECADE: i32 = 8;
 const DECADES: std::ops::RangeInclusive<i32> = -6..=2;
 /// Relative error of a loop where only its direction is asked for.
 const DIRECTION_TOLERANCE: f64 = 1e-6;
+/// Change of a loop, in units of the tolerance, below which its direction is that of its error.
+const ERRORS: f64 = 10.0;
 
 /// Share of a bound above which a smaller one is not worth its time.
 const WORTHWHILE: f64 = 0.8;
@@ -328,7 +330,13 @@ pub fn crossing_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<Cr
             break;
         }
         let high = unit * 10_f64.powf(f64::from(i) / f64::from(PER_DECADE));
-        let high_outward = outward(high, &loop_within(oscillator, high, tolerance, &work)?);
+        let high_outward = match loop_within(oscillator, high, tolerance, &work)? {
+            // Within the error loops count as those before: far out friction that vanishes hardly changes them.
+            Loop::Crosses { beyond_exit, .. } if (beyond_exit - high).abs() <= ERRORS * tolerance * high => {
+                low_outward
+            }
+            end => outward(high, &end),
+        };
         if low_outward != high_outward {
             cycles.extend(cycle_between(oscillator, [low, high], low_outward, tolerance, &work)?);
         }
