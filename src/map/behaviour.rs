@@ -174,8 +174,8 @@ impl Behaviour {
         self.fine.get_or_init(make).as_ref().ok()
     }
 
-    /// The regime at eps c = `viscous`: the set of attractors. The backbone may be `interpolated`, and it may be known
-    /// that no orbit crosses the belt line for ever but perhaps that from the exit point.
+    /// The regime at eps c = `viscous`: the set of attractors. The backbone may be `interpolated`, and it may
+    /// be known that no orbit crosses the belt line for ever but perhaps that from the exit point.
     ///
     /// An orbit that spirals inward around an unstable equilibrium must tend to a slip cycle between the two
     /// (Poincare-Bendixson); around a stable one the equilibrium attracts. The attractor of the orbit from

@@ -322,8 +322,8 @@ impl Grid {
     }
 
     /// Shape of a tile of at most `target_cells` cells: a box with sides as equal as can be, for what is
-    /// interpolated along all axes. That of eps, the slowest, is cut last if the law does not contain eps: columns that
-    /// differ in eps alone share their cycles.
+    /// interpolated along all axes. That of eps, the slowest, is cut last if the law does not contain eps:
+    /// columns that differ in eps alone share their cycles.
     #[must_use]
     pub(crate) fn even_tile_shape(&self, target_cells: usize) -> Vec<usize> {
         let mut shape = self.shape();

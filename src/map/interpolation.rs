@@ -1,12 +1,12 @@
 //! Answers for all columns of a tile from a few of them.
 //!
 //! C(r), the damping at which the orbit of amplitude r closes, is as smooth in the law's parameters and the
-//! belt speed as the law is. On a box of columns it is interpolated by products of Chebyshev polynomials in the
-//! parameters, through columns that are computed as any other. Its value at r = V is eps c*; its values at the
-//! fewest nodes in r of a backbone give the number of slip cycles. The square of the [`reach`] is interpolated with
-//! them, at the least damping, of two orbits: that from the exit point, which sticks where it is less than 4, and one
-//! from so far beyond it that all farther loops lead inward in every column. Where that sticks, no loop inside
-//! it crosses the belt line for ever.
+//! belt speed as the law is. On a box of columns it is interpolated by products of Chebyshev polynomials in
+//! the parameters, through columns that are computed as any other. Its value at r = V is eps c*; its values
+//! at the fewest nodes in r of a backbone give the number of slip cycles. The square of the [`reach`] is
+//! interpolated with them, at the least damping, of two orbits: that from the exit point, which sticks where
+//! it is less than 4, and one from so far beyond it that all farther loops lead inward in every column. Where
+//! that sticks, no loop inside it crosses the belt line for ever.
 //!
 //! **Error.** Twice the sum of the sizes of the last two coefficients along each axis, the largest over the box,
 //! and the errors of the values, each times the Lebesgue constants of the axes. Two further columns of each box
@@ -52,7 +52,8 @@ const OPEN_WITHIN: f64 = 3.0;
 
 /// Answers for the columns of a tile, as far as they are interpolated.
 pub(super) struct Interpolated {
-    /// Number of values of a column: C at its amplitudes, from r = V down, and the squared reach of both orbits.
+    /// Number of values of a column: C at its amplitudes, from r = V down, and the squared reach of both
+    /// orbits.
     stride: usize,
     values: Vec<f64>,
     /// For each column the errors of C and of the squares; infinite where nothing is known.
@@ -61,8 +62,8 @@ pub(super) struct Interpolated {
     nodes: Option<BackboneNodes>,
     /// The least damping, which is that of the reach.
     least: f64,
-    /// The distance beyond the exit point from which on loops lead inward, in every column; infinite where it is
-    /// unknown.
+    /// The distance beyond the exit point from which on loops lead inward, in every column; infinite where it
+    /// is unknown.
     settled_from: f64,
     /// Number of evaluations of the right-hand side.
     pub(super) rhs: u64,
@@ -133,8 +134,8 @@ impl Interpolated {
         Some(InterpolatedBackbone::new(self.nodes.as_ref()?, column.belt_speed, values, errors[0]))
     }
 
-    /// Whether it is known that no orbit of a column crosses the belt line for ever but perhaps that from the exit
-    /// point, at any of the dampings.
+    /// Whether it is known that no orbit of a column crosses the belt line for ever but perhaps that from the
+    /// exit point, at any of the dampings.
     pub(super) fn no_other_crosses(&self, number: usize) -> bool {
         let sticks =
             |(_, [_, reach], errors): (_, [f64; 2], &[f64; 3])| reach + OPEN_WITHIN * errors[2] < CROSSES;
@@ -464,8 +465,8 @@ fn spread(
     (values, [errors, least].map(|errors| errors.map(|error| factor * error)), worst)
 }
 
-/// The largest tail of the series along an axis with that many nodes, `after` numbers apart: of C and of the two
-/// squares, the last of each `stride` numbers.
+/// The largest tail of the series along an axis with that many nodes, `after` numbers apart: of C and of the
+/// two squares, the last of each `stride` numbers.
 fn tails(values: &[f64], count: usize, after: usize, stride: usize) -> [f64; 3] {
     let transform = Transform::new(count - 1);
     let mut tails = [0.0_f64; 3];

@@ -215,7 +215,8 @@ impl PlanBuilder {
             }
             None => {
                 let cells = tiles::cells(plan.grid.cells(), plan.has_orbits());
-                // Columns that differ in eps alone share their cycles unless the law contains eps: they stay together.
+                // Columns that differ in eps alone share their cycles unless the law contains eps: they stay
+                // together.
                 let whole_columns = cells / plan.grid.dampings().len().max(1);
                 let together =
                     if plan.grid.law().depends_on_epsilon() { 1 } else { shape[0].min(whole_columns).max(1) };

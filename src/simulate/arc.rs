@@ -243,8 +243,8 @@ impl<'a> Walk<'a> {
     }
 
     /// The state between `from` and `from` + `h` at which `value` passes through zero, where it has opposite
-    /// signs (or is zero) at the ends. Every trial is a step from `from`; they are those of the Illinois method, which
-    /// halves the value at an end that stays.
+    /// signs (or is zero) at the ends. Every trial is a step from `from`; they are those of the Illinois
+    /// method, which halves the value at an end that stays.
     pub(super) fn locate(&self, from: &State, h: f64, value: impl Fn(&Self, &State) -> f64) -> State {
         let (mut low, mut high) = (0.0, h);
         let first = value(self, from);

@@ -176,9 +176,10 @@ pub fn second_crossing(oscillator: &Oscillator, tolerance: f64) -> Result<Option
     Ok(passage.down.map(|down| -(down.w + JUMP)))
 }
 
-/// How far the orbit from `beyond_exit` beyond the exit point reaches, a smooth function of the parameters: 0 if it does
-/// not return, the landing speed up to 2, and beyond it, where it crosses the belt line, 4 plus the distance beyond
-/// the exit point at which it crosses again; it sticks where that is less than 4. By the compiled law.
+/// How far the orbit from `beyond_exit` beyond the exit point reaches, a smooth function of the parameters: 0
+/// if it does not return, the landing speed up to 2, and beyond it, where it crosses the belt line, 4 plus
+/// the distance beyond the exit point at which it crosses again; it sticks where that is less than 4. By the
+/// compiled law.
 ///
 /// # Errors
 /// [`Failure`].
