@@ -64,8 +64,10 @@ pub(super) struct Behaviours {
 impl Behaviours {
     pub(super) fn of(&mut self, column: &Column) -> &Behaviour {
         let same = |it: &Behaviour| it.belt_speed == column.belt_speed && it.curve == column.curve;
-        let last = self.last.take().filter(same);
-        self.last.insert(last.unwrap_or_else(|| Behaviour::new(&column.curve, column.belt_speed)))
+        if !self.last.as_ref().is_some_and(same) {
+            self.last = None;
+        }
+        self.last.get_or_insert_with(|| Behaviour::new(&column.curve, column.belt_speed))
     }
 }
 
@@ -178,7 +180,8 @@ impl Behaviour {
         self.fine.get_or_init(make).as_ref().ok()
     }
 
-    /// The regime at eps c = `viscous`: the set of attractors. The backbone may be `interpolated`.
+    /// The regime at eps c = `viscous`: the set of attractors. The backbone may be `interpolated`, and it may
+    /// be known that no orbit crosses the belt line for ever but perhaps that from the exit point.
     ///
     /// An orbit that spirals inward around an unstable equilibrium must tend to a slip cycle between the two
     /// (Poincare-Bendixson); around a stable one the equilibrium attracts. The attractor of the orbit from
@@ -188,6 +191,7 @@ impl Behaviour {
         viscous: f64,
         end: End,
         interpolated: Option<&InterpolatedBackbone>,
+        no_other_crosses: bool,
     ) -> Regime {
         let by_interpolation =
             || interpolated?.attracts(viscous, self.equilibrium_attracts(viscous)?, end.returns()?);
@@ -197,7 +201,7 @@ impl Behaviour {
                 equilibrium: self.equilibrium_attracts(viscous)?,
                 slip: by_interpolation().or_else(counted)?,
                 stick_slip: end == End::Sticks,
-                crossing: end == End::Crosses || self.some_cross_for_ever(viscous)?,
+                crossing: end == End::Crosses || !no_other_crosses && self.some_cross_for_ever(viscous)?,
             })
         };
         attractors().map_or(Regime::Failed, Regime::of)
@@ -282,7 +286,7 @@ pub(crate) struct LongRun {
 pub(crate) fn long_run(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> LongRun {
     let behaviour = Behaviour::new(&oscillator.curve, oscillator.belt_speed);
     LongRun {
-        regime: behaviour.regime(oscillator.viscous, End::of(flow), None),
+        regime: behaviour.regime(oscillator.viscous, End::of(flow), None, false),
         cycle: behaviour.attracting_cycle(oscillator, flow, tolerance),
         basin: behaviour.basin_boundary(oscillator, End::of(flow), tolerance),
     }
@@ -291,7 +295,8 @@ pub(crate) fn long_run(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> 
 /// The regime of a point whose orbit from the exit point is `flow`.
 #[must_use]
 pub fn regime(oscillator: &Oscillator, flow: &Flow) -> Regime {
-    Behaviour::new(&oscillator.curve, oscillator.belt_speed).regime(oscillator.viscous, End::of(flow), None)
+    let behaviour = Behaviour::new(&oscillator.curve, oscillator.belt_speed);
+    behaviour.regime(oscillator.viscous, End::of(flow), None, false)
 }
 
 /// The number of slip cycles, stable or not; `None` if it is unknown.

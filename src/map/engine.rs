@@ -369,10 +369,11 @@ fn regimes(tile: &Tile, columns: &[Column], cs: &[f64], ends: &[End], known: &In
     for number in tile.columns_by_epsilon() {
         let column = &columns[number];
         let backbone = known.backbone(number, column);
+        let none_crosses = known.no_other_crosses(number);
         let behaviour = behaviours.of(column);
         let cells = number * cs.len()..(number + 1) * cs.len();
         for ((regime, &end), &c) in regimes[cells.clone()].iter_mut().zip(&ends[cells]).zip(cs) {
-            *regime = behaviour.regime(column.epsilon * c, end, backbone.as_ref());
+            *regime = behaviour.regime(column.epsilon * c, end, backbone.as_ref(), none_crosses);
         }
     }
     regimes.into_iter().collect()

@@ -322,12 +322,15 @@ impl Grid {
     }
 
     /// Shape of a tile of at most `target_cells` cells: a box with sides as equal as can be, for what is
-    /// interpolated along all axes.
+    /// interpolated along all axes. That of eps, the slowest, is cut last if the law does not contain eps:
+    /// columns that differ in eps alone share their cycles.
     #[must_use]
     pub(crate) fn even_tile_shape(&self, target_cells: usize) -> Vec<usize> {
         let mut shape = self.shape();
+        let shared = !self.law.depends_on_epsilon();
         while shape.iter().map(|&side| side as f64).product::<f64>() > target_cells.max(1) as f64 {
-            let longest = shape.iter_mut().max();
+            let (last, others) = shape.split_at_mut(usize::from(shared));
+            let longest = others.iter_mut().max().filter(|side| **side > 1).or(last.first_mut());
             longest.into_iter().for_each(|side| *side = side.div_ceil(2));
         }
         shape

@@ -1,11 +1,12 @@
 //! Answers for all columns of a tile from a few of them.
 //!
 //! C(r), the damping at which the orbit of amplitude r closes, is as smooth in the law's parameters and the
-//! belt speed as the law is. On a box of columns it is interpolated by products of Chebyshev polynomials in the
-//! parameters, through columns that are computed as any other. Its value at r = V is eps c*; its values at the
-//! fewest nodes in r of a backbone give the number of slip cycles. The square of the reach is interpolated with
-//! them: the landing speed up to 2, and beyond it, where the orbit crosses the belt line, 4 plus the distance
-//! beyond the exit point at which it crosses again. The orbit sticks where the reach is less than 4.
+//! belt speed as the law is. On a box of columns it is interpolated by products of Chebyshev polynomials in
+//! the parameters, through columns that are computed as any other. Its value at r = V is eps c*; its values
+//! at the fewest nodes in r of a backbone give the number of slip cycles. The square of the [`reach`] is
+//! interpolated with them, at the least damping, of two orbits: that from the exit point, which sticks where
+//! it is less than 4, and one from so far beyond it that all farther loops lead inward in every column. Where
+//! that sticks, no loop inside it crosses the belt line for ever.
 //!
 //! **Error.** Twice the sum of the sizes of the last two coefficients along each axis, the largest over the box,
 //! and the errors of the values, each times the Lebesgue constants of the axes. Two further columns of each box
@@ -28,7 +29,7 @@ use crate::random::Random;
 use crate::simulate::backbone::{BackboneNodes, InterpolatedBackbone};
 use crate::simulate::chebyshev::{self, Transform};
 use crate::simulate::critical_damping;
-use crate::simulate::crossing::{JUMP, reach};
+use crate::simulate::crossing::{JUMP, reach, settled_from};
 
 /// Accuracy of eps c*, in units of the weakening rate, where no backbone is needed.
 const TOLERANCE: f64 = 1e-6;
@@ -45,19 +46,25 @@ const COMPARED: usize = 2;
 /// Square of the reach from which an orbit does not stick.
 const CROSSES: f64 = 4.0 * JUMP * JUMP;
 /// Largest number of columns of a box whose open cells are counted, evenly spread.
-const COUNTED: usize = 1024;
+const COUNTED: usize = 256;
 /// Distance from a boundary, in errors, within which a cell is open.
 const OPEN_WITHIN: f64 = 3.0;
 
 /// Answers for the columns of a tile, as far as they are interpolated.
 pub(super) struct Interpolated {
-    /// Number of values of a column: C at its amplitudes, from r = V down, and the squared reach.
+    /// Number of values of a column: C at its amplitudes, from r = V down, and the squared reach of both
+    /// orbits.
     stride: usize,
     values: Vec<f64>,
-    /// Errors of C and of the squared reach for each column; infinite where nothing is known.
-    errors: Vec<[f64; 2]>,
+    /// For each column the errors of C and of the squares; infinite where nothing is known.
+    errors: Vec<[f64; 3]>,
     /// Where the values of C are those of backbones.
     nodes: Option<BackboneNodes>,
+    /// The least damping, which is that of the reach.
+    least: f64,
+    /// The distance beyond the exit point from which on loops lead inward, in every column; infinite where it
+    /// is unknown.
+    settled_from: f64,
     /// Number of evaluations of the right-hand side.
     pub(super) rhs: u64,
 }
@@ -65,7 +72,8 @@ pub(super) struct Interpolated {
 impl Interpolated {
     /// No answers.
     pub(super) fn none() -> Self {
-        Self { stride: 0, values: Vec::new(), errors: Vec::new(), nodes: None, rhs: 0 }
+        let (least, settled_from) = (f64::NEG_INFINITY, f64::INFINITY);
+        Self { stride: 0, values: Vec::new(), errors: Vec::new(), nodes: None, least, settled_from, rhs: 0 }
     }
 
     /// The answers for the columns of a tile, where they are worth it.
@@ -85,9 +93,19 @@ impl Interpolated {
             }
             found.nodes = (intervals > 0).then(|| BackboneNodes::new(intervals));
         }
-        found.stride = intervals + 2;
+        // It grows with the belt speed, but for a table that ends early.
+        if plan.stores(Field::Regime) && first.curve.fastest() == f64::INFINITY {
+            let farthest = |group: &[Column]| {
+                let fastest = group.iter().map(|column| column.belt_speed).fold(0.0, f64::max);
+                settled_from(&group[0].curve, fastest)
+            };
+            let groups = columns.chunk_by(|one, other| one.curve == other.curve);
+            found.settled_from = groups.map(farthest).fold(0.0, f64::max);
+        }
+        found.least = cs[0];
+        found.stride = intervals + 3;
         found.values = vec![f64::NAN; found.stride * columns.len()];
-        found.errors = vec![[f64::INFINITY; 2]; columns.len()];
+        found.errors = vec![[f64::INFINITY; 3]; columns.len()];
         let shape = tile.shape();
         let question =
             Question { grid: &plan.grid, tile, columns, cs, intervals, shape: &shape[..shape.len() - 1] };
@@ -95,22 +113,33 @@ impl Interpolated {
         found
     }
 
-    fn of(&self, column: usize) -> Option<(&[f64], f64, &[f64; 2])> {
-        let errors = self.errors.get(column).filter(|errors| errors[0].is_finite())?;
-        let (last, values) = self.values[column * self.stride..][..self.stride].split_last()?;
-        Some((values, *last, errors))
+    /// C at the amplitudes of a column, the squares of both reaches, and the errors.
+    fn of(&self, number: usize) -> Option<(&[f64], [f64; 2], &[f64; 3])> {
+        let errors = self.errors.get(number).filter(|errors| errors[0].is_finite())?;
+        let (values, reaches) = self.values[number * self.stride..][..self.stride].split_last_chunk()?;
+        Some((values, *reaches, errors))
     }
 
-    /// The ends of the orbits of a column at eps c = `viscous`; `None` where it is open.
-    pub(super) fn end(&self, column: usize, viscous: f64) -> Option<End> {
-        let (values, reach, errors) = self.of(column)?;
-        end(values[0], reach, errors, viscous)
+    /// The end of the orbit of a column at a damping; `None` where it is open.
+    pub(super) fn end(&self, number: usize, column: &Column, c: f64) -> Option<End> {
+        let (values, [reach, _], errors) = self.of(number)?;
+        let end = end(values[0], reach, errors, column.epsilon * c)?;
+        // At a larger damping an orbit that crosses may stick.
+        (end != End::Crosses || c <= self.least).then_some(end)
     }
 
     /// The backbone of an interpolated column; `None` where it is unknown.
     pub(super) fn backbone(&self, number: usize, column: &Column) -> Option<InterpolatedBackbone<'_>> {
         let (values, _, errors) = self.of(number)?;
         Some(InterpolatedBackbone::new(self.nodes.as_ref()?, column.belt_speed, values, errors[0]))
+    }
+
+    /// Whether it is known that no orbit of a column crosses the belt line for ever but perhaps that from the
+    /// exit point, at any of the dampings.
+    pub(super) fn no_other_crosses(&self, number: usize) -> bool {
+        let sticks =
+            |(_, [_, reach], errors): (_, [f64; 2], &[f64; 3])| reach + OPEN_WITHIN * errors[2] < CROSSES;
+        self.settled_from == 0.0 || self.of(number).is_some_and(sticks)
     }
 }
 
@@ -122,7 +151,7 @@ pub(crate) fn open_share(plan: &Plan, tile: usize) -> f64 {
     let cs = &plan.grid.dampings()[tile.damping_range()];
     let is_open = |number: usize, column: &Column, c: f64| {
         let viscous = column.epsilon * c;
-        let Some(end) = known.end(number, viscous) else { return true };
+        let Some(end) = known.end(number, column, c) else { return true };
         let is_stable = || column.curve.weakening(column.belt_speed) < viscous;
         let attracts =
             |backbone: InterpolatedBackbone| backbone.attracts(viscous, is_stable(), end.returns()?);
@@ -132,7 +161,7 @@ pub(crate) fn open_share(plan: &Plan, tile: usize) -> f64 {
     open.filter(|&(i, column, c)| is_open(i, column, c)).count() as f64 / tile.cells() as f64
 }
 
-fn end(critical: f64, reach: f64, errors: &[f64; 2], viscous: f64) -> Option<End> {
+fn end(critical: f64, reach: f64, errors: &[f64; 3], viscous: f64) -> Option<End> {
     if (critical - viscous).abs() <= OPEN_WITHIN * errors[0] {
         None
     } else if viscous > critical {
@@ -261,14 +290,14 @@ impl Question<'_> {
             let place = super::unravel(number, &shape);
             let coordinates: Vec<f64> = sides.iter().zip(place).map(|(side, i)| side.nodes[i]).collect();
             let key = coordinates.iter().map(|value| value.to_bits()).collect();
-            let node = known.entry(key).or_insert_with(|| self.node(&coordinates, &mut found.rhs));
+            let node = known.entry(key).or_insert_with(|| self.node(&coordinates, found));
             let Some((node, error)) = node else { return Some(longest) };
             values.extend_from_slice(node);
             node_error = node_error.max(*error);
         }
-        let (values, errors, worst) = spread(&sides, values, stride, node_error);
+        let (values, [mut errors, least], worst) = spread(&sides, values, stride, node_error);
         let numbers = self.numbers(part);
-        let Open { cells, is_refuted } = self.compare(&numbers, &values, &errors, found);
+        let Open { cells, is_refuted } = self.compare(&numbers, &values, &mut errors, &least, found);
         if is_refuted {
             return Some(longest);
         }
@@ -290,26 +319,29 @@ impl Question<'_> {
     }
 
     /// Computes the column at these coordinates.
-    fn node(&self, coordinates: &[f64], rhs: &mut u64) -> Node {
+    fn node(&self, coordinates: &[f64], found: &mut Interpolated) -> Node {
         let mut coordinates = coordinates.to_vec();
         coordinates.push(self.cs[0]);
         let point = self.grid.point_of(&coordinates);
         self.grid.law().check(&point).ok()?;
-        self.values_of(&self.grid.law().column(&point), rhs)
+        self.values_of(&self.grid.law().column(&point), found)
     }
 
-    fn values_of(&self, column: &Column, rhs: &mut u64) -> Node {
+    fn values_of(&self, column: &Column, found: &mut Interpolated) -> Node {
         let (mut values, error) = if self.intervals > 0 {
             let (values, error, spent) = InterpolatedBackbone::values(column, COARSE, self.intervals).ok()?;
-            *rhs += spent;
+            found.rhs += spent;
             (values, error)
         } else {
             let critical = critical_damping(column, TOLERANCE).ok()?;
-            *rhs += critical.rhs;
+            found.rhs += critical.rhs;
             (vec![column.epsilon * critical.c], column.epsilon * critical.error)
         };
-        let reach = reach(&Oscillator::in_column(column, self.cs[0]), TOLERANCE);
-        values.push(reach.map_or(f64::INFINITY, |reach| reach * reach));
+        let oscillator = Oscillator::in_column(column, found.least);
+        for from in [0.0, found.settled_from] {
+            let reach = if from.is_finite() { reach(&oscillator, from, TOLERANCE).ok() } else { None };
+            values.push(reach.map_or(f64::INFINITY, |reach| reach * reach));
+        }
         Some((values, error))
     }
 
@@ -318,35 +350,43 @@ impl Question<'_> {
         &self,
         numbers: &[usize],
         values: &[f64],
-        errors: &[f64; 2],
+        errors: &mut [f64; 3],
+        least: &[f64; 3],
         found: &mut Interpolated,
     ) -> Open {
         let stride = found.stride;
+        if !errors[0].is_finite() {
+            return Open { cells: 0, is_refuted: true };
+        }
         let mut random = Random(numbers[0] as u64 ^ ((numbers.len() as u64) << 32));
         let refutes = |_| {
             let place = (random.unit() * numbers.len() as f64) as usize;
             let interpolated = &values[place * stride..][..stride];
-            let Some((exact, error)) = self.values_of(&self.columns[numbers[place]], &mut found.rhs) else {
+            let Some((exact, error)) = self.values_of(&self.columns[numbers[place]], found) else {
                 return true;
             };
-            let differs = |(a, b): (&f64, &f64)| (a - b).abs() > errors[0] + error;
-            let reach = (exact[stride - 1] - interpolated[stride - 1]).abs() > errors[1];
-            exact[..stride - 1].iter().zip(interpolated).any(differs) || reach && errors[1].is_finite()
+            let differs =
+                |i: usize, error: f64| (exact[i] - interpolated[i]).abs() > error && error.is_finite();
+            if differs(stride - 1, errors[2]) {
+                errors[2] = f64::INFINITY;
+            }
+            (0..stride - 2).any(|i| differs(i, errors[0] + error)) || differs(stride - 2, errors[1])
         };
-        if !errors[0].is_finite() || (0..COMPARED).any(refutes) {
+        if (0..COMPARED).any(refutes) {
             return Open { cells: 0, is_refuted: true };
         }
-        // A hundredth of the error stands for that of a finer interpolant.
-        let finer = errors.map(|error| 0.01 * error);
+        // A hundredth of the error, or what is due to the nodes, stands for that of a finer interpolant.
+        let finer = [0, 1, 2].map(|kind| least[kind].max(0.01 * errors[kind]));
         let mut cells = 0;
-        let each = numbers.len().div_ceil(COUNTED);
+        // An odd number, so that not all of them are in the same places of their rows.
+        let each = numbers.len().div_ceil(COUNTED) | 1;
         for (&number, values) in numbers.iter().zip(values.chunks(stride)).step_by(each) {
             let column = &self.columns[number];
-            let (critical, reach) = (values[0], values[stride - 1]);
+            let (critical, reach) = (values[0], values[stride - 2]);
             let backbones = found.nodes.as_ref().map(|nodes| {
                 let at_belt_speed = column.curve.weakening(column.belt_speed);
                 let backbone =
-                    |error| InterpolatedBackbone::new(nodes, column.belt_speed, &values[..stride - 1], error);
+                    |error| InterpolatedBackbone::new(nodes, column.belt_speed, &values[..stride - 2], error);
                 ([backbone(errors[0]), backbone(finer[0])], at_belt_speed)
             });
             for c in self.cs {
@@ -372,24 +412,31 @@ impl Question<'_> {
     }
 }
 
-/// The interpolant at all columns of a box, its errors, and the axis with the largest.
-fn spread(sides: &[Side], values: Vec<f64>, stride: usize, node_error: f64) -> (Vec<f64>, [f64; 2], usize) {
+/// The interpolant at all columns of a box, its errors and what of them is due to those of the nodes, and the
+/// axis with the largest.
+fn spread(
+    sides: &[Side],
+    values: Vec<f64>,
+    stride: usize,
+    node_error: f64,
+) -> (Vec<f64>, [[f64; 3]; 2], usize) {
     let factors =
         sides.iter().map(|side| if side.is_exact { 1.0 } else { chebyshev::lebesgue(side.nodes.len() - 1) });
     let factor: f64 = factors.product();
-    let mut errors = [node_error, TOLERANCE * JUMP * JUMP];
-    let mut along = vec![[0.0; 2]; sides.len()];
+    let least = [node_error, TOLERANCE * JUMP * JUMP, TOLERANCE * JUMP * JUMP];
+    let mut errors = least;
+    let mut along = vec![[0.0; 3]; sides.len()];
     let mut after = stride;
     for (tails, side) in along.iter_mut().zip(sides).rev() {
         if !side.is_exact {
             *tails = self::tails(&values, side.nodes.len(), after, stride);
-            errors = [errors[0] + tails[0], errors[1] + tails[1]];
+            errors.iter_mut().zip(tails).for_each(|(error, tail)| *error += *tail);
         }
         after *= side.nodes.len();
     }
-    // Each axis by its share of both errors.
+    // Each axis by its share of the errors that leave cells open.
     let share =
-        |tails: &[f64; 2]| (0..2).map(|kind| tails[kind] / errors[kind]).filter(|it| it.is_finite()).sum();
+        |tails: &[f64; 3]| (0..2).map(|kind| tails[kind] / errors[kind]).filter(|it| it.is_finite()).sum();
     let shares: Vec<f64> = along.iter().map(share).collect();
     let worst = (0..sides.len())
         .filter(|&axis| !sides[axis].is_exact)
@@ -415,22 +462,22 @@ fn spread(sides: &[Side], values: Vec<f64>, stride: usize, node_error: f64) -> (
         }
         after *= side.weights.len();
     }
-    (values, errors.map(|error| factor * error), worst)
+    (values, [errors, least].map(|errors| errors.map(|error| factor * error)), worst)
 }
 
 /// The largest tail of the series along an axis with that many nodes, `after` numbers apart: of C and of the
-/// squared reach, the last of each `stride` numbers.
-fn tails(values: &[f64], count: usize, after: usize, stride: usize) -> [f64; 2] {
+/// two squares, the last of each `stride` numbers.
+fn tails(values: &[f64], count: usize, after: usize, stride: usize) -> [f64; 3] {
     let transform = Transform::new(count - 1);
-    let mut tails = [0.0_f64; 2];
+    let mut tails = [0.0_f64; 3];
     let mut line = vec![0.0; count];
     for block in values.chunks(count * after) {
         for first in 0..after {
             line.iter_mut().zip(block[first..].iter().step_by(after)).for_each(|(to, from)| *to = *from);
             let tail = 2.0 * transform.coefficients(&line).skip(count - 2).map(f64::abs).sum::<f64>();
-            let kind = usize::from(first % stride == stride - 1);
+            let largest = &mut tails[(first % stride + 3).saturating_sub(stride)];
             // Keeps NaN.
-            tails[kind] = if tail <= tails[kind] { tails[kind] } else { tail };
+            *largest = if tail <= *largest { *largest } else { tail };
         }
     }
     tails

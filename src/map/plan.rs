@@ -213,7 +213,17 @@ impl PlanBuilder {
                 let cells = tiles::cells(plan.grid.cells(), false);
                 plan.grid.even_tile_shape(cells.max(tiles::LEAST_CELLS_INTERPOLATED))
             }
-            None => plan.grid.tile_shape(tiles::cells(plan.grid.cells(), plan.has_orbits())),
+            None => {
+                let cells = tiles::cells(plan.grid.cells(), plan.has_orbits());
+                // Columns that differ in eps alone share their cycles unless the law contains eps: they stay
+                // together.
+                let whole_columns = cells / plan.grid.dampings().len().max(1);
+                let together =
+                    if plan.grid.law().depends_on_epsilon() { 1 } else { shape[0].min(whole_columns).max(1) };
+                let mut tile = plan.grid.tile_shape(cells / together);
+                tile[0] = tile[0].max(together);
+                tile
+            }
             Some(tile) if tile.len() == shape.len() && !tile.contains(&0) => tile,
             Some(tile) => return Err(PlanError::TileShape(tile, shape)),
         };
@@ -350,6 +360,29 @@ impl Plan {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::friction::Expression;
+    use crate::point::LawParameters;
+
+    #[test]
+    fn columns_that_differ_in_eps_alone_are_in_one_tile_unless_the_law_contains_eps() {
+        let nodes = |count: u32| (1..=count).map(|i| 0.01 * f64::from(i)).collect::<Vec<_>>();
+        for (text, together) in [("exp(-u)", true), ("1 - eps*u/(1 + u)", false)] {
+            let law = Law::Expression(Expression::new(text, 1.0).unwrap());
+            for (epsilons, dampings) in [(20, 50), (200, 1), (200, 500)] {
+                let grid =
+                    Grid::new(law.clone(), vec![nodes(epsilons), nodes(400), nodes(dampings)]).unwrap();
+                let plan = Plan::builder(grid).methods([Method::Simulation]).fields([Field::Regime]);
+                let shape = plan.build().unwrap().tile_shape;
+                assert_eq!(shape[2], dampings as usize, "{text}: {shape:?}");
+                let most = (1 << 16) / shape[2];
+                assert_eq!(shape[0] == most.min(epsilons as usize), together, "{text}: {shape:?}");
+            }
+        }
+        let law = Expression::new("exp(-u)", 1.0).unwrap();
+        let [one, other] =
+            [0.1, 0.2].map(|eps| Law::Expression(law.clone()).curve(eps, &LawParameters::new(&[])));
+        assert_eq!(one, other);
+    }
 
     #[test]
     fn illegal_plans_are_refused() {

@@ -247,7 +247,7 @@ fn by_column(
 ) {
     let columns = asked.all();
     let path = |(number, column): (usize, &Column)| {
-        let ends = cs.iter().map(|c| known.end(number, column.epsilon * c));
+        let ends = cs.iter().map(|&c| known.end(number, column, c));
         if let Some(ends) = ends.collect::<Option<_>>() {
             return Path::Interpolated(ends);
         }

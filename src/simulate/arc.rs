@@ -19,9 +19,9 @@ use crate::friction::Weakening;
 
 /// A step this much shorter than the time scale of the flow has underflowed.
 const SHORTEST_STEP: f64 = 1e-14;
-/// Largest number of trials that locate a point within a step; every third bisects, which alone would end
-/// after 52.
-const TRIALS: u32 = 3 * 52;
+/// Largest number of trials that locate a point within a step; every eighth bisects, which alone would end
+/// after 52. About eight are usual.
+const TRIALS: u32 = 8 * 52;
 
 /// A state on an orbit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -243,30 +243,35 @@ impl<'a> Walk<'a> {
     }
 
     /// The state between `from` and `from` + `h` at which `value` passes through zero, where it has opposite
-    /// signs (or is zero) at the ends. Every trial is a step from `from`.
+    /// signs (or is zero) at the ends. Every trial is a step from `from`; they are those of the Illinois
+    /// method, which halves the value at an end that stays.
     pub(super) fn locate(&self, from: &State, h: f64, value: impl Fn(&Self, &State) -> f64) -> State {
         let (mut low, mut high) = (0.0, h);
         let first = value(self, from);
         let mut at = self.after(from, h).0;
         let (mut f_low, mut f_high) = (first, value(self, &at));
+        let shortest = f64::EPSILON * h;
+        let mut low_moved = None;
         for trial in 1..=TRIALS {
-            if f_high == 0.0 || high - low <= 2.0 * f64::EPSILON * h {
+            if f_high == 0.0 || high - low <= 2.0 * shortest {
                 break;
             }
             let secant = low - f_low * (high - low) / (f_high - f_low);
-            let inside = secant > low && secant < high && trial % 3 != 0;
+            let inside = secant > low && secant < high && trial % 8 != 0;
             let middle = if inside { secant } else { 0.5 * (low + high) };
-            if middle <= low || middle >= high {
-                break;
-            }
+            // So close to an end that the rest is that short.
+            let middle = middle.clamp(low + shortest, high - shortest);
             let (trial_state, _) = self.after(from, middle);
             let f = value(self, &trial_state);
-            if f != 0.0 && (f > 0.0) == (first > 0.0) {
-                (low, f_low) = (middle, f);
+            let is_low = f != 0.0 && (f > 0.0) == (first > 0.0);
+            let half = if low_moved == Some(is_low) { 0.5 } else { 1.0 };
+            if is_low {
+                (low, f_low, f_high) = (middle, f, half * f_high);
             } else {
-                (high, f_high) = (middle, f);
+                (high, f_high, f_low) = (middle, f, half * f_low);
                 at = trial_state;
             }
+            low_moved = Some(is_low);
         }
         at
     }

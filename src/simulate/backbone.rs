@@ -473,8 +473,7 @@ pub(crate) struct InterpolatedBackbone<'a> {
     node_error: f64,
     series: [f64; InterpolatedBackbone::MOST_NODES],
     error: f64,
-    /// Whether the extremes are the ends.
-    is_monotone: bool,
+    nodes: &'a BackboneNodes,
     with_extremes: OnceCell<Backbone>,
 }
 
@@ -544,12 +543,11 @@ impl<'a> InterpolatedBackbone<'a> {
     }
 
     /// Through values of C at the nodes, from r = V down to 0, with errors of at most `node_error`.
-    pub(crate) fn new(nodes: &BackboneNodes, belt_speed: f64, values: &'a [f64], node_error: f64) -> Self {
+    pub(crate) fn new(nodes: &'a BackboneNodes, belt_speed: f64, values: &'a [f64], node_error: f64) -> Self {
         let mut series = [0.0; Self::MOST_NODES];
         series.iter_mut().zip(nodes.transform.coefficients(values)).for_each(|(c, value)| *c = value);
         let error = truncation_error(&series[..values.len()]) + node_error_of(values, node_error);
-        let is_monotone = nodes.is_monotone(values);
-        Self { belt_speed, values, node_error, series, error, is_monotone, with_extremes: OnceCell::new() }
+        Self { belt_speed, values, node_error, series, error, nodes, with_extremes: OnceCell::new() }
     }
 
     /// Whether there is an attracting slip cycle at C = `viscous`, where it is known whether the equilibrium
@@ -567,7 +565,7 @@ impl<'a> InterpolatedBackbone<'a> {
         if !is_accurate {
             return None;
         }
-        if self.is_monotone {
+        if self.nodes.is_monotone(self.values) {
             // There is at most one cycle, between the ends.
             let near_end = near(self.values[0]) || near(self.values[self.values.len() - 1]);
             return (!near_end).then_some(equilibrium_is_stable == returns && !returns);

@@ -178,15 +178,16 @@ pub fn second_crossing(oscillator: &Oscillator, tolerance: f64) -> Result<Option
     Ok(passage.down.map(|down| -(down.w + JUMP)))
 }
 
-/// How far the orbit from the exit point reaches, a smooth function of the parameters: 0 if it does not return,
-/// the landing speed up to 2, and beyond it, where it crosses the belt line, 4 plus the distance of
-/// [`second_crossing`]. By the compiled law.
+/// How far the orbit from `beyond_exit` beyond the exit point reaches, a smooth function of the parameters: 0
+/// if it does not return, the landing speed up to 2, and beyond it, where it crosses the belt line, 4 plus
+/// the distance beyond the exit point at which it crosses again; it sticks where that is less than 4. By the
+/// compiled law.
 ///
 /// # Errors
 /// [`Failure`].
-pub(crate) fn reach(oscillator: &Oscillator, tolerance: f64) -> Result<f64, Failure> {
+pub(crate) fn reach(oscillator: &Oscillator, beyond_exit: f64, tolerance: f64) -> Result<f64, Failure> {
     let work = Work::of_backbone(&oscillator.curve);
-    Ok(match passage(oscillator, 0.0, tolerance, &work, |_, _, _| ())? {
+    Ok(match passage(oscillator, beyond_exit, tolerance, &work, |_, _, _| ())? {
         Passage { up: None, .. } => 0.0,
         Passage { up: Some(up), down: None } => up.w,
         Passage { down: Some(down), .. } => JUMP - down.w,

@@ -51,7 +51,7 @@ fn formula(text: &str) -> Law {
     Law::Expression(Expression::new(text, 1.0).unwrap())
 }
 
-/// Grids with several regimes: planes of single cells, and a box of columns with two dampings.
+/// Grids with several regimes: planes of single cells, and columns with two dampings.
 fn grids() -> Vec<(&'static str, Grid)> {
     let rows: Vec<(f64, f64)> =
         (0..40).map(|i| 0.25 * f64::from(i)).map(|u| (u, 0.5 + 0.5 * (-0.5 * u).exp())).collect();
@@ -97,6 +97,13 @@ fn grids() -> Vec<(&'static str, Grid)> {
             grid(
                 formula(exponential),
                 vec![one(1.0), nodes(0.1, 0.9, 8), nodes(0.3, 1.0, 8), nodes(0.2, 2.0, 8), vec![0.1, 0.3]],
+            ),
+        ),
+        (
+            "crossing at the smaller damping",
+            grid(
+                formula(exponential),
+                vec![one(1.0), nodes(-0.9, 0.3, n), one(0.5), nodes(0.5, 4.0, n), vec![0.02, 0.3]],
             ),
         ),
     ]

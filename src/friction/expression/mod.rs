@@ -166,8 +166,10 @@ impl Expression {
         self.0.tape.ops.contains(&Op::Epsilon)
     }
 
-    /// The curve at one eps and one choice of parameters.
+    /// The curve at one eps and one choice of parameters; those of a formula without eps are equal at all
+    /// eps.
     pub(super) fn curve(&self, epsilon: f64, parameters: &LawParameters) -> ExpressionCurve {
+        let epsilon = if self.depends_on_epsilon() { epsilon } else { 0.0 };
         ExpressionCurve { law: self.clone(), epsilon, parameters: *parameters }
     }
 
