@@ -108,11 +108,14 @@ fn always_below_damping(law: &Law, point: &Point, hopf: f64, critical: f64) -> O
     if high > 0.0 && of(0.0) == Regime::StickSlip { end(0.0, high, of) } else { None }
 }
 
+/// Number of belt speeds per factor of ten at which the regime is looked at.
+const REGIMES_PER_DECADE: i32 = 16;
+
 /// The belt speed V below which the stick-slip cycle is the only attractor.
 fn always_below_speed(law: &Law, point: &Point) -> Limit {
     let of = |belt_speed: f64| regime_at(law, &Point { belt_speed, ..*point });
     let mut low = None;
-    for speed in belt_speeds(point.belt_speed) {
+    for speed in belt_speeds(point.belt_speed, REGIMES_PER_DECADE) {
         match (of(speed), low) {
             (Regime::StickSlip, _) => low = Some(speed),
             (Regime::Failed, _) | (_, None) => return Limit::NotFound,

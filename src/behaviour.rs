@@ -65,14 +65,15 @@ pub struct Behaviour {
     pub amplitude: Option<f64>,
 }
 
-/// Number of belt speeds per factor of ten at which the search looks.
-const STEPS_PER_DECADE: i32 = 8;
+/// Number of belt speeds per factor of ten at which the critical damping is looked at. Friction that rises and falls
+/// several times has windows of speeds: of 58 random wavy laws four had one between speeds eight per factor of ten.
+const CRITICAL_PER_DECADE: i32 = 32;
 const DECADES: i32 = 3;
 
-/// Belt speeds within three decades of `near`, from the slowest.
-pub(crate) fn belt_speeds(near: f64) -> impl DoubleEndedIterator<Item = f64> {
-    let range = DECADES * STEPS_PER_DECADE;
-    (-range..=range).map(move |i| near * 10f64.powf(f64::from(i) / f64::from(STEPS_PER_DECADE)))
+/// Belt speeds within three decades of `near`, from the slowest, so many per factor of ten.
+pub(crate) fn belt_speeds(near: f64, per_decade: i32) -> impl DoubleEndedIterator<Item = f64> {
+    let range = DECADES * per_decade;
+    (-range..=range).map(move |i| near * 10f64.powf(f64::from(i) / f64::from(per_decade)))
 }
 
 /// The last value up to which `holds` is true, between `low`, where it is, and `high`, where it is not; `None`
@@ -96,7 +97,7 @@ pub(crate) fn last_between(mut low: f64, mut high: f64, holds: impl Fn(f64) -> O
 /// false.
 fn highest_belt_speed(near: f64, holds: impl Fn(f64) -> Option<bool>) -> Limit {
     let mut beyond = Limit::Everywhere;
-    for speed in belt_speeds(near).rev() {
+    for speed in belt_speeds(near, CRITICAL_PER_DECADE).rev() {
         beyond = match (holds(speed), beyond) {
             (Some(true), Limit::Below(high)) => {
                 return last_between(speed, high, holds).map_or(Limit::NotFound, Limit::Below);
