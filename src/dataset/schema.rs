@@ -216,6 +216,13 @@ impl Schema {
         }
     }
 
+    /// The variables of which a tile fills a chunk: position, variable and number of the chunk.
+    pub(crate) fn filled_by(&self, tile: usize) -> impl Iterator<Item = (usize, &Variable, usize)> {
+        let filled =
+            move |(position, variable)| Some((position, variable, self.chunk_number(variable, tile)?));
+        self.variables.iter().enumerate().filter_map(filled)
+    }
+
     /// Index of the first cell of the chunk of a variable that a tile fills.
     pub(crate) fn offset(&self, variable: &Variable, tile: usize) -> Vec<usize> {
         let ranges = self.grid.tile(&self.tile_shape, tile).ranges;

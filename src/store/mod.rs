@@ -96,8 +96,9 @@ pub use check::{CheckReport, Problem, check};
 
 pub use error::StoreError;
 pub(crate) use journal::{create_folders, folder_of};
+pub use pack::{PackedRecord, Packer};
 pub(crate) use partial::{Left, left, remove_unfinished};
-pub use partial::{PackedRecord, Packer, PartialMap, Resumed};
+pub use partial::{PartialMap, Resumed};
 pub(crate) use reader::SIGNATURE;
 pub use reader::{MapFile, Pick};
 pub(crate) use records::{Records, Series, write_records};

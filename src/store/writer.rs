@@ -123,13 +123,14 @@ impl MapWriter {
 
     /// Writes a packed tile.
     pub(super) fn put(&self, packed: PackedTile) -> Result<(), StoreError> {
-        for chunk in packed.chunks {
-            sys::write_chunk(&self.datasets[chunk.variable], &chunk.offset, &chunk.bytes)
+        for ((position, variable, number), chunk) in self.schema.filled_by(packed.number).zip(packed.chunks) {
+            let offset = self.schema.offset(variable, packed.number);
+            sys::write_chunk(&self.datasets[position], &offset, &chunk.bytes)
                 .map_err(|error| StoreError::hdf5("write", &self.output, &error))?;
             let mut written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
-            let Written { chunks, counts } = &mut written[chunk.variable];
-            assert!(chunks[chunk.number].is_none(), "chunk {} was written twice", chunk.number);
-            chunks[chunk.number] = Some(chunk.fingerprint);
+            let Written { chunks, counts } = &mut written[position];
+            assert!(chunks[number].is_none(), "chunk {number} was written twice");
+            chunks[number] = Some(chunk.fingerprint);
             counts.iter_mut().zip(chunk.counts).for_each(|(sum, cells)| *sum += cells);
         }
         Ok(())
