@@ -96,6 +96,7 @@ pub use check::{CheckReport, Problem, check};
 
 pub use error::StoreError;
 pub(crate) use journal::{create_folders, folder_of};
+pub(crate) use pack::ByteSink;
 pub use pack::{PackedRecord, Packer};
 pub(crate) use partial::{Left, left, remove_unfinished};
 pub use partial::{PartialMap, Resumed};

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::collections::HashMap;
+use std::convert::Infallible;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use libdeflater::{CompressionLvl, Compressor};
@@ -10,7 +11,7 @@ use serde_bytes::Bytes;
 
 use crate::dataset::fingerprint::{self, canonical};
 use crate::dataset::{Cells, Fingerprint, Schema, Variable};
-use crate::map::{Account, Plan, Runs, TileData, unravel};
+use crate::map::{Account, Plan, Runs, Sink, TileData, unravel};
 
 use super::codec::{AccountRecord, from_bytes, to_bytes};
 use super::deflate;
@@ -185,6 +186,33 @@ impl Packer {
             made
         });
         (found.0.clone(), found.1)
+    }
+}
+
+/// A sink that hands the bytes of every tile on, see [`Packer::to_bytes`].
+pub(crate) struct ByteSink<F> {
+    packer: Packer,
+    receive: F,
+}
+
+impl<F: Fn(Vec<u8>) + Sync> ByteSink<F> {
+    /// The sink of the tiles of `plan` that calls `receive` with the bytes of each.
+    pub(crate) fn new(plan: &Plan, receive: F) -> Self {
+        Self { packer: Packer::new(plan), receive }
+    }
+}
+
+impl<F: Fn(Vec<u8>) + Sync> Sink for ByteSink<F> {
+    type Packed = PackedRecord;
+    type Error = Infallible;
+
+    fn pack(&self, data: &TileData) -> Result<PackedRecord, Infallible> {
+        Ok(self.packer.pack(data))
+    }
+
+    fn write(&self, packed: PackedRecord, account: &Account) -> Result<(), Infallible> {
+        (self.receive)(self.packer.to_bytes(&packed, account));
+        Ok(())
     }
 }
 
