@@ -78,8 +78,7 @@ impl AccountRecord {
             Some(Disagreement::again(plan, point_of(plan, &point)?, method(position)?.name(), stored))
         };
         let contradiction = |(tile, point, codes): (usize, Vec<f64>, Vec<i8>)| {
-            let verdict = |code: &i8| Verdict::ALL.into_iter().find(|verdict| verdict.code() == *code);
-            let verdicts: Vec<Verdict> = codes.iter().map(verdict).collect::<Option<_>>()?;
+            let verdicts: Vec<Verdict> = codes.into_iter().map(Verdict::of_code).collect::<Option<_>>()?;
             let fits = verdicts.len() == plan.methods.len();
             Some(Contradiction { tile, point: point_of(plan, &point)?, verdicts }).filter(|_| fits)
         };

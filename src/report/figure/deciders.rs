@@ -57,7 +57,7 @@ pub(crate) fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, R
             .collect::<Result<Vec<_>, _>>()?;
         slices.push((slice, codes));
     }
-    let decides = |code: i8| code == Verdict::Present.code() || code == Verdict::Absent.code();
+    let decides = |code: i8| Verdict::of_code(code).is_some_and(Verdict::is_decision);
     let ((x_scale, x_name), (y_scale, y_name)) = (slices[0].0.x_scale(), slices[0].0.y_scale());
     let (x_nodes, y_nodes) = (slices[0].0.x_nodes(), slices[0].0.y_nodes());
     let (x_edges, y_edges) = (cell_edges(&x_nodes, x_scale), cell_edges(&y_nodes, y_scale));

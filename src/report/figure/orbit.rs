@@ -58,10 +58,7 @@ fn point_words(plot: &OrbitPlot) -> Rich {
             quantity("damping", Dimension::Damping, point.damping),
         ]);
     }
-    let values = std::iter::once(point.epsilon)
-        .chain(point.law.as_slice().iter().copied())
-        .chain([point.belt_speed, point.damping]);
-    join(Grid::axis_names(plot.law).into_iter().zip(values).map(|(name, value)| equals(name, value)))
+    join(Grid::coordinates(plot.law, point).into_iter().map(|(name, value)| equals(name, value)))
 }
 
 /// Draws phase portrait and time series.

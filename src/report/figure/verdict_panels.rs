@@ -57,9 +57,7 @@ impl Claim {
         match simulation {
             Some(simulation) if method == present && simulation == absent => Claim::WrongPresence,
             Some(simulation) if method == absent && simulation == present => Claim::WrongAbsence,
-            _ => Claim::Verdict(
-                Verdict::ALL.into_iter().find(|verdict| verdict.code() == method).unwrap_or(Verdict::Failed),
-            ),
+            _ => Claim::Verdict(Verdict::of_code(method).unwrap_or(Verdict::Failed)),
         }
     }
 
