@@ -180,7 +180,7 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
         _ => rich("none: it needs no damping"),
     };
     let mut limits = vec![
-        line("regime at the working point", rich(palette::regime_words(does.regime))),
+        line("regime at the working point", rich(&palette::regime(does.regime).words)),
         line(
             "stick-slips whatever the start below belt speed",
             match all.always_below_speed {

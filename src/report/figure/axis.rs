@@ -44,6 +44,11 @@ impl Tick {
     }
 }
 
+/// The least and the greatest of some numbers; infinity and minus infinity of none.
+pub(crate) fn extremes(numbers: impl Iterator<Item = f64>) -> (f64, f64) {
+    numbers.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
+}
+
 impl Scale {
     /// A linear scale; a single number gets a range around it.
     pub(crate) fn linear(from: f64, to: f64) -> Self {
@@ -59,6 +64,11 @@ impl Scale {
     pub(crate) fn logarithmic(from: f64, to: f64) -> Self {
         let [from, to] = if to > from { [from, to] } else { [from / 2.0, from * 2.0] };
         Self { from: from.max(f64::from_bits(1)), to: to.min(f64::MAX), log: true, shown: 1.0 }
+    }
+
+    /// A scale of positive numbers, logarithmic where they extend over more than a factor of five.
+    pub(crate) fn of_range(from: f64, to: f64) -> Self {
+        if to > 5.0 * from { Self::logarithmic(from, to) } else { Self::linear(from, to) }
     }
 
     /// The scale that fits the nodes of an axis.

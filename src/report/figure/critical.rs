@@ -24,10 +24,7 @@ pub(crate) fn critical(view: &View) -> Option<Figure> {
     let nodes = &axes[v].values;
     let full = match nodes.as_slice() {
         [only] => Scale::logarithmic(only / SPREAD, (only * SPREAD).min(f64::MAX)),
-        nodes => {
-            let (first, last) = (nodes[0], nodes[nodes.len() - 1]);
-            if last > 5.0 * first { Scale::logarithmic(first, last) } else { Scale::linear(first, last) }
-        }
+        nodes => Scale::of_range(nodes[0], nodes[nodes.len() - 1]),
     };
     let epsilons = chosen_epsilons(map);
     let index = view.informative_nodes();

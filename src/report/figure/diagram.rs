@@ -54,21 +54,13 @@ enum Kind {
 impl Kind {
     const ALL: [Kind; 4] = [Kind::Equilibrium, Kind::SlipCycle, Kind::StickSlipCycle, Kind::CrossingCycle];
 
-    fn words(self) -> &'static str {
+    /// Its name and its colour.
+    fn look(self) -> (&'static str, &'static str) {
         match self {
-            Kind::Equilibrium => "equilibrium",
-            Kind::SlipCycle => "slip cycle",
-            Kind::StickSlipCycle => "stick-slip cycle",
-            Kind::CrossingCycle => "crossing cycle",
-        }
-    }
-
-    fn color(self) -> &'static str {
-        match self {
-            Kind::Equilibrium => palette::BLACK,
-            Kind::SlipCycle => palette::GREEN,
-            Kind::StickSlipCycle => palette::BLUE,
-            Kind::CrossingCycle => palette::VERMILION,
+            Kind::Equilibrium => ("equilibrium", palette::BLACK),
+            Kind::SlipCycle => ("slip cycle", palette::GREEN),
+            Kind::StickSlipCycle => ("stick-slip cycle", palette::BLUE),
+            Kind::CrossingCycle => ("crossing cycle", palette::VERMILION),
         }
     }
 }
@@ -207,12 +199,10 @@ pub(crate) fn diagram(view: &View, plot: &DiagramPlot) -> Result<Plotted, Report
         for branch in branches.iter().filter(|branch| branch.kind == kind) {
             let dash: &'static [f64] = if branch.attracts { &[] } else { &[3.0, 2.0] };
             let words = if branch.attracts { "attracting" } else { "repelling" };
+            let (name, color) = kind.look();
             curves.push(Curve {
-                name: rich(&format!("{words} {}", kind.words())),
-                style: MethodStyle {
-                    stroke: Stroke { color: kind.color(), width: 1.3, dash },
-                    marker: Marker::Circle,
-                },
+                name: rich(&format!("{words} {name}")),
+                style: MethodStyle { stroke: Stroke { color, width: 1.3, dash }, marker: Marker::Circle },
                 points: branch.points.clone(),
                 marks: false,
             });
@@ -240,7 +230,7 @@ pub(crate) fn diagram(view: &View, plot: &DiagramPlot) -> Result<Plotted, Report
     };
     let data = Data::default()
         .words("branch", points().map(|(number, ..)| (number + 1).to_string()).collect())
-        .words("kind", points().map(|(_, branch, _)| branch.kind.words().replace([' ', '-'], "_")).collect())
+        .words("kind", points().map(|(_, branch, _)| branch.kind.look().0.replace([' ', '-'], "_")).collect())
         .words("attracts", points().map(|(_, branch, _)| branch.attracts.to_string()).collect())
         .reals(label.header(), points().map(|(.., point)| point.0 * label.factor).collect())
         .reals(amplitude.header(), points().map(|(.., point)| point.1 * amplitude.factor).collect());

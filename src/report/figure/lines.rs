@@ -1,7 +1,7 @@
 //! Line plots: curves over one axis, those of the same unit in one panel.
 
 use super::super::text::{Rich, rich};
-use super::axis::Scale;
+use super::axis::{Scale, extremes};
 use super::legend::{Legend, Sample};
 use super::palette::MethodStyle;
 use super::panels::Panels;
@@ -38,13 +38,15 @@ pub(crate) struct Chart {
     pub(crate) curves: Vec<Curve>,
 }
 
+/// The least and the greatest finite coordinate of the points of curves.
+pub(crate) fn extent(curves: &[Curve], of: fn(&Place) -> f64) -> (f64, f64) {
+    extremes(curves.iter().flat_map(|curve| &curve.points).map(of).filter(|number| number.is_finite()))
+}
+
 impl Chart {
     /// A scale that contains all numbers of the curves, and 0 if that is near.
     pub(crate) fn scale(&self) -> Scale {
-        let numbers =
-            || self.curves.iter().flat_map(|curve| &curve.points).map(|p| p.1).filter(|y| y.is_finite());
-        let (low, high) =
-            numbers().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| (low.min(y), high.max(y)));
+        let (low, high) = extent(&self.curves, |point| point.1);
         if low > high {
             return Scale::linear(0.0, 1.0);
         }

@@ -2,7 +2,7 @@
 
 use super::super::text::{Rich, rich};
 use super::super::units::{UnitSystem, join};
-use super::axis::Scale;
+use super::axis::{Scale, extremes};
 use super::data::Data;
 use super::legend::{Legend, Sample};
 use super::panels::{BOTTOM_MARGIN, Labels, Panel, TITLE_MARGIN, left_margin, write_heading};
@@ -96,9 +96,7 @@ pub(crate) fn orbit_figure(plot: &OrbitPlot) -> OrbitFigure {
     type Of = fn(&State) -> f64;
     let series: [(&str, _, Of, Scale); 2] = [("(b)", &x1, |s| s.x1, x), ("(c)", &x2, |s| s.x2, y)];
     for (number, (letter, label, of, _)) in series.into_iter().enumerate() {
-        let numbers = || portrait.orbit.samples.iter().map(of);
-        let (low, high) =
-            numbers().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+        let (low, high) = extremes(portrait.orbit.samples.iter().map(of));
         let room = 0.06 * (high - low);
         let scale = Scale::linear(low - room, high + room).in_unit(label.factor);
         let y = series_top + number as f64 * (each + TITLE_MARGIN + 4.0);

@@ -6,6 +6,7 @@ use super::super::ReportError;
 use super::super::text::{Rich, rich};
 use super::super::units::{Label, View};
 use super::axis::Scale;
+use super::region::cell_edges;
 use crate::friction::Law;
 use crate::map::{Axis, Plane};
 use crate::point::Point;
@@ -176,14 +177,9 @@ impl<'a> Slice<'a> {
         self.view.map.grid().law()
     }
 
-    /// The horizontal axis.
-    pub(crate) fn x_axis(&self) -> &'a Axis {
-        &self.view.map.grid().axes()[self.x]
-    }
-
-    /// The vertical axis.
-    pub(crate) fn y_axis(&self) -> &'a Axis {
-        &self.view.map.grid().axes()[self.y]
+    /// Its axes, across and up.
+    pub(crate) fn axes(&self) -> [&'a Axis; 2] {
+        [self.x, self.y].map(|axis| &self.view.map.grid().axes()[axis])
     }
 
     /// Its plane in the grid.
@@ -191,14 +187,12 @@ impl<'a> Slice<'a> {
         Plane::new(self.x, self.y, self.index.clone())
     }
 
-    /// The scale and the name of the horizontal axis.
-    pub(crate) fn x_scale(&self) -> (Scale, Rich) {
-        scale(self.view, self.x_axis())
-    }
-
-    /// The scale and the name of the vertical axis.
-    pub(crate) fn y_scale(&self) -> (Scale, Rich) {
-        scale(self.view, self.y_axis())
+    /// The scale and the name of each axis.
+    pub(crate) fn scales(&self) -> [(Scale, Rich); 2] {
+        self.axes().map(|axis| {
+            let label = self.view.axis(axis);
+            (Scale::of_nodes(&axis.values).in_unit(label.factor), label.text())
+        })
     }
 
     /// The point of the slice with these coordinates, which need not be nodes.
@@ -211,19 +205,19 @@ impl<'a> Slice<'a> {
         self.view.map.grid().point_of(&values)
     }
 
-    /// Nodes of the horizontal axis that are drawn.
-    pub(crate) fn x_nodes(&self) -> Vec<f64> {
-        drawn(self.x_axis())
+    /// The drawn nodes of each axis.
+    pub(crate) fn nodes(&self) -> [Vec<f64>; 2] {
+        self.axes().map(drawn)
     }
 
-    /// Nodes of the vertical axis that are drawn.
-    pub(crate) fn y_nodes(&self) -> Vec<f64> {
-        drawn(self.y_axis())
+    /// The edges of the drawn cells along each axis.
+    pub(crate) fn edges(&self) -> [Vec<f64>; 2] {
+        self.axes().map(|axis| cell_edges(&drawn(axis), Scale::of_nodes(&axis.values)))
     }
 
     /// The axes of which not all nodes are drawn, with n where one node in n is.
     pub(crate) fn thinned(&self) -> impl Iterator<Item = (&'a Axis, usize)> + use<'a> {
-        let steps = [self.x_axis(), self.y_axis()].map(|axis| (axis, step(axis)));
+        let steps = self.axes().map(|axis| (axis, step(axis)));
         steps.into_iter().filter(|(_, step)| *step > 1)
     }
 
@@ -240,11 +234,8 @@ impl<'a> Slice<'a> {
     /// # Errors
     /// [`ReportError::Map`], [`ReportError::Choice`].
     pub(crate) fn codes(&self, variable: &str) -> Result<Array2<i8>, ReportError> {
-        Ok(self.turned(
-            self.view
-                .map
-                .code_slice(variable, &self.selection(variable, self.view.map.grid().axes().len())?)?,
-        ))
+        let picks = self.selection(variable, self.view.map.grid().axes().len())?;
+        Ok(self.turned(self.view.map.code_slice(variable, &picks)?))
     }
 
     /// Real numbers over the drawn nodes of the slice, `[x, y]`.
@@ -382,12 +373,6 @@ pub(super) fn picks(map: &MapFile, shown: &[usize], index: &[usize], rank: usize
 /// The drawn nodes of an axis.
 pub(super) fn drawn(axis: &Axis) -> Vec<f64> {
     axis.values.iter().copied().step_by(step(axis)).collect()
-}
-
-/// The scale and the name of an axis.
-fn scale(view: &View, axis: &Axis) -> (Scale, Rich) {
-    let label = view.axis(axis);
-    (Scale::of_nodes(&axis.values).in_unit(label.factor), label.text())
 }
 
 /// "ε = 0.1".
