@@ -373,7 +373,6 @@ fn grid_error(error: &GridError, names: &[&str], nodes: &[(Vec<f64>, Node)]) -> 
     }
 }
 
-/// The keys of `[naive]`.
 const NAIVE_KEYS: [&str; 7] =
     ["smoothing_width", "stick_band_width", "step", "tolerance", "longest_step", "turns", "start_pause"];
 

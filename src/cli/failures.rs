@@ -51,7 +51,6 @@ pub(super) struct Arguments {
     quiet: bool,
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let job = Job::load(&arguments.config, &arguments.sets)?;
     let grid = &job.plan.grid;

@@ -97,7 +97,6 @@ fn parse_range(text: &str) -> Result<(f64, f64), String> {
     ends.ok_or_else(|| "write two numbers, for example 0.1,2".into())
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let map = open(&arguments.map)?;
     let view = if arguments.dimensionless { View::dimensionless(&map) } else { View::new(&map) };

@@ -123,7 +123,6 @@ fn parse_duration(text: &str) -> Result<f64, String> {
     duration.ok_or_else(|| "write a number greater than 0".into())
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let tolerance = arguments.tolerance.unwrap_or(DEFAULT_TOLERANCE);
     if let Some(file) = &arguments.machine {

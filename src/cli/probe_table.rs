@@ -54,7 +54,6 @@ pub(super) enum About<'a> {
     Machine(&'a MachineJob, &'a Path),
 }
 
-/// Runs the command.
 pub(super) fn run(job: &Job) -> Result<Ended, Failure> {
     let stop = interrupt::flag();
     let table = match &job.about {

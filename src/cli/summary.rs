@@ -15,7 +15,6 @@ use crate::simulate::bifurcation::Bifurcation;
 
 /// Contents of the report of a run.
 pub(super) struct RunReport<'a> {
-    /// The job.
     pub(super) job: &'a Job,
     /// The result of the run.
     pub(super) summary: &'a Summary,

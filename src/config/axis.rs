@@ -6,7 +6,6 @@ use super::source::{ConfigError, Node, Section, Shape};
 /// refused.
 const MOST_POINTS: i64 = 1_000_000;
 
-/// The keys of a range.
 pub(super) const RANGE_KEYS: [&str; 4] = ["from", "to", "points", "spacing"];
 
 /// Spacing of the points of a range.

@@ -7,10 +7,8 @@ use crate::map::{Axis, CURVE_COLUMNS, Grid, Plane};
 /// The keys of `[curves]`.
 pub(super) const KEYS: [&str; 1] = ["planes"];
 
-/// The keys of a plane.
 const PLANE_KEYS: [&str; 3] = ["x", "y", "at"];
 
-/// An example of a plane.
 const EXAMPLE: &str = "{ x = \"V\", y = \"c\" }";
 
 /// Reads `[curves]`.

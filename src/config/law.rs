@@ -160,9 +160,6 @@ fn table_of(path: &Path, static_level: Option<f64>) -> Result<Table, (String, St
 
 /// Reads a measured law as [`read_table`] does, from the text of a file of this `name`; without a static
 /// level that is the first friction.
-///
-/// # Errors
-/// As [`read_table`].
 pub(crate) fn table_of_text(
     name: &str,
     text: &str,

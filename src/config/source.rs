@@ -300,11 +300,8 @@ pub(super) struct Node<'a> {
 
 /// Kind of a value, for callers that accept several kinds.
 pub(super) enum Shape<'a> {
-    /// A number.
     Number(f64),
-    /// A list.
     List(Vec<Node<'a>>),
-    /// A table.
     Table(Section<'a>),
     /// Anything else.
     Other,

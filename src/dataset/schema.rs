@@ -44,7 +44,6 @@ pub(crate) enum Content {
     Margin(usize),
     /// Critical dampings of the method with this position.
     CriticalC(usize),
-    /// Regimes.
     Regime,
     /// The quantity with this position among those of the plan.
     Quantity(usize),
@@ -118,9 +117,7 @@ pub struct Schema {
     pub grid: Grid,
     /// Shape of tiles and chunks.
     pub tile_shape: Vec<usize>,
-    /// The methods.
     pub(crate) methods: Vec<MethodInfo>,
-    /// The fields.
     pub(crate) fields: Vec<Field>,
     /// The variables, in the order of the file.
     pub variables: Vec<Variable>,

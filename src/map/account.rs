@@ -10,7 +10,6 @@ pub struct FailedCell {
     pub(crate) tile: usize,
     /// The parameters of the cell.
     pub(crate) point: Point,
-    /// The method.
     pub(crate) method: Method,
 }
 

@@ -6,9 +6,7 @@
 /// A part of a text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Piece {
-    /// Words.
     Words(String),
-    /// A mathematical symbol.
     Symbol(Symbol),
 }
 
@@ -180,7 +178,6 @@ impl Rich {
         self.write(str::to_owned, Symbol::plain)
     }
 
-    /// As Markdown.
     pub(crate) fn markdown(&self) -> String {
         let piece = |(number, piece): (usize, &Piece)| match piece {
             Piece::Words(words) if number == 0 => markdown(words),
@@ -190,12 +187,10 @@ impl Rich {
         self.pieces.iter().enumerate().map(piece).collect()
     }
 
-    /// As HTML.
     pub(crate) fn html(&self) -> String {
         self.write(html, |symbol| symbol.markup(html))
     }
 
-    /// As LaTeX.
     pub(crate) fn latex(&self) -> String {
         self.write(latex, Symbol::latex)
     }

@@ -16,7 +16,6 @@ use crate::store::{MapFile, Value};
 pub struct View<'a> {
     /// The map.
     pub map: &'a MapFile,
-    /// The units.
     pub(crate) units: UnitSystem,
     /// See [`View::informative_nodes`].
     pub(super) informative: OnceLock<Vec<usize>>,
@@ -202,7 +201,6 @@ impl UnitSystem {
         self.quantity("velocity", rich("{x_2}"), "x2", Some(Dimension::Velocity))
     }
 
-    /// Time.
     pub(crate) fn time(&self) -> Label {
         self.quantity("time", rich("{t}"), "t", Some(Dimension::Time))
     }

@@ -161,9 +161,6 @@ pub(crate) fn write_figure(
 }
 
 /// Writes one file atomically.
-///
-/// # Errors
-/// [`ReportError::Exists`], or why it could not be written.
 pub(crate) fn write_file(contents: &[u8], path: &Path, existing: Existing) -> Result<(), ReportError> {
     let failed = |source: io::Error| match source.kind() {
         io::ErrorKind::AlreadyExists => ReportError::Exists(path.to_path_buf()),

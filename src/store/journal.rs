@@ -137,7 +137,6 @@ impl Journal {
         path.symlink_metadata().is_ok_and(|metadata| metadata.is_file() && metadata.len() > 0)
     }
 
-    /// Path of the journal.
     pub(super) fn path(&self) -> &Path {
         &self.path
     }

@@ -299,9 +299,6 @@ impl PartialMap {
     }
 
     /// Forces the journal to disk; to be called before the map is left to a later run.
-    ///
-    /// # Errors
-    /// The file system's reasons.
     pub(crate) fn sync(&self) -> Result<(), StoreError> {
         self.journal().sync()
     }

@@ -16,9 +16,7 @@ use super::value;
 /// The contents of a column.
 #[derive(Clone, Debug, PartialEq)]
 enum Contents {
-    /// Numbers.
     Reals(Vec<f64>),
-    /// Whole numbers.
     Integers(Vec<i32>),
     /// Words, stored as the numbers of `flag_meanings`.
     Words(Vec<String>),
@@ -62,18 +60,13 @@ impl Series {
 /// Tables and their provenance. All columns along one dimension have the same length.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Records {
-    /// Provenance of the tables.
     pub(crate) provenance: Provenance,
-    /// The columns.
     pub(crate) series: Vec<Series>,
     /// Further attributes of the file.
     pub(crate) attributes: Vec<(String, Value)>,
 }
 
 /// Writes `records` to a new file.
-///
-/// # Errors
-/// The file system's or the library's reasons.
 pub(crate) fn write_records(path: &Path, records: &Records) -> Result<(), StoreError> {
     let failed = |error: hdf5::Error| StoreError::hdf5("write", path, &error);
     let file = create_file(path).map_err(failed)?;

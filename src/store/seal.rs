@@ -121,7 +121,6 @@ impl Temporary {
         }
     }
 
-    /// Path of the temporary file.
     pub(super) fn path(&self) -> &Path {
         &self.path
     }

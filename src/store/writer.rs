@@ -141,7 +141,6 @@ impl MapWriter {
         self.history = history;
     }
 
-    /// The layout.
     pub(super) fn schema(&self) -> &Schema {
         &self.schema
     }

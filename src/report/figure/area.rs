@@ -32,11 +32,9 @@ pub(crate) struct Area<'a> {
     pub(crate) slice: Slice<'a>,
     /// The cells.
     pub(crate) layer: Layer,
-    /// The curves over it.
     pub(crate) curves: Option<PlaneCurves>,
     /// Whether the exact boundary of the stick-slip region is drawn if there are no curves.
     pub(crate) exact: bool,
-    /// Title above the panel.
     pub(crate) title: Rich,
 }
 

@@ -28,7 +28,6 @@ pub(crate) struct Scale {
     pub(crate) shown: f64,
 }
 
-/// A tick.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Tick {
     /// Its number on the scale.

@@ -19,9 +19,6 @@ use super::{Figure, at_each_width, palette, slice::equals};
 use crate::map::Verdict;
 
 /// The figure, one panel per eps; `None` for a map without a plane.
-///
-/// # Errors
-/// [`ReportError::Map`] if the map cannot be read.
 pub(crate) fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, ReportError> {
     let map = view.map;
     let methods = map.methods();

@@ -38,7 +38,6 @@ pub(crate) struct DiagramPlot<'a> {
     pub(crate) at: &'a [(String, f64)],
     /// The ends of the diagram, in the units of the view; those of the axis if `None`.
     pub(crate) range: Option<(f64, f64)>,
-    /// Width of the figure.
     pub(crate) width: Width,
 }
 
@@ -133,9 +132,6 @@ fn branches(found: &[(f64, Found)]) -> Vec<Branch> {
 }
 
 /// Draws a bifurcation diagram of the law and the parameters of a map.
-///
-/// # Errors
-/// [`ReportError::Choice`] for names and values that the map does not have.
 pub(crate) fn diagram(view: &View, plot: &DiagramPlot) -> Result<Plotted, ReportError> {
     let grid = view.map.grid();
     let axes = grid.axes();

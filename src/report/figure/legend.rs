@@ -8,11 +8,9 @@ use super::scene::{Anchor, Fill, Rect, Scene, Stroke, text_width};
 /// The sample shown beside a name.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Sample {
-    /// An area.
     Area(Fill),
     /// An area of any colour.
     Color(String),
-    /// A line.
     Line(Stroke),
     /// A line with marks.
     Method(MethodStyle),
@@ -20,7 +18,6 @@ pub(crate) enum Sample {
     Mark(super::scene::Marker, &'static str, bool),
 }
 
-/// A legend.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Legend {
     entries: Vec<(Sample, Rich)>,

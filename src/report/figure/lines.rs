@@ -10,12 +10,10 @@ use super::scene::{Place, Scene, Width};
 /// Number of points of a curve above which only some of them have marks.
 const MARKED: usize = 30;
 
-/// A curve.
 #[derive(Clone, Debug)]
 pub(crate) struct Curve {
     /// Its name in the legend; empty for none.
     pub(crate) name: Rich,
-    /// Its style.
     pub(crate) style: MethodStyle,
     /// Its points; one that is not finite interrupts it.
     pub(crate) points: Vec<Place>,
@@ -28,13 +26,11 @@ pub(crate) struct Curve {
 pub(crate) struct Chart {
     /// Name of the vertical axis, with its unit.
     pub(crate) name: Rich,
-    /// Title above the panel.
     pub(crate) title: Rich,
     /// Factor by which the numbers of the curves are multiplied where they are written.
     pub(crate) factor: f64,
     /// Whether a curve may lie at 0, which then must not be the frame.
     pub(crate) drawn_at_zero: bool,
-    /// The curves.
     pub(crate) curves: Vec<Curve>,
 }
 

@@ -19,9 +19,7 @@ use crate::simulate::direct::{Sample as State, Start};
 /// A drawn orbit.
 #[derive(Clone, Debug)]
 pub(crate) struct OrbitFigure {
-    /// The figure.
     pub(crate) scene: Scene,
-    /// Its caption.
     pub(crate) caption: Rich,
     /// The orbit as a table.
     pub(crate) data: Data,
@@ -32,17 +30,13 @@ pub(crate) struct OrbitFigure {
 /// Start, duration and units of a drawn orbit.
 #[derive(Clone, Debug)]
 pub(crate) struct OrbitPlot<'a> {
-    /// The law.
     pub(crate) law: &'a Law,
-    /// The point.
     pub(crate) point: &'a Point,
-    /// Start of the orbit.
     pub(crate) start: Start,
     /// Duration, dimensionless; `None` follows the orbit until it closes, settles or has made four turns.
     pub(crate) duration: Option<f64>,
     /// The units in which it is shown.
     pub(crate) units: &'a UnitSystem,
-    /// Width of the figure.
     pub(crate) width: Width,
 }
 

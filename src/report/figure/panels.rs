@@ -9,9 +9,7 @@ use super::scene::{Anchor, Place, Rect, Scene, text_width};
 pub(crate) struct Panel {
     /// The frame.
     pub(crate) rect: Rect,
-    /// Horizontal scale.
     pub(crate) x: Scale,
-    /// Vertical scale.
     pub(crate) y: Scale,
 }
 

@@ -92,9 +92,6 @@ pub fn plot(view: &View, plot: &Plot) -> Result<Plotted, ReportError> {
 }
 
 /// A plot as a figure of a report, at each width.
-///
-/// # Errors
-/// As [`plot`].
 pub(crate) fn figure(view: &View, name: String, wanted: &Plot) -> Result<Figure, ReportError> {
     let [narrow, wide] = Width::ALL.map(|width| plot(view, &Plot { width, ..wanted.clone() }));
     let (narrow, wide) = (narrow?, wide?);
@@ -149,9 +146,6 @@ fn kinds(variable: &str) -> Option<Vec<Kind>> {
 }
 
 /// One value for every fixed axis.
-///
-/// # Errors
-/// [`ChoiceError::SeveralValues`].
 pub(crate) fn one_each(at: &[At]) -> Result<Vec<(String, f64)>, ChoiceError> {
     at.iter()
         .map(|(name, values)| match values[..] {

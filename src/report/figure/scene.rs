@@ -56,7 +56,6 @@ impl Width {
     }
 }
 
-/// A rectangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Rect {
     /// Left edge.
@@ -78,7 +77,6 @@ pub(crate) enum Hatch {
     Falling,
     /// Both.
     Crossed,
-    /// Dots.
     Dots,
 }
 
@@ -298,7 +296,6 @@ impl Scene {
         );
     }
 
-    /// Draws a rectangle.
     pub(crate) fn frame(&mut self, rect: Rect, stroke: &Stroke) {
         self.outline(&[corners(rect)], stroke);
     }

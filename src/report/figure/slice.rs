@@ -155,9 +155,6 @@ impl<'a> Slice<'a> {
 
     /// The slice along the axes of these names. Other axes are fixed at the node nearest to the value given
     /// for them, or else at their middle node.
-    ///
-    /// # Errors
-    /// [`ChoiceError`].
     pub(crate) fn choose(
         view: &'a View<'a>,
         x: &str,
@@ -172,7 +169,6 @@ impl<'a> Slice<'a> {
         Ok((Self::new(view, x, y, index), held))
     }
 
-    /// The friction law.
     pub(crate) fn law(&self) -> &Law {
         self.view.map.grid().law()
     }
@@ -230,18 +226,12 @@ impl<'a> Slice<'a> {
     }
 
     /// Codes over the drawn nodes of the slice, `[x, y]`.
-    ///
-    /// # Errors
-    /// [`ReportError::Map`], [`ReportError::Choice`].
     pub(crate) fn codes(&self, variable: &str) -> Result<Array2<i8>, ReportError> {
         let picks = self.selection(variable, self.view.map.grid().axes().len())?;
         Ok(self.turned(self.view.map.code_slice(variable, &picks)?))
     }
 
     /// Real numbers over the drawn nodes of the slice, `[x, y]`.
-    ///
-    /// # Errors
-    /// [`ReportError::Map`], [`ReportError::Choice`].
     pub(crate) fn reals(&self, variable: &str) -> Result<Array2<f64>, ReportError> {
         let axes = self.view.map.grid().axes().len();
         let rank = if variable.starts_with("critical_c_") { axes - 1 } else { axes };
@@ -279,9 +269,6 @@ impl<'a> Slice<'a> {
 }
 
 /// The position of the axis of this name. A machine's axes are also found by their names in configurations.
-///
-/// # Errors
-/// [`ChoiceError::Unknown`].
 pub(crate) fn find_axis(view: &View, name: &str) -> Result<usize, ChoiceError> {
     let axes = view.map.grid().axes();
     let labels: Vec<Label> = axes.iter().map(|axis| view.axis(axis)).collect();
@@ -292,9 +279,6 @@ pub(crate) fn find_axis(view: &View, name: &str) -> Result<usize, ChoiceError> {
 
 /// The nodes of the axes that are not `shown`: nearest to the values given for them, in the units of the
 /// view, or else the middle ones.
-///
-/// # Errors
-/// [`ChoiceError`].
 pub(crate) fn hold(
     view: &View,
     shown: &[usize],
@@ -328,9 +312,6 @@ pub(crate) fn hold(
 }
 
 /// The node of an axis nearest to a value in the units of the view.
-///
-/// # Errors
-/// [`ChoiceError::NotFinite`], [`ChoiceError::Outside`], [`ChoiceError::OnlyOne`].
 pub(crate) fn nearest_node(view: &View, position: usize, value: f64) -> Result<usize, ChoiceError> {
     let axis = &view.map.grid().axes()[position];
     let label = view.axis(axis);

@@ -13,7 +13,6 @@ const ROW: f64 = 15.0;
 /// A row: its name, and the index of each cell's kind.
 #[derive(Clone, Debug)]
 pub(crate) struct Strip {
-    /// Its name.
     pub(crate) name: Rich,
     /// The kind of each node's cell.
     pub(crate) kinds: Vec<usize>,

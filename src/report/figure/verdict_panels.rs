@@ -102,9 +102,6 @@ pub(crate) fn chosen_epsilons(map: &MapFile) -> Vec<usize> {
 }
 
 /// The slices of a report.
-///
-/// # Errors
-/// [`ReportError::Map`] if the map cannot be read.
 pub(crate) fn verdict_panels(view: &View) -> Result<Vec<Figure>, ReportError> {
     let map = view.map;
     let axes = map.grid().axes();
