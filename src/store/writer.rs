@@ -253,8 +253,7 @@ fn create_scale(file: &File, axis: &Axis) -> hdf5::Result<Dataset> {
     sys::write_text(&dataset, "NAME", &axis.name, Ending::Zero)?;
     value::write(&dataset, "long_name", &axis.long_name.as_str().into())?;
     value::write(&dataset, "units", &"1".into())?;
-    let digest = fingerprint::combine([&fingerprint::reals(&axis.values)]);
-    value::write(&dataset, "sha256", &hex(&digest).into())?;
+    value::write(&dataset, "sha256", &fingerprint::of_one_tile(&fingerprint::reals(&axis.values)))?;
     Ok(dataset)
 }
 
