@@ -259,28 +259,22 @@ impl<'a> Section<'a> {
 
     /// Error: the key is unknown.
     pub(super) fn unknown(&self, key: &str, remedy: String) -> ConfigError {
-        let problem = match self.name() {
-            section if section.is_empty() => format!("unknown key `{key}`"),
-            section => format!("unknown key `{key}` in {section}"),
-        };
-        self.source.error(&self.child(key), true, problem, remedy)
+        let place = self.name().map(|section| format!(" in {section}")).unwrap_or_default();
+        self.source.error(&self.child(key), true, format!("unknown key `{key}`{place}"), remedy)
     }
 
     /// Error: the key is missing.
     pub(super) fn missing(&self, key: &str, remedy: String) -> ConfigError {
-        let problem = match self.name() {
-            section if section.is_empty() => format!("`{key}` is missing"),
-            section => format!("`{key}` is missing from {section}"),
-        };
-        self.source.error(&self.child(key), true, problem, remedy)
+        let place = self.name().map(|section| format!(" from {section}")).unwrap_or_default();
+        self.source.error(&self.child(key), true, format!("`{key}` is missing{place}"), remedy)
     }
 
-    /// Name in messages: `[section]`, or `grid.alpha` for a table that is a value.
-    fn name(&self) -> String {
+    /// Name in messages: `[section]`, or `grid.alpha` for a table that is a value. The whole file has none.
+    fn name(&self) -> Option<String> {
         match self.path.as_slice() {
-            [] => String::new(),
-            [Step::Key(section)] => format!("[{section}]"),
-            path => dotted(path),
+            [] => None,
+            [Step::Key(section)] => Some(format!("[{section}]")),
+            path => Some(dotted(path)),
         }
     }
 
