@@ -12,7 +12,7 @@ use super::{Ended, Failure, interrupt, progress};
 use crate::config::Job;
 use crate::map::failures::{self, Catalogue, Class, Comparison, Kind, MethodFailures};
 use crate::map::limits::HIGHEST;
-use crate::map::{Grid, Method};
+use crate::map::{self, Grid, Method};
 use crate::probe::command_line;
 use crate::report::{Existing, csv_text, write_file};
 use crate::simulate::naive::NaiveKnobs;
@@ -64,9 +64,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     if let Some(folder) = &arguments.out {
         refuse_existing(folder, arguments.overwrite)?;
     }
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(arguments.threads.unwrap_or(0))
-        .build()
+    let pool = map::pool(arguments.threads)
         .map_err(|error| Failure::Broken(format!("cannot start the worker threads: {error}")))?;
     let points = failures::points_of(grid);
     let bar = progress::bar(arguments.quiet, Some(points.len() as u64), "cells");

@@ -15,7 +15,7 @@ use super::{Ended, Failure, interrupt, machine, point};
 use crate::config::{MachineJob, PointTable};
 use crate::friction::Law;
 use crate::machine::{Dimension, Friction, Machine, SiUnits};
-use crate::map::{Description, Field, Method, Quantity, dimension, slip_cycle_count};
+use crate::map::{self, Description, Field, Method, Quantity, dimension, slip_cycle_count};
 use crate::point::Point;
 use crate::probe::Answer;
 use crate::report::{publish_file, temporary_in};
@@ -67,9 +67,7 @@ pub(super) fn run(job: &Job) -> Result<Ended, Failure> {
     };
     check_header(&table, job)?;
     let mut output = Output::open(job.output, job.input, job.overwrite)?;
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(job.threads.unwrap_or(0))
-        .build()
+    let pool = map::pool(job.threads)
         .map_err(|error| Failure::Broken(format!("cannot start the threads: {error}")))?;
     let bar = super::progress::bar(job.quiet, None, "rows");
     pool.install(|| convert(job, table, &mut output, stop, &bar))?;

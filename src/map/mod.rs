@@ -32,6 +32,7 @@ pub(crate) use behaviour::{LongRun, attracting_cycle, basin_boundary, long_run};
 pub use contradictions::{Contradiction, Contradictions};
 pub(crate) use curves::{CURVE_COLUMNS, curves_of};
 pub use curves::{Plane, PlaneCurve, PlaneCurves, PlanePoint};
+pub(crate) use engine::pool;
 pub use engine::{ComputeError, Control, MethodSummary, Queue, Summary, compute_tiles};
 #[doc(hidden)] // the program shares tiles out to the processes of a run
 pub use field::{Field, Quantity};

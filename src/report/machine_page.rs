@@ -7,7 +7,7 @@ use super::document;
 use super::figure::axis::{AXIS, SMALL_TEXT, Scale, TEXT};
 use super::figure::legend::{Legend, Sample};
 use super::figure::palette;
-use super::figure::panels::{BOTTOM_MARGIN, Panel, TITLE_MARGIN};
+use super::figure::panels::{BOTTOM_MARGIN, Panel, TITLE_MARGIN, left_margin};
 use super::figure::region::{cell_edges, outlines};
 use super::figure::scene::{Anchor, Fill, Marker, Rect, Scene};
 use super::figure::{Scene as Figure, bifurcations};
@@ -388,6 +388,15 @@ fn limits(grid: &Grid, point: &Point, speeds: &[f64]) -> Vec<PlaneCurve> {
     vec![curve(Bifurcation::Hopf, hopf.collect()), curve(Bifurcation::GrazingSliding, grazing.collect())]
 }
 
+/// The panel of a figure, and the width of its labels.
+fn panel(x: Scale, y: Scale) -> (Panel, f64) {
+    const HEIGHT: f64 = 150.0;
+    let labels = Panel::y_labels_width(y, HEIGHT);
+    let left = left_margin(labels);
+    let rect = Rect { x: left, y: TITLE_MARGIN, w: FIGURE - left - 12.0, h: HEIGHT };
+    (Panel { rect, x, y }, labels)
+}
+
 /// The regimes around the working point, with the curves between them.
 fn regimes(all: &Assessment) -> Scene {
     let machine = &all.machine;
@@ -407,10 +416,7 @@ fn regimes(all: &Assessment) -> Scene {
     let x = Scale::linear(speeds[0], speeds[NODES - 1]).in_unit(velocity.factor);
     let y = Scale::linear(0.0, dampings[NODES - 1]).in_unit(friction.factor);
     let mut scene = Scene::new(FIGURE, 0.0);
-    let labels = Panel::y_labels_width(y, 150.0);
-    let left = super::figure::panels::left_margin(labels);
-    let rect = Rect { x: left, y: TITLE_MARGIN, w: FIGURE - left - 12.0, h: 150.0 };
-    let panel = Panel { rect, x, y };
+    let (panel, labels) = panel(x, y);
     panel.title(&mut scene, &rich("Regimes; diamond: the working point"));
     let mut legend = Legend::default();
     let Some(Model { law, point, .. }) = machine.model() else { return scene };
@@ -438,7 +444,7 @@ fn regimes(all: &Assessment) -> Scene {
     scene.marker(Marker::Diamond, here, 8.0, palette::WHITE, true);
     scene.marker(Marker::Diamond, here, 6.0, palette::VERMILION, true);
     panel.named_axes(&mut scene, &velocity.text(), &friction.text(), labels);
-    legend.below(&mut scene, left, rect.y + rect.h + BOTTOM_MARGIN);
+    legend.below(&mut scene, panel.rect.x, panel.rect.y + panel.rect.h + BOTTOM_MARGIN);
     scene
 }
 
@@ -449,10 +455,7 @@ fn influence(all: &Assessment) -> Scene {
     let most = parts.iter().map(|part| part.share).fold(0.0, f64::max);
     let (x, y) = (Scale::linear(0.0, width * parts.len() as f64), Scale::linear(0.0, 105.0 * most));
     let mut scene = Scene::new(FIGURE, 0.0);
-    let labels = Panel::y_labels_width(y, 150.0);
-    let left = super::figure::panels::left_margin(labels);
-    let rect = Rect { x: left, y: TITLE_MARGIN, w: FIGURE - left - 12.0, h: 150.0 };
-    let panel = Panel { rect, x, y };
+    let (panel, labels) = panel(x, y);
     for part in parts {
         let low = panel.place(part.slip_speed - 0.5 * width, 0.0);
         let high = panel.place(part.slip_speed + 0.5 * width, 100.0 * part.share);
@@ -465,7 +468,7 @@ fn influence(all: &Assessment) -> Scene {
     panel.title(&mut scene, &rich("Slip speeds of the friction curve that matter"));
     let name = Rich::foreign(&format!("slip speed, {velocity}"));
     panel.named_axes(&mut scene, &name, &rich("share in the critical damping, %"), labels);
-    scene.height = rect.y + rect.h + BOTTOM_MARGIN + SMALL_TEXT;
+    scene.height = panel.rect.y + panel.rect.h + BOTTOM_MARGIN + SMALL_TEXT;
     scene
 }
 

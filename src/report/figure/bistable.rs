@@ -41,7 +41,7 @@ pub(crate) fn bistable(view: &View) -> Option<Figure> {
         [only] => Scale::linear((0.1 * only).max(SMALLEST), (2.0 * only).min(f64::MAX)),
         _ => Scale::of_range(belt[0], belt[belt.len() - 1]),
     };
-    let samples = curves::few_samples(full);
+    let samples = curves::samples(full, curves::FEW_POINTS);
     let roots = curves::exact(&curves::columns(map, &index, v, &samples), &budget);
     let x = curves::cut(full, &samples, |i| roots[i]);
     let values = budget.samples(x);
@@ -63,7 +63,7 @@ pub(crate) fn bistable(view: &View) -> Option<Figure> {
         (0.1 * epsilons[0]).max(SMALLEST),
         epsilons[epsilons.len() - 1].max((epsilons[0] * 1.01).min(f64::MAX)),
     );
-    let eps_values = curves::samples(widths);
+    let eps_values = curves::samples(widths, curves::POINTS);
     let mut speeds = vec![0, index[v], belt.len() - 1];
     speeds.dedup();
     let has_widths =

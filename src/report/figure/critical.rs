@@ -37,7 +37,7 @@ pub(crate) fn critical(view: &View) -> Option<Figure> {
         epsilons.iter().map(of).collect()
     };
     // Leave out belts so fast that no method claims a cycle.
-    let values = curves::few_samples(full);
+    let values = curves::samples(full, curves::FEW_POINTS);
     let all = curves_over(&values);
     let x = curves::cut(full, &values, |i| {
         all.iter().flatten().map(|(_, curve)| curve[i]).fold(f64::NEG_INFINITY, f64::max)

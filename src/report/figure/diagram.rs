@@ -154,10 +154,9 @@ pub(crate) fn diagram(view: &View, plot: &DiagramPlot) -> Result<Plotted, Report
         None => Scale::of_nodes(nodes),
     };
     let find_at = |unit: f64| -> (f64, Found) {
-        let value = scale.value(unit);
-        let mut values: Vec<f64> = axes.iter().zip(&index).map(|(axis, &i)| axis.values[i]).collect();
-        values[x] = value;
-        (value, find(&Oscillator::new(grid.law(), &grid.point_of(&values))))
+        let (value, mut point) = (scale.value(unit), grid.point(&index));
+        axes[x].role.set(&mut point, value);
+        (value, find(&Oscillator::new(grid.law(), &point)))
     };
     let units: Vec<f64> = (0..VALUES).map(|i| i as f64 / (VALUES - 1) as f64).collect();
     let coarse: Vec<(f64, Found)> = units.par_iter().map(|unit| find_at(*unit)).collect();

@@ -155,26 +155,32 @@ pub(crate) fn one_each(at: &[At]) -> Result<Vec<(String, f64)>, ChoiceError> {
         .collect()
 }
 
+/// The axis chosen for panels or curves, which is then shown, and its nodes; without one there is one panel or
+/// curve.
+fn choose(
+    view: &View,
+    at: Option<&At>,
+    shown: &mut Vec<usize>,
+) -> Result<(Option<usize>, Vec<Option<usize>>), ChoiceError> {
+    let Some((name, values)) = at else { return Ok((None, vec![None])) };
+    let axis = find_axis(view, name)?;
+    if shown.contains(&axis) {
+        return Err(ChoiceError::Shown(name.clone()));
+    }
+    shown.push(axis);
+    let nodes = values.iter().map(|value| nearest_node(view, axis, *value).map(Some));
+    Ok((Some(axis), nodes.collect::<Result<_, _>>()?))
+}
+
 fn over_plane(view: &View, plot: &Plot, x: usize, y: usize) -> Result<Plotted, ReportError> {
     let map = view.map;
     let names = variables(map, plot.variables)?;
     let [variable] = names[..] else { return Err(ChoiceError::SeveralVariables.into()) };
     let at = one_each(plot.at)?;
     let (index, held) = hold(view, &[x, y], &at)?;
-    let (panel_axis, nodes) = match plot.panels {
-        None => (None, vec![None]),
-        Some((name, values)) => {
-            let axis = find_axis(view, name)?;
-            if axis == x || axis == y {
-                return Err(ChoiceError::Shown(name.clone()).into());
-            }
-            let nodes = values.iter().map(|value| Ok(Some(nearest_node(view, axis, *value)?)));
-            (Some(axis), nodes.collect::<Result<Vec<_>, ChoiceError>>()?)
-        }
-    };
-    let axes = map.grid().axes();
     let mut shown = vec![x, y];
-    shown.extend(panel_axis);
+    let (panel_axis, nodes) = choose(view, plot.panels, &mut shown)?;
+    let axes = map.grid().axes();
     // Critical dampings do not depend on the damping.
     let no_damping = variable.starts_with("critical_c_");
     shown.extend(no_damping.then_some(axes.len() - 1));
@@ -298,18 +304,8 @@ fn over_axis(view: &View, plot: &Plot, x: usize) -> Result<Plotted, ReportError>
     }
     let single: Vec<At> = plot.at.iter().filter(|(_, values)| values.len() == 1).cloned().collect();
     let mut shown = vec![x];
-    let mut choose = |at: Option<&At>| -> Result<(Option<usize>, Vec<Option<usize>>), ChoiceError> {
-        let Some((name, values)) = at else { return Ok((None, vec![None])) };
-        let axis = find_axis(view, name)?;
-        if shown.contains(&axis) {
-            return Err(ChoiceError::Shown(name.clone()));
-        }
-        shown.push(axis);
-        let nodes = values.iter().map(|value| nearest_node(view, axis, *value).map(Some));
-        Ok((Some(axis), nodes.collect::<Result<_, _>>()?))
-    };
-    let (curve_axis, curve_nodes) = choose(several.first().copied())?;
-    let (panel_axis, panel_nodes) = choose(plot.panels)?;
+    let (curve_axis, curve_nodes) = choose(view, several.first().copied(), &mut shown)?;
+    let (panel_axis, panel_nodes) = choose(view, plot.panels, &mut shown)?;
     let (index, mut held) = hold(view, &shown, &one_each(&single)?)?;
     if without_damping {
         let damping = view.axis(&axes[axes.len() - 1]).header();

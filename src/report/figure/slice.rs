@@ -193,12 +193,11 @@ impl<'a> Slice<'a> {
 
     /// The point of the slice with these coordinates, which need not be nodes.
     pub(crate) fn point(&self, x: f64, y: f64) -> Point {
-        let axes = self.view.map.grid().axes();
-        let clamp = |axis: &Axis, value: f64| value.clamp(axis.values[0], axis.values[axis.values.len() - 1]);
-        let mut values: Vec<f64> = axes.iter().zip(&self.index).map(|(axis, &i)| axis.values[i]).collect();
-        values[self.x] = clamp(&axes[self.x], x);
-        values[self.y] = clamp(&axes[self.y], y);
-        self.view.map.grid().point_of(&values)
+        let mut point = self.view.map.grid().point(&self.index);
+        for (axis, value) in self.axes().into_iter().zip([x, y]) {
+            axis.role.set(&mut point, value.clamp(axis.values[0], axis.values[axis.values.len() - 1]));
+        }
+        point
     }
 
     /// The drawn nodes of each axis.
