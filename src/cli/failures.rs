@@ -10,6 +10,7 @@ use super::output::{count, exact, short};
 use super::report::failure;
 use super::{Ended, Failure, interrupt, progress};
 use crate::config::Job;
+use crate::files::create_folders;
 use crate::map::failures::{self, Catalogue, Class, Comparison, Kind, MethodFailures};
 use crate::map::limits::HIGHEST;
 use crate::map::{self, Grid, Method};
@@ -120,7 +121,7 @@ fn refuse_existing(folder: &Path, overwrite: bool) -> Result<(), Failure> {
 
 /// Writes every file under a temporary name first, so that no file is ever half written.
 fn write_files(folder: &Path, report: &CataloguePage) -> Result<(), Failure> {
-    crate::store::create_folders(folder)
+    create_folders(folder)
         .map_err(|error| Failure::Broken(format!("cannot write {}: {error}", folder.display())))?;
     for (name, text) in FILES.iter().zip([report.markdown(), report.methods_csv(), report.classes_csv()]) {
         write_file(text.as_bytes(), &folder.join(name), Existing::Replace).map_err(failure)?;

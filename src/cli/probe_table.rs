@@ -13,13 +13,12 @@ use super::replace::{self, Kind};
 use super::report::existing;
 use super::{Ended, Failure, interrupt, machine, point};
 use crate::config::{MachineJob, PointTable};
+use crate::files::{folder_of, publish_file, temporary_in};
 use crate::friction::Law;
 use crate::machine::{Dimension, Friction, Machine, SiUnits};
 use crate::map::{self, Description, Field, Method, Quantity, dimension, slip_cycle_count};
 use crate::point::Point;
 use crate::probe::Answer;
-use crate::report::{publish_file, temporary_in};
-use crate::store::folder_of;
 
 /// Answers for standard output are held in memory up to this size, then in a temporary file.
 const SPOOL: usize = 16 << 20;

@@ -15,6 +15,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 use crate::dataset::{Outcome, Provenance, Schema, Value, attributes};
+use crate::files::Existing;
 use crate::map::{Account, Plan, Sink, TileData};
 
 use super::codec::{AccountRecord, from_bytes, to_bytes};
@@ -22,7 +23,7 @@ use super::error::StoreError;
 use super::identity::{check_finished, difference, get};
 use super::journal::{Journal, Kind, Part};
 use super::pack::{PackedRecord, PackedTile, Packer};
-use super::seal::{Existing, Temporary, beside};
+use super::seal::{Temporary, beside};
 use super::writer::MapWriter;
 
 /// Suffix of the journal's name.

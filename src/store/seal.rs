@@ -11,9 +11,9 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 
 use crate::dataset::hex;
+use crate::files::{Existing, folder_of, sync_folder};
 
 use super::error::StoreError;
-use super::journal::{folder_of, sync_folder};
 
 /// The seal's text before the 64 hexadecimal digits.
 const LABEL: &str = "\nslipmap seal, sha256 of every byte before this line: ";
@@ -23,15 +23,6 @@ pub(super) const BROKEN: &str = "its bytes are not those that were sealed at the
 
 /// Length of the seal in bytes.
 const LENGTH: u64 = LABEL.len() as u64 + 64 + 1;
-
-/// Behaviour if the output exists already.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Existing {
-    /// Leave it and return an error.
-    Refuse,
-    /// Replace it at the very end, in one step.
-    Replace,
-}
 
 /// State of a file's seal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -10,14 +10,16 @@ use hdf5::{Dataset, File, ObjectReference1};
 use crate::dataset::{
     Auxiliary, Fingerprint, Outcome, Schema, Value, Variable, attributes, auxiliary, fingerprint, hex,
 };
+use crate::files::Existing;
 use crate::map::{Axis, Plan};
 
 use super::create::{ATTRIBUTES_IN_HEADER, create_file, seal_attributes};
 use super::curves;
 use super::error::StoreError;
 use super::pack::PackedTile;
-use super::seal::{self, Existing, Temporary};
-use super::sys::{self, Ending, ScaleUse};
+use super::records::describe_scale;
+use super::seal::{self, Temporary};
+use super::sys::{self, ScaleUse};
 use super::value;
 
 /// Fingerprints and counts of the chunks of one variable written so far.
@@ -241,7 +243,7 @@ fn create_auxiliary(file: &File, schema: &Schema, auxiliary: &[Auxiliary]) -> hd
 }
 
 /// Creates a coordinate, which is also a dimension (HDF5 dimension scale).
-fn create_scale(file: &File, axis: &Axis) -> hdf5::Result<Dataset> {
+fn create_scale(file: &File, axis: &Axis) -> hdf5::Result<()> {
     let dataset = file
         .new_dataset_builder()
         .with_data(&axis.values)
@@ -249,12 +251,7 @@ fn create_scale(file: &File, axis: &Axis) -> hdf5::Result<Dataset> {
         .attr_creation_order(AttrCreationOrder::Indexed)
         .attr_phase_change(ATTRIBUTES_IN_HEADER.max_compact, ATTRIBUTES_IN_HEADER.min_dense)
         .create(axis.name.as_str())?;
-    sys::write_text(&dataset, "CLASS", "DIMENSION_SCALE", Ending::Zero)?;
-    sys::write_text(&dataset, "NAME", &axis.name, Ending::Zero)?;
-    value::write(&dataset, "long_name", &axis.long_name.as_str().into())?;
-    value::write(&dataset, "units", &"1".into())?;
-    value::write(&dataset, "sha256", &fingerprint::of_one_tile(&fingerprint::reals(&axis.values)))?;
-    Ok(dataset)
+    describe_scale(&dataset, &axis.name, &axis.long_name, &axis.values)
 }
 
 /// Creates an empty variable.
