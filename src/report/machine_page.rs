@@ -141,7 +141,7 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
     }
     match &machine.friction {
         Friction::Coefficients(law, of) => {
-            let rest = quantity(of.static_friction, "").then(rich(", "));
+            let rest = quantity(of.static_friction, "").then(", ");
             given.push(line("friction law", Rich::foreign(law.name())));
             let both = rest.then(quantity(of.kinetic_friction, ""));
             given.push(line("coefficient of friction at rest, kinetic", both));
@@ -169,14 +169,13 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
         }
     }
     given.push(line("belt speed", of(machine.belt_speed, Velocity)));
-    let ratio = rich(" (damping ratio ").then(Rich::number(does.damping_ratio, 3)).then(rich(")"));
+    let ratio = rich(" (damping ratio ").then(Rich::number(does.damping_ratio, 3)).then(")");
     given.push(line("damping", of(machine.damping, Damping).then(ratio)));
 
     let critical = match (does.critical_damping, does.critical_damping_error) {
-        (Some(damping), Some(error)) => Rich::number(damping, 4)
-            .then(rich(" ± "))
-            .then(Rich::number(error, 2))
-            .then(Rich::foreign(&format!(" {}", machine.motion.unit(Damping)))),
+        (Some(damping), Some(error)) => {
+            Rich::number(damping, 4).then(" ± ").then(Rich::number(error, 2)).with_unit(unit(Damping))
+        }
         _ => rich("none: it needs no damping"),
     };
     let mut limits = vec![
@@ -209,11 +208,11 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
 
     let mut motion = vec![line("undamped natural frequency", quantity(does.natural_frequency, "Hz"))];
     if let Some(period) = all.period {
-        let frequency = rich(" (").then(quantity(1.0 / period, "Hz")).then(rich(")"));
+        let frequency = rich(" (").then(quantity(1.0 / period, "Hz")).then(")");
         motion.push(line("period of the vibration", of(period, Time).then(frequency)));
     }
     if let Some([slip, stick]) = does.slip_and_stick_time {
-        motion.push(line("slip time, stick time", of(slip, Time).then(rich(", ")).then(of(stick, Time))));
+        motion.push(line("slip time, stick time", of(slip, Time).then(", ").then(of(stick, Time))));
     }
     if let Some(amplitude) = does.amplitude {
         motion.push(line("amplitude, half of peak to peak", of(amplitude, Length)));
@@ -224,7 +223,7 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
     match all.kick {
         Some([forward, backward]) => motion.push(line(
             "kick that starts it: with the belt, against it",
-            of(forward, Velocity).then(rich(", ")).then(of(backward, Velocity)),
+            of(forward, Velocity).then(", ").then(of(backward, Velocity)),
         )),
         None => motion.push(line(
             "kick that starts it",
@@ -240,7 +239,7 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
         line("any quantity", rich("by an unknown amount: no critical damping was found next to it"));
     let sensitivities = all.sensitivities.is_empty().then_some(unknown).into_iter();
     let sensitivities = sensitivities.chain(all.sensitivities.iter().map(|s| {
-        let text = rich("").then(Rich::number(s.critical_damping, 3)).then(rich(" % for 1 %"));
+        let text = rich("").then(Rich::number(s.critical_damping, 3)).then(" % for 1 %");
         let name = match s.quantity {
             "normal_force" if has_forces(machine) => "all friction forces".into(),
             name => name.replace('_', " ").replace("stribeck", "Stribeck"),
@@ -286,16 +285,16 @@ fn risk_lines(all: &Assessment, risk: &Risk) -> Vec<(Rich, Rich)> {
         // Draws that hardly differ have limits that do not differ in print.
         let interval = match low.plain() == high.plain() {
             true => rich(""),
-            false => rich(" (").then(low).then(rich(" to ")).then(high).then(rich(")")),
+            false => rich(" (").then(low).then(" to ").then(high).then(")"),
         };
-        value.then(interval).then(Rich::foreign(&format!(" {unit}")))
+        value.then(interval).with_unit(unit)
     };
     let mut lines = vec![(
         rich("probability that it may stick-slip (95 % limits)"),
         rich(&percentage(&risk.probability)).then(rich(&format!(", {} draws", risk.draws))),
     )];
     if risk.critical_damping_error > 0.0 {
-        let error = Rich::number(risk.critical_damping_error, 2).then(Rich::foreign(&format!(" {unit}")));
+        let error = Rich::number(risk.critical_damping_error, 2).with_unit(unit);
         lines.push((rich("largest error met of a draw's critical damping"), error));
     }
     if let Some(error) = risk.standard_error {
@@ -303,8 +302,7 @@ fn risk_lines(all: &Assessment, risk: &Risk) -> Vec<(Rich, Rich)> {
         lines.push((rich("standard error of critical damping, by friction"), value));
     }
     for rare in &risk.rare_by {
-        let name =
-            rich("damping that makes it ").then(Rich::number(100.0 * rare.probability, 4)).then(rich(" %"));
+        let name = rich("damping that makes it ").then(Rich::number(100.0 * rare.probability, 4)).then(" %");
         let value = rare.damping.as_ref().map_or_else(|| rich("too few draws"), limits);
         lines.push((name, value));
     }

@@ -111,6 +111,13 @@ pub(crate) fn rich(template: &str) -> Rich {
     text
 }
 
+/// Only words written in the program are read as [`rich`] does.
+impl From<&'static str> for Rich {
+    fn from(template: &'static str) -> Self {
+        rich(template)
+    }
+}
+
 impl Rich {
     /// Words from a file or from a user, with arbitrary characters.
     pub(crate) fn foreign(words: &str) -> Self {
@@ -155,8 +162,8 @@ impl Rich {
 
     /// Appends another text.
     #[must_use]
-    pub(crate) fn then(mut self, more: Rich) -> Self {
-        self.pieces.extend(more.pieces);
+    pub(crate) fn then(mut self, more: impl Into<Rich>) -> Self {
+        self.pieces.extend(more.into().pieces);
         self
     }
 
@@ -169,7 +176,7 @@ impl Rich {
     /// Appends where a figure was taken, if that needs to be said: " at ε = 0.1".
     #[must_use]
     pub(crate) fn taken_at(self, place: Rich) -> Self {
-        if place.pieces.is_empty() { self } else { self.then(rich(" at ")).then(place) }
+        if place.pieces.is_empty() { self } else { self.then(" at ").then(place) }
     }
 
     /// Plain text, for file names, CSV and messages.

@@ -239,10 +239,8 @@ impl Label {
         let number = |node: f64| Rich::number(node * self.factor, digits);
         let name = self.name.clone();
         let text = match nodes {
-            [first, .., last] => {
-                name.then(rich(" from ")).then(number(*first)).then(rich(" to ")).then(number(*last))
-            }
-            _ => name.then(rich(" = ")).then(number(nodes[0])),
+            [first, .., last] => name.then(" from ").then(number(*first)).then(" to ").then(number(*last)),
+            _ => name.then(" = ").then(number(nodes[0])),
         };
         text.with_unit(self.unit)
     }

@@ -152,7 +152,7 @@ pub(crate) fn bistable(view: &View) -> Option<Figure> {
         "What attracts below and above the damping at which the equilibrium becomes stable and the critical damping",
     )
     .taken_at(held)
-    .then(rich(". Cycles that begin at folds are left out."))
+    .then(". Cycles that begin at folds are left out.")
     .then(rich(match alone {
         true => "",
         false => " (b) Width of the bistable band at legal dampings {c} ≥ 0, against {epsilon}.",

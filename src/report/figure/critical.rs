@@ -85,9 +85,9 @@ pub(crate) fn critical(view: &View) -> Option<Figure> {
     let mut caption =
         rich("The damping up to which each method claims a stick-slip cycle, against belt speed")
             .taken_at(held)
-            .then(rich("; simulation: the exact critical damping {c^*}."));
+            .then("; simulation: the exact critical damping {c^*}.");
     if nodes.len() == 1 {
-        caption = caption.then(rich(" The map has one {V} only; the curves go beyond it."));
+        caption = caption.then(" The map has one {V} only; the curves go beyond it.");
     }
     let mut data = Data::default();
     let shown: Vec<f64> = values.iter().map(|value| value * x_label.factor).collect();

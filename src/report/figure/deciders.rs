@@ -96,9 +96,9 @@ pub(crate) fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, R
         "Which method decides where: each cell shows the first rigorous test that decides it, in the order of the number \
          of cells that they decide in the whole map, fewest first, then the simulation",
     )
-    .then(rich("; at "))
+    .then("; at ")
     .then(held)
-    .then(rich("."))
+    .then(".")
     .then(slices[0].0.thinned_words());
     let mut data = Data::default();
     if let [(slice, ..), ..] = &slices[..] {

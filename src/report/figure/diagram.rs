@@ -218,7 +218,7 @@ pub(crate) fn diagram(view: &View, plot: &DiagramPlot) -> Result<Plotted, Report
     )
     .then(label.name.clone())
     .taken_at(at)
-    .then(rich(". Solid: attracts; dashed: repels."));
+    .then(". Solid: attracts; dashed: repels.");
     let points = || {
         let numbered = branches.iter().enumerate();
         numbered.flat_map(|(number, branch)| branch.points.iter().map(move |point| (number, branch, *point)))

@@ -120,8 +120,8 @@ pub(crate) fn orbit_figure(plot: &OrbitPlot) -> OrbitFigure {
     legend.below(&mut scene, left, bottom.max(panel.rect.y + h + BOTTOM_MARGIN));
     let caption = rich("(a) Phase portrait at ")
         .then(words)
-        .then(rich(": "))
+        .then(": ")
         .then(rich(portrait.words()))
-        .then(rich("; (b), (c) position and velocity of the same orbit against time."));
+        .then("; (b), (c) position and velocity of the same orbit against time.");
     OrbitFigure { scene, caption, data: orbit_data(&portrait.orbit, plot.units), portrait: panel }
 }

@@ -214,15 +214,15 @@ fn over_plane(view: &View, plot: &Plot, x: usize, y: usize) -> Result<Plotted, R
     let mut caption = label
         .name
         .clone()
-        .then(rich(" over "))
+        .then(" over ")
         .then(view.axis(&axes[x]).name)
-        .then(rich(" and "))
+        .then(" and ")
         .then(view.axis(&axes[y]).name)
         .taken_at(at)
-        .then(rich("."))
+        .then(".")
         .then(first.slice.thinned_words());
     if areas.iter().any(|area| area.curves.as_ref().is_some_and(|curves| !curves.curves.is_empty())) {
-        caption = caption.then(rich(" Lines: where the long-run behaviour changes, by continuation."));
+        caption = caption.then(" Lines: where the long-run behaviour changes, by continuation.");
     }
     let values: Vec<f64> = panel_axis
         .map(|axis| (view.axis(&axes[axis]).factor, &axes[axis].values))
@@ -337,8 +337,8 @@ fn over_axis(view: &View, plot: &Plot, x: usize) -> Result<Plotted, ReportError>
         })
         .collect();
     let what = join(names.iter().map(|name| view.units.variable(name).name));
-    let caption = what.clone().then(rich(" over ")).then(view.axis(&axes[x]).name);
-    let caption = caption.taken_at(at.clone()).then(rich("."));
+    let caption = what.clone().then(" over ").then(view.axis(&axes[x]).name);
+    let caption = caption.taken_at(at.clone()).then(".");
     let heading = match names.len() {
         1 => join([what, at]),
         _ => at,

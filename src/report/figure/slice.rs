@@ -220,7 +220,7 @@ impl<'a> Slice<'a> {
     pub(crate) fn thinned_words(&self) -> Rich {
         self.thinned().fold(Rich::default(), |text, (axis, step)| {
             let of = rich(&format!(" One node in {step} of "));
-            text.then(of).then(Rich::symbol(&axis.name)).then(rich(" is drawn."))
+            text.then(of).then(Rich::symbol(&axis.name)).then(" is drawn.")
         })
     }
 
@@ -357,7 +357,7 @@ pub(super) fn drawn(axis: &Axis) -> Vec<f64> {
 
 /// "ε = 0.1".
 pub(crate) fn equals(axis: &str, value: f64) -> Rich {
-    Rich::symbol(axis).then(rich(" = ")).then(Rich::number(value, 4))
+    Rich::symbol(axis).then(" = ").then(Rich::number(value, 4))
 }
 
 /// The middle node of each axis.

@@ -283,11 +283,11 @@ fn figure(slice: &Slice) -> Result<Figure, ReportError> {
         name: format!("slice-{}-{}{epsilon}", x.name, y.name),
         caption: rich("Verdicts of each method over ")
             .then(label(x).name)
-            .then(rich(" and "))
+            .then(" and ")
             .then(label(y).name)
-            .then(rich(" at "))
+            .then(" at ")
             .then(held)
-            .then(rich(". Black curve: the exact boundary of the stick-slip region, by root-finding on the simulated flow."))
+            .then(". Black curve: the exact boundary of the stick-slip region, by root-finding on the simulated flow.")
             .then(words(" Not drawn, because undecided in every cell of this plane: "))
             .then(rich(if empty.is_empty() { "" } else { "." }))
             .then(slice.thinned_words()),
