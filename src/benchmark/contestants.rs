@@ -26,7 +26,6 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Name in tables.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Kind::ClosedForm => "closed form",

@@ -103,7 +103,6 @@ fn command(arguments: &Arguments) -> String {
     line
 }
 
-/// Names of the files written.
 const FILES: [&str; 3] = ["failures.md", "methods.csv", "classes.csv"];
 
 /// Returns an error if an earlier catalogue exists and may not be replaced; called before anything is

@@ -61,7 +61,6 @@ fn wait_for(process: &Process, tag: i32) {
 /// The processes of a run.
 pub(super) struct Ranks {
     universe: Universe,
-    /// Number of threads of this rank.
     threads: usize,
     /// On rank 0, once the run has begun: the other ranks.
     others: OnceCell<Vec<Other>>,
@@ -103,7 +102,6 @@ impl Ranks {
         }
     }
 
-    /// Number of ranks.
     pub(super) fn count(&self) -> usize {
         usize::try_from(self.universe.world().size()).unwrap_or(1)
     }

@@ -142,7 +142,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     probe_point(arguments, &law, &point, tolerance, None)
 }
 
-/// Probes the machine of a file.
 fn probe_machine(arguments: &Arguments, file: &Path, tolerance: f64) -> Result<Ended, Failure> {
     if arguments.points.is_some() {
         let job = load_machine(file, arguments.point.given())?;

@@ -160,7 +160,6 @@ pub(super) fn check(path: &Path, as_json: bool) -> Result<Ended, Failure> {
     Ok(if problems.is_empty() { Ended::Fine } else { Ended::Flawed })
 }
 
-/// Verifies the certificate of a point.
 fn check_point(path: &Path, certificate: &PointCertificate, as_json: bool) -> Result<Ended, Failure> {
     let problems = certificate.check();
     let [lo, hi] = certificate.critical_c();

@@ -13,7 +13,6 @@ use crate::probe::fate_name;
 use crate::report::proved::{Rounded, proved_percent};
 use crate::simulate::bifurcation::Bifurcation;
 
-/// Contents of the report of a run.
 pub(super) struct RunReport<'a> {
     pub(super) job: &'a Job,
     /// The result of the run.
@@ -234,7 +233,6 @@ fn peak_memory() -> Option<u64> {
     line.trim().strip_suffix(" kB")?.trim().parse::<u64>().ok().map(|kilobytes| 1024 * kilobytes)
 }
 
-/// Prints the report as JSON.
 pub(super) fn json(report: &RunReport) -> Result<(), Failure> {
     let RunReport { job, summary, resumed_tiles, .. } = report;
     let account = &summary.account;

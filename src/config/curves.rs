@@ -4,7 +4,6 @@ use super::source::{ConfigError, Node, Section, Shape};
 use super::{choice, nearest, refuse_unknown_keys};
 use crate::map::{Axis, CURVE_COLUMNS, Grid, Plane};
 
-/// The keys of `[curves]`.
 pub(super) const KEYS: [&str; 1] = ["planes"];
 
 const PLANE_KEYS: [&str; 3] = ["x", "y", "at"];
@@ -40,7 +39,6 @@ pub(super) fn read(section: &Section, grid: &Grid) -> Result<Vec<Plane>, ConfigE
     Ok(planes)
 }
 
-/// Reads a plane.
 fn plane(table: &Section, grid: &Grid) -> Result<Plane, ConfigError> {
     refuse_unknown_keys(table, &PLANE_KEYS)?;
     let axes = grid.axes();

@@ -9,7 +9,6 @@ use super::source::{ConfigError, Node, Section, decimal_comma, is_utf_16};
 use crate::friction::{Expression, ExpressionError, Law, Table};
 use crate::map::{AxisRole, Grid, unravel};
 
-/// The keys of `[friction]`.
 pub(super) const KEYS: [&str; 6] = ["law", "phi", "static", "file", "quantity", "small"];
 
 /// The units of a law's numbers.

@@ -66,7 +66,6 @@ impl Source {
         Ok(source)
     }
 
-    /// The file's name.
     pub(super) fn file(&self) -> &Path {
         &self.file
     }
@@ -250,7 +249,6 @@ impl<'a> Section<'a> {
         self.table.is_some()
     }
 
-    /// Names of all entries.
     pub(super) fn keys(&self) -> Vec<String> {
         self.table.map_or(Vec::new(), |table| {
             table.iter().filter(|(_, item)| !item.is_none()).map(|(key, _)| key.into()).collect()
@@ -335,7 +333,6 @@ impl<'a> Node<'a> {
         })
     }
 
-    /// The value as text.
     pub(super) fn text(&self) -> Result<&'a str, ConfigError> {
         self.entry.as_value().and_then(Value::as_str).ok_or_else(|| self.wrong_kind("text in quotes"))
     }
@@ -360,7 +357,6 @@ impl<'a> Node<'a> {
         array.iter().enumerate().map(node).collect()
     }
 
-    /// An error of this value.
     pub(super) fn error(&self, problem: &str, remedy: impl Into<String>) -> ConfigError {
         let problem = format!("{} = {}: {problem}", dotted(&self.path), self.written());
         self.source.error(&self.path, false, problem, remedy.into())

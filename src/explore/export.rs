@@ -33,7 +33,6 @@ const CONFIG: &str = "plane.toml";
 const MAP: &str = "plane.h5";
 const TABLE: &str = "friction.csv";
 
-/// The requested export.
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct ExportRequest {
     #[serde(flatten)]
@@ -253,7 +252,6 @@ impl ExportRequest {
         }))
     }
 
-    /// An exported file.
     pub(super) fn file(&self, stop: &AtomicBool) -> Result<(&'static str, Vec<u8>), Refusal> {
         let slice = self.plane.cells()?;
         if slice.grid.axes().iter().any(|axis| axis.values.len() > MOST_POINTS) {

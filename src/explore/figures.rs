@@ -20,7 +20,6 @@ use crate::simulate::backbone::Backbone;
 use crate::simulate::direct::Start;
 use crate::simulate::{dynamics, flow, sensitivity};
 
-/// Number of points of a curve.
 const POINTS: usize = 200;
 /// Accuracy of the backbone, far below the width of a line.
 const TOLERANCE: f64 = 1e-9;

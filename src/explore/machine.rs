@@ -20,7 +20,6 @@ pub(super) fn is_shared(name: &str) -> bool {
     [BELT_SPEED, DAMPING].contains(&name)
 }
 
-/// The motion of this name.
 pub(super) fn motion_of(name: &str) -> Result<Motion, Refusal> {
     let found = Motion::ALL.into_iter().find(|motion| motion.name() == name);
     found.ok_or_else(|| Refusal::malformed(format!("there is no motion `{name}`")))

@@ -31,7 +31,6 @@ pub(super) struct Side {
     points: usize,
 }
 
-/// The requested picture.
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct PlaneRequest {
     pub(super) turn: Turn,

@@ -6,7 +6,6 @@ use crate::point::Point;
 /// A cell on which a method failed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FailedCell {
-    /// Number of its tile.
     pub(crate) tile: usize,
     /// The parameters of the cell.
     pub(crate) point: Point,

@@ -22,7 +22,6 @@ use crate::simulate::{Flow, direct};
 pub struct Disagreement {
     /// The cell's point.
     pub(crate) point: Point,
-    /// Name of the method.
     pub(crate) method: &'static str,
     /// The verdict in the map.
     pub(crate) stored: Verdict,

@@ -86,7 +86,6 @@ mod tests {
     use crate::friction::Law;
     use crate::map::{Grid, Method, MethodCells, Runs};
 
-    /// Converts codes to verdicts.
     fn verdicts_of(codes: &[i8]) -> Runs<Verdict> {
         codes.iter().map(|code| Verdict::of_code(*code).unwrap()).collect()
     }

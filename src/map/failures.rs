@@ -45,7 +45,6 @@ impl Kind {
     pub(crate) const ALL: [Kind; 4] =
         [Kind::WrongPresence, Kind::WrongAbsence, Kind::Undecided, Kind::Failed];
 
-    /// Name in tables.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Kind::WrongPresence => "wrong_presence",
@@ -75,11 +74,9 @@ impl Kind {
 /// The cells at which one method fails in one way by one mechanism.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Class {
-    /// Kind of failure.
     pub(crate) kind: Kind,
     /// Cause of the failure.
     pub(crate) mechanism: Mechanism,
-    /// Number of cells.
     pub(crate) cells: u64,
     /// The largest distance |c - c'| to the nearest damping c' at which the verdict of the simulated flow
     /// changes; NaN where there is none.
@@ -91,7 +88,6 @@ pub(crate) struct Class {
     pub(crate) example: Point,
 }
 
-/// The failures of one method.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct MethodFailures {
     pub(crate) method: Method,

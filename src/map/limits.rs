@@ -317,7 +317,6 @@ impl Ray {
         }
     }
 
-    /// The column at `epsilon`.
     fn column(&self, epsilon: f64) -> Result<Column, Unknown> {
         if let Some(known) = self.columns.borrow().get(&epsilon.to_bits()) {
             return Ok(known.clone());
@@ -383,7 +382,6 @@ impl Ray {
         Ok(None)
     }
 
-    /// The point of the ray at `epsilon`.
     pub(crate) fn at(&self, epsilon: f64) -> Point {
         Point { epsilon, ..self.point }
     }

@@ -22,7 +22,6 @@ pub(crate) struct Proved {
     pub(crate) volumes: Volumes,
     /// Wall-clock seconds.
     pub(crate) seconds: f64,
-    /// The proofs.
     pub(crate) surface: Surface,
 }
 

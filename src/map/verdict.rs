@@ -43,7 +43,6 @@ impl Verdict {
         self as i8
     }
 
-    /// The verdict with this code.
     pub(crate) fn of_code(code: i8) -> Option<Self> {
         Self::ALL.into_iter().find(|verdict| verdict.code() == code)
     }

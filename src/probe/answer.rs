@@ -233,7 +233,6 @@ fn beyond_data(law: &Law, point: &Point) -> Option<String> {
     })
 }
 
-/// The answer of a naive method.
 fn of_naive(method: Method, law: &Law, verdict: NaiveVerdict) -> MethodAnswer {
     let reason = match (verdict, law) {
         (NaiveVerdict::Failed(Failure::NotFinite), Law::Table(table)) => Some(format!(

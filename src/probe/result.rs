@@ -25,7 +25,6 @@ result! {
         pub(crate) point: Vec<(&'static str, f64)>,
         /// Bound on the error of the scaled grazing margin m / V that the simulation aimed at.
         pub(crate) tolerance: f64,
-        /// The answer of each method, by name.
         #[cfg_attr(feature = "serde", serde(serialize_with = "as_map"))]
         pub(crate) methods: Vec<(&'static str, MethodResult)>,
         /// The orbit from the exit point by both engines.
@@ -54,7 +53,6 @@ result! {
         pub machine: Option<MachineResult>,
     }
 
-    /// The answer of one method.
     pub(crate) struct MethodResult {
         /// "present", "absent", "undecided" or "failed".
         pub(crate) verdict: &'static str,
@@ -141,7 +139,6 @@ result! {
         pub(crate) x1: f64,
         /// Velocity, 0.
         pub(crate) x2: f64,
-        /// Divergence of the flow there.
         pub(crate) divergence: f64,
         /// Type, for instance "unstable focus".
         #[cfg_attr(feature = "serde", serde(rename = "type"))]
@@ -222,7 +219,6 @@ result! {
         pub(crate) kick: Kick,
     }
 
-    /// All cycles of a point.
     pub(crate) struct AllCycles {
         pub(crate) stick_slip: Option<StabilityResult>,
         /// Cycles below the belt line, by growing amplitude.
@@ -294,10 +290,7 @@ pub(crate) enum Cycles {
     /// All of them.
     Found(AllCycles),
     /// An orbit could not be followed.
-    Failed {
-        /// The reason.
-        reason: String,
-    },
+    Failed { reason: String },
 }
 
 /// Pairs as a map, in their order.

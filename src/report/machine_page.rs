@@ -119,7 +119,6 @@ impl<'a> MachinePage<'a> {
     }
 }
 
-/// A number with its unit.
 fn quantity(value: f64, unit: &str) -> Rich {
     Rich::number(value, 4).with_unit(unit)
 }

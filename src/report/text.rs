@@ -124,7 +124,6 @@ impl Rich {
         Self { pieces: vec![Piece::Words(words.into())] }
     }
 
-    /// The symbol of an axis.
     pub(crate) fn symbol(name: &str) -> Self {
         Self { pieces: vec![Piece::Symbol(Symbol::of(name))] }
     }

@@ -140,7 +140,6 @@ pub(crate) struct Label {
 }
 
 impl UnitSystem {
-    /// The SI units of a machine.
     pub(crate) fn of_machine(si: SiUnits) -> Self {
         Self { machine: Some(si) }
     }
@@ -246,7 +245,6 @@ impl Label {
     }
 }
 
-/// Description of a variable.
 fn variable_words(name: &str) -> Rich {
     for (prefix, words) in [
         ("verdict_", "verdict of "),

@@ -268,7 +268,6 @@ fn check_attributes(place: &Location, variable: Option<&str>, report: &mut Check
     }
 }
 
-/// Checks that an attribute has the expected value.
 fn expect(dataset: &Dataset, variable: &str, name: &str, expected: &Value, report: &mut CheckReport) {
     match value::read(dataset, name) {
         Ok(Some(value)) if &value == expected => {}
@@ -433,7 +432,6 @@ fn read_chunk(
     Ok((fingerprint::codes(&cells), pack::count(variable, |wanted| count_of(&cells, wanted))))
 }
 
-/// Number of cells with this code.
 fn count_of(cells: &[i8], code: i8) -> u64 {
     // Sums of 255 comparisons fit into a byte, so whole vector registers of cells are compared at once: a
     // dozen times faster than counting into 64-bit numbers one by one.

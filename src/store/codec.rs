@@ -11,7 +11,6 @@ use crate::map::{
 };
 use crate::point::Point;
 
-/// The bytes of a value.
 pub(super) fn to_bytes(value: &impl Serialize) -> Vec<u8> {
     match postcard::to_stdvec(value) {
         Ok(bytes) => bytes,

@@ -133,7 +133,6 @@ impl Journal {
         }
     }
 
-    /// Returns whether there is a journal at `path`.
     pub(super) fn is_at(path: &Path) -> bool {
         path.symlink_metadata().is_ok_and(|metadata| metadata.is_file() && metadata.len() > 0)
     }

@@ -23,7 +23,6 @@ pub(super) struct PackedChunk {
     pub(super) fingerprint: Fingerprint,
     /// Number of cells with each of the variable's codes.
     pub(super) counts: Vec<u64>,
-    /// The filtered bytes.
     #[serde(with = "serde_bytes")]
     pub(super) bytes: Vec<u8>,
 }

@@ -64,7 +64,6 @@ impl MapFile {
         self.sealed
     }
 
-    /// Path of the map.
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
@@ -206,7 +205,6 @@ impl MapFile {
         (0..self.schema.tiles()).map(|number| self.schema.grid.tile(&self.schema.tile_shape, number))
     }
 
-    /// Opens a variable.
     pub(super) fn dataset(&self, variable: &str) -> Result<Dataset, StoreError> {
         if !self.has(variable) {
             return Err(StoreError::NoVariable {
@@ -233,7 +231,6 @@ impl MapFile {
         read_box(&dataset, ranges).map_err(|error| self.failed(variable, &error))
     }
 
-    /// Reads a slice.
     fn slice<T: hdf5::H5Type>(&self, variable: &str, at: &[Pick]) -> Result<ArrayD<T>, StoreError> {
         self.slice_of(&self.dataset(variable)?, variable, at)
     }

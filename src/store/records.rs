@@ -13,7 +13,6 @@ use super::error::StoreError;
 use super::sys::{self, Ending, ScaleUse};
 use super::value;
 
-/// The contents of a column.
 #[derive(Clone, Debug, PartialEq)]
 enum Contents {
     Reals(Vec<f64>),

@@ -123,7 +123,6 @@ impl MapWriter {
         temporary.publish(&output, existing)
     }
 
-    /// Writes a packed tile.
     pub(super) fn put(&self, packed: PackedTile) -> Result<(), StoreError> {
         for ((position, variable, number), chunk) in self.schema.filled_by(packed.number).zip(packed.chunks) {
             let offset = self.schema.offset(variable, packed.number);

@@ -22,7 +22,6 @@ pub(crate) struct Scale {
     pub(crate) from: f64,
     /// Number at the end.
     pub(crate) to: f64,
-    /// Whether it is logarithmic.
     pub(crate) log: bool,
     /// Factor by which numbers are multiplied where they are written.
     pub(crate) shown: f64,

@@ -11,7 +11,6 @@ use crate::map::Method;
 use crate::simulate::critical::critical_dampings;
 use crate::store::MapFile;
 
-/// Number of points of a curve.
 pub(super) const POINTS: usize = 160;
 /// The same where only its extent is asked for, to find the part of a scale that is drawn.
 pub(super) const FEW_POINTS: usize = 24;
@@ -62,7 +61,6 @@ pub(super) fn columns(map: &MapFile, index: &[usize], axis: usize, values: &[f64
 pub(super) struct Budget(Cell<u64>);
 
 impl Budget {
-    /// The budget of a figure.
     pub(super) fn of_figure() -> Self {
         Self(Cell::new(MOST_WORK))
     }

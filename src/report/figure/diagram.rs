@@ -29,7 +29,6 @@ const BISECTIONS: usize = 24;
 /// Accuracy of the orbits.
 const TOLERANCE: f64 = 1e-9;
 
-/// The choices of a diagram.
 #[derive(Clone, Debug)]
 pub(crate) struct DiagramPlot<'a> {
     /// Name of the horizontal axis; its nodes are not used.

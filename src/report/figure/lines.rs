@@ -17,7 +17,6 @@ pub(crate) struct Curve {
     pub(crate) style: MethodStyle,
     /// Its points; one that is not finite interrupts it.
     pub(crate) points: Vec<Place>,
-    /// Whether points are marked.
     pub(crate) marks: bool,
 }
 

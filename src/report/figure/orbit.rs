@@ -16,7 +16,6 @@ use crate::map::Grid;
 use crate::point::Point;
 use crate::simulate::direct::{Sample as State, Start};
 
-/// A drawn orbit.
 #[derive(Clone, Debug)]
 pub(crate) struct OrbitFigure {
     pub(crate) scene: Scene,

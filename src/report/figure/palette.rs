@@ -27,9 +27,7 @@ pub(crate) const WINE: &str = "#882255";
 /// Style of a method's lines and marks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MethodStyle {
-    /// Its line.
     pub(crate) stroke: Stroke,
-    /// Its mark.
     pub(crate) marker: Marker,
 }
 
@@ -149,7 +147,6 @@ pub(crate) fn regime(regime: Regime) -> Kind {
     Kind { code: regime.code(), name: regime.name(), fill, words: words.into() }
 }
 
-/// Every verdict.
 pub(crate) fn verdicts() -> Vec<Kind> {
     Verdict::ALL.map(verdict).into()
 }

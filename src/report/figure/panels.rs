@@ -7,7 +7,6 @@ use super::scene::{Anchor, Place, Rect, Scene, text_width};
 /// A panel with two axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Panel {
-    /// The frame.
     pub(crate) rect: Rect,
     pub(crate) x: Scale,
     pub(crate) y: Scale,

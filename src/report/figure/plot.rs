@@ -263,7 +263,6 @@ fn moved(view: &View, axis: Option<usize>, wanted: Option<&At>, nodes: &[Option<
 /// Relative size of round-off in the conversion of units and in decimal input.
 const ROUNDING: f64 = 1e-9;
 
-/// The curves that a map stores of a plane.
 fn stored(map: &MapFile, plane: &Plane) -> Option<PlaneCurves> {
     map.curves().iter().find_map(|curves| match &curves.plane {
         same if same == plane => Some(curves.clone()),

@@ -29,7 +29,6 @@ fn failed(name: &str, why: impl std::fmt::Display) -> ReportError {
     ReportError::Render { figure: name.into(), why: why.to_string() }
 }
 
-/// The figure as PNG.
 pub(crate) fn png(name: &str, svg: &str) -> Result<Vec<u8>, ReportError> {
     raster(name, &tree(name, svg)?)
 }

@@ -134,7 +134,6 @@ pub struct Held {
     pub used: f64,
 }
 
-/// A slice of a map.
 #[derive(Clone, Debug)]
 pub(crate) struct Slice<'a> {
     /// The map and its units.

@@ -312,7 +312,6 @@ fn moved((x, y): Place, from: &Panel, to: &Panel) -> Place {
     (to.rect.x + unit.0 * to.rect.w, to.rect.y + unit.1 * to.rect.h)
 }
 
-/// Name of a method in figures.
 pub(super) fn method_title(name: &str) -> Rich {
     Rich::foreign(&name.replace('_', " "))
 }
