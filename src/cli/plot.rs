@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use super::output::{exact, short};
 use super::replace::{self, Kind};
@@ -81,7 +81,8 @@ pub(super) struct Arguments {
 /// Reads the width of a figure, in columns of a journal.
 pub(super) fn columns() -> impl TypedValueParser<Value = Width> {
     let width = |columns: String| if columns == "1" { Width::OneColumn } else { Width::TwoColumns };
-    PossibleValuesParser::new(["1", "2"]).map(width)
+    let values = [("1", "One column"), ("2", "Two columns")];
+    PossibleValuesParser::new(values.map(|(name, help)| PossibleValue::new(name).help(help))).map(width)
 }
 
 fn parse_at(text: &str) -> Result<At, String> {
