@@ -5,8 +5,6 @@
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::sync_channel;
 
-use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
-
 use super::account::{Account, MethodAccount, count, failed_cells};
 use super::audit::Draws;
 use super::behaviour::Behaviours;
@@ -147,11 +145,6 @@ impl Queue {
     }
 }
 
-/// So many worker threads, or one per core.
-pub(crate) fn pool(threads: Option<usize>) -> Result<ThreadPool, ThreadPoolBuildError> {
-    ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build()
-}
-
 /// Computes into `sink` the tiles whose numbers `next` gives to the workers, until it gives `None`. Returns
 /// the sum of their accounts, and the number of workers.
 ///
@@ -163,7 +156,7 @@ pub fn compute_tiles<S: Sink>(
     control: &Control,
     next: &(dyn Fn() -> Option<usize> + Sync),
 ) -> Result<(Account, usize), ComputeError<S::Error>> {
-    let pool = pool(control.threads).map_err(|error| ComputeError::Threads(error.to_string()))?;
+    let pool = super::pool(control.threads).map_err(|error| ComputeError::Threads(error.to_string()))?;
     let threads = pool.current_num_threads();
     let draws = Draws::new(plan);
     let failed = AtomicBool::new(false);

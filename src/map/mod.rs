@@ -15,6 +15,7 @@ mod interpolation;
 pub mod limits;
 mod method;
 mod plan;
+mod pool;
 mod proved;
 mod quantity;
 mod run;
@@ -32,7 +33,6 @@ pub(crate) use behaviour::{LongRun, attracting_cycle, basin_boundary, long_run};
 pub use contradictions::{Contradiction, Contradictions};
 pub(crate) use curves::{CURVE_COLUMNS, curves_of};
 pub use curves::{Plane, PlaneCurve, PlaneCurves, PlanePoint};
-pub(crate) use engine::pool;
 pub use engine::{ComputeError, Control, MethodSummary, Queue, Summary, compute_tiles};
 #[doc(hidden)] // the program shares tiles out to the processes of a run
 pub use field::{Field, Quantity};
@@ -45,6 +45,7 @@ pub(crate) use plan::{
     TOLERANCES,
 };
 pub use plan::{Engine, Plan, PlanBuilder, PlanError};
+pub(crate) use pool::pool;
 pub(crate) use proved::prove;
 pub(crate) use quantity::Description;
 pub use run::run;
