@@ -13,7 +13,6 @@ use crate::dataset::{Content, Fingerprint, Value, Variable, attributes, fingerpr
 
 use super::curves;
 use super::error::StoreError;
-use super::open::seal_of;
 use super::pack;
 use super::reader::{MapFile, read_box};
 use super::seal::{self, Seal};
@@ -88,7 +87,7 @@ const MOST_PROBLEMS: usize = 1000;
 /// Only if the file cannot be read at all; every problem with its contents is in the report.
 pub fn check(path: &Path) -> Result<CheckReport, StoreError> {
     let mut report = CheckReport::default();
-    match seal_of(path)? {
+    match seal::of(path)? {
         Seal::Whole => {}
         Seal::Broken => report.note(None, None, seal::BROKEN),
         Seal::Missing => report.note(

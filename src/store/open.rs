@@ -9,15 +9,6 @@ use super::reader::MapFile;
 use super::seal::{self, Seal};
 use super::trust;
 
-/// The state of a file's seal, checked before the HDF5 library sees the file.
-pub(super) fn seal_of(path: &Path) -> Result<Seal, StoreError> {
-    let failed = |source| StoreError::io("read", path, source);
-    match trust::plain_file(path).map_err(failed)? {
-        Ok(_) => seal::verify(path).map_err(failed),
-        Err(why) => Err(StoreError::NotAMap { path: path.to_path_buf(), why }),
-    }
-}
-
 impl MapFile {
     /// Opens the map at `path`, which may be any file. Refuses files that would take more memory or time than
     /// their length warrants, and files that changed after their run.
@@ -32,7 +23,7 @@ impl MapFile {
     /// reasons.
     pub fn open(path: &Path) -> Result<Self, StoreError> {
         let damaged = |what: String| StoreError::Damaged { path: path.to_path_buf(), what };
-        let seal = seal_of(path)?;
+        let seal = seal::of(path)?;
         if seal == Seal::Broken {
             return Err(damaged(seal::BROKEN.into()));
         }

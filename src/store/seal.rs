@@ -14,6 +14,7 @@ use crate::dataset::hex;
 use crate::files::{Existing, folder_of, sync_folder};
 
 use super::error::StoreError;
+use super::trust;
 
 /// The seal's text before the 64 hexadecimal digits.
 const LABEL: &str = "\nslipmap seal, sha256 of every byte before this line: ";
@@ -70,6 +71,15 @@ pub(super) fn verify(path: &Path) -> io::Result<Seal> {
     file.rewind()?;
     let expected = fingerprint(&mut file, length)? + "\n";
     Ok(if digits == expected.as_bytes() { Seal::Whole } else { Seal::Broken })
+}
+
+/// The state of a file's seal, checked before the HDF5 library sees the file.
+pub(super) fn of(path: &Path) -> Result<Seal, StoreError> {
+    let failed = |source| StoreError::io("read", path, source);
+    match trust::plain_file(path).map_err(failed)? {
+        Ok(_) => verify(path).map_err(failed),
+        Err(why) => Err(StoreError::NotAMap { path: path.to_path_buf(), why }),
+    }
 }
 
 /// Path of a file beside `output`: the same name with `ending` appended.
