@@ -292,7 +292,6 @@ fn check_keys(root: &Section, law: &Law) -> Result<(), ConfigError> {
     Ok(())
 }
 
-/// Refuses the keys of `section` that are not `known`.
 fn refuse_unknown_keys(section: &Section, known: &[&'static str]) -> Result<(), ConfigError> {
     match section.keys().iter().find(|key| !known.contains(&key.as_str())) {
         Some(key) => Err(section.unknown(key, nearest("key", key, known))),
@@ -373,7 +372,6 @@ fn grid_error(error: &GridError, names: &[&str], nodes: &[(Vec<f64>, Node)]) -> 
     }
 }
 
-/// The keys of `[naive]`.
 const NAIVE_KEYS: [&str; 7] =
     ["smoothing_width", "stick_band_width", "step", "tolerance", "longest_step", "turns", "start_pause"];
 
@@ -422,7 +420,6 @@ fn work_precision(section: &Section) -> Result<Settings, ConfigError> {
     })
 }
 
-/// Reads the tolerance.
 fn tolerance(node: &Node) -> Result<f64, ConfigError> {
     let value = node.number()?;
     check_tolerance(value).map(|()| value).map_err(|problem| {

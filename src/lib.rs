@@ -80,6 +80,8 @@ mod enclosure;
 #[cfg(feature = "explore")]
 #[doc(hidden)]
 pub mod explore;
+#[cfg(feature = "store")]
+mod files;
 pub mod filippov;
 pub mod friction;
 pub mod machine;

@@ -15,7 +15,6 @@ use crate::simulate::{Fate, critical_damping, return_map};
 pub struct Cell {
     /// Its parameters.
     pub point: Point,
-    /// Its column.
     pub(crate) column: Column,
     /// Whether it was drawn next to the boundary.
     pub near: bool,

@@ -8,7 +8,7 @@ use crate::point::ScaledGroups;
 use crate::simulate::critical::critical_dampings;
 use crate::simulate::naive::{NaiveKnobs, NaiveMethod};
 use crate::simulate::return_map::{Turn, turns};
-use crate::simulate::{Fate, Flow, direct, surface};
+use crate::simulate::{direct, surface};
 
 use super::cells::Cell;
 
@@ -26,7 +26,6 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Name in tables.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Kind::ClosedForm => "closed form",
@@ -81,15 +80,6 @@ pub struct Contestant {
     pub setting: f64,
     pub(super) solver: Solver,
     pub(super) output: Output,
-}
-
-fn verdict_of(flow: &Flow) -> Verdict {
-    match flow.fate {
-        Fate::Sticks(_) => Verdict::Present,
-        Fate::SpiralsInward | Fate::CrossesForever => Verdict::Absent,
-        Fate::TooCloseToCall => Verdict::Undecided,
-        Fate::Failed(_) => Verdict::Failed,
-    }
 }
 
 /// The answer by comparing `c` with a critical damping and its error.
@@ -161,7 +151,7 @@ fn scaled(cell: &Cell) -> Option<ScaledGroups> {
 fn direct(cell: &Cell, tolerance: f64) -> Answer {
     let flow = direct::flow(&Oscillator::in_column(&cell.column, cell.point.damping), tolerance);
     let margin = Some(flow.margin).filter(|margin| margin.is_finite());
-    Answer { verdict: verdict_of(&flow), margin, critical: None }
+    Answer { verdict: Verdict::from(&flow.fate), margin, critical: None }
 }
 
 fn auto(cell: &Cell, tolerance: f64) -> Answer {

@@ -41,7 +41,6 @@ impl Default for Settings {
 /// A finished study.
 #[derive(Clone, Debug)]
 pub struct Study {
-    /// Its settings.
     pub(crate) settings: Settings,
     /// The grid whose box the cells are drawn from.
     pub(crate) grid: Grid,

@@ -59,7 +59,6 @@ fn parse_probability(text: &str) -> Result<f64, String> {
     value.ok_or_else(|| "write a number between 0 and 1".into())
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let job = machine::load(&arguments.config, &arguments.set)?;
     if let Some(path) = &arguments.out {

@@ -74,7 +74,7 @@ impl<'a> Chances<'a> {
         let Self { machine, uncertain, dampings, draws, .. } = self;
         let found = || probabilities(machine, uncertain, belt_speeds, dampings, *draws, stop);
         // Without a pool of its own it shares that of all.
-        match rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build() {
+        match crate::map::pool(threads) {
             Ok(pool) => pool.install(found),
             Err(_) => found(),
         }

@@ -30,7 +30,6 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     match (&arguments.map, &arguments.proof) {
         (Some(map), _) => check_map(map, arguments.json),

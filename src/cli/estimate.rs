@@ -1,7 +1,6 @@
 //! Estimates the size of a map and the duration of its run from a sample of cells: for
 //! `slipmap run --dry-run`, and for the check of the disk's free space.
 
-use std::convert::Infallible;
 use std::io::{self, Write as _};
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
@@ -16,9 +15,9 @@ use super::{Ended, Failure};
 use crate::config::Job;
 use crate::dataset::Schema;
 use crate::filippov::Oscillator;
-use crate::map::{self, Account, Control, Grid, Method, Plan, Sink, TileData};
+use crate::map::{self, Control, Grid, Method, Plan};
 use crate::simulate;
-use crate::store::{PackedRecord, Packer};
+use crate::store::ByteSink;
 
 /// Duration from which on a sample is extrapolated.
 const ENOUGH: Duration = Duration::from_millis(200);
@@ -297,11 +296,14 @@ fn timed(plan: &Plan, sample: &Grid, threads: Option<usize>) -> (usize, Duration
             stop.store(true, Ordering::Relaxed);
         }
     };
-    let size_sink = SizeSink { packer: Packer::new(&plan), bytes: AtomicU64::new(0) };
+    let packed = AtomicU64::new(0);
+    let sink = ByteSink::new(&plan, |bytes| {
+        packed.fetch_add(bytes.len() as u64, Ordering::Relaxed);
+    });
     let control = Control { threads, on_cells: &on_cells, stop: &stop, ..Control::default() };
     // An interrupted sample counts as far as it went.
-    let _ = map::run(&plan, &size_sink, &control);
-    (done.load(Ordering::Relaxed), start.elapsed(), size_sink.bytes.load(Ordering::Relaxed))
+    let _ = map::run(&plan, &sink, &control);
+    (done.load(Ordering::Relaxed), start.elapsed(), packed.load(Ordering::Relaxed))
 }
 
 /// Estimated duration of the audit, from a few cells of it.
@@ -325,27 +327,6 @@ fn audit_seconds(plan: &Plan, threads: Option<usize>) -> f64 {
     }
     let workers = threads.unwrap_or_else(rayon::current_num_threads).max(1);
     start.elapsed().as_secs_f64() / f64::from(timed) * cells as f64 / workers as f64
-}
-
-/// A sink that packs tiles as a run does, and records only their sizes.
-struct SizeSink {
-    packer: Packer,
-    bytes: AtomicU64,
-}
-
-impl Sink for SizeSink {
-    type Packed = PackedRecord;
-    type Error = Infallible;
-
-    fn pack(&self, data: &TileData) -> Result<PackedRecord, Infallible> {
-        Ok(self.packer.pack(data))
-    }
-
-    fn write(&self, packed: PackedRecord, account: &Account) -> Result<(), Infallible> {
-        let bytes = self.packer.to_bytes(&packed, account).len();
-        self.bytes.fetch_add(bytes as u64, Ordering::Relaxed);
-        Ok(())
-    }
 }
 
 #[cfg(test)]

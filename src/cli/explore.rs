@@ -36,7 +36,6 @@ pub(super) struct Arguments {
     no_browser: bool,
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let start = arguments.file.as_deref().map_or_else(|| Ok(Start::default()), start)?;
     let listener = listen(arguments.port)?;

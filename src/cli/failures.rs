@@ -10,9 +10,10 @@ use super::output::{count, exact, short};
 use super::report::failure;
 use super::{Ended, Failure, interrupt, progress};
 use crate::config::Job;
+use crate::files::create_folders;
 use crate::map::failures::{self, Catalogue, Class, Comparison, Kind, MethodFailures};
 use crate::map::limits::HIGHEST;
-use crate::map::{Grid, Method};
+use crate::map::{self, Grid, Method};
 use crate::probe::command_line;
 use crate::report::{Existing, csv_text, write_file};
 use crate::simulate::naive::NaiveKnobs;
@@ -51,7 +52,6 @@ pub(super) struct Arguments {
     quiet: bool,
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let job = Job::load(&arguments.config, &arguments.sets)?;
     let grid = &job.plan.grid;
@@ -65,9 +65,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     if let Some(folder) = &arguments.out {
         refuse_existing(folder, arguments.overwrite)?;
     }
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(arguments.threads.unwrap_or(0))
-        .build()
+    let pool = map::pool(arguments.threads)
         .map_err(|error| Failure::Broken(format!("cannot start the worker threads: {error}")))?;
     let points = failures::points_of(grid);
     let bar = progress::bar(arguments.quiet, Some(points.len() as u64), "cells");
@@ -105,7 +103,6 @@ fn command(arguments: &Arguments) -> String {
     line
 }
 
-/// Names of the files written.
 const FILES: [&str; 3] = ["failures.md", "methods.csv", "classes.csv"];
 
 /// Returns an error if an earlier catalogue exists and may not be replaced; called before anything is
@@ -123,7 +120,7 @@ fn refuse_existing(folder: &Path, overwrite: bool) -> Result<(), Failure> {
 
 /// Writes every file under a temporary name first, so that no file is ever half written.
 fn write_files(folder: &Path, report: &CataloguePage) -> Result<(), Failure> {
-    crate::store::create_folders(folder)
+    create_folders(folder)
         .map_err(|error| Failure::Broken(format!("cannot write {}: {error}", folder.display())))?;
     for (name, text) in FILES.iter().zip([report.markdown(), report.methods_csv(), report.classes_csv()]) {
         write_file(text.as_bytes(), &folder.join(name), Existing::Replace).map_err(failure)?;

@@ -150,7 +150,6 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// Runs a command and returns its exit code.
 fn carry_out(command: Command) -> ExitCode {
     let result = match command {
         Command::Run(arguments) => run::run(&arguments),

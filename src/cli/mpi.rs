@@ -11,7 +11,6 @@
 mod proofs;
 
 use std::cell::OnceCell;
-use std::convert::Infallible;
 use std::sync::Mutex;
 use std::sync::PoisonError;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -25,8 +24,8 @@ use mpi::traits::*;
 
 use super::{Ended, Failure};
 use crate::config::Job;
-use crate::map::{self, Account, ComputeError, Control, Queue, Sink, TileData};
-use crate::store::{PackedRecord, Packer, PartialMap, StoreError, plan_digest};
+use crate::map::{self, Account, ComputeError, Control, Queue, Sink as _};
+use crate::store::{ByteSink, PartialMap, StoreError, plan_digest};
 
 /// Message of a rank at its start: fingerprint of its plan and number of threads, or the error of its job.
 const HELLO: i32 = 1;
@@ -62,7 +61,6 @@ fn wait_for(process: &Process, tag: i32) {
 /// The processes of a run.
 pub(super) struct Ranks {
     universe: Universe,
-    /// Number of threads of this rank.
     threads: usize,
     /// On rank 0, once the run has begun: the other ranks.
     others: OnceCell<Vec<Other>>,
@@ -104,7 +102,6 @@ impl Ranks {
         }
     }
 
-    /// Number of ranks.
     pub(super) fn count(&self) -> usize {
         usize::try_from(self.universe.world().size()).unwrap_or(1)
     }
@@ -141,9 +138,9 @@ impl Ranks {
         // A rank that gets no tile now gets none later.
         let more = (!ahead.is_empty()).then_some(more);
         let tiles = Mutex::new(tiles);
-        // Rank 0 bounds the number of tiles that can be in it.
+        // Rank 0 bounds the number of tiles that can be in it, and the receiver lives as long as there is a sender.
         let (outbox, finished) = channel();
-        let sink = Outbox { packer: Packer::new(&job.plan), outbox };
+        let sink = ByteSink::new(&job.plan, move |bytes| drop(outbox.send(bytes)));
         let control = Control { threads: Some(self.threads), stop, ..Control::default() };
         std::thread::scope(|scope| {
             let (job, tiles) = (&job, &tiles);
@@ -362,27 +359,6 @@ fn first_messages(queue: &Queue, own_threads: usize, threads: &[usize]) -> Vec<V
         }
     }
     answers
-}
-
-/// A sink that sends tiles to rank 0.
-struct Outbox {
-    packer: Packer,
-    outbox: Sender<Vec<u8>>,
-}
-
-impl Sink for Outbox {
-    type Packed = PackedRecord;
-    type Error = Infallible;
-
-    fn pack(&self, data: &TileData) -> Result<PackedRecord, Infallible> {
-        Ok(self.packer.pack(data))
-    }
-
-    fn write(&self, packed: PackedRecord, account: &Account) -> Result<(), Infallible> {
-        // The receiver lives as long as there is a sender.
-        let _ = self.outbox.send(self.packer.to_bytes(&packed, account));
-        Ok(())
-    }
 }
 
 #[cfg(test)]

@@ -69,7 +69,6 @@ impl Table {
         Self { align: columns.iter().map(|(_, align)| *align).collect(), rows }
     }
 
-    /// Appends a row.
     pub(super) fn row(&mut self, cells: impl IntoIterator<Item = String>) {
         self.rows.push(cells.into_iter().collect());
     }

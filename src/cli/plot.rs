@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use super::output::{exact, short};
 use super::replace::{self, Kind};
@@ -70,31 +71,18 @@ pub(super) struct Arguments {
     #[arg(long)]
     dimensionless: bool,
     /// Width of the figure: one column of a journal (84 mm) or two (174 mm)
-    #[arg(long, value_enum, default_value_t = Columns::One)]
-    columns: Columns,
+    #[arg(long, value_parser = columns(), default_value = "1")]
+    columns: Width,
     /// Replace files that exist
     #[arg(long)]
     overwrite: bool,
 }
 
-/// Width of a figure.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(super) enum Columns {
-    /// One column.
-    #[value(name = "1")]
-    One,
-    /// Two columns.
-    #[value(name = "2")]
-    Two,
-}
-
-impl From<Columns> for Width {
-    fn from(columns: Columns) -> Self {
-        match columns {
-            Columns::One => Width::OneColumn,
-            Columns::Two => Width::TwoColumns,
-        }
-    }
+/// Reads the width of a figure, in columns of a journal.
+pub(super) fn columns() -> impl TypedValueParser<Value = Width> {
+    let width = |columns: String| if columns == "1" { Width::OneColumn } else { Width::TwoColumns };
+    let values = [("1", "One column"), ("2", "Two columns")];
+    PossibleValuesParser::new(values.map(|(name, help)| PossibleValue::new(name).help(help))).map(width)
 }
 
 fn parse_at(text: &str) -> Result<At, String> {
@@ -110,7 +98,6 @@ fn parse_range(text: &str) -> Result<(f64, f64), String> {
     ends.ok_or_else(|| "write two numbers, for example 0.1,2".into())
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let map = open(&arguments.map)?;
     let view = if arguments.dimensionless { View::dimensionless(&map) } else { View::new(&map) };
@@ -143,12 +130,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         variables: &arguments.variable,
         panels: arguments.panels.as_ref(),
         curves: arguments.curves,
-        width: arguments.columns.into(),
+        width: arguments.columns,
     };
     let plotted = match arguments.diagram {
         false => figure::plot(&view, &plot),
         true => figure::plot::one_each(&arguments.at).map_err(ReportError::from).and_then(|at| {
-            let (x, width) = (arguments.x.as_str(), arguments.columns.into());
+            let (x, width) = (arguments.x.as_str(), arguments.columns);
             diagram(&view, &DiagramPlot { x, at: &at, range: arguments.range, width })
         }),
     };

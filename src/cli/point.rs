@@ -45,7 +45,6 @@ fn parse_name(name: &str) -> Result<String, String> {
 }
 
 impl LawArguments {
-    /// The law.
     pub(super) fn law(&self) -> Result<Law, Failure> {
         let law = self.law_as_written()?;
         Ok(if self.small.is_some() { law.read_as_small() } else { law })
@@ -162,7 +161,6 @@ impl PointArguments {
     }
 }
 
-/// Checks that the law is legal at a point.
 pub(super) fn check_law(law: &Law, point: &Point) -> Result<(), String> {
     let fastest = 2.0 * point.belt_speed;
     match law.as_written() {

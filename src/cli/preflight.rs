@@ -8,6 +8,7 @@ use super::output::{bytes, count};
 use super::proof::{self, PathState};
 use super::{Ended, Failure, say};
 use crate::config::Job;
+use crate::files::{self, folder_of};
 use crate::map::Grid;
 use crate::store;
 
@@ -249,8 +250,8 @@ fn first_folder(output: &Path) -> PathBuf {
 
 /// Creates the folders of the output's path.
 pub(super) fn create_folders(output: &Path) -> Result<(), Failure> {
-    let folder = store::folder_of(output);
-    store::create_folders(folder).map_err(|error| {
+    let folder = folder_of(output);
+    files::create_folders(folder).map_err(|error| {
         Failure::BadInput(format!(
             "the folder {} cannot be created: {error}\n  help: choose another place with --set output.path=..",
             folder.display()

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::output::{Align, Table, count, exact, print_json, short, signed};
-use super::plot::Columns;
+use super::plot::columns;
 use super::point::{LawArguments, PointArguments};
 use super::probe_table::About;
 use super::replace::{self, Kind};
@@ -22,7 +22,7 @@ use crate::map::limits::{EpsilonLimit, HIGHEST, Unknown};
 use crate::map::{DEFAULT_TOLERANCE, Grid, Method};
 use crate::point::Point;
 use crate::probe::{Answer, MachineResult, Probe, equilibrium_type, fate_name, regime_words};
-use crate::report::figure::{OrbitPlot, orbit_figure};
+use crate::report::figure::{OrbitPlot, Width, orbit_figure};
 use crate::report::{UnitSystem, write_figure, write_file};
 use crate::simulate::direct::Start;
 use crate::simulate::sensitivity::NoSensitivity;
@@ -51,8 +51,8 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE", conflicts_with = "points")]
     figure: Option<PathBuf>,
     /// Width of the figure: one column of a journal (84 mm) or two (174 mm)
-    #[arg(long, value_enum, default_value_t = Columns::One, requires = "figure")]
-    columns: Columns,
+    #[arg(long, value_parser = columns(), default_value = "1", requires = "figure")]
+    columns: Width,
     /// Write the orbit: t, x1, x2, and whether the mass slips or sticks from there on; in SI units with
     /// --machine
     #[arg(long, value_name = "FILE.csv", conflicts_with = "points")]
@@ -123,7 +123,6 @@ fn parse_duration(text: &str) -> Result<f64, String> {
     duration.ok_or_else(|| "write a number greater than 0".into())
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let tolerance = arguments.tolerance.unwrap_or(DEFAULT_TOLERANCE);
     if let Some(file) = &arguments.machine {
@@ -143,7 +142,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     probe_point(arguments, &law, &point, tolerance, None)
 }
 
-/// Probes the machine of a file.
 fn probe_machine(arguments: &Arguments, file: &Path, tolerance: f64) -> Result<Ended, Failure> {
     if arguments.points.is_some() {
         let job = load_machine(file, arguments.point.given())?;
@@ -238,7 +236,7 @@ fn write_orbit(
         start,
         duration: arguments.duration.map(|duration| duration / units.time().factor),
         units: &units,
-        width: arguments.columns.into(),
+        width: arguments.columns,
     };
     let drawn = orbit_figure(&plot);
     if let Some(path) = &arguments.figure {

@@ -13,13 +13,12 @@ use super::replace::{self, Kind};
 use super::report::existing;
 use super::{Ended, Failure, interrupt, machine, point};
 use crate::config::{MachineJob, PointTable};
+use crate::files::{folder_of, publish_file, temporary_in};
 use crate::friction::Law;
 use crate::machine::{Dimension, Friction, Machine, SiUnits};
-use crate::map::{Description, Field, Method, Quantity, dimension, slip_cycle_count};
+use crate::map::{self, Description, Field, Method, Quantity, dimension, slip_cycle_count};
 use crate::point::Point;
 use crate::probe::Answer;
-use crate::report::{publish_file, temporary_in};
-use crate::store::folder_of;
 
 /// Answers for standard output are held in memory up to this size, then in a temporary file.
 const SPOOL: usize = 16 << 20;
@@ -54,7 +53,6 @@ pub(super) enum About<'a> {
     Machine(&'a MachineJob, &'a Path),
 }
 
-/// Runs the command.
 pub(super) fn run(job: &Job) -> Result<Ended, Failure> {
     let stop = interrupt::flag();
     let table = match &job.about {
@@ -68,9 +66,7 @@ pub(super) fn run(job: &Job) -> Result<Ended, Failure> {
     };
     check_header(&table, job)?;
     let mut output = Output::open(job.output, job.input, job.overwrite)?;
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(job.threads.unwrap_or(0))
-        .build()
+    let pool = map::pool(job.threads)
         .map_err(|error| Failure::Broken(format!("cannot start the threads: {error}")))?;
     let bar = super::progress::bar(job.quiet, None, "rows");
     pool.install(|| convert(job, table, &mut output, stop, &bar))?;

@@ -12,8 +12,7 @@ use crate::certify::certificate::{BEGINNING, Certificate, Checked};
 use crate::certify::point_certificate::{self, PointCertificate};
 use crate::certify::validated::surface::Surface;
 use crate::certify::validated::tile::GroupBox;
-use crate::report::{publish_file, temporary_in};
-use crate::store::{create_folders, folder_of};
+use crate::files::{create_folders, folder_of, publish_file, temporary_in};
 
 /// Largest size in bytes of a certificate that is read: more than a hundred thousand tiles.
 const LONGEST: u64 = 1 << 30;
@@ -161,7 +160,6 @@ pub(super) fn check(path: &Path, as_json: bool) -> Result<Ended, Failure> {
     Ok(if problems.is_empty() { Ended::Fine } else { Ended::Flawed })
 }
 
-/// Verifies the certificate of a point.
 fn check_point(path: &Path, certificate: &PointCertificate, as_json: bool) -> Result<Ended, Failure> {
     let problems = certificate.check();
     let [lo, hi] = certificate.critical_c();

@@ -45,7 +45,6 @@ pub(super) struct Arguments {
     quiet: bool,
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let map = open(&arguments.map)?;
     let folder = arguments.out.clone().unwrap_or_else(|| {

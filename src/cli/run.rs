@@ -60,7 +60,6 @@ pub(super) struct Arguments {
     quiet: bool,
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let stop = interrupt::flag();
     match launched() {

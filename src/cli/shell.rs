@@ -46,9 +46,6 @@ fn page(command: &Command) -> io::Result<Vec<u8>> {
 }
 
 /// Prints one man page, or writes all of them.
-///
-/// # Errors
-/// [`Failure::BadInput`] for an unknown command, [`Failure::Broken`] if a file cannot be written.
 pub(crate) fn man(mut program: Command, arguments: &ManArguments) -> Result<Ended, Failure> {
     // Gives each command's page its full name: `slipmap-run`, not `run`.
     program = program.disable_help_subcommand(true);
@@ -89,9 +86,6 @@ fn write_all(program: &Command, folder: &Path) -> Result<Ended, Failure> {
 }
 
 /// Prints the completions for a shell.
-///
-/// # Errors
-/// [`Failure::ReaderGone`] or [`Failure::Broken`] if they cannot be printed.
 pub(crate) fn completions(mut program: Command, arguments: &CompletionArguments) -> Result<Ended, Failure> {
     // The generator panics on write errors; writing to memory never fails.
     let mut text = Vec::new();

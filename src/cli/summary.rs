@@ -13,9 +13,7 @@ use crate::probe::fate_name;
 use crate::report::proved::{Rounded, proved_percent};
 use crate::simulate::bifurcation::Bifurcation;
 
-/// Contents of the report of a run.
 pub(super) struct RunReport<'a> {
-    /// The job.
     pub(super) job: &'a Job,
     /// The result of the run.
     pub(super) summary: &'a Summary,
@@ -29,8 +27,8 @@ impl RunReport<'_> {
     /// Returns whether cells failed, methods contradict each other, or the audit disagrees.
     pub(super) fn is_flawed(&self) -> bool {
         self.failed() > 0
-            || self.summary.contradictions.cells > 0
-            || !self.summary.audit.disagreements.is_empty()
+            || self.summary.account.contradictions.cells > 0
+            || !self.summary.account.audit.disagreements.is_empty()
     }
 
     /// Number of failed cells, over all methods.
@@ -40,7 +38,7 @@ impl RunReport<'_> {
 
     /// Processor seconds that belong to no method, by stage.
     fn stages(&self) -> Vec<(&'static str, f64)> {
-        let mut stages = self.summary.stages.named().to_vec();
+        let mut stages = self.summary.account.stages.named().to_vec();
         stages.push(("probability", self.probability_seconds));
         stages
     }
@@ -59,16 +57,17 @@ impl RunReport<'_> {
 pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failure> {
     use Align::{Left, Right};
     let RunReport { job, summary, .. } = report;
+    let account = &summary.account;
     let size = report.file_size().map_or(String::new(), |size| format!(", {}", bytes(size.into())));
     writeln!(out, "{}: {}{size}", job.title, job.output.display())?;
     writeln!(
         out,
         "{} in {}, {} on {}, {} cells/s{}\n",
-        number_of(summary.cells, "cell"),
+        number_of(account.cells, "cell"),
         number_of(report.columns(), "column"),
         duration(summary.seconds),
         number_of(summary.threads, "thread"),
-        short3(rate(summary.cells, summary.seconds)),
+        short3(rate(account.cells, summary.seconds)),
         peak_memory().map_or(String::new(), |peak| format!(", {} of memory", bytes(peak.into())))
     )?;
 
@@ -95,7 +94,7 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
     for (stage, seconds) in stages.into_iter().filter(|(_, seconds)| *seconds > 0.0).chain([("all", all)]) {
         let mut row = vec![stage.to_owned()];
         row.resize(1 + 2 * shown.len(), String::new());
-        row.extend([short3(seconds), short3(rate(summary.cells, seconds))]);
+        row.extend([short3(seconds), short3(rate(account.cells, seconds))]);
         table.row(row);
     }
     table.write(out)?;
@@ -111,7 +110,7 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
             number_of(tiles, "tile")
         )?;
     }
-    let paths = summary.paths.named();
+    let paths = account.paths.named();
     let simulated: u64 = paths.iter().map(|(_, cells)| cells).sum();
     if simulated > 0 {
         let shares = paths.iter().filter(|(_, cells)| *cells > 0).map(|(path, cells)| {
@@ -139,7 +138,7 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
             duration(proved.seconds)
         )?;
     }
-    let audit = &summary.audit;
+    let audit = &account.audit;
     if audit.cells > 0 {
         writeln!(
             out,
@@ -153,9 +152,9 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
             count(audit.disagreements.len())
         )?;
     }
-    let unknown = summary.unknown;
+    let unknown = account.unknown;
     if unknown.regimes > 0 {
-        let cells = number_of(summary.cells, "cell");
+        let cells = number_of(account.cells, "cell");
         writeln!(out, "regime: not determined in {} of {cells}", count(unknown.regimes))?;
     }
     if unknown.critical > 0 {
@@ -177,7 +176,7 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
             command_line(law, &disagreement.point, tolerance)
         )?;
     }
-    let contradictions = &summary.contradictions;
+    let contradictions = &account.contradictions;
     if contradictions.cells > 0 {
         writeln!(
             out,
@@ -199,9 +198,9 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
         }
     }
     if report.failed() > 0 {
-        let listed = summary.failed_cells.len();
+        let listed = account.failed.len();
         writeln!(out, "{} failed; the first {listed}:", number_of(report.failed(), "verdict"))?;
-        for cell in &summary.failed_cells {
+        for cell in &account.failed {
             writeln!(out, "  {}: {}", cell.method.name(), command_line(law, &cell.point, tolerance))?;
         }
     }
@@ -234,16 +233,16 @@ fn peak_memory() -> Option<u64> {
     line.trim().strip_suffix(" kB")?.trim().parse::<u64>().ok().map(|kilobytes| 1024 * kilobytes)
 }
 
-/// Prints the report as JSON.
 pub(super) fn json(report: &RunReport) -> Result<(), Failure> {
     let RunReport { job, summary, resumed_tiles, .. } = report;
+    let account = &summary.account;
     let (law, tolerance) = (job.plan.grid.law(), job.plan.tolerance);
     let methods = object(summary.methods.iter().map(|method| {
         let verdicts = Verdict::ALL.map(|verdict| (verdict.name(), json!(method.cells_with(verdict))));
         let cost = [("cells", json!(method.cells)), ("seconds", json!(method.seconds))];
         (method.method.name(), object(cost.into_iter().chain(verdicts)))
     }));
-    let disagreements: Vec<Value> = summary
+    let disagreements: Vec<Value> = account
         .audit
         .disagreements
         .iter()
@@ -256,8 +255,8 @@ pub(super) fn json(report: &RunReport) -> Result<(), Failure> {
             })
         })
         .collect();
-    let failed: Vec<Value> = summary
-        .failed_cells
+    let failed: Vec<Value> = account
+        .failed
         .iter()
         .map(|cell| json!({ "method": cell.method.name(), "probe": command_line(law, &cell.point, tolerance) }))
         .collect();
@@ -265,32 +264,32 @@ pub(super) fn json(report: &RunReport) -> Result<(), Failure> {
         "title": job.title,
         "output": job.output.to_string_lossy(),
         "bytes": report.file_size(),
-        "cells": summary.cells,
+        "cells": account.cells,
         "columns": report.columns(),
         "seconds": summary.seconds,
         "resumed_tiles": resumed_tiles,
         "threads": summary.threads,
         "methods": methods,
-        "paths": object(summary.paths.named()),
+        "paths": object(account.paths.named()),
         "audit": {
-            "cells": summary.audit.cells,
-            "checked": summary.audit.checked,
-            "agreed": summary.audit.agreed,
-            "within_margin": summary.audit.within_margin,
-            "unresolved": summary.audit.unresolved,
+            "cells": account.audit.cells,
+            "checked": account.audit.checked,
+            "agreed": account.audit.agreed,
+            "within_margin": account.audit.within_margin,
+            "unresolved": account.audit.unresolved,
             "disagreements": disagreements,
-            "thread_seconds": summary.stages.audit,
+            "thread_seconds": account.stages.audit,
         },
         "contradictions": {
-            "cells": summary.contradictions.cells,
-            "first": summary.contradictions.first.iter().map(|cell| json!({
+            "cells": account.contradictions.cells,
+            "first": account.contradictions.first.iter().map(|cell| json!({
                 "verdicts": object(
                     job.plan.methods.iter().zip(&cell.verdicts).map(|(method, verdict)| (method.name(), verdict.name())),
                 ),
                 "probe": command_line(law, &cell.point, tolerance),
             })).collect::<Vec<_>>(),
         },
-        "unknown": { "regimes": summary.unknown.regimes, "critical_c": summary.unknown.critical },
+        "unknown": { "regimes": account.unknown.regimes, "critical_c": account.unknown.critical },
         "curves": summary.curves.iter().map(|curves| json!({
             "x": job.plan.grid.axes()[curves.plane.x].name,
             "y": job.plan.grid.axes()[curves.plane.y].name,
@@ -306,9 +305,9 @@ pub(super) fn json(report: &RunReport) -> Result<(), Failure> {
             "parts": proved.volumes.parts,
             "seconds": proved.seconds,
         })),
-        "rhs": summary.rhs,
+        "rhs": account.rhs,
         "peak_bytes": peak_memory(),
-        "pack_thread_seconds": summary.stages.pack,
+        "pack_thread_seconds": account.stages.pack,
         "stages": object(report.stages()),
         "failed": report.failed(),
         "failed_cells": failed,
@@ -340,7 +339,7 @@ mod tests {
     use super::*;
     use crate::friction::Law;
     use crate::map::{
-        Audit, Contradiction, Contradictions, Disagreement, FailedCell, Method, MethodSummary, Paths, Stages,
+        Account, Audit, Contradiction, Contradictions, Disagreement, FailedCell, Method, MethodSummary,
         Unknown,
     };
     use crate::simulate::{Failure as Breakdown, Fate, Flow};
@@ -355,22 +354,20 @@ mod tests {
 
     fn summary(failed: u64, disagreements: Vec<Disagreement>) -> Summary {
         let counts = Verdict::ALL.map(|verdict| if verdict == Verdict::Failed { failed } else { 0 });
+        let audit = Audit { cells: 2, checked: 2, agreed: 1, disagreements, ..Audit::default() };
         Summary {
-            cells: 2,
             seconds: 1.0,
             threads: 1,
             methods: vec![MethodSummary { method: Method::Simulation, cells: 2, seconds: 1.0, counts }],
-            paths: Paths::default(),
-            rhs: 0,
-            audit: Audit { cells: 2, checked: 2, agreed: 1, disagreements, ..Audit::default() },
-            contradictions: Contradictions::default(),
-            unknown: Unknown::default(),
-            stages: Stages::default(),
-            failed_cells: Vec::new(),
+            account: Account { cells: 2, audit, ..Account::default() },
             proved: None,
             curves: Vec::new(),
             curves_seconds: 0.0,
         }
+    }
+
+    fn of<'a>(job: &'a Job, summary: &'a Summary) -> RunReport<'a> {
+        RunReport { job, summary, probability_seconds: 0.0, resumed_tiles: 0 }
     }
 
     fn text(report: &RunReport) -> String {
@@ -383,11 +380,9 @@ mod tests {
     fn fields_without_an_answer_are_counted() {
         let job = job();
         let mut summary = summary(0, Vec::new());
-        let told = |summary: &Summary| {
-            text(&RunReport { job: &job, summary, probability_seconds: 0.0, resumed_tiles: 0 })
-        };
+        let told = |summary: &Summary| text(&of(&job, summary));
         assert!(!told(&summary).contains("not determined") && !told(&summary).contains("not found"));
-        summary.unknown = Unknown { regimes: 2, critical: 1 };
+        summary.account.unknown = Unknown { regimes: 2, critical: 1 };
         let told = told(&summary);
         assert!(told.contains("regime: not determined in 2 of 2 cells"), "{told}");
         assert!(told.contains("critical_c of simulation: not found in 1 of 1 column,"), "{told}");
@@ -401,13 +396,13 @@ mod tests {
         assert_eq!(command_line(&Law::Stribeck, &point, job.plan.tolerance), line);
 
         let fine = summary(0, Vec::new());
-        let report = RunReport { job: &job, summary: &fine, probability_seconds: 0.0, resumed_tiles: 0 };
+        let report = of(&job, &fine);
         assert!(!report.is_flawed());
         assert!(!text(&report).contains("slipmap probe"));
 
         let mut failed = summary(1, Vec::new());
-        failed.failed_cells = vec![FailedCell { tile: 0, point, method: Method::Simulation }];
-        let report = RunReport { job: &job, summary: &failed, probability_seconds: 0.0, resumed_tiles: 0 };
+        failed.account.failed = vec![FailedCell { tile: 0, point, method: Method::Simulation }];
+        let report = of(&job, &failed);
         assert!(report.is_flawed());
         assert!(text(&report).contains(&format!("simulation: {line}\n")), "{}", text(&report));
 
@@ -419,9 +414,8 @@ mod tests {
             _ => Verdict::Undecided,
         });
         let cell = Contradiction { tile: 0, point, verdicts: verdicts.collect() };
-        contradictory.contradictions = Contradictions { cells: 1, first: vec![cell] };
-        let report =
-            RunReport { job: &job, summary: &contradictory, probability_seconds: 0.0, resumed_tiles: 0 };
+        contradictory.account.contradictions = Contradictions { cells: 1, first: vec![cell] };
+        let report = of(&job, &contradictory);
         assert!(report.is_flawed());
         let said = text(&report);
         assert!(said.contains("1 cell in which methods with a guarantee contradict"), "{said}");
@@ -431,8 +425,7 @@ mod tests {
         let direct = Flow { fate, margin: f64::NAN, margin_error: f64::NAN, rhs: 0 };
         let disagreement = Disagreement { point, method: "symmetric", stored: Verdict::Present, direct };
         let contradicted = summary(0, vec![disagreement]);
-        let report =
-            RunReport { job: &job, summary: &contradicted, probability_seconds: 0.0, resumed_tiles: 0 };
+        let report = of(&job, &contradicted);
         assert!(report.is_flawed());
         assert!(
             text(&report).contains(&format!("symmetric says present, the direct engine failed: {line}\n"))

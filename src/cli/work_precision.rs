@@ -46,7 +46,6 @@ pub(super) struct Arguments {
     quiet: bool,
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let job = Job::load(&arguments.config, &arguments.set)?;
     let folder = arguments.out.clone().unwrap_or_else(|| {

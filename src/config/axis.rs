@@ -6,15 +6,7 @@ use super::source::{ConfigError, Node, Section, Shape};
 /// refused.
 const MOST_POINTS: i64 = 1_000_000;
 
-/// The keys of a range.
 pub(super) const RANGE_KEYS: [&str; 4] = ["from", "to", "points", "spacing"];
-
-/// Spacing of the points of a range.
-#[derive(Clone, Copy, PartialEq)]
-enum Spacing {
-    Linear,
-    Log,
-}
 
 /// Reads the nodes of the axis at `node`.
 pub(super) fn nodes(node: &Node) -> Result<Vec<f64>, ConfigError> {
@@ -63,10 +55,9 @@ pub(super) fn nodes_of_range(node: &Node, range: &Section) -> Result<Vec<f64>, C
             return Err(end.error("the ends of a range must be finite", "write a number"));
         }
     }
-    let points = points_node.integer(1, MOST_POINTS)?;
-    let spacings = [("linear", Spacing::Linear), ("log", Spacing::Log)];
-    let spacing =
-        range.get_or("spacing", Spacing::Linear, |word| super::choice(word, &spacings, "spacing"))?;
+    let points: usize = points_node.integer(1, MOST_POINTS)?;
+    let spacings = [("linear", false), ("log", true)];
+    let log = range.get_or("spacing", false, |word| super::choice(word, &spacings, "spacing"))?;
 
     if from > to {
         return Err(node.error(
@@ -89,13 +80,13 @@ pub(super) fn nodes_of_range(node: &Node, range: &Section) -> Result<Vec<f64>, C
             format!("take at least 2 points, or write the axis as one number such as {from}"),
         ));
     }
-    if spacing == Spacing::Log && from <= 0.0 {
+    if log && from <= 0.0 {
         return Err(from_node.error(
             "a logarithmic axis cannot start at or below 0",
             "start above 0, or leave `spacing` out",
         ));
     }
-    let nodes = spread(from, to, points, spacing);
+    let nodes = range_nodes(from, to, points, log);
     if nodes.windows(2).any(|pair| pair[0] >= pair[1]) {
         return Err(points_node.error(
             &format!("{points} points between {from} and {to} are too close to be told apart"),
@@ -106,24 +97,18 @@ pub(super) fn nodes_of_range(node: &Node, range: &Section) -> Result<Vec<f64>, C
 }
 
 /// The nodes that a configuration's range `{ from, to, points, spacing }` has: `points` >= 2 values from
-/// `from` to `to`, with equal steps, or with equal ratios if `log`. Neighbours may be equal where the ends
-/// are too close.
-pub(crate) fn range_nodes(from: f64, to: f64, points: usize, log: bool) -> Vec<f64> {
-    let spacing = if log { Spacing::Log } else { Spacing::Linear };
-    spread(from, to, i64::try_from(points).unwrap_or(i64::MAX), spacing)
-}
-
-/// `points` >= 2 values from `from` to `to` > `from`, both exact.
+/// `from` to `to`, both exact, with equal steps, or with equal ratios if `log`. Neighbours may be equal where
+/// the ends are too close.
 ///
 /// A linear node is `(from * (n-1-i) + to * i) / (n-1)`, which gives 0.3 where `from + i * step` gives
 /// 0.30000000000000004.
-fn spread(from: f64, to: f64, points: i64, spacing: Spacing) -> Vec<f64> {
+pub(crate) fn range_nodes(from: f64, to: f64, points: usize, log: bool) -> Vec<f64> {
     let last = points - 1;
-    let between = |i: i64| {
+    let between = |i: usize| {
         let (done, left, all) = (i as f64, (last - i) as f64, last as f64);
-        match spacing {
-            Spacing::Linear => (from * left + to * done) / all,
-            Spacing::Log => ((from.ln() * left + to.ln() * done) / all).exp(),
+        match log {
+            false => (from * left + to * done) / all,
+            true => ((from.ln() * left + to.ln() * done) / all).exp(),
         }
     };
     (0..points)
@@ -141,10 +126,10 @@ mod tests {
 
     #[test]
     fn ends_are_exact_and_tenths_are_tenths() {
-        let tenths = spread(0.0, 1.0, 11, Spacing::Linear);
+        let tenths = range_nodes(0.0, 1.0, 11, false);
         assert_eq!(tenths, [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0]);
-        for spacing in [Spacing::Linear, Spacing::Log] {
-            let nodes = spread(0.1, 0.7, 1000, spacing);
+        for log in [false, true] {
+            let nodes = range_nodes(0.1, 0.7, 1000, log);
             assert_eq!((nodes[0], nodes[999]), (0.1, 0.7));
             assert!(nodes.windows(2).all(|pair| pair[0] < pair[1]));
         }
@@ -152,7 +137,7 @@ mod tests {
 
     #[test]
     fn log_spacing_has_equal_ratios() {
-        let nodes = spread(0.01, 100.0, 5, Spacing::Log);
+        let nodes = range_nodes(0.01, 100.0, 5, true);
         for (node, exact) in nodes.iter().zip([0.01, 0.1, 1.0, 10.0, 100.0]) {
             // exp and ln are accurate to an ulp each and |ln| <= 4.6, so the relative error is a few eps.
             assert!((node / exact - 1.0).abs() < 16.0 * f64::EPSILON, "{node} is not {exact}");

@@ -4,13 +4,10 @@ use super::source::{ConfigError, Node, Section, Shape};
 use super::{choice, nearest, refuse_unknown_keys};
 use crate::map::{Axis, CURVE_COLUMNS, Grid, Plane};
 
-/// The keys of `[curves]`.
 pub(super) const KEYS: [&str; 1] = ["planes"];
 
-/// The keys of a plane.
 const PLANE_KEYS: [&str; 3] = ["x", "y", "at"];
 
-/// An example of a plane.
 const EXAMPLE: &str = "{ x = \"V\", y = \"c\" }";
 
 /// Reads `[curves]`.
@@ -42,7 +39,6 @@ pub(super) fn read(section: &Section, grid: &Grid) -> Result<Vec<Plane>, ConfigE
     Ok(planes)
 }
 
-/// Reads a plane.
 fn plane(table: &Section, grid: &Grid) -> Result<Plane, ConfigError> {
     refuse_unknown_keys(table, &PLANE_KEYS)?;
     let axes = grid.axes();

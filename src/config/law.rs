@@ -9,7 +9,6 @@ use super::source::{ConfigError, Node, Section, decimal_comma, is_utf_16};
 use crate::friction::{Expression, ExpressionError, Law, Table};
 use crate::map::{AxisRole, Grid, unravel};
 
-/// The keys of `[friction]`.
 pub(super) const KEYS: [&str; 6] = ["law", "phi", "static", "file", "quantity", "small"];
 
 /// The units of a law's numbers.
@@ -160,9 +159,6 @@ fn table_of(path: &Path, static_level: Option<f64>) -> Result<Table, (String, St
 
 /// Reads a measured law as [`read_table`] does, from the text of a file of this `name`; without a static
 /// level that is the first friction.
-///
-/// # Errors
-/// As [`read_table`].
 pub(crate) fn table_of_text(
     name: &str,
     text: &str,

@@ -24,7 +24,6 @@ pub(crate) struct MachineJob {
     pub(crate) dampings: Vec<f64>,
     /// The uncertain quantities and their distributions.
     pub(crate) uncertain: Vec<Uncertain>,
-    /// Title of the configuration, if it has one.
     pub(crate) title: Option<String>,
 }
 
@@ -352,7 +351,6 @@ fn check(node: &Node, key: &str, value: f64, is_legal: bool, wanted: &str) -> Re
     }
 }
 
-/// The dimensionless grid of a machine.
 pub(super) fn grid(section: &Section, job: &MachineJob) -> Result<Grid, ConfigError> {
     let failed = |problem: String| {
         section.missing("belt_speed", format!("in dimensionless terms, {problem}; check the units"))

@@ -139,9 +139,6 @@ impl PointTable {
     }
 
     /// The numbers of a row by the names of their columns.
-    ///
-    /// # Errors
-    /// A field that is not a number.
     pub(crate) fn values(&self, row: &ByteRecord) -> Result<Vec<(&'static str, f64)>, ConfigError> {
         let number = |&(name, _): &(&'static str, usize)| match self.text(row, name).parse() {
             Ok(value) => Ok((name, value)),

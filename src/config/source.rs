@@ -66,7 +66,6 @@ impl Source {
         Ok(source)
     }
 
-    /// The file's name.
     pub(super) fn file(&self) -> &Path {
         &self.file
     }
@@ -250,7 +249,6 @@ impl<'a> Section<'a> {
         self.table.is_some()
     }
 
-    /// Names of all entries.
     pub(super) fn keys(&self) -> Vec<String> {
         self.table.map_or(Vec::new(), |table| {
             table.iter().filter(|(_, item)| !item.is_none()).map(|(key, _)| key.into()).collect()
@@ -259,28 +257,22 @@ impl<'a> Section<'a> {
 
     /// Error: the key is unknown.
     pub(super) fn unknown(&self, key: &str, remedy: String) -> ConfigError {
-        let problem = match self.name() {
-            section if section.is_empty() => format!("unknown key `{key}`"),
-            section => format!("unknown key `{key}` in {section}"),
-        };
-        self.source.error(&self.child(key), true, problem, remedy)
+        let place = self.name().map(|section| format!(" in {section}")).unwrap_or_default();
+        self.source.error(&self.child(key), true, format!("unknown key `{key}`{place}"), remedy)
     }
 
     /// Error: the key is missing.
     pub(super) fn missing(&self, key: &str, remedy: String) -> ConfigError {
-        let problem = match self.name() {
-            section if section.is_empty() => format!("`{key}` is missing"),
-            section => format!("`{key}` is missing from {section}"),
-        };
-        self.source.error(&self.child(key), true, problem, remedy)
+        let place = self.name().map(|section| format!(" from {section}")).unwrap_or_default();
+        self.source.error(&self.child(key), true, format!("`{key}` is missing{place}"), remedy)
     }
 
-    /// Name in messages: `[section]`, or `grid.alpha` for a table that is a value.
-    fn name(&self) -> String {
+    /// Name in messages: `[section]`, or `grid.alpha` for a table that is a value. The whole file has none.
+    fn name(&self) -> Option<String> {
         match self.path.as_slice() {
-            [] => String::new(),
-            [Step::Key(section)] => format!("[{section}]"),
-            path => dotted(path),
+            [] => None,
+            [Step::Key(section)] => Some(format!("[{section}]")),
+            path => Some(dotted(path)),
         }
     }
 
@@ -300,11 +292,8 @@ pub(super) struct Node<'a> {
 
 /// Kind of a value, for callers that accept several kinds.
 pub(super) enum Shape<'a> {
-    /// A number.
     Number(f64),
-    /// A list.
     List(Vec<Node<'a>>),
-    /// A table.
     Table(Section<'a>),
     /// Anything else.
     Other,
@@ -344,7 +333,6 @@ impl<'a> Node<'a> {
         })
     }
 
-    /// The value as text.
     pub(super) fn text(&self) -> Result<&'a str, ConfigError> {
         self.entry.as_value().and_then(Value::as_str).ok_or_else(|| self.wrong_kind("text in quotes"))
     }
@@ -369,7 +357,6 @@ impl<'a> Node<'a> {
         array.iter().enumerate().map(node).collect()
     }
 
-    /// An error of this value.
     pub(super) fn error(&self, problem: &str, remedy: impl Into<String>) -> ConfigError {
         let problem = format!("{} = {}: {problem}", dotted(&self.path), self.written());
         self.source.error(&self.path, false, problem, remedy.into())

@@ -41,6 +41,7 @@ impl Outcome {
     /// The outcome of the run of `plan` from its `summary`, with the machine if the map is about one.
     #[must_use]
     pub fn of(plan: &Plan, summary: &Summary, machine: Option<&Machine>) -> Self {
+        let account = &summary.account;
         let mut attributes: Vec<(String, Value)> = Vec::new();
         let mut add = |name: &str, value: Value| attributes.push((name.to_owned(), value));
         add("threads", integer(summary.threads));
@@ -49,15 +50,15 @@ impl Outcome {
             add(&format!("seconds_{}", method.method.name()), method.seconds.into());
         }
         if plan.audit_cells > 0 {
-            add("audit_cells", integer(summary.audit.cells));
-            add("audit_disagreements", integer(summary.audit.disagreements.len()));
+            add("audit_cells", integer(account.audit.cells));
+            add("audit_disagreements", integer(account.audit.disagreements.len()));
         }
-        for (path, cells) in summary.paths.named() {
+        for (path, cells) in account.paths.named() {
             add(&format!("cells_by_{path}"), integer(cells));
         }
-        add("rhs", integer(summary.rhs));
-        add("contradicted_cells", integer(summary.contradictions.cells));
-        for (stage, seconds) in summary.stages.named() {
+        add("rhs", integer(account.rhs));
+        add("contradicted_cells", integer(account.contradictions.cells));
+        for (stage, seconds) in account.stages.named() {
             add(&format!("{stage}_seconds"), seconds.into());
         }
         if let Some(proved) = &summary.proved {

@@ -44,7 +44,6 @@ pub(crate) enum Content {
     Margin(usize),
     /// Critical dampings of the method with this position.
     CriticalC(usize),
-    /// Regimes.
     Regime,
     /// The quantity with this position among those of the plan.
     Quantity(usize),
@@ -118,9 +117,7 @@ pub struct Schema {
     pub grid: Grid,
     /// Shape of tiles and chunks.
     pub tile_shape: Vec<usize>,
-    /// The methods.
     pub(crate) methods: Vec<MethodInfo>,
-    /// The fields.
     pub(crate) fields: Vec<Field>,
     /// The variables, in the order of the file.
     pub variables: Vec<Variable>,
@@ -214,6 +211,13 @@ impl Schema {
             Content::CriticalC(_) => self.tiles() / self.tiles_per_column(),
             _ => self.tiles(),
         }
+    }
+
+    /// The variables of which a tile fills a chunk: position, variable and number of the chunk.
+    pub(crate) fn filled_by(&self, tile: usize) -> impl Iterator<Item = (usize, &Variable, usize)> {
+        let filled =
+            move |(position, variable)| Some((position, variable, self.chunk_number(variable, tile)?));
+        self.variables.iter().enumerate().filter_map(filled)
     }
 
     /// Index of the first cell of the chunk of a variable that a tile fills.

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde_json::json;
 
-use super::machine::{BELT_SPEED, DAMPING};
+use super::machine::{BELT_SPEED, DAMPING, is_shared};
 use super::plane::{PlaneRequest, Slice};
 use super::refusal::Refusal;
 use crate::friction::Column;
@@ -46,7 +46,7 @@ impl PlaneRequest {
             let found = limits(machine, &other.axis, &other.between(LIMITS, room)?, highest, up == 0);
             return Ok(curves_json(&found, [1.0, 1.0]));
         }
-        if !sides.iter().all(|(side, _)| [BELT_SPEED, DAMPING].contains(&side.axis.as_str())) {
+        if !sides.iter().all(|(side, _)| is_shared(&side.axis)) {
             return Ok(curves_json(&[], [1.0, 1.0]));
         }
         let Units { velocity, damping, .. } = machine.units();

@@ -11,7 +11,7 @@ use ndarray::Array2;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::machine::{BELT_SPEED, DAMPING, dimensionless, law_of};
+use super::machine::{dimensionless, is_shared, law_of};
 use super::plane::{PlaneRequest, Slice};
 use super::refusal::Refusal;
 use super::show::Show;
@@ -33,7 +33,6 @@ const CONFIG: &str = "plane.toml";
 const MAP: &str = "plane.h5";
 const TABLE: &str = "friction.csv";
 
-/// The requested export.
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct ExportRequest {
     #[serde(flatten)]
@@ -67,18 +66,36 @@ fn quoted(text: &str) -> String {
     toml_edit::Value::from(text).to_string()
 }
 
-/// A range of a configuration: from, to, points, and whether it is logarithmic.
-type RangeOf<'a> = (&'a str, f64, f64, usize, bool);
+/// The elements of a list of quoted texts.
+fn list<'a>(texts: impl IntoIterator<Item = &'a str>) -> String {
+    texts.into_iter().map(quoted).collect::<Vec<_>>().join(", ")
+}
+
+/// The range of an axis.
+#[derive(Clone, Copy)]
+struct Range<'a> {
+    name: &'a str,
+    from: f64,
+    to: f64,
+    points: usize,
+    log: bool,
+}
+
+impl<'a> Range<'a> {
+    fn of(name: &'a str, nodes: &[f64], log: bool) -> Self {
+        Self { name, from: nodes[0], to: nodes[nodes.len() - 1], points: nodes.len(), log }
+    }
+}
 
 /// What an exported text says of a plane.
 struct Description<'a> {
     law: &'a Law,
     held: Vec<(&'static str, f64)>,
-    ranges: [RangeOf<'a>; 2],
+    ranges: [Range<'a>; 2],
     methods: Vec<Method>,
     field: Option<Field>,
     /// The machine whose belt speed and damping the two axes are, and both in SI units.
-    machine: Option<(Machine, [RangeOf<'a>; 2])>,
+    machine: Option<(Machine, [Range<'a>; 2])>,
 }
 
 impl Description<'_> {
@@ -107,24 +124,29 @@ impl Description<'_> {
             text.push_str("small = \"eps\"\n");
         }
         match &self.machine {
-            Some((machine, ranges)) => text.push_str(&machine_toml(machine, ranges)),
+            Some((machine, ranges)) => {
+                let _ = writeln!(text, "\n[machine]\nmotion = {}", quoted(machine.motion.name()));
+                let held = machine.quantities().into_iter().filter(|(name, _)| !is_shared(name));
+                write_axes(&mut text, held, ranges);
+            }
             None => {
                 text.push_str("\n[grid]\n");
-                for (name, value) in &self.held {
-                    let _ = writeln!(text, "{name} = {}", float(*value));
-                }
-                for (name, from, to, points, log) in self.ranges {
-                    let _ = writeln!(text, "{name} = {}", range(from, to, points, log));
-                }
+                write_axes(&mut text, self.held.iter().copied(), &self.ranges);
             }
         }
-        let methods: Vec<String> = self.methods.iter().map(|method| quoted(method.name())).collect();
-        let _ = writeln!(text, "\n[methods]\nrun = [{}]", methods.join(", "));
-        let field = self.field.filter(|field| *field != Field::Verdict);
-        let fields: Vec<String> = field.iter().map(|field| quoted(field.name())).collect();
-        let fields = std::iter::once("\"verdict\"".to_owned()).chain(fields).collect::<Vec<_>>().join(", ");
+        let _ = writeln!(text, "\n[methods]\nrun = [{}]", self.quoted_methods());
+        let fields = list([Field::Verdict].into_iter().chain(self.further_field()).map(Field::name));
         let _ = writeln!(text, "\n[output]\npath = \"{MAP}\"\nfields = [{fields}]");
         text
+    }
+
+    fn quoted_methods(&self) -> String {
+        list(self.methods.iter().map(Method::name))
+    }
+
+    /// The field shown, unless every map has it.
+    fn further_field(&self) -> Option<Field> {
+        self.field.filter(|field| *field != Field::Verdict)
     }
 
     /// The law as a configuration has it: that of a machine in SI units.
@@ -156,40 +178,29 @@ impl Description<'_> {
         for (name, value) in &self.held {
             let _ = writeln!(text, "    \"{name}\": {},", exact(*value));
         }
-        for (name, from, to, points, log) in self.ranges {
+        for Range { name, from, to, points, log } in self.ranges {
             let call = if log { "geomspace" } else { "linspace" };
             let _ = writeln!(text, "    \"{name}\": np.{call}({}, {}, {points}),", exact(from), exact(to));
         }
-        let methods: Vec<String> = self.methods.iter().map(|method| quoted(method.name())).collect();
-        let field = self.field.filter(|field| *field != Field::Verdict);
-        let fields: Vec<String> = field.iter().map(|field| quoted(field.name())).collect();
+        let (methods, fields) = (self.quoted_methods(), list(self.further_field().map(Field::name)));
         let _ = write!(
             text,
-            "}}\ndata = slipmap.map(grid, law={law}, methods=[{}], fields=[{}])\nprint(data.squeeze())\n",
-            methods.join(", "),
-            fields.join(", ")
+            "}}\ndata = slipmap.map(grid, law={law}, methods=[{methods}], fields=[{fields}])\nprint(data.squeeze())\n"
         );
         text
     }
 }
 
-/// The table `[machine]`, in SI units.
-fn machine_toml(machine: &Machine, ranges: &[RangeOf; 2]) -> String {
-    let mut text = format!("\n[machine]\nmotion = {}\n", quoted(machine.motion.name()));
-    let held = machine.quantities().into_iter().filter(|(name, _)| ![BELT_SPEED, DAMPING].contains(name));
+/// Writes the axes of a configuration: values, then ranges.
+fn write_axes<'a>(text: &mut String, held: impl Iterator<Item = (&'a str, f64)>, ranges: &[Range]) {
     for (name, value) in held {
         let _ = writeln!(text, "{name} = {}", float(value));
     }
-    for (name, from, to, points, log) in *ranges {
-        let _ = writeln!(text, "{name} = {}", range(from, to, points, log));
+    for Range { name, from, to, points, log } in ranges {
+        let spacing = if *log { ", spacing = \"log\"" } else { "" };
+        let (from, to) = (float(*from), float(*to));
+        let _ = writeln!(text, "{name} = {{ from = {from}, to = {to}, points = {points}{spacing} }}");
     }
-    text
-}
-
-/// A range of a configuration.
-fn range(from: f64, to: f64, points: usize, log: bool) -> String {
-    let spacing = if log { ", spacing = \"log\"" } else { "" };
-    format!("{{ from = {}, to = {}, points = {points}{spacing} }}", float(from), float(to))
 }
 
 /// A real number in TOML.
@@ -202,19 +213,13 @@ impl ExportRequest {
         let axes = slice.grid.axes();
         let (show, methods, field) = self.plane.show()?;
         let held = axes.iter().enumerate().filter(|(axis, _)| *axis != slice.x && *axis != slice.y);
-        let range = |axis: usize, log: bool| -> RangeOf<'a> {
-            let values = &axes[axis].values;
-            (&axes[axis].name, values[0], values[values.len() - 1], values.len(), log)
-        };
+        let range = |axis: usize, log: bool| Range::of(&axes[axis].name, &axes[axis].values, log);
         let [x_log, y_log] = self.plane.logarithmic();
         let names = Grid::axis_names(slice.grid.law());
         let machine = self.plane.place.machine()?;
-        let in_si = || -> Result<[RangeOf<'a>; 2], Refusal> {
+        let in_si = || -> Result<[Range<'a>; 2], Refusal> {
             let [(x, across), (y, up)] = self.plane.sides_of_cells()?;
-            let of = |name: &'a str, nodes: &[f64], log| {
-                (name, nodes[0], nodes[nodes.len() - 1], nodes.len(), log)
-            };
-            Ok([of(x, &across, x_log), of(y, &up, y_log)])
+            Ok([Range::of(x, &across, x_log), Range::of(y, &up, y_log)])
         };
         let description = Description {
             law: slice.grid.law(),
@@ -247,7 +252,6 @@ impl ExportRequest {
         }))
     }
 
-    /// An exported file.
     pub(super) fn file(&self, stop: &AtomicBool) -> Result<(&'static str, Vec<u8>), Refusal> {
         let slice = self.plane.cells()?;
         if slice.grid.axes().iter().any(|axis| axis.values.len() > MOST_POINTS) {
@@ -281,7 +285,7 @@ impl ExportRequest {
         description: &Description,
         stop: &AtomicBool,
     ) -> Result<(figure::Scene, Rich, figure::Data), Refusal> {
-        let [x, y] = description.ranges.map(|(name, ..)| name);
+        let [x, y] = description.ranges.map(|range| range.name);
         let (slice, _) = figure::Slice::choose(view, x, y, &[]).map_err(broken)?;
         let label = match show {
             Show::Variable(name) => view.units.variable(name),

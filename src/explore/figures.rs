@@ -11,7 +11,7 @@ use crate::friction::Law;
 use crate::machine::Dimension;
 use crate::point::Point;
 use crate::report::figure::axis::Scale;
-use crate::report::figure::lines::{Chart, Curve, draw};
+use crate::report::figure::lines::{Chart, Curve, draw, extent};
 use crate::report::figure::palette::{self, MethodStyle};
 use crate::report::figure::scene::{Marker, Scene, Stroke};
 use crate::report::figure::{OrbitPlot, Width, orbit_figure};
@@ -20,7 +20,6 @@ use crate::simulate::backbone::Backbone;
 use crate::simulate::direct::Start;
 use crate::simulate::{dynamics, flow, sensitivity};
 
-/// Number of points of a curve.
 const POINTS: usize = 200;
 /// Accuracy of the backbone, far below the width of a line.
 const TOLERANCE: f64 = 1e-9;
@@ -58,8 +57,7 @@ fn chart(name: &str, title: &str, curves: Vec<Curve>) -> Chart {
 
 /// A vertical guide at `x` over the numbers of `curves`.
 fn guide(name: Rich, x: f64, curves: &[Curve]) -> Curve {
-    let numbers = || curves.iter().flat_map(|curve| &curve.points).map(|p| p.1).filter(|y| y.is_finite());
-    let (low, high) = (numbers().fold(f64::INFINITY, f64::min), numbers().fold(f64::NEG_INFINITY, f64::max));
+    let (low, high) = extent(curves, |point| point.1);
     line(name, palette::GREY, &[3.0, 2.0], vec![(x, low), (x, high)])
 }
 
@@ -188,13 +186,11 @@ pub(super) fn backbone(
         let name = if first { rich(words) } else { Rich::default() };
         curves.push(line(name, palette::GREEN, dash, points));
     }
-    let numbers = || curves.iter().flat_map(|curve| &curve.points).map(|p| p.0).filter(|x| x.is_finite());
-    let most = numbers().fold(point.damping, f64::max);
+    let most = extent(&curves, |point| point.0).1.max(point.damping);
     curves.extend(reaching_the_belt(law, point, most, stop)?);
     let here = damping(units, "damping", "damping {c}");
     curves.push(guide(here.name.clone(), point.damping, &curves));
-    let numbers = || curves.iter().flat_map(|curve| &curve.points).map(|p| p.0).filter(|x| x.is_finite());
-    let (low, high) = (numbers().fold(f64::INFINITY, f64::min), numbers().fold(f64::NEG_INFINITY, f64::max));
+    let (low, high) = extent(&curves, |point| point.0);
     let room = (0.06 * (high - low)).max(1e-3);
     let largest = velocity(units, "largest velocity", "largest {x_2}");
     let chart = Chart { name: largest.text(), factor: largest.factor, ..chart("", "", curves) };

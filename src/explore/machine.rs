@@ -15,7 +15,11 @@ use crate::point::LawParameters;
 pub(super) const BELT_SPEED: &str = "belt_speed";
 pub(super) const DAMPING: &str = "damping";
 
-/// The motion of this name.
+/// Whether machines that differ in this quantity share their units and their dimensionless law.
+pub(super) fn is_shared(name: &str) -> bool {
+    [BELT_SPEED, DAMPING].contains(&name)
+}
+
 pub(super) fn motion_of(name: &str) -> Result<Motion, Refusal> {
     let found = Motion::ALL.into_iter().find(|motion| motion.name() == name);
     found.ok_or_else(|| Refusal::malformed(format!("there is no motion `{name}`")))
@@ -63,12 +67,17 @@ pub(super) fn machine(law: &Law, motion: Motion, at: &BTreeMap<String, f64>) -> 
     Ok(machine)
 }
 
+/// Whether a quantity must be greater than 0.
+fn is_positive(name: &str) -> bool {
+    const NAMES: [&str; 6] =
+        ["mass", "stiffness", "normal_force", "static_friction", "stribeck_velocity", BELT_SPEED];
+    NAMES.contains(&name)
+}
+
 fn check(machine: &Machine) -> Result<(), Refusal> {
     for (name, value) in machine.quantities() {
         let wanted = match name {
-            "mass" | "stiffness" | "normal_force" | "static_friction" | "stribeck_velocity" | BELT_SPEED => {
-                (value > 0.0, "greater than 0")
-            }
+            name if is_positive(name) => (value > 0.0, "greater than 0"),
             DAMPING | "strengthening" => (value >= 0.0, "at least 0"),
             _ => (true, "a number"),
         };
@@ -158,12 +167,6 @@ pub(super) fn axes(law: &Law, motion: Motion) -> Value {
     let fastest = match law.as_written() {
         Law::Table(table) => Some(0.5 * table.fastest()),
         _ => None,
-    };
-    let is_positive = |name: &str| {
-        matches!(
-            name,
-            "mass" | "stiffness" | "normal_force" | "static_friction" | "stribeck_velocity" | BELT_SPEED
-        )
     };
     let one = |name: &'static str| {
         let words = name.replace('_', " ").replace("stribeck", "Stribeck");

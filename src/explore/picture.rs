@@ -9,11 +9,11 @@ use rayon::prelude::*;
 use serde_json::json;
 
 use super::catalogue::kinds_json;
-use super::machine::{BELT_SPEED, DAMPING};
-use super::plane::{Part, PlaneRequest, Side, Slice};
+use super::machine::is_shared;
+use super::plane::{Part, PlaneRequest, Slice};
 use super::refusal::Refusal;
 use super::show::Show;
-use crate::dataset::{Cells, Schema};
+use crate::dataset::{Cells, Schema, Variable};
 use crate::map::{
     Account, ComputeError, Control, Field, Method, Plan, Queue, Sink, TileData, Verdict, compute_tiles,
 };
@@ -33,8 +33,8 @@ impl PlaneRequest {
     pub(super) fn picture(&self, map: Option<&MapFile>, stop: &AtomicBool) -> Result<Vec<u8>, Refusal> {
         let started = Instant::now();
         let (show, methods, field) = self.show()?;
-        let is_shared = |side: &Side| [BELT_SPEED, DAMPING].contains(&side.axis.as_str());
-        if let Some(machine) = self.place.machine()?.filter(|_| !(is_shared(&self.x) && is_shared(&self.y))) {
+        let is_map = [&self.x, &self.y].iter().all(|side| is_shared(&side.axis));
+        if let Some(machine) = self.place.machine()?.filter(|_| !is_map) {
             let (slices, size) = self.machines(&machine)?;
             let (cells, kinds) = computed_each(&slices, size, &show, &methods, field, stop)?;
             let label = show.label(&UnitSystem::of_machine(machine.si()));
@@ -61,6 +61,14 @@ enum Values {
 }
 
 impl Values {
+    /// Those of a picture in which nothing is computed yet.
+    fn none(is_codes: bool, cells: usize) -> Self {
+        match is_codes {
+            true => Values::Codes(vec![Verdict::NotComputed.code(); cells]),
+            false => Values::Reals(vec![f32::NAN; cells]),
+        }
+    }
+
     /// Converts dimensionless numbers to the unit of the label.
     fn convert(&mut self, label: Option<&Label>) {
         if let (Values::Reals(reals), Some(label)) = (self, label)
@@ -149,12 +157,8 @@ fn computed_each(
             Ok((*corner, axes[slice.x].values.len(), cells, kinds))
         })
         .collect::<Result<_, Refusal>>()?;
-    let is_codes = show.kinds(methods).is_some();
-    let mut all = match is_codes {
-        true => Values::Codes(vec![Verdict::NotComputed.code(); width * height]),
-        false => Values::Reals(vec![f32::NAN; width * height]),
-    };
     let mut kinds = show.kinds(methods);
+    let mut all = Values::none(kinds.is_some(), width * height);
     for ([column, row], across, cells, of_slice) in found {
         kinds = of_slice;
         let place = |cell: usize| (row + cell / across) * width + column + cell % across;
@@ -228,34 +232,30 @@ fn stored(map: &MapFile, slice: &Slice, show: &Show) -> Result<Option<Values>, R
 struct Picture<'a> {
     show: &'a Show,
     methods: Vec<Method>,
-    schema: Schema,
+    /// What is shown, unless it is derived from verdicts.
+    variable: Option<Variable>,
     x: usize,
     y: usize,
     width: usize,
-    height: usize,
     cells: Mutex<Values>,
 }
 
 impl<'a> Picture<'a> {
     fn new(plan: &Plan, show: &'a Show, x: usize, y: usize) -> Result<Self, Refusal> {
-        let schema = Schema::of(plan);
         let axes = plan.grid().axes();
         let (width, height) = (axes[x].values.len(), axes[y].values.len());
-        let codes = match show {
+        let variable = match show {
             Show::Variable(name) => {
-                let variable = schema.variables.iter().find(|variable| variable.name == *name);
+                let found = Schema::of(plan).variables.into_iter().find(|variable| variable.name == *name);
                 let unknown =
                     || Refusal::bad_input(format!("there is nothing called `{name}`"), "reload the page");
-                variable.ok_or_else(unknown)?.codes().is_some()
+                Some(found.ok_or_else(unknown)?)
             }
-            Show::Difference(_) | Show::Decider => true,
+            Show::Difference(_) | Show::Decider => None,
         };
-        let cells = match codes {
-            true => Values::Codes(vec![Verdict::NotComputed.code(); width * height]),
-            false => Values::Reals(vec![f32::NAN; width * height]),
-        };
-        let methods = plan.methods().to_vec();
-        Ok(Self { show, methods, schema, x, y, width, height, cells: Mutex::new(cells) })
+        let is_codes = variable.as_ref().is_none_or(|variable| variable.codes().is_some());
+        let cells = Mutex::new(Values::none(is_codes, width * height));
+        Ok(Self { show, methods: plan.methods().to_vec(), variable, x, y, width, cells })
     }
 
     fn derived(&self, data: &TileData) -> Vec<i8> {
@@ -286,11 +286,7 @@ impl Sink for Picture<'_> {
     type Error = Infallible;
 
     fn pack(&self, data: &TileData) -> Result<(), Infallible> {
-        let variable = match self.show {
-            Show::Variable(name) => self.schema.variables.iter().find(|variable| variable.name == *name),
-            Show::Difference(_) | Show::Decider => None,
-        };
-        let found = variable.map(|variable| variable.cells(data));
+        let found = self.variable.as_ref().map(|variable| variable.cells(data));
         let codes = match &found {
             Some(Cells::Codes(codes)) => codes.values().collect(),
             Some(Cells::Reals(_)) => Vec::new(),
@@ -306,13 +302,6 @@ impl Sink for Picture<'_> {
             (Values::Codes(all), _) => self.scatter(data, |cell, place| all[place] = codes[cell]),
             (Values::Reals(_), _) => unreachable!("numbers are numbers"),
         }
-        debug_assert_eq!(
-            self.width * self.height,
-            match &*cells {
-                Values::Codes(codes) => codes.len(),
-                Values::Reals(reals) => reals.len(),
-            }
-        );
         Ok(())
     }
 

@@ -37,7 +37,6 @@ pub(super) struct LawText {
 }
 
 impl LawText {
-    /// The law.
     pub(super) fn law(&self) -> Result<Law, Refusal> {
         let level = self.static_level.unwrap_or(1.0);
         if !(level > 0.0 && level.is_finite()) {

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use serde::Deserialize;
 
-use super::machine::{BELT_SPEED, DAMPING, dimensionless};
+use super::machine::{BELT_SPEED, dimensionless, is_shared};
 use super::place::{Place, check_law};
 use super::refusal::Refusal;
 use super::show::Show;
@@ -31,7 +31,6 @@ pub(super) struct Side {
     points: usize,
 }
 
-/// The requested picture.
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct PlaneRequest {
     pub(super) turn: Turn,
@@ -129,7 +128,7 @@ impl PlaneRequest {
     ) -> Result<Slice, Refusal> {
         let sides = self.sides(nodes_of)?;
         if let Some(machine) = self.place.machine()? {
-            if !sides.iter().all(|(side, _)| [BELT_SPEED, DAMPING].contains(&side.axis.as_str())) {
+            if !sides.iter().all(|(side, _)| is_shared(&side.axis)) {
                 return Err(Refusal::bad_input(
                     "a map of a machine has the axes belt speed and damping",
                     "show these two to take them along",
@@ -188,7 +187,7 @@ impl PlaneRequest {
         }
         let size = [sides[0].1.len(), sides[1].1.len()];
         let (shared, varied): (Vec<&Nodes>, Vec<&Nodes>) =
-            sides.iter().partition(|(side, _)| [BELT_SPEED, DAMPING].contains(&side.axis.as_str()));
+            sides.iter().partition(|(side, _)| is_shared(&side.axis));
         let counts: Vec<usize> = varied.iter().map(|(_, nodes)| nodes.len()).collect();
         let slice = |number: usize| {
             let mut machine = machine.clone();

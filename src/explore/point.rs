@@ -16,13 +16,11 @@ use crate::probe::{Answer, MachineResult, Probe, regime_words};
 use crate::report::UnitSystem;
 use crate::simulate::direct;
 
-/// The request for a point.
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct PointRequest {
     pub(super) turn: Turn,
     #[serde(flatten)]
     place: Place,
-    /// The kind of figure.
     #[serde(default)]
     figure: String,
     /// Start of the orbit of the portrait; by default the exit point.

@@ -13,7 +13,6 @@ use crate::map::{GridError, PlanError};
 pub(super) struct Refusal {
     #[serde(skip)]
     status: StatusCode,
-    /// The problem.
     problem: String,
     /// The remedy; empty if the problem says it.
     remedy: String,

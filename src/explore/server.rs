@@ -56,9 +56,6 @@ type OfPage = State<Arc<Shared>>;
 type Reply = Result<Json<Value>, Refusal>;
 
 /// Serves the page on `listener` until `stop` is set.
-///
-/// # Errors
-/// If the threads or the connections of the server cannot be started.
 pub(crate) fn serve(listener: TcpListener, start: Start, stop: &AtomicBool) -> io::Result<()> {
     let port = listener.local_addr()?.port();
     listener.set_nonblocking(true)?;

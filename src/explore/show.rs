@@ -46,7 +46,7 @@ impl Show {
                 difference(a, b)
             }
             Show::Decider | Show::Variable(_) => {
-                let decides = |code: &i8| *code == Verdict::Present.code() || *code == Verdict::Absent.code();
+                let decides = |code: &i8| Verdict::of_code(*code).is_some_and(Verdict::is_decision);
                 said.iter().position(decides).map_or(-1, |first| first as i8)
             }
         }

@@ -89,7 +89,6 @@ impl Tabs {
         Ok(Ticket(stop))
     }
 
-    /// Stops all work.
     pub(super) fn stop_all(&self) {
         self.known().latest.values().for_each(|latest| latest.stop.store(true, Ordering::Relaxed));
     }

@@ -6,11 +6,9 @@ use crate::point::Point;
 /// A cell on which a method failed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FailedCell {
-    /// Number of its tile.
     pub(crate) tile: usize,
     /// The parameters of the cell.
     pub(crate) point: Point,
-    /// The method.
     pub(crate) method: Method,
 }
 

@@ -9,7 +9,6 @@ use std::cell::OnceCell;
 use std::collections::HashMap;
 
 use super::contradictions::excludes_errors;
-use super::end::End;
 use super::simulation::FINEST_DIRECT;
 use super::{Grid, Plan, Runs, Tile, Verdict};
 use crate::certify::Guarantee;
@@ -23,7 +22,6 @@ use crate::simulate::{Flow, direct};
 pub struct Disagreement {
     /// The cell's point.
     pub(crate) point: Point,
-    /// Name of the method.
     pub(crate) method: &'static str,
     /// The verdict in the map.
     pub(crate) stored: Verdict,
@@ -153,12 +151,8 @@ impl Draws {
         cells.sort_unstable();
         cells.dedup();
         for cell in cells {
-            let mut index = tile.column_index(cell / width);
-            if let Some(last) = index.last_mut() {
-                *last += cell % width;
-            }
             let stored = verdicts.iter().filter_map(|verdicts| verdicts.get(cell));
-            audit.add(audit_cell(plan, plan.grid.point(&index), stored));
+            audit.add(audit_cell(plan, plan.grid.point(&tile.cell_index(cell)), stored));
         }
         audit
     }
@@ -172,10 +166,7 @@ fn audit_cell(plan: &Plan, point: Point, verdicts: impl Iterator<Item = Verdict>
     let first = direct::flow(&oscillator, plan.tolerance);
     let second = OnceCell::new();
     for (method, stored) in plan.methods.iter().zip(verdicts) {
-        if !matches!(stored, Verdict::Present | Verdict::Absent) {
-            continue;
-        }
-        if !excludes_errors(method.guarantee()) {
+        if !(stored.is_decision() && excludes_errors(method.guarantee())) {
             continue;
         }
         audit.checked += 1;
@@ -183,7 +174,7 @@ fn audit_cell(plan: &Plan, point: Point, verdicts: impl Iterator<Item = Verdict>
         if contradicts(direct, stored) {
             direct = second.get_or_init(|| direct::flow(&oscillator, finer(plan.tolerance)));
         }
-        match End::of(direct).verdict() {
+        match Verdict::from(&direct.fate) {
             Verdict::Failed | Verdict::NotComputed => audit.unresolved += 1,
             Verdict::Undecided => audit.within_margin += 1,
             found if found == stored => audit.agreed += 1,
@@ -202,8 +193,8 @@ fn audit_cell(plan: &Plan, point: Point, verdicts: impl Iterator<Item = Verdict>
 
 /// Whether a flow has a verdict, and another one.
 fn contradicts(flow: &Flow, stored: Verdict) -> bool {
-    let found = End::of(flow).verdict();
-    matches!(found, Verdict::Present | Verdict::Absent) && found != stored
+    let found = Verdict::from(&flow.fate);
+    found.is_decision() && found != stored
 }
 
 /// The tolerance of the second computation.

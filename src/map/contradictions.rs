@@ -75,20 +75,9 @@ pub(super) fn contradictions(plan: &Plan, data: &TileData) -> Contradictions {
 }
 
 fn contradiction(plan: &Plan, data: &TileData, cell: usize) -> Contradiction {
-    let dampings = data.tile.damping_range().len();
-    let mut index = data.tile.column_index(cell / dampings);
-    if let Some(last) = index.last_mut() {
-        *last += cell % dampings;
-    }
-    Contradiction {
-        tile: data.tile.number,
-        point: plan.grid.point(&index),
-        verdicts: data
-            .methods
-            .iter()
-            .map(|cells| cells.verdicts.get(cell).unwrap_or(Verdict::NotComputed))
-            .collect(),
-    }
+    let verdicts = data.methods.iter().map(|cells| cells.verdicts.get(cell).unwrap_or(Verdict::NotComputed));
+    let point = plan.grid.point(&data.tile.cell_index(cell));
+    Contradiction { tile: data.tile.number, point, verdicts: verdicts.collect() }
 }
 
 #[cfg(test)]
@@ -97,10 +86,8 @@ mod tests {
     use crate::friction::Law;
     use crate::map::{Grid, Method, MethodCells, Runs};
 
-    /// Converts codes to verdicts.
     fn verdicts_of(codes: &[i8]) -> Runs<Verdict> {
-        let verdict = |code: &i8| Verdict::ALL.into_iter().find(|verdict| verdict.code() == *code).unwrap();
-        codes.iter().map(verdict).collect()
+        codes.iter().map(|code| Verdict::of_code(*code).unwrap()).collect()
     }
 
     /// The contradictions of one column of cells with the verdicts of four methods.

@@ -137,7 +137,7 @@ pub(crate) fn curves_of(
     on_plane: &(dyn Fn() + Sync),
     stop: &AtomicBool,
 ) -> Option<Vec<PlaneCurves>> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build().ok()?;
+    let pool = super::pool(threads).ok()?;
     let of = |plane: &Plane| {
         let curves = PlaneCurves::of(grid, plane.clone(), stop);
         on_plane();
@@ -181,11 +181,11 @@ impl<'a> Frame<'a> {
     }
 
     fn oscillator(&self, place: [f64; 2]) -> Oscillator {
-        let nodes = self.grid.axes().iter().zip(&self.plane.held);
-        let mut values: Vec<f64> = nodes.map(|(axis, &node)| axis.values[node]).collect();
-        values[self.plane.x] = self.sides[0].value(place[0]);
-        values[self.plane.y] = self.sides[1].value(place[1]);
-        Oscillator::new(self.grid.law(), &self.grid.point_of(&values))
+        let mut point = self.grid.point(&self.plane.held);
+        for ((axis, side), share) in [self.plane.x, self.plane.y].into_iter().zip(self.sides).zip(place) {
+            self.grid.axes()[axis].role.set(&mut point, side.value(share));
+        }
+        Oscillator::new(self.grid.law(), &point)
     }
 
     fn point(&self, found: &CurvePoint) -> PlanePoint {

@@ -14,7 +14,6 @@ pub(super) enum End {
     Crosses,
     /// Within the error of the boundary.
     TooClose,
-    /// No answer.
     Failed,
 }
 

@@ -5,15 +5,15 @@
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::sync_channel;
 
-use super::account::{Account, FailedCell, MethodAccount, Stages, Unknown, count, failed_cells};
-use super::audit::{Audit, Draws};
+use super::account::{Account, MethodAccount, count, failed_cells};
+use super::audit::Draws;
 use super::behaviour::Behaviours;
-use super::contradictions::{Contradictions, contradictions};
+use super::contradictions::contradictions;
 use super::end::End;
 use super::interpolation::Interpolated;
 use super::proved::Proved;
 use super::quantity::describe;
-use super::simulation::{Paths, Simulated, simulate};
+use super::simulation::{Simulated, simulate};
 use super::{Field, Method, MethodCells, Plan, PlaneCurves, Regime, Runs, Sink, Tile, TileData, Verdict};
 use crate::certify::{Claim, Columns};
 use crate::clock::timed;
@@ -65,28 +65,14 @@ impl MethodSummary {
 /// The result of a run, apart from the cells themselves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
-    /// Number of cells of the grid.
-    pub(crate) cells: u64,
     /// Wall-clock seconds.
     pub seconds: f64,
     /// Number of worker threads.
     pub threads: usize,
     /// One entry per method of the plan.
     pub methods: Vec<MethodSummary>,
-    /// Number of cells that each path of `simulation` decided.
-    pub(crate) paths: Paths,
-    /// Number of evaluations of the right-hand side by `simulation`.
-    pub(crate) rhs: u64,
-    /// The self-audit.
-    pub(crate) audit: Audit,
-    /// Cells in which methods with a guarantee contradict each other.
-    pub(crate) contradictions: Contradictions,
-    /// Answers of the fields that could not be computed.
-    pub(crate) unknown: Unknown,
-    /// Processor seconds of the stages that belong to no method.
-    pub(crate) stages: Stages,
-    /// The first failed cells.
-    pub(crate) failed_cells: Vec<FailedCell>,
+    /// The sum of the accounts of all tiles, its disagreements in the order of the grid.
+    pub(crate) account: Account,
     /// The proofs between the nodes, if the plan asks for them; see [`super::prove`].
     pub(crate) proved: Option<Proved>,
     /// The curves of codimension one, if they were asked for.
@@ -97,33 +83,13 @@ pub struct Summary {
 
 impl Summary {
     /// The summary of a run whose tiles' accounts sum up to `account`.
-    pub(crate) fn new(plan: &Plan, account: Account, threads: usize, seconds: f64) -> Self {
-        let mut audit = account.audit;
-        audit.sort();
-        let methods = plan.methods.iter().zip(account.methods);
-        Self {
-            cells: plan.grid.cells() as u64,
-            seconds,
-            threads,
-            methods: methods
-                .map(|(&method, MethodAccount { seconds, counts })| MethodSummary {
-                    method,
-                    cells: account.cells,
-                    seconds,
-                    counts,
-                })
-                .collect(),
-            paths: account.paths,
-            rhs: account.rhs,
-            audit,
-            contradictions: account.contradictions,
-            unknown: account.unknown,
-            stages: account.stages,
-            failed_cells: account.failed,
-            proved: None,
-            curves: Vec::new(),
-            curves_seconds: 0.0,
-        }
+    pub(crate) fn new(plan: &Plan, mut account: Account, threads: usize, seconds: f64) -> Self {
+        account.audit.sort();
+        let cells = account.cells;
+        let of =
+            |(&method, &MethodAccount { seconds, counts })| MethodSummary { method, cells, seconds, counts };
+        let methods = plan.methods.iter().zip(&account.methods).map(of).collect();
+        Self { seconds, threads, methods, account, proved: None, curves: Vec::new(), curves_seconds: 0.0 }
     }
 }
 
@@ -140,24 +106,6 @@ pub enum ComputeError<E: std::error::Error> {
     /// The sink failed.
     #[error(transparent)]
     Sink(E),
-}
-
-/// A computed tile with its statistics.
-struct Computed {
-    data: TileData,
-    /// Processor seconds of each method.
-    seconds: Vec<f64>,
-    stages: Stages,
-    paths: Paths,
-    rhs: u64,
-    audit: Audit,
-    unknown: Unknown,
-}
-
-/// A tile on its way to the writer.
-struct Message<P> {
-    packed: P,
-    account: Account,
 }
 
 /// The tiles of a plan, each handed out once.
@@ -208,14 +156,11 @@ pub fn compute_tiles<S: Sink>(
     control: &Control,
     next: &(dyn Fn() -> Option<usize> + Sync),
 ) -> Result<(Account, usize), ComputeError<S::Error>> {
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(control.threads.unwrap_or(0))
-        .build()
-        .map_err(|error| ComputeError::Threads(error.to_string()))?;
+    let pool = super::pool(control.threads).map_err(|error| ComputeError::Threads(error.to_string()))?;
     let threads = pool.current_num_threads();
     let draws = Draws::new(plan);
     let failed = AtomicBool::new(false);
-    let (sender, receiver) = sync_channel::<Result<Message<S::Packed>, S::Error>>(2 * threads);
+    let (sender, receiver) = sync_channel::<Result<(S::Packed, Account), S::Error>>(2 * threads);
 
     let mut sum = Account::none(plan);
     let mut outcome = Ok(());
@@ -229,8 +174,8 @@ pub fn compute_tiles<S: Sink>(
                         break;
                     }
                     let message = work(plan, sink, draws, &plan.grid.tile(&plan.tile_shape, number));
-                    if let Ok(message) = &message {
-                        (control.on_cells)(message.account.cells as usize);
+                    if let Ok((_, account)) = &message {
+                        (control.on_cells)(account.cells as usize);
                     }
                     if sender.send(message).is_err() {
                         break;
@@ -242,9 +187,9 @@ pub fn compute_tiles<S: Sink>(
             if outcome.is_err() {
                 continue;
             }
-            let written = message.and_then(|message| {
-                let (written, seconds) = timed(|| sink.write(message.packed, &message.account));
-                written.map(|()| (message.account, seconds))
+            let written = message.and_then(|(packed, account)| {
+                let (written, seconds) = timed(|| sink.write(packed, &account));
+                written.map(|()| (account, seconds))
             });
             match written {
                 Ok((account, seconds)) => {
@@ -266,53 +211,42 @@ pub fn compute_tiles<S: Sink>(
 }
 
 /// Computes and packs one tile.
-fn work<S: Sink>(plan: &Plan, sink: &S, draws: &Draws, tile: &Tile) -> Result<Message<S::Packed>, S::Error> {
-    let computed = compute_tile(plan, draws, tile);
-    let (packed, packing) = timed(|| sink.pack(&computed.data));
-    let packed = packed?;
-    let (counted, counting) = timed(|| {
-        let counts = computed.data.methods.iter().map(|cells| count(&cells.verdicts));
-        (counts.collect::<Vec<_>>(), contradictions(plan, &computed.data))
+fn work<S: Sink>(
+    plan: &Plan,
+    sink: &S,
+    draws: &Draws,
+    tile: &Tile,
+) -> Result<(S::Packed, Account), S::Error> {
+    let (data, mut account) = compute_tile(plan, draws, tile);
+    let (packed, packing) = timed(|| sink.pack(&data));
+    let ((), counting) = timed(|| {
+        for (method, cells) in account.methods.iter_mut().zip(&data.methods) {
+            method.counts = count(&cells.verdicts);
+        }
+        account.contradictions = contradictions(plan, &data);
+        account.failed = failed_cells(plan, &data);
     });
-    let (counts, contradictions) = counted;
-    let methods: Vec<MethodAccount> = computed
-        .seconds
-        .iter()
-        .zip(counts)
-        .map(|(&seconds, counts)| MethodAccount { seconds, counts })
-        .collect();
-    let failures = Verdict::ALL.iter().position(|verdict| *verdict == Verdict::Failed);
-    let any_failed = failures.is_some_and(|failed| methods.iter().any(|method| method.counts[failed] > 0));
-    let account = Account {
-        cells: tile.cells() as u64,
-        methods,
-        paths: computed.paths,
-        rhs: computed.rhs,
-        audit: computed.audit,
-        contradictions,
-        unknown: computed.unknown,
-        stages: Stages { pack: packing + counting, ..computed.stages },
-        failed: if any_failed { failed_cells(plan, &computed.data) } else { Vec::new() },
-    };
-    Ok(Message { packed, account })
+    account.stages.pack = packing + counting;
+    Ok((packed?, account))
 }
 
-/// Computes one tile: all methods, and the optional fields.
-fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> Computed {
-    let (columns, columns_seconds): (Vec<Column>, f64) = timed(|| plan.grid.columns(tile).collect());
+/// Computes one tile: all methods, and the optional fields. What follows from the verdicts is not yet in the
+/// account.
+fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> (TileData, Account) {
+    let mut account = Account { cells: tile.cells() as u64, ..Account::default() };
+    let (columns, taken): (Vec<Column>, f64) = timed(|| plan.grid.columns(tile).collect());
+    account.stages.columns = taken;
     let asked = Columns::new(&columns);
-    let mut stages = Stages { columns: columns_seconds, ..Stages::default() };
     let cs = &plan.grid.dampings()[tile.damping_range()];
-    let mut seconds = Vec::with_capacity(plan.methods.len());
     let mut methods = Vec::with_capacity(plan.methods.len());
     let mut simulated = None;
     let needs_flow =
         plan.methods.contains(&Method::Simulation) || plan.fields.iter().any(|field| field.needs_flow());
-    let (known, interpolating) = timed(|| match needs_flow {
+    let (known, taken) = timed(|| match needs_flow {
         true => Interpolated::of_tile(plan, tile, &columns),
         false => Interpolated::none(),
     });
-    stages.interpolation = interpolating;
+    account.stages.interpolation = taken;
     for &method in &plan.methods {
         let (cells, taken) = timed(|| match method {
             Method::Test(test) => closed_form(plan, method, &test.claims(&asked), cs),
@@ -336,30 +270,32 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> Computed {
             }
         });
         methods.push(cells);
-        seconds.push(taken);
+        account.methods.push(MethodAccount { seconds: taken, ..MethodAccount::default() });
     }
-    let (paths, rhs) = simulated.as_ref().map_or((Paths::default(), 0), |s: &Simulated| (s.paths, s.rhs));
-    let rhs = rhs + known.rhs;
-    let without_critical = simulated.as_ref().map_or(0, |simulated| simulated.without_critical);
+    account.rhs = known.rhs;
+    if let Some(Simulated { paths, rhs, without_critical, .. }) = &simulated {
+        account.paths = *paths;
+        account.rhs += rhs;
+        account.unknown.critical = *without_critical;
+    }
     let mut data = TileData { tile: tile.clone(), methods, regime: Runs::new(), quantities: Vec::new() };
     if plan.fields.iter().any(|field| field.needs_flow()) {
         let (simulated, taken) = timed(|| {
             simulated.unwrap_or_else(|| simulate(&asked, cs, plan.engine, plan.tolerance, false, &known))
         });
-        stages.fields += taken;
+        account.stages.fields += taken;
         if plan.stores(Field::Regime) {
-            (data.regime, stages.regime) = timed(|| regimes(tile, &columns, cs, &simulated.ends, &known));
+            (data.regime, account.stages.regime) =
+                timed(|| regimes(tile, &columns, cs, &simulated.ends, &known));
         }
         let (quantities, taken) = timed(|| describe(plan, tile, &simulated.ends));
         data.quantities = quantities;
-        stages.fields += taken;
+        account.stages.fields += taken;
     }
     let verdicts: Vec<&Runs<Verdict>> = data.methods.iter().map(|cells| &cells.verdicts).collect();
-    let (audit, audit_seconds) = timed(|| draws.audit(plan, tile, &verdicts));
-    stages.audit = audit_seconds;
-    let regimes = data.regime.count(|regime| regime == Regime::Failed);
-    let unknown = Unknown { regimes, critical: without_critical };
-    Computed { audit, data, seconds, stages, paths, rhs, unknown }
+    (account.audit, account.stages.audit) = timed(|| draws.audit(plan, tile, &verdicts));
+    account.unknown.regimes = data.regime.count(|regime| regime == Regime::Failed);
+    (data, account)
 }
 
 /// The regimes of a tile's cells, whose orbits from the exit point end as `ends`.

@@ -42,11 +42,9 @@ pub(crate) enum Kind {
 }
 
 impl Kind {
-    /// Every kind.
     pub(crate) const ALL: [Kind; 4] =
         [Kind::WrongPresence, Kind::WrongAbsence, Kind::Undecided, Kind::Failed];
 
-    /// Name in tables.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Kind::WrongPresence => "wrong_presence",
@@ -76,11 +74,9 @@ impl Kind {
 /// The cells at which one method fails in one way by one mechanism.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Class {
-    /// Kind of failure.
     pub(crate) kind: Kind,
     /// Cause of the failure.
     pub(crate) mechanism: Mechanism,
-    /// Number of cells.
     pub(crate) cells: u64,
     /// The largest distance |c - c'| to the nearest damping c' at which the verdict of the simulated flow
     /// changes; NaN where there is none.
@@ -92,10 +88,8 @@ pub(crate) struct Class {
     pub(crate) example: Point,
 }
 
-/// The failures of one method.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct MethodFailures {
-    /// The method.
     pub(crate) method: Method,
     /// Number of cells at which it was compared.
     pub(crate) cells: u64,
@@ -144,7 +138,6 @@ pub(crate) struct Truth {
 pub(crate) struct Catalogue {
     /// Numbers of points by their true answer.
     pub(crate) truth: Truth,
-    /// The methods.
     pub(crate) methods: Vec<MethodFailures>,
 }
 
@@ -156,9 +149,7 @@ pub(crate) struct Interrupted;
 /// Arguments of a catalogue.
 #[derive(Clone, Copy)]
 pub(crate) struct Comparison<'a> {
-    /// The friction law.
     pub(crate) law: &'a Law,
-    /// The methods.
     pub(crate) methods: &'a [Method],
     /// Bound on the error of the scaled grazing margin that the engines aim at.
     pub(crate) tolerance: f64,
@@ -193,9 +184,6 @@ pub(crate) fn points_of(grid: &Grid) -> Vec<Point> {
 
 /// Compares every method with the simulated flow at every point. The result depends on the points and their
 /// order, not on the number of threads.
-///
-/// # Errors
-/// [`Interrupted`] if `comparison.stop` was set.
 pub(crate) fn catalogue(points: &[Point], comparison: &Comparison) -> Result<Catalogue, Interrupted> {
     let examined: Vec<Examined> = points
         .par_iter()

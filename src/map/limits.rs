@@ -200,11 +200,6 @@ fn verdict_of(flow: &Flow) -> Verdict {
     }
 }
 
-/// Returns whether a verdict is present or absent.
-fn decided(verdict: Verdict) -> bool {
-    matches!(verdict, Verdict::Present | Verdict::Absent)
-}
-
 /// Nodes in equal ratios from `from` to `to`, both included; none if `from` > `to`.
 fn nodes(from: f64, to: f64) -> impl Iterator<Item = f64> {
     let decades = (to / from).log10();
@@ -265,7 +260,7 @@ impl Ray {
         ray.unknown_from = found.err();
         let last = ray.changes.last().map_or(ray.first, |change| change.1);
         // Proved verdicts need no computation, even beyond the last node.
-        if to < HIGHEST && decided(last) && last != Verdict::Absent {
+        if to < HIGHEST && last.is_decision() && last != Verdict::Absent {
             ray.changes.push((to, Verdict::Absent));
         }
         ray.changes.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -282,7 +277,7 @@ impl Ray {
             match self.ask(epsilon) {
                 Ok(answer) => asked.push(answer),
                 Err(why) => {
-                    let known = if decided(self.first) { from } else { 0.0 };
+                    let known = if self.first.is_decision() { from } else { 0.0 };
                     stop = Some((asked.last().map_or(known, |asked| asked.epsilon), why));
                     break;
                 }
@@ -293,7 +288,7 @@ impl Ray {
         }
         for (i, &Asked { epsilon, verdict, .. }) in asked.iter().enumerate() {
             // A flow too close to call is not a step.
-            if decided(verdict) && decided(last.1) && verdict != last.1 {
+            if verdict.is_decision() && last.1.is_decision() && verdict != last.1 {
                 let place = self.halve(last.0, epsilon, last.1).map_err(|why| (last.0, why))?;
                 self.changes.push((place, verdict));
             } else if let Some([low, farthest, high]) =
@@ -304,7 +299,7 @@ impl Ray {
                 let again = self.halve(high, farthest, Verdict::Present).map_err(|why| (farthest, why))?;
                 self.changes.push((again, Verdict::Present));
             }
-            if decided(verdict) {
+            if verdict.is_decision() {
                 last = (epsilon, verdict);
             }
         }
@@ -322,7 +317,6 @@ impl Ray {
         }
     }
 
-    /// The column at `epsilon`.
     fn column(&self, epsilon: f64) -> Result<Column, Unknown> {
         if let Some(known) = self.columns.borrow().get(&epsilon.to_bits()) {
             return Ok(known.clone());
@@ -388,7 +382,6 @@ impl Ray {
         Ok(None)
     }
 
-    /// The point of the ray at `epsilon`.
     pub(crate) fn at(&self, epsilon: f64) -> Point {
         Point { epsilon, ..self.point }
     }
@@ -458,11 +451,11 @@ impl Ray {
         let mut meet = |place: Option<f64>, (said, truth): (Verdict, Verdict)| {
             let found = place.map_or(Limit::Never, Limit::UpTo);
             // Where the flow has no answer there is nothing to compare.
-            if decided(truth) && said != truth {
+            if truth.is_decision() && said != truth {
                 if limit.equal == Limit::Throughout {
                     limit.equal = found;
                 }
-                if limit.sound == Limit::Throughout && decided(said) {
+                if limit.sound == Limit::Throughout && said.is_decision() {
                     limit.sound = found;
                 }
             }

@@ -15,6 +15,7 @@ mod interpolation;
 pub mod limits;
 mod method;
 mod plan;
+mod pool;
 mod proved;
 mod quantity;
 mod run;
@@ -44,6 +45,7 @@ pub(crate) use plan::{
     TOLERANCES,
 };
 pub use plan::{Engine, Plan, PlanBuilder, PlanError};
+pub(crate) use pool::pool;
 pub(crate) use proved::prove;
 pub(crate) use quantity::Description;
 pub use run::run;

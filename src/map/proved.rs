@@ -22,7 +22,6 @@ pub(crate) struct Proved {
     pub(crate) volumes: Volumes,
     /// Wall-clock seconds.
     pub(crate) seconds: f64,
-    /// The proofs.
     pub(crate) surface: Surface,
 }
 
@@ -37,7 +36,7 @@ pub(crate) fn prove(
 ) -> Option<Proved> {
     let asked = plan.proof_boxes > 0 && plan.methods.contains(&Method::Test(&validated::TEST));
     let parameters = asked.then(|| parameters(plan))??;
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build().ok()?;
+    let pool = super::pool(threads).ok()?;
     let start = Instant::now();
     let Budget { tiles, parts } = Budget::of_boxes(plan.proof_boxes);
     let go_on = || !stop.load(Ordering::Relaxed);

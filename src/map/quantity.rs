@@ -58,7 +58,6 @@ pub(crate) struct Description {
     pub(crate) landing: Option<Landing>,
     /// The number of slip cycles, stable or not.
     pub(crate) slip_cycles: Option<usize>,
-    /// The attracting cycle.
     pub(crate) cycle: Option<AttractingCycle>,
     /// The boundary of the basin of steady slip.
     pub(crate) boundary: Option<(SlipCycle, Kick)>,

@@ -86,11 +86,11 @@ where
         let curves = curves_of(&plan.grid, &plan.planes, control.threads, control.on_plane, control.stop);
         summary.curves = curves.ok_or_else(|| ComputeError::Threads("for the curves".into()))?;
         summary.curves_seconds = start.elapsed().as_secs_f64();
-        summary.stages.curves += (process_time() - processor).as_secs_f64();
+        summary.account.stages.curves += (process_time() - processor).as_secs_f64();
     }
     let processor = process_time();
     summary.proved = prove(plan, control.threads, others, control.stop);
-    summary.stages.proofs += (process_time() - processor).as_secs_f64();
+    summary.account.stages.proofs += (process_time() - processor).as_secs_f64();
     if control.stop.load(Ordering::Relaxed) {
         return Err(ComputeError::Interrupted.into());
     }

@@ -54,25 +54,22 @@ impl Paths {
 
     /// The counts, in the order of [`Paths::named`].
     pub(crate) fn counts_mut(&mut self) -> [&mut u64; 7] {
-        [
-            &mut self.certificate,
-            &mut self.universal_surface,
-            &mut self.interpolation,
-            &mut self.critical_surface,
-            &mut self.order,
-            &mut self.return_map,
-            &mut self.direct,
-        ]
+        let Self {
+            certificate,
+            universal_surface,
+            interpolation,
+            critical_surface,
+            order,
+            return_map,
+            direct,
+        } = self;
+        [certificate, universal_surface, interpolation, critical_surface, order, return_map, direct]
     }
 
     pub(super) fn add(&mut self, other: &Paths) {
-        self.certificate += other.certificate;
-        self.universal_surface += other.universal_surface;
-        self.interpolation += other.interpolation;
-        self.critical_surface += other.critical_surface;
-        self.order += other.order;
-        self.return_map += other.return_map;
-        self.direct += other.direct;
+        for (own, (_, others)) in self.counts_mut().into_iter().zip(other.named()) {
+            *own += others;
+        }
     }
 }
 

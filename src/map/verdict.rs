@@ -42,6 +42,15 @@ impl Verdict {
     pub fn code(self) -> i8 {
         self as i8
     }
+
+    pub(crate) fn of_code(code: i8) -> Option<Self> {
+        Self::ALL.into_iter().find(|verdict| verdict.code() == code)
+    }
+
+    /// Returns whether it is presence or absence.
+    pub(crate) fn is_decision(self) -> bool {
+        matches!(self, Verdict::Present | Verdict::Absent)
+    }
 }
 
 impl From<Decision> for Verdict {

@@ -35,9 +35,7 @@ pub struct MethodAnswer {
 /// All answers, without the second engine's.
 #[derive(Debug)]
 pub struct Answer {
-    /// The friction law.
     pub(crate) law: Law,
-    /// The point.
     pub(crate) point: Point,
     /// Bound on the error of the grazing margin that the simulation aimed at.
     pub(crate) tolerance: f64,
@@ -51,7 +49,6 @@ pub struct Answer {
     pub(crate) critical: Result<CriticalDamping, NoCriticalDamping>,
     /// The long-run behaviour.
     pub(crate) regime: Regime,
-    /// The attracting cycle.
     pub(crate) cycle: Option<AttractingCycle>,
     /// The unstable slip cycle outside of which the mass stick-slips or crosses for ever, and the kicks onto
     /// it.
@@ -236,7 +233,6 @@ fn beyond_data(law: &Law, point: &Point) -> Option<String> {
     })
 }
 
-/// The answer of a naive method.
 fn of_naive(method: Method, law: &Law, verdict: NaiveVerdict) -> MethodAnswer {
     let reason = match (verdict, law) {
         (NaiveVerdict::Failed(Failure::NotFinite), Law::Table(table)) => Some(format!(

@@ -166,45 +166,31 @@ impl From<AttractingCycle> for CycleResult {
     }
 }
 
+impl StabilityResult {
+    fn of(stable: bool, multiplier: f64, period: f64, [x1, x2]: [Range; 2]) -> Self {
+        let (x1, x2) = (x1.into(), x2.into());
+        Self { stable, multiplier, separates: None, period, beyond_exit: None, x1, x2 }
+    }
+}
+
 impl From<SlipCycle> for StabilityResult {
     fn from(cycle: SlipCycle) -> Self {
-        Self {
-            stable: cycle.is_stable(),
-            multiplier: cycle.multiplier,
-            separates: None,
-            period: cycle.period,
-            beyond_exit: None,
-            x1: cycle.displacement.into(),
-            x2: cycle.velocity.into(),
-        }
+        let extents = [cycle.displacement, cycle.velocity];
+        Self::of(cycle.is_stable(), cycle.multiplier, cycle.period, extents)
     }
 }
 
 impl From<CrossingCycle> for StabilityResult {
     fn from(cycle: CrossingCycle) -> Self {
-        Self {
-            stable: cycle.is_stable(),
-            multiplier: cycle.multiplier,
-            separates: None,
-            period: cycle.period,
-            beyond_exit: Some(cycle.beyond_exit),
-            x1: cycle.displacement.into(),
-            x2: cycle.velocity.into(),
-        }
+        let extents = [cycle.displacement, cycle.velocity];
+        let beyond_exit = Some(cycle.beyond_exit);
+        Self { beyond_exit, ..Self::of(cycle.is_stable(), cycle.multiplier, cycle.period, extents) }
     }
 }
 
 impl From<StickSlipCycle> for StabilityResult {
     fn from(cycle: StickSlipCycle) -> Self {
-        Self {
-            stable: true,
-            multiplier: 0.0,
-            separates: None,
-            period: cycle.period,
-            beyond_exit: None,
-            x1: cycle.displacement.into(),
-            x2: cycle.velocity.into(),
-        }
+        Self::of(true, 0.0, cycle.period, [cycle.displacement, cycle.velocity])
     }
 }
 

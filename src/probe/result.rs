@@ -19,21 +19,17 @@ macro_rules! result {
 result! {
     /// All answers about one point; `slipmap probe --json` prints its serialised form.
     pub struct Probe {
-        /// Name of the friction law.
         pub(crate) law: &'static str,
         /// The point: each axis of the law with its value, in the order of [`crate::map::Grid::axis_names`].
         #[cfg_attr(feature = "serde", serde(serialize_with = "as_map"))]
         pub(crate) point: Vec<(&'static str, f64)>,
         /// Bound on the error of the scaled grazing margin m / V that the simulation aimed at.
         pub(crate) tolerance: f64,
-        /// The answer of each method, by name.
         #[cfg_attr(feature = "serde", serde(serialize_with = "as_map"))]
         pub(crate) methods: Vec<(&'static str, MethodResult)>,
         /// The orbit from the exit point by both engines.
         pub(crate) flow: Flows,
-        /// The critical damping of the column.
         pub(crate) critical_c: CriticalResult,
-        /// Sensitivities of the critical damping.
         pub(crate) sensitivity: SensitivityResult,
         /// Name of the long-run behaviour.
         pub(crate) regime: &'static str,
@@ -47,7 +43,6 @@ result! {
         pub(crate) landing: Option<LandingResult>,
         /// The dampings between which steady slip and stick-slip both attract.
         pub(crate) bistable_band: Option<BistableBand>,
-        /// The attracting cycle.
         pub(crate) attracting_cycle: Option<CycleResult>,
         /// The unstable slip cycle inside which orbits tend to steady slip.
         pub(crate) basin_boundary: Option<BasinBoundary>,
@@ -58,7 +53,6 @@ result! {
         pub machine: Option<MachineResult>,
     }
 
-    /// The answer of one method.
     pub(crate) struct MethodResult {
         /// "present", "absent", "undecided" or "failed".
         pub(crate) verdict: &'static str,
@@ -66,7 +60,6 @@ result! {
         pub(crate) margin: f64,
         /// The edge of presence in c; `None` where there is none at c >= 0.
         pub(crate) critical_c: Option<f64>,
-        /// Guarantee of the verdict.
         pub(crate) guarantee: &'static str,
         /// Equation in the paper, or section of the theory pages.
         pub(crate) equation: Cow<'static, str>,
@@ -82,7 +75,6 @@ result! {
 
     /// The orbit from the exit point by both engines.
     pub(crate) struct Flows {
-        /// By the scalar return map.
         pub(crate) return_map: FlowResult,
         /// By integration in (x1, x2).
         pub(crate) direct: FlowResult,
@@ -110,9 +102,7 @@ result! {
     pub(crate) struct LandingResult {
         /// x1 at which the mass begins to stick.
         pub(crate) x1: f64,
-        /// Time of slipping.
         pub(crate) slip_time: f64,
-        /// Time of sticking.
         pub(crate) stick_time: f64,
         /// Their sum.
         pub(crate) period: f64,
@@ -146,24 +136,18 @@ result! {
 
     /// The state of steady slip.
     pub(crate) struct Equilibrium {
-        /// Position.
         pub(crate) x1: f64,
         /// Velocity, 0.
         pub(crate) x2: f64,
-        /// Divergence of the flow there.
         pub(crate) divergence: f64,
         /// Type, for instance "unstable focus".
         #[cfg_attr(feature = "serde", serde(rename = "type"))]
         pub(crate) kind: &'static str,
-        /// The two eigenvalues.
         pub(crate) eigenvalues: [Complex; 2],
     }
 
-    /// A complex number.
     pub(crate) struct Complex {
-        /// Real part.
         pub(crate) re: f64,
-        /// Imaginary part.
         pub(crate) im: f64,
     }
 
@@ -173,13 +157,10 @@ result! {
         pub(crate) from_x1: f64,
         /// The exit point.
         pub(crate) to_x1: f64,
-        /// Belt speed.
         pub(crate) x2: f64,
     }
 
-    /// A state.
     pub(crate) struct State {
-        /// Position.
         pub(crate) x1: f64,
         /// Velocity.
         pub(crate) x2: f64,
@@ -195,17 +176,13 @@ result! {
         pub(crate) error: f64,
     }
 
-    /// The range of a coordinate.
     pub(crate) struct Extent {
-        /// Least value.
         pub(crate) from: f64,
-        /// Greatest value.
         pub(crate) to: f64,
     }
 
     /// A cycle that attracts.
     pub(crate) struct CycleResult {
-        /// Period.
         pub(crate) period: f64,
         /// Positions on it.
         pub(crate) x1: Extent,
@@ -225,7 +202,6 @@ result! {
         /// "equilibrium", "slip_cycle", "stick_slip", "crossing" or "unknown".
         #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
         pub(crate) separates: Option<[&'static str; 2]>,
-        /// Period.
         pub(crate) period: f64,
         /// For a cycle that crosses the belt line: x1 at which it crosses downward, less that of the exit
         /// point.
@@ -239,15 +215,11 @@ result! {
 
     /// The unstable slip cycle inside which orbits tend to steady slip, and the kicks onto it.
     pub(crate) struct BasinBoundary {
-        /// The cycle.
         pub(crate) cycle: StabilityResult,
-        /// The kicks.
         pub(crate) kick: Kick,
     }
 
-    /// All cycles of a point.
     pub(crate) struct AllCycles {
-        /// The stick-slip cycle.
         pub(crate) stick_slip: Option<StabilityResult>,
         /// Cycles below the belt line, by growing amplitude.
         pub(crate) slip: Vec<StabilityResult>,
@@ -261,7 +233,6 @@ result! {
     pub(crate) struct SlipCountResult {
         /// The number, where it is proved.
         pub(crate) proved: Option<u32>,
-        /// Lower bound.
         pub(crate) at_least: u32,
         /// Upper bound; `None` where there is none.
         pub(crate) at_most: Option<u32>,
@@ -319,10 +290,7 @@ pub(crate) enum Cycles {
     /// All of them.
     Found(AllCycles),
     /// An orbit could not be followed.
-    Failed {
-        /// The reason.
-        reason: String,
-    },
+    Failed { reason: String },
 }
 
 /// Pairs as a map, in their order.

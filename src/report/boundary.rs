@@ -72,7 +72,6 @@ pub(crate) struct Worst {
 /// a boundary at c >= 0.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct BoundaryError {
-    /// Sizes of the errors.
     pub(crate) sizes: Sizes,
     /// Sizes of the errors in those columns that count at every eps, for the fit.
     pub(crate) common: Sizes,
@@ -105,7 +104,6 @@ pub struct Order {
 pub struct MethodBoundary {
     /// The method.
     pub method: String,
-    /// Errors at each eps.
     pub(crate) errors: Vec<BoundaryError>,
     /// The fitted order; `None` if fewer than two eps have a median above the error of the exact boundary.
     pub order: Option<Order>,

@@ -29,7 +29,6 @@ fn heading(table: &Table) -> &'static str {
     }
 }
 
-/// The report as Markdown.
 pub(super) fn markdown(
     map: &MapFile,
     summary: &[(Rich, Rich)],

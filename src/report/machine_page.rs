@@ -7,7 +7,7 @@ use super::document;
 use super::figure::axis::{AXIS, SMALL_TEXT, Scale, TEXT};
 use super::figure::legend::{Legend, Sample};
 use super::figure::palette;
-use super::figure::panels::{BOTTOM_MARGIN, Panel, TITLE_MARGIN};
+use super::figure::panels::{BOTTOM_MARGIN, Panel, TITLE_MARGIN, left_margin};
 use super::figure::region::{cell_edges, outlines};
 use super::figure::scene::{Anchor, Fill, Marker, Rect, Scene};
 use super::figure::{Scene as Figure, bifurcations};
@@ -119,7 +119,6 @@ impl<'a> MachinePage<'a> {
     }
 }
 
-/// A number with its unit.
 fn quantity(value: f64, unit: &str) -> Rich {
     Rich::number(value, 4).with_unit(unit)
 }
@@ -141,7 +140,7 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
     }
     match &machine.friction {
         Friction::Coefficients(law, of) => {
-            let rest = quantity(of.static_friction, "").then(rich(", "));
+            let rest = quantity(of.static_friction, "").then(", ");
             given.push(line("friction law", Rich::foreign(law.name())));
             let both = rest.then(quantity(of.kinetic_friction, ""));
             given.push(line("coefficient of friction at rest, kinetic", both));
@@ -169,18 +168,17 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
         }
     }
     given.push(line("belt speed", of(machine.belt_speed, Velocity)));
-    let ratio = rich(" (damping ratio ").then(Rich::number(does.damping_ratio, 3)).then(rich(")"));
+    let ratio = rich(" (damping ratio ").then(Rich::number(does.damping_ratio, 3)).then(")");
     given.push(line("damping", of(machine.damping, Damping).then(ratio)));
 
     let critical = match (does.critical_damping, does.critical_damping_error) {
-        (Some(damping), Some(error)) => Rich::number(damping, 4)
-            .then(rich(" ± "))
-            .then(Rich::number(error, 2))
-            .then(Rich::foreign(&format!(" {}", machine.motion.unit(Damping)))),
+        (Some(damping), Some(error)) => {
+            Rich::number(damping, 4).then(" ± ").then(Rich::number(error, 2)).with_unit(unit(Damping))
+        }
         _ => rich("none: it needs no damping"),
     };
     let mut limits = vec![
-        line("regime at the working point", rich(palette::regime_words(does.regime))),
+        line("regime at the working point", rich(&palette::regime(does.regime).words)),
         line(
             "stick-slips whatever the start below belt speed",
             match all.always_below_speed {
@@ -209,11 +207,11 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
 
     let mut motion = vec![line("undamped natural frequency", quantity(does.natural_frequency, "Hz"))];
     if let Some(period) = all.period {
-        let frequency = rich(" (").then(quantity(1.0 / period, "Hz")).then(rich(")"));
+        let frequency = rich(" (").then(quantity(1.0 / period, "Hz")).then(")");
         motion.push(line("period of the vibration", of(period, Time).then(frequency)));
     }
     if let Some([slip, stick]) = does.slip_and_stick_time {
-        motion.push(line("slip time, stick time", of(slip, Time).then(rich(", ")).then(of(stick, Time))));
+        motion.push(line("slip time, stick time", of(slip, Time).then(", ").then(of(stick, Time))));
     }
     if let Some(amplitude) = does.amplitude {
         motion.push(line("amplitude, half of peak to peak", of(amplitude, Length)));
@@ -224,7 +222,7 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
     match all.kick {
         Some([forward, backward]) => motion.push(line(
             "kick that starts it: with the belt, against it",
-            of(forward, Velocity).then(rich(", ")).then(of(backward, Velocity)),
+            of(forward, Velocity).then(", ").then(of(backward, Velocity)),
         )),
         None => motion.push(line(
             "kick that starts it",
@@ -240,7 +238,7 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
         line("any quantity", rich("by an unknown amount: no critical damping was found next to it"));
     let sensitivities = all.sensitivities.is_empty().then_some(unknown).into_iter();
     let sensitivities = sensitivities.chain(all.sensitivities.iter().map(|s| {
-        let text = rich("").then(Rich::number(s.critical_damping, 3)).then(rich(" % for 1 %"));
+        let text = rich("").then(Rich::number(s.critical_damping, 3)).then(" % for 1 %");
         let name = match s.quantity {
             "normal_force" if has_forces(machine) => "all friction forces".into(),
             name => name.replace('_', " ").replace("stribeck", "Stribeck"),
@@ -286,16 +284,16 @@ fn risk_lines(all: &Assessment, risk: &Risk) -> Vec<(Rich, Rich)> {
         // Draws that hardly differ have limits that do not differ in print.
         let interval = match low.plain() == high.plain() {
             true => rich(""),
-            false => rich(" (").then(low).then(rich(" to ")).then(high).then(rich(")")),
+            false => rich(" (").then(low).then(" to ").then(high).then(")"),
         };
-        value.then(interval).then(Rich::foreign(&format!(" {unit}")))
+        value.then(interval).with_unit(unit)
     };
     let mut lines = vec![(
         rich("probability that it may stick-slip (95 % limits)"),
         rich(&percentage(&risk.probability)).then(rich(&format!(", {} draws", risk.draws))),
     )];
     if risk.critical_damping_error > 0.0 {
-        let error = Rich::number(risk.critical_damping_error, 2).then(Rich::foreign(&format!(" {unit}")));
+        let error = Rich::number(risk.critical_damping_error, 2).with_unit(unit);
         lines.push((rich("largest error met of a draw's critical damping"), error));
     }
     if let Some(error) = risk.standard_error {
@@ -303,8 +301,7 @@ fn risk_lines(all: &Assessment, risk: &Risk) -> Vec<(Rich, Rich)> {
         lines.push((rich("standard error of critical damping, by friction"), value));
     }
     for rare in &risk.rare_by {
-        let name =
-            rich("damping that makes it ").then(Rich::number(100.0 * rare.probability, 4)).then(rich(" %"));
+        let name = rich("damping that makes it ").then(Rich::number(100.0 * rare.probability, 4)).then(" %");
         let value = rare.damping.as_ref().map_or_else(|| rich("too few draws"), limits);
         lines.push((name, value));
     }
@@ -388,6 +385,15 @@ fn limits(grid: &Grid, point: &Point, speeds: &[f64]) -> Vec<PlaneCurve> {
     vec![curve(Bifurcation::Hopf, hopf.collect()), curve(Bifurcation::GrazingSliding, grazing.collect())]
 }
 
+/// The panel of a figure, and the width of its labels.
+fn panel(x: Scale, y: Scale) -> (Panel, f64) {
+    const HEIGHT: f64 = 150.0;
+    let labels = Panel::y_labels_width(y, HEIGHT);
+    let left = left_margin(labels);
+    let rect = Rect { x: left, y: TITLE_MARGIN, w: FIGURE - left - 12.0, h: HEIGHT };
+    (Panel { rect, x, y }, labels)
+}
+
 /// The regimes around the working point, with the curves between them.
 fn regimes(all: &Assessment) -> Scene {
     let machine = &all.machine;
@@ -407,10 +413,7 @@ fn regimes(all: &Assessment) -> Scene {
     let x = Scale::linear(speeds[0], speeds[NODES - 1]).in_unit(velocity.factor);
     let y = Scale::linear(0.0, dampings[NODES - 1]).in_unit(friction.factor);
     let mut scene = Scene::new(FIGURE, 0.0);
-    let labels = Panel::y_labels_width(y, 150.0);
-    let left = super::figure::panels::left_margin(labels);
-    let rect = Rect { x: left, y: TITLE_MARGIN, w: FIGURE - left - 12.0, h: 150.0 };
-    let panel = Panel { rect, x, y };
+    let (panel, labels) = panel(x, y);
     panel.title(&mut scene, &rich("Regimes; diamond: the working point"));
     let mut legend = Legend::default();
     let Some(Model { law, point, .. }) = machine.model() else { return scene };
@@ -438,7 +441,7 @@ fn regimes(all: &Assessment) -> Scene {
     scene.marker(Marker::Diamond, here, 8.0, palette::WHITE, true);
     scene.marker(Marker::Diamond, here, 6.0, palette::VERMILION, true);
     panel.named_axes(&mut scene, &velocity.text(), &friction.text(), labels);
-    legend.below(&mut scene, left, rect.y + rect.h + BOTTOM_MARGIN);
+    legend.below(&mut scene, panel.rect.x, panel.rect.y + panel.rect.h + BOTTOM_MARGIN);
     scene
 }
 
@@ -449,10 +452,7 @@ fn influence(all: &Assessment) -> Scene {
     let most = parts.iter().map(|part| part.share).fold(0.0, f64::max);
     let (x, y) = (Scale::linear(0.0, width * parts.len() as f64), Scale::linear(0.0, 105.0 * most));
     let mut scene = Scene::new(FIGURE, 0.0);
-    let labels = Panel::y_labels_width(y, 150.0);
-    let left = super::figure::panels::left_margin(labels);
-    let rect = Rect { x: left, y: TITLE_MARGIN, w: FIGURE - left - 12.0, h: 150.0 };
-    let panel = Panel { rect, x, y };
+    let (panel, labels) = panel(x, y);
     for part in parts {
         let low = panel.place(part.slip_speed - 0.5 * width, 0.0);
         let high = panel.place(part.slip_speed + 0.5 * width, 100.0 * part.share);
@@ -465,7 +465,7 @@ fn influence(all: &Assessment) -> Scene {
     panel.title(&mut scene, &rich("Slip speeds of the friction curve that matter"));
     let name = Rich::foreign(&format!("slip speed, {velocity}"));
     panel.named_axes(&mut scene, &name, &rich("share in the critical damping, %"), labels);
-    scene.height = rect.y + rect.h + BOTTOM_MARGIN + SMALL_TEXT;
+    scene.height = panel.rect.y + panel.rect.h + BOTTOM_MARGIN + SMALL_TEXT;
     scene
 }
 

@@ -32,11 +32,11 @@ pub use units::View;
 pub(crate) use units::{Label, UnitSystem, join};
 pub(crate) use verdicts::{Confusion, Verdicts};
 pub use write::{ReportOptions, write};
-pub(crate) use write::{publish_file, temporary_in, write_figure, write_file};
+pub(crate) use write::{write_figure, write_file};
 
 use crate::benchmark::StudyError;
+pub use crate::files::Existing;
 use crate::map::Control;
-pub use crate::store::Existing;
 use crate::store::{MapFile, StoreError};
 
 /// Name of the method with which all others are compared.

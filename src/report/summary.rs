@@ -19,25 +19,23 @@ pub(super) fn summary(view: &View, report: &Report) -> Vec<(Rich, Rich)> {
     let mut line = |name: &str, value: Rich| lines.push((rich(name), value));
     if let Some(model) = view.model() {
         let (point, si) = (&model.point, &model.si);
-        let quantity = |value: f64, dimension| {
-            Rich::number(value, 4).then(Rich::foreign(&format!(" {}", si.unit(dimension))))
-        };
+        let quantity = |value: f64, dimension| Rich::number(value, 4).with_unit(si.unit(dimension));
         let speed = quantity(point.belt_speed * si.units.velocity, Dimension::Velocity);
         let damping = quantity(point.damping * si.units.damping, Dimension::Damping);
         let does = behaviour(&model, TOLERANCE);
         if let Some(critical) = does.critical_damping {
-            let value = quantity(critical, Dimension::Damping).then(rich(" at belt speed "));
+            let value = quantity(critical, Dimension::Damping).then(" at belt speed ");
             line("critical damping", value.then(speed.clone()));
         }
         if let Some(critical) = does.critical_belt_speed.value() {
-            let value = quantity(critical, Dimension::Velocity).then(rich(" at damping "));
+            let value = quantity(critical, Dimension::Velocity).then(" at damping ");
             line("critical belt speed", value.then(damping.clone()));
         }
         if let Some(amplitude) = does.amplitude {
-            let at = rich(" at belt speed ").then(speed).then(rich(" and damping ")).then(damping);
+            let at = rich(" at belt speed ").then(speed).then(" and damping ").then(damping);
             line("amplitude", quantity(amplitude, Dimension::Length).then(at));
         }
-        line("natural frequency", Rich::number(does.natural_frequency, 4).then(rich(" Hz")));
+        line("natural frequency", Rich::number(does.natural_frequency, 4).then(" Hz"));
     }
     let cells = count(map.grid().cells() as u64);
     line("friction law", Rich::foreign(map.grid().law().name()));

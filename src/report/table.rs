@@ -45,7 +45,6 @@ pub(crate) enum Show {
 pub struct Column {
     /// Its name in CSV files.
     pub key: String,
-    /// Its heading.
     pub(crate) heading: Rich,
     /// Format of its numbers.
     pub(crate) show: Show,
@@ -63,7 +62,6 @@ impl Column {
 pub struct Table {
     /// Name of its files, and of its label in LaTeX.
     pub name: &'static str,
-    /// Its caption.
     pub(crate) caption: Rich,
     /// The columns.
     pub columns: Vec<Column>,

@@ -119,7 +119,7 @@ pub fn volume(view: &View, report: &Report) -> Table {
         name: "volume",
         caption: rich("Volume of parameter space in which each method claims a stick-slip cycle: ")
             .then(extents(view))
-            .then(rich(".")),
+            .then("."),
         columns: vec![
             Column::new("epsilon", "{epsilon}", EPSILON_DIGITS),
             Column::new("method", "method", Show::AsIs),

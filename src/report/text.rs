@@ -6,9 +6,7 @@
 /// A part of a text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Piece {
-    /// Words.
     Words(String),
-    /// A mathematical symbol.
     Symbol(Symbol),
 }
 
@@ -113,13 +111,19 @@ pub(crate) fn rich(template: &str) -> Rich {
     text
 }
 
+/// Only words written in the program are read as [`rich`] does.
+impl From<&'static str> for Rich {
+    fn from(template: &'static str) -> Self {
+        rich(template)
+    }
+}
+
 impl Rich {
     /// Words from a file or from a user, with arbitrary characters.
     pub(crate) fn foreign(words: &str) -> Self {
         Self { pieces: vec![Piece::Words(words.into())] }
     }
 
-    /// The symbol of an axis.
     pub(crate) fn symbol(name: &str) -> Self {
         Self { pieces: vec![Piece::Symbol(Symbol::of(name))] }
     }
@@ -157,8 +161,8 @@ impl Rich {
 
     /// Appends another text.
     #[must_use]
-    pub(crate) fn then(mut self, more: Rich) -> Self {
-        self.pieces.extend(more.pieces);
+    pub(crate) fn then(mut self, more: impl Into<Rich>) -> Self {
+        self.pieces.extend(more.into().pieces);
         self
     }
 
@@ -171,7 +175,7 @@ impl Rich {
     /// Appends where a figure was taken, if that needs to be said: " at ε = 0.1".
     #[must_use]
     pub(crate) fn taken_at(self, place: Rich) -> Self {
-        if place.pieces.is_empty() { self } else { self.then(rich(" at ")).then(place) }
+        if place.pieces.is_empty() { self } else { self.then(" at ").then(place) }
     }
 
     /// Plain text, for file names, CSV and messages.
@@ -180,7 +184,6 @@ impl Rich {
         self.write(str::to_owned, Symbol::plain)
     }
 
-    /// As Markdown.
     pub(crate) fn markdown(&self) -> String {
         let piece = |(number, piece): (usize, &Piece)| match piece {
             Piece::Words(words) if number == 0 => markdown(words),
@@ -190,12 +193,10 @@ impl Rich {
         self.pieces.iter().enumerate().map(piece).collect()
     }
 
-    /// As HTML.
     pub(crate) fn html(&self) -> String {
         self.write(html, |symbol| symbol.markup(html))
     }
 
-    /// As LaTeX.
     pub(crate) fn latex(&self) -> String {
         self.write(latex, Symbol::latex)
     }

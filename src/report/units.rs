@@ -16,7 +16,6 @@ use crate::store::{MapFile, Value};
 pub struct View<'a> {
     /// The map.
     pub map: &'a MapFile,
-    /// The units.
     pub(crate) units: UnitSystem,
     /// See [`View::informative_nodes`].
     pub(super) informative: OnceLock<Vec<usize>>,
@@ -141,7 +140,6 @@ pub(crate) struct Label {
 }
 
 impl UnitSystem {
-    /// The SI units of a machine.
     pub(crate) fn of_machine(si: SiUnits) -> Self {
         Self { machine: Some(si) }
     }
@@ -202,7 +200,6 @@ impl UnitSystem {
         self.quantity("velocity", rich("{x_2}"), "x2", Some(Dimension::Velocity))
     }
 
-    /// Time.
     pub(crate) fn time(&self) -> Label {
         self.quantity("time", rich("{t}"), "t", Some(Dimension::Time))
     }
@@ -241,16 +238,13 @@ impl Label {
         let number = |node: f64| Rich::number(node * self.factor, digits);
         let name = self.name.clone();
         let text = match nodes {
-            [first, .., last] => {
-                name.then(rich(" from ")).then(number(*first)).then(rich(" to ")).then(number(*last))
-            }
-            _ => name.then(rich(" = ")).then(number(nodes[0])),
+            [first, .., last] => name.then(" from ").then(number(*first)).then(" to ").then(number(*last)),
+            _ => name.then(" = ").then(number(nodes[0])),
         };
         text.with_unit(self.unit)
     }
 }
 
-/// Description of a variable.
 fn variable_words(name: &str) -> Rich {
     for (prefix, words) in [
         ("verdict_", "verdict of "),

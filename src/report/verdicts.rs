@@ -33,7 +33,6 @@ impl Confusion {
         self.cells[place(verdict.code())].iter().sum()
     }
 
-    /// Number of all cells.
     pub(crate) fn total(&self) -> u64 {
         self.cells.iter().flatten().sum()
     }

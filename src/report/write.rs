@@ -5,14 +5,14 @@ use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
-use tempfile::NamedTempFile;
 
 use super::figure::{Figure, Scene, render};
 use super::table::Table;
 use super::text::Rich;
 use super::units::View;
 use super::{Report, ReportError, document, figure, stale, summary, tables};
-use crate::store::{self, Existing, StoreError};
+use crate::files::{Existing, create_folders, folder_of, publish_file, temporary_in};
+use crate::store::StoreError;
 
 /// Options of a report.
 #[derive(Clone, Copy, Debug)]
@@ -69,7 +69,7 @@ pub(super) fn publish(
     if existing == Existing::Refuse && folder.symlink_metadata().is_ok() {
         return Err(ReportError::Exists(folder.to_path_buf()));
     }
-    let parent = store::folder_of(folder);
+    let parent = folder_of(folder);
     create(parent)?;
     let scratch = tempfile::Builder::new()
         .prefix(".slipmap-report-")
@@ -85,7 +85,7 @@ pub(super) fn publish(
     let names = files.iter().map(|(name, _)| name.as_path());
     for name in names.chain(written.iter().map(|(name, _)| Path::new(name))) {
         let (from, to) = (scratch.path().join(name), folder.join(name));
-        create(store::folder_of(&to))?;
+        create(folder_of(&to))?;
         fs::rename(&from, &to).map_err(|source| ReportError::Io { path: to, source })?;
     }
     Ok(())
@@ -129,11 +129,11 @@ fn files(
 }
 
 fn create(folder: &Path) -> Result<(), ReportError> {
-    store::create_folders(folder).map_err(|source| ReportError::Io { path: folder.to_path_buf(), source })
+    create_folders(folder).map_err(|source| ReportError::Io { path: folder.to_path_buf(), source })
 }
 
 fn put(path: &Path, contents: &[u8]) -> Result<(), ReportError> {
-    create(store::folder_of(path))?;
+    create(folder_of(path))?;
     fs::write(path, contents).map_err(|source| ReportError::Io { path: path.to_path_buf(), source })
 }
 
@@ -161,9 +161,6 @@ pub(crate) fn write_figure(
 }
 
 /// Writes one file atomically.
-///
-/// # Errors
-/// [`ReportError::Exists`], or why it could not be written.
 pub(crate) fn write_file(contents: &[u8], path: &Path, existing: Existing) -> Result<(), ReportError> {
     let failed = |source: io::Error| match source.kind() {
         io::ErrorKind::AlreadyExists => ReportError::Exists(path.to_path_buf()),
@@ -172,7 +169,7 @@ pub(crate) fn write_file(contents: &[u8], path: &Path, existing: Existing) -> Re
     if existing == Existing::Refuse && path.symlink_metadata().is_ok() {
         return Err(ReportError::Exists(path.to_path_buf()));
     }
-    let folder = store::folder_of(path);
+    let folder = folder_of(path);
     if !folder.is_dir() {
         return Err(ReportError::NoFolder { path: path.to_path_buf(), folder: folder.to_path_buf() });
     }
@@ -187,29 +184,4 @@ pub(crate) fn write_file(contents: &[u8], path: &Path, existing: Existing) -> Re
     })?;
     file.write_all(contents).map_err(failed)?;
     publish_file(file, path, existing).map_err(failed)
-}
-
-/// A temporary file in a folder, with the permissions of any new file: others are readable by their owner
-/// only.
-pub(crate) fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".slipmap-");
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt as _;
-        builder.permissions(fs::Permissions::from_mode(0o666));
-    }
-    builder.tempfile_in(folder)
-}
-
-/// Gives a complete temporary file its name.
-///
-/// # Errors
-/// [`io::ErrorKind::AlreadyExists`] for a name that exists and is not to be replaced, or the file system's.
-pub(crate) fn publish_file(file: NamedTempFile, path: &Path, existing: Existing) -> io::Result<()> {
-    let named = match existing {
-        Existing::Replace => file.persist(path),
-        Existing::Refuse => file.persist_noclobber(path),
-    };
-    named.map(drop).map_err(|error| error.error)
 }

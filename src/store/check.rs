@@ -70,6 +70,11 @@ impl CheckReport {
         };
         self.problems.push(Problem { variable: variable.map(str::to_owned), place, what });
     }
+
+    /// Records a problem of an attribute.
+    fn attribute(&mut self, variable: Option<&str>, name: &str, what: impl Into<String>) {
+        self.note(variable, Some(format!("attribute {name}")), what);
+    }
 }
 
 /// Largest number of problems that are listed.
@@ -82,16 +87,9 @@ const MOST_PROBLEMS: usize = 1000;
 /// Only if the file cannot be read at all; every problem with its contents is in the report.
 pub fn check(path: &Path) -> Result<CheckReport, StoreError> {
     let mut report = CheckReport::default();
-    let failed = |source| StoreError::io("read", path, source);
-    if let Err(why) = trust::plain_file(path).map_err(failed)? {
-        return Err(StoreError::NotAMap { path: path.to_path_buf(), why });
-    }
-    let seal = seal::verify(path).map_err(failed)?;
-    match seal {
+    match seal::of(path)? {
         Seal::Whole => {}
-        Seal::Broken => {
-            report.note(None, None, seal::BROKEN);
-        }
+        Seal::Broken => report.note(None, None, seal::BROKEN),
         Seal::Missing => report.note(
             None,
             None,
@@ -122,7 +120,7 @@ pub(super) fn contents(map: &MapFile) -> CheckReport {
 /// Compares attributes, axes and cells with their recorded fingerprints. `ties` also checks the links between
 /// variables and dimensions, which programs that copy maps may write differently.
 fn check_contents(map: &MapFile, ties: bool, report: &mut CheckReport) {
-    let schema = map.schema();
+    let schema = &map.schema;
     report.cells = schema.grid.cells();
     report.tiles = schema.tiles();
     check_root(map, report);
@@ -141,7 +139,7 @@ fn check_contents(map: &MapFile, ties: bool, report: &mut CheckReport) {
     }
     for variable in &schema.variables {
         report.variables += 1;
-        match map.file().dataset(&variable.name) {
+        match map.file.dataset(&variable.name) {
             Ok(dataset) => {
                 if let Err(error) = check_layout(map, variable, &dataset, report) {
                     report.note(Some(&variable.name), None, format!("unreadable: {error}"));
@@ -159,9 +157,7 @@ fn check_contents(map: &MapFile, ties: bool, report: &mut CheckReport) {
 
 /// Checks the file's own attributes, and that the file holds nothing but the map.
 fn check_root(map: &MapFile, report: &mut CheckReport) {
-    let mut attribute = |name: &str, what: &str| {
-        report.note(None, Some(format!("attribute {name}")), what);
-    };
+    let mut attribute = |name: &str, what: &str| report.attribute(None, name, what);
     if !map.text("Conventions").is_some_and(|text| text.starts_with("CF-")) {
         attribute("Conventions", "does not name the CF conventions");
     }
@@ -182,10 +178,10 @@ fn check_root(map: &MapFile, report: &mut CheckReport) {
             attribute(name, "is missing");
         }
     }
-    check_attributes(map.file(), None, report);
-    match map.file().member_names() {
+    check_attributes(&map.file, None, report);
+    match map.file.member_names() {
         Ok(names) => {
-            let schema = map.schema();
+            let schema = &map.schema;
             for name in names {
                 let axis = schema.dimensions().contains(&name.as_str());
                 let known = axis || map.has(&name) || AUXILIARY.contains(&name.as_str());
@@ -200,12 +196,12 @@ fn check_root(map: &MapFile, report: &mut CheckReport) {
 
 /// The auxiliary variables that the map has.
 fn auxiliary(map: &MapFile) -> impl Iterator<Item = &'static str> {
-    AUXILIARY.into_iter().filter(|name| map.file().link_exists(name))
+    AUXILIARY.into_iter().filter(|name| map.file.link_exists(name))
 }
 
 /// Checks a variable beside the cells.
 fn check_auxiliary(map: &MapFile, name: &str, ties: bool, report: &mut CheckReport) -> Result<(), Unfit> {
-    let dataset = map.file().dataset(name)?;
+    let dataset = map.file.dataset(name)?;
     let axes = axes_of(name, map.grid()).unwrap_or_default();
     let shape: Vec<usize> = axes.iter().map(|&axis| map.grid().shape()[axis]).collect();
     trust::auxiliary(&dataset, name, &shape)?;
@@ -220,11 +216,11 @@ fn check_auxiliary(map: &MapFile, name: &str, ties: bool, report: &mut CheckRepo
 
 /// Checks the curves of codimension one, if there are any.
 fn check_curves(map: &MapFile, report: &mut CheckReport) -> Result<(), Unfit> {
-    curves::read(map.file(), map.grid(), map.length())?;
-    if !map.file().link_exists(curves::GROUP) {
+    curves::read(&map.file, map.grid(), map.length)?;
+    if !map.file.link_exists(curves::GROUP) {
         return Ok(());
     }
-    let group = map.file().group(curves::GROUP)?;
+    let group = map.file.group(curves::GROUP)?;
     check_attributes(&group, Some(curves::GROUP), report);
     let known = curves::names(map.grid());
     for column in group.member_names()? {
@@ -236,16 +232,12 @@ fn check_curves(map: &MapFile, report: &mut CheckReport) -> Result<(), Unfit> {
         let dataset = group.dataset(&column)?;
         if let Err(unfit) = trust::own_numbers(&dataset, &name) {
             report.note(Some(&name), None, unfit.to_string());
-        } else if dataset.size() as u64 > map.length() {
+        } else if dataset.size() as u64 > map.length {
             report.note(Some(&name), None, "declares more numbers than the file can hold");
         } else {
             check_attributes(&dataset, Some(&name), report);
             if value::read(&dataset, "sha256")? != curves::fingerprint_of(&dataset)? {
-                report.note(
-                    Some(&name),
-                    Some("attribute sha256".into()),
-                    "is not the fingerprint of its numbers",
-                );
+                report.attribute(Some(&name), "sha256", "is not the fingerprint of its numbers");
             }
         }
     }
@@ -262,33 +254,31 @@ fn check_attributes(place: &Location, variable: Option<&str>, report: &mut Check
     for (name, value) in &attributes {
         match value {
             Some(value) => known.push((name.as_str(), value)),
-            None => report.note(variable, Some(format!("attribute {name}")), "has a type that no map uses"),
+            None => report.attribute(variable, name, "has a type that no map uses"),
         }
     }
     let recorded = known.iter().find(|(name, _)| *name == ATTRIBUTES_DIGEST).map(|&(_, value)| value.clone());
     if recorded != Some(Value::Text(value::digest(known))) {
-        report.note(
+        report.attribute(
             variable,
-            Some(format!("attribute {ATTRIBUTES_DIGEST}")),
+            ATTRIBUTES_DIGEST,
             "is not the fingerprint of the other attributes: one of them was changed, added or removed",
         );
     }
 }
 
-/// Checks that an attribute has the expected value.
 fn expect(dataset: &Dataset, variable: &str, name: &str, expected: &Value, report: &mut CheckReport) {
-    let place = Some(format!("attribute {name}"));
     match value::read(dataset, name) {
         Ok(Some(value)) if &value == expected => {}
-        Ok(_) => report.note(Some(variable), place, format!("is not {expected:?}")),
-        Err(error) => report.note(Some(variable), place, format!("is unreadable: {error}")),
+        Ok(_) => report.attribute(Some(variable), name, format!("is not {expected:?}")),
+        Err(error) => report.attribute(Some(variable), name, format!("is unreadable: {error}")),
     }
 }
 
 /// Checks a coordinate.
 fn check_axis(map: &MapFile, position: usize, ties: bool, report: &mut CheckReport) -> hdf5::Result<()> {
     let axis = &map.grid().axes()[position];
-    let dataset = map.file().dataset(&axis.name)?;
+    let dataset = map.file.dataset(&axis.name)?;
     let name = Some(axis.name.as_str());
     if !matches!(dataset.dtype()?.to_descriptor()?, TypeDescriptor::Float(FloatSize::U8)) {
         report.note(name, None, "does not hold 64-bit floating-point numbers");
@@ -296,8 +286,8 @@ fn check_axis(map: &MapFile, position: usize, ties: bool, report: &mut CheckRepo
     expect(&dataset, &axis.name, "CLASS", &"DIMENSION_SCALE".into(), report);
     expect(&dataset, &axis.name, "NAME", &axis.name.as_str().into(), report);
     expect(&dataset, &axis.name, "units", &"1".into(), report);
-    let digest = fingerprint::combine([&fingerprint::reals(&axis.values)]);
-    expect(&dataset, &axis.name, "sha256", &hex(&digest).into(), report);
+    let digest = fingerprint::of_one_tile(&fingerprint::reals(&axis.values));
+    expect(&dataset, &axis.name, "sha256", &digest, report);
     check_attributes(&dataset, name, report);
     if ties { check_uses(map, position, &dataset, report) } else { Ok(()) }
 }
@@ -309,7 +299,7 @@ fn check_layout(
     dataset: &Dataset,
     report: &mut CheckReport,
 ) -> hdf5::Result<()> {
-    let schema = map.schema();
+    let schema = &map.schema;
     let name = Some(variable.name.as_str());
     let stored = dataset.dtype()?.to_descriptor()?;
     let expected = trust::kind_of(variable);
@@ -317,11 +307,8 @@ fn check_layout(
         report.note(name, None, format!("holds {stored} instead of {expected}"));
     }
     if dataset.shape() != schema.shape(variable) {
-        report.note(
-            name,
-            None,
-            format!("has the shape {:?} instead of {:?}", dataset.shape(), schema.shape(variable)),
-        );
+        let (stored, expected) = (dataset.shape(), schema.shape(variable));
+        report.note(name, None, format!("has the shape {stored:?} instead of {expected:?}"));
     }
     let chunk = schema.chunk(variable);
     if dataset.chunk().as_ref() != Some(&chunk) {
@@ -332,23 +319,14 @@ fn check_layout(
     }
     if let Content::Verdict(method) = variable.content {
         let guarantee = schema.methods[method].guarantee.as_str();
-        let known = [
-            Guarantee::Asymptotic,
-            Guarantee::FiniteEpsilon,
-            Guarantee::Numerical,
-            Guarantee::Validated,
-            Guarantee::None,
-        ];
+        use Guarantee::{Asymptotic, FiniteEpsilon, None, Numerical, Validated};
+        let known = [Asymptotic, FiniteEpsilon, Numerical, Validated, None];
         if !known.iter().any(|known| known.name() == guarantee) {
-            report.note(name, Some("attribute guarantee".into()), format!("is {guarantee:?}, no known word"));
+            report.attribute(name, "guarantee", format!("is {guarantee:?}, no known word"));
         }
     }
     if dataset.attr_names()?.iter().any(|attribute| attribute == "_FillValue") {
-        report.note(
-            name,
-            Some("attribute _FillValue".into()),
-            "makes readers turn codes into floating-point numbers",
-        );
+        report.attribute(name, "_FillValue", "makes readers turn codes into floating-point numbers");
     }
     check_attributes(dataset, name, report);
     Ok(())
@@ -359,21 +337,17 @@ fn check_layout(
 /// in 1.10.8) crashes on damaged or forged heaps. The seal covers the heap.
 fn check_ties(name: &str, rank: usize, dataset: &Dataset, report: &mut CheckReport) {
     if dataset.attr("DIMENSION_LIST").ok().map(|list| list.shape()) != Some(vec![rank]) {
-        report.note(
-            Some(name),
-            Some("attribute DIMENSION_LIST".into()),
-            format!("does not tie it to {rank} dimensions"),
-        );
+        report.attribute(Some(name), "DIMENSION_LIST", format!("does not tie it to {rank} dimensions"));
     }
 }
 
 /// Checks that a dimension lists the variables that have it, and no others.
 fn check_uses(map: &MapFile, position: usize, scale: &Dataset, report: &mut CheckReport) -> hdf5::Result<()> {
     let mut expected = Vec::new();
-    let all = map.schema().positions(auxiliary(map));
-    for (name, axes) in all.iter().filter(|(name, _)| map.file().link_exists(name)) {
+    let all = map.schema.positions(auxiliary(map));
+    for (name, axes) in all.iter().filter(|(name, _)| map.file.link_exists(name)) {
         let Some(dimension) = axes.iter().position(|axis| *axis == position) else { continue };
-        let reference: ObjectReference1 = map.file().reference(name)?;
+        let reference: ObjectReference1 = map.file.reference(name)?;
         expected.push((sys::address(reference), i32::try_from(dimension).unwrap_or(i32::MAX)));
     }
     let found = scale.attr("REFERENCE_LIST").and_then(|list| list.read_raw::<ScaleUse>());
@@ -385,18 +359,15 @@ fn check_uses(map: &MapFile, position: usize, scale: &Dataset, report: &mut Chec
     expected.sort_unstable();
     found.sort_unstable();
     if found != expected {
-        report.note(
-            Some(&map.grid().axes()[position].name),
-            Some("attribute REFERENCE_LIST".into()),
-            "does not tie it to the variables that have it",
-        );
+        let name = Some(map.grid().axes()[position].name.as_str());
+        report.attribute(name, "REFERENCE_LIST", "does not tie it to the variables that have it");
     }
     Ok(())
 }
 
 /// Reads a variable chunk by chunk and compares it with its fingerprint.
 fn check_cells(map: &MapFile, variable: &Variable, dataset: &Dataset, report: &mut CheckReport) {
-    let schema = map.schema();
+    let schema = &map.schema;
     let name = Some(variable.name.as_str());
     match trust::variable(dataset, schema, variable) {
         Ok(()) => {}
@@ -460,7 +431,6 @@ fn read_chunk(
     Ok((fingerprint::codes(&cells), pack::count(variable, |wanted| count_of(&cells, wanted))))
 }
 
-/// Number of cells with this code.
 fn count_of(cells: &[i8], code: i8) -> u64 {
     // Sums of 255 comparisons fit into a byte, so whole vector registers of cells are compared at once: a
     // dozen times faster than counting into 64-bit numbers one by one.
@@ -472,11 +442,8 @@ fn count_of(cells: &[i8], code: i8) -> u64 {
 fn expect_found(dataset: &Dataset, variable: &str, name: &str, found: &Value, report: &mut CheckReport) {
     let recorded = value::read(dataset, name).ok().flatten();
     if recorded.as_ref() != Some(found) {
-        report.note(
-            Some(variable),
-            Some(format!("attribute {name}")),
-            format!("records {recorded:?}, but the cells give {found:?}"),
-        );
+        let what = format!("records {recorded:?}, but the cells give {found:?}");
+        report.attribute(Some(variable), name, what);
     }
 }
 

@@ -5,16 +5,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::dataset::{Fingerprint, Schema};
 use crate::map::{
     Account, Audit, Axis, Contradiction, Contradictions, Disagreement, FailedCell, Grid, MethodAccount,
     Paths, Plan, Stages, Unknown, Verdict,
 };
 use crate::point::Point;
 
-use super::pack::{PackedChunk, PackedTile};
-
-/// The bytes of a value.
 pub(super) fn to_bytes(value: &impl Serialize) -> Vec<u8> {
     match postcard::to_stdvec(value) {
         Ok(bytes) => bytes,
@@ -25,54 +21,6 @@ pub(super) fn to_bytes(value: &impl Serialize) -> Vec<u8> {
 /// The value with these bytes; `None` if they are anything else.
 pub(super) fn from_bytes<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Option<T> {
     postcard::take_from_bytes(bytes).ok().filter(|(_, rest)| rest.is_empty()).map(|(value, _)| value)
-}
-
-/// A packed tile, without what follows from its number.
-#[derive(Serialize, Deserialize)]
-pub(super) struct TileRecord<'a> {
-    number: usize,
-    #[serde(borrow)]
-    chunks: Vec<ChunkRecord<'a>>,
-}
-
-#[derive(Serialize, Deserialize)]
-struct ChunkRecord<'a> {
-    fingerprint: Fingerprint,
-    counts: Vec<u64>,
-    #[serde(with = "serde_bytes")]
-    bytes: &'a [u8],
-}
-
-impl<'a> TileRecord<'a> {
-    pub(super) fn of(tile: &'a PackedTile) -> Self {
-        let chunk = |chunk: &'a PackedChunk| ChunkRecord {
-            fingerprint: chunk.fingerprint,
-            counts: chunk.counts.clone(),
-            bytes: &chunk.bytes,
-        };
-        Self { number: tile.number, chunks: tile.chunks.iter().map(chunk).collect() }
-    }
-
-    /// The tile, if a map of this layout has it.
-    pub(super) fn tile(self, schema: &Schema) -> Option<PackedTile> {
-        let number = Some(self.number).filter(|&number| number < schema.tiles())?;
-        let mut records = self.chunks.into_iter();
-        let mut chunks = Vec::new();
-        for (position, variable) in schema.variables.iter().enumerate() {
-            let Some(chunk) = schema.chunk_number(variable, number) else { continue };
-            let ChunkRecord { fingerprint, counts, bytes } = records.next()?;
-            let codes = variable.codes().map_or(0, |codes| codes.len());
-            chunks.push(PackedChunk {
-                variable: position,
-                number: chunk,
-                offset: schema.offset(variable, number),
-                bytes: bytes.to_vec(),
-                fingerprint,
-                counts: Some(counts).filter(|counts| counts.len() == codes)?,
-            });
-        }
-        records.next().is_none().then_some(PackedTile { number, chunks })
-    }
 }
 
 /// An account: points as their values on the axes of the grid, methods as their positions in the plan.
@@ -129,8 +77,7 @@ impl AccountRecord {
             Some(Disagreement::again(plan, point_of(plan, &point)?, method(position)?.name(), stored))
         };
         let contradiction = |(tile, point, codes): (usize, Vec<f64>, Vec<i8>)| {
-            let verdict = |code: &i8| Verdict::ALL.into_iter().find(|verdict| verdict.code() == *code);
-            let verdicts: Vec<Verdict> = codes.iter().map(verdict).collect::<Option<_>>()?;
+            let verdicts: Vec<Verdict> = codes.into_iter().map(Verdict::of_code).collect::<Option<_>>()?;
             let fits = verdicts.len() == plan.methods.len();
             Some(Contradiction { tile, point: point_of(plan, &point)?, verdicts }).filter(|_| fits)
         };
@@ -176,6 +123,7 @@ fn point_of(plan: &Plan, values: &[f64]) -> Option<Point> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::pack::PackedTile;
     use super::*;
     use crate::dataset::Value;
 
@@ -200,7 +148,7 @@ mod tests {
             let bytes = to_bytes(&length);
             assert_eq!(from_bytes::<Vec<(String, Value)>>(&bytes), None);
             assert_eq!(from_bytes::<Vec<f64>>(&bytes), None);
-            assert!(from_bytes::<TileRecord>(&to_bytes(&(0, length))).is_none());
+            assert!(from_bytes::<PackedTile>(&to_bytes(&(0, length))).is_none());
         }
     }
 }

@@ -12,7 +12,6 @@ use super::records::{Series, write_tables};
 use super::trust::{self, Unfit};
 use super::value;
 
-/// Name of the group.
 pub(super) const GROUP: &str = "curves";
 
 const PLANE: &str = "plane";

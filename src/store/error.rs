@@ -92,9 +92,9 @@ pub enum StoreError {
     Hdf5 {
         /// The action that failed.
         doing: String,
-        /// The action that failed.
-        path: PathBuf,
         /// The path that it failed on.
+        path: PathBuf,
+        /// The library's reason.
         detail: String,
     },
     /// The file is not a map that this version can read.

@@ -18,6 +18,7 @@ use fs4::TryLockError;
 use sha2::{Digest, Sha256};
 
 use crate::dataset::Fingerprint;
+use crate::files::sync_folder;
 
 use super::error::StoreError;
 
@@ -132,12 +133,10 @@ impl Journal {
         }
     }
 
-    /// Returns whether there is a journal at `path`.
     pub(super) fn is_at(path: &Path) -> bool {
         path.symlink_metadata().is_ok_and(|metadata| metadata.is_file() && metadata.len() > 0)
     }
 
-    /// Path of the journal.
     pub(super) fn path(&self) -> &Path {
         &self.path
     }
@@ -238,32 +237,6 @@ impl Drop for Journal {
             let _ = fs::remove_file(&self.path);
         }
     }
-}
-
-/// The folder of a path, `.` for a bare name.
-pub(crate) fn folder_of(path: &Path) -> &Path {
-    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
-}
-
-/// Forces the entry of `path` in its folder to disk. Where folders cannot be opened (not Unix) the system
-/// does so itself.
-pub(super) fn sync_folder(path: &Path) -> io::Result<()> {
-    match File::open(folder_of(path)) {
-        Ok(folder) => folder.sync_all(),
-        Err(_) => Ok(()),
-    }
-}
-
-/// Creates a folder and its parents where they do not exist.
-///
-/// # Errors
-/// The file system's reasons. For a folder that exists but does not answer (a dead mount) the system reports
-/// that it exists; this function returns why it cannot be used.
-pub(crate) fn create_folders(folder: &Path) -> io::Result<()> {
-    fs::create_dir_all(folder).map_err(|error| match folder.metadata() {
-        Err(reason) if error.kind() == io::ErrorKind::AlreadyExists => reason,
-        _ => error,
-    })
 }
 
 /// Returns whether `path` still leads to the opened file.

@@ -94,11 +94,12 @@ pub(crate) use crate::dataset::attributes::plan_digest;
 pub use crate::dataset::{Outcome, Provenance, Value};
 pub use check::{CheckReport, Problem, check};
 
+pub use crate::files::Existing;
 pub use error::StoreError;
-pub(crate) use journal::{create_folders, folder_of};
+pub(crate) use pack::ByteSink;
+pub use pack::{PackedRecord, Packer};
 pub(crate) use partial::{Left, left, remove_unfinished};
-pub use partial::{PackedRecord, Packer, PartialMap, Resumed};
+pub use partial::{PartialMap, Resumed};
 pub(crate) use reader::SIGNATURE;
 pub use reader::{MapFile, Pick};
 pub(crate) use records::{Records, Series, write_records};
-pub use seal::Existing;

@@ -22,12 +22,8 @@ impl MapFile {
     /// read; [`StoreError::Damaged`] for a map that was changed; otherwise the file system's or the library's
     /// reasons.
     pub fn open(path: &Path) -> Result<Self, StoreError> {
-        let failed = |source| StoreError::io("read", path, source);
-        trust::plain_file(path)
-            .map_err(failed)?
-            .map_err(|why| StoreError::NotAMap { path: path.to_path_buf(), why })?;
         let damaged = |what: String| StoreError::Damaged { path: path.to_path_buf(), what };
-        let seal = seal::verify(path).map_err(failed)?;
+        let seal = seal::of(path)?;
         if seal == Seal::Broken {
             return Err(damaged(seal::BROKEN.into()));
         }

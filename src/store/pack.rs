@@ -2,48 +2,62 @@
 
 use std::borrow::Cow;
 use std::collections::HashMap;
+use std::convert::Infallible;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use libdeflater::{CompressionLvl, Compressor};
+use serde::{Deserialize, Serialize};
+use serde_bytes::Bytes;
 
 use crate::dataset::fingerprint::{self, canonical};
 use crate::dataset::{Cells, Fingerprint, Schema, Variable};
-use crate::map::{Runs, TileData, unravel};
+use crate::map::{Account, Plan, Runs, Sink, TileData, unravel};
 
+use super::codec::{AccountRecord, from_bytes, to_bytes};
 use super::deflate;
+use super::journal::Part;
 
-/// A chunk as stored in the file, with the counts and the fingerprint of its cells.
-#[derive(Debug)]
+/// A chunk as stored in the file, with the fingerprint and the counts of its cells.
+#[derive(Debug, Serialize, Deserialize)]
 pub(super) struct PackedChunk {
-    /// Position of the variable in the schema.
-    pub(super) variable: usize,
-    /// Number of the chunk, row-major over the variable's chunks.
-    pub(super) number: usize,
-    /// Index of its first cell.
-    pub(super) offset: Vec<usize>,
-    /// The filtered bytes.
-    pub(super) bytes: Vec<u8>,
-    /// Fingerprint of its cells.
     pub(super) fingerprint: Fingerprint,
     /// Number of cells with each of the variable's codes.
     pub(super) counts: Vec<u64>,
+    #[serde(with = "serde_bytes")]
+    pub(super) bytes: Vec<u8>,
 }
 
-/// A tile ready to be written.
-#[derive(Debug)]
+/// A tile ready to be written: a chunk of each variable of [`Schema::filled_by`].
+#[derive(Debug, Serialize, Deserialize)]
 pub(super) struct PackedTile {
-    /// Its number.
     pub(super) number: usize,
-    /// Its chunks.
     pub(super) chunks: Vec<PackedChunk>,
 }
 
-/// Packs the tiles of one map.
+impl PackedTile {
+    /// Returns whether a map of this layout has the tile.
+    pub(super) fn fits(&self, schema: &Schema) -> bool {
+        let codes = |variable: &Variable| variable.codes().map_or(0, |codes| codes.len());
+        self.number < schema.tiles()
+            && schema
+                .filled_by(self.number)
+                .map(|(_, variable, _)| codes(variable))
+                .eq(self.chunks.iter().map(|chunk| chunk.counts.len()))
+    }
+}
+
+/// A tile packed for the map and for the journal.
 #[derive(Debug)]
-pub(super) struct Packing {
+pub struct PackedRecord {
+    pub(super) tile: PackedTile,
+    pub(super) part: Part,
+}
+
+/// Packs tiles of an unfinished map, in this process or in another.
+#[derive(Debug)]
+pub struct Packer {
+    pub(super) plan: Plan,
     schema: Schema,
-    /// Deflate level; 0 for none.
-    level: u8,
     /// Cache of chunks of few runs.
     known: Mutex<HashMap<ChunkKey, Arc<KnownChunk>>>,
 }
@@ -63,28 +77,45 @@ const MOST_KNOWN: usize = 4096;
 /// From this number of runs per 16 cells on, the general search compresses better than the one over runs.
 const RUNS_PER_16_CELLS: usize = 4;
 
-impl Packing {
-    pub(super) fn new(schema: Schema, level: u8) -> Self {
-        Self { schema, level, known: Mutex::default() }
+impl Packer {
+    /// Packer for the map of `plan`.
+    #[must_use]
+    pub fn new(plan: &Plan) -> Self {
+        Self { plan: plan.clone(), schema: Schema::of(plan), known: Mutex::default() }
     }
 
-    /// The layout.
-    pub(super) fn schema(&self) -> &Schema {
-        &self.schema
-    }
-
-    /// Packs one tile.
+    /// Packs a tile.
     ///
     /// # Panics
     /// If the tile has not the number of cells that the plan asks for: a bug of the engine.
-    pub(super) fn pack(&self, data: &TileData) -> PackedTile {
+    #[must_use]
+    pub fn pack(&self, data: &TileData) -> PackedRecord {
+        let tile = self.tile(data);
+        let part = Part::new(to_bytes(&tile));
+        PackedRecord { tile, part }
+    }
+
+    /// Encodes a packed tile and its account, to be sent to the process that writes the map.
+    #[must_use]
+    pub fn to_bytes(&self, packed: &PackedRecord, account: &Account) -> Vec<u8> {
+        to_bytes(&(Bytes::new(&packed.part.bytes), AccountRecord::of(&self.plan, account)))
+    }
+
+    /// Decodes the bytes of [`Packer::to_bytes`]; `None` if they are anything else.
+    #[must_use]
+    pub fn from_bytes(&self, bytes: &[u8]) -> Option<(PackedRecord, Account)> {
+        let (part, account): (&[u8], AccountRecord) = from_bytes(bytes)?;
+        let tile = from_bytes::<PackedTile>(part).filter(|tile| tile.fits(&self.schema))?;
+        Some((PackedRecord { tile, part: Part::new(part.to_vec()) }, account.account(&self.plan)?))
+    }
+
+    fn tile(&self, data: &TileData) -> PackedTile {
         let schema = &self.schema;
-        let mut work = Work { level: self.level, deflate: None, plain: Vec::new() };
+        let mut work = Work { level: self.plan.compression, deflate: None, plain: Vec::new() };
         let mut chunks: Vec<PackedChunk> = Vec::with_capacity(schema.variables.len());
         // Codes packed so far in this tile, with the code of their padding and their chunk.
         let mut packed: Vec<(Runs<i8>, i8, usize)> = Vec::new();
-        for (position, variable) in schema.variables.iter().enumerate() {
-            let Some(number) = schema.chunk_number(variable, data.tile.number) else { continue };
+        for (_, variable, _) in schema.filled_by(data.tile.number) {
             let chunk = schema.chunk(variable);
             let shape: Vec<usize> =
                 data.tile.ranges[..chunk.len()].iter().map(ExactSizeIterator::len).collect();
@@ -110,8 +141,7 @@ impl Packing {
                     (bytes, fingerprint::reals(reals), Vec::new())
                 }
             };
-            let offset = schema.offset(variable, data.tile.number);
-            chunks.push(PackedChunk { variable: position, number, offset, bytes, fingerprint, counts });
+            chunks.push(PackedChunk { fingerprint, counts, bytes });
         }
         PackedTile { number: data.tile.number, chunks }
     }
@@ -129,7 +159,7 @@ impl Packing {
             let full = pad_runs(codes, shape, chunk, fill);
             let fingerprint = fingerprint::codes(work.cells(codes));
             let ordered = full.iter().count() * 16 <= RUNS_PER_16_CELLS * full.len();
-            if ordered && self.level > 0 {
+            if ordered && self.plan.compression > 0 {
                 return (deflate::stream(&full, chunk), fingerprint);
             }
             let plain: Vec<u8> = bytemuck::cast_slice(work.cells(&full)).to_vec();
@@ -155,6 +185,33 @@ impl Packing {
             made
         });
         (found.0.clone(), found.1)
+    }
+}
+
+/// A sink that hands the bytes of every tile on, see [`Packer::to_bytes`].
+pub(crate) struct ByteSink<F> {
+    packer: Packer,
+    receive: F,
+}
+
+impl<F: Fn(Vec<u8>) + Sync> ByteSink<F> {
+    /// The sink of the tiles of `plan` that calls `receive` with the bytes of each.
+    pub(crate) fn new(plan: &Plan, receive: F) -> Self {
+        Self { packer: Packer::new(plan), receive }
+    }
+}
+
+impl<F: Fn(Vec<u8>) + Sync> Sink for ByteSink<F> {
+    type Packed = PackedRecord;
+    type Error = Infallible;
+
+    fn pack(&self, data: &TileData) -> Result<PackedRecord, Infallible> {
+        Ok(self.packer.pack(data))
+    }
+
+    fn write(&self, packed: PackedRecord, account: &Account) -> Result<(), Infallible> {
+        (self.receive)(self.packer.to_bytes(&packed, account));
+        Ok(())
     }
 }
 

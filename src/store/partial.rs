@@ -14,17 +14,16 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
-use serde_bytes::Bytes;
-
 use crate::dataset::{Outcome, Provenance, Schema, Value, attributes};
+use crate::files::Existing;
 use crate::map::{Account, Plan, Sink, TileData};
 
-use super::codec::{AccountRecord, TileRecord, from_bytes, to_bytes};
+use super::codec::{AccountRecord, from_bytes, to_bytes};
 use super::error::StoreError;
 use super::identity::{check_finished, difference, get};
 use super::journal::{Journal, Kind, Part};
-use super::pack::{PackedTile, Packing};
-use super::seal::{Existing, Temporary, beside};
+use super::pack::{PackedRecord, PackedTile, Packer};
+use super::seal::{Temporary, beside};
 use super::writer::MapWriter;
 
 /// Suffix of the journal's name.
@@ -37,50 +36,6 @@ const REPLACES: &str = "replaces";
 
 /// Largest length of a header in bytes; a tile's frame may be longer.
 const LONGEST_HEADER: u64 = 1 << 26;
-
-/// Packs tiles of an unfinished map, in this process or in another.
-#[derive(Debug)]
-pub struct Packer {
-    packing: Packing,
-    plan: Plan,
-}
-
-/// A tile packed for the map and for the journal.
-#[derive(Debug)]
-pub struct PackedRecord {
-    tile: PackedTile,
-    part: Part,
-}
-
-impl Packer {
-    /// Packer for the map of `plan`.
-    #[must_use]
-    pub fn new(plan: &Plan) -> Self {
-        Self { packing: Packing::new(Schema::of(plan), plan.compression), plan: plan.clone() }
-    }
-
-    /// Packs a tile.
-    #[must_use]
-    pub fn pack(&self, data: &TileData) -> PackedRecord {
-        let tile = self.packing.pack(data);
-        let part = Part::new(to_bytes(&TileRecord::of(&tile)));
-        PackedRecord { tile, part }
-    }
-
-    /// Encodes a packed tile and its account, to be sent to the process that writes the map.
-    #[must_use]
-    pub fn to_bytes(&self, packed: &PackedRecord, account: &Account) -> Vec<u8> {
-        to_bytes(&(Bytes::new(&packed.part.bytes), AccountRecord::of(&self.plan, account)))
-    }
-
-    /// Decodes the bytes of [`Packer::to_bytes`]; `None` if they are anything else.
-    #[must_use]
-    pub fn from_bytes(&self, bytes: &[u8]) -> Option<(PackedRecord, Account)> {
-        let (part, account): (&[u8], AccountRecord) = from_bytes(bytes)?;
-        let tile = from_bytes::<TileRecord>(part)?.tile(self.packing.schema())?;
-        Some((PackedRecord { tile, part: Part::new(part.to_vec()) }, account.account(&self.plan)?))
-    }
-}
 
 /// An unfinished map.
 #[derive(Debug)]
@@ -223,7 +178,7 @@ impl PartialMap {
             }
             (Kind::Tile, None) => Ok(false),
             (Kind::Tile, Some(map)) => {
-                let tile = from_bytes::<TileRecord>(a).and_then(|record| record.tile(map.schema()));
+                let tile = from_bytes::<PackedTile>(a).filter(|tile| tile.fits(map.schema()));
                 let account = from_bytes::<(f64, AccountRecord)>(b)
                     .and_then(|(seconds, record)| Some((seconds, record.account(plan)?)));
                 let (Some(tile), Some((seconds, account))) = (tile, account) else { return Ok(false) };
@@ -345,9 +300,6 @@ impl PartialMap {
     }
 
     /// Forces the journal to disk; to be called before the map is left to a later run.
-    ///
-    /// # Errors
-    /// The file system's reasons.
     pub(crate) fn sync(&self) -> Result<(), StoreError> {
         self.journal().sync()
     }

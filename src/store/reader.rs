@@ -44,7 +44,7 @@ pub struct MapFile {
 }
 
 impl MapFile {
-    /// Opens a map without checking its variables, for [`super::check`].
+    /// Opens a plain file as a map, without checking its variables.
     pub(super) fn open_layout(path: &Path) -> Result<Self, StoreError> {
         let not_a_map = |why| StoreError::NotAMap { path: path.to_path_buf(), why };
         let (file, length) = open_file(path)?;
@@ -64,7 +64,6 @@ impl MapFile {
         self.sealed
     }
 
-    /// Path of the map.
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
@@ -206,22 +205,6 @@ impl MapFile {
         (0..self.schema.tiles()).map(|number| self.schema.grid.tile(&self.schema.tile_shape, number))
     }
 
-    /// Length of the file in bytes.
-    pub(super) fn length(&self) -> u64 {
-        self.length
-    }
-
-    /// The file, for [`super::check`].
-    pub(super) fn file(&self) -> &File {
-        &self.file
-    }
-
-    /// The layout, for [`super::check`].
-    pub(super) fn schema(&self) -> &Schema {
-        &self.schema
-    }
-
-    /// Opens a variable.
     pub(super) fn dataset(&self, variable: &str) -> Result<Dataset, StoreError> {
         if !self.has(variable) {
             return Err(StoreError::NoVariable {
@@ -248,7 +231,6 @@ impl MapFile {
         read_box(&dataset, ranges).map_err(|error| self.failed(variable, &error))
     }
 
-    /// Reads a slice.
     fn slice<T: hdf5::H5Type>(&self, variable: &str, at: &[Pick]) -> Result<ArrayD<T>, StoreError> {
         self.slice_of(&self.dataset(variable)?, variable, at)
     }
@@ -304,14 +286,12 @@ pub(super) fn read_box<T: hdf5::H5Type>(
 /// Opens an HDF5 file, and says why if that fails; returns its length in bytes too.
 fn open_file(path: &Path) -> Result<(File, u64), StoreError> {
     let failed = |source| StoreError::io("open", path, source);
-    let not_a_map = |why| StoreError::NotAMap { path: path.to_path_buf(), why };
-    let length = trust::plain_file(path).map_err(failed)?.map_err(not_a_map)?;
     let mut head = Vec::new();
-    fs::File::open(path)
-        .and_then(|file| file.take(SIGNATURE.len() as u64).read_to_end(&mut head))
-        .map_err(failed)?;
+    let plain = fs::File::open(path).map_err(failed)?;
+    let length = plain.metadata().map_err(failed)?.len();
+    plain.take(SIGNATURE.len() as u64).read_to_end(&mut head).map_err(failed)?;
     if head != SIGNATURE {
-        return Err(not_a_map("it is not an HDF5 file".into()));
+        return Err(StoreError::NotAMap { path: path.to_path_buf(), why: "it is not an HDF5 file".into() });
     }
     Ok((File::open(path).map_err(|error| StoreError::hdf5("open", path, &error))?, length))
 }

@@ -13,12 +13,9 @@ use super::error::StoreError;
 use super::sys::{self, Ending, ScaleUse};
 use super::value;
 
-/// The contents of a column.
 #[derive(Clone, Debug, PartialEq)]
 enum Contents {
-    /// Numbers.
     Reals(Vec<f64>),
-    /// Whole numbers.
     Integers(Vec<i32>),
     /// Words, stored as the numbers of `flag_meanings`.
     Words(Vec<String>),
@@ -62,18 +59,13 @@ impl Series {
 /// Tables and their provenance. All columns along one dimension have the same length.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Records {
-    /// Provenance of the tables.
     pub(crate) provenance: Provenance,
-    /// The columns.
     pub(crate) series: Vec<Series>,
     /// Further attributes of the file.
     pub(crate) attributes: Vec<(String, Value)>,
 }
 
 /// Writes `records` to a new file.
-///
-/// # Errors
-/// The file system's or the library's reasons.
 pub(crate) fn write_records(path: &Path, records: &Records) -> Result<(), StoreError> {
     let failed = |error: hdf5::Error| StoreError::hdf5("write", path, &error);
     let file = create_file(path).map_err(failed)?;
@@ -107,13 +99,8 @@ pub(super) fn write_tables(group: &Group, columns: &[Series]) -> hdf5::Result<()
         let along: Vec<&Series> = columns.iter().filter(|series| series.dimension == dimension).collect();
         let length = along.first().map_or(0, |series| series.len());
         let numbers: Vec<f64> = (1..=length).map(|number| number as f64).collect();
-        let scale =
-            group.new_dataset_builder().with_data(&numbers).obj_track_times(false).create(dimension)?;
-        sys::write_text(&scale, "CLASS", "DIMENSION_SCALE", Ending::Zero)?;
-        sys::write_text(&scale, "NAME", dimension, Ending::Zero)?;
-        value::write(&scale, "long_name", &format!("number of the {dimension}").into())?;
-        value::write(&scale, "units", &"1".into())?;
-        value::write(&scale, "sha256", &fingerprint::of_one_tile(&fingerprint::reals(&numbers)))?;
+        let scale = create(group, dimension, &numbers)?;
+        describe_scale(&scale, dimension, &format!("number of the {dimension}"), &numbers)?;
         seal_attributes(&scale)?;
         let reference: ObjectReference1 = group.reference(dimension)?;
         let mut uses = Vec::with_capacity(along.len());
@@ -129,17 +116,28 @@ pub(super) fn write_tables(group: &Group, columns: &[Series]) -> hdf5::Result<()
     Ok(())
 }
 
+fn create<T: hdf5::H5Type>(group: &Group, name: &str, values: &[T]) -> hdf5::Result<Dataset> {
+    group.new_dataset_builder().with_data(values).obj_track_times(false).create(name)
+}
+
+/// Makes a dataset a dimension with these values: an HDF5 dimension scale.
+pub(super) fn describe_scale(
+    dataset: &Dataset,
+    name: &str,
+    long_name: &str,
+    values: &[f64],
+) -> hdf5::Result<()> {
+    sys::write_text(dataset, "CLASS", "DIMENSION_SCALE", Ending::Zero)?;
+    sys::write_text(dataset, "NAME", name, Ending::Zero)?;
+    value::write(dataset, "long_name", &long_name.into())?;
+    value::write(dataset, "units", &"1".into())?;
+    value::write(dataset, "sha256", &fingerprint::of_one_tile(&fingerprint::reals(values)))
+}
+
 fn write_series(group: &Group, series: &Series) -> hdf5::Result<Dataset> {
-    let builder = group.new_dataset_builder();
     let (dataset, digest) = match &series.contents {
-        Contents::Reals(values) => {
-            let dataset = builder.with_data(values).obj_track_times(false).create(series.name.as_str())?;
-            (dataset, fingerprint::reals(values))
-        }
-        Contents::Integers(values) => {
-            let dataset = builder.with_data(values).obj_track_times(false).create(series.name.as_str())?;
-            (dataset, fingerprint::integers(values))
-        }
+        Contents::Reals(values) => (create(group, &series.name, values)?, fingerprint::reals(values)),
+        Contents::Integers(values) => (create(group, &series.name, values)?, fingerprint::integers(values)),
         Contents::Words(words) => {
             let mut meanings: Vec<&String> = Vec::new();
             let codes: Vec<i8> = words
@@ -153,7 +151,7 @@ fn write_series(group: &Group, series: &Series) -> hdf5::Result<Dataset> {
                     i8::try_from(code).unwrap_or(i8::MAX)
                 })
                 .collect();
-            let dataset = builder.with_data(&codes).obj_track_times(false).create(series.name.as_str())?;
+            let dataset = create(group, &series.name, &codes)?;
             let flags = (0..meanings.len()).map(|code| i8::try_from(code).unwrap_or(i8::MAX)).collect();
             value::write(&dataset, "flag_values", &Value::Codes(flags))?;
             // `flag_meanings` separates meanings by blanks, so each must be one word.

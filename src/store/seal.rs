@@ -11,9 +11,10 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 
 use crate::dataset::hex;
+use crate::files::{Existing, folder_of, sync_folder};
 
 use super::error::StoreError;
-use super::journal::{folder_of, sync_folder};
+use super::trust;
 
 /// The seal's text before the 64 hexadecimal digits.
 const LABEL: &str = "\nslipmap seal, sha256 of every byte before this line: ";
@@ -23,15 +24,6 @@ pub(super) const BROKEN: &str = "its bytes are not those that were sealed at the
 
 /// Length of the seal in bytes.
 const LENGTH: u64 = LABEL.len() as u64 + 64 + 1;
-
-/// Behaviour if the output exists already.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Existing {
-    /// Leave it and return an error.
-    Refuse,
-    /// Replace it at the very end, in one step.
-    Replace,
-}
 
 /// State of a file's seal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,6 +73,15 @@ pub(super) fn verify(path: &Path) -> io::Result<Seal> {
     Ok(if digits == expected.as_bytes() { Seal::Whole } else { Seal::Broken })
 }
 
+/// The state of a file's seal, checked before the HDF5 library sees the file.
+pub(super) fn of(path: &Path) -> Result<Seal, StoreError> {
+    let failed = |source| StoreError::io("read", path, source);
+    match trust::plain_file(path).map_err(failed)? {
+        Ok(_) => verify(path).map_err(failed),
+        Err(why) => Err(StoreError::NotAMap { path: path.to_path_buf(), why }),
+    }
+}
+
 /// Path of a file beside `output`: the same name with `ending` appended.
 pub(super) fn beside(output: &Path, ending: &str) -> Result<PathBuf, StoreError> {
     let folder = folder_of(output);
@@ -121,7 +122,6 @@ impl Temporary {
         }
     }
 
-    /// Path of the temporary file.
     pub(super) fn path(&self) -> &Path {
         &self.path
     }

@@ -23,9 +23,6 @@ fn checked(status: herr_t) -> hdf5::Result<()> {
 
 /// Writes one chunk as stored in the file, with all filters applied.
 ///
-/// # Errors
-/// The library's own.
-///
 /// # Panics
 /// If `offset` does not have one entry per dimension.
 pub(super) fn write_chunk(dataset: &Dataset, offset: &[usize], bytes: &[u8]) -> hdf5::Result<()> {
@@ -134,9 +131,7 @@ pub(super) fn read_fixed_text(attribute: &Attribute) -> hdf5::Result<Option<Stri
 #[derive(Clone, Copy, H5Type)]
 #[repr(C)]
 pub(super) struct ScaleUse {
-    /// The variable.
     pub(super) dataset: ObjectReference1,
-    /// The dimension.
     pub(super) dimension: i32,
 }
 

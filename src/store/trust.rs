@@ -29,11 +29,11 @@ const LONGEST_NAME: usize = 64;
 ///
 /// # Errors
 /// The inner error is the reason for the refusal, the outer one the file system's.
-pub(super) fn plain_file(path: &Path) -> std::io::Result<Result<u64, String>> {
+pub(super) fn plain_file(path: &Path) -> std::io::Result<Result<(), String>> {
     let metadata = path.metadata()?;
     Ok(match metadata.file_type() {
         // For a folder the later open gives the better message.
-        kind if kind.is_file() || kind.is_dir() => Ok(metadata.len()),
+        kind if kind.is_file() || kind.is_dir() => Ok(()),
         _ => Err("it is a pipe or a device, not a file on a disk".into()),
     })
 }
@@ -87,8 +87,7 @@ pub(super) fn axis(dataset: &Dataset, name: &str, length: u64) -> Result<(), Unf
     require(nodes <= UNCHECKED_NODES.max(holds), || {
         format!("its axis {name} declares {nodes} nodes, more than {length} bytes can hold")
     })?;
-    let is_real = kind(dataset)? == TypeDescriptor::Float(FloatSize::U8);
-    require(is_real, || format!("its axis {name} does not hold 64-bit floating-point numbers"))
+    holds_reals(dataset, || format!("its axis {name}"))
 }
 
 /// Refuses a grid that a file of this length cannot fill.
@@ -117,8 +116,12 @@ pub(super) fn variable(dataset: &Dataset, schema: &Schema, variable: &Variable) 
 pub(super) fn auxiliary(dataset: &Dataset, name: &str, shape: &[usize]) -> Result<(), Unfit> {
     own_numbers(dataset, name)?;
     has_shape(dataset, name, shape)?;
+    holds_reals(dataset, || name.to_owned())
+}
+
+fn holds_reals(dataset: &Dataset, what: impl Fn() -> String) -> Result<(), Unfit> {
     let is_real = kind(dataset)? == TypeDescriptor::Float(FloatSize::U8);
-    require(is_real, || format!("{name} does not hold 64-bit floating-point numbers"))
+    require(is_real, || format!("{} does not hold 64-bit floating-point numbers", what()))
 }
 
 fn has_shape(dataset: &Dataset, name: &str, shape: &[usize]) -> Result<(), Unfit> {

@@ -47,16 +47,8 @@ pub(super) fn read(place: &Location, name: &str) -> hdf5::Result<Option<Value>> 
             sys::read_fixed_text(&attribute)?.map(Value::Text)
         }
         // Variable-length texts: written by tools that copy maps.
-        TypeDescriptor::VarLenUnicode if attribute.size() == 1 => attribute
-            .read_raw::<VarLenUnicode>()?
-            .first()
-            .map(|text| foreign_text(text.as_bytes()))
-            .transpose()?,
-        TypeDescriptor::VarLenAscii if attribute.size() == 1 => attribute
-            .read_raw::<VarLenAscii>()?
-            .first()
-            .map(|text| foreign_text(text.as_bytes()))
-            .transpose()?,
+        TypeDescriptor::VarLenUnicode => foreign_text(&attribute.read_raw::<VarLenUnicode>()?)?,
+        TypeDescriptor::VarLenAscii => foreign_text(&attribute.read_raw::<VarLenAscii>()?)?,
         TypeDescriptor::Integer(IntSize::U1) => Some(Value::Codes(attribute.read_raw()?)),
         TypeDescriptor::Integer(_) => Some(Value::Integers(attribute.read_raw()?)),
         TypeDescriptor::Float(FloatSize::U8) => Some(Value::Reals(attribute.read_raw()?)),
@@ -64,10 +56,11 @@ pub(super) fn read(place: &Location, name: &str) -> hdf5::Result<Option<Value>> 
     })
 }
 
-/// Decodes a text whose bytes the library did not check.
-fn foreign_text(bytes: &[u8]) -> hdf5::Result<Value> {
-    let text = std::str::from_utf8(bytes).map_err(|_| hdf5::Error::from("the text is not UTF-8"))?;
-    Ok(Value::Text(text.into()))
+/// Decodes a text whose bytes the library did not check; `None` unless there is exactly one.
+fn foreign_text<T: AsRef<[u8]>>(texts: &[T]) -> hdf5::Result<Option<Value>> {
+    let [text] = texts else { return Ok(None) };
+    let text = std::str::from_utf8(text.as_ref()).map_err(|_| hdf5::Error::from("the text is not UTF-8"))?;
+    Ok(Some(Value::Text(text.into())))
 }
 
 /// Reads every attribute of `place` but the structural ones, by name; the value is `None` if it has a type

@@ -10,14 +10,16 @@ use hdf5::{Dataset, File, ObjectReference1};
 use crate::dataset::{
     Auxiliary, Fingerprint, Outcome, Schema, Value, Variable, attributes, auxiliary, fingerprint, hex,
 };
+use crate::files::Existing;
 use crate::map::{Axis, Plan};
 
 use super::create::{ATTRIBUTES_IN_HEADER, create_file, seal_attributes};
 use super::curves;
 use super::error::StoreError;
 use super::pack::PackedTile;
-use super::seal::{self, Existing, Temporary};
-use super::sys::{self, Ending, ScaleUse};
+use super::records::describe_scale;
+use super::seal::{self, Temporary};
+use super::sys::{self, ScaleUse};
 use super::value;
 
 /// Fingerprints and counts of the chunks of one variable written so far.
@@ -121,15 +123,15 @@ impl MapWriter {
         temporary.publish(&output, existing)
     }
 
-    /// Writes a packed tile.
     pub(super) fn put(&self, packed: PackedTile) -> Result<(), StoreError> {
-        for chunk in packed.chunks {
-            sys::write_chunk(&self.datasets[chunk.variable], &chunk.offset, &chunk.bytes)
+        for ((position, variable, number), chunk) in self.schema.filled_by(packed.number).zip(packed.chunks) {
+            let offset = self.schema.offset(variable, packed.number);
+            sys::write_chunk(&self.datasets[position], &offset, &chunk.bytes)
                 .map_err(|error| StoreError::hdf5("write", &self.output, &error))?;
             let mut written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
-            let Written { chunks, counts } = &mut written[chunk.variable];
-            assert!(chunks[chunk.number].is_none(), "chunk {} was written twice", chunk.number);
-            chunks[chunk.number] = Some(chunk.fingerprint);
+            let Written { chunks, counts } = &mut written[position];
+            assert!(chunks[number].is_none(), "chunk {number} was written twice");
+            chunks[number] = Some(chunk.fingerprint);
             counts.iter_mut().zip(chunk.counts).for_each(|(sum, cells)| *sum += cells);
         }
         Ok(())
@@ -140,7 +142,6 @@ impl MapWriter {
         self.history = history;
     }
 
-    /// The layout.
     pub(super) fn schema(&self) -> &Schema {
         &self.schema
     }
@@ -241,7 +242,7 @@ fn create_auxiliary(file: &File, schema: &Schema, auxiliary: &[Auxiliary]) -> hd
 }
 
 /// Creates a coordinate, which is also a dimension (HDF5 dimension scale).
-fn create_scale(file: &File, axis: &Axis) -> hdf5::Result<Dataset> {
+fn create_scale(file: &File, axis: &Axis) -> hdf5::Result<()> {
     let dataset = file
         .new_dataset_builder()
         .with_data(&axis.values)
@@ -249,13 +250,7 @@ fn create_scale(file: &File, axis: &Axis) -> hdf5::Result<Dataset> {
         .attr_creation_order(AttrCreationOrder::Indexed)
         .attr_phase_change(ATTRIBUTES_IN_HEADER.max_compact, ATTRIBUTES_IN_HEADER.min_dense)
         .create(axis.name.as_str())?;
-    sys::write_text(&dataset, "CLASS", "DIMENSION_SCALE", Ending::Zero)?;
-    sys::write_text(&dataset, "NAME", &axis.name, Ending::Zero)?;
-    value::write(&dataset, "long_name", &axis.long_name.as_str().into())?;
-    value::write(&dataset, "units", &"1".into())?;
-    let digest = fingerprint::combine([&fingerprint::reals(&axis.values)]);
-    value::write(&dataset, "sha256", &hex(&digest).into())?;
-    Ok(dataset)
+    describe_scale(&dataset, &axis.name, &axis.long_name, &axis.values)
 }
 
 /// Creates an empty variable.

@@ -22,7 +22,7 @@ impl Ranks {
             }
             let (numbers, _) = writer.receive_vec_with_tag::<f64>(PROVE);
             let domains = boxes_of(&numbers);
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(self.threads).build();
+            let pool = crate::map::pool(Some(self.threads));
             // The threads that every process has are enough if no others can be started.
             let proofs = pool
                 .map_or_else(|_| Threads.prove(&domains), |pool| pool.install(|| Threads.prove(&domains)));

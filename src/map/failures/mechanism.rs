@@ -49,7 +49,6 @@ pub(crate) enum Mechanism {
 }
 
 impl Mechanism {
-    /// Name in tables.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Mechanism::FirstOrderInEps => "first_order_in_eps",
@@ -73,7 +72,6 @@ impl Mechanism {
         }
     }
 
-    /// Explanation in one sentence.
     pub(crate) fn explanation(self) -> &'static str {
         match self {
             Mechanism::FirstOrderInEps => "the condition is of first order in eps, and eps is finite here",

@@ -4,13 +4,13 @@ use ndarray::Array2;
 
 use super::super::text::{Rich, rich};
 use super::super::units::Label;
-use super::axis::{AXIS, SMALL_TEXT, Scale, TEXT, text_width_of};
+use super::axis::{AXIS, SMALL_TEXT, Scale, TEXT, extremes, text_width_of};
 use super::bifurcations;
 use super::data::{Data, Values};
 use super::legend::{Legend, Sample};
 use super::palette::{self, Kind};
 use super::panels::{Panel, Panels};
-use super::region::{cell_edges, outlines};
+use super::region::outlines;
 use super::scene::{Anchor, Fill, Hatch, Rect, Scene, Width};
 use super::slice::Slice;
 use super::verdict_panels::{EXACT, cell_columns, draw_exact};
@@ -32,11 +32,9 @@ pub(crate) struct Area<'a> {
     pub(crate) slice: Slice<'a>,
     /// The cells.
     pub(crate) layer: Layer,
-    /// The curves over it.
     pub(crate) curves: Option<PlaneCurves>,
     /// Whether the exact boundary of the stick-slip region is drawn if there are no curves.
     pub(crate) exact: bool,
-    /// Title above the panel.
     pub(crate) title: Rich,
 }
 
@@ -59,15 +57,11 @@ impl Colours {
     /// The scale of the finite numbers of all panels; two-sided if `signed` and both signs occur. `None` if
     /// there is no finite number.
     fn of(areas: &[Area], signed: bool, factor: f64) -> Option<Self> {
-        let finite = || {
-            let cells = areas.iter().filter_map(|area| match &area.layer {
-                Layer::Reals(cells) => Some(cells),
-                Layer::Codes(..) => None,
-            });
-            cells.flatten().copied().filter(|value| value.is_finite())
-        };
-        let least = finite().fold(f64::INFINITY, f64::min);
-        let most = finite().fold(f64::NEG_INFINITY, f64::max);
+        let cells = areas.iter().filter_map(|area| match &area.layer {
+            Layer::Reals(cells) => Some(cells),
+            Layer::Codes(..) => None,
+        });
+        let (least, most) = extremes(cells.flatten().copied().filter(|value| value.is_finite()));
         let two_sided = signed && least < 0.0 && most > 0.0;
         let size = most.max(-least);
         let (from, to) = if two_sided { (-size, size) } else { (least, most) };
@@ -98,7 +92,7 @@ impl Colours {
 pub(crate) fn draw(areas: &[Area], heading: &Rich, label: &Label, signed: bool, width: Width) -> Scene {
     let mut scene = Scene::new(width.points(), 0.0);
     let Some(first) = areas.first() else { return scene };
-    let ((x_scale, x_name), (y_scale, y_name)) = (first.slice.x_scale(), first.slice.y_scale());
+    let [(x_scale, x_name), (y_scale, y_name)] = first.slice.scales();
     let colours = Colours::of(areas, signed, label.factor);
     let bar = colours.filter(|colours| !colours.is_constant());
     let ticks = bar.map(|colours| colours.scale.ticks(6)).unwrap_or_default();
@@ -140,8 +134,7 @@ pub(crate) fn draw(areas: &[Area], heading: &Rich, label: &Label, signed: bool, 
 
 fn draw_area(scene: &mut Scene, panel: &Panel, area: &Area, colours: Option<Colours>, legend: &mut Legend) {
     let slice = &area.slice;
-    let x_edges = cell_edges(&slice.x_nodes(), panel.x);
-    let y_edges = cell_edges(&slice.y_nodes(), panel.y);
+    let [x_edges, y_edges] = slice.edges();
     match &area.layer {
         Layer::Codes(cells, kinds) => {
             for kind in kinds {

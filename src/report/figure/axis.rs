@@ -22,13 +22,11 @@ pub(crate) struct Scale {
     pub(crate) from: f64,
     /// Number at the end.
     pub(crate) to: f64,
-    /// Whether it is logarithmic.
     pub(crate) log: bool,
     /// Factor by which numbers are multiplied where they are written.
     pub(crate) shown: f64,
 }
 
-/// A tick.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Tick {
     /// Its number on the scale.
@@ -42,6 +40,11 @@ impl Tick {
     pub(crate) fn length(&self) -> f64 {
         if self.label.pieces.is_empty() { 0.6 * TICK } else { TICK }
     }
+}
+
+/// The least and the greatest of some numbers; infinity and minus infinity of none.
+pub(crate) fn extremes(numbers: impl Iterator<Item = f64>) -> (f64, f64) {
+    numbers.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
 }
 
 impl Scale {
@@ -59,6 +62,11 @@ impl Scale {
     pub(crate) fn logarithmic(from: f64, to: f64) -> Self {
         let [from, to] = if to > from { [from, to] } else { [from / 2.0, from * 2.0] };
         Self { from: from.max(f64::from_bits(1)), to: to.min(f64::MAX), log: true, shown: 1.0 }
+    }
+
+    /// A scale of positive numbers, logarithmic where they extend over more than a factor of five.
+    pub(crate) fn of_range(from: f64, to: f64) -> Self {
+        if to > 5.0 * from { Self::logarithmic(from, to) } else { Self::linear(from, to) }
     }
 
     /// The scale that fits the nodes of an axis.

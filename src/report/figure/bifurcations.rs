@@ -51,38 +51,29 @@ pub(crate) fn draw(scene: &mut Scene, panel: &Panel, curves: &PlaneCurves, legen
             places(bifurcation).for_each(|line| scene.line(&line, &HALO));
         }
         for bifurcation in ORDER {
-            places(bifurcation).for_each(|line| scene.line(&line, &style(bifurcation)));
+            places(bifurcation).for_each(|line| scene.line(&line, &line_style(bifurcation).0));
         }
     });
     for bifurcation in ORDER {
         if places(bifurcation).any(|line| line.iter().filter(|p| shows(p)).count() > 1) {
-            legend.add(Sample::Line(style(bifurcation)), rich(words(bifurcation)));
+            let (stroke, words) = line_style(bifurcation);
+            legend.add(Sample::Line(stroke), rich(words));
         }
     }
 }
 
-/// Line style and legend text of the curve of a bifurcation.
+/// Line style and legend text of the curve of a bifurcation. Lines differ in their dashes, in colours visible on
+/// every area.
 pub(crate) fn line_style(bifurcation: Bifurcation) -> (Stroke, &'static str) {
-    (style(bifurcation), words(bifurcation))
-}
-
-/// Lines that differ in their dashes, in colours visible on every area.
-fn style(bifurcation: Bifurcation) -> Stroke {
     match bifurcation {
-        Bifurcation::Hopf => Stroke { color: palette::BLACK, width: 1.0, dash: &[5.0, 2.0] },
-        Bifurcation::GrazingSliding => EXACT,
-        Bifurcation::Landing => Stroke { color: palette::VERMILION, width: 1.2, dash: &[1.4, 1.4] },
-        Bifurcation::Crossing => Stroke { color: palette::BLUE, width: 1.2, dash: &[3.0, 1.4] },
-        Bifurcation::Fold => Stroke { color: palette::WINE, width: 1.2, dash: &[] },
-    }
-}
-
-fn words(bifurcation: Bifurcation) -> &'static str {
-    match bifurcation {
-        Bifurcation::Hopf => "Hopf curve",
-        Bifurcation::GrazingSliding => "grazing curve",
-        Bifurcation::Landing => "landing curve",
-        Bifurcation::Crossing => "crossing curve",
-        Bifurcation::Fold => "fold curve",
+        Bifurcation::Hopf => (Stroke { color: palette::BLACK, width: 1.0, dash: &[5.0, 2.0] }, "Hopf curve"),
+        Bifurcation::GrazingSliding => (EXACT, "grazing curve"),
+        Bifurcation::Landing => {
+            (Stroke { color: palette::VERMILION, width: 1.2, dash: &[1.4, 1.4] }, "landing curve")
+        }
+        Bifurcation::Crossing => {
+            (Stroke { color: palette::BLUE, width: 1.2, dash: &[3.0, 1.4] }, "crossing curve")
+        }
+        Bifurcation::Fold => (Stroke::solid(palette::WINE, 1.2), "fold curve"),
     }
 }

@@ -4,7 +4,7 @@
 
 use super::super::text::rich;
 use super::super::units::{Label, View};
-use super::axis::Scale;
+use super::axis::{Scale, extremes};
 use super::curves::Budget;
 use super::data::Data;
 use super::legend::{Legend, Sample};
@@ -37,13 +37,11 @@ pub(crate) fn bistable(view: &View) -> Option<Figure> {
     let mut index = view.informative_nodes();
     index[0] = axes[0].values.len() - 1;
     let belt = &axes[v].values;
-    let (first, last) = (belt[0], belt[belt.len() - 1]);
     let full = match belt.as_slice() {
         [only] => Scale::linear((0.1 * only).max(SMALLEST), (2.0 * only).min(f64::MAX)),
-        _ if last > 5.0 * first => Scale::logarithmic(first, last),
-        _ => Scale::linear(first, last),
+        _ => Scale::of_range(belt[0], belt[belt.len() - 1]),
     };
-    let samples = curves::few_samples(full);
+    let samples = curves::samples(full, curves::FEW_POINTS);
     let roots = curves::exact(&curves::columns(map, &index, v, &samples), &budget);
     let x = curves::cut(full, &samples, |i| roots[i]);
     let values = budget.samples(x);
@@ -65,7 +63,7 @@ pub(crate) fn bistable(view: &View) -> Option<Figure> {
         (0.1 * epsilons[0]).max(SMALLEST),
         epsilons[epsilons.len() - 1].max((epsilons[0] * 1.01).min(f64::MAX)),
     );
-    let eps_values = curves::samples(widths);
+    let eps_values = curves::samples(widths, curves::POINTS);
     let mut speeds = vec![0, index[v], belt.len() - 1];
     speeds.dedup();
     let has_widths =
@@ -87,8 +85,8 @@ pub(crate) fn bistable(view: &View) -> Option<Figure> {
             (belt[speed], width.collect())
         })
         .collect();
-    let drawn = || bands.iter().flat_map(|(_, width)| width).copied().filter(|width| width.is_finite());
-    let (least, largest) = (drawn().fold(f64::INFINITY, f64::min), drawn().fold(0.0, f64::max));
+    let drawn = bands.iter().flat_map(|(_, width)| width).copied().filter(|width| width.is_finite());
+    let (least, largest) = extremes(drawn);
     let alone = least >= largest;
     let width_scale = match alone {
         true => Scale::logarithmic(1.0, 1.0),
@@ -112,7 +110,8 @@ pub(crate) fn bistable(view: &View) -> Option<Figure> {
         let mut legend = Legend::default();
         let slips = upper.iter().zip(&lower).any(|(critical, hopf)| hopf > critical);
         for regime in AREAS.into_iter().filter(|regime| slips || *regime != Regime::PureSlip) {
-            legend.add(Sample::Area(palette::regime(regime)), rich(palette::regime_words(regime)));
+            let kind = palette::regime(regime);
+            legend.add(Sample::Area(kind.fill), rich(&kind.words));
         }
         legend.add(Sample::Line(HOPF), rich("equilibrium becomes stable"));
         legend.add(Sample::Line(CRITICAL), rich("critical damping"));
@@ -153,7 +152,7 @@ pub(crate) fn bistable(view: &View) -> Option<Figure> {
         "What attracts below and above the damping at which the equilibrium becomes stable and the critical damping",
     )
     .taken_at(held)
-    .then(rich(". Cycles that begin at folds are left out."))
+    .then(". Cycles that begin at folds are left out.")
     .then(rich(match alone {
         true => "",
         false => " (b) Width of the bistable band at legal dampings {c} ≥ 0, against {epsilon}.",
@@ -179,7 +178,7 @@ fn band(scene: &mut Scene, panel: &Panel, x: &[f64], lower: &[f64], upper: &[f64
         };
         scene.clipped(panel.rect, |scene| {
             let mut fill = |curve: &dyn Fn(usize) -> f64, regime| {
-                scene.area(&[under(curve)], palette::regime(regime));
+                scene.area(&[under(curve)], palette::regime(regime).fill);
             };
             // Each area covers a part of the one before.
             fill(&|_| panel.y.to, Regime::Equilibrium);

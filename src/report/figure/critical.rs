@@ -24,10 +24,7 @@ pub(crate) fn critical(view: &View) -> Option<Figure> {
     let nodes = &axes[v].values;
     let full = match nodes.as_slice() {
         [only] => Scale::logarithmic(only / SPREAD, (only * SPREAD).min(f64::MAX)),
-        nodes => {
-            let (first, last) = (nodes[0], nodes[nodes.len() - 1]);
-            if last > 5.0 * first { Scale::logarithmic(first, last) } else { Scale::linear(first, last) }
-        }
+        nodes => Scale::of_range(nodes[0], nodes[nodes.len() - 1]),
     };
     let epsilons = chosen_epsilons(map);
     let index = view.informative_nodes();
@@ -40,7 +37,7 @@ pub(crate) fn critical(view: &View) -> Option<Figure> {
         epsilons.iter().map(of).collect()
     };
     // Leave out belts so fast that no method claims a cycle.
-    let values = curves::few_samples(full);
+    let values = curves::samples(full, curves::FEW_POINTS);
     let all = curves_over(&values);
     let x = curves::cut(full, &values, |i| {
         all.iter().flatten().map(|(_, curve)| curve[i]).fold(f64::NEG_INFINITY, f64::max)
@@ -88,9 +85,9 @@ pub(crate) fn critical(view: &View) -> Option<Figure> {
     let mut caption =
         rich("The damping up to which each method claims a stick-slip cycle, against belt speed")
             .taken_at(held)
-            .then(rich("; simulation: the exact critical damping {c^*}."));
+            .then("; simulation: the exact critical damping {c^*}.");
     if nodes.len() == 1 {
-        caption = caption.then(rich(" The map has one {V} only; the curves go beyond it."));
+        caption = caption.then(" The map has one {V} only; the curves go beyond it.");
     }
     let mut data = Data::default();
     let shown: Vec<f64> = values.iter().map(|value| value * x_label.factor).collect();

@@ -8,9 +8,6 @@ use super::plot::{self, At, Plot};
 use super::scene::Width;
 
 /// One figure for each plane.
-///
-/// # Errors
-/// [`ReportError::Map`] if the map cannot be read.
 pub(crate) fn curve_planes(view: &View) -> Result<Vec<Figure>, ReportError> {
     let map = view.map;
     let axes = map.grid().axes();

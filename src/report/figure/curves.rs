@@ -7,14 +7,13 @@ use super::palette::{self, MethodStyle};
 use super::panels::Panel;
 use super::scene::{Place, Scene, Stroke};
 use crate::friction::Column;
-use crate::map::{Axis, Method};
+use crate::map::Method;
 use crate::simulate::critical::critical_dampings;
 use crate::store::MapFile;
 
-/// Number of points of a curve.
-const POINTS: usize = 160;
-/// The same where only its extent is asked for.
-const FEW_POINTS: usize = 24;
+pub(super) const POINTS: usize = 160;
+/// The same where only its extent is asked for, to find the part of a scale that is drawn.
+pub(super) const FEW_POINTS: usize = 24;
 /// Number of marks on a curve.
 const MARKS: usize = 6;
 /// Accuracy of critical dampings in figures, far below the width of a line.
@@ -28,17 +27,12 @@ const FAILURE: u64 = MOST_WORK / 2;
 const TOGETHER: usize = 2;
 
 /// Evenly spaced numbers on a scale.
-pub(super) fn samples(scale: Scale) -> Vec<f64> {
-    (0..=POINTS).map(|i| scale.value(i as f64 / POINTS as f64)).collect()
-}
-
-/// A few evenly spaced numbers on a scale, to find the part of it that is drawn.
-pub(super) fn few_samples(scale: Scale) -> Vec<f64> {
-    (0..=FEW_POINTS).map(|i| scale.value(i as f64 / FEW_POINTS as f64)).collect()
+pub(super) fn samples(scale: Scale, points: usize) -> Vec<f64> {
+    (0..=points).map(|i| scale.value(i as f64 / points as f64)).collect()
 }
 
 /// A scale without the part at its end where no value is positive; unchanged if no value is positive
-/// anywhere. `most` is the largest value at each of the [`few_samples`].
+/// anywhere. `most` is the largest value at each of the samples.
 pub(super) fn cut(scale: Scale, samples: &[f64], most: impl Fn(usize) -> f64) -> Scale {
     match (0..samples.len()).rev().find(|&i| most(i) > 0.0) {
         Some(last) => {
@@ -53,15 +47,13 @@ pub(super) fn cut(scale: Scale, samples: &[f64], most: impl Fn(usize) -> f64) ->
 
 /// The columns of a map's law in which `axis` takes the given values and the others are fixed at nodes.
 pub(super) fn columns(map: &MapFile, index: &[usize], axis: usize, values: &[f64]) -> Vec<Column> {
-    let axes: &[Axis] = map.grid().axes();
-    values
-        .iter()
-        .map(|&value| {
-            let mut at: Vec<f64> = axes.iter().zip(index).map(|(axis, &i)| axis.values[i]).collect();
-            at[axis] = value;
-            map.grid().law().column(&map.grid().point_of(&at))
-        })
-        .collect()
+    let grid = map.grid();
+    let mut point = grid.point(index);
+    let mut column = |&value: &f64| {
+        grid.axes()[axis].role.set(&mut point, value);
+        grid.law().column(&point)
+    };
+    values.iter().map(&mut column).collect()
 }
 
 /// What the curves of one figure may still cost, so that a figure ends whatever its map holds. Curves end where
@@ -69,16 +61,15 @@ pub(super) fn columns(map: &MapFile, index: &[usize], axis: usize, values: &[f64
 pub(super) struct Budget(Cell<u64>);
 
 impl Budget {
-    /// The budget of a figure.
     pub(super) fn of_figure() -> Self {
         Self(Cell::new(MOST_WORK))
     }
 
-    /// The samples of a scale, and fewer where the [`few_samples`] computed so far let them exceed the budget.
+    /// The samples of a scale, and fewer where the [`FEW_POINTS`] computed so far let them exceed the budget.
     pub(super) fn samples(&self, scale: Scale) -> Vec<f64> {
         let left = self.0.get();
         let each = (POINTS / FEW_POINTS + 1) as u64;
-        if (MOST_WORK - left).saturating_mul(each) <= left { samples(scale) } else { few_samples(scale) }
+        samples(scale, if (MOST_WORK - left).saturating_mul(each) <= left { POINTS } else { FEW_POINTS })
     }
 
     fn spend(&self, work: u64) {

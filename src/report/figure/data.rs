@@ -7,7 +7,6 @@ use super::super::table::csv_text;
 pub(crate) enum Values {
     /// Real numbers; one that is not finite is an empty cell.
     Reals(Vec<f64>),
-    /// Words.
     Words(Vec<String>),
     /// Codes with their names.
     Codes(Vec<i8>, Vec<(i8, &'static str)>),

@@ -9,7 +9,7 @@ use super::data::Data;
 use super::exact::boundary;
 use super::legend::{Legend, Sample};
 use super::panels::{Panel, Panels};
-use super::region::{cell_edges, outlines};
+use super::region::outlines;
 use super::scene::{Fill, Rect, Scene};
 use super::slice::Slice;
 use super::verdict_panels::{
@@ -19,9 +19,6 @@ use super::{Figure, at_each_width, palette, slice::equals};
 use crate::map::Verdict;
 
 /// The figure, one panel per eps; `None` for a map without a plane.
-///
-/// # Errors
-/// [`ReportError::Map`] if the map cannot be read.
 pub(crate) fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, ReportError> {
     let map = view.map;
     let methods = map.methods();
@@ -57,10 +54,9 @@ pub(crate) fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, R
             .collect::<Result<Vec<_>, _>>()?;
         slices.push((slice, codes));
     }
-    let decides = |code: i8| code == Verdict::Present.code() || code == Verdict::Absent.code();
-    let ((x_scale, x_name), (y_scale, y_name)) = (slices[0].0.x_scale(), slices[0].0.y_scale());
-    let (x_nodes, y_nodes) = (slices[0].0.x_nodes(), slices[0].0.y_nodes());
-    let (x_edges, y_edges) = (cell_edges(&x_nodes, x_scale), cell_edges(&y_nodes, y_scale));
+    let decides = |code: i8| Verdict::of_code(code).is_some_and(Verdict::is_decision);
+    let [(x_scale, x_name), (y_scale, y_name)] = slices[0].0.scales();
+    let [x_edges, y_edges] = slices[0].0.edges();
     let held = match slices.len() {
         1 => slices[0].0.held(),
         _ => slices[0].0.held_but_epsilon(),
@@ -100,13 +96,14 @@ pub(crate) fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, R
         "Which method decides where: each cell shows the first rigorous test that decides it, in the order of the number \
          of cells that they decide in the whole map, fewest first, then the simulation",
     )
-    .then(rich("; at "))
+    .then("; at ")
     .then(held)
-    .then(rich("."))
+    .then(".")
     .then(slices[0].0.thinned_words());
     let mut data = Data::default();
     if let [(slice, ..), ..] = &slices[..] {
-        let cells = slice.x_nodes().len() * slice.y_nodes().len();
+        let [columns, rows] = slice.nodes().map(|nodes| nodes.len());
+        let cells = columns * rows;
         let epsilon = |slice: &Slice| map.grid().axes()[0].values[slice.index[0]];
         let each = slices.iter().flat_map(|(slice, ..)| std::iter::repeat_n(epsilon(slice), cells));
         if slices.len() > 1 {
@@ -121,8 +118,7 @@ pub(crate) fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, R
         };
         let mut words = Vec::new();
         for (_, codes) in &slices {
-            let (columns, rows) = (slice.x_nodes().len(), slice.y_nodes().len());
-            words.extend((0..columns * rows).map(|cell| name(codes, cell / rows, cell % rows)));
+            words.extend((0..cells).map(|cell| name(codes, cell / rows, cell % rows)));
         }
         let coordinates = cell_columns(slice).repeated(slices.len());
         data = data.join(coordinates).words("decided_by", words);

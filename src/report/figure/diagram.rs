@@ -29,7 +29,6 @@ const BISECTIONS: usize = 24;
 /// Accuracy of the orbits.
 const TOLERANCE: f64 = 1e-9;
 
-/// The choices of a diagram.
 #[derive(Clone, Debug)]
 pub(crate) struct DiagramPlot<'a> {
     /// Name of the horizontal axis; its nodes are not used.
@@ -38,7 +37,6 @@ pub(crate) struct DiagramPlot<'a> {
     pub(crate) at: &'a [(String, f64)],
     /// The ends of the diagram, in the units of the view; those of the axis if `None`.
     pub(crate) range: Option<(f64, f64)>,
-    /// Width of the figure.
     pub(crate) width: Width,
 }
 
@@ -54,21 +52,13 @@ enum Kind {
 impl Kind {
     const ALL: [Kind; 4] = [Kind::Equilibrium, Kind::SlipCycle, Kind::StickSlipCycle, Kind::CrossingCycle];
 
-    fn words(self) -> &'static str {
+    /// Its name and its colour.
+    fn look(self) -> (&'static str, &'static str) {
         match self {
-            Kind::Equilibrium => "equilibrium",
-            Kind::SlipCycle => "slip cycle",
-            Kind::StickSlipCycle => "stick-slip cycle",
-            Kind::CrossingCycle => "crossing cycle",
-        }
-    }
-
-    fn color(self) -> &'static str {
-        match self {
-            Kind::Equilibrium => palette::BLACK,
-            Kind::SlipCycle => palette::GREEN,
-            Kind::StickSlipCycle => palette::BLUE,
-            Kind::CrossingCycle => palette::VERMILION,
+            Kind::Equilibrium => ("equilibrium", palette::BLACK),
+            Kind::SlipCycle => ("slip cycle", palette::GREEN),
+            Kind::StickSlipCycle => ("stick-slip cycle", palette::BLUE),
+            Kind::CrossingCycle => ("crossing cycle", palette::VERMILION),
         }
     }
 }
@@ -141,9 +131,6 @@ fn branches(found: &[(f64, Found)]) -> Vec<Branch> {
 }
 
 /// Draws a bifurcation diagram of the law and the parameters of a map.
-///
-/// # Errors
-/// [`ReportError::Choice`] for names and values that the map does not have.
 pub(crate) fn diagram(view: &View, plot: &DiagramPlot) -> Result<Plotted, ReportError> {
     let grid = view.map.grid();
     let axes = grid.axes();
@@ -166,10 +153,9 @@ pub(crate) fn diagram(view: &View, plot: &DiagramPlot) -> Result<Plotted, Report
         None => Scale::of_nodes(nodes),
     };
     let find_at = |unit: f64| -> (f64, Found) {
-        let value = scale.value(unit);
-        let mut values: Vec<f64> = axes.iter().zip(&index).map(|(axis, &i)| axis.values[i]).collect();
-        values[x] = value;
-        (value, find(&Oscillator::new(grid.law(), &grid.point_of(&values))))
+        let (value, mut point) = (scale.value(unit), grid.point(&index));
+        axes[x].role.set(&mut point, value);
+        (value, find(&Oscillator::new(grid.law(), &point)))
     };
     let units: Vec<f64> = (0..VALUES).map(|i| i as f64 / (VALUES - 1) as f64).collect();
     let coarse: Vec<(f64, Found)> = units.par_iter().map(|unit| find_at(*unit)).collect();
@@ -207,12 +193,10 @@ pub(crate) fn diagram(view: &View, plot: &DiagramPlot) -> Result<Plotted, Report
         for branch in branches.iter().filter(|branch| branch.kind == kind) {
             let dash: &'static [f64] = if branch.attracts { &[] } else { &[3.0, 2.0] };
             let words = if branch.attracts { "attracting" } else { "repelling" };
+            let (name, color) = kind.look();
             curves.push(Curve {
-                name: rich(&format!("{words} {}", kind.words())),
-                style: MethodStyle {
-                    stroke: Stroke { color: kind.color(), width: 1.3, dash },
-                    marker: Marker::Circle,
-                },
+                name: rich(&format!("{words} {name}")),
+                style: MethodStyle { stroke: Stroke { color, width: 1.3, dash }, marker: Marker::Circle },
                 points: branch.points.clone(),
                 marks: false,
             });
@@ -233,14 +217,14 @@ pub(crate) fn diagram(view: &View, plot: &DiagramPlot) -> Result<Plotted, Report
     )
     .then(label.name.clone())
     .taken_at(at)
-    .then(rich(". Solid: attracts; dashed: repels."));
+    .then(". Solid: attracts; dashed: repels.");
     let points = || {
         let numbered = branches.iter().enumerate();
         numbered.flat_map(|(number, branch)| branch.points.iter().map(move |point| (number, branch, *point)))
     };
     let data = Data::default()
         .words("branch", points().map(|(number, ..)| (number + 1).to_string()).collect())
-        .words("kind", points().map(|(_, branch, _)| branch.kind.words().replace([' ', '-'], "_")).collect())
+        .words("kind", points().map(|(_, branch, _)| branch.kind.look().0.replace([' ', '-'], "_")).collect())
         .words("attracts", points().map(|(_, branch, _)| branch.attracts.to_string()).collect())
         .reals(label.header(), points().map(|(.., point)| point.0 * label.factor).collect())
         .reals(amplitude.header(), points().map(|(.., point)| point.1 * amplitude.factor).collect());

@@ -8,11 +8,9 @@ use super::scene::{Anchor, Fill, Rect, Scene, Stroke, text_width};
 /// The sample shown beside a name.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Sample {
-    /// An area.
     Area(Fill),
     /// An area of any colour.
     Color(String),
-    /// A line.
     Line(Stroke),
     /// A line with marks.
     Method(MethodStyle),
@@ -20,7 +18,6 @@ pub(crate) enum Sample {
     Mark(super::scene::Marker, &'static str, bool),
 }
 
-/// A legend.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Legend {
     entries: Vec<(Sample, Rich)>,
@@ -87,16 +84,15 @@ impl Legend {
             let x = left + columns[..i / rows].iter().sum::<f64>();
             let y = top + (i % rows) as f64 * ROW;
             let middle = y + 0.5 * ROW;
+            let swatch = Rect { x: x + 4.0, y: y + 2.0, w: SAMPLE - 6.0, h: ROW - 4.0 };
             match sample {
                 Sample::Area(fill) => {
-                    let rect = Rect { x: x + 4.0, y: y + 2.0, w: SAMPLE - 6.0, h: ROW - 4.0 };
-                    scene.rect(rect, *fill);
-                    scene.frame(rect, &Stroke { width: 0.4, ..AXIS });
+                    scene.rect(swatch, *fill);
+                    scene.frame(swatch, &Stroke { width: 0.4, ..AXIS });
                 }
                 Sample::Color(color) => {
-                    let rect = Rect { x: x + 4.0, y: y + 2.0, w: SAMPLE - 6.0, h: ROW - 4.0 };
-                    scene.pixel(rect, color);
-                    scene.frame(rect, &Stroke { width: 0.4, ..AXIS });
+                    scene.pixel(swatch, color);
+                    scene.frame(swatch, &Stroke { width: 0.4, ..AXIS });
                 }
                 Sample::Line(stroke) => scene.line(&[(x, middle), (x + SAMPLE, middle)], stroke),
                 Sample::Method(style) => {

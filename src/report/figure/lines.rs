@@ -1,7 +1,7 @@
 //! Line plots: curves over one axis, those of the same unit in one panel.
 
 use super::super::text::{Rich, rich};
-use super::axis::Scale;
+use super::axis::{Scale, extremes};
 use super::legend::{Legend, Sample};
 use super::palette::MethodStyle;
 use super::panels::Panels;
@@ -10,16 +10,13 @@ use super::scene::{Place, Scene, Width};
 /// Number of points of a curve above which only some of them have marks.
 const MARKED: usize = 30;
 
-/// A curve.
 #[derive(Clone, Debug)]
 pub(crate) struct Curve {
     /// Its name in the legend; empty for none.
     pub(crate) name: Rich,
-    /// Its style.
     pub(crate) style: MethodStyle,
     /// Its points; one that is not finite interrupts it.
     pub(crate) points: Vec<Place>,
-    /// Whether points are marked.
     pub(crate) marks: bool,
 }
 
@@ -28,23 +25,23 @@ pub(crate) struct Curve {
 pub(crate) struct Chart {
     /// Name of the vertical axis, with its unit.
     pub(crate) name: Rich,
-    /// Title above the panel.
     pub(crate) title: Rich,
     /// Factor by which the numbers of the curves are multiplied where they are written.
     pub(crate) factor: f64,
     /// Whether a curve may lie at 0, which then must not be the frame.
     pub(crate) drawn_at_zero: bool,
-    /// The curves.
     pub(crate) curves: Vec<Curve>,
+}
+
+/// The least and the greatest finite coordinate of the points of curves.
+pub(crate) fn extent(curves: &[Curve], of: fn(&Place) -> f64) -> (f64, f64) {
+    extremes(curves.iter().flat_map(|curve| &curve.points).map(of).filter(|number| number.is_finite()))
 }
 
 impl Chart {
     /// A scale that contains all numbers of the curves, and 0 if that is near.
     pub(crate) fn scale(&self) -> Scale {
-        let numbers =
-            || self.curves.iter().flat_map(|curve| &curve.points).map(|p| p.1).filter(|y| y.is_finite());
-        let (low, high) =
-            numbers().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| (low.min(y), high.max(y)));
+        let (low, high) = extent(&self.curves, |point| point.1);
         if low > high {
             return Scale::linear(0.0, 1.0);
         }

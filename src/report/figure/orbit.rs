@@ -2,7 +2,7 @@
 
 use super::super::text::{Rich, rich};
 use super::super::units::{UnitSystem, join};
-use super::axis::Scale;
+use super::axis::{Scale, extremes};
 use super::data::Data;
 use super::legend::{Legend, Sample};
 use super::panels::{BOTTOM_MARGIN, Labels, Panel, TITLE_MARGIN, left_margin, write_heading};
@@ -16,12 +16,9 @@ use crate::map::Grid;
 use crate::point::Point;
 use crate::simulate::direct::{Sample as State, Start};
 
-/// A drawn orbit.
 #[derive(Clone, Debug)]
 pub(crate) struct OrbitFigure {
-    /// The figure.
     pub(crate) scene: Scene,
-    /// Its caption.
     pub(crate) caption: Rich,
     /// The orbit as a table.
     pub(crate) data: Data,
@@ -32,17 +29,13 @@ pub(crate) struct OrbitFigure {
 /// Start, duration and units of a drawn orbit.
 #[derive(Clone, Debug)]
 pub(crate) struct OrbitPlot<'a> {
-    /// The law.
     pub(crate) law: &'a Law,
-    /// The point.
     pub(crate) point: &'a Point,
-    /// Start of the orbit.
     pub(crate) start: Start,
     /// Duration, dimensionless; `None` follows the orbit until it closes, settles or has made four turns.
     pub(crate) duration: Option<f64>,
     /// The units in which it is shown.
     pub(crate) units: &'a UnitSystem,
-    /// Width of the figure.
     pub(crate) width: Width,
 }
 
@@ -58,10 +51,7 @@ fn point_words(plot: &OrbitPlot) -> Rich {
             quantity("damping", Dimension::Damping, point.damping),
         ]);
     }
-    let values = std::iter::once(point.epsilon)
-        .chain(point.law.as_slice().iter().copied())
-        .chain([point.belt_speed, point.damping]);
-    join(Grid::axis_names(plot.law).into_iter().zip(values).map(|(name, value)| equals(name, value)))
+    join(Grid::coordinates(plot.law, point).into_iter().map(|(name, value)| equals(name, value)))
 }
 
 /// Draws phase portrait and time series.
@@ -99,9 +89,7 @@ pub(crate) fn orbit_figure(plot: &OrbitPlot) -> OrbitFigure {
     type Of = fn(&State) -> f64;
     let series: [(&str, _, Of, Scale); 2] = [("(b)", &x1, |s| s.x1, x), ("(c)", &x2, |s| s.x2, y)];
     for (number, (letter, label, of, _)) in series.into_iter().enumerate() {
-        let numbers = || portrait.orbit.samples.iter().map(of);
-        let (low, high) =
-            numbers().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+        let (low, high) = extremes(portrait.orbit.samples.iter().map(of));
         let room = 0.06 * (high - low);
         let scale = Scale::linear(low - room, high + room).in_unit(label.factor);
         let y = series_top + number as f64 * (each + TITLE_MARGIN + 4.0);
@@ -131,8 +119,8 @@ pub(crate) fn orbit_figure(plot: &OrbitPlot) -> OrbitFigure {
     legend.below(&mut scene, left, bottom.max(panel.rect.y + h + BOTTOM_MARGIN));
     let caption = rich("(a) Phase portrait at ")
         .then(words)
-        .then(rich(": "))
+        .then(": ")
         .then(rich(portrait.words()))
-        .then(rich("; (b), (c) position and velocity of the same orbit against time."));
+        .then("; (b), (c) position and velocity of the same orbit against time.");
     OrbitFigure { scene, caption, data: orbit_data(&portrait.orbit, plot.units), portrait: panel }
 }

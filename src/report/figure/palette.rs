@@ -8,27 +8,18 @@ use std::borrow::Cow;
 use super::scene::{Fill, Hatch, Marker, Stroke};
 use crate::map::{Regime, Verdict};
 
-/// Black.
 pub(crate) const BLACK: &str = "#000000";
-/// White.
 pub(crate) const WHITE: &str = "#ffffff";
 /// For less important elements.
 pub(crate) const GREY: &str = "#8c8c8c";
 /// Light grey, for guides.
 pub(crate) const LIGHT_GREY: &str = "#c8c8c8";
-/// Okabe and Ito's orange.
 pub(crate) const ORANGE: &str = "#e69f00";
-/// Sky blue.
 pub(crate) const SKY: &str = "#56b4e9";
-/// Bluish green.
 pub(crate) const GREEN: &str = "#009e73";
-/// Yellow.
 pub(crate) const YELLOW: &str = "#f0e442";
-/// Blue.
 pub(crate) const BLUE: &str = "#0072b2";
-/// Vermilion.
 pub(crate) const VERMILION: &str = "#d55e00";
-/// Reddish purple.
 pub(crate) const PURPLE: &str = "#cc79a7";
 /// Wine, darker than all of these but black.
 pub(crate) const WINE: &str = "#882255";
@@ -36,9 +27,7 @@ pub(crate) const WINE: &str = "#882255";
 /// Style of a method's lines and marks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MethodStyle {
-    /// Its line.
     pub(crate) stroke: Stroke,
-    /// Its mark.
     pub(crate) marker: Marker,
 }
 
@@ -84,79 +73,18 @@ pub(crate) fn peer(number: usize) -> MethodStyle {
     style("#6e6e6e", 0.8, &[1.0, 1.4], MARKERS[number % MARKERS.len()])
 }
 
-/// Present.
 pub(crate) const PRESENT: Fill = Fill::plain(BLUE);
-/// Absent.
 pub(crate) const ABSENT: Fill = Fill::plain("#f7e3bf");
-/// Undecided.
 pub(crate) const UNDECIDED: Fill = Fill::hatched(WHITE, Hatch::Rising, "#b4b4b4");
 /// Claims a cycle that does not exist.
 pub(crate) const WRONG_PRESENCE: Fill = Fill::hatched(VERMILION, Hatch::Falling, WHITE);
 /// Denies a cycle that exists.
 pub(crate) const WRONG_ABSENCE: Fill = Fill::hatched(PURPLE, Hatch::Crossed, BLACK);
-/// Failed.
 pub(crate) const FAILED: Fill = Fill::plain(BLACK);
-/// Not computed.
 pub(crate) const NOT_COMPUTED: Fill = Fill::hatched(WHITE, Hatch::Dots, BLACK);
-
-/// The fill of a verdict.
-pub(crate) fn verdict(verdict: Verdict) -> Fill {
-    match verdict {
-        Verdict::Present => PRESENT,
-        Verdict::Absent => ABSENT,
-        Verdict::Undecided => UNDECIDED,
-        Verdict::Failed => FAILED,
-        Verdict::NotComputed => NOT_COMPUTED,
-    }
-}
-
-/// The fill of a regime.
-pub(crate) fn regime(regime: Regime) -> Fill {
-    match regime {
-        Regime::StickSlip => PRESENT,
-        Regime::Equilibrium => ABSENT,
-        Regime::Bistable => Fill::hatched(SKY, Hatch::Rising, BLACK),
-        Regime::PureSlip => Fill::hatched(GREEN, Hatch::Falling, WHITE),
-        Regime::Crossing => Fill::hatched(VERMILION, Hatch::Crossed, WHITE),
-        Regime::Failed => FAILED,
-        Regime::PureSlipAndStickSlip => Fill::hatched(YELLOW, Hatch::Dots, BLACK),
-        Regime::PureSlipAndEquilibrium => Fill::hatched(WHITE, Hatch::Falling, GREEN),
-        Regime::EquilibriumPureSlipAndStickSlip => Fill::hatched(SKY, Hatch::Crossed, GREEN),
-        Regime::EquilibriumAndCrossing => Fill::hatched(VERMILION, Hatch::Rising, BLACK),
-        Regime::PureSlipAndCrossing => Fill::hatched(VERMILION, Hatch::Falling, GREEN),
-        Regime::EquilibriumPureSlipAndCrossing => Fill::hatched(VERMILION, Hatch::Crossed, GREEN),
-        Regime::StickSlipAndCrossing => Fill::hatched(BLUE, Hatch::Crossed, VERMILION),
-        Regime::EquilibriumStickSlipAndCrossing => Fill::hatched(SKY, Hatch::Crossed, VERMILION),
-        Regime::PureSlipStickSlipAndCrossing => Fill::hatched(YELLOW, Hatch::Crossed, VERMILION),
-        Regime::EquilibriumPureSlipStickSlipAndCrossing => Fill::hatched(SKY, Hatch::Dots, VERMILION),
-    }
-}
-
-/// Name of a regime in legends.
-pub(crate) fn regime_words(regime: Regime) -> &'static str {
-    match regime {
-        Regime::StickSlip => "stick-slip",
-        Regime::Equilibrium => "equilibrium (steady slip)",
-        Regime::Bistable => "bistable",
-        Regime::PureSlip => "slip cycle",
-        Regime::Crossing => "crossing cycle",
-        Regime::Failed => "failed",
-        Regime::PureSlipAndStickSlip => "slip cycle or stick-slip",
-        Regime::PureSlipAndEquilibrium => "slip cycle or equilibrium",
-        Regime::EquilibriumPureSlipAndStickSlip => "equilibrium, slip cycle or stick-slip",
-        Regime::EquilibriumAndCrossing => "equilibrium or crossing cycle",
-        Regime::PureSlipAndCrossing => "slip or crossing cycle",
-        Regime::EquilibriumPureSlipAndCrossing => "equilibrium, slip or crossing cycle",
-        Regime::StickSlipAndCrossing => "stick-slip or crossing cycle",
-        Regime::EquilibriumStickSlipAndCrossing => "equilibrium, stick-slip or crossing cycle",
-        Regime::PureSlipStickSlipAndCrossing => "slip cycle, stick-slip or crossing cycle",
-        Regime::EquilibriumPureSlipStickSlipAndCrossing => "equilibrium, slip, stick-slip or crossing cycle",
-    }
-}
 
 /// The kind of a cell: its code in the map, its name there, its fill, and its name in legends.
 #[derive(Clone, Debug, PartialEq, Eq)]
-#[allow(missing_docs)]
 pub(crate) struct Kind {
     pub(crate) code: i8,
     pub(crate) name: &'static str,
@@ -164,37 +92,68 @@ pub(crate) struct Kind {
     pub(crate) words: Cow<'static, str>,
 }
 
-/// Every verdict.
-pub(crate) fn verdicts() -> Vec<Kind> {
-    let kind = |verdict: Verdict| Kind {
-        code: verdict.code(),
-        name: verdict.name(),
-        fill: self::verdict(verdict),
-        words: verdict_words(verdict).into(),
+/// The kind of the cells with a verdict.
+pub(crate) fn verdict(verdict: Verdict) -> Kind {
+    let (fill, words) = match verdict {
+        Verdict::Present => (PRESENT, "cycle exists"),
+        Verdict::Absent => (ABSENT, "no cycle"),
+        Verdict::Undecided => (UNDECIDED, "not decided"),
+        Verdict::Failed => (FAILED, "failed"),
+        Verdict::NotComputed => (NOT_COMPUTED, "not computed"),
     };
-    Verdict::ALL.into_iter().map(kind).collect()
+    Kind { code: verdict.code(), name: verdict.name(), fill, words: words.into() }
+}
+
+/// The kind of the cells with a regime.
+pub(crate) fn regime(regime: Regime) -> Kind {
+    let (fill, words) = match regime {
+        Regime::StickSlip => (PRESENT, "stick-slip"),
+        Regime::Equilibrium => (ABSENT, "equilibrium (steady slip)"),
+        Regime::Bistable => (Fill::hatched(SKY, Hatch::Rising, BLACK), "bistable"),
+        Regime::PureSlip => (Fill::hatched(GREEN, Hatch::Falling, WHITE), "slip cycle"),
+        Regime::Crossing => (Fill::hatched(VERMILION, Hatch::Crossed, WHITE), "crossing cycle"),
+        Regime::Failed => (FAILED, "failed"),
+        Regime::PureSlipAndStickSlip => {
+            (Fill::hatched(YELLOW, Hatch::Dots, BLACK), "slip cycle or stick-slip")
+        }
+        Regime::PureSlipAndEquilibrium => {
+            (Fill::hatched(WHITE, Hatch::Falling, GREEN), "slip cycle or equilibrium")
+        }
+        Regime::EquilibriumPureSlipAndStickSlip => {
+            (Fill::hatched(SKY, Hatch::Crossed, GREEN), "equilibrium, slip cycle or stick-slip")
+        }
+        Regime::EquilibriumAndCrossing => {
+            (Fill::hatched(VERMILION, Hatch::Rising, BLACK), "equilibrium or crossing cycle")
+        }
+        Regime::PureSlipAndCrossing => {
+            (Fill::hatched(VERMILION, Hatch::Falling, GREEN), "slip or crossing cycle")
+        }
+        Regime::EquilibriumPureSlipAndCrossing => {
+            (Fill::hatched(VERMILION, Hatch::Crossed, GREEN), "equilibrium, slip or crossing cycle")
+        }
+        Regime::StickSlipAndCrossing => {
+            (Fill::hatched(BLUE, Hatch::Crossed, VERMILION), "stick-slip or crossing cycle")
+        }
+        Regime::EquilibriumStickSlipAndCrossing => {
+            (Fill::hatched(SKY, Hatch::Crossed, VERMILION), "equilibrium, stick-slip or crossing cycle")
+        }
+        Regime::PureSlipStickSlipAndCrossing => {
+            (Fill::hatched(YELLOW, Hatch::Crossed, VERMILION), "slip cycle, stick-slip or crossing cycle")
+        }
+        Regime::EquilibriumPureSlipStickSlipAndCrossing => {
+            (Fill::hatched(SKY, Hatch::Dots, VERMILION), "equilibrium, slip, stick-slip or crossing cycle")
+        }
+    };
+    Kind { code: regime.code(), name: regime.name(), fill, words: words.into() }
+}
+
+pub(crate) fn verdicts() -> Vec<Kind> {
+    Verdict::ALL.map(verdict).into()
 }
 
 /// Every regime.
 pub(crate) fn regimes() -> Vec<Kind> {
-    let kind = |regime: Regime| Kind {
-        code: regime.code(),
-        name: regime.name(),
-        fill: self::regime(regime),
-        words: regime_words(regime).into(),
-    };
-    Regime::ALL.into_iter().map(kind).collect()
-}
-
-/// Name of a verdict in legends.
-pub(crate) fn verdict_words(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Present => "cycle exists",
-        Verdict::Absent => "no cycle",
-        Verdict::Undecided => "not decided",
-        Verdict::Failed => "failed",
-        Verdict::NotComputed => "not computed",
-    }
+    Regime::ALL.map(regime).into()
 }
 
 /// Fill of the area in which a method decides: the colour of its lines, hatched to be distinguished in

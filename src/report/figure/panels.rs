@@ -7,11 +7,8 @@ use super::scene::{Anchor, Place, Rect, Scene, text_width};
 /// A panel with two axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Panel {
-    /// The frame.
     pub(crate) rect: Rect,
-    /// Horizontal scale.
     pub(crate) x: Scale,
-    /// Vertical scale.
     pub(crate) y: Scale,
 }
 

@@ -92,9 +92,6 @@ pub fn plot(view: &View, plot: &Plot) -> Result<Plotted, ReportError> {
 }
 
 /// A plot as a figure of a report, at each width.
-///
-/// # Errors
-/// As [`plot`].
 pub(crate) fn figure(view: &View, name: String, wanted: &Plot) -> Result<Figure, ReportError> {
     let [narrow, wide] = Width::ALL.map(|width| plot(view, &Plot { width, ..wanted.clone() }));
     let (narrow, wide) = (narrow?, wide?);
@@ -149,9 +146,6 @@ fn kinds(variable: &str) -> Option<Vec<Kind>> {
 }
 
 /// One value for every fixed axis.
-///
-/// # Errors
-/// [`ChoiceError::SeveralValues`].
 pub(crate) fn one_each(at: &[At]) -> Result<Vec<(String, f64)>, ChoiceError> {
     at.iter()
         .map(|(name, values)| match values[..] {
@@ -161,26 +155,32 @@ pub(crate) fn one_each(at: &[At]) -> Result<Vec<(String, f64)>, ChoiceError> {
         .collect()
 }
 
+/// The axis chosen for panels or curves, which is then shown, and its nodes; without one there is one panel or
+/// curve.
+fn choose(
+    view: &View,
+    at: Option<&At>,
+    shown: &mut Vec<usize>,
+) -> Result<(Option<usize>, Vec<Option<usize>>), ChoiceError> {
+    let Some((name, values)) = at else { return Ok((None, vec![None])) };
+    let axis = find_axis(view, name)?;
+    if shown.contains(&axis) {
+        return Err(ChoiceError::Shown(name.clone()));
+    }
+    shown.push(axis);
+    let nodes = values.iter().map(|value| nearest_node(view, axis, *value).map(Some));
+    Ok((Some(axis), nodes.collect::<Result<_, _>>()?))
+}
+
 fn over_plane(view: &View, plot: &Plot, x: usize, y: usize) -> Result<Plotted, ReportError> {
     let map = view.map;
     let names = variables(map, plot.variables)?;
     let [variable] = names[..] else { return Err(ChoiceError::SeveralVariables.into()) };
     let at = one_each(plot.at)?;
     let (index, held) = hold(view, &[x, y], &at)?;
-    let (panel_axis, nodes) = match plot.panels {
-        None => (None, vec![None]),
-        Some((name, values)) => {
-            let axis = find_axis(view, name)?;
-            if axis == x || axis == y {
-                return Err(ChoiceError::Shown(name.clone()).into());
-            }
-            let nodes = values.iter().map(|value| Ok(Some(nearest_node(view, axis, *value)?)));
-            (Some(axis), nodes.collect::<Result<Vec<_>, ChoiceError>>()?)
-        }
-    };
-    let axes = map.grid().axes();
     let mut shown = vec![x, y];
-    shown.extend(panel_axis);
+    let (panel_axis, nodes) = choose(view, plot.panels, &mut shown)?;
+    let axes = map.grid().axes();
     // Critical dampings do not depend on the damping.
     let no_damping = variable.starts_with("critical_c_");
     shown.extend(no_damping.then_some(axes.len() - 1));
@@ -214,15 +214,15 @@ fn over_plane(view: &View, plot: &Plot, x: usize, y: usize) -> Result<Plotted, R
     let mut caption = label
         .name
         .clone()
-        .then(rich(" over "))
+        .then(" over ")
         .then(view.axis(&axes[x]).name)
-        .then(rich(" and "))
+        .then(" and ")
         .then(view.axis(&axes[y]).name)
         .taken_at(at)
-        .then(rich("."))
+        .then(".")
         .then(first.slice.thinned_words());
     if areas.iter().any(|area| area.curves.as_ref().is_some_and(|curves| !curves.curves.is_empty())) {
-        caption = caption.then(rich(" Lines: where the long-run behaviour changes, by continuation."));
+        caption = caption.then(" Lines: where the long-run behaviour changes, by continuation.");
     }
     let values: Vec<f64> = panel_axis
         .map(|axis| (view.axis(&axes[axis]).factor, &axes[axis].values))
@@ -263,7 +263,6 @@ fn moved(view: &View, axis: Option<usize>, wanted: Option<&At>, nodes: &[Option<
 /// Relative size of round-off in the conversion of units and in decimal input.
 const ROUNDING: f64 = 1e-9;
 
-/// The curves that a map stores of a plane.
 fn stored(map: &MapFile, plane: &Plane) -> Option<PlaneCurves> {
     map.curves().iter().find_map(|curves| match &curves.plane {
         same if same == plane => Some(curves.clone()),
@@ -304,18 +303,8 @@ fn over_axis(view: &View, plot: &Plot, x: usize) -> Result<Plotted, ReportError>
     }
     let single: Vec<At> = plot.at.iter().filter(|(_, values)| values.len() == 1).cloned().collect();
     let mut shown = vec![x];
-    let mut choose = |at: Option<&At>| -> Result<(Option<usize>, Vec<Option<usize>>), ChoiceError> {
-        let Some((name, values)) = at else { return Ok((None, vec![None])) };
-        let axis = find_axis(view, name)?;
-        if shown.contains(&axis) {
-            return Err(ChoiceError::Shown(name.clone()));
-        }
-        shown.push(axis);
-        let nodes = values.iter().map(|value| nearest_node(view, axis, *value).map(Some));
-        Ok((Some(axis), nodes.collect::<Result<_, _>>()?))
-    };
-    let (curve_axis, curve_nodes) = choose(several.first().copied())?;
-    let (panel_axis, panel_nodes) = choose(plot.panels)?;
+    let (curve_axis, curve_nodes) = choose(view, several.first().copied(), &mut shown)?;
+    let (panel_axis, panel_nodes) = choose(view, plot.panels, &mut shown)?;
     let (index, mut held) = hold(view, &shown, &one_each(&single)?)?;
     if without_damping {
         let damping = view.axis(&axes[axes.len() - 1]).header();
@@ -347,8 +336,8 @@ fn over_axis(view: &View, plot: &Plot, x: usize) -> Result<Plotted, ReportError>
         })
         .collect();
     let what = join(names.iter().map(|name| view.units.variable(name).name));
-    let caption = what.clone().then(rich(" over ")).then(view.axis(&axes[x]).name);
-    let caption = caption.taken_at(at.clone()).then(rich("."));
+    let caption = what.clone().then(" over ").then(view.axis(&axes[x]).name);
+    let caption = caption.taken_at(at.clone()).then(".");
     let heading = match names.len() {
         1 => join([what, at]),
         _ => at,

@@ -26,7 +26,6 @@ const INNER_START: f64 = 0.35;
 pub(super) const ORBIT: Stroke = Stroke::solid(palette::BLUE, 1.2);
 /// Its sticking part.
 pub(super) const STICK: Stroke = Stroke::solid(palette::VERMILION, 2.0);
-/// The sticking segment.
 pub(super) const SEGMENT: Stroke = Stroke::solid(palette::LIGHT_GREY, 4.5);
 /// Other orbits.
 pub(super) const OTHER: Stroke = Stroke { color: palette::GREEN, width: 0.9, dash: &[3.0, 1.5] };

@@ -96,21 +96,21 @@ pub(crate) fn portraits(view: &View) -> Option<Figure> {
             portrait.draw(&mut scene, &panel);
             panel.named_axes(&mut scene, &x1.text(), &x2.text(), Panel::y_labels_width(y, h));
             let speed = belt_label.equals(axes[belt].values[index[belt]]);
-            panel.title(&mut scene, &letter(3).then(damping.equals(*c)).then(rich(", ")).then(speed));
+            panel.title(&mut scene, &letter(3).then(damping.equals(*c)).then(", ").then(speed));
             portrait.legend(&mut legend);
             bottom = rect.y + h + BOTTOM_MARGIN;
         }
         legend.below(&mut scene, panels.panels[0].rect.x, bottom);
         scene
     });
-    let mut caption = rich("Phase portraits at ").then(held).then(rich(": "));
+    let mut caption = rich("Phase portraits at ").then(held).then(": ");
     for (number, (_, portrait)) in drawn.iter().enumerate() {
         let separator = rich(if number > 0 { "; " } else { "" });
         let fast = rich(if number == 3 { "on the fastest belt of the map, " } else { "" });
         caption = caption.then(separator).then(letter(number)).then(fast).then(rich(portrait.words()));
     }
     let data = data(&drawn, &damping, view);
-    Some(Figure { name: "portraits".into(), caption: caption.then(rich(".")), scenes, data })
+    Some(Figure { name: "portraits".into(), caption: caption.then("."), scenes, data })
 }
 
 /// The orbits from the exit point.

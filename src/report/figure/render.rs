@@ -29,18 +29,11 @@ fn failed(name: &str, why: impl std::fmt::Display) -> ReportError {
     ReportError::Render { figure: name.into(), why: why.to_string() }
 }
 
-/// The figure as PNG.
-///
-/// # Errors
-/// [`ReportError::Render`].
 pub(crate) fn png(name: &str, svg: &str) -> Result<Vec<u8>, ReportError> {
     raster(name, &tree(name, svg)?)
 }
 
 /// The figure as PNG and as PDF with text as text, on two cores.
-///
-/// # Errors
-/// [`ReportError::Render`].
 pub(crate) fn png_and_pdf(name: &str, svg: &str) -> Result<(Vec<u8>, Vec<u8>), ReportError> {
     let tree = tree(name, svg)?;
     let (png, pdf) = rayon::join(|| raster(name, &tree), || page(name, &tree));
@@ -84,9 +77,6 @@ fn raster(name: &str, tree: &Tree) -> Result<Vec<u8>, ReportError> {
 }
 
 /// The figure as PDF, text as text.
-///
-/// # Errors
-/// [`ReportError::Render`].
 pub(crate) fn pdf(name: &str, svg: &str) -> Result<Vec<u8>, ReportError> {
     page(name, &tree(name, svg)?)
 }

@@ -33,7 +33,6 @@ pub enum Width {
 }
 
 impl Width {
-    /// Both widths.
     pub(crate) const ALL: [Width; 2] = [Width::OneColumn, Width::TwoColumns];
 
     /// The first of two choices for one column, the second for two.
@@ -56,7 +55,6 @@ impl Width {
     }
 }
 
-/// A rectangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Rect {
     /// Left edge.
@@ -78,11 +76,9 @@ pub(crate) enum Hatch {
     Falling,
     /// Both.
     Crossed,
-    /// Dots.
     Dots,
 }
 
-/// Fill of an area.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Fill {
     /// Colour of the ground, `none` for none.
@@ -92,12 +88,10 @@ pub(crate) struct Fill {
 }
 
 impl Fill {
-    /// One colour.
     pub(crate) const fn plain(ground: &'static str) -> Self {
         Self { ground, hatch: None }
     }
 
-    /// A hatched colour.
     pub(crate) const fn hatched(ground: &'static str, hatch: Hatch, ink: &'static str) -> Self {
         Self { ground, hatch: Some((hatch, ink)) }
     }
@@ -106,7 +100,6 @@ impl Fill {
 /// Style of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Stroke {
-    /// Colour.
     pub(crate) color: &'static str,
     /// Width in points.
     pub(crate) width: f64,
@@ -115,7 +108,6 @@ pub(crate) struct Stroke {
 }
 
 impl Stroke {
-    /// A solid line.
     pub(crate) const fn solid(color: &'static str, width: f64) -> Self {
         Self { color, width, dash: &[] }
     }
@@ -279,7 +271,6 @@ impl Scene {
         let _ = writeln!(self.body, "<path d=\"{d}\" fill=\"none\" {}/>", stroke_attributes(stroke));
     }
 
-    /// Fills a rectangle.
     pub(crate) fn rect(&mut self, rect: Rect, fill: Fill) {
         self.area(&[corners(rect)], fill);
     }
@@ -298,7 +289,6 @@ impl Scene {
         );
     }
 
-    /// Draws a rectangle.
     pub(crate) fn frame(&mut self, rect: Rect, stroke: &Stroke) {
         self.outline(&[corners(rect)], stroke);
     }
@@ -403,7 +393,6 @@ impl Scene {
         let _ = writeln!(self.body, "<g transform=\"translate({x} {y})\">\n{body}</g>");
     }
 
-    /// Draws with clipping to `rect`.
     pub(crate) fn clipped(&mut self, rect: Rect, draw: impl FnOnce(&mut Self)) {
         let number = self.clips.len();
         self.clips.push(rect);
@@ -478,7 +467,6 @@ fn hatch_id((hatch, ink): (Hatch, &'static str)) -> String {
     format!("{hatch:?}-{}", ink.trim_start_matches('#'))
 }
 
-/// The pattern of a hatching.
 fn pattern(hatching: (Hatch, &'static str), prefix: &str) -> String {
     let (hatch, ink) = hatching;
     let lines = |d: &str| format!("<path d=\"{d}\" stroke=\"{ink}\" stroke-width=\"0.6\" fill=\"none\"/>");

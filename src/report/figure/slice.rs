@@ -6,6 +6,7 @@ use super::super::ReportError;
 use super::super::text::{Rich, rich};
 use super::super::units::{Label, View};
 use super::axis::Scale;
+use super::region::cell_edges;
 use crate::friction::Law;
 use crate::map::{Axis, Plane};
 use crate::point::Point;
@@ -133,7 +134,6 @@ pub struct Held {
     pub used: f64,
 }
 
-/// A slice of a map.
 #[derive(Clone, Debug)]
 pub(crate) struct Slice<'a> {
     /// The map and its units.
@@ -154,9 +154,6 @@ impl<'a> Slice<'a> {
 
     /// The slice along the axes of these names. Other axes are fixed at the node nearest to the value given
     /// for them, or else at their middle node.
-    ///
-    /// # Errors
-    /// [`ChoiceError`].
     pub(crate) fn choose(
         view: &'a View<'a>,
         x: &str,
@@ -171,19 +168,13 @@ impl<'a> Slice<'a> {
         Ok((Self::new(view, x, y, index), held))
     }
 
-    /// The friction law.
     pub(crate) fn law(&self) -> &Law {
         self.view.map.grid().law()
     }
 
-    /// The horizontal axis.
-    pub(crate) fn x_axis(&self) -> &'a Axis {
-        &self.view.map.grid().axes()[self.x]
-    }
-
-    /// The vertical axis.
-    pub(crate) fn y_axis(&self) -> &'a Axis {
-        &self.view.map.grid().axes()[self.y]
+    /// Its axes, across and up.
+    pub(crate) fn axes(&self) -> [&'a Axis; 2] {
+        [self.x, self.y].map(|axis| &self.view.map.grid().axes()[axis])
     }
 
     /// Its plane in the grid.
@@ -191,39 +182,36 @@ impl<'a> Slice<'a> {
         Plane::new(self.x, self.y, self.index.clone())
     }
 
-    /// The scale and the name of the horizontal axis.
-    pub(crate) fn x_scale(&self) -> (Scale, Rich) {
-        scale(self.view, self.x_axis())
-    }
-
-    /// The scale and the name of the vertical axis.
-    pub(crate) fn y_scale(&self) -> (Scale, Rich) {
-        scale(self.view, self.y_axis())
+    /// The scale and the name of each axis.
+    pub(crate) fn scales(&self) -> [(Scale, Rich); 2] {
+        self.axes().map(|axis| {
+            let label = self.view.axis(axis);
+            (Scale::of_nodes(&axis.values).in_unit(label.factor), label.text())
+        })
     }
 
     /// The point of the slice with these coordinates, which need not be nodes.
     pub(crate) fn point(&self, x: f64, y: f64) -> Point {
-        let axes = self.view.map.grid().axes();
-        let clamp = |axis: &Axis, value: f64| value.clamp(axis.values[0], axis.values[axis.values.len() - 1]);
-        let mut values: Vec<f64> = axes.iter().zip(&self.index).map(|(axis, &i)| axis.values[i]).collect();
-        values[self.x] = clamp(&axes[self.x], x);
-        values[self.y] = clamp(&axes[self.y], y);
-        self.view.map.grid().point_of(&values)
+        let mut point = self.view.map.grid().point(&self.index);
+        for (axis, value) in self.axes().into_iter().zip([x, y]) {
+            axis.role.set(&mut point, value.clamp(axis.values[0], axis.values[axis.values.len() - 1]));
+        }
+        point
     }
 
-    /// Nodes of the horizontal axis that are drawn.
-    pub(crate) fn x_nodes(&self) -> Vec<f64> {
-        drawn(self.x_axis())
+    /// The drawn nodes of each axis.
+    pub(crate) fn nodes(&self) -> [Vec<f64>; 2] {
+        self.axes().map(drawn)
     }
 
-    /// Nodes of the vertical axis that are drawn.
-    pub(crate) fn y_nodes(&self) -> Vec<f64> {
-        drawn(self.y_axis())
+    /// The edges of the drawn cells along each axis.
+    pub(crate) fn edges(&self) -> [Vec<f64>; 2] {
+        self.axes().map(|axis| cell_edges(&drawn(axis), Scale::of_nodes(&axis.values)))
     }
 
     /// The axes of which not all nodes are drawn, with n where one node in n is.
     pub(crate) fn thinned(&self) -> impl Iterator<Item = (&'a Axis, usize)> + use<'a> {
-        let steps = [self.x_axis(), self.y_axis()].map(|axis| (axis, step(axis)));
+        let steps = self.axes().map(|axis| (axis, step(axis)));
         steps.into_iter().filter(|(_, step)| *step > 1)
     }
 
@@ -231,26 +219,17 @@ impl<'a> Slice<'a> {
     pub(crate) fn thinned_words(&self) -> Rich {
         self.thinned().fold(Rich::default(), |text, (axis, step)| {
             let of = rich(&format!(" One node in {step} of "));
-            text.then(of).then(Rich::symbol(&axis.name)).then(rich(" is drawn."))
+            text.then(of).then(Rich::symbol(&axis.name)).then(" is drawn.")
         })
     }
 
     /// Codes over the drawn nodes of the slice, `[x, y]`.
-    ///
-    /// # Errors
-    /// [`ReportError::Map`], [`ReportError::Choice`].
     pub(crate) fn codes(&self, variable: &str) -> Result<Array2<i8>, ReportError> {
-        Ok(self.turned(
-            self.view
-                .map
-                .code_slice(variable, &self.selection(variable, self.view.map.grid().axes().len())?)?,
-        ))
+        let picks = self.selection(variable, self.view.map.grid().axes().len())?;
+        Ok(self.turned(self.view.map.code_slice(variable, &picks)?))
     }
 
     /// Real numbers over the drawn nodes of the slice, `[x, y]`.
-    ///
-    /// # Errors
-    /// [`ReportError::Map`], [`ReportError::Choice`].
     pub(crate) fn reals(&self, variable: &str) -> Result<Array2<f64>, ReportError> {
         let axes = self.view.map.grid().axes().len();
         let rank = if variable.starts_with("critical_c_") { axes - 1 } else { axes };
@@ -288,9 +267,6 @@ impl<'a> Slice<'a> {
 }
 
 /// The position of the axis of this name. A machine's axes are also found by their names in configurations.
-///
-/// # Errors
-/// [`ChoiceError::Unknown`].
 pub(crate) fn find_axis(view: &View, name: &str) -> Result<usize, ChoiceError> {
     let axes = view.map.grid().axes();
     let labels: Vec<Label> = axes.iter().map(|axis| view.axis(axis)).collect();
@@ -301,9 +277,6 @@ pub(crate) fn find_axis(view: &View, name: &str) -> Result<usize, ChoiceError> {
 
 /// The nodes of the axes that are not `shown`: nearest to the values given for them, in the units of the
 /// view, or else the middle ones.
-///
-/// # Errors
-/// [`ChoiceError`].
 pub(crate) fn hold(
     view: &View,
     shown: &[usize],
@@ -337,9 +310,6 @@ pub(crate) fn hold(
 }
 
 /// The node of an axis nearest to a value in the units of the view.
-///
-/// # Errors
-/// [`ChoiceError::NotFinite`], [`ChoiceError::Outside`], [`ChoiceError::OnlyOne`].
 pub(crate) fn nearest_node(view: &View, position: usize, value: f64) -> Result<usize, ChoiceError> {
     let axis = &view.map.grid().axes()[position];
     let label = view.axis(axis);
@@ -384,15 +354,9 @@ pub(super) fn drawn(axis: &Axis) -> Vec<f64> {
     axis.values.iter().copied().step_by(step(axis)).collect()
 }
 
-/// The scale and the name of an axis.
-fn scale(view: &View, axis: &Axis) -> (Scale, Rich) {
-    let label = view.axis(axis);
-    (Scale::of_nodes(&axis.values).in_unit(label.factor), label.text())
-}
-
 /// "ε = 0.1".
 pub(crate) fn equals(axis: &str, value: f64) -> Rich {
-    Rich::symbol(axis).then(rich(" = ")).then(Rich::number(value, 4))
+    Rich::symbol(axis).then(" = ").then(Rich::number(value, 4))
 }
 
 /// The middle node of each axis.

@@ -7,13 +7,11 @@ use super::panels::{BOTTOM_MARGIN, Labels, Panel, TITLE_MARGIN, write_heading};
 use super::region::{cell_edges, outlines};
 use super::scene::{Anchor, Fill, Rect, Scene, Width, text_width};
 
-/// Height of a row.
 const ROW: f64 = 15.0;
 
 /// A row: its name, and the index of each cell's kind.
 #[derive(Clone, Debug)]
 pub(crate) struct Strip {
-    /// Its name.
     pub(crate) name: Rich,
     /// The kind of each node's cell.
     pub(crate) kinds: Vec<usize>,

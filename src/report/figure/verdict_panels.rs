@@ -12,7 +12,7 @@ use super::lines::letter;
 use super::palette;
 use super::panels::{Panel, Panels};
 use super::plot::{self, At, Plot};
-use super::region::{cell_edges, outlines};
+use super::region::outlines;
 use super::scene::{Fill, Place, Scene, Stroke, Width};
 use super::slice::{Slice, picks};
 use super::{Figure, at_each_width};
@@ -57,25 +57,19 @@ impl Claim {
         match simulation {
             Some(simulation) if method == present && simulation == absent => Claim::WrongPresence,
             Some(simulation) if method == absent && simulation == present => Claim::WrongAbsence,
-            _ => Claim::Verdict(
-                Verdict::ALL.into_iter().find(|verdict| verdict.code() == method).unwrap_or(Verdict::Failed),
-            ),
+            _ => Claim::Verdict(Verdict::of_code(method).unwrap_or(Verdict::Failed)),
         }
     }
 
-    fn fill(self) -> Fill {
+    /// Its fill, and its name in legends.
+    fn look(self) -> (Fill, Rich) {
         match self {
-            Claim::Verdict(verdict) => palette::verdict(verdict),
-            Claim::WrongPresence => palette::WRONG_PRESENCE,
-            Claim::WrongAbsence => palette::WRONG_ABSENCE,
-        }
-    }
-
-    fn name(self) -> &'static str {
-        match self {
-            Claim::Verdict(verdict) => palette::verdict_words(verdict),
-            Claim::WrongPresence => "wrong: claims a cycle",
-            Claim::WrongAbsence => "wrong: denies a cycle",
+            Claim::Verdict(verdict) => {
+                let kind = palette::verdict(verdict);
+                (kind.fill, rich(&kind.words))
+            }
+            Claim::WrongPresence => (palette::WRONG_PRESENCE, rich("wrong: claims a cycle")),
+            Claim::WrongAbsence => (palette::WRONG_ABSENCE, rich("wrong: denies a cycle")),
         }
     }
 }
@@ -108,9 +102,6 @@ pub(crate) fn chosen_epsilons(map: &MapFile) -> Vec<usize> {
 }
 
 /// The slices of a report.
-///
-/// # Errors
-/// [`ReportError::Map`] if the map cannot be read.
 pub(crate) fn verdict_panels(view: &View) -> Result<Vec<Figure>, ReportError> {
     let map = view.map;
     let axes = map.grid().axes();
@@ -197,7 +188,8 @@ fn stored_edge(slice: &Slice, method: &str) -> Result<Vec<(f64, f64)>, ReportErr
         return Ok(Vec::new());
     }
     let edge = map.real_slice(&variable, &picks(map, &[slice.x], &slice.index, damping))?;
-    Ok(slice.x_nodes().into_iter().zip(edge.iter().copied()).collect())
+    let [x_nodes, _] = slice.nodes();
+    Ok(x_nodes.into_iter().zip(edge.iter().copied()).collect())
 }
 
 /// Draws such an edge; `false` if there is none.
@@ -226,9 +218,9 @@ fn figure(slice: &Slice) -> Result<Figure, ReportError> {
         })
         .collect::<Result<Vec<_>, _>>()?;
     let simulation = methods.iter().position(|method| method.name == SIMULATION);
-    let (x, y) = (slice.x_axis(), slice.y_axis());
-    let ((x_scale, x_name), (y_scale, y_name)) = (slice.x_scale(), slice.y_scale());
-    let (x_edges, y_edges) = (cell_edges(&slice.x_nodes(), x_scale), cell_edges(&slice.y_nodes(), y_scale));
+    let [x, y] = slice.axes();
+    let [(x_scale, x_name), (y_scale, y_name)] = slice.scales();
+    let [x_edges, y_edges] = slice.edges();
     let claim = |method: usize, i: usize, j: usize| {
         Claim::of(codes[method][[i, j]], simulation.map(|simulation| codes[simulation][[i, j]]))
     };
@@ -243,18 +235,19 @@ fn figure(slice: &Slice) -> Result<Figure, ReportError> {
     };
     let held = slice.held();
     let heading = join([held.clone(), words("not drawn, because undecided everywhere: ")]);
+    let looks = Claim::ALL.map(Claim::look);
     let mut exact: Option<(Panel, Vec<Vec<Place>>)> = None;
     let scenes = at_each_width(|width| {
         let columns = width.select(2, 4);
         let mut scene = Scene::new(width.points(), 0.0);
         let panels = Panels::below(&mut scene, &heading, columns, shown.len(), 0.78, (x_scale, y_scale));
-        let mut used = [false; Claim::ALL.len()];
+        let mut used = vec![false; looks.len()];
         let mut edged = false;
         for (number, (&m, panel)) in shown.iter().zip(&panels.panels).enumerate() {
             for (n, known) in Claim::ALL.into_iter().enumerate() {
                 let areas = outlines(panel, &x_edges, &y_edges, |i, j| claim(m, i, j) == known);
                 used[n] |= !areas.is_empty();
-                scene.area(&areas, known.fill());
+                scene.area(&areas, looks[n].0);
             }
             edged |= draw_edge(&mut scene, panel, &edges[m]);
             // The boundary is searched once and transformed from panel to panel.
@@ -264,11 +257,7 @@ fn figure(slice: &Slice) -> Result<Figure, ReportError> {
         }
         panels.axes(&mut scene, &x_name, &y_name);
         let mut legend = Legend::default();
-        for (claim, used) in Claim::ALL.into_iter().zip(used) {
-            if used {
-                legend.add(Sample::Area(claim.fill()), rich(claim.name()));
-            }
-        }
+        legend.add_used(&looks, &used);
         if exact.as_ref().is_some_and(|(_, curves)| !curves.is_empty()) {
             legend.add(Sample::Line(EXACT), rich("exact boundary"));
         }
@@ -294,11 +283,11 @@ fn figure(slice: &Slice) -> Result<Figure, ReportError> {
         name: format!("slice-{}-{}{epsilon}", x.name, y.name),
         caption: rich("Verdicts of each method over ")
             .then(label(x).name)
-            .then(rich(" and "))
+            .then(" and ")
             .then(label(y).name)
-            .then(rich(" at "))
+            .then(" at ")
             .then(held)
-            .then(rich(". Black curve: the exact boundary of the stick-slip region, by root-finding on the simulated flow."))
+            .then(". Black curve: the exact boundary of the stick-slip region, by root-finding on the simulated flow.")
             .then(words(" Not drawn, because undecided in every cell of this plane: "))
             .then(rich(if empty.is_empty() { "" } else { "." }))
             .then(slice.thinned_words()),
@@ -309,8 +298,8 @@ fn figure(slice: &Slice) -> Result<Figure, ReportError> {
 
 /// The coordinates of the cells of a slice, the vertical axis fastest.
 pub(super) fn cell_columns(slice: &Slice) -> Data {
-    let (x, y) = (slice.view.axis(slice.x_axis()), slice.view.axis(slice.y_axis()));
-    let (x_nodes, y_nodes) = (slice.x_nodes(), slice.y_nodes());
+    let [x, y] = slice.axes().map(|axis| slice.view.axis(axis));
+    let [x_nodes, y_nodes] = slice.nodes();
     let (x_factor, y_factor) = (x.factor, y.factor);
     let cells = x_nodes.iter().flat_map(|a| y_nodes.iter().map(move |b| (a * x_factor, b * y_factor)));
     let (xs, ys): (Vec<f64>, Vec<f64>) = cells.unzip();
@@ -323,7 +312,6 @@ fn moved((x, y): Place, from: &Panel, to: &Panel) -> Place {
     (to.rect.x + unit.0 * to.rect.w, to.rect.y + unit.1 * to.rect.h)
 }
 
-/// Name of a method in figures.
 pub(super) fn method_title(name: &str) -> Rich {
     Rich::foreign(&name.replace('_', " "))
 }

@@ -3,7 +3,7 @@
 
 use super::super::text::{Rich, rich};
 use super::super::units::{UnitSystem, join};
-use super::axis::{SMALL_TEXT, Scale};
+use super::axis::{SMALL_TEXT, Scale, extremes};
 use super::legend::{Legend, Sample};
 use super::lines::letter;
 use super::palette::{self, MethodStyle};
@@ -75,8 +75,7 @@ pub fn chart(study: &Study) -> Figure {
 /// Whole decades around numbers; `None` if there are none.
 fn decades(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     let logs = values.filter(|value| *value > 0.0 && value.is_finite()).map(f64::log10);
-    let (low, high) =
-        logs.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+    let (low, high) = extremes(logs);
     // Keeps marks off the frame.
     (low <= high).then(|| (10.0_f64.powf((low - 0.1).floor()), 10.0_f64.powf((high + 0.1).ceil())))
 }

@@ -75,7 +75,7 @@ fn unknown(report: &Report) -> Option<Rich> {
     (!unknown.is_empty()).then(|| {
         rich("Left out, because the map does not store their boundary: ")
             .then(Rich::foreign(&unknown.join(", ")))
-            .then(rich("."))
+            .then(".")
     })
 }
 

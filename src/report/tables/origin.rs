@@ -85,7 +85,6 @@ pub fn failures(map: &MapFile, report: &Report) -> Table {
     }
 }
 
-/// The methods of the map.
 pub(crate) fn methods(map: &MapFile) -> Table {
     let rows = map.methods().iter().map(|method| {
         vec![

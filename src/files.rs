@@ -1,0 +1,70 @@
+//! Files and folders of every command: made in one step, under their names only when they are complete.
+
+use std::fs::{self, File};
+use std::io;
+use std::path::Path;
+
+#[cfg(feature = "report")]
+use tempfile::NamedTempFile;
+
+/// Behaviour if the output exists already.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Existing {
+    /// Leave it and return an error.
+    Refuse,
+    /// Replace it at the very end, in one step.
+    Replace,
+}
+
+/// The folder of a path, `.` for a bare name.
+pub(crate) fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// Forces the entry of `path` in its folder to disk. Where folders cannot be opened (not Unix) the system
+/// does so itself.
+pub(crate) fn sync_folder(path: &Path) -> io::Result<()> {
+    match File::open(folder_of(path)) {
+        Ok(folder) => folder.sync_all(),
+        Err(_) => Ok(()),
+    }
+}
+
+/// Creates a folder and its parents where they do not exist.
+///
+/// # Errors
+/// The file system's reasons. For a folder that exists but does not answer (a dead mount) the system reports
+/// that it exists; this function returns why it cannot be used.
+pub(crate) fn create_folders(folder: &Path) -> io::Result<()> {
+    fs::create_dir_all(folder).map_err(|error| match folder.metadata() {
+        Err(reason) if error.kind() == io::ErrorKind::AlreadyExists => reason,
+        _ => error,
+    })
+}
+
+/// A temporary file in a folder, with the permissions of any new file: others are readable by their owner
+/// only.
+#[cfg(feature = "report")]
+pub(crate) fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".slipmap-");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt as _;
+        builder.permissions(fs::Permissions::from_mode(0o666));
+    }
+    builder.tempfile_in(folder)
+}
+
+/// Gives a complete temporary file its name.
+///
+/// # Errors
+/// [`io::ErrorKind::AlreadyExists`] for a name that exists and is not to be replaced, or the file system's.
+#[cfg(feature = "report")]
+pub(crate) fn publish_file(file: NamedTempFile, path: &Path, existing: Existing) -> io::Result<()> {
+    let named = match existing {
+        Existing::Replace => file.persist(path),
+        Existing::Refuse => file.persist_noclobber(path),
+    };
+    named.map(drop).map_err(|error| error.error)
+}
