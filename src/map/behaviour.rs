@@ -116,10 +116,12 @@ impl Behaviour {
         })
     }
 
-    /// Whether the equilibrium attracts at eps c = `viscous`; `None` at the Hopf bifurcation. There orbits about it may
-    /// close for ever: where friction is constant next to the belt speed and nothing damps, all do.
+    /// Whether the equilibrium attracts at eps c = `viscous`. At the Hopf bifurcation the backbone decides: it rises where
+    /// the weakening is convex. `None` for other laws: where friction is constant next to the belt speed and nothing
+    /// damps, all orbits about the equilibrium close.
     fn equilibrium_attracts(&self, viscous: f64) -> Option<bool> {
-        (self.at_belt_speed != viscous).then_some(self.at_belt_speed < viscous)
+        let decided = self.at_belt_speed != viscous || self.curve.weakening_is_convex();
+        decided.then_some(self.at_belt_speed < viscous)
     }
 
     /// The cycles by the even part, by convexity, or as `read` from a backbone.

@@ -34,6 +34,9 @@ const SIZES: [usize; 2] = [8, 128];
 const FINEST_WITH_CORNERS: usize = 64;
 /// The largest between two corners.
 const FINEST_BETWEEN_CORNERS: usize = 32;
+/// Amplitude, in units of V, by which it is judged whether the backbone is flat next to the equilibrium.
+const CLOSE: f64 = 0.01;
+
 /// Least tolerance where there are corners: orbits that only touch one take many steps.
 const LEAST_TOLERANCE_WITH_CORNERS: f64 = 1e-8;
 
@@ -413,7 +416,8 @@ impl Backbone {
 
     /// The slip cycles at C = `viscous`, by increasing amplitude. The stability of the equilibrium and
     /// whether the orbit from the exit point returns to the belt line fix the parity of their number. `None`
-    /// where C is within the error of an extreme, or that of the Hopf bifurcation.
+    /// where C is within the error of an extreme, or that of the Hopf bifurcation and the backbone is flat there: orbits
+    /// about the equilibrium close.
     #[must_use]
     pub fn cycles(
         &self,
@@ -422,7 +426,10 @@ impl Backbone {
         returns: bool,
     ) -> Option<Vec<CycleRange>> {
         let at_hopf = viscous == self.turning_points[0].viscous;
-        if at_hopf || !self.no_extreme_within(viscous, self.error.min(LARGEST_ERROR * self.size())) {
+        let is_flat = || (self.viscous(CLOSE * self.belt_speed) - viscous).abs() <= self.error;
+        if at_hopf && is_flat()
+            || !self.no_extreme_within(viscous, self.error.min(LARGEST_ERROR * self.size()))
+        {
             return None;
         }
         let last = self.turning_points.len() - 1;
