@@ -386,18 +386,18 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
                 } else {
                     ("repels", format!(": inside it orbits tend to {}, outside it to {}", parts[0], parts[1]))
                 };
-                let amplitude = 0.5 * (cycle.displacement.hi - cycle.displacement.lo);
-                line(
-                    "slip cycle",
-                    format!(
-                        "{kind}, amplitude {}, {} <= x2 <= {}, multiplier {}, period {}{sides}",
-                        short(amplitude),
-                        short(cycle.velocity.lo),
-                        short(cycle.velocity.hi),
-                        short(cycle.multiplier),
-                        short(cycle.period)
-                    ),
-                );
+                let shape = cycle_words(cycle.displacement, cycle.velocity, cycle.multiplier, cycle.period);
+                line("slip cycle", format!("{kind}, {shape}{sides}"));
+            }
+        }
+    }
+    match answer.crossing_cycles() {
+        Err(failure) => line("crossing cycles", format!("not determined: {failure}")),
+        Ok(cycles) => {
+            for cycle in cycles {
+                let kind = if cycle.is_stable() { "attracts" } else { "repels" };
+                let shape = cycle_words(cycle.displacement, cycle.velocity, cycle.multiplier, cycle.period);
+                line("crossing cycle", format!("{kind}, {shape}"));
             }
         }
     }
@@ -452,6 +452,17 @@ fn neighbour_words(neighbour: Neighbour) -> &'static str {
         Neighbour::Crossing => "crossing for ever",
         Neighbour::Unknown => "an attractor that is not known",
     }
+}
+
+fn cycle_words(displacement: Range, velocity: Range, multiplier: f64, period: f64) -> String {
+    format!(
+        "amplitude {}, {} <= x2 <= {}, multiplier {}, period {}",
+        short(0.5 * (displacement.hi - displacement.lo)),
+        short(velocity.lo),
+        short(velocity.hi),
+        short(multiplier),
+        short(period)
+    )
 }
 
 /// Describes the number of slip cycles found, and what is proved of it.

@@ -8,6 +8,7 @@ use crate::map::limits::{EpsilonLimit, Ray};
 use crate::map::{self, AttractingCycle, Method, Regime, Verdict};
 use crate::number::{short, signed};
 use crate::point::Point;
+use crate::simulate::crossing::{CrossingCycle, crossing_cycles};
 use crate::simulate::direct::{Start, trace};
 use crate::simulate::naive::NaiveVerdict;
 use crate::simulate::sensitivity::{NoSensitivity, Sensitivity, sensitivity};
@@ -123,6 +124,11 @@ impl Answer {
     /// The cycles that slip all the time below the belt line.
     pub(crate) fn slip_cycles(&self) -> Result<Vec<SlipCycle>, Unknown> {
         slip_cycles(&self.oscillator, self.tolerance)
+    }
+
+    /// The cycles that cross the belt line and never stick.
+    pub(crate) fn crossing_cycles(&self) -> Result<Vec<CrossingCycle>, Failure> {
+        crossing_cycles(&self.oscillator, self.tolerance)
     }
 
     /// Number of slip cycles, as far as it is proved.

@@ -138,6 +138,24 @@ fn the_text_names_every_answer() {
     }
 }
 
+/// Friction that falls by its whole size far beyond the belt speed: orbits that cross the belt line gain there.
+#[test]
+fn cycles_that_cross_the_belt_line_are_named() {
+    let law = "1-a*(tanh((u-m)/s)+tanh(m/s))";
+    let point = ["--set", "a=1", "--set", "m=20.5", "--set", "s=1", "--epsilon", "1", "--V", "10"];
+    let text = |damping: &str| {
+        let arguments = [&["probe", "--phi", law, "--c", damping][..], &point].concat();
+        Scratch::new().run(&arguments).ends_with(0).out
+    };
+    let found: Vec<String> =
+        text("0.002").lines().filter(|line| line.contains("crossing cycle")).map(str::to_owned).collect();
+    assert!(
+        found.len() == 2 && found[0].contains("repels, ") && found[1].contains("attracts, "),
+        "{found:?}"
+    );
+    assert!(!text("0.2").contains("crossing cycle"));
+}
+
 #[test]
 fn bad_points() {
     let nan = f64::NAN;
