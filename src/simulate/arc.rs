@@ -20,7 +20,7 @@ use crate::friction::Weakening;
 /// A step this much shorter than the time scale of the flow has underflowed.
 const SHORTEST_STEP: f64 = 1e-14;
 /// Largest number of trials that locate a point within a step; every eighth bisects, which alone would end
-/// after 52. About eight are usual.
+/// after 52.
 const TRIALS: u32 = 8 * 52;
 
 /// A state on an orbit.
