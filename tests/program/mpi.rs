@@ -186,10 +186,10 @@ fn rate_of_ranks() {
         "scaling,ranks,cores,cells,seconds,processor_seconds,processor_seconds_per_rank,efficiency_per_rank,\
          efficiency_per_core,efficiency_of_processor"
     );
-    for (scaling, per_rank) in [("strong", None), ("weak", Some(20))] {
+    for (scaling, per_rank) in [("strong", None), ("weak", Some(120))] {
         let mut one = None;
         for ranks in [1, 2, 4] {
-            let nodes = per_rank.map_or(40, |nodes| nodes * ranks);
+            let nodes = per_rank.map_or(240, |nodes| nodes * ranks);
             let (processor, seconds) = timed(&scratch, ranks, nodes, 3, "many.h5");
             // By one process, for comparison.
             let alone = match (ranks, per_rank) {
