@@ -9,7 +9,7 @@
 //!
 //! C is interpolated in r by Chebyshev polynomials through nodes that are doubled until the coefficients have
 //! decayed: by one polynomial, or, where the law has corners, by one between each two amplitudes at which orbits begin to
-//! reach one ([`corners`]).
+//! reach one (`backbone/corners.rs`).
 //!
 //! **Error.** Twice the sum of the sizes of the last quarter of the coefficients, with the largest error of
 //! the nodes times the Lebesgue constant. It is numerical, not a bound: [`super::slip_count`] proves counts.
