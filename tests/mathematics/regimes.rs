@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 
 use slipmap::certify;
 use slipmap::filippov::{Oscillator, Side};
-use slipmap::friction::{Column, Expression, Law};
+use slipmap::friction::{Column, Expression, Law, Table};
 use slipmap::map::{self, Attractors, Regime};
 use slipmap::point::Point;
 use slipmap::simulate::arc::{SlipTurn, turn};
@@ -643,4 +643,26 @@ fn without_positive_divergence_nothing_crosses_for_ever() {
         }
     }
     assert!(contracting > 100, "{contracting}");
+}
+
+/// Where friction is constant next to the belt speed and nothing damps, orbits about the equilibrium close: it neither
+/// attracts nor repels.
+#[test]
+fn orbits_that_close_leave_the_regime_unknown() {
+    let data = [(0.0, 1.0), (0.5, 0.7), (1.0, 0.5), (2.0, 0.5), (3.0, 0.5), (6.0, 0.5)];
+    let law = Law::Table(Table::new("flat", &data, 1.0).unwrap());
+    let regime = |c: f64| {
+        let oscillator = Oscillator::new(&law, &law.point(1.0, &[], 1.5, c).unwrap());
+        map::regime(&oscillator, &flow(&oscillator, 1e-10))
+    };
+    assert_eq!(regime(0.0), Regime::Failed);
+    assert_eq!(regime(1e-3), Regime::Bistable);
+}
+
+/// Far out friction that vanishes hardly changes a loop: its direction is that of the error of the turn.
+#[test]
+fn loops_within_their_error_are_no_crossing_cycles() {
+    let point = Law::Lorentzian.point(1.0, &[0.0, 0.778296192924968, 0.0], 18.91061728510668, 0.0).unwrap();
+    let cycles = crossing_cycles(&Oscillator::new(&Law::Lorentzian, &point), 1e-9).unwrap();
+    assert!(cycles.len() == 1 && cycles[0].is_stable(), "{cycles:?}");
 }
