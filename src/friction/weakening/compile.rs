@@ -17,6 +17,9 @@ const MOST_HALVINGS: u32 = 64;
 const LEAST_SHARED: f64 = 0.03125;
 /// Truncation error aimed at, in units of the largest |w| so far.
 const SHARPNESS: f64 = 2.0 * f64::EPSILON;
+/// Width of the enclosure of a coefficient that leaves the normal numbers, after a few hundred operations.
+/// Shorter pieces do not narrow it.
+const UNDERFLOW: f64 = 256.0 * f64::MIN_POSITIVE;
 /// Bound of the Lebesgue constant of the points, 1 + (2 / pi) ln 12 = 2.582, with an allowance for the
 /// rounding of the points.
 const LEBESGUE: f64 = 2.6;
@@ -205,8 +208,9 @@ fn piece(law: &Form, a: f64, b: f64, size: &mut f64, last: bool) -> Option<Piece
         return last.then_some(piece);
     }
     let size_here = size.max(largest);
+    let aim = SHARPNESS * size_here + UNDERFLOW * scale;
     // The last coefficients fall by an order of magnitude each where the piece is short enough.
-    let resolved = tail <= 16.0 * SHARPNESS * size_here;
+    let resolved = tail <= 16.0 * aim;
     if !resolved && !last {
         return None;
     }
@@ -219,7 +223,7 @@ fn piece(law: &Form, a: f64, b: f64, size: &mut f64, last: bool) -> Option<Piece
         (phi, remainder)
     });
     if let Some((phi, remainder)) = proof {
-        if !(remainder <= SHARPNESS * size_here) && !last {
+        if !(remainder <= aim) && !last {
             return None;
         }
         let residual = points.iter().map(|&u| {

@@ -53,6 +53,16 @@ fn a_law_with_more_waves_than_pieces_is_not_resolved() {
 }
 
 #[test]
+fn laws_below_the_normal_numbers_are_not_cut_in_vain() {
+    for (text, reach) in
+        [("1 - sin(6.9e-317*u)", 1.8e-83), ("1 - u*exp(-u)", 3e-305), ("1 - 1e-310*tanh(u)", 3.0)]
+    {
+        let compiled = formula(text).compiled(reach);
+        assert!(compiled.breaks().len() <= 32, "{text}: {} pieces", compiled.breaks().len());
+    }
+}
+
+#[test]
 fn errors_hold_and_are_small() {
     for curve in smooth().into_iter().chain([table()]) {
         let compiled = curve.compiled(3.0);
