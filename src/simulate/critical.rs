@@ -1,14 +1,15 @@
 //! The critical damping c* of a column: the root of the grazing margin.
 //!
 //! At c* the orbit from the exit point grazes the belt line: it closes with the maximum V of x2. The search
-//! is that of `closing`; columns outside the domain of the polar form are searched with [`flow`].
+//! is that of `closing`; columns outside the domain of the polar form are searched with single orbits.
 
 use std::cell::Cell;
 
 use super::closing::closing_dampings;
-use super::polar::Closing;
+use super::polar::{Closing, Turn};
+use super::return_map::decisive_turn;
 use super::roots::{Found, falling_bracket, falling_root};
-use super::{Fate, Landing, flow};
+use super::{Fate, Flow, Landing, direct};
 use crate::filippov::Oscillator;
 use crate::friction::{Column, Curve};
 
@@ -62,38 +63,86 @@ pub fn critical_damping(column: &Column, tolerance: f64) -> Result<CriticalDampi
 }
 
 /// Number of evaluations of the right-hand side of the Stribeck law after which the search of a column ends:
-/// reached by orbits so stiff that one of them takes a million.
+/// reached by orbits so stiff that one of them takes a million. The check of its result may take as much.
 const WORK: u64 = 4_000_000;
+/// Tolerance of the orbits of the search, and of those that check its result.
+const COARSE: f64 = 1e-8;
+const FINE: f64 = 1e-12;
+/// Largest error of a critical damping whose search ended before its time, relative to the range of the
+/// weakening rate.
+const UNFINISHED: f64 = 1e-3;
+
+/// Which side of c* a damping lies on, as the orbit from the exit point tells it.
+#[derive(Clone, Copy, Debug)]
+struct Told {
+    /// Positive below c*, negative above it, 0 if the orbit is too close to call: the grazing margin, or a number
+    /// of its size.
+    margin: f64,
+    /// Error of the margin.
+    error: f64,
+    /// Number of evaluations of the right-hand side.
+    rhs: u64,
+    /// The same in units of the Stribeck law.
+    work: u64,
+}
+
+/// Follows the orbit from the exit point at one damping; `None` where no engine decides.
+fn tell(column: &Column, c: f64, tolerance: f64) -> Option<Told> {
+    let oscillator = Oscillator::in_column(column, c);
+    let spent = match decisive_turn(&oscillator, tolerance) {
+        Turn::Complete { margin, error, rhs } => {
+            let size = if margin.abs() > error { margin.clamp(-1.0, 1.0) } else { 0.0 };
+            return Some(Told { margin: size, error, rhs: rhs.into(), work: rhs.into() });
+        }
+        Turn::HandOver { rhs } => u64::from(rhs),
+    };
+    let Flow { fate, margin, margin_error: error, rhs } = direct::flow(&oscillator, tolerance);
+    let size = if margin.is_finite() { margin.abs().min(1.0) } else { 1.0 };
+    let margin = match fate {
+        // Where the flow cannot be continued beyond the line, r at the landing is about what it would be after
+        // the turn.
+        Fate::Sticks(Landing { x1, crossings: 0, .. }) if margin.is_nan() => {
+            let speed = (oscillator.exit_x1() - x1) / column.belt_speed;
+            (speed * speed / (1.0 + speed.hypot(1.0))).clamp(f64::MIN_POSITIVE, 1.0)
+        }
+        Fate::Sticks(_) | Fate::CrossesForever => size,
+        Fate::SpiralsInward => -size,
+        Fate::TooCloseToCall => 0.0,
+        Fate::Failed(_) => return None,
+    };
+    Some(Told { margin, error, rhs: spent + rhs, work: spent + rhs * column.curve.cost() })
+}
 
 /// Searches a column with the simulated flow, which also decides overdamped points.
 fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, NoCriticalDamping> {
-    let (mut rhs, before) = (rhs, rhs);
+    let (mut rhs, mut work) = (rhs, 0);
     // Error of the margin of an orbit that is too close to call.
     let undecided = Cell::new(0.0);
-    let budget = WORK / column.curve.cost();
-    let mut margin = |c: f64| {
-        if rhs - before > budget {
+    // The nearest dampings known to lie below and above c*.
+    let known = Cell::new([f64::NEG_INFINITY, f64::INFINITY]);
+    let mut follow = |c: f64, tolerance: f64, most: u64| {
+        if work > most {
             return Err(NoCriticalDamping::NoVerdict);
         }
-        let oscillator = Oscillator::in_column(column, c);
-        let answer = flow(&oscillator, 1e-12);
-        rhs += answer.rhs;
-        let size = if answer.margin.is_finite() { answer.margin.abs().min(1.0) } else { 1.0 };
-        match answer.fate {
-            // Where the flow cannot be continued beyond the line, r at the landing is about what it would be after
-            // the turn.
-            Fate::Sticks(Landing { x1, crossings: 0, .. }) if answer.margin.is_nan() => {
-                let speed = (oscillator.exit_x1() - x1) / column.belt_speed;
-                Ok((speed * speed / (1.0 + speed.hypot(1.0))).clamp(f64::MIN_POSITIVE, 1.0))
-            }
-            Fate::Sticks(_) | Fate::CrossesForever => Ok(size),
-            Fate::SpiralsInward => Ok(-size),
-            Fate::TooCloseToCall => {
-                undecided.set(answer.margin_error);
-                Ok(0.0)
-            }
-            Fate::Failed(_) => Err(NoCriticalDamping::NoVerdict),
+        let told = tell(column, c, tolerance).ok_or(NoCriticalDamping::NoVerdict)?;
+        rhs += told.rhs;
+        work += told.work;
+        Ok(told)
+    };
+    let mut margin = |c: f64| {
+        let mut told = follow(c, COARSE, WORK)?;
+        if told.margin == 0.0 {
+            told = follow(c, FINE, WORK)?;
         }
+        let [below, above] = known.get();
+        if told.margin > 0.0 {
+            known.set([below.max(c), above]);
+        } else if told.margin < 0.0 {
+            known.set([below, above.min(c)]);
+        } else {
+            undecided.set(told.error);
+        }
+        Ok(told.margin)
     };
     // The even part of the divergence brackets the root (theory, "The tests"); the signs are checked
     // nevertheless.
@@ -109,27 +158,38 @@ fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, 
     let from = if high > 0.0 { low.max(0.0) } else { low };
     let mean = column.curve.mean_weakening(column.belt_speed) / column.epsilon;
     let start = if mean.is_finite() { mean.clamp(from, high) } else { 0.5 * (from + high) };
-    let Some(bracket) = falling_bracket(start, [from, high], &mut margin)? else {
-        return Err(NoCriticalDamping::NoVerdict);
-    };
     let enough = tolerance.max(4.0 * f64::EPSILON) * (low.abs() + high.abs());
-    let (c, bracket) = match falling_root(bracket, enough, &mut margin)? {
-        Found::Between(bracket) => {
-            return Ok(CriticalDamping { c: bracket.middle(), error: bracket.width(), rhs });
+    let widest = Cell::new([from, high]);
+    let found = falling_bracket(start, [from, high], &mut margin).and_then(|bracket| {
+        let bracket = bracket.ok_or(NoCriticalDamping::NoVerdict)?;
+        widest.set([bracket.low.0, bracket.high.0]);
+        falling_root(bracket, enough, &mut margin)
+    });
+    let (c, bracket) = match found {
+        Ok(Found::Between(bracket)) => (bracket.middle(), bracket),
+        Ok(Found::Zero(c, bracket)) => (c, bracket),
+        Err(why) => {
+            // What the orbits that were followed tell.
+            let [below, above] = known.get();
+            let (c, error) = (0.5 * (below + above), above - below);
+            return match error <= UNFINISHED * (low.abs() + high.abs()) {
+                true => Ok(CriticalDamping { c, error, rhs }),
+                false => Err(why),
+            };
         }
-        Found::Zero(c, bracket) => (c, bracket),
     };
     // The resolution of the flow limits the error, though a secant may have left the other end of the bracket
     // far away: the error is the distance of the nearest dampings, on either side, that the flow
-    // distinguishes.
+    // distinguishes at the fine tolerance.
     let mut near = (2.0 * undecided.get() / bracket.steepness()).max(enough);
-    while near < bracket.width() {
-        let told_below = c - near <= bracket.low.0 || margin(c - near)? > 0.0;
-        let told_above = c + near >= bracket.high.0 || margin(c + near)? < 0.0;
+    let [lowest, highest] = widest.get();
+    let mut fine = |c: f64| Ok(follow(c, FINE, 2 * WORK)?.margin);
+    loop {
+        let told_below = c - near <= lowest || fine(c - near)? > 0.0;
+        let told_above = c + near >= highest || fine(c + near)? < 0.0;
         if told_below && told_above {
-            return Ok(CriticalDamping { c, error: near, rhs });
+            return Ok(CriticalDamping { c, error: near.min(highest - lowest), rhs });
         }
         near *= 2.0;
     }
-    Ok(CriticalDamping { c, error: bracket.width(), rhs })
 }

@@ -80,7 +80,7 @@ pub(crate) fn is_resolved(margin: f64, error: f64) -> bool {
 }
 
 /// One turn of one orbit, at tolerances down to [`FINEST_TOLERANCE`] until the margin's sign is certain.
-fn decisive_turn(oscillator: &Oscillator, tolerance: f64) -> Turn {
+pub(super) fn decisive_turn(oscillator: &Oscillator, tolerance: f64) -> Turn {
     let mut tolerance = tolerance.min(COARSEST_DECISIVE);
     let mut spent = 0;
     loop {

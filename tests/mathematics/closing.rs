@@ -54,6 +54,22 @@ fn size(column: &Column) -> f64 {
     speeds.map(|u| column.curve.weakening(u).abs()).fold(0.0, f64::max)
 }
 
+/// Beyond c* the orbit crawls along a slow manifold, and next to it the margin jumps.
+#[test]
+fn a_slow_belt_with_strong_weakening_has_a_critical_damping() {
+    let law = Law::Exponential;
+    let parameters = [0.11942666779210852, 0.003180111210762882, 0.3716811919414624];
+    let column = law.column(&law.point(1.0, &parameters, 0.004350037351403274, 0.0).unwrap());
+    let found = critical_damping(&column, 1e-9).unwrap();
+    // By an integrator that shares no code, at two tolerances.
+    assert!((found.c - 70.146402).abs() < 1e-6 && found.error < 1e-6, "{found:?}");
+    let fates = [-2.0, 2.0].map(|errors| {
+        let oscillator = Oscillator::in_column(&column, found.c + errors * found.error);
+        direct::flow(&oscillator, 1e-13).fate
+    });
+    assert!(matches!(fates, [Fate::Sticks(_), Fate::SpiralsInward]), "{found:?} {fates:?}");
+}
+
 #[test]
 fn the_direct_engine_changes_its_verdict_at_the_critical_damping() {
     let (mut solved, mut decided, mut asked) = (0, 0, 0);
