@@ -131,7 +131,8 @@ impl PointCertificate {
         };
         let [lo, hi] = self.critical_c;
         if !(follows(lo, below, f64::le) && follows(hi, above, f64::ge)) {
-            problems.push(format!("the critical damping is proved to lie in {below:?} to {above:?} only"));
+            let [below, above] = [below, above].map(|c| c.map_or("unknown".into(), |c| c.to_string()));
+            problems.push(format!("the critical damping is proved to lie in {below} to {above} only"));
         }
         let proved = name(claim.decide(point.damping));
         if self.verdict != proved && self.verdict != name(Decision::Undecided) {

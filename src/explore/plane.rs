@@ -160,8 +160,8 @@ impl PlaneRequest {
         let units = machine.units();
         let mut nodes: Vec<Vec<f64>> = values.into_iter().map(|value| vec![value]).collect();
         let last = nodes.len() - 1;
-        // Sides with one node, as far as the picture is concerned.
-        let mut places = [0, 1];
+        // Sides with one node, as far as the picture is concerned: epsilon beside a given side.
+        let mut places = [0, usize::from(sides.is_empty())];
         for (side, values) in sides {
             let (position, unit) = match side.axis.as_str() {
                 BELT_SPEED => (last - 1, units.velocity),

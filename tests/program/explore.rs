@@ -567,6 +567,7 @@ fn any_quantity_of_a_machine_is_an_axis() {
         (&exponential, "belt_speed", "kinetic_friction"),
         (&formula, "vs", "damping"),
         (&table, "mass", "belt_speed"),
+        (&table, "belt_speed", "mass"),
     ] {
         let mut asked = machine(x, y);
         asked["law"] = law.clone();
