@@ -3,16 +3,20 @@
 //!
 //! Curves are found and followed in the unit square of the plane, whose sides run from the first to the last
 //! node of an axis, linearly or, if the nodes are logarithmic, logarithmically. Errors are distances in the
-//! square.
+//! square. Where the damping is one of the axes, fold curves are the extremes of the backbone over the other
+//! (`simulate::folds`); all other curves are found by continuation.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
-use super::{Axis, Grid};
+use super::{Axis, AxisRole, Grid};
 use crate::filippov::Oscillator;
+use crate::point::Point;
+use crate::simulate::backbone::{Backbone, TurningPoint};
 use crate::simulate::bifurcation::Bifurcation;
 use crate::simulate::continuation::{Branch, CurvePoint, zero_curves};
+use crate::simulate::folds::{Extreme, fold_curves};
 
 /// Accuracy of the test functions.
 const TOLERANCE: f64 = 1e-10;
@@ -97,7 +101,15 @@ impl PlaneCurves {
                 bifurcation,
                 points: branch.points.iter().map(|found| frame.point(found)).collect(),
             };
-            zero_curves(&test).into_iter().map(curve).collect::<Vec<_>>()
+            let extremes = |damping: usize, share: f64| match stop.load(Ordering::Relaxed) {
+                true => Vec::new(),
+                false => frame.extremes(damping, share).unwrap_or_default(),
+            };
+            let found = match (bifurcation, frame.damping_axis()) {
+                (Bifurcation::Fold, Some(axis)) => fold_curves(&|share| extremes(axis, share), axis),
+                _ => zero_curves(&test),
+            };
+            found.into_iter().map(curve).collect::<Vec<_>>()
         };
         let curves = kinds.par_iter().flat_map_iter(of_kind).collect();
         Self { plane, curves }
@@ -165,6 +177,15 @@ impl Side {
         let value = if logarithmic { from * (to / from).powf(share) } else { from + (to - from) * share };
         value.clamp(from, to)
     }
+
+    /// The inverse of [`Side::value`], beyond the ends too.
+    fn share(self, value: f64) -> f64 {
+        let Self { from, to, logarithmic } = self;
+        // Beyond the logarithms of numbers, as far out as a share may be.
+        let share =
+            if logarithmic { (value / from).ln() / (to / from).ln() } else { (value - from) / (to - from) };
+        share.max(-1e9)
+    }
 }
 
 /// The unit square of a plane.
@@ -181,11 +202,39 @@ impl<'a> Frame<'a> {
     }
 
     fn oscillator(&self, place: [f64; 2]) -> Oscillator {
+        Oscillator::new(self.grid.law(), &self.at(place))
+    }
+
+    fn at(&self, place: [f64; 2]) -> Point {
         let mut point = self.grid.point(&self.plane.held);
         for ((axis, side), share) in [self.plane.x, self.plane.y].into_iter().zip(self.sides).zip(place) {
             self.grid.axes()[axis].role.set(&mut point, side.value(share));
         }
-        Oscillator::new(self.grid.law(), &point)
+        point
+    }
+
+    /// Which of the two axes is the damping.
+    fn damping_axis(&self) -> Option<usize> {
+        [self.plane.x, self.plane.y].iter().position(|axis| self.grid.axes()[*axis].role == AxisRole::Damping)
+    }
+
+    /// The extremes of the backbone at a place of the axis that is not the damping; `None` where it is unknown.
+    fn extremes(&self, damping_axis: usize, share: f64) -> Option<Vec<Extreme>> {
+        let mut place = [share; 2];
+        place[damping_axis] = 0.0;
+        let column = self.grid.law().column(&self.at(place));
+        if column.curve.weakening_is_convex() {
+            return None;
+        }
+        let backbone = Backbone::of(&column, TOLERANCE).ok()?;
+        let height = |viscous: f64| self.sides[damping_axis].share(viscous / column.epsilon);
+        let extreme = |turns: &[TurningPoint]| Extreme {
+            amplitude: turns[1].radius / column.belt_speed,
+            height: height(turns[1].viscous),
+            error: (height(turns[1].viscous + backbone.error) - height(turns[1].viscous)).abs(),
+            is_maximum: turns[1].viscous > turns[0].viscous,
+        };
+        Some(backbone.turning_points().windows(3).map(extreme).collect())
     }
 
     fn point(&self, found: &CurvePoint) -> PlanePoint {

@@ -21,6 +21,7 @@ pub mod direct;
 mod dop853;
 mod dynamics;
 mod elements;
+pub(crate) mod folds;
 mod gauss;
 mod landing;
 pub mod naive;

@@ -2,8 +2,10 @@
 //! simulation on both sides.
 
 use slipmap::filippov::Oscillator;
-use slipmap::friction::{Expression, Law};
+use slipmap::friction::{Expression, Law, Table};
+use slipmap::map::{Grid, Plane, PlaneCurves};
 use slipmap::point::{LawParameters, Point};
+use slipmap::simulate::backbone::Backbone;
 use slipmap::simulate::bifurcation::Bifurcation;
 use slipmap::simulate::continuation::{Branch, CurvePoint};
 use slipmap::simulate::slip_cycle::slip_cycles;
@@ -209,4 +211,58 @@ fn two_slip_cycles_vanish_at_a_fold() {
         let [above, below] = places.map(|place| slip_cycles(&at(place), TOLERANCE).unwrap().len());
         assert_eq!(above.abs_diff(below), 2, "{places:?} {above} {below}");
     }
+}
+
+/// Laws with branches that are short, end in cusps next to each other, or lie within the range of a few data.
+#[test]
+fn every_fold_of_the_backbone_lies_on_a_curve_and_every_curve_on_folds() {
+    let formula = |text: &str| Law::Expression(Expression::new(text, 1.0).unwrap());
+    let data = [
+        (0.0, 1.0),
+        (0.41124, 0.84299),
+        (0.73349, 0.74412),
+        (1.22768, 0.59853),
+        (2.09413, 0.60322),
+        (2.30025, 0.54711),
+        (3.56488, 0.53804),
+        (3.82221, 0.51708),
+        (4.05677, 0.55698),
+        (4.15869, 0.49449),
+        (4.54192, 0.48455),
+        (6.5, 0.51276),
+    ];
+    let (mut seen, mut asked) = (0, 0);
+    for (law, speeds, highest) in [
+        (formula("0.79444+0.20556*exp(-u/1.7489)+0.034417*(1-cos(5.55185*u))"), [0.1, 3.0], 0.5),
+        (formula("1+0.6*u*exp(-u/0.5)-0.4*(1-exp(-(u/0.9)^2))+0.05*(1-cos(9*u))"), [0.1, 2.5], 0.7),
+        (Law::Table(Table::new("data", &data, 1.0).unwrap()), [0.1, 2.9], 0.6),
+    ] {
+        let nodes = vec![vec![1.0], speeds.to_vec(), vec![0.0, highest]];
+        let grid = Grid::new(law.clone(), nodes).unwrap();
+        let found = PlaneCurves::of(&grid, Plane::new(1, 2, vec![0; 3]), &false.into());
+        let folds: Vec<_> =
+            found.curves.iter().filter(|curve| curve.bifurcation == Bifurcation::Fold).collect();
+        for i in 0..40 {
+            let speed = between(speeds, (f64::from(i) + 0.37) / 40.0);
+            let column = law.column(&law.point(1.0, &[], speed, 0.0).unwrap());
+            let backbone = Backbone::of(&column, 1e-10).unwrap();
+            let expected: Vec<f64> = backbone
+                .folds()
+                .iter()
+                .map(|fold| fold.viscous)
+                .filter(|c| (0.0..highest).contains(c))
+                .collect();
+            let crossed = folds.iter().flat_map(|curve| curve.points.windows(2)).filter_map(|ends| {
+                let share = (speed - ends[0].x) / (ends[1].x - ends[0].x);
+                (0.0..1.0).contains(&share).then(|| ends[0].y + (ends[1].y - ends[0].y) * share)
+            });
+            let crossed: Vec<f64> = crossed.collect();
+            let near = |c: f64, others: &[f64]| others.iter().any(|other| (c - other).abs() < 2e-3 * highest);
+            asked += expected.len();
+            seen += expected.iter().filter(|c| near(**c, &crossed)).count();
+            assert!(crossed.iter().all(|c| near(*c, &expected)), "{speed} {crossed:?} {expected:?}");
+        }
+    }
+    // Next to cusps a fold may lie beyond the end of its curve.
+    assert!(seen + 2 >= asked && asked > 100, "{seen} of {asked}");
 }
