@@ -284,6 +284,11 @@ impl Curve {
         self.form.corners()
     }
 
+    /// Returns whether the weakening rate is one analytic function of u >= 0 without narrow features.
+    pub(crate) fn is_analytic(&self) -> bool {
+        matches!(self.form, Form::Stribeck(_) | Form::Exponential(_) | Form::Lorentzian(_))
+    }
+
     /// Stribeck's law, for proofs over boxes and for vectorised engines, which use its three numbers; `None`
     /// for other laws.
     pub(crate) fn stribeck(&self) -> Option<&Stribeck> {

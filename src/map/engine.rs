@@ -19,7 +19,7 @@ use crate::certify::{Claim, Columns};
 use crate::clock::timed;
 use crate::filippov::Oscillator;
 use crate::friction::Column;
-use crate::simulate::return_map::{Turn, is_resolved, turns_of};
+use crate::simulate::return_map::{Turn, is_resolved};
 
 /// Controls of a computation: threads, callbacks, interruption.
 pub struct Control<'a> {
@@ -364,14 +364,13 @@ fn simulation(
         critical: Vec::new(),
     };
     if plan.stores(Field::Margin) {
-        let turns = columns.all().iter().flat_map(|column| turns_of(column, cs, plan.tolerance));
-        cells.margins.extend(turns.map(|turn| {
-            let (Turn::Complete { rhs, .. } | Turn::HandOver { rhs }) = turn;
-            simulated.rhs += u64::from(rhs);
-            match turn {
-                Turn::Complete { margin, error, .. } if is_resolved(margin, error) => margin,
-                Turn::Complete { .. } | Turn::HandOver { .. } => f64::NAN,
-            }
+        let turns = match simulated.turns.is_empty() {
+            true => simulated.count_margins(columns.all(), cs, plan.tolerance),
+            false => std::mem::take(&mut simulated.turns),
+        };
+        cells.margins.extend(turns.into_iter().map(|turn| match turn {
+            Turn::Complete { margin, error, .. } if is_resolved(margin, error) => margin,
+            Turn::Complete { .. } | Turn::HandOver { .. } => f64::NAN,
         }));
     }
     if want_critical {

@@ -15,7 +15,8 @@ use crate::simulate::{
     CriticalDamping, NoCriticalDamping,
     critical::critical_dampings,
     direct, flow,
-    return_map::{Turn, is_resolved, turns_of},
+    margins::margins,
+    return_map::{Turn, is_resolved},
     surface,
 };
 
@@ -32,7 +33,7 @@ pub struct Paths {
     pub(crate) critical_surface: u64,
     /// By the monotone order of fates between two simulated cells of the column.
     pub(crate) order: u64,
-    /// By an orbit of their own: the return map, or the direct engine where it does not apply.
+    /// By their margin, or by an orbit of their own: the return map, or the direct engine where it does not apply.
     pub(crate) return_map: u64,
     /// By the direct engine, as configured.
     pub(crate) direct: u64,
@@ -78,12 +79,26 @@ impl Paths {
 pub(super) struct Simulated {
     /// The end of each cell's orbit, column by column.
     pub(crate) ends: Vec<End>,
+    /// The turn of each cell, if they were needed.
+    pub(crate) turns: Vec<Turn>,
     /// Critical damping of each column, where requested or found on the way.
     pub(crate) critical: Vec<Option<CriticalDamping>>,
     /// Number of columns in whose search for a requested critical damping an engine gave no answer.
     pub(crate) without_critical: u64,
     pub(crate) paths: Paths,
     pub(crate) rhs: u64,
+}
+
+impl Simulated {
+    /// Margins of all cells; counts their work.
+    pub(super) fn count_margins(&mut self, columns: &[Column], cs: &[f64], tolerance: f64) -> Vec<Turn> {
+        let turns = margins(columns, cs, tolerance);
+        let rhs = |turn: &Turn| match *turn {
+            Turn::Complete { rhs, .. } | Turn::HandOver { rhs } => u64::from(rhs),
+        };
+        self.rhs += turns.iter().map(rhs).sum::<u64>();
+        turns
+    }
 }
 
 /// Decides the cells of `columns` at the dampings `cs`, those of the interpolated columns by what is `known`.
@@ -112,9 +127,11 @@ pub(super) fn simulate(
             done.paths.direct = done.ends.len() as u64;
         }
         Engine::ReturnMap => {
-            for column in columns {
-                return_map_column(column, cs, tolerance, &mut done);
+            let turns = done.count_margins(columns, cs, tolerance);
+            for (column, turns) in columns.iter().zip(turns.chunks(cs.len().max(1))) {
+                return_map_column(column, cs, turns, tolerance, &mut done);
             }
+            done.turns = turns;
         }
         Engine::CriticalSurface | Engine::Auto => by_column(asked, cs, engine, tolerance, known, &mut done),
     }
@@ -182,42 +199,37 @@ fn by_direct(oscillator: &Oscillator, tolerance: f64, rhs: &mut u64) -> End {
     }
 }
 
-/// Decides every cell of a column by its own orbit: vectorised turns, and single orbits where a turn settles
-/// neither the margin's sign nor the landing.
-fn return_map_column(column: &Column, cs: &[f64], tolerance: f64, done: &mut Simulated) {
-    for (turn, &c) in turns_of(column, cs, tolerance).iter().zip(cs) {
-        let oscillator = Oscillator::in_column(column, c);
-        let (Turn::Complete { rhs, .. } | Turn::HandOver { rhs }) = turn;
-        done.rhs += u64::from(*rhs);
+/// Decides every cell of a column by its turn, and by an orbit of its own where that settles neither the
+/// margin's sign nor the landing.
+fn return_map_column(column: &Column, cs: &[f64], turns: &[Turn], tolerance: f64, done: &mut Simulated) {
+    let lands = certainly_lands(column);
+    for (turn, &c) in turns.iter().zip(cs) {
         let known = match *turn {
             Turn::Complete { margin, error, .. } if !is_resolved(margin, error) => None,
             Turn::Complete { margin, error, .. } if margin < -error => Some(End::Inward),
-            Turn::Complete { margin, error, .. } if margin > error && lands_on_stick(&oscillator, margin) => {
-                Some(End::Sticks)
-            }
+            Turn::Complete { margin, error, .. } if margin > error && lands(c, margin) => Some(End::Sticks),
             Turn::Complete { .. } | Turn::HandOver { .. } => None,
         };
-        let end = match known {
-            Some(end) => end,
-            None => {
-                let answer = flow(&oscillator, tolerance);
-                done.rhs += answer.rhs;
-                End::of(&answer)
-            }
-        };
+        let end = known.unwrap_or_else(|| {
+            let answer = flow(&Oscillator::in_column(column, c), tolerance);
+            done.rhs += answer.rhs;
+            End::of(&answer)
+        });
         done.ends.push(end);
     }
     done.paths.return_map += cs.len() as u64;
 }
 
-/// Returns whether an orbit of positive margin certainly lands on the stick segment. Continued beyond the
-/// landing, the lower flow turns outward while D > 0, so r at the landing is at most V (1 + m); with wL^2 =
-/// r^2 - V^2 that bounds the landing speed. D at slip speeds below zero is the continuation's, at least D(0)
-/// if -phi' falls with the slip speed.
-fn lands_on_stick(oscillator: &Oscillator, margin: f64) -> bool {
-    oscillator.curve.weakening_is_convex()
-        && oscillator.divergence(0.0) > 0.0
-        && oscillator.belt_speed * (margin * (2.0 + margin)).sqrt() < 2.0
+/// Returns whether an orbit of positive margin, at a damping, certainly lands on the stick segment. Continued
+/// beyond the landing, the lower flow turns outward while D > 0, so r at the landing is at most V (1 + m); with
+/// wL^2 = r^2 - V^2 that bounds the landing speed. D at slip speeds below zero is the continuation's, at least
+/// D(0) if -phi' falls with the slip speed.
+fn certainly_lands(column: &Column) -> impl Fn(f64, f64) -> bool {
+    let (convex, at_rest) = (column.curve.weakening_is_convex(), column.curve.weakening(0.0));
+    let (epsilon, belt_speed) = (column.epsilon, column.belt_speed);
+    move |c, margin| {
+        convex && at_rest - epsilon * c > 0.0 && belt_speed * (margin * (2.0 + margin)).sqrt() < 2.0
+    }
 }
 
 /// The path by which a column is labelled.

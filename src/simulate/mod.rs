@@ -24,6 +24,7 @@ mod elements;
 pub(crate) mod folds;
 mod gauss;
 mod landing;
+pub mod margins;
 pub mod naive;
 mod polar;
 pub mod return_map;

@@ -37,14 +37,30 @@ pub fn turns(groups: &[ScaledGroups], tolerance: f64) -> Vec<Turn> {
 /// Stribeck's.
 #[must_use]
 pub fn turns_of(column: &Column, cs: &[f64], tolerance: f64) -> Vec<Turn> {
-    let at = |&c: &f64| Oscillator::in_column(column, c);
-    match column.curve.stribeck() {
-        Some(law) => {
-            let scaled = |c| law.scaled(column.belt_speed, at(c).viscous);
-            turns(&cs.iter().map(scaled).collect::<Vec<_>>(), tolerance)
-        }
-        None => cs.iter().map(|c| stepped(&at(c), tolerance)).collect(),
+    turns_of_orbits(cs.iter().map(|&c| (column, c)), tolerance)
+}
+
+/// As [`turns_of`], of orbits of several columns, each at its damping.
+pub(super) fn turns_of_orbits<'a>(
+    orbits: impl Iterator<Item = (&'a Column, f64)>,
+    tolerance: f64,
+) -> Vec<Turn> {
+    let mut answers = Vec::with_capacity(orbits.size_hint().0);
+    let (mut places, mut groups) = (Vec::new(), Vec::new());
+    for (column, c) in orbits {
+        answers.push(match column.curve.stribeck() {
+            Some(law) => {
+                places.push(answers.len());
+                groups.push(law.scaled(column.belt_speed, column.epsilon * c));
+                Turn::HandOver { rhs: 0 }
+            }
+            None => stepped(&Oscillator::in_column(column, c), tolerance),
+        });
     }
+    for (place, turn) in places.into_iter().zip(turns(&groups, tolerance)) {
+        answers[place] = turn;
+    }
+    answers
 }
 
 /// One turn by steps that follow the law, for any law.
@@ -71,7 +87,7 @@ const COARSEST_DECISIVE: f64 = 1e-9;
 
 /// Error of the margin from which it must be this much smaller than the margin: the finest steps do not
 /// resolve the orbit, and what they say of their error is not asymptotic.
-const UNRESOLVED: f64 = 1e-8;
+pub(super) const UNRESOLVED: f64 = 1e-8;
 const UNRESOLVED_SHARE: f64 = 0.01;
 
 /// Returns whether the margin's sign can be trusted, if it exceeds its error.

@@ -26,6 +26,7 @@ mod interpolation;
 mod law_survey;
 mod laws;
 mod limits;
+mod margins;
 mod reference;
 mod reference_data;
 mod regimes;

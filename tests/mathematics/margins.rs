@@ -1,0 +1,155 @@
+//! Margins interpolated along columns against single turns, and their work.
+
+use slipmap::filippov::Oscillator;
+use slipmap::friction::{Column, Law};
+use slipmap::simulate::direct;
+use slipmap::simulate::margins::margins;
+use slipmap::simulate::return_map::{Turn, turns_of};
+
+/// Numbers in [0, 1) from a Weyl sequence: fills a box evenly and reproducibly.
+fn spread(i: usize, axis: i32) -> f64 {
+    // Powers of the inverse root of the generalised golden ratio in four dimensions.
+    (0.5 + (i + 1) as f64 * 0.856_674_883_854_502_8_f64.powi(axis + 1)).fract()
+}
+
+/// Columns of Stribeck's law: alpha in [0, 1], beta in [0, 0.5], gamma in [0, 4], V in [0.2, 1.5].
+fn stribeck(epsilon: f64, count: usize) -> Vec<Column> {
+    let column = |i: usize| {
+        let [alpha, beta, gamma, v] = std::array::from_fn(|axis| spread(i, axis as i32));
+        let point = Law::Stribeck.point(epsilon, &[alpha, 0.5 * beta, 4.0 * gamma], 0.2 + 1.3 * v, 0.0);
+        Law::Stribeck.column(&point.unwrap())
+    };
+    (0..count).map(column).collect()
+}
+
+/// Dampings from 0 to `most`.
+fn axis(most: f64, cells: usize) -> Vec<f64> {
+    (0..cells).map(|i| most * i as f64 / (cells - 1) as f64).collect()
+}
+
+/// What the margins of some columns are like.
+#[derive(Debug, Default)]
+struct Found {
+    cells: usize,
+    interpolated: usize,
+    rhs: u64,
+    rhs_of_single_turns: u64,
+}
+
+fn rhs(turn: &Turn) -> u64 {
+    let (Turn::Complete { rhs, .. } | Turn::HandOver { rhs }) = turn;
+    u64::from(*rhs)
+}
+
+/// Compares margins and their errors with single turns at tolerance `sharp`.
+fn compare(columns: &[Column], cs: &[f64], tolerance: f64, sharp: f64) -> Found {
+    let mut found = Found::default();
+    for (column, turns) in columns.iter().zip(margins(columns, cs, tolerance).chunks(cs.len())) {
+        let single = turns_of(column, cs, tolerance);
+        for (((turn, exact), single), c) in turns.iter().zip(turns_of(column, cs, sharp)).zip(&single).zip(cs)
+        {
+            found.cells += 1;
+            found.rhs += rhs(turn);
+            found.rhs_of_single_turns += rhs(single);
+            match (turn, exact) {
+                (
+                    Turn::Complete { margin, error, rhs: own },
+                    Turn::Complete { margin: exact, error: blur, .. },
+                ) => {
+                    found.interpolated += usize::from(*own == 0);
+                    let off = (margin - exact).abs();
+                    assert!(off <= error + blur, "{tolerance:e} {column:?} {c}: {turn:?} is off by {off:e}");
+                    assert!(*own > 0 || *error <= tolerance, "{tolerance:e} {column:?} {c}: {turn:?}");
+                }
+                (Turn::Complete { .. }, Turn::HandOver { .. }) => {}
+                (Turn::HandOver { .. }, _) => {
+                    assert!(matches!(single, Turn::HandOver { .. }), "{column:?} {c}")
+                }
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn interpolated_margins_are_within_their_error() {
+    // From columns that six nodes describe to nodes that no polynomial does.
+    for (epsilon, most, cells) in [
+        (0.05, 1.0, 20),
+        (0.02, 3.0, 20),
+        (0.1, 3.0, 20),
+        (0.1, 3.0, 64),
+        (0.2, 3.0, 64),
+        (0.5, 0.2, 20),
+        (1.0, 0.1, 64),
+        (1.0, 1.0, 64),
+        (2.0, 0.1, 20),
+    ] {
+        for tolerance in [1e-6, 1e-9, 1e-12] {
+            compare(&stribeck(epsilon, 120), &axis(most, cells), tolerance, 1e-15);
+        }
+    }
+}
+
+#[test]
+fn margins_of_other_laws_are_within_their_error() {
+    for law in [Law::Exponential, Law::Lorentzian] {
+        let column = |i: usize| {
+            let [mu, vs, eta, v] = std::array::from_fn(|axis| spread(i, axis as i32));
+            let point = law.point(1.0, &[mu, 1.0 + 9.0 * vs, 0.02 * eta], 0.2 + 0.8 * v, 0.0);
+            law.column(&point.unwrap())
+        };
+        let found = compare(&(0..30).map(column).collect::<Vec<_>>(), &axis(0.1, 20), 1e-9, 1e-13);
+        assert!(3 * found.interpolated > found.cells, "{law:?} {found:?}");
+    }
+}
+
+#[test]
+fn the_direct_engine_finds_the_same_margins() {
+    let (columns, cs) = (stribeck(0.05, 40), axis(1.0, 20));
+    let mut compared = 0;
+    for (column, turns) in columns.iter().zip(margins(&columns, &cs, 1e-9).chunks(cs.len())) {
+        for (turn, &c) in turns.iter().zip(&cs) {
+            let &Turn::Complete { margin, error, rhs: 0 } = turn else { continue };
+            let direct = direct::flow(&Oscillator::in_column(column, c), 1e-12);
+            let off = (margin - direct.margin).abs();
+            assert!(!(off > error + direct.margin_error), "{column:?} {c}: {turn:?} {direct:?}");
+            compared += usize::from(off.is_finite());
+        }
+    }
+    assert!(compared > 400, "{compared}");
+}
+
+/// Where the divergence is large, or the dampings are few or equal, every cell has its own turn.
+#[test]
+fn columns_that_no_polynomial_describes_are_not_interpolated() {
+    for (columns, cs) in [
+        (stribeck(20.0, 50), axis(0.1, 20)),
+        (stribeck(0.05, 50), axis(100.0, 20)),
+        (stribeck(0.05, 50), axis(1.0, 4)),
+        (stribeck(0.05, 50), vec![0.5; 20]),
+        (stribeck(0.05, 50), vec![f64::NAN; 20]),
+    ] {
+        let turns = margins(&columns, &cs, 1e-9);
+        let single: Vec<Turn> = columns.iter().flat_map(|column| turns_of(column, &cs, 1e-9)).collect();
+        assert_eq!(format!("{turns:?}"), format!("{single:?}"));
+    }
+    assert!(margins(&stribeck(0.05, 2), &[], 1e-9).is_empty());
+}
+
+#[test]
+fn a_column_does_not_feel_its_neighbours() {
+    let (columns, cs) = (stribeck(0.1, 60), axis(3.0, 20));
+    let together = margins(&columns, &cs, 1e-9);
+    for (column, turns) in columns.iter().zip(together.chunks(cs.len())) {
+        assert_eq!(margins(std::slice::from_ref(column), &cs, 1e-9), turns);
+    }
+}
+
+/// Evaluations of the right-hand side per cell in the box for which speeds are stated.
+#[test]
+fn work_counter() {
+    let found = compare(&stribeck(0.05, 1000), &axis(1.0, 20), 1e-9, 1e-12);
+    assert_eq!((found.rhs_of_single_turns / 20_000, found.rhs / 20_000), (47, 19), "{found:?}");
+    assert!(found.interpolated > 12_000, "{found:?}");
+}
