@@ -36,8 +36,8 @@ pub struct AttractingCycle {
 }
 
 /// The attractors of one friction curve and belt speed, for all dampings.
-pub(super) struct Behaviour {
-    curve: Curve,
+pub(super) struct Behaviour<'a> {
+    curve: &'a Curve,
     belt_speed: f64,
     /// The weakening rate at belt speed: eps c at the Hopf bifurcation.
     at_belt_speed: f64,
@@ -57,13 +57,13 @@ pub(super) struct Behaviour {
 /// The behaviour of columns that are asked one after the other. Those that differ in eps alone share it where the law
 /// does not contain eps: there eps scales the damping.
 #[derive(Default)]
-pub(super) struct Behaviours {
-    last: Option<Behaviour>,
+pub(super) struct Behaviours<'a> {
+    last: Option<Behaviour<'a>>,
 }
 
-impl Behaviours {
-    pub(super) fn of(&mut self, column: &Column) -> &Behaviour {
-        let same = |it: &Behaviour| it.belt_speed == column.belt_speed && it.curve == column.curve;
+impl<'a> Behaviours<'a> {
+    pub(super) fn of(&mut self, column: &'a Column) -> &Behaviour<'a> {
+        let same = |it: &Behaviour| it.belt_speed == column.belt_speed && *it.curve == column.curve;
         if !self.last.as_ref().is_some_and(same) {
             self.last = None;
         }
@@ -80,10 +80,10 @@ struct Ends {
     returns: bool,
 }
 
-impl Behaviour {
-    pub(super) fn new(curve: &Curve, belt_speed: f64) -> Self {
+impl<'a> Behaviour<'a> {
+    pub(super) fn new(curve: &'a Curve, belt_speed: f64) -> Self {
         Self {
-            curve: curve.clone(),
+            curve,
             belt_speed,
             at_belt_speed: curve.weakening(belt_speed),
             even: OnceCell::new(),
@@ -154,8 +154,8 @@ impl Behaviour {
         loop {
             if asked == coarse.len() {
                 let finer = match coarse.last() {
-                    None => Backbone::coarsest(&self.curve, self.belt_speed, COARSE).map(Some),
-                    Some(Ok(last)) => last.refined(&self.curve, COARSE),
+                    None => Backbone::coarsest(self.curve, self.belt_speed, COARSE).map(Some),
+                    Some(Ok(last)) => last.refined(self.curve, COARSE),
                     Some(Err(failure)) => return Err(*failure),
                 };
                 let Some(finer) = finer.transpose() else { return Ok(None) };
@@ -178,7 +178,7 @@ impl Behaviour {
         if self.coarse.borrow().last().is_some_and(Result::is_err) {
             return None;
         }
-        let make = || Backbone::of_curve(&self.curve, self.belt_speed, BACKBONE_TOLERANCE);
+        let make = || Backbone::of_curve(self.curve, self.belt_speed, BACKBONE_TOLERANCE);
         self.fine.get_or_init(make).as_ref().ok()
     }
 
@@ -212,7 +212,7 @@ impl Behaviour {
     /// Whether some orbits cross the belt line for ever, though that from the exit point does not; `None` if it
     /// is unknown. If none does at one damping, none does at a larger one.
     fn some_cross_for_ever(&self, viscous: f64) -> Option<bool> {
-        let settled = *self.settled_from.get_or_init(|| settled_from(&self.curve, self.belt_speed));
+        let settled = *self.settled_from.get_or_init(|| settled_from(self.curve, self.belt_speed));
         if settled == 0.0 || viscous >= self.none_cross_from.get() {
             return Some(false);
         }

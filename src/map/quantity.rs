@@ -8,6 +8,7 @@ use super::end::End;
 use super::limits::Ray;
 use super::{Field, Plan, Quantity, Tile};
 use crate::filippov::Oscillator;
+use crate::friction::Column;
 use crate::point::Point;
 use crate::simulate::sensitivity::sensitivity;
 use crate::simulate::slip_cycle::{Kick, SlipCycle};
@@ -24,12 +25,13 @@ pub(super) fn describe(plan: &Plan, tile: &Tile, ends: &[End]) -> Vec<Vec<f64>> 
     let law = plan.grid.law();
     let cs = &plan.grid.dampings()[tile.damping_range()];
     let mut limits = Limits { plan, known: HashMap::new() };
+    let columns: Vec<Column> = plan.grid.columns(tile).collect();
     let mut behaviours = Behaviours::default();
     for column in tile.columns_by_epsilon() {
         let start = plan.grid.point(&tile.column_index(column));
-        let whole = law.column(&start);
-        let behaviour = behaviours.of(&whole);
-        let derivatives = plan.stores(Field::Sensitivity).then(|| sensitivity(&whole).ok()).flatten();
+        let behaviour = behaviours.of(&columns[column]);
+        let derivatives =
+            plan.stores(Field::Sensitivity).then(|| sensitivity(&columns[column]).ok()).flatten();
         let derivatives: Vec<f64> =
             derivatives.iter().flat_map(|found| found.named(law)).map(|(_, by)| by.value).collect();
         for (i, &c) in cs.iter().enumerate() {

@@ -19,7 +19,7 @@ mod corners;
 use std::cell::OnceCell;
 
 use super::Failure;
-use super::chebyshev::{Transform, coefficients, lebesgue, node, sum, weights};
+use super::chebyshev::{Transform, coefficients, lebesgue, node, sum, sums, weights};
 use super::closed_orbit::closing_damping_of_node;
 use super::closing::closing_dampings;
 use super::polar::Closing;
@@ -32,6 +32,8 @@ const SIZES: [usize; 2] = [8, 128];
 /// The largest of one polynomial where the law has corners: C is then smooth to finite order only, and more nodes
 /// gain little.
 const FINEST_WITH_CORNERS: usize = 64;
+/// The largest of these where C may be cut at the corners instead.
+const FINEST_BEFORE_CUT: usize = 32;
 /// The largest between two corners.
 const FINEST_BETWEEN_CORNERS: usize = 32;
 /// Amplitude, in units of V, by which it is judged whether the backbone is flat next to the equilibrium.
@@ -132,15 +134,23 @@ impl Panel {
         self.from + (self.to - self.from) * if self.in_root { share * share } else { share }
     }
 
-    fn viscous(&self, radius: f64) -> f64 {
+    /// -1 <= x <= 1 at an amplitude.
+    fn place(&self, radius: f64) -> f64 {
         let share = (radius - self.from) / (self.to - self.from);
-        sum(&self.series, 2.0 * if self.in_root { share.max(0.0).sqrt() } else { share } - 1.0)
+        2.0 * if self.in_root { share.max(0.0).sqrt() } else { share } - 1.0
     }
 
-    /// The amplitudes at which extremes are searched, increasing, without the lower end.
-    fn samples(&self) -> impl Iterator<Item = f64> {
+    fn viscous(&self, radius: f64) -> f64 {
+        sum(&self.series, self.place(radius))
+    }
+
+    /// The amplitudes at which extremes are searched, increasing, without the lower end, and C there.
+    fn samples(&self) -> (Vec<f64>, Vec<f64>) {
         let samples = SAMPLES_PER_INTERVAL * (self.series.len() - 1);
-        (1..=samples).map(move |i| self.radius(-node(i, samples)))
+        let radii: Vec<f64> = (1..=samples).map(|i| self.radius(-node(i, samples))).collect();
+        let places: Vec<f64> = radii.iter().map(|radius| self.place(*radius)).collect();
+        let values = sums(&self.series, &places);
+        (radii, values)
     }
 }
 
@@ -220,12 +230,8 @@ impl Backbone {
         tolerance: f64,
         work: &Work,
     ) -> Result<Self, Failure> {
-        let reachable = tolerance.max(LEAST_TOLERANCE_WITH_CORNERS);
-        let mut solver = Solver { curve, belt_speed, tolerance: reachable, work, error: 0.0, rhs: 0 };
-        let mut ends = corner_amplitudes(&mut solver)?;
-        if !ends.is_empty() {
-            ends.push(belt_speed);
-            return Self::between(&ends, solver);
+        if let Some(backbone) = Self::cut(curve, belt_speed, tolerance, work)? {
+            return Ok(backbone);
         }
         let mut backbone = Self::coarsest_within(curve, belt_speed, tolerance, work)?;
         while let Some(finer) = backbone.refined_within(curve, tolerance, work)? {
@@ -234,14 +240,17 @@ impl Backbone {
         Ok(backbone)
     }
 
-    /// A polynomial between each two of 0 and the given amplitudes, of which the last is V.
-    fn between(ends: &[f64], mut solver: Solver) -> Result<Self, Failure> {
-        let at_rest = solver.curve.weakening(solver.belt_speed);
-        let at_ends = solver.at(ends)?;
-        let scale = largest(&at_ends).max(at_rest.abs());
+    /// The backbone with a polynomial between each two of the amplitudes at which orbits begin to reach a corner; `None`
+    /// where there are none or too many.
+    fn cut(curve: &Curve, belt_speed: f64, tolerance: f64, work: &Work) -> Result<Option<Self>, Failure> {
+        let reachable = tolerance.max(LEAST_TOLERANCE_WITH_CORNERS);
+        let mut solver = Solver { curve, belt_speed, tolerance: reachable, work, error: 0.0, rhs: 0 };
+        let Some(ends) = corner_amplitudes(&mut solver)? else { return Ok(None) };
+        let at_rest = curve.weakening(belt_speed);
+        let scale = ends.iter().map(|end| end.1.abs()).fold(at_rest.abs(), f64::max);
         let mut panels = Vec::with_capacity(ends.len());
         let (mut from, mut lower) = (0.0, at_rest);
-        for (&to, &upper) in ends.iter().zip(&at_ends) {
+        for (to, upper) in ends {
             let mut values = vec![None; SIZES[0] + 1];
             (values[0], values[SIZES[0]]) = (Some(upper), Some(lower));
             let mut panel = Panel::through([from, to], true, &values, &mut solver)?;
@@ -254,7 +263,7 @@ impl Backbone {
             panels.push(panel);
             (from, lower) = (to, upper);
         }
-        Ok(Self::of_panels(panels, solver))
+        Ok(Some(Self::of_panels(panels, solver)))
     }
 
     /// The backbone through the fewest nodes; [`Backbone::refined`] leads from it to that of
@@ -285,7 +294,8 @@ impl Backbone {
         Ok(Self::of_panels(vec![panel], solver))
     }
 
-    /// The backbone of the same curve through twice as many nodes; `None` where they would gain nothing.
+    /// The backbone of the same curve through twice as many nodes, or cut at the amplitudes at which orbits begin to reach
+    /// a corner where that takes fewer; `None` where they would gain nothing.
     ///
     /// # Errors
     /// [`Failure`] of an orbit.
@@ -302,6 +312,11 @@ impl Backbone {
             return Ok(None);
         }
         let Self { belt_speed, node_error: error, rhs, .. } = *self;
+        if panel.values.len() > FINEST_BEFORE_CUT
+            && let Some(cut) = Self::cut(curve, belt_speed, tolerance, work)?
+        {
+            return Ok(Some(cut));
+        }
         let mut solver = Solver { curve, belt_speed, tolerance, work, error, rhs };
         let finer = panel.refined(&mut solver)?;
         Ok(Some(Self::of_panels(vec![finer], solver)))
@@ -356,9 +371,11 @@ impl Backbone {
 
     /// The turning points, and C at the extremes that were left out.
     fn find_turning_points(&self) -> (Vec<TurningPoint>, Vec<f64>) {
-        let radii: Vec<f64> =
-            std::iter::once(0.0).chain(self.panels.iter().flat_map(Panel::samples)).collect();
-        let values: Vec<f64> = radii.iter().map(|radius| self.viscous(*radius)).collect();
+        let (mut radii, mut values) = (vec![0.0], vec![self.viscous(0.0)]);
+        for (in_panel, with_values) in self.panels.iter().map(Panel::samples) {
+            radii.extend(in_panel);
+            values.extend(with_values);
+        }
         let lowest = &self.panels[0].values;
         let mut found = vec![TurningPoint { radius: 0.0, viscous: lowest[lowest.len() - 1] }];
         for i in 1..radii.len() - 1 {

@@ -53,6 +53,24 @@ pub(crate) fn sum(series: &[f64], x: f64) -> f64 {
     series[0] + x * b1 - b2
 }
 
+/// The sums of the series at many places, as [`sum`]; several at a time take little longer than one.
+pub(crate) fn sums(series: &[f64], places: &[f64]) -> Vec<f64> {
+    const TOGETHER: usize = 8;
+    let mut sums = Vec::with_capacity(places.len());
+    for places in places.chunks(TOGETHER) {
+        let mut x = [0.0; TOGETHER];
+        x[..places.len()].copy_from_slice(places);
+        let [mut b1, mut b2] = [[0.0; TOGETHER]; 2];
+        for &c in series[1..].iter().rev() {
+            for j in 0..TOGETHER {
+                (b1[j], b2[j]) = (c + 2.0 * x[j] * b1[j] - b2[j], b1[j]);
+            }
+        }
+        sums.extend((0..places.len()).map(|j| series[0] + x[j] * b1[j] - b2[j]));
+    }
+    sums
+}
+
 /// The weights of the values at the points in the value of the polynomial at x: the barycentric formula.
 pub(crate) fn weights(size: usize, x: f64) -> Vec<f64> {
     let distances: Vec<f64> = (0..=size).map(|i| x - node(i, size)).collect();
@@ -90,6 +108,9 @@ mod tests {
                 assert!((sum(&series, x) - f(x)).abs() < 1e-14, "{size} {x}");
                 assert!((weighted - f(x)).abs() < 1e-14, "{size} {x}");
             }
+            let places: Vec<f64> = (0..21).map(|i| -1.0 + 0.1 * f64::from(i)).collect();
+            let one_by_one: Vec<f64> = places.iter().map(|x| sum(&series, *x)).collect();
+            assert_eq!(sums(&series, &places), one_by_one);
             assert!(series[4..].iter().all(|c| c.abs() < 1e-15), "{series:?}");
         }
     }

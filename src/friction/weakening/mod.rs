@@ -61,6 +61,19 @@ pub struct Weakening {
     places: Places,
     /// Hulls of the ranges of [`range::BLOCK`] pieces each, which make bounds over many pieces fast.
     blocks: Vec<Range>,
+    /// Sizes of the jumps of w' at the ends of the pieces; empty where the law has no corners.
+    jumps: Vec<f64>,
+    /// Number of coefficients that are not zero in all pieces: three of a table's.
+    terms: usize,
+}
+
+/// Sizes of the jumps of w' at the breaks, of a law with corners.
+fn jumps(law: &Form, breaks: &[f64], pieces: &[Piece]) -> Vec<f64> {
+    if law.corners().is_empty() {
+        return Vec::new();
+    }
+    let jump = |i: usize| (pieces[i].slope_at(breaks[i]) - pieces[i - 1].slope_at(breaks[i])).abs();
+    (0..breaks.len()).map(|i| if i == 0 || i == pieces.len() { 0.0 } else { jump(i) }).collect()
 }
 
 /// A polynomial in x = (u - middle) * scale, which is within [-1, 1], and proved properties of w on its
@@ -105,8 +118,8 @@ pub(crate) struct ProvedPiece<'a> {
 pub(crate) struct Polynomial<'a> {
     pub(crate) middle: f64,
     pub(crate) scale: f64,
-    /// Coefficients of 1, x, x^2, ...
-    pub(crate) c: &'a [f64; COUNT],
+    /// Coefficients of 1, x, x^2, ... up to the last that is not zero.
+    pub(crate) c: &'a [f64],
 }
 
 /// Monotony of a function on a piece.
@@ -223,6 +236,12 @@ impl Weakening {
         self.law.corners()
     }
 
+    /// The size of the jump of w' at an end of pieces, by its number; the law has corners.
+    #[inline(always)]
+    pub(crate) fn jump(&self, number: usize) -> f64 {
+        self.jumps[number]
+    }
+
     /// The number of the piece that contains `u`, 0 <= u <= reach.
     #[inline(always)]
     pub(crate) fn piece_of(&self, u: f64) -> usize {
@@ -244,7 +263,7 @@ impl Weakening {
     #[inline(always)]
     pub(crate) fn polynomial(&self, piece: usize) -> Polynomial<'_> {
         let Piece { middle, scale, ref c, .. } = self.pieces[piece];
-        Polynomial { middle, scale, c }
+        Polynomial { middle, scale, c: &c[..self.terms] }
     }
 
     /// w(u). Within [0, reach] by the polynomials, else by the law itself (its continuation below 0).

@@ -7,57 +7,101 @@
 
 use super::super::Failure;
 use super::super::arc::Walk;
+use super::super::elements::{Closed, closed_orbit};
+use super::super::polar::Closing;
 use super::Solver;
 use crate::filippov::{Oscillator, Side};
 
 /// Largest number of corners that an orbit can reach: more of them lie so close together that C is smooth on the scale of
 /// the others.
 const MOST: usize = 40;
-/// Accuracy of an amplitude, relative to V: what is not smooth within it is smaller by several powers of it.
-const ACCURACY: f64 = 1e-6;
+/// Least error of an amplitude, relative to V.
+const FINEST: f64 = 1e-6;
 /// Largest number of orbits to find one.
 const MOST_ORBITS: u32 = 12;
-/// Error of these orbits.
+/// Number of known orbits from which an amplitude is guessed.
+const NEAREST: usize = 4;
+/// Error of orbits that are followed for their depth.
 const TOLERANCE: f64 = 1e-8;
 
-/// These amplitudes between 0 and V, increasing; none where they are too many.
-pub(super) fn corner_amplitudes(solver: &mut Solver) -> Result<Vec<f64>, Failure> {
+/// An amplitude with its C.
+pub(super) type End = (f64, f64);
+
+/// These amplitudes between 0 and V, increasing, and V; `None` where there are none or too many.
+pub(super) fn corner_amplitudes(solver: &mut Solver) -> Result<Option<Vec<End>>, Failure> {
     let belt_speed = solver.belt_speed;
+    // At a distance r beyond a corner C changes by the power 3/2 of it.
+    let accuracy = belt_speed * (0.1 * solver.tolerance.powf(2.0 / 3.0)).max(FINEST);
     let corners = solver.curve.corners();
     if corners.is_empty() {
-        return Ok(Vec::new());
+        return Ok(None);
     }
-    let deepest = depth(solver, belt_speed)?;
-    let below = corners.iter().filter(|corner| **corner < belt_speed).map(|corner| belt_speed - corner);
-    let above: Vec<f64> =
-        corners.iter().map(|corner| corner - belt_speed).filter(|&d| d > 0.0 && d < deepest).collect();
-    let mut amplitudes: Vec<f64> = below.collect();
-    if amplitudes.len() + above.len() > MOST {
-        return Ok(Vec::new());
+    let (at_belt_speed, deepest) = orbit(solver, belt_speed)?;
+    let below = corners.iter().map(|corner| belt_speed - corner).filter(|amplitude| *amplitude > 0.0);
+    let below: Vec<f64> = below.collect();
+    let depths = corners.iter().map(|corner| corner - belt_speed).filter(|d| *d > 0.0 && *d < deepest);
+    let depths: Vec<f64> = depths.collect();
+    if below.len() + depths.len() > MOST {
+        return Ok(None);
     }
-    for wanted in above {
-        // The depth is nearly proportional to the amplitude.
-        let mut amplitude = belt_speed * wanted / deepest;
+    let mut ends: Vec<End> = below.iter().copied().zip(solver.at(&below)?).collect();
+    // Depths with the ratio of amplitude to depth, which changes little; that of small orbits is 1.
+    let mut known = vec![(0.0, 1.0), (deepest, belt_speed / deepest)];
+    for wanted in depths {
+        let others = known.len();
+        let mut found = (belt_speed, at_belt_speed);
         for _ in 0..MOST_ORBITS {
-            let next = (amplitude * wanted / depth(solver, amplitude)?).min(belt_speed);
-            let step = (next - amplitude).abs();
-            amplitude = next;
-            if step <= ACCURACY * belt_speed {
+            let amplitude = (wanted * ratio_at(&mut known.clone(), wanted)).min(belt_speed);
+            let (viscous, depth) = orbit(solver, amplitude)?;
+            found = (amplitude, viscous);
+            known.truncate(others);
+            known.push((depth, amplitude / depth));
+            if (depth - wanted).abs() <= accuracy {
                 break;
             }
         }
-        amplitudes.push(amplitude);
+        ends.push(found);
     }
-    let inside = |amplitude: &f64| *amplitude > ACCURACY * belt_speed && *amplitude < belt_speed;
-    amplitudes.retain(inside);
-    amplitudes.sort_by(f64::total_cmp);
-    amplitudes.dedup_by(|next, last| *next - *last <= ACCURACY * belt_speed);
-    Ok(amplitudes)
+    ends.retain(|(amplitude, _)| *amplitude > accuracy && *amplitude < belt_speed - accuracy);
+    ends.sort_by(|one, other| one.0.total_cmp(&other.0));
+    ends.dedup_by(|next, last| next.0 - last.0 <= accuracy);
+    if ends.is_empty() {
+        return Ok(None);
+    }
+    ends.push((belt_speed, at_belt_speed));
+    Ok(Some(ends))
 }
 
-/// -x2 at the lowest point of the closed orbit of an amplitude.
-fn depth(solver: &mut Solver, amplitude: f64) -> Result<f64, Failure> {
+/// The value at `depth` of the polynomial through the nearest of the known pairs, by Neville's scheme.
+fn ratio_at(known: &mut [(f64, f64)], depth: f64) -> f64 {
+    known.sort_by(|one, other| (one.0 - depth).abs().total_cmp(&(other.0 - depth).abs()));
+    let near = &known[..known.len().min(NEAREST)];
+    let mut values: Vec<f64> = near.iter().map(|pair| pair.1).collect();
+    for order in 1..near.len() {
+        for i in 0..near.len() - order {
+            let (from, to) = (near[i].0, near[i + order].0);
+            values[i] = ((to - depth) * values[i] + (depth - from) * values[i + 1]) / (to - from);
+        }
+    }
+    values[0]
+}
+
+/// C and the depth of the closed orbit of an amplitude: -x2 at its lowest point.
+fn orbit(solver: &mut Solver, amplitude: f64) -> Result<(f64, f64), Failure> {
+    let weakening = solver.curve.compiled(4.0 * solver.belt_speed);
+    if let Ok(Closed { closing: Closing { viscous, error, rhs }, depth }) =
+        closed_orbit(&weakening, solver.belt_speed, amplitude, solver.tolerance)
+    {
+        solver.work.spend_compiled(rhs)?;
+        (solver.rhs, solver.error) = (solver.rhs + rhs, solver.error.max(error));
+        return Ok((viscous, depth));
+    }
     let viscous = solver.at(&[amplitude])?[0];
+    Ok((viscous, depth(solver, amplitude, viscous)?))
+}
+
+/// The depth of the orbit of an amplitude at this C.
+fn depth(solver: &Solver, amplitude: f64, viscous: f64) -> Result<f64, Failure> {
     let oscillator = Oscillator { curve: solver.curve.clone(), viscous, belt_speed: solver.belt_speed };
     // Steps need not end at corners, which is hard where the orbit only touches one.
     let mut walk = Walk::new(&oscillator, Side::Below, [amplitude, 0.0], TOLERANCE, amplitude, solver.work)

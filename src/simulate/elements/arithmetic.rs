@@ -36,15 +36,32 @@ pub(super) fn sin_cos(z: f64) -> [f64; 2] {
     [z * sin, cos]
 }
 
-/// w and w' by the polynomial of a piece, at x within it.
+/// sin(z) and cos(z) for 0 <= z <= 2 pi.
 #[inline(always)]
-pub(super) fn weakening(piece: &Polynomial, x: f64) -> [f64; 2] {
-    let (mut value, mut slope) = (0.0, 0.0);
-    for c in piece.c.iter().rev() {
-        slope = x.mul_add(slope, value);
-        value = x.mul_add(value, *c);
+pub(super) fn sin_cos_of_turn(z: f64) -> [f64; 2] {
+    // pi / 2 as a sum of two numbers, of which the first has zeros at its end.
+    const QUARTER: [f64; 2] = [1.570_796_251_296_997, 7.549_789_415_861_596e-8];
+    let quarters = (z * std::f64::consts::FRAC_2_PI + 0.5).floor();
+    let [sin, cos] = sin_cos(quarters.mul_add(-QUARTER[1], quarters.mul_add(-QUARTER[0], z)));
+    match quarters as i32 & 3 {
+        0 => [sin, cos],
+        1 => [cos, -sin],
+        2 => [-sin, -cos],
+        _ => [-cos, sin],
     }
-    [value, slope * piece.scale]
+}
+
+/// w and w' by the polynomial of a piece, at places x within it.
+#[inline(always)]
+pub(super) fn weakening<const N: usize>(piece: &Polynomial, x: &[f64; N]) -> [[f64; N]; 2] {
+    let [mut value, mut slope] = [[0.0; N]; 2];
+    for c in piece.c.iter().rev() {
+        for j in 0..N {
+            slope[j] = x[j].mul_add(slope[j], value[j]);
+            value[j] = x[j].mul_add(value[j], *c);
+        }
+    }
+    [value, slope.map(|slope| slope * piece.scale)]
 }
 
 /// `matrix` applied to `values`.

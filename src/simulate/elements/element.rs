@@ -1,6 +1,6 @@
 //! A part of the turn on which p' is one polynomial.
 
-use super::arithmetic::{apply, dot, first, sin_cos};
+use super::arithmetic::{apply, dot, first, sin_cos, sin_cos_of_turn};
 use crate::simulate::gauss::{MOST, Rule};
 
 /// A part of the turn on which p' is one polynomial.
@@ -54,7 +54,7 @@ impl Element {
             }
         }
         (self.middle, self.half) = (middle, half);
-        let (sin_middle, cos_middle) = middle.sin_cos();
+        let [sin_middle, cos_middle] = sin_cos_of_turn(middle);
         for j in 0..N {
             let [sin, cos] = sin_cos(half * rule.nodes[j]);
             let (sin, cos) = (sin_middle * cos + cos_middle * sin, cos_middle * cos - sin_middle * sin);

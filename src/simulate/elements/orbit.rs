@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::arithmetic::{apply, dot, first, weakening};
+use super::arithmetic::{apply, dot, first, sin_cos_of_turn, weakening};
 use super::element::Element;
 use crate::friction::Weakening;
 use crate::simulate::gauss::{MOST, Rule};
@@ -71,8 +71,10 @@ impl Orbit<'_> {
         let Problem { weakening, belt_speed, radius } = problem;
         let breaks = weakening.breaks();
         let (from, to) = (weakening.piece_of(belt_speed - radius), weakening.piece_of(belt_speed + radius));
-        let mut bounds = vec![0.0];
-        bounds.extend((from..to).map(|piece| angle((belt_speed - breaks[piece + 1]) / radius)));
+        let passes = || (from..to).map(|piece| ((belt_speed - breaks[piece + 1]) / radius).clamp(-1.0, 1.0));
+        let passes = || std::iter::once(1.0).chain(passes());
+        let cos: Vec<f64> = passes().chain([-1.0]).chain(passes().rev()).collect();
+        let mut bounds: Vec<f64> = passes().map(f64::acos).collect();
         let mirrored: Vec<f64> = bounds.iter().rev().map(|angle| TAU - angle).collect();
         bounds.push(PI);
         bounds.extend(mirrored);
@@ -82,18 +84,7 @@ impl Orbit<'_> {
         let elements =
             spans.iter().flat_map(|span| std::iter::repeat_n(Element::new(span.piece), span.parts));
         let elements = elements.collect();
-        let mut orbit = Orbit {
-            problem,
-            viscous: 0.0,
-            share: 1.0,
-            curvature: 0.0,
-            spans,
-            bounds: Vec::new(),
-            cos: Vec::new(),
-            elements,
-        };
-        orbit.set_bounds(bounds);
-        orbit
+        Orbit { problem, viscous: 0.0, share: 1.0, curvature: 0.0, spans, bounds, cos, elements }
     }
 
     /// Puts the elements into their spans, and moves the functions with them, to first order.
@@ -132,15 +123,13 @@ impl Orbit<'_> {
                 outermost[j] = x[j].abs();
             }
             if outermost.iter().all(|x| *x <= OUTSIDE) {
-                for j in 0..N {
-                    [w[j], steepness[j]] = weakening(&piece, x[j]);
-                }
+                [w, steepness] = weakening(&piece, &x);
             } else {
                 // The ends of the span do not follow the orbit yet.
                 for j in 0..N {
                     let u = (belt_speed - v[j]).clamp(0.0, law.reach());
                     let piece = law.polynomial(law.piece_of(u));
-                    [w[j], steepness[j]] = weakening(&piece, (u - piece.middle) * piece.scale);
+                    [[w[j]], [steepness[j]]] = weakening(&piece, &[(u - piece.middle) * piece.scale]);
                 }
             }
             for j in 0..N {
@@ -229,7 +218,7 @@ impl Orbit<'_> {
             let piece = law.polynomial(element.piece);
             for j in 0..N {
                 let u = radius.mul_add(-element.cos[j], belt_speed);
-                let [w, _] = weakening(&piece, (u - piece.middle) * piece.scale);
+                let [[w], _] = weakening(&piece, &[(u - piece.middle) * piece.scale]);
                 sum += element.half * rule.weights[j] * element.sin_squared[j] * w;
                 largest = largest.max(w.abs());
             }
@@ -238,65 +227,61 @@ impl Orbit<'_> {
     }
 
     /// Moves the ends of the spans to the angles at which the orbit passes the ends of the pieces, unless
-    /// all are closer than `allowed`, in units of the narrower piece, where the law is smooth, and
-    /// `allowed_at_corners` (slip speeds) where it is not. Returns whether they were moved; `None` where the
-    /// orbit leaves the pieces.
+    /// all are closer than `allowed`, in units of the narrower piece, and none causes an error of C above
+    /// `allowed_at_corners` as a corner. Returns whether they were moved; `None` where the orbit leaves the pieces.
     #[inline(always)]
     pub(super) fn follow(&mut self, allowed: f64, allowed_at_corners: f64) -> Option<bool> {
         let Problem { weakening, belt_speed, radius } = self.problem;
         let breaks = weakening.breaks();
-        let half = self.spans.len() / 2;
-        let mut at_bounds = Vec::with_capacity(self.bounds.len());
-        at_bounds.push(0.0);
-        let mut next = 0;
-        for span in &self.spans {
-            next += span.parts;
-            at_bounds.push(self.elements[next - 1].end);
-        }
-        let farthest = radius * exp::<4>(at_bounds[half].clamp(-LARGEST_LOG, LARGEST_LOG));
-        let last = self.spans[half].piece;
-        if belt_speed + farthest > breaks[last + 1] {
+        let (mut allowed, mut allowed_at_corners) = (allowed, allowed_at_corners);
+        let mut at_bounds = self.at_bounds();
+        loop {
+            let half = self.spans.len() / 2;
+            let farthest = radius * exp::<4>(at_bounds[half].clamp(-LARGEST_LOG, LARGEST_LOG));
+            let last = self.spans[half].piece;
+            if belt_speed + farthest <= breaks[last + 1] {
+                break;
+            }
             if last + 2 == breaks.len() {
                 return None;
             }
-            // A further piece, as yet without width.
-            let width = PI - angle((belt_speed - breaks[last + 1]) / farthest);
-            let span = Span { piece: last + 1, parts: parts(width) };
-            let mut element = Element::new(span.piece);
-            (element.log_r, element.end) = ([at_bounds[half]; MOST], at_bounds[half]);
-            let before: usize = self.spans[..half].iter().map(|span| span.parts).sum();
-            self.elements.splice(before..before, std::iter::repeat_n(element, 2 * span.parts));
-            self.spans.splice(half..half, [span; 2]);
-            let mut bounds = std::mem::take(&mut self.bounds);
-            bounds.splice(half..half, [PI, PI]);
-            self.set_bounds(bounds);
-            return self.follow(0.0, 0.0);
+            self.append(last + 1, PI - angle((belt_speed - breaks[last + 1]) / farthest), at_bounds[half]);
+            at_bounds = self.at_bounds();
+            (allowed, allowed_at_corners) = (0.0, 0.0);
         }
+        let half = self.spans.len() / 2;
         let first = self.spans[0].piece;
-        // The number of the end of a piece, counted on both sides.
-        let number = |i: usize| if i < half { i } else { 2 * half - i };
-        let slip = |i: usize| breaks[first + number(i)];
-        let r = |i: usize| radius * exp::<4>(at_bounds[i].clamp(-LARGEST_LOG, LARGEST_LOG));
-        let target = |i: usize| ((belt_speed - slip(i)) / r(i)).clamp(-1.0, 1.0);
         let kinked = !weakening.corners().is_empty();
-        let inner = (1..half).chain(half + 1..2 * half);
-        let misplaced = |i: usize| {
-            let (below, above) = (breaks[first + number(i) - 1], breaks[first + number(i) + 1]);
-            let limit = allowed * (slip(i) - below).min(above - slip(i));
-            let limit = if kinked { limit.min(allowed_at_corners) } else { limit };
-            r(i) * (self.cos[i] - target(i)).abs() > limit
-        };
-        if !inner.clone().any(misplaced) {
+        // Closures of iterators would leave the function that is compiled for the machine's vectors.
+        let mut is_off = false;
+        for i in 1..2 * half {
+            if i == half {
+                continue;
+            }
+            let number = first + if i < half { i } else { 2 * half - i };
+            let r = radius * exp::<4>(at_bounds[i].clamp(-LARGEST_LOG, LARGEST_LOG));
+            let [below, slip, above] = [breaks[number - 1], breaks[number], breaks[number + 1]];
+            // Where the orbit passes; from here on instead of p.
+            at_bounds[i] = ((belt_speed - slip) / r).clamp(-1.0, 1.0);
+            let off = r * (self.cos[i] - at_bounds[i]).abs();
+            let is_off_here = off > allowed * (slip - below).min(above - slip)
+                || kinked && by_corner(weakening.jump(number), off, r, self.cos[i]) > allowed_at_corners;
+            is_off |= is_off_here;
+        }
+        if !is_off {
             return Some(false);
         }
         let mut bounds = self.bounds.clone();
-        for i in inner {
+        for i in 1..2 * half {
+            if i == half {
+                continue;
+            }
             // Newton's step, in which r varies.
-            let (sin, cos) = self.bounds[i].sin_cos();
-            let d = self.share * weakening.at(slip(i)) - self.viscous;
+            let (before_pi, number) = (i < half, first + if i < half { i } else { 2 * half - i });
+            let [sin, cos] = sin_cos_of_turn(self.bounds[i]);
+            let d = self.share * weakening.at(breaks[number]) - self.viscous;
             let turn = (d * sin).mul_add(cos, 1.0).clamp(SLOWEST_TURN, 2.0);
-            let before_pi = i < half;
-            let target = if before_pi { angle(target(i)) } else { TAU - angle(target(i)) };
+            let target = if before_pi { angle(at_bounds[i]) } else { TAU - angle(at_bounds[i]) };
             let moved = turn.mul_add(target - self.bounds[i], self.bounds[i]);
             let [lowest, highest] =
                 if before_pi { [bounds[i - 1], PI] } else { [bounds[i - 1].max(PI), TAU] };
@@ -306,8 +291,40 @@ impl Orbit<'_> {
         Some(true)
     }
 
+    /// p at the angles where spans begin.
+    #[inline(always)]
+    fn at_bounds(&self) -> Vec<f64> {
+        let mut at_bounds = Vec::with_capacity(self.spans.len() + 1);
+        at_bounds.push(0.0);
+        let mut next = 0;
+        for span in &self.spans {
+            next += span.parts;
+            at_bounds.push(self.elements[next - 1].end);
+        }
+        at_bounds
+    }
+
+    /// A further piece at the lowest point, where p has this value, as yet without width.
+    #[inline(never)]
+    fn append(&mut self, piece: usize, width: f64, log_r: f64) {
+        let half = self.spans.len() / 2;
+        let span = Span { piece, parts: parts(width) };
+        let mut element = Element::new(piece);
+        (element.log_r, element.end) = ([log_r; MOST], log_r);
+        let before: usize = self.spans[..half].iter().map(|span| span.parts).sum();
+        self.elements.splice(before..before, std::iter::repeat_n(element, 2 * span.parts));
+        self.spans.splice(half..half, [span; 2]);
+        let mut bounds = std::mem::take(&mut self.bounds);
+        bounds.splice(half..half, [PI, PI]);
+        self.set_bounds(bounds);
+    }
+
+    #[inline(always)]
     pub(super) fn set_bounds(&mut self, bounds: Vec<f64>) {
-        self.cos = bounds.iter().map(|angle| angle.cos()).collect();
+        self.cos.clear();
+        for angle in &bounds {
+            self.cos.push(sin_cos_of_turn(*angle)[1]);
+        }
         self.bounds = bounds;
     }
 
@@ -330,8 +347,28 @@ impl Orbit<'_> {
         }
     }
 
+    /// Error of C by corners that lie off the ends of their spans, where an element has a jump in the slope of w inside.
+    pub(super) fn misplaced(&self) -> f64 {
+        let Problem { weakening: law, belt_speed, radius } = self.problem;
+        if law.corners().is_empty() {
+            return 0.0;
+        }
+        let mut last = 0;
+        let mut sum = 0.0;
+        for (spans, cos) in self.spans.windows(2).zip(&self.cos[1..]) {
+            last += spans[0].parts;
+            let corner = spans[0].piece.max(spans[1].piece);
+            if spans[0].piece != spans[1].piece {
+                let r = radius * self.elements[last - 1].end.exp();
+                let target = ((belt_speed - law.breaks()[corner]) / r).clamp(-1.0, 1.0);
+                sum += by_corner(law.jump(corner), r * (cos - target).abs(), r, *cos);
+            }
+        }
+        sum
+    }
+
     /// -x2 at its lowest, at the angle pi.
-    pub(super) fn lowest(&self) -> f64 {
+    pub(super) fn depth(&self) -> f64 {
         let before: usize = self.spans[..self.spans.len() / 2].iter().map(|span| span.parts).sum();
         self.problem.radius * self.elements[before - 1].end.exp()
     }
@@ -340,6 +377,14 @@ impl Orbit<'_> {
     pub(super) fn cost<const N: usize>(&self) -> u64 {
         (self.elements.len() * N) as u64
     }
+}
+
+/// Error of C by a corner that lies off the end of its span, in slip speeds: w is wrong by at most the jump of its slope
+/// times this distance, over the angles between, with the weight sin^2 theta.
+#[inline(always)]
+fn by_corner(jump: f64, off: f64, r: f64, cos: f64) -> f64 {
+    let sin = (1.0 - cos * cos).max(0.0).sqrt();
+    jump * off * off * (sin + (2.0 * off / r).sqrt()) / (PI * r)
 }
 
 /// The angle in [0, pi] with this cosine, or the nearest one.
