@@ -66,6 +66,8 @@ const FLOORS: [f64; 2] = [1e-6, 1e-10];
 const WORST: f64 = 1e-8;
 /// Largest |w| for which the second rung is trusted to converge faster than the first.
 const LARGEST_WITH_ORDER: f64 = 1.0;
+/// Smallest tolerance for which that is used: for smaller ones a further rung costs little of what the answer is for.
+const FINEST_WITH_ORDER: f64 = 1e-8;
 /// Its error is at most this times the power 3/2 of the first rung's, in units of the largest |w|: among 200,000
 /// answers for random tables and formulas it was at most 0.8 times that power.
 const ORDER_FACTOR: f64 = 10.0;
@@ -341,7 +343,7 @@ pub(in crate::simulate) fn closed_orbit(
             let coarser = 2.0 * (orbit.viscous - before).abs() + left_at_first * left_at_first / unit;
             // These are the errors of half as many nodes, whose order is half that of the present ones.
             let uncertain = match rung {
-                1 if unit <= LARGEST_WITH_ORDER => {
+                1 if unit <= LARGEST_WITH_ORDER && asked >= FINEST_WITH_ORDER => {
                     coarser.min(ORDER_FACTOR * coarser * (coarser / unit).sqrt())
                 }
                 _ => coarser,
