@@ -251,8 +251,7 @@ impl Orbit<'_> {
             let left = if is_predicted { after.min(step.left) } else { step.left };
             let settled = whole && left <= enough;
             before = step.left;
-            moved =
-                !(settled && !kinked) && self.follow(OFF, OFF_AT_CORNERS * tolerance * unit).ok_or(rhs)?;
+            moved = (kinked || !settled) && self.follow(OFF, OFF_AT_CORNERS * tolerance * unit).ok_or(rhs)?;
             if settled && !moved {
                 return if step.room > 0.0 { Ok(Solved { left, left_at_first, rhs }) } else { Err(rhs) };
             }

@@ -254,16 +254,16 @@ impl Orbit<'_> {
         let kinked = !weakening.corners().is_empty();
         // Closures of iterators would leave the function that is compiled for the machine's vectors.
         let mut is_off = false;
-        for i in 1..2 * half {
+        for (i, at_bound) in at_bounds.iter_mut().enumerate().take(2 * half).skip(1) {
             if i == half {
                 continue;
             }
             let number = first + if i < half { i } else { 2 * half - i };
-            let r = radius * exp::<4>(at_bounds[i].clamp(-LARGEST_LOG, LARGEST_LOG));
+            let r = radius * exp::<4>(at_bound.clamp(-LARGEST_LOG, LARGEST_LOG));
             let [below, slip, above] = [breaks[number - 1], breaks[number], breaks[number + 1]];
             // Where the orbit passes; from here on instead of p.
-            at_bounds[i] = ((belt_speed - slip) / r).clamp(-1.0, 1.0);
-            let off = r * (self.cos[i] - at_bounds[i]).abs();
+            *at_bound = ((belt_speed - slip) / r).clamp(-1.0, 1.0);
+            let off = r * (self.cos[i] - *at_bound).abs();
             let is_off_here = off > allowed * (slip - below).min(above - slip)
                 || kinked && by_corner(weakening.jump(number), off, r, self.cos[i]) > allowed_at_corners;
             is_off |= is_off_here;
