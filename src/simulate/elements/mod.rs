@@ -68,8 +68,8 @@ const WORST: f64 = 1e-8;
 const LARGEST_WITH_ORDER: f64 = 1.0;
 /// Smallest tolerance for which that is used: for smaller ones a further rung costs little of what the answer is for.
 const FINEST_WITH_ORDER: f64 = 1e-8;
-/// Its error is at most this times the power 3/2 of the first rung's, in units of the largest |w|: among 200,000
-/// answers for random tables and formulas it was at most 0.8 times that power.
+/// Its error is at most this times the power 3/2 of the first rung's, in units of the largest |w|: of random tables
+/// and formulas it was at most 0.8 times that power.
 const ORDER_FACTOR: f64 = 10.0;
 /// Distance of the end of a span from the orbit's passage that is left as it is, in units of the narrower piece.
 const OFF: f64 = 0.02;
