@@ -52,6 +52,8 @@ pub struct Behaviour {
     /// Critical damping coefficient, N s/m: above it the same holds. `None` if no damping is needed, or none
     /// was found.
     pub critical_damping: Option<f64>,
+    /// Whether the critical damping was found, or found not to be needed.
+    pub critical_damping_is_known: bool,
     /// Estimate of its absolute error, N s/m.
     pub critical_damping_error: Option<f64>,
     /// Damping ratio of the critical damping.
@@ -130,7 +132,8 @@ pub fn behaviour(model: &Model, tolerance: f64) -> Behaviour {
     let slip = || slip_cycles(&oscillator, tolerance).ok()?.into_iter().rfind(|cycle| cycle.is_stable());
     let amplitude = stick_slip.map(|cycle| half(cycle.displacement));
     let amplitude = amplitude.or_else(|| slip().map(|cycle| half(cycle.displacement)));
-    let critical = critical_damping(&model.column(), tolerance).ok().filter(|root| root.c >= 0.0);
+    let root = critical_damping(&model.column(), tolerance);
+    let critical = root.ok().filter(|root| root.c >= 0.0);
     let times = match flow.fate {
         Fate::Sticks(landing) => Some([landing.slip_time * units.time, landing.stick_time * units.time]),
         Fate::SpiralsInward | Fate::CrossesForever | Fate::TooCloseToCall | Fate::Failed(_) => None,
@@ -140,6 +143,7 @@ pub fn behaviour(model: &Model, tolerance: f64) -> Behaviour {
         damping_ratio: 0.5 * point.damping,
         critical_belt_speed: critical_belt_speed(law, point, tolerance).times(units.velocity),
         critical_damping: critical.map(|root| root.c * units.damping),
+        critical_damping_is_known: root.is_ok(),
         critical_damping_error: critical.map(|root| root.error * units.damping),
         critical_damping_ratio: critical.map(|root| 0.5 * root.c),
         regime: regime(&oscillator, &flow),

@@ -83,6 +83,8 @@ const CHUNK: usize = 2048;
 /// Largest number of times that an illegal value is drawn again; beyond it the spread is too wide for the
 /// quantity.
 const TRIES: usize = 1000;
+/// Largest number of rounds for a damping on which the legal draws depend.
+const MOST_ROUNDS: usize = 100;
 /// 97.5 % quantile of the normal distribution.
 const NORMAL: f64 = 1.959_963_984_540_054;
 
@@ -103,21 +105,37 @@ pub enum NoRisk {
     Interrupted,
 }
 
-/// Draws a legal machine, and counts the illegal ones drawn before it.
-fn draw(machine: &Machine, uncertain: &[Uncertain], random: &mut Random) -> Option<(Machine, usize)> {
+/// A machine that was drawn.
+struct Draw {
+    /// With the nominal damping.
+    machine: Machine,
+    /// Deviation of its damping, legal or not: that depends on the nominal damping.
+    of_damping: f64,
+    /// Number of illegal ones drawn before it.
+    redrawn: usize,
+}
+
+/// Draws a machine that is legal but for its damping.
+fn draw(machine: &Machine, uncertain: &[Uncertain], random: &mut Random) -> Option<Draw> {
     let values: Vec<f64> = uncertain.iter().map(|(name, _)| value_of(machine, name)).collect();
     let drawn = |random: &mut Random| {
-        let mut drawn = machine.clone();
-        for ((name, spread), value) in uncertain.iter().zip(&values) {
+        let (mut drawn, mut of_damping) = (machine.clone(), 0.0);
+        for ((name, spread), nominal) in uncertain.iter().zip(&values) {
             let value = match spread {
-                Spread::Normal { sd } => value + sd * random.normal(),
+                Spread::Normal { sd } => nominal + sd * random.normal(),
                 Spread::Uniform { min, max } => min + (max - min) * random.unit(),
             };
-            drawn = drawn.with(name, value)?;
+            match *name {
+                "damping" => of_damping = value - nominal,
+                name => drawn = drawn.with(name, value)?,
+            }
         }
-        drawn.is_legal().then_some(drawn)
+        drawn.is_legal().then_some((drawn, of_damping))
     };
-    (0..TRIES).find_map(|tried| Some((drawn(random)?, tried)))
+    (0..TRIES).find_map(|redrawn| {
+        let (machine, of_damping) = drawn(random)?;
+        Some(Draw { machine, of_damping, redrawn })
+    })
 }
 
 fn value_of(machine: &Machine, name: &str) -> f64 {
@@ -132,11 +150,19 @@ pub(crate) fn is_uncertain(machine: &Machine, uncertain: &[Uncertain]) -> bool {
 
 /// For each draw the nominal damping above which it would not stick-slip, at its own deviation.
 struct Needed {
-    /// The dampings, sorted.
-    dampings: Vec<f64>,
+    /// These, sorted, each with the least nominal damping at which the draw is legal.
+    draws: Vec<NeededDraw>,
+    /// The largest of the latter: from it on all draws are legal.
+    all_legal_from: f64,
     failed: usize,
     redrawn: usize,
     error: f64,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct NeededDraw {
+    damping: f64,
+    legal_from: f64,
 }
 
 /// Some of the draws.
@@ -157,11 +183,11 @@ impl<'a> Drawn<'a> {
         let machine = self.groups.nominal();
         let measured = has_standard_errors(machine);
         for _ in 0..draws {
-            let (drawn, redrawn) = draw(machine, uncertain, &mut random).ok_or(NoRisk::Illegal)?;
-            self.groups.push(&drawn);
+            let drawn = draw(machine, uncertain, &mut random).ok_or(NoRisk::Illegal)?;
+            self.groups.push(&drawn.machine);
             let of_friction = if measured { random.normal() } else { 0.0 };
-            self.deviations.push([drawn.damping - machine.damping, of_friction]);
-            self.redrawn += redrawn;
+            self.deviations.push([drawn.of_damping, of_friction]);
+            self.redrawn += drawn.redrawn;
         }
         Ok(self)
     }
@@ -186,22 +212,58 @@ impl Needed {
         }
         let found = all.groups.critical_dampings();
         let needed = found.dampings.iter().zip(&found.deviations).zip(&all.deviations);
-        let needed = needed.map(|((critical, spread), [of_damping, of_friction])| {
-            critical + spread * of_friction - of_damping
+        let needed = needed.map(|((critical, spread), [of_damping, of_friction])| NeededDraw {
+            damping: critical + spread * of_friction - of_damping,
+            legal_from: -of_damping,
         });
-        let mut dampings: Vec<f64> = needed.filter(|damping| !damping.is_nan()).collect();
-        dampings.sort_unstable_by(f64::total_cmp);
-        let failed = draws - dampings.len();
-        if dampings.is_empty() {
+        let mut needed: Vec<NeededDraw> = needed.filter(|draw| !draw.damping.is_nan()).collect();
+        needed.sort_unstable_by(|one, other| one.damping.total_cmp(&other.damping));
+        let failed = draws - needed.len();
+        if needed.is_empty() {
             return Err(NoRisk::NoneFound);
         }
-        Ok(Self { dampings, failed, redrawn: all.redrawn, error: found.error })
+        let all_legal_from = needed.iter().map(|draw| draw.legal_from).fold(f64::NEG_INFINITY, f64::max);
+        let needed = Self { draws: needed, all_legal_from, failed, redrawn: all.redrawn, error: found.error };
+        match needed.legal_at(machine.damping) {
+            0 => Err(NoRisk::Illegal),
+            legal => Ok(Self { redrawn: needed.redrawn + needed.draws.len() - legal, ..needed }),
+        }
+    }
+
+    /// Number of the draws that are legal at this nominal damping.
+    fn legal_at(&self, damping: f64) -> usize {
+        match self.all_legal_from <= damping {
+            true => self.draws.len(),
+            false => self.draws.iter().filter(|draw| draw.legal_from <= damping).count(),
+        }
     }
 
     /// Probability that the machine may stick-slip at this nominal damping.
     fn probability(&self, damping: f64) -> Estimate {
-        let n = self.dampings.len();
-        share(n - self.dampings.partition_point(|needed| *needed <= damping), n)
+        let more = &self.draws[self.draws.partition_point(|draw| draw.damping <= damping)..];
+        let stick_slip = match self.all_legal_from <= damping {
+            true => more.len(),
+            false => more.iter().filter(|draw| draw.legal_from <= damping).count(),
+        };
+        share(stick_slip, self.legal_at(damping))
+    }
+
+    /// The nominal damping at which the machine may stick-slip with this probability.
+    fn quantile(&self, probability: f64) -> Option<Estimate> {
+        // Which draws are legal depends on it, too.
+        let mut damping = f64::INFINITY;
+        let mut found = None;
+        for _ in 0..MOST_ROUNDS {
+            let legal = self.draws.iter().filter(|draw| draw.legal_from <= damping);
+            let dampings: Vec<f64> = legal.map(|draw| draw.damping).collect();
+            found = quantile(&dampings, probability);
+            let next = found.as_ref().map_or(damping, |found| found.value);
+            if next == damping || next >= self.all_legal_from {
+                break;
+            }
+            damping = next;
+        }
+        found
     }
 }
 
@@ -212,11 +274,10 @@ impl Needed {
 /// [`NoRisk`].
 pub fn risk(machine: &Machine, uncertain: &[Uncertain], draws: usize, rare: &[f64]) -> Result<Risk, NoRisk> {
     let needed = Needed::of(machine, uncertain, draws)?;
-    let rare_by = rare
-        .iter()
-        .map(|&probability| RareBy { probability, damping: quantile(&needed.dampings, probability) });
+    let rare_by =
+        rare.iter().map(|&probability| RareBy { probability, damping: needed.quantile(probability) });
     Ok(Risk {
-        draws: needed.dampings.len(),
+        draws: needed.legal_at(machine.damping),
         failed: needed.failed,
         redrawn: needed.redrawn,
         critical_damping_error: needed.error,
@@ -337,6 +398,25 @@ mod tests {
         assert!((found.failed, found.draws) == (0, 20_000));
     }
 
+    #[test]
+    fn a_rare_damping_next_to_zero_has_its_probability() {
+        // Negative dampings are illegal: how many draws that concerns depends on the nominal damping.
+        let machine = machine(Law::Exponential);
+        let critical = critical(&machine);
+        let uncertain = [
+            ("damping", Spread::Normal { sd: 0.4 * critical }),
+            ("belt_speed", Spread::Uniform { min: 0.1, max: 0.4 }),
+        ];
+        let found = risk(&machine.with("damping", 0.01 * critical).unwrap(), &uncertain, 20_000, &[0.3, 0.1])
+            .unwrap();
+        assert!(found.draws < 12_000 && found.draws + found.redrawn == 20_000, "{found:?}");
+        for RareBy { probability, damping } in found.rare_by {
+            let nominal = machine.with("damping", damping.unwrap().value).unwrap();
+            let there = risk(&nominal, &uncertain, 20_000, &[]).unwrap().probability;
+            assert!((there.value - probability).abs() < 2e-3, "{probability} {there:?}");
+        }
+    }
+
     /// Machines of every kind of friction, with their uncertain quantities.
     fn uncertain_machines() -> Vec<(Machine, Vec<Uncertain>)> {
         let always = [
@@ -368,7 +448,7 @@ mod tests {
             let mut random = Random(11);
             let mut groups = Groups::new(&machine, &names);
             let drawn: Vec<Machine> =
-                (0..12_000).map(|_| draw(&machine, &uncertain, &mut random).unwrap().0).collect();
+                (0..12_000).map(|_| draw(&machine, &uncertain, &mut random).unwrap().machine).collect();
             drawn.iter().for_each(|machine| groups.push(machine));
             let found = groups.critical_dampings();
             let law = machine.model().unwrap().law;
@@ -476,7 +556,7 @@ mod tests {
         let mut groups = Groups::new(&machine, &["normal_force", "belt_speed"]);
         let mut random = Random(11);
         let drawn: Vec<Machine> =
-            (0..500).map(|_| draw(&machine, &uncertain, &mut random).unwrap().0).collect();
+            (0..500).map(|_| draw(&machine, &uncertain, &mut random).unwrap().machine).collect();
         drawn.iter().for_each(|machine| groups.push(machine));
         let found = groups.critical_dampings();
         for (machine, deviation) in drawn.iter().zip(&found.deviations).step_by(97) {
@@ -494,8 +574,8 @@ mod tests {
         let mut random = Random(7);
         let sticks = (0..DRAWN)
             .filter(|_| {
-                let (drawn, _) = draw(&machine, &uncertain, &mut random).unwrap();
-                critical(&drawn) > drawn.damping
+                let drawn = draw(&machine, &uncertain, &mut random).unwrap();
+                critical(&drawn.machine) > machine.damping + drawn.of_damping
             })
             .count() as f64
             / f64::from(DRAWN);

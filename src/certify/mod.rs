@@ -109,6 +109,12 @@ impl Claim {
         }
     }
 
+    /// The edge of the claim of presence; `None` where presence is claimed at no legal damping.
+    pub(crate) fn edge(&self) -> Option<f64> {
+        let is_claimed = self.present_below >= 0.0 && self.sticks_from < self.present_below;
+        (is_claimed && self.present_below.is_finite()).then_some(self.present_below)
+    }
+
     /// Signed distance in c to the edge of the claim of presence: positive below it, negative above.
     /// Negative infinity if the test claims no presence in this column.
     #[must_use]

@@ -86,7 +86,7 @@ pub(super) fn notes_on_draws(draws: usize, failed: usize, redrawn: usize) -> Vec
     let mut notes = Vec::new();
     if redrawn > 0 {
         notes.push(format!(
-            "{} of illegal values, such as a negative mass or damping, drawn again until {} were legal",
+            "{} of illegal values, such as a negative mass or damping, do not count; {} do",
             number_of(redrawn, "draw"),
             count(draws)
         ));

@@ -428,7 +428,12 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         line("attracting cycle", format!("period {}, {shape}, multiplier {multiplier}", short(cycle.period)));
     }
     if let Some([from, to, error]) = answer.bistable_band() {
-        line("bistable for c", format!("{} to {} +- {}", exact(from), exact(to), short(error)));
+        // Where the orbit from the exit point crosses for ever, the other attractor crosses, too.
+        let other = match answer.flow.fate {
+            Fate::CrossesForever => ", here with a cycle that crosses the belt line",
+            _ => "",
+        };
+        line("bistable for c", format!("{} to {} +- {}{other}", exact(from), exact(to), short(error)));
     }
     if let Some((_, kick)) = &answer.basin {
         line(

@@ -170,10 +170,19 @@ impl Description<'_> {
                     text,
                     "u, friction = np.loadtxt(\"{TABLE}\", delimiter=\",\", usecols=(0, 1)).T"
                 );
+                if let Some((machine, _)) = &self.machine {
+                    // The grid is dimensionless, the data of a machine are not.
+                    let _ = writeln!(text, "u /= {}", exact(machine.units().velocity));
+                }
                 format!("slipmap.Law.table(u, friction, static={})", exact(table.static_level()))
             }
             law => format!("slipmap.Law.{}()", law.name()),
         };
+        if self.law.is_read_as_small() {
+            text.push_str(
+                "# The law is not read as 1 + eps F here: tests of first order in eps say nothing.\n",
+            );
+        }
         let _ = writeln!(text, "grid = {{");
         for (name, value) in &self.held {
             let _ = writeln!(text, "    \"{name}\": {},", exact(*value));

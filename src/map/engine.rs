@@ -340,8 +340,7 @@ fn closed_form(plan: &Plan, method: Method, claims: &[Claim], cs: &[f64]) -> Met
             cells.margins.extend(cs.iter().map(|&c| claim.margin(c)));
         }
         if plan.stores(Field::CriticalC) {
-            let critical = claim.present_below;
-            cells.critical.push(if (0.0..f64::INFINITY).contains(&critical) { critical } else { f64::NAN });
+            cells.critical.push(claim.edge().unwrap_or(f64::NAN));
         }
     }
     cells

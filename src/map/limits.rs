@@ -47,6 +47,12 @@ pub const HIGHEST: f64 = 10.0;
 pub(crate) const PER_DECADE: u32 = 8;
 /// Number of bisections, which reduce an interval between nodes to 1e-12 of itself.
 const HALVINGS: u32 = 40;
+/// Largest number of changes of a method's verdict that are located between two nodes.
+const MOST_CHANGES: usize = 4;
+/// Relative distance behind a change at which the new verdict is asked for: beyond the error of its place.
+const BEYOND: f64 = 1e-10;
+/// Relative distance of a change of a method and one of the flow that are taken for one.
+const SAME: f64 = 1e-9;
 /// Number of golden sections in the search for the farthest landing: from the ratio of two nodes to 1e-5.
 const SECTIONS: u32 = 24;
 
@@ -222,6 +228,28 @@ fn halve(
         *(if holds(middle)? { &mut holding } else { &mut other }) = middle;
     }
     Ok((holding * other).sqrt())
+}
+
+/// The eps between two nodes at which a method's verdict changes, increasing, each with the verdict from there on.
+/// Between presence and absence a method may be undecided in an interval far narrower than that of the nodes.
+fn changes(
+    [low, high]: [f64; 2],
+    at_low: Verdict,
+    said: impl Fn(f64) -> Result<Verdict, Unknown>,
+) -> Result<Vec<(f64, Verdict)>, Unknown> {
+    let last = said(high)?;
+    let (mut from, mut verdict) = (low, at_low);
+    let mut changes = Vec::new();
+    while verdict != last && changes.len() < MOST_CHANGES {
+        let place = halve(from, high, |epsilon| Ok(said(epsilon)? == verdict))?;
+        from = (place * (1.0 + BEYOND)).min(high);
+        verdict = said(from)?;
+        changes.push((place, verdict));
+    }
+    if let Some(change) = changes.last_mut() {
+        change.1 = last;
+    }
+    Ok(changes)
 }
 
 /// The flow at one eps.
@@ -467,23 +495,22 @@ impl Ray {
         let mut truth = self.changes.iter().peekable();
         let mut low = LOWEST;
         for high in nodes(LOWEST, end).skip(1) {
-            let after = said(high)?;
-            let mut own = if after == pair.0 {
-                None
-            } else {
-                Some(halve(low, high, |epsilon| Ok(said(epsilon)? == pair.0))?)
-            };
+            let mut own = changes([low, high], pair.0, said)?.into_iter().peekable();
             loop {
                 let flow_changes = truth.peek().filter(|(place, _)| *place <= high).map(|(place, _)| *place);
-                let place = match (own, flow_changes) {
+                let own_changes = own.peek().map(|(place, _)| *place);
+                let place = match (own_changes, flow_changes) {
                     (None, None) => break,
                     (Some(own), Some(flow)) if own < flow => own,
                     (Some(own), None) => own,
                     (_, Some(flow)) => flow,
                 };
-                if own == Some(place) {
-                    (pair.0, own) = (after, None);
-                } else if let Some((_, verdict)) = truth.next() {
+                // Changes as close to each other as the errors of their places are one.
+                let together = place * (1.0 + SAME);
+                while let Some((_, verdict)) = own.next_if(|change| change.0 <= together) {
+                    pair.0 = verdict;
+                }
+                while let Some((_, verdict)) = truth.next_if(|change| change.0 <= together) {
                     pair.1 = *verdict;
                 }
                 if meet(Some(place), pair) {

@@ -140,14 +140,13 @@ impl Answer {
 /// The answer of a closed-form test.
 fn of_test(method: Method, claim: &Claim, column: &Column, c: f64) -> MethodAnswer {
     let decision = claim.decide(c);
-    let edge = claim.present_below;
     let reason = (decision == Decision::Undecided)
         .then(|| why_inapplicable(method, claim, column).unwrap_or_else(|| why_undecided(claim, c)));
     MethodAnswer {
         method,
         verdict: decision.into(),
         margin: claim.margin(c),
-        critical_c: (edge >= 0.0).then_some(edge),
+        critical_c: claim.edge(),
         reason,
     }
 }

@@ -184,7 +184,7 @@ impl Boundaries {
                 let edges = match source {
                     Source::Stored(variable) => columns.stored(map, variable)?,
                     Source::Claim(claim) => columns.compute(|columns| {
-                        columns.iter().map(|column| claim(column).present_below).collect()
+                        columns.iter().map(|column| claim(column).edge().unwrap_or(f64::NAN)).collect()
                     }),
                 };
                 method.add(&columns, &edges, &exact, &resolution);

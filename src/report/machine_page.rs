@@ -175,7 +175,8 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
         (Some(damping), Some(error)) => {
             Rich::number(damping, 4).then(" ± ").then(Rich::number(error, 2)).with_unit(unit(Damping))
         }
-        _ => rich("none: it needs no damping"),
+        _ if does.critical_damping_is_known => rich("none: it needs no damping"),
+        _ => rich("not determined"),
     };
     let mut limits = vec![
         line("regime at the working point", rich(&palette::regime(does.regime).words)),
@@ -229,6 +230,8 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
             rich(match (does.regime, does.slip_and_stick_time) {
                 (Regime::StickSlip, _) => "none is needed",
                 (Regime::Failed, _) | (_, Some(_)) => "not determined",
+                // A cycle that crosses the belt line may be started by a kick that is not computed.
+                (regime, None) if regime.name().contains("crossing") => "not determined",
                 (_, None) => "no kick of steady slip does",
             }),
         )),

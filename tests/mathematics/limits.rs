@@ -206,3 +206,23 @@ fn a_fast_belt_ends_the_limits_at_the_landing() {
     }
     assert!(ray.nearest_change(place * 1.01) == Some(place));
 }
+
+#[test]
+fn theorems_never_contradict_the_flow_at_a_smaller_eps() {
+    // Between presence and absence they are undecided in an interval of eps that lies between two nodes.
+    let narrow = Sample {
+        epsilon: 0.3,
+        alpha: 0.5165470691352907,
+        beta: 0.0,
+        gamma: 2.6264610133547297,
+        belt_speed: 0.810095088733337,
+        damping: 1.2116211496709441,
+    };
+    for sample in samples(24).into_iter().chain([narrow]) {
+        let ray = ray(&sample);
+        for name in ["instability", "symmetric", "validated"] {
+            let sound = ray.limit(method(name)).sound;
+            assert!(matches!(sound, Limit::Throughout | Limit::Unknown(_)), "{sample:?} {name} {sound:?}");
+        }
+    }
+}

@@ -122,8 +122,8 @@ pub(super) fn by_method(map: &MapFile, columns: &[Column], budget: &Budget) -> V
     let solved = &columns[..simulated.len()];
     let tests = map.methods().iter().filter_map(|method| match Method::by_name(&method.name)? {
         Method::Test(test) => {
-            let edges = solved.iter().map(|column| (test.claim)(column).present_below);
-            Some((method.name.clone(), edges.map(|c| if c.is_finite() { c } else { f64::NAN }).collect()))
+            let edges = solved.iter().map(|column| (test.claim)(column).edge().unwrap_or(f64::NAN));
+            Some((method.name.clone(), edges.collect()))
         }
         Method::Simulation | Method::Naive(..) => None,
     });
