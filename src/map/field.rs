@@ -161,10 +161,10 @@ impl Quantity {
                 "Floquet multiplier of the unstable slip cycle around steady slip"
             }
             Quantity::KickForward => {
-                "smallest kick along the belt's motion that starts stick-slip from steady slip"
+                "smallest kick along the belt's motion that starts stick-slip, or a cycle across the belt line, from steady slip"
             }
             Quantity::KickBackward => {
-                "smallest kick against the belt's motion that starts stick-slip from steady slip"
+                "smallest kick against the belt's motion that starts stick-slip, or a cycle across the belt line, from steady slip"
             }
             Quantity::EpsilonLimit(_) => {
                 "largest epsilon up to which the verdict equals the simulated one, at these other parameters \
