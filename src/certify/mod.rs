@@ -259,6 +259,10 @@ mod tests {
             assert_eq!(claim.decide(c), decision, "c = {c}");
         }
         assert_eq!(claim.margin(0.25), 0.75);
+        assert_eq!(claim.edge(), Some(1.0));
+        // The landing is proved at no damping at which the orbit is proved to return.
+        assert_eq!(Claim { sticks_from: 1.5, ..claim }.edge(), None);
+        assert_eq!(Claim { present_below: -0.1, ..claim }.edge(), None);
         assert_eq!(Claim::NOTHING.decide(0.0), Decision::Undecided);
     }
 

@@ -475,6 +475,24 @@ fn influence(all: &Assessment) -> Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::assessment::assess;
+    use crate::friction::Law;
+    use crate::machine::example;
+
+    #[test]
+    fn a_critical_damping_that_was_not_found_is_not_told_as_none() {
+        let mut all = assess(&example(Law::Exponential)).unwrap();
+        let told = |all: &Assessment| {
+            let all_lines = sections(all).into_iter().flat_map(|(_, lines)| lines);
+            let mut values = all_lines.filter(|(name, _)| name.plain() == "may stick-slip below damping");
+            values.next().unwrap().1.plain()
+        };
+        assert!(told(&all).contains("N s/m"));
+        all.behaviour.critical_damping = None;
+        assert_eq!(told(&all), "none: it needs no damping");
+        all.behaviour.critical_damping_is_known = false;
+        assert_eq!(told(&all), "not determined");
+    }
 
     #[test]
     fn shares_are_printed_as_people_read_them() {

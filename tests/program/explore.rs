@@ -607,6 +607,16 @@ fn any_quantity_of_a_machine_is_an_axis() {
         (asked["law"], asked["file"], asked["show"]) = (law.clone(), "h5".into(), "regime".into());
         asked["x"]["to"] = 0.25.into();
         assert_map_is_that_of_its_configuration(&server, &scratch, &asked);
+        let (_, texts) = server.ask("/api/texts", &asked);
+        let python = texts["python"].as_str().unwrap();
+        // Slip speeds of the data in units of the oscillator, whose grid is dimensionless: N mu / sqrt(k m).
+        let unit = python.lines().find_map(|line| line.strip_prefix("u /= ")?.parse::<f64>().ok());
+        let expected = (law["name"] == "table").then_some(1000.0 * 0.4 / (2.0 * 5.05e5_f64).sqrt());
+        assert_eq!(unit.is_some(), expected.is_some(), "{python}");
+        assert!(
+            unit.zip(expected).is_none_or(|(unit, expected)| (unit / expected - 1.0).abs() < 1e-12),
+            "{python}"
+        );
     }
     let (status, answer) = server.ask("/api/texts", &machine("mass", "damping"));
     assert!(

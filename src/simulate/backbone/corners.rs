@@ -51,7 +51,7 @@ pub(super) fn corner_amplitudes(solver: &mut Solver) -> Result<Option<Vec<End>>,
         let others = known.len();
         let mut found = (belt_speed, at_belt_speed);
         for _ in 0..MOST_ORBITS {
-            let amplitude = (wanted * ratio_at(&mut known.clone(), wanted)).min(belt_speed);
+            let amplitude = (wanted * ratio_at(known.clone(), wanted)).min(belt_speed);
             let (viscous, depth) = orbit(solver, amplitude)?;
             found = (amplitude, viscous);
             known.truncate(others);
@@ -73,7 +73,7 @@ pub(super) fn corner_amplitudes(solver: &mut Solver) -> Result<Option<Vec<End>>,
 }
 
 /// The value at `depth` of the polynomial through the nearest of the known pairs, by Neville's scheme.
-fn ratio_at(known: &mut [(f64, f64)], depth: f64) -> f64 {
+fn ratio_at(mut known: Vec<(f64, f64)>, depth: f64) -> f64 {
     known.sort_by(|one, other| (one.0 - depth).abs().total_cmp(&(other.0 - depth).abs()));
     let near = &known[..known.len().min(NEAREST)];
     let mut values: Vec<f64> = near.iter().map(|pair| pair.1).collect();
