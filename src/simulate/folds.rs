@@ -45,11 +45,10 @@ impl Extreme {
         self.height.max(other.height) < 0.0 || self.height.min(other.height) > 1.0
     }
 
-    /// The distance of two extremes that may correspond.
+    /// The distance of two extremes of one kind; others do not correspond.
     fn distance(self, other: Extreme) -> Option<f64> {
         let up = if self.is_outside_with(other) { 0.0 } else { (self.height - other.height).abs() };
-        let distance = (self.amplitude - other.amplitude).abs().max(up);
-        (self.is_maximum == other.is_maximum && distance < 2.0 * ALONE).then_some(distance)
+        (self.is_maximum == other.is_maximum).then_some((self.amplitude - other.amplitude).abs().max(up))
     }
 
     /// Whether its height is that in the middle of a chord.
@@ -272,16 +271,20 @@ mod tests {
 
     #[test]
     fn an_extreme_that_dies_is_not_joined_to_one_that_is_born_elsewhere() {
-        // One pair of extremes near r = 0.25 up to s = 0.405, another near 0.75 from s = 0.406 on.
-        let bump = |r: f64, size: f64| {
-            if r.abs() < 0.2 { size * (r * 10.0).sin() * (1.0 - 25.0 * r * r) } else { 0.0 }
+        // A pair of extremes of the same heights near r = 0.25 up to s = 0.4055, and near 0.75 from there on.
+        let pair = |middle: f64| {
+            let of = |amplitude: f64, height: f64, is_maximum: bool| Extreme {
+                amplitude,
+                height,
+                error: 0.0,
+                is_maximum,
+            };
+            vec![of(middle - 0.1, 0.4, true), of(middle + 0.1, 0.3, false)]
         };
-        let at = |s: f64| {
-            extremes_of(|r| {
-                0.3 + 0.01 * r + bump(r - 0.25, (0.405 - s).max(0.0)) + bump(r - 0.75, (s - 0.406).max(0.0))
-            })
-        };
-        for curve in fold_curves(&at, 1) {
+        let at = |s: f64| pair(if s < 0.4055 { 0.25 } else { 0.75 });
+        let curves = fold_curves(&at, 1);
+        assert_eq!(curves.len(), 4, "{curves:?}");
+        for curve in curves {
             let left = curve.points.iter().all(|point| point.place[0] < 0.4055);
             let right = curve.points.iter().all(|point| point.place[0] > 0.4055);
             assert!(left || right, "{curve:?}");
