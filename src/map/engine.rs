@@ -19,7 +19,7 @@ use crate::certify::{Claim, Columns};
 use crate::clock::timed;
 use crate::filippov::Oscillator;
 use crate::friction::Column;
-use crate::simulate::return_map::{Turn, is_resolved};
+use crate::simulate::return_map::is_resolved;
 
 /// Controls of a computation: threads, callbacks, interruption.
 pub struct Control<'a> {
@@ -363,14 +363,15 @@ fn simulation(
         critical: Vec::new(),
     };
     if plan.stores(Field::Margin) {
-        let turns = match simulated.turns.is_empty() {
-            true => simulated.count_margins(columns.all(), cs, plan.tolerance),
-            false => std::mem::take(&mut simulated.turns),
+        let found = match simulated.margins.take() {
+            Some(found) => found,
+            None => simulated.count_margins(columns.all(), cs, plan.tolerance),
         };
-        cells.margins.extend(turns.into_iter().map(|turn| match turn {
-            Turn::Complete { margin, error, .. } if is_resolved(margin, error) => margin,
-            Turn::Complete { .. } | Turn::HandOver { .. } => f64::NAN,
-        }));
+        let resolved = |(&margin, &error): (&f64, &f64)| match is_resolved(margin, error) {
+            true => margin,
+            false => f64::NAN,
+        };
+        cells.margins.extend(found.margins.iter().zip(&found.errors).map(resolved));
     }
     if want_critical {
         cells.critical.extend(simulated.critical.iter().map(|critical| match critical {

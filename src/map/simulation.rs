@@ -15,8 +15,8 @@ use crate::simulate::{
     CriticalDamping, NoCriticalDamping,
     critical::critical_dampings,
     direct, flow,
-    margins::margins,
-    return_map::{Turn, is_resolved},
+    margins::{Margins, margins},
+    return_map::is_resolved,
     surface,
 };
 
@@ -79,8 +79,8 @@ impl Paths {
 pub(super) struct Simulated {
     /// The end of each cell's orbit, column by column.
     pub(crate) ends: Vec<End>,
-    /// The turn of each cell, if they were needed.
-    pub(crate) turns: Vec<Turn>,
+    /// Margins of the cells, if they were needed.
+    pub(crate) margins: Option<Margins>,
     /// Critical damping of each column, where requested or found on the way.
     pub(crate) critical: Vec<Option<CriticalDamping>>,
     /// Number of columns in whose search for a requested critical damping an engine gave no answer.
@@ -91,13 +91,10 @@ pub(super) struct Simulated {
 
 impl Simulated {
     /// Margins of all cells; counts their work.
-    pub(super) fn count_margins(&mut self, columns: &[Column], cs: &[f64], tolerance: f64) -> Vec<Turn> {
-        let turns = margins(columns, cs, tolerance);
-        let rhs = |turn: &Turn| match *turn {
-            Turn::Complete { rhs, .. } | Turn::HandOver { rhs } => u64::from(rhs),
-        };
-        self.rhs += turns.iter().map(rhs).sum::<u64>();
-        turns
+    pub(super) fn count_margins(&mut self, columns: &[Column], cs: &[f64], tolerance: f64) -> Margins {
+        let found = margins(columns, cs, tolerance);
+        self.rhs += found.rhs.iter().map(|&rhs| u64::from(rhs)).sum::<u64>();
+        found
     }
 }
 
@@ -127,11 +124,13 @@ pub(super) fn simulate(
             done.paths.direct = done.ends.len() as u64;
         }
         Engine::ReturnMap => {
-            let turns = done.count_margins(columns, cs, tolerance);
-            for (column, turns) in columns.iter().zip(turns.chunks(cs.len().max(1))) {
-                return_map_column(column, cs, turns, tolerance, &mut done);
+            let found = done.count_margins(columns, cs, tolerance);
+            let cells = cs.len().max(1);
+            let of_columns = found.margins.chunks(cells).zip(found.errors.chunks(cells));
+            for (column, (margins, errors)) in columns.iter().zip(of_columns) {
+                return_map_column(column, cs, [margins, errors], tolerance, &mut done);
             }
-            done.turns = turns;
+            done.margins = Some(found);
         }
         Engine::CriticalSurface | Engine::Auto => by_column(asked, cs, engine, tolerance, known, &mut done),
     }
@@ -201,14 +200,19 @@ fn by_direct(oscillator: &Oscillator, tolerance: f64, rhs: &mut u64) -> End {
 
 /// Decides every cell of a column by its turn, and by an orbit of its own where that settles neither the
 /// margin's sign nor the landing.
-fn return_map_column(column: &Column, cs: &[f64], turns: &[Turn], tolerance: f64, done: &mut Simulated) {
+fn return_map_column(
+    column: &Column,
+    cs: &[f64],
+    [margins, errors]: [&[f64]; 2],
+    tolerance: f64,
+    done: &mut Simulated,
+) {
     let lands = certainly_lands(column);
-    for (turn, &c) in turns.iter().zip(cs) {
-        let known = match *turn {
-            Turn::Complete { margin, error, .. } if !is_resolved(margin, error) => None,
-            Turn::Complete { margin, error, .. } if margin < -error => Some(End::Inward),
-            Turn::Complete { margin, error, .. } if margin > error && lands(c, margin) => Some(End::Sticks),
-            Turn::Complete { .. } | Turn::HandOver { .. } => None,
+    for ((&c, &margin), &error) in cs.iter().zip(margins).zip(errors) {
+        let known = match is_resolved(margin, error) {
+            true if margin < -error => Some(End::Inward),
+            true if margin > error && lands(c, margin) => Some(End::Sticks),
+            _ => None,
         };
         let end = known.unwrap_or_else(|| {
             let answer = flow(&Oscillator::in_column(column, c), tolerance);

@@ -1,18 +1,21 @@
 //! Margins along whole columns: the turns of a few cells, and a polynomial in c through them for the others.
 //!
-//! The margin m/V of a column is analytic in c wherever the orbits complete their turn (theory, "Margins of a
-//! column"). The nodes of the polynomial are cells of the column in the order of Leja, each farthest from those
-//! before it: one more node leaves the others useful, and a column that is not interpolated has wasted none.
+//! The margin m/V of a column is analytic in c wherever the orbits complete their turn, and 1 + m/V is nearly
+//! that of a spiral, an orbit whose divergence stays what it is at belt speed (theory, "Margins of a column"). The
+//! polynomial is one through their ratio, less 1. Its nodes are cells of the column in the order of Leja, each
+//! farthest from those before it: one more node leaves the others useful, and a column that is not interpolated
+//! has wasted none.
 //!
 //! **Error.** A new node tells how wrong the polynomial through the nodes before it is, about where it is worst:
-//! its surplus. The error of the polynomial through all nodes is taken to be no smaller than the last surplus,
-//! though it falls with every node; and no smaller than the surplus before times the slowest fall of all, since
-//! one surplus may be small by chance. The errors of the turns are added, times Lebesgue's function. A cell
-//! where all that exceeds the tolerance gets a turn of its own.
+//! its surplus. Surpluses fall from node to node; the error of the polynomial through all nodes is taken to be the
+//! last surplus times eight times their slowest fall, though at most that surplus; where it may be small by
+//! chance, the one before times the slowest fall takes its place. The errors of the turns are added, times
+//! Lebesgue's function. A cell where all that exceeds the tolerance gets a turn of its own.
 
 use std::cell::OnceCell;
 use std::f64::consts::PI;
 
+use super::polar::exp;
 use super::return_map::{Turn, UNRESOLVED, turns_of_orbits};
 use crate::friction::Column;
 
@@ -25,48 +28,82 @@ const MOST: usize = 24;
 const NEAR: f64 = 1.0;
 /// Shares of the tolerance for the turns at the nodes, whose errors grow with Lebesgue's function, and for the
 /// polynomial.
-const SHARE_OF_TURNS: f64 = 0.25;
+const SHARE_OF_TURNS: f64 = 0.3;
 const SHARE_OF_POLYNOMIAL: f64 = 0.5;
-/// Rounding errors of the polynomial's value, in units of the largest margin.
+/// Safety of the fall that is expected of the next surplus.
+const SAFETY: f64 = 8.0;
+/// Rounding errors of a ratio.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
+/// The margins of cells.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Margins {
+    /// m/V of each cell; NaN where the return map gives none, see [`Turn::HandOver`].
+    pub margins: Vec<f64>,
+    /// Estimate of the absolute error of each.
+    pub errors: Vec<f64>,
+    /// Number of evaluations of the right-hand side for each: none where it was interpolated.
+    pub rhs: Vec<u32>,
+}
+
+impl Margins {
+    /// Of cells of which nothing is known.
+    fn none(cells: usize) -> Self {
+        Self { margins: vec![f64::NAN; cells], errors: vec![f64::NAN; cells], rhs: vec![0; cells] }
+    }
+
+    fn put(&mut self, cell: usize, turn: Turn) {
+        let (margin, error, rhs) = match turn {
+            Turn::Complete { margin, error, rhs } => (margin, error, rhs),
+            Turn::HandOver { rhs } => (f64::NAN, f64::NAN, rhs),
+        };
+        (self.margins[cell], self.errors[cell]) = (margin, error);
+        self.rhs[cell] += rhs;
+    }
+}
+
 /// Margins of the orbits of all columns at the dampings `cs`, column by column, each with an error of at most
-/// `tolerance` where that can be reached. An interpolated margin has no evaluations of its own.
+/// `tolerance` where that can be reached.
 ///
 /// A column's margins do not depend on the other columns.
 #[must_use]
-pub fn margins(columns: &[Column], cs: &[f64], tolerance: f64) -> Vec<Turn> {
+pub fn margins(columns: &[Column], cs: &[f64], tolerance: f64) -> Margins {
     let axis = Axis::new(cs);
     // Larger errors may leave a margin unresolved.
     let goal = tolerance.min(UNRESOLVED);
-    let mut turns = vec![Turn::HandOver { rhs: 0 }; columns.len() * cs.len()];
+    let mut done = Margins::none(columns.len() * cs.len());
     let (mut growing, mut single): (Vec<Growing>, Vec<usize>) = (Vec::new(), Vec::new());
+    let spirals = reach_of_spirals(columns, cs);
     for (number, column) in columns.iter().enumerate() {
-        let first = number * cs.len();
-        match axis.nodes_for(column, SHARE_OF_POLYNOMIAL * goal) {
-            Some(wanted) => {
-                growing.push(Growing { first, values: [0.0; MOST], count: 0, wanted, error: 0.0 })
-            }
-            None => single.extend(first..first + cs.len()),
+        let cells = number * cs.len()..(number + 1) * cs.len();
+        match Growing::new(&axis, column, cells.start, &spirals[cells.clone()], goal) {
+            Some(column) => growing.push(column),
+            None => single.extend(cells),
         }
     }
-    let turns_at = |cells: &[usize], tolerance: f64| {
-        let orbit = |&cell: &usize| (&columns[cell / cs.len()], cs[cell % cs.len()]);
-        turns_of_orbits(cells.iter().map(orbit), tolerance)
-    };
-    let mut nodes = Vec::new();
+    growing.sort_by(|a, b| a.goal.total_cmp(&b.goal));
+    let orbit = |&cell: &usize| (&columns[cell / cs.len()], cs[cell % cs.len()]);
+    let (mut nodes, mut found) = (Vec::new(), Vec::new());
     while !growing.is_empty() {
-        nodes.clear();
-        for column in &growing {
-            let next = &axis.order[column.count..column.wanted];
-            nodes.extend(next.iter().map(|cell| column.first + cell));
+        found.clear();
+        for alike in growing.chunk_by(|a, b| a.goal == b.goal) {
+            nodes.clear();
+            for column in alike {
+                let next = &axis.order[column.count..column.wanted];
+                nodes.extend(next.iter().map(|cell| column.first + cell));
+            }
+            found.extend(turns_of_orbits(nodes.iter().map(orbit), SHARE_OF_TURNS * alike[0].goal));
         }
-        let mut found = turns_at(&nodes, SHARE_OF_TURNS * goal).into_iter();
+        let mut found = found.iter().copied();
         growing.retain_mut(|column| {
-            let cells = &mut turns[column.first..][..cs.len()];
-            match column.grow(&axis, &mut found, cells, goal) {
+            let spirals = &spirals[column.first..][..cs.len()];
+            match column.grow(&axis, spirals, &mut found, &mut done) {
                 Next::MoreNodes => return true,
-                Next::Interpolate { error } => column.fill(&axis, error, goal, cells, &mut single),
+                Next::Interpolate { error } => {
+                    column.fill(&axis, spirals, error, &mut done);
+                    let cells = column.first..column.first + cs.len();
+                    single.extend(cells.filter(|&cell| !(done.errors[cell] <= goal)));
+                }
                 Next::OwnTurns { nodes } => {
                     let others = (0..cs.len()).filter(|&cell| axis.rank[cell] >= nodes);
                     single.extend(others.map(|cell| column.first + cell));
@@ -75,10 +112,28 @@ pub fn margins(columns: &[Column], cs: &[f64], tolerance: f64) -> Vec<Turn> {
             false
         });
     }
-    for (&cell, turn) in single.iter().zip(turns_at(&single, tolerance)) {
-        turns[cell] = turn;
+    for (&cell, turn) in single.iter().zip(turns_of_orbits(single.iter().map(orbit), tolerance)) {
+        done.put(cell, turn);
     }
-    turns
+    done
+}
+
+/// 1 + m/V of orbits along which the divergence is that at belt speed: exp(pi D / sqrt(1 - D^2/4)).
+fn reach_of_spirals(columns: &[Column], cs: &[f64]) -> Vec<f64> {
+    let divergences = |column: &Column| {
+        let (weakening, epsilon) = (column.curve.weakening(column.belt_speed), column.epsilon);
+        cs.iter().map(move |c| weakening - epsilon * c)
+    };
+    let mut cells: Vec<f64> = columns.iter().flat_map(divergences).collect();
+    pulp::Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            for cell in &mut cells {
+                *cell = exp::<6>(PI * *cell / (1.0 - 0.25 * *cell * *cell).sqrt());
+            }
+        },
+    );
+    cells
 }
 
 /// The dampings of a column as nodes.
@@ -92,37 +147,22 @@ struct Axis {
     order: Vec<usize>,
     /// The place of every cell in that order, or more than any.
     rank: Vec<usize>,
-    /// For each node, the polynomial through those before it, there.
-    before: Vec<Polynomial>,
-    /// The polynomials through as many nodes.
-    polynomials: Vec<OnceCell<Polynomial>>,
+    /// For each node, the weights there of the nodes before it, see [`weights`].
+    before: Vec<Vec<f64>>,
+    /// The weights in all cells of as many first nodes.
+    weights: Vec<OnceCell<Vec<f64>>>,
 }
 
-/// The polynomials through the first nodes of an axis, in some cells.
-struct Polynomial {
-    /// The weight of each node's value in each cell, node by node: Lagrange's polynomials.
-    weights: Vec<f64>,
-    /// Lebesgue's function in each cell.
-    lebesgue: Vec<f64>,
-}
-
-impl Polynomial {
-    fn new(x: &[f64], nodes: &[usize], cells: &[usize]) -> Self {
-        let product = |node: usize, at: f64| -> f64 {
-            nodes.iter().filter(|&&other| other != node).map(|&other| at - x[other]).product()
-        };
-        let mut weights = Vec::with_capacity(nodes.len() * cells.len());
-        let mut lebesgue = vec![0.0; cells.len()];
-        for &node in nodes {
-            let scale = 1.0 / product(node, x[node]);
-            for (sum, &cell) in lebesgue.iter_mut().zip(cells) {
-                let weight: f64 = scale * product(node, x[cell]);
-                *sum += weight.abs();
-                weights.push(weight);
-            }
-        }
-        Self { weights, lebesgue }
-    }
+/// The weights of the values at `nodes` in a polynomial's values in `cells`, node by node: Lagrange's polynomials.
+fn weights(x: &[f64], nodes: &[usize], cells: &[usize]) -> Vec<f64> {
+    let product = |node: usize, at: f64| -> f64 {
+        nodes.iter().filter(|&&other| other != node).map(|&other| at - x[other]).product()
+    };
+    let weights_of = |&node: &usize| {
+        let scale = 1.0 / product(node, x[node]);
+        cells.iter().map(move |&cell| scale * product(node, x[cell]))
+    };
+    nodes.iter().flat_map(weights_of).collect()
 }
 
 impl Axis {
@@ -143,27 +183,24 @@ impl Axis {
             rank[next] = order.len();
             order.push(next);
         }
-        let before =
-            order.iter().enumerate().map(|(count, &node)| Polynomial::new(&x, &order[..count], &[node]));
+        let before = order.iter().enumerate().map(|(count, &node)| weights(&x, &order[..count], &[node]));
         let before = before.collect();
-        let polynomials = (0..=order.len()).map(|_| OnceCell::new()).collect();
-        Self { low, high, x, order, rank, before, polynomials }
+        let weights = (0..=order.len()).map(|_| OnceCell::new()).collect();
+        Self { low, high, x, order, rank, before, weights }
     }
 
-    /// The number of nodes with which a column starts: where exp(-pi eps c) has Chebyshev coefficients below
-    /// `enough`. `None` if the column cannot be interpolated.
+    /// The number of nodes with which a column starts: where exp(-pi eps c), times four variations of the divergence
+    /// along the orbit, has Chebyshev coefficients below `enough`. `None` if the column cannot be interpolated.
     fn nodes_for(&self, column: &Column, enough: f64) -> Option<usize> {
         let [low, high] = [self.low, self.high].map(|c| column.epsilon * c);
-        let is_near = |u: f64| {
-            let weakening = column.curve.weakening(u);
-            (weakening - low).abs() <= NEAR && (weakening - high).abs() <= NEAR
-        };
-        let reach = [0.0, column.belt_speed, 2.0 * column.belt_speed];
-        if self.order.len() < FEWEST || !(column.curve.is_analytic() && reach.into_iter().all(is_near)) {
+        let weakening = [1.0, 0.0, 2.0].map(|x| column.curve.weakening(x * column.belt_speed));
+        let near = weakening.iter().all(|at| (at - low).abs() <= NEAR && (at - high).abs() <= NEAR);
+        if self.order.len() < FEWEST || !(column.curve.is_analytic() && near) {
             return None;
         }
         let quarter = 0.25 * PI * (high - low);
-        let mut coefficient = 2.0;
+        let variation = weakening.iter().fold(0.0, |most: f64, at| most.max((at - weakening[0]).abs()));
+        let mut coefficient = 8.0 * variation;
         let last = (1..self.order.len()).find(|&degree| {
             coefficient *= quarter / degree as f64;
             coefficient <= enough
@@ -171,11 +208,10 @@ impl Axis {
         last.map(|degree| (degree + 1).max(FEWEST))
     }
 
-    /// The polynomial through the first `count` nodes.
-    fn polynomial(&self, count: usize) -> &Polynomial {
-        self.polynomials[count].get_or_init(|| {
-            Polynomial::new(&self.x, &self.order[..count], &(0..self.x.len()).collect::<Vec<_>>())
-        })
+    /// The weights in all cells of the first `count` nodes.
+    fn weights(&self, count: usize) -> &[f64] {
+        self.weights[count]
+            .get_or_init(|| weights(&self.x, &self.order[..count], &(0..self.x.len()).collect::<Vec<_>>()))
     }
 }
 
@@ -197,32 +233,43 @@ enum Next {
 struct Growing {
     /// Its first cell.
     first: usize,
-    /// The margins at its nodes.
+    /// Largest error of a ratio that is small enough for the margins: the tolerance by the largest reach of a
+    /// spiral, to a power of 2, so that many columns have the same.
+    goal: f64,
+    /// The ratios at its nodes, less 1, and their errors.
     values: [f64; MOST],
+    errors: [f64; MOST],
     /// Number of nodes, and the number that it is to have next.
     count: usize,
     wanted: usize,
-    /// Largest error of a margin at a node.
-    error: f64,
 }
 
 impl Growing {
+    /// `None` if the column cannot be interpolated.
+    fn new(axis: &Axis, column: &Column, first: usize, spirals: &[f64], goal: f64) -> Option<Self> {
+        let reach = spirals.iter().copied().fold(1.0, f64::max);
+        let goal = goal / reach.log2().round().exp2();
+        let wanted = axis.nodes_for(column, SHARE_OF_POLYNOMIAL * goal)?;
+        Some(Self { first, goal, values: [0.0; MOST], errors: [0.0; MOST], count: 0, wanted })
+    }
+
     /// Takes the turns of the next nodes.
     fn grow(
         &mut self,
         axis: &Axis,
+        spirals: &[f64],
         found: &mut impl Iterator<Item = Turn>,
-        cells: &mut [Turn],
-        goal: f64,
+        done: &mut Margins,
     ) -> Next {
         let mut complete = true;
         for (&cell, turn) in axis.order[self.count..self.wanted].iter().zip(found) {
-            cells[cell] = turn;
+            done.put(self.first + cell, turn);
             match turn {
-                Turn::Complete { margin, error, .. } if error <= goal => {
-                    self.values[self.count] = margin;
+                Turn::Complete { margin, error, .. } if error <= self.goal => {
+                    let spiral = spirals[cell];
+                    self.values[self.count] = (1.0 + margin - spiral) / spiral;
+                    self.errors[self.count] = error / spiral + ROUNDING;
                     self.count += 1;
-                    self.error = self.error.max(error);
                 }
                 Turn::Complete { .. } | Turn::HandOver { .. } => complete = false,
             }
@@ -231,59 +278,67 @@ impl Growing {
             return Next::OwnTurns { nodes: self.wanted };
         }
         let (fall, error) = self.surplus(axis);
-        let enough = SHARE_OF_POLYNOMIAL * goal;
+        let enough = SHARE_OF_POLYNOMIAL * self.goal;
         if error <= enough {
             return Next::Interpolate { error };
         }
         // No more than will be needed.
-        let more = if fall < 1.0 { ((enough / error).ln() / fall.ln()).floor().max(1.0) } else { 1.0 };
-        self.wanted += more.min(MOST as f64) as usize;
+        let mut more = 1;
+        let mut expected = error * fall * fall;
+        while fall < 1.0 && expected > enough && more < MOST {
+            more += 1;
+            expected *= fall;
+        }
+        self.wanted += more;
         if self.wanted <= axis.order.len() { Next::MoreNodes } else { Next::OwnTurns { nodes: self.count } }
     }
 
     /// The slowest fall of the surpluses, per node, over one node or two, as far as errors of the turns do not
-    /// explain it; and the error of the polynomial, infinite if they do not fall.
+    /// explain it; and the error of the polynomial, infinite if they do not fall. The first surplus, that of a
+    /// constant, may be small where the others are not.
     fn surplus(&self, axis: &Axis) -> (f64, f64) {
-        let noise = self.noise();
         let (mut over_one, mut over_two) = (0.0_f64, 0.0_f64);
         let (mut before, mut last) = (f64::INFINITY, f64::INFINITY);
-        for (node, polynomial) in axis.before[..self.count].iter().enumerate().skip(1) {
-            let terms = polynomial.weights.iter().zip(&self.values);
-            let surplus =
-                (self.values[node] - terms.map(|(weight, value)| weight * value).sum::<f64>()).abs();
-            let unexplained = (surplus - noise * (1.0 + polynomial.lebesgue[0])).max(0.0);
+        for (node, weights) in axis.before[..self.count].iter().enumerate().skip(2) {
+            let (mut surplus, mut noise) = (self.values[node], self.errors[node]);
+            for ((weight, value), error) in weights.iter().zip(&self.values).zip(&self.errors) {
+                surplus -= weight * value;
+                noise += weight.abs() * error;
+            }
+            let surplus = surplus.abs();
+            let unexplained = (surplus - noise).max(0.0);
             // NaN, of nothing from nothing, is no fall.
             over_one = over_one.max(unexplained / last);
             over_two = over_two.max(unexplained / before);
             (before, last) = (last, surplus);
         }
         let fall = over_one.max(over_two.sqrt());
-        let error = last.max(fall * before) * (fall / (1.0 - fall)).max(1.0);
+        let error = last.max(fall * before) * (SAFETY * fall).min(1.0) * (fall / (1.0 - fall)).max(1.0);
         (fall, if fall < 1.0 { error } else { f64::INFINITY })
     }
 
-    /// Error of the values.
-    fn noise(&self) -> f64 {
-        self.error
-            + ROUNDING * self.values[..self.count].iter().fold(0.0, |most: f64, value| most.max(value.abs()))
-    }
-
-    /// Fills the cells that are not nodes by the polynomial of this error; lists those whose whole error exceeds
-    /// the goal.
-    fn fill(&self, axis: &Axis, error: f64, goal: f64, cells: &mut [Turn], single: &mut Vec<usize>) {
-        let (noise, count) = (self.noise(), self.count);
-        let polynomial = axis.polynomial(count);
-        let mut margins = vec![0.0; cells.len()];
-        for (value, weights) in self.values.iter().zip(polynomial.weights.chunks_exact(cells.len())) {
-            margins.iter_mut().zip(weights).for_each(|(margin, weight)| *margin += weight * value);
-        }
-        for (cell, margin) in margins.into_iter().enumerate().filter(|(cell, _)| axis.rank[*cell] >= count) {
-            let error = error + noise * polynomial.lebesgue[cell];
-            if error <= goal {
-                cells[cell] = Turn::Complete { margin, error, rhs: 0 };
-            } else {
-                single.push(self.first + cell);
-            }
-        }
+    /// Fills the cells by the polynomial of this error, which is that of a turn at a node.
+    fn fill(&self, axis: &Axis, spirals: &[f64], error: f64, done: &mut Margins) {
+        let cells = self.first..self.first + spirals.len();
+        let (margins, errors) = (&mut done.margins[cells.clone()], &mut done.errors[cells]);
+        let nodes = self.values[..self.count].iter().zip(&self.errors);
+        let weights = axis.weights(self.count).chunks_exact(spirals.len());
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                margins.fill(0.0);
+                errors.fill(error);
+                for ((value, error), weights) in nodes.zip(weights) {
+                    for ((margin, noise), weight) in margins.iter_mut().zip(&mut *errors).zip(weights) {
+                        *margin += weight * value;
+                        *noise += weight.abs() * error;
+                    }
+                }
+                for ((margin, error), spiral) in margins.iter_mut().zip(errors).zip(spirals) {
+                    *margin = (spiral - 1.0) + spiral * *margin;
+                    *error *= spiral;
+                }
+            },
+        );
     }
 }

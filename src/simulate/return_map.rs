@@ -42,25 +42,16 @@ pub fn turns_of(column: &Column, cs: &[f64], tolerance: f64) -> Vec<Turn> {
 
 /// As [`turns_of`], of orbits of several columns, each at its damping.
 pub(super) fn turns_of_orbits<'a>(
-    orbits: impl Iterator<Item = (&'a Column, f64)>,
+    orbits: impl Iterator<Item = (&'a Column, f64)> + Clone,
     tolerance: f64,
 ) -> Vec<Turn> {
-    let mut answers = Vec::with_capacity(orbits.size_hint().0);
-    let (mut places, mut groups) = (Vec::new(), Vec::new());
-    for (column, c) in orbits {
-        answers.push(match column.curve.stribeck() {
-            Some(law) => {
-                places.push(answers.len());
-                groups.push(law.scaled(column.belt_speed, column.epsilon * c));
-                Turn::HandOver { rhs: 0 }
-            }
-            None => stepped(&Oscillator::in_column(column, c), tolerance),
-        });
+    let scaled = |(column, c): (&Column, f64)| {
+        column.curve.stribeck().map(|law| law.scaled(column.belt_speed, column.epsilon * c))
+    };
+    match orbits.clone().map(scaled).collect::<Option<Vec<_>>>() {
+        Some(groups) => turns(&groups, tolerance),
+        None => orbits.map(|(column, c)| turn_of(&Oscillator::in_column(column, c), tolerance)).collect(),
     }
-    for (place, turn) in places.into_iter().zip(turns(&groups, tolerance)) {
-        answers[place] = turn;
-    }
-    answers
 }
 
 /// One turn by steps that follow the law, for any law.

@@ -60,12 +60,12 @@ pub(super) struct Field<S: Simd> {
     pub(crate) terms: Lanes<S>,
 }
 
-/// H at one node, and the terms that its derivatives need.
-pub(super) struct Value<S: Simd> {
-    pub(crate) h: Lanes<S>,
-    pub(crate) q: Lanes<S>,
-    pub(crate) u: Lanes<S>,
-    pub(crate) turn: Lanes<S>,
+/// H at a pair of nodes, and the terms that tell whether the orbit stays in the domain.
+pub(super) struct Values<S: Simd> {
+    pub(crate) h: Pair<S>,
+    pub(crate) q: Pair<S>,
+    pub(crate) u: Pair<S>,
+    pub(crate) turn: Pair<S>,
 }
 
 impl<S: Simd> Field<S> {
@@ -100,14 +100,27 @@ impl<S: Simd> Field<S> {
         }
     }
 
-    /// At the node with position `x` and crossing factor omega^2 Q.
+    /// At a pair of nodes with positions `x` and crossing factors omega^2 Q. One division serves both.
     #[inline(always)]
-    pub(super) fn at(&self, x: Lanes<S>, crossing: Lanes<S>) -> Value<S> {
+    pub(super) fn at(&self, x: Pair<S>, crossing: Pair<S>) -> Values<S> {
+        let (late_q, late_u, late_n, late_turn) = self.terms(x.late, crossing.late);
+        let (early_q, early_u, early_n, early_turn) = self.terms(x.early, crossing.early);
+        let inverse = late_turn.same(1.0) / (late_turn * early_turn);
+        Values {
+            h: Pair { late: late_n * early_turn * inverse, early: early_n * late_turn * inverse },
+            q: Pair { late: late_q, early: early_q },
+            u: Pair { late: late_u, early: early_u },
+            turn: Pair { late: late_turn, early: early_turn },
+        }
+    }
+
+    /// q, u = q^2, and numerator and denominator of H at a node.
+    #[inline(always)]
+    fn terms(&self, x: Lanes<S>, crossing: Lanes<S>) -> (Lanes<S>, Lanes<S>, Lanes<S>, Lanes<S>) {
         let q = self.k_hat.neg_mul_add(x, self.q1_hat);
         let u = q * q;
         let n = x * self.g[2].mul_add(u, self.g[1].mul_add(q, self.g[0]));
-        let turn = n.mul_add(crossing, u);
-        Value { h: n / turn, q, u, turn }
+        (q, u, n, n.mul_add(crossing, u))
     }
 
     /// H and J at an angle 0 or pi, where Q = 0.

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use pulp::Simd;
 
-use super::field::{Combination, Field, Pair, cosh_sinh, exp_m1};
+use super::field::{Combination, Field, Pair, Values, cosh_sinh, exp_m1};
 use super::lanes::Lanes;
 use super::nodes::{MOST_PAIRS, Nodes};
 
@@ -161,9 +161,7 @@ impl<S: Simd> Orbit<S> {
         let zero = self.half.same(0.0);
         self.one.clear();
         for i in 0..nodes.pairs() {
-            let late = field.at(self.x[i].late, self.crossing[i].late);
-            let early = field.at(self.x[i].early, self.crossing[i].early);
-            let residual = Pair { late: late.h, early: early.h }.sub(self.h[i]);
+            let residual = field.at(self.x[i], self.crossing[i]).h.sub(self.h[i]);
             self.residual[i] = residual;
             self.one.put(nodes, i, residual);
         }
@@ -197,12 +195,10 @@ impl<S: Simd> Orbit<S> {
         let (mut room, mut end) = (zero.same(f64::INFINITY), zero);
         let (mut left, mut norm) = (zero, zero);
         for i in 0..nodes.pairs() {
-            let late = field.at(self.x[i].late, self.crossing[i].late);
-            let early = field.at(self.x[i].early, self.crossing[i].early);
-            for value in [&late, &early] {
-                room = room.min(value.u.neg_mul_add(zero.same(SLOWEST_TURN), value.turn)).min(value.q);
+            let Values { h, q, u, turn } = field.at(self.x[i], self.crossing[i]);
+            for (q, u, turn) in [(q.late, u.late, turn.late), (q.early, u.early, turn.early)] {
+                room = room.min(u.neg_mul_add(zero.same(SLOWEST_TURN), turn)).min(q);
             }
-            let h = Pair { late: late.h, early: early.h };
             let residual = h.sub(self.h[i]);
             let weight = zero.same(nodes.weight[i]);
             // exp(-K) to first order in J.
