@@ -19,7 +19,7 @@ mod corners;
 use std::cell::OnceCell;
 
 use super::Failure;
-use super::chebyshev::{Transform, coefficients, lebesgue, node, sum, sums, weights};
+use super::chebyshev::{Between, Transform, coefficients, lebesgue, node, sum, sums, weights};
 use super::closed_orbit::closing_damping_of_node;
 use super::closing::closing_dampings;
 use super::polar::Closing;
@@ -51,6 +51,9 @@ const LARGEST_ERROR: f64 = 1e-3;
 /// need no further nodes.
 const ENOUGH_BETWEEN_COLUMNS: f64 = 1e-4;
 
+/// Change of C from r = V to the next node, in units of its error, from which on the error between them makes no extreme.
+const STEEP: f64 = 20.0;
+
 /// Number of samples for each interval between nodes among which extremes are searched: twice as many as the
 /// highest polynomial has extremes.
 const SAMPLES_PER_INTERVAL: usize = 4;
@@ -81,6 +84,8 @@ pub struct Backbone {
     panels: Vec<Panel>,
     /// Largest error of the values at the nodes.
     node_error: f64,
+    /// Largest |C| there.
+    size: f64,
     turning_points: Vec<TurningPoint>,
     /// C at the extremes of the interpolant that may be due to its error.
     unresolved: Vec<f64>,
@@ -99,33 +104,84 @@ struct Panel {
     in_root: bool,
     /// C at the nodes, from the upper end down.
     values: Vec<f64>,
+    /// The orbits of these amplitudes, as far as they were computed.
+    orbits: Vec<Option<Closed>>,
     /// Coefficients of C along the Chebyshev polynomials.
     series: Vec<f64>,
 }
 
 impl Panel {
-    /// Through values at the nodes, of which the missing ones are computed.
+    /// Through the orbits at the nodes, of which the missing ones are computed: every second one where the others
+    /// follow from their slopes.
     fn through(
         [from, to]: [f64; 2],
         in_root: bool,
-        values: &[Option<f64>],
+        orbits: Vec<Option<Closed>>,
         solver: &mut Solver,
     ) -> Result<Self, Failure> {
-        let mut panel = Self { from, to, in_root, values: Vec::new(), series: Vec::new() };
-        let unknown = (0..values.len()).filter(|&i| values[i].is_none());
-        let radii: Vec<f64> = unknown.map(|i| panel.radius(node(i, values.len() - 1))).collect();
-        let mut found = solver.at(&radii)?.into_iter();
-        panel.values = values.iter().filter_map(|known| known.or_else(|| found.next())).collect();
+        let mut panel = Self { from, to, in_root, values: Vec::new(), orbits, series: Vec::new() };
+        // Next to a corner a slope does not tell how C goes on.
+        let follow = if solver.knows_slopes() && (in_root || solver.curve.corners().is_empty()) {
+            panel.complete(2, solver)?;
+            panel.between(solver)
+        } else {
+            None
+        };
+        if follow.is_none() {
+            panel.complete(1, solver)?;
+        }
+        let mut follow = follow.into_iter().flatten();
+        let known = panel.orbits.iter().enumerate();
+        panel.values = known
+            .filter_map(|(i, orbit)| {
+                let between = if i % 2 == 1 { follow.next() } else { None };
+                orbit.map(|orbit| orbit.viscous).or(between)
+            })
+            .collect();
         panel.series = coefficients(&panel.values);
         Ok(panel)
     }
 
+    /// Computes the missing ones of every first, or every second orbit.
+    fn complete(&mut self, step: usize, solver: &mut Solver) -> Result<(), Failure> {
+        let last = self.orbits.len() - 1;
+        let missing: Vec<usize> = (0..=last).step_by(step).filter(|&i| self.orbits[i].is_none()).collect();
+        let radii: Vec<f64> = missing.iter().map(|&i| self.radius(node(i, last))).collect();
+        for (i, orbit) in missing.into_iter().zip(solver.at(&radii)?) {
+            self.orbits[i] = Some(orbit);
+        }
+        Ok(())
+    }
+
+    /// C at every second node by the values and slopes of the others, where these are accurate enough.
+    fn between(&self, solver: &mut Solver) -> Option<Vec<f64>> {
+        let last = self.orbits.len() - 1;
+        let known: Vec<Closed> = self.orbits.iter().step_by(2).copied().collect::<Option<_>>()?;
+        let values: Vec<f64> = known.iter().map(|orbit| orbit.viscous).collect();
+        let slope = |(i, orbit): (usize, &Closed)| {
+            // dr / dx over r.
+            let x = node(2 * i, last);
+            let rate =
+                (self.to - self.from) * if self.in_root { 0.5 * (1.0 + x) } else { 0.5 } / self.radius(x);
+            orbit.slope.map(|[slope, error]| (rate * slope, rate * error))
+        };
+        let with_slopes = known[..last / 2].iter().enumerate();
+        let (slopes, errors): (Vec<f64>, Vec<f64>) =
+            with_slopes.map(slope).collect::<Option<Vec<_>>>()?.into_iter().unzip();
+        let between = Between::of(last / 2);
+        let error = between.error(&errors);
+        if !(error <= solver.tolerance * largest(&values)) {
+            return None;
+        }
+        solver.slope_error = solver.slope_error.max(error);
+        Some((0..last / 2).map(|i| between.value(i, &values, &slopes)).collect())
+    }
+
     /// Through twice as many nodes.
     fn refined(&self, solver: &mut Solver) -> Result<Self, Failure> {
-        let mut values: Vec<Option<f64>> =
-            self.values.iter().flat_map(|value| [Some(*value), None]).collect();
-        values.pop();
-        Self::through([self.from, self.to], self.in_root, &values, solver)
+        let mut orbits: Vec<Option<Closed>> = self.orbits.iter().flat_map(|orbit| [*orbit, None]).collect();
+        orbits.pop();
+        Self::through([self.from, self.to], self.in_root, orbits, solver)
     }
 
     /// The amplitude at -1 <= `x` <= 1.
@@ -154,19 +210,37 @@ impl Panel {
     }
 }
 
+/// The orbit of an amplitude.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Closed {
+    viscous: f64,
+    /// dC / d ln r and its error, where they are known.
+    slope: Option<[f64; 2]>,
+}
+
 /// Computes C at amplitudes.
 struct Solver<'a> {
     curve: &'a Curve,
     belt_speed: f64,
     tolerance: f64,
     work: &'a Work,
-    /// Largest error so far.
+    /// Largest error so far, and that of values by slopes.
     error: f64,
+    slope_error: f64,
     rhs: u64,
 }
 
-impl Solver<'_> {
-    fn at(&mut self, radii: &[f64]) -> Result<Vec<f64>, Failure> {
+impl<'a> Solver<'a> {
+    fn new(curve: &'a Curve, belt_speed: f64, tolerance: f64, work: &'a Work) -> Self {
+        Self { curve, belt_speed, tolerance, work, error: 0.0, slope_error: 0.0, rhs: 0 }
+    }
+
+    /// Whether orbits are computed with their slopes.
+    fn knows_slopes(&self) -> bool {
+        self.curve.stribeck().is_none() && self.curve.lorentzian().is_none()
+    }
+
+    fn at(&mut self, radii: &[f64]) -> Result<Vec<Closed>, Failure> {
         let (curve, belt_speed, tolerance, work) = (self.curve, self.belt_speed, self.tolerance, self.work);
         let orbits: Vec<(&Curve, f64, f64)> =
             radii.iter().map(|radius| (curve, belt_speed, *radius)).collect();
@@ -175,7 +249,7 @@ impl Solver<'_> {
             .map(|(found, radius)| {
                 let (Ok(Closing { rhs, .. }) | Err(rhs)) = found;
                 self.rhs += rhs;
-                let Closing { viscous, error, .. } = match found {
+                let Closing { viscous, error, slope, .. } = match found {
                     Ok(found) => found,
                     Err(_) => {
                         // On the belt line itself the orbit is followed from just below: C is continuous.
@@ -184,7 +258,7 @@ impl Solver<'_> {
                     }
                 };
                 self.error = self.error.max(error);
-                Ok(viscous)
+                Ok(Closed { viscous, slope })
             })
             .collect()
     }
@@ -244,18 +318,19 @@ impl Backbone {
     /// where there are none or too many.
     fn cut(curve: &Curve, belt_speed: f64, tolerance: f64, work: &Work) -> Result<Option<Self>, Failure> {
         let reachable = tolerance.max(LEAST_TOLERANCE_WITH_CORNERS);
-        let mut solver = Solver { curve, belt_speed, tolerance: reachable, work, error: 0.0, rhs: 0 };
+        let mut solver = Solver::new(curve, belt_speed, reachable, work);
         let Some(ends) = corner_amplitudes(&mut solver)? else { return Ok(None) };
         let at_rest = curve.weakening(belt_speed);
-        let scale = ends.iter().map(|end| end.1.abs()).fold(at_rest.abs(), f64::max);
+        let scale = ends.iter().map(|end| end.1.viscous.abs()).fold(at_rest.abs(), f64::max);
         let mut panels = Vec::with_capacity(ends.len());
-        let (mut from, mut lower) = (0.0, at_rest);
+        let (mut from, mut lower) = (0.0, Closed { viscous: at_rest, slope: None });
         for (to, upper) in ends {
             let mut values = vec![None; SIZES[0] + 1];
             (values[0], values[SIZES[0]]) = (Some(upper), Some(lower));
-            let mut panel = Panel::through([from, to], true, &values, &mut solver)?;
+            let mut panel = Panel::through([from, to], true, values, &mut solver)?;
             while truncation_error(&panel.series)
-                > (solver.tolerance * scale).max(node_error_of(&panel.values, solver.error))
+                > (solver.tolerance * scale)
+                    .max(node_error_of(&panel.values, solver.error + solver.slope_error))
                 && panel.values.len() <= FINEST_BETWEEN_CORNERS
             {
                 panel = panel.refined(&mut solver)?;
@@ -287,10 +362,10 @@ impl Backbone {
         intervals: usize,
         work: &Work,
     ) -> Result<Self, Failure> {
-        let mut values = vec![None; intervals];
-        values.push(Some(curve.weakening(belt_speed)));
-        let mut solver = Solver { curve, belt_speed, tolerance, work, error: 0.0, rhs: 0 };
-        let panel = Panel::through([0.0, belt_speed], false, &values, &mut solver)?;
+        let mut orbits = vec![None; intervals];
+        orbits.push(Some(Closed { viscous: curve.weakening(belt_speed), slope: None }));
+        let mut solver = Solver::new(curve, belt_speed, tolerance, work);
+        let panel = Panel::through([0.0, belt_speed], false, orbits, &mut solver)?;
         Ok(Self::of_panels(vec![panel], solver))
     }
 
@@ -317,7 +392,7 @@ impl Backbone {
         {
             return Ok(Some(cut));
         }
-        let mut solver = Solver { curve, belt_speed, tolerance, work, error, rhs };
+        let mut solver = Solver { error, rhs, ..Solver::new(curve, belt_speed, tolerance, work) };
         let finer = panel.refined(&mut solver)?;
         Ok(Some(Self::of_panels(vec![finer], solver)))
     }
@@ -326,11 +401,14 @@ impl Backbone {
     /// `node_error`.
     pub(crate) fn of_values(belt_speed: f64, values: Vec<f64>, node_error: f64) -> Self {
         let series = coefficients(&values);
-        Self::new(vec![Panel { from: 0.0, to: belt_speed, in_root: false, values, series }], node_error)
+        Self::new(
+            vec![Panel { from: 0.0, to: belt_speed, in_root: false, values, orbits: Vec::new(), series }],
+            node_error,
+        )
     }
 
-    fn of_panels(panels: Vec<Panel>, Solver { error: node_error, rhs, .. }: Solver) -> Self {
-        Self { rhs, ..Self::new(panels, node_error) }
+    fn of_panels(panels: Vec<Panel>, Solver { error, slope_error, rhs, .. }: Solver) -> Self {
+        Self { rhs, ..Self::new(panels, error + slope_error) }
     }
 
     fn new(panels: Vec<Panel>, node_error: f64) -> Self {
@@ -339,14 +417,11 @@ impl Backbone {
         let error = panels.iter().map(error_of).fold(0.0, f64::max);
         let belt_speed = panels[panels.len() - 1].to;
         let (turning_points, unresolved) = (Vec::new(), Vec::new());
-        let mut backbone = Self { belt_speed, panels, node_error, turning_points, unresolved, error, rhs: 0 };
+        let size = panels.iter().map(|panel| largest(&panel.values)).fold(0.0, f64::max);
+        let mut backbone =
+            Self { belt_speed, panels, node_error, size, turning_points, unresolved, error, rhs: 0 };
         (backbone.turning_points, backbone.unresolved) = backbone.find_turning_points();
         backbone
-    }
-
-    /// Largest |C| at the nodes.
-    fn size(&self) -> f64 {
-        self.panels.iter().map(|panel| largest(&panel.values)).fold(0.0, f64::max)
     }
 
     /// C at an amplitude 0 <= `radius` <= V.
@@ -413,14 +488,17 @@ impl Backbone {
 
     /// Returns whether the number of cycles at C = `viscous` is reliable: the error of C is small, and
     /// `viscous` is farther than three times that from both ends and from every extreme, also from those that
-    /// are within the error and not counted. If not, a more accurate backbone may show other cycles.
+    /// are within the error and not counted. If not, a more accurate backbone may show other cycles. The end r = V
+    /// does not count where C is so steep next to it that its error, which vanishes at the nodes, makes no extreme.
     #[must_use]
     pub fn is_reliable_at(&self, viscous: f64) -> bool {
         let ends = [self.turning_points[0], self.turning_points[self.turning_points.len() - 1]];
         let distance = 3.0 * self.error;
-        self.error <= LARGEST_ERROR * self.size()
+        let highest = &self.panels[self.panels.len() - 1].values;
+        let is_steep = (highest[0] - highest[1]).abs() > STEEP * self.error;
+        self.error <= LARGEST_ERROR * self.size
             && self.no_extreme_within(viscous, distance)
-            && ends.iter().all(|end| (end.viscous - viscous).abs() > distance)
+            && ends[..if is_steep { 1 } else { 2 }].iter().all(|end| (end.viscous - viscous).abs() > distance)
     }
 
     /// Returns whether no extreme of C between the ends is that close to `viscous`, also none of those that are not
@@ -444,8 +522,7 @@ impl Backbone {
     ) -> Option<Vec<CycleRange>> {
         let at_hopf = viscous == self.turning_points[0].viscous;
         let is_flat = || (self.viscous(CLOSE * self.belt_speed) - viscous).abs() <= self.error;
-        if at_hopf && is_flat()
-            || !self.no_extreme_within(viscous, self.error.min(LARGEST_ERROR * self.size()))
+        if at_hopf && is_flat() || !self.no_extreme_within(viscous, self.error.min(LARGEST_ERROR * self.size))
         {
             return None;
         }
@@ -540,13 +617,13 @@ impl<'a> InterpolatedBackbone<'a> {
         let mut backbone = Backbone::coarsest(&column.curve, column.belt_speed, tolerance)?;
         let series = |backbone: &Backbone| truncation_error(&backbone.panels[0].series);
         let nodes = |backbone: &Backbone| backbone.panels[0].values.len();
-        while series(&backbone) > ENOUGH_BETWEEN_COLUMNS * backbone.size()
+        while series(&backbone) > ENOUGH_BETWEEN_COLUMNS * backbone.size
             && nodes(&backbone) < Self::MOST_NODES
         {
             let Some(finer) = backbone.refined(&column.curve, tolerance)? else { break };
             backbone = finer;
         }
-        let resolved = series(&backbone) <= LARGEST_ERROR * backbone.size();
+        let resolved = series(&backbone) <= LARGEST_ERROR * backbone.size;
         Ok(resolved.then(|| nodes(&backbone) - 1))
     }
 
@@ -603,12 +680,15 @@ impl<'a> InterpolatedBackbone<'a> {
     }
 }
 
+/// Number of steps to an extreme: its place is as accurate as rounding errors of the values permit.
+const SECTIONS: u32 = 40;
+
 /// The place of the maximum of `f`, which rises and then falls between two places, by golden section.
 fn golden_section(f: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2]) -> f64 {
     let share = 0.5 * (3.0 - 5.0_f64.sqrt());
     let (mut a, mut b) = (low + share * (high - low), high - share * (high - low));
     let (mut at_a, mut at_b) = (f(a), f(b));
-    for _ in 0..60 {
+    for _ in 0..SECTIONS {
         if at_a >= at_b {
             (high, b, at_b) = (b, a, at_a);
             a = low + share * (high - low);

@@ -1,6 +1,7 @@
 //! Interpolation by polynomials through the Chebyshev points cos(pi i / size), i = 0 ..= size, of [-1, 1].
 
 use std::f64::consts::PI;
+use std::sync::OnceLock;
 
 /// cos(pi i / size), exact at the ends and in the middle. Points of half as many intervals are the same
 /// numbers.
@@ -12,9 +13,15 @@ fn half_at_ends(i: usize, size: usize) -> f64 {
     if i == 0 || i == size { 0.5 } else { 1.0 }
 }
 
-/// Chebyshev coefficients of the polynomial through `values` at the points.
+/// One for each power of two, made on first use.
+type ForPowers<T> = [OnceLock<T>; usize::BITS as usize];
+
+/// Chebyshev coefficients of the polynomial through `values` at the points of a power of two of intervals.
 pub(crate) fn coefficients(values: &[f64]) -> Vec<f64> {
-    Transform::new(values.len() - 1).coefficients(values).collect()
+    static ALL: ForPowers<Transform> = [const { OnceLock::new() }; usize::BITS as usize];
+    let size = values.len() - 1;
+    debug_assert!(size.is_power_of_two());
+    ALL[size.ilog2() as usize].get_or_init(|| Transform::new(size)).coefficients(values).collect()
 }
 
 /// Coefficients of many polynomials through values at the same points.
@@ -87,6 +94,58 @@ pub(crate) fn weights(size: usize, x: f64) -> Vec<f64> {
     terms.into_iter().map(|term| term / whole).collect()
 }
 
+/// The values half-way, in angle, between the points, by the polynomial with given values at all points and given slopes at
+/// all but the last, -1. Through its values at all 2 `size` + 1 points errors of the data grow no more than by interpolation there.
+#[derive(Debug)]
+pub(crate) struct Between {
+    /// For each place the weights of the values, and those of the slopes.
+    rows: Vec<[Vec<f64>; 2]>,
+}
+
+impl Between {
+    /// That of `size` intervals, a power of two; computed once.
+    pub(crate) fn of(size: usize) -> &'static Self {
+        static ALL: ForPowers<Between> = [const { OnceLock::new() }; usize::BITS as usize];
+        debug_assert!(size.is_power_of_two());
+        ALL[size.ilog2() as usize].get_or_init(|| Self::new(size))
+    }
+
+    fn new(size: usize) -> Self {
+        let points: Vec<f64> = (0..size).map(|k| node(k, size)).collect();
+        let others =
+            |k: usize| points.iter().enumerate().filter(move |(j, _)| *j != k).map(|(_, other)| *other);
+        let row = |i: usize| {
+            let x = node(2 * i + 1, 2 * size);
+            let basis = |(k, &point): (usize, &f64)| {
+                let lagrange: f64 = others(k).map(|other| (x - other) / (point - other)).product();
+                let bend: f64 = others(k).map(|other| 1.0 / (point - other)).sum();
+                let (square, last) = (lagrange * lagrange * (1.0 + x) / (1.0 + point), 1.0 / (1.0 + point));
+                (square * (1.0 - (x - point) * (2.0 * bend + last)), (x - point) * square)
+            };
+            let (mut values, slopes): (Vec<f64>, Vec<f64>) = points.iter().enumerate().map(basis).unzip();
+            values.push(points.iter().map(|point| ((x - point) / (1.0 + point)).powi(2)).product());
+            [values, slopes]
+        };
+        Self { rows: (0..size).map(row).collect() }
+    }
+
+    /// The value after point `i`.
+    pub(crate) fn value(&self, i: usize, values: &[f64], slopes: &[f64]) -> f64 {
+        let dot = |weights: &[f64], numbers: &[f64]| -> f64 {
+            weights.iter().zip(numbers).map(|(weight, number)| weight * number).sum()
+        };
+        let [of_values, of_slopes] = &self.rows[i];
+        dot(of_values, values) + dot(of_slopes, slopes)
+    }
+
+    /// The largest error of a value by those of the slopes.
+    pub(crate) fn error(&self, errors: &[f64]) -> f64 {
+        let of_row =
+            |[_, weights]: &[Vec<f64>; 2]| weights.iter().zip(errors).map(|(w, error)| w.abs() * error).sum();
+        self.rows.iter().map(of_row).fold(0.0, f64::max)
+    }
+}
+
 /// Bound of the largest factor by which errors of the values grow, the Lebesgue constant of the points.
 pub(crate) fn lebesgue(size: usize) -> f64 {
     1.0 + 2.0 / PI * (size as f64).ln()
@@ -112,6 +171,30 @@ mod tests {
             let one_by_one: Vec<f64> = places.iter().map(|x| sum(&series, *x)).collect();
             assert_eq!(sums(&series, &places), one_by_one);
             assert!(series[4..].iter().all(|c| c.abs() < 1e-15), "{series:?}");
+        }
+    }
+
+    #[test]
+    fn values_between_the_points_follow_from_slopes() {
+        // A polynomial of degree 2 size, by its slopes at all points but the last.
+        for size in [4_usize, 8, 32] {
+            let of = |x: f64| sum(&vec![1.0; 2 * size + 1], x);
+            let slope = |x: f64| (of(x + 1e-6) - of(x - 1e-6)) / 2e-6;
+            let points: Vec<f64> = (0..=size).map(|i| node(i, size)).collect();
+            let values: Vec<f64> = points.iter().map(|x| of(*x)).collect();
+            let slopes: Vec<f64> = points[..size].iter().map(|x| slope(*x)).collect();
+            let between = Between::of(size);
+            for i in 0..size {
+                let exact = of(node(2 * i + 1, 2 * size));
+                assert!(
+                    (between.value(i, &values, &slopes) - exact).abs() < 1e-6 * size as f64,
+                    "{size} {i}"
+                );
+            }
+            // Errors of values grow no more than by interpolation at all points.
+            let growth = |[values, _]: &[Vec<f64>; 2]| values.iter().map(|w| w.abs()).sum();
+            assert!(between.rows.iter().map(growth).fold(0.0, f64::max) < lebesgue(2 * size));
+            assert!(between.error(&vec![1.0; size]) < 0.5);
         }
     }
 }

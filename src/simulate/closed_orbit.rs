@@ -217,7 +217,7 @@ pub(super) fn closing_damping_by_turns(
         let settled = lap.margin.abs() <= lap.error || step <= floor || high - low <= floor;
         if accurate && settled {
             let error = (lap.margin.abs() + lap.error) / lap.by_damping.abs() + floor;
-            return Ok(Closing { viscous, error, rhs });
+            return Ok(Closing { viscous, error, rhs, slope: None });
         }
         accurate |= settled || step <= 1e-3 * size;
         oscillator.viscous = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
@@ -262,5 +262,5 @@ pub(super) fn closing_damping_of_node(
         Found::Zero(viscous, bracket) => (viscous, bracket),
     };
     let error = bracket.width().min(10.0 * tolerance / bracket.steepness()) + tolerance * size;
-    Ok(Closing { viscous, error, rhs: 0 })
+    Ok(Closing { viscous, error, rhs: 0, slope: None })
 }

@@ -65,7 +65,9 @@ fn together<F: Shape>(
 ) -> impl Iterator<Item = Result<Closing, u64>> {
     let (starts, constants): (Vec<Start>, Vec<f64>) = orbits.iter().filter_map(of).unzip();
     spectral::<F>(&starts, tolerance).into_iter().zip(constants).map(|(found, constant)| match found {
-        Spectral::Root { viscous, error, rhs } => Ok(Closing { viscous: viscous - constant, error, rhs }),
+        Spectral::Root { viscous, error, rhs } => {
+            Ok(Closing { viscous: viscous - constant, error, rhs, slope: None })
+        }
         Spectral::NoAnswer { rhs } => Err(rhs),
     })
 }
@@ -104,7 +106,7 @@ fn of_lorentzian(law: &Lorentzian, belt_speed: f64, radius: f64) -> (Start, f64)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::friction::{Law, Table};
+    use crate::friction::{Expression, Law, Table};
     use crate::point::LawParameters;
     use crate::random::Random;
     use crate::simulate::elements::Closed;
@@ -165,5 +167,51 @@ mod tests {
             }
         }
         assert!(answered > 3_000, "{answered}");
+    }
+    /// The slopes of the backbone that come with closed orbits are those of differences, within their errors.
+    #[test]
+    fn slopes_hold_within_their_errors() {
+        let mut random = Random(94);
+        let mut answered = [0; 2];
+        for number in 0..120 {
+            let curve = if number % 2 == 0 {
+                let mut data = vec![(0.0, 1.0)];
+                while data[data.len() - 1].0 < 8.0 {
+                    let u = data[data.len() - 1].0 + 0.1 + random.unit();
+                    data.push((u, 0.4 + 0.6 * (-u).exp() + 0.05 * random.unit()));
+                }
+                Law::Table(Table::new("test", &data, 1.0).unwrap())
+            } else {
+                let [drop, rate, waves] = [random.unit(), 0.4 + random.unit(), 1.0 + 3.0 * random.unit()];
+                let text = format!("1 - {drop} + {drop}/(1 + (u/{rate})^2) + 0.05*sin({waves}*u)");
+                Law::Expression(Expression::new(&text, 1.0).unwrap())
+            };
+            let curve = curve.curve(1.0, &LawParameters::new(&[]));
+            for _ in 0..10 {
+                let belt_speed = 0.05 * 50_f64.powf(random.unit());
+                let radius = 0.98 * belt_speed * random.unit().max(0.01);
+                let weakening = curve.compiled(4.0 * belt_speed);
+                let closing = |radius, tolerance| closed_orbit(&weakening, belt_speed, radius, tolerance);
+                let step: f64 = 1e-4;
+                let [Ok(above), Ok(below)] =
+                    [step, -step].map(|step| closing(radius * step.exp(), 1e-12).map(|orbit| orbit.closing))
+                else {
+                    continue;
+                };
+                let difference = (above.viscous - below.viscous) / (2.0 * step);
+                // C has a third derivative, but next to corners.
+                let allowed = (above.error + below.error) / step + 10.0 * step * step;
+                for tolerance in [1e-5, 1e-8] {
+                    let Ok(Closed { closing: found, .. }) = closing(radius, tolerance) else { continue };
+                    let [slope, error] = found.slope.unwrap();
+                    assert!(
+                        (slope - difference).abs() <= error + allowed,
+                        "{number} {belt_speed} {radius} {tolerance}: {slope} {error} {difference}"
+                    );
+                    answered[number % 2] += usize::from(error < 1e-2 * slope.abs());
+                }
+            }
+        }
+        assert!(answered.into_iter().all(|answered| answered > 800), "{answered:?}");
     }
 }

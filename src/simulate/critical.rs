@@ -46,7 +46,7 @@ pub fn critical_dampings(
         columns.iter().map(|column| (&column.curve, column.belt_speed, column.belt_speed)).collect();
     let found = closing_dampings(&orbits, tolerance, None);
     let answer = |(column, found): (&Column, Result<Closing, u64>)| match found {
-        Ok(Closing { viscous, error, rhs }) => {
+        Ok(Closing { viscous, error, rhs, .. }) => {
             Ok(CriticalDamping { c: viscous / column.epsilon, error: error / column.epsilon, rhs })
         }
         Err(rhs) => search(column, tolerance, rhs),

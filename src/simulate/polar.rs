@@ -21,6 +21,8 @@ pub(super) struct Closing {
     pub(super) error: f64,
     /// Number of evaluations of the right-hand side.
     pub(super) rhs: u64,
+    /// dC / d ln r, where it is known, and an estimate of its absolute error.
+    pub(super) slope: Option<[f64; 2]>,
 }
 
 /// The result of one turn.

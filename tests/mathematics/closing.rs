@@ -147,34 +147,68 @@ fn cycles_are_counted_as_they_are_located() {
     assert!(counts[0] > 20 && counts[1] > 20 && counts[2] + counts[3] > 5, "{counts:?}");
 }
 
-/// A coarse backbone that is clear about a damping counts the same cycles as the fine one, on rough laws too.
+/// Asserts that every coarse backbone that is clear about one of the dampings counts the same cycles as the fine one, and
+/// returns the numbers of such counts, of all backbones and of the coarsest.
+fn coarse_counts(column: &Column, fine: &Backbone, dampings: &[f64]) -> [u32; 2] {
+    let ends = [fine.turning_points()[0], fine.turning_points()[fine.turning_points().len() - 1]];
+    let mut coarse = Some(Backbone::coarsest(&column.curve, column.belt_speed, 1e-5).unwrap());
+    let (mut level, mut counts) = (0, [0; 2]);
+    while let Some(backbone) = coarse {
+        for &viscous in dampings.iter().filter(|viscous| backbone.is_reliable_at(**viscous)) {
+            let stable = ends[0].viscous < viscous;
+            let returns = viscous < ends[1].viscous;
+            let count =
+                |backbone: &Backbone| backbone.cycles(viscous, stable, returns).map(|cycles| cycles.len());
+            if let Some(counted) = count(fine) {
+                assert_eq!(count(&backbone), Some(counted), "{column:?} {viscous}: {backbone:?}");
+                counts[0] += 1;
+                counts[1] += u32::from(level == 0);
+            }
+        }
+        coarse = backbone.refined(&column.curve, 1e-5).unwrap();
+        level += 1;
+    }
+    counts
+}
+
+/// On rough laws too, also next to the critical damping.
 #[test]
 fn coarse_backbones_count_as_the_fine_one() {
     let mut random = Random(81);
-    let (mut clear, mut first) = (0, 0);
+    let mut counts = [0; 2];
     for column in columns(75, 1.0) {
         let fine = Backbone::of(&column, 1e-10).unwrap();
-        let ends = [fine.turning_points()[0], fine.turning_points()[fine.turning_points().len() - 1]];
+        let grazing = fine.viscous(column.belt_speed);
         let even = column.curve.even_weakening_range(column.belt_speed);
-        let dampings: Vec<f64> = (0..20).map(|_| even.lo + (even.hi - even.lo) * random.unit()).collect();
-        let mut coarse = Some(Backbone::coarsest(&column.curve, column.belt_speed, 1e-5).unwrap());
-        let mut level = 0;
-        while let Some(backbone) = coarse {
-            for &viscous in dampings.iter().filter(|viscous| backbone.is_reliable_at(**viscous)) {
-                let stable = ends[0].viscous < viscous;
-                let returns = viscous < ends[1].viscous;
-                let count = |backbone: &Backbone| {
-                    backbone.cycles(viscous, stable, returns).map(|cycles| cycles.len())
-                };
-                if let Some(counted) = count(&fine) {
-                    assert_eq!(count(&backbone), Some(counted), "{column:?} {viscous}: {backbone:?}");
-                    clear += 1;
-                    first += u32::from(level == 0);
-                }
-            }
-            coarse = backbone.refined(&column.curve, 1e-5).unwrap();
-            level += 1;
-        }
+        let mut dampings: Vec<f64> = (0..20).map(|_| even.lo + (even.hi - even.lo) * random.unit()).collect();
+        dampings.extend((0..10).map(|_| grazing + 1e-3 * (even.hi - even.lo) * (random.unit() - 0.5)));
+        let of_column = coarse_counts(&column, &fine, &dampings);
+        counts.iter_mut().zip(of_column).for_each(|(sum, count)| *sum += count);
     }
-    assert!(first > 300 && clear > 600, "{clear} counts, {first} of them on the coarsest");
+    assert!(counts[1] > 300 && counts[0] > 600, "{counts:?}");
+}
+
+/// A table whose backbone has a dip between r = 0.06 and 0.23, where a polynomial by values and slopes there has none.
+#[test]
+fn a_dip_of_the_backbone_next_to_corners_is_counted() {
+    let phi = |u: f64| {
+        let [mu, vs, waves, phase] = [
+            0.253_590_857_451_886_8,
+            1.761_167_405_660_870_4,
+            3.620_230_074_535_384,
+            5.141_918_960_136_492_5_f64,
+        ];
+        let wave = 0.024_384_494_620_662_583 * ((waves * u + phase).sin() - phase.sin());
+        mu + (1.0 - mu) * (-u / vs).exp() + 0.033_238_371_030_369_4 * u / 3.0 + wave
+    };
+    let mut data: Vec<(f64, f64)> =
+        (0..27).map(|i| 10.0 / 27.0 * f64::from(i)).map(|u| (u, phi(u))).collect();
+    data.push((14.0, data[26].1));
+    let law = Law::Table(Table::new("dip", &data, 1.0).unwrap());
+    let column = law.column(&law.point(1.0, &[], 1.576_587_870_601_906, 0.0).unwrap());
+    let fine = Backbone::of(&column, 1e-10).unwrap();
+    // A cycle on either side of the dip, the first of which attracts.
+    let viscous = 0.168_526_192_580_366_77;
+    assert_eq!(fine.cycles(viscous, false, true).unwrap().len(), 2);
+    assert!(coarse_counts(&column, &fine, &[viscous])[0] > 0);
 }

@@ -7,9 +7,9 @@
 
 use super::super::Failure;
 use super::super::arc::Walk;
-use super::super::elements::{Closed, closed_orbit};
+use super::super::elements::{self, closed_orbit};
 use super::super::polar::Closing;
-use super::Solver;
+use super::{Closed, Solver};
 use crate::filippov::{Oscillator, Side};
 
 /// Largest number of corners that an orbit can reach: more of them lie so close together that C is smooth on the scale of
@@ -24,8 +24,8 @@ const NEAREST: usize = 4;
 /// Error of orbits that are followed for their depth.
 const TOLERANCE: f64 = 1e-8;
 
-/// An amplitude with its C.
-pub(super) type End = (f64, f64);
+/// An amplitude with its orbit.
+pub(super) type End = (f64, Closed);
 
 /// These amplitudes between 0 and V, increasing, and V; `None` where there are none or too many.
 pub(super) fn corner_amplitudes(solver: &mut Solver) -> Result<Option<Vec<End>>, Failure> {
@@ -52,8 +52,8 @@ pub(super) fn corner_amplitudes(solver: &mut Solver) -> Result<Option<Vec<End>>,
         let mut found = (belt_speed, at_belt_speed);
         for _ in 0..MOST_ORBITS {
             let amplitude = (wanted * ratio_at(known.clone(), wanted)).min(belt_speed);
-            let (viscous, depth) = orbit(solver, amplitude)?;
-            found = (amplitude, viscous);
+            let (closed, depth) = orbit(solver, amplitude)?;
+            found = (amplitude, closed);
             known.truncate(others);
             known.push((depth, amplitude / depth));
             if (depth - wanted).abs() <= accuracy {
@@ -86,18 +86,18 @@ fn ratio_at(mut known: Vec<(f64, f64)>, depth: f64) -> f64 {
     values[0]
 }
 
-/// C and the depth of the closed orbit of an amplitude: -x2 at its lowest point.
-fn orbit(solver: &mut Solver, amplitude: f64) -> Result<(f64, f64), Failure> {
+/// The closed orbit of an amplitude, and its depth: -x2 at its lowest point.
+fn orbit(solver: &mut Solver, amplitude: f64) -> Result<(Closed, f64), Failure> {
     let weakening = solver.curve.compiled(4.0 * solver.belt_speed);
-    if let Ok(Closed { closing: Closing { viscous, error, rhs }, depth }) =
+    if let Ok(elements::Closed { closing: Closing { viscous, error, rhs, slope }, depth }) =
         closed_orbit(&weakening, solver.belt_speed, amplitude, solver.tolerance)
     {
         solver.work.spend_compiled(rhs)?;
         (solver.rhs, solver.error) = (solver.rhs + rhs, solver.error.max(error));
-        return Ok((viscous, depth));
+        return Ok((Closed { viscous, slope }, depth));
     }
-    let viscous = solver.at(&[amplitude])?[0];
-    Ok((viscous, depth(solver, amplitude, viscous)?))
+    let closed = solver.at(&[amplitude])?[0];
+    Ok((closed, depth(solver, amplitude, closed.viscous)?))
 }
 
 /// The depth of the orbit of an amplitude at this C.

@@ -44,7 +44,7 @@ use std::sync::LazyLock;
 use super::gauss::{MOST, Rule};
 use super::polar::Closing;
 use crate::friction::Weakening;
-use orbit::{Orbit, Problem};
+use orbit::{Orbit, Problem, Step};
 
 /// Least step of the share of w that acts, on the way to an orbit far from the circle.
 const SHORTEST_SHARE: f64 = 0.02;
@@ -77,6 +77,8 @@ const OFF: f64 = 0.02;
 const OFF_AT_CORNERS: f64 = 1e-3;
 /// Safety factor of the error by misplaced corners.
 const MISPLACED: f64 = 2.0;
+/// Error of dC / d ln r, in units of the step of C that is not yet in it: that of orbits on which D is small.
+const SLOPE_BY_CHANGE: f64 = 2.0;
 /// How often an orbit without an answer is tried again with finer elements.
 const RETRIES: u32 = 1;
 /// Largest number of elements.
@@ -144,6 +146,11 @@ struct Solved {
     left: f64,
     /// That of the iterate at the start.
     left_at_first: f64,
+    /// dC / d ln r before the last step, and before the first of several.
+    slope: f64,
+    slope_at_first: Option<f64>,
+    /// The last change of C.
+    change: f64,
     rhs: u64,
 }
 
@@ -219,6 +226,7 @@ impl Orbit<'_> {
         let enough = (0.1 * tolerance + ROUND_OFF) * unit;
         let mut rhs = 0;
         let mut left_at_first = f64::NAN;
+        let mut first: Option<Step> = None;
         let kinked = !self.problem.weakening.corners().is_empty();
         let (mut before, mut moved, mut is_rough) = (f64::NAN, false, false);
         for steps in 0..MOST_STEPS {
@@ -253,11 +261,21 @@ impl Orbit<'_> {
             before = step.left;
             moved = (kinked || !settled) && self.follow(OFF, OFF_AT_CORNERS * tolerance * unit).ok_or(rhs)?;
             if settled && !moved {
-                return if step.room > 0.0 { Ok(Solved { left, left_at_first, rhs }) } else { Err(rhs) };
+                let slope_at_first = first.map(|first| first.slope());
+                let solved = Solved {
+                    left,
+                    left_at_first,
+                    slope: step.slope(),
+                    slope_at_first,
+                    change: step.change,
+                    rhs,
+                };
+                return if step.room > 0.0 { Ok(solved) } else { Err(rhs) };
             }
             if moved {
                 self.place(rule);
             }
+            first = first.or(Some(step));
         }
         Err(rhs)
     }
@@ -290,7 +308,7 @@ pub(in crate::simulate) fn closed_orbit(
     let mut finer = 1;
     let mut unit = 0.0;
     let mut rhs = 0;
-    let mut before: Option<f64> = None;
+    let mut before: Option<[f64; 2]> = None;
     let mut failures = 0;
     for (rung, (nodes, parts)) in LADDER.into_iter().enumerate() {
         if orbit.elements.len() * parts > MOST_ELEMENTS || rhs > MOST_EVALUATIONS {
@@ -324,7 +342,7 @@ pub(in crate::simulate) fn closed_orbit(
                 unit: unit_now,
             }),
         };
-        let Solved { left, left_at_first, rhs: spent } = match solved {
+        let Solved { left, left_at_first, slope, slope_at_first, change, rhs: spent } = match solved {
             Ok(solved) => solved,
             Err(spent) => {
                 // Coarse elements may fail where finer ones do not.
@@ -338,7 +356,7 @@ pub(in crate::simulate) fn closed_orbit(
             }
         };
         rhs += spent;
-        if let Some(before) = before {
+        if let Some([before, slope_before]) = before {
             let coarser = 2.0 * (orbit.viscous - before).abs() + left_at_first * left_at_first / unit;
             // These are the errors of half as many nodes, whose order is half that of the present ones.
             let uncertain = match rung {
@@ -352,12 +370,17 @@ pub(in crate::simulate) fn closed_orbit(
             if uncertain <= allowed * unit {
                 let depth = orbit.depth();
                 let form = weakening.error(belt_speed - radius, belt_speed + depth).bound();
-                let misplaced = MISPLACED * orbit.misplaced();
-                let error = uncertain + left + misplaced + ROUND_OFF * unit + form;
-                return Ok(Closed { closing: Closing { viscous: orbit.viscous, error, rhs }, depth });
+                let misplaced = orbit.misplaced().map(|error| MISPLACED * error);
+                let error = uncertain + left + misplaced[0] + ROUND_OFF * unit + form;
+                // By the elements, by the last step, by corners in the weights, and as C.
+                let coarser = (slope - slope_at_first.unwrap_or(slope_before)).abs();
+                let slope_error =
+                    coarser + SLOPE_BY_CHANGE * change.abs() + misplaced[1] * slope.abs() + error;
+                let slope = Some([slope, slope_error]);
+                return Ok(Closed { closing: Closing { viscous: orbit.viscous, error, rhs, slope }, depth });
             }
         }
-        before = Some(orbit.viscous);
+        before = Some([orbit.viscous, slope]);
     }
     Err(rhs)
 }

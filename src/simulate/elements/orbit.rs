@@ -63,6 +63,17 @@ pub(super) struct Step {
     pub(super) left: f64,
     /// Distance from the border of the domain of the polar form.
     pub(super) room: f64,
+    /// The integral of D over the time of a turn, and that of exp(-A) dg/dC, before it.
+    expansion: f64,
+    by_damping: f64,
+}
+
+impl Step {
+    /// dC / d ln r of the curve before the step. Of a closed orbit exp(-A) at the end is the inverse of its multiplier,
+    /// the exponential of the expansion, in which a misplaced corner counts to second order.
+    pub(super) fn slope(&self) -> f64 {
+        (-self.expansion).exp_m1() / self.by_damping
+    }
 }
 
 impl Orbit<'_> {
@@ -109,7 +120,7 @@ impl Orbit<'_> {
         // A, and the integrals of exp(-A) times dg/dC and the residual, at the beginning of an element.
         let [mut growth, mut by_damping, mut residual] = [0.0; 3];
         // Sums over all elements for each node.
-        let [mut size, mut slopes, mut slopes_by_damping] = [[0.0; N]; 3];
+        let [mut size, mut slopes, mut slopes_by_damping, mut expansion] = [[0.0; N]; 4];
         let mut room = [f64::INFINITY; N];
         for element in &mut self.elements {
             let piece = law.polynomial(element.piece);
@@ -144,6 +155,7 @@ impl Orbit<'_> {
                 b[j] = -part * inverse;
                 a[j] = b[j] * (share * steepness[j]) * v[j];
                 rho[j] = g[j] - element.slope[j];
+                expansion[j] = (element.half * d).mul_add(inverse, expansion[j]);
             }
             let half = element.half;
             let grown = apply(&rule.antiderivative, &a);
@@ -174,6 +186,8 @@ impl Orbit<'_> {
             change: -dot(&rule.weights, &slopes) / dot(&rule.weights, &slopes_by_damping),
             left: dot(&rule.weights, &size) / by_damping.abs(),
             room: room.iter().copied().fold(f64::INFINITY, f64::min),
+            expansion: dot(&rule.weights, &expansion),
+            by_damping,
         }
     }
 
@@ -347,24 +361,27 @@ impl Orbit<'_> {
         }
     }
 
-    /// Error of C by corners that lie off the ends of their spans, where an element has a jump in the slope of w inside.
-    pub(super) fn misplaced(&self) -> f64 {
+    /// Errors of C and of its slope by corners that lie off the ends of their spans, where an element has a jump in the
+    /// slope of w inside.
+    pub(super) fn misplaced(&self) -> [f64; 2] {
         let Problem { weakening: law, belt_speed, radius } = self.problem;
+        let mut sums = [0.0; 2];
         if law.corners().is_empty() {
-            return 0.0;
+            return sums;
         }
         let mut last = 0;
-        let mut sum = 0.0;
         for (spans, cos) in self.spans.windows(2).zip(&self.cos[1..]) {
             last += spans[0].parts;
             let corner = spans[0].piece.max(spans[1].piece);
             if spans[0].piece != spans[1].piece {
                 let r = radius * self.elements[last - 1].end.exp();
                 let target = ((belt_speed - law.breaks()[corner]) / r).clamp(-1.0, 1.0);
-                sum += by_corner(law.jump(corner), r * (cos - target).abs(), r, *cos);
+                let (jump, off) = (law.jump(corner), r * (cos - target).abs());
+                sums[0] += by_corner(jump, off, r, *cos);
+                sums[1] += jump * off * sin_beside(off, r, *cos) / PI;
             }
         }
-        sum
+        sums
     }
 
     /// -x2 at its lowest, at the angle pi.
@@ -383,8 +400,13 @@ impl Orbit<'_> {
 /// times this distance, over the angles between, with the weight sin^2 theta.
 #[inline(always)]
 fn by_corner(jump: f64, off: f64, r: f64, cos: f64) -> f64 {
-    let sin = (1.0 - cos * cos).max(0.0).sqrt();
-    jump * off * off * (sin + (2.0 * off / r).sqrt()) / (PI * r)
+    jump * off * off * sin_beside(off, r, cos) / (PI * r)
+}
+
+/// Bound of |sin theta| up to this distance from the end of a span, in slip speeds.
+#[inline(always)]
+fn sin_beside(off: f64, r: f64, cos: f64) -> f64 {
+    (1.0 - cos * cos).max(0.0).sqrt() + (2.0 * off / r).sqrt()
 }
 
 /// The angle in [0, pi] with this cosine, or the nearest one.
