@@ -47,11 +47,16 @@ const LEAST_TOLERANCE_WITH_CORNERS: f64 = 1e-8;
 /// error above 8e-3 of that size.
 const LARGEST_ERROR: f64 = 1e-3;
 
+/// Least distance of a damping from an end and from an extreme, in units of the error, at which cycles are counted.
+const FAR: f64 = 3.0;
+/// The same of an extreme of one polynomial across corners, whose error is less certain.
+const FAR_ACROSS_CORNERS: f64 = 5.0;
+
 /// Truncation error, relative to the largest |C|, below which backbones to be interpolated between columns
 /// need no further nodes.
 const ENOUGH_BETWEEN_COLUMNS: f64 = 1e-4;
 
-/// Change of C from r = V to the next node, in units of its error, from which on the error between them makes no extreme.
+/// Change of C from one node to the next, in units of its error, from which on the error between them makes no extreme.
 const STEEP: f64 = 20.0;
 
 /// Number of samples for each interval between nodes among which extremes are searched: twice as many as the
@@ -86,6 +91,8 @@ pub struct Backbone {
     node_error: f64,
     /// Largest |C| there.
     size: f64,
+    /// Whether one polynomial serves both sides of a corner.
+    crosses_corners: bool,
     turning_points: Vec<TurningPoint>,
     /// C at the extremes of the interpolant that may be due to its error.
     unresolved: Vec<f64>,
@@ -407,8 +414,9 @@ impl Backbone {
         )
     }
 
-    fn of_panels(panels: Vec<Panel>, Solver { error, slope_error, rhs, .. }: Solver) -> Self {
-        Self { rhs, ..Self::new(panels, error + slope_error) }
+    fn of_panels(panels: Vec<Panel>, Solver { curve, error, slope_error, rhs, .. }: Solver) -> Self {
+        let crosses_corners = !(panels[0].in_root || curve.corners().is_empty());
+        Self { rhs, crosses_corners, ..Self::new(panels, error + slope_error) }
     }
 
     fn new(panels: Vec<Panel>, node_error: f64) -> Self {
@@ -418,8 +426,17 @@ impl Backbone {
         let belt_speed = panels[panels.len() - 1].to;
         let (turning_points, unresolved) = (Vec::new(), Vec::new());
         let size = panels.iter().map(|panel| largest(&panel.values)).fold(0.0, f64::max);
-        let mut backbone =
-            Self { belt_speed, panels, node_error, size, turning_points, unresolved, error, rhs: 0 };
+        let mut backbone = Self {
+            belt_speed,
+            panels,
+            node_error,
+            size,
+            crosses_corners: false,
+            turning_points,
+            unresolved,
+            error,
+            rhs: 0,
+        };
         (backbone.turning_points, backbone.unresolved) = backbone.find_turning_points();
         backbone
     }
@@ -487,18 +504,33 @@ impl Backbone {
     }
 
     /// Returns whether the number of cycles at C = `viscous` is reliable: the error of C is small, and
-    /// `viscous` is farther than three times that from both ends and from every extreme, also from those that
-    /// are within the error and not counted. If not, a more accurate backbone may show other cycles. The end r = V
-    /// does not count where C is so steep next to it that its error, which vanishes at the nodes, makes no extreme.
+    /// `viscous` is farther than three times that, across corners five times, from both ends and from every extreme,
+    /// also from those that are within the error and not counted, and from flat pieces across corners. If not, a
+    /// more accurate backbone may show other cycles. The end r = V does not count where C is so steep next to it that
+    /// its error, which vanishes at the nodes, makes no extreme.
     #[must_use]
     pub fn is_reliable_at(&self, viscous: f64) -> bool {
         let ends = [self.turning_points[0], self.turning_points[self.turning_points.len() - 1]];
-        let distance = 3.0 * self.error;
+        let distance = FAR * self.error;
+        let from_extremes = if self.crosses_corners { FAR_ACROSS_CORNERS * self.error } else { distance };
         let highest = &self.panels[self.panels.len() - 1].values;
         let is_steep = (highest[0] - highest[1]).abs() > STEEP * self.error;
         self.error <= LARGEST_ERROR * self.size
-            && self.no_extreme_within(viscous, distance)
+            && self.no_extreme_within(viscous, from_extremes)
+            && !(self.crosses_corners && self.is_flat_near(viscous, distance))
             && ends[..if is_steep { 1 } else { 2 }].iter().all(|end| (end.viscous - viscous).abs() > distance)
+    }
+
+    /// Returns whether C hardly changes between two neighbouring nodes, the ones next to r = 0 aside, where it is near
+    /// `viscous`: corners may make extremes there that a polynomial across them does not show.
+    fn is_flat_near(&self, viscous: f64, enough: f64) -> bool {
+        self.panels.iter().any(|panel| {
+            let last = panel.values.len() - 1;
+            panel.values[..last].windows(2).any(|pair| {
+                let [low, high] = [pair[0].min(pair[1]), pair[0].max(pair[1])];
+                high - low <= enough && low - enough <= viscous && viscous <= high + enough
+            })
+        })
     }
 
     /// Returns whether no extreme of C between the ends is that close to `viscous`, also none of those that are not

@@ -188,27 +188,45 @@ fn coarse_backbones_count_as_the_fine_one() {
     assert!(counts[1] > 300 && counts[0] > 600, "{counts:?}");
 }
 
+/// A table of `rows` of mu + (1 - mu) exp(-u/vs) and a wave, and a constant beyond u = 10, on a belt.
+fn wavy_table(
+    rows: u32,
+    [mu, vs, rise]: [f64; 3],
+    [size, waves, phase]: [f64; 3],
+    belt_speed: f64,
+) -> Column {
+    let phi = |u: f64| {
+        let wave = size * ((waves * u + phase).sin() - phase.sin());
+        mu + (1.0 - mu) * (-u / vs).exp() + rise * u / 3.0 + wave
+    };
+    let places = (0..rows).map(|i| 10.0 / f64::from(rows) * f64::from(i));
+    let mut data: Vec<(f64, f64)> = places.map(|u| (u, phi(u))).collect();
+    data.push((14.0, data[data.len() - 1].1));
+    let law = Law::Table(Table::new("wavy", &data, 1.0).unwrap());
+    law.column(&law.point(1.0, &[], belt_speed, 0.0).unwrap())
+}
+
 /// A table whose backbone has a dip between r = 0.06 and 0.23, where a polynomial by values and slopes there has none.
 #[test]
 fn a_dip_of_the_backbone_next_to_corners_is_counted() {
-    let phi = |u: f64| {
-        let [mu, vs, waves, phase] = [
-            0.253_590_857_451_886_8,
-            1.761_167_405_660_870_4,
-            3.620_230_074_535_384,
-            5.141_918_960_136_492_5_f64,
-        ];
-        let wave = 0.024_384_494_620_662_583 * ((waves * u + phase).sin() - phase.sin());
-        mu + (1.0 - mu) * (-u / vs).exp() + 0.033_238_371_030_369_4 * u / 3.0 + wave
-    };
-    let mut data: Vec<(f64, f64)> =
-        (0..27).map(|i| 10.0 / 27.0 * f64::from(i)).map(|u| (u, phi(u))).collect();
-    data.push((14.0, data[26].1));
-    let law = Law::Table(Table::new("dip", &data, 1.0).unwrap());
-    let column = law.column(&law.point(1.0, &[], 1.576_587_870_601_906, 0.0).unwrap());
+    let law = [0.253_590_857_451_886_8, 1.761_167_405_660_870_4, 0.033_238_371_030_369_4];
+    let wave = [0.024_384_494_620_662_583, 3.620_230_074_535_384, 5.141_918_960_136_492_5];
+    let column = wavy_table(27, law, wave, 1.576_587_870_601_906);
     let fine = Backbone::of(&column, 1e-10).unwrap();
     // A cycle on either side of the dip, the first of which attracts.
     let viscous = 0.168_526_192_580_366_77;
     assert_eq!(fine.cycles(viscous, false, true).unwrap().len(), 2);
     assert!(coarse_counts(&column, &fine, &[viscous])[0] > 0);
+}
+
+/// A table whose backbone is so flat between two nodes that coarse ones show one cycle where there are three.
+#[test]
+fn cycles_on_a_flat_piece_of_the_backbone_are_counted() {
+    let law = [0.328_155_368_236_351_5, 1.549_054_591_320_887_7, 0.0];
+    let wave = [0.133_961_177_007_682_2, 1.237_284_430_417_761_7, 3.742_781_442_792_216];
+    let column = wavy_table(30, law, wave, 0.721_234_341_333_153_1);
+    let fine = Backbone::of(&column, 1e-10).unwrap();
+    let viscous = 0.286_459_945_308_767_56;
+    assert_eq!(fine.cycles(viscous, true, true).unwrap().len(), 3);
+    coarse_counts(&column, &fine, &[viscous]);
 }
