@@ -177,7 +177,7 @@ fn plots_report_fixed_axes_and_refuse_unknown_names() {
             assert_eq!((held("V"), held("epsilon")), (Some(4.0), Some(0.05)));
             assert_eq!(held("c").is_none(), variable.starts_with("critical_c_"));
             assert!(plotted.caption.plain().contains("V = 4"), "{}", plotted.caption.plain());
-            assert_eq!(plotted.data.rows(), 12, "a row for each cell");
+            assert_eq!(plotted.data.rows(), 9, "a row for each cell");
         }
     }
     let refused = |x: &str, y: &str, at: &[At], variable: Option<&str>| {
@@ -211,7 +211,7 @@ fn an_axis_of_one_node_is_not_drawn_as_an_area() {
     for (x, y) in [("beta", "gamma"), ("gamma", "beta")] {
         let plotted = figure::plot(&view, &over_plane(x, y, &[], &variables)).unwrap();
         assert_eq!(plotted.notes, ["beta has one node: drawn over gamma alone"]);
-        assert_eq!(plotted.data.rows(), 4);
+        assert_eq!(plotted.data.rows(), 3);
         assert!(!plotted.scene.svg("plot", &plotted.caption).contains("crispEdges"), "no area");
     }
     let curves = Plot { curves: true, ..over_plane("gamma", "beta", &[], &[]) };
@@ -282,7 +282,7 @@ fn one_axis_plots_draw_what_the_map_stores() {
     let mut reader = csv::Reader::from_reader(csv.as_bytes());
     let rows: Vec<std::collections::HashMap<String, String>> =
         reader.deserialize().map(Result::unwrap).collect();
-    assert_eq!(rows.len(), 2 * 2 * 2 * 4, "panels, curves, variables, nodes");
+    assert_eq!(rows.len(), 2 * 2 * 2 * 3, "panels, curves, variables, nodes");
     for row in rows {
         let number = |key: &str| row[key].parse::<f64>().unwrap();
         let node = |axis: usize, name: &str| Node(view.map.grid().axes()[axis].nearest(number(name)));
