@@ -91,7 +91,8 @@ impl Interpolated {
             if intervals == 0 && plan.stores(Field::CriticalC) {
                 return found;
             }
-            found.nodes = (intervals > 0).then(|| BackboneNodes::new(intervals));
+            found.nodes = (intervals > 0)
+                .then(|| BackboneNodes::new(intervals, !columns[0].curve.corners().is_empty()));
         }
         // It grows with the belt speed, but for a table that ends early.
         if plan.stores(Field::Regime) && first.curve.fastest() == f64::INFINITY {

@@ -15,17 +15,17 @@
 //! the nodes times the Lebesgue constant. It is numerical, not a bound: [`super::slip_count`] proves counts.
 
 mod corners;
-
-use std::cell::OnceCell;
+mod interpolated;
 
 use super::Failure;
-use super::chebyshev::{Between, Transform, coefficients, lebesgue, node, sum, sums, weights};
+use super::chebyshev::{Between, coefficients, lebesgue, node, sum, sums};
 use super::closed_orbit::closing_damping_of_node;
 use super::closing::closing_dampings;
 use super::polar::Closing;
 use super::work::Work;
 use crate::friction::{Column, Curve};
 use corners::corner_amplitudes;
+pub(crate) use interpolated::{BackboneNodes, InterpolatedBackbone};
 
 /// Least and largest number of intervals between nodes.
 const SIZES: [usize; 2] = [8, 128];
@@ -51,10 +51,6 @@ const LARGEST_ERROR: f64 = 1e-3;
 const FAR: f64 = 3.0;
 /// The same of an extreme of one polynomial across corners, whose error is less certain.
 const FAR_ACROSS_CORNERS: f64 = 5.0;
-
-/// Truncation error, relative to the largest |C|, below which backbones to be interpolated between columns
-/// need no further nodes.
-const ENOUGH_BETWEEN_COLUMNS: f64 = 1e-4;
 
 /// Change of C from one node to the next, in units of its error, from which on the error between them makes no extreme.
 const STEEP: f64 = 20.0;
@@ -406,12 +402,10 @@ impl Backbone {
 
     /// The backbone through known values of C at the nodes, from r = V down to 0, with errors of at most
     /// `node_error`.
-    pub(crate) fn of_values(belt_speed: f64, values: Vec<f64>, node_error: f64) -> Self {
+    fn of_values(belt_speed: f64, values: Vec<f64>, node_error: f64, crosses_corners: bool) -> Self {
         let series = coefficients(&values);
-        Self::new(
-            vec![Panel { from: 0.0, to: belt_speed, in_root: false, values, orbits: Vec::new(), series }],
-            node_error,
-        )
+        let panel = Panel { from: 0.0, to: belt_speed, in_root: false, values, orbits: Vec::new(), series };
+        Self { crosses_corners, ..Self::new(vec![panel], node_error) }
     }
 
     fn of_panels(panels: Vec<Panel>, Solver { curve, error, slope_error, rhs, .. }: Solver) -> Self {
@@ -517,20 +511,8 @@ impl Backbone {
         let is_steep = (highest[0] - highest[1]).abs() > STEEP * self.error;
         self.error <= LARGEST_ERROR * self.size
             && self.no_extreme_within(viscous, from_extremes)
-            && !(self.crosses_corners && self.is_flat_near(viscous, distance))
+            && !(self.crosses_corners && is_flat_near(&self.panels[0].values, viscous, distance))
             && ends[..if is_steep { 1 } else { 2 }].iter().all(|end| (end.viscous - viscous).abs() > distance)
-    }
-
-    /// Returns whether C hardly changes between two neighbouring nodes, the ones next to r = 0 aside, where it is near
-    /// `viscous`: corners may make extremes there that a polynomial across them does not show.
-    fn is_flat_near(&self, viscous: f64, enough: f64) -> bool {
-        self.panels.iter().any(|panel| {
-            let last = panel.values.len() - 1;
-            panel.values[..last].windows(2).any(|pair| {
-                let [low, high] = [pair[0].min(pair[1]), pair[0].max(pair[1])];
-                high - low <= enough && low - enough <= viscous && viscous <= high + enough
-            })
-        })
     }
 
     /// Returns whether no extreme of C between the ends is that close to `viscous`, also none of those that are not
@@ -598,118 +580,13 @@ impl Backbone {
     }
 }
 
-/// A backbone whose values at the nodes are interpolated between columns; its extremes are searched only for
-/// dampings that need them.
-pub(crate) struct InterpolatedBackbone<'a> {
-    belt_speed: f64,
-    values: &'a [f64],
-    node_error: f64,
-    series: [f64; InterpolatedBackbone::MOST_NODES],
-    error: f64,
-    nodes: &'a BackboneNodes,
-    with_extremes: OnceCell<Backbone>,
-}
-
-/// What interpolated backbones with the same nodes share.
-pub(crate) struct BackboneNodes {
-    transform: Transform,
-    /// For each sample at which extremes are searched the weights of the nodes, by increasing r.
-    weights: Vec<Vec<f64>>,
-}
-
-impl BackboneNodes {
-    pub(crate) fn new(intervals: usize) -> Self {
-        let samples = SAMPLES_PER_INTERVAL * intervals;
-        let weights = (0..=samples).map(|i| weights(intervals, -node(i, samples))).collect();
-        Self { transform: Transform::new(intervals), weights }
-    }
-
-    /// Whether the values at the samples rise, or fall, all the way.
-    fn is_monotone(&self, values: &[f64]) -> bool {
-        let at = |weights: &Vec<f64>| weights.iter().zip(values).map(|(weight, value)| weight * value).sum();
-        let (mut rises, mut falls) = (true, true);
-        let mut before: f64 = at(&self.weights[0]);
-        for weights in &self.weights[1..] {
-            let here = at(weights);
-            (rises, falls, before) = (rises && here > before, falls && here < before, here);
-        }
-        rises || falls
-    }
-}
-
-impl<'a> InterpolatedBackbone<'a> {
-    /// Largest number of nodes.
-    const MOST_NODES: usize = 4 * SIZES[0] + 1;
-
-    /// The number of intervals between nodes that this column needs; `None` where the most are too few.
-    ///
-    /// # Errors
-    /// [`Failure`] of an orbit.
-    pub(crate) fn intervals(column: &Column, tolerance: f64) -> Result<Option<usize>, Failure> {
-        let mut backbone = Backbone::coarsest(&column.curve, column.belt_speed, tolerance)?;
-        let series = |backbone: &Backbone| truncation_error(&backbone.panels[0].series);
-        let nodes = |backbone: &Backbone| backbone.panels[0].values.len();
-        while series(&backbone) > ENOUGH_BETWEEN_COLUMNS * backbone.size
-            && nodes(&backbone) < Self::MOST_NODES
-        {
-            let Some(finer) = backbone.refined(&column.curve, tolerance)? else { break };
-            backbone = finer;
-        }
-        let resolved = series(&backbone) <= LARGEST_ERROR * backbone.size;
-        Ok(resolved.then(|| nodes(&backbone) - 1))
-    }
-
-    /// The values of C of a column at the nodes, from r = V down to 0, their largest error, and the
-    /// number of evaluations of the right-hand side.
-    ///
-    /// # Errors
-    /// [`Failure`] of an orbit.
-    pub(crate) fn values(
-        column: &Column,
-        tolerance: f64,
-        intervals: usize,
-    ) -> Result<(Vec<f64>, f64, u64), Failure> {
-        let work = Work::of_backbone(&column.curve);
-        let Backbone { mut panels, node_error, rhs, .. } =
-            Backbone::with_intervals(&column.curve, column.belt_speed, tolerance, intervals, &work)?;
-        Ok((panels.swap_remove(0).values, node_error, rhs))
-    }
-
-    /// Through values of C at the nodes, from r = V down to 0, with errors of at most `node_error`.
-    pub(crate) fn new(nodes: &'a BackboneNodes, belt_speed: f64, values: &'a [f64], node_error: f64) -> Self {
-        let mut series = [0.0; Self::MOST_NODES];
-        series.iter_mut().zip(nodes.transform.coefficients(values)).for_each(|(c, value)| *c = value);
-        let error = truncation_error(&series[..values.len()]) + node_error_of(values, node_error);
-        Self { belt_speed, values, node_error, series, error, nodes, with_extremes: OnceCell::new() }
-    }
-
-    /// Whether there is an attracting slip cycle at C = `viscous`, where it is known whether the equilibrium
-    /// attracts and whether the orbit from the exit point returns; `None` where the backbone is not
-    /// [reliable](Backbone::is_reliable_at) about that.
-    pub(crate) fn attracts(&self, viscous: f64, equilibrium_is_stable: bool, returns: bool) -> Option<bool> {
-        let is_accurate = self.error <= LARGEST_ERROR * largest(self.values);
-        let near = |value: f64| (value - viscous).abs() <= 3.0 * self.error;
-        let variation: f64 = self.series[1..].iter().map(|c| c.abs()).sum();
-        // Where the error is large, only dampings far from all values are decided.
-        let distance = if is_accurate { 3.0 * self.error } else { variation + 10.0 * self.error };
-        if (viscous - self.series[0]).abs() > variation + distance {
-            return Some(false);
-        }
-        if !is_accurate {
-            return None;
-        }
-        if self.nodes.is_monotone(self.values) {
-            // There is at most one cycle, between the ends.
-            let near_end = near(self.values[0]) || near(self.values[self.values.len() - 1]);
-            return (!near_end).then_some(equilibrium_is_stable == returns && !returns);
-        }
-        let make = || Backbone::of_values(self.belt_speed, self.values.to_vec(), self.node_error);
-        let backbone = self.with_extremes.get_or_init(make);
-        let cycles = backbone
-            .is_reliable_at(viscous)
-            .then(|| backbone.cycles(viscous, equilibrium_is_stable, returns))??;
-        Some(cycles.iter().any(|cycle| cycle.is_stable))
-    }
+/// Returns whether C hardly changes between two neighbouring nodes, the ones next to r = 0 aside, where it is near
+/// `viscous`: corners may make extremes there that a polynomial across them does not show.
+fn is_flat_near(values: &[f64], viscous: f64, enough: f64) -> bool {
+    values[..values.len() - 1].windows(2).any(|pair| {
+        let [low, high] = [pair[0].min(pair[1]), pair[0].max(pair[1])];
+        high - low <= enough && low - enough <= viscous && viscous <= high + enough
+    })
 }
 
 /// Number of steps to an extreme: its place is as accurate as rounding errors of the values permit.
