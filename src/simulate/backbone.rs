@@ -14,6 +14,7 @@
 //! **Error.** Twice the sum of the sizes of the last quarter of the coefficients, with the largest error of
 //! the nodes times the Lebesgue constant. It is numerical, not a bound: [`super::slip_count`] proves counts.
 
+mod by_slopes;
 mod corners;
 mod interpolated;
 
@@ -24,6 +25,7 @@ use super::closing::closing_dampings;
 use super::polar::Closing;
 use super::work::Work;
 use crate::friction::{Column, Curve};
+use by_slopes::Monotone;
 use corners::corner_amplitudes;
 pub(crate) use interpolated::{BackboneNodes, InterpolatedBackbone};
 
@@ -45,7 +47,7 @@ const LEAST_TOLERANCE_WITH_CORNERS: f64 = 1e-8;
 /// Largest error, relative to the largest |C|, of a backbone from which the number of cycles is read.
 /// Interpolants through nine nodes counted eleven of 120,000 cases of rough random laws wrong, each with an
 /// error above 8e-3 of that size.
-const LARGEST_ERROR: f64 = 1e-3;
+const LARGEST_ERROR: f64 = 2e-3;
 
 /// Least distance of a damping from an end and from an extreme, in units of the error, at which cycles are counted.
 const FAR: f64 = 3.0;
@@ -90,8 +92,10 @@ pub struct Backbone {
     /// Whether one polynomial serves both sides of a corner.
     crosses_corners: bool,
     turning_points: Vec<TurningPoint>,
-    /// C at the extremes of the interpolant that may be due to its error.
+    /// C at the extremes of the interpolant that may be due to its error, and at those that it may lack.
     unresolved: Vec<f64>,
+    /// Where slopes at the nodes show that C is monotone.
+    monotone: Vec<Monotone>,
     /// Estimate of the absolute error of C at any r.
     pub error: f64,
     /// Number of evaluations of the right-hand side, where the polar form was used.
@@ -405,33 +409,43 @@ impl Backbone {
     fn of_values(belt_speed: f64, values: Vec<f64>, node_error: f64, crosses_corners: bool) -> Self {
         let series = coefficients(&values);
         let panel = Panel { from: 0.0, to: belt_speed, in_root: false, values, orbits: Vec::new(), series };
-        Self { crosses_corners, ..Self::new(vec![panel], node_error) }
+        Self::new(vec![panel], node_error, crosses_corners, 0.0)
     }
 
-    fn of_panels(panels: Vec<Panel>, Solver { curve, error, slope_error, rhs, .. }: Solver) -> Self {
+    fn of_panels(
+        panels: Vec<Panel>,
+        Solver { curve, belt_speed, error, slope_error, rhs, .. }: Solver,
+    ) -> Self {
         let crosses_corners = !(panels[0].in_root || curve.corners().is_empty());
-        Self { rhs, crosses_corners, ..Self::new(panels, error + slope_error) }
+        let distances = curve.corners().iter().map(|corner| (corner - belt_speed).abs());
+        let nearest_corner = distances.fold(f64::INFINITY, f64::min);
+        Self { rhs, ..Self::new(panels, error + slope_error, crosses_corners, nearest_corner) }
     }
 
-    fn new(panels: Vec<Panel>, node_error: f64) -> Self {
+    fn new(panels: Vec<Panel>, node_error: f64, crosses_corners: bool, nearest_corner: f64) -> Self {
         let error_of =
             |panel: &Panel| truncation_error(&panel.series) + node_error_of(&panel.values, node_error);
         let error = panels.iter().map(error_of).fold(0.0, f64::max);
         let belt_speed = panels[panels.len() - 1].to;
         let (turning_points, unresolved) = (Vec::new(), Vec::new());
+        let monotone = Self::monotone_ranges(&panels, error, nearest_corner);
         let size = panels.iter().map(|panel| largest(&panel.values)).fold(0.0, f64::max);
         let mut backbone = Self {
             belt_speed,
             panels,
             node_error,
             size,
-            crosses_corners: false,
+            crosses_corners,
             turning_points,
             unresolved,
+            monotone,
             error,
             rhs: 0,
         };
         (backbone.turning_points, backbone.unresolved) = backbone.find_turning_points();
+        if crosses_corners {
+            backbone.unresolved.extend(Self::extremes_by_slopes(&backbone.panels));
+        }
         backbone
     }
 
@@ -492,7 +506,10 @@ impl Backbone {
                 i if i + 1 == found.len() => i - 1..i,
                 i => i - 1..i + 1,
             };
-            unresolved.extend(found.drain(removed).map(|point| point.viscous));
+            let is_open = |point: &TurningPoint| {
+                !self.monotone.iter().any(|it| it.from < point.radius && point.radius < it.to)
+            };
+            unresolved.extend(found.drain(removed).filter(is_open).map(|point| point.viscous));
         }
         (found, unresolved)
     }
@@ -500,19 +517,40 @@ impl Backbone {
     /// Returns whether the number of cycles at C = `viscous` is reliable: the error of C is small, and
     /// `viscous` is farther than three times that, across corners five times, from both ends and from every extreme,
     /// also from those that are within the error and not counted, and from flat pieces across corners. If not, a
-    /// more accurate backbone may show other cycles. The end r = V does not count where C is so steep next to it that
-    /// its error, which vanishes at the nodes, makes no extreme.
+    /// more accurate backbone may show other cycles. Extremes within the error, flat pieces and ends do not count where
+    /// slopes show that C is monotone.
     #[must_use]
     pub fn is_reliable_at(&self, viscous: f64) -> bool {
-        let ends = [self.turning_points[0], self.turning_points[self.turning_points.len() - 1]];
         let distance = FAR * self.error;
         let from_extremes = if self.crosses_corners { FAR_ACROSS_CORNERS * self.error } else { distance };
-        let highest = &self.panels[self.panels.len() - 1].values;
-        let is_steep = (highest[0] - highest[1]).abs() > STEEP * self.error;
         self.error <= LARGEST_ERROR * self.size
             && self.no_extreme_within(viscous, from_extremes)
-            && !(self.crosses_corners && is_flat_near(&self.panels[0].values, viscous, distance))
-            && ends[..if is_steep { 1 } else { 2 }].iter().all(|end| (end.viscous - viscous).abs() > distance)
+            && !(self.crosses_corners && self.is_flat_near(viscous, distance))
+            && !self.is_near_uncertain_end(viscous, distance)
+    }
+
+    /// Returns whether an end of C is that close to `viscous`, and C may have an extreme next to it. Where it is steep
+    /// next to r = V its error, which vanishes at the nodes, makes none.
+    fn is_near_uncertain_end(&self, viscous: f64, distance: f64) -> bool {
+        let points = &self.turning_points;
+        let near = |end: &TurningPoint| (end.viscous - viscous).abs() <= distance;
+        let highest = &self.panels[self.panels.len() - 1].values;
+        let is_steep = (highest[0] - highest[1]).abs() > STEEP * self.error;
+        let rises_or_falls = |range: Option<&Monotone>, end: f64| {
+            range.is_some_and(|it| (it.from == end || it.to == end) && it.change() > 2.0 * distance)
+        };
+        near(&points[0]) && !rises_or_falls(self.monotone.first(), 0.0)
+            || near(&points[points.len() - 1])
+                && !(is_steep || rises_or_falls(self.monotone.last(), self.belt_speed))
+    }
+
+    /// Returns whether C hardly changes between two neighbouring nodes, the ones next to r = 0 aside, where it is near
+    /// `viscous`: corners may make extremes there that a polynomial across them does not show.
+    fn is_flat_near(&self, viscous: f64, enough: f64) -> bool {
+        let panel = &self.panels[0];
+        let radius = |i: usize| panel.radius(node(i, panel.values.len() - 1));
+        let is_monotone = |i| self.monotone.iter().any(|it| it.from <= radius(i + 1) && radius(i) <= it.to);
+        flat_pieces(&panel.values, viscous, enough).any(|i| !is_monotone(i))
     }
 
     /// Returns whether no extreme of C between the ends is that close to `viscous`, also none of those that are not
@@ -580,13 +618,14 @@ impl Backbone {
     }
 }
 
-/// Returns whether C hardly changes between two neighbouring nodes, the ones next to r = 0 aside, where it is near
-/// `viscous`: corners may make extremes there that a polynomial across them does not show.
-fn is_flat_near(values: &[f64], viscous: f64, enough: f64) -> bool {
-    values[..values.len() - 1].windows(2).any(|pair| {
+/// The pairs of neighbouring nodes, the ones next to r = 0 aside, between which C hardly changes and is near `viscous`.
+fn flat_pieces(values: &[f64], viscous: f64, enough: f64) -> impl Iterator<Item = usize> {
+    let is_flat = move |pair: &[f64]| {
         let [low, high] = [pair[0].min(pair[1]), pair[0].max(pair[1])];
         high - low <= enough && low - enough <= viscous && viscous <= high + enough
-    })
+    };
+    let pairs = values[..values.len() - 1].windows(2).enumerate();
+    pairs.filter_map(move |(i, pair)| is_flat(pair).then_some(i))
 }
 
 /// Number of steps to an extreme: its place is as accurate as rounding errors of the values permit.

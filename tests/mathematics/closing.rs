@@ -6,7 +6,7 @@ use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Expression, Law, Table};
 use slipmap::map::slip_cycle_count;
 use slipmap::simulate::arc::{SlipTurn, turn};
-use slipmap::simulate::backbone::Backbone;
+use slipmap::simulate::backbone::{Backbone, TurningPoint};
 use slipmap::simulate::slip_cycle::slip_cycles;
 use slipmap::simulate::{Fate, critical_damping, direct, flow};
 
@@ -147,18 +147,25 @@ fn cycles_are_counted_as_they_are_located() {
     assert!(counts[0] > 20 && counts[1] > 20 && counts[2] + counts[3] > 5, "{counts:?}");
 }
 
+/// The number of slip cycles by a backbone whose ends are known.
+fn cycles_between(ends: [TurningPoint; 2], backbone: &Backbone, viscous: f64) -> Option<usize> {
+    let [stable, returns] = [ends[0].viscous < viscous, viscous < ends[1].viscous];
+    backbone.cycles(viscous, stable, returns).map(|cycles| cycles.len())
+}
+
+fn ends(backbone: &Backbone) -> [TurningPoint; 2] {
+    let points = backbone.turning_points();
+    [points[0], points[points.len() - 1]]
+}
+
 /// Asserts that every coarse backbone that is clear about one of the dampings counts the same cycles as the fine one, and
 /// returns the numbers of such counts, of all backbones and of the coarsest.
 fn coarse_counts(column: &Column, fine: &Backbone, dampings: &[f64]) -> [u32; 2] {
-    let ends = [fine.turning_points()[0], fine.turning_points()[fine.turning_points().len() - 1]];
     let mut coarse = Some(Backbone::coarsest(&column.curve, column.belt_speed, 1e-5).unwrap());
     let (mut level, mut counts) = (0, [0; 2]);
     while let Some(backbone) = coarse {
         for &viscous in dampings.iter().filter(|viscous| backbone.is_reliable_at(**viscous)) {
-            let stable = ends[0].viscous < viscous;
-            let returns = viscous < ends[1].viscous;
-            let count =
-                |backbone: &Backbone| backbone.cycles(viscous, stable, returns).map(|cycles| cycles.len());
+            let count = |backbone| cycles_between(ends(fine), backbone, viscous);
             if let Some(counted) = count(fine) {
                 assert_eq!(count(&backbone), Some(counted), "{column:?} {viscous}: {backbone:?}");
                 counts[0] += 1;
@@ -229,4 +236,51 @@ fn cycles_on_a_flat_piece_of_the_backbone_are_counted() {
     let viscous = 0.286_459_945_308_767_56;
     assert_eq!(fine.cycles(viscous, true, true).unwrap().len(), 3);
     coarse_counts(&column, &fine, &[viscous]);
+}
+
+/// A table with a corner next to the belt speed: C turns at an amplitude below that of every node.
+#[test]
+fn cycles_about_a_corner_next_to_the_belt_speed_are_counted() {
+    let law = [0.513_458_006_809_270_3, 2.062_287_976_462_274_6, 0.059_803_019_248_228_85];
+    let wave = [0.029_961_481_232_045_215, 1.305_431_656_259_072_4, 3.325_997_277_526_252_7];
+    let column = wavy_table(28, law, wave, 0.718_416_576_807_954_6);
+    let fine = Backbone::of(&column, 1e-10).unwrap();
+    let viscous = 0.160_879_969_563_859_1;
+    assert_eq!(cycles_between(ends(&fine), &fine, viscous), Some(2));
+    coarse_counts(&column, &fine, &[viscous]);
+}
+
+/// A table whose backbone turns twice between two nodes, which the slopes there show and the polynomial does not.
+#[test]
+fn slopes_at_the_nodes_show_extremes_between_them() {
+    let law = [0.458_407_758_451_794_3, 1.158_114_111_842_981, 0.088_071_917_314_429_48];
+    let wave = [0.004_122_073_010_030_446_5, 1.482_962_775_631_811, 0.815_085_944_690_193_5];
+    let column = wavy_table(29, law, wave, 2.431_995_102_065_819_5);
+    let fine = Backbone::of(&column, 1e-10).unwrap();
+    let viscous = 0.030_372_754_243_075_152;
+    assert_eq!(cycles_between(ends(&fine), &fine, viscous), Some(3));
+    coarse_counts(&column, &fine, &[viscous]);
+}
+
+/// Next to the critical damping of tables without waves the slopes at few nodes settle the number of cycles.
+#[test]
+fn slopes_settle_counts_next_to_the_critical_damping() {
+    let mut settled = [0; 2];
+    for number in 0..50 {
+        let belt_speed = 0.3 + 0.03 * f64::from(number);
+        let column = wavy_table(40, [0.5, 2.0, 0.0], [0.0, 1.0, 0.0], belt_speed);
+        let fine = Backbone::of(&column, 1e-10).unwrap();
+        let coarsest = Backbone::coarsest(&column.curve, belt_speed, 1e-5).unwrap();
+        let Some(finer) = coarsest.refined(&column.curve, 1e-5).unwrap() else { continue };
+        for (settled, backbone) in settled.iter_mut().zip([coarsest, finer]) {
+            let viscous = ends(&backbone)[1].viscous + 0.5 * backbone.error;
+            if backbone.is_reliable_at(viscous) {
+                *settled += 1;
+                let counts =
+                    [&backbone, &fine].map(|backbone| cycles_between(ends(&fine), backbone, viscous));
+                assert_eq!(counts[0], counts[1], "{belt_speed}");
+            }
+        }
+    }
+    assert!(settled.iter().all(|settled| *settled > 45), "{settled:?}");
 }

@@ -6,7 +6,7 @@ use super::super::Failure;
 use super::super::chebyshev::{Transform, node, weights};
 use super::super::work::Work;
 use super::{
-    Backbone, FAR, LARGEST_ERROR, SAMPLES_PER_INTERVAL, SIZES, is_flat_near, largest, node_error_of,
+    Backbone, FAR, LARGEST_ERROR, SAMPLES_PER_INTERVAL, SIZES, flat_pieces, largest, node_error_of,
     truncation_error,
 };
 use crate::friction::Column;
@@ -117,7 +117,8 @@ impl<'a> InterpolatedBackbone<'a> {
         if !is_accurate {
             return None;
         }
-        if self.nodes.crosses_corners && is_flat_near(self.values, viscous, FAR * self.error) {
+        if self.nodes.crosses_corners && flat_pieces(self.values, viscous, FAR * self.error).next().is_some()
+        {
             return None;
         }
         if self.nodes.is_monotone(self.values) {
