@@ -9,6 +9,7 @@ use crate::machine::{Machine, Model};
 use crate::map::{self, Regime};
 use crate::point::Point;
 use crate::simulate::slip_count::{count_slip_cycles, proves_absence};
+use crate::simulate::slip_cycle::Kick;
 use crate::simulate::{critical_damping, flow, sensitivity};
 
 /// Accuracy of the scaled grazing margin.
@@ -62,8 +63,8 @@ pub(crate) struct Assessment {
     pub(crate) period: Option<f64>,
     /// Half the range of velocities of that motion, m/s.
     pub(crate) velocity_amplitude: Option<f64>,
-    /// The sudden changes of velocity with the belt, and against it, that start stick-slip from steady slip.
-    pub(crate) kick: Option<[f64; 2]>,
+    /// The kicks of steady slip onto the outermost unstable slip cycle: slightly larger ones start the attracting motion.
+    pub(crate) kick: Option<Kick>,
     /// Sensitivities of the critical damping at the working speed.
     pub(crate) sensitivities: Vec<Sensitivity>,
     /// Weights of slip speeds of the friction curve in the critical damping; empty where the polar angle of
@@ -151,10 +152,7 @@ pub(crate) fn assess(machine: &Machine) -> Option<Assessment> {
     let hopf = column.curve.weakening(point.belt_speed);
     let critical = behaviour.critical_damping.map_or(f64::INFINITY, |damping| damping / units.damping);
     let cycle = map::attracting_cycle(&oscillator, &flow, TOLERANCE);
-    let kick = match behaviour.regime {
-        Regime::Bistable => map::basin_boundary(&oscillator, &flow, TOLERANCE),
-        _ => None,
-    };
+    let basin = map::basin_boundary(&oscillator, &flow, TOLERANCE);
     let theorems = TESTS.iter().filter(|test| test.guarantee != Guarantee::Asymptotic);
     let proofs = theorems.chain([&validated::TEST]).map(|test| Proof {
         test: test.name,
@@ -177,7 +175,10 @@ pub(crate) fn assess(machine: &Machine) -> Option<Assessment> {
             .map(|damping| damping * units.damping),
         period: cycle.map(|cycle| cycle.period * units.time),
         velocity_amplitude: cycle.map(|c| 0.5 * (c.velocity.hi - c.velocity.lo) * units.velocity),
-        kick: kick.map(|(_, kick)| [kick.forward * units.velocity, kick.backward * units.velocity]),
+        kick: basin.map(|map::BasinBoundary { kick, .. }| Kick {
+            forward: kick.forward * units.velocity,
+            backward: kick.backward * units.velocity,
+        }),
         sensitivities: sensitivities(machine),
         influence: influence(&model).unwrap_or_default(),
         proofs,

@@ -163,7 +163,7 @@ class Cycle:
 
 @dataclass(frozen=True)
 class Kick:
-    """Sudden changes of velocity that start stick-slip from steady slip."""
+    """Sudden changes of velocity that carry steady slip onto the outermost unstable slip cycle."""
 
     forward: float
     backward: float
@@ -171,7 +171,7 @@ class Kick:
 
 @dataclass(frozen=True)
 class BasinBoundary:
-    """The unstable slip cycle within which the mass settles, and the kicks onto it."""
+    """The outermost unstable slip cycle, and the kicks onto it; `cycle.separates` names what lies on its two sides."""
 
     cycle: Cycle
     kick: Kick
@@ -190,12 +190,12 @@ class SlipCount:
 
 @dataclass(frozen=True)
 class Cycles:
-    """All cycles of a point; `reason` says why if they could not be followed."""
+    """All cycles of a point. None for those of a kind that could not be followed; `reason` says why."""
 
     stick_slip: Cycle | None = None
-    slip: tuple[Cycle, ...] = ()
+    slip: tuple[Cycle, ...] | None = ()
     slip_count: SlipCount | None = None
-    crossing: tuple[Cycle, ...] = ()
+    crossing: tuple[Cycle, ...] | None = ()
     reason: str | None = None
 
 
@@ -306,8 +306,9 @@ class Probe:
             cycle = self.attracting_cycle
             facts.append(("attracting cycle", f"period {cycle.period:g}, multiplier {cycle.multiplier:g}"))
         if self.basin_boundary:
-            kick = self.basin_boundary.kick
-            facts.append(("kick that starts stick-slip", f"{kick.forward:g} with the belt, {kick.backward:g} against"))
+            kick, sides = self.basin_boundary.kick, self.basin_boundary.cycle.separates
+            goal = sides[1].replace("_", " ") if sides else "the attractor outside"
+            facts.append((f"kick that leads to {goal}", f"{kick.forward:g} with the belt, {kick.backward:g} against"))
         facts.append(("equilibrium", f"({self.equilibrium.x1:g}, 0), {self.equilibrium.type}"))
         if self.machine:
             units = ("", "m/s", "N s/m") if self.machine.motion == "translation" else ("", "rad/s", "N m s/rad")

@@ -19,7 +19,7 @@ use crate::filippov::Eigenvalues;
 use crate::friction::Law;
 use crate::machine::{Machine, Model};
 use crate::map::limits::{EpsilonLimit, HIGHEST, Unknown};
-use crate::map::{DEFAULT_TOLERANCE, Grid, Method};
+use crate::map::{BasinBoundary, DEFAULT_TOLERANCE, Grid, Method};
 use crate::point::Point;
 use crate::probe::{Answer, MachineResult, Probe, equilibrium_type, fate_name, regime_words};
 use crate::report::figure::{OrbitPlot, Width, orbit_figure};
@@ -435,13 +435,14 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         };
         line("bistable for c", format!("{} to {} +- {}{other}", exact(from), exact(to), short(error)));
     }
-    if let Some((_, kick)) = &answer.basin {
+    if let Some(BasinBoundary { kick, separates: [_, outside], .. }) = &answer.basin {
         line(
             "kick that starts it",
             format!(
-                "of velocity {} with the belt, or {} against it, from steady slip onto the outermost slip cycle",
+                "of velocity {} with the belt, or {} against it, from steady slip onto the outermost slip cycle that repels; a slightly larger one leads to {}",
                 short(kick.forward),
-                short(kick.backward)
+                short(kick.backward),
+                neighbour_words(*outside)
             ),
         );
     }

@@ -12,11 +12,7 @@ use crate::simulate::crossing::{
     CrossingCycle, StickSlipCycle, crossing_cycles, settled_from, some_cross_for_ever, stick_slip_cycle,
 };
 use crate::simulate::slip_cycle::{BACKBONE_TOLERANCE, Kick, SlipCycle, kick_onto, locate, none_within};
-use crate::simulate::{Failure, Flow};
-
-/// Relative error of a turn for slip cycles. It is small because the amplitude of a cycle is ill-conditioned
-/// where the multiplier is close to 1.
-const TIGHT: f64 = 1e-13;
+use crate::simulate::{Failure, Flow, Neighbour, TIGHT};
 
 /// Accuracy, in units of the weakening rate, up to which the backbone is refined first where only the number
 /// of cycles is needed: few dampings of a column lie that close to one of its extremes.
@@ -33,6 +29,16 @@ pub struct AttractingCycle {
     pub(crate) velocity: Range,
     /// Floquet multiplier; 0 for the stick-slip cycle, which is reached in finite time.
     pub(crate) multiplier: f64,
+}
+
+/// The outermost slip cycle that repels, which separates the basins of two attractors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct BasinBoundary {
+    pub(crate) cycle: SlipCycle,
+    /// The kicks of steady slip onto it.
+    pub(crate) kick: Kick,
+    /// The attractors of orbits just inside it and just outside it.
+    pub(crate) separates: [Neighbour; 2],
 }
 
 /// The attractors of one friction curve and belt speed, for all dampings.
@@ -256,19 +262,27 @@ impl<'a> Behaviour<'a> {
         }
     }
 
-    /// The outermost slip cycle where it repels and an attractor lies inside it, and the kicks onto it:
-    /// orbits outside it stick-slip or cross for ever. `None` elsewhere, or where it cannot be followed.
+    /// The boundary between basins; `None` where no slip cycle repels, or where it cannot be followed.
     pub(super) fn basin_boundary(
         &self,
         oscillator: &Oscillator,
         end: End,
         tolerance: f64,
-    ) -> Option<(SlipCycle, Kick)> {
-        let cycle = self.slip_cycles(oscillator.viscous, end)?.pop().filter(|cycle| !cycle.is_stable)?;
+    ) -> Option<BasinBoundary> {
+        let cycles = self.slip_cycles(oscillator.viscous, end)?;
+        let position = cycles.iter().rposition(|cycle| !cycle.is_stable)?;
         let tolerance = tolerance.min(TIGHT);
-        let cycle = locate(oscillator, &cycle, tolerance).ok()?;
+        let cycle = locate(oscillator, &cycles[position], tolerance).ok()?;
         let kick = kick_onto(oscillator, &cycle, tolerance).ok()?;
-        Some((cycle, kick))
+        // Cycles alternate in stability.
+        let inside = if position == 0 { Neighbour::Equilibrium } else { Neighbour::SlipCycle };
+        let outside = match end {
+            _ if position + 1 < cycles.len() => Neighbour::SlipCycle,
+            End::Sticks => Neighbour::StickSlip,
+            End::Crosses => Neighbour::Crossing,
+            End::Inward | End::TooClose | End::Failed => Neighbour::Unknown,
+        };
+        Some(BasinBoundary { cycle, kick, separates: [inside, outside] })
     }
 }
 
@@ -279,8 +293,7 @@ pub(crate) struct LongRun {
     pub(crate) regime: Regime,
     /// The attracting cycle, see [`attracting_cycle`].
     pub(crate) cycle: Option<AttractingCycle>,
-    /// The boundary of the basin of steady slip, see [`basin_boundary`].
-    pub(crate) basin: Option<(SlipCycle, Kick)>,
+    pub(crate) basin: Option<BasinBoundary>,
 }
 
 /// The long-run behaviour of a point whose orbit from the exit point is `flow`: [`regime`],
@@ -318,13 +331,36 @@ pub(crate) fn attracting_cycle(
     Behaviour::new(&oscillator.curve, oscillator.belt_speed).attracting_cycle(oscillator, flow, tolerance)
 }
 
-/// The unstable slip cycle outside of which the mass stick-slips or crosses for ever, and the kicks onto it.
-/// `None` where there is none, or where it cannot be followed.
-pub(crate) fn basin_boundary(
-    oscillator: &Oscillator,
-    flow: &Flow,
-    tolerance: f64,
-) -> Option<(SlipCycle, Kick)> {
+/// The boundary between basins where the orbit from the exit point is `flow`; `None` where no slip cycle repels, or
+/// where it cannot be followed.
+pub(crate) fn basin_boundary(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> Option<BasinBoundary> {
     let behaviour = Behaviour::new(&oscillator.curve, oscillator.belt_speed);
     behaviour.basin_boundary(oscillator, End::of(flow), tolerance)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::friction::{Expression, Law};
+    use crate::simulate::arc::{SlipTurn, turn};
+    use crate::simulate::flow;
+
+    /// Steady slip, inside an unstable slip cycle, inside a stable one, which no orbit leaves.
+    #[test]
+    fn the_boundary_is_known_where_the_outermost_cycle_attracts() {
+        let law =
+            Expression::new("1 - 1.4012*u*exp(-u/1.51636) + 0.19596*sin(7.376*u) - 0.06*u", 1.0).unwrap();
+        let law = Law::Expression(law);
+        let oscillator = Oscillator::new(&law, &law.point(1.0, &[], 1.6726, 0.2).unwrap());
+        let LongRun { regime, basin, .. } = long_run(&oscillator, &flow(&oscillator, 1e-9), 1e-9);
+        assert_eq!(regime, Regime::PureSlipAndEquilibrium);
+        let BasinBoundary { cycle, kick, separates } = basin.unwrap();
+        assert_eq!(separates, [Neighbour::Equilibrium, Neighbour::SlipCycle]);
+        let outward = |share: f64| match turn(&oscillator, share * cycle.velocity.hi, 1e-12).unwrap() {
+            SlipTurn::Returns { radius, .. } => radius > share * cycle.velocity.hi,
+            SlipTurn::MeetsBelt { .. } | SlipTurn::Rests => panic!("{share}"),
+        };
+        assert!(!outward(0.999) && outward(1.001));
+        assert!(kick.forward <= cycle.velocity.hi && kick.backward <= -cycle.velocity.lo, "{kick:?}");
+    }
 }

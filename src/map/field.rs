@@ -16,7 +16,7 @@ pub enum Field {
     Landing,
     /// Period, amplitudes and multiplier of the attracting cycle.
     Cycle,
-    /// The unstable slip cycle around steady slip, and the kicks that start stick-slip.
+    /// The outermost unstable slip cycle, and the kicks of steady slip onto it.
     Basin,
     /// `epsilon_limit_METHOD`.
     EpsilonLimit,
@@ -89,11 +89,11 @@ pub enum Quantity {
     CycleAmplitudeX2,
     /// Its Floquet multiplier.
     CycleMultiplier,
-    /// Largest velocity on the unstable slip cycle that bounds the basin of steady slip.
+    /// Largest velocity on the outermost unstable slip cycle, which separates two attractors.
     BoundaryVelocity,
     /// Floquet multiplier of that cycle.
     BoundaryMultiplier,
-    /// The sudden change of velocity with the belt that carries steady slip out of its basin.
+    /// The sudden change of velocity with the belt that carries steady slip onto that cycle.
     KickForward,
     /// The same against the belt.
     KickBackward,
@@ -156,15 +156,15 @@ impl Quantity {
             Quantity::CycleAmplitudeX1 => "half the range of x1 on the attracting cycle",
             Quantity::CycleAmplitudeX2 => "half the range of x2 on the attracting cycle",
             Quantity::CycleMultiplier => "Floquet multiplier of the attracting cycle, 0 if it sticks",
-            Quantity::BoundaryVelocity => "largest x2 on the unstable slip cycle around steady slip",
-            Quantity::BoundaryMultiplier => {
-                "Floquet multiplier of the unstable slip cycle around steady slip"
+            Quantity::BoundaryVelocity => {
+                "largest x2 on the outermost unstable slip cycle, which separates two attractors"
             }
+            Quantity::BoundaryMultiplier => "Floquet multiplier of the outermost unstable slip cycle",
             Quantity::KickForward => {
-                "smallest kick along the belt's motion that starts stick-slip, or a cycle across the belt line, from steady slip"
+                "smallest kick along the belt's motion from steady slip beyond the outermost unstable slip cycle"
             }
             Quantity::KickBackward => {
-                "smallest kick against the belt's motion that starts stick-slip, or a cycle across the belt line, from steady slip"
+                "smallest kick against the belt's motion from steady slip beyond the outermost unstable slip cycle"
             }
             Quantity::EpsilonLimit(_) => {
                 "largest epsilon up to which the verdict equals the simulated one, at these other parameters \

@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use super::behaviour::{AttractingCycle, Behaviour, Behaviours};
+use super::behaviour::{AttractingCycle, BasinBoundary, Behaviour, Behaviours};
 use super::end::End;
 use super::limits::Ray;
 use super::{Field, Plan, Quantity, Tile};
@@ -11,7 +11,6 @@ use crate::filippov::Oscillator;
 use crate::friction::Column;
 use crate::point::Point;
 use crate::simulate::sensitivity::sensitivity;
-use crate::simulate::slip_cycle::{Kick, SlipCycle};
 use crate::simulate::{Fate, Landing, Range, flow};
 
 /// The values of the quantities of `plan` in the cells of a tile, in the order of [`Plan::quantities`].
@@ -61,8 +60,7 @@ pub(crate) struct Description {
     /// The number of slip cycles, stable or not.
     pub(crate) slip_cycles: Option<usize>,
     pub(crate) cycle: Option<AttractingCycle>,
-    /// The boundary of the basin of steady slip.
-    pub(crate) boundary: Option<(SlipCycle, Kick)>,
+    pub(crate) boundary: Option<BasinBoundary>,
 }
 
 impl Description {
@@ -103,10 +101,10 @@ impl Description {
             Quantity::CycleAmplitudeX1 => cycle.map(|cycle| half(cycle.displacement)),
             Quantity::CycleAmplitudeX2 => cycle.map(|cycle| half(cycle.velocity)),
             Quantity::CycleMultiplier => cycle.map(|cycle| cycle.multiplier),
-            Quantity::BoundaryVelocity => boundary.map(|(cycle, _)| cycle.velocity.hi),
-            Quantity::BoundaryMultiplier => boundary.map(|(cycle, _)| cycle.multiplier),
-            Quantity::KickForward => boundary.map(|(_, kick)| kick.forward),
-            Quantity::KickBackward => boundary.map(|(_, kick)| kick.backward),
+            Quantity::BoundaryVelocity => boundary.map(|boundary| boundary.cycle.velocity.hi),
+            Quantity::BoundaryMultiplier => boundary.map(|boundary| boundary.cycle.multiplier),
+            Quantity::KickForward => boundary.map(|boundary| boundary.kick.forward),
+            Quantity::KickBackward => boundary.map(|boundary| boundary.kick.backward),
             Quantity::EpsilonLimit(_) | Quantity::CriticalDerivative(_) => None,
         };
         value.unwrap_or(f64::NAN)

@@ -5,16 +5,16 @@ use crate::certify::{Claim, Decision, Guarantee};
 use crate::filippov::Oscillator;
 use crate::friction::{Column, Law};
 use crate::map::limits::{EpsilonLimit, Ray};
-use crate::map::{self, AttractingCycle, Method, Regime, Verdict};
+use crate::map::{self, AttractingCycle, BasinBoundary, Method, Regime, Verdict};
 use crate::number::{short, signed};
 use crate::point::Point;
-use crate::simulate::crossing::{CrossingCycle, crossing_cycles};
+use crate::simulate::crossing::{CrossingCycle, StickSlipCycle, crossing_cycles, stick_slip_cycle};
 use crate::simulate::direct::{Start, trace};
 use crate::simulate::naive::NaiveVerdict;
 use crate::simulate::sensitivity::{NoSensitivity, Sensitivity, sensitivity};
 use crate::simulate::slip_count::{SlipCount, count_slip_cycles};
-use crate::simulate::slip_cycle::{Kick, SlipCycle, Unknown, slip_cycles};
-use crate::simulate::{self, CriticalDamping, Dynamics, Failure, Fate, Flow, Landing, NoCriticalDamping};
+use crate::simulate::slip_cycle::{SlipCycle, Unknown, slip_cycles};
+use crate::simulate::{self, CriticalDamping, Failure, Fate, Flow, Landing, NoCriticalDamping, TIGHT};
 
 /// The answer of one method.
 #[derive(Debug)]
@@ -51,9 +51,7 @@ pub struct Answer {
     /// The long-run behaviour.
     pub(crate) regime: Regime,
     pub(crate) cycle: Option<AttractingCycle>,
-    /// The unstable slip cycle outside of which the mass stick-slips or crosses for ever, and the kicks onto
-    /// it.
-    pub(crate) basin: Option<(SlipCycle, Kick)>,
+    pub(crate) basin: Option<BasinBoundary>,
 }
 
 impl Answer {
@@ -106,11 +104,6 @@ impl Answer {
         self.methods.iter().map(|answer| ray.limit(answer.method)).collect()
     }
 
-    /// All attractors and the unstable cycles between them.
-    pub(crate) fn dynamics(&self) -> Result<Dynamics, Unknown> {
-        simulate::dynamics(&self.oscillator, &self.flow, self.tolerance)
-    }
-
     /// Derivatives of the critical damping.
     pub(crate) fn sensitivity(&self) -> Result<Sensitivity, NoSensitivity> {
         sensitivity(&self.law.column(&self.point))
@@ -123,7 +116,12 @@ impl Answer {
 
     /// The cycles that slip all the time below the belt line.
     pub(crate) fn slip_cycles(&self) -> Result<Vec<SlipCycle>, Unknown> {
-        slip_cycles(&self.oscillator, self.tolerance)
+        slip_cycles(&self.oscillator, self.tolerance.min(TIGHT))
+    }
+
+    /// The stick-slip cycle, if there is one.
+    pub(crate) fn stick_slip_cycle(&self) -> Result<Option<StickSlipCycle>, Failure> {
+        stick_slip_cycle(&self.oscillator, &self.flow, self.tolerance)
     }
 
     /// The cycles that cross the belt line and never stick.

@@ -10,9 +10,9 @@ pub use answer::{Answer, MethodAnswer};
 #[cfg(feature = "cli")]
 pub(crate) use command::{axis_names, command_line, flag};
 use result::{
-    AllCycles, BasinBoundary, BistableBand, Complex, CriticalResult, CycleResult, Cycles, Equilibrium,
-    Extent, FlowResult, Flows, LandingResult, MethodResult, SensitivityResult, SlidingSegment,
-    SlipCountResult, StabilityResult, State, UnitsResult,
+    BasinBoundary, BistableBand, Complex, CriticalResult, CycleResult, Cycles, Equilibrium, Extent,
+    FlowResult, Flows, LandingResult, MethodResult, SensitivityResult, SlidingSegment, SlipCountResult,
+    StabilityResult, State, UnitsResult,
 };
 pub use result::{MachineResult, Probe};
 
@@ -20,14 +20,13 @@ use crate::behaviour::Behaviour;
 use crate::filippov::{Eigenvalues, Oscillator};
 use crate::friction::{Law, Range};
 use crate::machine::Machine;
-use crate::map::{AttractingCycle, Grid, Regime};
+use crate::map::{self, AttractingCycle, Grid, Regime};
 use crate::simulate::crossing::{CrossingCycle, StickSlipCycle};
 use crate::simulate::sensitivity::{NoSensitivity, Sensitivity};
 use crate::simulate::slip_count::SlipCount;
 use crate::simulate::slip_cycle::SlipCycle;
 use crate::simulate::{
-    CriticalDamping, Dynamics, Fate, Flow, Landing, Neighbour, NoCriticalDamping, crossing_separates,
-    separates,
+    CriticalDamping, Fate, Flow, Landing, Neighbour, NoCriticalDamping, crossing_separates, separates,
 };
 
 impl Probe {
@@ -73,13 +72,11 @@ impl Probe {
                 error,
             }),
             attracting_cycle: answer.cycle.map(Into::into),
-            basin_boundary: answer.basin.map(|(cycle, kick)| BasinBoundary { cycle: cycle.into(), kick }),
-            cycles: match answer.dynamics() {
-                Ok(dynamics) => {
-                    Cycles::Found(AllCycles::of(dynamics, answer.slip_count(), &answer.flow.fate))
-                }
-                Err(failure) => Cycles::Failed { reason: failure.to_string() },
-            },
+            basin_boundary: answer.basin.map(|map::BasinBoundary { cycle, kick, separates }| BasinBoundary {
+                cycle: StabilityResult { separates: Some(separates.map(Neighbour::name)), ..cycle.into() },
+                kick,
+            }),
+            cycles: Cycles::of(answer),
             machine: None,
         }
     }
@@ -194,29 +191,56 @@ impl From<StickSlipCycle> for StabilityResult {
     }
 }
 
-impl AllCycles {
-    fn of(dynamics: Dynamics, count: SlipCount, fate: &Fate) -> Self {
-        let number = dynamics.slip.len();
-        let slip = dynamics.slip.into_iter().enumerate().map(|(i, cycle)| StabilityResult {
-            separates: (!cycle.is_stable()).then(|| separates(i, number, fate).map(Neighbour::name)),
-            ..cycle.into()
+impl Cycles {
+    fn of(answer: &Answer) -> Self {
+        let (stick_slip, slip, crossing) =
+            (answer.stick_slip_cycle(), answer.slip_cycles(), answer.crossing_cycles());
+        let reasons = [
+            ("stick-slip cycle", stick_slip.as_ref().err().map(ToString::to_string)),
+            ("slip cycles", slip.as_ref().err().map(ToString::to_string)),
+            ("crossing cycles", crossing.as_ref().err().map(ToString::to_string)),
+        ];
+        let reasons = reasons.into_iter().filter_map(|(which, why)| Some(format!("{which}: {}", why?)));
+        let reasons: Vec<String> = reasons.collect();
+        let fate = match answer.flow.fate {
+            // To an attractor that is not known.
+            Fate::SpiralsInward if slip.is_err() => Fate::TooCloseToCall,
+            fate => fate,
+        };
+        let number = slip.as_ref().map_or(0, Vec::len);
+        let slip = slip.ok().map(|cycles| {
+            let cycles = cycles.into_iter().enumerate().map(|(i, cycle)| StabilityResult {
+                separates: (!cycle.is_stable()).then(|| separates(i, number, &fate).map(Neighbour::name)),
+                ..cycle.into()
+            });
+            cycles.collect()
         });
-        let crossings = dynamics.crossing.len();
-        let crossing = dynamics.crossing.into_iter().enumerate().map(|(i, cycle)| StabilityResult {
-            separates: (!cycle.is_stable())
-                .then(|| crossing_separates(i, crossings, number, fate).map(Neighbour::name)),
-            ..cycle.into()
+        let crossing = crossing.ok().map(|cycles| {
+            let crossings = cycles.len();
+            let cycles = cycles.into_iter().enumerate().map(|(i, cycle)| StabilityResult {
+                separates: (!cycle.is_stable())
+                    .then(|| crossing_separates(i, crossings, number, &fate).map(Neighbour::name)),
+                ..cycle.into()
+            });
+            cycles.collect()
         });
         Self {
-            stick_slip: dynamics.stick_slip.map(Into::into),
-            slip: slip.collect(),
-            slip_count: SlipCountResult {
-                proved: count.exact(),
-                at_least: count.at_least,
-                at_most: count.at_most,
-                open: count.open.into_iter().map(Into::into).collect(),
-            },
-            crossing: crossing.collect(),
+            stick_slip: stick_slip.ok().flatten().map(Into::into),
+            slip,
+            slip_count: answer.slip_count().into(),
+            crossing,
+            reason: (!reasons.is_empty()).then(|| reasons.join("; ")),
+        }
+    }
+}
+
+impl From<SlipCount> for SlipCountResult {
+    fn from(count: SlipCount) -> Self {
+        Self {
+            proved: count.exact(),
+            at_least: count.at_least,
+            at_most: count.at_most,
+            open: count.open.into_iter().map(Into::into).collect(),
         }
     }
 }

@@ -44,7 +44,6 @@ result! {
         /// The dampings between which steady slip and stick-slip both attract.
         pub(crate) bistable_band: Option<BistableBand>,
         pub(crate) attracting_cycle: Option<CycleResult>,
-        /// The unstable slip cycle inside which orbits tend to steady slip.
         pub(crate) basin_boundary: Option<BasinBoundary>,
         /// All cycles, with their stability.
         pub(crate) cycles: Cycles,
@@ -213,20 +212,25 @@ result! {
         pub(crate) x2: Extent,
     }
 
-    /// The unstable slip cycle inside which orbits tend to steady slip, and the kicks onto it.
+    /// The outermost unstable slip cycle, and the kicks of steady slip onto it.
     pub(crate) struct BasinBoundary {
         pub(crate) cycle: StabilityResult,
         pub(crate) kick: Kick,
     }
 
-    pub(crate) struct AllCycles {
+    /// All cycles; `None` for those of a kind that could not be followed.
+    pub(crate) struct Cycles {
+        /// `None`, too, where there is none.
         pub(crate) stick_slip: Option<StabilityResult>,
         /// Cycles below the belt line, by growing amplitude.
-        pub(crate) slip: Vec<StabilityResult>,
+        pub(crate) slip: Option<Vec<StabilityResult>>,
         /// Bounds on their number.
         pub(crate) slip_count: SlipCountResult,
         /// Cycles that cross the belt line, by growing size.
-        pub(crate) crossing: Vec<StabilityResult>,
+        pub(crate) crossing: Option<Vec<StabilityResult>>,
+        /// Reason why some kinds could not be followed.
+        #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+        pub(crate) reason: Option<String>,
     }
 
     /// Proved bounds on the number of slip cycles.
@@ -281,16 +285,6 @@ result! {
         /// N.
         pub(crate) force: f64,
     }
-}
-
-/// All cycles, or the reason why they could not be computed.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(untagged))]
-pub(crate) enum Cycles {
-    /// All of them.
-    Found(AllCycles),
-    /// An orbit could not be followed.
-    Failed { reason: String },
 }
 
 /// Pairs as a map, in their order.

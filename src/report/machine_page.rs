@@ -221,18 +221,17 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
         motion.push(line("velocity amplitude", of(amplitude, Velocity)));
     }
     match all.kick {
-        Some([forward, backward]) => motion.push(line(
+        Some(kick) => motion.push(line(
             "kick that starts it: with the belt, against it",
-            of(forward, Velocity).then(", ").then(of(backward, Velocity)),
+            of(kick.forward, Velocity).then(", ").then(of(kick.backward, Velocity)),
         )),
         None => motion.push(line(
             "kick that starts it",
-            rich(match (does.regime, does.slip_and_stick_time) {
-                (Regime::StickSlip, _) => "none is needed",
-                (Regime::Failed, _) | (_, Some(_)) => "not determined",
+            rich(match does.regime {
+                Regime::StickSlip | Regime::PureSlip | Regime::Crossing => "none is needed",
+                Regime::Equilibrium => "no kick of steady slip does",
                 // A cycle that crosses the belt line may be started by a kick that is not computed.
-                (regime, None) if regime.name().contains("crossing") => "not determined",
-                (_, None) => "no kick of steady slip does",
+                _ => "not determined",
             }),
         )),
     }

@@ -84,7 +84,7 @@ pub fn crossing_separates(cycle: usize, count: usize, slip_cycles: usize, fate: 
 
 /// Least relative error of a turn, used for slip cycles: their amplitude is ill-conditioned where the
 /// multiplier is close to 1.
-const TIGHT: f64 = 1e-13;
+pub(crate) const TIGHT: f64 = 1e-13;
 
 /// Computes the dynamics; `flow` is the answer for the orbit from the exit point.
 ///

@@ -37,6 +37,7 @@ pub mod surface;
 mod work;
 
 pub use critical::{CriticalDamping, NoCriticalDamping, critical_damping};
+pub(crate) use dynamics::TIGHT;
 pub use dynamics::{Dynamics, Neighbour, crossing_separates, dynamics, separates};
 pub use return_map::flow;
 

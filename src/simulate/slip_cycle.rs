@@ -37,8 +37,8 @@ impl SlipCycle {
     }
 }
 
-/// Sudden changes of velocity that carry the mass from steady slip, at rest at the equilibrium, onto the
-/// basin boundary: any larger one leads to stick-slip (or to the attractor that lies outside).
+/// Sudden changes of velocity that carry the mass from steady slip, at rest at the equilibrium, onto an unstable slip
+/// cycle: a slightly larger one leads to the attractor that lies outside of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Kick {

@@ -131,6 +131,21 @@ fn probe_asks_any_law() {
     with(&["--law", "expression"]).refuses(&["needs --phi"]);
 }
 
+/// Far out this law gains energy without end, so that no crossing cycle can be followed.
+#[test]
+fn cycles_of_one_kind_are_told_where_those_of_another_are_unknown() {
+    let scratch = Scratch::new();
+    let law =
+        ["--phi=1 - 1.4*u*exp(-u/1.5) + 0.2*sin(7.4*u) - 0.16*u", "--epsilon=1", "--V=1.67", "--c=0.09"];
+    let probed = scratch.run(&[&["probe", "--json"], &law[..]].concat()).ends_with(0).out;
+    let cycles = &serde_json::from_str::<serde_json::Value>(&probed).unwrap()["cycles"];
+    let stable: Vec<bool> =
+        cycles["slip"].as_array().unwrap().iter().map(|cycle| cycle["stable"].as_bool().unwrap()).collect();
+    assert_eq!(stable, [false, true, false], "{cycles}");
+    assert!(cycles["stick_slip"].is_object() && cycles["crossing"].is_null(), "{cycles}");
+    assert_eq!(cycles["reason"], "crossing cycles: the step budget ran out");
+}
+
 #[test]
 fn probe_prints_the_proved_number_of_slip_cycles() {
     let scratch = Scratch::new();

@@ -429,3 +429,36 @@ fn a_machine_is_plotted_in_its_units() {
     close(fastest, 0.2, 1e-9);
     assert!(orbit.iter().any(|row| row["phase"] == "stick"));
 }
+
+/// Steady slip inside an unstable slip cycle inside a stable one: nothing sticks, but a kick starts a vibration.
+#[test]
+fn a_page_tells_the_kick_onto_every_basin_boundary() {
+    let scratch = Scratch::new();
+    let wavy = "\
+[machine]
+mass = 1.0
+stiffness = 1.0
+normal_force = 1.0
+belt_speed = 1.6725777145060758
+damping = 0.2
+[friction]
+law = \"expression\"
+phi = \"1 - 1.4011736523425116*u*exp(-u/1.51636226761672) + 0.19596387877*sin(7.376007337*u) - 0.05998217920725249*u\"
+";
+    scratch.file("wavy.toml", wavy);
+    let json = |arguments: &[&str]| -> Value {
+        serde_json::from_str(&scratch.run(&[arguments, &["--json"]].concat()).ends_with(0).out).unwrap()
+    };
+    let probed = json(&["probe", "--machine", "wavy.toml"]);
+    assert_eq!(probed["regime"], "pure_slip_and_equilibrium");
+    let boundary = &probed["basin_boundary"];
+    assert_eq!(boundary["cycle"], probed["cycles"]["slip"][0]);
+    assert_eq!(boundary["cycle"]["separates"], serde_json::json!(["equilibrium", "slip_cycle"]));
+    let kick = |key: &str| boundary["kick"][key].as_f64().unwrap();
+    // The units of this machine are 1.
+    let page = json(&["machine", "wavy.toml"]);
+    assert_eq!(
+        [page["kick_forward"].as_f64(), page["kick_backward"].as_f64()],
+        [Some(kick("forward")), Some(kick("backward"))]
+    );
+}
