@@ -59,16 +59,16 @@ pub(crate) fn orbit_from(oscillator: &Oscillator, start: Start, duration: Option
     let cycle = trace(oscillator, Start::ExitPoint, TOLERANCE, 2.0 * period);
     while let Some(last) = orbit.samples.pop() {
         let left = duration - last.t;
-        let again = cycle.samples.iter().take_while(|sample| sample.t <= left);
-        orbit.samples.extend(again.map(|sample| State { t: last.t + sample.t, ..*sample }));
-        if left < period {
+        let is_whole = left >= period;
+        let part = if is_whole { &cycle } else { &trace(oscillator, Start::ExitPoint, TOLERANCE, left) };
+        orbit.samples.extend(part.samples.iter().map(|sample| State { t: last.t + sample.t, ..*sample }));
+        if !is_whole {
             break;
         }
     }
-    // While it sticks there are samples at the ends only.
-    if let Some(last) = orbit.samples.last().copied().filter(|last| last.phase == Phase::Stick) {
-        let x1 = last.x1 + oscillator.belt_speed * (duration - last.t);
-        orbit.samples.push(State { t: duration, x1, ..last });
+    if let Some(last) = orbit.samples.last_mut() {
+        // The sum of the times of many cycles is rounded.
+        last.t = duration;
     }
     orbit
 }
