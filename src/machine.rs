@@ -98,6 +98,8 @@ pub struct Machine {
     pub damping: f64,
     /// N > 0, N.
     pub normal_force: f64,
+    /// Whether it is known. Friction that was measured as forces under an unknown one is per newton of it, which is 1.
+    pub normal_force_is_known: bool,
     /// The coefficient of friction.
     pub friction: Friction,
     /// v > 0, m/s.
@@ -220,7 +222,8 @@ impl Machine {
             numbers;
         let coefficients = Coefficients::from_array([rest, kinetic, velocity, strengthening]);
         let friction = Friction::Coefficients(law, coefficients);
-        Self { motion, mass, stiffness, damping, normal_force, friction, belt_speed }
+        let normal_force_is_known = true;
+        Self { motion, mass, stiffness, damping, normal_force, normal_force_is_known, friction, belt_speed }
     }
 
     /// All its numbers by name, as in configurations.

@@ -192,6 +192,7 @@ pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<M
         stiffness: reader.positive("stiffness")?,
         damping: dampings[0],
         normal_force,
+        normal_force_is_known: section.get("normal_force").is_some(),
         friction: known,
         belt_speed: belt_speeds[0],
     };

@@ -60,6 +60,7 @@ pub(super) fn machine(law: &Law, motion: Motion, at: &BTreeMap<String, f64>) -> 
         stiffness: value("stiffness")?,
         damping: value(DAMPING)?,
         normal_force: value("normal_force")?,
+        normal_force_is_known: true,
         friction,
         belt_speed: value(BELT_SPEED)?,
     };

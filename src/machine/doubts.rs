@@ -20,9 +20,8 @@ impl Machine {
                 self.belt_speed
             ));
         }
-        // Forces without a normal force are coefficients of a normal force of 1.
         let rest = self.friction.at_rest();
-        if rest > HIGHEST_FRICTION && self.normal_force != 1.0 {
+        if rest > HIGHEST_FRICTION && self.normal_force_is_known {
             doubts.push(format!(
                 "the coefficient of friction at rest is {rest}, above {HIGHEST_FRICTION}; if these are forces, divide them by \
                  the normal force, or for a table set quantity = \"force\" in [friction]"

@@ -16,7 +16,7 @@ use super::units::{UnitSystem, join};
 use crate::assessment::Assessment;
 use crate::behaviour::Limit;
 use crate::friction::Column;
-use crate::machine::{Dimension, Friction, Machine, Model};
+use crate::machine::{Dimension, Friction, Model};
 use crate::map::{
     self, Account, Control, Field, Grid, Method, Plan, Plane, PlaneCurve, PlaneCurves, PlanePoint, Regime,
     Sink, TileData,
@@ -135,7 +135,7 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
     let of_velocity = |value: f64| of(value, Velocity);
     let mut given =
         vec![line("mass", of(machine.mass, Mass)), line("stiffness", of(machine.stiffness, Stiffness))];
-    if !has_forces(machine) {
+    if machine.normal_force_is_known {
         given.push(line("normal force", of(machine.normal_force, Force)));
     }
     match &machine.friction {
@@ -159,9 +159,9 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
             }
         }
         Friction::Measured(table) => {
-            let (name, unit) = match has_forces(machine) {
-                true => ("friction force", unit(Force)),
-                false => ("coefficient of friction", ""),
+            let (name, unit) = match machine.normal_force_is_known {
+                true => ("coefficient of friction", ""),
+                false => ("friction force", unit(Force)),
             };
             given.push(line(name, Rich::foreign(table.origin())));
             given.push(line("at rest", quantity(table.static_level(), unit)));
@@ -242,7 +242,7 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
     let sensitivities = sensitivities.chain(all.sensitivities.iter().map(|s| {
         let text = rich("").then(Rich::number(s.critical_damping, 3)).then(" % for 1 %");
         let name = match s.quantity {
-            "normal_force" if has_forces(machine) => "all friction forces".into(),
+            "normal_force" if !machine.normal_force_is_known => "all friction forces".into(),
             name => name.replace('_', " ").replace("stribeck", "Stribeck"),
         };
         line(&name, text)
@@ -269,12 +269,6 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
         ],
     ));
     sections
-}
-
-/// Whether the friction is measured as forces, whose normal force is not known: per newton of it they are the
-/// coefficients of friction.
-fn has_forces(machine: &Machine) -> bool {
-    matches!(machine.friction, Friction::Measured(_)) && machine.normal_force == 1.0
 }
 
 /// The probability of stick-slip, and the dampings for given probabilities.
@@ -475,8 +469,8 @@ fn influence(all: &Assessment) -> Scene {
 mod tests {
     use super::*;
     use crate::assessment::assess;
-    use crate::friction::Law;
-    use crate::machine::example;
+    use crate::friction::{Law, Table};
+    use crate::machine::{Machine, example};
 
     #[test]
     fn a_critical_damping_that_was_not_found_is_not_told_as_none() {
@@ -491,6 +485,26 @@ mod tests {
         assert_eq!(told(&all), "none: it needs no damping");
         all.behaviour.critical_damping_is_known = false;
         assert_eq!(told(&all), "not determined");
+    }
+
+    #[test]
+    fn measured_coefficients_under_a_normal_force_of_one_are_no_forces() {
+        let data = [(0.0, 0.4), (0.02, 0.35), (0.1, 0.31), (0.5, 0.3)];
+        let friction = Friction::Measured(Table::new("a rig", &data, 0.4).unwrap());
+        let mut all = assess(&Machine { friction, normal_force: 1.0, ..example(Law::Stribeck) }).unwrap();
+        let told = |all: &Assessment| {
+            let lines = sections(all).into_iter().flat_map(|(_, lines)| lines);
+            let lines = lines.map(|(name, value)| format!("{}: {}", name.plain(), value.plain()));
+            lines.collect::<Vec<_>>().join("\n")
+        };
+        let text = told(&all);
+        assert!(text.contains("normal force: 1 N\ncoefficient of friction: a rig\nat rest: 0.4\n"), "{text}");
+        all.machine.normal_force_is_known = false;
+        let text = told(&all);
+        assert!(
+            !text.contains("normal force: ") && text.contains("friction force: a rig\nat rest: 0.4 N\n"),
+            "{text}"
+        );
     }
 
     #[test]

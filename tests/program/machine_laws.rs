@@ -97,6 +97,12 @@ fn one_friction_in_every_form_is_one_machine() {
     assert!((critical["table"] / critical["coefficients"] - 1.0).abs() < 1e-3, "{critical:?}");
     assert!((critical["force"] / critical["table"] - 1.0).abs() < 1e-8, "{critical:?}");
     assert!((critical["alone"] / critical["force"] - 1.0).abs() < 1e-8, "{critical:?}");
+    // Forces have a unit, coefficients have none, also under a normal force of 1 N.
+    let page = |arguments: &[&str]| scratch.run(&[&["machine"], arguments].concat()).ends_with(0).out;
+    let alone = page(&["alone.toml"]);
+    assert!(alone.contains("friction force") && !alone.contains("normal force"), "{alone}");
+    let table = page(&["table.toml", "--set", "normal_force=1", "--set", "belt_speed=0.004"]);
+    assert!(table.contains("coefficient of friction") && table.contains("normal force"), "{table}");
 }
 
 #[test]
