@@ -3,6 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
+use std::time::Instant;
 
 use clap::Args;
 use indicatif::ProgressBar;
@@ -206,6 +207,7 @@ fn compute(
     others: Option<&dyn Prover>,
     tiles: impl FnOnce(&PartialMap, &Control, &Queue) -> Result<(Account, usize), Stopped>,
 ) -> Result<Ended, Failure> {
+    let start = Instant::now();
     let bar = progress::bar(arguments.quiet, Some(job.plan.grid.cells() as u64), "cells");
     let planes = std::sync::OnceLock::new();
     bar.inc(map.account().cells);
@@ -215,7 +217,8 @@ fn compute(
     let on_plane = || planes.get().map_or((), |bar: &ProgressBar| bar.inc(1));
     let threads = arguments.threads;
     let control = Control { threads, on_cells: &on_cells, on_plane: &on_plane, stop };
-    let earlier = Earlier { account: map.account().clone(), seconds: map.seconds() };
+    let earlier_seconds = map.seconds();
+    let earlier = Earlier { account: map.account().clone(), seconds: earlier_seconds };
     let computed = map::run_with(&job.plan, &control, earlier, others, || {
         let computed = tiles(&map, &control, &queue);
         bar.finish_and_clear();
@@ -248,7 +251,8 @@ fn compute(
     }
     map.finish(&outcome).map_err(|error| Failure::Broken(with_how_to_continue(&error, &job.output)))?;
 
-    let report = RunReport { job, summary: &summary, probability_seconds, resumed_tiles };
+    let seconds = earlier_seconds + start.elapsed().as_secs_f64();
+    let report = RunReport { job, summary: &summary, probability_seconds, seconds, resumed_tiles };
     let printed = match arguments.json {
         true => summary::json(&report),
         false => summary::print(&report, &mut io::stdout().lock()),

@@ -19,6 +19,8 @@ pub(super) struct RunReport<'a> {
     pub(super) summary: &'a Summary,
     /// Processor seconds of the probabilities, for a machine with uncertain quantities.
     pub(super) probability_seconds: f64,
+    /// Wall-clock seconds of the whole run, of which the summary's are those of the cells.
+    pub(super) seconds: f64,
     /// Number of tiles that earlier runs had finished.
     pub(super) resumed_tiles: usize,
 }
@@ -48,6 +50,20 @@ impl RunReport<'_> {
         grid.cells() / grid.dampings().len().max(1)
     }
 
+    /// The time of the whole run, if it had more to do than cells.
+    fn whole_time(&self) -> String {
+        let parts = [
+            ("curves", !self.summary.curves.is_empty()),
+            ("proofs", self.summary.proved.is_some()),
+            ("probabilities", self.probability_seconds > 0.0),
+        ];
+        let parts: Vec<&str> = parts.iter().filter(|(_, had)| *had).map(|(part, _)| *part).collect();
+        match parts.is_empty() {
+            true => String::new(),
+            false => format!("; in all, with {}, {}", parts.join(" and "), duration(self.seconds)),
+        }
+    }
+
     fn file_size(&self) -> Option<u64> {
         self.job.output.metadata().ok().map(|metadata| metadata.len())
     }
@@ -62,13 +78,14 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
     writeln!(out, "{}: {}{size}", job.title, job.output.display())?;
     writeln!(
         out,
-        "{} in {}, {} on {}, {} cells/s{}\n",
+        "{} in {}, {} on {}, {} cells/s{}{}\n",
         number_of(account.cells, "cell"),
         number_of(report.columns(), "column"),
         duration(summary.seconds),
         number_of(summary.threads, "thread"),
         short3(rate(account.cells, summary.seconds)),
-        peak_memory().map_or(String::new(), |peak| format!(", {} of memory", bytes(peak.into())))
+        peak_memory().map_or(String::new(), |peak| format!(", {} of memory", bytes(peak.into()))),
+        report.whole_time()
     )?;
 
     let shown = [Verdict::Present, Verdict::Absent, Verdict::Undecided, Verdict::Failed];
@@ -267,6 +284,7 @@ pub(super) fn json(report: &RunReport) -> Result<(), Failure> {
         "cells": account.cells,
         "columns": report.columns(),
         "seconds": summary.seconds,
+        "run_seconds": report.seconds,
         "resumed_tiles": resumed_tiles,
         "threads": summary.threads,
         "methods": methods,
@@ -367,13 +385,21 @@ mod tests {
     }
 
     fn of<'a>(job: &'a Job, summary: &'a Summary) -> RunReport<'a> {
-        RunReport { job, summary, probability_seconds: 0.0, resumed_tiles: 0 }
+        RunReport { job, summary, probability_seconds: 0.0, seconds: 3.0, resumed_tiles: 0 }
     }
 
     fn text(report: &RunReport) -> String {
         let mut out = Vec::new();
         print(report, &mut out).unwrap();
         String::from_utf8(out).unwrap()
+    }
+
+    #[test]
+    fn the_time_of_the_whole_run_is_told() {
+        let (job, summary) = (job(), summary(0, Vec::new()));
+        let told = |probability_seconds: f64| text(&RunReport { probability_seconds, ..of(&job, &summary) });
+        assert!(!told(0.0).contains("in all"), "{}", told(0.0));
+        assert!(told(1.5).contains("; in all, with probabilities, 3"), "{}", told(1.5));
     }
 
     #[test]
