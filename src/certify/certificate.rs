@@ -5,10 +5,14 @@
 //! by [`super::recheck`] and compares the statement with that of the format. `written_by` and `run` record
 //! where a certificate comes from and are not verified.
 //!
-//! Numbers mean the nearest doubles; the coefficients of polynomials are integer multiples of `unit`.
+//! Numbers mean the nearest doubles; the coefficients of polynomials are integer multiples of `unit`. The values
+//! count, not the bytes: another program may have written the text again, with its own order of keys and spaces.
+
+use std::fmt;
 
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
+use serde::de::{self, Unexpected, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::recheck::{self, divides};
 use super::validated::surface::Surface;
@@ -16,8 +20,8 @@ use super::validated::tile::{GroupBox, MODES, Tile, UNIT};
 
 /// The name of the format.
 const FORMAT: &str = "slipmap proof 1";
-/// First bytes of every certificate, of any version of the format.
-pub(crate) const BEGINNING: &str = "{\"format\":\"slipmap proof ";
+/// First bytes of every certificate as they are written here, of any version of the format.
+const BEGINNING: &str = "{\"format\":\"slipmap proof ";
 /// The statement of every certificate.
 const STATEMENT: &str = "With v' = w, w' = -v + D w, D = -C + A/(1 + k s)^2 - 2 b s, s = 1 - v, the orbit from (1, 0) \
     comes back to v = 1 (or runs away) for C < C* and not for C > C*. In the domain of each tile |C* - sum of viscous[m] \
@@ -26,6 +30,36 @@ const STATEMENT: &str = "With v' = w, w' = -v + D w, D = -C + A/(1 + k s)^2 - 2 
     documentation of slipmap::certify::recheck. In the boxes `open` nothing is claimed.";
 /// Larger integers are not exact as f64, and no coefficient is that large.
 const LARGEST: i64 = 1 << 53;
+
+/// What a certificate is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Subject {
+    /// The universal surface: [`Certificate`].
+    Surface,
+    /// One point: [`super::point_certificate::PointCertificate`].
+    Point,
+}
+
+impl Subject {
+    /// The subject of the certificate with this text, of any version of its format; `None` for other texts. Of what is
+    /// written here the beginning is enough: it may be cut off.
+    pub(crate) fn of(text: &str) -> Option<Self> {
+        #[derive(Deserialize)]
+        struct Named {
+            format: String,
+        }
+        let beginning = "{\"format\":\"";
+        let format = match text.strip_prefix(beginning).filter(|_| text.starts_with(BEGINNING)) {
+            Some(rest) => rest.to_owned(),
+            None => serde_json::from_str::<Named>(text).ok()?.format,
+        };
+        match () {
+            () if format.starts_with("slipmap proof of a point ") => Some(Subject::Point),
+            () if format.starts_with("slipmap proof ") => Some(Subject::Surface),
+            () => None,
+        }
+    }
+}
 
 /// A certificate that has been parsed but not verified.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -49,9 +83,44 @@ pub struct Certificate {
 struct StoredTile {
     domain: GroupBox,
     radius: f64,
-    viscous: Vec<i64>,
-    cosines: Vec<Vec<i64>>,
-    sines: Vec<Vec<i64>>,
+    viscous: Vec<Multiple>,
+    cosines: Vec<Vec<Multiple>>,
+    sines: Vec<Vec<Multiple>>,
+}
+
+/// An integer, which other programs may write with a decimal point.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(transparent)]
+struct Multiple(i64);
+
+impl<'de> Deserialize<'de> for Multiple {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Integer;
+        impl Visitor<'_> for Integer {
+            type Value = Multiple;
+
+            fn expecting(&self, out: &mut fmt::Formatter) -> fmt::Result {
+                out.write_str("an integer of at most 2^53")
+            }
+
+            fn visit_i64<E: de::Error>(self, value: i64) -> Result<Multiple, E> {
+                Ok(Multiple(value))
+            }
+
+            fn visit_u64<E: de::Error>(self, value: u64) -> Result<Multiple, E> {
+                let wrong = || E::invalid_value(Unexpected::Unsigned(value), &self);
+                i64::try_from(value).map(Multiple).map_err(|_| wrong())
+            }
+
+            fn visit_f64<E: de::Error>(self, value: f64) -> Result<Multiple, E> {
+                match value.fract() == 0.0 && value.abs() <= LARGEST as f64 {
+                    true => Ok(Multiple(value as i64)),
+                    false => Err(E::invalid_value(Unexpected::Float(value), &self)),
+                }
+            }
+        }
+        deserializer.deserialize_any(Integer)
+    }
 }
 
 /// The result of a check.
@@ -172,7 +241,7 @@ impl StoredTile {
     fn of(tile: &Tile) -> Self {
         let row = |row: &Vec<f64>| {
             let length = row.iter().rposition(|c| *c != 0.0).map_or(0, |last| last + 1);
-            row[..length].iter().map(|c| (c / UNIT).round() as i64).collect()
+            row[..length].iter().map(|c| Multiple((c / UNIT).round() as i64)).collect()
         };
         Self {
             domain: tile.domain,
@@ -186,7 +255,7 @@ impl StoredTile {
     /// The reason why its claim is not confirmed; `None` if it is.
     fn doubt(&self) -> Option<String> {
         let mut numbers = self.cosines.iter().chain(&self.sines).chain([&self.viscous]).flatten();
-        if numbers.any(|c| !(-LARGEST..=LARGEST).contains(c)) {
+        if numbers.any(|c| !(-LARGEST..=LARGEST).contains(&c.0)) {
             return Some("a coefficient is too large".into());
         }
         recheck::verify(&self.tile()).err().map(|doubt| doubt.to_string())
@@ -194,8 +263,8 @@ impl StoredTile {
 
     /// The tile; lists that are too long make a tile that no check confirms.
     fn tile(&self) -> Tile {
-        let row = |row: &Vec<i64>| {
-            let mut row: Vec<f64> = row.iter().map(|c| *c as f64 * UNIT).collect();
+        let row = |row: &Vec<Multiple>| {
+            let mut row: Vec<f64> = row.iter().map(|c| c.0 as f64 * UNIT).collect();
             row.resize(row.len().max(MODES), 0.0);
             row
         };

@@ -14,8 +14,6 @@ use crate::point::{LawParameters, Point};
 
 /// The name of the format.
 const FORMAT: &str = "slipmap proof of a point 1";
-/// First bytes of its text.
-pub(crate) const BEGINNING: &str = "{\"format\":\"slipmap proof of a point ";
 /// The statement of every certificate.
 const STATEMENT: &str = "With x1' = x2, x2' = -x1 - epsilon c x2 - sign(x2 - V) phi(|x2 - V|) and the friction law phi \
     of the given name, definition and parameters, the orbit from the exit point (1 - epsilon c V, V) comes back to the belt line \

@@ -8,8 +8,8 @@ use serde_json::json;
 use super::output::{self, count, number_of, short};
 use super::report::existing;
 use super::{Ended, Failure};
-use crate::certify::certificate::{BEGINNING, Certificate, Checked};
-use crate::certify::point_certificate::{self, PointCertificate};
+use crate::certify::certificate::{Certificate, Checked, Subject};
+use crate::certify::point_certificate::PointCertificate;
 use crate::certify::validated::surface::Surface;
 use crate::certify::validated::tile::GroupBox;
 use crate::files::{create_folders, folder_of, publish_file, temporary_in};
@@ -40,7 +40,7 @@ pub(super) fn state(path: &Path) -> PathState {
         Ok(_) => {}
     }
     match read(path) {
-        Ok(Some(text)) => {
+        Ok(Some((_, text))) => {
             PathState::Proof(Certificate::parse(&text).ok().and_then(|read| read.run().map(str::to_owned)))
         }
         Ok(None) => match path.metadata().map(|metadata| metadata.len()) {
@@ -51,18 +51,18 @@ pub(super) fn state(path: &Path) -> PathState {
     }
 }
 
-/// Reads the text of a certificate; `None` if the file does not begin like one.
-fn read(path: &Path) -> io::Result<Option<String>> {
+/// Reads the text of a certificate; `None` if the file is none.
+fn read(path: &Path) -> io::Result<Option<(Subject, String)>> {
     // Check the beginning first: another file may never end.
     let mut file = io::BufReader::new(std::fs::File::open(path)?);
-    if !file.fill_buf()?.starts_with(BEGINNING.as_bytes()) {
+    if !file.fill_buf()?.trim_ascii_start().starts_with(b"{") {
         return Ok(None);
     }
     let mut text = String::new();
     if file.take(LONGEST).read_to_string(&mut text)? as u64 == LONGEST {
         return Err(io::Error::other("it is longer than any proof"));
     }
-    Ok(Some(text))
+    Ok(Subject::of(&text).map(|subject| (subject, text)))
 }
 
 /// Refuses a path for the certificate of a point that exists and may not be replaced, or is not a proof.
@@ -115,15 +115,15 @@ fn write_text(text: serde_json::Result<String>, path: &Path, replace: bool) -> R
 pub(super) fn check(path: &Path, as_json: bool) -> Result<Ended, Failure> {
     let name = path.display();
     let bad = |problem: String, help: &str| Failure::BadInput(format!("{name}: {problem}\n  help: {help}"));
-    let text = read(path)
-        .and_then(|text| text.ok_or_else(|| io::Error::other("it is not a proof")))
+    let (subject, text) = read(path)
+        .and_then(|proof| proof.ok_or_else(|| io::Error::other("it is not a proof")))
         .map_err(|error| {
             bad(
                 format!("cannot be read: {error}"),
                 "name a certificate: of `run` by validated.proof, or of `probe --proof`",
             )
         })?;
-    if text.starts_with(point_certificate::BEGINNING) {
+    if subject == Subject::Point {
         let certificate = PointCertificate::parse(&text)
             .map_err(|error| bad(error.to_string(), "use the version of slipmap that wrote it"))?;
         return check_point(path, &certificate, as_json);

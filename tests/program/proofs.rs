@@ -3,6 +3,7 @@
 use std::fs;
 
 use crate::command::{Run, Scratch};
+use serde_json::Value;
 
 const JOB: &str = "\
 [grid]
@@ -21,6 +22,25 @@ proof = \"proof.json\"
 path = \"map.h5\"
 fields = [\"verdict\"]
 ";
+
+/// The text of a certificate as another program may write it: keys in another order, spaces, integers with decimal
+/// points.
+pub(crate) fn written_again(text: &str) -> String {
+    fn other(value: Value) -> Value {
+        match value {
+            Value::Object(map) => map
+                .into_iter()
+                .rev()
+                .map(|(key, value)| (key, other(value)))
+                .collect::<serde_json::Map<_, _>>()
+                .into(),
+            Value::Array(values) => values.into_iter().map(other).collect(),
+            Value::Number(number) => number.as_f64().unwrap().into(),
+            simple => simple,
+        }
+    }
+    serde_json::to_string_pretty(&other(serde_json::from_str(text).unwrap())).unwrap()
+}
 
 fn scratch() -> Scratch {
     let scratch = Scratch::new();
@@ -110,6 +130,14 @@ fn the_proof_of_a_point_is_kept_and_verified() {
             .run(&[&["probe"], point, &["--proof", "table.csv", "--overwrite"]].concat())
             .refuses(&["is not a proof"]);
         let text = scratch.read(name);
+        scratch.file("again.json", written_again(&text));
+        scratch.run(&["check", "--proof", "again.json"]).ends_with(0);
+        // Digits that are lost make another claim, which is proved or refused.
+        let mut short: Value = serde_json::from_str(&text).unwrap();
+        let edge = short["critical_c"][0].as_f64().unwrap();
+        short["critical_c"][0] = format!("{:.6}", edge + 1e-6).parse::<f64>().unwrap().into();
+        scratch.file("wrong.json", short.to_string());
+        scratch.run(&["check", "--proof", "wrong.json"]).ends_with(1);
         scratch.file("wrong.json", text.replace("\"present\"", "\"absent\""));
         let wrong = scratch.run(&["check", "--proof", "wrong.json"]).ends_with(1);
         assert!(wrong.out.contains("the verdict that is proved is present"), "{}", wrong.out);

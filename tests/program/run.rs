@@ -5,6 +5,7 @@ use std::process::Stdio;
 use std::time::{Duration, Instant};
 
 use crate::command::{Run, Scratch};
+use crate::proofs::written_again;
 use serde_json::Value;
 use slipmap::store::MapFile;
 
@@ -431,8 +432,12 @@ fn proofs_between_the_nodes_are_printed_stored_and_reported() {
 
     let proof = parse(&scratch.run(&["check", "--proof", "proof.json", "--json"]).ends_with(0));
     assert!(proof["confirmed"].as_u64().unwrap() >= 2 && proof["sound"] == true, "{proof}");
-    // The claim of the first tile made a hundred times sharper, and a tile removed.
     let text = scratch.read("proof.json");
+    // Written again by another program: keys in another order, spaces, integers with decimal points.
+    scratch.file("again.json", written_again(&text));
+    let again = scratch.run(&["check", "--proof", "again.json"]).ends_with(0);
+    assert!(again.out.contains("sound: every claim is confirmed"), "{}", again.out);
+    // The claim of the first tile made a hundred times sharper, and a tile removed.
     let mut sharp: Value = serde_json::from_str(&text).unwrap();
     let mut gap = sharp.clone();
     let radius = sharp["tiles"][0]["radius"].as_f64().unwrap();
