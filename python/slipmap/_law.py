@@ -246,6 +246,23 @@ class Law:
         """
         return Law(self._law, {**self._values, **parameters})
 
+    def read_as_small(self) -> Law:
+        """The same law, read as 1 + epsilon F(u) with F = (phi - 1) / epsilon at the given epsilon.
+
+        Then the tests to first order in epsilon, such as "perturbation", answer for every law; nothing else changes.
+
+        Examples
+        --------
+        >>> import slipmap
+        >>> law = slipmap.Law.expression("0.5 + 0.5*exp(-u)").read_as_small()
+        >>> law
+        Law.expression('0.5 + 0.5*exp(-u)').read_as_small()
+        >>> point = slipmap.Point(law, V=1.0, c=0.1, epsilon=1.0)
+        >>> slipmap.probe(point).methods["perturbation"].verdict
+        'present'
+        """
+        return Law(self._law.read_as_small(), self._values)
+
     def phi(self, u: ArrayLike, *, epsilon: float = 1.0, **parameters: float) -> Any:
         """Friction at the slip speeds `u`, in units of the static force; NaN beyond the data of a table."""
         return self._evaluate(u, epsilon, parameters)[0]
@@ -276,15 +293,18 @@ class Law:
 
     def __repr__(self) -> str:
         values = [f"{name}={value!r}" for name, value in self._values.items()]
+        maker, definition, small = self.name, self._law.definition, ""
+        if self._law.is_read_as_small:
+            definition, small = definition.split("\n", 1)[1], ".read_as_small()"
         if self.name == "expression":
-            values.insert(0, repr(self._law.definition.split("\n", 1)[1]))
+            values.insert(0, repr(definition.split("\n", 1)[1]))
         elif self.name == "table":
-            rows = self._law.definition.count("\n")
+            rows = definition.count("\n")
             values.insert(0, f"<{rows} data>")
         elif self.name == "function":
-            values.insert(0, f"<{self._law.definition.split(' ', 1)[1].splitlines()[0]}>")
-            return f"Law.from_function({', '.join(values)})"
-        return f"Law.{self.name}({', '.join(values)})"
+            maker = "from_function"
+            values.insert(0, f"<{definition.split(' ', 1)[1].splitlines()[0]}>")
+        return f"Law.{maker}({', '.join(values)}){small}"
 
     def _key(self) -> tuple[Any, ...]:
         values = tuple((name, np.asarray(value).tobytes()) for name, value in self._values.items())

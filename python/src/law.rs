@@ -98,6 +98,16 @@ impl Law {
         }
     }
 
+    /// The law read as 1 + eps F(u).
+    fn read_as_small(&self) -> Self {
+        Self { law: self.law.clone().read_as_small() }
+    }
+
+    #[getter]
+    fn is_read_as_small(&self) -> bool {
+        self.law.is_read_as_small()
+    }
+
     /// The law of a name and the definition that [`Law::definition`] gave.
     #[staticmethod]
     fn from_definition(name: &str, definition: &str) -> PyResult<Self> {

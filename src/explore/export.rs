@@ -178,11 +178,7 @@ impl Description<'_> {
             }
             law => format!("slipmap.Law.{}()", law.name()),
         };
-        if self.law.is_read_as_small() {
-            text.push_str(
-                "# The law is not read as 1 + eps F here: tests of first order in eps say nothing.\n",
-            );
-        }
+        let small = if self.law.is_read_as_small() { ".read_as_small()" } else { "" };
         let _ = writeln!(text, "grid = {{");
         for (name, value) in &self.held {
             let _ = writeln!(text, "    \"{name}\": {},", exact(*value));
@@ -194,7 +190,7 @@ impl Description<'_> {
         let (methods, fields) = (self.quoted_methods(), list(self.further_field().map(Field::name)));
         let _ = write!(
             text,
-            "}}\ndata = slipmap.map(grid, law={law}, methods=[{methods}], fields=[{fields}])\nprint(data.squeeze())\n"
+            "}}\ndata = slipmap.map(grid, law={law}{small}, methods=[{methods}], fields=[{fields}])\nprint(data.squeeze())\n"
         );
         text
     }

@@ -209,7 +209,8 @@ impl Law {
     }
 
     /// Returns whether the law is read as `1 + eps F(u)`.
-    pub(crate) fn is_read_as_small(&self) -> bool {
+    #[must_use]
+    pub fn is_read_as_small(&self) -> bool {
         matches!(self, Law::Small(_))
     }
 

@@ -468,7 +468,14 @@ fn the_plane_leaves_as_a_configuration_a_map_figures_and_a_table() {
     // The command of the point is that of the README.
     let command = texts["command"].as_str().unwrap();
     assert_eq!(command, format!("slipmap {}", crate::command::PROBE.join(" ")));
-    assert!(texts["python"].as_str().unwrap().contains("slipmap.map(grid, law=slipmap.Law.stribeck()"));
+    assert!(texts["python"].as_str().unwrap().contains("slipmap.map(grid, law=slipmap.Law.stribeck(), "));
+    let mut small = plane();
+    small["law"]["small"] = true.into();
+    let (_, small) = server.ask("/api/texts", &small);
+    assert!(
+        small["python"].as_str().unwrap().contains("law=slipmap.Law.stribeck().read_as_small(), "),
+        "{small}"
+    );
     // The configuration gives the same map as the page's export.
     let mut asked = plane();
     asked["file"] = "h5".into();
