@@ -20,6 +20,8 @@ const SHARPNESS: f64 = 2.0 * f64::EPSILON;
 /// Width of the enclosure of a coefficient that leaves the normal numbers, after a few hundred operations.
 /// Shorter pieces do not narrow it.
 const UNDERFLOW: f64 = 256.0 * f64::MIN_POSITIVE;
+/// Change of phi over half a piece below which a rest of w may be the rounding of its values.
+const ROUNDED: f64 = 64.0 * f64::EPSILON;
 /// Bound of the Lebesgue constant of the points, 1 + (2 / pi) ln 12 = 2.582, with an allowance for the
 /// rounding of the points.
 const LEBESGUE: f64 = 2.6;
@@ -212,7 +214,11 @@ fn piece(law: &Form, a: f64, b: f64, size: &mut f64, last: bool) -> Option<Piece
         return last.then_some(piece);
     }
     let size_here = size.max(largest);
-    let aim = SHARPNESS * size_here + UNDERFLOW * scale;
+    let mut aim = SHARPNESS * size_here + UNDERFLOW * scale;
+    // Where the law is nearly constant before it falls, w is small and its values are rounded by more than that.
+    if tail > 16.0 * aim && tail * half <= ROUNDED {
+        aim = aim.max(rounding(law, [points[0], points[COUNT / 2], points[COUNT - 1]]));
+    }
     // The last coefficients fall by an order of magnitude each where the piece is short enough.
     let resolved = tail <= 16.0 * aim;
     if !resolved && !last {
@@ -249,6 +255,12 @@ fn piece(law: &Form, a: f64, b: f64, size: &mut f64, last: bool) -> Option<Piece
     piece.estimate = 2.0 * off.fold(0.0, f64::max) + round_off;
     (*size, piece.size) = (size_here, size_here);
     Some(piece)
+}
+
+/// The largest width of the enclosures of w at some slip speeds: values are not known better; 0 where there are none.
+fn rounding(law: &Form, at: [f64; 3]) -> f64 {
+    let width = |u: f64| law.series::<2>(Interval::of(u), 1.0).map_or(0.0, |phi| phi.0[1].hi - phi.0[1].lo);
+    at.map(width).into_iter().filter(|width| width.is_finite()).fold(0.0, f64::max)
 }
 
 impl Trend {
