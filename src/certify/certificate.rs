@@ -53,10 +53,10 @@ impl Subject {
             Some(rest) => rest.to_owned(),
             None => serde_json::from_str::<Named>(text).ok()?.format,
         };
-        match () {
-            () if format.starts_with("slipmap proof of a point ") => Some(Subject::Point),
-            () if format.starts_with("slipmap proof ") => Some(Subject::Surface),
-            () => None,
+        if format.starts_with("slipmap proof of a point ") {
+            Some(Subject::Point)
+        } else {
+            format.starts_with("slipmap proof ").then_some(Subject::Surface)
         }
     }
 }

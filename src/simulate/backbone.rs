@@ -469,7 +469,7 @@ impl Backbone {
         &self.turning_points[1..self.turning_points.len() - 1]
     }
 
-    /// The turning points, and C at the extremes that were left out.
+    /// The turning points, and C at samples of the extremes that were left out.
     fn find_turning_points(&self) -> (Vec<TurningPoint>, Vec<f64>) {
         let (mut radii, mut values) = (vec![0.0], vec![self.viscous(0.0)]);
         for (in_panel, with_values) in self.panels.iter().map(Panel::samples) {
@@ -482,9 +482,7 @@ impl Backbone {
             let [left, here, right] = [values[i - 1], values[i], values[i + 1]];
             let (up, down) = (here > left && here >= right, here < left && here <= right);
             if up || down {
-                let sign = if up { 1.0 } else { -1.0 };
-                let best = golden_section(|r| sign * self.viscous(r), [radii[i - 1], radii[i + 1]]);
-                found.push(TurningPoint { radius: best, viscous: self.viscous(best) });
+                found.push(TurningPoint { radius: radii[i], viscous: here });
             }
         }
         let highest = self.panels[self.panels.len() - 1].values[0];
@@ -510,6 +508,12 @@ impl Backbone {
                 !self.monotone.iter().any(|it| it.from < point.radius && point.radius < it.to)
             };
             unresolved.extend(found.drain(removed).filter(is_open).map(|point| point.viscous));
+        }
+        for i in 1..found.len() - 1 {
+            let sign = (found[i].viscous - found[i - 1].viscous).signum();
+            let place = radii.partition_point(|radius| *radius < found[i].radius);
+            let best = golden_section(|r| sign * self.viscous(r), [radii[place - 1], radii[place + 1]]);
+            found[i] = TurningPoint { radius: best, viscous: self.viscous(best) };
         }
         (found, unresolved)
     }

@@ -92,9 +92,10 @@ impl Orbit<'_> {
         let spans = (from..=to).chain((from..=to).rev()).zip(bounds.windows(2));
         let spans = spans.map(|(piece, ends)| Span { piece, parts: finer * parts(ends[1] - ends[0]) });
         let spans: Vec<Span> = spans.collect();
-        let elements =
-            spans.iter().flat_map(|span| std::iter::repeat_n(Element::new(span.piece), span.parts));
-        let elements = elements.collect();
+        let mut elements = Vec::with_capacity(spans.iter().map(|span| span.parts).sum());
+        for span in &spans {
+            elements.resize(elements.len() + span.parts, Element::new(span.piece));
+        }
         Orbit { problem, viscous: 0.0, share: 1.0, curvature: 0.0, spans, bounds, cos, elements }
     }
 
