@@ -214,13 +214,13 @@ fn piece(law: &Form, a: f64, b: f64, size: &mut f64, last: bool) -> Option<Piece
         return last.then_some(piece);
     }
     let size_here = size.max(largest);
-    let mut aim = SHARPNESS * size_here + UNDERFLOW * scale;
+    let aim = SHARPNESS * size_here + UNDERFLOW * scale;
     // Where the law is nearly constant before it falls, w is small and its values are rounded by more than that.
-    if tail > 16.0 * aim && tail * half <= ROUNDED {
-        aim = aim.max(rounding(law, [points[0], points[COUNT / 2], points[COUNT - 1]]));
-    }
+    let is_rounding = |rest: f64| {
+        rest * half <= ROUNDED && rest <= rounding(law, [points[0], points[COUNT / 2], points[COUNT - 1]])
+    };
     // The last coefficients fall by an order of magnitude each where the piece is short enough.
-    let resolved = tail <= 16.0 * aim;
+    let resolved = tail <= 16.0 * aim || is_rounding(tail / 16.0);
     if !resolved && !last {
         return None;
     }
@@ -233,7 +233,7 @@ fn piece(law: &Form, a: f64, b: f64, size: &mut f64, last: bool) -> Option<Piece
         (phi, remainder)
     });
     if let Some((phi, remainder)) = proof {
-        if !(remainder <= aim) && !last {
+        if !(remainder <= aim || is_rounding(remainder)) && !last {
             return None;
         }
         let residual = points.iter().map(|&u| {
