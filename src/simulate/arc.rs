@@ -5,6 +5,9 @@
 //! Liouville's formula the flow stretches areas by exp(growth), which is the multiplier of a cycle up to the
 //! angles at which its orbit passes the sections.
 //!
+//! Backward in time, with -w for w, the flow has the same form with -D for D: a cycle that repels attracts then, and is
+//! followed without loss of digits.
+//!
 //! This module is for cycles; verdicts do not use it.
 
 use std::f64::consts::TAU;
@@ -28,7 +31,7 @@ const TRIALS: u32 = 8 * 52;
 pub(super) struct State {
     /// x2.
     pub(super) v: f64,
-    /// x2', by the field of the side on which the orbit is.
+    /// x2', by the field of the side on which the orbit is, with the opposite sign where time runs backward.
     pub(super) w: f64,
     /// Integral of the divergence since the start.
     pub(super) growth: f64,
@@ -73,6 +76,8 @@ pub enum SlipTurn {
 pub(super) struct Walk<'a> {
     oscillator: &'a Oscillator,
     side: Side,
+    /// 1, or -1 where time runs backward.
+    direction: f64,
     /// The law's polynomials, where they are quicker than the law and their error is below that of the orbit.
     weakening: Option<Arc<Weakening>>,
     /// Slip speeds at which steps end, increasing.
@@ -130,6 +135,7 @@ impl<'a> Walk<'a> {
         Self {
             oscillator,
             side,
+            direction: 1.0,
             weakening,
             stops: oscillator.curve.corners(),
             allowed: tolerance * scale / TAU,
@@ -141,7 +147,12 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// D at velocity `v`. Beyond the belt line it is constant: steps that pass the line are shortened to it,
+    /// The walk backward in time.
+    pub(super) fn backward(self) -> Self {
+        Self { direction: -1.0, ..self }
+    }
+
+    /// D in the direction of time at velocity `v`. Beyond the belt line it is constant: steps that pass the line are shortened to it,
     /// so this only has to be bounded.
     fn divergence(&self, v: f64) -> f64 {
         let slip = match self.side {
@@ -149,10 +160,11 @@ impl<'a> Walk<'a> {
             Side::Above => v - self.oscillator.belt_speed,
         };
         let slip = slip.max(0.0);
-        match &self.weakening {
+        let divergence = match &self.weakening {
             Some(form) => form.at(slip) - self.oscillator.viscous,
             None => self.oscillator.divergence(slip),
-        }
+        };
+        self.direction * divergence
     }
 
     /// The local error allowed in a step of length `h` from `from`. The rounding of the state hides smaller ones.
@@ -174,7 +186,7 @@ impl<'a> Walk<'a> {
             Side::Below => curve.phi((belt_speed - state.v).max(0.0)),
             Side::Above => -curve.phi((state.v - belt_speed).max(0.0)),
         };
-        friction - viscous * state.v - state.w
+        friction - viscous * state.v - self.direction * state.w
     }
 
     /// The state a time `h` after `from`, and its local error.
@@ -374,7 +386,7 @@ impl<'a> Walk<'a> {
         let (belt_speed, slip) = (self.oscillator.belt_speed, self.oscillator.belt_speed - self.here.v);
         let in_wedge = self.side == Side::Below && v * w < 0.0 && w.abs() < v.abs();
         let (near, far) = (slip.max(0.0).min(belt_speed), slip.max(belt_speed));
-        in_wedge && self.oscillator.divergence_is_at_most(-2.0, near, far)
+        in_wedge && self.direction > 0.0 && self.oscillator.divergence_is_at_most(-2.0, near, far)
     }
 }
 
@@ -394,7 +406,12 @@ pub(super) fn turn_within(
     tolerance: f64,
     work: &Work,
 ) -> Result<SlipTurn, Failure> {
-    let mut walk = Walk::new(oscillator, Side::Below, [radius, 0.0], tolerance, radius, work);
+    end_of_turn(Walk::new(oscillator, Side::Below, [radius, 0.0], tolerance, radius, work))
+}
+
+/// The turn of a walk that starts at a maximum of x2 below the belt line.
+pub(super) fn end_of_turn(mut walk: Walk) -> Result<SlipTurn, Failure> {
+    let radius = walk.here.v;
     Ok(match walk.lower_arc(|_, _, _| ())? {
         LowerEnd::Turns(end) => {
             SlipTurn::Returns { radius: end.v, slope: radius / end.v * end.growth.exp(), time: end.time }

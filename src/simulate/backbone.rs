@@ -578,8 +578,7 @@ impl Backbone {
     ) -> Option<Vec<CycleRange>> {
         let at_hopf = viscous == self.turning_points[0].viscous;
         let is_flat = || (self.viscous(CLOSE * self.belt_speed) - viscous).abs() <= self.error;
-        if at_hopf && is_flat() || !self.no_extreme_within(viscous, self.error.min(LARGEST_ERROR * self.size))
-        {
+        if at_hopf && is_flat() || !self.no_extreme_within(viscous, self.error) {
             return None;
         }
         let last = self.turning_points.len() - 1;

@@ -8,8 +8,11 @@
 //! **Slope.** The flow stretches areas by exp(integral of D), and passes the section x2' = 0 at the rate
 //! x2'' = -r. Hence P'(r) = (r / P(r)) exp(integral of D along the turn): no derivative of the friction
 //! law is needed. At a fixed point the angles cancel.
+//!
+//! **Cycles that repel** are fixed points of the map backward in time: forward, a turn multiplies the rounding error of the start by
+//! the multiplier.
 
-use super::arc::{LowerEnd, SlipTurn, State, Walk, turn_within};
+use super::arc::{LowerEnd, SlipTurn, State, Walk, end_of_turn, turn_within};
 use super::backbone::{Backbone, CycleRange};
 use super::roots::fixed_point;
 use super::work::Work;
@@ -131,20 +134,16 @@ fn locate_within(
     tolerance: f64,
     work: &Work,
 ) -> Result<SlipCycle, Failure> {
-    let radius = fixed_point(cycle.between, cycle.is_stable, tolerance, |radius| {
-        let here = turn_within(oscillator, radius, tolerance, work)?;
+    let walk = |radius| walk_towards(oscillator, radius, cycle.is_stable, tolerance, work);
+    let radius = fixed_point(cycle.between, true, tolerance, |radius| {
+        let here = end_of_turn(walk(radius))?;
         let returns = match here {
             SlipTurn::Returns { radius: next, slope, .. } => Some([next, slope]),
             SlipTurn::MeetsBelt { .. } | SlipTurn::Rests => None,
         };
         Ok((outward(radius, &here), returns))
     })?;
-    cycle_at(oscillator, radius, tolerance, work)
-}
-
-/// Extremes and multiplier of the cycle through (x2, x2') = (`radius`, 0).
-fn cycle_at(oscillator: &Oscillator, radius: f64, tolerance: f64, work: &Work) -> Result<SlipCycle, Failure> {
-    let mut walk = Walk::new(oscillator, Side::Below, [radius, 0.0], tolerance, radius, work);
+    let mut walk = walk(radius);
     let mut extent = Extent::default();
     let end = walk.lower_arc(|walk, from, to| extent.step(walk, from, to))?;
     let (LowerEnd::Turns(State { growth, time, .. }) | LowerEnd::Meets(State { growth, time, .. })) = end
@@ -155,9 +154,22 @@ fn cycle_at(oscillator: &Oscillator, radius: f64, tolerance: f64, work: &Work) -
     Ok(SlipCycle {
         velocity: extent.velocity,
         displacement: extent.displacement,
-        multiplier: growth.exp(),
+        multiplier: if cycle.is_stable { growth.exp() } else { (-growth).exp() },
         period: time,
     })
+}
+
+/// A walk from (x2, x2') = (`radius`, 0) in the direction of time in which a slip cycle attracts: forward, it would lose one that
+/// strongly repels within a turn.
+fn walk_towards<'a>(
+    oscillator: &'a Oscillator,
+    radius: f64,
+    is_stable: bool,
+    tolerance: f64,
+    work: &'a Work,
+) -> Walk<'a> {
+    let walk = Walk::new(oscillator, Side::Below, [radius, 0.0], tolerance, radius, work);
+    if is_stable { walk } else { walk.backward() }
 }
 
 /// The extremes of x1 and x2 on an orbit, updated step by step.
@@ -210,7 +222,7 @@ pub(crate) fn kick_onto(oscillator: &Oscillator, cycle: &SlipCycle, tolerance: f
     let radius = cycle.velocity.hi;
     let rest = oscillator.equilibrium_x1();
     let work = Work::of_question(&oscillator.curve);
-    let mut walk = Walk::new(oscillator, Side::Below, [radius, 0.0], tolerance, radius, &work);
+    let mut walk = walk_towards(oscillator, radius, cycle.is_stable(), tolerance, &work);
     let mut kick = Kick { forward: radius, backward: -cycle.velocity.lo };
     walk.lower_arc(|walk, from, to| {
         let [before, after] = [from, to].map(|state| walk.x1(state) - rest);

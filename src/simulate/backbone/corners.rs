@@ -51,7 +51,7 @@ pub(super) fn corner_amplitudes(solver: &mut Solver) -> Result<Option<Vec<End>>,
         let others = known.len();
         let mut found = (belt_speed, at_belt_speed);
         for _ in 0..MOST_ORBITS {
-            let amplitude = (wanted * ratio_at(known.clone(), wanted)).min(belt_speed);
+            let amplitude = amplitude_at(&known, wanted);
             let (closed, depth) = orbit(solver, amplitude)?;
             found = (amplitude, closed);
             known.truncate(others);
@@ -70,6 +70,21 @@ pub(super) fn corner_amplitudes(solver: &mut Solver) -> Result<Option<Vec<End>>,
     }
     ends.push((belt_speed, at_belt_speed));
     Ok(Some(ends))
+}
+
+/// The amplitude of a depth, between those of the nearest known ones: by the polynomial through the ratios of some, or where
+/// that leads farther by the line between the two.
+fn amplitude_at(known: &[(f64, f64)], depth: f64) -> f64 {
+    let nearest = |is_there: &dyn Fn(f64) -> bool| {
+        let there = known.iter().filter(|pair| is_there(pair.0));
+        there.min_by(|one, other| (one.0 - depth).abs().total_cmp(&(other.0 - depth).abs()))
+    };
+    let guess = depth * ratio_at(known.to_vec(), depth);
+    let (Some(low), Some(high)) = (nearest(&|it| it < depth), nearest(&|it| it >= depth)) else {
+        return guess;
+    };
+    let [from, to] = [low, high].map(|(depth, ratio)| depth * ratio);
+    if from < guess && guess <= to { guess } else { from + (to - from) * (depth - low.0) / (high.0 - low.0) }
 }
 
 /// The value at `depth` of the polynomial through the nearest of the known pairs, by Neville's scheme.
@@ -113,4 +128,57 @@ fn depth(solver: &Solver, amplitude: f64, viscous: f64) -> Result<f64, Failure> 
         }
     })?;
     Ok(-lowest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::friction::{Law, Table};
+    use crate::point::LawParameters;
+    use crate::random::Random;
+    use crate::simulate::backbone::Backbone;
+
+    /// Amplitudes are guessed between those of the nearest depths, also where the polynomial through some ratios leads below 0.
+    #[test]
+    fn guesses_stay_between_the_nearest_known_amplitudes() {
+        let mut random = Random(95);
+        let mut corrected = 0;
+        for _ in 0..1_000 {
+            let (mut depth, mut amplitude) = (0.0, 0.0);
+            let mut known = vec![(0.0, 1.0)];
+            for _ in 0..4 {
+                depth += random.unit().max(1e-3);
+                amplitude += random.unit().max(1e-3);
+                known.push((depth, amplitude / depth));
+            }
+            let wanted = depth * random.unit().max(1e-6);
+            let above = known.partition_point(|pair| pair.0 < wanted);
+            let [low, high] = [known[above - 1], known[above]].map(|(depth, ratio)| depth * ratio);
+            let found = amplitude_at(&known, wanted);
+            assert!(low < found && found <= high, "{known:?} {wanted}: {found}");
+            corrected += u32::from(!(wanted * ratio_at(known.clone(), wanted) > 0.0));
+        }
+        assert!(corrected > 10, "{corrected}");
+    }
+
+    /// Data with one digit after the point: the friction is constant between many of them. Some orbits over their steep steps end
+    /// at the budget of work.
+    #[test]
+    fn tables_of_rounded_data_have_backbones() {
+        let mut random = Random(96);
+        let (mut found, asked) = (0, 200);
+        for _ in 0..asked {
+            let mut places: Vec<f64> = (0..60).map(|_| (6e4 * random.unit()).round() / 1e4).collect();
+            places.extend([0.0, 6.0]);
+            places.sort_by(f64::total_cmp);
+            places.dedup();
+            let speed = 0.3 + 2.0 * random.unit();
+            let phi = |u: f64| (10.0 * (0.3 + 0.7 * (-u / speed).exp())).round() / 10.0;
+            let data: Vec<(f64, f64)> = places.iter().map(|&u| (u, phi(u))).collect();
+            let curve = Law::Table(Table::new("rounded", &data, 1.0).unwrap());
+            let curve = curve.curve(1.0, &LawParameters::new(&[]));
+            found += u32::from(Backbone::of_curve(&curve, 0.05 + 1.4 * random.unit(), 1e-6).is_ok());
+        }
+        assert!(4 * found > 3 * asked, "{found} of {asked}");
+    }
 }

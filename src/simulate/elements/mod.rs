@@ -370,6 +370,10 @@ pub(in crate::simulate) fn closed_orbit(
             if uncertain <= allowed * unit {
                 let depth = orbit.depth();
                 let form = weakening.error(belt_speed - radius, belt_speed + depth).bound();
+                // Orbits that follow the law itself are more accurate then.
+                if !(form <= asked.max(WORST) * unit) {
+                    return Err(rhs);
+                }
                 let misplaced = orbit.misplaced().map(|error| MISPLACED * error);
                 let error = uncertain + left + misplaced[0] + ROUND_OFF * unit + form;
                 // By the elements, by the last step, by corners in the weights, and as C.
