@@ -86,6 +86,7 @@ pub mod filippov;
 pub mod friction;
 pub mod machine;
 pub mod map;
+mod named;
 mod number;
 pub mod point;
 pub mod probe;

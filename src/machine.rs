@@ -27,30 +27,21 @@ mod friction;
 pub use friction::{Coefficients, Friction};
 
 use crate::friction::{Column, Law};
+use crate::named::named;
 use crate::point::Point;
 
-/// Kind of motion of a machine, which determines its units.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Motion {
-    /// Along a line.
-    Translation,
-    /// Around an axis: moments of inertia, torques and angles for masses, forces and lengths.
-    Rotation,
+named! {
+    /// Kind of motion of a machine, which determines its units; with its name in configurations and maps.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Motion {
+        /// Along a line.
+        Translation => "translation",
+        /// Around an axis: moments of inertia, torques and angles for masses, forces and lengths.
+        Rotation => "rotation",
+    }
 }
 
 impl Motion {
-    /// Both.
-    pub const ALL: [Motion; 2] = [Self::Translation, Self::Rotation];
-
-    /// Its name in configurations and maps.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Motion::Translation => "translation",
-            Motion::Rotation => "rotation",
-        }
-    }
-
     /// The SI unit of a dimension: of a rotation those of angles, torques and moments of inertia.
     #[must_use]
     pub fn unit(self, dimension: Dimension) -> &'static str {

@@ -4,6 +4,7 @@ use crate::certify::{TESTS, Test};
 use crate::filippov::Oscillator;
 use crate::friction::Column;
 use crate::map::{self, Engine, Verdict};
+use crate::named::named;
 use crate::point::ScaledGroups;
 use crate::simulate::critical::critical_dampings;
 use crate::simulate::naive::{NaiveKnobs, NaiveMethod};
@@ -12,27 +13,18 @@ use crate::simulate::{direct, surface};
 
 use super::cells::Cell;
 
-/// Kind of a contestant.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// A closed-form test.
-    ClosedForm,
-    /// An engine of this program.
-    Engine,
-    /// A simulation as commonly written.
-    Naive,
-    /// A program of others.
-    Peer,
-}
-
-impl Kind {
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Kind::ClosedForm => "closed form",
-            Kind::Engine => "engine",
-            Kind::Naive => "naive",
-            Kind::Peer => "peer",
-        }
+named! {
+    /// Kind of a contestant, with its name in tables.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Kind {
+        /// A closed-form test.
+        ClosedForm => "closed form",
+        /// An engine of this program.
+        Engine => "engine",
+        /// A simulation as commonly written.
+        Naive => "naive",
+        /// A program of others.
+        Peer => "peer",
     }
 }
 

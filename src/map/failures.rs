@@ -22,38 +22,29 @@ use super::limits::Ray;
 use super::{Grid, Method, Verdict, unravel};
 use crate::filippov::Oscillator;
 use crate::friction::{Column, Law};
+use crate::named::named;
 use crate::point::Point;
 use crate::simulate::{Fate, critical_damping, direct, flow};
 
 /// Number of bisections for the damping between sticking and crossing.
 const HALVINGS: u32 = 40;
 
-/// Kind of failure of a method at a cell.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Kind {
-    /// The verdict is present, and no stick-slip cycle exists.
-    WrongPresence,
-    /// The verdict is absent, and a stick-slip cycle exists.
-    WrongAbsence,
-    /// The verdict is undecided.
-    Undecided,
-    /// The method breaks down.
-    Failed,
+named! {
+    /// Kind of failure of a method at a cell.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+    pub(crate) enum Kind {
+        /// The verdict is present, and no stick-slip cycle exists.
+        WrongPresence => "wrong_presence",
+        /// The verdict is absent, and a stick-slip cycle exists.
+        WrongAbsence => "wrong_absence",
+        /// The verdict is undecided.
+        Undecided => "undecided",
+        /// The method breaks down.
+        Failed => "failed",
+    }
 }
 
 impl Kind {
-    pub(crate) const ALL: [Kind; 4] =
-        [Kind::WrongPresence, Kind::WrongAbsence, Kind::Undecided, Kind::Failed];
-
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Kind::WrongPresence => "wrong_presence",
-            Kind::WrongAbsence => "wrong_absence",
-            Kind::Undecided => "undecided",
-            Kind::Failed => "failed",
-        }
-    }
-
     /// The failure of the verdict `said`; `None` if it is right.
     fn of(said: Verdict, truth: Verdict) -> Option<Kind> {
         match said {

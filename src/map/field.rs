@@ -1,59 +1,34 @@
 //! What a map can store in each cell: fields as configurations name them, and the quantities they consist of.
 
-/// A quantity that a map can store.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Field {
-    /// `verdict_METHOD`, always stored.
-    Verdict,
-    /// `margin_METHOD`.
-    Margin,
-    /// `critical_c_METHOD`, without the damping axis.
-    CriticalC,
-    /// `regime`.
-    Regime,
-    /// `landing_x1`, `stick_time`, `slip_time` and `crossings`.
-    Landing,
-    /// Period, amplitudes and multiplier of the attracting cycle.
-    Cycle,
-    /// The outermost unstable slip cycle, and the kicks of steady slip onto it.
-    Basin,
-    /// `epsilon_limit_METHOD`.
-    EpsilonLimit,
-    /// `dc_dAXIS`.
-    Sensitivity,
+use crate::named::named;
+
+named! {
+    /// A quantity that a map can store, with its name in configurations.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    #[non_exhaustive]
+    pub enum Field {
+        /// `verdict_METHOD`, always stored.
+        Verdict => "verdict",
+        /// `margin_METHOD`.
+        Margin => "margin",
+        /// `critical_c_METHOD`, without the damping axis.
+        CriticalC => "critical_c",
+        /// `regime`.
+        Regime => "regime",
+        /// `landing_x1`, `stick_time`, `slip_time` and `crossings`.
+        Landing => "landing",
+        /// Period, amplitudes and multiplier of the attracting cycle.
+        Cycle => "cycle",
+        /// The outermost unstable slip cycle, and the kicks of steady slip onto it.
+        Basin => "basin",
+        /// `epsilon_limit_METHOD`.
+        EpsilonLimit => "epsilon_limit",
+        /// `dc_dAXIS`.
+        Sensitivity => "sensitivity",
+    }
 }
 
 impl Field {
-    /// Every field.
-    pub const ALL: [Field; 9] = [
-        Field::Verdict,
-        Field::Margin,
-        Field::CriticalC,
-        Field::Regime,
-        Field::Landing,
-        Field::Cycle,
-        Field::Basin,
-        Field::EpsilonLimit,
-        Field::Sensitivity,
-    ];
-
-    /// Name in configurations.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Field::Verdict => "verdict",
-            Field::Margin => "margin",
-            Field::CriticalC => "critical_c",
-            Field::Regime => "regime",
-            Field::Landing => "landing",
-            Field::Cycle => "cycle",
-            Field::Basin => "basin",
-            Field::EpsilonLimit => "epsilon_limit",
-            Field::Sensitivity => "sensitivity",
-        }
-    }
-
     /// Returns whether it is computed from the simulated flow, whatever the methods.
     pub(crate) fn needs_flow(self) -> bool {
         match self {
@@ -120,57 +95,55 @@ impl Quantity {
         }
     }
 
-    /// Its name in a map; that of [`Quantity::EpsilonLimit`] is followed by its method's, that of
-    /// [`Quantity::CriticalDerivative`] by its axis's.
-    pub(crate) fn name(self) -> &'static str {
+    /// Its name in a map, and one phrase for `long_name`. The name of [`Quantity::EpsilonLimit`] is followed by its
+    /// method's, that of [`Quantity::CriticalDerivative`] by its axis's.
+    fn words(self) -> (&'static str, &'static str) {
+        use Quantity::*;
         match self {
-            Quantity::LandingX1 => "landing_x1",
-            Quantity::StickTime => "stick_time",
-            Quantity::SlipTime => "slip_time",
-            Quantity::Crossings => "crossings",
-            Quantity::SlipCycles => "slip_cycles",
-            Quantity::CyclePeriod => "cycle_period",
-            Quantity::CycleAmplitudeX1 => "cycle_amplitude_x1",
-            Quantity::CycleAmplitudeX2 => "cycle_amplitude_x2",
-            Quantity::CycleMultiplier => "cycle_multiplier",
-            Quantity::BoundaryVelocity => "boundary_velocity",
-            Quantity::BoundaryMultiplier => "boundary_multiplier",
-            Quantity::KickForward => "kick_forward",
-            Quantity::KickBackward => "kick_backward",
-            Quantity::EpsilonLimit(_) => "epsilon_limit",
-            Quantity::CriticalDerivative(_) => "dc_d",
+            LandingX1 => ("landing_x1", "x1 at which the mass begins to stick"),
+            StickTime => ("stick_time", "time of sticking per period"),
+            SlipTime => ("slip_time", "time of slipping per period"),
+            Crossings => ("crossings", "crossings of the belt line before the mass sticks"),
+            SlipCycles => {
+                ("slip_cycles", "number of cycles, stable or not, that slip all the time below the belt line")
+            }
+            CyclePeriod => ("cycle_period", "period of the attracting cycle"),
+            CycleAmplitudeX1 => ("cycle_amplitude_x1", "half the range of x1 on the attracting cycle"),
+            CycleAmplitudeX2 => ("cycle_amplitude_x2", "half the range of x2 on the attracting cycle"),
+            CycleMultiplier => {
+                ("cycle_multiplier", "Floquet multiplier of the attracting cycle, 0 if it sticks")
+            }
+            BoundaryVelocity => (
+                "boundary_velocity",
+                "largest x2 on the outermost unstable slip cycle, which separates two attractors",
+            ),
+            BoundaryMultiplier => {
+                ("boundary_multiplier", "Floquet multiplier of the outermost unstable slip cycle")
+            }
+            KickForward => (
+                "kick_forward",
+                "smallest kick along the belt's motion from steady slip beyond the outermost unstable slip cycle",
+            ),
+            KickBackward => (
+                "kick_backward",
+                "smallest kick against the belt's motion from steady slip beyond the outermost unstable slip cycle",
+            ),
+            EpsilonLimit(_) => (
+                "epsilon_limit",
+                "largest epsilon up to which the verdict equals the simulated one, at these other parameters \
+                 (0: never; inf: up to 10 at least)",
+            ),
+            CriticalDerivative(_) => ("dc_d", "derivative of the exact critical damping by"),
         }
+    }
+
+    /// Its name in a map, see [`Quantity::words`].
+    pub(crate) fn name(self) -> &'static str {
+        self.words().0
     }
 
     /// One phrase for `long_name`.
     pub(crate) fn long_name(self) -> &'static str {
-        match self {
-            Quantity::LandingX1 => "x1 at which the mass begins to stick",
-            Quantity::StickTime => "time of sticking per period",
-            Quantity::SlipTime => "time of slipping per period",
-            Quantity::Crossings => "crossings of the belt line before the mass sticks",
-            Quantity::SlipCycles => {
-                "number of cycles, stable or not, that slip all the time below the belt line"
-            }
-            Quantity::CyclePeriod => "period of the attracting cycle",
-            Quantity::CycleAmplitudeX1 => "half the range of x1 on the attracting cycle",
-            Quantity::CycleAmplitudeX2 => "half the range of x2 on the attracting cycle",
-            Quantity::CycleMultiplier => "Floquet multiplier of the attracting cycle, 0 if it sticks",
-            Quantity::BoundaryVelocity => {
-                "largest x2 on the outermost unstable slip cycle, which separates two attractors"
-            }
-            Quantity::BoundaryMultiplier => "Floquet multiplier of the outermost unstable slip cycle",
-            Quantity::KickForward => {
-                "smallest kick along the belt's motion from steady slip beyond the outermost unstable slip cycle"
-            }
-            Quantity::KickBackward => {
-                "smallest kick against the belt's motion from steady slip beyond the outermost unstable slip cycle"
-            }
-            Quantity::EpsilonLimit(_) => {
-                "largest epsilon up to which the verdict equals the simulated one, at these other parameters \
-                 (0: never; inf: up to 10 at least)"
-            }
-            Quantity::CriticalDerivative(_) => "derivative of the exact critical damping by",
-        }
+        self.words().1
     }
 }

@@ -3,37 +3,24 @@
 use super::{Axis, Field, Grid, Method, Plane, Quantity, tiles};
 use crate::certify::validated;
 use crate::friction::{Curve, Law};
+use crate::named::named;
 
 /// Largest number of dampings up to which columns are interpolated: a column's own numbers serve all of its cells.
 const MOST_DAMPINGS_INTERPOLATED: usize = 2;
 
-/// The engine of the method `simulation`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Engine {
-    /// Every cell by integration in (x1, x2).
-    Direct,
-    /// Every cell by the scalar return map.
-    ReturnMap,
-    /// One critical damping per column, cells by comparison.
-    CriticalSurface,
-    /// The cheapest path whose error bound decides the cell.
-    Auto,
-}
-
-impl Engine {
-    /// Every engine.
-    pub const ALL: [Engine; 4] = [Engine::Auto, Engine::CriticalSurface, Engine::ReturnMap, Engine::Direct];
-
-    /// Name in configurations.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Engine::Direct => "direct",
-            Engine::ReturnMap => "return_map",
-            Engine::CriticalSurface => "critical_surface",
-            Engine::Auto => "auto",
-        }
+named! {
+    /// The engine of the method `simulation`, with its name in configurations.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    #[non_exhaustive]
+    pub enum Engine {
+        /// The cheapest path whose error bound decides the cell.
+        Auto => "auto",
+        /// One critical damping per column, cells by comparison.
+        CriticalSurface => "critical_surface",
+        /// Every cell by the scalar return map.
+        ReturnMap => "return_map",
+        /// Every cell by integration in (x1, x2).
+        Direct => "direct",
     }
 }
 

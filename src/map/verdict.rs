@@ -1,42 +1,30 @@
 //! The labels that a map stores.
 
 use crate::certify::Decision;
+use crate::named::named;
 use crate::simulate::Fate;
 use crate::simulate::naive::NaiveVerdict;
 
-/// A method's verdict on one cell, with the code stored in `verdict_METHOD`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(i8)]
-pub enum Verdict {
-    /// No stick-slip limit cycle.
-    Absent = -1,
-    /// The method does not decide.
-    Undecided = 0,
-    /// A stick-slip limit cycle exists.
-    Present = 1,
-    /// The method failed; `slipmap probe` shows the reason.
-    Failed = 2,
-    /// The cell was not computed.
-    NotComputed = 3,
+named! {
+    /// A method's verdict on one cell, with the code stored in `verdict_METHOD` and its name in tables and in
+    /// `flag_meanings`.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    #[repr(i8)]
+    pub enum Verdict {
+        /// No stick-slip limit cycle.
+        Absent = -1 => "absent",
+        /// The method does not decide.
+        Undecided = 0 => "undecided",
+        /// A stick-slip limit cycle exists.
+        Present = 1 => "present",
+        /// The method failed; `slipmap probe` shows the reason.
+        Failed = 2 => "failed",
+        /// The cell was not computed.
+        NotComputed = 3 => "not_computed",
+    }
 }
 
 impl Verdict {
-    /// Every verdict, in the order of its code.
-    pub const ALL: [Verdict; 5] =
-        [Verdict::Absent, Verdict::Undecided, Verdict::Present, Verdict::Failed, Verdict::NotComputed];
-
-    /// Name in tables and in `flag_meanings`.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Verdict::Absent => "absent",
-            Verdict::Undecided => "undecided",
-            Verdict::Present => "present",
-            Verdict::Failed => "failed",
-            Verdict::NotComputed => "not_computed",
-        }
-    }
-
     /// The stored code.
     #[must_use]
     pub fn code(self) -> i8 {
@@ -97,67 +85,50 @@ pub struct Attractors {
     pub crossing: bool,
 }
 
-/// The long-run behaviour of a cell, which is its set of attractors, with the code stored in `regime`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(i8)]
-pub enum Regime {
-    /// Steady slip at the equilibrium is the only attractor.
-    Equilibrium = 0,
-    /// The stick-slip cycle is the only attractor.
-    StickSlip = 1,
-    /// The equilibrium and the stick-slip cycle both attract.
-    Bistable = 2,
-    /// A cycle that slips all the time below the belt line, or several, and nothing else.
-    PureSlip = 3,
-    /// Orbits cross the belt line for ever and never stick; nothing else attracts.
-    Crossing = 4,
-    /// Not determined.
-    Failed = 5,
-    /// A slip cycle and the stick-slip cycle both attract.
-    PureSlipAndStickSlip = 6,
-    /// A slip cycle and the equilibrium both attract.
-    PureSlipAndEquilibrium = 7,
-    /// The equilibrium, a slip cycle and the stick-slip cycle attract.
-    EquilibriumPureSlipAndStickSlip = 8,
-    /// The equilibrium attracts, and from outside its basin orbits cross the belt line for ever.
-    EquilibriumAndCrossing = 9,
-    /// A slip cycle attracts, and from outside its basin orbits cross the belt line for ever.
-    PureSlipAndCrossing = 10,
-    /// The equilibrium and a slip cycle attract, and from outside their basins orbits cross the belt line for
-    /// ever.
-    EquilibriumPureSlipAndCrossing = 11,
-    /// The stick-slip cycle attracts, and orbits far outside of it cross the belt line for ever.
-    StickSlipAndCrossing = 12,
-    /// The equilibrium and the stick-slip cycle attract, and orbits far outside cross the belt line for ever.
-    EquilibriumStickSlipAndCrossing = 13,
-    /// A slip cycle and the stick-slip cycle attract, and orbits far outside cross the belt line for ever.
-    PureSlipStickSlipAndCrossing = 14,
-    /// The equilibrium, a slip cycle and the stick-slip cycle attract, and orbits far outside cross the belt
-    /// line for ever.
-    EquilibriumPureSlipStickSlipAndCrossing = 15,
+named! {
+    /// The long-run behaviour of a cell, which is its set of attractors, with the code stored in `regime` and its
+    /// name in tables and in `flag_meanings`.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    #[repr(i8)]
+    pub enum Regime {
+        /// Steady slip at the equilibrium is the only attractor.
+        Equilibrium = 0 => "equilibrium",
+        /// The stick-slip cycle is the only attractor.
+        StickSlip = 1 => "stick_slip",
+        /// The equilibrium and the stick-slip cycle both attract.
+        Bistable = 2 => "bistable",
+        /// A cycle that slips all the time below the belt line, or several, and nothing else.
+        PureSlip = 3 => "pure_slip",
+        /// Orbits cross the belt line for ever and never stick; nothing else attracts.
+        Crossing = 4 => "crossing",
+        /// Not determined.
+        Failed = 5 => "failed",
+        /// A slip cycle and the stick-slip cycle both attract.
+        PureSlipAndStickSlip = 6 => "pure_slip_and_stick_slip",
+        /// A slip cycle and the equilibrium both attract.
+        PureSlipAndEquilibrium = 7 => "pure_slip_and_equilibrium",
+        /// The equilibrium, a slip cycle and the stick-slip cycle attract.
+        EquilibriumPureSlipAndStickSlip = 8 => "equilibrium_pure_slip_and_stick_slip",
+        /// The equilibrium attracts, and from outside its basin orbits cross the belt line for ever.
+        EquilibriumAndCrossing = 9 => "equilibrium_and_crossing",
+        /// A slip cycle attracts, and from outside its basin orbits cross the belt line for ever.
+        PureSlipAndCrossing = 10 => "pure_slip_and_crossing",
+        /// The equilibrium and a slip cycle attract, and from outside their basins orbits cross the belt line for
+        /// ever.
+        EquilibriumPureSlipAndCrossing = 11 => "equilibrium_pure_slip_and_crossing",
+        /// The stick-slip cycle attracts, and orbits far outside of it cross the belt line for ever.
+        StickSlipAndCrossing = 12 => "stick_slip_and_crossing",
+        /// The equilibrium and the stick-slip cycle attract, and orbits far outside cross the belt line for ever.
+        EquilibriumStickSlipAndCrossing = 13 => "equilibrium_stick_slip_and_crossing",
+        /// A slip cycle and the stick-slip cycle attract, and orbits far outside cross the belt line for ever.
+        PureSlipStickSlipAndCrossing = 14 => "pure_slip_stick_slip_and_crossing",
+        /// The equilibrium, a slip cycle and the stick-slip cycle attract, and orbits far outside cross the belt
+        /// line for ever.
+        EquilibriumPureSlipStickSlipAndCrossing = 15 => "equilibrium_pure_slip_stick_slip_and_crossing",
+    }
 }
 
 impl Regime {
-    /// Every regime, in the order of its code.
-    pub const ALL: [Regime; 16] = [
-        Regime::Equilibrium,
-        Regime::StickSlip,
-        Regime::Bistable,
-        Regime::PureSlip,
-        Regime::Crossing,
-        Regime::Failed,
-        Regime::PureSlipAndStickSlip,
-        Regime::PureSlipAndEquilibrium,
-        Regime::EquilibriumPureSlipAndStickSlip,
-        Regime::EquilibriumAndCrossing,
-        Regime::PureSlipAndCrossing,
-        Regime::EquilibriumPureSlipAndCrossing,
-        Regime::StickSlipAndCrossing,
-        Regime::EquilibriumStickSlipAndCrossing,
-        Regime::PureSlipStickSlipAndCrossing,
-        Regime::EquilibriumPureSlipStickSlipAndCrossing,
-    ];
-
     /// The regime with these attractors; [`Regime::Failed`] for none, which no flow has.
     #[must_use]
     pub fn of(attractors: Attractors) -> Self {
@@ -179,31 +150,6 @@ impl Regime {
             (true, false, true, true) => Regime::EquilibriumStickSlipAndCrossing,
             (false, true, true, true) => Regime::PureSlipStickSlipAndCrossing,
             (true, true, true, true) => Regime::EquilibriumPureSlipStickSlipAndCrossing,
-        }
-    }
-
-    /// Name in tables and in `flag_meanings`.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Regime::Equilibrium => "equilibrium",
-            Regime::StickSlip => "stick_slip",
-            Regime::Bistable => "bistable",
-            Regime::PureSlip => "pure_slip",
-            Regime::Crossing => "crossing",
-            Regime::Failed => "failed",
-            Regime::PureSlipAndStickSlip => "pure_slip_and_stick_slip",
-            Regime::PureSlipAndEquilibrium => "pure_slip_and_equilibrium",
-            Regime::EquilibriumPureSlipAndStickSlip => "equilibrium_pure_slip_and_stick_slip",
-            Regime::EquilibriumAndCrossing => "equilibrium_and_crossing",
-            Regime::PureSlipAndCrossing => "pure_slip_and_crossing",
-            Regime::EquilibriumPureSlipAndCrossing => "equilibrium_pure_slip_and_crossing",
-            Regime::StickSlipAndCrossing => "stick_slip_and_crossing",
-            Regime::EquilibriumStickSlipAndCrossing => "equilibrium_stick_slip_and_crossing",
-            Regime::PureSlipStickSlipAndCrossing => "pure_slip_stick_slip_and_crossing",
-            Regime::EquilibriumPureSlipStickSlipAndCrossing => {
-                "equilibrium_pure_slip_stick_slip_and_crossing"
-            }
         }
     }
 

@@ -49,56 +49,52 @@ pub(crate) enum Mechanism {
 }
 
 impl Mechanism {
-    pub(crate) fn name(self) -> &'static str {
+    /// Its name, and the explanation of a failure by it.
+    fn words(self) -> (&'static str, &'static str) {
+        use Mechanism::*;
         match self {
-            Mechanism::FirstOrderInEps => "first_order_in_eps",
-            Mechanism::Circle => "circle",
-            Mechanism::Node => "node",
-            Mechanism::Overshoot => "overshoot",
-            Mechanism::Smoothing => "smoothing",
-            Mechanism::StickBand => "stick_band",
-            Mechanism::Chatter => "chatter",
-            Mechanism::MissedDoubleCrossing => "missed_double_crossing",
-            Mechanism::TangentStart => "tangent_start",
-            Mechanism::Transient => "transient",
-            Mechanism::StepError => "step_error",
-            Mechanism::OneSided => "one_sided",
-            Mechanism::Gap => "gap",
-            Mechanism::LandingUnproved => "landing_unproved",
-            Mechanism::Breakdown(Failure::StepBudget) => "breakdown_step_budget",
-            Mechanism::Breakdown(Failure::StepUnderflow) => "breakdown_step_underflow",
-            Mechanism::Breakdown(Failure::NotFinite) => "breakdown_not_finite",
-            Mechanism::Unexplained => "unexplained",
+            FirstOrderInEps => {
+                ("first_order_in_eps", "the condition is of first order in eps, and eps is finite here")
+            }
+            Circle => ("circle", "energy is balanced along a circle, and the orbit is not quite one"),
+            Node => ("node", "|D| reaches 2 along the orbit, which is far from a circle and may never turn"),
+            Overshoot => ("overshoot", "the orbit lands beyond the stick segment and crosses for ever"),
+            Smoothing => (
+                "smoothing",
+                "within a few widths d of the belt line smoothed friction neither holds nor lets go",
+            ),
+            StickBand => (
+                "stick_band",
+                "the stick band is wider than the orbit's distance from the belt, or is left off the exit point",
+            ),
+            Chatter => ("chatter", "fixed steps chatter about the belt line and leave it off the exit point"),
+            MissedDoubleCrossing => {
+                ("missed_double_crossing", "the orbit is beyond the belt line for less than a step")
+            }
+            TangentStart => ("tangent_start", "events next to a start on the belt line are ignored"),
+            Transient => ("transient", "the orbit has not settled in the turns it was given"),
+            StepError => ("step_error", "errors of the adaptive steps add up to more than the margin"),
+            OneSided => ("one_sided", "the test claims the other side only"),
+            Gap => ("gap", "between the test's claims of presence and absence, or exactly where they meet"),
+            LandingUnproved => (
+                "landing_unproved",
+                "the orbit comes back, but its landing on the stick segment is not proved",
+            ),
+            Breakdown(Failure::StepBudget) => ("breakdown_step_budget", "the step budget ran out"),
+            Breakdown(Failure::StepUnderflow) => ("breakdown_step_underflow", "the step size underflowed"),
+            Breakdown(Failure::NotFinite) => ("breakdown_not_finite", "the orbit left the finite numbers"),
+            Unexplained => {
+                ("unexplained", "no removal of a known defect that the step budget allows mends it")
+            }
         }
     }
 
+    pub(crate) fn name(self) -> &'static str {
+        self.words().0
+    }
+
     pub(crate) fn explanation(self) -> &'static str {
-        match self {
-            Mechanism::FirstOrderInEps => "the condition is of first order in eps, and eps is finite here",
-            Mechanism::Circle => "energy is balanced along a circle, and the orbit is not quite one",
-            Mechanism::Node => "|D| reaches 2 along the orbit, which is far from a circle and may never turn",
-            Mechanism::Overshoot => "the orbit lands beyond the stick segment and crosses for ever",
-            Mechanism::Smoothing => {
-                "within a few widths d of the belt line smoothed friction neither holds nor lets go"
-            }
-            Mechanism::StickBand => {
-                "the stick band is wider than the orbit's distance from the belt, or is left off the exit point"
-            }
-            Mechanism::Chatter => "fixed steps chatter about the belt line and leave it off the exit point",
-            Mechanism::MissedDoubleCrossing => "the orbit is beyond the belt line for less than a step",
-            Mechanism::TangentStart => "events next to a start on the belt line are ignored",
-            Mechanism::Transient => "the orbit has not settled in the turns it was given",
-            Mechanism::StepError => "errors of the adaptive steps add up to more than the margin",
-            Mechanism::OneSided => "the test claims the other side only",
-            Mechanism::Gap => "between the test's claims of presence and absence, or exactly where they meet",
-            Mechanism::LandingUnproved => {
-                "the orbit comes back, but its landing on the stick segment is not proved"
-            }
-            Mechanism::Breakdown(Failure::StepBudget) => "the step budget ran out",
-            Mechanism::Breakdown(Failure::StepUnderflow) => "the step size underflowed",
-            Mechanism::Breakdown(Failure::NotFinite) => "the orbit left the finite numbers",
-            Mechanism::Unexplained => "no removal of a known defect that the step budget allows mends it",
-        }
+        self.words().1
     }
 }
 
