@@ -14,6 +14,7 @@ pub struct FailedCell {
 
 /// Statistics of one method.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "store", derive(serde::Serialize, serde::Deserialize))]
 pub struct MethodAccount {
     /// Processor seconds.
     pub(crate) seconds: f64,
@@ -23,6 +24,7 @@ pub struct MethodAccount {
 
 /// Processor seconds of the stages of a run that belong to no method.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "store", derive(serde::Serialize, serde::Deserialize))]
 pub struct Stages {
     /// Creating the columns of the tiles with their friction curves.
     pub(crate) columns: f64,
@@ -67,7 +69,7 @@ impl Stages {
     }
 
     /// The seconds, in the order of [`Stages::named`].
-    pub(crate) fn seconds_mut(&mut self) -> [&mut f64; 10] {
+    fn seconds_mut(&mut self) -> [&mut f64; 10] {
         let Self { columns, interpolation, regime, fields, audit, pack, write, curves, proofs, other } = self;
         [columns, interpolation, regime, fields, audit, pack, write, curves, proofs, other]
     }
@@ -79,6 +81,7 @@ impl Stages {
 
 /// Numbers of answers of the fields that could not be computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "store", derive(serde::Serialize, serde::Deserialize))]
 pub struct Unknown {
     /// Cells without a regime.
     pub regimes: u64,

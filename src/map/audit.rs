@@ -32,6 +32,7 @@ pub struct Disagreement {
 /// Results of the audit. A decision is one method's verdict, present or absent, on one audited cell; audited
 /// methods are `simulation` and the tests that are theorems at finite eps.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "store", derive(serde::Serialize, serde::Deserialize))]
 pub struct Audit {
     /// Number of distinct cells decided again.
     pub cells: u64,
@@ -44,6 +45,7 @@ pub struct Audit {
     /// Number of decisions on cells for which the direct engine gives no answer.
     pub unresolved: u64,
     /// Decisions that it contradicts.
+    #[cfg_attr(feature = "store", serde(skip))]
     pub disagreements: Vec<Disagreement>,
 }
 

@@ -22,6 +22,7 @@ use crate::simulate::{
 
 /// Number of cells that each path decided.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "store", derive(serde::Serialize, serde::Deserialize))]
 pub struct Paths {
     /// Columns decided whole by the certificate `symmetric`, never simulated.
     pub(crate) certificate: u64,
@@ -54,7 +55,7 @@ impl Paths {
     }
 
     /// The counts, in the order of [`Paths::named`].
-    pub(crate) fn counts_mut(&mut self) -> [&mut u64; 7] {
+    fn counts_mut(&mut self) -> [&mut u64; 7] {
         let Self {
             certificate,
             universal_surface,

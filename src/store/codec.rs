@@ -27,19 +27,18 @@ pub(super) fn from_bytes<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Option<T> {
 #[derive(Serialize, Deserialize)]
 pub(super) struct AccountRecord {
     cells: u64,
-    methods: Vec<(f64, [u64; 5])>,
-    paths: Vec<u64>,
+    methods: Vec<MethodAccount>,
+    paths: Paths,
     rhs: u64,
-    /// The counts of the audit, in the order of the fields of [`Audit`].
-    audit: [u64; 5],
+    /// Without its disagreements.
+    audit: Audit,
     /// Point, method, and whether the map says that the cycle is present.
     disagreements: Vec<(Vec<f64>, usize, bool)>,
     contradicted_cells: u64,
     /// Tile, point and codes of the verdicts.
     contradictions: Vec<(usize, Vec<f64>, Vec<i8>)>,
-    /// Cells without a regime, columns without a critical damping.
-    unknown: [u64; 2],
-    stages: Vec<f64>,
+    unknown: Unknown,
+    stages: Stages,
     /// Tile, point and method.
     failed: Vec<(usize, Vec<f64>, usize)>,
 }
@@ -48,7 +47,6 @@ impl AccountRecord {
     pub(super) fn of(plan: &Plan, account: &Account) -> Self {
         let point = |point: &Point| plan.grid.axes().iter().map(|axis| axis.role.of(point)).collect();
         let method = |name: &str| plan.methods.iter().position(|m| m.name() == name).unwrap_or(usize::MAX);
-        let Audit { cells, checked, agreed, within_margin, unresolved, disagreements } = &account.audit;
         let said = |d: &Disagreement| (point(&d.point), method(d.method), d.stored == Verdict::Present);
         let contradiction = |cell: &Contradiction| {
             (cell.tile, point(&cell.point), cell.verdicts.iter().map(|verdict| verdict.code()).collect())
@@ -56,15 +54,15 @@ impl AccountRecord {
         let failed = |cell: &FailedCell| (cell.tile, point(&cell.point), method(cell.method.name()));
         Self {
             cells: account.cells,
-            methods: account.methods.iter().map(|of| (of.seconds, of.counts)).collect(),
-            paths: account.paths.named().map(|(_, cells)| cells).into(),
+            methods: account.methods.clone(),
+            paths: account.paths,
             rhs: account.rhs,
-            audit: [*cells, *checked, *agreed, *within_margin, *unresolved],
-            disagreements: disagreements.iter().map(said).collect(),
+            audit: account.audit.clone(),
+            disagreements: account.audit.disagreements.iter().map(said).collect(),
             contradicted_cells: account.contradictions.cells,
             contradictions: account.contradictions.first.iter().map(contradiction).collect(),
-            unknown: [account.unknown.regimes, account.unknown.critical],
-            stages: account.stages.named().map(|(_, seconds)| seconds).into(),
+            unknown: account.unknown,
+            stages: account.stages,
             failed: account.failed.iter().map(failed).collect(),
         }
     }
@@ -84,33 +82,20 @@ impl AccountRecord {
         let failed = |(tile, point, position): (usize, Vec<f64>, usize)| {
             Some(FailedCell { tile, point: point_of(plan, &point)?, method: method(position)? })
         };
-        let [cells, checked, agreed, within_margin, unresolved] = self.audit;
         let disagreements = self.disagreements.into_iter().map(disagreement).collect::<Option<_>>()?;
         let first = self.contradictions.into_iter().map(contradiction).collect::<Option<_>>()?;
-        let [regimes, critical] = self.unknown;
-        let (mut paths, mut stages) = (Paths::default(), Stages::default());
-        fill(paths.counts_mut(), &self.paths)?;
-        fill(stages.seconds_mut(), &self.stages)?;
-        let methods = self.methods.into_iter().map(|(seconds, counts)| MethodAccount { seconds, counts });
         Some(Account {
             cells: self.cells,
-            methods: Some(methods.collect()).filter(|of: &Vec<_>| of.len() == plan.methods.len())?,
-            paths,
+            methods: Some(self.methods).filter(|of| of.len() == plan.methods.len())?,
+            paths: self.paths,
             rhs: self.rhs,
-            audit: Audit { cells, checked, agreed, within_margin, unresolved, disagreements },
+            audit: Audit { disagreements, ..self.audit },
             contradictions: Contradictions { cells: self.contradicted_cells, first },
-            unknown: Unknown { regimes, critical },
-            stages,
+            unknown: self.unknown,
+            stages: self.stages,
             failed: self.failed.into_iter().map(failed).collect::<Option<_>>()?,
         })
     }
-}
-
-/// Sets as many numbers as there are.
-fn fill<T: Copy, const N: usize>(places: [&mut T; N], numbers: &[T]) -> Option<()> {
-    let numbers: &[T; N] = numbers.try_into().ok()?;
-    places.into_iter().zip(numbers).for_each(|(place, number)| *place = *number);
-    Some(())
 }
 
 /// The point with these values on the axes of the plan, if they are legal.
