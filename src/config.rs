@@ -157,9 +157,7 @@ impl Job {
 
         let methods = root.section("methods")?.get_or("run", Method::usual().collect(), |node| {
             let all: Vec<_> = Method::all().map(|method| (method.name(), method)).collect();
-            let chosen = choices(node, &all, "method")?;
-            // Maps and tables list methods in a fixed order, independent of that of the request.
-            Ok(Method::all().filter(|method| chosen.contains(method)).collect::<Vec<_>>())
+            choices(node, &all, "method")
         })?;
         let knobs = knobs(&root.section("naive")?)?;
         let methods = methods.into_iter().map(|method| method.with_knobs(knobs)).collect::<Vec<_>>();
@@ -192,7 +190,7 @@ impl Job {
         let output = root.section("output")?;
         let path = output.get_or("path", Path::new("results").join(format!("{stem}.h5")), output_path)?;
         let simulated = methods.contains(&Method::Simulation);
-        let fields = output.get_or("fields", vec![Field::Verdict], |node| fields(node, simulated))?;
+        let fields = output.get_or("fields", Vec::new(), |node| fields(node, simulated))?;
         let compression = output.get_or("compression", DEFAULT_COMPRESSION, |node| node.integer(0, 9))?;
 
         let planes = curves::read(&root.section("curves")?, &grid)?;
@@ -245,29 +243,6 @@ fn schema(law: &Law) -> Vec<(Option<&'static str>, Vec<&'static str>)> {
     let mut schema = vec![(None, top)];
     schema.extend(sections.into_iter().map(|(name, keys)| (Some(name), keys)));
     schema
-}
-
-/// Every key of a configuration for the law `stribeck`, by section; the name of the top level is empty.
-/// `[grid]` has the keys of all built-in laws.
-#[must_use]
-pub fn keys() -> Vec<(&'static str, Vec<&'static str>)> {
-    let axes = Law::BUILT_IN.iter().flat_map(|law| Grid::axis_names(law));
-    let mut all: Vec<&str> = Vec::new();
-    for axis in axes {
-        if !all.contains(&axis) {
-            all.push(axis);
-        }
-    }
-    let sections: Vec<&str> = schema(&Law::Stribeck).iter().filter_map(|(name, _)| *name).collect();
-    schema(&Law::Stribeck)
-        .into_iter()
-        .map(|(name, keys)| match name {
-            Some("grid") => ("grid", all.clone()),
-            // A section is not a key.
-            None => ("", keys.into_iter().filter(|key| !sections.contains(key)).collect()),
-            Some(name) => (name, keys),
-        })
-        .collect()
 }
 
 /// Refuses unknown keys, and names the section or the key that was probably meant.
@@ -474,8 +449,7 @@ fn fields(node: &Node, simulated: bool) -> Result<Vec<Field>, ConfigError> {
             format!("add \"simulation\" to methods.run, or leave \"{}\" out", field.name()),
         ));
     }
-    // The verdicts are always stored.
-    Ok(Field::ALL.into_iter().filter(|field| *field == Field::Verdict || chosen.contains(field)).collect())
+    Ok(chosen)
 }
 
 /// Reads one of several words.
