@@ -6,7 +6,7 @@ use crate::certify::{Decision, Guarantee, TESTS, validated};
 use crate::filippov::Oscillator;
 use crate::friction::Law;
 use crate::machine::{Machine, Model};
-use crate::map::{self, Regime};
+use crate::map::{self, LongRun, Regime};
 use crate::point::Point;
 use crate::simulate::slip_count::{count_slip_cycles, proves_absence};
 use crate::simulate::slip_cycle::Kick;
@@ -151,8 +151,7 @@ pub(crate) fn assess(machine: &Machine) -> Option<Assessment> {
     let flow = flow(&oscillator, TOLERANCE);
     let hopf = column.curve.weakening(point.belt_speed);
     let critical = behaviour.critical_damping.map_or(f64::INFINITY, |damping| damping / units.damping);
-    let cycle = map::attracting_cycle(&oscillator, &flow, TOLERANCE);
-    let basin = map::basin_boundary(&oscillator, &flow, TOLERANCE);
+    let LongRun { cycle, basin, .. } = map::long_run(&oscillator, &flow, TOLERANCE);
     let theorems = TESTS.iter().filter(|test| test.guarantee != Guarantee::Asymptotic);
     let proofs = theorems.chain([&validated::TEST]).map(|test| Proof {
         test: test.name,

@@ -291,13 +291,14 @@ impl<'a> Behaviour<'a> {
 pub(crate) struct LongRun {
     /// The set of attractors.
     pub(crate) regime: Regime,
-    /// The attracting cycle, see [`attracting_cycle`].
+    /// The attracting cycle: the stick-slip or the crossing cycle, or else the largest slip cycle. `None` where
+    /// there is none, or where it cannot be followed.
     pub(crate) cycle: Option<AttractingCycle>,
+    /// The boundary between basins; `None` where no slip cycle repels, or where it cannot be followed.
     pub(crate) basin: Option<BasinBoundary>,
 }
 
-/// The long-run behaviour of a point whose orbit from the exit point is `flow`: [`regime`],
-/// [`attracting_cycle`] and [`basin_boundary`] from one backbone.
+/// The long-run behaviour of a point whose orbit from the exit point is `flow`, from one backbone.
 pub(crate) fn long_run(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> LongRun {
     let behaviour = Behaviour::new(&oscillator.curve, oscillator.belt_speed);
     LongRun {
@@ -319,23 +320,6 @@ pub fn regime(oscillator: &Oscillator, flow: &Flow) -> Regime {
 pub fn slip_cycle_count(oscillator: &Oscillator, flow: &Flow) -> Option<usize> {
     let behaviour = Behaviour::new(&oscillator.curve, oscillator.belt_speed);
     behaviour.count(oscillator.viscous, End::of(flow)).map(|cycles| cycles.len())
-}
-
-/// The attracting cycle where the orbit from the exit point is `flow`: the stick-slip or the crossing cycle,
-/// or else the largest slip cycle. `None` where there is none, or where it cannot be followed.
-pub(crate) fn attracting_cycle(
-    oscillator: &Oscillator,
-    flow: &Flow,
-    tolerance: f64,
-) -> Option<AttractingCycle> {
-    Behaviour::new(&oscillator.curve, oscillator.belt_speed).attracting_cycle(oscillator, flow, tolerance)
-}
-
-/// The boundary between basins where the orbit from the exit point is `flow`; `None` where no slip cycle repels, or
-/// where it cannot be followed.
-pub(crate) fn basin_boundary(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> Option<BasinBoundary> {
-    let behaviour = Behaviour::new(&oscillator.curve, oscillator.belt_speed);
-    behaviour.basin_boundary(oscillator, End::of(flow), tolerance)
 }
 
 #[cfg(test)]

@@ -29,7 +29,7 @@ mod verdict;
 pub use account::{Account, FailedCell, MethodAccount, Stages, Unknown};
 pub use audit::{Audit, Disagreement};
 pub use behaviour::{AttractingCycle, regime, slip_cycle_count};
-pub(crate) use behaviour::{BasinBoundary, LongRun, attracting_cycle, basin_boundary, long_run};
+pub(crate) use behaviour::{BasinBoundary, LongRun, long_run};
 pub use contradictions::{Contradiction, Contradictions};
 pub(crate) use curves::{CURVE_COLUMNS, curves_of};
 pub use curves::{Plane, PlaneCurve, PlaneCurves, PlanePoint};
