@@ -106,6 +106,10 @@ fn critical_surface(cells: &[Cell], tolerance: f64) -> Vec<Answer> {
 }
 
 fn return_map(cells: &[Cell], tolerance: f64) -> Vec<Answer> {
+    let scaled = |cell: &Cell| {
+        let (column, damping) = (&cell.column, cell.point.damping);
+        Some(column.curve.stribeck()?.scaled(column.belt_speed, column.epsilon * damping))
+    };
     let groups: Vec<ScaledGroups> = cells.iter().filter_map(scaled).collect();
     if groups.len() < cells.len() {
         // The vectorised engine is for the Stribeck law; for others there is no reference either.
@@ -126,18 +130,6 @@ fn return_map(cells: &[Cell], tolerance: f64) -> Vec<Answer> {
             Turn::HandOver { .. } => Answer { verdict: Verdict::Failed, margin: None, critical: None },
         })
         .collect()
-}
-
-/// The scaled groups of a cell of the Stribeck law.
-fn scaled(cell: &Cell) -> Option<ScaledGroups> {
-    let &[alpha, beta, gamma] = cell.point.law.as_slice() else { return None };
-    let rate = cell.point.epsilon * gamma;
-    Some(ScaledGroups {
-        a: rate * (1.0 - alpha),
-        k: rate * cell.point.belt_speed,
-        b: cell.point.epsilon * beta * cell.point.belt_speed,
-        c: cell.point.epsilon * cell.point.damping,
-    })
 }
 
 fn direct(cell: &Cell, tolerance: f64) -> Answer {

@@ -68,7 +68,7 @@ pub(super) fn run(
 ) -> Result<Ended, Failure> {
     let plan = &job.plan;
     let grid = &plan.grid;
-    let columns = columns(grid);
+    let columns = grid.column_count();
     let tiles = plan.tile_count();
     let sampled = sampled(plan, threads);
     let proof = proof_seconds(plan, threads);
@@ -151,10 +151,6 @@ pub(super) fn run(
     preflight.verdict(job, sampled.packed)
 }
 
-fn columns(grid: &Grid) -> usize {
-    grid.cells() / grid.dampings().len().max(1)
-}
-
 /// Estimates duration and size of the map.
 pub(super) fn sampled(plan: &Plan, threads: Option<usize>) -> Sampled {
     let Sampled { seconds, packed } = by_columns(plan, threads);
@@ -206,7 +202,7 @@ fn by_columns(plan: &Plan, threads: Option<usize>) -> Sampled {
     loop {
         let sample = sample(&plan.grid, wanted);
         let (cells, elapsed, packed) = timed(plan, &sample, threads);
-        let whole = columns(&sample) == columns(&plan.grid);
+        let whole = sample.column_count() == plan.grid.column_count();
         if elapsed >= ENOUGH || whole {
             let share = plan.grid.cells() as f64 / cells.max(1) as f64;
             return Sampled {
@@ -351,12 +347,12 @@ mod tests {
         let grid = Grid::new(Law::Stribeck, [3, 10, 1, 16, 5, 7].map(nodes).to_vec()).unwrap();
         for wanted in [1, 4, 16, 64, 256, 1024, 4096] {
             let sample = sample(&grid, wanted);
-            assert!(columns(&sample) <= wanted.min(columns(&grid)), "{wanted}");
+            assert!(sample.column_count() <= wanted.min(grid.column_count()), "{wanted}");
             assert_eq!(sample.dampings(), grid.dampings());
             for (coarse, fine) in sample.axes().iter().zip(grid.axes()) {
                 assert!(coarse.values.iter().all(|value| fine.values.contains(value)));
             }
         }
-        assert_eq!(sample(&grid, columns(&grid)), grid);
+        assert_eq!(sample(&grid, grid.column_count()), grid);
     }
 }

@@ -45,11 +45,6 @@ impl RunReport<'_> {
         stages
     }
 
-    fn columns(&self) -> usize {
-        let grid = &self.job.plan.grid;
-        grid.cells() / grid.dampings().len().max(1)
-    }
-
     /// The time of the whole run, if it had more to do than cells.
     fn whole_time(&self) -> String {
         let parts = [
@@ -80,7 +75,7 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
         out,
         "{} in {}, {} on {}, {} cells/s{}{}\n",
         number_of(account.cells, "cell"),
-        number_of(report.columns(), "column"),
+        number_of(job.plan.grid.column_count(), "column"),
         duration(summary.seconds),
         number_of(summary.threads, "thread"),
         short3(rate(account.cells, summary.seconds)),
@@ -175,7 +170,7 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
         writeln!(out, "regime: not determined in {} of {cells}", count(unknown.regimes))?;
     }
     if unknown.critical > 0 {
-        let columns = number_of(report.columns(), "column");
+        let columns = number_of(job.plan.grid.column_count(), "column");
         writeln!(
             out,
             "critical_c of simulation: not found in {} of {columns}, since no engine gave an answer next to it",
@@ -282,7 +277,7 @@ pub(super) fn json(report: &RunReport) -> Result<(), Failure> {
         "output": job.output.to_string_lossy(),
         "bytes": report.file_size(),
         "cells": account.cells,
-        "columns": report.columns(),
+        "columns": job.plan.grid.column_count(),
         "seconds": summary.seconds,
         "run_seconds": report.seconds,
         "resumed_tiles": resumed_tiles,

@@ -259,7 +259,7 @@ pub(super) fn check_range(friction: &Section, grid: &Grid) -> Result<(), ConfigE
     match (grid.law().as_written(), friction.get("phi"), friction.get("file")) {
         (Law::Expression(law), Some(phi), _) => {
             let shape = grid.shape();
-            let columns = grid.cells() / shape.last().copied().unwrap_or(1).max(1);
+            let columns = grid.column_count();
             let checked = columns.min(CHECKED_COLUMNS);
             for i in 0..checked {
                 // Evenly from the first column to the last.

@@ -250,6 +250,11 @@ impl Grid {
         self.shape().iter().product()
     }
 
+    /// Number of columns.
+    pub(crate) fn column_count(&self) -> usize {
+        self.cells() / self.dampings().len().max(1)
+    }
+
     /// The nodes of the damping axis.
     pub(crate) fn dampings(&self) -> &[f64] {
         self.axes.last().map_or(&[], |axis| &axis.values)

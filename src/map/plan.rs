@@ -331,7 +331,7 @@ impl Plan {
     /// Size of the map in bytes before compression.
     pub(crate) fn bytes(&self) -> u128 {
         let cells = self.grid.cells() as u128;
-        let columns = cells / self.grid.dampings().len().max(1) as u128;
+        let columns = self.grid.column_count() as u128;
         let methods = self.methods.len() as u128;
         let per_field = |field: &Field| match field {
             Field::Verdict => methods * cells,
