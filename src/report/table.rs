@@ -71,6 +71,10 @@ pub struct Table {
     pub(crate) notes: Vec<Rich>,
 }
 
+/// A column of a table with a row for each `T`: its name for CSV files, its heading, the format of its numbers,
+/// and its cell.
+pub(crate) type ColumnOf<'a, T> = (&'a str, &'a str, Show, &'a dyn Fn(&T) -> Cell);
+
 /// A number as shown: a decimal, and a power of ten if that is not 0.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Decimal {
@@ -97,6 +101,18 @@ const WIDE: usize = 10;
 const PLAIN: std::ops::Range<f64> = 1e-3..1e6;
 
 impl Table {
+    /// A table with a row for each item, without notes.
+    pub(crate) fn of<T>(name: &'static str, caption: Rich, items: &[T], columns: &[ColumnOf<T>]) -> Self {
+        let row = |item: &T| columns.iter().map(|(.., cell)| cell(item)).collect();
+        Self {
+            name,
+            caption,
+            columns: columns.iter().map(|(key, heading, show, _)| Column::new(key, heading, *show)).collect(),
+            rows: items.iter().map(row).collect(),
+            notes: Vec::new(),
+        }
+    }
+
     /// Returns whether a column holds numbers.
     fn is_numeric(&self, column: usize) -> bool {
         self.rows.iter().any(|row| matches!(row[column], Cell::Count(_) | Cell::Real(_)))

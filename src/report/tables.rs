@@ -9,7 +9,7 @@ pub(crate) use origin::methods;
 pub use origin::{axes, cost, failures, provenance};
 
 use super::proved;
-use super::table::{Cell, Column, Show, Table};
+use super::table::{Cell, Column, ColumnOf, Show, Table};
 use super::text::{Rich, rich};
 use super::units::{Label, View, join};
 use super::{Confusion, Report};
@@ -155,43 +155,47 @@ fn no_simulation(report: &Report) -> Option<Rich> {
 #[must_use]
 pub fn agreement(map: &MapFile, report: &Report) -> Table {
     let verdicts = &report.verdicts;
-    let mut rows = Vec::new();
-    let mut add = |epsilon: Cell, name: &str, counts: &Confusion| {
-        let compared = counts.simulation(Verdict::Present) + counts.simulation(Verdict::Absent);
-        let pair = |simulation, method| match verdicts.simulation {
-            Some(_) => Cell::Count(counts.pair(simulation, method)),
-            None => Cell::Missing,
-        };
-        let decided: u64 = counts.method(Verdict::Present) + counts.method(Verdict::Absent);
-        rows.push(vec![
-            epsilon,
-            words(name),
-            Cell::Count(counts.method(Verdict::Present)),
-            Cell::Count(counts.method(Verdict::Absent)),
-            Cell::Count(counts.method(Verdict::Undecided)),
-            Cell::Count(counts.method(Verdict::Failed) + counts.method(Verdict::NotComputed)),
-            pair(Verdict::Absent, Verdict::Present),
-            pair(Verdict::Present, Verdict::Absent),
-            match verdicts.simulation {
-                Some(_) => Cell::Count(counts.total() - compared),
-                None => Cell::Missing,
-            },
-            percent(decided as f64, counts.total() as f64).into(),
-        ]);
-    };
     let epsilons = epsilons(map);
+    // Eps, the method and its verdicts; without eps the sums over all of them.
+    let mut rows: Vec<(Option<f64>, &str, Confusion)> = Vec::new();
     for (e, &epsilon) in epsilons.iter().enumerate() {
-        for (method, confusion) in map.methods().iter().zip(&verdicts.confusion) {
-            add(Cell::Real(epsilon), &method.name, &confusion[e]);
-        }
+        let methods = map.methods().iter().zip(&verdicts.confusion);
+        rows.extend(methods.map(|(method, confusion)| (Some(epsilon), method.name.as_str(), confusion[e])));
     }
     if epsilons.len() > 1 {
         for (method, confusion) in map.methods().iter().zip(&verdicts.confusion) {
             let mut sum = Confusion::default();
             confusion.iter().for_each(|counts| sum.add(counts));
-            add(Cell::Missing, &method.name, &sum);
+            rows.push((None, &method.name, sum));
         }
     }
+    let compared = |count: u64| Cell::from(verdicts.simulation.map(|_| count));
+    let pair = |counts: &Confusion, simulation, method| compared(counts.pair(simulation, method));
+    let not_compared = |counts: &Confusion| {
+        let simulated = counts.simulation(Verdict::Present) + counts.simulation(Verdict::Absent);
+        compared(counts.total() - simulated)
+    };
+    let decided = |counts: &Confusion| {
+        let decided = counts.method(Verdict::Present) + counts.method(Verdict::Absent);
+        percent(decided as f64, counts.total() as f64).into()
+    };
+    let cells = |counts: &Confusion, verdict| Cell::Count(counts.method(verdict));
+    let failed = |counts: &Confusion| {
+        Cell::Count(counts.method(Verdict::Failed) + counts.method(Verdict::NotComputed))
+    };
+    use Verdict::{Absent, Present, Undecided};
+    let columns: [ColumnOf<(Option<f64>, &str, Confusion)>; 10] = [
+        ("epsilon", "{epsilon}", EPSILON_DIGITS, &|(epsilon, ..)| (*epsilon).into()),
+        ("method", "method", Show::AsIs, &|(_, method, _)| words(method)),
+        ("present", "present", Show::AsIs, &|(.., counts)| cells(counts, Present)),
+        ("absent", "absent", Show::AsIs, &|(.., counts)| cells(counts, Absent)),
+        ("undecided", "undecided", Show::AsIs, &|(.., counts)| cells(counts, Undecided)),
+        ("failed", "failed", Show::AsIs, &|(.., counts)| failed(counts)),
+        ("wrong_presence", "wrong presence", Show::AsIs, &|(.., counts)| pair(counts, Absent, Present)),
+        ("wrong_absence", "wrong absence", Show::AsIs, &|(.., counts)| pair(counts, Present, Absent)),
+        ("not_compared", "not compared", Show::AsIs, &|(.., counts)| not_compared(counts)),
+        ("percent_decided", "% decided", Show::Decimals(2), &|(.., counts)| decided(counts)),
+    ];
     let mut notes = vec![rich(
         "Wrong presence: the method claims a cycle where the simulation finds none; wrong absence: the opposite. \
          Not compared: the simulation itself gives no verdict.",
@@ -200,24 +204,6 @@ pub fn agreement(map: &MapFile, report: &Report) -> Table {
         notes.push(rich("Rows without {epsilon} are the sums over all {epsilon}."));
     }
     notes.extend(no_simulation(report));
-    Table {
-        name: "agreement",
-        caption: rich(
-            "Verdicts of each method, in cells of the map, and their agreement with the simulation.",
-        ),
-        columns: vec![
-            Column::new("epsilon", "{epsilon}", EPSILON_DIGITS),
-            Column::new("method", "method", Show::AsIs),
-            Column::new("present", "present", Show::AsIs),
-            Column::new("absent", "absent", Show::AsIs),
-            Column::new("undecided", "undecided", Show::AsIs),
-            Column::new("failed", "failed", Show::AsIs),
-            Column::new("wrong_presence", "wrong presence", Show::AsIs),
-            Column::new("wrong_absence", "wrong absence", Show::AsIs),
-            Column::new("not_compared", "not compared", Show::AsIs),
-            Column::new("percent_decided", "% decided", Show::Decimals(2)),
-        ],
-        rows,
-        notes,
-    }
+    let caption = "Verdicts of each method, in cells of the map, and their agreement with the simulation.";
+    Table { notes, ..Table::of("agreement", rich(caption), &rows, &columns) }
 }

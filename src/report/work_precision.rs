@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use super::figure::Figure;
-use super::table::{Cell as Entry, Column, Show, Table};
+use super::table::{Cell as Entry, ColumnOf, Show, Table};
 use super::text::{Rich, rich};
 use super::{Existing, ReportError, figure, write};
 use crate::benchmark::{self, Cell, Errors, Kind, Labels, Row, Study};
@@ -44,67 +44,50 @@ impl Study {
 
     /// Every number.
     pub(crate) fn table(&self) -> Table {
-        let sizes = |errors: &Option<Errors>| {
-            let number = |of: fn(&Errors) -> f64| Entry::from(errors.as_ref().map(of));
-            [number(|e| e.median), number(|e| e.high), number(|e| e.worst)]
-        };
-        let labels = |labels: &Option<Labels>| {
-            let count = |of: fn(&Labels) -> usize| Entry::from(labels.as_ref().map(|l| of(l) as u64));
-            [count(|l| l.cells), count(|l| l.wrong), count(|l| l.none)]
+        let size = |errors: &Option<Errors>, of: fn(&Errors) -> f64| Entry::from(errors.as_ref().map(of));
+        let count = |labels: &Option<Labels>, of: fn(&Labels) -> usize| {
+            Entry::from(labels.as_ref().map(|labels| of(labels) as u64))
         };
         let yes = |yes: bool| Entry::Words(if yes { "yes" } else { "" }.into());
-        let rows = self.rows.iter().map(|row| {
-            let mut cells = vec![
-                Entry::Words(row.kind.name().into()),
-                Entry::Words(row.name.clone()),
-                row.setting.as_ref().map_or(Entry::Missing, |(knob, _)| Entry::Words(knob.clone())),
-                row.setting.as_ref().map(|(_, setting)| *setting).into(),
-                Entry::Count(row.cells as u64),
-                Entry::Real(row.seconds),
-            ];
-            cells.extend(sizes(&row.margin));
-            cells.extend(sizes(&row.critical));
-            cells.push(Entry::Count(row.unanswered as u64));
-            cells.extend(labels(&row.near));
-            cells.extend(labels(&row.anywhere));
-            cells.extend([yes(row.front_error), yes(row.front_labels)]);
-            cells
-        });
+        let knob =
+            |row: &Row| row.setting.as_ref().map_or(Entry::Missing, |(knob, _)| Entry::Words(knob.clone()));
         let digits = Show::Significant(2);
-        Table {
-            name: "work-precision",
-            caption: rich(&format!(
-                "Time per cell against error, on {} cells, of which {} lie within {} of the boundary in {{c}}.",
-                self.cells.len(),
-                self.cells.iter().filter(|cell| cell.near).count(),
-                self.settings.near
-            )),
-            columns: vec![
-                Column::new("kind", "kind", Show::AsIs),
-                Column::new("method", "method", Show::AsIs),
-                Column::new("knob", "knob", Show::AsIs),
-                Column::new("setting", "setting", Show::Trimmed(3)),
-                Column::new("cells", "cells", Show::AsIs),
-                Column::new("seconds_per_cell", "seconds per cell", Show::Significant(3)),
-                Column::new("margin_error_median", "error of {m}/{V}: median", digits),
-                Column::new("margin_error_95", "95 %", digits),
-                Column::new("margin_error_worst", "worst", digits),
-                Column::new("critical_c_error_median", "error of {c^*}: median", digits),
-                Column::new("critical_c_error_95", "95 %", digits),
-                Column::new("critical_c_error_worst", "worst", digits),
-                Column::new("unanswered", "unanswered", Show::AsIs),
-                Column::new("near_cells", "near the boundary", Show::AsIs),
-                Column::new("near_wrong", "wrong", Show::AsIs),
-                Column::new("near_undecided", "undecided", Show::AsIs),
-                Column::new("anywhere_cells", "anywhere", Show::AsIs),
-                Column::new("anywhere_wrong", "wrong", Show::AsIs),
-                Column::new("anywhere_undecided", "undecided", Show::AsIs),
-                Column::new("front_error", "front: error", Show::AsIs),
-                Column::new("front_labels", "front: labels", Show::AsIs),
-            ],
-            rows: rows.collect(),
-            notes: self.notes(),
-        }
+        let columns: [ColumnOf<Row>; 21] = [
+            ("kind", "kind", Show::AsIs, &|row| Entry::Words(row.kind.name().into())),
+            ("method", "method", Show::AsIs, &|row| Entry::Words(row.name.clone())),
+            ("knob", "knob", Show::AsIs, &|row| knob(row)),
+            ("setting", "setting", Show::Trimmed(3), &|row| {
+                row.setting.as_ref().map(|(_, setting)| *setting).into()
+            }),
+            ("cells", "cells", Show::AsIs, &|row| Entry::Count(row.cells as u64)),
+            ("seconds_per_cell", "seconds per cell", Show::Significant(3), &|row| Entry::Real(row.seconds)),
+            ("margin_error_median", "error of {m}/{V}: median", digits, &|row| {
+                size(&row.margin, |e| e.median)
+            }),
+            ("margin_error_95", "95 %", digits, &|row| size(&row.margin, |e| e.high)),
+            ("margin_error_worst", "worst", digits, &|row| size(&row.margin, |e| e.worst)),
+            ("critical_c_error_median", "error of {c^*}: median", digits, &|row| {
+                size(&row.critical, |e| e.median)
+            }),
+            ("critical_c_error_95", "95 %", digits, &|row| size(&row.critical, |e| e.high)),
+            ("critical_c_error_worst", "worst", digits, &|row| size(&row.critical, |e| e.worst)),
+            ("unanswered", "unanswered", Show::AsIs, &|row| Entry::Count(row.unanswered as u64)),
+            ("near_cells", "near the boundary", Show::AsIs, &|row| count(&row.near, |of| of.cells)),
+            ("near_wrong", "wrong", Show::AsIs, &|row| count(&row.near, |of| of.wrong)),
+            ("near_undecided", "undecided", Show::AsIs, &|row| count(&row.near, |of| of.none)),
+            ("anywhere_cells", "anywhere", Show::AsIs, &|row| count(&row.anywhere, |of| of.cells)),
+            ("anywhere_wrong", "wrong", Show::AsIs, &|row| count(&row.anywhere, |of| of.wrong)),
+            ("anywhere_undecided", "undecided", Show::AsIs, &|row| count(&row.anywhere, |of| of.none)),
+            ("front_error", "front: error", Show::AsIs, &|row| yes(row.front_error)),
+            ("front_labels", "front: labels", Show::AsIs, &|row| yes(row.front_labels)),
+        ];
+        let caption = rich(&format!(
+            "Time per cell against error, on {} cells, of which {} lie within {} of the boundary in {{c}}.",
+            self.cells.len(),
+            self.cells.iter().filter(|cell| cell.near).count(),
+            self.settings.near
+        ));
+        Table { notes: self.notes(), ..Table::of("work-precision", caption, &self.rows, &columns) }
     }
 
     /// Explanations of the numbers.

@@ -1,7 +1,8 @@
 //! Tables of the error of each method's boundary in c, and of its order in eps.
 
 use super::super::Report;
-use super::super::table::{Cell, Column, Show, Table};
+use super::super::boundary::{MethodBoundary, Order};
+use super::super::table::{Cell, Column, ColumnOf, Show, Table};
 use super::super::text::{Rich, rich};
 use super::super::units::{Label, View};
 use super::{EPSILON_DIGITS, column_of, epsilons, in_unit, percent, words};
@@ -82,16 +83,6 @@ fn unknown(report: &Report) -> Option<Rich> {
 /// The order in eps of the boundary's error.
 #[must_use]
 pub fn order(map: &MapFile, report: &Report) -> Table {
-    let rows = report.boundaries.methods.iter().map(|method| {
-        let order = method.order;
-        vec![
-            words(&method.method),
-            order.map(|order| order.order).into(),
-            order.and_then(|order| order.half_width).into(),
-            order.map(|order| order.smallest).into(),
-            Cell::Count(order.map_or(0, |order| order.points as u64)),
-        ]
-    });
     let epsilons = epsilons(map).len();
     let note = match epsilons {
         1 => "The map has one {epsilon}: no order can be fitted.",
@@ -102,17 +93,16 @@ pub fn order(map: &MapFile, report: &Report) -> Table {
              of {c^*} itself are left out; without two others there is no order."
         }
     };
-    Table {
-        name: "order",
-        caption: rich("Order {p} of the boundary's error in {c}, which falls like {epsilon^p}."),
-        columns: vec![
-            Column::new("method", "method", Show::AsIs),
-            Column::new("order", "{p}", Show::Decimals(2)),
-            Column::new("order_error", "±", Show::Decimals(2)),
-            Column::new("order_smallest", "{p} at the two smallest {epsilon}", Show::Decimals(2)),
-            Column::new("epsilons", "{epsilon} in the fit", Show::AsIs),
-        ],
-        rows: rows.collect(),
-        notes: vec![rich(note)],
-    }
+    let (caption, digits) =
+        (rich("Order {p} of the boundary's error in {c}, which falls like {epsilon^p}."), Show::Decimals(2));
+    let smallest = "{p} at the two smallest {epsilon}";
+    let points = |order: Option<Order>| Cell::Count(order.map_or(0, |order| order.points as u64));
+    let columns: [ColumnOf<MethodBoundary>; 5] = [
+        ("method", "method", Show::AsIs, &|of| words(&of.method)),
+        ("order", "{p}", digits, &|of| of.order.map(|order| order.order).into()),
+        ("order_error", "±", digits, &|of| of.order.and_then(|order| order.half_width).into()),
+        ("order_smallest", smallest, digits, &|of| of.order.map(|order| order.smallest).into()),
+        ("epsilons", "{epsilon} in the fit", Show::AsIs, &|of| points(of.order)),
+    ];
+    Table { notes: vec![rich(note)], ..Table::of("order", caption, &report.boundaries.methods, &columns) }
 }

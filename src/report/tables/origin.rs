@@ -1,22 +1,22 @@
 //! Tables of the provenance of a map: costs, failures, methods, axes and the run.
 
 use super::super::Report;
-use super::super::table::{Cell, Column, Show, Table};
+use super::super::table::{Cell, Column, ColumnOf, Show, Table};
 use super::super::text::{Rich, rich};
 use super::super::units::View;
 use super::words;
-use crate::map::{Verdict, is_linear, is_logarithmic};
+use crate::dataset::MethodInfo;
+use crate::map::{Axis, Verdict, is_linear, is_logarithmic};
 use crate::store::{MapFile, Value};
 
 /// Processor time of each method.
 #[must_use]
 pub fn cost(map: &MapFile) -> Table {
     let cells = map.grid().cells() as u64;
-    let rows = map.methods().iter().map(|method| {
-        let seconds = map.number(&format!("seconds_{}", method.name));
-        let rate = seconds.filter(|seconds| *seconds > 0.0).map(|seconds| cells as f64 / seconds);
-        vec![words(&method.name), Cell::Count(cells), seconds.into(), rate.into()]
-    });
+    let seconds = |method: &MethodInfo| map.number(&format!("seconds_{}", method.name));
+    let rate = |method: &MethodInfo| {
+        seconds(method).filter(|seconds| *seconds > 0.0).map(|seconds| cells as f64 / seconds)
+    };
     let mut notes = vec![rich("Seconds are summed over all threads; packing and auditing are not in them.")];
     let paths: Vec<String> = map
         .attributes()
@@ -29,21 +29,17 @@ pub fn cost(map: &MapFile) -> Table {
         })
         .collect();
     if !paths.is_empty() {
-        let text = format!("Cells that the simulation decided by each of its paths: {}.", paths.join(", "));
+        let text =
+            format!("ColumnOf that the simulation decided by each of its paths: {}.", paths.join(", "));
         notes.push(Rich::foreign(&text));
     }
-    Table {
-        name: "cost",
-        caption: rich("Processor time of each method."),
-        columns: vec![
-            Column::new("method", "method", Show::AsIs),
-            Column::new("cells", "cells", Show::AsIs),
-            Column::new("seconds", "seconds", Show::Significant(3)),
-            Column::new("cells_per_second", "cells per second", Show::Significant(3)),
-        ],
-        rows: rows.collect(),
-        notes,
-    }
+    let columns: [ColumnOf<MethodInfo>; 4] = [
+        ("method", "method", Show::AsIs, &|method| words(&method.name)),
+        ("cells", "cells", Show::AsIs, &|_| Cell::Count(cells)),
+        ("seconds", "seconds", Show::Significant(3), &|method| seconds(method).into()),
+        ("cells_per_second", "cells per second", Show::Significant(3), &|method| rate(method).into()),
+    ];
+    Table { notes, ..Table::of("cost", rich("Processor time of each method."), map.methods(), &columns) }
 }
 
 /// Failures during the run.
@@ -86,64 +82,36 @@ pub fn failures(map: &MapFile, report: &Report) -> Table {
 }
 
 pub(crate) fn methods(map: &MapFile) -> Table {
-    let rows = map.methods().iter().map(|method| {
-        vec![
-            words(&method.name),
-            words(&method.long_name),
-            words(&method.guarantee.replace('_', " ")),
-            words(&method.equation),
-        ]
-    });
-    Table {
-        name: "methods",
-        caption: rich("The methods of the map."),
-        columns: vec![
-            Column::new("method", "method", Show::AsIs),
-            Column::new("long_name", "what it is", Show::AsIs),
-            Column::new("guarantee", "guarantee", Show::AsIs),
-            Column::new("equation", "equation", Show::AsIs),
-        ],
-        rows: rows.collect(),
-        notes: Vec::new(),
-    }
+    let columns: [ColumnOf<MethodInfo>; 4] = [
+        ("method", "method", Show::AsIs, &|method| words(&method.name)),
+        ("long_name", "what it is", Show::AsIs, &|method| words(&method.long_name)),
+        ("guarantee", "guarantee", Show::AsIs, &|method| words(&method.guarantee.replace('_', " "))),
+        ("equation", "equation", Show::AsIs, &|method| words(&method.equation)),
+    ];
+    Table::of("methods", rich("The methods of the map."), map.methods(), &columns)
 }
 
 /// The axes of the map.
 #[must_use]
 pub fn axes(view: &View) -> Table {
-    let rows = view.map.grid().axes().iter().map(|axis| {
-        let label = view.axis(axis);
-        let last = axis.values[axis.values.len() - 1];
-        vec![
-            words(&axis.name),
-            words(&axis.long_name),
-            Cell::Count(axis.values.len() as u64),
-            Cell::Real(axis.values[0] * label.factor),
-            Cell::Real(last * label.factor),
-            words(if label.unit.is_empty() { "1" } else { label.unit }),
-            words(match axis.values.len() {
-                1 => "one value",
-                _ if is_linear(&axis.values) => "equal steps",
-                _ if is_logarithmic(&axis.values) => "equal ratios",
-                _ => "list",
-            }),
-        ]
-    });
-    Table {
-        name: "axes",
-        caption: rich("The axes of the map, slowest first."),
-        columns: vec![
-            Column::new("axis", "axis", Show::AsIs),
-            Column::new("long_name", "what it is", Show::AsIs),
-            Column::new("nodes", "nodes", Show::AsIs),
-            Column::new("from", "from", Show::Trimmed(6)),
-            Column::new("to", "to", Show::Trimmed(6)),
-            Column::new("unit", "unit", Show::AsIs),
-            Column::new("spacing", "spacing", Show::AsIs),
-        ],
-        rows: rows.collect(),
-        notes: Vec::new(),
-    }
+    let end = |axis: &Axis, node: usize| Cell::Real(axis.values[node] * view.axis(axis).factor);
+    let unit = |axis: &Axis| Some(view.axis(axis).unit).filter(|unit| !unit.is_empty()).unwrap_or("1");
+    let spacing = |axis: &Axis| match axis.values.len() {
+        1 => "one value",
+        _ if is_linear(&axis.values) => "equal steps",
+        _ if is_logarithmic(&axis.values) => "equal ratios",
+        _ => "list",
+    };
+    let columns: [ColumnOf<Axis>; 7] = [
+        ("axis", "axis", Show::AsIs, &|axis| words(&axis.name)),
+        ("long_name", "what it is", Show::AsIs, &|axis| words(&axis.long_name)),
+        ("nodes", "nodes", Show::AsIs, &|axis| Cell::Count(axis.values.len() as u64)),
+        ("from", "from", Show::Trimmed(6), &|axis| end(axis, 0)),
+        ("to", "to", Show::Trimmed(6), &|axis| end(axis, axis.values.len() - 1)),
+        ("unit", "unit", Show::AsIs, &|axis| words(unit(axis))),
+        ("spacing", "spacing", Show::AsIs, &|axis| words(spacing(axis))),
+    ];
+    Table::of("axes", rich("The axes of the map, slowest first."), view.map.grid().axes(), &columns)
 }
 
 /// Provenance of the map.
