@@ -16,18 +16,25 @@ pub(crate) fn short(x: f64) -> String {
         };
     }
     // The exponent after rounding to six digits, so that 0.9999999 becomes 1 and not 1.00000.
-    let rounded = format!("{x:.*e}", (DIGITS - 1) as usize);
-    let (mantissa, exponent) = rounded.split_once('e').unwrap_or((&rounded, "0"));
-    let exponent: i32 = exponent.parse().unwrap_or(0);
-    let trim = |text: &str| match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
-        false => text.to_owned(),
-    };
+    let (mantissa, exponent) = scientific(x, DIGITS as usize);
     if (-4..DIGITS).contains(&exponent) {
-        trim(&format!("{x:.*}", (DIGITS - 1 - exponent) as usize))
+        without_zeros(&format!("{x:.*}", (DIGITS - 1 - exponent) as usize)).to_owned()
     } else {
-        format!("{}e{exponent}", trim(mantissa))
+        format!("{}e{exponent}", without_zeros(&mantissa))
     }
+}
+
+/// A number rounded to so many significant digits: a decimal with one digit before the point, and the power of
+/// ten. Of a number that is not finite, its name and 0.
+pub(crate) fn scientific(x: f64, digits: usize) -> (String, i32) {
+    let text = format!("{x:.*e}", digits.saturating_sub(1));
+    let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+    (mantissa.to_owned(), exponent.parse().unwrap_or(0))
+}
+
+/// A decimal without the zeros at its end.
+pub(crate) fn without_zeros(decimal: &str) -> &str {
+    if decimal.contains('.') { decimal.trim_end_matches('0').trim_end_matches('.') } else { decimal }
 }
 
 /// A number with its sign, see [`short`].
@@ -54,11 +61,16 @@ pub(crate) fn number_of(n: impl TryInto<u128>, noun: &str) -> String {
 /// A count in groups of three digits: 1,234,567.
 #[cfg(feature = "report")]
 pub(crate) fn count(n: impl TryInto<u128>) -> String {
-    let digits = n.try_into().unwrap_or(u128::MAX).to_string();
+    in_groups(&n.try_into().unwrap_or(u128::MAX).to_string(), ',')
+}
+
+/// Digits in groups of three.
+#[cfg(feature = "report")]
+pub(crate) fn in_groups(digits: &str, separator: char) -> String {
     let mut text = String::new();
     for (i, digit) in digits.chars().enumerate() {
         if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            text.push(',');
+            text.push(separator);
         }
         text.push(digit);
     }

@@ -1,6 +1,7 @@
 //! A table independent of formats, and its formats: Markdown, HTML, LaTeX and CSV.
 
 use super::text::{Rich, html, latex, markdown, rich};
+use crate::number::{in_groups, scientific, without_zeros};
 
 /// The contents of a cell.
 #[derive(Clone, Debug, PartialEq)]
@@ -355,6 +356,10 @@ fn is_plain(value: f64) -> bool {
 /// A number in the style of its column.
 fn decimal(cell: &Cell, style: Style) -> Option<Decimal> {
     let plain = |mantissa: String| Some(Decimal { mantissa, exponent: 0 });
+    let power = |value: f64, digits: usize| {
+        let (mantissa, exponent) = scientific(value, digits);
+        Some(Decimal { mantissa, exponent })
+    };
     let value = match *cell {
         Cell::Count(count) => match style {
             Style::Words | Style::Counts => return plain(count.to_string()),
@@ -367,43 +372,24 @@ fn decimal(cell: &Cell, style: Style) -> Option<Decimal> {
         Style::Words | Style::Counts => plain(format!("{value}")),
         Style::Decimals(digits) => plain(format!("{value:.digits$}")),
         Style::Significant(_) | Style::Trimmed(_) | Style::Scientific(_) if value == 0.0 => plain("0".into()),
-        Style::Significant(digits) | Style::Trimmed(digits) if !is_plain(value) => {
-            Some(scientific(value, digits))
-        }
+        Style::Significant(digits) | Style::Trimmed(digits) if !is_plain(value) => power(value, digits),
         Style::Trimmed(digits) => {
-            let text = decimal(cell, Style::Significant(digits))?.mantissa;
-            plain(match text.contains('.') {
-                true => text.trim_end_matches('0').trim_end_matches('.').into(),
-                false => text,
-            })
+            plain(without_zeros(&decimal(cell, Style::Significant(digits))?.mantissa).to_owned())
         }
         Style::Significant(digits) => {
-            let exponent = scientific(value, digits).exponent;
+            let exponent = scientific(value, digits).1;
             let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
             plain(format!("{value:.decimals$}"))
         }
-        Style::Scientific(digits) => Some(scientific(value, digits)),
+        Style::Scientific(digits) => power(value, digits),
     }
-}
-
-/// A number as a decimal with one digit before the point, and a power of ten.
-fn scientific(value: f64, digits: usize) -> Decimal {
-    let text = format!("{value:.*e}", digits.saturating_sub(1));
-    let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
-    Decimal { mantissa: mantissa.into(), exponent: exponent.parse().unwrap_or(0) }
 }
 
 /// Digits in groups of three, set apart by thin spaces.
 fn grouped(mantissa: &str) -> String {
     let (whole, decimals) = mantissa.split_once('.').map_or((mantissa, None), |(w, d)| (w, Some(d)));
     let digits = whole.trim_start_matches('-');
-    let mut text = String::new();
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && digits.len() > 4 && (digits.len() - i) % 3 == 0 {
-            text.push('\u{202f}');
-        }
-        text.push(digit);
-    }
+    let text = if digits.len() > 4 { in_groups(digits, '\u{202f}') } else { digits.to_owned() };
     let sign = if whole.starts_with('-') { "−" } else { "" };
     match decimals {
         Some(decimals) => format!("{sign}{text}.{decimals}"),

@@ -3,6 +3,8 @@
 //! Words from a map file enter through [`Rich::foreign`] and are escaped for each format; the program's own
 //! words may contain symbols in braces, see [`rich`].
 
+use crate::number::{scientific, without_zeros};
+
 /// A part of a text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Piece {
@@ -130,33 +132,26 @@ impl Rich {
 
     /// A number with up to `digits` significant digits, very large and very small ones with a power of ten.
     pub(crate) fn number(value: f64, digits: usize) -> Self {
-        let scientific = format!("{value:.*e}", digits.saturating_sub(1));
-        let Some((mantissa, Ok(exponent))) =
-            scientific.split_once('e').map(|(mantissa, exponent)| (mantissa, exponent.parse::<i32>()))
-        else {
-            return Self::foreign(&scientific);
-        };
-        let trim = |text: &str| {
-            let text =
-                if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text };
-            text.replace('-', "−")
-        };
+        let (mantissa, exponent) = scientific(value, digits);
+        if !value.is_finite() {
+            return Self::foreign(&mantissa);
+        }
+        let minus = |text: &str| text.replace('-', "−");
         if value == 0.0 || (-3..=5).contains(&exponent) {
             let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
-            return Self::foreign(&trim(&format!("{value:.decimals$}")));
+            return Self::foreign(&minus(without_zeros(&format!("{value:.decimals$}"))));
         }
-        let power = Symbol { base: "10".into(), index: String::new(), exponent: trim(&exponent.to_string()) };
-        let factor = match trim(mantissa).as_str() {
-            "1" => String::new(),
-            "−1" => "−".into(),
-            mantissa => format!("{mantissa} × "),
-        };
-        let mut text = Self::default();
-        if !factor.is_empty() {
-            text.pieces.push(Piece::Words(factor));
+        let power = Self::power_of_ten(exponent);
+        match without_zeros(&mantissa) {
+            "1" => power,
+            "-1" => Self::foreign("−").then(power),
+            mantissa => Self::foreign(&format!("{} × ", minus(mantissa))).then(power),
         }
-        text.pieces.push(Piece::Symbol(power));
-        text
+    }
+
+    pub(crate) fn power_of_ten(exponent: i32) -> Self {
+        let exponent = exponent.to_string().replace('-', "−");
+        Self { pieces: vec![Piece::Symbol(Symbol { base: "10".into(), index: String::new(), exponent })] }
     }
 
     /// Appends another text.

@@ -1,6 +1,6 @@
 //! Axes: scales and ticks.
 
-use super::super::text::{Piece, Rich, Symbol};
+use super::super::text::Rich;
 use super::scene::{Stroke, text_width};
 use crate::map::is_logarithmic;
 
@@ -192,9 +192,7 @@ fn log_label(factor: u8, exponent: i32, (from, to): (f64, f64)) -> Rich {
     if from > 0.8e-3 && to < 1.2e3 {
         return Rich::number(f64::from(factor) * 10.0_f64.powi(exponent), 3);
     }
-    let exponent = exponent.to_string().replace('-', "−");
-    let power =
-        Rich { pieces: vec![Piece::Symbol(Symbol { base: "10".into(), index: String::new(), exponent })] };
+    let power = Rich::power_of_ten(exponent);
     if factor == 1 { power } else { Rich::foreign(&format!("{factor} × ")).then(power) }
 }
 

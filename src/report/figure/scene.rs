@@ -7,6 +7,7 @@ use std::sync::LazyLock;
 use ttf_parser::Face;
 
 use super::super::text::{Piece, Rich, Symbol, html};
+use crate::number::without_zeros;
 
 /// A position on the page, in points from the left and from the top.
 pub(crate) type Place = (f64, f64);
@@ -435,7 +436,7 @@ fn corners(rect: Rect) -> Vec<Place> {
 /// A coordinate to a hundredth of a point.
 fn number(value: f64) -> String {
     let text = format!("{value:.2}");
-    let text = text.trim_end_matches('0').trim_end_matches('.');
+    let text = without_zeros(&text);
     if text == "-0" { "0".into() } else { text.into() }
 }
 
