@@ -34,19 +34,6 @@ fn generators(dimensions: usize) -> Vec<f64> {
     (1..=dimensions).map(|power| root.powi(-(power as i32))).collect()
 }
 
-/// The value of an axis at a fraction of its extent, logarithmically if its nodes are logarithmic.
-fn along(values: &[f64], share: f64) -> f64 {
-    let (first, last) = (values[0], values[values.len() - 1]);
-    let middle = values[values.len() / 2];
-    let ratio = |x: f64| (x / first).ln() / (last / first).ln();
-    let place = (values.len() / 2) as f64 / (values.len().max(2) - 1) as f64;
-    if values.len() > 2 && first > 0.0 && (ratio(middle) - place).abs() < 1e-6 {
-        first * (last / first).powf(share)
-    } else {
-        first + (last - first) * share
-    }
-}
-
 /// Draws about `count` cells from the box of `grid`, alternately anywhere in it and, where the column has a
 /// boundary at c > `near`, at most `near` away from it along c. The sequence depends on the grid alone, and
 /// fewer cells are the first of many.
@@ -62,7 +49,7 @@ pub(crate) fn draw(grid: &Grid, count: usize, near: f64) -> Vec<Cell> {
         .map(|i| {
             let values = axes.iter().enumerate();
             let values: Vec<f64> =
-                values.map(|(dimension, axis)| along(&axis.values, share(i, dimension))).collect();
+                values.map(|(dimension, axis)| axis.extent().value(share(i, dimension))).collect();
             let point = grid.point_of(&values);
             let column = grid.law().column(&point);
             let critical = critical_damping(&column, TOLERANCE).ok().map(|root| root.c);

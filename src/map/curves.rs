@@ -10,7 +10,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
-use super::{Axis, AxisRole, Grid};
+use super::grid::Extent;
+use super::{AxisRole, Grid};
 use crate::filippov::Oscillator;
 use crate::point::Point;
 use crate::simulate::backbone::{Backbone, TurningPoint};
@@ -158,46 +159,16 @@ pub(crate) fn curves_of(
     Some(pool.install(|| planes.par_iter().map(of).collect()))
 }
 
-/// One side of the unit square.
-#[derive(Clone, Copy)]
-struct Side {
-    from: f64,
-    to: f64,
-    logarithmic: bool,
-}
-
-impl Side {
-    fn of(axis: &Axis) -> Self {
-        let (from, to) = (axis.values[0], axis.values[axis.values.len() - 1]);
-        Self { from, to, logarithmic: axis.is_logarithmic() }
-    }
-
-    fn value(self, share: f64) -> f64 {
-        let Self { from, to, logarithmic } = self;
-        let value = if logarithmic { from * (to / from).powf(share) } else { from + (to - from) * share };
-        value.clamp(from, to)
-    }
-
-    /// The inverse of [`Side::value`], beyond the ends too.
-    fn share(self, value: f64) -> f64 {
-        let Self { from, to, logarithmic } = self;
-        // Beyond the logarithms of numbers, as far out as a share may be.
-        let share =
-            if logarithmic { (value / from).ln() / (to / from).ln() } else { (value - from) / (to - from) };
-        share.max(-1e9)
-    }
-}
-
 /// The unit square of a plane.
 struct Frame<'a> {
     grid: &'a Grid,
     plane: &'a Plane,
-    sides: [Side; 2],
+    sides: [Extent; 2],
 }
 
 impl<'a> Frame<'a> {
     fn new(grid: &'a Grid, plane: &'a Plane) -> Self {
-        let sides = [plane.x, plane.y].map(|axis| Side::of(&grid.axes()[axis]));
+        let sides = [plane.x, plane.y].map(|axis| grid.axes()[axis].extent());
         Self { grid, plane, sides }
     }
 
@@ -227,7 +198,8 @@ impl<'a> Frame<'a> {
             return None;
         }
         let backbone = Backbone::of(&column, TOLERANCE).ok()?;
-        let height = |viscous: f64| self.sides[damping_axis].share(viscous / column.epsilon);
+        // Beyond the logarithms of numbers, as far out as a share may be.
+        let height = |viscous: f64| self.sides[damping_axis].share(viscous / column.epsilon).max(-1e9);
         let extreme = |turns: &[TurningPoint]| Extreme {
             amplitude: turns[1].radius / column.belt_speed,
             height: height(turns[1].viscous),

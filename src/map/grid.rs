@@ -67,6 +67,12 @@ impl Axis {
         self.values.len() > 2 && is_logarithmic(&self.values)
     }
 
+    /// From the first to the last node.
+    pub(crate) fn extent(&self) -> Extent {
+        let (from, to) = (self.values[0], self.values[self.values.len() - 1]);
+        Extent { from, to, logarithmic: self.is_logarithmic() }
+    }
+
     /// The middle node, the lower of two.
     pub(crate) fn middle(&self) -> usize {
         (self.values.len() - 1) / 2
@@ -77,6 +83,31 @@ impl Axis {
     pub fn nearest(&self, value: f64) -> usize {
         let distance = |i: &usize| (self.values[*i] - value).abs();
         (0..self.values.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
+    }
+}
+
+/// The range of an axis, or of a part of it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Extent {
+    /// The first node.
+    pub(crate) from: f64,
+    /// The last node.
+    pub(crate) to: f64,
+    pub(crate) logarithmic: bool,
+}
+
+impl Extent {
+    /// The value at a share of the range, in equal steps or, if it is logarithmic, in equal ratios.
+    pub(crate) fn value(self, share: f64) -> f64 {
+        let Self { from, to, logarithmic } = self;
+        let value = if logarithmic { from * (to / from).powf(share) } else { from + (to - from) * share };
+        value.clamp(from, to)
+    }
+
+    /// The inverse of [`Extent::value`], beyond the ends too.
+    pub(crate) fn share(self, value: f64) -> f64 {
+        let Self { from, to, logarithmic } = self;
+        if logarithmic { (value / from).ln() / (to / from).ln() } else { (value - from) / (to - from) }
     }
 }
 

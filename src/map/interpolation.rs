@@ -22,6 +22,7 @@ use std::ops::Range;
 
 use super::behaviour::COARSE;
 use super::end::End;
+use super::grid::Extent;
 use super::{Field, Grid, Plan, Tile};
 use crate::filippov::Oscillator;
 use crate::friction::Column;
@@ -201,27 +202,19 @@ struct Side {
 
 impl Side {
     fn new(values: &[f64], is_logarithmic: bool, size: usize) -> Self {
-        let [first, last] = [values[0], values[values.len() - 1]];
         if values.len() < FEWEST_VALUES[0] {
             let unit = |at: usize| (0..values.len()).map(|i| if i == at { 1.0 } else { 0.0 }).collect();
             let weights = (0..values.len()).map(unit).collect();
             return Self { nodes: values.to_vec(), weights, is_exact: true };
         }
-        let map = |value: f64| if is_logarithmic { (value / first).ln() } else { value - first };
-        let coordinate = |i: usize| {
-            let share = 0.5 * (1.0 + chebyshev::node(i, size));
-            let value = if is_logarithmic {
-                first * (last / first).powf(share)
-            } else {
-                first + share * (last - first)
-            };
-            value.clamp(first, last)
-        };
-        let weights = values
-            .iter()
-            .map(|value| chebyshev::weights(size, 2.0 * map(*value) / map(last) - 1.0))
-            .collect();
-        Self { nodes: (0..=size).map(coordinate).collect(), weights, is_exact: false }
+        let extent = Extent { from: values[0], to: values[values.len() - 1], logarithmic: is_logarithmic };
+        let node = |i: usize| extent.value(0.5 * (1.0 + chebyshev::node(i, size)));
+        let weights = |value: &f64| chebyshev::weights(size, 2.0 * extent.share(*value) - 1.0);
+        Self {
+            nodes: (0..=size).map(node).collect(),
+            weights: values.iter().map(weights).collect(),
+            is_exact: false,
+        }
     }
 }
 
