@@ -93,8 +93,7 @@ pub(crate) fn bistable(view: &View) -> Option<Figure> {
         false => Scale::logarithmic(0.8 * least, 1.5 * largest),
     };
 
-    let scenes = at_each_width(|width| {
-        let mut scene = Scene::new(width.points(), 0.0);
+    let scenes = at_each_width(|scene, width| {
         let whole = scene.width;
         let half = match width {
             Width::TwoColumns if !alone => 0.5 * scene.width,
@@ -102,11 +101,11 @@ pub(crate) fn bistable(view: &View) -> Option<Figure> {
         };
         let aspect = if half > Width::OneColumn.points() { 0.5 } else { 0.7 };
         let mut first = Panels::new(half, 1, 1, aspect, x, y);
-        first.shift((0.0, write_heading(&mut scene, first.panels[0].rect.x, &held)));
+        first.shift((0.0, write_heading(scene, first.panels[0].rect.x, &held)));
         let panel = first.panels[0];
         let top = panel.rect.y;
-        band(&mut scene, &panel, &values, &lower, &upper);
-        first.axes(&mut scene, &x_label.text(), &y_label.text());
+        band(scene, &panel, &values, &lower, &upper);
+        first.axes(scene, &x_label.text(), &y_label.text());
         let mut legend = Legend::default();
         let slips = upper.iter().zip(&lower).any(|(critical, hopf)| hopf > critical);
         for regime in AREAS.into_iter().filter(|regime| slips || *regime != Regime::PureSlip) {
@@ -117,10 +116,10 @@ pub(crate) fn bistable(view: &View) -> Option<Figure> {
         legend.add(Sample::Line(CRITICAL), rich("critical damping"));
         scene.width = whole;
         if alone {
-            legend.below(&mut scene, panel.rect.x, first.bottom);
-            return scene;
+            legend.below(scene, panel.rect.x, first.bottom);
+            return;
         }
-        panel.title(&mut scene, &rich("(a) ").then(equals("epsilon", axes[0].values[index[0]])));
+        panel.title(scene, &rich("(a) ").then(equals("epsilon", axes[0].values[index[0]])));
 
         let mut second = Panels::new(half, 1, 1, 0.7, widths, width_scale);
         second.shift(width.select((0.0, first.bottom + 4.0), (half, top - second.panels[0].rect.y)));
@@ -133,7 +132,7 @@ pub(crate) fn bistable(view: &View) -> Option<Figure> {
         let drawn = bands.iter().filter(|(_, widths)| widths.iter().any(|width| width.is_finite()));
         for (turn, ((speed, widths), (stroke, marker))) in drawn.zip(styles).enumerate() {
             let style = palette::MethodStyle { stroke, marker };
-            curves::draw(&mut scene, &panel, &eps_values, widths, &style, 2 * turn);
+            curves::draw(scene, &panel, &eps_values, widths, &style, 2 * turn);
             legend.add(Sample::Method(style), equals("V", *speed));
         }
         // A guide of slope 2 below the curves.
@@ -142,11 +141,10 @@ pub(crate) fn bistable(view: &View) -> Option<Figure> {
         let line = [panel.place(from, start), panel.place(to, start * (to / from) * (to / from))];
         scene.clipped(panel.rect, |scene| scene.line(&line, &curves::GUIDE));
         legend.add(Sample::Line(curves::GUIDE), rich("slope of {epsilon^2}"));
-        panel.title(&mut scene, &rich("(b) width of the band"));
-        second.axes(&mut scene, &rich("{epsilon}"), &rich("width in {c}"));
+        panel.title(scene, &rich("(b) width of the band"));
+        second.axes(scene, &rich("{epsilon}"), &rich("width in {c}"));
         let bottom = first.bottom.max(second.bottom);
-        legend.below(&mut scene, first.panels[0].rect.x, bottom);
-        scene
+        legend.below(scene, first.panels[0].rect.x, bottom);
     });
     let caption = rich(
         "What attracts below and above the damping at which the equilibrium becomes stable and the critical damping",

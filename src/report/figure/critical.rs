@@ -7,7 +7,6 @@ use super::curves::Budget;
 use super::data::Data;
 use super::legend::{Legend, Sample};
 use super::panels::Panels;
-use super::scene::Scene;
 use super::slice::{Slice, equals};
 use super::verdict_panels::chosen_epsilons;
 use super::{Figure, at_each_width, curves, palette};
@@ -62,25 +61,23 @@ pub(crate) fn critical(view: &View) -> Option<Figure> {
     };
     // The caption gives the law's parameters only.
     let held = Slice::new(view, v, c, index).held_but_epsilon();
-    let scenes = at_each_width(|width| {
-        let mut scene = Scene::new(width.points(), 0.0);
-        let frames = Panels::below(&mut scene, &held, width.select(1, 2), epsilons.len(), 0.66, (x, y));
+    let scenes = at_each_width(|scene, width| {
+        let frames = Panels::below(scene, &held, width.select(1, 2), epsilons.len(), 0.66, (x, y));
         let mut legend = Legend::default();
         for (i, (panel, methods)) in frames.panels.iter().zip(&panels).enumerate() {
             for (turn, (name, curve)) in methods.iter().enumerate() {
                 let style = palette::method(name);
-                curves::draw(&mut scene, panel, &values, curve, &style, turn);
+                curves::draw(scene, panel, &values, curve, &style, turn);
                 if i == 0 && is_drawn(name) {
                     legend.add(Sample::Method(style), super::verdict_panels::method_title(name));
                 }
             }
             if view.units.machine().is_none() {
-                panel.title(&mut scene, &equals("epsilon", axes[0].values[epsilons[i]]));
+                panel.title(scene, &equals("epsilon", axes[0].values[epsilons[i]]));
             }
         }
-        frames.axes(&mut scene, &x_label.text(), &y_name);
-        legend.below(&mut scene, frames.panels[0].rect.x, frames.bottom);
-        scene
+        frames.axes(scene, &x_label.text(), &y_name);
+        legend.below(scene, frames.panels[0].rect.x, frames.bottom);
     });
     let mut caption =
         rich("The damping up to which each method claims a stick-slip cycle, against belt speed")

@@ -10,7 +10,7 @@ use super::exact::boundary;
 use super::legend::{Legend, Sample};
 use super::panels::{Panel, Panels};
 use super::region::outlines;
-use super::scene::{Fill, Rect, Scene};
+use super::scene::{Fill, Rect};
 use super::slice::Slice;
 use super::verdict_panels::{
     EXACT, FEWEST_NODES, cell_columns, chosen_epsilons, draw_curves, main_plane, method_title,
@@ -64,10 +64,9 @@ pub(crate) fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, R
     // Searched once, in a panel of unit size.
     let unit = Panel { rect: Rect { x: 0.0, y: 0.0, w: 1.0, h: 1.0 }, x: x_scale, y: y_scale };
     let exact: Vec<_> = slices.iter().map(|(slice, ..)| boundary(slice, &unit)).collect();
-    let scenes = at_each_width(|width| {
-        let mut scene = Scene::new(width.points(), 0.0);
+    let scenes = at_each_width(|scene, width| {
         let columns = width.select(1, 2);
-        let panels = Panels::below(&mut scene, &held, columns, slices.len(), 0.66, (x_scale, y_scale));
+        let panels = Panels::below(scene, &held, columns, slices.len(), 0.66, (x_scale, y_scale));
         let mut used = vec![false; kinds.len()];
         for ((panel, (slice, codes)), curves) in panels.panels.iter().zip(&slices).zip(&exact) {
             for (kind, (fill, _)) in kinds.iter().enumerate() {
@@ -78,19 +77,18 @@ pub(crate) fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, R
                 used[kind] |= !areas.is_empty();
                 scene.area(&areas, *fill);
             }
-            draw_curves(&mut scene, curves, &unit, panel);
+            draw_curves(scene, curves, &unit, panel);
             if slices.len() > 1 {
-                panel.title(&mut scene, &equals("epsilon", map.grid().axes()[0].values[slice.index[0]]));
+                panel.title(scene, &equals("epsilon", map.grid().axes()[0].values[slice.index[0]]));
             }
         }
-        panels.axes(&mut scene, &x_name, &y_name);
+        panels.axes(scene, &x_name, &y_name);
         let mut legend = Legend::default();
         legend.add_used(&kinds, &used);
         if exact.iter().any(|curves| !curves.is_empty()) {
             legend.add(Sample::Line(EXACT), rich("exact boundary"));
         }
-        legend.below(&mut scene, panels.panels[0].rect.x, panels.bottom);
-        scene
+        legend.below(scene, panels.panels[0].rect.x, panels.bottom);
     });
     let caption = rich(
         "Which method decides where: each cell shows the first rigorous test that decides it, in the order of the number \

@@ -38,9 +38,9 @@ pub(crate) fn errors(view: &View, report: &Report) -> Option<Figure> {
     let label = view.axis(&axes[axes.len() - 1]);
     let scale = scale(report, epsilons.len())?.in_unit(label.factor);
     let one = epsilons.len() == 1;
-    let scenes = at_each_width(|width| match one {
-        true => dots(report, scale, &label, width),
-        false => lines(report, epsilons, scale, &label, width),
+    let scenes = at_each_width(|scene, width| match one {
+        true => dots(scene, report, scale, &label),
+        false => lines(scene, report, epsilons, scale, &label, width),
     });
     let caption = rich(
         "How far each method's critical damping is from the exact one, {c^*}. A column of the map is all dampings at \
@@ -78,8 +78,7 @@ pub(crate) fn errors(view: &View, report: &Report) -> Option<Figure> {
     Some(Figure { name: "boundary-error".into(), caption, scenes, data })
 }
 
-fn lines(report: &Report, epsilons: &[f64], y: Scale, label: &Label, width: Width) -> Scene {
-    let mut scene = Scene::new(width.points(), 0.0);
+fn lines(scene: &mut Scene, report: &Report, epsilons: &[f64], y: Scale, label: &Label, width: Width) {
     let (first, last) = (epsilons[0], epsilons[epsilons.len() - 1]);
     let x = Scale::logarithmic(first / 1.3, last * 1.3);
     let panels = Panels::new(scene.width, 1, 1, width.select(0.85, 0.5), x, y);
@@ -114,9 +113,8 @@ fn lines(report: &Report, epsilons: &[f64], y: Scale, label: &Label, width: Widt
         let name = method_title(&method.method).then(order(method));
         legend.add(Sample::Method(style), name);
     }
-    panels.axes(&mut scene, &Rich::symbol("epsilon"), &error_of(label));
-    legend.below(&mut scene, panel.rect.x, panels.bottom);
-    scene
+    panels.axes(scene, &Rich::symbol("epsilon"), &error_of(label));
+    legend.below(scene, panel.rect.x, panels.bottom);
 }
 
 /// The name of the axis of errors, with its unit.
@@ -135,11 +133,10 @@ fn order(method: &MethodBoundary) -> Rich {
 }
 
 /// One row per method.
-fn dots(report: &Report, x: Scale, label: &Label, width: Width) -> Scene {
+fn dots(scene: &mut Scene, report: &Report, x: Scale, label: &Label) {
     const ROW: f64 = 15.0;
     let methods: Vec<&MethodBoundary> =
         report.boundaries.methods.iter().filter(|method| drawn(method, 0).is_some()).collect();
-    let mut scene = Scene::new(width.points(), 0.0);
     let names: Vec<Rich> = methods.iter().map(|method| method_title(&method.method)).collect();
     let left = names.iter().map(|name| text_width(name, SMALL_TEXT)).fold(0.0, f64::max) + 10.0;
     let rect = Rect { x: left, y: TITLE_MARGIN, w: scene.width - left - 12.0, h: ROW * methods.len() as f64 };
@@ -158,8 +155,7 @@ fn dots(report: &Report, x: Scale, label: &Label, width: Width) -> Scene {
         }
     }
     scene.frame(rect, &AXIS);
-    panel.x_axis(&mut scene, Labels { x: true, y: false });
-    panel.x_name(&mut scene, &error_of(label));
+    panel.x_axis(scene, Labels { x: true, y: false });
+    panel.x_name(scene, &error_of(label));
     scene.height = rect.y + rect.h + super::panels::BOTTOM_MARGIN + 2.0;
-    scene
 }

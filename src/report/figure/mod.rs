@@ -56,9 +56,14 @@ pub struct Figure {
     pub(crate) data: Data,
 }
 
-/// The scene of a figure at each width.
-pub(crate) fn at_each_width(draw: impl FnMut(Width) -> Scene) -> Vec<(Width, Scene)> {
-    Width::ALL.into_iter().zip(Width::ALL.map(draw)).collect()
+/// The scene of a figure at each width, which `draw` fills, and whose height it sets.
+pub(crate) fn at_each_width(mut draw: impl FnMut(&mut Scene, Width)) -> Vec<(Width, Scene)> {
+    let at = |width: Width| {
+        let mut scene = Scene::new(width.points(), 0.0);
+        draw(&mut scene, width);
+        (width, scene)
+    };
+    Width::ALL.map(at).into()
 }
 
 /// All figures of a report in its order, drawn by all cores.

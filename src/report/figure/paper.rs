@@ -44,18 +44,16 @@ fn single(
     extent: [f64; 4],
     draw: impl Fn(&mut Scene, &Panel, &mut Legend),
 ) -> Figure {
-    let scenes = at_each_width(|width| {
-        let mut scene = Scene::new(width.points(), 0.0);
+    let scenes = at_each_width(|scene, _| {
         let labels_width = 18.0;
         let left = super::panels::left_margin(labels_width);
         let w = scene.width - left - 10.0;
         let (x, y, h) = equal_scales(extent, w, (0.25, 0.8));
         let panel = Panel { rect: Rect { x: left, y: TITLE_MARGIN - 4.0, w, h }, x, y };
         let mut legend = Legend::default();
-        draw(&mut scene, &panel, &mut legend);
-        panel.named_axes(&mut scene, &rich("{x_1}"), &rich("{x_2}"), labels_width);
-        legend.below(&mut scene, left, panel.rect.y + h + BOTTOM_MARGIN);
-        scene
+        draw(scene, &panel, &mut legend);
+        panel.named_axes(scene, &rich("{x_1}"), &rich("{x_2}"), labels_width);
+        legend.below(scene, left, panel.rect.y + h + BOTTOM_MARGIN);
     });
     Figure { name: name.into(), caption, scenes, data: Data::default() }
 }
@@ -150,8 +148,7 @@ fn cases() -> Figure {
         })
         .collect();
     let circle = Stroke { color: palette::GREY, width: 0.9, dash: &[4.0, 2.0] };
-    let scenes = at_each_width(|width| {
-        let mut scene = Scene::new(width.points(), 0.0);
+    let scenes = at_each_width(|scene, width| {
         let columns = width.select(1, 3);
         let (x, y) = (Scale::linear(0.25, 1.35), Scale::linear(0.72, 1.06));
         let panels = Panels::new(scene.width, columns, 3, 0.62, x, y);
@@ -160,7 +157,7 @@ fn cases() -> Figure {
         {
             let oscillator = Oscillator::in_column(&column, factor * critical);
             let orbit_of = trace(&oscillator, Start::ExitPoint, TOLERANCE, 1.08 * TAU);
-            belt(&mut scene, panel, &oscillator);
+            belt(scene, panel, &oscillator);
             scene.clipped(panel.rect, |scene| {
                 let places: Vec<Place> = unperturbed.iter().map(|p| panel.place(p.0, p.1)).collect();
                 scene.line(&places, &circle);
@@ -178,18 +175,17 @@ fn cases() -> Figure {
                     scene.marker(Marker::Triangle, at, 6.0, palette::VERMILION, true);
                 }
             });
-            exit_point(&mut scene, panel, &oscillator);
-            panel.title(&mut scene, &rich(letter).then(rich(name)));
+            exit_point(scene, panel, &oscillator);
+            panel.title(scene, &rich(letter).then(rich(name)));
         }
-        panels.axes(&mut scene, &rich("{x_1}"), &rich("{x_2}"));
+        panels.axes(scene, &rich("{x_1}"), &rich("{x_2}"));
         let mut legend = Legend::default();
         legend.add(Sample::Line(ORBIT), rich("orbit from the exit point"));
         legend.add(Sample::Line(circle), rich("the same at {epsilon} = 0"));
         legend.add(Sample::Line(SEGMENT), rich("sticking segment"));
         legend.add(Sample::Mark(Marker::Triangle, palette::VERMILION, true), rich("landing"));
         legend.add(Sample::Mark(Marker::Circle, palette::BLACK, true), rich("exit point"));
-        legend.below(&mut scene, panels.panels[0].rect.x, panels.bottom);
-        scene
+        legend.below(scene, panels.panels[0].rect.x, panels.bottom);
     });
     let caption = rich(
         "The orbit from the exit point near its return to the belt line (after the paper's figure 4): (a) it stays short \

@@ -8,7 +8,7 @@ use super::legend::Legend;
 use super::lines::letter;
 use super::panels::{BOTTOM_MARGIN, Panel, Panels, TITLE_MARGIN, write_heading};
 use super::portrait::{Portrait, equal_scales, orbit_data};
-use super::scene::{Rect, Scene};
+use super::scene::Rect;
 use super::{Figure, at_each_width, curves};
 use crate::filippov::Oscillator;
 use crate::simulate::direct::Start;
@@ -66,13 +66,12 @@ pub(crate) fn portraits(view: &View) -> Option<Figure> {
     let (x1, x2) = (view.units.x1(), view.units.x2());
     let (belt_label, damping) = (view.axis(&axes[belt]), view.axis(&axes[belt + 1]));
     let held = view.held(&held_index, &[belt + 1]);
-    let scenes = at_each_width(|width| {
-        let mut scene = Scene::new(width.points(), 0.0);
+    let scenes = at_each_width(|scene, width| {
         let columns = width.select(1, drawn.len().min(3));
         let (x, y, h) = equal_scales(common, 1.0, (0.5, 1.1));
         let (x, y) = (x.in_unit(x1.factor), y.in_unit(x2.factor));
         let mut panels = Panels::new(scene.width, columns, 3, h, x, y);
-        panels.shift((0.0, write_heading(&mut scene, panels.panels[0].rect.x, &held)));
+        panels.shift((0.0, write_heading(scene, panels.panels[0].rect.x, &held)));
         let mut legend = Legend::default();
         // Equal units in both directions, for the height that the page left.
         let aspect = panels.panels[0].rect.h / panels.panels[0].rect.w;
@@ -81,11 +80,11 @@ pub(crate) fn portraits(view: &View) -> Option<Figure> {
             (panel.x, panel.y) = (x.in_unit(x1.factor), y.in_unit(x2.factor));
         }
         for (number, (panel, (c, portrait))) in panels.panels.iter().zip(&drawn).enumerate() {
-            portrait.draw(&mut scene, panel);
+            portrait.draw(scene, panel);
             portrait.legend(&mut legend);
-            panel.title(&mut scene, &letter(number).then(damping.equals(rounded(*c))));
+            panel.title(scene, &letter(number).then(damping.equals(rounded(*c))));
         }
-        panels.axes(&mut scene, &x1.text(), &x2.text());
+        panels.axes(scene, &x1.text(), &x2.text());
         let mut bottom = panels.bottom;
         if let Some((c, portrait)) = drawn.get(3) {
             let w = width.select(panels.panels[0].rect.w, 0.5 * scene.width);
@@ -93,15 +92,14 @@ pub(crate) fn portraits(view: &View) -> Option<Figure> {
             let (x, y) = (x.in_unit(x1.factor), y.in_unit(x2.factor));
             let rect = Rect { x: panels.panels[0].rect.x, y: bottom + TITLE_MARGIN, w, h };
             let panel = Panel { rect, x, y };
-            portrait.draw(&mut scene, &panel);
-            panel.named_axes(&mut scene, &x1.text(), &x2.text(), Panel::y_labels_width(y, h));
+            portrait.draw(scene, &panel);
+            panel.named_axes(scene, &x1.text(), &x2.text(), Panel::y_labels_width(y, h));
             let speed = belt_label.equals(axes[belt].values[index[belt]]);
-            panel.title(&mut scene, &letter(3).then(damping.equals(*c)).then(", ").then(speed));
+            panel.title(scene, &letter(3).then(damping.equals(*c)).then(", ").then(speed));
             portrait.legend(&mut legend);
             bottom = rect.y + h + BOTTOM_MARGIN;
         }
-        legend.below(&mut scene, panels.panels[0].rect.x, bottom);
-        scene
+        legend.below(scene, panels.panels[0].rect.x, bottom);
     });
     let mut caption = rich("Phase portraits at ").then(held).then(": ");
     for (number, (_, portrait)) in drawn.iter().enumerate() {

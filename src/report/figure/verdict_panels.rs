@@ -237,10 +237,9 @@ fn figure(slice: &Slice) -> Result<Figure, ReportError> {
     let heading = join([held.clone(), words("not drawn, because undecided everywhere: ")]);
     let looks = Claim::ALL.map(Claim::look);
     let mut exact: Option<(Panel, Vec<Vec<Place>>)> = None;
-    let scenes = at_each_width(|width| {
+    let scenes = at_each_width(|scene, width| {
         let columns = width.select(2, 4);
-        let mut scene = Scene::new(width.points(), 0.0);
-        let panels = Panels::below(&mut scene, &heading, columns, shown.len(), 0.78, (x_scale, y_scale));
+        let panels = Panels::below(scene, &heading, columns, shown.len(), 0.78, (x_scale, y_scale));
         let mut used = vec![false; looks.len()];
         let mut edged = false;
         for (number, (&m, panel)) in shown.iter().zip(&panels.panels).enumerate() {
@@ -249,13 +248,13 @@ fn figure(slice: &Slice) -> Result<Figure, ReportError> {
                 used[n] |= !areas.is_empty();
                 scene.area(&areas, looks[n].0);
             }
-            edged |= draw_edge(&mut scene, panel, &edges[m]);
+            edged |= draw_edge(scene, panel, &edges[m]);
             // The boundary is searched once and transformed from panel to panel.
             let (drawn, curves) = exact.get_or_insert_with(|| (*panel, boundary(slice, panel)));
-            draw_curves(&mut scene, curves, drawn, panel);
-            panel.title(&mut scene, &letter(number).then(method_title(&methods[m].name)));
+            draw_curves(scene, curves, drawn, panel);
+            panel.title(scene, &letter(number).then(method_title(&methods[m].name)));
         }
-        panels.axes(&mut scene, &x_name, &y_name);
+        panels.axes(scene, &x_name, &y_name);
         let mut legend = Legend::default();
         legend.add_used(&looks, &used);
         if exact.as_ref().is_some_and(|(_, curves)| !curves.is_empty()) {
@@ -264,8 +263,7 @@ fn figure(slice: &Slice) -> Result<Figure, ReportError> {
         if edged {
             legend.add(Sample::Line(OWN_EDGE), rich("the method's own critical damping"));
         }
-        legend.below(&mut scene, panels.panels[0].rect.x, panels.bottom);
-        scene
+        legend.below(scene, panels.panels[0].rect.x, panels.bottom);
     });
     let epsilon = match slice.x {
         0 => String::new(),

@@ -68,7 +68,7 @@ pub fn chart(study: &Study) -> Figure {
         Some((_, false)) => rich(" Peers were measured on other cells."),
         None => Rich::default(),
     });
-    let scenes = at_each_width(|width| scene(study, width));
+    let scenes = at_each_width(|scene, width| draw(scene, study, width));
     Figure { name: "work-precision".into(), caption, scenes, data: Data::default() }
 }
 
@@ -80,8 +80,7 @@ fn decades(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     (low <= high).then(|| (10.0_f64.powf((low - 0.1).floor()), 10.0_f64.powf((high + 0.1).ceil())))
 }
 
-fn scene(study: &Study, width: Width) -> Scene {
-    let mut scene = Scene::new(width.points(), 0.0);
+fn draw(scene: &mut Scene, study: &Study, width: Width) {
     let lines = lines(study);
     let (from, to) = decades(study.rows.iter().map(|row| row.seconds)).unwrap_or((1e-9, 1e-3));
     let x = Scale::logarithmic(from, to);
@@ -115,15 +114,15 @@ fn scene(study: &Study, width: Width) -> Scene {
                 .and_then(|labels| labels.missed())
                 .map(|share| if share > 0.0 { share } else { none }),
         };
-        draw_front(&mut scene, &panel, study.rows.iter().filter(|row| front(row)), height);
+        draw_front(scene, &panel, study.rows.iter().filter(|row| front(row)), height);
         if number == 1 {
-            zero(&mut scene, &panel, none, 0.6 * one);
+            zero(scene, &panel, none, 0.6 * one);
         }
         for line in &lines {
-            draw_line(&mut scene, &panel, line, height, front, number == 0);
+            draw_line(scene, &panel, line, height, front, number == 0);
         }
-        panels.axes(&mut scene, &time, name);
-        panel.title(&mut scene, &letter(number));
+        panels.axes(scene, &time, name);
+        panel.title(scene, &letter(number));
         bottom = bottom.max(panels.bottom);
         top = panels.bottom - 2.0;
     }
@@ -138,8 +137,7 @@ fn scene(study: &Study, width: Width) -> Scene {
     legend.add(Sample::Line(FRONT), rich("Pareto front"));
     legend.add(Sample::Mark(Marker::Circle, palette::GREY, true), rich("filled: on the front"));
     legend.add(Sample::Line(Stroke::solid(palette::GREY, 0.5)), rich("bar in (a): down to the median"));
-    legend.below(&mut scene, left, bottom + 2.0);
-    scene
+    legend.below(scene, left, bottom + 2.0);
 }
 
 /// The line for errors of zero.
