@@ -220,13 +220,13 @@ fn draw_bar(scene: &mut Scene, bar: Rect, colours: Colours, name: &Rich, numbers
 /// differs between the panels, by its header and values.
 pub(crate) fn data(areas: &[Area], label: &Label, panel: Option<(&str, &[f64])>) -> Data {
     let Some(first) = areas.first() else { return Data::default() };
-    let cells = cell_columns(&first.slice);
+    let cells = cell_columns(&first.slice, areas.len());
     let mut data = Data::default();
     if let Some((header, values)) = panel {
-        let each = |value: &f64| std::iter::repeat_n(*value, cells.rows());
+        let each = |value: &f64| std::iter::repeat_n(*value, cells.rows() / areas.len());
         data = data.reals(header, values.iter().flat_map(each).collect());
     }
-    let data = data.join(cells.repeated(areas.len()));
+    let data = data.join(cells);
     let mut codes = (Vec::new(), Vec::new());
     let mut reals = Vec::new();
     for area in areas {

@@ -68,38 +68,6 @@ impl Data {
         self
     }
 
-    /// Repeats all rows, one copy after the other.
-    #[must_use]
-    pub(crate) fn repeated(mut self, times: usize) -> Self {
-        for (_, values) in &mut self.columns {
-            match values {
-                Values::Reals(values) => *values = values.repeat(times),
-                Values::Words(words) => {
-                    *words = std::iter::repeat_n(words.as_slice(), times).flatten().cloned().collect();
-                }
-                Values::Codes(codes, _) => *codes = codes.repeat(times),
-            }
-        }
-        self
-    }
-
-    /// Appends the rows of another table with the same columns.
-    #[must_use]
-    pub(crate) fn then(mut self, other: Data) -> Self {
-        if self.columns.is_empty() {
-            return other;
-        }
-        for ((_, mine), (_, theirs)) in self.columns.iter_mut().zip(other.columns) {
-            match (mine, theirs) {
-                (Values::Reals(mine), Values::Reals(theirs)) => mine.extend(theirs),
-                (Values::Words(mine), Values::Words(theirs)) => mine.extend(theirs),
-                (Values::Codes(mine, _), Values::Codes(theirs, _)) => mine.extend(theirs),
-                _ => unreachable!("the tables have the same columns"),
-            }
-        }
-        self
-    }
-
     /// Number of rows.
     #[must_use]
     pub fn rows(&self) -> usize {

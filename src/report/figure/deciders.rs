@@ -118,8 +118,7 @@ pub(crate) fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, R
         for (_, codes) in &slices {
             words.extend((0..cells).map(|cell| name(codes, cell / rows, cell % rows)));
         }
-        let coordinates = cell_columns(slice).repeated(slices.len());
-        data = data.join(coordinates).words("decided_by", words);
+        data = data.join(cell_columns(slice, slices.len())).words("decided_by", words);
     }
     Ok(Some(Figure { name: "deciders".into(), caption, scenes, data }))
 }

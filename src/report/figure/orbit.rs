@@ -122,5 +122,5 @@ pub(crate) fn orbit_figure(plot: &OrbitPlot) -> OrbitFigure {
         .then(": ")
         .then(rich(portrait.words()))
         .then("; (b), (c) position and velocity of the same orbit against time.");
-    OrbitFigure { scene, caption, data: orbit_data(&portrait.orbit, plot.units), portrait: panel }
+    OrbitFigure { scene, caption, data: orbit_data(&portrait.orbit.samples, plot.units), portrait: panel }
 }

@@ -74,8 +74,8 @@ pub(crate) fn orbit_from(oscillator: &Oscillator, start: Start, duration: Option
 }
 
 /// An orbit as a table: time, position, velocity, and whether the mass slips or sticks from there on.
-pub(crate) fn orbit_data(orbit: &Trace, units: &UnitSystem) -> Data {
-    let column = |factor: f64, of: fn(&State) -> f64| orbit.samples.iter().map(|s| of(s) * factor).collect();
+pub(crate) fn orbit_data(samples: &[State], units: &UnitSystem) -> Data {
+    let column = |factor: f64, of: fn(&State) -> f64| samples.iter().map(|s| of(s) * factor).collect();
     let (t, x1, x2) = (units.time(), units.x1(), units.x2());
     let phase = |state: &State| match state.phase {
         Phase::Slip(_) => "slip",
@@ -85,7 +85,7 @@ pub(crate) fn orbit_data(orbit: &Trace, units: &UnitSystem) -> Data {
         .reals(t.header(), column(t.factor, |s| s.t))
         .reals(x1.header(), column(x1.factor, |s| s.x1))
         .reals(x2.header(), column(x2.factor, |s| s.x2))
-        .words("phase", orbit.samples.iter().map(|s| phase(s).to_owned()).collect())
+        .words("phase", samples.iter().map(|s| phase(s).to_owned()).collect())
 }
 
 impl Portrait {

@@ -11,7 +11,7 @@ use super::portrait::{Portrait, equal_scales, orbit_data};
 use super::scene::Rect;
 use super::{Figure, at_each_width, curves};
 use crate::filippov::Oscillator;
-use crate::simulate::direct::Start;
+use crate::simulate::direct::{Sample as State, Start};
 use crate::simulate::{Fate, flow};
 
 /// Accuracy of the orbits.
@@ -113,12 +113,10 @@ pub(crate) fn portraits(view: &View) -> Option<Figure> {
 
 /// The orbits from the exit point.
 fn data(drawn: &[(f64, Portrait)], damping: &Label, view: &View) -> Data {
-    let tables = drawn.iter().map(|(c, portrait)| {
-        let rows = portrait.orbit.samples.len();
-        let column = Data::default().reals(damping.header(), vec![c * damping.factor; rows]);
-        column.join(orbit_data(&portrait.orbit, &view.units))
-    });
-    tables.fold(Data::default(), Data::then)
+    let orbits = drawn.iter().map(|(c, portrait)| (c * damping.factor, &portrait.orbit.samples));
+    let dampings = orbits.clone().flat_map(|(c, samples)| std::iter::repeat_n(c, samples.len()));
+    let samples: Vec<State> = orbits.flat_map(|(_, samples)| samples).copied().collect();
+    Data::default().reals(damping.header(), dampings.collect()).join(orbit_data(&samples, &view.units))
 }
 
 /// Rounded to three digits, for titles.

@@ -270,7 +270,7 @@ fn figure(slice: &Slice) -> Result<Figure, ReportError> {
         _ => format!("-{}", slice.index[0] + 1),
     };
     let label = |axis| slice.view.axis(axis);
-    let mut data = cell_columns(slice);
+    let mut data = cell_columns(slice, 1);
     let names: Vec<(i8, &'static str)> =
         Verdict::ALL.map(|verdict| (verdict.code(), verdict.name())).to_vec();
     for (method, codes) in methods.iter().zip(&codes) {
@@ -294,14 +294,14 @@ fn figure(slice: &Slice) -> Result<Figure, ReportError> {
     })
 }
 
-/// The coordinates of the cells of a slice, the vertical axis fastest.
-pub(super) fn cell_columns(slice: &Slice) -> Data {
+/// The coordinates of the cells of a slice, the vertical axis fastest, once for each of `panels`.
+pub(super) fn cell_columns(slice: &Slice, panels: usize) -> Data {
     let [x, y] = slice.axes().map(|axis| slice.view.axis(axis));
     let [x_nodes, y_nodes] = slice.nodes();
     let (x_factor, y_factor) = (x.factor, y.factor);
     let cells = x_nodes.iter().flat_map(|a| y_nodes.iter().map(move |b| (a * x_factor, b * y_factor)));
     let (xs, ys): (Vec<f64>, Vec<f64>) = cells.unzip();
-    Data::default().reals(x.header(), xs).reals(y.header(), ys)
+    Data::default().reals(x.header(), xs.repeat(panels)).reals(y.header(), ys.repeat(panels))
 }
 
 /// A position of one panel in another one with the same scales.
