@@ -1,7 +1,7 @@
 //! The stored curves of codimension one: the group `curves` with two tables; see the format in [`super`].
 
-use hdf5::types::{FloatSize, IntSize, TypeDescriptor};
-use hdf5::{Dataset, File, Group};
+use hdf5::types::TypeDescriptor;
+use hdf5::{Dataset, File, Group, H5Type};
 
 use crate::dataset::{Value, fingerprint};
 use crate::map::{Axis, CURVE_COLUMNS, Grid, Plane, PlaneCurve, PlaneCurves, PlanePoint};
@@ -107,7 +107,7 @@ pub(super) fn read(file: &File, grid: &Grid, length: u64) -> Result<Vec<PlaneCur
     let axis = |word: &String| axes.iter().position(|axis| axis.name == *word);
     let (xs, ys) = (table.words("plane_x")?, table.words("plane_y")?);
     let mut planes = Vec::with_capacity(xs.len());
-    let held_at = axes.iter().map(|axis| table.reals(&held(axis), xs.len()));
+    let held_at = axes.iter().map(|axis| table.numbers::<f64>(&held(axis), xs.len()));
     let held_at = held_at.collect::<Result<Vec<_>, _>>()?;
     for (number, (x, y)) in xs.iter().zip(&ys).enumerate() {
         let (Some(x), Some(y)) = (axis(x), axis(y)) else {
@@ -135,10 +135,10 @@ pub(super) fn read(file: &File, grid: &Grid, length: u64) -> Result<Vec<PlaneCur
 /// Reads the points and adds each to its plane.
 fn read_points(table: &Table, axes: &[Axis], planes: &mut [PlaneCurves]) -> Result<(), Unfit> {
     let words = table.words("curve")?;
-    let number = table.integers("plane_number", words.len())?;
-    let branch = table.integers("branch", words.len())?;
-    let error = table.reals("error", words.len())?;
-    let values = axes.iter().map(|axis| table.reals(&axis.name, words.len()));
+    let number = table.numbers::<i32>("plane_number", words.len())?;
+    let branch = table.numbers::<i32>("branch", words.len())?;
+    let error = table.numbers::<f64>("error", words.len())?;
+    let values = axes.iter().map(|axis| table.numbers::<f64>(&axis.name, words.len()));
     let values = values.collect::<Result<Vec<_>, _>>()?;
     let mut before = None;
     for (row, word) in words.iter().enumerate() {
@@ -184,29 +184,17 @@ impl Table<'_> {
         Err(Unfit::Foreign(why))
     }
 
-    fn numbers<T: hdf5::H5Type>(
-        &self,
-        name: &str,
-        kind: &TypeDescriptor,
-        rows: usize,
-    ) -> Result<Vec<T>, Unfit> {
-        let dataset = self.column(name, kind)?;
+    /// The numbers of a column with so many rows.
+    fn numbers<T: H5Type>(&self, name: &str, rows: usize) -> Result<Vec<T>, Unfit> {
+        let dataset = self.column(name, &T::type_descriptor())?;
         match dataset.size() {
             found if found == rows => Ok(dataset.read_raw::<T>()?),
             found => Err(Unfit::Foreign(format!("{GROUP}/{name} has {found} rows instead of {rows}"))),
         }
     }
 
-    fn reals(&self, name: &str, rows: usize) -> Result<Vec<f64>, Unfit> {
-        self.numbers(name, &TypeDescriptor::Float(FloatSize::U8), rows)
-    }
-
-    fn integers(&self, name: &str, rows: usize) -> Result<Vec<i32>, Unfit> {
-        self.numbers(name, &TypeDescriptor::Integer(IntSize::U4), rows)
-    }
-
     fn words(&self, name: &str) -> Result<Vec<String>, Unfit> {
-        let dataset = self.column(name, &TypeDescriptor::Integer(IntSize::U1))?;
+        let dataset = self.column(name, &i8::type_descriptor())?;
         let meanings = match value::read(&dataset, "flag_meanings")? {
             Some(Value::Text(text)) => text,
             _ => String::new(),
@@ -224,9 +212,9 @@ impl Table<'_> {
 /// Fingerprint of a column, as its attribute `sha256`; `None` for a kind that no column has.
 pub(super) fn fingerprint_of(column: &Dataset) -> hdf5::Result<Option<Value>> {
     let digest = match column.dtype()?.to_descriptor()? {
-        TypeDescriptor::Float(FloatSize::U8) => fingerprint::reals(&column.read_raw()?),
-        TypeDescriptor::Integer(IntSize::U4) => fingerprint::integers(&column.read_raw()?),
-        TypeDescriptor::Integer(IntSize::U1) => fingerprint::codes(&column.read_raw()?),
+        kind if kind == f64::type_descriptor() => fingerprint::reals(&column.read_raw()?),
+        kind if kind == i32::type_descriptor() => fingerprint::integers(&column.read_raw()?),
+        kind if kind == i8::type_descriptor() => fingerprint::codes(&column.read_raw()?),
         _ => return Ok(None),
     };
     Ok(Some(fingerprint::of_one_tile(&digest)))

@@ -177,10 +177,10 @@ impl StoreError {
         }
     }
 
-    /// The error of a variable that cannot be used.
-    pub(super) fn unfit(variable: &str, path: &Path, unfit: Unfit) -> Self {
+    /// The error of a part of a file that cannot be used.
+    pub(super) fn unfit(doing: impl Into<String>, path: &Path, unfit: Unfit) -> Self {
         match unfit {
-            Unfit::Unreadable(error) => Self::hdf5(format!("read {variable} in"), path, &error),
+            Unfit::Unreadable(error) => Self::hdf5(doing, path, &error),
             Unfit::Foreign(why) => StoreError::NotAMap { path: path.to_path_buf(), why },
         }
     }

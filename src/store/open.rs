@@ -32,10 +32,10 @@ impl MapFile {
         for variable in &map.schema.variables {
             let dataset = map.dataset(&variable.name)?;
             trust::variable(&dataset, &map.schema, variable)
-                .map_err(|unfit| StoreError::unfit(&variable.name, path, unfit))?;
+                .map_err(|unfit| StoreError::unfit(format!("read {} in", variable.name), path, unfit))?;
         }
         map.curves = curves::read(&map.file, &map.schema.grid, map.length)
-            .map_err(|unfit| StoreError::unfit(curves::GROUP, path, unfit))?;
+            .map_err(|unfit| StoreError::unfit(format!("read {} in", curves::GROUP), path, unfit))?;
         match map.sealed {
             true => Ok(map),
             false => match check::contents(&map).problems.first() {

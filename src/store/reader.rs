@@ -48,10 +48,7 @@ impl MapFile {
     pub(super) fn open_layout(path: &Path) -> Result<Self, StoreError> {
         let not_a_map = |why| StoreError::NotAMap { path: path.to_path_buf(), why };
         let (file, length) = open_file(path)?;
-        trust::own_members(&file).map_err(|unfit| match unfit {
-            Unfit::Unreadable(error) => StoreError::hdf5("list the variables of", path, &error),
-            Unfit::Foreign(why) => not_a_map(why),
-        })?;
+        trust::own_members(&file).map_err(|unfit| StoreError::unfit("list the variables of", path, unfit))?;
         let attributes = root_attributes(&file, path)?;
         let schema = read_schema(&file, path, length, &attributes)?;
         trust::grid(&schema, length).map_err(not_a_map)?;
@@ -334,13 +331,10 @@ fn read_schema(
         .ok_or_else(|| not_a_map(format!("this version of slipmap does not know its friction law {law}")))?;
     let mut nodes = Vec::new();
     for name in Grid::axis_names(&law) {
-        let failed = |error| StoreError::hdf5(format!("read the axis {name} of"), path, &error);
-        let axis = file.dataset(name).map_err(failed)?;
-        trust::axis(&axis, name, length).map_err(|unfit| match unfit {
-            Unfit::Unreadable(error) => failed(error),
-            Unfit::Foreign(why) => not_a_map(why),
-        })?;
-        nodes.push(axis.read_raw::<f64>().map_err(failed)?);
+        nodes.push(
+            read_axis(file, name, length)
+                .map_err(|unfit| StoreError::unfit(format!("read the axis {name} of"), path, unfit))?,
+        );
     }
     let grid = Grid::new(law, nodes).map_err(|error| not_a_map(error.to_string()))?;
     let tile_shape: Vec<usize> = match attributes.get("tile_shape") {
@@ -374,6 +368,13 @@ fn read_schema(
         })?);
     }
     Ok(Schema::new(grid, tile_shape, methods, fields))
+}
+
+/// Reads the nodes of an axis.
+fn read_axis(file: &File, name: &str, length: u64) -> Result<Vec<f64>, Unfit> {
+    let axis = file.dataset(name)?;
+    trust::axis(&axis, name, length)?;
+    Ok(axis.read_raw()?)
 }
 
 /// Reads what the file says of a method. The texts come from the file, not from the table of methods, because
