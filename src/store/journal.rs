@@ -108,7 +108,7 @@ impl Journal {
                 return Err(StoreError::InTheWay(path.to_path_buf()));
             }
             let mut options = OpenOptions::new();
-            let mut file =
+            let file =
                 options.read(true).write(true).create(true).truncate(false).open(path).map_err(failed)?;
             let locked = match fs4::FileExt::try_lock(&file) {
                 Ok(()) => true,
@@ -121,11 +121,11 @@ impl Journal {
             if !still_there(&file, path) {
                 continue; // The run that held the lock has just finished and removed it.
             }
-            let mut first = [0; MAGIC.len()];
+            let mut first = Vec::new();
             let length = file.metadata().map_err(failed)?.len();
-            let known = read_up_to(&mut file, &mut first).map_err(failed)?;
+            (&file).take(MAGIC.len() as u64).read_to_end(&mut first).map_err(failed)?;
             // Accept a partial or empty magic as well: a kill within the first write leaves that.
-            if !MAGIC.starts_with(&first[..known]) {
+            if !MAGIC.starts_with(&first) {
                 return Err(StoreError::InTheWay(path.to_path_buf()));
             }
             let (path, synced, keep) = (path.to_path_buf(), Instant::now(), length > 0);
@@ -253,20 +253,6 @@ fn still_there(_: &File, _: &Path) -> bool {
     true
 }
 
-/// Fills `buffer` as far as the file reaches; returns the number of bytes read.
-fn read_up_to(reader: &mut impl Read, buffer: &mut [u8]) -> io::Result<usize> {
-    let mut filled = 0;
-    while filled < buffer.len() {
-        match reader.read(&mut buffer[filled..]) {
-            Ok(0) => break,
-            Ok(n) => filled += n,
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-            Err(error) => return Err(error),
-        }
-    }
-    Ok(filled)
-}
-
 /// Reads the next frame into `contents`; returns its kind and the length of its first part, or `None` if it
 /// is not whole.
 fn read_frame(
@@ -275,8 +261,8 @@ fn read_frame(
     longest: u64,
     contents: &mut Vec<u8>,
 ) -> io::Result<Option<(Kind, usize)>> {
-    let mut found = [0; HEAD];
-    if read_up_to(reader, &mut found)? < HEAD || found[..8] != MAGIC {
+    let mut found = Vec::with_capacity(HEAD);
+    if reader.take(HEAD as u64).read_to_end(&mut found)? < HEAD || found[..8] != MAGIC {
         return Ok(None);
     }
     let number = |at: usize| found[at..at + 8].iter().rev().fold(0, |n, &byte| n << 8 | u64::from(byte));
@@ -288,12 +274,12 @@ fn read_frame(
         return Ok(None);
     };
     let (Ok(length), Ok(first)) = (usize::try_from(length), usize::try_from(a)) else { return Ok(None) };
-    contents.resize(length, 0);
-    if read_up_to(reader, contents)? < length {
+    contents.clear();
+    if reader.take(length as u64).read_to_end(contents)? < length {
         return Ok(None);
     }
     let fingerprint = Sha256::digest(&contents[..first]).into();
-    Ok((head(code, a, &fingerprint, &contents[first..]) == found).then_some((kind, first)))
+    Ok((found == head(code, a, &fingerprint, &contents[first..])).then_some((kind, first)))
 }
 
 #[cfg(test)]
