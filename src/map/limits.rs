@@ -62,21 +62,14 @@ const SECTIONS: u32 = 24;
 pub(crate) const WORK: u64 = 6_000_000;
 
 /// Reason why a limit is unknown.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Unknown {
     /// The simulated flow has no answer at some smaller eps.
+    #[error("the simulated flow gives no answer at some smaller epsilon")]
     NoFlow,
     /// The budget `WORK` was spent before it was found.
+    #[error("its search was given up, since it takes too much work")]
     GivenUp,
-}
-
-impl std::fmt::Display for Unknown {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Unknown::NoFlow => "the simulated flow gives no answer at some smaller epsilon",
-            Unknown::GivenUp => "its search was given up, since it takes too much work",
-        })
-    }
 }
 
 /// The range of eps, from 0 up, in which a statement holds.
