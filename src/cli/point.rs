@@ -8,7 +8,7 @@ use super::Failure;
 use super::output::exact;
 use crate::config::{decimal_comma, nearest, point_into, point_of, read_table};
 use crate::friction::{Expression, Law};
-use crate::map::{Grid, GridError};
+use crate::map::Grid;
 use crate::point::Point;
 use crate::probe::{axis_names, flag};
 
@@ -150,10 +150,12 @@ impl PointArguments {
         }
         let values: Vec<f64> = axes.iter().filter_map(|name| value(name)).collect();
         let point = point_of(law, &values).map_err(|error| {
-            let (name, value, wanted) = invalid_coordinate(&error);
+            // A grid of one cell has no other errors.
+            let Some((name, value, wanted)) = error.illegal() else { unreachable!("{error}") };
+            let value = exact(value);
             Failure::BadInput(format!(
                 "{}{value}: not a legal value\n  help: {name} must be {wanted}",
-                flag(&name)
+                flag(name)
             ))
         })?;
         check_law(law, &point).map_err(Failure::BadInput)?;
@@ -241,16 +243,6 @@ fn description(name: &str) -> String {
     };
     let mut letters = phrase.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
-}
-
-/// The illegal coordinate of a point, its value, and the condition that it violates.
-fn invalid_coordinate(error: &GridError) -> (String, String, String) {
-    match error {
-        GridError::OutOfDomain { axis, value, domain } => (axis.clone(), exact(*value), domain.clone()),
-        GridError::NotFinite { axis, value } => (axis.clone(), exact(*value), "finite".into()),
-        // A grid of one cell has no other errors.
-        other => (String::new(), String::new(), other.to_string()),
-    }
 }
 
 #[cfg(test)]

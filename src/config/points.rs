@@ -128,12 +128,8 @@ impl PointTable {
     pub fn point(&self, row: &ByteRecord, law: &Law) -> Result<Point, ConfigError> {
         let values: Vec<f64> = self.values(row)?.into_iter().map(|(_, value)| value).collect();
         point_of(law, &values).map_err(|error| {
-            let (name, wanted) = match &error {
-                GridError::OutOfDomain { axis, domain, .. } => (axis.as_str(), domain.clone()),
-                GridError::NotFinite { axis, .. } => (axis.as_str(), "finite".to_owned()),
-                // A grid of one cell has no other errors.
-                other => ("", other.to_string()),
-            };
+            // A grid of one cell has no other errors.
+            let Some((name, _, wanted)) = error.illegal() else { unreachable!("{error}") };
             self.illegal(row, name, &format!("is out of range: {name} must be {wanted}"))
         })
     }

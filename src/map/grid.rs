@@ -176,6 +176,18 @@ pub enum GridError {
     TooLarge,
 }
 
+impl GridError {
+    /// Of a value that is not legal: its axis, the value, and the condition that it violates; `None` for other
+    /// errors.
+    pub(crate) fn illegal(&self) -> Option<(&str, f64, &str)> {
+        match self {
+            GridError::OutOfDomain { axis, value, domain } => Some((axis, *value, domain)),
+            GridError::NotFinite { axis, value } => Some((axis, *value, "finite")),
+            _ => None,
+        }
+    }
+}
+
 /// The axes of a law with their roles, in the order of a map's dimensions.
 fn axes_of(law: &Law) -> impl Iterator<Item = (AxisRole, &Parameter)> {
     let own = law.parameters().iter().enumerate().map(|(i, parameter)| (AxisRole::Law(i), parameter));
