@@ -1,4 +1,4 @@
-//! Enums whose variants have names.
+//! Enums whose variants have names, and sums whose parts have names.
 
 /// Defines an enum and the name of each variant: `Variant => "name"`. Adds the constant `ALL`, every variant in the order
 /// of the definition, and the method `name`.
@@ -29,4 +29,31 @@ macro_rules! named {
     };
 }
 
-pub(crate) use named;
+/// Defines a structure of numbers that are summed up part by part, with each part's name.
+macro_rules! named_sums {
+    (
+        $(#[$about:meta])*
+        $visible:vis struct $Sums:ident of $Number:ident {
+            $($(#[$doc:meta])* $shown:vis $part:ident,)+
+        }
+    ) => {
+        $(#[$about])*
+        $visible struct $Sums {
+            $($(#[$doc])* $shown $part: $Number,)+
+        }
+
+        impl $Sums {
+            /// The parts with their names, for reports.
+            pub(crate) fn named(&self) -> [(&'static str, $Number); [$(stringify!($part)),+].len()] {
+                [$((stringify!($part), self.$part)),+]
+            }
+
+            /// Adds other sums, part by part.
+            pub(crate) fn add(&mut self, other: &Self) {
+                $(self.$part += other.$part;)+
+            }
+        }
+    };
+}
+
+pub(crate) use {named, named_sums};

@@ -1,6 +1,7 @@
 //! Statistics of tiles: cells counted, processor seconds, audit results.
 
 use super::{Audit, Contradictions, LISTED, Method, Paths, Plan, Runs, TileData, Verdict};
+use crate::named::named_sums;
 use crate::point::Point;
 
 /// A cell on which a method failed.
@@ -22,60 +23,32 @@ pub struct MethodAccount {
     pub(crate) counts: [u64; 5],
 }
 
-/// Processor seconds of the stages of a run that belong to no method.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "store", derive(serde::Serialize, serde::Deserialize))]
-pub struct Stages {
-    /// Creating the columns of the tiles with their friction curves.
-    pub(crate) columns: f64,
-    /// Interpolating critical dampings and backbones between columns.
-    pub(crate) interpolation: f64,
-    /// Computing the field `regime`.
-    pub(crate) regime: f64,
-    /// Computing the other fields that follow orbits: landings, cycles, basins, limits in eps; also the
-    /// simulation, if it is not among the methods.
-    pub(crate) fields: f64,
-    /// The self-audit.
-    pub(crate) audit: f64,
-    /// Packing tiles: compression, fingerprints, counts.
-    pub(crate) pack: f64,
-    /// Writing packed tiles.
-    pub(crate) write: f64,
-    /// The curves of codimension one, on all threads.
-    pub(crate) curves: f64,
-    /// The proofs between the nodes, on all threads.
-    pub(crate) proofs: f64,
-    /// The rest: waiting threads, handing out tiles.
-    pub(crate) other: f64,
-}
-
-impl Stages {
-    /// The stages with their names, for reports.
-    pub(crate) fn named(&self) -> [(&'static str, f64); 10] {
-        let Self { columns, interpolation, regime, fields, audit, pack, write, curves, proofs, other } =
-            *self;
-        [
-            ("columns", columns),
-            ("interpolation", interpolation),
-            ("regime", regime),
-            ("fields", fields),
-            ("audit", audit),
-            ("pack", pack),
-            ("write", write),
-            ("curves", curves),
-            ("proofs", proofs),
-            ("other", other),
-        ]
-    }
-
-    /// The seconds, in the order of [`Stages::named`].
-    fn seconds_mut(&mut self) -> [&mut f64; 10] {
-        let Self { columns, interpolation, regime, fields, audit, pack, write, curves, proofs, other } = self;
-        [columns, interpolation, regime, fields, audit, pack, write, curves, proofs, other]
-    }
-
-    fn add(&mut self, other: &Stages) {
-        self.seconds_mut().into_iter().zip(other.named()).for_each(|(sum, (_, seconds))| *sum += seconds);
+named_sums! {
+    /// Processor seconds of the stages of a run that belong to no method.
+    #[derive(Clone, Copy, Debug, Default, PartialEq)]
+    #[cfg_attr(feature = "store", derive(serde::Serialize, serde::Deserialize))]
+    pub struct Stages of f64 {
+        /// Creating the columns of the tiles with their friction curves.
+        pub(crate) columns,
+        /// Interpolating critical dampings and backbones between columns.
+        pub(crate) interpolation,
+        /// Computing the field `regime`.
+        pub(crate) regime,
+        /// Computing the other fields that follow orbits: landings, cycles, basins, limits in eps; also the
+        /// simulation, if it is not among the methods.
+        pub(crate) fields,
+        /// The self-audit.
+        pub(crate) audit,
+        /// Packing tiles: compression, fingerprints, counts.
+        pub(crate) pack,
+        /// Writing packed tiles.
+        pub(crate) write,
+        /// The curves of codimension one, on all threads.
+        pub(crate) curves,
+        /// The proofs between the nodes, on all threads.
+        pub(crate) proofs,
+        /// The rest: waiting threads, handing out tiles.
+        pub(crate) other,
     }
 }
 

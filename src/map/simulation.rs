@@ -11,6 +11,7 @@ use super::{Engine, Verdict};
 use crate::certify::{Claim, Columns, Decision, landing};
 use crate::filippov::Oscillator;
 use crate::friction::Column;
+use crate::named::named_sums;
 use crate::simulate::{
     CriticalDamping, NoCriticalDamping,
     critical::critical_dampings,
@@ -20,58 +21,25 @@ use crate::simulate::{
     surface,
 };
 
-/// Number of cells that each path decided.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "store", derive(serde::Serialize, serde::Deserialize))]
-pub struct Paths {
-    /// Columns decided whole by the certificate `symmetric`, never simulated.
-    pub(crate) certificate: u64,
-    /// By comparison with the column's critical damping, read off the universal surface.
-    pub(crate) universal_surface: u64,
-    /// By comparison with a critical damping interpolated between columns of the same tile.
-    pub interpolation: u64,
-    /// By comparison with the column's critical damping, solved for.
-    pub(crate) critical_surface: u64,
-    /// By the monotone order of fates between two simulated cells of the column.
-    pub(crate) order: u64,
-    /// By their margin, or by an orbit of their own: the return map, or the direct engine where it does not apply.
-    pub(crate) return_map: u64,
-    /// By the direct engine, as configured.
-    pub(crate) direct: u64,
-}
-
-impl Paths {
-    /// The paths and their counts, for reports.
-    pub(crate) fn named(&self) -> [(&'static str, u64); 7] {
-        [
-            ("certificate", self.certificate),
-            ("universal_surface", self.universal_surface),
-            ("interpolation", self.interpolation),
-            ("critical_surface", self.critical_surface),
-            ("order", self.order),
-            ("return_map", self.return_map),
-            ("direct", self.direct),
-        ]
-    }
-
-    /// The counts, in the order of [`Paths::named`].
-    fn counts_mut(&mut self) -> [&mut u64; 7] {
-        let Self {
-            certificate,
-            universal_surface,
-            interpolation,
-            critical_surface,
-            order,
-            return_map,
-            direct,
-        } = self;
-        [certificate, universal_surface, interpolation, critical_surface, order, return_map, direct]
-    }
-
-    pub(super) fn add(&mut self, other: &Paths) {
-        for (own, (_, others)) in self.counts_mut().into_iter().zip(other.named()) {
-            *own += others;
-        }
+named_sums! {
+    /// Number of cells that each path decided.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    #[cfg_attr(feature = "store", derive(serde::Serialize, serde::Deserialize))]
+    pub struct Paths of u64 {
+        /// Columns decided whole by the certificate `symmetric`, never simulated.
+        pub(crate) certificate,
+        /// By comparison with the column's critical damping, read off the universal surface.
+        pub(crate) universal_surface,
+        /// By comparison with a critical damping interpolated between columns of the same tile.
+        pub interpolation,
+        /// By comparison with the column's critical damping, solved for.
+        pub(crate) critical_surface,
+        /// By the monotone order of fates between two simulated cells of the column.
+        pub(crate) order,
+        /// By their margin, or by an orbit of their own: the return map, or the direct engine where it does not apply.
+        pub(crate) return_map,
+        /// By the direct engine, as configured.
+        pub(crate) direct,
     }
 }
 
