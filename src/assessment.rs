@@ -2,11 +2,11 @@
 //! it stick-slips and may stick-slip, the motion, its sensitivities, and what is proved.
 
 use crate::behaviour::{Behaviour, Limit, behaviour, belt_speeds, last_between};
-use crate::certify::{Decision, Guarantee, TESTS, validated};
+use crate::certify::{Guarantee, TESTS, validated};
 use crate::filippov::Oscillator;
 use crate::friction::Law;
 use crate::machine::{Machine, Model};
-use crate::map::{self, LongRun, Regime};
+use crate::map::{self, LongRun, Regime, Verdict};
 use crate::point::Point;
 use crate::simulate::slip_count::{count_slip_cycles, proves_absence};
 use crate::simulate::slip_cycle::Kick;
@@ -155,11 +155,7 @@ pub(crate) fn assess(machine: &Machine) -> Option<Assessment> {
     let theorems = TESTS.iter().filter(|test| test.guarantee != Guarantee::Asymptotic);
     let proofs = theorems.chain([&validated::TEST]).map(|test| Proof {
         test: test.name,
-        verdict: match (test.claim)(&column).decide(point.damping) {
-            Decision::Present => "present",
-            Decision::Absent => "absent",
-            Decision::Undecided => "undecided",
-        },
+        verdict: Verdict::from((test.claim)(&column).decide(point.damping)).name(),
     });
     let mut proofs: Vec<Proof> = proofs.collect();
     // Far from the boundary a count is enough; it takes longer than the tests.

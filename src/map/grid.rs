@@ -213,10 +213,7 @@ impl Grid {
     /// The coordinates of a point: each axis of `law` with its value, in the order of [`Grid::axis_names`].
     #[must_use]
     pub fn coordinates(law: &Law, point: &Point) -> Vec<(&'static str, f64)> {
-        let values = std::iter::once(point.epsilon)
-            .chain(point.law.as_slice().iter().copied())
-            .chain([point.belt_speed, point.damping]);
-        Self::axis_names(law).into_iter().zip(values).collect()
+        axes_of(law).map(|(role, parameter)| (parameter.name, role.of(point))).collect()
     }
 
     /// Checks one value of one axis against its legal domain.

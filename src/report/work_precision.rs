@@ -8,7 +8,7 @@ use super::table::{Cell as Entry, ColumnOf, Show, Table};
 use super::text::{Rich, rich};
 use super::{Existing, ReportError, figure, write};
 use crate::benchmark::{self, Cell, Errors, Kind, Labels, Row, Study};
-use crate::store::{self, Provenance, Records, Series, Value};
+use crate::store::{self, Contents, Provenance, Records, Series, Value};
 
 impl Study {
     /// Adds the measurements of `scripts/peers`: from `path`, or from that of the files `peers-*.csv` of
@@ -132,13 +132,14 @@ impl Study {
         let mut series = Vec::new();
         for (column, heading) in table.columns.iter().enumerate() {
             let long_name = heading.heading.plain();
-            series.push(match heading.key.as_str() {
-                "kind" | "method" | "knob" => Series::words("point", &heading.key, &long_name, texts(column)),
-                key => Series::reals("point", key, &long_name, numbers(column)),
-            });
+            let contents = match heading.key.as_str() {
+                "kind" | "method" | "knob" => Contents::Words(texts(column)),
+                _ => Contents::Reals(numbers(column)),
+            };
+            series.push(Series::new("point", &heading.key, &long_name, contents));
         }
         let cell = |key: &str, long_name: &str, of: &dyn Fn(&Cell) -> f64| {
-            Series::reals("cell", key, long_name, self.cells.iter().map(of).collect())
+            Series::new("cell", key, long_name, Contents::Reals(self.cells.iter().map(of).collect()))
         };
         for axis in self.grid.axes() {
             series.push(cell(&axis.name, &axis.long_name, &|cell| axis.role.of(&cell.point)));

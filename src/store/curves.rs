@@ -8,6 +8,7 @@ use crate::map::{Axis, CURVE_COLUMNS, Grid, Plane, PlaneCurve, PlaneCurves, Plan
 use crate::simulate::bifurcation::Bifurcation;
 
 use super::create::{group_of_tables, seal_attributes};
+use super::records::Contents::{Integers, Reals, Words};
 use super::records::{Series, write_tables};
 use super::trust::{self, Unfit};
 use super::value;
@@ -41,8 +42,8 @@ pub(super) fn write(file: &File, grid: &Grid, planes: &[PlaneCurves]) -> hdf5::R
         planes.iter().map(|curves| axes[position(&curves.plane)].name.clone()).collect()
     };
     let mut columns = vec![
-        Series::words(PLANE, "plane_x", "first axis of the plane", word(|plane| plane.x)),
-        Series::words(PLANE, "plane_y", "second axis of the plane", word(|plane| plane.y)),
+        Series::new(PLANE, "plane_x", "first axis of the plane", Words(word(|plane| plane.x))),
+        Series::new(PLANE, "plane_y", "second axis of the plane", Words(word(|plane| plane.y))),
     ];
     for (position, axis) in axes.iter().enumerate() {
         let values = planes.iter().map(|PlaneCurves { plane, .. }| match position {
@@ -50,7 +51,7 @@ pub(super) fn write(file: &File, grid: &Grid, planes: &[PlaneCurves]) -> hdf5::R
             _ => axis.values[plane.held[position]],
         });
         let long_name = format!("value at which {} is held, NaN in the plane", axis.name);
-        columns.push(Series::reals(PLANE, &held(axis), &long_name, values.collect()));
+        columns.push(Series::new(PLANE, &held(axis), &long_name, Reals(values.collect())));
     }
     if planes.iter().any(|curves| curves.points() > 0) {
         columns.extend(points(axes, planes));
@@ -82,16 +83,16 @@ fn points(axes: &[Axis], planes: &[PlaneCurves]) -> Vec<Series> {
         }
     }
     let mut columns = vec![
-        Series::integers(POINT, "plane_number", "number of the plane", number),
-        Series::words(POINT, "curve", "what happens on the curve", curve),
-        Series::integers(POINT, "branch", "number of the connected curve in its plane and kind", branch),
+        Series::new(POINT, "plane_number", "number of the plane", Integers(number)),
+        Series::new(POINT, "curve", "what happens on the curve", Words(curve)),
+        Series::new(POINT, "branch", "number of the connected curve in its plane and kind", Integers(branch)),
     ];
     for (axis, values) in axes.iter().zip(values) {
-        columns.push(Series::reals(POINT, &axis.name, &axis.long_name, values));
+        columns.push(Series::new(POINT, &axis.name, &axis.long_name, Reals(values)));
     }
     let long_name = "estimate of the distance from the curve, in sides of the plane, which is logarithmic along axes of \
                      equal ratios";
-    columns.push(Series::reals(POINT, "error", long_name, error));
+    columns.push(Series::new(POINT, "error", long_name, Reals(error)));
     columns
 }
 

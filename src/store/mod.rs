@@ -102,4 +102,4 @@ pub(crate) use partial::{Left, left, remove_unfinished};
 pub use partial::{PartialMap, Resumed};
 pub(crate) use reader::SIGNATURE;
 pub use reader::{MapFile, Pick};
-pub(crate) use records::{Records, Series, write_records};
+pub(crate) use records::{Contents, Records, Series, write_records};

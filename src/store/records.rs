@@ -13,8 +13,10 @@ use super::error::StoreError;
 use super::sys::{self, Ending, ScaleUse};
 use super::value;
 
+/// The contents of a column.
 #[derive(Clone, Debug, PartialEq)]
-enum Contents {
+pub(crate) enum Contents {
+    /// Real numbers; NaN for missing values.
     Reals(Vec<f64>),
     Integers(Vec<i32>),
     /// Words, stored as the numbers of `flag_meanings`.
@@ -31,20 +33,9 @@ pub(crate) struct Series {
 }
 
 impl Series {
-    /// A column of real numbers along `dimension`; NaN for missing values.
-    pub(crate) fn reals(dimension: &'static str, name: &str, long_name: &str, values: Vec<f64>) -> Self {
-        Self { dimension, name: name.into(), long_name: long_name.into(), contents: Contents::Reals(values) }
-    }
-
-    /// A column of whole numbers along `dimension`.
-    pub(crate) fn integers(dimension: &'static str, name: &str, long_name: &str, values: Vec<i32>) -> Self {
-        let contents = Contents::Integers(values);
+    /// A column along `dimension`.
+    pub(crate) fn new(dimension: &'static str, name: &str, long_name: &str, contents: Contents) -> Self {
         Self { dimension, name: name.into(), long_name: long_name.into(), contents }
-    }
-
-    /// A column of words along `dimension`.
-    pub(crate) fn words(dimension: &'static str, name: &str, long_name: &str, values: Vec<String>) -> Self {
-        Self { dimension, name: name.into(), long_name: long_name.into(), contents: Contents::Words(values) }
     }
 
     fn len(&self) -> usize {
