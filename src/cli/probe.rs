@@ -182,7 +182,7 @@ fn probe_point(
 ) -> Result<Ended, Failure> {
     if let Some(path) = &arguments.proof {
         proof::check_place(path, arguments.overwrite)?;
-        proof::write_point(&PointCertificate::of(law, point), path, arguments.overwrite)?;
+        proof::write_text(PointCertificate::of(law, point).text(), path, arguments.overwrite)?;
     }
     write_orbit(arguments, law, point, machine.map(|(_, model)| model))?;
     let answer = Answer::of(law, point, tolerance, Method::all());

@@ -89,16 +89,12 @@ pub(super) fn write(surface: &Surface, run: &str, path: &Path, overwrite: bool) 
     write_text(Certificate::of(surface, run).text(), path, overwrite || own())
 }
 
-/// Writes the certificate of a point atomically.
-pub(super) fn write_point(
-    certificate: &PointCertificate,
+/// Writes the text of a certificate atomically.
+pub(super) fn write_text(
+    text: serde_json::Result<String>,
     path: &Path,
-    overwrite: bool,
+    replace: bool,
 ) -> Result<(), Failure> {
-    write_text(certificate.text(), path, overwrite)
-}
-
-fn write_text(text: serde_json::Result<String>, path: &Path, replace: bool) -> Result<(), Failure> {
     let broken = |error: &dyn std::fmt::Display| {
         Failure::Broken(format!("{}: the proof cannot be written: {error}", path.display()))
     };

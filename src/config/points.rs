@@ -40,7 +40,7 @@ impl PointTable {
     /// # Errors
     /// The file cannot be read, or a column is missing or occurs twice.
     pub fn open(path: &Path, law: &Law) -> Result<Self, ConfigError> {
-        Self::with_columns(path, |name, header| find_axes(name, header, &Grid::axis_names(law), true))
+        Self::with_columns(path, &Grid::axis_names(law), true)
     }
 
     /// The same with the columns of those `quantities` of a machine that the header names, at least one.
@@ -48,13 +48,10 @@ impl PointTable {
     /// # Errors
     /// The file cannot be read, or has no such column, or one of them twice.
     pub(crate) fn of_machines(path: &Path, quantities: &[&'static str]) -> Result<Self, ConfigError> {
-        Self::with_columns(path, |name, header| find_axes(name, header, quantities, false))
+        Self::with_columns(path, quantities, false)
     }
 
-    fn with_columns(
-        path: &Path,
-        find: impl Fn(&str, &ByteRecord) -> Result<Vec<(&'static str, usize)>, ConfigError>,
-    ) -> Result<Self, ConfigError> {
+    fn with_columns(path: &Path, names: &[&'static str], all: bool) -> Result<Self, ConfigError> {
         let (name, source): (String, Box<dyn Read + Send + Sync>) = if path == Path::new("-") {
             ("standard input".into(), Box::new(io::stdin()))
         } else {
@@ -82,7 +79,7 @@ impl PointTable {
         if let Some(first) = header.get(0).and_then(|first| first.strip_prefix("\u{feff}".as_bytes())) {
             header = std::iter::once(first).chain(header.iter().skip(1)).collect();
         }
-        let columns = find(&name, &header)?;
+        let columns = find_axes(&name, &header, names, all)?;
         Ok(Self { name, reader, header, columns, parsed })
     }
 

@@ -158,9 +158,9 @@ impl Boundaries {
             let errors = vec![BoundaryError::default(); epsilons];
             boundaries.methods.push(MethodBoundary { method: method.name.clone(), errors, order: None });
         }
-        for block in blocks(map) {
+        for ranges in blocks(map) {
             check(control)?;
-            let columns = Block::of(map.grid(), block);
+            let columns = Block { grid: map.grid(), ranges };
             let exact = if stored {
                 columns.stored(map, &exact)?
             } else {
@@ -219,11 +219,7 @@ struct Block<'a> {
     ranges: Vec<Range<usize>>,
 }
 
-impl<'a> Block<'a> {
-    fn of(grid: &'a Grid, ranges: Vec<Range<usize>>) -> Self {
-        Self { grid, ranges }
-    }
-
+impl Block<'_> {
     fn len(&self) -> usize {
         self.ranges.iter().map(ExactSizeIterator::len).product()
     }

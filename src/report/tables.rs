@@ -12,7 +12,7 @@ use super::proved;
 use super::table::{Cell, Column, ColumnOf, Show, Table};
 use super::text::{Rich, rich};
 use super::units::{Label, View, join};
-use super::{Confusion, Report};
+use super::{Confusion, Report, SIMULATION};
 use crate::map::Verdict;
 use crate::store::MapFile;
 
@@ -95,9 +95,7 @@ pub fn volume(view: &View, report: &Report) -> Table {
                 Cell::Real(volume.error * factor),
                 percent(volume.claimed, verdicts.box_volume).into(),
                 relative.and_then(|reference| percent(volume.claimed, reference.claimed)).into(),
-                relative_error
-                    .filter(|_| Some(&method.name) != simulation_name(map, verdicts.simulation))
-                    .into(),
+                relative_error.filter(|_| method.name != SIMULATION).into(),
                 relative.and_then(|reference| percent(volume.confirmed, reference.claimed)).into(),
             ]);
         }
@@ -134,10 +132,6 @@ pub fn volume(view: &View, report: &Report) -> Table {
         rows,
         notes,
     }
-}
-
-fn simulation_name(map: &MapFile, position: Option<usize>) -> Option<&String> {
-    position.map(|position| &map.methods()[position].name)
 }
 
 /// "alpha from 0 to 0.9, gamma = 2" for every axis but eps.

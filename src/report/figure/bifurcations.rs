@@ -6,7 +6,7 @@ use super::data::Data;
 use super::legend::{Legend, Sample};
 use super::palette;
 use super::panels::Panel;
-use super::scene::{Place, Rect, Scene, Stroke};
+use super::scene::{Place, Scene, Stroke};
 use super::verdict_panels::{EXACT, HALO};
 use crate::map::PlaneCurves;
 use crate::simulate::bifurcation::Bifurcation;
@@ -43,8 +43,6 @@ pub(crate) fn draw(scene: &mut Scene, panel: &Panel, curves: &PlaneCurves, legen
         let of_kind = curves.curves.iter().filter(move |curve| curve.bifurcation == bifurcation);
         of_kind.map(|curve| curve.points.iter().map(|p| panel.place(p.x, p.y)).collect::<Vec<Place>>())
     };
-    let Rect { x, y, w, h } = panel.rect;
-    let shows = |p: &Place| (x..=x + w).contains(&p.0) && (y..=y + h).contains(&p.1);
     scene.clipped(panel.rect, |scene| {
         // White lines below all of them first, so that none covers another.
         for bifurcation in ORDER {
@@ -55,7 +53,7 @@ pub(crate) fn draw(scene: &mut Scene, panel: &Panel, curves: &PlaneCurves, legen
         }
     });
     for bifurcation in ORDER {
-        if places(bifurcation).any(|line| line.iter().filter(|p| shows(p)).count() > 1) {
+        if places(bifurcation).any(|line| line.iter().filter(|p| panel.rect.contains(**p)).count() > 1) {
             let (stroke, words) = line_style(bifurcation);
             legend.add(Sample::Line(stroke), rich(words));
         }

@@ -139,12 +139,8 @@ pub(super) fn draw(scene: &mut Scene, panel: &Panel, x: &[f64], y: &[f64], style
     let places: Vec<Place> = x.iter().zip(y).map(|(&x, &y)| panel.place(x, y)).collect();
     scene.clipped(panel.rect, |scene| scene.line(&places, &style.stroke));
     let step = places.len() / MARKS;
-    let inside = |place: &Place| {
-        let r = panel.rect;
-        (r.x..=r.x + r.w).contains(&place.0) && (r.y..=r.y + r.h).contains(&place.1)
-    };
     for place in places.iter().skip(step * (turn % 7) / 7 + step / 8).step_by(step.max(1)) {
-        if inside(place) {
+        if panel.rect.contains(*place) {
             scene.marker(style.marker, *place, 4.2, style.stroke.color, false);
         }
     }

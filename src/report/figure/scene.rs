@@ -68,6 +68,14 @@ pub(crate) struct Rect {
     pub(crate) h: f64,
 }
 
+impl Rect {
+    /// Returns whether a place lies in it or on its edge.
+    pub(crate) fn contains(&self, place: Place) -> bool {
+        let Rect { x, y, w, h } = *self;
+        (x..=x + w).contains(&place.0) && (y..=y + h).contains(&place.1)
+    }
+}
+
 /// Lines of a hatching.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Hatch {
