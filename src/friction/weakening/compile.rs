@@ -233,7 +233,8 @@ fn piece(law: &Form, a: f64, b: f64, size: &mut f64, last: bool) -> Option<Piece
         (phi, remainder)
     });
     if let Some((phi, remainder)) = proof {
-        if !(remainder <= aim || is_rounding(remainder)) && !last {
+        let reached = remainder <= aim || is_rounding(remainder);
+        if !reached && !last {
             return None;
         }
         let residual = points.iter().map(|&u| {
