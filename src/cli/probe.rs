@@ -103,8 +103,8 @@ Examples:
   slipmap probe --machine configs/brake_pad.toml --set damping=20 --points speeds.csv --out answers.csv
 
 A table with the header epsilon,alpha,beta,gamma,V,c (and any other columns) gains the columns
-verdict_METHOD and margin_METHOD of every method, critical_c, critical_c_error, regime, stick_time, slip_time, crossings, cycle_period, cycle_amplitude_x1, cycle_amplitude_x2,
-cycle_multiplier, boundary_velocity, boundary_multiplier, kick_forward and kick_backward. A cell is empty where there is no such number. Of a machine the header
+verdict_METHOD and margin_METHOD of the closed-form tests and of the simulation, critical_c, critical_c_error, regime, landing_x1, stick_time, slip_time, crossings,
+slip_cycles, cycle_period, cycle_amplitude_x1, cycle_amplitude_x2, cycle_multiplier, boundary_velocity, boundary_multiplier, kick_forward and kick_backward. A cell is empty where there is no such number. Of a machine the header
 names any of its quantities in SI units (belt_speed, damping, mass, ..), and the answers are in SI units.";
 
 fn parse_tolerance(text: &str) -> Result<f64, String> {
