@@ -152,7 +152,8 @@ impl<'a> Walk<'a> {
         Self { direction: -1.0, ..self }
     }
 
-    /// D in the direction of time at velocity `v`. Beyond the belt line it is constant: steps that pass the line are shortened to it,
+    /// D in the direction of time at velocity `v`. Beyond the belt line it is constant: steps that pass the line are
+    /// shortened to it,
     /// so this only has to be bounded.
     fn divergence(&self, v: f64) -> f64 {
         let slip = match self.side {

@@ -11,7 +11,7 @@ use slipmap::point::LawParameters;
 use slipmap::simulate::direct::{self, Start, trace};
 use slipmap::simulate::slip_count::count_slip_cycles;
 use slipmap::simulate::slip_cycle::{none_proved, slip_cycles};
-use slipmap::simulate::{Fate, critical_damping, flow};
+use slipmap::simulate::{Fate, critical_damping, dynamics, flow};
 
 /// The belt oscillator of J. J. Thomsen and A. Fidlin, "Analytical approximations for stick-slip vibration
 /// amplitudes", Int. J. Non-Linear Mech. 38 (2003) 389-403: x'' + 2 beta x' + x + g mu(x' - v) = 0, with
@@ -224,5 +224,50 @@ fn a_pair_of_slip_cycles_between_two_signs_is_found() {
         // They alternate in stability, the first being opposite to the equilibrium.
         assert_ne!(cycles[0].is_stable(), oscillator.eigenvalues().is_stable());
         assert_ne!(cycles[0].is_stable(), cycles[1].is_stable());
+    }
+}
+
+/// Steps of Runge and Kutta in reversed time, in which a cycle that repels attracts: the velocities at which the equilibrium's x1
+/// is passed, up and down, and the time of a turn.
+fn reversed(curve: impl Fn(f64) -> f64, [viscous, belt_speed]: [f64; 2], step: f64) -> [f64; 3] {
+    let slope = |[x1, x2]: [f64; 2]| [-x2, x1 + viscous * x2 - curve(belt_speed - x2)];
+    let rest = curve(belt_speed);
+    let mut here = [rest, 0.95 * belt_speed];
+    let (mut time, mut passes) = (0.0, Vec::new());
+    while passes.len() < 24 {
+        let along = |k: [f64; 2], share: f64| [here[0] + share * step * k[0], here[1] + share * step * k[1]];
+        let k1 = slope(here);
+        let k2 = slope(along(k1, 0.5));
+        let k3 = slope(along(k2, 0.5));
+        let k4 = slope(along(k3, 1.0));
+        let next: [f64; 2] =
+            std::array::from_fn(|i| here[i] + step / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]));
+        let [from, to] = [here[0] - rest, next[0] - rest];
+        if from * to < 0.0 {
+            let share = from / (from - to);
+            passes.push([time + share * step, here[1] + share * (next[1] - here[1])]);
+        }
+        (here, time) = (next, time + step);
+    }
+    let [before, middle, last] = [21, 22, 23].map(|i| passes[i]);
+    [last[1].max(middle[1]), -last[1].min(middle[1]), last[0] - before[0]]
+}
+
+/// A cycle whose multiplier leaves forward turns no digits is known as well as others.
+#[test]
+fn cycles_that_repel_strongly_are_followed_backward() {
+    for [speed, damping] in [[0.001, 0.01], [0.002, 0.02], [0.004, 0.01]] {
+        let law = Expression::new(&format!("0.5 + 0.5*exp(-u/{speed})"), 1.0).unwrap();
+        let law = Law::Expression(law);
+        let point = law.point(1.0, &[], 1.0, damping).unwrap();
+        let oscillator = Oscillator::new(&law, &point);
+        let found = dynamics(&oscillator, &flow(&oscillator, 1e-12), 1e-12).unwrap();
+        let [cycle] = &found.slip[..] else { panic!("{speed}: {found:?}") };
+        assert!(cycle.multiplier > 1e3, "{speed}: {cycle:?}");
+        let phi = |u: f64| 0.5 + 0.5 * (-u / speed).exp();
+        let [forward, backward, period] = reversed(phi, [damping, 1.0], 0.02 * speed);
+        let kick = found.kick.unwrap();
+        let pairs = [[kick.forward, forward], [kick.backward, backward], [cycle.period, period]];
+        assert!(pairs.iter().all(|[a, b]| (a - b).abs() < 1e-7), "{speed}: {pairs:?}");
     }
 }
