@@ -101,7 +101,10 @@ pub(super) fn simulate(
             }
             done.margins = Some(found);
         }
-        Engine::CriticalSurface | Engine::Auto => by_column(asked, cs, engine, tolerance, known, &mut done),
+        Engine::CriticalSurface | Engine::Auto => {
+            let first = if want_critical { tolerance } else { tolerance.max(ENOUGH_FOR_MOST) };
+            by_column(asked, cs, engine, [first, tolerance], known, &mut done);
+        }
     }
     if want_critical {
         complete_critical(asked, engine, tolerance, &mut done);
@@ -148,6 +151,9 @@ pub fn decide(columns: &[Column], cs: &[f64], engine: Engine, tolerance: f64) ->
         .map(End::verdict)
         .collect()
 }
+
+/// The tolerance of a critical damping that settles all cells of most columns.
+const ENOUGH_FOR_MOST: f64 = 1e-6;
 
 /// The smallest tolerance of the direct engine at which round-off does not affect its steps.
 pub(super) const FINEST_DIRECT: f64 = 1e-13;
@@ -218,15 +224,17 @@ enum Path {
 }
 
 /// Labels whole columns: for `auto` by interpolation, by certificate or by the universal surface where they
-/// decide every cell, else by one root per column and comparison.
+/// decide every cell, else by one root per column and comparison. A root has an error of about the first of
+/// the `tolerances`, or of the second where a cell lies within the error of the first.
 fn by_column(
     asked: &Columns,
     cs: &[f64],
     engine: Engine,
-    tolerance: f64,
+    tolerances: [f64; 2],
     known: &Interpolated,
     done: &mut Simulated,
 ) {
+    let tolerance = tolerances[1];
     let columns = asked.all();
     let path = |(number, column): (usize, &Column)| {
         let ends = cs.iter().map(|&c| known.end(number, column, c));
@@ -249,7 +257,7 @@ fn by_column(
     let paths: Vec<Path> = columns.iter().enumerate().map(path).collect();
     let rooted = columns.iter().zip(&paths).filter(|(_, path)| matches!(path, Path::Root(_)));
     let rooted: Vec<Column> = rooted.map(|(column, _)| column.clone()).collect();
-    let mut roots = critical_dampings(&rooted, tolerance).into_iter();
+    let mut roots = labelling_roots(&rooted, cs, tolerances).into_iter();
     for (number, (column, path)) in columns.iter().zip(paths).enumerate() {
         match path {
             Path::Interpolated(ends) => {
@@ -276,6 +284,27 @@ fn by_column(
             },
         }
     }
+}
+
+/// The critical dampings of columns, to the first of the `tolerances`, or to the second where cells at the dampings
+/// `cs` lie within the error of the first.
+fn labelling_roots(
+    columns: &[Column],
+    cs: &[f64],
+    [first, second]: [f64; 2],
+) -> Vec<Result<CriticalDamping, NoCriticalDamping>> {
+    let mut roots = critical_dampings(columns, first);
+    if second < first {
+        let settles = |root: &CriticalDamping| cs.iter().all(|&c| (c - root.c).abs() > root.error);
+        let open = (0..roots.len()).filter(|&number| !roots[number].as_ref().is_ok_and(settles));
+        let open: Vec<usize> = open.collect();
+        let again: Vec<Column> = open.iter().map(|&number| columns[number].clone()).collect();
+        for (number, root) in open.into_iter().zip(critical_dampings(&again, second)) {
+            let spent = roots[number].map_or(0, |root| root.rhs);
+            roots[number] = root.map(|root| CriticalDamping { rhs: root.rhs + spent, ..root });
+        }
+    }
+    roots
 }
 
 /// Labels one column from its critical damping; returns the number of cells that comparison decided.

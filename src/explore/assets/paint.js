@@ -70,21 +70,24 @@ export function paint(canvas, picture, catalogue, fit = [0, 1, 0, 1]) {
   const { cells } = picture;
   const of = picture.kinds ? tiles(picture.kinds, size) : tiles([NO_NUMBER], size);
   const scale = picture.kinds ? null : colours(picture, catalogue);
+  // Most cells are of the kind of the one before.
+  let [last, tile] = [NaN, null];
   for (let y = 0; y < height; y += 1) {
     const row = Math.floor((low + ((height - y - 0.5) / height) * (high - low)) * picture.height);
     if (row < 0 || row >= picture.height) continue;
+    const [first, line, stripe] = [row * picture.width, y * width, (y % size) * size];
     for (let x = 0; x < width; x += 1) {
       const at = column[x];
       if (at < 0 || at >= picture.width) continue;
-      const cell = cells[row * picture.width + at];
-      const place = (y % size) * size + (x % size);
-      if (!scale) out[y * width + x] = of.get(cell)[place];
-      else if (Number.isNaN(cell)) out[y * width + x] = of.get(0)[place];
-      else {
+      const cell = cells[first + at];
+      if (scale && !Number.isNaN(cell)) {
         const span = scale.most - scale.least;
         const unit = span > 0 ? Math.max(0, Math.min(1, (cell - scale.least) / span)) : 0.5;
-        out[y * width + x] = scale.lookup[Math.round(unit * (STEPS - 1))];
+        out[line + x] = scale.lookup[Math.round(unit * (STEPS - 1))];
+        continue;
       }
+      if (cell !== last) [last, tile] = [cell, of.get(scale ? 0 : cell)];
+      out[line + x] = tile[stripe + (x % size)];
     }
   }
   context.putImageData(image, 0, 0);
