@@ -299,7 +299,7 @@ mod tests {
             for ((name, limit), found) in limits.into_iter().zip(&mut found) {
                 let Some(limit) = limit else { continue };
                 *found += 1;
-                for share in [0.01, 0.1, 0.5, 0.9, 0.999] {
+                for share in [0.01, 0.5, 0.999] {
                     assert!(only(name, share * limit), "{name} {share} of {limit}: {machine:?}");
                 }
                 assert!(!only(name, 1.001 * limit), "{name} {limit}: {machine:?}");

@@ -181,7 +181,7 @@ fn changes() -> impl Strategy<Value = Vec<Change>> {
 fn configurations_never_panic() {
     let folder = tempfile::tempdir().unwrap();
     job(folder.path(), JOB.as_bytes(), &[]).unwrap();
-    proptest!(runs(2000), |(changes in changes(), set in "[a-zA-Z.]{0,12}=?[\\PC]{0,12}")| {
+    proptest!(runs(1000), |(changes in changes(), set in "[a-zA-Z.]{0,12}=?[\\PC]{0,12}")| {
         for sets in [&[][..], &[set]] {
             if let Err(message) = job(folder.path(), &damaged(JOB.as_bytes(), &changes), sets) {
                 prop_assert!(message.contains("help: "), "{message}");
@@ -223,7 +223,7 @@ fn tables_of_points_never_panic() {
         }
     };
     assert_eq!(read(POINTS.as_bytes()), Ok((3, 3)));
-    proptest!(runs(2000), |(changes in changes())| {
+    proptest!(runs(1000), |(changes in changes())| {
         match read(&damaged(POINTS.as_bytes(), &changes)) {
             Ok((rows, points)) => prop_assert_eq!(rows, points),
             Err(message) => {
@@ -254,7 +254,7 @@ fn measured_laws_never_panic() {
         slipmap::config::read_table(&path, 1.0)
     };
     read(TABLE.as_bytes()).unwrap();
-    proptest!(runs(2000), |(changes in changes())| {
+    proptest!(runs(1000), |(changes in changes())| {
         match read(&damaged(TABLE.as_bytes(), &changes)) {
             Ok(table) => prop_assert!(table.fastest() > 0.0 && table.fastest().is_finite()),
             Err((problem, remedy)) => {

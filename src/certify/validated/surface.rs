@@ -236,7 +236,7 @@ mod tests {
 
     #[test]
     fn a_surface_is_the_same_for_any_number_of_workers() {
-        let domain = GroupBox { a: [0.1, 0.8], k: [0.1, 0.6], b: [0.0, 0.02] };
+        let domain = GroupBox { a: [0.1, 0.4], k: [0.1, 0.3], b: [0.0, 0.02] };
         let refined = |workers: usize| {
             let prover = Workers(workers, Cell::new(0));
             let mut surface = Surface::new(domain);

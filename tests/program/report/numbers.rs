@@ -334,7 +334,7 @@ fn cost_failures_and_provenance_come_from_the_attributes() {
     }
     let axes = tables::axes(&View::new(map));
     assert_eq!(axes.rows.len(), AXES.len());
-    assert_eq!(axes.rows[3][2..5], [Cell::Count(3), Cell::Real(0.5), Cell::Real(3.0)]);
+    assert_eq!(axes.rows[3][2..5], [Cell::Count(3), Cell::Real(0.5), Cell::Real(2.0)]);
 }
 
 /// Whole ranges of a shape.

@@ -166,7 +166,7 @@ fn over_plane<'a>(x: &'a str, y: &'a str, at: &'a [At], variables: &'a [String])
 #[test]
 fn plots_report_fixed_axes_and_refuse_unknown_names() {
     let view = View::new(&SMALL);
-    let at = [("V".to_owned(), vec![3.0]), ("epsilon".to_owned(), vec![0.06])];
+    let at = [("V".to_owned(), vec![1.6]), ("epsilon".to_owned(), vec![0.06])];
     let variables: Vec<String> = view.map.variables().map(str::to_owned).collect();
     for variable in &variables {
         for (x, y) in [("gamma", "alpha"), ("alpha", "gamma")] {
@@ -174,9 +174,9 @@ fn plots_report_fixed_axes_and_refuse_unknown_names() {
                 figure::plot(&view, &over_plane(x, y, &at, std::slice::from_ref(variable))).unwrap();
             check_svg(&plotted.scene.svg("plot", &plotted.caption));
             let held = |axis: &str| plotted.held.iter().find(|held| held.axis == axis).map(|held| held.used);
-            assert_eq!((held("V"), held("epsilon")), (Some(4.0), Some(0.05)));
+            assert_eq!((held("V"), held("epsilon")), (Some(2.0), Some(0.05)));
             assert_eq!(held("c").is_none(), variable.starts_with("critical_c_"));
-            assert!(plotted.caption.plain().contains("V = 4"), "{}", plotted.caption.plain());
+            assert!(plotted.caption.plain().contains("V = 2"), "{}", plotted.caption.plain());
             assert_eq!(plotted.data.rows(), 9, "a row for each cell");
         }
     }
@@ -192,8 +192,8 @@ fn plots_report_fixed_axes_and_refuse_unknown_names() {
     assert!(refused("gamma", "c", &at("c", 1.0), None).contains("shown"));
     assert!(refused("gamma", "c", &[], Some("critical_c_symmetric")).contains("does not vary along `c`"));
     assert!(refused("gamma", "c", &at("V", f64::NAN), None).contains("finite"));
-    assert!(refused("gamma", "c", &at("V", 99.0), None).contains("from 0.5 to 4"));
-    let several = [("V".to_owned(), vec![1.0, 4.0])];
+    assert!(refused("gamma", "c", &at("V", 99.0), None).contains("from 0.5 to 2"));
+    let several = [("V".to_owned(), vec![1.0, 2.0])];
     assert!(refused("gamma", "c", &several, None).contains("several values"));
     let folder = tempfile::tempdir().unwrap();
     let bare = super::small(folder.path(), &["symmetric", "simulation"], &[Field::Verdict]);
@@ -265,7 +265,7 @@ fn methods_that_decide_nothing_in_a_plane_are_named_and_not_drawn() {
 fn one_axis_plots_draw_what_the_map_stores() {
     let view = View::new(&SMALL);
     let variables = ["critical_c_simulation".to_owned(), "critical_c_symmetric".to_owned()];
-    let at = [("V".to_owned(), vec![0.5, 4.0]), ("epsilon".to_owned(), vec![0.05])];
+    let at = [("V".to_owned(), vec![0.5, 2.0]), ("epsilon".to_owned(), vec![0.05])];
     let panels = ("alpha".to_owned(), vec![0.0, 0.3]);
     let plot = Plot {
         x: "gamma",
