@@ -98,8 +98,8 @@ const PASSES: usize = 5;
 pub(crate) fn measure(contestant: &Contestant, cells: &[Cell], seconds: f64) -> Row {
     let budget = Duration::from_secs_f64(seconds);
     let (count, time, answers) = match contestant.solver {
-        Solver::Batch(ask) => timed(cells, cells.len(), budget, |cells| ask(cells, contestant.setting)),
-        Solver::Each(ask) => one_by_one(cells, budget, |cell| ask(cell, contestant.setting)),
+        Solver::Batch(decide) => timed(cells, cells.len(), budget, |cells| decide(cells, contestant.setting)),
+        Solver::Each(decide) => one_by_one(cells, budget, |cell| decide(cell, contestant.setting)),
         Solver::Test(test) => one_by_one(cells, budget, |cell| closed_form(test, cell)),
         Solver::Naive(method, knobs) => one_by_one(cells, budget, |cell| {
             let oscillator = Oscillator::in_column(&cell.column, cell.point.damping);
@@ -115,10 +115,10 @@ pub(crate) fn measure(contestant: &Contestant, cells: &[Cell], seconds: f64) -> 
         unanswered += usize::from(!errors.add(contestant.output, answer, cell));
     }
     if let Solver::Naive(method, knobs) = contestant.solver {
-        let ask = |cell: &Cell, c: f64| {
+        let decide = |cell: &Cell, c: f64| {
             method.decide(&Oscillator::in_column(&cell.column, c), &knobs).verdict.into()
         };
-        search(cells, budget, ask, &mut errors);
+        search(cells, budget, decide, &mut errors);
     }
     Row {
         kind: contestant.kind,
@@ -137,18 +137,22 @@ pub(crate) fn measure(contestant: &Contestant, cells: &[Cell], seconds: f64) -> 
 }
 
 /// Asks about one cell after the other, as many as `budget` allows.
-fn one_by_one(cells: &[Cell], budget: Duration, ask: impl Fn(&Cell) -> Answer) -> (usize, f64, Vec<Answer>) {
+fn one_by_one(
+    cells: &[Cell],
+    budget: Duration,
+    decide: impl Fn(&Cell) -> Answer,
+) -> (usize, f64, Vec<Answer>) {
     // Warm up: tables are computed on first use.
     if let Some(first) = cells.first() {
-        black_box(ask(first));
+        black_box(decide(first));
     }
     let start = thread_time();
     let late = |(i, cell): (usize, &Cell)| {
-        black_box(ask(cell));
+        black_box(decide(cell));
         i + 1 >= LEAST_CELLS && thread_time() - start > budget
     };
     let affordable = cells.iter().enumerate().position(late).map_or(cells.len(), |last| last + 1);
-    timed(cells, affordable, budget, |cells| cells.iter().map(&ask).collect())
+    timed(cells, affordable, budget, |cells| cells.iter().map(&decide).collect())
 }
 
 /// Times the first `count` cells; returns their answers too.
@@ -156,11 +160,11 @@ fn timed(
     cells: &[Cell],
     count: usize,
     budget: Duration,
-    mut ask: impl FnMut(&[Cell]) -> Vec<Answer>,
+    mut decide: impl FnMut(&[Cell]) -> Vec<Answer>,
 ) -> (usize, f64, Vec<Answer>) {
     let cells = &cells[..count];
     let start = thread_time();
-    let mut answers = black_box(ask(cells));
+    let mut answers = black_box(decide(cells));
     let once = thread_time() - start;
     let repeats = (LONG_ENOUGH.as_secs_f64() / once.as_secs_f64().max(1e-9)).ceil().max(1.0) as u32;
     let mut least = once;
@@ -170,7 +174,7 @@ fn timed(
             break;
         }
         for _ in 0..repeats {
-            answers = black_box(ask(black_box(cells)));
+            answers = black_box(decide(black_box(cells)));
         }
         least = least.min((thread_time() - begin) / repeats);
     }
@@ -220,7 +224,7 @@ const FARTHEST: f64 = 4.0;
 /// Searches the damping at which the verdicts of a method change, in the columns of the cells near the
 /// boundary, as many as `budget` allows. Where they do not change between c = 0 and [`FARTHEST`] above the
 /// critical damping, the distance searched counts as the error, which is larger.
-fn search(cells: &[Cell], budget: Duration, ask: impl Fn(&Cell, f64) -> Verdict, errors: &mut Sizes) {
+fn search(cells: &[Cell], budget: Duration, decide: impl Fn(&Cell, f64) -> Verdict, errors: &mut Sizes) {
     let start = thread_time();
     for (number, cell) in cells.iter().filter(|cell| cell.near).enumerate() {
         if number >= LEAST_CELLS / 2 && thread_time() - start > budget {
@@ -228,7 +232,7 @@ fn search(cells: &[Cell], budget: Duration, ask: impl Fn(&Cell, f64) -> Verdict,
         }
         let (Some(exact), Some(slope)) = (&cell.reference.critical, cell.reference.slope) else { continue };
         let critical = exact.value.value();
-        let present = |offset: f64| ask(cell, critical + offset) == Verdict::Present;
+        let present = |offset: f64| decide(cell, critical + offset) == Verdict::Present;
         // Presence at c* means a boundary above it. The distance is multiplied until the verdict changes,
         // then halved in ratio until it is known to 5 %.
         let above = present(0.0);

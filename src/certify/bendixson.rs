@@ -85,9 +85,9 @@ fn presence_edges(columns: &[Column]) -> Vec<Option<f64>> {
         if going.is_empty() {
             break;
         }
-        let asked: Vec<(&Column, f64)> =
+        let orbits: Vec<(&Column, f64)> =
             going.iter().filter_map(|&i| Some((&columns[i], searches[i].next?))).collect();
-        let amplitudes = landing::amplitude_bounds(&asked, STRIPS);
+        let amplitudes = landing::amplitude_bounds(&orbits, STRIPS);
         for (&i, amplitude) in going.iter().zip(amplitudes) {
             searches[i].step(&columns[i], amplitude);
         }

@@ -62,6 +62,7 @@ pub mod validated;
 mod test_columns;
 
 use std::cell::OnceCell;
+use std::ops::Deref;
 
 use crate::friction::Column;
 
@@ -181,13 +182,17 @@ impl<'a> Columns<'a> {
         Self { columns, symmetric: vec![OnceCell::new(); columns.len()] }
     }
 
-    pub(crate) fn all(&self) -> &'a [Column] {
-        self.columns
-    }
-
     /// The claim of [`symmetric`] on a column.
     pub(crate) fn symmetric(&self, number: usize) -> Claim {
         *self.symmetric[number].get_or_init(|| (symmetric::TEST.claim)(&self.columns[number]))
+    }
+}
+
+impl Deref for Columns<'_> {
+    type Target = [Column];
+
+    fn deref(&self) -> &[Column] {
+        self.columns
     }
 }
 

@@ -72,10 +72,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
 /// Number of processes started by mpirun (Open MPI, MPICH) or by Slurm, from the environment; 0 without a
 /// launcher.
 fn launched() -> usize {
-    let told = |name: &str| std::env::var(name).ok();
+    let variable = |name: &str| std::env::var(name).ok();
     // Without PMIx these may be independent runs.
-    let by_slurm = || told("PMIX_RANK").and_then(|_| told("SLURM_STEP_NUM_TASKS"));
-    let count = told("OMPI_COMM_WORLD_SIZE").or_else(|| told("PMI_SIZE")).or_else(by_slurm);
+    let by_slurm = || variable("PMIX_RANK").and_then(|_| variable("SLURM_STEP_NUM_TASKS"));
+    let count = variable("OMPI_COMM_WORLD_SIZE").or_else(|| variable("PMI_SIZE")).or_else(by_slurm);
     count.and_then(|count| count.parse().ok()).unwrap_or(0)
 }
 

@@ -198,13 +198,13 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
             contradictions.first.len()
         )?;
         for cell in &contradictions.first {
-            let said = |wanted: Verdict| {
+            let proved = |wanted: Verdict| {
                 let methods = job.plan.methods.iter().zip(&cell.verdicts);
                 let named =
                     methods.filter(|(_, verdict)| **verdict == wanted).map(|(method, _)| method.name());
                 named.collect::<Vec<_>>().join(", ")
             };
-            let (present, absent) = (said(Verdict::Present), said(Verdict::Absent));
+            let (present, absent) = (proved(Verdict::Present), proved(Verdict::Absent));
             let probe = command_line(law, &cell.point, tolerance);
             writeln!(out, "  present by {present}; absent by {absent}: {probe}")?;
         }
@@ -392,21 +392,22 @@ mod tests {
     #[test]
     fn the_time_of_the_whole_run_is_told() {
         let (job, summary) = (job(), summary(0, Vec::new()));
-        let told = |probability_seconds: f64| text(&RunReport { probability_seconds, ..of(&job, &summary) });
-        assert!(!told(0.0).contains("in all"), "{}", told(0.0));
-        assert!(told(1.5).contains("; in all, with probabilities, 3"), "{}", told(1.5));
+        let printed =
+            |probability_seconds: f64| text(&RunReport { probability_seconds, ..of(&job, &summary) });
+        assert!(!printed(0.0).contains("in all"), "{}", printed(0.0));
+        assert!(printed(1.5).contains("; in all, with probabilities, 3"), "{}", printed(1.5));
     }
 
     #[test]
     fn fields_without_an_answer_are_counted() {
         let job = job();
         let mut summary = summary(0, Vec::new());
-        let told = |summary: &Summary| text(&of(&job, summary));
-        assert!(!told(&summary).contains("not determined") && !told(&summary).contains("not found"));
+        let printed = |summary: &Summary| text(&of(&job, summary));
+        assert!(!printed(&summary).contains("not determined") && !printed(&summary).contains("not found"));
         summary.account.unknown = Unknown { regimes: 2, critical: 1 };
-        let told = told(&summary);
-        assert!(told.contains("regime: not determined in 2 of 2 cells"), "{told}");
-        assert!(told.contains("critical_c of simulation: not found in 1 of 1 column,"), "{told}");
+        let printed = printed(&summary);
+        assert!(printed.contains("regime: not determined in 2 of 2 cells"), "{printed}");
+        assert!(printed.contains("critical_c of simulation: not found in 1 of 1 column,"), "{printed}");
     }
 
     #[test]
@@ -438,9 +439,12 @@ mod tests {
         contradictory.account.contradictions = Contradictions { cells: 1, first: vec![cell] };
         let report = of(&job, &contradictory);
         assert!(report.is_flawed());
-        let said = text(&report);
-        assert!(said.contains("1 cell in which methods with a guarantee contradict"), "{said}");
-        assert!(said.contains(&format!("present by symmetric; absent by simulation: {line}\n")), "{said}");
+        let printed = text(&report);
+        assert!(printed.contains("1 cell in which methods with a guarantee contradict"), "{printed}");
+        assert!(
+            printed.contains(&format!("present by symmetric; absent by simulation: {line}\n")),
+            "{printed}"
+        );
 
         let fate = Fate::Failed(Breakdown::StepBudget);
         let direct = Flow { fate, margin: f64::NAN, margin_error: f64::NAN, rhs: 0 };

@@ -11,7 +11,7 @@ use crate::report::{Rich, UnitSystem};
 /// Meanings of the codes of a comparison of two methods.
 pub(super) fn differences(a: &str, b: &str) -> Vec<Kind> {
     let (a, b) = (a.replace('_', " "), b.replace('_', " "));
-    let said = [
+    let kinds = [
         ("both_present", "both: cycle exists".into(), palette::PRESENT),
         ("both_absent", "both: no cycle".into(), palette::ABSENT),
         ("only_first_present", format!("{a}: cycle exists, {b}: none"), palette::WRONG_PRESENCE),
@@ -25,7 +25,7 @@ pub(super) fn differences(a: &str, b: &str) -> Vec<Kind> {
         words: words.into(),
         fill,
     };
-    said.into_iter().enumerate().map(kind).collect()
+    kinds.into_iter().enumerate().map(kind).collect()
 }
 
 /// Meanings of the codes of the first method that decides.

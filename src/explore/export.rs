@@ -309,8 +309,8 @@ impl ExportRequest {
                 let verdicts =
                     description.methods.iter().map(codes).collect::<Result<Vec<Array2<i8>>, _>>()?;
                 let cells = Array2::from_shape_fn(verdicts[0].dim(), |at| {
-                    let said: Vec<i8> = verdicts.iter().map(|of_method| of_method[at]).collect();
-                    show.derived(&description.methods, &said)
+                    let codes: Vec<i8> = verdicts.iter().map(|of_method| of_method[at]).collect();
+                    show.derived(&description.methods, &codes)
                 });
                 Layer::Codes(cells, kinds.unwrap_or_default())
             }
@@ -327,8 +327,8 @@ impl ExportRequest {
 
 /// The rows of a measured law; empty for other laws.
 fn table_text(law: &Law) -> Option<String> {
-    let said = super::place::law_json(law);
-    said.get("table").and_then(Value::as_str).map(str::to_owned)
+    let object = super::place::law_json(law);
+    object.get("table").and_then(Value::as_str).map(str::to_owned)
 }
 
 /// Runs the configuration in a folder, as `slipmap run` does; returns the map.

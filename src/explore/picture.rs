@@ -262,8 +262,8 @@ impl<'a> Picture<'a> {
         let methods = data.methods.iter();
         let verdicts: Vec<Vec<i8>> =
             methods.map(|method| method.verdicts.values().map(Verdict::code).collect()).collect();
-        let said = |cell: usize| verdicts.iter().map(|of_method| of_method[cell]).collect::<Vec<i8>>();
-        (0..data.tile.cells()).map(|cell| self.show.derived(&self.methods, &said(cell))).collect()
+        let codes = |cell: usize| verdicts.iter().map(|of_method| of_method[cell]).collect::<Vec<i8>>();
+        (0..data.tile.cells()).map(|cell| self.show.derived(&self.methods, &codes(cell))).collect()
     }
 
     /// Calls `put` with the place in the picture of each cell of the tile, in the tile's order.

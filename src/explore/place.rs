@@ -146,11 +146,11 @@ pub(super) fn check_law(law: &Law, point: &Point) -> Result<(), Refusal> {
 
 /// A law as the page sends it, the reverse of [`LawText::law`].
 pub(super) fn law_json(law: &Law) -> Value {
-    let mut said = json!({ "name": law.name() });
+    let mut object = json!({ "name": law.name() });
     match law.as_written() {
         Law::Expression(formula) => {
-            said["phi"] = formula.text().into();
-            said["static"] = formula.static_level().into();
+            object["phi"] = formula.text().into();
+            object["static"] = formula.static_level().into();
         }
         Law::Table(table) => {
             let errors = table.standard_errors();
@@ -158,14 +158,14 @@ pub(super) fn law_json(law: &Law) -> Value {
                 Some(errors) => format!("{u},{friction},{}\n", errors[i]),
                 None => format!("{u},{friction}\n"),
             });
-            said["table"] = rows.collect::<String>().into();
-            said["file"] = table.origin().into();
-            said["static"] = table.static_level().into();
+            object["table"] = rows.collect::<String>().into();
+            object["file"] = table.origin().into();
+            object["static"] = table.static_level().into();
         }
         _ => {}
     }
     if law.is_read_as_small() {
-        said["small"] = true.into();
+        object["small"] = true.into();
     }
-    said
+    object
 }

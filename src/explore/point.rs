@@ -46,7 +46,8 @@ impl PointRequest {
     pub(super) fn glance(&self) -> Result<Value, Refusal> {
         let (law, point) = self.place.point()?;
         let answer = Answer::of(&law, &point, DEFAULT_TOLERANCE, Method::usual());
-        let methods = answer.methods.iter().map(|said| (said.method.name(), said.verdict.name()));
+        let methods =
+            answer.methods.iter().map(|of_method| (of_method.method.name(), of_method.verdict.name()));
         Ok(json!({
             "regime": answer.regime.name(),
             "words": regime_words(answer.regime),

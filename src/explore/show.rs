@@ -37,17 +37,17 @@ impl Show {
     }
 
     /// The code of a cell with these verdicts.
-    pub(super) fn derived(&self, methods: &[Method], said: &[i8]) -> i8 {
+    pub(super) fn derived(&self, methods: &[Method], codes: &[i8]) -> i8 {
         match self {
             Show::Difference(pair) => {
                 // Plans sort methods.
                 let of = |name: &str| methods.iter().position(|method| method.name() == name).unwrap_or(0);
-                let [a, b] = pair.map(|name| said[of(name)]);
+                let [a, b] = pair.map(|name| codes[of(name)]);
                 difference(a, b)
             }
             Show::Decider | Show::Variable(_) => {
                 let decides = |code: &i8| Verdict::of_code(*code).is_some_and(Verdict::is_decision);
-                said.iter().position(decides).map_or(-1, |first| first as i8)
+                codes.iter().position(decides).map_or(-1, |first| first as i8)
             }
         }
     }

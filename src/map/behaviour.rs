@@ -156,9 +156,9 @@ impl<'a> Behaviour<'a> {
     /// The cycles as read from the first coarse backbone that is reliable about them; `None` if none is.
     fn coarse(&self, viscous: f64, ends: Ends) -> Result<Option<Vec<CycleRange>>, Failure> {
         let mut coarse = self.coarse.borrow_mut();
-        let mut asked = 0;
+        let mut level = 0;
         loop {
-            if asked == coarse.len() {
+            if level == coarse.len() {
                 let finer = match coarse.last() {
                     None => Backbone::coarsest(self.curve, self.belt_speed, COARSE).map(Some),
                     Some(Ok(last)) => last.refined(self.curve, COARSE),
@@ -167,11 +167,11 @@ impl<'a> Behaviour<'a> {
                 let Some(finer) = finer.transpose() else { return Ok(None) };
                 coarse.push(finer);
             }
-            match &coarse[asked] {
+            match &coarse[level] {
                 Ok(backbone) if backbone.is_reliable_at(viscous) => {
                     return Ok(backbone.cycles(viscous, ends.stable, ends.returns));
                 }
-                _ => asked += 1,
+                _ => level += 1,
             }
         }
     }

@@ -234,9 +234,9 @@ fn work<S: Sink>(
 /// account.
 fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> (TileData, Account) {
     let mut account = Account { cells: tile.cells() as u64, ..Account::default() };
-    let (columns, taken): (Vec<Column>, f64) = timed(|| plan.grid.columns(tile).collect());
+    let (all, taken): (Vec<Column>, f64) = timed(|| plan.grid.columns(tile).collect());
     account.stages.columns = taken;
-    let asked = Columns::new(&columns);
+    let columns = Columns::new(&all);
     let cs = &plan.grid.dampings()[tile.damping_range()];
     let mut methods = Vec::with_capacity(plan.methods.len());
     let mut simulated = None;
@@ -249,9 +249,9 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> (TileData, Account) 
     account.stages.interpolation = taken;
     for &method in &plan.methods {
         let (cells, taken) = timed(|| match method {
-            Method::Test(test) => closed_form(plan, method, &test.claims(&asked), cs),
+            Method::Test(test) => closed_form(plan, method, &test.claims(&columns), cs),
             Method::Simulation => {
-                let (cells, ends) = simulation(plan, method, &asked, cs, &known);
+                let (cells, ends) = simulation(plan, method, &columns, cs, &known);
                 simulated = Some(ends);
                 cells
             }
@@ -281,7 +281,7 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> (TileData, Account) 
     let mut data = TileData { tile: tile.clone(), methods, regime: Runs::new(), quantities: Vec::new() };
     if plan.fields.iter().any(|field| field.needs_flow()) {
         let (simulated, taken) = timed(|| {
-            simulated.unwrap_or_else(|| simulate(&asked, cs, plan.engine, plan.tolerance, false, &known))
+            simulated.unwrap_or_else(|| simulate(&columns, cs, plan.engine, plan.tolerance, false, &known))
         });
         account.stages.fields += taken;
         if plan.stores(Field::Regime) {
@@ -365,7 +365,7 @@ fn simulation(
     if plan.stores(Field::Margin) {
         let found = match simulated.margins.take() {
             Some(found) => found,
-            None => simulated.count_margins(columns.all(), cs, plan.tolerance),
+            None => simulated.count_margins(columns, cs, plan.tolerance),
         };
         let resolved = |(&margin, &error): (&f64, &f64)| match is_resolved(margin, error) {
             true => margin,

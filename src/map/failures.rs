@@ -45,9 +45,9 @@ named! {
 }
 
 impl Kind {
-    /// The failure of the verdict `said`; `None` if it is right.
-    fn of(said: Verdict, truth: Verdict) -> Option<Kind> {
-        match said {
+    /// The failure of the verdict `claimed`; `None` if it is right.
+    fn of(claimed: Verdict, truth: Verdict) -> Option<Kind> {
+        match claimed {
             Verdict::Present if truth == Verdict::Absent => Some(Kind::WrongPresence),
             Verdict::Absent if truth == Verdict::Present => Some(Kind::WrongAbsence),
             Verdict::Present | Verdict::Absent => None,
@@ -268,8 +268,8 @@ fn examine(point: &Point, comparison: &Comparison) -> Examined {
         Fate::CrossesForever | Fate::TooCloseToCall | Fate::Failed(_) => examined.truth.crossing = 1,
     }
     for (number, method) in comparison.methods.iter().enumerate() {
-        let said = method.decide(&column, point.damping, tolerance);
-        if let Some(kind) = Kind::of(said, truth) {
+        let claimed = method.decide(&column, point.damping, tolerance);
+        if let Some(kind) = Kind::of(claimed, truth) {
             let mechanism = mechanism::of(*method, &column, point.damping, kind, &first);
             examined.findings.push(Finding { method: number, kind, mechanism });
         }

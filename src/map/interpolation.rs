@@ -109,9 +109,9 @@ impl Interpolated {
         found.values = vec![f64::NAN; found.stride * columns.len()];
         found.errors = vec![[f64::INFINITY; 3]; columns.len()];
         let shape = tile.shape();
-        let question =
-            Question { grid: &plan.grid, tile, columns, cs, intervals, shape: &shape[..shape.len() - 1] };
-        question.answer(&mut found);
+        let columns =
+            TileColumns { grid: &plan.grid, tile, columns, cs, intervals, shape: &shape[..shape.len() - 1] };
+        columns.interpolate_all(&mut found);
         found
     }
 
@@ -175,8 +175,8 @@ fn end(critical: f64, reach: f64, errors: &[f64; 3], viscous: f64) -> Option<End
     }
 }
 
-/// The columns of a tile whose answers are wanted.
-struct Question<'a> {
+/// The columns of a tile, and what is wanted of them.
+struct TileColumns<'a> {
     grid: &'a Grid,
     tile: &'a Tile,
     columns: &'a [Column],
@@ -226,9 +226,9 @@ struct Open {
     is_refuted: bool,
 }
 
-impl Question<'_> {
-    /// Answers box by box.
-    fn answer(&self, found: &mut Interpolated) {
+impl TileColumns<'_> {
+    /// Interpolates box by box.
+    fn interpolate_all(&self, found: &mut Interpolated) {
         let mut known = HashMap::new();
         let mut boxes: Vec<Vec<Range<usize>>> = vec![self.shape.iter().map(|&length| 0..length).collect()];
         while let Some(part) = boxes.pop() {

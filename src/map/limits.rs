@@ -228,15 +228,15 @@ fn halve(
 fn changes(
     [low, high]: [f64; 2],
     at_low: Verdict,
-    said: impl Fn(f64) -> Result<Verdict, Unknown>,
+    verdict_at: impl Fn(f64) -> Result<Verdict, Unknown>,
 ) -> Result<Vec<(f64, Verdict)>, Unknown> {
-    let last = said(high)?;
+    let last = verdict_at(high)?;
     let (mut from, mut verdict) = (low, at_low);
     let mut changes = Vec::new();
     while verdict != last && changes.len() < MOST_CHANGES {
-        let place = halve(from, high, |epsilon| Ok(said(epsilon)? == verdict))?;
+        let place = halve(from, high, |epsilon| Ok(verdict_at(epsilon)? == verdict))?;
         from = (place * (1.0 + BEYOND)).min(high);
-        verdict = said(from)?;
+        verdict = verdict_at(from)?;
         changes.push((place, verdict));
     }
     if let Some(change) = changes.last_mut() {
@@ -247,7 +247,7 @@ fn changes(
 
 /// The flow at one eps.
 #[derive(Clone, Copy, Debug)]
-struct Asked {
+struct FlowAt {
     epsilon: f64,
     verdict: Verdict,
     /// See [`reach`].
@@ -291,29 +291,29 @@ impl Ray {
     /// Computes the flow at the nodes and locates the steps between them; the error gives the eps from which
     /// on the verdict is unknown.
     fn search(&mut self, from: f64, to: f64) -> Result<(), (f64, Unknown)> {
-        let mut asked: Vec<Asked> = Vec::new();
+        let mut flows: Vec<FlowAt> = Vec::new();
         let mut last = (from, self.first);
         let mut stop = None;
         for epsilon in nodes(from, to) {
-            match self.ask(epsilon) {
-                Ok(answer) => asked.push(answer),
+            match self.flow_at(epsilon) {
+                Ok(answer) => flows.push(answer),
                 Err(why) => {
                     let known = if self.first.is_decision() { from } else { 0.0 };
-                    stop = Some((asked.last().map_or(known, |asked| asked.epsilon), why));
+                    stop = Some((flows.last().map_or(known, |flow| flow.epsilon), why));
                     break;
                 }
             }
         }
-        if let (Some(node), Verdict::Undecided) = (asked.first(), self.first) {
+        if let (Some(node), Verdict::Undecided) = (flows.first(), self.first) {
             (self.first, last.1) = (node.verdict, node.verdict);
         }
-        for (i, &Asked { epsilon, verdict, .. }) in asked.iter().enumerate() {
+        for (i, &FlowAt { epsilon, verdict, .. }) in flows.iter().enumerate() {
             // A flow too close to call is not a step.
             if verdict.is_decision() && last.1.is_decision() && verdict != last.1 {
                 let place = self.halve(last.0, epsilon, last.1).map_err(|why| (last.0, why))?;
                 self.changes.push((place, verdict));
             } else if let Some([low, farthest, high]) =
-                self.overshoot_beside(&asked, i).map_err(|why| (last.0, why))?
+                self.overshoot_beside(&flows, i).map_err(|why| (last.0, why))?
             {
                 let leaves = self.halve(low, farthest, Verdict::Present).map_err(|why| (low, why))?;
                 self.changes.push((leaves, Verdict::Absent));
@@ -328,13 +328,13 @@ impl Ray {
     }
 
     /// Computes the flow at `epsilon`.
-    fn ask(&self, epsilon: f64) -> Result<Asked, Unknown> {
+    fn flow_at(&self, epsilon: f64) -> Result<FlowAt, Unknown> {
         let oscillator = Oscillator::in_column(&self.column(epsilon)?, self.point.damping);
         let flow = flow(&oscillator, self.tolerance);
         self.spend(flow.rhs * oscillator.curve.cost())?;
         match flow.fate {
             Fate::Failed(_) => Err(Unknown::NoFlow),
-            _ => Ok(Asked { epsilon, verdict: verdict_of(&flow), reach: reach(&oscillator, &flow) }),
+            _ => Ok(FlowAt { epsilon, verdict: verdict_of(&flow), reach: reach(&oscillator, &flow) }),
         }
     }
 
@@ -361,16 +361,16 @@ impl Ray {
 
     /// Bisects between an eps at which the flow has this verdict, and one at which it has another.
     fn halve(&self, has: f64, has_not: f64, verdict: Verdict) -> Result<f64, Unknown> {
-        halve(has, has_not, |epsilon| Ok(self.ask(epsilon)?.verdict == verdict))
+        halve(has, has_not, |epsilon| Ok(self.flow_at(epsilon)?.verdict == verdict))
     }
 
     /// If the orbit lands farther out at node `i` than at its neighbours, and all three stick: searches an
     /// eps between the neighbours at which it does not stick. Returns that eps between those of the
     /// neighbours.
-    fn overshoot_beside(&self, asked: &[Asked], i: usize) -> Result<Option<[f64; 3]>, Unknown> {
-        let neighbours = i.checked_sub(1).and_then(|i| asked.get(i)).zip(asked.get(i + 1));
+    fn overshoot_beside(&self, flows: &[FlowAt], i: usize) -> Result<Option<[f64; 3]>, Unknown> {
+        let neighbours = i.checked_sub(1).and_then(|i| flows.get(i)).zip(flows.get(i + 1));
         let Some((before, after)) = neighbours else { return Ok(None) };
-        let (Some(here), Some(left), Some(right)) = (asked[i].reach, before.reach, after.reach) else {
+        let (Some(here), Some(left), Some(right)) = (flows[i].reach, before.reach, after.reach) else {
             return Ok(None);
         };
         if here < left || here < right {
@@ -378,7 +378,7 @@ impl Ray {
         }
         // The orbit never sticks where its reach passes 4.
         let value = |epsilon: f64| {
-            let Asked { reach, verdict, .. } = self.ask(epsilon)?;
+            let FlowAt { reach, verdict, .. } = self.flow_at(epsilon)?;
             Ok(reach.unwrap_or(if verdict == Verdict::Absent { 5.0 } else { 0.0 }))
         };
         let golden = 0.5 * (5_f64.sqrt() - 1.0);
@@ -451,7 +451,7 @@ impl Ray {
         if end < LOWEST {
             return Ok(());
         }
-        let said = |epsilon: f64| {
+        let verdict_at = |epsilon: f64| {
             // Stop if the budget is spent.
             self.spend(0)?;
             let (column, damping) = (self.column(epsilon)?, self.point.damping);
@@ -468,15 +468,15 @@ impl Ray {
             Ok(method.decide(&column, damping, self.tolerance))
         };
         // The pairs (method, flow) in increasing eps, each with the eps at which it begins.
-        let mut pair = (said(LOWEST)?, self.first);
-        let mut meet = |place: Option<f64>, (said, truth): (Verdict, Verdict)| {
+        let mut pair = (verdict_at(LOWEST)?, self.first);
+        let mut meet = |place: Option<f64>, (verdict, truth): (Verdict, Verdict)| {
             let found = place.map_or(Limit::Never, Limit::UpTo);
             // Where the flow has no answer there is nothing to compare.
-            if truth.is_decision() && said != truth {
+            if truth.is_decision() && verdict != truth {
                 if limit.equal == Limit::Throughout {
                     limit.equal = found;
                 }
-                if limit.sound == Limit::Throughout && said.is_decision() {
+                if limit.sound == Limit::Throughout && verdict.is_decision() {
                     limit.sound = found;
                 }
             }
@@ -488,7 +488,7 @@ impl Ray {
         let mut truth = self.changes.iter().peekable();
         let mut low = LOWEST;
         for high in nodes(LOWEST, end).skip(1) {
-            let mut own = changes([low, high], pair.0, said)?.into_iter().peekable();
+            let mut own = changes([low, high], pair.0, verdict_at)?.into_iter().peekable();
             loop {
                 let flow_changes = truth.peek().filter(|(place, _)| *place <= high).map(|(place, _)| *place);
                 let own_changes = own.peek().map(|(place, _)| *place);

@@ -34,8 +34,8 @@ pub(crate) fn prove(
     others: Option<&dyn Prover>,
     stop: &AtomicBool,
 ) -> Option<Proved> {
-    let asked = plan.proof_boxes > 0 && plan.methods.contains(&Method::Test(&validated::TEST));
-    let parameters = asked.then(|| parameters(plan))??;
+    let wanted = plan.proof_boxes > 0 && plan.methods.contains(&Method::Test(&validated::TEST));
+    let parameters = wanted.then(|| parameters(plan))??;
     let pool = super::pool(threads).ok()?;
     let start = Instant::now();
     let Budget { tiles, parts } = Budget::of_boxes(plan.proof_boxes);

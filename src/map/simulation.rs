@@ -69,14 +69,13 @@ impl Simulated {
 
 /// Decides the cells of `columns` at the dampings `cs`, those of the interpolated columns by what is `known`.
 pub(super) fn simulate(
-    asked: &Columns,
+    columns: &Columns,
     cs: &[f64],
     engine: Engine,
     tolerance: f64,
     want_critical: bool,
     known: &Interpolated,
 ) -> Simulated {
-    let columns = asked.all();
     let mut done = Simulated {
         ends: Vec::with_capacity(columns.len() * cs.len()),
         critical: vec![None; columns.len()],
@@ -84,7 +83,7 @@ pub(super) fn simulate(
     };
     match engine {
         Engine::Direct => {
-            for column in columns {
+            for column in columns.iter() {
                 for &c in cs {
                     let end = by_direct(&Oscillator::in_column(column, c), tolerance, &mut done.rhs);
                     done.ends.push(end);
@@ -103,22 +102,21 @@ pub(super) fn simulate(
         }
         Engine::CriticalSurface | Engine::Auto => {
             let first = if want_critical { tolerance } else { tolerance.max(ENOUGH_FOR_MOST) };
-            by_column(asked, cs, engine, [first, tolerance], known, &mut done);
+            by_column(columns, cs, engine, [first, tolerance], known, &mut done);
         }
     }
     if want_critical {
-        complete_critical(asked, engine, tolerance, &mut done);
+        complete_critical(columns, engine, tolerance, &mut done);
     }
     done
 }
 
 /// Computes the critical dampings that were not needed to label the cells.
-fn complete_critical(asked: &Columns, engine: Engine, tolerance: f64, done: &mut Simulated) {
-    let columns = asked.all();
+fn complete_critical(columns: &Columns, engine: Engine, tolerance: f64, done: &mut Simulated) {
     let mut numbers = Vec::new();
     for (number, (column, critical)) in columns.iter().zip(&mut done.critical).enumerate() {
         // Where the certificate excludes a cycle at every c >= 0 there is no critical damping.
-        if critical.is_some() || asked.symmetric(number).absent_above < 0.0 {
+        if critical.is_some() || columns.symmetric(number).absent_above < 0.0 {
             continue;
         }
         if engine == Engine::Auto {
@@ -227,7 +225,7 @@ enum Path {
 /// decide every cell, else by one root per column and comparison. A root has an error of about the first of
 /// the `tolerances`, or of the second where a cell lies within the error of the first.
 fn by_column(
-    asked: &Columns,
+    columns: &Columns,
     cs: &[f64],
     engine: Engine,
     tolerances: [f64; 2],
@@ -235,13 +233,12 @@ fn by_column(
     done: &mut Simulated,
 ) {
     let tolerance = tolerances[1];
-    let columns = asked.all();
     let path = |(number, column): (usize, &Column)| {
         let ends = cs.iter().map(|&c| known.end(number, column, c));
         if let Some(ends) = ends.collect::<Option<_>>() {
             return Path::Interpolated(ends);
         }
-        let claim = asked.symmetric(number);
+        let claim = columns.symmetric(number);
         if engine != Engine::Auto {
             return Path::Root(claim);
         }

@@ -35,19 +35,19 @@ impl Probe {
     #[must_use]
     pub fn new(answer: &Answer, direct: &Flow) -> Self {
         let oscillator = &answer.oscillator;
-        let methods = answer.methods.iter().zip(answer.limits()).map(|(said, limit)| {
+        let methods = answer.methods.iter().zip(answer.limits()).map(|(of_method, limit)| {
             let result = MethodResult {
-                verdict: said.verdict.name(),
-                margin: said.margin,
-                critical_c: said.critical_c,
-                guarantee: said.method.guarantee().name(),
-                equation: said.method.equation_for(&answer.law),
-                reason: said.reason.clone(),
+                verdict: of_method.verdict.name(),
+                margin: of_method.margin,
+                critical_c: of_method.critical_c,
+                guarantee: of_method.method.guarantee().name(),
+                equation: of_method.method.equation_for(&answer.law),
+                reason: of_method.reason.clone(),
                 epsilon_limit: limit.equal,
                 epsilon_limit_sound: limit.sound,
                 epsilon_limit_reason: limit.unknown().map(|why| why.to_string()),
             };
-            (said.method.name(), result)
+            (of_method.method.name(), result)
         });
         Self {
             law: answer.law.name(),

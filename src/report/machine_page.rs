@@ -475,16 +475,16 @@ mod tests {
     #[test]
     fn a_critical_damping_that_was_not_found_is_not_told_as_none() {
         let mut all = assess(&example(Law::Exponential)).unwrap();
-        let told = |all: &Assessment| {
+        let words = |all: &Assessment| {
             let all_lines = sections(all).into_iter().flat_map(|(_, lines)| lines);
             let mut values = all_lines.filter(|(name, _)| name.plain() == "may stick-slip below damping");
             values.next().unwrap().1.plain()
         };
-        assert!(told(&all).contains("N s/m"));
+        assert!(words(&all).contains("N s/m"));
         all.behaviour.critical_damping = None;
-        assert_eq!(told(&all), "none: it needs no damping");
+        assert_eq!(words(&all), "none: it needs no damping");
         all.behaviour.critical_damping_is_known = false;
-        assert_eq!(told(&all), "not determined");
+        assert_eq!(words(&all), "not determined");
     }
 
     #[test]
@@ -492,15 +492,15 @@ mod tests {
         let data = [(0.0, 0.4), (0.02, 0.35), (0.1, 0.31), (0.5, 0.3)];
         let friction = Friction::Measured(Table::new("a rig", &data, 0.4).unwrap());
         let mut all = assess(&Machine { friction, normal_force: 1.0, ..example(Law::Stribeck) }).unwrap();
-        let told = |all: &Assessment| {
+        let words = |all: &Assessment| {
             let lines = sections(all).into_iter().flat_map(|(_, lines)| lines);
             let lines = lines.map(|(name, value)| format!("{}: {}", name.plain(), value.plain()));
             lines.collect::<Vec<_>>().join("\n")
         };
-        let text = told(&all);
+        let text = words(&all);
         assert!(text.contains("normal force: 1 N\ncoefficient of friction: a rig\nat rest: 0.4\n"), "{text}");
         all.machine.normal_force_is_known = false;
-        let text = told(&all);
+        let text = words(&all);
         assert!(
             !text.contains("normal force: ") && text.contains("friction force: a rig\nat rest: 0.4 N\n"),
             "{text}"

@@ -201,8 +201,8 @@ pub(super) fn closing_damping_by_turns(
     let mut accurate = false;
     for _ in 0..MOST_TURNS {
         let viscous = oscillator.viscous;
-        let asked = if accurate { accuracy } else { accuracy.max(ROUGH * size.min(1.0)) };
-        let lap = turn(&oscillator, radius, asked);
+        let requested = if accurate { accuracy } else { accuracy.max(ROUGH * size.min(1.0)) };
+        let lap = turn(&oscillator, radius, requested);
         let (Ok(Lap { rhs: spent, .. }) | Err(HandOver { rhs: spent })) = lap;
         rhs += u64::from(spent);
         let within = work.spend_compiled(u64::from(spent)).is_ok();

@@ -115,8 +115,8 @@ mod tests {
     #[test]
     fn both_methods_close_orbits_of_the_lorentzian_law_alike() {
         let mut random = Random(16);
-        let (mut answered, asked) = (0, 300);
-        for _ in 0..asked {
+        let (mut answered, tried) = (0, 300);
+        for _ in 0..tried {
             let [mu, vs, eta] = [random.unit(), 0.3 + 1.7 * random.unit(), 0.1 * random.unit()];
             let curve = Law::Lorentzian.curve(1.0, &LawParameters::new(&[mu, vs, eta]));
             // From a twentieth of the Stribeck velocity to five times that.
@@ -133,7 +133,7 @@ mod tests {
                 answered += 1;
             }
         }
-        assert!(10 * answered > 9 * asked, "{answered} of {asked}");
+        assert!(10 * answered > 9 * tried, "{answered} of {tried}");
     }
     /// Orbits of rough tables, whose corners lie where they may be met by chance: answers of every tolerance hold within
     /// their errors.

@@ -74,9 +74,9 @@ const SLOWEST: f64 = 1e-290;
 /// weakening rate.
 const UNFINISHED: f64 = 1e-3;
 
-/// Which side of c* a damping lies on, as the orbit from the exit point tells it.
+/// The side of c* on which a damping lies, by the orbit from the exit point.
 #[derive(Clone, Copy, Debug)]
-struct Told {
+struct Side {
     /// Positive below c*, negative above it, 0 if the orbit is too close to call: the grazing margin, or a number
     /// of its size.
     margin: f64,
@@ -89,12 +89,12 @@ struct Told {
 }
 
 /// Follows the orbit from the exit point at one damping; `None` where no engine decides.
-fn tell(column: &Column, c: f64, tolerance: f64) -> Option<Told> {
+fn side_of(column: &Column, c: f64, tolerance: f64) -> Option<Side> {
     let oscillator = Oscillator::in_column(column, c);
     let spent = match decisive_turn(&oscillator, tolerance) {
         Turn::Complete { margin, error, rhs } => {
             let size = if margin.abs() > error { margin.clamp(-1.0, 1.0) } else { 0.0 };
-            return Some(Told { margin: size, error, rhs: rhs.into(), work: rhs.into() });
+            return Some(Side { margin: size, error, rhs: rhs.into(), work: rhs.into() });
         }
         Turn::HandOver { rhs } => u64::from(rhs),
     };
@@ -112,7 +112,7 @@ fn tell(column: &Column, c: f64, tolerance: f64) -> Option<Told> {
         Fate::TooCloseToCall => 0.0,
         Fate::Failed(_) => return None,
     };
-    Some(Told { margin, error, rhs: spent + rhs, work: spent + rhs * column.curve.cost() })
+    Some(Side { margin, error, rhs: spent + rhs, work: spent + rhs * column.curve.cost() })
 }
 
 /// Searches a column with the simulated flow, which also decides overdamped points.
@@ -129,25 +129,25 @@ fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, 
         if work > most {
             return Err(NoCriticalDamping::NoVerdict);
         }
-        let told = tell(column, c, tolerance).ok_or(NoCriticalDamping::NoVerdict)?;
-        rhs += told.rhs;
-        work += told.work;
-        Ok(told)
+        let side = side_of(column, c, tolerance).ok_or(NoCriticalDamping::NoVerdict)?;
+        rhs += side.rhs;
+        work += side.work;
+        Ok(side)
     };
     let mut margin = |c: f64| {
-        let mut told = follow(c, COARSE, WORK)?;
-        if told.margin == 0.0 {
-            told = follow(c, FINE, WORK)?;
+        let mut side = follow(c, COARSE, WORK)?;
+        if side.margin == 0.0 {
+            side = follow(c, FINE, WORK)?;
         }
         let [below, above] = known.get();
-        if told.margin > 0.0 {
+        if side.margin > 0.0 {
             known.set([below.max(c), above]);
-        } else if told.margin < 0.0 {
+        } else if side.margin < 0.0 {
             known.set([below, above.min(c)]);
         } else {
-            undecided.set(told.error);
+            undecided.set(side.error);
         }
-        Ok(told.margin)
+        Ok(side.margin)
     };
     // The even part of the divergence brackets the root (theory, "The tests"); the signs are checked
     // nevertheless.

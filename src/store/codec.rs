@@ -47,7 +47,7 @@ impl AccountRecord {
     pub(super) fn of(plan: &Plan, account: &Account) -> Self {
         let point = |point: &Point| plan.grid.axes().iter().map(|axis| axis.role.of(point)).collect();
         let method = |name: &str| plan.methods.iter().position(|m| m.name() == name).unwrap_or(usize::MAX);
-        let said = |d: &Disagreement| (point(&d.point), method(d.method), d.stored == Verdict::Present);
+        let parts = |d: &Disagreement| (point(&d.point), method(d.method), d.stored == Verdict::Present);
         let contradiction = |cell: &Contradiction| {
             (cell.tile, point(&cell.point), cell.verdicts.iter().map(|verdict| verdict.code()).collect())
         };
@@ -58,7 +58,7 @@ impl AccountRecord {
             paths: account.paths,
             rhs: account.rhs,
             audit: account.audit.clone(),
-            disagreements: account.audit.disagreements.iter().map(said).collect(),
+            disagreements: account.audit.disagreements.iter().map(parts).collect(),
             contradicted_cells: account.contradictions.cells,
             contradictions: account.contradictions.first.iter().map(contradiction).collect(),
             unknown: account.unknown,

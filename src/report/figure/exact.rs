@@ -83,18 +83,18 @@ pub(crate) fn boundary(slice: &Slice, panel: &Panel) -> Vec<Vec<Place>> {
 /// budget. It does not depend on the number of threads.
 fn within<T: Sync, A: Send>(
     budget: &mut u64,
-    asked: &[T],
+    items: &[T],
     answer: impl Fn(&T) -> (A, u64) + Sync,
 ) -> Option<Vec<A>> {
-    let mut answers = Vec::with_capacity(asked.len());
+    let mut answers = Vec::with_capacity(items.len());
     let mut spent: u64 = 0;
-    for some in asked.chunks(TOGETHER) {
+    for some in items.chunks(TOGETHER) {
         let answered: Vec<(A, u64)> = some.par_iter().map(&answer).collect();
         for (answer, cost) in answered {
             spent = spent.saturating_add(cost);
             answers.push(answer);
         }
-        if spent as f64 * asked.len() as f64 > *budget as f64 * answers.len() as f64 {
+        if spent as f64 * items.len() as f64 > *budget as f64 * answers.len() as f64 {
             return None;
         }
     }

@@ -100,22 +100,22 @@ pub(crate) fn figure(view: &View, name: String, wanted: &Plot) -> Result<Figure,
 }
 
 /// The requested variables, or the default one.
-fn variables<'a>(map: &'a MapFile, asked: &'a [String]) -> Result<Vec<&'a str>, ChoiceError> {
+fn variables<'a>(map: &'a MapFile, requested: &'a [String]) -> Result<Vec<&'a str>, ChoiceError> {
     let default = format!("verdict_{SIMULATION}");
     let probability = [PROBABILITY].into_iter().filter(|name| map.has_auxiliary(name));
     let names: Vec<&str> = map.variables().chain(probability).collect();
-    if let Some(name) = asked.iter().find(|name| !names.contains(&name.as_str())) {
+    if let Some(name) = requested.iter().find(|name| !names.contains(&name.as_str())) {
         return Err(match field_of(name) {
             Some(field) => ChoiceError::NotStored { variable: name.clone(), field },
             None => ChoiceError::unknown("variable", name, names.iter().copied()),
         });
     }
-    if asked.is_empty() {
+    if requested.is_empty() {
         let mut names = map.variables();
         let chosen = map.variables().find(|name| *name == default).or_else(|| names.next());
         return Ok(chosen.into_iter().collect());
     }
-    Ok(asked.iter().map(String::as_str).collect())
+    Ok(requested.iter().map(String::as_str).collect())
 }
 
 /// The field with which a run stores a variable.

@@ -166,8 +166,8 @@ mod tests {
     #[test]
     fn tables_of_rounded_data_have_backbones() {
         let mut random = Random(96);
-        let (mut found, asked) = (0, 20);
-        for _ in 0..asked {
+        let (mut found, tried) = (0, 20);
+        for _ in 0..tried {
             let mut places: Vec<f64> = (0..60).map(|_| (6e4 * random.unit()).round() / 1e4).collect();
             places.extend([0.0, 6.0]);
             places.sort_by(f64::total_cmp);
@@ -179,6 +179,6 @@ mod tests {
             let curve = curve.curve(1.0, &LawParameters::new(&[]));
             found += u32::from(Backbone::of_curve(&curve, 0.05 + 1.4 * random.unit(), 1e-6).is_ok());
         }
-        assert!(4 * found > 3 * asked, "{found} of {asked}");
+        assert!(4 * found > 3 * tried, "{found} of {tried}");
     }
 }

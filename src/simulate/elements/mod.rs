@@ -320,8 +320,8 @@ pub(in crate::simulate) fn closed_orbit(
             orbit = Orbit::circle(problem, finer);
         }
         let (now, unit_now) = (&mut orbit, &mut unit);
-        let asked = tolerance;
-        let tolerance = FLOORS.get(rung).map_or(asked, |floor| asked.max(*floor));
+        let requested = tolerance;
+        let tolerance = FLOORS.get(rung).map_or(requested, |floor| requested.max(*floor));
         let solved = match nodes {
             4 => arch.dispatch(Solve {
                 orbit: now,
@@ -360,18 +360,18 @@ pub(in crate::simulate) fn closed_orbit(
             let coarser = 2.0 * (orbit.viscous - before).abs() + left_at_first * left_at_first / unit;
             // These are the errors of half as many nodes, whose order is half that of the present ones.
             let uncertain = match rung {
-                1 if unit <= LARGEST_WITH_ORDER && asked >= FINEST_WITH_ORDER => {
+                1 if unit <= LARGEST_WITH_ORDER && requested >= FINEST_WITH_ORDER => {
                     coarser.min(ORDER_FACTOR * coarser * (coarser / unit).sqrt())
                 }
                 _ => coarser,
             };
             let last = rung + 1 == LADDER.len() || orbit.elements.len() > MOST_ELEMENTS / 2;
-            let allowed = if last { asked.max(WORST) } else { asked + 4.0 * ROUND_OFF };
+            let allowed = if last { requested.max(WORST) } else { requested + 4.0 * ROUND_OFF };
             if uncertain <= allowed * unit {
                 let depth = orbit.depth();
                 let form = weakening.error(belt_speed - radius, belt_speed + depth).bound();
                 // Orbits that follow the law itself are more accurate then.
-                if !(form <= asked.max(WORST) * unit) {
+                if !(form <= requested.max(WORST) * unit) {
                     return Err(rhs);
                 }
                 let misplaced = orbit.misplaced().map(|error| MISPLACED * error);
