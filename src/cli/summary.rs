@@ -198,13 +198,13 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
             contradictions.first.len()
         )?;
         for cell in &contradictions.first {
-            let proved = |wanted: Verdict| {
+            let methods_with = |wanted: Verdict| {
                 let methods = job.plan.methods.iter().zip(&cell.verdicts);
                 let named =
                     methods.filter(|(_, verdict)| **verdict == wanted).map(|(method, _)| method.name());
                 named.collect::<Vec<_>>().join(", ")
             };
-            let (present, absent) = (proved(Verdict::Present), proved(Verdict::Absent));
+            let (present, absent) = (methods_with(Verdict::Present), methods_with(Verdict::Absent));
             let probe = command_line(law, &cell.point, tolerance);
             writeln!(out, "  present by {present}; absent by {absent}: {probe}")?;
         }
