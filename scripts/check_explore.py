@@ -265,7 +265,14 @@ def a_link_restores_the_state(session):
     bare = session.open("#v=1&law=lorentzian")
     wait(bare, "location.hash.includes('y=c')")
     assert state(bare)["law"] == "lorentzian" and state(bare)["y"].startswith("c,")
-    for opened in (page, other, bare):
+    # A link that is opened over the examples takes their place.
+    examples = session.open()
+    expect(examples.locator("#gallery")).to_be_visible()
+    examples.evaluate("(link) => { location.hash = link }", link)
+    expect(examples.locator("#gallery")).to_be_hidden()
+    settle(examples)
+    assert state(examples)["r.mu"] == "0.2,0.9"
+    for opened in (page, other, bare, examples):
         opened.context.close()
 
 
@@ -434,6 +441,12 @@ def a_machine_is_in_si_units(session):
     wait(page, "!location.hash.includes('motion=')")
     settle(page)
     assert state(page)["phi"] != said.get("phi") and "p.V" in state(page)
+    page.get_by_label("Friction law").first.select_option("stribeck")
+    wait(page, "location.hash.includes('law=stribeck')")
+    page.get_by_role("button", name="As a machine in SI units").click()
+    wait(page, "location.hash.includes('motion=translation')")
+    settle(page)
+    assert "p.mass" in state(page) and "p.V" not in state(page), state(page)
     old = session.open(OLD_MACHINE)
     settle(old)
     assert state(old)["x"].startswith("belt_speed,0.0099") and state(old)["p.mass"] == "2", state(old)

@@ -274,7 +274,7 @@ export class Controls {
     try {
       if (!state.motion) {
         const law = { ...state.law, static: undefined, small: undefined };
-        await app.ask({ law, motion: "translation", show, curves, pinned, at: COEFFICIENTS });
+        await app.take({ law, motion: "translation", show, curves, pinned, at: COEFFICIENTS });
         return;
       }
       const { law, at } = await post("/api/dimensionless", place(state));

@@ -39,11 +39,11 @@ export class Glance {
     setTimeout(async () => {
       if (turn !== this.turn) return;
       try {
-        const said = await post("/api/glance", place({ ...state, at }));
+        const found = await post("/api/glance", place({ ...state, at }));
         if (turn !== this.turn) return;
-        const rows = said.methods.map(([name, verdict]) =>
+        const rows = found.methods.map(([name, verdict]) =>
           element("tr", {}, element("td", {}, name.replaceAll("_", " ")), element("td", {}, element("span", { class: `say ${verdict}` }, verdict))));
-        this.box.replaceChildren(lines[0], element("b", {}, said.words), element("table", {}, ...rows));
+        this.box.replaceChildren(lines[0], element("b", {}, found.words), element("table", {}, ...rows));
         this.move_to(event);
       } catch {
         // The next movement asks again.

@@ -23,22 +23,22 @@ class App {
   }
 
   // Shows another state of a law with these axes.
-  open(said, axes) {
-    this.state = complete(said, axes);
+  open(wanted, axes) {
+    this.state = complete(wanted, axes);
     this.change("rest");
   }
 
   // Shows a law, or a machine, whose axes the program tells.
-  async ask(said) {
-    const { axes } = await post("/api/law", { ...said.law, motion: said.motion });
-    this.open(said, axes);
+  async take(wanted) {
+    const { axes } = await post("/api/law", { ...wanted.law, motion: wanted.motion });
+    this.open(wanted, axes);
   }
 
   async open_link(fragment) {
-    const said = read(fragment);
-    if (!said) return false;
+    const wanted = read(fragment);
+    if (!wanted) return false;
     try {
-      await this.ask(said);
+      await this.take(wanted);
     } catch (problem) {
       this.complain(problem);
       return false;
@@ -95,10 +95,10 @@ function listen_for_the_program(app) {
 }
 
 // A small picture of an example, as soon as it can be had.
-async function thumbnail(canvas, said, axes) {
-  const state = complete(said, axes);
+async function thumbnail(canvas, wanted, axes) {
+  const state = complete(wanted, axes);
   // Formulas take longer.
-  const fine = said.law.name === "expression" || state.show.includes("stick_band") ? 1 : 2;
+  const fine = wanted.law.name === "expression" || state.show.includes("stick_band") ? 1 : 2;
   const points = { x: { ...state.x, points: 36 * fine }, y: { ...state.y, points: 22 * fine } };
   const found = await picture({ ...place(state), ...points, show: state.show }, crypto.randomUUID());
   Object.assign(canvas, { width: 288, height: 180 });
@@ -116,17 +116,17 @@ async function build_gallery(app) {
       app.open_link(link);
     };
     cards.append(element("button", { type: "button", class: "card", onclick: open }, canvas, element("b", {}, title), element("span", {}, words)));
-    pictures.push({ canvas, said: read(link) });
+    pictures.push({ canvas, wanted: read(link) });
   }
   let drawn = false;
   const show = async () => {
     dialog.showModal();
     if (drawn) return;
     drawn = true;
-    for (const { canvas, said } of pictures) {
+    for (const { canvas, wanted } of pictures) {
       try {
-        const { axes } = await post("/api/law", { ...said.law, motion: said.motion });
-        await thumbnail.call(app, canvas, said, axes);
+        const { axes } = await post("/api/law", { ...wanted.law, motion: wanted.motion });
+        await thumbnail.call(app, canvas, wanted, axes);
       } catch {
         // A card without a picture still opens its example.
       }
@@ -148,7 +148,7 @@ function choose_theme() {
 }
 
 // The state of the file that the command was given.
-function said_of(start) {
+function state_of(start) {
   const shown = start.axes.filter(({ nodes }) => nodes > 1).map(({ name }) => name);
   const side = (name) => {
     const axis = start.axes.find((it) => it.name === name);
@@ -170,12 +170,15 @@ async function main() {
   const app = new App(catalogue);
   listen_for_the_program(app);
   const show_gallery = await build_gallery(app);
-  addEventListener("hashchange", () => app.open_link(location.hash));
+  addEventListener("hashchange", () => {
+    document.getElementById("gallery").close();
+    app.open_link(location.hash);
+  });
   const start = await get("/api/start");
   app.map = start?.variables ? start.title : null;
   if (await app.open_link(location.hash)) return;
   if (start) {
-    await app.ask(said_of(start));
+    await app.take(state_of(start));
   } else {
     await app.open_link(CASES[2].link.replace("&pin=1", ""));
     show_gallery();

@@ -158,13 +158,13 @@ function verdict_table({ methods, critical_c, machine }) {
   const number = (value, factor) => short(typeof value === "number" ? value * factor : value, 4);
   const head = element("tr", {}, ...["method", "verdict", ...heads].map((words) => element("th", { scope: "col" }, words)));
   // Below each method, over the whole width, why it does not decide, or what its verdict is worth.
-  const rows = Object.entries(methods).flatMap(([name, said]) => [
-    element("tr", { "data-method": name, title: said.equation },
+  const rows = Object.entries(methods).flatMap(([name, method]) => [
+    element("tr", { "data-method": name, title: method.equation },
       element("th", { scope: "row" }, name.replaceAll("_", " ")),
-      element("td", {}, element("span", { class: `say ${said.verdict}` }, said.verdict)),
-      element("td", { class: "number" }, number(said.margin, name === "simulation" ? 1 : damping)),
-      element("td", { class: "number" }, number(said.critical_c, damping))),
-    element("tr", { class: "why" }, element("td", { class: "hint", colspan: "4" }, said.reason ?? `guarantee: ${said.guarantee.replaceAll("_", " ")}`)),
+      element("td", {}, element("span", { class: `say ${method.verdict}` }, method.verdict)),
+      element("td", { class: "number" }, number(method.margin, name === "simulation" ? 1 : damping)),
+      element("td", { class: "number" }, number(method.critical_c, damping))),
+    element("tr", { class: "why" }, element("td", { class: "hint", colspan: "4" }, method.reason ?? `guarantee: ${method.guarantee.replaceAll("_", " ")}`)),
   ]);
   const exact = critical_c.value === null ? critical_c.reason : `${machine ? short(critical_c.value * damping, 6) : critical_c.value} ± ${short(critical_c.error * damping, 2)} ${unit}`.trim();
   const margin = machine ? `${unit} of damping` : "c";

@@ -30,8 +30,8 @@ async function send(path, options) {
   }
   if (response.status === 204) throw new Problem({ problem: "a newer request took the place of this one" }, 204);
   if (response.ok) return response;
-  const said = await response.json().catch(() => ({ problem: `the program answered ${response.status}`, remedy: "" }));
-  throw new Problem(said, response.status);
+  const refusal = await response.json().catch(() => ({ problem: `the program answered ${response.status}`, remedy: "" }));
+  throw new Problem(refusal, response.status);
 }
 
 // Looks whether the program is back.

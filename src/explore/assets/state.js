@@ -61,12 +61,12 @@ export function read(fragment) {
       if (ends.length === 2 && ends[0] !== null && ends[1] !== null && ends[0] < ends[1]) ranges[name] = ends;
     }
   }
-  const said = { law, x: side("x"), y: side("y"), show: link.get("show"), curves: link.get("curves") !== "0", stored: link.get("stored") === "1", at, ranges, motion: link.get("motion"), pinned: link.get("pin") === "1" };
-  return "motion" in machine ? of_machine(said, machine) : said;
+  const wanted = { law, x: side("x"), y: side("y"), show: link.get("show"), curves: link.get("curves") !== "0", stored: link.get("stored") === "1", at, ranges, motion: link.get("motion"), pinned: link.get("pin") === "1" };
+  return "motion" in machine ? of_machine(wanted, machine) : wanted;
 }
 
 // A link of version 1 with a machine.
-function of_machine(said, { motion, ...at }) {
+function of_machine(wanted, { motion, ...at }) {
   const damping = Math.sqrt(at.stiffness * at.mass);
   const units = { V: ["belt_speed", (at.static_friction * at.normal_force) / damping], c: ["damping", damping] };
   const side = (old) => {
@@ -75,31 +75,31 @@ function of_machine(said, { motion, ...at }) {
     const digits = (value) => Number((value * unit).toPrecision(9));
     return { ...old, axis, from: digits(old.from), to: digits(old.to) };
   };
-  return { ...said, motion, at, x: side(said.x), y: side(said.y) };
+  return { ...wanted, motion, at, x: side(wanted.x), y: side(wanted.y) };
 }
 
-// A state of a law with these axes: what is said, and defaults for the rest.
-export function complete(said, axes) {
+// A state of a law with these axes: what is wanted, and defaults for the rest.
+export function complete(wanted, axes) {
   const names = axes.map((axis) => axis.name);
   const at = {};
   const ranges = {};
   for (const axis of axes) {
-    at[axis.name] = said.at?.[axis.name] ?? axis.value;
+    at[axis.name] = wanted.at?.[axis.name] ?? axis.value;
     // Quantities of a machine have no usual size.
     const usual = axis.unit !== undefined && at[axis.name] > 0 ? [0, 2 * at[axis.name]] : [axis.from, axis.to];
-    ranges[axis.name] = said.ranges?.[axis.name] ?? usual;
+    ranges[axis.name] = wanted.ranges?.[axis.name] ?? usual;
   }
   const side = (wanted, usual) => {
     if (wanted && names.includes(wanted.axis)) return { ...wanted };
     const [from, to] = ranges[usual];
     return { axis: usual, from, to, log: false };
   };
-  const y = side(said.y, said.motion ? "damping" : "c");
+  const y = side(wanted.y, wanted.motion ? "damping" : "c");
   const free = names.filter((name) => name !== y.axis && name !== "epsilon");
   const usual = ["gamma", "V", "belt_speed"].find((name) => free.includes(name)) ?? free[0];
-  let x = side(said.x, usual);
+  let x = side(wanted.x, usual);
   if (x.axis === y.axis) x = side(null, usual);
-  return { law: said.law, axes, at, ranges, x, y, motion: said.motion ?? null, show: said.show || "regime", curves: said.curves ?? true, stored: said.stored ?? false, pinned: said.pinned ?? false };
+  return { law: wanted.law, axes, at, ranges, x, y, motion: wanted.motion ?? null, show: wanted.show || "regime", curves: wanted.curves ?? true, stored: wanted.stored ?? false, pinned: wanted.pinned ?? false };
 }
 
 // What the program has to know of a place.
