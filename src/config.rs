@@ -214,7 +214,7 @@ impl Job {
             title,
             machine,
             uncertain,
-            config_file: source.file().to_owned(),
+            config_file: source.file.clone(),
             config_text: source.text(),
             output: path,
             proof,

@@ -180,7 +180,7 @@ impl<'a> Drawn<'a> {
     }
 
     fn draw(mut self, uncertain: &[Uncertain], draws: usize, mut random: Random) -> Result<Self, NoRisk> {
-        let machine = self.groups.nominal();
+        let machine = self.groups.nominal;
         let measured = has_standard_errors(machine);
         for _ in 0..draws {
             let drawn = draw(machine, uncertain, &mut random).ok_or(NoRisk::Illegal)?;

@@ -68,9 +68,9 @@ pub struct Certificate {
     format: String,
     statement: String,
     written_by: String,
-    /// The run that wrote it.
+    /// The run that it names as its origin.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    run: Option<String>,
+    pub(crate) run: Option<String>,
     unit: f64,
     domain: GroupBox,
     open: Vec<GroupBox>,
@@ -166,7 +166,7 @@ impl Certificate {
             written_by: format!("slipmap {} (git {})", env!("CARGO_PKG_VERSION"), env!("SLIPMAP_GIT")),
             run: Some(run.into()),
             unit: UNIT,
-            domain: surface.domain(),
+            domain: surface.domain,
             open: surface.open().collect(),
             tiles: surface.tiles().map(StoredTile::of).collect(),
         }
@@ -190,11 +190,6 @@ impl Certificate {
     /// None is known: the numbers of a surface are finite.
     pub fn text(&self) -> serde_json::Result<String> {
         Ok(serde_json::to_string(self)?.replace("{\"domain\"", "\n{\"domain\"") + "\n")
-    }
-
-    /// The run that it names as its origin.
-    pub(crate) fn run(&self) -> Option<&str> {
-        self.run.as_deref()
     }
 
     /// Verifies every claim, by [`super::recheck`].

@@ -64,16 +64,19 @@ mod test_columns;
 use std::cell::OnceCell;
 
 use crate::friction::Column;
+use crate::named::named;
 
-/// The verdict of a test at one point.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Decision {
-    /// A stick-slip limit cycle exists.
-    Present,
-    /// None exists.
-    Absent,
-    /// The test does not apply here, or does not decide.
-    Undecided,
+named! {
+    /// The verdict of a test at one point, with its name in proofs.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Decision {
+        /// A stick-slip limit cycle exists.
+        Present => "present",
+        /// None exists.
+        Absent => "absent",
+        /// The test does not apply here, or does not decide.
+        Undecided => "undecided",
+    }
 }
 
 /// The verdicts of a test along a whole column: presence for c >= 0 in [`sticks_from`, `present_below`),
@@ -141,32 +144,20 @@ fn is_reliable(column: &Column, bound: f64) -> bool {
     column.curve.is_normal() && !bound.is_subnormal()
 }
 
-/// Strength of a verdict.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Guarantee {
-    /// True in the limit eps -> 0; may be wrong at any given eps.
-    Asymptotic,
-    /// A theorem at every eps > 0, evaluated in double precision.
-    FiniteEpsilon,
-    /// Numerical integration with an error estimate.
-    Numerical,
-    /// A theorem including round-off.
-    Validated,
-    /// No claim of correctness: a method that is included to be measured.
-    None,
-}
-
-impl Guarantee {
-    /// Name in map files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Guarantee::Asymptotic => "asymptotic",
-            Guarantee::FiniteEpsilon => "finite_epsilon",
-            Guarantee::Numerical => "numerical",
-            Guarantee::Validated => "validated",
-            Guarantee::None => "none",
-        }
+named! {
+    /// Strength of a verdict, with its name in map files.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Guarantee {
+        /// True in the limit eps -> 0; may be wrong at any given eps.
+        Asymptotic => "asymptotic",
+        /// A theorem at every eps > 0, evaluated in double precision.
+        FiniteEpsilon => "finite_epsilon",
+        /// Numerical integration with an error estimate.
+        Numerical => "numerical",
+        /// A theorem including round-off.
+        Validated => "validated",
+        /// No claim of correctness: a method that is included to be measured.
+        None => "none",
     }
 }
 

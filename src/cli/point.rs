@@ -95,7 +95,8 @@ impl LawArguments {
 /// `--set NAME=NUMBER`.
 #[derive(Clone, Debug)]
 pub(super) struct PointArguments {
-    given: Vec<(String, f64)>,
+    /// The given parameters, by name.
+    pub(super) given: Vec<(String, f64)>,
 }
 
 fn parse_number(text: &str) -> Result<f64, String> {
@@ -111,16 +112,6 @@ pub(super) fn parse_setting(text: &str) -> Result<(String, f64), String> {
 }
 
 impl PointArguments {
-    /// The given parameters, by name.
-    pub(super) fn given(&self) -> &[(String, f64)] {
-        &self.given
-    }
-
-    /// Returns whether no parameter was given.
-    pub(super) fn is_empty(&self) -> bool {
-        self.given.is_empty()
-    }
-
     /// The point of `law`; every axis of the law must have been given, and no other.
     pub(super) fn point(&self, law: &Law) -> Result<Point, Failure> {
         let axes = Grid::axis_names(law);

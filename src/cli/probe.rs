@@ -131,7 +131,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     }
     let law = arguments.law.law()?;
     if arguments.points.is_some() {
-        if !arguments.point.is_empty() {
+        if !arguments.point.given.is_empty() {
             return Err(Failure::BadInput(
                 "both a point and a table were given\n  help: leave out either the parameters or --points"
                     .into(),
@@ -145,11 +145,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
 
 fn probe_machine(arguments: &Arguments, file: &Path, tolerance: f64) -> Result<Ended, Failure> {
     if arguments.points.is_some() {
-        let job = load_machine(file, arguments.point.given())?;
+        let job = load_machine(file, &arguments.point.given)?;
         super::machine::warn(&job.machine);
         return probe_table(arguments, About::Machine(&job, file), tolerance);
     }
-    let job = super::machine::load(file, arguments.point.given())?;
+    let job = super::machine::load(file, &arguments.point.given)?;
     let leaves = || Failure::BadInput("the friction leaves the numbers\n  help: check the units".into());
     let model = job.model_of(&job.machine).ok_or_else(leaves)?;
     probe_point(arguments, &model.law, &model.point, tolerance, Some((&job.machine, &model)))

@@ -83,7 +83,7 @@ fn convert(
     stop: &AtomicBool,
     bar: &ProgressBar,
 ) -> Result<(), Failure> {
-    let mut header = table.header().clone();
+    let mut header = table.header.clone();
     for name in answer_columns(job) {
         header.push_field(name.as_bytes());
     }
@@ -147,11 +147,11 @@ const QUANTITIES: [Field; 3] = [Field::Landing, Field::Cycle, Field::Basin];
 
 /// Refuses a table that already has a column with an appended name.
 fn check_header(table: &PointTable, job: &Job) -> Result<(), Failure> {
-    let header: Vec<_> = table.header().iter().map(|field| String::from_utf8_lossy(field)).collect();
+    let header: Vec<_> = table.header.iter().map(|field| String::from_utf8_lossy(field)).collect();
     match answer_columns(job).into_iter().find(|name| header.iter().any(|field| field.trim() == name)) {
         Some(taken) => Err(Failure::BadInput(format!(
             "{}:1: the column `{taken}` is there already, and would be added\n  help: rename it or take it out",
-            table.name()
+            table.name
         ))),
         None => Ok(()),
     }

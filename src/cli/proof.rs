@@ -40,9 +40,7 @@ pub(super) fn state(path: &Path) -> PathState {
         Ok(_) => {}
     }
     match read(path) {
-        Ok(Some((_, text))) => {
-            PathState::Proof(Certificate::parse(&text).ok().and_then(|read| read.run().map(str::to_owned)))
-        }
+        Ok(Some((_, text))) => PathState::Proof(Certificate::parse(&text).ok().and_then(|read| read.run)),
         Ok(None) => match path.metadata().map(|metadata| metadata.len()) {
             Ok(0) => PathState::Nothing,
             _ => PathState::Other,
@@ -158,12 +156,12 @@ pub(super) fn check(path: &Path, as_json: bool) -> Result<Ended, Failure> {
 
 fn check_point(path: &Path, certificate: &PointCertificate, as_json: bool) -> Result<Ended, Failure> {
     let problems = certificate.check();
-    let [lo, hi] = certificate.critical_c();
+    let [lo, hi] = certificate.critical_c;
     if as_json {
         output::print_json(&json!({
             "proof": path.to_string_lossy(),
             "sound": problems.is_empty(),
-            "verdict": certificate.verdict(),
+            "verdict": certificate.verdict,
             "critical_c": [lo, hi],
             "problems": problems,
         }))?;
@@ -174,7 +172,7 @@ fn check_point(path: &Path, certificate: &PointCertificate, as_json: bool) -> Re
             out,
             "{}: one point, {}; critical c from {} to {}",
             path.display(),
-            output::without_control_characters(certificate.verdict()),
+            output::without_control_characters(&certificate.verdict),
             end(lo),
             end(hi)
         )?;

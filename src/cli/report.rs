@@ -79,7 +79,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
 /// Opens and verifies a map; one that cannot be read or is damaged is bad input.
 pub(super) fn open(path: &Path) -> Result<MapFile, Failure> {
     let map = MapFile::open(path).map_err(|error| unreadable(&error))?;
-    if !map.is_sealed() {
+    if !map.sealed {
         say(&format!(
             "note: {} has no seal, since another program has written to it or copied it; each of its cells and \
              attributes was compared with its fingerprint instead",

@@ -25,9 +25,11 @@ const LONGEST_ROW: u64 = 1 << 20;
 
 /// Reader of a table of points, or of machines.
 pub struct PointTable {
-    name: String,
+    /// The file's name in messages.
+    pub(crate) name: String,
     reader: csv::Reader<Rows>,
-    header: ByteRecord,
+    /// The names of its columns.
+    pub(crate) header: ByteRecord,
     /// Names of the parameters or quantities, and the column of each.
     columns: Vec<(&'static str, usize)>,
     parsed: Arc<AtomicU64>,
@@ -81,16 +83,6 @@ impl PointTable {
         }
         let columns = find_axes(&name, &header, names, all)?;
         Ok(Self { name, reader, header, columns, parsed })
-    }
-
-    /// The file's name in messages.
-    pub(crate) fn name(&self) -> &str {
-        &self.name
-    }
-
-    /// The header: names of the columns.
-    pub(crate) fn header(&self) -> &ByteRecord {
-        &self.header
     }
 
     /// Returns whether it has the column of this parameter or quantity.

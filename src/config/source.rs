@@ -48,7 +48,7 @@ enum Step {
 /// A configuration file with its overrides applied.
 #[derive(Debug)]
 pub(super) struct Source {
-    file: PathBuf,
+    pub(super) file: PathBuf,
     original: Document<String>,
     effective: DocumentMut,
     overrides: Vec<Override>,
@@ -64,10 +64,6 @@ impl Source {
             source.set(argument)?;
         }
         Ok(source)
-    }
-
-    pub(super) fn file(&self) -> &Path {
-        &self.file
     }
 
     /// The text with the overridden values replaced; comments are kept.

@@ -35,7 +35,7 @@ impl PartialEq for Table {
     }
 }
 
-#[derive(Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 struct Cubics {
     /// The source of the data.
     origin: String,
@@ -155,16 +155,7 @@ impl Table {
                 "write a finite number that is at least 0, in the units of the friction",
             );
         }
-        let Cubics { origin, static_level, friction, u, phi, slope, errors: _ } = &*self.0;
-        Ok(Self(Arc::new(Cubics {
-            origin: origin.clone(),
-            static_level: *static_level,
-            friction: friction.clone(),
-            u: u.clone(),
-            phi: phi.clone(),
-            slope: slope.clone(),
-            errors: Some(errors.to_vec()),
-        })))
+        Ok(Self(Arc::new(Cubics { errors: Some(errors.to_vec()), ..Cubics::clone(&self.0) })))
     }
 
     /// The same law with its slip speeds in units of `unit` > 0.

@@ -24,7 +24,8 @@ const BATCH: usize = 1024;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Sizes {
     bins: BTreeMap<u64, u64>,
-    count: u64,
+    /// Number of errors.
+    pub(crate) count: u64,
     largest: f64,
 }
 
@@ -36,11 +37,6 @@ impl Sizes {
         *self.bins.entry(size.abs().to_bits() >> Self::DROPPED).or_default() += 1;
         self.count += 1;
         self.largest = self.largest.max(size.abs());
-    }
-
-    /// Number of errors.
-    pub(crate) fn count(&self) -> u64 {
-        self.count
     }
 
     /// The `q` quantile, to one part in 2^11: the middle of its bin, or the largest error if that

@@ -48,7 +48,7 @@ const MACHINES_PER_NODE: usize = 4;
 
 /// Machines by the groups of which y is a function.
 pub(super) struct Groups<'a> {
-    nominal: &'a Machine,
+    pub(super) nominal: &'a Machine,
     /// Positions of the formula's parameters that vary, among its quantities.
     varied: Vec<usize>,
     /// Number of groups.
@@ -120,11 +120,6 @@ impl<'a> Groups<'a> {
         };
         let size = 2 + varied.len() + usize::from(is_stribeck(nominal));
         Self { nominal, varied, size, values: Vec::new(), scales: Vec::new() }
-    }
-
-    /// The machine from which the others differ.
-    pub(super) fn nominal(&self) -> &'a Machine {
-        self.nominal
     }
 
     /// Adds a machine.

@@ -319,9 +319,7 @@ fn check_layout(
     }
     if let Content::Verdict(method) = variable.content {
         let guarantee = schema.methods[method].guarantee.as_str();
-        use Guarantee::{Asymptotic, FiniteEpsilon, None, Numerical, Validated};
-        let known = [Asymptotic, FiniteEpsilon, Numerical, Validated, None];
-        if !known.iter().any(|known| known.name() == guarantee) {
+        if !Guarantee::ALL.iter().any(|known| known.name() == guarantee) {
             report.attribute(name, "guarantee", format!("is {guarantee:?}, no known word"));
         }
     }

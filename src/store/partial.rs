@@ -139,13 +139,13 @@ impl PartialMap {
         opening: &[(String, Value)],
         mut journal: Journal,
     ) -> Result<Resumed, StoreError> {
-        let journal_path = journal.path().to_path_buf();
+        let journal_path = journal.path.clone();
         let mut found = Found::nothing(plan, String::new());
         let mut map: Option<MapWriter> = None;
         let mut session_seconds = 0.0;
         let mut finished_already = false;
         let header_length = header(opening, "", Existing::Refuse).bytes.len() as u64;
-        let length = journal.length();
+        let length = journal.end;
         let lost = journal.replay(longest(plan), |kind, a, b| match (kind, &map) {
             (Kind::Header, Some(_)) => Ok(false),
             (Kind::Header, None) => {
@@ -178,7 +178,7 @@ impl PartialMap {
             }
             (Kind::Tile, None) => Ok(false),
             (Kind::Tile, Some(map)) => {
-                let tile = from_bytes::<PackedTile>(a).filter(|tile| tile.fits(map.schema()));
+                let tile = from_bytes::<PackedTile>(a).filter(|tile| tile.fits(&map.schema));
                 let account = from_bytes::<(f64, AccountRecord)>(b)
                     .and_then(|(seconds, record)| Some((seconds, record.account(plan)?)));
                 let (Some(tile), Some((seconds, account))) = (tile, account) else { return Ok(false) };
@@ -216,7 +216,7 @@ impl PartialMap {
         );
         journal.append(Kind::Session, &Part::new(to_bytes(&line)), &[])?;
         found.history = format!("{}\n{line}", found.history);
-        map.set_history(found.history.clone());
+        map.history.clone_from(&found.history);
         Ok(Resumed::Partial(Box::new(Self::with(map, journal, plan, found))))
     }
 
@@ -296,7 +296,7 @@ impl PartialMap {
 
     /// Returns whether the map is locked against other processes; false on file systems without locks.
     pub(crate) fn is_locked(&self) -> bool {
-        self.journal().is_locked()
+        self.journal().locked
     }
 
     /// Forces the journal to disk; to be called before the map is left to a later run.

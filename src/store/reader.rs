@@ -34,12 +34,13 @@ pub enum Pick {
 /// map was opened.
 #[derive(Debug)]
 pub struct MapFile {
-    pub(super) path: PathBuf,
+    pub(crate) path: PathBuf,
     pub(super) file: File,
     pub(super) schema: Schema,
     attributes: BTreeMap<String, Value>,
     pub(super) length: u64,
-    pub(super) sealed: bool,
+    /// Whether the map ends with its seal; if not, another program has written to it or copied it.
+    pub(crate) sealed: bool,
     pub(super) curves: Vec<PlaneCurves>,
 }
 
@@ -54,15 +55,6 @@ impl MapFile {
         trust::grid(&schema, length).map_err(not_a_map)?;
         let path = path.to_path_buf();
         Ok(Self { path, file, schema, attributes, length, sealed: false, curves: Vec::new() })
-    }
-
-    /// Returns whether the map ends with its seal; if not, another program has written to it or copied it.
-    pub(crate) fn is_sealed(&self) -> bool {
-        self.sealed
-    }
-
-    pub(crate) fn path(&self) -> &Path {
-        &self.path
     }
 
     /// The grid: friction law and axes, slowest first.

@@ -41,8 +41,9 @@ pub(super) struct MapWriter {
     temporary: Temporary,
     output: PathBuf,
     existing: Existing,
-    history: String,
-    schema: Schema,
+    /// The attribute `history`.
+    pub(super) history: String,
+    pub(super) schema: Schema,
     written: Mutex<Vec<Written>>,
 }
 
@@ -58,7 +59,7 @@ impl MapWriter {
     ) -> Result<Self, StoreError> {
         let schema = Schema::of(plan);
         let failed = |error: hdf5::Error| StoreError::hdf5("create", path, &error);
-        let file = create_file(temporary.path()).map_err(failed)?;
+        let file = create_file(&temporary.path).map_err(failed)?;
         for (name, value) in opening {
             value::write(&file, name, value).map_err(failed)?;
         }
@@ -119,7 +120,7 @@ impl MapWriter {
         file.flush().map_err(failed)?;
         sys::unlock(&file).map_err(failed)?;
         file.close().map_err(failed)?;
-        seal::seal(temporary.path()).map_err(|source| StoreError::io("write", &output, source))?;
+        seal::seal(&temporary.path).map_err(|source| StoreError::io("write", &output, source))?;
         temporary.publish(&output, existing)
     }
 
@@ -137,19 +138,10 @@ impl MapWriter {
         Ok(())
     }
 
-    /// Replaces the attribute `history`.
-    pub(super) fn set_history(&mut self, history: String) {
-        self.history = history;
-    }
-
-    pub(super) fn schema(&self) -> &Schema {
-        &self.schema
-    }
-
     /// Returns an error unless every tile was written and every cell computed.
     fn check_complete(&self) -> Result<(), StoreError> {
         let written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
-        for (variable, written) in self.schema().variables.iter().zip(written.iter()) {
+        for (variable, written) in self.schema.variables.iter().zip(written.iter()) {
             let missing = || written.chunks.iter().enumerate().filter(|(_, chunk)| chunk.is_none());
             if let Some((first, _)) = missing().next() {
                 return Err(StoreError::Incomplete {

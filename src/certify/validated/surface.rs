@@ -11,9 +11,10 @@ use crate::friction::interval::Interval;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
     /// The whole box.
-    domain: GroupBox,
+    pub(crate) domain: GroupBox,
     pieces: Vec<Piece>,
-    tried: usize,
+    /// Number of proofs tried so far.
+    pub(crate) tried: usize,
 }
 
 /// A part of a surface.
@@ -122,16 +123,6 @@ impl Surface {
             next.push((piece.domain, parts));
         }
         next
-    }
-
-    /// The whole box.
-    pub(crate) fn domain(&self) -> GroupBox {
-        self.domain
-    }
-
-    /// Number of proofs tried so far.
-    pub(crate) fn tried(&self) -> usize {
-        self.tried
     }
 
     /// The proved tiles.
@@ -244,7 +235,7 @@ mod tests {
             (surface, prover.1.get())
         };
         let (alone, most) = refined(1);
-        assert_eq!((alone.tried(), most), (9, 2));
+        assert_eq!((alone.tried, most), (9, 2));
         let (eight, together) = refined(8);
         assert_eq!(alone, eight);
         assert!(together > 2, "eight workers get more than one piece at a time: {together}");

@@ -295,7 +295,7 @@ pub(crate) fn hold(
     }
     // A user cannot choose a machine's friction.
     let constant = |position: usize| {
-        view.units.machine().is_some() && axes[position].values.len() == 1 && wanted[position].is_none()
+        view.units.machine.is_some() && axes[position].values.len() == 1 && wanted[position].is_none()
     };
     let held = axes.iter().enumerate().filter(|(i, _)| !shown.contains(i) && !constant(*i));
     let held = held.map(|(i, axis)| {

@@ -139,7 +139,7 @@ pub fn provenance(map: &MapFile) -> Table {
     let rows = entries.iter().filter_map(|&(what, attribute)| {
         let cell = match what {
             "map file" => {
-                let name = map.path().file_name().unwrap_or(map.path().as_os_str());
+                let name = map.path.file_name().unwrap_or(map.path.as_os_str());
                 Cell::Words(name.to_string_lossy().into_owned())
             }
             "cells" => Cell::Words(map.grid().cells().to_string()),
