@@ -110,6 +110,7 @@ pub struct Model {
 
 /// The units of the dimensionless oscillator, in SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Units {
     /// s.
     pub time: f64,
@@ -119,7 +120,8 @@ pub struct Units {
     pub velocity: f64,
     /// N.
     pub force: f64,
-    /// N s/m: d of c = 1 at eps = 1.
+    /// N s/m: d of c = 1 at eps = 1. Not serialised: it is force over velocity.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub damping: f64,
 }
 

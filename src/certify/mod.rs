@@ -257,6 +257,31 @@ mod tests {
         assert_eq!(Claim::NOTHING.decide(0.0), Decision::Undecided);
     }
 
+    #[test]
+    fn edges_by_hand() {
+        // gamma (1 - alpha) = 1 with each eps, 2 beta V = 1/32, and k = 4 with eps = 1.
+        let column = |eps: f64| test_columns::stribeck(eps, 0.5, 0.0078125, 2.0, 2.0);
+        let never = f64::INFINITY;
+        for (test, eps, present_below, absent_above) in [
+            (perturbation::TEST, 1.0, 1.0 - 0.03125, 1.0 - 0.03125),
+            (perturbation::TEST, 1e-3, 1.0 - 0.03125, 1.0 - 0.03125),
+            (bendixson_leading::TEST, 1.0, 1.0 - 0.0625, never),
+            (instability::TEST, 1.0, 1.0 / 25.0 - 0.03125, never),
+            (symmetric::TEST, 1.0, 1.0 / 25.0 - 0.03125, (1.0 + 1.0 / 81.0) / 2.0 - 0.03125),
+            // q = 3: 2 / (q (1 + k + q)).
+            (harmonic_balance::TEST, 1.0, 1.0 / 12.0 - 0.03125, 1.0 / 12.0 - 0.03125),
+        ] {
+            let claim = (test.claim)(&column(eps));
+            // A few roundings of the terms, and none of whole numbers and halves.
+            let rounding =
+                |edge: f64| if test.first_order { 0.0 } else { 4.0 * f64::EPSILON * (edge + 0.03125) };
+            let is = |found: f64, edge: f64| found == edge || (found - edge).abs() <= rounding(edge);
+            assert!(is(claim.present_below, present_below), "{}: {claim:?}", test.name);
+            assert!(is(claim.absent_above, absent_above), "{}: {claim:?}", test.name);
+            assert!(!test.first_order || claim.sticks_from == f64::NEG_INFINITY, "{}: {claim:?}", test.name);
+        }
+    }
+
     /// Methods share claims; the answer of each is what it would be alone.
     #[test]
     fn claims_of_many_columns_are_those_of_each() {

@@ -107,10 +107,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     written.extend(arguments.curves.then_some(&table));
     written.extend(&arguments.data);
     if let (true, Some(data)) = (arguments.curves, arguments.data.as_ref().filter(|data| **data == table)) {
-        return Err(Failure::BadInput(format!(
-            "--data {}: the points of the curves go there\n  help: choose another name",
-            data.display()
-        )));
+        let problem = format!("--data {}: the points of the curves go there", data.display());
+        return Err(Failure::bad_input(problem, "choose another name"));
     }
     if arguments.overwrite {
         replace::check(&arguments.out, Some(&arguments.map), Kind::Figure)?;

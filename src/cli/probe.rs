@@ -132,10 +132,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let law = arguments.law.law()?;
     if arguments.points.is_some() {
         if !arguments.point.given.is_empty() {
-            return Err(Failure::BadInput(
-                "both a point and a table were given\n  help: leave out either the parameters or --points"
-                    .into(),
-            ));
+            let help = "leave out either the parameters or --points";
+            return Err(Failure::bad_input("both a point and a table were given", help));
         }
         return probe_table(arguments, About::Law(law), tolerance);
     }
@@ -150,7 +148,7 @@ fn probe_machine(arguments: &Arguments, file: &Path, tolerance: f64) -> Result<E
         return probe_table(arguments, About::Machine(&job, file), tolerance);
     }
     let job = super::machine::load(file, &arguments.point.given)?;
-    let leaves = || Failure::BadInput("the friction leaves the numbers\n  help: check the units".into());
+    let leaves = || Failure::bad_input("the friction leaves the numbers", "check the units");
     let model = job.model_of(&job.machine).ok_or_else(leaves)?;
     probe_point(arguments, &model.law, &model.point, tolerance, Some((&job.machine, &model)))
 }
@@ -158,7 +156,7 @@ fn probe_machine(arguments: &Arguments, file: &Path, tolerance: f64) -> Result<E
 /// Probes each row of a table.
 fn probe_table(arguments: &Arguments, about: About, tolerance: f64) -> Result<Ended, Failure> {
     let (Some(input), Some(output)) = (&arguments.points, &arguments.out) else {
-        return Err(Failure::BadInput("--points needs --out\n  help: name the table to be written".into()));
+        return Err(Failure::bad_input("--points needs --out", "name the table to be written"));
     };
     probe_table::run(&probe_table::Job {
         input,
@@ -218,11 +216,9 @@ fn write_orbit(
         arguments.orbit.iter().try_for_each(|path| replace::check(path, None, Kind::Table("x1")))?;
     }
     if arguments.figure.is_none() && arguments.orbit.is_none() {
+        let help = "add --orbit FILE.csv or --figure FILE";
         return match arguments.from.is_some() || arguments.duration.is_some() {
-            true => Err(Failure::BadInput(
-                "--from and --duration are about an orbit\n  help: add --orbit FILE.csv or --figure FILE"
-                    .into(),
-            )),
+            true => Err(Failure::bad_input("--from and --duration are about an orbit", help)),
             false => Ok(()),
         };
     }

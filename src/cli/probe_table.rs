@@ -149,10 +149,10 @@ const QUANTITIES: [Field; 3] = [Field::Landing, Field::Cycle, Field::Basin];
 fn check_header(table: &PointTable, job: &Job) -> Result<(), Failure> {
     let header: Vec<_> = table.header.iter().map(|field| String::from_utf8_lossy(field)).collect();
     match answer_columns(job).into_iter().find(|name| header.iter().any(|field| field.trim() == name)) {
-        Some(taken) => Err(Failure::BadInput(format!(
-            "{}:1: the column `{taken}` is there already, and would be added\n  help: rename it or take it out",
-            table.name
-        ))),
+        Some(taken) => Err(Failure::bad_input(
+            format!("{}:1: the column `{taken}` is there already, and would be added", table.name),
+            "rename it or take it out",
+        )),
         None => Ok(()),
     }
 }
@@ -273,17 +273,13 @@ impl Output {
             replace::check(path, Some(input), Kind::Table("verdict_"))?;
         }
         if path.is_dir() {
-            return Err(Failure::BadInput(format!(
-                "--out {name}: this is a folder\n  help: name a CSV file"
-            )));
+            return Err(Failure::bad_input(format!("--out {name}: this is a folder"), "name a CSV file"));
         }
         replace::refuse_existing("--out", path, overwrite)?;
         let folder = folder_of(path);
         let file = temporary_in(folder).map_err(|error| {
-            Failure::BadInput(format!(
-                "--out {name}: cannot write into the folder {}: {error}\n  help: choose a folder that exists and is yours",
-                folder.display()
-            ))
+            let problem = format!("--out {name}: cannot write into the folder {}: {error}", folder.display());
+            Failure::bad_input(problem, "choose a folder that exists and is yours")
         })?;
         let temporary = file.path().to_owned();
         interrupt::on_abandonment(super::NOTHING_LEFT.to_owned(), move || {

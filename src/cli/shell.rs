@@ -59,10 +59,8 @@ pub(crate) fn man(mut program: Command, arguments: &ManArguments) -> Result<Ende
             Some(command) => page(command)?,
             None => {
                 let names: Vec<&str> = program.get_subcommands().map(Command::get_name).collect();
-                return Err(Failure::BadInput(format!(
-                    "there is no command `{name}`\n  help: the commands are {}",
-                    names.join(", ")
-                )));
+                let help = format!("the commands are {}", names.join(", "));
+                return Err(Failure::bad_input(format!("there is no command `{name}`"), help));
             }
         },
     };

@@ -41,10 +41,13 @@ use form::Form;
 
 /// A closed interval [lo, hi] that encloses every value of a function.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Range {
     /// Lower bound.
+    #[cfg_attr(feature = "serde", serde(rename = "from"))]
     pub lo: f64,
     /// Upper bound.
+    #[cfg_attr(feature = "serde", serde(rename = "to"))]
     pub hi: f64,
 }
 
