@@ -165,9 +165,7 @@ impl Units {
 /// The units of a machine with their names, which convert dimensionless numbers to SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SiUnits {
-    /// Kind of motion.
     pub(crate) motion: Motion,
-    /// Its units.
     pub(crate) units: Units,
 }
 

@@ -77,7 +77,6 @@ pub struct Certificate {
     tiles: Vec<StoredTile>,
 }
 
-/// A tile as stored.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct StoredTile {
@@ -126,13 +125,10 @@ impl<'de> Deserialize<'de> for Multiple {
 /// The result of a check.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Checked {
-    /// The domain of the surface.
     pub(crate) domain: GroupBox,
-    /// Number of tiles.
     pub(crate) tiles: usize,
     /// Number of tiles that were proved again.
     pub(crate) confirmed: usize,
-    /// The largest radius claimed.
     pub(crate) largest_radius: f64,
     /// Share of the domain in which nothing is claimed; valid if there are no problems.
     pub(crate) open_share: f64,

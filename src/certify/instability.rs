@@ -32,7 +32,6 @@ pub const TEST: Test = Test {
     claims: Some(|columns| symmetric::TEST.claims(columns).into_iter().map(presence_of).collect()),
 };
 
-/// The presence that `symmetric` claims.
 fn presence_of(symmetric: Claim) -> Claim {
     Claim { absent_above: Claim::NOTHING.absent_above, ..symmetric }
 }

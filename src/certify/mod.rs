@@ -176,7 +176,6 @@ impl<'a> Columns<'a> {
         self.columns
     }
 
-    /// The claim of [`symmetric`] on a column.
     pub(crate) fn symmetric(&self, number: usize) -> Claim {
         *self.symmetric[number].get_or_init(|| (symmetric::TEST.claim)(&self.columns[number]))
     }

@@ -37,7 +37,6 @@ pub struct PointCertificate {
     damping: f64,
     /// The bounds of the critical damping that it claims.
     pub(crate) critical_c: [Option<f64>; 2],
-    /// The verdict that it claims.
     pub(crate) verdict: String,
 }
 

@@ -87,7 +87,7 @@ fn convert(
     for name in answer_columns(job) {
         header.push_field(name.as_bytes());
     }
-    let mut writer = WriterBuilder::new().from_writer(&mut output.file);
+    let mut writer = WriterBuilder::new().from_writer(output.writer());
     let write_error =
         |error: csv::Error| Failure::Broken(format!("cannot write {}: {error}", job.output.display()));
     writer.write_byte_record(&header).map_err(write_error)?;
@@ -198,7 +198,6 @@ fn oscillator(
     }
 }
 
-/// Appends the answers to a row.
 fn answer(table: &PointTable, mut row: ByteRecord, job: &Job) -> Result<ByteRecord, Failure> {
     let (law, point, si) = oscillator(table, &row, &job.about)?;
     let answer = Answer::of(&law, &point, job.tolerance, Method::usual());
@@ -235,38 +234,24 @@ fn answer(table: &PointTable, mut row: ByteRecord, job: &Job) -> Result<ByteReco
 }
 
 /// The table being written, under a temporary name until it is complete.
-struct Output {
-    file: Spool,
-    overwrite: bool,
-}
-
-enum Spool {
+enum Output {
     /// In a temporary file beside its final path.
-    Beside { file: BufWriter<tempfile::NamedTempFile>, path: PathBuf },
+    Beside { file: BufWriter<tempfile::NamedTempFile>, path: PathBuf, overwrite: bool },
     /// For standard output.
     Standard(tempfile::SpooledTempFile),
 }
 
-impl Write for Spool {
-    fn write(&mut self, buffer: &[u8]) -> io::Result<usize> {
-        match self {
-            Spool::Beside { file, .. } => file.write(buffer),
-            Spool::Standard(file) => file.write(buffer),
-        }
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        match self {
-            Spool::Beside { file, .. } => file.flush(),
-            Spool::Standard(file) => file.flush(),
-        }
-    }
-}
-
 impl Output {
+    fn writer(&mut self) -> &mut dyn Write {
+        match self {
+            Output::Beside { file, .. } => file,
+            Output::Standard(file) => file,
+        }
+    }
+
     fn open(path: &Path, input: &Path, overwrite: bool) -> Result<Self, Failure> {
         if path == Path::new("-") {
-            return Ok(Self { file: Spool::Standard(tempfile::spooled_tempfile(SPOOL)), overwrite });
+            return Ok(Self::Standard(tempfile::spooled_tempfile(SPOOL)));
         }
         let name = path.display();
         if overwrite {
@@ -286,23 +271,23 @@ impl Output {
             // Nothing more can be done if it cannot be removed.
             let _ = std::fs::remove_file(temporary);
         });
-        Ok(Self { file: Spool::Beside { file: BufWriter::new(file), path: path.to_owned() }, overwrite })
+        Ok(Self::Beside { file: BufWriter::new(file), path: path.to_owned(), overwrite })
     }
 
     /// Gives the complete table its name, or copies it to standard output.
     fn publish(self) -> Result<(), Failure> {
-        match self.file {
-            Spool::Standard(mut file) => {
+        match self {
+            Output::Standard(mut file) => {
                 file.seek(SeekFrom::Start(0))?;
                 let mut out = io::stdout().lock();
                 io::copy(&mut file, &mut out)?;
                 Ok(out.flush()?)
             }
-            Spool::Beside { file, path } => {
+            Output::Beside { file, path, overwrite } => {
                 let failed =
                     |error: io::Error| Failure::Broken(format!("cannot write {}: {error}", path.display()));
                 let file = file.into_inner().map_err(|error| failed(error.into_error()))?;
-                publish_file(file, &path, existing(self.overwrite)).map_err(|error| match error.kind() {
+                publish_file(file, &path, existing(overwrite)).map_err(|error| match error.kind() {
                     io::ErrorKind::AlreadyExists => replace::exists("--out", &path),
                     _ => failed(error),
                 })

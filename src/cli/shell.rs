@@ -38,7 +38,6 @@ pub(crate) struct CompletionArguments {
     shell: Shell,
 }
 
-/// The page of one command.
 fn page(command: &Command) -> io::Result<Vec<u8>> {
     let mut text = Vec::new();
     clap_mangen::Man::new(command.clone()).render(&mut text)?;

@@ -173,10 +173,7 @@ enum Entry<'a> {
 
 impl<'a> Entry<'a> {
     fn as_array(self) -> Option<&'a Array> {
-        match self {
-            Entry::Item(item) => item.as_array(),
-            Entry::Value(value) => value.as_array(),
-        }
+        self.as_value()?.as_array()
     }
 
     fn as_value(self) -> Option<&'a Value> {
@@ -251,13 +248,11 @@ impl<'a> Section<'a> {
         })
     }
 
-    /// Error: the key is unknown.
     pub(super) fn unknown(&self, key: &str, remedy: String) -> ConfigError {
         let place = self.name().map(|section| format!(" in {section}")).unwrap_or_default();
         self.source.error(&self.child(key), true, format!("unknown key `{key}`{place}"), remedy)
     }
 
-    /// Error: the key is missing.
     pub(super) fn missing(&self, key: &str, remedy: String) -> ConfigError {
         let place = self.name().map(|section| format!(" from {section}")).unwrap_or_default();
         self.source.error(&self.child(key), true, format!("`{key}` is missing{place}"), remedy)

@@ -178,7 +178,6 @@ impl Schema {
         own.chain(auxiliary.filter_map(|name| Some((name, axes_of(name, &self.grid)?)))).collect()
     }
 
-    /// Number of tiles.
     pub(crate) fn tiles(&self) -> usize {
         self.grid.tile_count(&self.tile_shape)
     }

@@ -161,7 +161,6 @@ impl Interval {
         if x < 64.0 { power.hi } else { f64::INFINITY }
     }
 
-    /// pi.
     pub(crate) fn pi() -> Self {
         // The f64 nearest to pi is below it.
         Self { lo: std::f64::consts::PI, hi: std::f64::consts::PI.next_up() }

@@ -134,7 +134,6 @@ impl Law {
     /// The laws that need no definition, in the order in which messages list them.
     pub const BUILT_IN: [Law; 3] = [Law::Stribeck, Law::Exponential, Law::Lorentzian];
 
-    /// The names of all laws.
     pub(crate) fn names() -> impl Iterator<Item = &'static str> {
         Self::BUILT_IN.iter().map(Law::name).chain([EXPRESSION, TABLE])
     }

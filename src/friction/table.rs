@@ -19,9 +19,7 @@ const STATIC_SLACK: f64 = 1e-9;
 pub struct TableError {
     /// The datum concerned, from 0; `None` for the whole table.
     pub row: Option<usize>,
-    /// The problem.
     pub(crate) problem: String,
-    /// The remedy.
     pub(crate) remedy: String,
 }
 
@@ -236,7 +234,6 @@ impl Table {
         &self.0.u[1..self.pieces()]
     }
 
-    /// Number of pieces.
     fn pieces(&self) -> usize {
         self.0.u.len() - 1
     }

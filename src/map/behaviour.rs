@@ -22,7 +22,6 @@ pub(super) const COARSE: f64 = 1e-5;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct AttractingCycle {
-    /// Period.
     pub(crate) period: f64,
     /// Positions x1 on it.
     #[cfg_attr(feature = "serde", serde(rename = "x1"))]

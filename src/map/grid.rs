@@ -290,7 +290,6 @@ impl Grid {
         self.shape().iter().product()
     }
 
-    /// Number of columns.
     pub(crate) fn column_count(&self) -> usize {
         self.cells() / self.dampings().len().max(1)
     }

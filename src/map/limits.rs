@@ -127,7 +127,6 @@ pub struct Proved {
 }
 
 impl Proved {
-    /// Proves nothing.
     const NOTHING: Proved = Proved { present_below: 0.0, absent_above: f64::INFINITY };
 
     /// The thresholds for the ray through `point`, whose own eps does not matter.

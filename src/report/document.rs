@@ -12,7 +12,6 @@ fn title(map: &MapFile) -> Rich {
     Rich::foreign(map.text("title").or(name.as_deref()).unwrap_or("Map"))
 }
 
-/// The headings of the tables.
 fn heading(table: &Table) -> &'static str {
     match table.name {
         "volume" => "Certified volume",

@@ -122,7 +122,6 @@ impl<'a> Groups<'a> {
         Self { nominal, varied, size, values: Vec::new(), scales: Vec::new() }
     }
 
-    /// Adds a machine.
     pub(super) fn push(&mut self, machine: &Machine) {
         let root = (machine.stiffness * machine.mass).sqrt();
         let (force, speed) = (machine.normal_force / root, machine.belt_speed);
@@ -159,7 +158,6 @@ impl<'a> Groups<'a> {
         self.scales.append(&mut others.scales);
     }
 
-    /// The groups of a machine.
     fn of(&self, machine: usize) -> &[f64] {
         &self.values[machine * self.size..(machine + 1) * self.size]
     }

@@ -36,10 +36,8 @@ const DIFFERENCE: f64 = 1e-4;
 /// Zeros on the grid within this distance of a curve count as points of it, see the module's text on chords.
 const COVERED: f64 = 2e-3;
 
-/// A value of a test function.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct TestValue {
-    /// The value.
     pub(crate) value: f64,
     /// Estimate of its absolute error.
     pub(crate) error: f64,
@@ -162,7 +160,6 @@ fn start(function: TestFunction, place: [f64; 2]) -> Option<([f64; 2], f64)> {
     (size > 0.0 && size.is_finite()).then(|| ([-gradient[1] / size, gradient[0] / size], -size))
 }
 
-/// A root on a line.
 struct Root {
     point: CurvePoint,
     /// Slope of the function along the line there.

@@ -275,7 +275,6 @@ fn expect(dataset: &Dataset, variable: &str, name: &str, expected: &Value, repor
     }
 }
 
-/// Checks a coordinate.
 fn check_axis(map: &MapFile, position: usize, ties: bool, report: &mut CheckReport) -> hdf5::Result<()> {
     let axis = &map.grid().axes()[position];
     let dataset = map.file.dataset(&axis.name)?;

@@ -13,7 +13,6 @@ use crate::map::Runs;
 const WINDOW: usize = 1 << 15;
 /// Shortest and longest repetition.
 const LENGTHS: std::ops::RangeInclusive<usize> = 3..=258;
-/// Symbol that ends a block.
 const END_OF_BLOCK: usize = 256;
 /// Number of symbols: literals and lengths, distances, lengths of their codes.
 const LITERALS: usize = 286;

@@ -139,7 +139,6 @@ impl Journal {
         Ok(())
     }
 
-    /// Appends a frame.
     pub(super) fn append(&mut self, kind: Kind, a: &Part, b: &[u8]) -> Result<(), StoreError> {
         let mut frame = Vec::with_capacity(HEAD + a.bytes.len() + b.len());
         frame.extend_from_slice(&head(kind as u64, a.bytes.len() as u64, &a.fingerprint, b));

@@ -45,18 +45,21 @@ pub struct PartialMap {
     journal: Mutex<Journal>,
     packer: Packer,
     started: Instant,
-    found: Found,
+    pub(crate) found: Found,
     written: AtomicUsize,
 }
 
 /// The contents of an earlier run's journal.
 #[derive(Debug)]
-struct Found {
+pub(crate) struct Found {
     finished: Vec<bool>,
     account: Account,
-    seconds: f64,
+    /// Seconds that earlier runs took, up to their last finished tiles.
+    pub(crate) seconds: f64,
     history: String,
-    lost: u64,
+    /// Number of bytes at the end of the journal that could not be used: a partial tile, or a damaged place
+    /// and all after it. Their tiles are not among the finished ones.
+    pub(crate) lost: u64,
 }
 
 impl Found {
@@ -263,17 +266,6 @@ impl PartialMap {
     #[must_use]
     pub fn account(&self) -> &Account {
         &self.found.account
-    }
-
-    /// Seconds that earlier runs took, up to their last finished tiles.
-    pub(crate) fn seconds(&self) -> f64 {
-        self.found.seconds
-    }
-
-    /// Number of bytes at the end of the journal that could not be used: a partial tile, or a damaged place
-    /// and all after it. Their tiles are not among the finished ones.
-    pub(crate) fn lost(&self) -> u64 {
-        self.found.lost
     }
 
     /// Number of tiles in the journal.

@@ -315,10 +315,7 @@ fn read_schema(
         _ => return Err(not_a_map("it has no integer attribute schema".into())),
     }
     let law = text("law")?;
-    let definition = match attributes.get("law_definition") {
-        Some(Value::Text(text)) => text.as_str(),
-        _ => "",
-    };
+    let definition = text("law_definition").unwrap_or_default();
     let law = Law::from_definition(law, definition)
         .ok_or_else(|| not_a_map(format!("this version of slipmap does not know its friction law {law}")))?;
     let mut nodes = Vec::new();
@@ -362,7 +359,6 @@ fn read_schema(
     Ok(Schema::new(grid, tile_shape, methods, fields))
 }
 
-/// Reads the nodes of an axis.
 fn read_axis(file: &File, name: &str, length: u64) -> Result<Vec<f64>, Unfit> {
     let axis = file.dataset(name)?;
     trust::axis(&axis, name, length)?;

@@ -41,7 +41,6 @@ pub(super) struct MapWriter {
     temporary: Temporary,
     output: PathBuf,
     existing: Existing,
-    /// The attribute `history`.
     pub(super) history: String,
     pub(super) schema: Schema,
     written: Mutex<Vec<Written>>,
@@ -208,7 +207,6 @@ fn list_uses(file: &File, schema: &Schema, auxiliary: &[Auxiliary]) -> hdf5::Res
     Ok(())
 }
 
-/// Creates the auxiliary variables.
 fn create_auxiliary(file: &File, schema: &Schema, auxiliary: &[Auxiliary]) -> hdf5::Result<()> {
     for Auxiliary { name, values, attributes } in auxiliary {
         let positions = auxiliary::axes_of(name, &schema.grid).unwrap_or_default();
@@ -245,7 +243,6 @@ fn create_scale(file: &File, axis: &Axis) -> hdf5::Result<()> {
     describe_scale(&dataset, &axis.name, &axis.long_name, &axis.values)
 }
 
-/// Creates an empty variable.
 fn create_variable(
     file: &File,
     schema: &Schema,

@@ -40,7 +40,6 @@ pub fn prove(column: &Column) -> Proof {
     Proof { critical: CriticalEnclosure { lo, hi }, sticks_from, obstacle }
 }
 
-/// The claim of a column.
 pub(super) fn claim(column: &Column) -> Claim {
     // Coefficients below the normal numbers have lost digits that the enclosure does not account for.
     if !column.curve.is_normal() {

@@ -125,7 +125,6 @@ impl Surface {
         next
     }
 
-    /// The proved tiles.
     pub(crate) fn tiles(&self) -> impl Iterator<Item = &Tile> {
         self.pieces.iter().filter_map(|piece| match &piece.state {
             State::Proved(tile) => Some(&**tile),

@@ -76,7 +76,6 @@ struct Orbit<'a> {
     size: f64,
 }
 
-/// The result of a step.
 enum Step {
     /// The orbit after it: the end of the polynomial, and a bound of the orbit's distance from it.
     Taken { end: Interval, error: f64 },

@@ -39,7 +39,6 @@ pub struct ExpressionError {
     pub(crate) from: usize,
     /// One past the last.
     pub(crate) to: usize,
-    /// The problem.
     pub(crate) problem: String,
     /// The remedy.
     pub remedy: String,
@@ -336,7 +335,6 @@ impl ExpressionCurve {
         Ok(())
     }
 
-    /// See [`Expression::check`].
     fn check(&self, fastest: f64) -> Result<(), ExpressionError> {
         let Compiled { tape, text, static_level, .. } = &*self.law.0;
         // Singular operations are searched first, because their errors are more specific than a wrong value.

@@ -92,7 +92,6 @@ pub(crate) struct Kind {
     pub(crate) words: Cow<'static, str>,
 }
 
-/// The kind of the cells with a verdict.
 pub(crate) fn verdict(verdict: Verdict) -> Kind {
     let (fill, words) = match verdict {
         Verdict::Present => (PRESENT, "cycle exists"),
@@ -104,7 +103,6 @@ pub(crate) fn verdict(verdict: Verdict) -> Kind {
     Kind { code: verdict.code(), name: verdict.name(), fill, words: words.into() }
 }
 
-/// The kind of the cells with a regime.
 pub(crate) fn regime(regime: Regime) -> Kind {
     use Hatch::*;
     use Regime::*;
@@ -144,7 +142,6 @@ pub(crate) fn verdicts() -> Vec<Kind> {
     Verdict::ALL.map(verdict).into()
 }
 
-/// Every regime.
 pub(crate) fn regimes() -> Vec<Kind> {
     Regime::ALL.map(regime).into()
 }

@@ -177,7 +177,6 @@ impl<'a> Slice<'a> {
         [self.x, self.y].map(|axis| &self.view.map.grid().axes()[axis])
     }
 
-    /// Its plane in the grid.
     pub(crate) fn plane(&self) -> Plane {
         Plane::new(self.x, self.y, self.index.clone())
     }
@@ -349,7 +348,6 @@ pub(super) fn picks(map: &MapFile, shown: &[usize], index: &[usize], rank: usize
     map.grid().axes()[..rank].iter().enumerate().map(pick).collect()
 }
 
-/// The drawn nodes of an axis.
 pub(super) fn drawn(axis: &Axis) -> Vec<f64> {
     axis.values.iter().copied().step_by(step(axis)).collect()
 }

@@ -134,7 +134,6 @@ impl Nodes {
         if pairs <= 10 { 4 } else { 2 * (pairs / 4) }
     }
 
-    /// The number of pairs.
     #[inline(always)]
     pub(super) fn pairs(&self) -> usize {
         self.xi.len()

@@ -44,7 +44,6 @@ impl From<f64> for Compensated {
     }
 }
 
-/// The increment of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Increment {
     /// Increments of the two coordinates.

@@ -74,7 +74,6 @@ pub(super) struct Slip<'a> {
     pub(super) tolerance: f64,
     /// The largest angle by which a step may turn, radians.
     longest_turn: f64,
-    /// The present state.
     pub(super) here: State,
     motion: Motion,
     next_step: f64,

@@ -93,6 +93,9 @@ pub enum NaiveVerdict {
     Failed(Failure),
 }
 
+/// The result of following an orbit.
+type Followed = Result<NaiveVerdict, Failure>;
+
 /// The answer of a naive method, and its cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NaiveAnswer {
