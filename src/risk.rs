@@ -50,7 +50,6 @@ pub(crate) struct Estimate {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub(crate) struct RareBy {
-    /// The given probability.
     pub(crate) probability: f64,
     /// The damping, N s/m (of a rotation N m s/rad); `None` where there are too few draws for limits.
     pub(crate) damping: Option<Estimate>,

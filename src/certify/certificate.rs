@@ -18,7 +18,6 @@ use super::recheck::{self, divides};
 use super::validated::surface::Surface;
 use super::validated::tile::{GroupBox, MODES, Tile, UNIT};
 
-/// The name of the format.
 const FORMAT: &str = "slipmap proof 1";
 /// First bytes of every certificate as they are written here, of any version of the format.
 const BEGINNING: &str = "{\"format\":\"slipmap proof ";

@@ -181,7 +181,6 @@ impl<'a> Columns<'a> {
     }
 }
 
-/// Computes the claims of many columns.
 pub(crate) type ManyClaims = fn(&Columns) -> Vec<Claim>;
 
 /// A closed-form test.

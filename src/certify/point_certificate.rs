@@ -12,7 +12,6 @@ use super::{Claim, Decision};
 use crate::friction::Law;
 use crate::point::{LawParameters, Point};
 
-/// The name of the format.
 const FORMAT: &str = "slipmap proof of a point 1";
 /// The statement of every certificate.
 const STATEMENT: &str = "With x1' = x2, x2' = -x1 - epsilon c x2 - sign(x2 - V) phi(|x2 - V|) and the friction law phi \

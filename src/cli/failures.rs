@@ -125,7 +125,6 @@ fn write_files(folder: &Path, report: &CataloguePage) -> Result<(), Failure> {
 
 /// The catalogue and what is said of it.
 struct CataloguePage<'a> {
-    /// The command that made it.
     command: String,
     job: &'a Job,
     catalogue: &'a Catalogue,

@@ -246,7 +246,6 @@ fn first_folder(output: &Path) -> PathBuf {
     PathBuf::from(".")
 }
 
-/// Creates the folders of the output's path.
 pub(super) fn create_folders(output: &Path) -> Result<(), Failure> {
     let folder = folder_of(output);
     files::create_folders(folder).map_err(|error| {

@@ -77,17 +77,17 @@ pub(super) struct Arguments {
     out: Option<PathBuf>,
     /// Replace OUT.csv, the figure, the orbit or the proof if it exists
     #[arg(long)]
-    overwrite: bool,
+    pub(super) overwrite: bool,
     /// Number of threads for a table; default: one per core, at most 16 per core
     #[arg(long, requires = "points", value_name = "NUMBER", value_parser = super::threads::parse)]
-    threads: Option<usize>,
+    pub(super) threads: Option<usize>,
     /// Also append epsilon_limit_METHOD: up to which epsilon each method says what the simulation says; takes
     /// some twenty times as long
     #[arg(long, requires = "points")]
-    epsilon_limits: bool,
+    pub(super) epsilon_limits: bool,
     /// No progress bar
     #[arg(long, requires = "points")]
-    quiet: bool,
+    pub(super) quiet: bool,
 }
 
 const EXAMPLES: &str = "\
@@ -153,21 +153,11 @@ fn probe_machine(arguments: &Arguments, file: &Path, tolerance: f64) -> Result<E
     probe_point(arguments, &model.law, &model.point, tolerance, Some((&job.machine, &model)))
 }
 
-/// Probes each row of a table.
 fn probe_table(arguments: &Arguments, about: About, tolerance: f64) -> Result<Ended, Failure> {
     let (Some(input), Some(output)) = (&arguments.points, &arguments.out) else {
         return Err(Failure::bad_input("--points needs --out", "name the table to be written"));
     };
-    probe_table::run(&probe_table::Job {
-        input,
-        output,
-        overwrite: arguments.overwrite,
-        about,
-        tolerance,
-        threads: arguments.threads,
-        epsilon_limits: arguments.epsilon_limits,
-        quiet: arguments.quiet,
-    })
+    probe_table::run(&probe_table::Job { input, output, about, tolerance, arguments })
 }
 
 /// Probes one point, which may be a machine's.

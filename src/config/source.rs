@@ -442,7 +442,6 @@ fn override_value(text: &str) -> Result<Value, String> {
 /// Largest size of a configuration in bytes.
 const LONGEST: u64 = 16 << 20;
 
-/// Reads the file's text.
 fn read(file: &Path) -> Result<String, ConfigError> {
     let error = |problem: &str, remedy: &str| ConfigError::new(file.display().to_string(), problem, remedy);
     if file.is_dir() {
@@ -478,12 +477,9 @@ fn read(file: &Path) -> Result<String, ConfigError> {
     }
     String::from_utf8(bytes).map_err(|e| {
         let valid = String::from_utf8_lossy(&e.as_bytes()[..e.utf8_error().valid_up_to()]).into_owned();
-        let problem = "the text is not UTF-8 from here on";
-        ConfigError::new(
-            position(file, &valid, valid.len()),
-            problem,
-            "save the file with the encoding UTF-8",
-        )
+        let (problem, remedy) =
+            ("the text is not UTF-8 from here on", "save the file with the encoding UTF-8");
+        ConfigError::new(position(file, &valid, valid.len()), problem, remedy)
     })
 }
 

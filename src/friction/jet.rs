@@ -159,7 +159,6 @@ impl<T: Real, const N: usize> Jet<T, N> {
         jet
     }
 
-    /// A constant.
     pub(crate) fn of(x: T) -> Self {
         let mut coefficients = [T::constant(0.0); N];
         coefficients[0] = x;
@@ -172,7 +171,6 @@ impl<T: Real, const N: usize> Jet<T, N> {
         N - self.0.iter().rev().take_while(|coefficient| coefficient.is_zero()).count()
     }
 
-    /// The `order`-th derivative.
     pub(crate) fn derivative(&self, order: usize) -> T {
         let factorial: f64 = (1..=order).map(|k| k as f64).product();
         self.0[order] * T::constant(factorial)

@@ -23,6 +23,10 @@ pub struct TableError {
     pub(crate) remedy: String,
 }
 
+fn error(row: Option<usize>, problem: String, remedy: &str) -> Result<Table, TableError> {
+    Err(TableError { row, problem, remedy: remedy.to_owned() })
+}
+
 /// A law given by data. Clones share it.
 #[derive(Clone, Debug)]
 pub struct Table(Arc<Cubics>);
@@ -91,8 +95,6 @@ impl Table {
     /// # Errors
     /// [`TableError`].
     pub fn new(origin: &str, data: &[(f64, f64)], static_level: f64) -> Result<Self, TableError> {
-        let error =
-            |row, problem: String, remedy: &str| Err(TableError { row, problem, remedy: remedy.to_owned() });
         if data.len() < 3 {
             return error(None, format!("there are only {} data", data.len()), "give at least three");
         }
@@ -139,8 +141,6 @@ impl Table {
     /// # Errors
     /// [`TableError`] unless there is one for each datum, finite and not negative.
     pub fn with_standard_errors(&self, errors: &[f64]) -> Result<Self, TableError> {
-        let error =
-            |row, problem: String, remedy: &str| Err(TableError { row, problem, remedy: remedy.to_owned() });
         if errors.len() != self.0.u.len() {
             let problem = format!("there are {} data and {} standard errors", self.0.u.len(), errors.len());
             return error(None, problem, "give one for each datum");

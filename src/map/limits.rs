@@ -326,7 +326,6 @@ impl Ray {
         stop.map_or(Ok(()), Err)
     }
 
-    /// Computes the flow at `epsilon`.
     fn ask(&self, epsilon: f64) -> Result<Asked, Unknown> {
         let oscillator = Oscillator::in_column(&self.column(epsilon)?, self.point.damping);
         let flow = flow(&oscillator, self.tolerance);

@@ -146,7 +146,6 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// The walk backward in time.
     pub(super) fn backward(self) -> Self {
         Self { direction: -1.0, ..self }
     }

@@ -64,7 +64,6 @@ pub struct Branch {
     pub closed: bool,
 }
 
-/// The curves on which `function` vanishes.
 pub(crate) fn zero_curves(function: TestFunction) -> Vec<Branch> {
     let mut branches: Vec<Branch> = Vec::new();
     for seed in seeds(function) {
@@ -285,7 +284,6 @@ fn follow(
     (points, false)
 }
 
-/// The angle between a direction and a step.
 fn turn_of(direction: [f64; 2], step: [f64; 2]) -> f64 {
     dot(step, normal(direction)).atan2(dot(step, direction)).abs()
 }

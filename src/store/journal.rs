@@ -131,7 +131,6 @@ impl Journal {
         path.symlink_metadata().is_ok_and(|metadata| metadata.is_file() && metadata.len() > 0)
     }
 
-    /// Removes all frames.
     pub(super) fn clear(&mut self) -> Result<(), StoreError> {
         self.file.set_len(0).map_err(|source| StoreError::io("write", &self.path, source))?;
         self.end = 0;

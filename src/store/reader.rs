@@ -205,7 +205,6 @@ impl MapFile {
         self.file.dataset(variable).map_err(|error| self.failed(variable, &error))
     }
 
-    /// Reads a box of cells.
     fn read<T: hdf5::H5Type>(
         &self,
         variable: &str,
@@ -285,7 +284,6 @@ fn open_file(path: &Path) -> Result<(File, u64), StoreError> {
     Ok((File::open(path).map_err(|error| StoreError::hdf5("open", path, &error))?, length))
 }
 
-/// Reads the file's attributes.
 fn root_attributes(file: &File, path: &Path) -> Result<BTreeMap<String, Value>, StoreError> {
     let attributes =
         value::read_all(file).map_err(|error| StoreError::hdf5("read the attributes of", path, &error))?;

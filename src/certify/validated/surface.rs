@@ -17,7 +17,6 @@ pub struct Surface {
     pub(crate) tried: usize,
 }
 
-/// A part of a surface.
 #[derive(Clone, Debug, PartialEq)]
 struct Piece {
     domain: GroupBox,
@@ -35,13 +34,11 @@ enum State {
     Untried,
     /// The proof did not go through.
     Failed,
-    /// A proof.
     Proved(Box<Tile>),
 }
 
 /// The enclosure of C* on a piece.
 pub(super) enum Enclosure<'a> {
-    /// By a proved tile.
     Tile(&'a Tile),
     /// By the even part of the divergence, of this width.
     EvenPart(f64),

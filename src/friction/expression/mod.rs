@@ -195,7 +195,6 @@ pub(crate) struct ExpressionCurve {
     parameters: LawParameters,
 }
 
-/// A function applied to a value.
 fn call<T: Real>(function: Function, x: T) -> T {
     let exps = |x: T| (x.exp(), (-x).exp());
     let half = T::constant(0.5);

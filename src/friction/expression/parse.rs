@@ -65,7 +65,6 @@ impl Function {
     }
 }
 
-/// One operation of the tape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Op {
     Number(f64),

@@ -202,7 +202,6 @@ impl Panels {
         Self { panels, columns, labels_width, bottom: rows * row - 4.0 + BOTTOM_MARGIN }
     }
 
-    /// Moves all panels.
     pub(crate) fn shift(&mut self, (right, down): Place) {
         for panel in &mut self.panels {
             panel.rect.x += right;

@@ -136,7 +136,6 @@ pub struct Held {
 
 #[derive(Clone, Debug)]
 pub(crate) struct Slice<'a> {
-    /// The map and its units.
     pub(crate) view: &'a View<'a>,
     /// Position of the horizontal axis.
     pub(crate) x: usize,
@@ -181,7 +180,6 @@ impl<'a> Slice<'a> {
         Plane::new(self.x, self.y, self.index.clone())
     }
 
-    /// The scale and the name of each axis.
     pub(crate) fn scales(&self) -> [(Scale, Rich); 2] {
         self.axes().map(|axis| {
             let label = self.view.axis(axis);
@@ -357,7 +355,6 @@ pub(crate) fn equals(axis: &str, value: f64) -> Rich {
     Rich::symbol(axis).then(" = ").then(Rich::number(value, 4))
 }
 
-/// The middle node of each axis.
 pub(crate) fn middle(axes: &[Axis]) -> Vec<usize> {
     axes.iter().map(Axis::middle).collect()
 }

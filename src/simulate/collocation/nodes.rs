@@ -216,7 +216,6 @@ impl Polynomials {
     }
 }
 
-/// X at xi.
 fn argument(xi: f64) -> f64 {
     (STRETCH.asin() / PI * xi).sin() / STRETCH
 }

@@ -125,7 +125,6 @@ impl NaiveMethod {
         }
     }
 
-    /// The formula of the method.
     pub(crate) fn equation(self) -> &'static str {
         match self {
             NaiveMethod::Smoothed => "sign(x2 - V) replaced by tanh((x2 - V)/d)",
